@@ -1,0 +1,31 @@
+# Compiler settings shared by every target: target_link_libraries(... PRIVATE relign_compile).
+
+set(CMAKE_CXX_STANDARD 17)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_C_STANDARD 11)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_CXX_VISIBILITY_PRESET hidden)
+set(CMAKE_VISIBILITY_INLINES_HIDDEN ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
+
+find_program(RELIGN_CCACHE ccache)
+if(RELIGN_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_C_COMPILER_LAUNCHER "${RELIGN_CCACHE}")
+  set(CMAKE_CXX_COMPILER_LAUNCHER "${RELIGN_CCACHE}")
+endif()
+
+add_library(relign_compile INTERFACE)
+target_compile_options(relign_compile INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor $<$<COMPILE_LANGUAGE:CXX>:-Woverloaded-virtual>
+  # The compiler never fuses a multiplication and an addition by itself: images must be
+  # bit-equal on every processor. Code that wants fma calls std::fma.
+  -ffp-contract=off)
+if(RELIGN_WARNINGS_AS_ERRORS)
+  target_compile_options(relign_compile INTERFACE -Werror)
+endif()
+if(RELIGN_SANITIZE)
+  target_compile_options(relign_compile INTERFACE -fsanitize=${RELIGN_SANITIZE} -fno-omit-frame-pointer
+                         -fno-sanitize-recover=all)
+  target_link_options(relign_compile INTERFACE -fsanitize=${RELIGN_SANITIZE})
+endif()

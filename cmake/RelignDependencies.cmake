@@ -1,0 +1,34 @@
+# Every outside library the project uses, found here and nowhere else.
+# A missing one is reported with the distribution's package that brings it.
+
+set(RELIGN_INSTALL_HINT "Install it, or run ./quickstart build, which installs what is missing.")
+
+function(relign_require package debian_package)
+  find_package(${package} ${ARGN} QUIET)
+  if(NOT ${package}_FOUND)
+    message(FATAL_ERROR "${package} was not found (Debian and Ubuntu: ${debian_package}). ${RELIGN_INSTALL_HINT}")
+  endif()
+endfunction()
+
+relign_require(nlohmann_json nlohmann-json3-dev)
+relign_require(CLI11 libcli11-dev)
+relign_require(Eigen3 libeigen3-dev)
+relign_require(NLopt "libnlopt-cxx-dev libnlopt-dev")
+relign_require(OpenSSL libssl-dev)
+relign_require(OpenCV "libopencv-imgcodecs-dev libopencv-imgproc-dev" COMPONENTS core imgproc imgcodecs)
+find_package(Threads REQUIRED)
+
+find_file(RELIGN_DYGRAPHS_JS NAMES dygraph.min.js
+          PATHS /usr/share/javascript/dygraphs/dist /usr/share/javascript/dygraphs NO_DEFAULT_PATH)
+find_file(RELIGN_DYGRAPHS_CSS NAMES dygraph.min.css
+          PATHS /usr/share/javascript/dygraphs/dist /usr/share/javascript/dygraphs NO_DEFAULT_PATH)
+if(NOT RELIGN_DYGRAPHS_JS OR NOT RELIGN_DYGRAPHS_CSS)
+  message(FATAL_ERROR "dygraphs was not found (Debian and Ubuntu: libjs-dygraphs). ${RELIGN_INSTALL_HINT}")
+endif()
+
+if(RELIGN_BUILD_TESTS)
+  relign_require(GTest "libgtest-dev libgmock-dev")
+endif()
+if(RELIGN_BUILD_BENCHMARKS)
+  relign_require(benchmark libbenchmark-dev)
+endif()

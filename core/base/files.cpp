@@ -1,0 +1,110 @@
+#include "base/files.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <system_error>
+
+#include "base/error.h"
+
+namespace relign {
+namespace fs = std::filesystem;
+
+namespace {
+
+[[noreturn]] void fail(const char* what, const fs::path& path, int code) {
+  throw Error(ErrorKind::io, std::string(what) + " " + path.string() + ": " + std::strerror(code));
+}
+
+// Closes (and on failure removes) the temporary file.
+class TemporaryFile {
+ public:
+  explicit TemporaryFile(const fs::path& beside) : name_(beside.string() + ".tmp-XXXXXX") {
+    descriptor_ = ::mkstemp(name_.data());
+    if (descriptor_ < 0) fail("cannot write", beside, errno);
+  }
+  ~TemporaryFile() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+    if (!kept_) ::unlink(name_.c_str());
+  }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+  void write(std::string_view content, const fs::path& target) {
+    while (!content.empty()) {
+      const ssize_t written = ::write(descriptor_, content.data(), content.size());
+      if (written < 0 && errno == EINTR) continue;
+      if (written < 0) fail("cannot write", target, errno);
+      content.remove_prefix(static_cast<std::size_t>(written));
+    }
+    if (::fsync(descriptor_) != 0) fail("cannot write", target, errno);
+  }
+  void rename_to(const fs::path& target) {
+    if (::fchmod(descriptor_, 0644) != 0 || ::close(descriptor_) != 0) {
+      descriptor_ = -1;
+      fail("cannot write", target, errno);
+    }
+    descriptor_ = -1;
+    if (::rename(name_.c_str(), target.c_str()) != 0) fail("cannot write", target, errno);
+    kept_ = true;
+  }
+
+ private:
+  std::string name_;
+  int descriptor_ = -1;
+  bool kept_ = false;
+};
+
+}  // namespace
+
+std::string read_file(const fs::path& path) {
+  std::error_code code;
+  if (fs::is_directory(path, code)) throw Error(ErrorKind::io, "cannot read " + path.string() + ": it is a folder");
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) fail("cannot read", path, errno);
+  std::string content;
+  char buffer[1 << 16];
+  while (true) {
+    const ssize_t got = ::read(descriptor, buffer, sizeof buffer);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) {
+      const int reason = errno;
+      ::close(descriptor);
+      fail("cannot read", path, reason);
+    }
+    if (got == 0) break;
+    content.append(buffer, static_cast<std::size_t>(got));
+  }
+  ::close(descriptor);
+  return content;
+}
+
+void write_file_atomically(const fs::path& path, std::string_view content) {
+  std::error_code code;
+  if (path.has_parent_path()) fs::create_directories(path.parent_path(), code);
+  if (code) fail("cannot create the folder of", path, code.value());
+  TemporaryFile file(path);
+  file.write(content, path);
+  file.rename_to(path);
+}
+
+fs::path cache_folder() {
+  fs::path base;
+  if (const char* xdg = std::getenv("XDG_CACHE_HOME"); xdg && *xdg)
+    base = xdg;
+  else if (const char* home = std::getenv("HOME"); home && *home)
+    base = fs::path(home) / ".cache";
+  else
+    return {};
+  const fs::path folder = fs::absolute(base) / "relign-bench";
+  std::error_code code;
+  fs::create_directories(folder, code);
+  if (code || ::access(folder.c_str(), W_OK) != 0) return {};
+  return folder;
+}
+
+}  // namespace relign

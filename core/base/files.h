@@ -1,0 +1,21 @@
+// Whole-file reading and writing with errors that name the file and the reason.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace relign {
+
+// The file's bytes. Throws Error(io) with the path and the system's reason.
+std::string read_file(const std::filesystem::path& path);
+
+// Writes into a temporary file in the same folder, flushes it to the disk and renames it: readers
+// see the old file or the whole new one. Creates missing folders. Throws Error(io).
+void write_file_atomically(const std::filesystem::path& path, std::string_view content);
+
+// The user's cache folder for this program (XDG_CACHE_HOME or ~/.cache, plus "relign-bench"),
+// created if need be; empty when there is none that can be written.
+std::filesystem::path cache_folder();
+
+}  // namespace relign

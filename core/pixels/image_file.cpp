@@ -1,0 +1,92 @@
+#include "pixels/image_file.h"
+
+#include <algorithm>
+#include <cstring>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string>
+
+#include "base/error.h"
+#include "base/files.h"
+
+namespace relign::pixels {
+namespace {
+
+constexpr std::size_t kMostPixels = 100'000'000;
+
+void write_encoded(const std::filesystem::path& path, const char* ending, const cv::Mat& matrix) {
+  std::vector<unsigned char> bytes;
+  if (!cv::imencode(ending, matrix, bytes))
+    throw Error(ErrorKind::internal, "OpenCV cannot write " + std::string(ending) + " files");
+  write_file_atomically(path, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+}
+
+cv::Mat view(const Image& image) {
+  return cv::Mat(static_cast<int>(image.height), static_cast<int>(image.width), CV_32FC1,
+                 const_cast<float*>(image.values.data()));
+}
+
+// NumPy format 1.0: magic, version, header length, a Python dictionary, padding to 64 bytes, data.
+std::string npy_bytes(const Image& image) {
+  std::string header = "{'descr': '<f4', 'fortran_order': False, 'shape': (" + std::to_string(image.height) + ", " +
+                       std::to_string(image.width) + "), }";
+  while ((10 + header.size() + 1) % 64 != 0) header += ' ';
+  header += '\n';
+  std::string bytes("\x93NUMPY\x01\x00", 8);
+  bytes += static_cast<char>(header.size() & 255);
+  bytes += static_cast<char>(header.size() >> 8);
+  bytes += header;
+  bytes.append(reinterpret_cast<const char*>(image.values.data()), image.values.size() * sizeof(float));
+  return bytes;
+}
+
+}  // namespace
+
+Image read_image(const std::filesystem::path& path) {
+  const std::string bytes = read_file(path);
+  const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));
+  cv::Mat decoded;
+  try {
+    if (!bytes.empty()) decoded = cv::imdecode(encoded, cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH);
+  } catch (const cv::Exception&) {
+    decoded.release();  // an empty matrix is the failure below
+  }
+  if (decoded.empty())
+    throw Error(ErrorKind::bad_input,
+                path.string() + ": this is no image that can be read (PNG, TIFF, JPEG, BMP and PGM can)");
+  if (static_cast<std::size_t>(decoded.total()) > kMostPixels)
+    throw Error(ErrorKind::bad_input, path.string() + ": the image has " + std::to_string(decoded.total()) +
+                                          " pixels; at most " + std::to_string(kMostPixels) + " are read");
+  double scale = 1;
+  if (decoded.depth() == CV_8U) scale = 1.0 / 255;
+  if (decoded.depth() == CV_16U) scale = 1.0 / 65535;
+  Image image(static_cast<std::size_t>(decoded.cols), static_cast<std::size_t>(decoded.rows));
+  cv::Mat target = view(image);
+  decoded.convertTo(target, CV_32F, scale);
+  return image;
+}
+
+void write_image(const std::filesystem::path& path, const Image& image, float white) {
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  if (ending == ".npy") {
+    write_file_atomically(path, npy_bytes(image));
+  } else if (ending == ".png") {
+    cv::Mat out;
+    view(image).convertTo(out, CV_16U, 65535.0 / white);
+    write_encoded(path, ".png", out);
+  } else if (ending == ".tiff" || ending == ".tif") {
+    write_encoded(path, ".tiff", view(image));
+  } else {
+    throw Error(ErrorKind::bad_input,
+                path.string() + ": cannot write '" + ending + "' images; use .png, .npy or .tiff");
+  }
+}
+
+void write_preview(const std::filesystem::path& path, const Image& image, float white) {
+  cv::Mat out;
+  view(image).convertTo(out, CV_8U, 255.0 / white);
+  write_encoded(path, ".png", out);
+}
+
+}  // namespace relign::pixels

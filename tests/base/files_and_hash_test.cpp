@@ -1,0 +1,64 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "base/hash.h"
+
+namespace relign {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+class FilesTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("relign-files-" + std::to_string(::getpid()));
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  fs::path folder_;
+};
+
+TEST_F(FilesTest, WritesWholeFilesAndLeavesNothingElse) {
+  write_file_atomically(folder_ / "deep" / "a.txt", std::string("x\0y", 3));
+  EXPECT_EQ(read_file(folder_ / "deep" / "a.txt"), std::string("x\0y", 3));
+  write_file_atomically(folder_ / "deep" / "a.txt", "second");
+  EXPECT_EQ(read_file(folder_ / "deep" / "a.txt"), "second");
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "deep"), fs::directory_iterator()), 1);
+}
+
+TEST_F(FilesTest, ErrorsNamePathAndReason) {
+  try {
+    read_file(folder_ / "missing");
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::io);
+    EXPECT_THAT(error.what(), HasSubstr("missing: No such file or directory"));
+  }
+  EXPECT_THROW(read_file(folder_), Error);
+  EXPECT_THROW(write_file_atomically("/proc/nothing/here", "x"), Error);
+  EXPECT_THROW(write_file_atomically("/dev/full/x", "x"), Error);
+}
+
+TEST_F(FilesTest, CacheFolderFollowsXdg) {
+  ::setenv("XDG_CACHE_HOME", folder_.c_str(), 1);
+  EXPECT_EQ(cache_folder(), folder_ / "relign-bench");
+  ::setenv("XDG_CACHE_HOME", "/proc/nothing", 1);
+  EXPECT_EQ(cache_folder(), fs::path()) << "a cache that cannot be written is no cache";
+}
+
+// FIPS 180-2, appendix B.
+TEST(Hash, KnownAnswers) {
+  EXPECT_EQ(sha256_hex("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(sha256_hex(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  EXPECT_EQ(short_hash("abc"), "ba7816bf8f01cfea");
+}
+
+}  // namespace
+}  // namespace relign

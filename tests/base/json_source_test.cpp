@@ -1,0 +1,108 @@
+// Places in messages: line and column of every kind of value, all mistakes at once.
+#include "base/json_source.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace relign {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+std::string place(const JsonSource& source, const std::string& pointer) {
+  const Problem problem = source.problem(pointer, "");
+  return std::to_string(problem.line) + ":" + std::to_string(problem.column);
+}
+
+TEST(JsonSource, KnowsThePlaceOfEveryValue) {
+  const JsonSource source = JsonSource::from_text(R"({
+  "a": 12.5,
+  "b" : [ true, null,
+     "x\"y", {"c~/d": -3} ],
+  "e": {} , "f": []
+})",
+                                                  "s.json");
+  EXPECT_EQ(place(source, ""), "1:1");
+  EXPECT_EQ(place(source, "/a"), "2:8");
+  EXPECT_EQ(place(source, "/b"), "3:9");
+  EXPECT_EQ(place(source, "/b/0"), "3:11");
+  EXPECT_EQ(place(source, "/b/1"), "3:17");
+  EXPECT_EQ(place(source, "/b/2"), "4:6");
+  EXPECT_EQ(place(source, "/b/3"), "4:14");
+  EXPECT_EQ(place(source, "/b/3/c~0~1d"), "4:23");
+  EXPECT_EQ(place(source, "/e"), "5:8");
+  EXPECT_EQ(place(source, "/f"), "5:18");
+  EXPECT_EQ(place(source, "/b/9"), "3:9") << "a missing value is placed at the nearest one around it";
+  EXPECT_EQ(source.root().at("b").at(2), "x\"y");
+}
+
+std::string failure(const std::string& text) {
+  try {
+    JsonSource::from_text(text, "bad.json");
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(JsonSource, SyntaxErrorsNameLineAndColumn) {
+  EXPECT_THAT(failure("{\n  \"a\": 1,\n  b\n}"), HasSubstr("bad.json:3:3: this is no valid JSON"));
+  EXPECT_THAT(failure(""), HasSubstr("bad.json:1:1"));
+  EXPECT_THAT(failure("{\"a\": 1"), HasSubstr("bad.json:1:"));
+  EXPECT_THAT(failure("{} x"), HasSubstr("no valid JSON"));
+  EXPECT_THAT(failure("\"\xff\""), HasSubstr("no valid JSON"));
+}
+
+TEST(JsonSource, RefusesAKeyThatStandsTwice) {
+  EXPECT_THAT(failure("{\"seed\": 1,\n \"seed\": 2}"),
+              HasSubstr("bad.json:2:2: this is no valid JSON: the key \"seed\""));
+}
+
+TEST(JsonSource, RefusesBottomlessNesting) {
+  EXPECT_THAT(failure(std::string(100000, '[')), HasSubstr("nested deeper"));
+}
+
+TEST(ObjectReader, CollectsEveryMistake) {
+  const JsonSource source = JsonSource::from_text(
+      R"({"number": "x", "count": 2.5, "list": [1, "2"], "flag": 1, "instence": 3, "$schema": "s"})", "s.json");
+  std::vector<Problem> problems;
+  ObjectReader reader(source, "", problems);
+  EXPECT_EQ(reader.number("number", 7.0, 0, 1), 7.0);
+  EXPECT_EQ(reader.integer("count", 4, 0, 10), 4);
+  EXPECT_THAT(reader.numbers("list", 2, {8, 9}), ElementsAre(8, 9));
+  EXPECT_EQ(reader.boolean("flag", true), true);
+  EXPECT_EQ(reader.integer("instances", 100, 1, 1000), 100);
+  EXPECT_EQ(reader.required_string("name"), "");
+  reader.refuse_unknown();
+  ASSERT_EQ(problems.size(), 6u);
+  EXPECT_EQ(problems[0].to_string(), "s.json:1:12: /number: expected a number from 0 to 1, found \"x\"");
+  EXPECT_THAT(problems[4].to_string(), HasSubstr("the key \"name\" is missing"));
+  EXPECT_THAT(problems[5].to_string(), HasSubstr("unknown key \"instence\"; did you mean 'instances'?"));
+}
+
+TEST(ObjectReader, RangesAndKinds) {
+  const JsonSource source = JsonSource::from_text(R"({"a": 2, "b": 18446744073709551615, "o": [1]})", "s.json");
+  std::vector<Problem> problems;
+  ObjectReader reader(source, "", problems);
+  EXPECT_EQ(reader.number("a", 0, 0, 1), 0);
+  EXPECT_EQ(reader.integer("b", -1, 0, 5), -1);
+  EXPECT_EQ(problems.size(), 2u);
+  ObjectReader list(source, "/o", problems);
+  EXPECT_FALSE(list.has("x"));
+  EXPECT_EQ(problems.size(), 3u);
+  EXPECT_THAT(problems[2].message, HasSubstr("expected an object, found array"));
+}
+
+TEST(CanonicalJson, DoesNotDependOnOrderOrSpacing) {
+  const auto a = JsonSource::from_text(R"({"b": 0.1, "a": [1, 2.50]})", "");
+  const auto b = JsonSource::from_text(R"({ "a":[1,2.5],"b":0.10 })", "");
+  EXPECT_EQ(canonical_json(a.root()), canonical_json(b.root()));
+  EXPECT_EQ(canonical_json(a.root()), R"({"a":[1,2.5],"b":0.1})");
+}
+
+}  // namespace
+}  // namespace relign
