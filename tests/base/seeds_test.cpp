@@ -43,6 +43,14 @@ TEST(Random, MomentsOfUniformAndNormal) {
   EXPECT_NEAR(normal_fourth / n, 3, 5 * 9.8 / std::sqrt(n));
 }
 
+TEST(Random, PortableLogIsTheLogarithm) {
+  Random random(3);
+  for (int i = 0; i < 100000; ++i) {
+    const double x = std::ldexp(random.uniform() + 0x1p-60, static_cast<int>(random.below(80)) - 60);
+    ASSERT_NEAR(portable_log(x), std::log(x), 4e-16 * std::max(1.0, std::fabs(std::log(x)))) << x;
+  }
+}
+
 TEST(Random, BelowCoversItsRangeEvenly) {
   Random random(7, 3);
   int counts[6] = {};

@@ -26,6 +26,23 @@ inline std::array<std::uint32_t, 4> philox4x32(std::array<std::uint32_t, 4> coun
   return counter;
 }
 
+// Natural logarithm of a positive, normal double, within 2 units in the last place; the same bits with
+// every C library, which std::log does not promise. x = m 2^e with m in [sqrt(1/2), sqrt(2)), and
+// log m = 2 artanh((m - 1) / (m + 1)) by its series.
+inline double portable_log(double x) {
+  int exponent = 0;
+  double mantissa = std::frexp(x, &exponent);  // exact, in [0.5, 1)
+  if (mantissa < 0.70710678118654752) {
+    mantissa *= 2;
+    --exponent;
+  }
+  const double s = (mantissa - 1) / (mantissa + 1);
+  const double s2 = s * s;  // at most 0.0295
+  double series = 0;
+  for (int term = 25; term >= 1; term -= 2) series = series * s2 + 1.0 / term;
+  return 2 * s * series + exponent * 0.69314718055994531;
+}
+
 // A stream of random numbers: (seed, stream) names it, and draws come in order from counter 0.
 // Two streams of one seed are independent; copying a Random copies its place in the stream.
 class Random {
@@ -65,7 +82,7 @@ class Random {
       const double v = 2 * uniform() - 1;
       const double s = u * u + v * v;
       if (s >= 1 || s == 0) continue;
-      const double scale = std::sqrt(-2 * std::log(s) / s);
+      const double scale = std::sqrt(-2 * portable_log(s) / s);
       spare_ = v * scale;
       has_spare_ = true;
       return u * scale;
