@@ -1,0 +1,202 @@
+#include "imaging/camera.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "imaging/ray_source.h"
+
+namespace relign::imaging {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+// Russian roulette of the paper's renderer: 0.95 at each of the last four faces. One die for all
+// dice: a ray survives with the product of all probabilities.
+constexpr double kRouletteSurvival = 0.95 * 0.95 * 0.95 * 0.95;
+
+// The places that a sensor can take in lens coordinates, over all poses.
+optics::PassingTable::Range reachable(const SceneFile& scene) {
+  const double half = scene.sensor.side_mm / 2;
+  const double shift = std::max(scene.travel.shift_mm[0], scene.travel.shift_mm[1]);
+  const double tilt = std::max(scene.travel.tilt_deg[0], scene.travel.tilt_deg[1]);
+  const optics::SineCosine angle = optics::sine_cosine_of_degrees(tilt);
+  const double corner = (half + shift) * (scene.travel.tilt_deg.size() > 2 ? 1.4143 : 1.0);
+  const double sensor_from_first_vertex = scene.sensor.z_mm + scene.pivot_behind_first_vertex_mm;
+  optics::PassingTable::Range range;
+  range.half_width = corner + scene.sensor.z_mm * angle.sine + 0.1;
+  const double deep = scene.travel.shift_mm[2] + 2 * corner * angle.sine + 0.01;
+  range.z_low = sensor_from_first_vertex - deep;
+  range.z_high = sensor_from_first_vertex + deep;
+  return range;
+}
+
+}  // namespace
+
+std::optional<Transport> transport_from_name(const std::string& name) {
+  if (name == "refract") return Transport::refract;
+  if (name == "fresnel") return Transport::fresnel;
+  return std::nullopt;
+}
+
+std::optional<Sampler> sampler_from_name(const std::string& name) {
+  if (name == "paper") return Sampler::paper;
+  if (name == "hemisphere") return Sampler::hemisphere;
+  if (name == "pupil") return Sampler::pupil;
+  return std::nullopt;
+}
+
+// What one thread needs: a block of rays and who owns them.
+struct Camera::Workspace {
+  RaySource source;
+  float sums[kTruthGroups][kTilePixels * kTilePixels];
+};
+
+Camera::Camera(const SceneFile& scene, const optics::Assembly& assembly, const CaptureSettings& settings,
+               Parallel& parallel)
+    : scene_(&scene),
+      assembly_(assembly),
+      settings_(settings),
+      parallel_(&parallel),
+      table_(assembly, reachable(scene)),
+      tiles_(scene, table_) {
+  for (unsigned thread = 0; thread < parallel.threads(); ++thread) workspaces_.push_back(std::make_unique<Workspace>());
+  sums_.resize(tiles_.tiles().size());
+  const pixels::Image& radiance = scene.emitter.radiance;
+  emitter_.distance_z = static_cast<float>(scene.emitter.z_mm);
+  emitter_.half_side = static_cast<float>(scene.emitter.side_mm / 2);
+  emitter_.texels = static_cast<std::int32_t>(radiance.width);
+  emitter_.texels_per_mm = static_cast<float>(static_cast<double>(radiance.width) / scene.emitter.side_mm);
+  emitter_.radiance = radiance.values.data();
+}
+
+Camera::~Camera() = default;
+
+void Camera::set_capture(Sampler sampler, int samples) {
+  settings_.sampler = sampler;
+  settings_.samples = samples;
+}
+
+void Camera::place(const std::vector<double>& true_pose) {
+  const optics::Motion lens_to_world = scene_->lens_to_world(true_pose);
+  path_ = optics::backward_path(assembly_, lens_to_world);
+  ops_ = path_.ops;
+  ops_.push_back(optics::last_frame_to_world(path_));
+  tiles_.fit(lens_to_world, path_, ops_, emitter_);
+}
+
+// Runs body(tile, workspace, index) for every tile that sees the emitter; the others become black.
+template <class Body>
+void Camera::for_seen_tiles(float* pixels, const Body& body) {
+  const std::vector<Tile>& tiles = tiles_.tiles();
+  const int width = scene_->sensor.pixels;
+  parallel_->for_each(static_cast<int>(tiles.size()), [&](int index, unsigned thread) {
+    const Tile& tile = tiles[static_cast<std::size_t>(index)];
+    if (!tile.blind) {
+      body(tile, *workspaces_[thread], index);
+    } else if (pixels) {
+      for (int row = 0; row < tile.rows; ++row)
+        std::fill_n(pixels + (tile.row + row) * width + tile.column, tile.columns, 0.0F);
+    }
+  });
+}
+
+namespace {
+
+void write_tile(const Tile& tile, const float* sums, double factor, int width, float* pixels) {
+  for (int row = 0; row < tile.rows; ++row)
+    for (int column = 0; column < tile.columns; ++column)
+      pixels[(tile.row + row) * width + tile.column + column] =
+          static_cast<float>(factor * static_cast<double>(sums[row * tile.columns + column]));
+}
+
+}  // namespace
+
+void Camera::capture(const std::vector<double>& true_pose, std::uint64_t seed, float* pixels) {
+  place(true_pose);
+  const int width = scene_->sensor.pixels;
+  const RayPath way{ops_.data(), static_cast<int>(ops_.size()), &emitter_, settings_.transport == Transport::fresnel};
+  if (settings_.sampler == Sampler::hemisphere) {
+    // Every tile, blind or not: this sampler assumes nothing.
+    parallel_->for_each(static_cast<int>(tiles_.tiles().size()), [&](int index, unsigned thread) {
+      const Tile& tile = tiles_.tiles()[static_cast<std::size_t>(index)];
+      Workspace& work = *workspaces_[thread];
+      work.source.start_tile(*scene_, path_, tile, work.sums[0]);
+      work.source.all_directions(way, seed, settings_.samples, kRouletteSurvival);
+      write_tile(tile, work.sums[0], kPi / settings_.samples / kRouletteSurvival, width, pixels);
+    });
+    return;
+  }
+  for_seen_tiles(pixels, [&](const Tile& tile, Workspace& work, int) {
+    work.source.start_tile(*scene_, path_, tile, work.sums[0]);
+    if (settings_.sampler == Sampler::paper) {
+      work.source.binomial_directions(way, seed, settings_.samples, kRouletteSurvival);
+      write_tile(tile, work.sums[0], kPi / settings_.samples / kRouletteSurvival, width, pixels);
+    } else {
+      work.source.random_directions(way, seed, settings_.samples);
+      write_tile(tile, work.sums[0], tile.area / settings_.samples, width, pixels);
+    }
+  });
+}
+
+void Camera::render_noise_free(const std::vector<double>& true_pose, std::uint64_t seed, int samples, float* pixels) {
+  place(true_pose);
+  const RayPath way{ops_.data(), static_cast<int>(ops_.size()), &emitter_, settings_.transport == Transport::fresnel};
+  for_seen_tiles(pixels, [&](const Tile& tile, Workspace& work, int) {
+    work.source.start_tile(*scene_, path_, tile, work.sums[0]);
+    work.source.lattice_directions(way, seed, 0, samples);
+    write_tile(tile, work.sums[0], tile.area / samples, scene_->sensor.pixels, pixels);
+  });
+}
+
+MseEstimate Camera::noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed,
+                                   const Reference& reference) {
+  place(true_pose);
+  const RayPath way{ops_.data(), static_cast<int>(ops_.size()), &emitter_, settings_.transport == Transport::fresnel};
+  const int width = scene_->sensor.pixels;
+  constexpr int groups = kTruthGroups;
+  parallel_->for_each(static_cast<int>(tiles_.tiles().size()), [&](int index, unsigned thread) {
+    const Tile& tile = tiles_.tiles()[static_cast<std::size_t>(index)];
+    Workspace& work = *workspaces_[thread];
+    double scale = 0;
+    if (!tile.blind) {
+      scale = tile.area / kTruthSamples;
+      for (int group = 0; group < groups; ++group) {
+        work.source.start_tile(*scene_, path_, tile, work.sums[group]);
+        work.source.lattice_directions(way, seed, static_cast<std::uint32_t>(group), kTruthSamples);
+      }
+    }
+    TileSum sum;
+    for (int row = 0; row < tile.rows; ++row)
+      for (int column = 0; column < tile.columns; ++column) {
+        const auto at = static_cast<std::size_t>((tile.row + row) * width + tile.column + column);
+        const double o1 = static_cast<double>(reference.first[at]), o2 = static_cast<double>(reference.second[at]);
+        double total = 0, squares = 0, crossed = 0;
+        for (int group = 0; group < groups; ++group) {
+          const double a = tile.blind ? 0 : scale * static_cast<double>(work.sums[group][row * tile.columns + column]);
+          total += a;
+          squares += a * a;
+          crossed += (a - o1) * (a - o2);
+        }
+        // Mean over pairs of different groups of (A_i - O1)(A_j - O2).
+        const double product = ((total - groups * o1) * (total - groups * o2) - crossed) / (groups * (groups - 1));
+        sum.product += product;
+        // Var = 2 v^2 g / (g - 1) + 4 d^2 v for g group means, v the variance of their mean, d the true
+        // difference. Estimated without bias for normal errors: E[s^4] = v^2 (g + 1) / (g - 1), and
+        // product = d^2 + (mean - d)^2 - s^2 + ... shares s^2, so E[product s^2] = d^2 v - 2 v^2 / (g - 1).
+        const double s2 = std::max(0.0, (squares - total * total / groups) / (groups - 1) / groups);
+        const double v2 = s2 * s2 * (groups - 1) / (groups + 1);
+        sum.variance += 2 * v2 * groups / (groups - 1) + 4 * (product * s2 + 2 * v2 / (groups - 1));
+      }
+    sums_[static_cast<std::size_t>(index)] = sum;
+  });
+  double product = 0, variance = 0;
+  for (const TileSum& sum : sums_) {
+    product += sum.product;
+    variance += sum.variance;
+  }
+  const double count = static_cast<double>(width) * width;
+  return {product / count, std::sqrt(std::max(0.0, variance)) / count};
+}
+
+}  // namespace relign::imaging

@@ -1,0 +1,93 @@
+// The camera: images of one lens as built, at any pose.
+//
+// An image is a pure function of (scene, assembly, pose, seed): bit-equal for any number of threads
+// and on any x86-64 with AVX2. Values are irradiance for an emitter of radiance 1.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "imaging/parallel.h"
+#include "imaging/pupil_tiles.h"
+#include "imaging/scene_file.h"
+#include "optics/assembly.h"
+
+namespace relign::imaging {
+
+enum class Transport {
+  refract,  // every face lets all light through
+  fresnel   // unpolarised transmittances of uncoated glass
+};
+
+enum class Sampler {
+  paper,       // the paper's noise, exact in law, tracing only directions that can pass
+  hemisphere,  // the paper's noise as its renderer makes it: the cross-check
+  pupil        // uniform in B with weights: little noise
+};
+
+std::optional<Transport> transport_from_name(const std::string& name);
+std::optional<Sampler> sampler_from_name(const std::string& name);
+
+struct CaptureSettings {
+  Transport transport = Transport::fresnel;
+  Sampler sampler = Sampler::paper;
+  int samples = 64;  // 1 to kMostSamples directions a pixel: over the hemisphere (paper, hemisphere) or in B (pupil)
+};
+
+// Two independent noise-free renders of the reference pose and their mean, O*.
+struct Reference {
+  std::vector<float> first, second, mean;
+};
+
+struct MseEstimate {
+  double mse = 0;  // unbiased, may be negative
+  double standard_error = 0;
+};
+
+class Camera {
+ public:
+  // scene and parallel outlive the camera. Allocates everything it needs; captures allocate nothing.
+  Camera(const SceneFile& scene, const optics::Assembly& assembly, const CaptureSettings& settings, Parallel& parallel);
+  ~Camera();
+
+  // Each writes sensor.pixels^2 values.
+  void capture(const std::vector<double>& true_pose, std::uint64_t seed, float* pixels);
+  // Low-discrepancy sampling of B: `samples` rays a pixel.
+  void render_noise_free(const std::vector<double>& true_pose, std::uint64_t seed, int samples, float* pixels);
+  // MSE against the reference: mean over pixels of products of independent renders minus independent
+  // references. kTruthGroups renders of kTruthSamples rays a pixel each.
+  MseEstimate noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed, const Reference& reference);
+
+  // For tests: the same as capture with another sampler or count.
+  void set_capture(Sampler sampler, int samples);
+
+ private:
+  struct Workspace;
+  void place(const std::vector<double>& true_pose);
+  template <class Body>
+  void for_seen_tiles(float* pixels, const Body& body);
+
+  const SceneFile* scene_;
+  optics::Assembly assembly_;
+  CaptureSettings settings_;
+  Parallel* parallel_;
+  optics::PassingTable table_;
+  PupilTiles tiles_;
+  // of the pose in place
+  optics::BackwardPath path_;
+  std::vector<optics::Op> ops_;
+  optics::EmitterPlane emitter_{};
+  std::vector<std::unique_ptr<Workspace>> workspaces_;  // one a thread
+  struct TileSum {
+    double product = 0, variance = 0;
+  };
+  std::vector<TileSum> sums_;  // one a tile
+};
+
+inline constexpr int kTruthGroups = 4;
+inline constexpr int kTruthSamples = 8;
+
+}  // namespace relign::imaging

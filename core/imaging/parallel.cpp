@@ -1,0 +1,84 @@
+#include "imaging/parallel.h"
+
+#include <atomic>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace relign::imaging {
+
+struct Parallel::Shared {
+  std::mutex mutex;
+  std::condition_variable wake, done;
+  const std::function<void(int, unsigned)>* body = nullptr;
+  int count = 0;
+  std::atomic<int> next{0};
+  unsigned busy = 0;
+  unsigned round = 0;
+  bool leave = false;
+  std::exception_ptr failure;
+  std::vector<std::thread> helpers;
+
+  void work(unsigned thread) {
+    try {
+      for (int item = next.fetch_add(1); item < count; item = next.fetch_add(1)) (*body)(item, thread);
+    } catch (...) {
+      const std::lock_guard<std::mutex> lock(mutex);
+      if (!failure) failure = std::current_exception();
+      next.store(count);
+    }
+  }
+  void help(unsigned thread) {
+    unsigned seen = 0;
+    std::unique_lock<std::mutex> lock(mutex);
+    while (true) {
+      wake.wait(lock, [&] { return leave || round != seen; });
+      if (leave) return;
+      seen = round;
+      lock.unlock();
+      work(thread);
+      lock.lock();
+      if (--busy == 0) done.notify_one();
+    }
+  }
+};
+
+Parallel::Parallel(unsigned threads) : threads_(threads > 0 ? threads : 1), shared_(std::make_unique<Shared>()) {
+  for (unsigned thread = 1; thread < threads_; ++thread)
+    shared_->helpers.emplace_back([this, thread] { shared_->help(thread); });
+}
+
+Parallel::~Parallel() {
+  {
+    const std::lock_guard<std::mutex> lock(shared_->mutex);
+    shared_->leave = true;
+  }
+  shared_->wake.notify_all();
+  for (std::thread& helper : shared_->helpers) helper.join();
+}
+
+void Parallel::for_each(int count, const std::function<void(int, unsigned)>& body) {
+  if (threads_ == 1) {
+    for (int item = 0; item < count; ++item) body(item, 0);
+    return;
+  }
+  Shared& shared = *shared_;
+  {
+    const std::lock_guard<std::mutex> lock(shared.mutex);
+    shared.body = &body;
+    shared.count = count;
+    shared.next.store(0);
+    shared.busy = threads_ - 1;
+    shared.failure = nullptr;
+    ++shared.round;
+  }
+  shared.wake.notify_all();
+  shared.work(0);
+  std::unique_lock<std::mutex> lock(shared.mutex);
+  shared.done.wait(lock, [&] { return shared.busy == 0; });
+  if (shared.failure) std::rethrow_exception(shared.failure);
+}
+
+}  // namespace relign::imaging

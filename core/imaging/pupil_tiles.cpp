@@ -1,0 +1,276 @@
+#include "imaging/pupil_tiles.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+namespace relign::imaging {
+namespace {
+
+using optics::kBlockRays;
+using optics::kSupports;
+using optics::Vec3;
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kAxesMargin = 0.02;  // for the curvature of regions across a tile
+constexpr double kProbeScale = 0.9;   // probing rays stay inside the passing region
+constexpr int kProbes = 1 + kSupports / 2;
+constexpr double kHullWidening = 0.15;      // of the hull's own size, to each side
+constexpr double kHullMarginShare = 0.005;  // of the emitter's side
+
+double length(double a, double b) { return std::sqrt(a * a + b * b); }
+
+}  // namespace
+
+PupilTiles::PupilTiles(const SceneFile& scene, const optics::PassingTable& table)
+    : scene_(&scene), table_(&table), block_(std::make_unique<optics::RayBlock>()) {
+  const int pixels = scene.sensor.pixels;
+  across_ = (pixels + kTilePixels - 1) / kTilePixels;
+  corners_.resize(static_cast<std::size_t>((across_ + 1) * (across_ + 1)));
+  for (int row = 0; row < across_; ++row)
+    for (int column = 0; column < across_; ++column) {
+      Tile tile;
+      tile.column = column * kTilePixels;
+      tile.row = row * kTilePixels;
+      tile.columns = std::min(kTilePixels, pixels - tile.column);
+      tile.rows = std::min(kTilePixels, pixels - tile.row);
+      tiles_.push_back(tile);
+    }
+  sights_.resize(tiles_.size());
+}
+
+std::array<const PupilTiles::Corner*, 4> PupilTiles::corners_of(const Tile& tile) const {
+  const int column = tile.column / kTilePixels, row = tile.row / kTilePixels;
+  const auto corner = [&](int c, int r) { return &corners_[static_cast<std::size_t>(r * (across_ + 1) + c)]; };
+  return {corner(column, row), corner(column + 1, row), corner(column, row + 1), corner(column + 1, row + 1)};
+}
+
+Vec3 PupilTiles::corner_place(int tile_column, int tile_row) const {
+  const Sensor& sensor = scene_->sensor;
+  const double pitch = sensor.pitch_mm();
+  const int column = std::min(tile_column * kTilePixels, sensor.pixels);
+  const int row = std::min(tile_row * kTilePixels, sensor.pixels);
+  return {column * pitch - sensor.side_mm / 2, sensor.side_mm / 2 - row * pitch, sensor.z_mm};
+}
+
+void PupilTiles::fit_corners(const optics::Motion& lens_to_world) {
+  const optics::Motion to_lens = optics::inverse(lens_to_world);
+  const double one_step = optics::support_direction(1, kSupports)[1];  // sine of the angle between supports
+  for (int row = 0; row <= across_; ++row)
+    for (int column = 0; column <= across_; ++column) {
+      Corner& corner = corners_[static_cast<std::size_t>(row * (across_ + 1) + column)];
+      const Vec3 place = to_lens.point(corner_place(column, row));
+      const optics::PassingRegion region = table_->at(place);
+      corner.empty = region.empty;
+      corner.hits = 0;
+      corner.centre_p = corner.centre_q = 0;
+      if (region.empty) continue;
+      for (int k = 0; k < kSupports; ++k) {
+        // Where the support lines k and k + 1 meet.
+        const auto a = optics::support_direction(k, kSupports);
+        const auto b = optics::support_direction((k + 1) % kSupports, kSupports);
+        const double ha = region.supports[static_cast<std::size_t>(k)];
+        const double hb = region.supports[static_cast<std::size_t>((k + 1) % kSupports)];
+        const double x = region.middle[0] + (ha * b[1] - hb * a[1]) / one_step;
+        const double y = region.middle[1] + (hb * a[0] - ha * b[0]) / one_step;
+        const Vec3 direction = lens_to_world.direction(optics::unit(Vec3{x, y, table_->pupil_z()} - place));
+        corner.p[k] = direction.x;
+        corner.q[k] = direction.y;
+        corner.centre_p += direction.x / kSupports;
+        corner.centre_q += direction.y / kSupports;
+      }
+    }
+}
+
+void PupilTiles::probe_emitter(const optics::BackwardPath& path, const std::vector<optics::Op>& ops,
+                               const optics::EmitterPlane& emitter) {
+  optics::RayBlock* const block = block_.get();
+  int owners[kBlockRays];
+  int count = 0;
+  const auto flush = [&] {
+    const int padded = (count + 15) / 16 * 16;
+    for (int i = count; i < padded; ++i) {  // repeat the last ray: any finite one will do
+      block->x[i] = block->x[count - 1];
+      block->y[i] = block->y[count - 1];
+      block->z[i] = block->z[count - 1];
+      block->lx[i] = block->lx[count - 1];
+      block->ly[i] = block->ly[count - 1];
+      block->lz[i] = block->lz[count - 1];
+      block->margin[i] = 1;
+    }
+    const optics::BlockKernels& kernels = optics::block_kernels();
+    kernels.trace(*block, ops.data(), static_cast<int>(ops.size()), false, padded);
+    kernels.look_up(*block, emitter, padded);
+    for (int i = 0; i < count; ++i) {
+      if (!(block->margin[i] > 0) || !(block->lz[i] < 0)) continue;
+      Corner& corner = corners_[static_cast<std::size_t>(owners[i])];
+      const double x = block->x[i], y = block->y[i];
+      if (corner.hits++ == 0) {
+        corner.low_x = corner.high_x = x;
+        corner.low_y = corner.high_y = y;
+      } else {
+        corner.low_x = std::min(corner.low_x, x);
+        corner.high_x = std::max(corner.high_x, x);
+        corner.low_y = std::min(corner.low_y, y);
+        corner.high_y = std::max(corner.high_y, y);
+      }
+    }
+    count = 0;
+  };
+  for (int row = 0; row <= across_; ++row)
+    for (int column = 0; column <= across_; ++column) {
+      const int owner = row * (across_ + 1) + column;
+      const Corner& corner = corners_[static_cast<std::size_t>(owner)];
+      if (corner.empty) continue;
+      const Vec3 start = path.into_first_frame.point(corner_place(column, row));
+      for (int probe = 0; probe < kProbes; ++probe) {
+        double p = corner.centre_p, q = corner.centre_q;
+        if (probe > 0) {
+          p += kProbeScale * (corner.p[2 * (probe - 1)] - p);
+          q += kProbeScale * (corner.q[2 * (probe - 1)] - q);
+        }
+        const double rest = 1 - p * p - q * q;
+        if (!(rest > 0)) continue;
+        const Vec3 direction = path.into_first_frame.direction({p, q, -std::sqrt(rest)});
+        owners[count] = owner;
+        block->x[count] = static_cast<float>(start.x);
+        block->y[count] = static_cast<float>(start.y);
+        block->z[count] = static_cast<float>(start.z);
+        block->lx[count] = static_cast<float>(direction.x);
+        block->ly[count] = static_cast<float>(direction.y);
+        block->lz[count] = static_cast<float>(direction.z);
+        block->margin[count] = 1;
+        if (++count == kBlockRays) flush();
+      }
+    }
+  if (count > 0) flush();
+}
+
+PupilTiles::Sight PupilTiles::sight(const Tile& tile, double half_emitter) const {
+  int hits = 0;
+  double low_x = 1e300, high_x = -1e300, low_y = 1e300, high_y = -1e300;
+  for (const Corner* corner : corners_of(tile)) {
+    if (corner->hits == 0) continue;
+    hits += corner->hits;
+    low_x = std::min(low_x, corner->low_x);
+    high_x = std::max(high_x, corner->high_x);
+    low_y = std::min(low_y, corner->low_y);
+    high_y = std::max(high_y, corner->high_y);
+  }
+  if (hits == 0) return Sight::unknown;
+  const double margin = kHullMarginShare * 2 * half_emitter;
+  const double wide_x = kHullWidening * (high_x - low_x) + margin, wide_y = kHullWidening * (high_y - low_y) + margin;
+  const bool misses = low_x - wide_x > half_emitter || high_x + wide_x < -half_emitter ||
+                      low_y - wide_y > half_emitter || high_y + wide_y < -half_emitter;
+  return misses ? Sight::nothing : Sight::emitter;
+}
+
+// A tile from whose corners no probing ray passes the whole lens may still see a sliver of the emitter
+// if a neighbour sees it.
+void PupilTiles::find_blind_tiles(double half_emitter) {
+  for (std::size_t i = 0; i < tiles_.size(); ++i) sights_[i] = sight(tiles_[i], half_emitter);
+  for (int row = 0; row < across_; ++row)
+    for (int column = 0; column < across_; ++column) {
+      const auto at = static_cast<std::size_t>(row * across_ + column);
+      bool neighbour = false;
+      for (int r = std::max(0, row - 1); r <= std::min(across_ - 1, row + 1); ++r)
+        for (int c = std::max(0, column - 1); c <= std::min(across_ - 1, column + 1); ++c)
+          neighbour |= sights_[static_cast<std::size_t>(r * across_ + c)] == Sight::emitter;
+      bool passes = false;
+      for (const Corner* corner : corners_of(tiles_[at])) passes |= !corner->empty;
+      tiles_[at].blind = !passes || sights_[at] == Sight::nothing || (sights_[at] == Sight::unknown && !neighbour);
+    }
+}
+
+void PupilTiles::fit_tile(Tile& tile, const optics::BackwardPath& path) const {
+  const std::array<const Corner*, 4> corners = corners_of(tile);
+  const double pitch = scene_->sensor.pitch_mm();
+  const double half_x = 0.5 * tile.columns * pitch, half_y = 0.5 * tile.rows * pitch;
+  const double at_x[4] = {-half_x, half_x, -half_x, half_x};
+  const double at_y[4] = {half_y, half_y, -half_y, -half_y};
+
+  int seen = 0;
+  double centre[2] = {0, 0}, slope[4] = {0, 0, 0, 0};
+  for (const Corner* corner : corners) {
+    if (corner->empty) continue;
+    ++seen;
+    centre[0] += corner->centre_p;
+    centre[1] += corner->centre_q;
+  }
+  centre[0] /= seen;
+  centre[1] /= seen;
+  if (seen == 4) {
+    const auto along = [&](double Corner::*member, double* both) {
+      const double c0 = corners[0]->*member, c1 = corners[1]->*member, c2 = corners[2]->*member,
+                   c3 = corners[3]->*member;
+      both[0] = (c1 + c3 - c0 - c2) / (4 * half_x);
+      both[1] = (c0 + c1 - c2 - c3) / (4 * half_y);
+    };
+    along(&Corner::centre_p, slope);
+    along(&Corner::centre_q, slope + 2);
+  }
+  // Residuals of all polygon vertices from the moving centre, then the ellipse of their covariance
+  // blown up until it holds them all.
+  double pp = 0, pq = 0, qq = 0;
+  const auto residual = [&](int j, int k, double& dp, double& dq) {
+    dp = corners[j]->p[k] - (centre[0] + slope[0] * at_x[j] + slope[1] * at_y[j]);
+    dq = corners[j]->q[k] - (centre[1] + slope[2] * at_x[j] + slope[3] * at_y[j]);
+  };
+  for (int j = 0; j < 4; ++j) {
+    if (corners[j]->empty) continue;
+    for (int k = 0; k < kSupports; ++k) {
+      double dp = 0, dq = 0;
+      residual(j, k, dp, dq);
+      pp += dp * dp;
+      pq += dp * dq;
+      qq += dq * dq;
+    }
+  }
+  const double l00 = std::sqrt(std::max(pp, 1e-12));
+  const double l10 = pq / l00;
+  const double l11 = std::sqrt(std::max(qq - l10 * l10, 1e-12));
+  double largest = 0;
+  for (int j = 0; j < 4; ++j) {
+    if (corners[j]->empty) continue;
+    for (int k = 0; k < kSupports; ++k) {
+      double dp = 0, dq = 0;
+      residual(j, k, dp, dq);
+      const double a = dp / l00, b = (dq - l10 * a) / l11;
+      largest = std::max(largest, a * a + b * b);
+    }
+  }
+  // Corners where nothing passes: what passes in between is not bounded by corners alone.
+  const double scale = std::sqrt(largest) * (1 + kAxesMargin) * (seen == 4 ? 1.0 : 1.3);
+  optics::TileStart& start = tile.start;
+  const double axes[4] = {scale * l00, 0, scale * l10, scale * l11};
+  // Farthest point of B from the disc's centre, from any place of the tile.
+  const double reach = length(centre[0], centre[1]) +
+                       length(std::fabs(slope[0]) * half_x + std::fabs(slope[1]) * half_y,
+                              std::fabs(slope[2]) * half_x + std::fabs(slope[3]) * half_y) +
+                       length(axes[0], length(axes[2], axes[3]));
+  tile.area = kPi * axes[0] * axes[3];
+  tile.whole_disc = !(reach < 0.999) || tile.area > 0.5 * kPi;
+  if (tile.whole_disc) tile.area = kPi;
+
+  start.pixel_pitch_x = static_cast<float>(pitch);
+  start.pixel_pitch_y = static_cast<float>(-pitch);
+  for (int i = 0; i < 2; ++i) start.centre[i] = static_cast<float>(centre[i]);
+  for (int i = 0; i < 4; ++i) {
+    start.slope[i] = static_cast<float>(slope[i]);
+    start.axes[i] = static_cast<float>(axes[i]);
+  }
+  const Vec3 middle{(tile.column + 0.5 * tile.columns) * pitch - scene_->sensor.side_mm / 2,
+                    scene_->sensor.side_mm / 2 - (tile.row + 0.5 * tile.rows) * pitch, scene_->sensor.z_mm};
+  optics::set_first_frame(start, path, middle);
+}
+
+void PupilTiles::fit(const optics::Motion& lens_to_world, const optics::BackwardPath& path,
+                     const std::vector<optics::Op>& ops, const optics::EmitterPlane& emitter) {
+  fit_corners(lens_to_world);
+  probe_emitter(path, ops, emitter);
+  find_blind_tiles(emitter.half_side);
+  for (Tile& tile : tiles_)
+    if (!tile.blind) fit_tile(tile, path);
+}
+
+}  // namespace relign::imaging

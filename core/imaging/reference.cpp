@@ -1,0 +1,86 @@
+#include "imaging/reference.h"
+
+#include <cstring>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "base/hash.h"
+
+namespace relign::imaging {
+namespace {
+
+// Raise it whenever an image changes by a bit: old cache files are then left alone.
+constexpr int kImageVersion = 1;
+
+std::string bytes_of(const std::vector<float>& values) {
+  return std::string(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float));
+}
+
+// "relign-reference 1\n", the SHA-256 of what follows, a line feed, both renders.
+constexpr char kMagic[] = "relign-reference 1\n";
+
+bool load(const std::filesystem::path& file, std::size_t count, Reference& reference) {
+  std::error_code code;
+  if (!std::filesystem::exists(file, code)) return false;
+  const std::string content = read_file(file);
+  const std::size_t header = sizeof kMagic - 1 + 65;
+  const std::size_t size = count * sizeof(float);
+  if (content.size() != header + 2 * size || content.compare(0, sizeof kMagic - 1, kMagic) != 0) return false;
+  if (content.compare(sizeof kMagic - 1, 64, sha256_hex(std::string_view(content).substr(header))) != 0) return false;
+  reference.first.resize(count);
+  reference.second.resize(count);
+  std::memcpy(reference.first.data(), content.data() + header, size);
+  std::memcpy(reference.second.data(), content.data() + header + size, size);
+  return true;
+}
+
+}  // namespace
+
+std::string scene_content_hash(const SceneFile& scene, const CaptureSettings& settings) {
+  Json content = {{"image_version", kImageVersion},
+                  {"pivot", scene.pivot_behind_first_vertex_mm},
+                  {"sensor", {scene.sensor.z_mm, scene.sensor.side_mm, scene.sensor.pixels}},
+                  {"emitter", {scene.emitter.z_mm, scene.emitter.side_mm}},
+                  {"radiance", sha256_hex(bytes_of(scene.emitter.radiance.values))},
+                  {"texels", scene.emitter.radiance.width},
+                  {"travel", {scene.travel.shift_mm, scene.travel.tilt_deg}},
+                  {"transport", settings.transport == Transport::fresnel ? "fresnel" : "refract"},
+                  {"lens_pivot", scene.lens.pivot_z_mm},
+                  {"samples", kReferenceSamples}};
+  for (const optics::Element& element : scene.lens.elements)
+    for (const optics::Face& face : element.faces)
+      content["faces"].push_back({element.name, face.z_mm, face.curvature, face.index_after, face.clear_radius_mm});
+  for (const optics::Stop& stop : scene.lens.stops) content["stops"].push_back({stop.z_mm, stop.opening_radius_mm});
+  if (scene.lens.mount) content["mount"] = {scene.lens.mount->bore_radius_mm, scene.lens.mount->to_z_mm};
+  return short_hash(canonical_json(content));
+}
+
+Reference make_reference(const SceneFile& scene, const CaptureSettings& settings, Parallel& parallel,
+                         const std::filesystem::path& cache_folder,
+                         const std::function<void(const std::string&)>& warn) {
+  const auto count = static_cast<std::size_t>(scene.sensor.pixels) * static_cast<std::size_t>(scene.sensor.pixels);
+  Reference reference;
+  std::filesystem::path file;
+  if (!cache_folder.empty()) file = cache_folder / ("reference-" + scene_content_hash(scene, settings) + ".bin");
+  if (file.empty() || !load(file, count, reference)) {
+    reference.first.resize(count);
+    reference.second.resize(count);
+    const std::vector<double> nominal(scene.axes(), 0.5);
+    Camera camera(scene, optics::Assembly(scene.lens), settings, parallel);
+    camera.render_noise_free(nominal, 1, kReferenceSamples, reference.first.data());
+    camera.render_noise_free(nominal, 2, kReferenceSamples, reference.second.data());
+    if (!file.empty()) {
+      const std::string body = bytes_of(reference.first) + bytes_of(reference.second);
+      try {
+        write_file_atomically(file, kMagic + sha256_hex(body) + "\n" + body);
+      } catch (const Error& error) {
+        if (warn) warn(std::string("the reference image is not cached: ") + error.what());
+      }
+    }
+  }
+  reference.mean.resize(count);
+  for (std::size_t i = 0; i < count; ++i) reference.mean[i] = 0.5F * (reference.first[i] + reference.second[i]);
+  return reference;
+}
+
+}  // namespace relign::imaging

@@ -1,0 +1,103 @@
+#include "imaging/scene_file.h"
+
+#include "base/error.h"
+#include "imaging/target.h"
+
+namespace relign::imaging {
+namespace {
+
+namespace fs = std::filesystem;
+
+void read_emitter(ObjectReader& reader, const fs::path& folder, const SceneChoices& choices, SceneFile& scene) {
+  scene.emitter.z_mm = reader.required_number("z_mm", -1e7, -1e-3);
+  scene.emitter.side_mm = reader.required_number("side_mm", 1e-6, 1e7);
+  scene.emitter.target = reader.string("target", "siemens_star");
+  const auto texels = static_cast<int>(reader.integer("texels", 300, 2, 8192));
+  fs::path file;
+  if (!choices.target.empty()) {
+    scene.emitter.target = choices.target;
+    if (choices.target != "siemens_star") file = choices.target;
+  } else if (scene.emitter.target != "siemens_star") {
+    file = folder / scene.emitter.target;
+  }
+  if (file.empty()) {
+    scene.emitter.radiance = siemens_star(texels);
+    return;
+  }
+  scene.emitter.radiance = target_from_file(file);
+  scene.files.push_back(file);
+}
+
+}  // namespace
+
+SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
+  const JsonSource source = JsonSource::from_file(file);
+  const fs::path folder = file.parent_path();
+  std::vector<Problem> problems;
+  SceneFile scene;
+  scene.files.push_back(file);
+
+  ObjectReader top(source, "", problems);
+  top.string("use", "lens_system");
+  top.integer("format", 1, 1, 1);
+  scene.name = top.required_string("name");
+  scene.summary = top.string("summary", "");
+  const std::string lens_name = top.required_string("lens");
+  scene.pivot_behind_first_vertex_mm = top.required_number("pivot_behind_first_vertex_mm", -1e6, 1e6);
+  for (const char* key : {"sensor", "emitter", "travel"})
+    if (!top.get(key)) top.complain("", std::string("the key \"") + key + "\" is missing (an object)");
+
+  ObjectReader sensor(source, "/sensor", problems);
+  scene.sensor.z_mm = sensor.required_number("z_mm", 1e-3, 1e6);
+  scene.sensor.side_mm = sensor.required_number("side_mm", 1e-6, 1e6);
+  scene.sensor.pixels = static_cast<int>(sensor.integer("pixels", 200, 1, 4096));
+  if (choices.pixels > 0) scene.sensor.pixels = choices.pixels;
+  sensor.refuse_unknown();
+
+  ObjectReader travel(source, "/travel", problems);
+  const std::vector<double> shift = travel.numbers("shift_mm", 3, {1, 1, 1});
+  scene.travel.tilt_deg = travel.numbers("tilt_deg", 2, {0, 0});
+  const double rz = travel.number("rotation_z_deg", 0, 0, 180);
+  travel.refuse_unknown();
+  for (std::size_t i = 0; i < 3; ++i) {
+    scene.travel.shift_mm[i] = shift[i];
+    if (!(shift[i] >= 0)) travel.complain("shift_mm", "half travels are not negative");
+  }
+  for (const double tilt : scene.travel.tilt_deg)
+    if (!(tilt >= 0 && tilt <= 45)) travel.complain("tilt_deg", "half travels are from 0 to 45 degrees");
+  if (choices.rotation_z) {
+    if (rz <= 0) travel.complain("", "rotation_z is switched on but \"rotation_z_deg\" gives it no travel");
+    scene.travel.tilt_deg.push_back(rz);
+  }
+  if (const Json* value = top.get("machine_time")) scene.machine_time = *value;
+  if (const Json* value = top.get("spec")) scene.spec = *value;
+
+  ObjectReader emitter(source, "/emitter", problems);
+  if (problems.empty())
+    read_emitter(emitter, folder, choices, scene);
+  else
+    for (const char* key : {"z_mm", "side_mm", "target", "texels"}) emitter.get(key);
+  emitter.refuse_unknown();
+  top.refuse_unknown();
+  throw_if_any(problems);
+
+  scene.files.push_back(folder / lens_name);
+  scene.lens = optics::read_prescription(folder / lens_name);
+  for (optics::Element& element : scene.lens.elements)
+    for (std::size_t f = 0; f + 1 < element.faces.size(); ++f) element.faces[f].index_after /= choices.ambient_index;
+  return scene;
+}
+
+optics::Motion SceneFile::lens_to_world(const std::vector<double>& true_pose) const {
+  const auto physical = [&](std::size_t axis, double half) { return (2 * true_pose[axis] - 1) * half; };
+  const double rz = travel.tilt_deg.size() > 2 ? physical(5, travel.tilt_deg[2]) : 0;
+  optics::Motion motion;
+  motion.rotation = optics::rotation_of_degrees(physical(3, travel.tilt_deg[0]), physical(4, travel.tilt_deg[1]), rz);
+  const optics::Vec3 pivot{0, 0, pivot_behind_first_vertex_mm};
+  motion.translation =
+      optics::Vec3{physical(0, travel.shift_mm[0]), physical(1, travel.shift_mm[1]), physical(2, travel.shift_mm[2])} -
+      optics::turn(motion.rotation, pivot);
+  return motion;
+}
+
+}  // namespace relign::imaging

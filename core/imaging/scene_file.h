@@ -1,0 +1,65 @@
+// A scene file: lens, sensor, emitter and travel of one set-up, as JSON with units in the names.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/json_source.h"
+#include "optics/prescription.h"
+#include "optics/rigid.h"
+#include "pixels/image.h"
+
+namespace relign::imaging {
+
+struct Sensor {
+  double z_mm = 0;     // world
+  double side_mm = 0;  // square
+  int pixels = 0;      // a side
+  double pitch_mm() const { return side_mm / pixels; }
+};
+
+struct Emitter {
+  double z_mm = 0;     // world, negative
+  double side_mm = 0;  // square
+  std::string target;  // "siemens_star" or the path of an image
+  pixels::Image radiance;
+};
+
+// Pose s in [0, 1] per axis; physical value = (2 s - 1) * half travel.
+struct Travel {
+  std::array<double, 3> shift_mm{};
+  std::vector<double> tilt_deg;  // Rx, Ry, optionally Rz
+};
+
+struct SceneFile {
+  std::string name;
+  std::string summary;
+  optics::Prescription lens;
+  double pivot_behind_first_vertex_mm = 0;  // world origin, on the axis
+  Sensor sensor;
+  Emitter emitter;
+  Travel travel;
+  Json machine_time;  // as written, null when absent
+  Json spec;
+  std::vector<std::filesystem::path> files;  // all that were read
+
+  std::size_t axes() const { return 3 + travel.tilt_deg.size(); }
+  // Lens coordinates to world coordinates at a true pose (axes() values):
+  // p_world = R (p_lens - pivot) + t, R = Rx Ry (Rz), right-handed.
+  optics::Motion lens_to_world(const std::vector<double>& true_pose) const;
+};
+
+struct SceneChoices {
+  double ambient_index = 1;  // glass indices of the file are divided by it
+  std::string target;        // empty: the scene file's; "siemens_star" or a path
+  bool rotation_z = false;   // switches the sixth axis on
+  int pixels = 0;            // 0: the scene file's
+};
+
+// Throws Error(bad_input or io) listing every mistake with its place.
+SceneFile read_scene_file(const std::filesystem::path& file, const SceneChoices& choices);
+
+}  // namespace relign::imaging

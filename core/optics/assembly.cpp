@@ -1,0 +1,58 @@
+#include "optics/assembly.h"
+
+#include <algorithm>
+
+#include "base/error.h"
+#include "base/text.h"
+
+namespace relign::optics {
+namespace {
+
+std::vector<std::string> element_names(const Prescription& lens) {
+  std::vector<std::string> names;
+  for (const Element& element : lens.elements) names.push_back(element.name);
+  return names;
+}
+
+}  // namespace
+
+Assembly::Assembly(const Prescription& lens) : Assembly(lens, {}) {}
+
+Assembly::Assembly(const Prescription& lens, const std::map<std::string, ElementOffset>& offsets) : lens_(&lens) {
+  placements_.resize(lens.elements.size());
+  const Vec3 pivot{0, 0, lens.pivot_z_mm};
+  for (const auto& [name, offset] : offsets) {
+    const Element* element = lens.element(name);
+    if (!element)
+      throw Error(ErrorKind::bad_input,
+                  "the lens '" + lens.name + "' has no element '" + name + "'" + suggestion(name, element_names(lens)));
+    Motion& placement = placements_[static_cast<std::size_t>(element - lens.elements.data())];
+    if (offset.tilt_deg[0] != 0 || offset.tilt_deg[1] != 0)
+      placement.rotation = rotation_of_degrees(offset.tilt_deg[0], offset.tilt_deg[1]);
+    placement.translation =
+        pivot - turn(placement.rotation, pivot) + Vec3{offset.shift_mm[0], offset.shift_mm[1], offset.shift_mm[2]};
+  }
+}
+
+std::map<std::string, ElementOffset> read_offsets(const JsonSource& source, const std::string& pointer,
+                                                  const Prescription& lens) {
+  std::vector<Problem> problems;
+  std::map<std::string, ElementOffset> offsets;
+  ObjectReader all(source, pointer, problems);
+  for (const std::string& name : element_names(lens)) {
+    if (!all.get(name)) continue;
+    ObjectReader one(source, all.pointer_to(name), problems);
+    ElementOffset offset;
+    offset.shift_mm = one.numbers("shift_mm", 3, offset.shift_mm);
+    offset.tilt_deg = one.numbers("tilt_deg", 2, offset.tilt_deg);
+    for (const double tilt : offset.tilt_deg)
+      if (!(tilt >= -90 && tilt <= 90)) one.complain("tilt_deg", "tilts are from -90 to 90 degrees");
+    one.refuse_unknown();
+    offsets[name] = offset;
+  }
+  all.refuse_unknown();
+  throw_if_any(problems);
+  return offsets;
+}
+
+}  // namespace relign::optics

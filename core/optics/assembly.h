@@ -1,0 +1,41 @@
+// A lens as built: every element sits a little off, as a rigid body.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "optics/prescription.h"
+#include "optics/rigid.h"
+
+namespace relign::optics {
+
+// p_lens = pivot + Rx(rx) Ry(ry) (p_element - pivot) + shift, right-handed; the pivot is the
+// prescription's, on the axis.
+struct ElementOffset {
+  std::vector<double> shift_mm = {0, 0, 0};
+  std::vector<double> tilt_deg = {0, 0};
+};
+
+class Assembly {
+ public:
+  // The perfect lens.
+  explicit Assembly(const Prescription& lens);
+  // Throws Error(bad_input) for an unknown element.
+  Assembly(const Prescription& lens, const std::map<std::string, ElementOffset>& offsets);
+
+  const Prescription& lens() const { return *lens_; }
+  // Element coordinates (those of the undisturbed lens) to lens coordinates.
+  const Motion& placement(std::size_t element) const { return placements_[element]; }
+
+ private:
+  const Prescription* lens_;
+  std::vector<Motion> placements_;
+};
+
+// {"L2": {"tilt_deg": [rx, ry], "shift_mm": [x, y, z]}, ...} at `pointer` of a file or text.
+// Throws Error(bad_input) listing every mistake.
+std::map<std::string, ElementOffset> read_offsets(const JsonSource& source, const std::string& pointer,
+                                                  const Prescription& lens);
+
+}  // namespace relign::optics

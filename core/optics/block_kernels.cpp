@@ -1,0 +1,314 @@
+// The float kernels of ray_block.h, compiled once for each instruction set (RELIGN_KERNEL_ISA).
+//
+// Each operation is a function of its own with plain loops over arrays and scalar locals: that is
+// what the compiler vectorises. Only builtins are called, so that no inline function of a library
+// header is emitted here with instructions that other code must not run.
+#include "optics/ray_block.h"
+
+namespace relign::optics {
+namespace RELIGN_KERNEL_ISA {
+namespace {
+
+#define RELIGN_LOOP _Pragma("omp simd")
+
+inline float multiply_add(float a, float b, float c) { return __builtin_fmaf(a, b, c); }
+inline float smaller(float a, float b) { return a < b ? a : b; }
+inline float larger(float a, float b) { return a > b ? a : b; }
+
+void philox(RayBlock& block, const std::uint32_t* pixel, const std::uint32_t* sample, std::uint32_t stream,
+            std::uint32_t key0, std::uint32_t key1, int count) {
+  std::uint32_t* const u0 = block.u0;
+  std::uint32_t* const u1 = block.u1;
+  std::uint32_t* const u2 = block.u2;
+  std::uint32_t* const u3 = block.u3;
+  std::uint32_t* const die = block.die;
+  RELIGN_LOOP
+  for (int i = 0; i < count; ++i) {
+    std::uint32_t c0 = sample[i], c1 = pixel[i], c2 = stream, c3 = 0;
+    std::uint32_t k0 = key0, k1 = key1;
+    for (int round = 0; round < 10; ++round) {
+      const std::uint64_t product0 = std::uint64_t{0xD2511F53u} * c0;
+      const std::uint64_t product1 = std::uint64_t{0xCD9E8D57u} * c2;
+      c0 = static_cast<std::uint32_t>(product1 >> 32) ^ c1 ^ k0;
+      c1 = static_cast<std::uint32_t>(product1);
+      c2 = static_cast<std::uint32_t>(product0 >> 32) ^ c3 ^ k1;
+      c3 = static_cast<std::uint32_t>(product0);
+      k0 += 0x9E3779B9u;
+      k1 += 0xBB67AE85u;
+    }
+    u0[i] = c0;
+    u1[i] = c1;
+    u2[i] = c2;
+    u3[i] = c3;
+    // unit() uses the upper 24 bits of a word; the four lower bytes make a fifth.
+    die[i] = (c0 & 255U) << 24 | (c1 & 255U) << 16 | (c2 & 255U) << 8 | (c3 & 255U);
+  }
+}
+
+// 24 random bits to [0, 1).
+inline float unit(std::uint32_t bits) { return static_cast<float>(static_cast<std::int32_t>(bits >> 8)) * 0x1p-24F; }
+
+// Uniform on the unit disc from two words: radius sqrt(u), angle 2 pi v. Half the angle lies in
+// [-pi/2, pi/2), where Taylor series of degree 11 and 12 are good to float; double it afterwards.
+inline void unit_disc(std::uint32_t bits_u, std::uint32_t bits_v, float& dx, float& dy) {
+  const float radius = __builtin_sqrtf(unit(bits_u));
+  const float half = (unit(bits_v) - 0.5F) * 3.14159265F;
+  const float h2 = half * half;
+  float sine = multiply_add(h2, -2.50521084e-8F, 2.75573192e-6F);
+  sine = multiply_add(h2, sine, -1.98412698e-4F);
+  sine = multiply_add(h2, sine, 8.33333333e-3F);
+  sine = multiply_add(h2, sine, -1.66666667e-1F);
+  sine = multiply_add(h2 * half, sine, half);
+  float cosine = multiply_add(h2, 2.08767570e-9F, -2.75573192e-7F);
+  cosine = multiply_add(h2, cosine, 2.48015873e-5F);
+  cosine = multiply_add(h2, cosine, -1.38888889e-3F);
+  cosine = multiply_add(h2, cosine, 4.16666667e-2F);
+  cosine = multiply_add(h2, cosine, -0.5F);
+  cosine = multiply_add(h2, cosine, 1.0F);
+  dx = radius * multiply_add(-2.0F * sine, sine, 1.0F);
+  dy = radius * (2.0F * sine * cosine);
+}
+
+inline void place_ray(RayBlock& block, const TileStart& tile, int i, float px, float py, float p, float q) {
+  const float rest = multiply_add(-p, p, multiply_add(-q, q, 1.0F));
+  const float w = -__builtin_sqrtf(larger(rest, 1e-12F));
+  const float* const r = tile.rotation;
+  const float* const t = tile.translation;
+  block.x[i] = multiply_add(r[0], px, multiply_add(r[1], py, t[0]));
+  block.y[i] = multiply_add(r[3], px, multiply_add(r[4], py, t[1]));
+  block.z[i] = multiply_add(r[6], px, multiply_add(r[7], py, t[2]));
+  block.lx[i] = multiply_add(r[0], p, multiply_add(r[1], q, r[2] * w));
+  block.ly[i] = multiply_add(r[3], p, multiply_add(r[4], q, r[5] * w));
+  block.lz[i] = multiply_add(r[6], p, multiply_add(r[7], q, r[8] * w));
+  block.above[i] = 1.0F;
+  block.below[i] = 1.0F;
+  block.margin[i] = rest;
+}
+
+void start_in_ellipse(RayBlock& block, const TileStart& given, int count) {
+  const TileStart tile = given;
+  RELIGN_LOOP
+  for (int i = 0; i < count; ++i) {
+    const float px = multiply_add(unit(block.u0[i]), tile.pixel_pitch_x, block.pixel_x[i]);
+    const float py = multiply_add(unit(block.u1[i]), tile.pixel_pitch_y, block.pixel_y[i]);
+    float dx = 0, dy = 0;
+    unit_disc(block.u2[i], block.u3[i], dx, dy);
+    const float cp = multiply_add(tile.slope[0], px, multiply_add(tile.slope[1], py, tile.centre[0]));
+    const float cq = multiply_add(tile.slope[2], px, multiply_add(tile.slope[3], py, tile.centre[1]));
+    const float p = multiply_add(tile.axes[0], dx, multiply_add(tile.axes[1], dy, cp));
+    const float q = multiply_add(tile.axes[2], dx, multiply_add(tile.axes[3], dy, cq));
+    place_ray(block, tile, i, px, py, p, q);
+  }
+}
+
+void start_in_hemisphere(RayBlock& block, const TileStart& given, int count) {
+  const TileStart tile = given;
+  RELIGN_LOOP
+  for (int i = 0; i < count; ++i) {
+    const float px = multiply_add(unit(block.u0[i]), tile.pixel_pitch_x, block.pixel_x[i]);
+    const float py = multiply_add(unit(block.u1[i]), tile.pixel_pitch_y, block.pixel_y[i]);
+    float p = 0, q = 0;
+    unit_disc(block.u2[i], block.u3[i], p, q);
+    place_ray(block, tile, i, px, py, p, q);
+  }
+}
+
+void apply_frame(RayBlock& block, const Op& op, int count) {
+  const float r0 = op.rotation[0], r1 = op.rotation[1], r2 = op.rotation[2];
+  const float r3 = op.rotation[3], r4 = op.rotation[4], r5 = op.rotation[5];
+  const float r6 = op.rotation[6], r7 = op.rotation[7], r8 = op.rotation[8];
+  const float t0 = op.translation[0], t1 = op.translation[1], t2 = op.translation[2];
+  RELIGN_LOOP
+  for (int i = 0; i < count; ++i) {
+    const float x = block.x[i], y = block.y[i], z = block.z[i];
+    const float lx = block.lx[i], ly = block.ly[i], lz = block.lz[i];
+    block.x[i] = multiply_add(r0, x, multiply_add(r1, y, multiply_add(r2, z, t0)));
+    block.y[i] = multiply_add(r3, x, multiply_add(r4, y, multiply_add(r5, z, t1)));
+    block.z[i] = multiply_add(r6, x, multiply_add(r7, y, multiply_add(r8, z, t2)));
+    block.lx[i] = multiply_add(r0, lx, multiply_add(r1, ly, r2 * lz));
+    block.ly[i] = multiply_add(r3, lx, multiply_add(r4, ly, r5 * lz));
+    block.lz[i] = multiply_add(r6, lx, multiply_add(r7, ly, r8 * lz));
+  }
+}
+
+void apply_shift(RayBlock& block, const Op& op, int count) {
+  const float t0 = op.translation[0], t1 = op.translation[1], t2 = op.translation[2];
+  RELIGN_LOOP
+  for (int i = 0; i < count; ++i) {
+    block.x[i] += t0;
+    block.y[i] += t1;
+    block.z[i] += t2;
+  }
+}
+
+// Hit and refraction in vertex form (Welford, Aberrations of Optical Systems, chapter 4): M is the
+// foot of the perpendicular from the vertex on the ray; the root has the sign of lz (here negative).
+// Fresnel: T = 1 - (rs^2 + rp^2) / 2 = 2 n n' c c' (A^2 + B^2) / (A B)^2 with A = n c + n' c',
+// B = n' c + n c'.
+template <bool Fresnel>
+void meet_face(RayBlock& block, const Op& op, int count) {
+  const float vertex = op.vertex_z, c = op.curvature, ratio = op.index_ratio, clear2 = op.clear_radius2;
+  const float n = op.index_before, m = op.index_after;
+  const float ratio2 = ratio * ratio;
+  const float two_indices = 2.0F * n * m;
+  RELIGN_LOOP
+  for (int i = 0; i < count; ++i) {
+    const float x = block.x[i], y = block.y[i], z = block.z[i] - vertex;
+    const float lx = block.lx[i], ly = block.ly[i], lz = block.lz[i];
+    const float e = -multiply_add(x, lx, multiply_add(y, ly, z * lz));
+    const float mx = multiply_add(e, lx, x);
+    const float my = multiply_add(e, ly, y);
+    const float mz = multiply_add(e, lz, z);
+    const float m2 = multiply_add(mx, mx, multiply_add(my, my, mz * mz));
+    const float f = multiply_add(c, m2, -2.0F * mz);
+    const float discriminant = multiply_add(lz, lz, -c * f);
+    const float cosine = __builtin_sqrtf(larger(discriminant, 0.0F));  // |cos| of incidence
+    const float t = f / (lz - cosine);
+    const float hx = multiply_add(t, lx, mx);
+    const float hy = multiply_add(t, ly, my);
+    const float hz = multiply_add(t, lz, mz);
+    const float refracted = multiply_add(-ratio2, multiply_add(-cosine, cosine, 1.0F), 1.0F);
+    const float cosine_after = __builtin_sqrtf(larger(refracted, 0.0F));
+    const float g = multiply_add(ratio, cosine, -cosine_after);  // along the normal, towards -z
+    const float gc = g * c;
+    block.x[i] = hx;
+    block.y[i] = hy;
+    block.z[i] = hz;
+    block.lx[i] = multiply_add(ratio, lx, -gc * hx);
+    block.ly[i] = multiply_add(ratio, ly, -gc * hy);
+    block.lz[i] = multiply_add(ratio, lz, multiply_add(-gc, hz, g));
+    const float edge = multiply_add(-hx, hx, multiply_add(-hy, hy, clear2));
+    block.margin[i] = smaller(smaller(block.margin[i], edge), smaller(discriminant, refracted));
+    if (Fresnel) {
+      const float a = multiply_add(n, cosine, m * cosine_after);
+      const float b = multiply_add(m, cosine, n * cosine_after);
+      const float a2 = a * a, b2 = b * b;
+      block.above[i] *= two_indices * cosine * cosine_after * (a2 + b2);
+      block.below[i] *= a2 * b2;
+    }
+  }
+}
+
+void meet_stop(RayBlock& block, const Op& op, int count) {
+  const float vertex = op.vertex_z, clear2 = op.clear_radius2;
+  RELIGN_LOOP
+  for (int i = 0; i < count; ++i) {
+    const float z = block.z[i] - vertex;
+    const float t = -z / block.lz[i];
+    const float x = multiply_add(t, block.lx[i], block.x[i]);
+    const float y = multiply_add(t, block.ly[i], block.y[i]);
+    block.x[i] = x;
+    block.y[i] = y;
+    block.z[i] = 0.0F;
+    block.margin[i] = smaller(block.margin[i], multiply_add(-x, x, multiply_add(-y, y, clear2)));
+  }
+}
+
+// The mount's rear rim: a ray that starts behind it must enter within the bore, one that starts
+// inside must start within it. Does not move the ray.
+void meet_bore(RayBlock& block, const Op& op, int count) {
+  const float rim = op.vertex_z, clear2 = op.clear_radius2;
+  RELIGN_LOOP
+  for (int i = 0; i < count; ++i) {
+    const float t = -larger(block.z[i] - rim, 0.0F) / block.lz[i];
+    const float x = multiply_add(t, block.lx[i], block.x[i]);
+    const float y = multiply_add(t, block.ly[i], block.y[i]);
+    block.margin[i] = smaller(block.margin[i], multiply_add(-x, x, multiply_add(-y, y, clear2)));
+  }
+}
+
+void trace(RayBlock& block, const Op* ops, int op_count, bool fresnel, int count) {
+  for (int k = 0; k < op_count; ++k) {
+    const Op op = ops[k];
+    switch (op.kind) {
+      case Op::frame:
+        apply_frame(block, op, count);
+        break;
+      case Op::shift:
+        apply_shift(block, op, count);
+        break;
+      case Op::face:
+        if (fresnel)
+          meet_face<true>(block, op, count);
+        else
+          meet_face<false>(block, op, count);
+        break;
+      case Op::stop:
+        meet_stop(block, op, count);
+        break;
+      case Op::bore:
+        meet_bore(block, op, count);
+        break;
+    }
+  }
+}
+
+void look_up(RayBlock& block, const EmitterPlane& given, int count) {
+  const EmitterPlane emitter = given;
+  const float last = static_cast<float>(emitter.texels - 1);
+  const float* const texture = emitter.radiance;
+  RELIGN_LOOP
+  for (int i = 0; i < count; ++i) {
+    const float t = (emitter.distance_z - block.z[i]) / block.lz[i];
+    const float x = multiply_add(t, block.lx[i], block.x[i]);
+    const float y = multiply_add(t, block.ly[i], block.y[i]);
+    block.x[i] = x;
+    block.y[i] = y;
+    // The ray must go forward, and hit inside the square.
+    const float inside =
+        smaller(smaller(emitter.half_side - __builtin_fabsf(x), emitter.half_side - __builtin_fabsf(y)), t);
+    const bool seen = smaller(block.margin[i], inside) > 0.0F;
+    // Bilinear between texel centres; the border half texel repeats the outermost. NaN goes to 0.
+    const float u = seen ? multiply_add(x + emitter.half_side, emitter.texels_per_mm, -0.5F) : 0.0F;
+    const float v = seen ? multiply_add(y + emitter.half_side, emitter.texels_per_mm, -0.5F) : 0.0F;
+    const float uc = smaller(larger(u, 0.0F), last);
+    const float vc = smaller(larger(v, 0.0F), last);
+    const float u_floor = smaller(static_cast<float>(static_cast<std::int32_t>(uc)), last - 1.0F);
+    const float v_floor = smaller(static_cast<float>(static_cast<std::int32_t>(vc)), last - 1.0F);
+    const float fu = uc - u_floor;
+    const float fv = vc - v_floor;
+    const std::int32_t at = static_cast<std::int32_t>(v_floor) * emitter.texels + static_cast<std::int32_t>(u_floor);
+    const float a = texture[at], b = texture[at + 1];
+    const float c = texture[at + emitter.texels], d = texture[at + emitter.texels + 1];
+    const float top = multiply_add(fu, b - a, a);
+    const float bottom = multiply_add(fu, d - c, c);
+    const float value = multiply_add(fv, bottom - top, top);
+    block.radiance[i] = seen ? value : 0.0F;
+  }
+}
+
+void apply_transmittance(RayBlock& block, int count) {
+  RELIGN_LOOP
+  for (int i = 0; i < count; ++i) {
+    const float weighted = block.radiance[i] * (block.above[i] / block.below[i]);
+    block.radiance[i] = block.radiance[i] > 0.0F ? weighted : 0.0F;
+  }
+}
+
+void play_dice(RayBlock& block, float survival, int count) {
+  RELIGN_LOOP
+  for (int i = 0; i < count; ++i) {
+    const bool survives = unit(block.die[i]) * block.below[i] < survival * block.above[i];
+    block.radiance[i] = survives ? block.radiance[i] : 0.0F;
+  }
+}
+
+}  // namespace
+
+#define RELIGN_TEXT_OF(name) #name
+#define RELIGN_TEXT(name) RELIGN_TEXT_OF(name)
+
+const BlockKernels& kernels() {
+  static constexpr BlockKernels table = {RELIGN_TEXT(RELIGN_KERNEL_ISA),
+                                         philox,
+                                         start_in_ellipse,
+                                         start_in_hemisphere,
+                                         trace,
+                                         look_up,
+                                         apply_transmittance,
+                                         play_dice};
+  return table;
+}
+
+}  // namespace RELIGN_KERNEL_ISA
+}  // namespace relign::optics

@@ -1,0 +1,82 @@
+#include "optics/first_order.h"
+
+#include <cmath>
+
+#include "optics/elementary.h"
+
+namespace relign::optics {
+namespace {
+
+// (height, index * angle) before -> after.
+struct Matrix {
+  double a = 1, b = 0, c = 0, d = 1;
+};
+
+Matrix then(const Matrix& later, const Matrix& earlier) {
+  return {later.a * earlier.a + later.b * earlier.c, later.a * earlier.b + later.b * earlier.d,
+          later.c * earlier.a + later.d * earlier.c, later.c * earlier.b + later.d * earlier.d};
+}
+
+// From the vertex of the first face with z >= from_z to just behind the last face with z < to_z, with
+// transfers from from_z and to to_z.
+Matrix between(const Prescription& lens, double from_z, double to_z) {
+  Matrix system;
+  double z = from_z;
+  double index = 1;
+  for (const Element& element : lens.elements)
+    for (const Face& face : element.faces) {
+      if (face.z_mm < from_z) continue;
+      if (face.z_mm > to_z) break;
+      system = then({1, (face.z_mm - z) / index, 0, 1}, system);
+      system = then({1, 0, -(face.index_after - index) * face.curvature, 1}, system);
+      index = face.index_after;
+      z = face.z_mm;
+    }
+  return then({1, (to_z - z) / index, 0, 1}, system);
+}
+
+}  // namespace
+
+FirstOrder first_order(const Prescription& lens) {
+  const double first = lens.elements.front().faces.front().z_mm;
+  const double last = lens.elements.back().faces.back().z_mm;
+  const Stop& stop = lens.aperture_stop();
+  const Matrix whole = between(lens, first, last);
+  FirstOrder data;
+  data.focal_length = -1 / whole.c;
+  data.back_focal_length = -whole.a / whole.c;
+  // The front focal point lies at first + d / c (c < 0: before the lens, as a positive lens alone has it).
+  data.front_focal_length = whole.d / whole.c;
+  data.overall_length = last - first;
+  data.image_distance = lens.image_z_mm - last;
+
+  // Entrance pupil: the stop imaged to the front. A ray (y, u) before the lens meets the stop at
+  // a y + b u; the chief ray at 0.
+  double stop_radius = stop.opening_radius_mm;
+  if (stop.z_mm > first) {
+    const Matrix front = between(lens, first, stop.z_mm);
+    data.entrance_pupil_z = first + front.b / front.a;
+    if (lens.entrance_pupil_diameter_mm > 0) stop_radius = front.a * lens.entrance_pupil_diameter_mm / 2;
+    data.entrance_pupil_diameter = 2 * stop_radius / front.a;
+  } else {
+    if (lens.entrance_pupil_diameter_mm > 0) stop_radius = lens.entrance_pupil_diameter_mm / 2;
+    data.entrance_pupil_z = stop.z_mm;
+    data.entrance_pupil_diameter = 2 * stop_radius;
+  }
+  // Exit pupil: the stop's centre and rim imaged to the back.
+  if (stop.z_mm < last) {
+    const Matrix rear = between(lens, stop.z_mm, last);
+    data.exit_pupil_from_last = -rear.b / rear.d;
+    data.exit_pupil_diameter = 2 * stop_radius * (rear.a + data.exit_pupil_from_last * rear.c);
+  } else {
+    data.exit_pupil_from_last = stop.z_mm - last;
+    data.exit_pupil_diameter = 2 * stop_radius;
+  }
+  data.exit_pupil_z = last + data.exit_pupil_from_last;
+  data.f_number = data.focal_length / data.entrance_pupil_diameter;
+  const SineCosine field = sine_cosine_of_degrees(lens.half_field_deg);
+  data.paraxial_image_height = data.focal_length * field.sine / field.cosine;
+  return data;
+}
+
+}  // namespace relign::optics

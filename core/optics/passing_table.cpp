@@ -1,0 +1,168 @@
+#include "optics/passing_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "optics/backward_path.h"
+#include "optics/first_order.h"
+
+namespace relign::optics {
+namespace {
+
+constexpr int kCoarse = 16;  // coarse places per pupil side
+constexpr int kAzimuths = 2 * kSupports;
+constexpr int kBisections = 10;
+constexpr double kGridStep = 0.5;         // mm between places
+constexpr double kRelativeMargin = 0.03;  // of the supports
+static_assert(kCoarse * kCoarse == kBlockRays);
+
+// Traces rays from one place to points of the pupil plane; keeps the block.
+class Prober {
+ public:
+  Prober(const Assembly& assembly, double pupil_z)
+      : path_(backward_path(assembly, {})), pupil_z_(pupil_z), block_(std::make_unique<RayBlock>()) {}
+
+  // passed[i] for `count` (a multiple of 16) points (x, y) on the pupil plane.
+  void probe(const Vec3& place, const double* x, const double* y, int count, bool* passed) {
+    RayBlock& block = *block_;
+    const Vec3 start = path_.into_first_frame.point(place);
+    for (int i = 0; i < count; ++i) {
+      const Vec3 direction = path_.into_first_frame.direction(unit(Vec3{x[i], y[i], pupil_z_} - place));
+      block.x[i] = static_cast<float>(start.x);
+      block.y[i] = static_cast<float>(start.y);
+      block.z[i] = static_cast<float>(start.z);
+      block.lx[i] = static_cast<float>(direction.x);
+      block.ly[i] = static_cast<float>(direction.y);
+      block.lz[i] = static_cast<float>(direction.z);
+      block.margin[i] = 1;
+    }
+    block_kernels().trace(block, path_.ops.data(), static_cast<int>(path_.through_aperture), false, count);
+    for (int i = 0; i < count; ++i) passed[i] = block.margin[i] > 0;
+  }
+
+ private:
+  BackwardPath path_;
+  double pupil_z_;
+  std::unique_ptr<RayBlock> block_;
+};
+
+PassingRegion probe_region(Prober& prober, const Vec3& place, double reach) {
+  std::array<double, kBlockRays> x{}, y{};
+  std::array<bool, kBlockRays> passed{};
+  const double cell = 2 * reach / kCoarse;
+  for (int i = 0; i < kBlockRays; ++i) {
+    x[i] = -reach + cell * (i % kCoarse + 0.5);
+    y[i] = -reach + cell * (i / kCoarse + 0.5);
+  }
+  prober.probe(place, x.data(), y.data(), kBlockRays, passed.data());
+  PassingRegion region;
+  double sum_x = 0, sum_y = 0;
+  int count = 0;
+  for (int i = 0; i < kBlockRays; ++i)
+    if (passed[i]) {
+      sum_x += x[i];
+      sum_y += y[i];
+      ++count;
+    }
+  if (count == 0) return region;
+  region.empty = false;
+  region.middle = {sum_x / count, sum_y / count};
+
+  // Bisect between the middle (passes) and twice the reach (does not) along each azimuth.
+  std::array<double, kAzimuths> inner{}, outer{};
+  outer.fill(2 * reach);
+  for (int step = 0; step < kBisections; ++step) {
+    for (int k = 0; k < kAzimuths; ++k) {
+      const auto direction = support_direction(k, kAzimuths);
+      const double length = 0.5 * (inner[k] + outer[k]);
+      x[k] = region.middle[0] + length * direction[0];
+      y[k] = region.middle[1] + length * direction[1];
+    }
+    prober.probe(place, x.data(), y.data(), kAzimuths, passed.data());
+    for (int k = 0; k < kAzimuths; ++k) (passed[k] ? inner : outer)[k] = 0.5 * (inner[k] + outer[k]);
+  }
+  std::array<std::array<double, 2>, kAzimuths> edge{};
+  for (int k = 0; k < kAzimuths; ++k) {
+    const auto direction = support_direction(k, kAzimuths);
+    edge[k] = {outer[k] * direction[0], outer[k] * direction[1]};
+  }
+  for (int k = 0; k < kSupports; ++k) {
+    const auto direction = support_direction(k, kSupports);
+    for (const auto& point : edge)
+      region.supports[k] = std::max(region.supports[k], point[0] * direction[0] + point[1] * direction[1]);
+  }
+  return region;
+}
+
+}  // namespace
+
+std::array<double, 2> support_direction(int k, int n) {
+  static const auto table = [] {
+    std::array<std::array<double, 2>, kAzimuths> directions{};
+    for (int i = 0; i < kAzimuths; ++i) {
+      const SineCosine angle = sine_cosine_of_degrees(360.0 * i / kAzimuths);
+      directions[static_cast<std::size_t>(i)] = {angle.cosine, angle.sine};
+    }
+    return directions;
+  }();
+  return table[static_cast<std::size_t>(k * (kAzimuths / n))];
+}
+
+PassingTable::PassingTable(const Assembly& assembly, const Range& range) {
+  const FirstOrder data = first_order(assembly.lens());
+  pupil_z_ = data.exit_pupil_z;
+  step_ = kGridStep;
+  const int half = static_cast<int>(std::ceil(range.half_width / step_));
+  count_ = 2 * half + 1;
+  low_ = -half * step_;
+  count_z_ = 5;
+  low_z_ = range.z_low;
+  step_z_ = (range.z_high - range.z_low) / (count_z_ - 1);
+  // Pupils grow off the axis and with tilts; twice the paraxial radius holds them with room to spare.
+  const double reach = data.exit_pupil_diameter;
+  Prober prober(assembly, pupil_z_);
+  nodes_.resize(static_cast<std::size_t>(count_ * count_ * count_z_));
+  std::size_t at = 0;
+  for (int iz = 0; iz < count_z_; ++iz)
+    for (int iy = 0; iy < count_; ++iy)
+      for (int ix = 0; ix < count_; ++ix, ++at)
+        nodes_[at] = probe_region(prober, {low_ + ix * step_, low_ + iy * step_, low_z_ + iz * step_z_}, reach);
+}
+
+const PassingRegion& PassingTable::node(int ix, int iy, int iz) const {
+  return nodes_[static_cast<std::size_t>((iz * count_ + iy) * count_ + ix)];
+}
+
+PassingRegion PassingTable::at(const Vec3& place) const {
+  const double u = (place.x - low_) / step_, v = (place.y - low_) / step_, w = (place.z - low_z_) / step_z_;
+  PassingRegion result;
+  if (!(u >= 0 && u <= count_ - 1 && v >= 0 && v <= count_ - 1)) return result;
+  const int ix = std::min(static_cast<int>(u), count_ - 2), iy = std::min(static_cast<int>(v), count_ - 2);
+  const double wc = std::clamp(w, 0.0, count_z_ - 1.0);
+  const int iz = std::min(static_cast<int>(wc), count_z_ - 2);
+  const double fu = u - ix, fv = v - iy, fw = wc - iz;
+
+  // Weighted over the corners where something passes.
+  double total = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const PassingRegion& region = node(ix + (corner & 1), iy + (corner >> 1 & 1), iz + (corner >> 2));
+    if (region.empty) continue;
+    const double weight = (corner & 1 ? fu : 1 - fu) * (corner & 2 ? fv : 1 - fv) * (corner & 4 ? fw : 1 - fw) + 1e-9;
+    total += weight;
+    for (int axis = 0; axis < 2; ++axis) result.middle[axis] += weight * region.middle[axis];
+    for (int k = 0; k < kSupports; ++k) result.supports[k] += weight * region.supports[k];
+  }
+  if (total == 0) return result;
+  result.empty = false;
+  for (double& value : result.middle) value /= total;
+  double largest = 0;
+  for (double& value : result.supports) {
+    value /= total;
+    largest = std::max(largest, value);
+  }
+  for (double& value : result.supports) value += kRelativeMargin * largest;
+  return result;
+}
+
+}  // namespace relign::optics

@@ -1,0 +1,195 @@
+#include "optics/prescription.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/text.h"
+
+namespace relign::optics {
+namespace {
+
+double sag(const Face& face, double radius) {
+  const double root = std::sqrt(std::max(0.0, 1 - face.curvature * face.curvature * radius * radius));
+  return face.curvature * radius * radius / (1 + root);
+}
+
+class Reader {
+ public:
+  explicit Reader(const JsonSource& source) : source_(source) {}
+
+  Prescription read() {
+    ObjectReader top(source_, "", problems_);
+    top.integer("format", 1, 1, 1);
+    lens_.name = top.required_string("name");
+    lens_.source = top.string("source", "");
+    lens_.wavelength_nm = top.number("wavelength_nm", 0, 1, 1e6);
+    lens_.pivot_z_mm = top.number("pivot_z_mm", 0, -1e6, 1e6);
+    lens_.image_z_mm = top.required_number("image_z_mm", -1e6, 1e6);
+    lens_.half_field_deg = top.number("half_field_deg", 0, 0, 89.9);
+    lens_.entrance_pupil_diameter_mm = top.number("entrance_pupil_diameter_mm", 0, 1e-9, 1e6);
+    each(top, "elements", true, [this](const std::string& at) { read_element(at); });
+    each(top, "stops", false, [this](const std::string& at) { read_stop(at); });
+    if (top.get("mount")) read_mount(top.pointer_to("mount"));
+    if (const Json* published = top.get("published"); published && published->is_object())
+      for (const auto& [name, value] : published->items()) {
+        if (value.is_number())
+          lens_.published.push_back({name, value.get<double>()});
+        else
+          problems_.push_back(source_.problem("/published/" + name, "expected a number"));
+      }
+    top.refuse_unknown();
+    if (problems_.empty()) check_whole();
+    throw_if_any(problems_);
+    return lens_;
+  }
+
+ private:
+  template <class Body>
+  void each(ObjectReader& parent, const std::string& key, bool required, Body&& body) {
+    const Json* list = parent.get(key);
+    if (!list) {
+      if (required) parent.complain("", "the key \"" + key + "\" is missing (a list)");
+      return;
+    }
+    if (!list->is_array() || (required && list->empty())) {
+      parent.complain(key, "expected a list with at least one entry");
+      return;
+    }
+    for (std::size_t i = 0; i < list->size(); ++i) body(parent.pointer_to(key) + "/" + std::to_string(i));
+  }
+
+  void read_element(const std::string& at) {
+    ObjectReader reader(source_, at, problems_);
+    Element element;
+    element.name = reader.required_string("name");
+    for (const Element& other : lens_.elements)
+      if (other.name == element.name) reader.complain("name", "the name '" + element.name + "' stands twice");
+    reader.string("glass", "");
+    each(reader, "faces", true, [&](const std::string& face) { element.faces.push_back(read_face(face)); });
+    if (element.faces.size() == 1) reader.complain("faces", "an element has at least two faces, found 1");
+    if (!element.faces.empty()) {
+      if (element.faces.back().index_after != 1)
+        reader.complain("faces", "the last face has no \"index_after\": the ambient medium follows it");
+      for (std::size_t i = 0; i + 1 < element.faces.size(); ++i)
+        if (element.faces[i].index_after == 1)
+          problems_.push_back(source_.problem(reader.pointer_to("faces") + "/" + std::to_string(i),
+                                              "the key \"index_after\" is missing (refractive index of the glass)"));
+    }
+    reader.refuse_unknown();
+    lens_.elements.push_back(element);
+  }
+
+  Face read_face(const std::string& at) {
+    ObjectReader reader(source_, at, problems_);
+    Face face;
+    face.z_mm = reader.required_number("z_mm", -1e6, 1e6);
+    if (const Json* radius = reader.get("radius_mm"); radius && radius->is_null()) {
+      face.curvature = 0;  // null: a plane
+    } else {
+      const double value = reader.required_number("radius_mm", -1e9, 1e9);
+      if (radius && std::fabs(value) < 1e-6)
+        reader.complain("radius_mm", "a radius of " + shortest(value) + " mm; write null for a plane");
+      else if (radius)
+        face.curvature = 1 / value;
+    }
+    face.index_after = reader.number("index_after", 1, 1, 5);
+    face.clear_radius_mm = reader.required_number("clear_radius_mm", 1e-6, 1e6);
+    face.listing_clear_radius_mm = reader.number("listing_clear_radius_mm", face.clear_radius_mm, 1e-6, 1e6);
+    const double largest = std::max(face.clear_radius_mm, face.listing_clear_radius_mm);
+    if (std::fabs(face.curvature) * largest > 1)
+      reader.complain("clear_radius_mm", "the clear radius " + shortest(largest) +
+                                             " mm is larger than the sphere's radius " +
+                                             shortest(std::fabs(1 / face.curvature)) + " mm");
+    reader.refuse_unknown();
+    return face;
+  }
+
+  void read_stop(const std::string& at) {
+    ObjectReader reader(source_, at, problems_);
+    Stop stop;
+    stop.name = reader.required_string("name");
+    stop.z_mm = reader.required_number("z_mm", -1e6, 1e6);
+    stop.opening_radius_mm = reader.required_number("opening_radius_mm", 1e-9, 1e6);
+    stop.in_listing = reader.boolean("in_listing", false);
+    stop.aperture = reader.boolean("aperture", false);
+    reader.refuse_unknown();
+    lens_.stops.push_back(stop);
+  }
+
+  void read_mount(const std::string& at) {
+    ObjectReader reader(source_, at, problems_);
+    Mount mount;
+    mount.bore_radius_mm = reader.required_number("bore_radius_mm", 1e-9, 1e6);
+    mount.from_z_mm = reader.required_number("from_z_mm", -1e6, 1e6);
+    mount.to_z_mm = reader.required_number("to_z_mm", -1e6, 1e6);
+    if (mount.to_z_mm <= mount.from_z_mm) reader.complain("to_z_mm", "the mount ends before it begins");
+    reader.refuse_unknown();
+    lens_.mount = mount;
+  }
+
+  void complain(const std::string& pointer, const std::string& message) {
+    problems_.push_back(source_.problem(pointer, message));
+  }
+
+  void check_whole() {
+    // Faces in order along the axis, and not crossing within the smaller clear radius of a pair.
+    const Face* previous = nullptr;
+    for (std::size_t e = 0; e < lens_.elements.size(); ++e)
+      for (std::size_t f = 0; f < lens_.elements[e].faces.size(); ++f) {
+        const Face& face = lens_.elements[e].faces[f];
+        const std::string at = "/elements/" + std::to_string(e) + "/faces/" + std::to_string(f);
+        if (previous) check_pair(*previous, face, at);
+        previous = &face;
+      }
+    if (previous && lens_.image_z_mm <= previous->z_mm)
+      complain("/image_z_mm", "the image plane lies before the last face (z = " + shortest(previous->z_mm) + " mm)");
+    std::size_t apertures = 0;
+    for (std::size_t s = 0; s < lens_.stops.size(); ++s) {
+      const Stop& stop = lens_.stops[s];
+      apertures += stop.aperture ? 1 : 0;
+      for (const Element& element : lens_.elements)
+        if (stop.z_mm > element.faces.front().z_mm && stop.z_mm < element.faces.back().z_mm)
+          complain("/stops/" + std::to_string(s) + "/z_mm",
+                   "the stop '" + stop.name + "' lies inside the glass of " + element.name);
+      if (lens_.mount && stop.opening_radius_mm > lens_.mount->bore_radius_mm)
+        complain("/stops/" + std::to_string(s) + "/opening_radius_mm", "the opening is larger than the mount's bore");
+    }
+    if (apertures != 1)
+      complain("/stops", "exactly one stop must say \"aperture\": true, found " + std::to_string(apertures));
+  }
+
+  void check_pair(const Face& before, const Face& face, const std::string& at) {
+    if (face.z_mm <= before.z_mm) {
+      complain(at + "/z_mm", "the face at z = " + shortest(face.z_mm) + " mm does not come after the one before it (" +
+                                 shortest(before.z_mm) + " mm)");
+      return;
+    }
+    const double radius = std::min(before.clear_radius_mm, face.clear_radius_mm);
+    if (before.z_mm + sag(before, radius) > face.z_mm + sag(face, radius))
+      complain(at, "the face crosses the one before it within the clear radius " + shortest(radius) + " mm");
+  }
+
+  const JsonSource& source_;
+  std::vector<Problem> problems_;
+  Prescription lens_;
+};
+
+}  // namespace
+
+const Stop& Prescription::aperture_stop() const {
+  return *std::find_if(stops.begin(), stops.end(), [](const Stop& stop) { return stop.aperture; });
+}
+
+const Element* Prescription::element(const std::string& wanted) const {
+  for (const Element& candidate : elements)
+    if (candidate.name == wanted) return &candidate;
+  return nullptr;
+}
+
+Prescription read_prescription(const JsonSource& source) { return Reader(source).read(); }
+
+Prescription read_prescription(const std::filesystem::path& file) {
+  return read_prescription(JsonSource::from_file(file));
+}
+
+}  // namespace relign::optics

@@ -1,0 +1,82 @@
+// A lens as designed: elements with spherical or plane faces, stops, the mount. Data, read from JSON
+// with units in the names; lengths in mm, z along the axis from the object to the image, z = 0 at the
+// first vertex.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/json_source.h"
+
+namespace relign::optics {
+
+// Which clear radii block rays: those of the scene's meshes (images), those of the design program's
+// listing (its own checks), or none (first-order and golden rays).
+enum class Apertures { mesh, listing, none };
+
+struct Face {
+  double z_mm = 0;         // vertex
+  double curvature = 0;    // 1 / radius, 1/mm; positive: centre on the image side; 0: plane
+  double index_after = 1;  // relative to the ambient medium; the ambient's own (1) behind the last face
+  double clear_radius_mm = 0;
+  double listing_clear_radius_mm = 0;
+
+  double clear_radius(Apertures apertures) const {
+    return apertures == Apertures::listing ? listing_clear_radius_mm : clear_radius_mm;
+  }
+};
+
+struct Element {
+  std::string name;
+  std::vector<Face> faces;  // front to back
+};
+
+struct Stop {
+  std::string name;
+  double z_mm = 0;
+  double opening_radius_mm = 0;
+  bool in_listing = false;  // the design program's listing has it too
+  bool aperture = false;    // the aperture stop: defines the pupils
+};
+
+// The black tube around the lens; everything that meets it is absorbed.
+struct Mount {
+  double bore_radius_mm = 0;
+  double from_z_mm = 0;
+  double to_z_mm = 0;
+};
+
+// Published values that `lens info` and the tests compare with; absent ones are NaN.
+struct Published {
+  std::string name;
+  double value = 0;
+};
+
+struct Prescription {
+  std::string name;
+  std::string source;
+  double wavelength_nm = 0;
+  double image_z_mm = 0;
+  double pivot_z_mm = 0;  // on the axis: elements tilt about this point
+  double half_field_deg = 0;
+  // The design's specification; 0: as wide as the aperture stop's opening makes it. (Design programs
+  // open the stop for real rays, a little wider than first order would.)
+  double entrance_pupil_diameter_mm = 0;
+  std::vector<Element> elements;
+  std::vector<Stop> stops;
+  std::optional<Mount> mount;
+  std::vector<Published> published;
+
+  const Stop& aperture_stop() const;
+  const Element* element(const std::string& name) const;  // null when there is none
+};
+
+// Reads and checks a lens file. Throws Error(bad_input) that lists every mistake with its place:
+// indices under 1, faces that cross or are out of order, clear radii larger than a sphere allows,
+// stops inside glass, no aperture stop, names that stand twice.
+Prescription read_prescription(const std::filesystem::path& file);
+Prescription read_prescription(const JsonSource& source);
+
+}  // namespace relign::optics

@@ -1,0 +1,100 @@
+// Blocks of rays for images: float, structure of arrays, one operation at a time over the block.
+//
+// What it is for: millions of rays a second. For golden rays and first-order data use trace.h
+// (double). A ray carries a margin: the smallest distance from any edge it met, as a squared length
+// or a discriminant; it passed everything if and only if its margin stayed positive.
+//
+// This header is compiled for several instruction sets: plain data only, no inline functions.
+#pragma once
+
+#include <cstdint>
+
+namespace relign::optics {
+
+constexpr int kBlockRays = 256;  // a multiple of 16; 14 arrays of 1 kB stay in the first cache
+
+struct alignas(64) RayBlock {
+  // Position relative to the current origin (mm) and direction cosines.
+  float x[kBlockRays], y[kBlockRays], z[kBlockRays];
+  float lx[kBlockRays], ly[kBlockRays], lz[kBlockRays];
+  // Transmittance so far = above / below; margin as said above.
+  float above[kBlockRays], below[kBlockRays], margin[kBlockRays];
+  // Random 32-bit words that a ray starts from: place in the pixel (two), direction (two), die.
+  std::uint32_t u0[kBlockRays], u1[kBlockRays], u2[kBlockRays], u3[kBlockRays], die[kBlockRays];
+  // Lower left corner of each ray's pixel, relative to the tile's centre (mm).
+  float pixel_x[kBlockRays], pixel_y[kBlockRays];
+  // Result: radiance seen, 0 where the ray was lost.
+  float radiance[kBlockRays];
+};
+
+// One thing a ray meets on its way from the sensor to the emitter (it travels towards -z).
+struct Op {
+  enum Kind : std::int32_t { frame, shift, face, stop, bore };
+  Kind kind;
+  // frame: rotation (row-major) and translation, p' = R p + t. shift: t only.
+  float rotation[9];
+  float translation[3];
+  // face and stop: z of the vertex in the current frame; the origin moves there.
+  float vertex_z;
+  float curvature;     // 1 / radius, 0 for a plane
+  float index_before;  // of the medium the ray comes from
+  float index_after;
+  float index_ratio;    // before / after
+  float clear_radius2;  // face, stop, bore: square of the radius that lets light through
+};
+
+// Uniform directions in an ellipse of direction cosines whose centre moves with the place on the
+// sensor: (p, q) = centre + slope (x, y) + axes (unit disc). p, q along world x, y; light comes from -z.
+struct TileStart {
+  float pixel_pitch_x, pixel_pitch_y;  // mm, signed as x and y grow with column and row
+  float centre[2];
+  float slope[4];  // row-major
+  float axes[4];   // row-major, lower triangular
+  // World (origin at tile centre on the sensor) to the first frame of the path.
+  float rotation[9];
+  float translation[3];
+};
+
+struct EmitterPlane {
+  float distance_z;  // z of the plane in the current frame, mm
+  float half_side;   // mm
+  float texels_per_mm;
+  std::int32_t texels;    // per side
+  const float* radiance;  // texels x texels, row 0 at y = -half_side
+};
+
+struct BlockKernels {
+  const char* name;
+  // u0..u3 from Philox4x32-10: counter (sample[i], pixel[i], stream, 0), key; die from their lower bytes.
+  void (*philox)(RayBlock& block, const std::uint32_t* pixel, const std::uint32_t* sample, std::uint32_t stream,
+                 std::uint32_t key0, std::uint32_t key1, int count);
+  // Starts rays on the sensor from u0..u3 (place in the pixel, direction in the ellipse); above = below = 1.
+  void (*start_in_ellipse)(RayBlock& block, const TileStart& tile, int count);
+  // The same with directions uniform on the whole unit disc (cosine-weighted hemisphere).
+  void (*start_in_hemisphere)(RayBlock& block, const TileStart& tile, int count);
+  void (*trace)(RayBlock& block, const Op* ops, int op_count, bool fresnel, int count);
+  // Moves rays to the emitter's plane and looks its radiance up; x, y become the hit's.
+  void (*look_up)(RayBlock& block, const EmitterPlane& emitter, int count);
+  // radiance *= above / below.
+  void (*apply_transmittance)(RayBlock& block, int count);
+  // Fresnel and roulette by dice: radiance stays where die * below < survival * above (die in [0, 1)).
+  void (*play_dice)(RayBlock& block, float survival, int count);
+};
+
+namespace generic {
+const BlockKernels& kernels();
+}
+namespace avx2 {
+const BlockKernels& kernels();
+}
+namespace avx512 {
+const BlockKernels& kernels();
+}
+
+// The fastest set this processor has. RELIGN_ISA=generic|avx2|avx512 in the environment chooses a
+// slower one (for tests; what the processor lacks is refused).
+const BlockKernels& block_kernels();
+// By name; null when the processor cannot run it.
+const BlockKernels* block_kernels(const char* name);
+
+}  // namespace relign::optics

@@ -1,0 +1,128 @@
+#include "optics/trace.h"
+
+#include <cmath>
+
+#include "base/error.h"
+#include "base/text.h"
+#include "optics/first_order.h"
+
+namespace relign::optics {
+namespace {
+
+// A ray on its way, in lens coordinates.
+struct Travelling {
+  Vec3 at;
+  Vec3 direction;  // unit
+};
+
+std::string face_name(const Element& element, std::size_t face) {
+  if (face == 0) return element.name + " front";
+  if (face + 1 == element.faces.size()) return element.name + " back";
+  return element.name + " face " + std::to_string(face + 1);
+}
+
+// Vertex form, see block_kernels.cpp; here towards +z. Returns what stopped the ray, or empty.
+std::string refract(Travelling& ray, const Face& face, double index_before, const Motion& placement,
+                    Apertures apertures, Vec3& hit_in_lens) {
+  const Motion into = inverse(placement);
+  const Vec3 p = into.point(ray.at) - Vec3{0, 0, face.z_mm};
+  const Vec3 l = into.direction(ray.direction);
+  const double c = face.curvature;
+  const double e = -dot(p, l);
+  const Vec3 m = p + e * l;
+  const double f = c * dot(m, m) - 2 * m.z;
+  const double discriminant = l.z * l.z - c * f;
+  if (!(discriminant > 0)) return "misses the face";
+  const double cosine = std::sqrt(discriminant);
+  const Vec3 hit = m + (f / (l.z + cosine)) * l;
+  if (apertures != Apertures::none) {
+    const double clear = face.clear_radius(apertures);
+    if (hit.x * hit.x + hit.y * hit.y > clear * clear) return "outside the clear radius";
+  }
+  const double ratio = index_before / face.index_after;
+  const double refracted = 1 - ratio * ratio * (1 - discriminant);
+  if (!(refracted > 0)) return "total reflection";
+  const double g = std::sqrt(refracted) - ratio * cosine;
+  const Vec3 normal{-c * hit.x, -c * hit.y, 1 - c * hit.z};
+  const Vec3 turned = ratio * l + g * normal;
+  hit_in_lens = placement.point(hit + Vec3{0, 0, face.z_mm});
+  ray.at = hit_in_lens;
+  ray.direction = placement.direction(turned);
+  return "";
+}
+
+Vec3 at_plane(const Travelling& ray, double z) { return ray.at + ((z - ray.at.z) / ray.direction.z) * ray.direction; }
+
+}  // namespace
+
+TracedRay trace(const Assembly& assembly, const Ray& start, Apertures apertures) {
+  const Prescription& lens = assembly.lens();
+  TracedRay result;
+  Travelling ray{start.start, unit(start.direction)};
+  if (!(ray.direction.z > 0)) {
+    result.lost_at = "the start: the ray does not travel towards +z";
+    return result;
+  }
+  const auto pass_stops = [&](double from_z, double to_z) -> bool {
+    if (apertures == Apertures::none) return true;
+    for (const Stop& stop : lens.stops) {
+      if (stop.z_mm < from_z || stop.z_mm >= to_z || (apertures == Apertures::listing && !stop.in_listing)) continue;
+      const Vec3 hit = at_plane(ray, stop.z_mm);
+      if (hit.x * hit.x + hit.y * hit.y > stop.opening_radius_mm * stop.opening_radius_mm) {
+        result.lost_at = stop.name + ": outside the opening";
+        return false;
+      }
+    }
+    return true;
+  };
+  double index = 1;
+  double previous_z = -1e300;
+  for (std::size_t e = 0; e < lens.elements.size(); ++e) {
+    const Element& element = lens.elements[e];
+    if (!pass_stops(previous_z, element.faces.front().z_mm)) return result;
+    for (std::size_t f = 0; f < element.faces.size(); ++f) {
+      Vec3 hit;
+      const std::string lost = refract(ray, element.faces[f], index, assembly.placement(e), apertures, hit);
+      if (!lost.empty()) {
+        result.lost_at = face_name(element, f) + ": " + lost;
+        return result;
+      }
+      result.hits.push_back(hit);
+      index = element.faces[f].index_after;
+    }
+    previous_z = element.faces.back().z_mm;
+  }
+  if (!pass_stops(previous_z, 1e300)) return result;
+  if (!(ray.direction.z > 0)) {
+    result.lost_at = "behind the last face: the ray does not travel towards +z";
+    return result;
+  }
+  result.passed = true;
+  result.image = at_plane(ray, lens.image_z_mm);
+  result.exit_direction = ray.direction;
+  return result;
+}
+
+Ray chief_ray(const Prescription& lens, double field_deg) {
+  const SineCosine field = sine_cosine_of_degrees(field_deg);
+  const double start_z = lens.elements.front().faces.front().z_mm - 1;
+  const double height = -(first_order(lens).entrance_pupil_z - start_z) * field.sine / field.cosine;
+  return {{0, height, start_z}, {0, field.sine, field.cosine}};
+}
+
+double distortion(const Prescription& lens, double field_deg) {
+  const TracedRay traced = trace(Assembly(lens), chief_ray(lens, field_deg), Apertures::none);
+  if (!traced.passed)
+    throw Error(ErrorKind::bad_input, "no chief ray passes '" + lens.name + "' at " + shortest(field_deg) +
+                                          " degrees: it is lost at the " + traced.lost_at);
+  // The paraxial chief ray leaves the exit pupil's centre; it meets the focal plane at f tan(field)
+  // and the image plane in proportion to the distances.
+  const FirstOrder data = first_order(lens);
+  const SineCosine field = sine_cosine_of_degrees(field_deg);
+  const double last = lens.elements.back().faces.back().z_mm;
+  const double paraxial = data.focal_length * field.sine / field.cosine * (lens.image_z_mm - data.exit_pupil_z) /
+                          (last + data.back_focal_length - data.exit_pupil_z);
+  return traced.image.y / paraxial - 1;
+}
+
+}  // namespace relign::optics

@@ -1,0 +1,124 @@
+// Scene plugin: reads a scene file and hands everything optical to the imaging room.
+#include <cstring>
+#include <memory>
+#include <relign/plugin.hpp>
+
+#include "base/error.h"
+#include "base/json_source.h"
+#include "imaging/camera.h"
+#include "imaging/reference.h"
+#include "imaging/scene_file.h"
+#include "optics/assembly.h"
+
+namespace {
+
+using relign::Json;
+namespace imaging = relign::imaging;
+namespace optics = relign::optics;
+
+class LensAssembly final : public relign::Assembly {
+ public:
+  LensAssembly(const imaging::SceneFile& scene, const optics::Assembly& assembly,
+               const imaging::CaptureSettings& settings, const imaging::Reference& reference,
+               imaging::Parallel& parallel)
+      : camera_(scene, assembly, settings, parallel), reference_(reference) {}
+
+  void capture(const relign::Pose& true_pose, std::uint64_t frame_seed, float* pixels) override {
+    camera_.capture(true_pose, frame_seed, pixels);
+  }
+  Truth noise_free_mse(const relign::Pose& true_pose, std::uint64_t seed) override {
+    const imaging::MseEstimate estimate = camera_.noise_free_mse(true_pose, seed, reference_);
+    return {estimate.mse, estimate.standard_error};
+  }
+  bool render_noise_free(const relign::Pose& true_pose, float* pixels) override {
+    constexpr std::uint64_t kPictureSeed = 3;  // the references have 1 and 2
+    camera_.render_noise_free(true_pose, kPictureSeed, imaging::kReferenceSamples / 4, pixels);
+    return true;
+  }
+
+ private:
+  imaging::Camera camera_;
+  const imaging::Reference& reference_;
+};
+
+class LensSystem final : public relign::Scene {
+ public:
+  explicit LensSystem(const relign::Parameters& given)
+      : settings_{*imaging::transport_from_name(given.text("transport")),
+                  *imaging::sampler_from_name(given.text("sampler")), static_cast<int>(given.integer("samples"))},
+        scene_(imaging::read_scene_file(given.text("scene"), choices(given))),
+        parallel_(given.threads()),
+        reference_(imaging::make_reference(scene_, settings_, parallel_, given.cache_folder(),
+                                           [&given](const std::string& message) { given.warn(message); })) {}
+
+  std::string describe() override {
+    Json axes = Json::array();
+    const char* shift_names[] = {"x", "y", "z"};
+    const char* tilt_names[] = {"Rx", "Ry", "Rz"};
+    for (std::size_t i = 0; i < 3; ++i) axes.push_back(axis(shift_names[i], "mm", scene_.travel.shift_mm[i]));
+    for (std::size_t i = 0; i < scene_.travel.tilt_deg.size(); ++i)
+      axes.push_back(axis(tilt_names[i], "deg", scene_.travel.tilt_deg[i]));
+    Json elements = Json::array();
+    for (const optics::Element& element : scene_.lens.elements) elements.push_back(element.name);
+    Json files = Json::array();
+    for (const auto& file : scene_.files) files.push_back(file.string());
+    Json description = {
+        {"name", scene_.name},
+        {"summary", scene_.summary},
+        {"axes", axes},
+        {"nominal_pose", std::vector<double>(scene_.axes(), 0.5)},
+        {"image", {{"width", scene_.sensor.pixels}, {"height", scene_.sensor.pixels}, {"white", white()}}},
+        {"elements", elements},
+        {"files", files}};
+    if (!scene_.machine_time.is_null()) description["machine_time"] = scene_.machine_time;
+    if (!scene_.spec.is_null()) description["spec"] = scene_.spec;
+    return description.dump();
+  }
+
+  relign_image reference() override {
+    relign_image image{};
+    image.struct_size = sizeof image;
+    image.sample_format = RELIGN_SAMPLE_FLOAT32;
+    image.width = image.height = static_cast<std::uint32_t>(scene_.sensor.pixels);
+    image.channels = 1;
+    image.pixels = reference_.mean.data();
+    image.row_stride_bytes = image.width * sizeof(float);
+    return image;
+  }
+
+  std::unique_ptr<relign::Assembly> mount(std::string_view offsets_json) override {
+    const auto source = relign::JsonSource::from_text(std::string(offsets_json), "element offsets");
+    const auto offsets = optics::read_offsets(source, "", scene_.lens);
+    return std::make_unique<LensAssembly>(scene_, optics::Assembly(scene_.lens, offsets), settings_, reference_,
+                                          parallel_);
+  }
+
+ private:
+  static imaging::SceneChoices choices(const relign::Parameters& given) {
+    imaging::SceneChoices chosen;
+    chosen.ambient_index = given.number("ambient_index");
+    chosen.target = given.text("target");
+    chosen.rotation_z = given.boolean("rotation_z");
+    chosen.pixels = static_cast<int>(given.integer("pixels"));
+    return chosen;
+  }
+  static Json axis(const char* name, const char* unit, double half) {
+    return {{"name", name}, {"unit", unit}, {"lower", -half}, {"upper", half}};
+  }
+  // A lit pixel: the 99th percentile of O*.
+  float white() const {
+    std::vector<float> values = reference_.mean;
+    const auto place = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 99 / 100);
+    std::nth_element(values.begin(), place, values.end());
+    return *place > 0 ? *place : 1.0F;
+  }
+
+  imaging::CaptureSettings settings_;
+  imaging::SceneFile scene_;
+  imaging::Parallel parallel_;
+  imaging::Reference reference_;
+};
+
+}  // namespace
+
+RELIGN_PLUGIN(LensSystem)

@@ -1,0 +1,123 @@
+// The scene through the plugin's border, as the harness uses it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "base/json_source.h"
+#include "plugin_host/catalog.h"
+#include "plugin_host/objects.h"
+
+namespace relign::plugin_host {
+namespace {
+
+using testing::HasSubstr;
+
+class LensSystemTest : public testing::Test {
+ protected:
+  LensSystemTest() {
+    catalog_.add(std::string(RELIGN_PLUGIN_DIR) + "/lens_system");
+    services_.cache_folder = cache_folder();
+  }
+  std::string failure(const std::string& id, const Json& given) {
+    try {
+      Scene scene(catalog_.resolve_or_throw(Kind::scene, id, given), services_);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "no failure";
+  }
+  Catalog catalog_;
+  HostServices services_;
+};
+
+TEST_F(LensSystemTest, DescribesThePapersScene) {
+  Scene scene(catalog_.resolve_or_throw(Kind::scene, "relign_od"), services_);
+  const Json facts = Json::parse(scene.describe());
+  EXPECT_EQ(facts.at("axes").size(), 5u);
+  EXPECT_EQ(facts.at("elements"), (Json{"L1", "L2", "L3", "L4"}));
+  EXPECT_EQ(facts.at("image").at("width"), 200);
+  EXPECT_NEAR(facts.at("image").at("white").get<double>(), 0.112, 0.003);
+  EXPECT_EQ(facts.at("files").size(), 2u);
+  const relign_image image = scene.reference();
+  ASSERT_EQ(image.width, 200u);
+  double mean = 0;
+  for (int i = 0; i < 40000; ++i) mean += image.pixels[i];
+  EXPECT_NEAR(mean / 40000, 0.0181, 0.0003);
+}
+
+TEST_F(LensSystemTest, SixthAxisAndOtherChoices) {
+  Scene scene(catalog_.resolve_or_throw(Kind::scene, "relign_od", {{"rotation_z", true}, {"pixels", 50}}), services_);
+  const Json facts = Json::parse(scene.describe());
+  EXPECT_EQ(facts.at("axes").at(5).at("name"), "Rz");
+  EXPECT_EQ(facts.at("image").at("height"), 50);
+  MountedAssembly assembly = scene.mount("{}");
+  std::vector<float> pixels(2500, -1);
+  assembly.capture({0.5, 0.5, 0.5, 0.5, 0.5, 0.5}, 1, pixels.data());
+  EXPECT_GE(*std::min_element(pixels.begin(), pixels.end()), 0.0F);
+}
+
+TEST_F(LensSystemTest, TruthIsUnbiasedAndSharpNearTheOptimum) {
+  Scene scene(catalog_.resolve_or_throw(Kind::scene, "relign_od"), services_);
+  MountedAssembly perfect = scene.mount("{}");
+  const int n = 40;
+  double sum = 0, squares = 0, errors = 0;
+  for (int i = 0; i < n; ++i) {
+    const auto truth = perfect.noise_free_mse({0.5, 0.5, 0.5, 0.5, 0.5}, static_cast<std::uint64_t>(i));
+    sum += truth.mse;
+    squares += truth.mse * truth.mse;
+    errors += truth.standard_error;
+    EXPECT_LT(truth.standard_error, 2e-7);
+  }
+  const double spread = std::sqrt(squares / n - sum * sum / n / n);
+  EXPECT_NEAR(sum / n, 0, 4 * spread / std::sqrt(n) + 1e-8) << "the MSE at the optimum is 0";
+  EXPECT_NEAR(errors / n / spread, 1, 0.35) << "the standard error says what the spread is";
+}
+
+TEST_F(LensSystemTest, TruthAgreesWithTheImages) {
+  Scene scene(catalog_.resolve_or_throw(Kind::scene, "relign_od"), services_);
+  MountedAssembly tilted = scene.mount(R"({"L3": {"tilt_deg": [0.4, -0.3]}, "L4": {"shift_mm": [0, 0.01, 0]}})");
+  const std::vector<double> pose = {0.55, 0.48, 0.6, 0.5, 0.45};
+  std::vector<float> image(40000);
+  ASSERT_TRUE(tilted.render_noise_free(pose, image.data()));
+  const relign_image reference = scene.reference();
+  double mse = 0;
+  for (std::size_t i = 0; i < image.size(); ++i)
+    mse += std::pow(static_cast<double>(image[i]) - static_cast<double>(reference.pixels[i]), 2) / 40000;
+  const auto truth = tilted.noise_free_mse(pose, 9);
+  EXPECT_NEAR(truth.mse, mse, 4 * truth.standard_error + 3e-7) << "the picture has a little noise left";
+}
+
+TEST_F(LensSystemTest, BadInputIsNamed) {
+  EXPECT_THAT(failure("relign_od", {{"target", "/no/such/file.png"}}), HasSubstr("/no/such/file.png"));
+  EXPECT_THAT(failure("relign_od", {{"samples", 0}}), HasSubstr("samples"));
+  EXPECT_THAT(failure("relign_od", {{"transport", "frensel"}}), HasSubstr("fresnel"));
+  const auto folder = std::filesystem::temp_directory_path() / "relign-lens-system-test";
+  write_file_atomically(folder / "text.png", "this is no image");
+  EXPECT_THAT(failure("relign_od", {{"target", (folder / "text.png").string()}}), HasSubstr("no image"));
+  write_file_atomically(folder / "scene.json", R"({"use": "lens_system", "name": "x", "lens": "missing.json",
+    "pivot_behind_first_vertex_mm": 1, "sensor": {"z_mm": 5, "side_mm": 1}, "emitter": {"z_mm": -5, "side_mm": 1},
+    "travel": {}})");
+  EXPECT_THAT(failure((folder / "scene.json").string(), {}), HasSubstr("missing.json"));
+  write_file_atomically(folder / "scene.json", R"({"use": "lens_system", "sensor": {"z_mm": -5}})");
+  const std::string text = failure((folder / "scene.json").string(), {});
+  EXPECT_THAT(text, HasSubstr("the key \"name\" is missing"));
+  EXPECT_THAT(text, HasSubstr("scene.json:1:47: /sensor/z_mm: expected a number from 0.001"));
+  std::filesystem::remove_all(folder);
+}
+
+TEST_F(LensSystemTest, UnknownElementsAreRefused) {
+  Scene scene(catalog_.resolve_or_throw(Kind::scene, "relign_od"), services_);
+  try {
+    scene.mount(R"({"L9": {"tilt_deg": [0, 0]}})");
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("L9"));
+  }
+}
+
+}  // namespace
+}  // namespace relign::plugin_host

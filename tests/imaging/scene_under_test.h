@@ -1,0 +1,43 @@
+// The paper's scene and lenses drawn around it, as the tests use them.
+#pragma once
+
+#include <relign/random.hpp>
+#include <string>
+#include <vector>
+
+#include "imaging/camera.h"
+#include "imaging/reference.h"
+#include "imaging/scene_file.h"
+
+namespace relign::imaging {
+
+inline const SceneFile& relign_od_scene() {
+  static const SceneFile scene =
+      read_scene_file(std::string(RELIGN_SOURCE_DIR) + "/plugins/scenes/lens_system/relign_od/scene.json", {});
+  return scene;
+}
+
+inline const std::vector<double>& nominal_pose() {
+  static const std::vector<double> pose(5, 0.5);
+  return pose;
+}
+
+// The last two elements off, as at level rho0.5 of the paper's text.
+inline optics::Assembly random_assembly(Random& random) {
+  std::map<std::string, optics::ElementOffset> offsets;
+  for (const char* name : {"L3", "L4"}) {
+    optics::ElementOffset offset;
+    for (double& shift : offset.shift_mm) shift = 2.5e-4 * random.normal();
+    for (double& tilt : offset.tilt_deg) tilt = 0.75 * random.normal();
+    offsets[name] = offset;
+  }
+  return optics::Assembly(relign_od_scene().lens, offsets);
+}
+
+inline std::vector<double> random_pose(Random& random, double low = 0, double high = 1) {
+  std::vector<double> pose(5);
+  for (double& value : pose) value = random.uniform(low, high);
+  return pose;
+}
+
+}  // namespace relign::imaging
