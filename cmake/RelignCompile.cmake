@@ -17,7 +17,7 @@ endif()
 
 add_library(relign_compile INTERFACE)
 target_compile_options(relign_compile INTERFACE
-  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor $<$<COMPILE_LANGUAGE:CXX>:-Woverloaded-virtual>
+  -Wall -Wextra -Wpedantic -Wshadow $<$<COMPILE_LANGUAGE:CXX>:-Wnon-virtual-dtor> $<$<COMPILE_LANGUAGE:CXX>:-Woverloaded-virtual>
   # The compiler never fuses a multiplication and an addition by itself: images must be
   # bit-equal on every processor. Code that wants fma calls std::fma.
   -ffp-contract=off)

@@ -15,7 +15,22 @@ relign_require(CLI11 libcli11-dev)
 relign_require(Eigen3 libeigen3-dev)
 relign_require(NLopt "libnlopt-cxx-dev libnlopt-dev")
 relign_require(OpenSSL libssl-dev)
-relign_require(OpenCV "libopencv-imgcodecs-dev libopencv-imgproc-dev" COMPONENTS core imgproc imgcodecs)
+
+# OpenCV's own CMake file comes with libopencv-dev alone, whose other modules weigh 600 MB. The three
+# modules used here are found by themselves; CMAKE_PREFIX_PATH points to an OpenCV elsewhere.
+find_path(RELIGN_OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4)
+foreach(module core imgproc imgcodecs)
+  find_library(RELIGN_OPENCV_${module}_LIBRARY opencv_${module})
+  if(NOT RELIGN_OPENCV_INCLUDE_DIR OR NOT RELIGN_OPENCV_${module}_LIBRARY)
+    message(FATAL_ERROR "OpenCV's module ${module} was not found (Debian and Ubuntu: libopencv-imgcodecs-dev "
+                        "libopencv-imgproc-dev). ${RELIGN_INSTALL_HINT}")
+  endif()
+  add_library(opencv_${module} UNKNOWN IMPORTED)
+  set_target_properties(opencv_${module} PROPERTIES
+    IMPORTED_LOCATION "${RELIGN_OPENCV_${module}_LIBRARY}"
+    INTERFACE_INCLUDE_DIRECTORIES "${RELIGN_OPENCV_INCLUDE_DIR}")
+endforeach()
+
 find_package(Threads REQUIRED)
 
 find_file(RELIGN_DYGRAPHS_JS NAMES dygraph.min.js

@@ -64,4 +64,10 @@ const char relign_manifest_text[] = {${manifest_bytes}0};
   endforeach()
   add_custom_target(${target}_files ALL DEPENDS ${stamps})
   add_dependencies(${target} ${target}_files)
+
+  # One name for every plugin of a build: quickstart builds the program and its plugins without the tests.
+  if(NOT TARGET relign_plugins)
+    add_custom_target(relign_plugins)
+  endif()
+  add_dependencies(relign_plugins ${target})
 endfunction()

@@ -392,7 +392,10 @@ const relign_scene_interface* scene_interface() {
       [](relign_scene* self, relign_image* image) -> relign_status {
         auto* mine = handle<Scene>(self);
         return guard(mine->host, [&] {
-          *image = mine->object->reference();
+          // Never more than the host has room for: its header may be older and the struct smaller.
+          relign_image full = mine->object->reference();
+          full.struct_size = std::min<std::uint32_t>(image->struct_size, sizeof full);
+          std::memcpy(image, &full, full.struct_size);
           return RELIGN_OK;
         });
       },
@@ -402,6 +405,7 @@ const relign_scene_interface* scene_interface() {
           auto fresh = std::make_unique<Handle<Assembly>>();
           fresh->host = mine->host;
           fresh->object = mine->object->mount(to_view(offsets_json));
+          if (!fresh->object) throw std::logic_error("mount returned no assembly");
           *made = reinterpret_cast<relign_assembly*>(fresh.release());
           return RELIGN_OK;
         });

@@ -1,0 +1,281 @@
+#include "plugin_host/catalog.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <set>
+#include <tuple>
+
+#include "base/files.h"
+#include "base/hash.h"
+#include "base/text.h"
+#include "plugin_host/objects.h"
+#include "plugin_host/parameters.h"
+
+namespace relign::plugin_host {
+namespace fs = std::filesystem;
+
+namespace {
+
+const char* const kManifestName = "relign-plugin.json";
+
+bool same_namespace(Kind a, Kind b) { return a == b || (is_algorithm(a) && is_algorithm(b)); }
+
+// How users call the members of a namespace.
+std::string namespace_name(Kind kind) {
+  if (is_algorithm(kind)) return "algorithm";
+  return kind == Kind::scene ? "scene" : "noise level";
+}
+
+[[noreturn]] void refuse(const std::string& message) { throw Error(ErrorKind::plugin_refused, message); }
+
+fs::path absolute_path(const fs::path& path) { return fs::absolute(path).lexically_normal(); }
+
+bool same_file(const fs::path& a, const fs::path& b) {
+  std::error_code error;
+  return fs::equivalent(a, b, error) && !error;
+}
+
+// The manifest that stands for a plugin's folder, library or manifest.
+fs::path manifest_of(const fs::path& plugin) {
+  std::error_code error;
+  if (!fs::exists(plugin, error)) refuse(plugin.string() + " does not exist");
+  if (fs::is_directory(plugin, error)) {
+    const fs::path manifest = plugin / kManifestName;
+    if (!fs::exists(manifest, error)) refuse(plugin.string() + " is no plugin folder: it holds no " + kManifestName);
+    return manifest;
+  }
+  if (plugin.extension() != ".so") return plugin;
+  const fs::path manifest = plugin.parent_path() / kManifestName;
+  if (!fs::exists(manifest, error)) refuse(plugin.string() + " is no plugin: no " + kManifestName + " lies beside it");
+  return manifest;
+}
+
+// Folders with a manifest, in order of their names, each once however many links lead to it.
+void find_plugin_folders(const fs::path& folder, int depth, std::set<fs::path>& visited, std::vector<fs::path>& found) {
+  constexpr int kDeepest = 8;
+  std::error_code error;
+  const fs::path canonical = fs::canonical(folder, error);
+  if (error || depth > kDeepest || !visited.insert(canonical).second) return;
+  if (fs::exists(folder / kManifestName, error)) {
+    found.push_back(folder);
+    return;  // what lies below belongs to this plugin
+  }
+  std::vector<fs::path> below;
+  for (fs::directory_iterator entry(folder, fs::directory_options::skip_permission_denied, error), end;
+       !error && entry != end; entry.increment(error)) {
+    std::error_code unreadable;
+    if (entry->is_directory(unreadable)) below.push_back(entry->path());
+  }
+  std::sort(below.begin(), below.end());
+  for (const fs::path& next : below) find_plugin_folders(next, depth + 1, visited, found);
+}
+
+void add_problem(std::vector<Problem>& problems, const std::string& message) {
+  Problem problem;
+  problem.message = message;
+  problems.push_back(problem);
+}
+
+}  // namespace
+
+// What a name or path leads to, before parameters.
+struct Catalog::Found {
+  std::shared_ptr<const Manifest> plugin;
+  const Preset* preset = nullptr;
+  std::string id;
+  fs::path document;  // empty: none
+};
+
+void Catalog::add(const fs::path& plugin) { add_plugin(plugin); }
+
+std::shared_ptr<const Manifest> Catalog::add_plugin(const fs::path& plugin) {
+  const fs::path file = manifest_of(absolute_path(plugin));
+  for (const auto& known : plugins_)
+    if (same_file(known->folder / kManifestName, file)) return known;
+  auto manifest = std::make_shared<const Manifest>(read_manifest(file));
+  std::error_code error;
+  if (!fs::exists(manifest->library, error))
+    refuse(file.string() + ": its library " + manifest->library.string() +
+           " does not exist; build the plugin, or correct \"library\"");
+  if (plugin.extension() == ".so" && !same_file(manifest->library, absolute_path(plugin)))
+    refuse(plugin.string() + " is not the library that " + file.string() + " names (" + manifest->library.string() +
+           ")");
+
+  std::vector<std::string> names = {manifest->id};
+  for (const Preset& preset : manifest->presets) names.push_back(preset.id);
+  for (const auto& known : plugins_) {
+    if (!same_namespace(known->kind, manifest->kind)) continue;
+    for (const std::string& name : names)
+      if (normalised_name(known->id) == normalised_name(name) || known->preset(name))
+        refuse(file.string() + ": the " + namespace_name(manifest->kind) + " '" + name + "' exists already in " +
+               known->folder.string() + "; rename one of them ('-' equals '_')");
+  }
+  plugins_.push_back(manifest);
+  std::sort(plugins_.begin(), plugins_.end(),
+            [](const auto& a, const auto& b) { return std::tie(a->kind, a->id) < std::tie(b->kind, b->id); });
+  return manifest;
+}
+
+void Catalog::scan(const fs::path& root) {
+  std::error_code error;
+  if (!fs::is_directory(root, error)) {
+    refused_.push_back(root.string() + " is no folder");
+    return;
+  }
+  std::set<fs::path> visited;
+  std::vector<fs::path> folders;
+  find_plugin_folders(absolute_path(root), 0, visited, folders);
+  for (const fs::path& folder : folders) {
+    try {
+      add(folder);
+    } catch (const std::exception& problem) {
+      refused_.push_back(problem.what());
+    }
+  }
+}
+
+std::vector<fs::path> Catalog::default_roots() {
+  std::vector<fs::path> roots;
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  if (!error) {
+    const fs::path own = program.parent_path().parent_path() / "lib" / "relign-bench" / "plugins";
+    if (fs::is_directory(own, error)) roots.push_back(own);
+  }
+  const char* listed = std::getenv("RELIGN_PLUGIN_PATH");
+  std::string rest = listed ? listed : "";
+  while (!rest.empty()) {
+    const auto colon = rest.find(':');
+    const std::string entry = rest.substr(0, colon);
+    if (!entry.empty()) roots.emplace_back(entry);
+    rest = colon == std::string::npos ? "" : rest.substr(colon + 1);
+  }
+  return roots;
+}
+
+std::vector<std::string> Catalog::ids(Kind kind) const {
+  std::vector<std::string> names;
+  for (const auto& plugin : plugins_) {
+    if (!same_namespace(plugin->kind, kind)) continue;
+    names.push_back(plugin->id);
+    for (const Preset& preset : plugin->presets) names.push_back(preset.id);
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+Catalog::Found Catalog::find_name(Kind kind, const std::string& name) const {
+  for (const auto& plugin : plugins_) {
+    if (!same_namespace(plugin->kind, kind)) continue;
+    if (normalised_name(plugin->id) == normalised_name(name)) return {plugin, nullptr, plugin->id, {}};
+    if (const Preset* preset = plugin->preset(name)) return {plugin, preset, preset->id, {}};
+  }
+  return {};
+}
+
+std::string Catalog::unknown_text(Kind kind, const std::string& name) const {
+  for (const Kind other : {Kind::scene, Kind::noise_level, Kind::optimizer})
+    if (!same_namespace(other, kind) && find_name(other, name).plugin)
+      return "'" + name + "' is the name of a" + (is_algorithm(other) ? "n " : " ") + namespace_name(other) +
+             ", expected " + (is_algorithm(kind) ? "an " : "a ") + namespace_name(kind);
+  std::string text = "unknown " + namespace_name(kind) + " '" + name + "'" + suggestion(name, ids(kind));
+  // Perhaps it exists and was refused: then that is what the user needs to know.
+  for (const std::string& refused : refused_)
+    if (refused.find(name) != std::string::npos) return text + "\n  refused before: " + refused;
+  return text;
+}
+
+Catalog::Found Catalog::find(Kind kind, const std::string& id_or_path, const fs::path& relative_to,
+                             bool documents_allowed) {
+  const bool names_a_path = id_or_path.find('/') != std::string::npos;
+  if (!names_a_path)
+    if (Found found = find_name(kind, id_or_path); found.plugin) return found;
+  const fs::path path = absolute_path(relative_to / id_or_path);
+  std::error_code error;
+  if (id_or_path.empty() || !fs::exists(path, error)) {
+    if (names_a_path) throw Error(ErrorKind::bad_input, path.string() + " does not exist");
+    throw Error(ErrorKind::bad_input, unknown_text(kind, id_or_path));
+  }
+
+  if (path.extension() == ".json" && path.filename() != kManifestName) {
+    const JsonSource source = JsonSource::from_file(path);
+    if (source.root().is_object() && source.root().contains("use")) {
+      const Json& use = source.root().at("use");
+      const auto complain = [&](const std::string& message) { throw_if_any({source.problem("/use", message)}); };
+      if (!documents_allowed) complain("a document cannot use another document");
+      if (!use.is_string()) complain("expected the id of a " + namespace_name(kind));
+      Found found;
+      try {
+        found = find(kind, use.get<std::string>(), path.parent_path(), false);
+      } catch (const Error& problem) {
+        if (problem.kind() == ErrorKind::plugin_refused) throw;
+        complain(problem.what());
+      }
+      if (found.plugin->document.empty()) complain("'" + found.plugin->id + "' reads no documents");
+      found.id = path.stem().string();
+      found.document = path;
+      return found;
+    }
+    if (!source.root().is_object() || !source.root().contains("kind"))
+      throw Error(ErrorKind::bad_input, path.string() + " is neither a plugin's manifest nor a document with \"use\"");
+  } else if (!fs::is_directory(path, error) && path.extension() != ".so" && path.extension() != ".json") {
+    throw Error(ErrorKind::bad_input, path.string() + " is no plugin: expected a plugin's folder, its library (.so), " +
+                                          "its manifest, or a JSON document with \"use\"");
+  }
+  const auto plugin = add_plugin(path);
+  if (!same_namespace(plugin->kind, kind))
+    throw Error(ErrorKind::bad_input, path.string() + " is a plugin of the kind " + kind_name(plugin->kind) +
+                                          ", expected " + (is_algorithm(kind) ? "an " : "a ") + namespace_name(kind));
+  return {plugin, nullptr, plugin->id, {}};
+}
+
+Choice Catalog::choose(const Found& found, const Json& given, const fs::path& relative_to,
+                       std::vector<Problem>& problems) const {
+  const std::size_t problems_before = problems.size();
+  const Manifest& plugin = *found.plugin;
+  Json all = given;
+  if (!found.document.empty() && (given.is_null() || given.is_object())) {
+    for (const auto& item : given.items())
+      if (normalised_name(item.key()) == normalised_name(plugin.document))
+        add_problem(problems, "the document " + found.document.string() + " is the parameter '" + plugin.document +
+                                  "': it cannot be given as well");
+    if (problems.size() == problems_before) all[plugin.document] = found.document.string();
+  }
+  const EffectiveParameters effective = effective_parameters(plugin, found.preset, all, relative_to, problems);
+  for (const Parameter& parameter : plugin.parameters) {
+    if (parameter.type != ParameterType::algorithm || !effective.values.contains(parameter.name)) continue;
+    const auto name = effective.values.at(parameter.name).get<std::string>();
+    if (find_name(Kind::optimizer, name).plugin) continue;
+    Problem problem;
+    problem.pointer = "/parameters/" + pointer_token(parameter.name);
+    problem.message = unknown_text(Kind::optimizer, name);
+    problems.push_back(problem);
+  }
+  if (problems.size() != problems_before) return {};
+  const Json identity = {{"kind", kind_name(plugin.kind)}, {"parameters", effective.identity}, {"plugin", plugin.id}};
+  return {found.plugin, found.id, effective.values, canonical_json(identity)};
+}
+
+Choice Catalog::resolve(Kind kind, const std::string& id_or_path, const Json& given, const fs::path& relative_to,
+                        std::vector<Problem>& problems) {
+  try {
+    return choose(find(kind, id_or_path, relative_to, true), given, relative_to, problems);
+  } catch (const Error& error) {
+    add_problem(problems, error.what());
+    return {};
+  }
+}
+
+Choice Catalog::resolve_or_throw(Kind kind, const std::string& id_or_path, const Json& given) {
+  std::vector<Problem> problems;
+  const fs::path here = fs::current_path();
+  Choice choice = choose(find(kind, id_or_path, here, true), given, here, problems);
+  throw_if_any(problems);
+  return choice;
+}
+
+std::string plugin_hash(const Manifest& manifest) {
+  return sha256_hex(sha256_file(manifest.library) + sha256_hex(manifest.text));
+}
+
+}  // namespace relign::plugin_host

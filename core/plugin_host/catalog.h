@@ -1,0 +1,68 @@
+// Every plugin that can be used, by id, preset or path.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "plugin_host/manifest.h"
+
+namespace relign::plugin_host {
+
+// A plugin with its effective parameters: what a suite's entry resolves to.
+struct Choice {
+  std::shared_ptr<const Manifest> plugin;
+  std::string id;   // as used: plugin id, preset id, or the file stem of a document
+  Json parameters;  // effective: defaults, then preset, then given; file parameters are absolute paths
+  // Equal for equal plugins, parameters and contents of files, on every machine: file parameters
+  // enter with the SHA-256 of their content.
+  std::string identity;  // canonical JSON
+};
+
+class Catalog {
+ public:
+  // Adds one plugin folder, a library, or a manifest file. Throws Error(plugin_refused), also
+  // when an id or preset of the same namespace (scenes; noise levels; algorithms) exists already.
+  // Adding the same folder again does nothing.
+  void add(const std::filesystem::path& plugin);
+
+  // Adds every folder below `root` that holds a relign-plugin.json. One bad plugin never spoils
+  // the scan: what was refused is kept as text in refused().
+  void scan(const std::filesystem::path& root);
+
+  // The folders that every program of ours scans: ../lib/relign-bench/plugins beside the program's
+  // own bin folder, then each entry of RELIGN_PLUGIN_PATH.
+  static std::vector<std::filesystem::path> default_roots();
+
+  const std::vector<std::shared_ptr<const Manifest>>& plugins() const { return plugins_; }  // sorted by kind, id
+  const std::vector<std::string>& refused() const { return refused_; }
+
+  // Ids and presets of one namespace, sorted, for suggestions and completion.
+  std::vector<std::string> ids(Kind kind) const;
+
+  // Resolves an id, preset or path (a plugin's folder, library or manifest, or a JSON document with
+  // "use"; relative to `relative_to`) and applies `given` (an object or null). optimizer and agent
+  // are one namespace. On mistakes appends to `problems` (no place filled in; pointer relative to the
+  // entry: "" or "/parameters/NAME") and returns an empty Choice (plugin is null).
+  Choice resolve(Kind kind, const std::string& id_or_path, const Json& given, const std::filesystem::path& relative_to,
+                 std::vector<Problem>& problems);
+
+  // The same for one use outside a suite; throws Error(bad_input or plugin_refused).
+  Choice resolve_or_throw(Kind kind, const std::string& id_or_path, const Json& given = {});
+
+ private:
+  struct Found;
+  std::shared_ptr<const Manifest> add_plugin(const std::filesystem::path& plugin);
+  Found find_name(Kind kind, const std::string& name) const;  // plugin is null when there is none
+  Found find(Kind kind, const std::string& id_or_path, const std::filesystem::path& relative_to,
+             bool documents_allowed);  // throws Error
+  Choice choose(const Found& found, const Json& given, const std::filesystem::path& relative_to,
+                std::vector<Problem>& problems) const;
+  std::string unknown_text(Kind kind, const std::string& name) const;
+
+  std::vector<std::shared_ptr<const Manifest>> plugins_;
+  std::vector<std::string> refused_;
+};
+
+}  // namespace relign::plugin_host

@@ -1,0 +1,292 @@
+#include "plugin_host/manifest.h"
+
+#include <relign/plugin.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "base/text.h"
+
+namespace relign::plugin_host {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+struct NamedKind {
+  Kind kind;
+  const char* name;
+};
+constexpr NamedKind kKinds[] = {
+    {Kind::scene, "scene"}, {Kind::noise_level, "noise-level"}, {Kind::optimizer, "optimizer"}, {Kind::agent, "agent"}};
+
+struct NamedType {
+  ParameterType type;
+  const char* name;
+};
+constexpr NamedType kTypes[] = {{ParameterType::number, "number"},   {ParameterType::integer, "integer"},
+                                {ParameterType::boolean, "boolean"}, {ParameterType::text, "text"},
+                                {ParameterType::file, "file"},       {ParameterType::algorithm, "algorithm"},
+                                {ParameterType::json, "json"}};
+
+struct NamedKnowledge {
+  std::uint32_t bit;
+  const char* name;
+};
+constexpr NamedKnowledge kKnowledge[] = {{RELIGN_KNOWS_IMAGES, "images"}, {RELIGN_KNOWS_MERIT, "merit"},
+                                         {RELIGN_KNOWS_START, "start"},   {RELIGN_KNOWS_BOX, "box"},
+                                         {RELIGN_KNOWS_DESIGN, "design"}, {RELIGN_KNOWS_LEVEL, "level"}};
+
+template <class Table>
+std::vector<std::string> names_of(const Table& table) {
+  std::vector<std::string> names;
+  for (const auto& entry : table) names.push_back(entry.name);
+  return names;
+}
+
+// Ids are typed in shells, written into file names and pages.
+std::string check_id(const std::string& id) {
+  const auto plain = [](char letter) {
+    return (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') || (letter >= '0' && letter <= '9');
+  };
+  const bool fits =
+      !id.empty() && id.size() <= 64 && plain(id[0]) && std::all_of(id.begin(), id.end(), [&](char letter) {
+        return plain(letter) || letter == '-' || letter == '_' || letter == '.';
+      });
+  return fits ? ""
+              : "expected 1 to 64 letters, digits, '-', '_' or '.', starting with a letter or digit, found \"" + id +
+                    "\"";
+}
+
+std::vector<std::string> read_texts(ObjectReader& reader, const std::string& key) {
+  std::vector<std::string> texts;
+  const Json* list = reader.get(key);
+  if (!list) return texts;
+  const bool fits = list->is_array() && std::all_of(list->begin(), list->end(), [](const Json& item) {
+                      return item.is_string() && !item.get_ref<const std::string&>().empty();
+                    });
+  if (!fits) {
+    reader.complain(key, "expected a list of texts");
+    return texts;
+  }
+  texts = list->get<std::vector<std::string>>();
+  if (std::set<std::string>(texts.begin(), texts.end()).size() != texts.size())
+    reader.complain(key, "an entry stands twice");
+  return texts;
+}
+
+Parameter read_one_parameter(const JsonSource& source, const std::string& pointer, const std::string& name,
+                             std::vector<Problem>& problems) {
+  ObjectReader reader(source, pointer, problems);
+  Parameter parameter;
+  parameter.name = name;
+  const std::size_t problems_before = problems.size();
+  const std::string type = reader.required_string("type");
+  const auto* found =
+      std::find_if(std::begin(kTypes), std::end(kTypes), [&](const NamedType& entry) { return type == entry.name; });
+  if (found != std::end(kTypes))
+    parameter.type = found->type;
+  else if (!type.empty())
+    reader.complain("type", "unknown type \"" + type + "\"; known: " + join(names_of(kTypes), ", "));
+  const bool numeric = parameter.type == ParameterType::number || parameter.type == ParameterType::integer;
+  for (const char* key : {"minimum", "maximum"}) {
+    if (!reader.has(key)) continue;
+    const double bound = reader.number(key, 0, -kInfinity, kInfinity);
+    if (!numeric) reader.complain(key, "only a number or an integer has a range");
+    (std::string(key) == "minimum" ? parameter.minimum : parameter.maximum) = bound;
+  }
+  if (parameter.minimum && parameter.maximum && *parameter.minimum > *parameter.maximum)
+    reader.complain("minimum", "the minimum is larger than the maximum");
+  parameter.allowed = read_texts(reader, "allowed");
+  if (!parameter.allowed.empty() && parameter.type != ParameterType::text)
+    reader.complain("allowed", "only a text has a list of allowed values");
+  parameter.unit = reader.string("unit", "");
+  parameter.description = reader.string("description", "");
+  if (const Json* value = reader.get("default")) parameter.default_value = *value;
+  reader.refuse_unknown();
+  if (problems.size() == problems_before && !parameter.default_value.is_null())
+    if (const std::string wrong = check_parameter(parameter, parameter.default_value); !wrong.empty())
+      reader.complain("default", wrong);
+  return parameter;
+}
+
+std::vector<Parameter> read_parameters(const JsonSource& source, ObjectReader& manifest,
+                                       std::vector<Problem>& problems) {
+  std::vector<Parameter> parameters;
+  const Json* object = manifest.get("parameters");
+  if (!object) return parameters;
+  if (!object->is_object()) {
+    manifest.complain("parameters", "expected an object");
+    return parameters;
+  }
+  ObjectReader reader(source, "/parameters", problems);
+  std::set<std::string> seen;
+  for (const auto& [name, value] : object->items()) {
+    if (const std::string wrong = check_id(name); !wrong.empty()) reader.complain(name, wrong);
+    if (!seen.insert(normalised_name(name)).second)
+      reader.complain(name, "another parameter has this name already ('-' equals '_')");
+    if (!value.is_object()) {
+      reader.complain(name, "expected an object with \"type\"");
+      continue;
+    }
+    parameters.push_back(read_one_parameter(source, reader.pointer_to(name), name, problems));
+  }
+  return parameters;
+}
+
+// The preset's values under the manifest's spelling of their names.
+Json read_preset_parameters(ObjectReader& reader, const Manifest& manifest, const std::string& pointer,
+                            const JsonSource& source, std::vector<Problem>& problems) {
+  Json checked = Json::object();
+  const Json* values = reader.get("parameters");
+  if (!values) return checked;
+  if (!values->is_object()) {
+    reader.complain("parameters", "expected an object");
+    return checked;
+  }
+  std::vector<std::string> names;
+  for (const Parameter& parameter : manifest.parameters) names.push_back(parameter.name);
+  ObjectReader inner(source, pointer + "/parameters", problems);
+  for (const auto& [name, value] : values->items()) {
+    const Parameter* parameter = manifest.parameter(name);
+    if (!parameter) {
+      inner.complain(name, "unknown parameter \"" + name + "\"" + suggestion(name, names));
+      continue;
+    }
+    if (const std::string wrong = check_parameter(*parameter, value); !wrong.empty()) inner.complain(name, wrong);
+    if (checked.contains(parameter->name)) inner.complain(name, "the parameter stands twice");
+    checked[parameter->name] = value;
+  }
+  return checked;
+}
+
+void read_presets(const JsonSource& source, ObjectReader& reader, Manifest& manifest, std::vector<Problem>& problems) {
+  const Json* object = reader.get("presets");
+  if (!object) return;
+  if (!object->is_object()) {
+    reader.complain("presets", "expected an object");
+    return;
+  }
+  ObjectReader presets(source, "/presets", problems);
+  std::set<std::string> seen = {normalised_name(manifest.id)};
+  for (const auto& [id, value] : object->items()) {
+    if (const std::string wrong = check_id(id); !wrong.empty()) presets.complain(id, wrong);
+    if (!seen.insert(normalised_name(id)).second)
+      presets.complain(id, "the plugin or another preset has this name already ('-' equals '_')");
+    const std::string pointer = presets.pointer_to(id);
+    ObjectReader one(source, pointer, problems);
+    Preset preset;
+    preset.id = id;
+    preset.summary = one.string("summary", "");
+    preset.parameters = read_preset_parameters(one, manifest, pointer, source, problems);
+    one.refuse_unknown();
+    manifest.presets.push_back(std::move(preset));
+  }
+}
+
+void read_knowledge(ObjectReader& reader, Manifest& manifest) {
+  const bool named = reader.has("knows");
+  manifest.knows = read_texts(reader, "knows");
+  manifest.oracle = reader.boolean("oracle", false);
+  for (const std::string& entry : manifest.knows)
+    if (std::none_of(std::begin(kKnowledge), std::end(kKnowledge),
+                     [&](const NamedKnowledge& known) { return entry == known.name; }))
+      reader.complain("knows", "unknown entry \"" + entry + "\"" + suggestion(entry, names_of(kKnowledge)));
+  if (!is_algorithm(manifest.kind)) {
+    if (named) reader.complain("knows", "only optimizers and agents declare what they know");
+    if (manifest.oracle) reader.complain("oracle", "only optimizers and agents can be an oracle");
+  } else if (manifest.oracle &&
+             std::find(manifest.knows.begin(), manifest.knows.end(), "start") == manifest.knows.end()) {
+    reader.complain("oracle", "an oracle is told the true start: \"knows\" must contain \"start\"");
+  }
+}
+
+Manifest read_checked(const JsonSource& source, const std::filesystem::path& file, std::vector<Problem>& problems) {
+  Manifest manifest;
+  manifest.text = source.text();
+  manifest.folder = std::filesystem::absolute(file).lexically_normal().parent_path();
+  if (!source.root().is_object()) {
+    problems.push_back(source.problem("", "expected an object: the plugin's manifest"));
+    return manifest;
+  }
+  ObjectReader reader(source, "", problems);
+  manifest.id = reader.required_string("id");
+  if (reader.has("id"))
+    if (const std::string wrong = check_id(manifest.id); !wrong.empty()) reader.complain("id", wrong);
+  const std::string kind = reader.required_string("kind");
+  if (const auto known = kind_from_name(kind))
+    manifest.kind = *known;
+  else if (!kind.empty())
+    reader.complain("kind", "unknown kind \"" + kind + "\"" + suggestion(kind, names_of(kKinds)));
+  manifest.summary = reader.required_string("summary");
+  if (reader.has("summary") && manifest.summary.empty()) reader.complain("summary", "one sentence is needed");
+  manifest.license = reader.string("license", "");
+  manifest.citation = reader.string("citation", "");
+  manifest.reproducible = reader.string("reproducible", "anywhere");
+  if (manifest.reproducible != "anywhere" && manifest.reproducible != "this_cpu")
+    reader.complain("reproducible", "expected \"anywhere\" or \"this_cpu\", found \"" + manifest.reproducible + "\"");
+  const std::string library = reader.string("library", manifest.id + ".so");
+  if (library.empty()) reader.complain("library", "expected the library's file name");
+  manifest.library = (manifest.folder / library).lexically_normal();
+  read_knowledge(reader, manifest);
+  manifest.parameters = read_parameters(source, reader, problems);
+  read_presets(source, reader, manifest, problems);
+  manifest.document = reader.string("document", "");
+  if (!manifest.document.empty()) {
+    const Parameter* parameter = manifest.parameter(manifest.document);
+    if (!parameter || parameter->type != ParameterType::file)
+      reader.complain("document", "expected the name of a parameter of type file, found \"" + manifest.document + "\"");
+    else
+      manifest.document = parameter->name;
+  }
+  reader.refuse_unknown();
+  return manifest;
+}
+
+}  // namespace
+
+const char* kind_name(Kind kind) {
+  for (const NamedKind& entry : kKinds)
+    if (entry.kind == kind) return entry.name;
+  return "plugin";
+}
+
+std::optional<Kind> kind_from_name(const std::string& name) {
+  for (const NamedKind& entry : kKinds)
+    if (normalised_name(name) == entry.name) return entry.kind;
+  return std::nullopt;
+}
+
+const Parameter* Manifest::parameter(const std::string& name) const {
+  for (const Parameter& candidate : parameters)
+    if (normalised_name(candidate.name) == normalised_name(name)) return &candidate;
+  return nullptr;
+}
+
+const Preset* Manifest::preset(const std::string& wanted) const {
+  for (const Preset& candidate : presets)
+    if (normalised_name(candidate.id) == normalised_name(wanted)) return &candidate;
+  return nullptr;
+}
+
+std::uint32_t Manifest::knows_bits() const {
+  std::uint32_t bits = 0;
+  for (const NamedKnowledge& known : kKnowledge)
+    if (std::find(knows.begin(), knows.end(), known.name) != knows.end()) bits |= known.bit;
+  return bits;
+}
+
+Manifest read_manifest(const std::filesystem::path& file) {
+  try {
+    const JsonSource source = JsonSource::from_file(file);
+    std::vector<Problem> problems;
+    Manifest manifest = read_checked(source, file, problems);
+    throw_if_any(problems);
+    return manifest;
+  } catch (const Error& error) {
+    throw Error(ErrorKind::plugin_refused, error.what());
+  }
+}
+
+}  // namespace relign::plugin_host

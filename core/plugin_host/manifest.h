@@ -1,0 +1,82 @@
+// What a plugin says of itself, read from the relign-plugin.json beside its library. Listing,
+// describing and validating use this alone: nothing is loaded for it.
+//
+// {
+//   "id": "compass", "kind": "optimizer", "summary": "One sentence.",
+//   "knows": ["merit", "box"],
+//   "parameters": {"first_stride": {"type": "number", "default": 0.1, "minimum": 0.001, "maximum": 0.5,
+//                                   "unit": "share of the travel", "description": "..."}},
+//   "presets": {"compass-wide": {"summary": "...", "parameters": {"first_stride": 0.3}}},
+//   "license": "Apache-2.0", "citation": "...", "reproducible": "anywhere"
+// }
+// Required: id, kind, summary. Parameter types: number, integer, boolean, text (optional "allowed": [...]),
+// file (a path, resolved against the file that names it), algorithm (the id of another one), json (anything).
+// Further keys: "library" (default ID.so), "oracle": true (is told the true start under every
+// protocol; drawn dashed), "document": "scene" (a JSON file with "use" may stand for the plugin; its
+// path becomes that parameter).
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/json_source.h"
+
+namespace relign::plugin_host {
+
+enum class Kind { scene, noise_level, optimizer, agent };
+
+const char* kind_name(Kind kind);                             // "noise-level"
+std::optional<Kind> kind_from_name(const std::string& name);  // `-` equals `_`
+inline bool is_algorithm(Kind kind) { return kind == Kind::optimizer || kind == Kind::agent; }
+
+enum class ParameterType { number, integer, boolean, text, file, algorithm, json };
+
+struct Parameter {
+  std::string name;
+  ParameterType type = ParameterType::number;
+  Json default_value;  // null: the parameter must be given (by a preset or the user)
+  std::optional<double> minimum;
+  std::optional<double> maximum;
+  std::vector<std::string> allowed;  // text: empty = any
+  std::string unit;
+  std::string description;
+};
+
+struct Preset {
+  std::string id;
+  std::string summary;
+  Json parameters;  // object, checked
+};
+
+struct Manifest {
+  std::string id;
+  Kind kind = Kind::optimizer;
+  std::string summary;
+  std::vector<Parameter> parameters;
+  std::vector<Preset> presets;
+  std::vector<std::string> knows;  // images, merit, start, box, design, level
+  bool oracle = false;
+  std::string reproducible = "anywhere";  // or "this_cpu"
+  std::string license;
+  std::string citation;
+  std::string document;  // name of the file parameter that a path with "use" fills; empty: none
+
+  std::filesystem::path folder;   // where the manifest lies
+  std::filesystem::path library;  // absolute path of the shared library
+  std::string text;               // verbatim
+
+  const Parameter* parameter(const std::string& name) const;  // null when there is none
+  const Preset* preset(const std::string& id) const;          // `-` equals `_`
+  std::uint32_t knows_bits() const;                           // RELIGN_KNOWS_*
+};
+
+// Reads and checks a manifest file. Throws Error(plugin_refused) listing every mistake.
+Manifest read_manifest(const std::filesystem::path& file);
+
+// Checks one value against a parameter; returns what is wrong with it, or an empty text.
+std::string check_parameter(const Parameter& parameter, const Json& value);
+
+}  // namespace relign::plugin_host

@@ -1,0 +1,125 @@
+// Loaded plugins as C++ objects: the host's side of relign/plugin.h.
+//
+// Every call into a plugin passes the guard: floating-point state (MXCSR, rounding) is saved and
+// restored, a failure becomes Error(plugin_failed) with the plugin's id and its sentence. After a
+// trial, environment_changes() tells what else a plugin left behind.
+#pragma once
+
+#include <relign/plugin.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "plugin_host/catalog.h"
+
+namespace relign::plugin_host {
+
+// What the host gives to a plugin's objects besides its parameters.
+struct HostServices {
+  unsigned threads = 1;
+  std::filesystem::path cache_folder;                              // empty: none
+  std::function<void(int level, const std::string& message)> log;  // may be empty; any thread
+};
+
+class Algorithm {
+ public:
+  // Loads the library if need be and creates the object. Throws Error: plugin_refused when the
+  // library cannot be loaded or its ABI or manifest do not fit, plugin_failed when create failed.
+  Algorithm(const Choice& choice, const HostServices& services);
+  ~Algorithm();
+  Algorithm(const Algorithm&) = delete;
+  Algorithm& operator=(const Algorithm&) = delete;
+
+  // Drives one whole trial. Throws Error(plugin_failed) when the plugin reports a failure. An
+  // exception thrown by a function of `talk` never crosses the plugin: the plugin is told to stop,
+  // and the exception leaves from here. While `talk` works, the host's floating-point state holds.
+  void run(const relign_conversation& talk);
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+class NoiseLevel {
+ public:
+  NoiseLevel(const Choice& choice, const HostServices& services);
+  ~NoiseLevel();
+  NoiseLevel(const NoiseLevel&) = delete;
+  NoiseLevel& operator=(const NoiseLevel&) = delete;
+
+  // W as JSON text, unchecked (task reads it).
+  std::string draw(std::uint64_t seed, const std::string& scene_description);
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+class Scene;
+
+// One mounted lens. Outlives nothing: destroy it before its Scene.
+class MountedAssembly {
+ public:
+  ~MountedAssembly();
+  MountedAssembly(MountedAssembly&&) noexcept;
+  MountedAssembly& operator=(MountedAssembly&&) = delete;
+
+  void capture(const std::vector<double>& true_pose, std::uint64_t frame_seed, float* pixels);
+  struct Truth {
+    double mse;
+    double standard_error;
+  };
+  Truth noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed);
+  // False when the scene does not offer it.
+  bool render_noise_free(const std::vector<double>& true_pose, float* pixels);
+
+ private:
+  friend class Scene;
+  struct Implementation;
+  explicit MountedAssembly(std::unique_ptr<Implementation> implementation);
+  std::unique_ptr<Implementation> implementation_;
+};
+
+class Scene {
+ public:
+  Scene(const Choice& choice, const HostServices& services);
+  ~Scene();
+  Scene(const Scene&) = delete;
+  Scene& operator=(const Scene&) = delete;
+
+  std::string describe();    // JSON text as the plugin wrote it
+  relign_image reference();  // valid as long as this
+  MountedAssembly mount(const std::string& offsets_json);
+
+ private:
+  friend class MountedAssembly;
+  struct Implementation;
+  std::shared_ptr<Implementation> implementation_;
+};
+
+// SHA-256 of a plugin's library and manifest, recorded beside trials.
+std::string plugin_hash(const Manifest& manifest);
+
+// What of this process plugins must leave alone: working directory, locale, signal handlers,
+// floating-point state. Take one before a trial and ask after it.
+// Working directory, locale and handlers belong to the whole process: with several workers as
+// threads, a sentence may name what another worker's plugin did at the same time.
+class EnvironmentWatch {
+ public:
+  EnvironmentWatch();
+  ~EnvironmentWatch();
+  EnvironmentWatch(const EnvironmentWatch&) = delete;
+  EnvironmentWatch& operator=(const EnvironmentWatch&) = delete;
+  // A sentence per thing that changed since construction; what changed is restored.
+  std::vector<std::string> changes();
+
+ private:
+  struct Snapshot;
+  std::unique_ptr<Snapshot> before_;
+};
+
+}  // namespace relign::plugin_host

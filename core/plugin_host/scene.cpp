@@ -1,0 +1,149 @@
+#include <cmath>
+#include <cstring>
+#include <type_traits>
+
+#include "plugin_host/guard.h"
+#include "plugin_host/library.h"
+#include "plugin_host/objects.h"
+
+namespace relign::plugin_host {
+
+struct Scene::Implementation {
+  Implementation(const Choice& choice, const HostServices& services)
+      : manifest(choice.plugin), host(*choice.plugin, services) {}
+  ~Implementation() {
+    if (!object) return;
+    const FloatingPointGuard guard(host.plugin_id());
+    try {
+      table->destroy(object);
+    } catch (...) {  // a destructor has nobody to tell
+    }
+  }
+
+  std::shared_ptr<const Manifest> manifest;
+  ObjectHost host;
+  const relign_scene_interface* table = nullptr;
+  const relign_scene_noise_free* noise_free = nullptr;  // null when not offered
+  relign_scene* object = nullptr;
+};
+
+struct MountedAssembly::Implementation {
+  ~Implementation() {
+    if (!object) return;
+    const FloatingPointGuard guard(scene->host.plugin_id());
+    try {
+      scene->table->unmount(object);
+    } catch (...) {  // a destructor has nobody to tell
+    }
+  }
+
+  std::shared_ptr<Scene::Implementation> scene;
+  relign_assembly* object = nullptr;
+};
+
+Scene::Scene(const Choice& choice, const HostServices& services)
+    : implementation_(std::make_shared<Implementation>(choice, services)) {
+  Implementation& mine = *implementation_;
+  const Manifest& manifest = *mine.manifest;
+  const auto* table = static_cast<const relign_scene_interface*>(
+      plugin_interface(manifest, RELIGN_SCENE_INTERFACE,
+                       offsetof(relign_scene_interface, destroy) + sizeof(relign_scene_interface::destroy)));
+  require_function(manifest, RELIGN_SCENE_INTERFACE, "create", table->create);
+  require_function(manifest, RELIGN_SCENE_INTERFACE, "describe", table->describe);
+  require_function(manifest, RELIGN_SCENE_INTERFACE, "reference", table->reference);
+  require_function(manifest, RELIGN_SCENE_INTERFACE, "mount", table->mount);
+  require_function(manifest, RELIGN_SCENE_INTERFACE, "unmount", table->unmount);
+  require_function(manifest, RELIGN_SCENE_INTERFACE, "capture", table->capture);
+  require_function(manifest, RELIGN_SCENE_INTERFACE, "noise_free_mse", table->noise_free_mse);
+  require_function(manifest, RELIGN_SCENE_INTERFACE, "destroy", table->destroy);
+  mine.table = table;
+  const ParameterTable parameters(choice);
+  const relign_status status = mine.host.call("create", [&](const FloatingPointState&) {
+    return table->create(mine.host.host(), parameters.table(), &mine.object);
+  });
+  if (status != RELIGN_OK || !mine.object) mine.host.throw_failure("create", "it made no object and gives no reason");
+  if (!RELIGN_HAS_MEMBER(table, get_extension) || !table->get_extension) return;
+  mine.host.call("get_extension", [&](const FloatingPointState&) -> relign_status {
+    mine.noise_free = static_cast<const relign_scene_noise_free*>(
+        table->get_extension(mine.object, {RELIGN_SCENE_NOISE_FREE, std::strlen(RELIGN_SCENE_NOISE_FREE)}));
+    return RELIGN_OK;
+  });
+  if (mine.noise_free && (!RELIGN_HAS_MEMBER(mine.noise_free, render) || !mine.noise_free->render))
+    mine.noise_free = nullptr;
+}
+
+Scene::~Scene() = default;
+
+std::string Scene::describe() {
+  Implementation& mine = *implementation_;
+  const TextSink description;
+  const relign_status status = mine.host.call(
+      "describe", [&](const FloatingPointState&) { return mine.table->describe(mine.object, description.sink()); });
+  if (status != RELIGN_OK) mine.host.throw_failure("describe", "it wrote nothing and gives no reason");
+  return description.text();
+}
+
+relign_image Scene::reference() {
+  Implementation& mine = *implementation_;
+  relign_image image{};
+  image.struct_size = sizeof image;
+  const relign_status status = mine.host.call(
+      "reference", [&](const FloatingPointState&) { return mine.table->reference(mine.object, &image); });
+  if (status != RELIGN_OK) mine.host.throw_failure("reference", "it gave no image and no reason");
+  if (image.struct_size < sizeof image || image.sample_format != RELIGN_SAMPLE_FLOAT32 || image.channels != 1 ||
+      image.width == 0 || image.height == 0 || !image.pixels ||
+      image.row_stride_bytes < std::uint64_t{image.width} * sizeof(float))
+    mine.host.throw_failure("reference", "the image is no complete float32 image of one channel");
+  return image;
+}
+
+MountedAssembly Scene::mount(const std::string& offsets_json) {
+  Implementation& mine = *implementation_;
+  auto assembly = std::make_unique<MountedAssembly::Implementation>();
+  assembly->scene = implementation_;
+  const relign_status status = mine.host.call("mount", [&](const FloatingPointState&) {
+    return mine.table->mount(mine.object, {offsets_json.data(), offsets_json.size()}, &assembly->object);
+  });
+  if (status != RELIGN_OK || !assembly->object)
+    mine.host.throw_failure("mount", "it mounted nothing and gives no reason");
+  return MountedAssembly(std::move(assembly));
+}
+
+MountedAssembly::MountedAssembly(std::unique_ptr<Implementation> implementation)
+    : implementation_(std::move(implementation)) {}
+MountedAssembly::MountedAssembly(MountedAssembly&&) noexcept = default;
+MountedAssembly::~MountedAssembly() = default;
+
+void MountedAssembly::capture(const std::vector<double>& true_pose, std::uint64_t frame_seed, float* pixels) {
+  Scene::Implementation& scene = *implementation_->scene;
+  const relign_status status = scene.host.call("capture", [&](const FloatingPointState&) {
+    return scene.table->capture(implementation_->object, true_pose.data(), static_cast<std::uint32_t>(true_pose.size()),
+                                frame_seed, pixels);
+  });
+  if (status != RELIGN_OK) scene.host.throw_failure("capture", "it captured nothing and gives no reason");
+}
+
+MountedAssembly::Truth MountedAssembly::noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed) {
+  Scene::Implementation& scene = *implementation_->scene;
+  Truth truth{};
+  const relign_status status = scene.host.call("noise_free_mse", [&](const FloatingPointState&) {
+    return scene.table->noise_free_mse(implementation_->object, true_pose.data(),
+                                       static_cast<std::uint32_t>(true_pose.size()), seed, &truth.mse,
+                                       &truth.standard_error);
+  });
+  if (status != RELIGN_OK) scene.host.throw_failure("noise_free_mse", "it measured nothing and gives no reason");
+  if (!std::isfinite(truth.mse) || !std::isfinite(truth.standard_error) || truth.standard_error < 0)
+    scene.host.throw_failure("noise_free_mse", "value or standard error is no finite number");
+  return truth;
+}
+
+bool MountedAssembly::render_noise_free(const std::vector<double>& true_pose, float* pixels) {
+  Scene::Implementation& scene = *implementation_->scene;
+  if (!scene.noise_free) return false;
+  return scene.host.call("render_noise_free", [&](const FloatingPointState&) {
+    return scene.noise_free->render(implementation_->object, true_pose.data(),
+                                    static_cast<std::uint32_t>(true_pose.size()), pixels);
+  }) == RELIGN_OK;
+}
+
+}  // namespace relign::plugin_host

@@ -1,0 +1,34 @@
+// Compass search: try one stride along every axis; when none helps, halve the stride.
+#include <relign/plugin.hpp>
+
+class Compass final : public relign::Optimizer {
+ public:
+  explicit Compass(const relign::Parameters& given) : stride_(given.number("first_stride")) {}
+
+  void run(relign::Conversation& talk) override {
+    const relign::Box box = talk.box();         // commanded coordinates, under every protocol
+    relign::Observation best = talk.first();    // step 0: the capture at the start pose
+    while (stride_ > 1e-4) {                    // finer moves mean nothing to the stage: finished
+      bool improved = false;
+      for (std::size_t axis = 0; axis < best.pose.size(); ++axis) {
+        for (const double sign : {+1.0, -1.0}) {
+          relign::Pose candidate = best.pose;
+          candidate[axis] += sign * stride_;
+          const auto seen = talk.step(box.clamp(candidate));  // one move + one capture
+          if (!seen) return;                                  // budget spent: not an error
+          if (seen->merit >= best.merit) continue;            // seen->image(): float pixels
+          best = *seen;
+          improved = true;
+          talk.recommend(best.pose);                          // "I would glue here now"
+          break;
+        }
+      }
+      if (!improved) stride_ /= 2;
+    }
+  }
+
+ private:
+  double stride_;  // share of the travel
+};
+
+RELIGN_PLUGIN(Compass)

@@ -1,0 +1,23 @@
+// Random search: the floor that every other method has to beat.
+#include <relign/plugin.hpp>
+
+namespace {
+
+class RandomSearch final : public relign::Optimizer {
+ public:
+  explicit RandomSearch(const relign::Parameters&) {}
+
+  void run(relign::Conversation& talk) override {
+    const relign::Box box = talk.box();
+    relign::Random random(talk.seed());
+    relign::Pose pose(talk.axes());
+    do {
+      for (std::size_t axis = 0; axis < pose.size(); ++axis)
+        pose[axis] = std::min(random.uniform(box.lower[axis], box.upper[axis]), box.upper[axis]);
+    } while (talk.step(pose));
+  }
+};
+
+}  // namespace
+
+RELIGN_PLUGIN(RandomSearch)

@@ -1,0 +1,193 @@
+// What every optimizer and agent of ours promises while it runs, whatever merits it is shown.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <thread>
+#include <tuple>
+
+#include "base/error.h"
+#include "fake_conversation.h"
+#include "plugin_host/objects.h"
+#include "tree_catalog.h"
+
+namespace relign::plugin_host {
+namespace {
+
+using test::FakeConversation;
+using test::FakeSetup;
+using test::Pose;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// Every algorithm and preset that needs no file of the user's.
+std::vector<Choice> algorithms() {
+  std::vector<Choice> choices;
+  for (const std::string& id : test::tree_catalog().ids(Kind::optimizer)) {
+    std::vector<Problem> problems;
+    Choice choice = test::tree_catalog().resolve(Kind::optimizer, id, {}, ".", problems);
+    if (choice.plugin) choices.push_back(std::move(choice));
+  }
+  return choices;
+}
+
+// Start, box and optimum in the coordinates that a protocol would give this algorithm.
+FakeSetup setup_for(const Choice& choice, std::uint32_t axes) {
+  FakeSetup setup;
+  setup.axes = axes;
+  setup.knows = choice.plugin->knows_bits();
+  const bool stage_coordinates = setup.knows & RELIGN_KNOWS_START;
+  setup.start.assign(axes, 0.0);
+  for (std::uint32_t axis = 0; axis < axes; ++axis) setup.start[axis] = stage_coordinates ? 0.35 + 0.05 * axis : 0.0;
+  setup.lower.assign(axes, stage_coordinates ? 0.2 : -0.5);
+  setup.upper.assign(axes, stage_coordinates ? 0.8 : 0.5);
+  Pose optimum = setup.start;
+  for (std::uint32_t axis = 0; axis < axes; ++axis) optimum[axis] += axis % 2 ? -0.11 : 0.13;
+  setup.merit = [optimum](const Pose& pose, std::uint32_t) { return test::bowl(pose, optimum); };
+  return setup;
+}
+
+std::function<double(const Pose&, std::uint32_t)> noisy(std::function<double(const Pose&, std::uint32_t)> merit) {
+  return
+      [merit](const Pose& pose, std::uint32_t step) { return merit(pose, step) + 0.002 * Random(99, step).normal(); };
+}
+
+void run(const Choice& choice, const FakeConversation& conversation) {
+  Algorithm algorithm(choice, {});
+  algorithm.run(conversation.talk());
+}
+
+void expect_sound(const FakeConversation& conversation) {
+  EXPECT_FALSE(conversation.refused);
+  EXPECT_EQ(conversation.requests_after_stop, 0u);
+  EXPECT_LE(conversation.steps.size(), conversation.setup.budget);
+  const auto& [lower, upper] = std::tie(conversation.setup.lower, conversation.setup.upper);
+  for (const auto& visit : conversation.steps)
+    for (std::size_t axis = 0; axis < visit.pose.size(); ++axis) {
+      EXPECT_GE(visit.pose[axis], lower[axis]);
+      EXPECT_LE(visit.pose[axis], upper[axis]);
+    }
+}
+
+TEST(AlgorithmContract, KeepsToBoxAndBudgetInAnyDimension) {
+  for (const Choice& choice : algorithms())
+    for (const std::uint32_t axes : {1u, 2u, 5u, 6u})
+      for (const bool with_noise : {false, true}) {
+        SCOPED_TRACE(choice.id + ", " + std::to_string(axes) + " axes" + (with_noise ? ", noisy" : ""));
+        FakeSetup setup = setup_for(choice, axes);
+        setup.budget = 300;
+        if (with_noise) setup.merit = noisy(setup.merit);
+        FakeConversation conversation(setup);
+        run(choice, conversation);
+        expect_sound(conversation);
+        EXPECT_GE(conversation.steps.size(), 1u);
+      }
+}
+
+TEST(AlgorithmContract, TheSameSeedTakesTheSameSteps) {
+  for (const Choice& choice : algorithms()) {
+    SCOPED_TRACE(choice.id);
+    FakeSetup setup = setup_for(choice, 5);
+    setup.merit = noisy(setup.merit);
+    setup.seed = 77;
+    FakeConversation one(setup);
+    FakeConversation two(setup);
+    run(choice, one);
+    run(choice, two);
+    ASSERT_EQ(one.steps.size(), two.steps.size());
+    for (std::size_t step = 0; step < one.steps.size(); ++step) EXPECT_EQ(one.steps[step].pose, two.steps[step].pose);
+    ASSERT_EQ(one.recommendations.size(), two.recommendations.size());
+    for (std::size_t i = 0; i < one.recommendations.size(); ++i)
+      EXPECT_EQ(one.recommendations[i].pose, two.recommendations[i].pose);
+  }
+}
+
+TEST(AlgorithmContract, ReturnsWhenStoppedAtAnyRequest) {
+  for (const Choice& choice : algorithms())
+    for (std::uint32_t budget = 0; budget <= 40; ++budget) {
+      SCOPED_TRACE(choice.id + ", budget " + std::to_string(budget));
+      FakeSetup setup = setup_for(choice, 5);
+      setup.budget = budget;
+      FakeConversation conversation(setup);
+      run(choice, conversation);
+      expect_sound(conversation);
+    }
+}
+
+TEST(AlgorithmContract, SurvivesMeritsThatTellNothing) {
+  const std::vector<std::pair<const char*, std::function<double(const Pose&, std::uint32_t)>>> merits = {
+      {"constant", [](const Pose&, std::uint32_t) { return 0.03; }},
+      {"zero", [](const Pose&, std::uint32_t) { return 0.0; }},
+      {"NaN", [](const Pose&, std::uint32_t) { return kNaN; }},
+      {"infinite", [](const Pose&, std::uint32_t) { return kInfinity; }},
+      {"minus infinite", [](const Pose&, std::uint32_t) { return -kInfinity; }},
+      {"huge", [](const Pose&, std::uint32_t step) { return step % 2 ? 1e300 : -1e300; }},
+      {"NaN after step 0", [](const Pose&, std::uint32_t step) { return step == 0 ? 0.03 : kNaN; }},
+      {"NaN now and then",
+       [](const Pose& pose, std::uint32_t step) { return step % 3 == 1 ? kNaN : pose[0] * pose[0]; }},
+  };
+  for (const Choice& choice : algorithms())
+    for (const auto& [name, merit] : merits)
+      for (const std::uint32_t axes : {1u, 5u}) {
+        SCOPED_TRACE(choice.id + ", " + name + ", " + std::to_string(axes) + " axes");
+        FakeSetup setup = setup_for(choice, axes);
+        setup.merit = merit;
+        setup.budget = 2000;
+        FakeConversation conversation(setup);
+        run(choice, conversation);
+        expect_sound(conversation);
+      }
+}
+
+TEST(AlgorithmContract, RecommendsPosesItMeasured) {
+  for (const Choice& choice : algorithms()) {
+    SCOPED_TRACE(choice.id);
+    if (choice.plugin->kind != Kind::optimizer) continue;
+    FakeConversation conversation(setup_for(choice, 5));
+    run(choice, conversation);
+    for (const auto& recommendation : conversation.recommendations) {
+      const bool measured =
+          std::any_of(conversation.steps.begin(),
+                      conversation.steps.begin() + static_cast<std::ptrdiff_t>(recommendation.steps_made),
+                      [&](const auto& visit) { return visit.pose == recommendation.pose; });
+      EXPECT_TRUE(measured || recommendation.pose == conversation.setup.start);
+    }
+  }
+}
+
+TEST(AlgorithmContract, AnObjectIsUsedByTheThreadThatRunsIt) {
+  // Trials side by side must not touch each other: the same trial, alone and beside three others.
+  for (const Choice& choice : algorithms()) {
+    SCOPED_TRACE(choice.id);
+    FakeSetup setup = setup_for(choice, 5);
+    setup.merit = noisy(setup.merit);
+    FakeConversation alone(setup);
+    run(choice, alone);
+    std::vector<std::unique_ptr<FakeConversation>> together;
+    std::vector<std::thread> threads;
+    for (int i = 0; i < 4; ++i) together.push_back(std::make_unique<FakeConversation>(setup));
+    for (auto& conversation : together) threads.emplace_back([&choice, &conversation] { run(choice, *conversation); });
+    for (std::thread& thread : threads) thread.join();
+    for (const auto& conversation : together) {
+      ASSERT_EQ(conversation->steps.size(), alone.steps.size());
+      for (std::size_t step = 0; step < alone.steps.size(); ++step)
+        EXPECT_EQ(conversation->steps[step].pose, alone.steps[step].pose);
+    }
+  }
+}
+
+TEST(AlgorithmContract, CompassFindsTheBowlAndEndsByItself) {
+  std::vector<Problem> problems;
+  const Choice choice = test::tree_catalog().resolve(Kind::optimizer, "compass", {}, ".", problems);
+  ASSERT_TRUE(choice.plugin);
+  FakeSetup setup = setup_for(choice, 5);
+  setup.budget = 2000;
+  FakeConversation conversation(setup);
+  run(choice, conversation);
+  EXPECT_FALSE(conversation.stopped);
+  ASSERT_FALSE(conversation.recommendations.empty());
+  EXPECT_LT(setup.merit(conversation.recommendations.back().pose, 0), 0.01 + 1e-6);
+}
+
+}  // namespace
+}  // namespace relign::plugin_host

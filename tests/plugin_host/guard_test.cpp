@@ -1,0 +1,149 @@
+// What a plugin does to the process, and what is left of it afterwards.
+#include "plugin_host/guard.h"
+
+#include <gmock/gmock.h>
+#include <signal.h>
+
+#include <cfenv>
+#include <clocale>
+#include <filesystem>
+#include <limits>
+#include <locale>
+
+#include "contract/fake_conversation.h"
+#include "plugin_host/objects.h"
+#include "test_folder.h"
+
+namespace relign::plugin_host {
+namespace {
+
+using test::FakeConversation;
+using test::FakeSetup;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+// Half of the smallest normal number: zero where subnormal numbers are flushed.
+double half_of_smallest() {
+  volatile double smallest = std::numeric_limits<double>::min();
+  return smallest / 2;
+}
+
+Choice misbehaving(const std::string& deed) {
+  Catalog catalog;
+  catalog.add(std::string(RELIGN_TEST_PLUGINS) + "/misbehaving");
+  return catalog.resolve_or_throw(Kind::optimizer, "misbehaving", {{"deed", deed}});
+}
+
+FakeSetup plain_setup() {
+  FakeSetup setup;
+  setup.merit = [](const test::Pose&, std::uint32_t) { return half_of_smallest() > 0 ? 1.0 : 0.0; };
+  return setup;
+}
+
+// One trial under watch, as the task does it.
+std::vector<std::string> changes_by(const std::string& deed) {
+  const Choice choice = misbehaving(deed);
+  EnvironmentWatch watch;
+  Algorithm algorithm(choice, {});
+  FakeConversation conversation(plain_setup());
+  algorithm.run(conversation.talk());
+  return watch.changes();
+}
+
+TEST(Guard, ADecentPluginChangesNothing) { EXPECT_THAT(changes_by("nothing"), IsEmpty()); }
+
+TEST(Guard, FloatingPointModeIsRestoredAndTheCulpritNamed) {
+  EXPECT_THAT(changes_by("flush to zero"),
+              ElementsAre(AllOf(HasSubstr("'misbehaving'"), HasSubstr("flush-to-zero was switched on"))));
+  EXPECT_GT(half_of_smallest(), 0);
+  EXPECT_THAT(changes_by("flush to zero in create"), ElementsAre(HasSubstr("flush-to-zero")));
+  EXPECT_GT(half_of_smallest(), 0);
+  EXPECT_THAT(changes_by("rounding"), ElementsAre(AllOf(HasSubstr("rounding direction"), HasSubstr("x87"))));
+  EXPECT_EQ(std::fegetround(), FE_TONEAREST);
+  EXPECT_THAT(changes_by("nothing"), IsEmpty());  // each watch tells of its own time only
+}
+
+TEST(Guard, TheHostWorksInItsOwnModeWhileThePluginKeepsItsOwn) {
+  const Choice choice = misbehaving("flush to zero and step");
+  FakeConversation conversation(plain_setup());
+  Algorithm algorithm(choice, {});
+  algorithm.run(conversation.talk());  // fails if the plugin finds its own mode gone
+  ASSERT_EQ(conversation.steps.size(), 1u);
+  EXPECT_EQ(conversation.steps[0].merit, 1.0);  // subnormal numbers existed while the host measured
+  EXPECT_GT(half_of_smallest(), 0);
+}
+
+class FastMathTest : public test::FolderTest {};
+
+TEST_F(FastMathTest, LoadingAFastMathLibraryChangesNothing) {
+  plugin("fast", R"({"id": "foreign", "kind": "optimizer", "summary": "For tests."})", "foreign.so");
+  std::filesystem::copy_file(std::string(RELIGN_TEST_PLUGINS) + "/foreign/fast_math.so", folder_ / "fast/foreign.so",
+                             std::filesystem::copy_options::overwrite_existing);
+  Catalog catalog;
+  catalog.add(folder_ / "fast");
+  EnvironmentWatch watch;
+  Algorithm algorithm(catalog.resolve_or_throw(Kind::optimizer, "foreign"), {});
+  EXPECT_GT(half_of_smallest(), 0);
+  EXPECT_THAT(watch.changes(), ElementsAre(HasSubstr("'foreign'")));
+}
+
+TEST(Guard, FolderLocaleAndHandlersAreRestored) {
+  const auto folder = std::filesystem::current_path();
+  ASSERT_NE(folder, "/");
+  EXPECT_THAT(changes_by("folder"), ElementsAre("the working directory was changed to /"));
+  EXPECT_EQ(std::filesystem::current_path(), folder);
+
+  const std::string locale = std::setlocale(LC_ALL, nullptr);
+  EXPECT_THAT(changes_by("locale"), ElementsAre(HasSubstr("the locale was changed from")));
+  EXPECT_EQ(std::setlocale(LC_ALL, nullptr), locale);
+  EXPECT_THAT(changes_by("thread locale"), ElementsAre(HasSubstr("locale of the thread")));
+  EXPECT_THAT(changes_by("thread locale"), ElementsAre(HasSubstr("locale of the thread")));
+  const std::locale cpp_locale;
+  EXPECT_THAT(changes_by("c++ locale"), ElementsAre(HasSubstr("C++ locale")));
+  EXPECT_TRUE(std::locale() == cpp_locale);
+
+  EXPECT_THAT(changes_by("signal"), ElementsAre("the handler of SIGUSR2 was changed"));
+  struct sigaction now {};
+  ::sigaction(SIGUSR2, nullptr, &now);
+  EXPECT_EQ(now.sa_handler, SIG_DFL);
+}
+
+TEST(Guard, AWatchReportsEachChangeOnce) {
+  EnvironmentWatch watch;
+  std::fesetround(FE_DOWNWARD);
+  EXPECT_THAT(watch.changes(), ElementsAre(HasSubstr("rounding direction")));
+  EXPECT_EQ(std::fegetround(), FE_TONEAREST);
+  EXPECT_THAT(watch.changes(), IsEmpty());
+}
+
+TEST(Guard, ExceptionsBecomeFailuresWithTheirText) {
+  const auto failure = [](const std::string& deed) {
+    FakeConversation conversation(plain_setup());
+    return test::error_text(ErrorKind::plugin_failed,
+                            [&] { Algorithm(misbehaving(deed), {}).run(conversation.talk()); });
+  };
+  EXPECT_EQ(failure("throw"), "plugin 'misbehaving' failed in run: thrown on purpose");
+  EXPECT_EQ(failure("throw an int"), "plugin 'misbehaving' failed in run: an exception that is no std::exception");
+  EXPECT_EQ(failure("fail in create"), "plugin 'misbehaving' failed in create: made to fail");
+}
+
+TEST(Guard, AnExceptionOfTheHostPassesAroundThePlugin) {
+  FakeSetup setup = plain_setup();
+  setup.merit = [](const test::Pose&, std::uint32_t) -> double { throw std::out_of_range("of the host"); };
+  FakeConversation conversation(setup);
+  Algorithm algorithm(misbehaving("flush to zero and step"), {});
+  EXPECT_THROW(algorithm.run(conversation.talk()), std::out_of_range);
+  EXPECT_GT(half_of_smallest(), 0);
+}
+
+TEST(FloatingPointState, StickyFlagsAreNoChange) {
+  const FloatingPointState before = FloatingPointState::current();
+  volatile double third = 1;
+  third = third / 3;  // inexact
+  EXPECT_TRUE(before.same_mode(FloatingPointState::current()));
+}
+
+}  // namespace
+}  // namespace relign::plugin_host
