@@ -1,0 +1,98 @@
+// The host's side of one trial: answers an algorithm's requests (relign_conversation), keeps budget,
+// clocks and truths, and writes a record of every step.
+//
+// A step's record is written when the next step is asked for, or when the trial ends: until then the
+// algorithm may still change its recommendation for it. Functions of the table may throw: the plugin
+// host takes that to its own side of the plugin, and keeps floating-point states apart.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <exception>
+#include <map>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "task/protocol.h"
+#include "task/stage.h"
+#include "task/trial.h"
+
+namespace relign::task {
+
+class Conversation {
+ public:
+  // Makes the capture of step 0. `setup` must outlive this. Throws Error when the scene fails.
+  Conversation(const TrialSetup& setup, Rules rules);
+  Conversation(const Conversation&) = delete;
+  Conversation& operator=(const Conversation&) = delete;
+
+  // Give the table to the algorithm between these two; time between them that is not spent in our
+  // answers is the algorithm's.
+  const relign_conversation& table() const { return table_; }
+  void algorithm_starts() { left_host_ = Clock::now(); }
+  void algorithm_ended();
+
+  // Writes the record of the last step. Throws what the scene or on_step threw during the trial.
+  void close();
+
+  std::vector<Step> take_steps() { return std::move(steps_); }
+  double seconds_after_last_step() const { return algorithm_seconds_; }
+  bool host_failed() const { return host_failure_ != nullptr; }
+  bool was_stopped() const { return stopped_; }  // by TrialSetup::stop
+  bool budget_is_spent() const { return pending_.number >= setup_->budget; }
+  const std::string& refusal() const { return refusal_; }  // why the host gave up answering; mostly empty
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Answer;  // one call from the algorithm into the host
+
+  static Conversation& self(void* context) { return *static_cast<Conversation*>(context); }
+  static relign_status answer_first(void* context, relign_observation* seen);
+  static relign_status answer_step(void* context, const double* pose, std::uint32_t axes, relign_observation* seen);
+  static relign_status answer_move(void* context, const double* delta, std::uint32_t axes, relign_observation* seen);
+  static relign_status answer_recommend(void* context, const double* pose, std::uint32_t axes);
+  static const void* answer_service(void* context, relign_text id);
+
+  relign_status request(const double* values, std::uint32_t axes, bool relative, relign_observation* seen);
+  relign_status refuse(relign_status status);
+  bool is_pose(const double* values, std::uint32_t axes) const;
+  std::vector<double> within_largest_move(std::vector<double> commanded) const;
+  void move_and_capture(const std::vector<double>& commanded);
+  void capture();
+  void close_step();
+  void choose_recommendation();
+  Truth truth_at(const std::vector<double>& true_pose, FrameStream stream);
+  void tell(relign_observation* seen) const;
+  void describe_task();
+
+  const TrialSetup* setup_;
+  Rules rules_;
+  Stage stage_;
+
+  // What the algorithm is given.
+  std::string axes_json_;
+  relign_task task_{};
+  relign_conversation table_{};
+  relign_image image_{};
+
+  std::vector<float> reference_;  // tightly packed
+  std::vector<float> pixels_;     // of the pending step
+  Step pending_;                  // made, its record not yet written
+  std::vector<Step> steps_;       // written
+  std::optional<std::vector<double>> own_recommendation_;
+  std::vector<double> best_measured_pose_;
+  double best_merit_ = 0;
+  std::map<std::vector<double>, Truth> truths_;  // by true pose
+
+  Clock::time_point left_host_;
+  double algorithm_seconds_ = 0;  // since the last step was made
+  bool stopped_ = false;
+  std::uint64_t refused_ = 0;  // requests that got no step
+  std::string refusal_;
+  std::exception_ptr host_failure_;  // scene or on_step; ends the conversation
+  std::thread::id thread_;
+};
+
+}  // namespace relign::task

@@ -1,0 +1,34 @@
+// Instances: one draw of the variances W, the same for every algorithm.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/seeds.h"
+#include "plugin_host/objects.h"
+#include "task/scene_facts.h"
+
+namespace relign::task {
+
+struct Variances {
+  std::vector<double> start;       // true start pose, n values in [0, 1]
+  std::vector<double> distortion;  // n x n, row-major: true move = distortion * commanded move
+  std::string elements_json;       // offsets of the elements, canonical JSON, as for mount
+};
+
+struct Instance {
+  std::uint64_t number = 0;
+  std::uint64_t seed = 0;
+  Variances variances;
+};
+
+// Draws instance `number`. Throws Error(plugin_failed) when the level writes something unusable
+// (wrong sizes, unknown elements, values that are not finite).
+Instance draw_instance(plugin_host::NoiseLevel& level, const SceneFacts& scene, std::uint64_t suite_seed,
+                       SeedDomain domain, std::uint64_t number);
+
+// Reads and checks what a level wrote; draw_instance uses it.
+Variances read_variances(const std::string& drawn, const SceneFacts& scene, const std::string& level_id);
+
+}  // namespace relign::task

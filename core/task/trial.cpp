@@ -1,0 +1,106 @@
+#include "task/trial.h"
+
+#include <utility>
+
+#include "base/error.h"
+#include "task/conversation.h"
+
+namespace relign::task {
+
+const char* recommendation_source_name(RecommendationSource source) {
+  switch (source) {
+    case RecommendationSource::own:
+      return "own";
+    case RecommendationSource::best_measured:
+      return "best_measured";
+    case RecommendationSource::current:
+      return "current";
+  }
+  return "";
+}
+
+namespace {
+constexpr End kEnds[] = {End::budget_spent, End::finished, End::failed, End::stopped};
+}
+
+const char* end_name(End end) {
+  switch (end) {
+    case End::budget_spent:
+      return "budget_spent";
+    case End::finished:
+      return "finished";
+    case End::failed:
+      return "failed";
+    case End::stopped:
+      return "stopped";
+  }
+  return "";
+}
+
+std::optional<End> end_from_name(const std::string& name) {
+  for (const End end : kEnds)
+    if (name == end_name(end)) return end;
+  return std::nullopt;
+}
+
+namespace {
+
+void check(const TrialSetup& setup) {
+  if (!setup.assembly || !setup.scene || !setup.instance || !setup.algorithm || !setup.algorithm->plugin)
+    throw Error(ErrorKind::internal, "run_trial needs an assembly, a scene, an instance and an algorithm");
+  const relign_image& reference = setup.reference;
+  const std::string who = "scene '" + setup.scene->name + "': ";
+  if (reference.width != setup.scene->image_width || reference.height != setup.scene->image_height)
+    throw Error(ErrorKind::plugin_failed, who + "its reference has " + std::to_string(reference.width) + " x " +
+                                              std::to_string(reference.height) + " pixels, its description says " +
+                                              std::to_string(setup.scene->image_width) + " x " +
+                                              std::to_string(setup.scene->image_height));
+}
+
+// Runs the algorithm; returns the sentence of its failure, empty when it returned well. What the
+// plugin left behind in the process goes to `changes`.
+std::string drive(const TrialSetup& setup, Conversation& conversation, std::vector<std::string>& changes) {
+  plugin_host::EnvironmentWatch watch;
+  std::string failure;
+  try {
+    plugin_host::Algorithm algorithm(*setup.algorithm, setup.services);
+    conversation.algorithm_starts();
+    algorithm.run(conversation.table());
+    conversation.algorithm_ended();
+  } catch (const std::exception& error) {
+    conversation.algorithm_ended();
+    const auto* ours = dynamic_cast<const Error*>(&error);
+    const bool algorithms_own = ours && ours->kind() == ErrorKind::plugin_failed;
+    // The host's own failures leave from close(); what is left was refused before the trial began.
+    if (!conversation.host_failed() && !algorithms_own) throw;
+    failure = error.what();
+  }
+  changes = watch.changes();
+  return failure;
+}
+
+}  // namespace
+
+TrialResult run_trial(const TrialSetup& setup) {
+  check(setup);
+  Rules rules = make_rules(setup.protocol, *setup.algorithm->plugin, *setup.instance, *setup.scene);
+  if (setup.merit) rules.merit = *setup.merit;
+
+  Conversation conversation(setup, std::move(rules));
+  TrialResult result;
+  result.message = drive(setup, conversation, result.environment_changes);
+  conversation.close();
+
+  if (!conversation.refusal().empty()) result.message = conversation.refusal();
+  if (conversation.was_stopped())
+    result.end = End::stopped;
+  else if (!result.message.empty())
+    result.end = End::failed;
+  else
+    result.end = conversation.budget_is_spent() ? End::budget_spent : End::finished;
+  result.seconds_after_last_step = conversation.seconds_after_last_step();
+  result.steps = conversation.take_steps();
+  return result;
+}
+
+}  // namespace relign::task

@@ -1,0 +1,91 @@
+// One trial: an algorithm on an instance, step by step, with budget, clocks and both truths.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "plugin_host/objects.h"
+#include "task/instance.h"
+#include "task/protocol.h"
+#include "task/scene_facts.h"
+#include "task/stage.h"
+
+namespace relign::task {
+
+struct Truth {
+  double mse = 0;  // unbiased, signed
+  double standard_error = 0;
+};
+
+enum class RecommendationSource { own, best_measured, current };
+const char* recommendation_source_name(RecommendationSource source);
+
+// Everything known of one step. Host seconds are kept apart (they differ from run to run).
+struct Step {
+  unsigned number = 0;
+  std::vector<double> commanded_pose;  // as asked, in the trial's coordinates
+  std::vector<double> true_pose;
+  std::uint64_t limits_low = 0;
+  std::uint64_t limits_high = 0;
+  double measured_rmse = 0;              // of the capture against O*
+  double merit = 0;                      // what the algorithm was (or would have been) shown
+  double machine_seconds = 0;            // simulated clock after this capture
+  std::vector<double> recommended_pose;  // commanded coordinates
+  RecommendationSource recommendation_source = RecommendationSource::best_measured;
+  double recommended_seconds = 0;  // machine time if one moved back to the recommendation now
+  std::vector<double> recommended_true_pose;
+  Truth commanded_truth;
+  Truth recommended_truth;
+  // host time of this step, seconds
+  double algorithm_seconds = 0;   // between the answer before and this request
+  double simulation_seconds = 0;  // capture
+  double truth_seconds = 0;
+};
+
+enum class End {
+  budget_spent,  // all steps were used
+  finished,      // the algorithm returned before; its recommendation is carried forward
+  failed,        // the plugin reported a failure; the steps made are kept as a censored record
+  stopped        // the run was asked to stop; the trial is not a result
+};
+const char* end_name(End end);  // "budget_spent", ...
+std::optional<End> end_from_name(const std::string& name);
+
+struct TrialSetup {
+  plugin_host::MountedAssembly* assembly = nullptr;  // of the instance's elements
+  relign_image reference{};
+  const SceneFacts* scene = nullptr;
+  const Instance* instance = nullptr;
+  const plugin_host::Choice* algorithm = nullptr;
+  plugin_host::HostServices services;
+  Protocol protocol = Protocol::paper;
+  std::optional<Merit> merit;  // overrides the protocol's
+  Limits limits = Limits::soft;
+  unsigned budget = 50;  // steps after step 0
+  std::uint64_t algorithm_seed = 0;
+  MachineTime machine_time;
+  const std::atomic<bool>* stop = nullptr;  // may be null; checked before every step
+  // Called with the record of each step and its capture (valid during the call) once the record is
+  // complete: when the algorithm asks for the next step, or at the end, for until then it may still
+  // recommend. Before on_step of step k no capture of step k + 1 is made. What it throws ends the trial
+  // and leaves run_trial. May be empty.
+  std::function<void(const Step&, const float* pixels)> on_step;
+};
+
+struct TrialResult {
+  std::vector<Step> steps;  // at least step 0, unless the scene failed
+  End end = End::budget_spent;
+  std::string message;                           // why it failed
+  std::vector<std::string> environment_changes;  // what the plugin left behind, a sentence each
+  double seconds_after_last_step = 0;            // algorithm time, host
+};
+
+// Runs the trial in this thread. Throws Error only for failures of the scene or of ours, and
+// plugin_refused when the algorithm's library cannot be used; an algorithm's failure is a result.
+TrialResult run_trial(const TrialSetup& setup);
+
+}  // namespace relign::task

@@ -1,0 +1,111 @@
+// An algorithm that follows a script and logs every answer. Actions:
+//   step POSE, move DELTA, recommend POSE, first   the conversation's functions
+//   insist N, insist_badly N    N requests whose answers are ignored; the second with no axes at all
+//   fail                        fails with a sentence
+//   nap MS                      thinks
+//   round_up, rounding          switches the rounding direction; logs the present one
+//   leave_folder                changes the working directory
+// Values may be "nan" or "inf". The script "refuse_to_be_made" fails in the constructor.
+#include <unistd.h>
+
+#include <cfenv>
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <relign/plugin.hpp>
+#include <thread>
+
+namespace {
+
+using Json = nlohmann::json;
+
+std::vector<double> numbers(const Json& action) {
+  std::vector<double> values;
+  for (std::size_t i = 1; i < action.size(); ++i)
+    values.push_back(action[i].is_string() ? std::stod(action[i].get<std::string>()) : action[i].get<double>());
+  return values;
+}
+
+class FakeAlgorithm final : public relign::FAKE_BASE {
+ public:
+  explicit FakeAlgorithm(const relign::Parameters& given)
+      : host_(given), script_(Json::parse(given.json()).at("script")) {
+    if (script_ == "refuse_to_be_made") throw std::runtime_error("no model file");
+  }
+
+  void run(relign::Conversation& talk) override {
+    Json task = {{"axes", talk.axes()}, {"budget", talk.budget()}, {"seed", talk.seed()}};
+    task["knows"] = 0;
+    for (int bit = 0; bit < 6; ++bit)
+      if (talk.knows(1u << bit)) task["knows"] = task["knows"].get<int>() | 1 << bit;
+    task["largest_move"] = std::isinf(talk.largest_move()) ? Json("unlimited") : Json(talk.largest_move());
+    try {
+      task["box"] = {talk.box().lower, talk.box().upper};
+    } catch (const std::logic_error&) {
+      task["box"] = nullptr;
+    }
+    task["service"] = talk.service("reference") != nullptr;
+    log("task", task);
+    for (const Json& action : script_) act(talk, action);
+  }
+
+ private:
+  void act(relign::Conversation& talk, const Json& action) {
+    const std::string verb = action.at(0);
+    try {
+      if (verb == "first") {
+        show(talk.first());
+      } else if (verb == "step" || verb == "move") {
+        const auto seen = verb == "step" ? talk.step(numbers(action)) : talk.move(numbers(action));
+        if (seen)
+          show(*seen);
+        else
+          log("answer", "stop");
+      } else if (verb == "recommend") {
+        talk.recommend(numbers(action));
+      }
+    } catch (const std::invalid_argument&) {
+      log("answer", "bad argument");
+      return;
+    }
+    if (verb == "insist") {
+      for (std::int64_t i = action.at(1); i > 0; --i) talk.step(relign::Pose(talk.axes(), 0.5));
+    } else if (verb == "insist_badly") {
+      for (std::int64_t i = action.at(1); i > 0; --i) {
+        try {
+          talk.step({});
+        } catch (const std::invalid_argument&) {
+        }
+      }
+    } else if (verb == "fail") {
+      throw std::runtime_error("out of ideas");
+    } else if (verb == "round_up") {
+      std::fesetround(FE_UPWARD);
+    } else if (verb == "leave_folder") {
+      if (::chdir("/") != 0) throw std::runtime_error("chdir");
+    } else if (verb == "nap") {
+      std::this_thread::sleep_for(std::chrono::milliseconds(action.at(1).get<int>()));
+    } else if (verb == "rounding") {
+      log("rounding", std::fegetround() == FE_UPWARD ? "up" : "nearest");
+    }
+  }
+
+  void show(const relign::Observation& seen) {
+    Json shown = {{"step", seen.step},
+                  {"pose", seen.pose},
+                  {"low", seen.limits_low},
+                  {"high", seen.limits_high},
+                  {"seconds", seen.machine_seconds}};
+    shown["merit"] = std::isnan(seen.merit) ? Json(nullptr) : Json(seen.merit);
+    shown["pixel"] = seen.image_ ? Json(seen.image().at(2, 1)) : Json(nullptr);
+    log("seen", shown);
+  }
+  void log(const char* what, const Json& value) { host_.warn(std::string(what) + " " + value.dump()); }
+
+  relign::Parameters host_;
+  Json script_;
+};
+
+}  // namespace
+
+RELIGN_PLUGIN(FakeAlgorithm)

@@ -1,0 +1,102 @@
+// A scene whose scores are known by hand. Three axes (x, y in mm, Rx in deg); 3 x 2 pixels.
+// Reference: 0.5 everywhere, in rows with a gap between them. Capture: 0.5 + d + noise, where d is the distance of the
+// true pose from the optimum (0.5 on every axis, x moved by the offset of L1) and the noise is one number
+// made from the frame seed. Noise-free MSE: d^2 + 1e-6 u(seed), standard error 1e-7.
+// Every call is logged with its arguments, so that tests see seeds and counts.
+#include <cmath>
+#include <relign/plugin.hpp>
+#include <sstream>
+
+namespace {
+
+double unit(std::uint64_t seed) { return relign::Random(seed).uniform(); }
+
+struct Settings {
+  double noise;
+  std::int64_t fail_at;
+  std::int64_t bad_pixel_at;
+};
+
+class FakeAssembly final : public relign::Assembly {
+ public:
+  FakeAssembly(const relign::Parameters& host, const Settings& settings, double shift)
+      : host_(host), settings_(settings), shift_(shift) {}
+
+  void capture(const relign::Pose& true_pose, std::uint64_t frame_seed, float* pixels) override {
+    log("capture", frame_seed);
+    const std::int64_t number = captures_++;
+    if (number == settings_.fail_at) throw std::runtime_error("the lamp is out");
+    const double value = 0.5 + distance(true_pose) + settings_.noise * unit(frame_seed);
+    for (int i = 0; i < 6; ++i) pixels[i] = static_cast<float>(value);
+    if (number == settings_.bad_pixel_at) pixels[3] = std::nanf("");
+  }
+
+  Truth noise_free_mse(const relign::Pose& true_pose, std::uint64_t seed) override {
+    log("truth", seed);
+    const double d = distance(true_pose);
+    return {d * d + 1e-6 * unit(seed), 1e-7};
+  }
+
+ private:
+  double distance(const relign::Pose& pose) const {
+    double squares = 0;
+    for (std::size_t i = 0; i < pose.size(); ++i) {
+      const double difference = pose[i] - 0.5 - (i == 0 ? shift_ : 0.0);
+      squares += difference * difference;
+    }
+    return std::sqrt(squares);
+  }
+  void log(const char* what, std::uint64_t seed) const { host_.warn(std::string(what) + " " + std::to_string(seed)); }
+  relign::Parameters host_;
+  Settings settings_;
+  double shift_;
+  std::int64_t captures_ = 0;
+};
+
+class FakeScene final : public relign::Scene {
+ public:
+  explicit FakeScene(const relign::Parameters& given)
+      : host_(given),
+        settings_{given.number("noise"), given.integer("fail_at"), given.integer("bad_pixel_at")},
+        reference_{0.5F, 0.5F, 0.5F, 1e9F, 0.5F, 0.5F, 0.5F, 1e9F} {}
+
+  std::string describe() override {
+    return R"({"name": "fake", "summary": "by hand",
+      "axes": [{"name": "x", "unit": "mm", "lower": -1, "upper": 1},
+               {"name": "y", "unit": "mm", "lower": -1, "upper": 1},
+               {"name": "Rx", "unit": "deg", "lower": -7, "upper": 7}],
+      "nominal_pose": [0.5, 0.5, 0.5],
+      "image": {"width": 3, "height": 2, "white": 0.5},
+      "elements": ["L1", "L2"]})";
+  }
+
+  relign_image reference() override {
+    relign_image image{};
+    image.struct_size = sizeof image;
+    image.sample_format = RELIGN_SAMPLE_FLOAT32;
+    image.width = 3;
+    image.height = 2;
+    image.channels = 1;
+    image.pixels = reference_;
+    image.row_stride_bytes = 4 * sizeof(float);  // the fourth value of a row belongs to no pixel
+    return image;
+  }
+
+  std::unique_ptr<relign::Assembly> mount(std::string_view offsets_json) override {
+    // Only what the tests mount: {"L1":{"shift_mm":[0.1,... moves the optimum by 0.1 of the travel.
+    const std::string text(offsets_json);
+    const std::string key = "\"L1\":{\"shift_mm\":[";
+    const auto found = text.find(key);
+    const double shift = found == std::string::npos ? 0 : std::stod(text.substr(found + key.size()));
+    return std::make_unique<FakeAssembly>(host_, settings_, shift);
+  }
+
+ private:
+  relign::Parameters host_;
+  Settings settings_;
+  float reference_[8];
+};
+
+}  // namespace
+
+RELIGN_PLUGIN(FakeScene)
