@@ -1,0 +1,97 @@
+#include "base/files.h"
+#include "records/line_files.h"
+#include "records/results_folder.h"
+
+namespace relign::records {
+namespace fs = std::filesystem;
+
+namespace {
+
+void require_folder(const fs::path& folder) {
+  std::error_code code;
+  if (!fs::is_directory(folder, code))
+    throw Error(ErrorKind::io, "cannot read " + folder.string() + ": there is no such folder");
+  if (!fs::exists(folder / "manifest.json", code))
+    throw Error(ErrorKind::bad_input, folder.string() + " is no results folder: it has no manifest.json");
+  read_manifest(folder);  // refuses a newer format
+}
+
+TrialRecord read_block(const Block& block, const std::string& file) {
+  TrialRecord record;
+  std::vector<StepRecord> steps;
+  std::size_t line_number = block.line;
+  for (std::size_t at = 0; at < block.text.size(); ++line_number) {
+    const std::size_t newline = block.text.find('\n', at);
+    ReadLine line = read_trial_line(block.text.substr(at, newline - at), file + ":" + std::to_string(line_number));
+    if (line.closing)
+      record = std::move(line.trial);
+    else
+      steps.push_back(std::move(line.step));
+    at = newline + 1;
+  }
+  record.steps = std::move(steps);
+  return record;
+}
+
+}  // namespace
+
+Json read_manifest(const fs::path& folder) {
+  const fs::path file = folder / "manifest.json";
+  std::error_code code;
+  if (!fs::exists(file, code)) return nullptr;
+  Json manifest = Json::parse(read_file(file), nullptr, false);
+  if (manifest.is_discarded()) throw Error(ErrorKind::bad_input, file.string() + " is damaged: it is no JSON");
+  check_format(manifest, file.string());
+  return manifest;
+}
+
+std::vector<TrialRecord> read_trials(const fs::path& folder,
+                                     const std::function<void(const std::string& trial)>& incomplete) {
+  require_folder(folder);
+  std::vector<TrialRecord> trials;
+  std::set<std::string> seen;
+  for (const fs::path& file : line_files(folder / "trials")) {
+    const std::string text = read_file(file);
+    const Blocks split = split_trials(text, file.string());
+    for (const Block& block : split.blocks)
+      if (seen.insert(block.trial).second) trials.push_back(read_block(block, file.string()));
+    if (incomplete)
+      for (const std::string& trial : split.incomplete) incomplete(trial);
+  }
+  return trials;
+}
+
+std::vector<TrialTimes> read_times(const fs::path& folder) {
+  require_folder(folder);
+  std::vector<TrialTimes> times;
+  std::map<std::string, std::size_t> place;  // a trial that ran again: its last line counts
+  for (const fs::path& file : line_files(folder / "times")) {
+    const std::string text = read_file(file);
+    for (const Block& block : split_times(text, file.string()).blocks) {
+      TrialTimes read = read_times_line(block.text, file.string() + ":" + std::to_string(block.line));
+      const auto [found, fresh] = place.emplace(block.trial, times.size());
+      if (fresh)
+        times.push_back(std::move(read));
+      else
+        times[found->second] = std::move(read);
+    }
+  }
+  return times;
+}
+
+std::vector<TrialRecord> read_planned_trials(const fs::path& folder) {
+  std::vector<TrialRecord> all = read_trials(folder);
+  const Json manifest = read_manifest(folder);
+  const auto order = manifest.find("order");
+  if (order == manifest.end() || !order->is_array()) return all;
+  std::map<std::string, std::size_t> place;
+  for (std::size_t index = 0; index < all.size(); ++index) place.emplace(all[index].trial, index);
+  std::vector<TrialRecord> planned;
+  for (const Json& id : *order) {
+    const auto found = id.is_string() ? place.find(id.get_ref<const std::string&>()) : place.end();
+    if (found != place.end()) planned.push_back(std::move(all[found->second]));
+  }
+  return planned;
+}
+
+}  // namespace relign::records

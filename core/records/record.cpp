@@ -1,0 +1,232 @@
+#include "records/record.h"
+
+#include <cmath>
+#include <limits>
+
+#include "base/text.h"
+
+namespace relign::records {
+namespace {
+
+// Writes one JSON object with its keys in the order they are added, unlike nlohmann's sorted one: a
+// person reads the trial's id first.
+class LineWriter {
+ public:
+  LineWriter& add(const char* key, double value) { return raw(key, number(value)); }
+  LineWriter& add(const char* key, std::uint64_t value) { return raw(key, std::to_string(value)); }
+  LineWriter& add(const char* key, unsigned value) { return raw(key, std::to_string(value)); }
+  LineWriter& add(const char* key, int value) { return raw(key, std::to_string(value)); }
+  LineWriter& add(const char* key, const std::string& value) { return raw(key, text(value)); }
+  LineWriter& add(const char* key, const std::vector<double>& values) {
+    std::string list;
+    for (const double value : values) {
+      if (!list.empty()) list += ',';
+      list += number(value);
+    }
+    return raw(key, "[" + list + "]");
+  }
+  LineWriter& add(const char* key, const std::vector<std::string>& values) {
+    std::string list;
+    for (const std::string& value : values) {
+      if (!list.empty()) list += ',';
+      list += text(value);
+    }
+    return raw(key, "[" + list + "]");
+  }
+  LineWriter& raw(const char* key, const std::string& json) {
+    line_ += line_.empty() ? "{\"" : ",\"";
+    line_ += key;
+    line_ += "\":";
+    line_ += json;
+    return *this;
+  }
+  std::string close() const { return line_ + "}"; }
+
+  static std::string number(double value) {
+    if (!std::isfinite(value)) return "null";
+    if (value == 0 && std::signbit(value)) return "-0.0";  // readers take "-0" for the integer 0
+    return shortest(value);
+  }
+  // A plugin's message may hold any bytes; what is no UTF-8 is replaced, a line break is escaped.
+  static std::string text(const std::string& value) {
+    return Json(value).dump(-1, ' ', false, Json::error_handler_t::replace);
+  }
+
+ private:
+  std::string line_;
+};
+
+std::string to_line(const std::string& trial, const StepRecord& step) {
+  return LineWriter()
+      .add("trial", trial)
+      .add("step", step.step)
+      .add("commanded_pose", step.commanded_pose)
+      .add("true_pose", step.true_pose)
+      .add("limits_low", step.limits_low)
+      .add("limits_high", step.limits_high)
+      .add("merit", step.merit)
+      .add("measured", step.measured)
+      .add("machine_seconds", step.machine_seconds)
+      .add("recommended_pose", step.recommended_pose)
+      .add("recommendation", step.recommendation)
+      .add("recommended_seconds", step.recommended_seconds)
+      .add("recommended_true_pose", step.recommended_true_pose)
+      .add("commanded_mse", step.commanded_mse)
+      .add("commanded_mse_error", step.commanded_mse_error)
+      .add("recommended_mse", step.recommended_mse)
+      .add("recommended_mse_error", step.recommended_mse_error)
+      .close();
+}
+
+double read_number(const Json& value) {
+  return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
+}
+
+std::vector<double> read_numbers(const Json& list) {
+  std::vector<double> values;
+  values.reserve(list.size());
+  for (const Json& value : list.get_ref<const Json::array_t&>()) values.push_back(read_number(value));
+  return values;
+}
+
+StepRecord read_step(const Json& line) {
+  StepRecord step;
+  step.step = line.at("step").get<unsigned>();
+  step.commanded_pose = read_numbers(line.at("commanded_pose"));
+  step.true_pose = read_numbers(line.at("true_pose"));
+  step.limits_low = line.at("limits_low").get<std::uint64_t>();
+  step.limits_high = line.at("limits_high").get<std::uint64_t>();
+  step.merit = read_number(line.at("merit"));
+  step.measured = read_number(line.at("measured"));
+  step.machine_seconds = read_number(line.at("machine_seconds"));
+  step.recommended_pose = read_numbers(line.at("recommended_pose"));
+  step.recommendation = line.at("recommendation").get<std::string>();
+  step.recommended_seconds = read_number(line.at("recommended_seconds"));
+  step.recommended_true_pose = read_numbers(line.at("recommended_true_pose"));
+  step.commanded_mse = read_number(line.at("commanded_mse"));
+  step.commanded_mse_error = read_number(line.at("commanded_mse_error"));
+  step.recommended_mse = read_number(line.at("recommended_mse"));
+  step.recommended_mse_error = read_number(line.at("recommended_mse_error"));
+  return step;
+}
+
+TrialRecord read_closing(const Json& line) {
+  TrialRecord record;
+  record.trial = line.at("trial").get<std::string>();
+  record.end = line.at("end").get<std::string>();
+  record.budget = line.at("budget").get<unsigned>();
+  record.scene = line.at("scene").get<std::string>();
+  record.noise_level = line.at("noise_level").get<std::string>();
+  record.protocol = line.at("protocol").get<std::string>();
+  record.algorithm = line.at("algorithm").get<std::string>();
+  record.algorithm_id = line.at("algorithm_id").get<std::string>();
+  record.instance = line.at("instance").get<std::uint64_t>();
+  record.instance_seed = std::stoull(line.at("instance_seed").get<std::string>());
+  const Json& own_optimum = line.at("own_optimum_mse");
+  record.has_own_optimum = !own_optimum.is_null();
+  if (record.has_own_optimum) record.own_optimum_mse = own_optimum.get<double>();
+  record.message = line.at("message").get<std::string>();
+  record.warnings = line.at("warnings").get<std::vector<std::string>>();
+  return record;
+}
+
+template <class Body>
+auto reading(const std::string& place, Body&& body) {
+  try {
+    return body();
+  } catch (const Error& error) {
+    throw Error(error.kind(), place + ": " + error.what());
+  } catch (const std::exception& error) {
+    throw Error(ErrorKind::bad_input, place + ": the line is damaged: " + error.what());
+  }
+}
+
+}  // namespace
+
+std::string to_lines(const TrialRecord& record) {
+  std::string lines;
+  for (const StepRecord& step : record.steps) {
+    lines += to_line(record.trial, step);
+    lines += '\n';
+  }
+  lines += LineWriter()
+               .add("format", kFormat)
+               .add("trial", record.trial)
+               .add("end", record.end)
+               .add("steps", std::uint64_t{record.steps.size()})
+               .add("budget", record.budget)
+               .add("scene", record.scene)
+               .add("noise_level", record.noise_level)
+               .add("protocol", record.protocol)
+               .add("algorithm", record.algorithm)
+               .add("algorithm_id", record.algorithm_id)
+               .add("instance", record.instance)
+               .add("instance_seed", std::to_string(record.instance_seed))
+               .raw("own_optimum_mse", record.has_own_optimum ? LineWriter::number(record.own_optimum_mse) : "null")
+               .add("message", record.message)
+               .add("warnings", record.warnings)
+               .close();
+  return lines;
+}
+
+std::string to_line(const TrialTimes& times) {
+  return LineWriter()
+      .add("format", kFormat)
+      .add("trial", times.trial)
+      .add("algorithm_seconds", times.algorithm_seconds)
+      .add("simulation_seconds", times.simulation_seconds)
+      .add("truth_seconds", times.truth_seconds)
+      .raw("plugins", LineWriter()
+                          .add("scene", times.plugins.scene)
+                          .add("noise_level", times.plugins.noise_level)
+                          .add("algorithm", times.plugins.algorithm)
+                          .close())
+      .close();
+}
+
+void check_format(const Json& object, const std::string& what) {
+  const auto found = object.is_object() ? object.find("format") : object.end();
+  if (!object.is_object() || found == object.end() || !found->is_number_integer())
+    throw Error(ErrorKind::bad_input, what + " does not name its format (\"format\": " + std::to_string(kFormat) + ")");
+  if (found->get<std::int64_t>() > kFormat)
+    throw Error(ErrorKind::bad_input, what + " has format " + found->dump() + ", which is newer than this program's " +
+                                          std::to_string(kFormat) + "; read it with a newer relign-bench");
+  if (found->get<std::int64_t>() < 1)
+    throw Error(ErrorKind::bad_input, what + " has format " + found->dump() + ", which never existed");
+}
+
+ReadLine read_trial_line(std::string_view line, const std::string& place) {
+  return reading(place, [&] {
+    const Json json = Json::parse(line);
+    ReadLine read;
+    read.closing = json.contains("end");
+    if (read.closing) {
+      check_format(json, "the closing line");
+      read.trial = read_closing(json);
+      read.steps = json.at("steps").get<std::size_t>();
+    } else {
+      read.trial.trial = json.at("trial").get<std::string>();
+      read.step = read_step(json);
+    }
+    return read;
+  });
+}
+
+TrialTimes read_times_line(std::string_view line, const std::string& place) {
+  return reading(place, [&] {
+    const Json json = Json::parse(line);
+    check_format(json, "the line");
+    TrialTimes times;
+    times.trial = json.at("trial").get<std::string>();
+    times.algorithm_seconds = read_numbers(json.at("algorithm_seconds"));
+    times.simulation_seconds = read_numbers(json.at("simulation_seconds"));
+    times.truth_seconds = read_numbers(json.at("truth_seconds"));
+    const Json& plugins = json.at("plugins");
+    times.plugins.scene = plugins.at("scene").get<std::string>();
+    times.plugins.noise_level = plugins.at("noise_level").get<std::string>();
+    times.plugins.algorithm = plugins.at("algorithm").get<std::string>();
+    return times;
+  });
+}
+
+}  // namespace relign::records

@@ -1,0 +1,85 @@
+// What is written of a trial, and how it reads back. The format is described in results/README.md;
+// this header is its C++ form. Readers refuse a newer format with a word.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/json_source.h"
+
+namespace relign::records {
+
+inline constexpr int kFormat = 1;  // "format" in every file
+
+struct StepRecord {
+  unsigned step = 0;
+  std::vector<double> commanded_pose;
+  std::vector<double> true_pose;
+  std::uint64_t limits_low = 0;
+  std::uint64_t limits_high = 0;
+  double merit = 0;
+  double measured = 0;  // RMSE of the capture against O*
+  double machine_seconds = 0;
+  std::vector<double> recommended_pose;
+  std::string recommendation;  // "own", "best_measured", "current"
+  double recommended_seconds = 0;
+  std::vector<double> recommended_true_pose;
+  double commanded_mse = 0, commanded_mse_error = 0;  // truth, signed, with standard error
+  double recommended_mse = 0, recommended_mse_error = 0;
+};
+
+struct TrialRecord {
+  std::string trial;                                    // id
+  std::string scene, noise_level, protocol, algorithm;  // names shown
+  std::string algorithm_id;                             // plugin or preset
+  std::uint64_t instance = 0;
+  std::uint64_t instance_seed = 0;
+  std::string end;      // "budget_spent", "finished", "failed"
+  std::string message;  // why it failed
+  unsigned budget = 0;
+  double own_optimum_mse = 0;
+  bool has_own_optimum = false;
+  std::vector<std::string> warnings;  // what the plugin left behind
+  std::vector<StepRecord> steps;
+};
+
+// SHA-256 of the three plugins that made a trial: when one changes, its trials are run again.
+struct PluginHashes {
+  std::string scene, noise_level, algorithm;
+  bool operator==(const PluginHashes& other) const {
+    return scene == other.scene && noise_level == other.noise_level && algorithm == other.algorithm;
+  }
+};
+
+// What differs from host to host, kept apart from the record so that equal trials have equal bytes.
+struct TrialTimes {
+  std::string trial;
+  std::vector<double> algorithm_seconds, simulation_seconds, truth_seconds;  // one value a step
+  PluginHashes plugins;
+};
+
+// One line a step, then the closing line; no trailing newline on the last. Numbers are the shortest
+// that read back equal; what is not finite is written as null and reads back as NaN.
+std::string to_lines(const TrialRecord& record);
+std::string to_line(const TrialTimes& times);
+
+// One line of a trials file: a step (with the trial it belongs to) or a closing line.
+struct ReadLine {
+  bool closing = false;
+  TrialRecord trial;      // of a closing line: all but the steps; of a step: the id alone
+  StepRecord step;        // of a step line
+  std::size_t steps = 0;  // of a closing line: how many step lines belong to it
+};
+
+// Throw Error(bad_input) that starts with `place` ("trials/0000.jsonl:7") for a damaged line, a missing
+// member or a newer format.
+ReadLine read_trial_line(std::string_view line, const std::string& place);
+TrialTimes read_times_line(std::string_view line, const std::string& place);
+
+// Refuses a format that this program does not know. `what` names the file.
+void check_format(const Json& object, const std::string& what);
+
+}  // namespace relign::records

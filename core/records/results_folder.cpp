@@ -1,0 +1,225 @@
+#include "records/results_folder.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "base/files.h"
+#include "records/line_files.h"
+
+namespace relign::records {
+namespace fs = std::filesystem;
+
+namespace {
+
+[[noreturn]] void fail(const fs::path& path, const std::error_code& code) {
+  throw Error(ErrorKind::io, "cannot write " + path.string() + ": " + code.message());
+}
+
+// Our own folders start with the lock, then the manifest; whatever else stands in a folder without
+// manifest belongs to somebody else.
+void refuse_foreign(const fs::path& folder) {
+  if (!read_manifest(folder).is_null()) return;
+  std::error_code code;
+  for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code)) {
+    const std::string name = entry->path().filename().string();
+    if (name == ResultsLock::kFileName || name.rfind("manifest.json.tmp-", 0) == 0) continue;
+    if ((name == "trials" || name == "times") && fs::is_directory(entry->path(), code) &&
+        fs::is_empty(entry->path(), code))
+      continue;
+    throw Error(ErrorKind::bad_input, folder.string() + " is no results folder: it holds '" + name +
+                                          "' and no manifest.json; choose an empty folder or a new name with --out");
+  }
+  if (code) throw Error(ErrorKind::io, "cannot read " + folder.string() + ": " + code.message());
+}
+
+fs::path prepared(fs::path folder) {
+  std::error_code code;
+  fs::create_directories(folder, code);
+  if (code) throw Error(ErrorKind::io, "cannot create the results folder " + folder.string() + ": " + code.message());
+  refuse_foreign(folder);
+  return folder;
+}
+
+// finish() writes NAME.new, moves NAME to NAME.old and NAME.new to NAME. A crash between the two moves
+// leaves no NAME: then NAME.new is whole.
+void recover_swap(const fs::path& folder) {
+  const fs::path fresh = folder.string() + ".new";
+  std::error_code code;
+  if (!fs::exists(folder, code) && fs::exists(fresh, code)) {
+    fs::rename(fresh, folder, code);
+    if (code) fail(folder, code);
+  }
+  fs::remove_all(fresh, code);
+  fs::remove_all(folder.string() + ".old", code);
+  fs::create_directories(folder, code);
+  if (code) fail(folder, code);
+}
+
+void swap_in(const fs::path& folder) {
+  const fs::path old = folder.string() + ".old";
+  std::error_code code;
+  fs::remove_all(old, code);
+  fs::rename(folder, old, code);
+  if (!code) fs::rename(folder.string() + ".new", folder, code);
+  if (code) fail(folder, code);
+  fs::remove_all(old, code);
+}
+
+using Splitter = Blocks (*)(std::string_view, const std::string&);
+
+// The text of every trial's block, the last one where there are several; `order` is of first appearance.
+struct Collected {
+  std::vector<std::string> order;
+  std::map<std::string, std::string> text;
+};
+
+Collected collect(const fs::path& folder, Splitter split) {
+  Collected all;
+  for (const fs::path& file : line_files(folder)) {
+    const std::string text = read_file(file);
+    for (const Block& block : split(text, file.string()).blocks) {
+      const auto [found, fresh] = all.text.insert_or_assign(block.trial, std::string(block.text));
+      if (fresh) all.order.push_back(block.trial);
+    }
+  }
+  return all;
+}
+
+// Rewrites a folder of line files so that file k holds the trials of places 1000 k ... in order.
+void arrange(const fs::path& folder, Splitter split, const std::vector<std::string>& places,
+             const std::set<std::string>& keep) {
+  const Collected all = collect(folder, split);
+  std::map<std::size_t, std::string> files;
+  for (std::size_t place = 0; place < places.size(); ++place) {
+    const auto found = all.text.find(places[place]);
+    if (found != all.text.end() && keep.count(places[place])) files[place / kTrialsPerFile] += found->second;
+  }
+  const std::vector<fs::path> present = line_files(folder);
+  const bool equal =
+      present.size() == files.size() && std::all_of(present.begin(), present.end(), [&files](const fs::path& file) {
+        const auto wanted = files.find(std::stoul(file.stem().string()));
+        return wanted != files.end() && wanted->second == read_file(file);
+      });
+  if (equal) return;
+  const fs::path fresh = folder.string() + ".new";
+  std::error_code code;
+  fs::create_directories(fresh, code);
+  if (code) fail(fresh, code);
+  for (const auto& [number, text] : files) write_file_atomically(fresh / line_file_name(number), text);
+  swap_in(folder);
+}
+
+// Cuts what stands after the last whole block; true when there was something.
+bool repair(const fs::path& file, const std::string& text, const Blocks& split) {
+  if (split.whole == text.size()) return false;
+  cut_file(file, split.whole);
+  return true;
+}
+
+void remove_blocks(const fs::path& folder, Splitter split, const std::set<std::string>& trials) {
+  for (const fs::path& file : line_files(folder)) {
+    const std::string text = read_file(file);
+    std::string kept;
+    for (const Block& block : split(text, file.string()).blocks)
+      if (!trials.count(block.trial)) kept += block.text;
+    if (kept == text) continue;
+    std::error_code code;
+    if (kept.empty()) {
+      fs::remove(file, code);
+      if (code) fail(file, code);
+    } else {
+      write_file_atomically(file, kept);
+    }
+  }
+}
+
+}  // namespace
+
+ResultsWriter::ResultsWriter(fs::path folder) : folder_(prepared(std::move(folder))), lock_(folder_) {
+  recover_swap(folder_ / "trials");
+  recover_swap(folder_ / "times");
+  for (const fs::path& file : line_files(folder_ / "trials")) {
+    const std::string text = read_file(file);
+    const Blocks split = split_trials(text, file.string());
+    for (const Block& block : split.blocks) {
+      const TrialRecord trial = read_trial_line(block.closing, file.string()).trial;
+      finished_[block.trial] = {trial.scene, trial.noise_level, trial.protocol, trial.algorithm,
+                                trial.end,   trial.message,     trial.instance, {}};
+    }
+    if (repair(file, text, split)) ++repaired_;
+  }
+  for (const fs::path& file : line_files(folder_ / "times")) {
+    const std::string text = read_file(file);
+    const Blocks split = split_times(text, file.string());
+    for (const Block& block : split.blocks)
+      if (const auto found = finished_.find(block.trial); found != finished_.end())
+        found->second.plugins = read_times_line(block.closing, file.string()).plugins;
+    if (repair(file, text, split)) ++repaired_;
+  }
+}
+
+std::set<std::string> ResultsWriter::finished_trials() const {
+  const std::lock_guard<std::mutex> hold(mutex_);
+  std::set<std::string> ids;
+  for (const auto& [id, trial] : finished_) ids.insert(id);
+  return ids;
+}
+
+std::map<std::string, FinishedTrial> ResultsWriter::finished() const {
+  const std::lock_guard<std::mutex> hold(mutex_);
+  return finished_;
+}
+
+void ResultsWriter::append(std::size_t place, const TrialRecord& record, const TrialTimes& times) {
+  const std::string file = line_file_name(place / kTrialsPerFile);
+  const std::string lines = to_lines(record) + "\n";
+  const std::string times_line = to_line(times) + "\n";
+  const std::lock_guard<std::mutex> hold(mutex_);
+  // The times first: once the closing line is there, the trial is a result and nothing of it is missing.
+  const fs::path times_file = folder_ / "times" / file;
+  const std::size_t before = append_block(times_file, times_line, false);
+  try {
+    // Flushed once a second: a crash of the program loses nothing that was written, only a crash of the
+    // machine does; and a network disk that is full says so then.
+    const auto now = std::chrono::steady_clock::now();
+    const bool flush = now - flushed_ >= std::chrono::seconds(1);
+    append_block(folder_ / "trials" / file, lines, flush);
+    if (flush) flushed_ = now;
+  } catch (const Error&) {
+    cut_file(times_file, before);
+    throw;
+  }
+  finished_[record.trial] = {record.scene, record.noise_level, record.protocol, record.algorithm,
+                             record.end,   record.message,     record.instance, times.plugins};
+}
+
+void ResultsWriter::drop(const std::set<std::string>& trials) {
+  if (trials.empty()) return;
+  const std::lock_guard<std::mutex> hold(mutex_);
+  remove_blocks(folder_ / "trials", split_trials, trials);
+  remove_blocks(folder_ / "times", split_times, trials);
+  for (const std::string& trial : trials) finished_.erase(trial);
+}
+
+void ResultsWriter::finish(const std::vector<std::string>& order) {
+  const std::lock_guard<std::mutex> hold(mutex_);
+  for (const char* name : {"trials", "times"})
+    for (const fs::path& file : line_files(folder_ / name)) append_block(file, "", true);
+  std::vector<std::string> places = order;
+  std::set<std::string> planned(order.begin(), order.end());
+  for (const std::string& trial : collect(folder_ / "trials", split_trials).order)
+    if (planned.insert(trial).second) places.push_back(trial);
+  std::set<std::string> keep;  // times of a trial without record are no one's
+  for (const auto& [id, trial] : finished_) keep.insert(id);
+  arrange(folder_ / "trials", split_trials, places, keep);
+  arrange(folder_ / "times", split_times, places, keep);
+}
+
+void ResultsWriter::write_manifest(const Json& manifest) {
+  write_file_atomically(folder_ / "manifest.json", manifest.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+Json ResultsWriter::read_manifest() const { return records::read_manifest(folder_); }
+
+}  // namespace relign::records

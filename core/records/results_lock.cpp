@@ -1,0 +1,50 @@
+#include "records/results_lock.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <string>
+
+#include "base/error.h"
+
+namespace relign::records {
+
+ResultsLock::ResultsLock(const std::filesystem::path& folder) : file_(folder / kFileName) {
+  while (true) {
+    descriptor_ = ::open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    if (descriptor_ < 0)
+      throw Error(ErrorKind::io,
+                  "cannot write into the results folder " + folder.string() + ": " + std::strerror(errno));
+    if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+      const int reason = errno;
+      if (reason == EWOULDBLOCK) {
+        ::close(descriptor_);
+        throw Error(ErrorKind::io, "another run is writing " + folder.string() +
+                                       " at this moment; wait until it has ended or choose another folder with --out");
+      }
+      // A file system without locks (some network mounts): work without, as every program does there.
+      if (reason != EINTR) return;
+    } else {
+      // The owner before may have removed the file between our open and our lock: then this is a lock on
+      // nothing that others can see.
+      struct stat mine {};
+      struct stat there {};
+      if (::fstat(descriptor_, &mine) == 0 && ::stat(file_.c_str(), &there) == 0 && mine.st_ino == there.st_ino &&
+          mine.st_dev == there.st_dev)
+        return;
+    }
+    ::close(descriptor_);
+  }
+}
+
+ResultsLock::~ResultsLock() {
+  if (descriptor_ < 0) return;
+  ::unlink(file_.c_str());
+  ::close(descriptor_);
+}
+
+}  // namespace relign::records

@@ -1,0 +1,182 @@
+// The page's own behaviour: sorting, the curves' controls and legend. Text from the results is
+// only ever written with textContent.
+'use strict';
+
+(() => {
+  const byId = (id) => document.getElementById(id);
+  const make = (tag, properties = {}, ...children) => {
+    const element = Object.assign(document.createElement(tag), properties);
+    element.append(...children);
+    return element;
+  };
+
+  // --- Sorting: each block of the ranking by the clicked column; what has no value comes last. ---
+  function sortTable(table, column, ascending) {
+    const key = (row) => row.cells[column].dataset.sort || '';
+    const compare = (a, b) => {
+      const x = key(a), y = key(b);
+      if (x === '' || y === '') return (x === '') - (y === '');
+      const numeric = Number(x) - Number(y);
+      const order = Number.isNaN(numeric) ? x.localeCompare(y) : numeric;
+      return ascending ? order : -order;
+    };
+    for (const body of table.tBodies) {
+      const [head, ...rows] = body.rows;
+      body.append(head, ...rows.sort(compare));
+    }
+  }
+
+  for (const table of document.querySelectorAll('table.ranking')) {
+    const heads = [...table.tHead.rows[0].cells];
+    heads.forEach((head, column) => {
+      const button = make('button', {type: 'button'}, ...head.childNodes);
+      head.append(button);
+      button.addEventListener('click', () => {
+        const ascending = head.getAttribute('aria-sort') !== 'ascending';
+        heads.forEach((other) => other.removeAttribute('aria-sort'));
+        head.setAttribute('aria-sort', ascending ? 'ascending' : 'descending');
+        sortTable(table, column, ascending);
+      });
+    });
+  }
+
+  // --- Curves ---
+  const MOST_METHODS_WITH_BANDS = 6;
+  const MOST_CHARTS_DRAWN_AT_ONCE = 12;
+  const TRACKS = [
+    ['recommended', 'error at the recommended pose'],
+    ['commanded', 'error at the pose commanded last'],
+    ['measured', 'measured error (with camera noise)'],
+    ['best', 'best measured so far'],
+    ['excess', 'error beyond the lens\u2019s own optimum'],
+  ];
+
+  const READOUT_HINT = 'Point at a line to read its values.';
+
+  function drawCurves() {
+    const data = JSON.parse(byId('report-data').textContent);
+    const used = new Set(data.groups.flatMap((group) => group.curves.map((curve) => curve.method)));
+    const methods = data.methods.filter((method) => used.has(method.name));
+    if (methods.length === 0) {
+      byId('curves-problem').hidden = false;
+      byId('curves-problem').textContent = 'No trial ended well, so there are no curves to draw.';
+      byId('cards').hidden = true;
+      return 0;
+    }
+    const darkScheme = window.matchMedia('(prefers-color-scheme: dark)');
+    const view = {track: 'recommended', log: true, bands: methods.length <= MOST_METHODS_WITH_BANDS,
+                  visible: methods.map(() => true), dark: darkScheme.matches, styles: []};
+    view.styles = relignCurves.styles(methods, view.dark);
+    const charts = new Map();  // card element -> Chart, once drawn
+    const cards = [...document.querySelectorAll('.card')];
+    const legend = byId('legend');
+
+    const count = () => { document.documentElement.dataset.curves = String(charts.size); };
+    const updateAll = () => { for (const chart of charts.values()) chart.update(view); };
+
+    function readout(card, group, index, step) {
+      const line = card.querySelector('.readout');
+      [...legend.children].forEach((item, i) => item.classList.toggle('lit', i === index));
+      const nothing = () => { line.replaceChildren(make('span', {className: 'quiet', textContent: READOUT_HINT})); };
+      if (index === null || index < 0) return nothing();
+      const curve = group.curves.find((candidate) => candidate.method === methods[index].name);
+      const values = curve && curve.tracks[view.track];
+      const at = curve ? step - curve.first_step : -1;
+      if (!values || at < 0 || at >= values.median.length) return nothing();
+      const show = relignCurves.number;
+      const lenses = curve.trials === 1 ? '1 instance' : curve.trials + ' instances';
+      line.replaceChildren(make('b', {textContent: methods[index].name}),
+        ' step ' + step + ': ' + show(values.median[at]) + ' (quartiles ' + show(values.q25[at]) + '\u2013' +
+        show(values.q75[at]) + ', ' + lenses + ')');
+    }
+
+    function draw(card) {
+      if (charts.has(card)) return;
+      const group = data.groups[Number(card.dataset.group)];
+      const place = card.querySelector('.chart');
+      if (!group.curves.some((curve) => Object.keys(curve.tracks).length > 0)) {
+        place.textContent = 'No trial ended well here.';
+        return;
+      }
+      place.classList.remove('waiting');
+      charts.set(card, new relignCurves.Chart(place, group, methods, view,
+        (index, step) => readout(card, group, index, step)));
+      readout(card, group, null);
+      count();
+    }
+
+    function swatch(style) {
+      const svg = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
+      svg.setAttribute('width', '30');
+      svg.setAttribute('height', '10');
+      const line = document.createElementNS('http://www.w3.org/2000/svg', 'line');
+      for (const [name, value] of Object.entries({x1: 0, x2: 30, y1: 5, y2: 5, 'stroke-width': 2.5, stroke: style.colour}))
+        line.setAttribute(name, value);
+      if (style.dash) line.setAttribute('stroke-dasharray', style.dash.join(' '));
+      svg.append(line);
+      return svg;
+    }
+
+    function fillLegend() {
+      legend.replaceChildren(...methods.map((method, i) => {
+        const box = make('input', {type: 'checkbox', checked: view.visible[i]});
+        box.addEventListener('change', () => { view.visible[i] = box.checked; updateAll(); });
+        const name = make('bdi', {textContent: method.name});
+        const item = make('li', {}, make('label', {}, box, swatch(view.styles[i]), name, method.oracle ? ' (oracle)' : ''));
+        item.addEventListener('mouseenter', () => { if (view.visible[i]) for (const chart of charts.values()) chart.highlight(i); });
+        item.addEventListener('mouseleave', () => { for (const chart of charts.values()) chart.highlight(null); });
+        return item;
+      }));
+    }
+
+    function recolour(dark) {
+      view.dark = dark;
+      view.styles = relignCurves.styles(methods, dark);
+      fillLegend();
+      updateAll();
+    }
+
+    const present = TRACKS.filter(([id]) => data.groups.some((group) => group.curves.some((curve) => curve.tracks[id])));
+    byId('track').replaceChildren(...present.map(([value, textContent]) => make('option', {value, textContent})));
+    view.track = present[0][0];
+    byId('track').addEventListener('change', (event) => { view.track = event.target.value; updateAll(); });
+    byId('scale').addEventListener('change', (event) => { view.log = event.target.value === 'log'; updateAll(); });
+    byId('bands').checked = view.bands;
+    byId('bands').addEventListener('change', (event) => { view.bands = event.target.checked; updateAll(); });
+    const showEvery = (visible) => { view.visible.fill(visible); fillLegend(); updateAll(); };
+    byId('all').addEventListener('click', () => showEvery(true));
+    byId('none').addEventListener('click', () => showEvery(false));
+    for (const id of ['controls', 'legend', 'curves-help']) byId(id).hidden = false;
+    fillLegend();
+
+    if (cards.length <= MOST_CHARTS_DRAWN_AT_ONCE) {
+      cards.forEach(draw);
+    } else {  // many: each when it comes near the screen
+      const observer = new IntersectionObserver((entries) => {
+        for (const entry of entries) if (entry.isIntersecting) { observer.unobserve(entry.target); draw(entry.target); }
+      }, {rootMargin: '600px'});
+      cards.forEach((card) => { card.querySelector('.chart').classList.add('waiting'); observer.observe(card); });
+    }
+
+    darkScheme.addEventListener('change', (event) => recolour(event.matches));
+    // Paper is white and narrower than the screen.
+    window.addEventListener('beforeprint', () => {
+      cards.forEach(draw);
+      recolour(false);
+      for (const chart of charts.values()) chart.resize();
+    });
+    window.addEventListener('afterprint', () => {
+      recolour(darkScheme.matches);
+      for (const chart of charts.values()) chart.resize();
+    });
+    return charts.size;
+  }
+
+  try {
+    document.documentElement.dataset.curves = String(drawCurves());
+  } catch (problem) {
+    byId('curves-problem').hidden = false;
+    byId('curves-problem').textContent = 'The curves could not be drawn (' + problem.message + '). The same numbers lie in curves.csv.';
+    document.documentElement.dataset.curves = 'failed';
+  }
+})();

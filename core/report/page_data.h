@@ -1,0 +1,22 @@
+// Everything the page says in words and numbers, as one JSON value: the HTML sections, the script
+// that draws the curves and the golden test all read this and nothing else. Pictures stand apart.
+//
+// Shape: {suite_name, suite_file, suite_text, seed, command, scenes, noise_levels, protocols, steps [least, most],
+// instances, ran {planned, finished, failed, missing, incomplete, from_other_plans}, methods [...], groups [{scene,
+// noise_level, protocol, label, instances, same_instances, start, rows, curves}], verdict, beware, failures, warnings,
+// program, machine}. A group is what can be compared: one scene, noise level and protocol.
+#pragma once
+
+#include "report/loaded_results.h"
+
+namespace relign::report {
+
+Json page_data(const LoadedResults& results);
+
+// sqrt of the clipped MSE at the recommended pose of the last step; NaN without steps.
+double recommended_rmse(const records::TrialRecord& trial);
+
+// `value` with that many significant digits: pages need no more, and shorter numbers keep them small.
+double rounded(double value, int digits);
+
+}  // namespace relign::report

@@ -1,0 +1,148 @@
+// Did everything run, what the methods are, and where the numbers come from.
+#include "report/html_writer.h"
+#include "report/loaded_results.h"
+#include "report/sections.h"
+
+namespace relign::report {
+namespace {
+
+constexpr std::size_t kMostIncompleteNamed = 20;
+
+void fact(HtmlWriter& html, const char* name, const std::string& value) {
+  if (value.empty()) return;
+  html.element("dt", name).open("dd").element("bdi", value).close();
+}
+
+std::string short_hash_of(const std::string& hash) { return hash.substr(0, 16); }
+
+void failures(HtmlWriter& html, const Json& list) {
+  html.open("div", {{"class", "scroll"}}).open("table").open("thead").open("tr");
+  for (const char* title : {"method", "trials", "message", "for example"})
+    html.element("th", {{"scope", "col"}}, title);
+  html.close().close().open("tbody");
+  for (const Json& failure : list) {
+    html.open("tr").open("th", {{"scope", "row"}}).element("bdi", text_of(failure, "method")).close();
+    html.element("td", {{"class", "number"}}, std::to_string(count_of(failure, "count")));
+    const std::string message = text_of(failure, "message");
+    html.element("td", {{"class", "message"}}, message.empty() ? "(no message)" : message)
+        .open("td", {{"class", "message"}});
+    std::string named;
+    for (const Json& trial : failure["trials"])
+      named += (named.empty() ? "" : "; ") + text_of(trial, "noise_level") + " instance " +
+               std::to_string(count_of(trial, "instance")) + " after " + counted(count_of(trial, "steps"), "step") +
+               " (" + text_of(trial, "trial") + ")";
+    html.text(named).close().close();
+  }
+  html.close().close().close();
+}
+
+}  // namespace
+
+std::string ran_section(const Json& data, const Gallery& gallery) {
+  HtmlWriter html;
+  const Json& ran = data["ran"];
+  const std::uint64_t planned = count_of(ran, "planned"), finished = count_of(ran, "finished");
+  html.element("h2", "Did everything run?");
+  if (planned > 0 && finished == planned)
+    html.element(
+        "p", "Yes: every planned trial finished (" + std::to_string(planned) + " of " + std::to_string(planned) + ").");
+  else if (planned == 0)
+    html.element("p", "Nothing was planned or run.");
+  else
+    html.element("p", "No: of " + counted(planned, "planned trial") + ", " + std::to_string(finished) + " finished, " +
+                          std::to_string(count_of(ran, "failed")) + " failed and " +
+                          std::to_string(count_of(ran, "missing")) + " have no result" +
+                          (ran["incomplete"].empty() ? "."
+                                                     : " (" + std::to_string(ran["incomplete"].size()) +
+                                                           " of these were cut off under way).") +
+                          (count_of(ran, "missing") > 0 ? " Running the same command again goes on with them." : ""));
+  if (!data["failures"].empty()) failures(html, data["failures"]);
+  if (!ran["incomplete"].empty()) {
+    std::string named;
+    for (std::size_t i = 0; i < ran["incomplete"].size() && i < kMostIncompleteNamed; ++i)
+      named += (i > 0 ? ", " : "") + ran["incomplete"][i].get<std::string>();
+    if (ran["incomplete"].size() > kMostIncompleteNamed) named += ", ...";
+    html.element("p", "Cut off under way: " + named);
+  }
+  if (count_of(ran, "from_other_plans") > 0)
+    html.element("p", counted(count_of(ran, "from_other_plans"), "trial") +
+                          " in this folder belong to an earlier plan (the suite or a plugin has changed since) and are "
+                          "left out of this page.");
+  if (!data["warnings"].empty()) {
+    html.element("p", "Plugins left these warnings:").open("ul");
+    for (const Json& warning : data["warnings"])
+      html.element(
+          "li", text_of(warning, "method") + ": " + text_of(warning, "message") +
+                    (count_of(warning, "count") > 1 ? " (" + counted(count_of(warning, "count"), "time") + ")" : ""));
+    html.close();
+  }
+  if (!gallery.problems.empty()) {
+    html.element("p", "Pictures that could not be shown:").open("ul");
+    for (const std::string& problem : gallery.problems) html.element("li", problem);
+    html.close();
+  }
+  return html.take();
+}
+
+std::string methods_section(const Json& data) {
+  if (data["methods"].empty()) return "";
+  HtmlWriter html;
+  html.element("h2", "Methods").open("div", {{"class", "scroll"}}).open("table", {{"class", "methods"}});
+  html.open("thead").open("tr");
+  for (const char* title : {"method", "what it is", "knows", "parameters", "same numbers", "plugin hash"})
+    html.element("th", {{"scope", "col"}}, title);
+  html.close().close().open("tbody");
+  for (const Json& method : data["methods"]) {
+    const std::string name = text_of(method, "name"), id = text_of(method, "id");
+    html.open("tr").open("th", {{"scope", "row"}}).element("bdi", name);
+    if (!id.empty() && id != name) html.element("span", {{"class", "quiet"}}, " " + id);
+    html.close();
+    const std::string kind = text_of(method, "kind"), summary = text_of(method, "summary");
+    html.element("td", kind + (kind.empty() || summary.empty() ? "" : ": ") + summary);
+    html.element("td", joined(method["knows"], ", ") + (flag_of(method, "oracle") ? " (oracle)" : ""));
+    html.open("td");
+    for (const auto& [key, value] : method["parameters"].items())
+      html.element("code", key + " = " + value.dump(-1, ' ', false, Json::error_handler_t::replace)).text(" ");
+    html.close();
+    html.element("td", text_of(method, "reproducible"));
+    html.open("td").element("code", {{"title", text_of(method, "plugin_hash")}},
+                            short_hash_of(text_of(method, "plugin_hash")));
+    html.close().close();
+  }
+  return html.take();
+}
+
+std::string provenance_section(const Json& data) {
+  HtmlWriter html;
+  html.element("h2", "Where these numbers come from");
+  const std::string command = text_of(data, "command");
+  if (!command.empty()) {
+    html.element("p", "Reproduce, or go on after an interruption:").open("pre").element("code", command).close();
+    html.element("p", {{"class", "quiet"}},
+                 "Equal suite, program and plugins give equal numbers on any number of workers; host times differ.");
+  }
+  const Json &program = data["program"], &machine = data["machine"];
+  html.open("dl");
+  fact(html, "program", "relign-bench " + text_of(program, "version"));
+  fact(html, "program hash", text_of(program, "hash"));
+  fact(html, "compiler", text_of(program, "compiler"));
+  fact(html, "flags", text_of(program, "flags"));
+  fact(html, "processor", text_of(machine, "cpu"));
+  fact(html, "cores", text_of(machine, "cores"));
+  fact(html, "system", text_of(machine, "system"));
+  fact(html, "suite file", text_of(data, "suite_file"));
+  fact(html, "suite seed", text_of(data, "seed"));
+  fact(html, "instance set", text_of(data, "instance_set"));
+  html.close();
+  const std::string suite = text_of(data, "suite_text");
+  if (!suite.empty()) {
+    html.open("details").element("summary", "The suite, word for word");
+    html.open("pre").element("code", suite).close().close();
+  }
+  html.element("p",
+               "The same numbers lie beside this page: curves.csv, curves.json, instances.csv, and every step in "
+               "trials/.");
+  return html.take();
+}
+
+}  // namespace relign::report

@@ -1,0 +1,100 @@
+// The ranking for the terminal: plain text, at most 90 columns, a block per scene, noise level and protocol.
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "base/text.h"
+#include "report/escape.h"
+#include "report/loaded_results.h"
+#include "report/page_data.h"
+#include "report/report.h"
+
+namespace relign::report {
+namespace {
+
+constexpr std::size_t kMostColumns = 90;
+constexpr std::size_t kFewestNameColumns = 10;
+
+std::string padded(const std::string& text, std::size_t width, bool right) {
+  const std::size_t used = columns(text);
+  const std::string gap(used < width ? width - used : 0, ' ');
+  return right ? gap + text : text + gap;
+}
+
+std::string shown(const Json& number, int digits) {
+  return number.is_number() ? significant(number.get<double>(), digits) : "-";
+}
+
+using Cells = std::vector<std::string>;
+
+Cells row_cells(const Json& row, bool show_steps) {
+  const Json& error = row["recommended"];
+  const bool finished = error["n"] != 0;
+  Cells cells = {terminal_text(text_of(row, "method")),
+                 finished ? shown(error["median"], 3) : "-",
+                 finished && error["n"] != 1 ? "(" + shown(error["q25"], 3) + " - " + shown(error["q75"], 3) + ")" : "",
+                 finished ? shown(row["commanded"].value("median", Json()), 3) : "-",
+                 shown(row["machine_seconds"], 3),
+                 shown(row["algorithm_ms_per_step"], 2)};
+  if (show_steps) cells.push_back(std::to_string(count_of(row, "step")));
+  cells.push_back(std::to_string(count_of(row, "failed")));
+  return cells;
+}
+
+std::string group_lines(const Json& group, bool show_steps) {
+  Cells head = {"method", "error", "(quartiles)", "commanded", "machine s", "ms/step"};
+  if (show_steps) head.emplace_back("steps");
+  head.emplace_back("failed");
+  std::vector<Cells> lines = {head};
+  std::vector<std::string> marks = {""};  // behind the name, and never clipped
+  for (const Json& row : group["rows"]) {
+    lines.push_back(row_cells(row, show_steps));
+    marks.emplace_back(flag_of(row, "oracle") ? " (oracle)" : "");
+  }
+
+  std::vector<std::size_t> widths(head.size(), 0);
+  for (std::size_t k = 0; k < lines.size(); ++k)
+    for (std::size_t i = 0; i < head.size(); ++i)
+      widths[i] = std::max(widths[i], columns(lines[k][i]) + (i == 0 ? columns(marks[k]) : 0));
+
+  // Long names give way, numbers never.
+  std::size_t others = 2;
+  for (std::size_t i = 1; i < widths.size(); ++i) others += widths[i] + (i == 2 ? 1 : 2);
+  const std::size_t name_room = std::max(kFewestNameColumns, kMostColumns - std::min(kMostColumns, others));
+  widths[0] = std::min(widths[0], name_room);
+
+  const std::uint64_t instances = count_of(group, "instances");
+  std::string out = terminal_text(text_of(group, "scene")) + ", " + terminal_text(text_of(group, "noise_level")) +
+                    ", " + terminal_text(text_of(group, "protocol")) + ", " + std::to_string(instances) +
+                    (instances == 1 ? " instance" : " instances");
+  if (group["start"].is_number()) out += ", error at the start " + shown(group["start"], 3);
+  out = clipped(out, kMostColumns) + "\n";
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    const Cells& line = lines[k];
+    std::string text = "  " + padded(clipped(line[0], name_room - columns(marks[k])) + marks[k], widths[0], false);
+    for (std::size_t i = 1; i < line.size(); ++i) text += (i == 2 ? " " : "  ") + padded(line[i], widths[i], i != 2);
+    text.erase(text.find_last_not_of(' ') + 1);
+    out += text + "\n";
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string ranking_table(const std::filesystem::path& folder) {
+  const Json data = page_data(load_results(folder));
+  const Json& ran = data["ran"];
+  std::string counts = std::to_string(count_of(ran, "finished")) + " of " + std::to_string(count_of(ran, "planned")) +
+                       " trials finished";
+  if (count_of(ran, "failed") > 0) counts += ", " + std::to_string(count_of(ran, "failed")) + " failed";
+  if (data["groups"].empty()) return counts + ": nothing to rank yet.\n";
+
+  unsigned least = data["steps"].front().get<unsigned>(), most = data["steps"].back().get<unsigned>();
+  std::string out = "error: noise-free RMSE at the recommended pose after the last step, median over instances\n";
+  if (least == most) out += "steps: " + std::to_string(most) + "   ";
+  out += counts + "\n";
+  for (const Json& group : data["groups"]) out += "\n" + group_lines(group, least != most);
+  return out;
+}
+
+}  // namespace relign::report

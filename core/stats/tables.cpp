@@ -1,0 +1,102 @@
+// curves.csv, curves.json and instances.csv as text.
+#include <cmath>
+
+#include "base/text.h"
+#include "stats/curves.h"
+
+namespace relign::stats {
+namespace {
+
+std::string field(double value) { return std::isfinite(value) ? shortest(value) : ""; }
+
+std::string field(const std::optional<double>& value) { return value ? field(*value) : ""; }
+
+// RFC 4180: quoted when it must be.
+std::string field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char letter : text) {
+    if (letter == '"') quoted += '"';
+    quoted += letter;
+  }
+  return quoted + '"';
+}
+
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+}  // namespace
+
+std::string curves_csv(const std::vector<Curve>& curves) {
+  std::string csv = "scene,noise_level,protocol,algorithm,step,n";
+  for (const Track track : kTracks)
+    for (const char* column : {"_median", "_q25", "_q75", "_mean", "_lo95", "_hi95"})
+      csv += std::string(",") + track_name(track) + column;
+  csv += '\n';
+  for (const Curve& curve : curves) {
+    const std::string head = field(curve.scene) + ',' + field(curve.noise_level) + ',' + field(curve.protocol) + ',' +
+                             field(curve.algorithm) + ',';
+    for (const CurvePoint& point : curve.points) {
+      csv += head + std::to_string(point.step) + ',' + std::to_string(curve.trials);
+      for (const Quantiles& values : point.tracks)
+        csv += ',' + field(values.median) + ',' + field(values.q25) + ',' + field(values.q75) + ',' +
+               field(values.mean) + ",,";
+      csv += '\n';
+    }
+  }
+  return csv;
+}
+
+Json curves_json(const std::vector<Curve>& curves) {
+  Json list = Json::array();
+  for (const Curve& curve : curves) {
+    Json steps = Json::array();
+    for (const CurvePoint& point : curve.points) steps.push_back(point.step);
+    Json tracks = Json::object();
+    for (std::size_t track = 0; track < kTracks.size(); ++track) {
+      Json columns = {{"n", Json::array()},
+                      {"median", Json::array()},
+                      {"q25", Json::array()},
+                      {"q75", Json::array()},
+                      {"mean", Json::array()}};
+      for (const CurvePoint& point : curve.points) {
+        const Quantiles& values = point.tracks[track];
+        columns["n"].push_back(values.n);
+        columns["median"].push_back(number(values.median));
+        columns["q25"].push_back(number(values.q25));
+        columns["q75"].push_back(number(values.q75));
+        columns["mean"].push_back(number(values.mean));
+      }
+      tracks[track_name(kTracks[track])] = std::move(columns);
+    }
+    list.push_back({{"scene", curve.scene},
+                    {"noise_level", curve.noise_level},
+                    {"protocol", curve.protocol},
+                    {"algorithm", curve.algorithm},
+                    {"n", curve.trials},
+                    {"failed", curve.failed},
+                    {"step", std::move(steps)},
+                    {"tracks", std::move(tracks)}});
+  }
+  return {{"format", records::kFormat}, {"curves", std::move(list)}};
+}
+
+std::string instances_csv(const std::vector<records::TrialRecord>& trials) {
+  std::string csv = "trial,scene,noise_level,protocol,algorithm,instance,end,steps,budget";
+  for (const Track track : kTracks) csv += std::string(",") + track_name(track);
+  csv += ",machine_seconds,recommended_seconds,recommendation,message\n";
+  for (const records::TrialRecord& trial : trials) {
+    csv += trial.trial + ',' + field(trial.scene) + ',' + field(trial.noise_level) + ',' + field(trial.protocol) + ',' +
+           field(trial.algorithm) + ',' + std::to_string(trial.instance) + ',' + field(trial.end) + ',' +
+           (trial.steps.empty() ? "" : std::to_string(trial.steps.back().step)) + ',' + std::to_string(trial.budget);
+    for (const Track track : kTracks) csv += ',' + field(track_value(trial, track, trial.budget));
+    if (trial.steps.empty())
+      csv += ",,,";
+    else
+      csv += ',' + field(trial.steps.back().machine_seconds) + ',' + field(trial.steps.back().recommended_seconds) +
+             ',' + field(trial.steps.back().recommendation);
+    csv += ',' + field(trial.message) + '\n';
+  }
+  return csv;
+}
+
+}  // namespace relign::stats

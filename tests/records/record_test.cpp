@@ -1,0 +1,145 @@
+#include "records/record.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "sample_records.h"
+
+namespace relign::records {
+namespace {
+
+using testing::HasSubstr;
+
+template <class Body>
+std::string message_of(ErrorKind kind, Body&& body) {
+  try {
+    body();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), kind) << error.what();
+    return error.what();
+  }
+  ADD_FAILURE() << "no error";
+  return "";
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines(1);
+  for (const char letter : text) {
+    if (letter == '\n')
+      lines.emplace_back();
+    else
+      lines.back() += letter;
+  }
+  return lines;
+}
+
+// The examples of results/README.md, byte for byte.
+TEST(Record, IsWrittenAsTheFormatSays) {
+  TrialRecord record;
+  record.trial = "4f1c0a9b2d3e4f50";
+  record.end = "budget_spent";
+  record.budget = 30;
+  record.scene = "relign_od";
+  record.noise_level = "rho0.25";
+  record.protocol = "paper";
+  record.algorithm = record.algorithm_id = "nlopt-sbplx";
+  record.instance = 7;
+  record.instance_seed = 1234567890123456789U;
+  StepRecord step;
+  step.step = 3;
+  step.commanded_pose = step.recommended_pose = {0.5};
+  step.true_pose = step.recommended_true_pose = {0.501};
+  step.merit = step.measured = 0.041;
+  step.machine_seconds = step.recommended_seconds = 0.62;
+  step.recommendation = "own";
+  step.commanded_mse = step.recommended_mse = 2.1e-4;
+  step.commanded_mse_error = step.recommended_mse_error = 1.5e-7;
+  record.steps = {step};
+  EXPECT_EQ(to_lines(record),
+            R"({"trial":"4f1c0a9b2d3e4f50","step":3,"commanded_pose":[0.5],"true_pose":[0.501],"limits_low":0,)"
+            R"("limits_high":0,"merit":0.041,"measured":0.041,"machine_seconds":0.62,"recommended_pose":[0.5],)"
+            R"("recommendation":"own","recommended_seconds":0.62,"recommended_true_pose":[0.501],)"
+            R"("commanded_mse":0.00021,"commanded_mse_error":1.5e-07,"recommended_mse":0.00021,)"
+            R"("recommended_mse_error":1.5e-07})"
+            "\n"
+            R"({"format":1,"trial":"4f1c0a9b2d3e4f50","end":"budget_spent","steps":1,"budget":30,)"
+            R"("scene":"relign_od","noise_level":"rho0.25","protocol":"paper","algorithm":"nlopt-sbplx",)"
+            R"("algorithm_id":"nlopt-sbplx","instance":7,"instance_seed":"1234567890123456789",)"
+            R"("own_optimum_mse":null,"message":"","warnings":[]})");
+}
+
+TEST(Record, ReadsBackBitForBit) {
+  TrialRecord record = sample_trial("0123456789abcdef", 1);
+  record.message = "line one\nline \"two\"\t\xc3\xbc";
+  record.warnings = {"compass: left the working directory at /"};
+  record.has_own_optimum = true;
+  record.own_optimum_mse = -1.1102230246251565e-16;
+  record.steps[1].commanded_pose = {0.1 + 0.2, -0.0};
+  record.steps[1].limits_low = 18446744073709551615U;
+  record.steps[1].limits_high = 9223372036854775808U;
+  record.steps[1].measured = std::numeric_limits<double>::denorm_min();
+  const auto lines = lines_of(to_lines(record));
+  ASSERT_EQ(lines.size(), 3U);
+  const ReadLine step = read_trial_line(lines[1], "x:2");
+  EXPECT_FALSE(step.closing);
+  EXPECT_EQ(step.trial.trial, record.trial);
+  EXPECT_EQ(step.step.commanded_pose[0], 0.30000000000000004);
+  EXPECT_TRUE(std::signbit(step.step.commanded_pose[1]));
+  EXPECT_EQ(step.step.limits_low, record.steps[1].limits_low);
+  EXPECT_EQ(step.step.limits_high, record.steps[1].limits_high);
+  EXPECT_EQ(step.step.measured, record.steps[1].measured);
+  const ReadLine closing = read_trial_line(lines[2], "x:3");
+  ASSERT_TRUE(closing.closing);
+  EXPECT_EQ(closing.steps, 2U);
+  EXPECT_EQ(closing.trial.message, record.message);
+  EXPECT_EQ(closing.trial.warnings, record.warnings);
+  EXPECT_EQ(closing.trial.instance_seed, record.instance_seed);
+  EXPECT_TRUE(closing.trial.has_own_optimum);
+  EXPECT_EQ(closing.trial.own_optimum_mse, record.own_optimum_mse);
+}
+
+TEST(Record, WhatIsNotFiniteIsNullAndReadsAsNaN) {
+  TrialRecord record = sample_trial("0123456789abcdef", 0);
+  record.steps[0].merit = std::numeric_limits<double>::infinity();
+  record.steps[0].true_pose = {std::numeric_limits<double>::quiet_NaN(), 1};
+  const auto lines = lines_of(to_lines(record));
+  EXPECT_THAT(lines[0], HasSubstr("\"merit\":null"));
+  EXPECT_THAT(lines[0], HasSubstr("\"true_pose\":[null,1]"));
+  const StepRecord step = read_trial_line(lines[0], "x:1").step;
+  EXPECT_TRUE(std::isnan(step.merit));
+  EXPECT_TRUE(std::isnan(step.true_pose[0]));
+  EXPECT_EQ(step.true_pose[1], 1);
+}
+
+TEST(Record, AMessageThatIsNoUtf8IsStillWritten) {
+  TrialRecord record = sample_trial("0123456789abcdef", 0);
+  record.message = "bad \xff byte";
+  const auto lines = lines_of(to_lines(record));
+  EXPECT_THAT(read_trial_line(lines[1], "x").trial.message, HasSubstr("bad"));
+}
+
+TEST(Record, NewerFormatsAndDamageAreRefusedWithThePlace) {
+  std::string closing = lines_of(to_lines(sample_trial("0123456789abcdef", 0)))[1];
+  closing.replace(closing.find(":1,"), 3, ":2,");
+  EXPECT_THAT(message_of(ErrorKind::bad_input, [&] { read_trial_line(closing, "trials/0000.jsonl:7"); }),
+              testing::AllOf(testing::StartsWith("trials/0000.jsonl:7"), HasSubstr("newer")));
+  EXPECT_THAT(message_of(ErrorKind::bad_input, [] { read_trial_line("{\"trial\":\"a\",\"st", "f:1"); }),
+              testing::StartsWith("f:1: the line is damaged"));
+  EXPECT_THAT(message_of(ErrorKind::bad_input, [] { read_trial_line("{\"trial\":\"a\",\"step\":1}", "f:1"); }),
+              HasSubstr("commanded_pose"));
+}
+
+TEST(Times, ReadBack) {
+  const TrialTimes times = read_times_line(to_line(sample_times("0123456789abcdef")), "x:1");
+  EXPECT_EQ(times.trial, "0123456789abcdef");
+  EXPECT_THAT(times.algorithm_seconds, testing::ElementsAre(0.25, 0.25, 0.25));
+  EXPECT_THAT(times.simulation_seconds, testing::ElementsAre(0.5, 0.5, 0.5));
+  EXPECT_THAT(times.truth_seconds, testing::ElementsAre(1, 1, 1));
+  EXPECT_EQ(times.plugins.noise_level, "b2");
+}
+
+}  // namespace
+}  // namespace relign::records

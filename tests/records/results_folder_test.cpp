@@ -1,0 +1,284 @@
+#include "records/results_folder.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+#include <thread>
+
+#include "base/files.h"
+#include "sample_records.h"
+
+namespace relign::records {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+class ResultsFolderTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("relign-results-" + std::to_string(::getpid()));
+    fs::remove_all(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  static void add(ResultsWriter& writer, std::size_t place, const std::string& id) {
+    writer.append(place, sample_trial(id), sample_times(id));
+  }
+  void add_text(const fs::path& file, const std::string& text) {
+    std::ofstream(folder_ / file, std::ios::app | std::ios::binary) << text;
+  }
+  std::string bytes(const fs::path& file) { return read_file(folder_ / file); }
+  std::vector<std::string> trials() {
+    std::vector<std::string> ids;
+    for (const TrialRecord& record : read_trials(folder_)) ids.push_back(record.trial);
+    return ids;
+  }
+  template <class Body>
+  static std::string message_of(ErrorKind kind, Body&& body) {
+    try {
+      body();
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), kind) << error.what();
+      return error.what();
+    }
+    ADD_FAILURE() << "no error";
+    return "";
+  }
+  fs::path folder_;
+};
+
+TEST_F(ResultsFolderTest, WritesAndReadsTrials) {
+  ResultsWriter writer(folder_);
+  writer.write_manifest({{"format", 1}});
+  add(writer, 0, "aa");
+  add(writer, 1000, "bb");
+  EXPECT_TRUE(fs::exists(folder_ / "trials" / "0001.jsonl"));
+  const auto read = read_trials(folder_);
+  ASSERT_EQ(read.size(), 2U);
+  EXPECT_EQ(to_lines(read[1]), to_lines(sample_trial("bb")));
+  EXPECT_THAT(writer.finished_trials(), ElementsAre("aa", "bb"));
+  EXPECT_EQ(writer.finished().at("aa").plugins.algorithm, "c3");
+  ASSERT_EQ(read_times(folder_).size(), 2U);
+  EXPECT_EQ(read_times(folder_)[1].trial, "bb");
+}
+
+TEST_F(ResultsFolderTest, ThreadsMayAppendAtOnce) {
+  ResultsWriter writer(folder_);
+  writer.write_manifest({{"format", 1}});
+  std::vector<std::thread> threads;
+  for (int thread = 0; thread < 4; ++thread)
+    threads.emplace_back([&writer, thread] {
+      for (int number = 0; number < 25; ++number)
+        add(writer, static_cast<std::size_t>(number), std::to_string(thread) + "-" + std::to_string(number));
+    });
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(trials().size(), 100U);
+}
+
+// Cut at every byte of the second trial's block: the first trial stays whole, the second is no result, and
+// running it again gives the bytes of a run that was never cut.
+TEST_F(ResultsFolderTest, AHalfWrittenTailIsNoResult) {
+  std::string whole;
+  {
+    ResultsWriter writer(folder_);
+    writer.write_manifest({{"format", 1}});
+    add(writer, 0, "aa");
+    whole = bytes("trials/0000.jsonl");
+    add(writer, 1, "bb");
+  }
+  const std::string both = bytes("trials/0000.jsonl");
+  const std::string both_times = bytes("times/0000.jsonl");
+  for (std::size_t size = whole.size() + 1; size < both.size(); size += 97) {
+    write_file_atomically(folder_ / "trials/0000.jsonl", both.substr(0, size));
+    EXPECT_THAT(trials(), ElementsAre("aa"));
+    ResultsWriter writer(folder_);
+    EXPECT_EQ(writer.repaired(), 1U);
+    EXPECT_THAT(writer.finished_trials(), ElementsAre("aa"));
+    EXPECT_EQ(bytes("trials/0000.jsonl"), whole);
+    add(writer, 1, "bb");
+    writer.finish({"aa", "bb"});
+    EXPECT_EQ(bytes("trials/0000.jsonl"), both);
+    EXPECT_EQ(bytes("times/0000.jsonl"), both_times);
+  }
+  // The last byte is the newline: without it the block is not known to be whole.
+  write_file_atomically(folder_ / "trials/0000.jsonl", both.substr(0, both.size() - 1));
+  EXPECT_THAT(ResultsWriter(folder_).finished_trials(), ElementsAre("aa"));
+}
+
+TEST_F(ResultsFolderTest, ReaderNamesIncompleteTrials) {
+  {
+    ResultsWriter writer(folder_);
+    writer.write_manifest({{"format", 1}});
+    add(writer, 0, "aa");
+  }
+  add_text("trials/0000.jsonl", to_lines(sample_trial("bb")).substr(0, 700));
+  std::vector<std::string> incomplete;
+  EXPECT_EQ(read_trials(folder_, [&](const std::string& trial) { incomplete.push_back(trial); }).size(), 1U);
+  EXPECT_THAT(incomplete, ElementsAre("bb"));
+}
+
+TEST_F(ResultsFolderTest, DamageInTheMiddleIsAnErrorWithItsLine) {
+  {
+    ResultsWriter writer(folder_);
+    writer.write_manifest({{"format", 1}});
+    add(writer, 0, "aa");
+  }
+  add_text("trials/0000.jsonl", "what is this\n" + to_lines(sample_trial("bb")) + "\n");
+  EXPECT_THAT(message_of(ErrorKind::bad_input, [&] { read_trials(folder_); }), HasSubstr("0000.jsonl:5"));
+  // A step line that got lost.
+  std::string lines = to_lines(sample_trial("aa")) + "\n";
+  lines.erase(lines.find('\n') + 1, lines.find('\n', lines.find('\n') + 1) - lines.find('\n'));
+  write_file_atomically(folder_ / "trials/0000.jsonl", lines);
+  EXPECT_THAT(message_of(ErrorKind::bad_input, [&] { read_trials(folder_); }),
+              HasSubstr("trial aa has 2 step lines where its closing line says 3"));
+}
+
+TEST_F(ResultsFolderTest, FinishBringsThePlansOrder) {
+  const std::vector<std::string> order = {"aa", "bb", "cc", "dd"};
+  {
+    ResultsWriter writer(folder_ / "one");
+    writer.write_manifest({{"format", 1}});
+    for (const std::size_t place : {0U, 1U, 2U}) add(writer, place, order[place]);
+    writer.finish(order);
+  }
+  {
+    ResultsWriter writer(folder_ / "two");
+    writer.write_manifest({{"format", 1}});
+    add(writer, 2000, "zz");  // of an earlier form of the suite
+    for (const std::size_t place : {2U, 0U, 1U}) add(writer, place, order[place]);
+    writer.finish(order);
+    const std::string sorted = bytes("two/trials/0000.jsonl");
+    EXPECT_EQ(sorted.substr(0, bytes("one/trials/0000.jsonl").size()), bytes("one/trials/0000.jsonl"));
+    EXPECT_THAT(writer.finished_trials(), ElementsAre("aa", "bb", "cc", "zz"));
+    writer.drop({"zz"});
+    writer.finish(order);
+  }
+  EXPECT_EQ(bytes("one/trials/0000.jsonl"), bytes("two/trials/0000.jsonl"));
+  EXPECT_EQ(bytes("one/times/0000.jsonl"), bytes("two/times/0000.jsonl"));
+  for (const char* name : {"trials.new", "trials.old", "times.new", "times.old", ".lock"})
+    EXPECT_FALSE(fs::exists(folder_ / "two" / name)) << name;
+}
+
+TEST_F(ResultsFolderTest, ACrashWhileFinishingLosesNothing) {
+  {
+    ResultsWriter writer(folder_);
+    writer.write_manifest({{"format", 1}});
+    add(writer, 0, "aa");
+  }
+  const std::string before = bytes("trials/0000.jsonl");
+  // Between the two moves.
+  fs::rename(folder_ / "trials", folder_ / "trials.old");
+  fs::create_directories(folder_ / "trials.new");
+  write_file_atomically(folder_ / "trials.new/0000.jsonl", before);
+  EXPECT_THAT(ResultsWriter(folder_).finished_trials(), ElementsAre("aa"));
+  // Before them: trials.new may be half done.
+  fs::create_directories(folder_ / "trials.new");
+  EXPECT_THAT(ResultsWriter(folder_).finished_trials(), ElementsAre("aa"));
+  EXPECT_FALSE(fs::exists(folder_ / "trials.new"));
+  EXPECT_FALSE(fs::exists(folder_ / "trials.old"));
+}
+
+TEST_F(ResultsFolderTest, DroppedTrialsAreGoneAndComeAgain) {
+  ResultsWriter writer(folder_);
+  writer.write_manifest({{"format", 1}});
+  for (const char* id : {"aa", "bb", "cc"}) add(writer, 0, id);
+  writer.drop({"aa", "cc"});
+  EXPECT_THAT(trials(), ElementsAre("bb"));
+  EXPECT_THAT(writer.finished_trials(), ElementsAre("bb"));
+  EXPECT_EQ(read_times(folder_).size(), 1U);
+  add(writer, 0, "aa");
+  EXPECT_THAT(trials(), ElementsAre("bb", "aa"));
+}
+
+TEST_F(ResultsFolderTest, PlannedTrialsFollowTheManifest) {
+  ResultsWriter writer(folder_);
+  for (const char* id : {"aa", "bb", "cc"}) add(writer, 0, id);
+  writer.write_manifest({{"format", 1}, {"order", {"cc", "missing", "aa"}}});
+  std::vector<std::string> ids;
+  for (const TrialRecord& record : read_planned_trials(folder_)) ids.push_back(record.trial);
+  EXPECT_THAT(ids, ElementsAre("cc", "aa"));
+}
+
+TEST_F(ResultsFolderTest, TwoWritersAtOnceAreRefused) {
+  {
+    ResultsWriter writer(folder_);
+    writer.write_manifest({{"format", 1}});
+    EXPECT_THAT(message_of(ErrorKind::io, [&] { ResultsWriter second(folder_); }), HasSubstr("another run is writing"));
+    add(writer, 0, "aa");
+  }
+  ResultsWriter after(folder_);
+  EXPECT_THAT(after.finished_trials(), ElementsAre("aa"));
+}
+
+TEST_F(ResultsFolderTest, ForeignFoldersAreLeftAlone) {
+  write_file_atomically(folder_ / "thesis.tex", "years of work");
+  EXPECT_THAT(message_of(ErrorKind::bad_input, [&] { ResultsWriter writer(folder_); }),
+              testing::AllOf(HasSubstr("no results folder"), HasSubstr("thesis.tex")));
+  EXPECT_FALSE(fs::exists(folder_ / "trials"));
+  // Somebody else's manifest.json.
+  write_file_atomically(folder_ / "manifest.json", "{\"name\": \"web page\"}");
+  EXPECT_THAT(message_of(ErrorKind::bad_input, [&] { ResultsWriter writer(folder_); }),
+              HasSubstr("does not name its format"));
+  write_file_atomically(folder_ / "manifest.json", "{\"form");
+  EXPECT_THAT(message_of(ErrorKind::bad_input, [&] { ResultsWriter writer(folder_); }), HasSubstr("damaged"));
+}
+
+TEST_F(ResultsFolderTest, NewerFormatsAreRefused) {
+  write_file_atomically(folder_ / "manifest.json", "{\"format\": 2}");
+  EXPECT_THAT(message_of(ErrorKind::bad_input, [&] { ResultsWriter writer(folder_); }), HasSubstr("newer"));
+  EXPECT_THAT(message_of(ErrorKind::bad_input, [&] { read_trials(folder_); }), HasSubstr("newer"));
+  EXPECT_FALSE(fs::exists(folder_ / "trials"));
+}
+
+TEST_F(ResultsFolderTest, FoldersThatCannotBeWrittenAreNamed) {
+  write_file_atomically(folder_ / "file", "");
+  EXPECT_THAT(message_of(ErrorKind::io, [&] { ResultsWriter writer(folder_ / "file"); }), HasSubstr("file"));
+  EXPECT_THAT(message_of(ErrorKind::io, [&] { ResultsWriter writer(folder_ / "file" / "below"); }), HasSubstr("below"));
+  // A file system that nobody can write, not even root.
+  EXPECT_THAT(message_of(ErrorKind::io, [] { ResultsWriter writer("/proc/relign-results"); }),
+              HasSubstr("/proc/relign-results"));
+  EXPECT_THAT(message_of(ErrorKind::io, [&] { read_trials(folder_ / "missing"); }), HasSubstr("no such folder"));
+}
+
+// A limit on the size of files acts like a full disk: the write stops in the middle of a block.
+TEST_F(ResultsFolderTest, AFullDiskLeavesNoHalfTrial) {
+  ResultsWriter writer(folder_);
+  writer.write_manifest({{"format", 1}});
+  add(writer, 0, "aa");
+  const std::string before = bytes("trials/0000.jsonl");
+  const std::string times_before = bytes("times/0000.jsonl");
+  rlimit old{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &old), 0);
+  void (*old_handler)(int) = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit low = old;
+  low.rlim_cur = before.size() + 500;
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &low), 0);
+  const std::string message = message_of(ErrorKind::io, [&] { add(writer, 1, "bb"); });
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &old), 0);
+  std::signal(SIGXFSZ, old_handler);
+  EXPECT_THAT(message, HasSubstr("cannot write"));
+  EXPECT_EQ(bytes("trials/0000.jsonl"), before);
+  EXPECT_EQ(bytes("times/0000.jsonl"), times_before);
+  EXPECT_THAT(writer.finished_trials(), ElementsAre("aa"));
+  add(writer, 1, "bb");  // room again
+  EXPECT_THAT(trials(), ElementsAre("aa", "bb"));
+}
+
+// A device that is always full, in place of the file.
+TEST_F(ResultsFolderTest, AFullDeviceIsAnError) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "this system has no /dev/full";
+  ResultsWriter writer(folder_);
+  fs::create_symlink("/dev/full", folder_ / "times" / "0000.jsonl");
+  EXPECT_THAT(message_of(ErrorKind::io, [&] { add(writer, 0, "aa"); }), HasSubstr("No space left"));
+  EXPECT_TRUE(writer.finished_trials().empty());
+  fs::remove(folder_ / "times" / "0000.jsonl");
+}
+
+}  // namespace
+}  // namespace relign::records

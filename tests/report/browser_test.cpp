@@ -1,0 +1,179 @@
+// The page in a real browser (Debian and Ubuntu: chromium), skipped where there is none.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <regex>
+#include <set>
+
+#include "base/files.h"
+#include "report/made_results.h"
+#include "report/report.h"
+
+namespace relign::report {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::Not;
+
+struct Seen {
+  std::string dom;
+  std::string root;     // the start tag of <html>, where the page says what it did
+  std::string console;  // one line a message: errors, and refusals by the page's policy
+};
+
+class Browser : public MadeResults {
+ protected:
+  void SetUp() override {
+    MadeResults::SetUp();
+    if (std::system("command -v chromium >/dev/null 2>&1") != 0)
+      GTEST_SKIP() << "chromium is not installed, so nobody has seen the page drawn";
+  }
+
+  Seen open(const std::string& page) {
+    write_file_atomically(folder_ / "page.html", page);
+    // The proxy leads nowhere: neither page nor browser reaches a network.
+    const std::string command =
+        "timeout 60 chromium --headless=new --no-sandbox --disable-gpu --no-first-run "
+        "--disable-background-networking --disable-component-update --proxy-server=127.0.0.1:9 "
+        "--user-data-dir='" +
+        (folder_ / "profile").string() +
+        "' --window-size=1280,900 --virtual-time-budget=10000 --enable-logging=stderr --dump-dom 'file://" +
+        (folder_ / "page.html").string() + "' >'" + (folder_ / "dom").string() + "' 2>'" + (folder_ / "log").string() +
+        "'";
+    EXPECT_EQ(std::system(command.c_str()), 0) << read_file(folder_ / "log");
+    Seen seen;
+    seen.dom = read_file(folder_ / "dom");
+    const std::size_t root = seen.dom.find("<html");
+    if (root != std::string::npos) seen.root = seen.dom.substr(root, seen.dom.find("<head", root) - root);
+    const std::string log = read_file(folder_ / "log");
+    const std::regex message("[^\n]*CONSOLE[^\n]*\n");
+    for (std::sregex_iterator it(log.begin(), log.end(), message), end; it != end; ++it) seen.console += it->str();
+    return seen;
+  }
+
+  // The page with one more script. The policy would refuse it, so the policy goes.
+  static std::string acting(std::string page, const std::string& script) {
+    page = std::regex_replace(page, std::regex("<meta http-equiv[^>]*>"), "");
+    page.insert(page.rfind("</body>"), "<script>{" + script + "}</script>");
+    return page;
+  }
+
+  static std::size_t count(const std::string& text, const std::string& part) {
+    std::size_t found = 0;
+    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
+    return found;
+  }
+
+  std::vector<records::TrialRecord> two_levels() {
+    std::vector<records::TrialRecord> trials;
+    for (const char* level : {"rho0", "rho0.5"})
+      for (std::uint64_t i = 0; i < 3; ++i) {
+        const double more = 0.01 * static_cast<double>(i);
+        trials.push_back(trial("slow", i, {0.1 + more, 0.09 + more, 0.08 + more}, level));
+        trials.push_back(trial(kHostile, i, {0.1 + more, 0.05 + more, 0.02 + more}, level));
+      }
+    return trials;
+  }
+};
+
+TEST_F(Browser, DrawsTheCurvesWithoutErrorOrRequest) {
+  write(two_levels());
+  const Seen seen = open(html_report(folder_));
+  EXPECT_THAT(seen.root, HasSubstr("data-curves=\"2\""));
+  EXPECT_EQ(count(seen.dom, "<canvas"), 4u) << "dygraphs draws each chart on two";
+  EXPECT_EQ(seen.console, "");
+  EXPECT_EQ(count(seen.dom, "<img"), 0u) << "the hostile name stayed text in legend and charts, too";
+  EXPECT_EQ(count(seen.dom, "<input type=\"checkbox\""), 3u) << "bands and two methods";
+}
+
+// Without this, the test above could not fail.
+TEST_F(Browser, ItsPolicyRefusesWhatSlipsInAndThatIsSeen) {
+  write(two_levels());
+  std::string page = html_report(folder_);
+  page.insert(page.rfind("</body>"),
+              "<img src=\"http://127.0.0.1:9/x.png\"><script>document.documentElement.dataset.owned = '1'</script>");
+  const Seen seen = open(page);
+  EXPECT_THAT(seen.console, HasSubstr("img-src"));
+  EXPECT_THAT(seen.console, HasSubstr("script-src"));
+  EXPECT_THAT(seen.root, Not(HasSubstr("data-owned")));
+}
+
+TEST_F(Browser, ControlsSortSwitchTracksAndHideMethods) {
+  write(two_levels());
+  const Seen seen = open(acting(html_report(folder_), R"(
+      const out = document.documentElement.dataset, by = (id) => document.getElementById(id);
+      const change = (element, value) => { element.value = value; element.dispatchEvent(new Event('change')); };
+      const canvases = document.querySelectorAll('.chart canvas');
+      const drawn = () => canvases[0].toDataURL(), overlay = () => canvases[1].toDataURL();
+      const firsts = () => [...document.querySelectorAll('.ranking tbody')].map((b) => b.rows[1].cells[0].textContent.slice(0, 4)).join();
+      out.firstBefore = firsts();
+      document.querySelectorAll('.ranking thead button')[1].click();
+      document.querySelectorAll('.ranking thead button')[1].click();
+      out.firstAfter = firsts();
+      by('bands').click();
+      const all = drawn();
+      by('none').click();
+      const none = drawn();
+      by('all').click();
+      out.inkChanges = String(none !== all && drawn() === all);
+      const labels = () => [...document.querySelectorAll('.dygraph-axis-label-y')].map((l) => l.textContent).join();
+      const log = labels();
+      change(by('scale'), 'linear');
+      out.axisChanges = String(labels() !== log && labels().startsWith('0,'));
+      const before = labels();
+      change(by('track'), 'measured');
+      out.trackChanges = String(labels() !== before);
+      const calm = overlay();
+      document.querySelectorAll('#legend li')[1].dispatchEvent(new Event('mouseenter'));
+      out.highlights = String(overlay() !== calm);)"));
+  EXPECT_EQ(seen.console, "");
+  EXPECT_THAT(seen.root, HasSubstr("data-first-before=\"&quot;&gt;&lt;i,&quot;&gt;&lt;i\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-first-after=\"slow,slow\"")) << "descending by error";
+  EXPECT_THAT(seen.root, HasSubstr("data-ink-changes=\"true\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-axis-changes=\"true\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-track-changes=\"true\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-highlights=\"true\""));
+}
+
+TEST_F(Browser, ManyMethodsOneMethodAndNone) {
+  std::vector<records::TrialRecord> trials;
+  for (int method = 0; method < 40; ++method)
+    trials.push_back(trial("method-" + std::to_string(method), 0, {0.1, 0.1 / (method + 2)}));
+  write(trials);
+  Seen seen = open(html_report(folder_));
+  EXPECT_THAT(seen.root, HasSubstr("data-curves=\"1\""));
+  EXPECT_EQ(seen.console, "");
+  // Colour and dash together tell all forty apart.
+  std::set<std::string> swatches;
+  const std::regex line("<line[^>]*y1=\"5\"[^>]*>");
+  for (std::sregex_iterator it(seen.dom.begin(), seen.dom.end(), line), end; it != end; ++it)
+    swatches.insert(it->str());
+  EXPECT_EQ(swatches.size(), 40u);
+
+  fs::remove_all(folder_);
+  records::TrialRecord failed = trial("broken", 0, {0.1});
+  failed.end = "failed";
+  write({failed});
+  seen = open(html_report(folder_));
+  EXPECT_THAT(seen.root, HasSubstr("data-curves=\"0\""));
+  EXPECT_GT(count(seen.dom, ">No trial ended well"), 0u);
+  EXPECT_EQ(seen.console, "");
+}
+
+TEST_F(Browser, ManyChartsAreDrawnWhenTheyComeNear) {
+  std::vector<records::TrialRecord> trials;
+  for (int level = 0; level < 30; ++level)
+    trials.push_back(trial("a", 0, {0.1, 0.05}, "level" + std::to_string(level)));
+  write(trials);
+  const Seen seen = open(acting(html_report(folder_), "window.scrollTo(0, document.body.scrollHeight);"));
+  std::smatch drawn;
+  ASSERT_TRUE(std::regex_search(seen.root, drawn, std::regex("data-curves=\"(\\d+)\"")));
+  EXPECT_GT(std::stoi(drawn[1]), 0);
+  EXPECT_LT(std::stoi(drawn[1]), 30);
+  EXPECT_EQ(seen.console, "");
+}
+
+}  // namespace
+}  // namespace relign::report

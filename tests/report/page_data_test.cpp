@@ -1,0 +1,203 @@
+#include "report/page_data.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "report/made_results.h"
+#include "report/report.h"
+
+namespace relign::report {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::Not;
+
+const fs::path kGolden = fs::path(RELIGN_TEST_DATA) / "report";
+
+std::string all_text(const Json& list) {
+  std::string text;
+  for (const Json& item : list)
+    text += (item.is_string() ? item.get<std::string>() : item["text"].get<std::string>()) + "\n";
+  return text;
+}
+
+// The approved data of a small folder. After a wanted change, look at the difference and copy the
+// file that the failure names.
+TEST(PageData, MatchesTheApprovedOne) {
+  const Json data = page_data(load_results(kGolden / "small"));
+  const Json approved = Json::parse(read_file(kGolden / "page_data.json"));
+  if (data != approved) {
+    const fs::path received = fs::temp_directory_path() / "page_data.received.json";
+    write_file_atomically(received, data.dump(1) + "\n");
+    ADD_FAILURE() << Json::diff(approved, data).dump(1) << "\nreceived: " << received;
+  }
+}
+
+// The same folder by hand: medians and quartiles of three round numbers.
+TEST(PageData, NumbersAreThoseOfTheTrials) {
+  const Json data = page_data(load_results(kGolden / "small"));
+  ASSERT_EQ(data["groups"].size(), 2u);
+  const Json& rho0 = data["groups"][0];
+  EXPECT_EQ(rho0["instances"], 3);
+  EXPECT_DOUBLE_EQ(rho0["start"].get<double>(), 0.08) << "median of 0.08, 0.06 and 0.1";
+  EXPECT_EQ(rho0["rows"][0]["method"], "home");
+  EXPECT_EQ(rho0["rows"][0]["oracle"], true);
+  const Json& compass = rho0["rows"][1];
+  EXPECT_EQ(compass["method"], "compass");
+  EXPECT_DOUBLE_EQ(compass["recommended"]["median"].get<double>(), 0.02) << "of 0.02, 0.01, 0.04";
+  EXPECT_DOUBLE_EQ(compass["recommended"]["q25"].get<double>(), 0.015);
+  EXPECT_DOUBLE_EQ(compass["recommended"]["q75"].get<double>(), 0.03);
+  EXPECT_DOUBLE_EQ(compass["machine_seconds"].get<double>(), 0.625) << "with the move to the recommendation";
+  const Json& track = rho0["curves"][1]["tracks"]["commanded"]["median"];
+  EXPECT_EQ(track.size(), 3u);
+  EXPECT_DOUBLE_EQ(track[2].get<double>(), 0.03) << "of 0.03, 0.02, 0.05";
+  EXPECT_FALSE(rho0["curves"][1]["tracks"].contains("excess")) << "no own optimum, no excess";
+}
+
+TEST(PageData, CountsWhatRanAndNamesWhatDidNot) {
+  const Json data = page_data(load_results(kGolden / "small"));
+  const Json expected = {{"planned", 15}, {"finished", 12},        {"failed", 1},
+                         {"missing", 2},  {"from_other_plans", 0}, {"incomplete", {"00000000000000ad"}}};
+  EXPECT_EQ(data["ran"], expected);
+  ASSERT_EQ(data["failures"].size(), 1u);
+  EXPECT_EQ(data["failures"][0]["message"], "the stride became <NaN> & stayed so");
+  EXPECT_EQ(data["failures"][0]["trials"][0]["steps"], 1);
+  ASSERT_EQ(data["warnings"].size(), 1u);
+  EXPECT_EQ(data["warnings"][0]["count"], 2);
+}
+
+TEST(PageData, TheVerdictIsHonest) {
+  const Json data = page_data(load_results(kGolden / "small"));
+  EXPECT_EQ(data["verdict"][0]["best"], "compass") << "an oracle cannot win";
+  EXPECT_THAT(all_text(data["verdict"]), HasSubstr("home, which is told the design pose, reaches 0.00400"));
+  EXPECT_THAT(all_text(data["verdict"]), HasSubstr("1 of its 3 trials failed"));
+  const std::string beware = all_text(data["beware"]);
+  EXPECT_THAT(beware, HasSubstr("not confidence intervals"));
+  EXPECT_THAT(beware, HasSubstr("2 trials of 15 not finished"));
+  EXPECT_THAT(beware, HasSubstr("home is an oracle"));
+  EXPECT_THAT(beware, HasSubstr("Not every method has finished the same instances"));
+}
+
+class Verdict : public MadeResults {
+ protected:
+  Json data() { return page_data(load_results(folder_)); }
+};
+
+TEST_F(Verdict, SaysWhetherQuartilesOverlapAndWhenMethodsAreLevel) {
+  write({trial("a", 0, {0.1, 0.010}), trial("a", 1, {0.1, 0.012}), trial("b", 0, {0.1, 0.020}),
+         trial("b", 1, {0.1, 0.022}), trial("a", 0, {0.1, 0.0111}, "rho1"), trial("a", 1, {0.1, 0.013}, "rho1"),
+         trial("b", 0, {0.1, 0.0111}, "rho1"), trial("b", 1, {0.1, 0.013}, "rho1")});
+  const Json verdict = data()["verdict"];
+  EXPECT_EQ(
+      verdict[0]["text"],
+      "a ends with the lowest median error, 0.0110 over 2 instances (quartiles 0.0105 to 0.0115); at the start it "
+      "was 0.100. Next is b with 0.0210; their quartile ranges do not overlap.");
+  EXPECT_THAT(verdict[1]["text"].get<std::string>(), HasSubstr("b ends level with it; their quartile ranges overlap."));
+}
+
+TEST_F(Verdict, OneInstanceClaimsNothing) {
+  write({trial("a", 0, {0.1, 0.01}), trial("b", 0, {0.1, 0.02})});
+  EXPECT_THAT(all_text(data()["verdict"]), HasSubstr("on its only instance"));
+  EXPECT_THAT(all_text(data()["verdict"]), Not(HasSubstr("quartile")));
+  EXPECT_THAT(all_text(data()["beware"]), HasSubstr("A single instance"));
+}
+
+TEST_F(Verdict, FailuresAloneRankNobody) {
+  records::TrialRecord failed = trial("a", 0, {0.1});
+  failed.end = "failed";
+  failed.message = "no";
+  write({failed});
+  EXPECT_EQ(data()["verdict"][0]["text"], "every trial failed; nothing can be ranked.");
+  EXPECT_EQ(data()["verdict"][0]["best"], "");
+}
+
+TEST_F(Verdict, TrialsWithoutTruthRankNobody) {
+  records::TrialRecord station = trial("a", 0, {0.1, 0.05});
+  for (records::StepRecord& step : station.steps)
+    step.commanded_mse = step.recommended_mse = std::numeric_limits<double>::quiet_NaN();
+  write({station});
+  EXPECT_THAT(all_text(data()["verdict"]), HasSubstr("no noise-free error was recorded"));
+  EXPECT_TRUE(data()["groups"][0]["curves"][0]["tracks"].contains("measured"));
+  EXPECT_FALSE(data()["groups"][0]["curves"][0]["tracks"].contains("recommended"));
+}
+
+TEST_F(Verdict, EqualFailuresAreOneLine) {
+  std::vector<records::TrialRecord> trials;
+  for (std::uint64_t i = 0; i < 20; ++i) {
+    trials.push_back(trial("a", i, {0.1}));
+    trials.back().end = "failed";
+    trials.back().message = i % 2 == 0 ? "even" : "odd";
+  }
+  write(trials);
+  const Json failures = data()["failures"];
+  ASSERT_EQ(failures.size(), 2u);
+  EXPECT_EQ(failures[0]["count"], 10);
+  EXPECT_EQ(failures[0]["trials"].size(), 5u);
+}
+
+TEST_F(Verdict, LeavesTrialsOfAnEarlierPlanOut) {
+  write({trial("old", 0, {0.1, 0.001})});
+  {
+    const Json manifest = Json::parse(read_file(folder_ / "manifest.json"));
+    Json changed = manifest;
+    changed["order"] = {"0000000000000001"};
+    changed["trials"] = 1;
+    write_file_atomically(folder_ / "manifest.json", changed.dump());
+  }
+  EXPECT_EQ(data()["ran"]["from_other_plans"], 1);
+  EXPECT_TRUE(data()["groups"].empty());
+}
+
+TEST_F(Verdict, FoldersWithoutResultsAreRefusedWithAWord) {
+  const auto message = [&](const fs::path& folder) {
+    try {
+      page_data(load_results(folder));
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string("(no error)");
+  };
+  EXPECT_THAT(message(folder_ / "missing"), HasSubstr("no such folder"));
+  EXPECT_THAT(message(folder_), HasSubstr("holds no results"));
+  write_file_atomically(folder_ / "manifest.json", "{\"format\": 99}");
+  EXPECT_THAT(message(folder_), HasSubstr("newer"));
+  write_file_atomically(folder_ / "manifest.json", "{\"format\": 1,");
+  EXPECT_THAT(message(folder_), HasSubstr("manifest.json:1:"));
+  write_file_atomically(folder_ / "manifest.json", "[]");
+  EXPECT_THAT(message(folder_), HasSubstr("manifest.json"));
+}
+
+TEST_F(Verdict, ADamagedManifestCostsItsFactsOnly) {
+  write({trial("a", 0, {0.1, 0.05})});
+  Json manifest = Json::parse(read_file(folder_ / "manifest.json"));
+  for (const char* key : {"suite_name", "suite", "program", "machine", "algorithms", "command", "seed"})
+    manifest[key] = Json::array({1, nullptr, {{"name", 3}}});
+  write_file_atomically(folder_ / "manifest.json", manifest.dump());
+  EXPECT_EQ(data()["groups"][0]["rows"][0]["method"], "a");
+  EXPECT_NO_THROW(html_report(folder_));
+}
+
+TEST_F(Verdict, TablesAreWritten) {
+  write({trial("a", 0, {0.1, 0.05})});
+  write_tables(folder_);
+  EXPECT_THAT(read_file(folder_ / "curves.csv"), HasSubstr("relign_od,rho0,paper,a,1,1,"));
+  EXPECT_FALSE(Json::parse(read_file(folder_ / "curves.json")).empty());
+  EXPECT_THAT(read_file(folder_ / "instances.csv"), HasSubstr("relign_od"));
+}
+
+TEST(Rounded, KeepsTheDigitsAskedFor) {
+  EXPECT_EQ(rounded(0.0123456789, 5), 0.012346);
+  EXPECT_EQ(rounded(123456.0, 3), 123000.0);
+  EXPECT_EQ(rounded(0, 5), 0);
+  EXPECT_TRUE(std::isnan(rounded(std::numeric_limits<double>::quiet_NaN(), 5)));
+}
+
+}  // namespace
+}  // namespace relign::report

@@ -1,0 +1,155 @@
+// The page as text: escaping, policy, missing parts, size. What a browser makes of it: browser_test.cpp.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <regex>
+
+#include "base/files.h"
+#include "report/made_results.h"
+#include "report/report.h"
+
+namespace relign::report {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::Not;
+
+// The page without what we bring ourselves, which may hold any characters.
+std::string without_scripts_and_styles(std::string page) {
+  for (const char* tag : {"script", "style"}) {
+    const std::string open = std::string("<") + tag, close = std::string("</") + tag + ">";
+    for (std::size_t at = page.find(open); at != std::string::npos; at = page.find(open, at)) {
+      const std::size_t end = page.find(close, at);
+      if (end == std::string::npos) break;
+      page.erase(at, end + close.size() - at);
+    }
+  }
+  return page;
+}
+
+std::size_t count(const std::string& text, const std::string& part) {
+  std::size_t found = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
+  return found;
+}
+
+using Page = MadeResults;
+
+TEST_F(Page, HostileTextStaysTextEverywhere) {
+  records::TrialRecord failed = trial(kHostile, 1, {0.1}, kHostile);
+  failed.end = "failed";
+  failed.message = failed.scene = failed.protocol = failed.algorithm_id = kHostile;
+  records::TrialRecord warned = trial(kHostile, 2, {0.1, 0.05}, kHostile);
+  warned.warnings = {kHostile};
+  warned.scene = failed.scene;
+  warned.protocol = failed.protocol;
+  write({trial(kHostile, 0, {0.1, 0.05}, kHostile), failed, warned}, kHostile);
+  Json manifest = Json::parse(read_file(folder_ / "manifest.json"));
+  for (const char* key : {"suite", "suite_file", "command", "instance_set"}) manifest[key] = kHostile;
+  for (const char* key : {"version", "compiler", "flags", "hash"}) manifest["program"][key] = kHostile;
+  for (const char* key : {"cpu", "cores", "system"}) manifest["machine"][key] = kHostile;
+  manifest["algorithms"] = {{{"name", kHostile},
+                             {"id", kHostile},
+                             {"kind", kHostile},
+                             {"summary", kHostile},
+                             {"knows", {kHostile}},
+                             {"parameters", {{kHostile, kHostile}}},
+                             {"plugin_hash", kHostile}}};
+  write_file_atomically(folder_ / "manifest.json", manifest.dump());
+  write_file_atomically(folder_ / "pictures" / "index.json",
+                        Json{{"format", 1},
+                             {"references", {{{"scene", kHostile}, {"file", kHostile}}}},
+                             {"trials",
+                              {{{"trial", kHostile},
+                                {"scene", kHostile},
+                                {"noise_level", kHostile},
+                                {"protocol", kHostile},
+                                {"algorithm", kHostile},
+                                {"why", "median"},
+                                {"frames", {{{"step", 0}, {"file", kHostile}}}}}}}}
+                            .dump());
+
+  const std::string page = html_report(folder_);
+  EXPECT_EQ(count(page, "<script"), count(page, "<script>") + 1) << "three scripts and the data";
+  EXPECT_EQ(count(page, "</script"), 4u);
+  const std::string markup = without_scripts_and_styles(page);
+  EXPECT_THAT(markup, Not(HasSubstr("<img")));
+  EXPECT_THAT(markup, Not(HasSubstr("alert(1)>")));
+  const std::string tags = std::regex_replace(markup, std::regex("\"[^\"]*\""), "");
+  EXPECT_FALSE(std::regex_search(tags, std::regex("<[^>]*\\sonerror"))) << "no attribute broke out";
+  EXPECT_THAT(page, Not(HasSubstr("\x1b")));
+  EXPECT_GT(count(markup, "&quot;&gt;&lt;img src=x onerror=alert(1)&gt;&lt;/script&gt;"), 15u)
+      << "it is shown, escaped";
+  EXPECT_GT(count(markup, "{{data}}"), 15u) << "and no part of the template";
+}
+
+TEST_F(Page, AllowsItsOwnScriptsAndNoOtherSource) {
+  write({trial("a", 0, {0.1, 0.05})});
+  const std::string page = html_report(folder_);
+  std::smatch policy;
+  ASSERT_TRUE(std::regex_search(page, policy, std::regex("Content-Security-Policy\" content=\"([^\"]*)\"")));
+  EXPECT_THAT(policy[1].str(), HasSubstr("default-src 'none'"));
+  const std::string sources = policy[1].str().substr(policy[1].str().find("script-src"));
+  EXPECT_THAT(sources, Not(HasSubstr("unsafe")));
+  EXPECT_EQ(count(sources, "'sha256-"), 3u);
+  // Whatever the markup loads is inside the page.
+  const std::string markup = without_scripts_and_styles(page);
+  const std::regex reference("\\s(?:src|href|srcset|action|data)=\"([^\"]*)\"");
+  for (std::sregex_iterator it(markup.begin(), markup.end(), reference), end; it != end; ++it)
+    EXPECT_TRUE((*it)[1].str().rfind("data:", 0) == 0 || (*it)[1].str()[0] == '#') << (*it)[1];
+  EXPECT_THAT(page, Not(HasSubstr("sourceMappingURL")));
+  EXPECT_THAT(page, Not(HasSubstr("@import")));
+  EXPECT_THAT(page, Not(HasSubstr("url(")));
+}
+
+TEST_F(Page, CarriesTheChartLibrarysLicence) {
+  write({trial("a", 0, {0.1, 0.05})});
+  const std::string page = html_report(folder_);
+  EXPECT_THAT(page, HasSubstr("Dan Vanderkam"));
+  EXPECT_THAT(page, HasSubstr("The above copyright notice and this permission notice shall be included"));
+}
+
+TEST_F(Page, SaysWhenNothingHasFinished) {
+  write({}, "made", 5);
+  std::string page = html_report(folder_);
+  EXPECT_THAT(page, HasSubstr("0/5 trials ran"));
+  EXPECT_THAT(page, HasSubstr("No trial of this run has finished yet"));
+  write({}, "made", 0);
+  EXPECT_THAT(html_report(folder_), HasSubstr("This results folder holds no trials"));
+}
+
+TEST_F(Page, ShowsFailuresAndTheirMessages) {
+  records::TrialRecord failed = trial("broken", 3, {0.1, 0.2});
+  failed.end = "failed";
+  failed.message = "the stride is NaN";
+  write({trial("good", 3, {0.1, 0.05}), failed}, "made", 2);
+  const std::string page = html_report(folder_);
+  EXPECT_THAT(page, HasSubstr("1/4 trials ran"));
+  EXPECT_THAT(page, HasSubstr("1 failed: broken"));
+  EXPECT_THAT(page, HasSubstr("the stride is NaN"));
+  EXPECT_THAT(page, HasSubstr("rho0 instance 3 after 1 step "));
+  EXPECT_THAT(page, HasSubstr("2 trials not finished"));
+  EXPECT_THAT(page, HasSubstr("Running the same command again goes on with them."));
+}
+
+// Three levels, five methods, ten instances, 30 steps, pictures up to their limit.
+TEST_F(Page, AQuickSuitesPageIsUnderAMegabyte) {
+  std::vector<records::TrialRecord> trials;
+  for (const char* level : {"rho0", "rho0.25", "rho0.5"})
+    for (const char* method : {"home", "random", "nlopt-sbplx", "nlopt-bobyqa", "compass"})
+      for (std::uint64_t i = 0; i < 10; ++i) {
+        std::vector<double> errors;
+        for (int step = 0; step <= 30; ++step)
+          errors.push_back(0.0123456789 + 0.0987654321 / (1 + step + static_cast<double>(i)));
+        trials.push_back(trial(method, i, errors, level));
+      }
+  write(trials);
+  const std::size_t bare = html_report(folder_).size();
+  EXPECT_LT(bare, 400'000u) << "and the pictures' limit is 600,000";
+  write_html_report(folder_, folder_ / "report.html");
+  EXPECT_EQ(fs::file_size(folder_ / "report.html"), bare);
+}
+
+}  // namespace
+}  // namespace relign::report
