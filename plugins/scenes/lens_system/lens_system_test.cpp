@@ -105,7 +105,7 @@ TEST_F(LensSystemTest, BadInputIsNamed) {
   write_file_atomically(folder / "scene.json", R"({"use": "lens_system", "sensor": {"z_mm": -5}})");
   const std::string text = failure((folder / "scene.json").string(), {});
   EXPECT_THAT(text, HasSubstr("the key \"name\" is missing"));
-  EXPECT_THAT(text, HasSubstr("scene.json:1:47: /sensor/z_mm: expected a number from 0.001"));
+  EXPECT_THAT(text, HasSubstr("scene.json:1:43: /sensor/z_mm: expected a number from 0.001"));
   std::filesystem::remove_all(folder);
 }
 

@@ -1,0 +1,218 @@
+#include "runner/pictures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <map>
+#include <set>
+#include <tuple>
+#include <utility>
+
+#include "base/files.h"
+#include "base/seeds.h"
+#include "pixels/image_file.h"
+#include "records/results_folder.h"
+#include "runner/trial_runner.h"
+
+namespace relign::runner {
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string frame_name(unsigned step) {
+  char name[32];
+  std::snprintf(name, sizeof name, "step-%03u.png", step);
+  return name;
+}
+
+pixels::Image copy(const relign_image& image) {
+  pixels::Image made(image.width, image.height);
+  for (std::size_t y = 0; y < made.height; ++y) {
+    const auto* row = reinterpret_cast<const float*>(reinterpret_cast<const char*>(image.pixels) +
+                                                     y * static_cast<std::size_t>(image.row_stride_bytes));
+    std::copy(row, row + made.width, made.values.begin() + static_cast<std::ptrdiff_t>(y * made.width));
+  }
+  return made;
+}
+
+struct Chosen {
+  const records::TrialRecord* record;
+  const char* why;
+};
+
+// Best, median and worst by noise-free RMSE at the recommended pose of the last step; with one trial it
+// is all three. Ties go to the lower instance, so that the choice does not depend on the order.
+std::vector<Chosen> choose(std::vector<const records::TrialRecord*> trials) {
+  if (trials.empty()) return {};
+  const auto score = [](const records::TrialRecord* trial) {
+    const double mse = trial->steps.back().recommended_mse;
+    return std::isnan(mse) ? std::numeric_limits<double>::infinity() : mse;
+  };
+  std::sort(trials.begin(), trials.end(), [&score](const auto* a, const auto* b) {
+    return std::make_pair(score(a), a->instance) < std::make_pair(score(b), b->instance);
+  });
+  return {{trials.front(), "best"}, {trials[(trials.size() - 1) / 2], "median"}, {trials.back(), "worst"}};
+}
+
+class Pictures {
+ public:
+  Pictures(const PreparedPlan& prepared, const fs::path& results, const PictureOptions& options)
+      : prepared_(prepared),
+        results_(results),
+        options_(options),
+        runner_({options.threads, options.cache_folder, {}}) {}
+
+  void write() {
+    for (std::size_t place = 0; place < prepared_.plan.trials.size(); ++place)
+      planned_.emplace(prepared_.plan.trials[place].id, &prepared_.plan.trials[place]);
+    const std::vector<Chosen> chosen = choose_all();
+    // Captured scene by scene and instance by instance, so that each lens is mounted once.
+    std::vector<const Chosen*> captures;
+    for (const Chosen& one : chosen) captures.push_back(&one);
+    std::stable_sort(captures.begin(), captures.end(), [this](const Chosen* a, const Chosen* b) {
+      const auto key = [this](const Chosen* one) {
+        const suite::PlannedTrial& trial = *planned_.at(one->record->trial);
+        return std::make_tuple(trial.scene, trial.level, trial.instance);
+      };
+      return key(a) < key(b);
+    });
+    std::size_t scene = prepared_.plan.suite.scenes.size();
+    for (const Chosen* one : captures) {
+      if (stopped()) return;
+      const suite::PlannedTrial& trial = *planned_.at(one->record->trial);
+      if (trial.scene != scene) write_scene(scene = trial.scene);
+      guarded([&] { capture(make_job(prepared_, trial), *one->record); });
+    }
+    remove_strangers(chosen);
+    write_index(chosen);
+  }
+
+ private:
+  bool stopped() const { return options_.stop && options_.stop->load(); }
+
+  template <class Body>
+  void guarded(Body&& body) {
+    try {
+      body();
+    } catch (const Error& error) {
+      if (error.kind() != ErrorKind::plugin_failed) throw;
+      if (options_.on_message) options_.on_message(std::string("a picture is missing: ") + error.what());
+    }
+  }
+
+  std::vector<Chosen> choose_all() {
+    records_ = records::read_planned_trials(results_);
+    std::vector<std::vector<const records::TrialRecord*>> groups;
+    std::map<std::tuple<std::size_t, std::size_t, std::size_t>, std::size_t> place;
+    for (const records::TrialRecord& record : records_) {
+      const auto found = planned_.find(record.trial);
+      if (found == planned_.end() || record.end == "failed" || record.steps.empty()) continue;
+      const suite::PlannedTrial& trial = *found->second;
+      const auto [group, fresh] =
+          place.emplace(std::make_tuple(trial.scene, trial.level, trial.algorithm), groups.size());
+      if (fresh) groups.emplace_back();
+      groups[group->second].push_back(&record);
+    }
+    std::vector<Chosen> all;
+    for (auto& group : groups)
+      for (const Chosen& one : choose(std::move(group))) all.push_back(one);
+    return all;
+  }
+
+  void write_scene(std::size_t scene) {
+    const suite::SceneEntry& entry = prepared_.plan.suite.scenes[scene];
+    const task::SceneFacts& facts = prepared_.scenes[scene];
+    const fs::path own = results_ / scene_folder(prepared_, scene);
+    const fs::path shown = results_ / "pictures" / entry.name / "reference.png";
+    if (!fs::exists(own / "description.json")) write_file_atomically(own / "description.json", facts.text);
+    if (fs::exists(own / "reference.png") && fs::exists(shown)) return;
+    guarded([&] {
+      TrialJob job;
+      job.scene = entry.choice;
+      job.scene_name = entry.name;
+      const pixels::Image reference = copy(runner_.scene(job).reference());
+      fs::create_directories(shown.parent_path());
+      pixels::write_preview(own / "reference.png", reference, static_cast<float>(facts.image_white));
+      pixels::write_preview(shown, reference, static_cast<float>(facts.image_white));
+    });
+  }
+
+  // The start as the algorithm saw it; then what the sensor sees at the last recommendation, in the
+  // noise of the last step.
+  void capture(const TrialJob& job, const records::TrialRecord& record) {
+    const fs::path folder = results_ / "pictures" / record.trial;
+    const records::StepRecord& last = record.steps.back();
+    take(job, record, folder / frame_name(0), record.steps.front().true_pose, 0);
+    if (last.step > 0) take(job, record, folder / frame_name(last.step), last.recommended_true_pose, last.step);
+  }
+
+  void take(const TrialJob& job, const records::TrialRecord& record, const fs::path& file,
+            const std::vector<double>& true_pose, unsigned step) {
+    if (fs::exists(file)) return;
+    const TrialRunner::Placed placed = runner_.place(job);
+    pixels::Image frame(job.facts.image_width, job.facts.image_height);
+    placed.assembly.capture(true_pose, frame_seed(record.instance_seed, step, FrameStream::capture),
+                            frame.values.data());
+    fs::create_directories(file.parent_path());
+    pixels::write_preview(file, frame, static_cast<float>(job.facts.image_white));
+  }
+
+  void remove_strangers(const std::vector<Chosen>& chosen) {
+    std::set<std::string> wanted;
+    for (const Chosen& one : chosen) wanted.insert(one.record->trial);
+    for (const suite::SceneEntry& scene : prepared_.plan.suite.scenes) wanted.insert(scene.name);
+    std::vector<fs::path> strangers;
+    std::error_code code;
+    for (fs::directory_iterator entry(results_ / "pictures", code), end; !code && entry != end; entry.increment(code))
+      if (entry->is_directory() && !wanted.count(entry->path().filename().string())) strangers.push_back(entry->path());
+    for (const fs::path& stranger : strangers) fs::remove_all(stranger, code);
+  }
+
+  void write_index(const std::vector<Chosen>& chosen) {
+    Json trials = Json::array();
+    for (const Chosen& one : chosen) {
+      Json frames = Json::array();
+      const auto add = [&](unsigned step) {
+        const std::string file = one.record->trial + "/" + frame_name(step);
+        if (fs::exists(results_ / "pictures" / file)) frames.push_back({{"step", step}, {"file", file}});
+      };
+      add(0);
+      if (one.record->steps.back().step > 0) add(one.record->steps.back().step);
+      trials.push_back({{"trial", one.record->trial},
+                        {"scene", one.record->scene},
+                        {"noise_level", one.record->noise_level},
+                        {"protocol", one.record->protocol},
+                        {"algorithm", one.record->algorithm},
+                        {"instance", one.record->instance},
+                        {"why", one.why},
+                        {"frames", std::move(frames)}});
+    }
+    Json references = Json::array();
+    for (const suite::SceneEntry& scene : prepared_.plan.suite.scenes)
+      if (fs::exists(results_ / "pictures" / scene.name / "reference.png"))
+        references.push_back({{"scene", scene.name}, {"file", scene.name + "/reference.png"}});
+    const Json index = {
+        {"format", records::kFormat}, {"trials", std::move(trials)}, {"references", std::move(references)}};
+    write_file_atomically(results_ / "pictures" / "index.json", index.dump(1) + "\n");
+  }
+
+  const PreparedPlan& prepared_;
+  fs::path results_;
+  const PictureOptions& options_;
+  TrialRunner runner_;
+  std::map<std::string, const suite::PlannedTrial*> planned_;
+  std::vector<records::TrialRecord> records_;
+};
+
+}  // namespace
+
+void write_pictures(const PreparedPlan& prepared, const fs::path& results, const PictureOptions& options) {
+  try {
+    Pictures(prepared, results, options).write();
+  } catch (const fs::filesystem_error& error) {
+    throw Error(ErrorKind::io, "cannot write the pictures: " + std::string(error.what()));
+  }
+}
+
+}  // namespace relign::runner

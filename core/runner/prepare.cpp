@@ -1,0 +1,83 @@
+#include <algorithm>
+#include <exception>
+#include <set>
+#include <thread>
+#include <utility>
+
+#include "base/hash.h"
+#include "plugin_host/objects.h"
+#include "runner/run.h"
+#include "task/instance.h"
+
+namespace relign::runner {
+namespace {
+
+// Names and contents of the data files behind a scene; paths stay out of it, they differ from machine to
+// machine.
+std::string data_identity(const task::SceneFacts& facts) {
+  std::vector<std::pair<std::string, std::string>> files;
+  for (const std::string& file : facts.files)
+    files.emplace_back(std::filesystem::path(file).filename().string(), sha256_file(file));
+  std::sort(files.begin(), files.end());
+  Json list = Json::array();
+  for (const auto& [name, hash] : files) list.push_back({{"name", name}, {"sha256", hash}});
+  return canonical_json({{"files", std::move(list)}});
+}
+
+}  // namespace
+
+PreparedPlan prepare(suite::Suite suite, const std::filesystem::path& cache_folder,
+                     const std::function<void(const std::string&)>& on_message) {
+  PreparedPlan prepared;
+  plugin_host::HostServices services;
+  services.threads = std::max(1U, std::thread::hardware_concurrency());
+  services.cache_folder = cache_folder;
+  const auto as = [&services, &on_message](const std::string& name) {
+    plugin_host::HostServices own = services;
+    if (on_message)
+      own.log = [&on_message, name](int level, const std::string& message) {
+        if (level >= RELIGN_LOG_WARNING) on_message(name + ": " + message);
+      };
+    return own;
+  };
+
+  for (const suite::SceneEntry& entry : suite.scenes) {
+    plugin_host::Scene scene(entry.choice, as(entry.name));
+    prepared.scenes.push_back(task::read_scene_facts(scene.describe(), entry.choice.id));
+    prepared.scene_identity.push_back(data_identity(prepared.scenes.back()));
+    scene.reference();
+  }
+  for (const suite::LevelEntry& entry : suite.levels) {
+    plugin_host::NoiseLevel level(entry.choice, as(entry.name));
+    for (std::size_t scene = 0; scene < suite.scenes.size(); ++scene) {
+      try {
+        task::draw_instance(level, prepared.scenes[scene], suite.seed, SeedDomain::benchmark, suite.first_instance);
+      } catch (const Error& error) {
+        if (error.kind() != ErrorKind::plugin_failed) throw;
+        // The level and the scene do not go together: the suite's mistake, known before any trial.
+        throw Error(ErrorKind::bad_input, "noise level '" + entry.name + "' cannot be used with scene '" +
+                                              suite.scenes[scene].name + "': " + error.what());
+      }
+    }
+  }
+  std::set<std::filesystem::path> loaded;
+  for (const suite::AlgorithmEntry& entry : suite.algorithms) {
+    if (!loaded.insert(entry.choice.plugin->library).second) continue;
+    try {
+      plugin_host::Algorithm(entry.choice, as(entry.name));
+    } catch (const Error& error) {
+      // A library that cannot be loaded ends the run; one that cannot make its object fails in each of
+      // its trials, and the others go on.
+      if (error.kind() != ErrorKind::plugin_failed) throw;
+    }
+  }
+  prepared.plan = suite::make_plan(std::move(suite), prepared.scene_identity);
+  return prepared;
+}
+
+std::string scene_folder(const PreparedPlan& prepared, std::size_t scene) {
+  return "scenes/" +
+         short_hash(prepared.plan.suite.scenes.at(scene).choice.identity + "\n" + prepared.scene_identity.at(scene));
+}
+
+}  // namespace relign::runner

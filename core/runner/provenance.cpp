@@ -1,0 +1,160 @@
+#include "runner/provenance.h"
+
+#include <sys/utsname.h>
+
+#include <algorithm>
+#include <fstream>
+#include <thread>
+
+#include "base/hash.h"
+#include "plugin_host/objects.h"
+#include "records/record.h"
+
+namespace relign::runner {
+namespace {
+
+// The text after the separator in the first line that starts with `key`; empty without.
+std::string value_in_file(const char* file, const std::string& key, char separator) {
+  std::ifstream lines(file);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.compare(0, key.size(), key) != 0) continue;
+    const std::size_t at = line.find(separator);
+    if (at == std::string::npos) continue;
+    std::string value = line.substr(at + 1);
+    value.erase(0, value.find_first_not_of(" \t\""));
+    value.erase(value.find_last_not_of(" \t\"") + 1);
+    return value;
+  }
+  return "";
+}
+
+std::string cpu_name() {
+  const std::string model = value_in_file("/proc/cpuinfo", "model name", ':');
+  if (!model.empty()) return model;
+  utsname system{};
+  return ::uname(&system) == 0 ? system.machine : "unknown";
+}
+
+std::string system_name() {
+  utsname system{};
+  const std::string kernel = ::uname(&system) == 0 ? std::string(system.sysname) + " " + system.release : "unknown";
+  const std::string distribution = value_in_file("/etc/os-release", "PRETTY_NAME", '=');
+  return distribution.empty() ? kernel : distribution + ", " + kernel;
+}
+
+// The running program; empty where the system does not show it.
+std::string program_hash() {
+  try {
+    return sha256_file("/proc/self/exe");
+  } catch (const Error&) {
+    return "";
+  }
+}
+
+Json parsed(const std::string& json) {
+  Json value = Json::parse(json, nullptr, false);
+  return value.is_discarded() ? Json(json) : value;
+}
+
+Json machine_time_json(const task::MachineTime& times) {
+  return {{"speed_mm_per_s", times.speed_mm_per_s},
+          {"speed_deg_per_s", times.speed_deg_per_s},
+          {"settle_ms", times.settle_ms},
+          {"exposure_ms", times.exposure_ms},
+          {"readout_ms", times.readout_ms}};
+}
+
+Json override_json(const suite::MachineTimeOverride& times) {
+  Json json = Json::object();
+  const auto add = [&json](const char* key, const std::optional<double>& value) {
+    if (value) json[key] = *value;
+  };
+  add("speed_mm_per_s", times.speed_mm_per_s);
+  add("speed_deg_per_s", times.speed_deg_per_s);
+  add("settle_ms", times.settle_ms);
+  add("exposure_ms", times.exposure_ms);
+  add("readout_ms", times.readout_ms);
+  return json;
+}
+
+}  // namespace
+
+LibraryHashes hash_libraries(const suite::Suite& suite) {
+  LibraryHashes hashes;
+  const auto add = [&hashes](const plugin_host::Choice& choice) {
+    std::string& hash = hashes[choice.plugin->library.string()];
+    if (hash.empty()) hash = plugin_host::plugin_hash(*choice.plugin);
+  };
+  for (const suite::SceneEntry& entry : suite.scenes) add(entry.choice);
+  for (const suite::LevelEntry& entry : suite.levels) add(entry.choice);
+  for (const suite::AlgorithmEntry& entry : suite.algorithms) add(entry.choice);
+  return hashes;
+}
+
+Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, const std::string& command) {
+  const suite::Suite& suite = prepared.plan.suite;
+  const auto common = [&hashes](const std::string& name, const plugin_host::Choice& choice) {
+    return Json{{"name", name},
+                {"id", choice.id},
+                {"plugin", choice.plugin->id},
+                {"kind", plugin_host::kind_name(choice.plugin->kind)},
+                {"parameters", choice.parameters},
+                {"summary", choice.plugin->summary},
+                {"reproducible", choice.plugin->reproducible},
+                {"plugin_hash", hashes.at(choice.plugin->library.string())}};
+  };
+  Json scenes = Json::array();
+  for (std::size_t index = 0; index < suite.scenes.size(); ++index) {
+    Json scene = common(suite.scenes[index].name, suite.scenes[index].choice);
+    scene["identity"] = parsed(suite.scenes[index].choice.identity);
+    scene["data"] = parsed(prepared.scene_identity[index]);
+    scene["folder"] = scene_folder(prepared, index);
+    scene["machine_time"] = machine_time_json(prepared.scenes[index].machine_time);
+    scene["spec"] = prepared.scenes[index].spec;
+    scenes.push_back(std::move(scene));
+  }
+  Json levels = Json::array();
+  for (const suite::LevelEntry& entry : suite.levels) {
+    Json level = common(entry.name, entry.choice);
+    level["identity"] = parsed(entry.choice.identity);
+    levels.push_back(std::move(level));
+  }
+  Json algorithms = Json::array();
+  for (const suite::AlgorithmEntry& entry : suite.algorithms) {
+    Json algorithm = common(entry.name, entry.choice);
+    algorithm["knows"] = entry.choice.plugin->knows;
+    // Under the paper's protocol every search method is told the start: nobody is an oracle there.
+    algorithm["oracle"] = entry.choice.plugin->oracle && entry.protocol == "blind";
+    algorithm["protocol"] = entry.protocol;
+    algorithm["merit"] = suite::effective_merit(entry);
+    algorithm["steps"] = entry.steps;
+    algorithm["added"] = entry.added;
+    algorithms.push_back(std::move(algorithm));
+  }
+  Json order = Json::array();
+  for (const suite::PlannedTrial& trial : prepared.plan.trials) order.push_back(trial.id);
+  return {
+      {"format", records::kFormat},
+      {"program",
+       {{"version", RELIGN_VERSION}, {"compiler", RELIGN_COMPILER}, {"flags", RELIGN_FLAGS}, {"hash", program_hash()}}},
+      {"suite", suite.text},
+      {"suite_file", suite.file},
+      {"suite_name", suite.name},
+      {"seed", suite.seed},
+      {"first_instance", suite.first_instance},
+      {"instances", suite.instances},
+      {"limits", suite.limits},
+      {"instance_set", prepared.plan.instance_set},
+      {"machine",
+       {{"cpu", cpu_name()}, {"cores", std::max(1U, std::thread::hardware_concurrency())}, {"system", system_name()}}},
+      {"scenes", std::move(scenes)},
+      {"noise_levels", std::move(levels)},
+      {"algorithms", std::move(algorithms)},
+      {"trials", prepared.plan.trials.size()},
+      {"order", std::move(order)},
+      {"command", command},
+      {"spec", suite.spec},
+      {"machine_time", override_json(suite.machine_time)}};
+}
+
+}  // namespace relign::runner

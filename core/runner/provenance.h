@@ -1,0 +1,18 @@
+// What was run, with what, where: the content of manifest.json (results/README.md).
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "base/json_source.h"
+#include "runner/run.h"
+
+namespace relign::runner {
+
+// SHA-256 of each plugin the plan uses, by the path of its library.
+using LibraryHashes = std::map<std::string, std::string>;
+LibraryHashes hash_libraries(const suite::Suite& suite);
+
+Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, const std::string& command);
+
+}  // namespace relign::runner

@@ -1,0 +1,332 @@
+#include "runner/run.h"
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <map>
+#include <mutex>
+#include <set>
+#include <thread>
+#include <tuple>
+
+#include "base/text.h"
+#include "records/results_folder.h"
+#include "runner/pictures.h"
+#include "runner/provenance.h"
+#include "runner/trial_queue.h"
+#include "runner/trial_runner.h"
+
+namespace relign::runner {
+namespace fs = std::filesystem;
+
+namespace {
+
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+// What `only` may name, per key; also how a trial answers to it.
+const std::vector<std::string> kOnlyKeys = {"scene", "noise_level", "algorithm", "protocol", "instance"};
+
+std::string answer(const suite::Suite& suite, const suite::PlannedTrial& trial, const std::string& key) {
+  if (key == "scene") return suite.scenes[trial.scene].name;
+  if (key == "noise_level") return suite.levels[trial.level].name;
+  if (key == "algorithm") return suite.algorithms[trial.algorithm].name;
+  if (key == "protocol") return suite.algorithms[trial.algorithm].protocol;
+  return std::to_string(trial.instance);
+}
+
+// Places in the plan of the trials that `only` leaves.
+std::vector<std::size_t> select(const suite::Plan& plan, const std::vector<std::pair<std::string, std::string>>& only) {
+  std::map<std::string, std::set<std::string>> wanted;
+  for (const auto& [given_key, value] : only) {
+    std::string key = given_key;
+    std::replace(key.begin(), key.end(), '-', '_');
+    if (std::find(kOnlyKeys.begin(), kOnlyKeys.end(), key) == kOnlyKeys.end())
+      throw Error(ErrorKind::bad_input, "--only " + given_key + "=" + value + ": unknown key '" + given_key + "'" +
+                                            suggestion(key, kOnlyKeys));
+    std::vector<std::string> known;
+    for (const suite::PlannedTrial& trial : plan.trials) {
+      const std::string name = answer(plan.suite, trial, key);
+      if (std::find(known.begin(), known.end(), name) == known.end()) known.push_back(name);
+    }
+    const bool found = std::any_of(known.begin(), known.end(), [&value](const std::string& name) {
+      return normalised_name(name) == normalised_name(value);
+    });
+    if (!found) {
+      const std::string hint =
+          key == "instance" ? "; the plan has " + known.front() + " to " + known.back() : suggestion(value, known);
+      throw Error(ErrorKind::bad_input,
+                  "--only " + given_key + "=" + value + ": the suite has no " + key + " '" + value + "'" + hint);
+    }
+    wanted[key].insert(normalised_name(value));
+  }
+  std::vector<std::size_t> places;
+  for (std::size_t place = 0; place < plan.trials.size(); ++place) {
+    const bool fits = std::all_of(wanted.begin(), wanted.end(), [&](const auto& key_and_values) {
+      return key_and_values.second.count(
+                 normalised_name(answer(plan.suite, plan.trials[place], key_and_values.first))) > 0;
+    });
+    if (fits) places.push_back(place);
+  }
+  return places;
+}
+
+class Run {
+ public:
+  Run(const PreparedPlan& prepared, const RunOptions& options)
+      : prepared_(prepared),
+        suite_(prepared.plan.suite),
+        options_(options),
+        selected_(select(prepared.plan, options.only)),
+        writer_(options.results),
+        hashes_(hash_libraries(suite_)) {}
+
+  RunSummary execute() {
+    if (writer_.repaired() > 0)
+      tell("the run before was cut off while it wrote: what was half-written is dropped and runs again");
+    drop_outdated();
+    const Json manifest = make_manifest(prepared_, hashes_, options_.command);
+    compare_with(writer_.read_manifest(), manifest);
+    writer_.write_manifest(manifest);
+    const std::vector<std::size_t> todo = plan_work();
+    report_progress("trials");
+    work(todo);
+
+    std::vector<std::string> order;
+    for (const suite::PlannedTrial& trial : prepared_.plan.trials) order.push_back(trial.id);
+    writer_.finish(order);
+    if (!asked_to_stop()) {
+      report_progress("pictures");
+      PictureOptions pictures;
+      pictures.cache_folder = options_.cache_folder;
+      pictures.threads = std::max(1U, std::thread::hardware_concurrency());
+      pictures.stop = options_.stop;
+      pictures.on_message = [this](const std::string& message) { tell(message); };
+      write_pictures(prepared_, options_.results, pictures);
+    }
+    summary_.stopped = asked_to_stop();
+    summary_.seconds = seconds_since(begin_);
+    collect_failures();
+    return summary_;
+  }
+
+ private:
+  bool asked_to_stop() const { return options_.stop && options_.stop->load(); }
+
+  void tell(const std::string& message) {
+    if (!options_.on_message) return;
+    const std::lock_guard<std::mutex> hold(tell_mutex_);
+    options_.on_message(message);
+  }
+
+  void report_progress(const std::string& doing) {
+    const std::lock_guard<std::mutex> hold(progress_mutex_);
+    if (!doing.empty()) progress_.doing = doing;
+    progress_.seconds = seconds_since(begin_);
+    if (options_.on_progress) options_.on_progress(progress_);
+  }
+
+  const std::string& hash_of(const plugin_host::Choice& choice) const {
+    return hashes_.at(choice.plugin->library.string());
+  }
+  records::PluginHashes plugins_of(const suite::PlannedTrial& trial) const {
+    return {hash_of(suite_.scenes[trial.scene].choice), hash_of(suite_.levels[trial.level].choice),
+            hash_of(suite_.algorithms[trial.algorithm].choice)};
+  }
+
+  // Finished trials that this plan would no longer give: their plugins changed, or the suite shows them
+  // under other names. They run again.
+  void drop_outdated() {
+    const std::map<std::string, records::FinishedTrial> finished = writer_.finished();
+    std::map<std::string, std::size_t> changed;  // plugin id -> trials
+    std::size_t renamed = 0;
+    std::set<std::string> outdated;
+    for (const std::size_t place : selected_) {
+      const suite::PlannedTrial& trial = prepared_.plan.trials[place];
+      const auto found = finished.find(trial.id);
+      if (found == finished.end()) continue;
+      const records::FinishedTrial& before = found->second;
+      const records::PluginHashes now = plugins_of(trial);
+      const auto check = [&](const std::string& was, const std::string& is, const plugin_host::Choice& choice) {
+        if (was.empty() || was == is) return false;
+        ++changed[choice.plugin->id];
+        return true;
+      };
+      const bool scene = check(before.plugins.scene, now.scene, suite_.scenes[trial.scene].choice);
+      const bool level = check(before.plugins.noise_level, now.noise_level, suite_.levels[trial.level].choice);
+      const bool algorithm = check(before.plugins.algorithm, now.algorithm, suite_.algorithms[trial.algorithm].choice);
+      if (scene) remove_scene_files(trial.scene);
+      const bool named =
+          before.scene != suite_.scenes[trial.scene].name || before.noise_level != suite_.levels[trial.level].name;
+      if (scene || level || algorithm) {
+        outdated.insert(trial.id);
+      } else if (named) {
+        ++renamed;
+        outdated.insert(trial.id);
+      }
+    }
+    for (const auto& [plugin, trials] : changed)
+      tell(plugin + " changed: " + std::to_string(trials) + (trials == 1 ? " trial" : " trials") + " rerun");
+    if (renamed > 0)
+      tell("the suite shows scenes or noise levels under other names now: " + std::to_string(renamed) +
+           (renamed == 1 ? " trial" : " trials") + " rerun");
+    writer_.drop(outdated);
+    for (const std::string& trial : outdated) {
+      std::error_code code;
+      fs::remove_all(options_.results / "pictures" / trial, code);
+    }
+  }
+
+  void remove_scene_files(std::size_t scene) {
+    std::error_code code;  // what stays would be an old picture, which is overwritten or still true
+    fs::remove_all(options_.results / scene_folder(prepared_, scene), code);
+    fs::remove_all(options_.results / "pictures" / suite_.scenes[scene].name, code);
+  }
+
+  void compare_with(const Json& before, const Json& now) {
+    if (!before.is_object()) return;
+    const auto program = Json::json_pointer("/program/hash");
+    const std::string was = before.value(program, std::string());
+    const std::string is = now.value(program, std::string());
+    std::set<std::string> planned;
+    for (const suite::PlannedTrial& trial : prepared_.plan.trials) planned.insert(trial.id);
+    std::size_t kept = 0;
+    std::size_t extra = 0;
+    for (const std::string& trial : writer_.finished_trials()) ++(planned.count(trial) ? kept : extra);
+    if (kept > 0 && !was.empty() && !is.empty() && was != is)
+      tell("relign-bench itself changed since these results were begun; " + std::to_string(kept) +
+           " finished trials are kept (choose a new folder with --out to run all of them again)");
+    if (extra > 0)
+      tell(std::to_string(extra) + " finished trials in " + options_.results.string() +
+           " belong to an earlier form of the suite; they are kept but not shown");
+  }
+
+  std::vector<std::size_t> plan_work() {
+    const std::map<std::string, records::FinishedTrial> finished = writer_.finished();
+    std::vector<std::size_t> todo;
+    for (const std::size_t place : selected_) {
+      const auto found = finished.find(prepared_.plan.trials[place].id);
+      if (found == finished.end()) {
+        todo.push_back(place);
+        continue;
+      }
+      ++summary_.reused;
+      if (found->second.end == "failed") ++summary_.failed;
+    }
+    summary_.trials = selected_.size();
+    summary_.finished = summary_.reused;
+    progress_.total = summary_.trials;
+    progress_.done = progress_.reused = summary_.reused;
+    progress_.failed = summary_.failed;
+    return todo;
+  }
+
+  // By instance, all its algorithms together: one lens is mounted once, and a run that is stopped
+  // early leaves every algorithm the same instances. finish() brings back the plan's order.
+  std::vector<std::vector<std::size_t>> by_instance(const std::vector<std::size_t>& todo) const {
+    std::map<std::tuple<std::size_t, std::size_t, std::uint64_t>, std::vector<std::size_t>> groups;
+    for (const std::size_t place : todo) {
+      const suite::PlannedTrial& trial = prepared_.plan.trials[place];
+      groups[{trial.scene, trial.level, trial.instance}].push_back(place);
+    }
+    std::vector<std::vector<std::size_t>> ordered;
+    for (auto& [key, places] : groups) ordered.push_back(std::move(places));
+    return ordered;
+  }
+
+  void work(const std::vector<std::size_t>& todo) {
+    if (todo.empty()) return;
+    const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
+    const std::size_t wanted = options_.workers == 0 ? cores : options_.workers;
+    const auto workers = static_cast<unsigned>(std::min<std::size_t>(wanted, todo.size()));
+    const unsigned threads = std::max(1U, cores / workers);
+    TrialQueue queue(by_instance(todo));
+    std::vector<std::thread> team;
+    try {
+      for (unsigned number = 0; number < workers; ++number)
+        team.emplace_back([this, &queue, threads] { work_through(queue, threads); });
+    } catch (const std::system_error&) {
+      // Fewer threads than asked for do the same work; with none at all this thread does it.
+      if (team.empty()) work_through(queue, threads);
+    }
+    for (std::thread& worker : team) worker.join();
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
+  void work_through(TrialQueue& queue, unsigned threads) {
+    try {
+      TrialRunner::Options options;
+      options.threads = threads;
+      options.cache_folder = options_.cache_folder;
+      options.on_message = [this](const std::string& message) { tell(message); };
+      TrialRunner runner(std::move(options));
+      std::size_t group = TrialQueue::kNoGroup;
+      while (!halt_) {
+        if (asked_to_stop()) halt_ = true;
+        if (halt_) break;
+        const std::optional<std::size_t> place = queue.next(group);
+        if (!place) break;
+        run_one(runner, *place);
+      }
+    } catch (...) {
+      const std::lock_guard<std::mutex> hold(progress_mutex_);
+      if (!failure_) failure_ = std::current_exception();
+      halt_ = true;
+    }
+  }
+
+  void run_one(TrialRunner& runner, std::size_t place) {
+    const suite::PlannedTrial& trial = prepared_.plan.trials[place];
+    // halt_ is checked by the trial before each step; it also rises when another worker cannot go on.
+    const auto look_up = [this](const task::Step&, const float*) {
+      if (asked_to_stop()) halt_ = true;
+    };
+    TrialOutcome outcome = runner.run(make_job(prepared_, trial), &halt_, look_up);
+    if (outcome.stopped) return;
+    outcome.times.plugins = plugins_of(trial);
+    writer_.append(place, outcome.record, outcome.times);
+    {
+      const std::lock_guard<std::mutex> hold(progress_mutex_);
+      ++summary_.finished;
+      ++progress_.done;
+      if (outcome.record.end == "failed") {
+        ++summary_.failed;
+        ++progress_.failed;
+      }
+    }
+    report_progress("");
+  }
+
+  void collect_failures() {
+    const std::map<std::string, records::FinishedTrial> finished = writer_.finished();
+    for (const std::size_t place : selected_) {
+      const suite::PlannedTrial& trial = prepared_.plan.trials[place];
+      const auto found = finished.find(trial.id);
+      if (found == finished.end() || found->second.end != "failed") continue;
+      summary_.failures.push_back("trial " + trial.id + " " + suite_.algorithms[trial.algorithm].name + " on " +
+                                  suite_.scenes[trial.scene].name + " " + suite_.levels[trial.level].name + " #" +
+                                  std::to_string(trial.instance) + ": " + found->second.message);
+    }
+  }
+
+  const PreparedPlan& prepared_;
+  const suite::Suite& suite_;
+  const RunOptions& options_;
+  const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  std::vector<std::size_t> selected_;
+  records::ResultsWriter writer_;
+  LibraryHashes hashes_;
+  std::atomic<bool> halt_{false};
+  std::mutex tell_mutex_;
+  std::mutex progress_mutex_;  // also guards summary_ and failure_ while workers run
+  Progress progress_;
+  RunSummary summary_;
+  std::exception_ptr failure_;
+};
+
+}  // namespace
+
+RunSummary run(const PreparedPlan& prepared, const RunOptions& options) { return Run(prepared, options).execute(); }
+
+}  // namespace relign::runner

@@ -1,0 +1,193 @@
+#include "runner/trial_runner.h"
+
+#include <optional>
+#include <utility>
+
+#include "base/seeds.h"
+
+namespace relign::runner {
+namespace {
+
+task::MachineTime machine_time(const suite::MachineTimeOverride& wanted, task::MachineTime times) {
+  times.speed_mm_per_s = wanted.speed_mm_per_s.value_or(times.speed_mm_per_s);
+  times.speed_deg_per_s = wanted.speed_deg_per_s.value_or(times.speed_deg_per_s);
+  times.settle_ms = wanted.settle_ms.value_or(times.settle_ms);
+  times.exposure_ms = wanted.exposure_ms.value_or(times.exposure_ms);
+  times.readout_ms = wanted.readout_ms.value_or(times.readout_ms);
+  return times;
+}
+
+records::StepRecord to_record(const task::Step& step) {
+  records::StepRecord record;
+  record.step = step.number;
+  record.commanded_pose = step.commanded_pose;
+  record.true_pose = step.true_pose;
+  record.limits_low = step.limits_low;
+  record.limits_high = step.limits_high;
+  record.merit = step.merit;
+  record.measured = step.measured_rmse;
+  record.machine_seconds = step.machine_seconds;
+  record.recommended_pose = step.recommended_pose;
+  record.recommendation = task::recommendation_source_name(step.recommendation_source);
+  record.recommended_seconds = step.recommended_seconds;
+  record.recommended_true_pose = step.recommended_true_pose;
+  record.commanded_mse = step.commanded_truth.mse;
+  record.commanded_mse_error = step.commanded_truth.standard_error;
+  record.recommended_mse = step.recommended_truth.mse;
+  record.recommended_mse_error = step.recommended_truth.standard_error;
+  return record;
+}
+
+void add_steps(const std::vector<task::Step>& steps, TrialOutcome& outcome) {
+  for (const task::Step& step : steps) {
+    outcome.record.steps.push_back(to_record(step));
+    outcome.times.algorithm_seconds.push_back(step.algorithm_seconds);
+    outcome.times.simulation_seconds.push_back(step.simulation_seconds);
+    outcome.times.truth_seconds.push_back(step.truth_seconds);
+  }
+}
+
+// Equal keys: the same library with the same parameters and data.
+std::string key_of(const plugin_host::Choice& choice) {
+  return choice.plugin->library.string() + "\n" + choice.identity;
+}
+
+}  // namespace
+
+TrialJob make_job(const PreparedPlan& prepared, const suite::PlannedTrial& trial) {
+  const suite::Suite& suite = prepared.plan.suite;
+  const suite::AlgorithmEntry& algorithm = suite.algorithms.at(trial.algorithm);
+  const auto protocol = task::protocol_from_name(algorithm.protocol);
+  if (!protocol) throw Error(ErrorKind::internal, "a plan names the unknown protocol '" + algorithm.protocol + "'");
+  TrialJob job;
+  job.id = trial.id;
+  job.scene_name = suite.scenes.at(trial.scene).name;
+  job.level_name = suite.levels.at(trial.level).name;
+  job.algorithm_name = algorithm.name;
+  job.scene = suite.scenes[trial.scene].choice;
+  job.level = suite.levels[trial.level].choice;
+  job.algorithm = algorithm.choice;
+  job.facts = prepared.scenes.at(trial.scene);
+  job.protocol = *protocol;
+  job.merit = suite::effective_merit(algorithm) == "rmse" ? task::Merit::rmse : task::Merit::combined;
+  job.limits = suite.limits == "hard" ? task::Limits::hard : task::Limits::soft;
+  job.machine_time = machine_time(suite.machine_time, job.facts.machine_time);
+  job.budget = algorithm.steps;
+  job.suite_seed = suite.seed;
+  job.instance = trial.instance;
+  return job;
+}
+
+// What stays from trial to trial. The order of members matters: the lens goes before its scene.
+struct TrialRunner::Bench {
+  std::string scene_key, level_key;
+  std::unique_ptr<plugin_host::Scene> scene;
+  std::unique_ptr<plugin_host::NoiseLevel> level;
+  std::string mounted_key;  // suite seed and instance
+  task::Instance instance;
+  std::unique_ptr<plugin_host::MountedAssembly> assembly;
+
+  void unmount() {
+    assembly.reset();
+    mounted_key.clear();
+  }
+};
+
+TrialRunner::TrialRunner(Options options) : options_(std::move(options)), bench_(std::make_unique<Bench>()) {}
+TrialRunner::~TrialRunner() = default;
+
+plugin_host::HostServices TrialRunner::services(const std::string& name, unsigned threads) const {
+  plugin_host::HostServices services;
+  services.threads = threads;
+  services.cache_folder = options_.cache_folder;
+  if (options_.on_message)
+    services.log = [tell = options_.on_message, name](int level, const std::string& message) {
+      if (level >= RELIGN_LOG_WARNING) tell(name + ": " + message);
+    };
+  return services;
+}
+
+plugin_host::Scene& TrialRunner::scene(const TrialJob& job) {
+  const std::string key = key_of(job.scene);
+  if (!bench_->scene || bench_->scene_key != key) {
+    bench_->unmount();
+    bench_->scene.reset();  // two at once would need twice the memory
+    bench_->scene = std::make_unique<plugin_host::Scene>(job.scene, services(job.scene_name, options_.threads));
+    bench_->scene_key = key;
+  }
+  return *bench_->scene;
+}
+
+TrialRunner::Placed TrialRunner::place(const TrialJob& job) {
+  plugin_host::Scene& on = scene(job);
+  const std::string level_key = key_of(job.level);
+  if (!bench_->level || bench_->level_key != level_key) {
+    bench_->unmount();
+    bench_->level.reset();
+    bench_->level = std::make_unique<plugin_host::NoiseLevel>(job.level, services(job.level_name, 1));
+    bench_->level_key = level_key;
+  }
+  const std::string mounted_key = std::to_string(job.suite_seed) + " " + std::to_string(job.instance);
+  if (!bench_->assembly || bench_->mounted_key != mounted_key) {
+    bench_->unmount();
+    bench_->instance =
+        task::draw_instance(*bench_->level, job.facts, job.suite_seed, SeedDomain::benchmark, job.instance);
+    bench_->assembly =
+        std::make_unique<plugin_host::MountedAssembly>(on.mount(bench_->instance.variances.elements_json));
+    bench_->mounted_key = mounted_key;
+  }
+  return {bench_->instance, *bench_->assembly, on.reference()};
+}
+
+TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop, const OnStep& on_step) {
+  TrialOutcome outcome;
+  records::TrialRecord& record = outcome.record;
+  record.trial = outcome.times.trial = job.id;
+  record.scene = job.scene_name;
+  record.noise_level = job.level_name;
+  record.protocol = task::protocol_name(job.protocol);
+  record.algorithm = job.algorithm_name;
+  record.algorithm_id = job.algorithm.id;
+  record.instance = job.instance;
+  record.instance_seed = instance_seed(job.suite_seed, SeedDomain::benchmark, job.instance);
+  record.budget = job.budget;
+
+  std::vector<task::Step> made;  // kept apart, so that a failing scene leaves the steps before it
+  try {
+    const Placed placed = place(job);
+    task::TrialSetup setup;
+    setup.assembly = &placed.assembly;
+    setup.reference = placed.reference;
+    setup.scene = &job.facts;
+    setup.instance = &placed.instance;
+    setup.algorithm = &job.algorithm;
+    setup.services = services(job.algorithm_name, 1);
+    setup.protocol = job.protocol;
+    setup.merit = job.merit;
+    setup.limits = job.limits;
+    setup.budget = job.budget;
+    setup.algorithm_seed = algorithm_seed(job.suite_seed, job.algorithm_name, job.instance);
+    setup.machine_time = job.machine_time;
+    setup.stop = stop;
+    setup.on_step = [&made, &on_step](const task::Step& step, const float* pixels) {
+      made.push_back(step);
+      if (on_step) on_step(step, pixels);
+    };
+    const task::TrialResult result = task::run_trial(setup);
+    outcome.stopped = result.end == task::End::stopped;
+    record.end = task::end_name(result.end);
+    record.message = result.message;
+    for (const std::string& change : result.environment_changes)
+      record.warnings.push_back(job.algorithm.id + ": " + change);
+    add_steps(result.steps, outcome);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::plugin_failed) throw;
+    bench_ = std::make_unique<Bench>();  // nobody knows what state the scene is in
+    record.end = task::end_name(task::End::failed);
+    record.message = error.what();
+    add_steps(made, outcome);
+  }
+  return outcome;
+}
+
+}  // namespace relign::runner

@@ -1,0 +1,77 @@
+// Runs single trials from plain data, and keeps what the next trial can use again: the scene, the noise
+// level, the mounted lens. `run`, `try` and `verify` share this path; one per thread.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "plugin_host/objects.h"
+#include "records/record.h"
+#include "runner/run.h"
+#include "task/instance.h"
+#include "task/trial.h"
+
+namespace relign::runner {
+
+// All that a worker needs for one trial.
+struct TrialJob {
+  std::string id;
+  std::string scene_name, level_name, algorithm_name;  // shown
+  plugin_host::Choice scene, level, algorithm;
+  task::SceneFacts facts;
+  task::Protocol protocol = task::Protocol::paper;
+  task::Merit merit = task::Merit::combined;
+  task::Limits limits = task::Limits::soft;
+  task::MachineTime machine_time;  // the suite's values over the scene's
+  unsigned budget = 50;            // steps after step 0
+  std::uint64_t suite_seed = 1;
+  std::uint64_t instance = 0;
+};
+
+TrialJob make_job(const PreparedPlan& prepared, const suite::PlannedTrial& trial);
+
+struct TrialOutcome {
+  records::TrialRecord record;
+  records::TrialTimes times;  // plugin hashes not filled in
+  bool stopped = false;       // asked to stop: the record is no result
+};
+
+class TrialRunner {
+ public:
+  struct Options {
+    unsigned threads = 1;  // for the scene's own work
+    std::filesystem::path cache_folder;
+    std::function<void(const std::string&)> on_message;  // a plugin's warnings; any thread
+  };
+  explicit TrialRunner(Options options);
+  ~TrialRunner();
+  TrialRunner(const TrialRunner&) = delete;
+  TrialRunner& operator=(const TrialRunner&) = delete;
+
+  // A failure of algorithm, noise level or scene is a record with end "failed" and the steps made until
+  // then. Throws Error only for what concerns more than this trial (a library that cannot be loaded).
+  using OnStep = std::function<void(const task::Step&, const float* pixels)>;
+  TrialOutcome run(const TrialJob& job, const std::atomic<bool>* stop = nullptr, const OnStep& on_step = {});
+
+  // The job's lens in its scene. References are valid until the next run or place.
+  struct Placed {
+    const task::Instance& instance;
+    plugin_host::MountedAssembly& assembly;
+    relign_image reference;
+  };
+  Placed place(const TrialJob& job);
+
+  plugin_host::Scene& scene(const TrialJob& job);
+
+ private:
+  struct Bench;
+  plugin_host::HostServices services(const std::string& name, unsigned threads) const;
+  Options options_;
+  std::unique_ptr<Bench> bench_;
+};
+
+}  // namespace relign::runner

@@ -1,0 +1,294 @@
+#include "suite/suite.h"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <tuple>
+#include <utility>
+
+#include "base/text.h"
+
+namespace relign::suite {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr std::int64_t kMostInstances = 1'000'000;
+constexpr std::int64_t kMostSteps = 100'000;
+const std::vector<std::string> kProtocols = {"paper", "blind"};
+const std::vector<std::string> kMerits = {"combined", "rmse"};
+const std::vector<std::string> kLimits = {"soft", "hard"};
+
+// A text out of a few allowed ones; the fallback after a mistake.
+std::string one_of(ObjectReader& reader, const std::string& key, const std::vector<std::string>& allowed,
+                   const std::string& fallback) {
+  const std::string found = reader.string(key, fallback);
+  if (found == fallback || std::find(allowed.begin(), allowed.end(), found) != allowed.end()) return found;
+  const std::string nearest = nearest_name(found, allowed);
+  reader.complain(key, "found \"" + found + "\", allowed: " + join(allowed, ", ") +
+                           (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
+  return fallback;
+}
+
+// Names stand in tables, file names and on command lines (--only algorithm=NAME).
+std::string name_mistake(const std::string& name) {
+  if (name.empty()) return "a name must not be empty";
+  if (name.size() > 80) return "a name has at most 80 characters";
+  if (name.front() == '.') return "a name must not start with a dot";
+  for (const char letter : name)
+    if (letter == '/' || letter == '\\' || static_cast<unsigned char>(letter) < 0x20 || letter == 0x7f)
+      return "a name must not contain slashes or control characters";
+  return "";
+}
+
+// One entry of scenes, noise_levels or algorithms, as written.
+struct Entry {
+  std::string pointer;
+  bool usable = false;
+  std::string name;
+  bool named = false;
+  plugin_host::Choice choice;
+  std::string protocol, merit;
+  unsigned steps = 0;
+};
+
+struct Defaults {
+  std::string protocol = "paper";
+  unsigned steps = 50;
+};
+
+class SuiteReader {
+ public:
+  SuiteReader(const JsonSource& source, const std::filesystem::path& relative_to, plugin_host::Catalog& catalog)
+      : source_(source), relative_to_(relative_to), catalog_(catalog), top_(source, "", problems_) {}
+
+  Suite read() {
+    Suite suite;
+    suite.file = source_.file();
+    suite.text = source_.text();
+    suite.name = top_.string("name", std::filesystem::path(source_.file()).stem().string());
+    if (const std::string mistake = name_mistake(suite.name); top_.has("name") && !mistake.empty())
+      top_.complain("name", mistake);
+    suite.seed = static_cast<std::uint64_t>(top_.integer("seed", 1, 0, std::numeric_limits<std::int64_t>::max()));
+    suite.instances = static_cast<unsigned>(top_.integer("instances", 100, 1, kMostInstances));
+    suite.first_instance =
+        static_cast<unsigned>(top_.integer("first_instance", 0, 0, std::numeric_limits<std::int32_t>::max()));
+    defaults_.steps = static_cast<unsigned>(top_.integer("steps", 50, 1, kMostSteps));
+    defaults_.protocol = one_of(top_, "protocol", kProtocols, "paper");
+    suite.limits = one_of(top_, "limits", kLimits, "soft");
+    for (Entry& entry : entries("scenes", plugin_host::Kind::scene))
+      suite.scenes.push_back({std::move(entry.name), std::move(entry.choice)});
+    for (Entry& entry : entries("noise_levels", plugin_host::Kind::noise_level))
+      suite.levels.push_back({std::move(entry.name), std::move(entry.choice)});
+    for (Entry& entry : entries("algorithms", plugin_host::Kind::optimizer)) {
+      AlgorithmEntry algorithm;
+      algorithm.name = std::move(entry.name);
+      algorithm.choice = std::move(entry.choice);
+      algorithm.protocol = std::move(entry.protocol);
+      algorithm.merit = std::move(entry.merit);
+      algorithm.steps = entry.steps;
+      suite.algorithms.push_back(std::move(algorithm));
+    }
+    suite.machine_time = machine_time();
+    suite.spec = spec();
+    top_.refuse_unknown();
+    std::stable_sort(problems_.begin(), problems_.end(), [](const Problem& a, const Problem& b) {
+      return std::tie(a.file, a.line, a.column) < std::tie(b.file, b.line, b.column);
+    });
+    throw_if_any(problems_);
+    add_baselines(suite);
+    return suite;
+  }
+
+ private:
+  void complain(const std::string& pointer, const std::string& message) {
+    problems_.push_back(source_.problem(pointer, message));
+  }
+
+  std::vector<Entry> entries(const std::string& key, plugin_host::Kind kind) {
+    std::vector<Entry> found;
+    const Json* list = top_.get(key);
+    if (!list) {
+      if (source_.root().is_object()) top_.complain("", "the key \"" + key + "\" is missing (list of entries)");
+      return found;
+    }
+    if (!list->is_array() || list->empty()) {
+      top_.complain(key, list->is_array() ? "the list is empty: name at least one"
+                                          : std::string("expected a list, found ") + list->type_name());
+      return found;
+    }
+    for (std::size_t index = 0; index < list->size(); ++index) {
+      Entry entry = read_entry(top_.pointer_to(key) + "/" + std::to_string(index), (*list)[index], kind);
+      if (entry.usable) found.push_back(std::move(entry));
+    }
+    refuse_clashes(found, plugin_host::is_algorithm(kind));
+    return found;
+  }
+
+  Entry read_entry(const std::string& pointer, const Json& value, plugin_host::Kind kind) {
+    Entry entry;
+    entry.pointer = pointer;
+    entry.protocol = defaults_.protocol;
+    entry.steps = defaults_.steps;
+    if (value.is_string()) {
+      resolve(entry, kind, value.get<std::string>(), nullptr, pointer);
+      return entry;
+    }
+    if (!value.is_object()) {
+      complain(pointer, std::string("expected an id, a path or an object with \"use\", found ") + value.type_name());
+      return entry;
+    }
+    ObjectReader reader(source_, pointer, problems_);
+    const std::size_t mistakes = problems_.size();
+    const std::string use = reader.required_string("use");
+    entry.named = reader.has("name");
+    entry.name = reader.string("name", "");
+    const Json* parameters = reader.get("parameters");
+    if (parameters && !parameters->is_object()) {
+      reader.complain("parameters", std::string("expected an object, found ") + parameters->type_name());
+      parameters = nullptr;
+    }
+    if (plugin_host::is_algorithm(kind)) {
+      entry.protocol = one_of(reader, "protocol", kProtocols, defaults_.protocol);
+      entry.merit = one_of(reader, "merit", kMerits, "");
+      entry.steps = static_cast<unsigned>(reader.integer("steps", defaults_.steps, 1, kMostSteps));
+    }
+    reader.refuse_unknown();
+    if (parameters && !parameters->empty() && !entry.named)
+      complain(pointer, "changed parameters need a \"name\", which tables will show");
+    if (entry.named)
+      if (const std::string mistake = name_mistake(entry.name); !mistake.empty() && problems_.size() == mistakes)
+        reader.complain("name", mistake);
+    if (!use.empty())
+      resolve(entry, kind, use, parameters ? *parameters : Json(nullptr), pointer + "/use");
+    else if (problems_.size() == mistakes)
+      reader.complain("use", "an id, a preset or a path is missing");
+    return entry;
+  }
+
+  // Mistakes come back relative to the entry; `use_pointer` is where its id stands.
+  void resolve(Entry& entry, plugin_host::Kind kind, const std::string& use, const Json& parameters,
+               const std::string& use_pointer) {
+    std::vector<Problem> found;
+    try {
+      entry.choice = catalog_.resolve(kind, use, parameters, relative_to_, found);
+    } catch (const Error& error) {
+      // A plugin that is refused is reported with the suite's other mistakes.
+      Problem problem;
+      problem.message = error.what();
+      found.push_back(problem);
+    }
+    for (const Problem& problem : found) {
+      // A path may lead to a document of its own, whose mistakes have a place there.
+      if (!problem.file.empty()) {
+        problems_.push_back(problem);
+        continue;
+      }
+      complain(problem.pointer.empty() ? use_pointer : entry.pointer + problem.pointer, problem.message);
+    }
+    entry.usable = entry.choice.plugin != nullptr;
+    if (!entry.usable || entry.named) return;
+    entry.name = entry.choice.id;
+    if (const std::string mistake = name_mistake(entry.name); !mistake.empty())
+      complain(use_pointer, "'" + entry.name + "' cannot stand in tables (" + mistake + "): give the entry a \"name\"");
+  }
+
+  // Two rows of a table must not look alike; and one scene under two names would be the same trials twice.
+  void refuse_clashes(const std::vector<Entry>& entries, bool algorithms) {
+    std::map<std::string, std::string> by_name, by_identity;
+    for (const Entry& entry : entries) {
+      const std::string name = algorithms ? entry.name + "\n" + entry.protocol : entry.name;
+      const auto [same_name, fresh_name] = by_name.emplace(name, entry.pointer);
+      if (!fresh_name) {
+        complain(entry.pointer, "the name '" + entry.name + "' is taken by " + same_name->second +
+                                    (algorithms ? " under the same protocol" : "") +
+                                    ": give one of them another \"name\"");
+        continue;
+      }
+      if (algorithms) continue;
+      const auto [same, fresh] = by_identity.emplace(entry.choice.identity, entry.pointer);
+      if (!fresh) complain(entry.pointer, "this is the same as " + same->second + " under another name");
+    }
+  }
+
+  MachineTimeOverride machine_time() {
+    MachineTimeOverride found;
+    if (!top_.get("machine_time")) return found;
+    ObjectReader reader(source_, top_.pointer_to("machine_time"), problems_);
+    const auto number = [&reader](const char* key, double smallest) -> std::optional<double> {
+      if (!reader.has(key)) {
+        reader.get(key);  // known, though absent
+        return std::nullopt;
+      }
+      return reader.number(key, smallest, smallest, 1e9);
+    };
+    found.speed_mm_per_s = number("speed_mm_per_s", 1e-9);
+    found.speed_deg_per_s = number("speed_deg_per_s", 1e-9);
+    found.settle_ms = number("settle_ms", 0);
+    found.exposure_ms = number("exposure_ms", 0);
+    found.readout_ms = number("readout_ms", 0);
+    reader.refuse_unknown();
+    return found;
+  }
+
+  Json spec() {
+    const Json* value = top_.get("spec");
+    if (!value) return nullptr;
+    ObjectReader reader(source_, top_.pointer_to("spec"), problems_);
+    reader.number("rmse", 0, 0, kInfinity);
+    if (reader.get("mtf")) {
+      ObjectReader mtf(source_, reader.pointer_to("mtf"), problems_);
+      mtf.required_number("lp_per_mm", 0, kInfinity);
+      mtf.number("centre", 0, 0, 1);
+      mtf.number("corner", 0, 0, 1);
+      mtf.refuse_unknown();
+    }
+    reader.refuse_unknown();
+    return *value;
+  }
+
+  // home and random stand in every table, under every protocol that is used: readers see what one move
+  // to the nominal pose and what chance would give.
+  void add_baselines(Suite& suite) {
+    std::vector<std::string> protocols;
+    for (const AlgorithmEntry& entry : suite.algorithms)
+      if (std::find(protocols.begin(), protocols.end(), entry.protocol) == protocols.end())
+        protocols.push_back(entry.protocol);
+    const std::vector<std::string> known = catalog_.ids(plugin_host::Kind::optimizer);
+    for (const std::string& protocol : protocols) {
+      for (const std::string id : {"home", "random"}) {
+        const auto same = [&](const AlgorithmEntry& entry) {
+          return entry.protocol == protocol && (entry.choice.plugin->id == id || entry.name == id);
+        };
+        if (std::any_of(suite.algorithms.begin(), suite.algorithms.end(), same)) continue;
+        if (std::find(known.begin(), known.end(), id) == known.end()) continue;
+        AlgorithmEntry entry;
+        entry.choice = catalog_.resolve_or_throw(plugin_host::Kind::optimizer, id);
+        entry.name = entry.choice.id;
+        entry.protocol = protocol;
+        entry.steps = defaults_.steps;
+        entry.added = true;
+        suite.algorithms.push_back(std::move(entry));
+      }
+    }
+  }
+
+  const JsonSource& source_;
+  std::filesystem::path relative_to_;
+  plugin_host::Catalog& catalog_;
+  std::vector<Problem> problems_;
+  ObjectReader top_;
+  Defaults defaults_;
+};
+
+}  // namespace
+
+Suite read_suite(const std::filesystem::path& file, plugin_host::Catalog& catalog) {
+  const JsonSource source = JsonSource::from_file(file);
+  return read_suite(source, file.parent_path(), catalog);
+}
+
+Suite read_suite(const JsonSource& source, const std::filesystem::path& relative_to, plugin_host::Catalog& catalog) {
+  return SuiteReader(source, relative_to, catalog).read();
+}
+
+}  // namespace relign::suite

@@ -1,0 +1,59 @@
+// A suite: what a user wants compared. Read from JSON (see results and suites in docs), every
+// mistake at once with its place; unknown keys are errors.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/json_source.h"
+#include "plugin_host/catalog.h"
+
+namespace relign::suite {
+
+struct SceneEntry {
+  std::string name;  // shown in tables; file stem of a path, else the id
+  plugin_host::Choice choice;
+};
+
+struct LevelEntry {
+  std::string name;
+  plugin_host::Choice choice;
+};
+
+struct AlgorithmEntry {
+  std::string name;
+  plugin_host::Choice choice;
+  std::string protocol;  // "paper" or "blind"
+  std::string merit;     // empty: the protocol's own
+  unsigned steps = 50;   // budget after step 0
+  bool added = false;    // home or random, added by us
+};
+
+// Overrides of the scene's machine times; what is absent stays the scene's.
+struct MachineTimeOverride {
+  std::optional<double> speed_mm_per_s, speed_deg_per_s, settle_ms, exposure_ms, readout_ms;
+};
+
+struct Suite {
+  std::string name;  // "name" of the file, else its stem
+  std::string file;  // as given
+  std::string text;  // verbatim, for the results
+  std::uint64_t seed = 1;
+  unsigned instances = 100;
+  unsigned first_instance = 0;
+  std::string limits = "soft";  // or "hard"
+  std::vector<SceneEntry> scenes;
+  std::vector<LevelEntry> levels;
+  std::vector<AlgorithmEntry> algorithms;
+  MachineTimeOverride machine_time;
+  Json spec;  // null when absent
+};
+
+// Throws Error(bad_input) listing every problem. Adds home and random when they are missing.
+Suite read_suite(const std::filesystem::path& file, plugin_host::Catalog& catalog);
+Suite read_suite(const JsonSource& source, const std::filesystem::path& relative_to, plugin_host::Catalog& catalog);
+
+}  // namespace relign::suite

@@ -1,0 +1,88 @@
+#include "runner/pictures.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/seeds.h"
+#include "pixels/image_file.h"
+#include "runner/trial_runner.h"
+#include "toy_suites.h"
+
+namespace relign::runner {
+namespace {
+
+using PicturesTest = ToyTest;
+
+TEST_F(PicturesTest, ShowBestMedianAndWorst) {
+  run(prepared(suite_text(kWalkers)), options("a"));
+  const Json index = Json::parse(read_file(folder_ / "a/pictures/index.json"));
+  EXPECT_EQ(index["format"], 1);
+  EXPECT_EQ(index["references"], Json::parse(R"([{"scene": "toy-scene", "file": "toy-scene/reference.png"}])"));
+  EXPECT_TRUE(fs::exists(folder_ / "a/pictures/toy-scene/reference.png"));
+  // Two levels, three algorithms; the stumbler has unfailed trials at both.
+  ASSERT_EQ(index["trials"].size(), 18U);
+
+  std::vector<std::pair<double, std::string>> walkers;
+  for (const records::TrialRecord& record : records::read_trials(folder_ / "a"))
+    if (record.algorithm == "toy-walker" && record.noise_level == "toy-wild")
+      walkers.emplace_back(record.steps.back().recommended_mse, record.trial);
+  std::sort(walkers.begin(), walkers.end());
+  ASSERT_EQ(walkers.size(), 6U);
+  std::map<std::string, std::string> shown;
+  for (const Json& trial : index["trials"])
+    if (trial["algorithm"] == "toy-walker" && trial["noise_level"] == "toy-wild") shown[trial["why"]] = trial["trial"];
+  EXPECT_EQ(shown["best"], walkers[0].second);
+  EXPECT_EQ(shown["median"], walkers[2].second);
+  EXPECT_EQ(shown["worst"], walkers[5].second);
+  for (const Json& trial : index["trials"]) {
+    EXPECT_EQ(trial["frames"].size(), 2U);
+    for (const Json& frame : trial["frames"])
+      EXPECT_TRUE(fs::exists(folder_ / "a/pictures" / frame["file"].get<std::string>())) << frame;
+  }
+}
+
+// The first frame is what the algorithm saw at step 0; the last one lies at the recommended pose.
+TEST_F(PicturesTest, AreTheFramesOfTheTrial) {
+  const PreparedPlan plan = prepared(suite_text("\"toy-walker\""));
+  run(plan, options("a"));
+  const Json index = Json::parse(read_file(folder_ / "a/pictures/index.json"));
+  const std::string id = index["trials"][0]["trial"];
+  const auto planned = std::find_if(plan.plan.trials.begin(), plan.plan.trials.end(),
+                                    [&id](const suite::PlannedTrial& trial) { return trial.id == id; });
+  ASSERT_NE(planned, plan.plan.trials.end());
+  const TrialJob job = make_job(plan, *planned);
+  TrialRunner runner({1, {}, {}});
+  std::vector<float> first;
+  const TrialOutcome outcome = runner.run(job, nullptr, [&first](const task::Step& step, const float* pixels) {
+    if (step.number == 0) first.assign(pixels, pixels + 12 * 8);
+  });
+  const records::StepRecord& last = outcome.record.steps.back();
+  std::vector<float> final_frame(12 * 8);
+  runner.place(job).assembly.capture(last.recommended_true_pose,
+                                     frame_seed(outcome.record.instance_seed, last.step, FrameStream::capture),
+                                     final_frame.data());
+  const auto expect_equal = [this](const std::string& file, const std::vector<float>& wanted) {
+    const pixels::Image image = pixels::read_image(folder_ / "a/pictures" / file);
+    ASSERT_EQ(image.values.size(), wanted.size());
+    EXPECT_EQ(image.width, 12U);
+    for (std::size_t pixel = 0; pixel < wanted.size(); ++pixel)
+      ASSERT_NEAR(image.values[pixel], std::clamp(wanted[pixel], 0.0F, 1.0F), 0.6 / 255) << pixel;
+  };
+  expect_equal(id + "/step-000.png", first);
+  expect_equal(id + "/step-005.png", final_frame);
+}
+
+TEST_F(PicturesTest, ThatAreThereStay) {
+  const PreparedPlan plan = prepared(suite_text("\"toy-walker\""));
+  run(plan, options("a"));
+  const Json index = Json::parse(read_file(folder_ / "a/pictures/index.json"));
+  const fs::path frame = folder_ / "a/pictures" / index["trials"][0]["frames"][0]["file"].get<std::string>();
+  const auto written = fs::last_write_time(frame);
+  fs::create_directories(folder_ / "a/pictures/0123456789abcdef");  // of a trial that is shown no more
+  run(plan, options("a"));
+  EXPECT_EQ(fs::last_write_time(frame), written);
+  EXPECT_FALSE(fs::exists(folder_ / "a/pictures/0123456789abcdef"));
+}
+
+}  // namespace
+}  // namespace relign::runner

@@ -1,0 +1,136 @@
+// Runs into a folder that holds results already: stopped, changed, renamed.
+#include <thread>
+
+#include "runner/run.h"
+#include "toy_suites.h"
+
+namespace relign::runner {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using RunAgainTest = ToyTest;
+
+TEST_F(RunAgainTest, ASecondRunReusesEverything) {
+  const PreparedPlan plan = prepared(suite_text(kWalkers));
+  const RunSummary first = run(plan, options("a"));
+  const auto before = contents("a");
+  const RunSummary second = run(plan, options("a"));
+  EXPECT_EQ(second.reused, 36U);
+  EXPECT_EQ(second.finished, 36U);
+  EXPECT_EQ(second.failed, first.failed);
+  EXPECT_EQ(second.failures, first.failures);
+  EXPECT_EQ(contents("a"), before);
+  EXPECT_THAT(messages_, testing::IsEmpty());
+}
+
+// Stopped after some trials, with the others in flight dropped, and resumed until all is done.
+TEST_F(RunAgainTest, AStoppedRunResumedEqualsOneThatWasNot) {
+  const PreparedPlan plan = prepared(suite_text(kWalkers));
+  run(plan, options("whole"));
+  const auto whole = contents("whole");
+  std::size_t rounds = 0;
+  for (bool stopped = true; stopped; ++rounds) {
+    ASSERT_LT(rounds, 20U);
+    std::atomic<bool> stop{false};
+    RunOptions interrupted = options("parts", 2);
+    interrupted.stop = &stop;
+    std::size_t fresh = 0;
+    interrupted.on_progress = [&](const Progress& progress) {
+      if (progress.done > progress.reused && ++fresh == 5) stop = true;
+    };
+    const RunSummary summary = run(plan, interrupted);
+    stopped = summary.stopped;
+    if (stopped) {
+      EXPECT_LE(summary.finished, summary.reused + 7);
+    }
+  }
+  EXPECT_GT(rounds, 3U);
+  EXPECT_EQ(contents("parts"), whole);
+}
+
+TEST_F(RunAgainTest, AStopBeforeTheFirstTrialRunsNone) {
+  const PreparedPlan plan = prepared(suite_text(kWalkers));
+  const std::atomic<bool> stop{true};
+  RunOptions stopped = options("a");
+  stopped.stop = &stop;
+  const RunSummary summary = run(plan, stopped);
+  EXPECT_TRUE(summary.stopped);
+  EXPECT_EQ(summary.finished, 0U);
+}
+
+TEST_F(RunAgainTest, HalfWrittenTrialsRunAgain) {
+  const PreparedPlan plan = prepared(suite_text(kWalkers));
+  run(plan, options("a"));
+  const auto whole = contents("a");
+  const std::string trials = read_file(folder_ / "a/trials/0000.jsonl");
+  write_file_atomically(folder_ / "a/trials/0000.jsonl", trials.substr(0, trials.size() / 2));
+  const RunSummary summary = run(plan, options("a"));
+  EXPECT_LT(summary.reused, 36U);
+  EXPECT_EQ(summary.finished, 36U);
+  EXPECT_EQ(contents("a"), whole);
+  ASSERT_EQ(messages_.size(), 1U);
+  EXPECT_THAT(messages_[0], HasSubstr("half-written"));
+}
+
+TEST_F(RunAgainTest, AChangedPluginRunsItsTrialsAgain) {
+  run(prepared(suite_text(kWalkers)), options("a"));
+  const PreparedPlan changed = prepared(suite_text(kWalkers), "toy_walker_changed");
+  const RunSummary summary = run(changed, options("a"));
+  EXPECT_THAT(messages_, ElementsAre("toy-walker changed: 24 trials rerun"));
+  EXPECT_EQ(summary.reused, 12U);  // the stumbler's
+  EXPECT_EQ(summary.finished, 36U);
+  run(changed, options("fresh"));
+  EXPECT_EQ(contents("a"), contents("fresh"));
+  // And it did change: another stride.
+  run(prepared(suite_text(kWalkers)), options("before"));
+  EXPECT_NE(read_file(folder_ / "before/trials/0000.jsonl"), read_file(folder_ / "a/trials/0000.jsonl"));
+}
+
+TEST_F(RunAgainTest, ARenamedLevelRunsAgainUnderItsName) {
+  const auto text = [](const char* name) {
+    return R"({"scenes": ["toy-scene"], "algorithms": ["toy-walker"], "instances": 3, "steps": 2, "noise_levels": [
+               {"use": "toy-level", "name": ")" +
+           std::string(name) + R"(", "parameters": {"width": 0.3}}]})";
+  };
+  run(prepared(text("wide")), options("a"));
+  run(prepared(text("broad")), options("a"));
+  ASSERT_EQ(messages_.size(), 1U);
+  EXPECT_THAT(messages_[0], HasSubstr("under other names now: 3 trials rerun"));
+  for (const records::TrialRecord& record : records::read_trials(folder_ / "a")) EXPECT_EQ(record.noise_level, "broad");
+}
+
+TEST_F(RunAgainTest, TrialsOfAnEarlierFormOfTheSuiteAreKeptButNotShown) {
+  run(prepared(suite_text("\"toy-walker\"")), options("a"));
+  const PreparedPlan longer = prepared(suite_text("\"toy-walker\"", R"(, "seed": 2)"));
+  const RunSummary summary = run(longer, options("a"));
+  EXPECT_EQ(summary.reused, 0U);
+  ASSERT_EQ(messages_.size(), 1U);
+  EXPECT_THAT(messages_[0], HasSubstr("12 finished trials"));
+  EXPECT_EQ(records::read_trials(folder_ / "a").size(), 24U);
+  const auto shown = records::read_planned_trials(folder_ / "a");
+  ASSERT_EQ(shown.size(), 12U);
+  EXPECT_EQ(shown[0].trial, longer.plan.trials[0].id);
+  // Back again: nothing is lost.
+  EXPECT_EQ(run(prepared(suite_text("\"toy-walker\"")), options("a")).reused, 12U);
+}
+
+TEST_F(RunAgainTest, ANewProgramIsSaidAndItsResultsKept) {
+  const PreparedPlan plan = prepared(suite_text("\"toy-walker\""));
+  run(plan, options("a"));
+  Json manifest = records::read_manifest(folder_ / "a");
+  manifest["program"]["hash"] = std::string(64, '0');
+  write_file_atomically(folder_ / "a" / "manifest.json", manifest.dump());
+  EXPECT_EQ(run(plan, options("a")).reused, 12U);
+  ASSERT_EQ(messages_.size(), 1U);
+  EXPECT_THAT(messages_[0], HasSubstr("relign-bench itself changed"));
+}
+
+TEST_F(RunAgainTest, TwoRunsIntoOneFolderAtOnceAreRefused) {
+  const PreparedPlan plan = prepared(suite_text(kWalkers));
+  const records::ResultsWriter other(folder_ / "a");
+  EXPECT_THAT(message_of(ErrorKind::io, [&] { run(plan, options("a")); }), HasSubstr("another run is writing"));
+}
+
+}  // namespace
+}  // namespace relign::runner

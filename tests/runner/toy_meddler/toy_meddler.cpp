@@ -1,0 +1,18 @@
+#include <unistd.h>
+
+#include <relign/plugin.hpp>
+
+namespace {
+
+class ToyMeddler final : public relign::Optimizer {
+ public:
+  explicit ToyMeddler(const relign::Parameters&) {}
+  void run(relign::Conversation& talk) override {
+    talk.first();
+    if (::chdir("/") != 0) throw std::runtime_error("cannot even meddle");
+  }
+};
+
+}  // namespace
+
+RELIGN_PLUGIN(ToyMeddler)
