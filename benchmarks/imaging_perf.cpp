@@ -1,0 +1,133 @@
+// Captures, truths and their parts on relign_od. Names carry transport, sampler and threads; counters
+// give rays a second, and for the parts nanoseconds a ray.
+#include <benchmark/benchmark.h>
+
+#include <map>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "imaging/camera.h"
+#include "imaging/reference.h"
+#include "imaging/scene_file.h"
+#include "optics/ray_block.h"
+
+namespace {
+
+namespace imaging = relign::imaging;
+namespace optics = relign::optics;
+
+const imaging::SceneFile& scene() {
+  static const imaging::SceneFile file = imaging::read_scene_file(RELIGN_OD_SCENE, {});
+  return file;
+}
+
+// The last two elements tilted: every change of frame has to be made.
+optics::Assembly tilted() {
+  return optics::Assembly(scene().lens, {{"L3", {{0.0002, -0.0001, 0.0001}, {0.4, -0.3}}},
+                                         {"L4", {{-0.0001, 0.0002, 0.0001}, {-0.5, 0.2}}}});
+}
+
+const std::vector<double>& pose() {
+  static const std::vector<double> near_nominal = {0.52, 0.49, 0.5, 0.53, 0.48};
+  return near_nominal;
+}
+
+void capture(benchmark::State& state, imaging::Sampler sampler, imaging::Transport transport, int samples) {
+  imaging::Parallel parallel(static_cast<unsigned>(state.range(0)));
+  imaging::Camera camera(scene(), tilted(), {transport, sampler, samples}, parallel);
+  std::vector<float> image(40000);
+  std::uint64_t seed = 0;
+  for (auto _ : state) camera.capture(pose(), seed++, image.data());
+}
+BENCHMARK_CAPTURE(capture, paper_noise_fresnel, imaging::Sampler::paper, imaging::Transport::fresnel, 64)
+    ->Arg(1)
+    ->Arg(2)
+    ->ArgName("threads")
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(capture, paper_noise_refract, imaging::Sampler::paper, imaging::Transport::refract, 64)
+    ->Arg(1)
+    ->Arg(2)
+    ->ArgName("threads")
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(capture, pupil64_fresnel, imaging::Sampler::pupil, imaging::Transport::fresnel, 64)
+    ->Arg(1)
+    ->Arg(2)
+    ->ArgName("threads")
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(capture, hemisphere_fresnel, imaging::Sampler::hemisphere, imaging::Transport::fresnel, 64)
+    ->Arg(1)
+    ->Arg(2)
+    ->ArgName("threads")
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+
+void truth(benchmark::State& state) {
+  imaging::Parallel parallel(static_cast<unsigned>(state.range(0)));
+  const imaging::Reference reference = imaging::make_reference(scene(), {}, parallel, {}, {});
+  imaging::Camera camera(scene(), optics::Assembly(scene().lens), {}, parallel);
+  std::uint64_t seed = 0;
+  double error = 0;
+  const std::vector<double> nominal(5, 0.5);
+  for (auto _ : state) error = camera.noise_free_mse(nominal, seed++, reference).standard_error;
+  state.counters["standard_error"] = error;
+}
+BENCHMARK(truth)
+    ->Name("truth_fresnel")
+    ->Arg(1)
+    ->Arg(2)
+    ->ArgName("threads")
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+
+void mount(benchmark::State& state) {
+  imaging::Parallel parallel(1);
+  for (auto _ : state) {
+    imaging::Camera camera(scene(), tilted(), {}, parallel);
+    benchmark::DoNotOptimize(camera);
+  }
+}
+BENCHMARK(mount)->Name("mount_an_assembly")->Unit(benchmark::kMillisecond);
+
+// One block of 256 rays through the whole tilted lens, already in the cache: the bound for everything
+// above. One instruction set each; bits are equal, time is not.
+void trace_block(benchmark::State& state, const char* isa, bool fresnel) {
+  const optics::BlockKernels* kernels = optics::block_kernels(isa);
+  if (!kernels) {
+    state.SkipWithError("this processor has no such instruction set");
+    return;
+  }
+  const optics::Assembly assembly = tilted();
+  const optics::BackwardPath path = optics::backward_path(assembly, scene().lens_to_world(pose()));
+  const optics::Vec3 start = path.into_first_frame.point({0.3, 0.2, scene().sensor.z_mm});
+  const auto fresh = std::make_unique<optics::RayBlock>();
+  for (int i = 0; i < optics::kBlockRays; ++i) {
+    const optics::Vec3 direction =
+        path.into_first_frame.direction(optics::unit({0.2 * (i % 16 - 7.5) / 8, 0.2 * (i / 16 - 7.5) / 8, -1}));
+    fresh->x[i] = static_cast<float>(start.x);
+    fresh->y[i] = static_cast<float>(start.y);
+    fresh->z[i] = static_cast<float>(start.z);
+    fresh->lx[i] = static_cast<float>(direction.x);
+    fresh->ly[i] = static_cast<float>(direction.y);
+    fresh->lz[i] = static_cast<float>(direction.z);
+    fresh->above[i] = fresh->below[i] = fresh->margin[i] = 1;
+  }
+  const auto block = std::make_unique<optics::RayBlock>();
+  for (auto _ : state) {
+    *block = *fresh;
+    kernels->trace(*block, path.ops.data(), static_cast<int>(path.ops.size()), fresnel, optics::kBlockRays);
+    benchmark::DoNotOptimize(block->margin);
+  }
+  state.counters["rays"] =
+      benchmark::Counter(static_cast<double>(state.iterations()) * optics::kBlockRays, benchmark::Counter::kIsRate);
+}
+BENCHMARK_CAPTURE(trace_block, avx512_fresnel, "avx512", true);
+BENCHMARK_CAPTURE(trace_block, avx2_fresnel, "avx2", true);
+BENCHMARK_CAPTURE(trace_block, avx512_refract, "avx512", false);
+BENCHMARK_CAPTURE(trace_block, avx2_refract, "avx2", false);
+
+}  // namespace

@@ -1,0 +1,222 @@
+#include "cli/app.h"
+
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <filesystem>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "base/text.h"
+#include "cli/help.h"
+#include "cli/interrupt.h"
+
+namespace relign::cli {
+namespace {
+
+std::string shell_quoted(const std::string& word) {
+  const char* plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_./=,:+@%";
+  if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) return word;
+  std::string quoted = "'";
+  for (const char letter : word) quoted += letter == '\'' ? std::string("'\\''") : std::string(1, letter);
+  return quoted + "'";
+}
+
+void print_error(const std::string& text) {
+  const bool colours = stderr_has_colours();
+  std::fprintf(stderr, "%serror:%s %s\n", colours ? "\033[31m" : "", colours ? "\033[0m" : "", text.c_str());
+}
+
+int exit_code(ErrorKind kind) {
+  switch (kind) {
+    case ErrorKind::bad_input:
+    case ErrorKind::io:
+      return kBadInput;
+    case ErrorKind::plugin_refused:
+      return kPluginRefused;
+    case ErrorKind::stopped:
+      return stop_exit_code();
+    case ErrorKind::plugin_failed:
+    case ErrorKind::internal:
+      break;
+  }
+  return kInternal;
+}
+
+// The verb that the arguments name, or the program itself.
+const CLI::App* chosen_verb(const CLI::App& app) {
+  const CLI::App* verb = &app;
+  while (!verb->get_subcommands().empty()) verb = verb->get_subcommands().front();
+  return verb;
+}
+
+// CLI11 says that an argument was not expected; a user wants to know which one was meant.
+std::string explain_parse_error(const CLI::App& app, const CLI::ParseError& error) {
+  const CLI::App* verb = chosen_verb(app);
+  std::vector<std::string> extras = app.remaining(true);
+  for (const std::string& extra : extras) {
+    std::vector<std::string> known;
+    if (!extra.empty() && extra.front() == '-') {
+      const std::string name = extra.substr(0, extra.find('='));
+      for (const CLI::App* level = verb; level != nullptr; level = level->get_parent())
+        for (const CLI::Option* option : level->get_options())
+          for (const std::string& known_name : option->get_lnames()) known.push_back("--" + known_name);
+      const std::string nearest = nearest_name(name, known);
+      return "unknown option '" + name + "'" + (nearest.empty() ? "" : "; did you mean '" + nearest + "'?");
+    }
+    const auto verbs = verb->get_subcommands([](const CLI::App*) { return true; });
+    if (verbs.empty()) return "unexpected argument '" + extra + "'";
+    for (const CLI::App* known_verb : verbs) known.push_back(known_verb->get_name());
+    return "unknown verb '" + extra + "'" + suggestion(extra, known);
+  }
+  return error.what();
+}
+
+std::string help_hint(const CLI::App& app) {
+  const CLI::App* verb = chosen_verb(app);
+  std::string path = verb->get_name();
+  for (const CLI::App* level = verb->get_parent(); level != nullptr; level = level->get_parent())
+    path = level->get_name() + " " + path;
+  return "See: " + path + " --help";
+}
+
+void add_global_options(CLI::App& app, Context& context) {
+  app.add_flag("--json", context.json, "print the result as JSON");
+  app.add_option("--plugin", context.plugin_paths, "use one more plugin: its folder, library or manifest; repeatable")
+      ->type_name("PATH")
+      ->allow_extra_args(false);
+  app.add_option("--progress", context.progress_name,
+                 "how to show progress on stderr: auto (a line on a terminal, else plain), plain (a line every 10 s), "
+                 "json or none")
+      ->type_name("MODE")
+      ->check(CLI::IsMember({"auto", "plain", "json", "none"}))
+      ->capture_default_str();
+  app.set_version_flag("--version",
+                       std::string("relign-bench " RELIGN_VERSION) + " (plugin interface " +
+                           std::to_string(RELIGN_ABI_MAJOR) + "." + std::to_string(RELIGN_ABI_MINOR) + ")",
+                       "print the version");
+}
+
+int run_action(Context& context) {
+  try {
+    return context.action();
+  } catch (const Error& error) {
+    print_error(error.what());
+    return exit_code(error.kind());
+  } catch (const std::exception& error) {
+    print_error(std::string("internal error: ") + error.what());
+    return kInternal;
+  }
+}
+
+}  // namespace
+
+plugin_host::Catalog& Context::catalog() {
+  if (!scanned_) {
+    for (const std::filesystem::path& root : plugin_host::Catalog::default_roots()) catalog_.scan(root);
+    for (const std::string& path : plugin_paths) catalog_.add(path);
+    for (const std::string& refused : catalog_.refused()) print_warning(refused);
+    scanned_ = true;
+  }
+  return catalog_;
+}
+
+plugin_host::HostServices Context::services(unsigned threads) const {
+  plugin_host::HostServices services;
+  services.threads = threads;
+  services.cache_folder = relign::cache_folder();
+  services.log = [](int level, const std::string& message) {
+    if (level >= RELIGN_LOG_WARNING) print_warning(message);
+  };
+  return services;
+}
+
+ProgressMode Context::progress_mode() const {
+  return progress_mode_from_name(progress_name).value_or(ProgressMode::plain);
+}
+
+std::string Context::typed_command() const {
+  std::vector<std::string> words;
+  for (const std::string& word : command_line) words.push_back(shell_quoted(word));
+  return join(words, " ");
+}
+
+CLI::App& add_verb(CLI::App& parent, const VerbText& text) {
+  CLI::App* verb = parent.add_subcommand(text.name, text.summary);
+  verb->fallthrough();  // global options may follow the verb
+  std::string footer = "Example:\n  ";
+  for (const char letter : std::string(text.example))
+    footer += letter == '\n' ? std::string("\n  ") : std::string(1, letter);
+  verb->footer(footer + "\n\nSee also: " + text.see_also);
+  return *verb;
+}
+
+CLI::Validator whole_number() {
+  return CLI::Validator(
+      [](const std::string& text) {
+        const bool digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+        return digits && text.size() <= 19 ? std::string() : "'" + text + "' is no whole number from 0 up";
+      },
+      "");
+}
+
+int run_program(int argc, const char* const* argv) {
+  Context context;
+  context.command_line.assign(argv, argv + argc);
+  CLI::App app("Compares methods of active alignment on simulated lenses: same seeded instances, honest scores.",
+               "relign-bench");
+  try {
+    app.formatter(help_formatter());
+    app.set_help_flag("-h,--help", "print this help");
+    app.require_subcommand(0, 1);
+    app.footer(
+        "Example:\n  relign-bench run suites/quick.json\n\n"
+        "Exit codes: 0 done; 1 internal; 2 bad arguments, suite or file; 3 done, some trials failed;\n"
+        "5 plugin refused; 75 stopped early, resumable; 130 Ctrl-C.");
+    add_global_options(app, context);
+    add_run(app, context);
+    add_try(app, context);
+    add_validate(app, context);
+    add_list(app, context);
+    add_describe(app, context);
+    add_render(app, context);
+    add_report(app, context);
+    add_lens(app, context);
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    context.action = [&] {
+      print_result(app.help());
+      return kDone;
+    };
+  } catch (const CLI::CallForVersion& version) {
+    context.action = [text = std::string(version.what())] {
+      print_result(text + "\n");
+      return kDone;
+    };
+  } catch (const CLI::ParseError& error) {
+    print_error(explain_parse_error(app, error));
+    std::fprintf(stderr, "%s\n", help_hint(app).c_str());
+    return kBadInput;
+  } catch (const std::exception& error) {
+    print_error(std::string("internal error: ") + error.what());
+    return kInternal;
+  }
+  if (!context.action) {
+    std::fputs(app.help().c_str(), stderr);
+    return kBadInput;
+  }
+  return run_action(context);
+}
+
+void print_result(const std::string& text) {
+  errno = 0;
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
+    throw Error(ErrorKind::io, std::string("cannot write the result to stdout: ") + std::strerror(errno));
+}
+
+void print_warning(const std::string& text) {
+  const bool colours = stderr_has_colours();
+  std::fprintf(stderr, "%swarning:%s %s\n", colours ? "\033[33m" : "", colours ? "\033[0m" : "", text.c_str());
+}
+
+}  // namespace relign::cli

@@ -1,0 +1,73 @@
+// The program's frame: global options, and how a verb plugs in.
+//
+// A verb is one function `void add_NAME(CLI::App& app, Context& context)` in verb_NAME.cpp: it adds
+// its subcommand and, when that is chosen, sets context.action. The action runs after all arguments
+// were read and returns an exit code. Verbs throw Error; only run_program turns errors into exit
+// codes. stdout carries the result or its path, stderr everything else.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "cli/exit_codes.h"
+#include "cli/progress.h"
+#include "plugin_host/catalog.h"
+#include "plugin_host/objects.h"
+
+namespace relign::cli {
+
+class Context {
+ public:
+  bool json = false;                      // --json
+  std::vector<std::string> plugin_paths;  // --plugin
+  std::string progress_name = "auto";     // --progress
+  std::vector<std::string> command_line;  // as typed, for "the same command goes on"
+  std::function<int()> action;            // set by the chosen verb
+
+  // All plugins: scanned on first use, then those of --plugin. Throws Error(plugin_refused).
+  plugin_host::Catalog& catalog();
+
+  // Threads, cache and log for objects that live in this process.
+  plugin_host::HostServices services(unsigned threads) const;
+
+  ProgressMode progress_mode() const;
+  std::string typed_command() const;
+
+ private:
+  plugin_host::Catalog catalog_;
+  bool scanned_ = false;
+};
+
+// What a verb's help says besides its options.
+struct VerbText {
+  const char* name;
+  const char* summary;   // one sentence
+  const char* example;   // to copy and paste; several lines allowed
+  const char* see_also;  // names of other verbs
+};
+CLI::App& add_verb(CLI::App& parent, const VerbText& text);
+
+// For options that are numbers or seeds: digits only, so that "-3" does not become a huge number.
+CLI::Validator whole_number();
+
+void add_run(CLI::App& app, Context& context);
+void add_try(CLI::App& app, Context& context);
+void add_validate(CLI::App& app, Context& context);
+void add_list(CLI::App& app, Context& context);
+void add_describe(CLI::App& app, Context& context);
+void add_render(CLI::App& app, Context& context);
+void add_report(CLI::App& app, Context& context);
+void add_lens(CLI::App& app, Context& context);
+
+// Reads the arguments, runs the verb, returns the exit code. Never throws.
+int run_program(int argc, const char* const* argv);
+
+// Text for stdout; throws Error(io) when it cannot be written (a full disk, a closed pipe).
+void print_result(const std::string& text);
+
+// A line for stderr: "warning: ...".
+void print_warning(const std::string& text);
+
+}  // namespace relign::cli

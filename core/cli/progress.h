@@ -1,0 +1,58 @@
+// How far a run is, on stderr: one repainted line on a terminal, a plain line every 10 seconds
+// elsewhere, JSON lines for programs, or nothing.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "runner/run.h"
+
+namespace relign::cli {
+
+enum class ProgressMode { line, plain, json, none };
+
+// "auto" becomes line on a terminal that can repaint, else plain.
+std::optional<ProgressMode> progress_mode_from_name(const std::string& name);
+
+// Colours on stderr: a terminal, and NO_COLOR is not set.
+bool stderr_has_colours();
+
+class ProgressPrinter {
+ public:
+  explicit ProgressPrinter(ProgressMode mode);
+  ~ProgressPrinter();
+  ProgressPrinter(const ProgressPrinter&) = delete;
+  ProgressPrinter& operator=(const ProgressPrinter&) = delete;
+
+  void update(const runner::Progress& progress);  // any thread
+  void message(const std::string& text);          // a line that stays; any thread
+  void finish();                                  // takes the repainted line away; called once more is harmless
+
+ private:
+  void tick();
+  void paint_line();
+  void print_plain();
+  void print_json();
+
+  const ProgressMode mode_;
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  runner::Progress progress_;
+  std::string last_phase_;
+  std::chrono::steady_clock::time_point phase_since_;
+  std::chrono::steady_clock::time_point last_printed_;
+  std::size_t done_at_phase_start_ = 0;
+  bool started_ = false;
+  bool painted_ = false;
+  bool finished_ = false;
+  std::thread ticker_;
+};
+
+// "12 s", "3 min 20 s", "2 h 5 min".
+std::string duration_text(double seconds);
+
+}  // namespace relign::cli

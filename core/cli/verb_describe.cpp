@@ -1,0 +1,171 @@
+// relign-bench describe: one page on a plugin or preset, from its manifest alone.
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+
+#include "base/error.h"
+#include "base/text.h"
+#include "cli/app.h"
+#include "cli/text_table.h"
+
+namespace relign::cli {
+namespace {
+
+using plugin_host::Kind;
+using plugin_host::Manifest;
+using plugin_host::Parameter;
+using plugin_host::Preset;
+
+const char* type_name(plugin_host::ParameterType type) {
+  switch (type) {
+    case plugin_host::ParameterType::number:
+      return "number";
+    case plugin_host::ParameterType::integer:
+      return "integer";
+    case plugin_host::ParameterType::boolean:
+      return "boolean";
+    case plugin_host::ParameterType::text:
+      return "text";
+    case plugin_host::ParameterType::file:
+      return "file";
+    case plugin_host::ParameterType::algorithm:
+      return "algorithm";
+    case plugin_host::ParameterType::json:
+      return "json";
+  }
+  return "";
+}
+
+std::string number_text(double number) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.12g", number);
+  return buffer;
+}
+
+std::string value_text(const Json& value) {
+  if (value.is_null()) return "required";
+  if (value.is_number_float()) return number_text(value.get<double>());
+  const std::string text = value.is_string() ? value.get<std::string>() : value.dump();
+  return text.empty() ? "-" : text;
+}
+
+std::string allowed_text(const Parameter& parameter) {
+  if (!parameter.allowed.empty()) return join(parameter.allowed, ", ");
+  if (parameter.minimum && parameter.maximum)
+    return number_text(*parameter.minimum) + " to " + number_text(*parameter.maximum);
+  if (parameter.minimum) return "from " + number_text(*parameter.minimum);
+  if (parameter.maximum) return "up to " + number_text(*parameter.maximum);
+  return "any";
+}
+
+// Default, then what the preset changes.
+Json shown_value(const Parameter& parameter, const Preset* preset) {
+  if (preset != nullptr && preset->parameters.contains(parameter.name)) return preset->parameters.at(parameter.name);
+  return parameter.default_value;
+}
+
+std::string readme_of(const Manifest& plugin) {
+  const std::filesystem::path readme = plugin.folder / "README.md";
+  return std::filesystem::exists(readme) ? readme.string() : "";
+}
+
+std::string page(const Manifest& plugin, const Preset* preset) {
+  const std::string id = preset == nullptr ? plugin.id : preset->id;
+  std::string text =
+      id + "  (" + plugin_host::kind_name(plugin.kind) + (preset == nullptr ? "" : ", preset of " + plugin.id) + ")\n";
+  text += (preset == nullptr || preset->summary.empty() ? plugin.summary : preset->summary) + "\n\n";
+  if (plugin_host::is_algorithm(plugin.kind))
+    text += "knows         " + (plugin.knows.empty() ? "nothing" : join(plugin.knows, ", ")) +
+            (plugin.oracle ? " (an oracle: told the true start under every protocol)" : "") + "\n";
+  text += "reproducible  " + std::string(plugin.reproducible == "this_cpu" ? "on one kind of processor" : "anywhere") +
+          "\n";
+  if (!plugin.license.empty()) text += "licence       " + plugin.license + "\n";
+  if (!plugin.citation.empty()) text += "citation      " + plugin.citation + "\n";
+  if (const std::string readme = readme_of(plugin); !readme.empty()) text += "read          " + readme + "\n";
+
+  if (!plugin.parameters.empty()) {
+    TextTable table({"parameter", "type", preset == nullptr ? "default" : "value", "allowed", "unit", "meaning"});
+    for (const Parameter& parameter : plugin.parameters)
+      table.add({parameter.name, type_name(parameter.type), value_text(shown_value(parameter, preset)),
+                 allowed_text(parameter), parameter.unit.empty() ? "-" : parameter.unit, parameter.description});
+    text += "\n" + table.text();
+  }
+  if (preset == nullptr && !plugin.presets.empty()) {
+    TextTable table({"preset", "changes", "meaning"});
+    for (const Preset& each : plugin.presets) {
+      std::vector<std::string> changes;
+      for (const auto& [name, value] : each.parameters.items()) changes.push_back(name + "=" + value_text(value));
+      table.add({each.id, changes.empty() ? "-" : join(changes, " "), each.summary});
+    }
+    text += "\n" + table.text();
+  }
+  return text;
+}
+
+Json to_json(const Manifest& plugin, const Preset* preset) {
+  Json parameters = Json::array();
+  for (const Parameter& parameter : plugin.parameters) {
+    Json entry = {{"name", parameter.name},
+                  {"type", type_name(parameter.type)},
+                  {"value", shown_value(parameter, preset)},
+                  {"unit", parameter.unit},
+                  {"description", parameter.description}};
+    if (parameter.minimum) entry["minimum"] = *parameter.minimum;
+    if (parameter.maximum) entry["maximum"] = *parameter.maximum;
+    if (!parameter.allowed.empty()) entry["allowed"] = parameter.allowed;
+    parameters.push_back(entry);
+  }
+  Json presets = Json::array();
+  for (const Preset& each : plugin.presets)
+    presets.push_back({{"id", each.id}, {"summary", each.summary}, {"parameters", each.parameters}});
+  return {{"id", preset == nullptr ? plugin.id : preset->id},
+          {"plugin", plugin.id},
+          {"kind", plugin_host::kind_name(plugin.kind)},
+          {"summary", preset == nullptr ? plugin.summary : preset->summary},
+          {"knows", plugin.knows},
+          {"oracle", plugin.oracle},
+          {"reproducible", plugin.reproducible},
+          {"license", plugin.license},
+          {"citation", plugin.citation},
+          {"library", plugin.library.string()},
+          {"readme", readme_of(plugin)},
+          {"parameters", parameters},
+          {"presets", presets}};
+}
+
+int describe(Context& context, const std::string& id) {
+  std::vector<std::string> known, pages;
+  Json all = Json::array();
+  for (const auto& plugin : context.catalog().plugins()) {
+    known.push_back(plugin->id);
+    for (const Preset& preset : plugin->presets) known.push_back(preset.id);
+    const bool is_plugin = normalised_name(plugin->id) == normalised_name(id);
+    const Preset* preset = is_plugin ? nullptr : plugin->preset(id);
+    if (!is_plugin && preset == nullptr) continue;
+    pages.push_back(page(*plugin, preset));
+    all.push_back(to_json(*plugin, preset));
+  }
+  if (pages.empty()) {
+    std::sort(known.begin(), known.end());
+    throw Error(ErrorKind::bad_input, "unknown plugin or preset '" + id + "'" + suggestion(id, known));
+  }
+  // A scene and a noise level may share an id; almost always there is one page.
+  if (context.json)
+    print_result((all.size() == 1 ? all.front() : all).dump(2) + "\n");
+  else
+    print_result(join(pages, "\n"));
+  return kDone;
+}
+
+}  // namespace
+
+void add_describe(CLI::App& app, Context& context) {
+  CLI::App& verb =
+      add_verb(app, {"describe", "Print one page on a plugin or preset: parameters, presets, what it knows.",
+                     "relign-bench describe nlopt-sbplx", "list, try"});
+  auto id = std::make_shared<std::string>();
+  verb.add_option("ID", *id, "id of a plugin or preset")->required();
+  verb.callback([&context, id] { context.action = [&context, id] { return describe(context, *id); }; });
+}
+
+}  // namespace relign::cli

@@ -1,0 +1,189 @@
+// relign-bench lens info, lens trace: one lens by itself.
+#include <filesystem>
+#include <memory>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "base/text.h"
+#include "cli/app.h"
+#include "cli/text_table.h"
+#include "optics/first_order.h"
+#include "optics/prescription.h"
+#include "optics/ray_file.h"
+#include "optics/trace.h"
+
+namespace relign::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct LensArguments {
+  std::string scene = "relign_od";
+  std::string rays;
+  std::string apertures = "none";
+};
+
+// The lens file that a scene of a plugin with a "scene" document names under "lens".
+optics::Prescription lens_of(Context& context, const std::string& scene_id) {
+  const plugin_host::Choice choice = context.catalog().resolve_or_throw(plugin_host::Kind::scene, scene_id);
+  const std::string document = choice.plugin->document;
+  if (document.empty() || !choice.parameters.contains(document))
+    throw Error(ErrorKind::bad_input, "scene '" + scene_id +
+                                          "' has no lens file; scenes made of one are presets of "
+                                          "lens_system and scene files");
+  const fs::path scene_file = choice.parameters.at(document).get<std::string>();
+  const JsonSource source = JsonSource::from_file(scene_file);
+  const Json& root = source.root();
+  if (!root.is_object() || !root.contains("lens") || !root.at("lens").is_string())
+    throw_if_any({source.problem("", "the key \"lens\" is missing (the lens file, relative to this one)")});
+  return optics::read_prescription(scene_file.parent_path() / root.at("lens").get<std::string>());
+}
+
+struct NamedValue {
+  const char* name;
+  const char* unit;
+  const char* meaning;
+  double value;
+};
+
+std::vector<NamedValue> first_order_values(const optics::Prescription& lens) {
+  const optics::FirstOrder data = optics::first_order(lens);
+  return {{"focal_length", "mm", "effective focal length", data.focal_length},
+          {"back_focal_length", "mm", "last vertex to rear focal point", data.back_focal_length},
+          {"front_focal_length", "mm", "first vertex to front focal point", data.front_focal_length},
+          {"f_number", "", "focal length / entrance pupil diameter", data.f_number},
+          {"image_distance", "mm", "last vertex to image plane", data.image_distance},
+          {"overall_length", "mm", "first to last vertex", data.overall_length},
+          {"paraxial_image_height", "mm", "focal length x tan(half field)", data.paraxial_image_height},
+          {"entrance_pupil_diameter", "mm", "", data.entrance_pupil_diameter},
+          {"entrance_pupil_z", "mm", "from the first vertex", data.entrance_pupil_z},
+          {"exit_pupil_diameter", "mm", "", data.exit_pupil_diameter},
+          {"exit_pupil_from_last", "mm", "from the last vertex", data.exit_pupil_from_last}};
+}
+
+// Not a number where the chief ray is lost.
+double distortion_percent(const optics::Prescription& lens) {
+  if (lens.half_field_deg <= 0) return std::nan("");
+  try {
+    return 100 * optics::distortion(lens, lens.half_field_deg);
+  } catch (const Error&) {
+    return std::nan("");
+  }
+}
+
+std::string digits(double value, int decimals) {
+  char buffer[64];
+  std::snprintf(buffer, sizeof buffer, "%.*f", decimals, value);
+  return buffer;
+}
+
+std::string surfaces_table(const optics::Prescription& lens) {
+  TextTable table({"surface", "z mm", "radius mm", "index after", "clear radius mm", "in listing mm"});
+  struct Row {
+    double z;
+    std::vector<std::string> cells;
+  };
+  std::vector<Row> rows;
+  for (const optics::Element& element : lens.elements)
+    for (std::size_t f = 0; f < element.faces.size(); ++f) {
+      const optics::Face& face = element.faces[f];
+      const std::string part = f == 0 ? " front" : f + 1 == element.faces.size() ? " back" : " inner";
+      rows.push_back(
+          {face.z_mm,
+           {element.name + part, digits(face.z_mm, 6), face.curvature == 0 ? "plane" : digits(1 / face.curvature, 5),
+            digits(face.index_after, 6), digits(face.clear_radius_mm, 4), digits(face.listing_clear_radius_mm, 6)}});
+    }
+  for (const optics::Stop& stop : lens.stops)
+    rows.push_back({stop.z_mm,
+                    {stop.name, digits(stop.z_mm, 6), "stop", "", digits(stop.opening_radius_mm, 4),
+                     stop.in_listing ? digits(stop.opening_radius_mm, 6) : "-"}});
+  std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.z < b.z; });
+  for (const Row& row : rows) table.add(row.cells);
+  table.add({"image", digits(lens.image_z_mm, 6), "plane", "", "", ""});
+  return table.text();
+}
+
+int info(Context& context, const LensArguments& arguments) {
+  const optics::Prescription lens = lens_of(context, arguments.scene);
+  const std::vector<NamedValue> values = first_order_values(lens);
+  const double distortion = distortion_percent(lens);
+  if (context.json) {
+    Json result = {{"lens", lens.name}, {"source", lens.source}, {"wavelength_nm", lens.wavelength_nm}};
+    for (const NamedValue& value : values) result["first_order"][value.name] = value.value;
+    for (const optics::Published& published : lens.published) result["published"][published.name] = published.value;
+    result["half_field_deg"] = lens.half_field_deg;
+    result["distortion_percent"] = distortion;
+    print_result(result.dump(2) + "\n");
+    return kDone;
+  }
+  std::string text = lens.name + ", " + significant(lens.wavelength_nm, 4) + " nm\n" + lens.source + "\n\n" +
+                     surfaces_table(lens) + "\n";
+  TextTable table({"first order", "value", "published", "unit", ""});
+  for (const NamedValue& value : values) {
+    std::string published = "-";
+    for (const optics::Published& known : lens.published)
+      if (known.name == value.name) published = digits(known.value, 4);
+    table.add({value.name, digits(value.value, 4), published, value.unit, value.meaning});
+  }
+  text += table.text();
+  if (lens.half_field_deg > 0)
+    text += "\ndistortion at " + significant(lens.half_field_deg, 4) + " degrees: " + digits(distortion, 2) + " %\n";
+  print_result(text);
+  return kDone;
+}
+
+int trace_rays(Context& context, const LensArguments& arguments) {
+  const optics::Prescription lens = lens_of(context, arguments.scene);
+  const JsonSource source = JsonSource::from_file(arguments.rays);
+  const auto apertures = arguments.apertures == "mesh"      ? optics::Apertures::mesh
+                         : arguments.apertures == "listing" ? optics::Apertures::listing
+                                                            : optics::Apertures::none;
+  Json rays = Json::array();
+  for (const optics::RayRequest& request : optics::read_rays(source, lens)) {
+    const optics::Assembly assembly(lens, request.elements);
+    rays.push_back(optics::traced_to_json(request, optics::trace(assembly, request.ray, apertures)));
+  }
+  const Json result = {
+      {"lens", lens.name}, {"units", "mm, degrees"}, {"apertures", arguments.apertures}, {"rays", rays}};
+  print_result(result.dump(1) + "\n");
+  return kDone;
+}
+
+}  // namespace
+
+void add_lens(CLI::App& app, Context& context) {
+  CLI::App& lens = add_verb(
+      app, {"lens", "Look at one lens by itself.", "relign-bench lens info --scene relign_od", "render, describe"});
+  lens.require_subcommand(1);
+  auto arguments = std::make_shared<LensArguments>();
+
+  CLI::App& info_verb =
+      add_verb(lens, {"info", "Print a lens: surfaces, first-order data beside published values, distortion.",
+                      "relign-bench lens info --scene relign_od", "lens trace, describe"});
+  info_verb.add_option("--scene", arguments->scene,
+                       "scene whose lens is meant: id, preset or path [default: relign_od]");
+  info_verb.callback(
+      [&context, arguments] { context.action = [&context, arguments] { return info(context, *arguments); }; });
+
+  CLI::App& trace_verb = add_verb(
+      lens,
+      {"trace", "Trace rays of a JSON file through a lens, in double precision: hits, image points, exit directions.",
+       "relign-bench lens trace rays.json --scene relign_od > traced.json\n"
+       "  rays.json: {\"rays\": [{\"start_mm\": [0, 0.5, -1], \"direction\": [0, 0, 1]}]}",
+       "lens info, render"});
+  trace_verb
+      .add_option("RAYS", arguments->rays,
+                  "file with {\"rays\": [{\"start_mm\", \"direction\", \"elements\"}]}; mm, degrees")
+      ->required();
+  trace_verb.add_option("--scene", arguments->scene,
+                        "scene whose lens is meant: id, preset or path [default: relign_od]");
+  trace_verb
+      .add_option(
+          "--apertures", arguments->apertures,
+          "what stops rays: none, mesh (the scene's clear radii), listing (the design program's) [default: none]")
+      ->check(CLI::IsMember({"none", "mesh", "listing"}));
+  trace_verb.callback(
+      [&context, arguments] { context.action = [&context, arguments] { return trace_rays(context, *arguments); }; });
+}
+
+}  // namespace relign::cli

@@ -1,0 +1,140 @@
+// relign-bench run: a suite from start to report, or on from where it was stopped.
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <memory>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "base/text.h"
+#include "cli/app.h"
+#include "cli/interrupt.h"
+#include "cli/progress.h"
+#include "report/report.h"
+#include "runner/run.h"
+#include "suite/suite.h"
+
+namespace relign::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct RunArguments {
+  std::string suite;
+  std::string out;
+  unsigned workers = 0;
+  std::vector<std::string> only;
+};
+
+std::vector<std::pair<std::string, std::string>> parse_only(const std::vector<std::string>& only) {
+  const std::vector<std::string> keys = {"scene", "noise_level", "algorithm", "protocol", "instance"};
+  std::vector<std::pair<std::string, std::string>> pairs;
+  for (const std::string& text : only) {
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos || equals + 1 == text.size())
+      throw Error(ErrorKind::bad_input,
+                  "--only: '" + text + "' is not of the form key=value; keys: " + join(keys, ", "));
+    const std::string key = text.substr(0, equals);
+    bool known = false;
+    for (const std::string& name : keys) {
+      if (normalised_name(name) != normalised_name(key)) continue;
+      pairs.emplace_back(name, text.substr(equals + 1));
+      known = true;
+    }
+    if (!known) throw Error(ErrorKind::bad_input, "--only: unknown key '" + key + "'" + suggestion(key, keys));
+  }
+  return pairs;
+}
+
+// What the user gave a scene decides whether it can be prepared: a mistake there is no internal error.
+runner::PreparedPlan prepare(suite::Suite suite, const std::function<void(const std::string&)>& on_message) {
+  try {
+    return runner::prepare(std::move(suite), relign::cache_folder(), on_message);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::plugin_failed) throw;
+    throw Error(ErrorKind::bad_input, std::string("a scene of the suite cannot be used: ") + error.what());
+  }
+}
+
+void print_failures(const runner::RunSummary& summary) {
+  constexpr std::size_t kShown = 10;
+  for (std::size_t i = 0; i < summary.failures.size() && i < kShown; ++i) print_warning(summary.failures[i]);
+  if (summary.failures.size() > kShown)
+    print_warning("... and " + std::to_string(summary.failures.size() - kShown) + " more");
+}
+
+int run_suite(Context& context, const RunArguments& arguments) {
+  runner::RunOptions options;
+  options.only = parse_only(arguments.only);
+  options.stop = &watch_for_stop();
+  options.workers = arguments.workers;
+  options.cache_folder = relign::cache_folder();
+  options.command = context.typed_command();
+
+  suite::Suite suite = suite::read_suite(arguments.suite, context.catalog());
+  options.results = arguments.out.empty() ? fs::path("results") / suite.name : fs::path(arguments.out);
+  // For the hint at the end: home and random, which we may have added, stand last and show little.
+  std::string shown_algorithm;
+  for (const suite::AlgorithmEntry& entry : suite.algorithms)
+    if (!entry.added) shown_algorithm = entry.choice.id;
+  const std::string last_level = suite.levels.back().choice.id;
+
+  ProgressPrinter progress(context.progress_mode());
+  options.on_progress = [&](const runner::Progress& now) { progress.update(now); };
+  options.on_message = [&](const std::string& text) { progress.message(text); };
+  runner::Progress preparing;
+  preparing.doing = "preparing scenes and plugins";
+  progress.update(preparing);
+  const runner::PreparedPlan prepared = prepare(std::move(suite), options.on_message);
+  const runner::RunSummary summary = runner::run(prepared, options);
+  progress.finish();
+
+  if (summary.stopped) {
+    std::fprintf(stderr, "Stopped with %zu of %zu trials done. The same command goes on from here:\n  %s\n",
+                 summary.finished, summary.trials, context.typed_command().c_str());
+    return stop_exit_code();
+  }
+  print_failures(summary);
+
+  const fs::path page = options.results / "report.html";
+  report::write_tables(options.results);
+  report::write_html_report(options.results, page);
+  if (context.json) {
+    const Json result = {{"results", options.results.string()}, {"report", page.string()},  {"trials", summary.trials},
+                         {"finished", summary.finished},        {"reused", summary.reused}, {"failed", summary.failed},
+                         {"seconds", summary.seconds}};
+    print_result(result.dump(2) + "\n");
+  } else {
+    print_result(report::ranking_table(options.results) + "\nresults  " + options.results.string() + "\nreport   " +
+                 page.string() + "\n");
+    std::fprintf(stderr,
+                 "\n%zu trials in %s%s.\nNext: open the report in a browser, or watch one trial:\n  "
+                 "relign-bench try %s --noise-level %s\n",
+                 summary.trials, duration_text(summary.seconds).c_str(),
+                 summary.reused > 0 ? (", " + std::to_string(summary.reused) + " of them from before").c_str() : "",
+                 shown_algorithm.c_str(), last_level.c_str());
+  }
+  return summary.failed > 0 ? kTrialsFailed : kDone;
+}
+
+}  // namespace
+
+void add_run(CLI::App& app, Context& context) {
+  CLI::App& verb = add_verb(app, {"run", "Run a suite, or go on with one that was stopped, and write its report.",
+                                  "relign-bench run suites/quick.json --workers 2", "validate, try, report"});
+  auto arguments = std::make_shared<RunArguments>();
+  verb.add_option("SUITE", arguments->suite, "suite file (JSON); suites/ has some")->required()->type_name("FILE");
+  verb.add_option("-o,--out", arguments->out, "results folder [default: results/NAME, NAME being the suite's]")
+      ->type_name("DIR");
+  verb.add_option("--workers", arguments->workers, "trials at the same time [default: all cores]")
+      ->type_name("COUNT")
+      ->check(CLI::Range(1U, 1024U));
+  verb.add_option("--only", arguments->only,
+                  "run this part of the suite: scene=, noise_level=, algorithm=, protocol= or instance=; repeatable")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  verb.callback(
+      [&context, arguments] { context.action = [&context, arguments] { return run_suite(context, *arguments); }; });
+}
+
+}  // namespace relign::cli

@@ -1,0 +1,189 @@
+// relign-bench try: one trial in this process, step by step, so that prints and debuggers work.
+#include <cstdio>
+#include <filesystem>
+
+#include "base/error.h"
+#include "base/seeds.h"
+#include "base/text.h"
+#include "cli/app.h"
+#include "cli/interrupt.h"
+#include "cli/workbench.h"
+#include "pixels/image_file.h"
+#include "pixels/score.h"
+#include "task/trial.h"
+
+namespace relign::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct TryArguments {
+  std::string algorithm;
+  std::string scene = "relign_od";
+  std::string level = "rho0.25";
+  std::uint64_t instance = 0;
+  std::uint64_t suite_seed = 1;
+  std::string protocol = "paper";
+  unsigned steps = 50;
+  std::string frames;
+};
+
+fs::path frame_path(const fs::path& folder, unsigned step) {
+  char name[32];
+  std::snprintf(name, sizeof name, "step-%03u.png", step);
+  return folder / name;
+}
+
+void save_frame(const fs::path& path, const task::SceneFacts& facts, const float* pixels) {
+  pixels::Image image(facts.image_width, facts.image_height);
+  std::copy(pixels, pixels + image.values.size(), image.values.begin());
+  pixels::write_image(path, image, static_cast<float>(facts.image_white));
+}
+
+std::string rmse_text(double rmse) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.5f", rmse);
+  return buffer;
+}
+
+std::string header(std::size_t axes) {
+  char buffer[256];
+  std::snprintf(buffer, sizeof buffer, "step  %-*s  %8s  %8s  %9s  %11s\n", static_cast<int>(axes * 7),
+                "commanded pose", "merit", "measured", "commanded", "recommended");
+  return buffer;
+}
+
+std::string row(const task::Step& step) {
+  std::string pose;
+  for (const double coordinate : step.commanded_pose) {
+    char buffer[16];
+    std::snprintf(buffer, sizeof buffer, "%6.3f ", coordinate);
+    pose += buffer;
+  }
+  char buffer[64 + 64 * 16];
+  std::snprintf(buffer, sizeof buffer, "%4u  %s  %8s  %8s  %9s  %11s\n", step.number, pose.c_str(),
+                rmse_text(step.merit).c_str(), rmse_text(step.measured_rmse).c_str(),
+                rmse_text(pixels::displayed_rmse(step.commanded_truth.mse)).c_str(),
+                rmse_text(pixels::displayed_rmse(step.recommended_truth.mse)).c_str());
+  return buffer;
+}
+
+Json to_json(const task::Step& step) {
+  return {{"step", step.number},
+          {"commanded_pose", step.commanded_pose},
+          {"true_pose", step.true_pose},
+          {"merit", step.merit},
+          {"measured", step.measured_rmse},
+          {"machine_seconds", step.machine_seconds},
+          {"recommended_pose", step.recommended_pose},
+          {"recommendation", task::recommendation_source_name(step.recommendation_source)},
+          {"commanded_mse", step.commanded_truth.mse},
+          {"commanded_mse_error", step.commanded_truth.standard_error},
+          {"recommended_mse", step.recommended_truth.mse},
+          {"recommended_mse_error", step.recommended_truth.standard_error}};
+}
+
+Json to_json(const TryArguments& arguments, const task::TrialResult& result) {
+  Json steps = Json::array();
+  for (const task::Step& step : result.steps) steps.push_back(to_json(step));
+  return {{"algorithm", arguments.algorithm},
+          {"scene", arguments.scene},
+          {"noise_level", arguments.level},
+          {"instance", arguments.instance},
+          {"protocol", arguments.protocol},
+          {"end", task::end_name(result.end)},
+          {"message", result.message},
+          {"warnings", result.environment_changes},
+          {"steps", steps}};
+}
+
+int end_of_trial(Context& context, const TryArguments& arguments, const task::TrialResult& result) {
+  for (const std::string& change : result.environment_changes) print_warning(change);
+  if (context.json) print_result(to_json(arguments, result).dump(2) + "\n");
+  switch (result.end) {
+    case task::End::failed:
+      print_warning(arguments.algorithm + " failed: " + result.message);
+      return kTrialsFailed;
+    case task::End::stopped:
+      std::fprintf(stderr, "Stopped. A trial starts again at step 0:\n  %s\n", context.typed_command().c_str());
+      return stop_exit_code();
+    case task::End::finished:
+      std::fprintf(stderr, "%s declared itself finished after step %zu.\n", arguments.algorithm.c_str(),
+                   result.steps.size() - 1);
+      break;
+    case task::End::budget_spent:
+      break;
+  }
+  if (!context.json)
+    std::fputs(
+        "RMSE against the reference image; commanded and recommended are noise-free and never shown to the "
+        "algorithm.\n",
+        stderr);
+  return kDone;
+}
+
+int run_try(Context& context, const TryArguments& arguments) {
+  plugin_host::Catalog& catalog = context.catalog();
+  const plugin_host::Choice algorithm = catalog.resolve_or_throw(plugin_host::Kind::optimizer, arguments.algorithm);
+  const plugin_host::Choice level = catalog.resolve_or_throw(plugin_host::Kind::noise_level, arguments.level);
+  const plugin_host::HostServices services = context.services(core_count());
+  const LoadedScene scene = load_scene(catalog.resolve_or_throw(plugin_host::Kind::scene, arguments.scene), services);
+  const task::Instance instance = draw_instance(level, scene, services, arguments.suite_seed, arguments.instance);
+  plugin_host::MountedAssembly assembly = scene.scene->mount(instance.variances.elements_json);
+
+  task::TrialSetup setup;
+  setup.assembly = &assembly;
+  setup.reference = scene.scene->reference();
+  setup.scene = &scene.facts;
+  setup.instance = &instance;
+  setup.algorithm = &algorithm;
+  setup.services = services;
+  setup.protocol = *task::protocol_from_name(arguments.protocol);
+  setup.budget = arguments.steps;
+  setup.algorithm_seed = algorithm_seed(arguments.suite_seed, algorithm.id, arguments.instance);
+  setup.machine_time = scene.facts.machine_time;
+  setup.stop = &watch_for_stop();
+  setup.on_step = [&](const task::Step& step, const float* pixels) {
+    if (!context.json) print_result((step.number == 0 ? header(scene.facts.axes.size()) : "") + row(step));
+    if (!arguments.frames.empty()) save_frame(frame_path(arguments.frames, step.number), scene.facts, pixels);
+  };
+  return end_of_trial(context, arguments, task::run_trial(setup));
+}
+
+}  // namespace
+
+void add_try(CLI::App& app, Context& context) {
+  CLI::App& verb = add_verb(
+      app, {"try", "Run one trial in this process and print every step.",
+            "relign-bench try nlopt-sbplx --noise-level rho0.5 --instance 3 --frames frames", "list, describe, run"});
+  auto arguments = std::make_shared<TryArguments>();
+  verb.add_option("ALGORITHM", arguments->algorithm, "id, preset or path of an algorithm")->required();
+  verb.add_option("--scene", arguments->scene, "id, preset or path of a scene")
+      ->type_name("SCENE")
+      ->capture_default_str();
+  verb.add_option("--noise-level", arguments->level, "id, preset or path of a noise level")
+      ->type_name("LEVEL")
+      ->capture_default_str();
+  verb.add_option("--instance", arguments->instance, "number of the instance, from 0")
+      ->type_name("NUMBER")
+      ->check(whole_number())
+      ->capture_default_str();
+  verb.add_option("--suite-seed", arguments->suite_seed, "seed of the suite that the instance belongs to")
+      ->type_name("SEED")
+      ->check(whole_number())
+      ->capture_default_str();
+  verb.add_option("--protocol", arguments->protocol, "what the algorithm is told: paper or blind")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"paper", "blind"}))
+      ->capture_default_str();
+  verb.add_option("--steps", arguments->steps, "budget: moves with a capture after step 0")
+      ->type_name("COUNT")
+      ->check(CLI::Range(1U, 100000U))
+      ->capture_default_str();
+  verb.add_option("--frames", arguments->frames, "write every capture there as step-NNN.png [default: none]")
+      ->type_name("DIR");
+  verb.callback(
+      [&context, arguments] { context.action = [&context, arguments] { return run_try(context, *arguments); }; });
+}
+
+}  // namespace relign::cli

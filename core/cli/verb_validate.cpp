@@ -1,0 +1,78 @@
+// relign-bench validate: every mistake of a suite at once; else what it would take to run it.
+#include <chrono>
+
+#include "base/seeds.h"
+#include "cli/app.h"
+#include "cli/progress.h"
+#include "cli/workbench.h"
+#include "suite/suite.h"
+
+namespace relign::cli {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct FrameCost {
+  double capture_seconds = 0;
+  double truth_seconds = 0;
+};
+
+// One capture and one truth at the nominal pose of a perfect lens, on one thread as a worker would.
+// The first of each warms caches and is not counted.
+FrameCost measure(const LoadedScene& scene) {
+  plugin_host::MountedAssembly assembly = scene.scene->mount("{}");
+  std::vector<float> pixels(std::size_t{scene.facts.image_width} * scene.facts.image_height);
+  FrameCost cost;
+  for (int repeat = 0; repeat < 2; ++repeat) {
+    const Clock::time_point start = Clock::now();
+    assembly.capture(scene.facts.nominal_pose, 1, pixels.data());
+    const Clock::time_point captured = Clock::now();
+    assembly.noise_free_mse(scene.facts.nominal_pose, 1);
+    cost.capture_seconds = std::chrono::duration<double>(captured - start).count();
+    cost.truth_seconds = std::chrono::duration<double>(Clock::now() - captured).count();
+  }
+  return cost;
+}
+
+int validate(Context& context, const std::string& file) {
+  const suite::Suite suite = suite::read_suite(file, context.catalog());
+  const std::size_t instances_per_algorithm = suite.levels.size() * suite.instances;
+  std::size_t trials = 0, frames = 0;
+  double seconds = 0;
+  for (const suite::SceneEntry& entry : suite.scenes) {
+    const LoadedScene scene = load_scene(entry.choice, context.services(1));
+    const FrameCost cost = measure(scene);
+    for (const suite::AlgorithmEntry& algorithm : suite.algorithms) {
+      const std::size_t captures = instances_per_algorithm * (std::size_t{algorithm.steps} + 1);
+      trials += instances_per_algorithm;
+      frames += captures;
+      seconds += static_cast<double>(captures) * (cost.capture_seconds + 2 * cost.truth_seconds);
+    }
+  }
+  const unsigned cores = core_count();
+  seconds /= cores;
+  if (context.json) {
+    const Json result = {
+        {"suite", suite.name}, {"trials", trials}, {"frames", frames}, {"cores", cores}, {"expected_seconds", seconds}};
+    print_result(result.dump(2) + "\n");
+    return kDone;
+  }
+  print_result("suite          " + suite.name + "\ntrials         " + std::to_string(trials) + "\nframes         " +
+               std::to_string(frames) + "\nexpected time  at most " + duration_text(seconds) + " on " +
+               std::to_string(cores) + (cores == 1 ? " core" : " cores") +
+               " (one capture and one truth just measured; two truths a step; without the algorithms' own time)\n");
+  return kDone;
+}
+
+}  // namespace
+
+void add_validate(CLI::App& app, Context& context) {
+  CLI::App& verb =
+      add_verb(app, {"validate", "Check a suite: every mistake at once, else trials, frames and expected time.",
+                     "relign-bench validate suites/quick.json", "run, list, describe"});
+  auto file = std::make_shared<std::string>();
+  verb.add_option("SUITE", *file, "suite file (JSON)")->required()->type_name("FILE");
+  verb.callback([&context, file] { context.action = [&context, file] { return validate(context, *file); }; });
+}
+
+}  // namespace relign::cli

@@ -1,0 +1,49 @@
+#include "cli/workbench.h"
+
+#include <cmath>
+#include <sstream>
+#include <thread>
+
+#include "base/error.h"
+
+namespace relign::cli {
+
+LoadedScene load_scene(plugin_host::Choice choice, const plugin_host::HostServices& services) {
+  LoadedScene loaded;
+  try {
+    loaded.scene = std::make_unique<plugin_host::Scene>(choice, services);
+    loaded.facts = task::read_scene_facts(loaded.scene->describe(), choice.id);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::plugin_failed) throw;
+    throw Error(ErrorKind::bad_input, "scene '" + choice.id + "' cannot be used: " + error.what());
+  }
+  loaded.choice = std::move(choice);
+  return loaded;
+}
+
+task::Instance draw_instance(const plugin_host::Choice& level, const LoadedScene& scene,
+                             const plugin_host::HostServices& services, std::uint64_t suite_seed,
+                             std::uint64_t number) {
+  plugin_host::NoiseLevel noise_level(level, services);
+  return task::draw_instance(noise_level, scene.facts, suite_seed, SeedDomain::benchmark, number);
+}
+
+std::vector<double> parse_numbers(const std::string& text, const std::string& option) {
+  std::vector<double> numbers;
+  std::istringstream parts(text);
+  std::string part;
+  while (std::getline(parts, part, ',')) {
+    std::istringstream number_text(part);
+    number_text.imbue(std::locale::classic());
+    double number = 0;
+    char rest = 0;
+    if (!(number_text >> number) || number_text >> rest || !std::isfinite(number))
+      throw Error(ErrorKind::bad_input, option + ": '" + part + "' is no number; allowed: numbers with commas between");
+    numbers.push_back(number);
+  }
+  return numbers;
+}
+
+unsigned core_count() { return std::max(1U, std::thread::hardware_concurrency()); }
+
+}  // namespace relign::cli

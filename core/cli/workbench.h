@@ -1,0 +1,36 @@
+// One scene and one of its lenses, in this process: what try, render and validate work on.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/app.h"
+#include "plugin_host/objects.h"
+#include "task/instance.h"
+#include "task/scene_facts.h"
+
+namespace relign::cli {
+
+struct LoadedScene {
+  plugin_host::Choice choice;
+  std::unique_ptr<plugin_host::Scene> scene;
+  task::SceneFacts facts;
+};
+
+// Failures while a scene is made or described come from what the user gave it (files, parameters):
+// they become Error(bad_input) that names the scene.
+LoadedScene load_scene(plugin_host::Choice choice, const plugin_host::HostServices& services);
+
+// Draws benchmark instance `number`, as a suite with this seed would.
+task::Instance draw_instance(const plugin_host::Choice& level, const LoadedScene& scene,
+                             const plugin_host::HostServices& services, std::uint64_t suite_seed, std::uint64_t number);
+
+// "0.5,0.5,0.4" as numbers; throws Error(bad_input) that names the option.
+std::vector<double> parse_numbers(const std::string& text, const std::string& option);
+
+// Cores of this machine that the process may use.
+unsigned core_count();
+
+}  // namespace relign::cli

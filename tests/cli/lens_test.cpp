@@ -1,0 +1,82 @@
+// relign-bench lens: the golden rays through the binary, first-order data, and what users get wrong.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "cli/program.h"
+
+namespace relign::cli_test {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+const std::string kGolden = std::string(RELIGN_TEST_DATA) + "/golden_rays_relign_od.json";
+
+double largest_difference(const json& a, const json& b) {
+  double largest = 0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    largest = std::max(largest, a.at(i).is_array() ? largest_difference(a.at(i), b.at(i))
+                                                   : std::fabs(a.at(i).get<double>() - b.at(i).get<double>()));
+  return largest;
+}
+
+TEST(CliLens, TracesTheGoldenRays) {
+  const Workplace place;
+  const Outcome outcome = relign_bench(place, {"lens", "trace", kGolden});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const json ours = json::parse(outcome.out);
+  std::ifstream file(kGolden);
+  const json golden = json::parse(file);
+  ASSERT_EQ(ours.at("rays").size(), golden.at("rays").size());
+  for (std::size_t i = 0; i < golden.at("rays").size(); ++i)
+    for (const char* key : {"hits_mm", "image_mm", "exit_direction"})
+      EXPECT_LT(largest_difference(ours.at("rays").at(i).at(key), golden.at("rays").at(i).at(key)), 1e-10) << i << key;
+  // What it prints reads back as input.
+  place.write("again.json", outcome.out);
+  const Outcome again = relign_bench(place, {"lens", "trace", "again.json"});
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_EQ(again.out, outcome.out);
+}
+
+TEST(CliLens, InfoHasPublishedAndOwnValues) {
+  const Workplace place;
+  const Outcome text = relign_bench(place, {"lens", "info"});
+  ASSERT_EQ(text.exit_code, 0) << text.err;
+  EXPECT_THAT(text.out, HasSubstr("entrance_pupil_z          5.8206     5.8206"));
+  EXPECT_THAT(text.out, HasSubstr("distortion at 42.05 degrees: -27.18 %"));
+  const Outcome outcome = relign_bench(place, {"lens", "info", "--json"});
+  const json info = json::parse(outcome.out);
+  for (const auto& [name, value] : info.at("published").items())
+    EXPECT_NEAR(info.at("first_order").at(name).get<double>(), value.get<double>(), 0.5e-4) << name;
+}
+
+TEST(CliLens, MistakesAreNamed) {
+  const Workplace place;
+  EXPECT_EQ(relign_bench(place, {"lens"}).exit_code, 2);
+  place.write("rays.json", R"({"rays": [{"start_mm": [0, 0, -1]}]})");
+  const Outcome missing = relign_bench(place, {"lens", "trace", "rays.json"});
+  EXPECT_EQ(missing.exit_code, 2);
+  EXPECT_THAT(missing.err, HasSubstr("rays.json:1:11: /rays/0: the key \"direction\" is missing"));
+  EXPECT_EQ(relign_bench(place, {"lens", "trace", "none.json"}).exit_code, 2);
+  EXPECT_EQ(relign_bench(place, {"lens", "trace", "rays.json", "--apertures", "wide"}).exit_code, 2);
+  // A scene file whose lens cannot be read.
+  place.write("scene.json", R"({"use": "lens_system", "lens": "lens.json"})");
+  place.write("lens.json", "{\"format\": 1,\n \"elements\": 5}");
+  const Outcome broken = relign_bench(place, {"lens", "info", "--scene", "scene.json"});
+  EXPECT_EQ(broken.exit_code, 2);
+  EXPECT_THAT(broken.err, HasSubstr("lens.json:2:14: /elements: expected a list"));
+}
+
+TEST(CliLens, SaysWhereARayIsLost) {
+  const Workplace place;
+  place.write("rays.json", R"({"rays": [{"start_mm": [0, 0.9, -1], "direction": [0, 0, 1]}]})");
+  const Outcome outcome = relign_bench(place, {"lens", "trace", "rays.json", "--apertures", "mesh"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(json::parse(outcome.out).at("rays").at(0).at("lost_at"), "aperture stop: outside the opening");
+}
+
+}  // namespace
+}  // namespace relign::cli_test

@@ -1,0 +1,154 @@
+// run from suite to report: numbers, resuming, interrupts, failing algorithms.
+#include <gmock/gmock.h>
+#include <signal.h>
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "cli/program.h"
+
+namespace relign::cli_test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+const std::string kCompass =
+    fs::path(RELIGN_PLUGIN_DIR).parent_path().parent_path().parent_path() / "out_of_tree/compass";
+
+// Long enough that a signal meets it at work, short enough to be run to its end twice.
+const char* const kLongerSuite = R"({
+  "name": "longer", "scenes": ["relign_od"], "noise_levels": ["rho0.25"],
+  "algorithms": ["random", "home"], "instances": 16, "steps": 8
+})";
+
+TEST(CliRun, WritesResultsAndReportAndPrintsThemOnStdout) {
+  const Workplace place;
+  place.write("tiny.json", kTinySuite);
+  const Outcome outcome = relign_bench(place, {"run", "tiny.json"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, AllOf(HasSubstr("nlopt-sbplx"), HasSubstr("random"), HasSubstr("home"),
+                                 HasSubstr("results/tiny/report.html")));
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("12 of 12 trials"), HasSubstr("Next:"), HasSubstr("relign-bench try ")));
+  EXPECT_THAT(outcome.out, Not(HasSubstr("Next:")));
+  for (const char* file : {"manifest.json", "trials/0000.jsonl", "times/0000.jsonl", "pictures/index.json",
+                           "curves.csv", "curves.json", "instances.csv", "report.html"})
+    EXPECT_TRUE(fs::exists(place.path("results/tiny") / file)) << file;
+}
+
+TEST(CliRun, TheNumbersDoNotDependOnTheWorkers) {
+  const Workplace place;
+  place.write("tiny.json", kTinySuite);
+  for (const char* workers : {"1", "2"})
+    ASSERT_EQ(relign_bench(place, {"run", "tiny.json", "--workers", workers, "-o", workers}).exit_code, 0);
+  for (const char* file : {"trials/0000.jsonl", "curves.csv", "instances.csv", "pictures/index.json"}) {
+    EXPECT_NE(place.read(std::string("1/") + file), "") << file;
+    EXPECT_EQ(place.read(std::string("1/") + file), place.read(std::string("2/") + file)) << file;
+  }
+}
+
+TEST(CliRun, ASecondRunReusesEveryTrial) {
+  const Workplace place;
+  place.write("tiny.json", kTinySuite);
+  ASSERT_EQ(relign_bench(place, {"run", "tiny.json"}).exit_code, 0);
+  const std::string trials = place.read("results/tiny/trials/0000.jsonl");
+  const Outcome again = relign_bench(place, {"run", "tiny.json", "--json", "--progress", "none"});
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  const json result = json::parse(again.out);
+  EXPECT_EQ(result.at("trials"), 12);
+  EXPECT_EQ(result.at("reused"), 12);
+  EXPECT_EQ(result.at("failed"), 0);
+  EXPECT_EQ(result.at("results"), "results/tiny");
+  EXPECT_EQ(place.read("results/tiny/trials/0000.jsonl"), trials);
+}
+
+TEST(CliRun, OnlyAPartAndThenTheRest) {
+  const Workplace place;
+  place.write("tiny.json", kTinySuite);
+  const Outcome part = relign_bench(place, {"run", "tiny.json", "--json", "--only", "algorithm=home"});
+  ASSERT_EQ(part.exit_code, 0) << part.err;
+  EXPECT_EQ(json::parse(part.out).at("trials"), 4);
+  const Outcome rest = relign_bench(place, {"run", "tiny.json", "--json"});
+  ASSERT_EQ(rest.exit_code, 0) << rest.err;
+  EXPECT_EQ(json::parse(rest.out).at("reused"), 4);
+  EXPECT_EQ(json::parse(rest.out).at("trials"), 12);
+}
+
+TEST(CliRun, ProgressAsJsonLines) {
+  const Workplace place;
+  place.write("tiny.json", kTinySuite);
+  const Outcome outcome = relign_bench(place, {"run", "tiny.json", "--json", "--progress", "json"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::istringstream lines(outcome.err);
+  std::string line;
+  json last;
+  while (std::getline(lines, line)) ASSERT_NO_THROW(last = json::parse(line)) << line;
+  EXPECT_EQ(last.at("total"), 12);
+  EXPECT_EQ(last.at("done"), 12);
+}
+
+// Sends a signal once the first trials are written; false when the run was faster.
+bool signal_at_work(Running& run, const fs::path& trials, int signal) {
+  for (int waited_ms = 0; waited_ms < 60000; ++waited_ms) {
+    std::error_code absent;
+    if (fs::exists(trials, absent) && fs::file_size(trials, absent) > 0) break;
+    if (run.ended()) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  run.send(signal);
+  return true;
+}
+
+void stop_and_go_on(int signal, int exit_code) {
+  const Workplace place;
+  place.write("longer.json", kLongerSuite);
+  const std::vector<std::string> command = {RELIGN_PROGRAM, "run", "longer.json", "--progress", "none"};
+  Running run(place, command);
+  const bool at_work = signal_at_work(run, place.path("results/longer/trials/0000.jsonl"), signal);
+  const Outcome stopped = run.wait();
+  ASSERT_TRUE(at_work) << stopped.err;
+  ASSERT_EQ(stopped.exit_code, exit_code) << stopped.err;
+  EXPECT_EQ(stopped.out, "");
+  EXPECT_THAT(stopped.err, AllOf(HasSubstr("of 32 trials done"), HasSubstr("The same command goes on"),
+                                 HasSubstr("run longer.json --progress none")));
+  EXPECT_FALSE(fs::exists(place.path("results/longer/report.html")));
+
+  const Outcome resumed = relign_bench(place, {"run", "longer.json", "--json", "--progress", "none"});
+  ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_GT(json::parse(resumed.out).at("reused"), 0);
+  EXPECT_LT(json::parse(resumed.out).at("reused"), 32);
+  const Outcome whole = relign_bench(place, {"run", "longer.json", "--progress", "none", "-o", "whole"});
+  ASSERT_EQ(whole.exit_code, 0) << whole.err;
+  EXPECT_EQ(place.read("results/longer/trials/0000.jsonl"), place.read("whole/trials/0000.jsonl"));
+}
+
+TEST(CliRun, CtrlCIsCode130AndTheSameCommandGoesOn) { stop_and_go_on(SIGINT, 130); }
+TEST(CliRun, SigtermIsCode75AndTheSameCommandGoesOn) { stop_and_go_on(SIGTERM, 75); }
+
+TEST(CliRun, CompassFromAPluginFolderRunsInASuite) {
+  const Workplace place;
+  place.write("own.json", R"({"scenes": ["relign_od"], "noise_levels": ["rho0"], "instances": 2, "steps": 6,
+                              "algorithms": ["compass", {"use": "compass", "name": "wide", "parameters": {"first_stride": 0.3}}]})");
+  const Outcome outcome = relign_bench(place, {"run", "own.json", "--plugin", kCompass});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, AllOf(HasSubstr("compass"), HasSubstr("wide"), HasSubstr("home")));
+}
+
+TEST(CliRun, AFailingAlgorithmIsCodeThreeAndTheOthersFinish) {
+  const Workplace place;
+  place.write("fails.json", R"({"scenes": ["relign_od"], "noise_levels": ["rho0"], "instances": 2, "steps": 3,
+                                "algorithms": ["breaks_down", "random"]})");
+  const Outcome outcome = relign_bench(place, {"run", "fails.json", "--json", "--plugin", RELIGN_BREAKS_DOWN});
+  ASSERT_EQ(outcome.exit_code, 3) << outcome.err;
+  EXPECT_EQ(json::parse(outcome.out).at("failed"), 2);
+  EXPECT_EQ(json::parse(outcome.out).at("trials"), 6);
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("breaks_down"), HasSubstr("the gripper let go")));
+  EXPECT_TRUE(fs::exists(place.path("results/fails/report.html")));
+}
+
+}  // namespace
+}  // namespace relign::cli_test
