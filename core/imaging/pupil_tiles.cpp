@@ -12,8 +12,9 @@ using optics::kSupports;
 using optics::Vec3;
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kAxesMargin = 0.05;       // for the curvature of regions across a tile: of 2e9 rays, the farthest was 0.02 out
-constexpr double kProbeScale = 0.9;   // probing rays stay inside the passing region
+constexpr double kAxesMargin =
+    0.05;  // for the curvature of regions across a tile: of 2e9 rays, the farthest was 0.02 out
+constexpr double kProbeScale = 0.9;  // probing rays stay inside the passing region
 constexpr int kProbes = 1 + kSupports / 2;
 constexpr double kHullWidening = 0.15;      // of the hull's own size, to each side
 constexpr double kHullMarginShare = 0.005;  // of the emitter's side

@@ -9,9 +9,6 @@
 namespace relign::imaging {
 namespace {
 
-// Raise it whenever an image changes by a bit: old cache files are then left alone.
-constexpr int kImageVersion = 1;
-
 std::string bytes_of(const std::vector<float>& values) {
   return std::string(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float));
 }
@@ -37,8 +34,7 @@ bool load(const std::filesystem::path& file, std::size_t count, Reference& refer
 }  // namespace
 
 std::string scene_content_hash(const SceneFile& scene, const CaptureSettings& settings) {
-  Json content = {{"image_version", kImageVersion},
-                  {"pivot", scene.pivot_behind_first_vertex_mm},
+  Json content = {{"pivot", scene.pivot_behind_first_vertex_mm},
                   {"sensor", {scene.sensor.z_mm, scene.sensor.side_mm, scene.sensor.pixels}},
                   {"emitter", {scene.emitter.z_mm, scene.emitter.side_mm}},
                   {"radiance", sha256_hex(bytes_of(scene.emitter.radiance.values))},
@@ -56,12 +52,12 @@ std::string scene_content_hash(const SceneFile& scene, const CaptureSettings& se
 }
 
 Reference make_reference(const SceneFile& scene, const CaptureSettings& settings, Parallel& parallel,
-                         const std::filesystem::path& cache_folder,
-                         const std::function<void(const std::string&)>& warn) {
+                         const ReferenceCache& cache, const std::function<void(const std::string&)>& warn) {
   const auto count = static_cast<std::size_t>(scene.sensor.pixels) * static_cast<std::size_t>(scene.sensor.pixels);
   Reference reference;
   std::filesystem::path file;
-  if (!cache_folder.empty()) file = cache_folder / ("reference-" + scene_content_hash(scene, settings) + ".bin");
+  if (!cache.folder.empty())
+    file = cache.folder / ("reference-" + short_hash(cache.renderer + scene_content_hash(scene, settings)) + ".bin");
   if (file.empty() || !load(file, count, reference)) {
     reference.first.resize(count);
     reference.second.resize(count);

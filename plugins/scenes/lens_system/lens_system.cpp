@@ -3,7 +3,7 @@
 #include <memory>
 #include <relign/plugin.hpp>
 
-#include "base/error.h"
+#include "base/hash.h"
 #include "base/json_source.h"
 #include "imaging/camera.h"
 #include "imaging/reference.h"
@@ -48,7 +48,7 @@ class LensSystem final : public relign::Scene {
                   *imaging::sampler_from_name(given.text("sampler")), static_cast<int>(given.integer("samples"))},
         scene_(imaging::read_scene_file(given.text("scene"), choices(given))),
         parallel_(given.threads()),
-        reference_(imaging::make_reference(scene_, settings_, parallel_, given.cache_folder(),
+        reference_(imaging::make_reference(scene_, settings_, parallel_, cache(given),
                                            [&given](const std::string& message) { given.warn(message); })) {}
 
   std::string describe() override {
@@ -101,6 +101,9 @@ class LensSystem final : public relign::Scene {
     chosen.rotation_z = given.boolean("rotation_z");
     chosen.pixels = static_cast<int>(given.integer("pixels"));
     return chosen;
+  }
+  static imaging::ReferenceCache cache(const relign::Parameters& given) {
+    return {given.cache_folder(), relign::sha256_file(given.plugin_folder() + "/lens_system.so")};
   }
   static Json axis(const char* name, const char* unit, double half) {
     return {{"name", name}, {"unit", unit}, {"lower", -half}, {"upper", half}};
