@@ -14,6 +14,7 @@ using optics::Vec3;
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kAxesMargin =
     0.05;  // for the curvature of regions across a tile: of 2e9 rays, the farthest was 0.02 out
+constexpr int kLeastTilesAcross = 12;
 constexpr double kProbeScale = 0.9;  // probing rays stay inside the passing region
 constexpr int kProbes = 1 + kSupports / 2;
 constexpr double kHullWidening = 0.15;      // of the hull's own size, to each side
@@ -26,22 +27,25 @@ double length(double a, double b) { return std::sqrt(a * a + b * b); }
 PupilTiles::PupilTiles(const SceneFile& scene, const optics::PassingTable& table)
     : scene_(&scene), table_(&table), block_(std::make_unique<optics::RayBlock>()) {
   const int pixels = scene.sensor.pixels;
-  across_ = (pixels + kTilePixels - 1) / kTilePixels;
+  // Tiles are small beside the image, whatever the pixels: what their corners see must tell what lies
+  // between.
+  tile_pixels_ = std::clamp(pixels / kLeastTilesAcross, 1, kTilePixels);
+  across_ = (pixels + tile_pixels_ - 1) / tile_pixels_;
   corners_.resize(static_cast<std::size_t>((across_ + 1) * (across_ + 1)));
   for (int row = 0; row < across_; ++row)
     for (int column = 0; column < across_; ++column) {
       Tile tile;
-      tile.column = column * kTilePixels;
-      tile.row = row * kTilePixels;
-      tile.columns = std::min(kTilePixels, pixels - tile.column);
-      tile.rows = std::min(kTilePixels, pixels - tile.row);
+      tile.column = column * tile_pixels_;
+      tile.row = row * tile_pixels_;
+      tile.columns = std::min(tile_pixels_, pixels - tile.column);
+      tile.rows = std::min(tile_pixels_, pixels - tile.row);
       tiles_.push_back(tile);
     }
   sights_.resize(tiles_.size());
 }
 
 std::array<const PupilTiles::Corner*, 4> PupilTiles::corners_of(const Tile& tile) const {
-  const int column = tile.column / kTilePixels, row = tile.row / kTilePixels;
+  const int column = tile.column / tile_pixels_, row = tile.row / tile_pixels_;
   const auto corner = [&](int c, int r) { return &corners_[static_cast<std::size_t>(r * (across_ + 1) + c)]; };
   return {corner(column, row), corner(column + 1, row), corner(column, row + 1), corner(column + 1, row + 1)};
 }
@@ -49,8 +53,8 @@ std::array<const PupilTiles::Corner*, 4> PupilTiles::corners_of(const Tile& tile
 Vec3 PupilTiles::corner_place(int tile_column, int tile_row) const {
   const Sensor& sensor = scene_->sensor;
   const double pitch = sensor.pitch_mm();
-  const int column = std::min(tile_column * kTilePixels, sensor.pixels);
-  const int row = std::min(tile_row * kTilePixels, sensor.pixels);
+  const int column = std::min(tile_column * tile_pixels_, sensor.pixels);
+  const int row = std::min(tile_row * tile_pixels_, sensor.pixels);
   return {column * pitch - sensor.side_mm / 2, sensor.side_mm / 2 - row * pitch, sensor.z_mm};
 }
 

@@ -19,7 +19,7 @@
 
 namespace relign::imaging {
 
-constexpr int kTilePixels = 16;     // a side
+constexpr int kTilePixels = 16;     // a side, at most
 constexpr int kMostSamples = 4096;  // directions a pixel
 
 struct Tile {
@@ -63,7 +63,8 @@ class PupilTiles {
 
   const SceneFile* scene_;
   const optics::PassingTable* table_;
-  int across_;  // tiles a side
+  int tile_pixels_;  // a side; fewer than kTilePixels when the sensor has few
+  int across_;       // tiles a side
   std::vector<Corner> corners_;
   std::vector<Tile> tiles_;
   std::vector<Sight> sights_;  // one a tile

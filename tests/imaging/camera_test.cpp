@@ -77,6 +77,40 @@ TEST(Camera, TruthHasNoBiasFarAway) {
   EXPECT_NEAR(error / spread, 1, 0.35);
 }
 
+// The same light on coarser pixels: means over blocks of the fine image.
+TEST(Camera, CoarseSensorsSeeTheSameImage) {
+  Parallel parallel(2);
+  Camera fine(relign_od_scene(), optics::Assembly(relign_od_scene().lens), {}, parallel);
+  std::vector<float> expected(kPixels);
+  const std::vector<double> pose = {0.55, 0.45, 0.5, 0.52, 0.5};
+  fine.render_noise_free(pose, 1, 64, expected.data());
+  for (const int pixels : {100, 50, 20, 10, 3}) {
+    SceneFile scene = relign_od_scene();
+    scene.sensor.pixels = pixels;
+    Camera coarse(scene, optics::Assembly(scene.lens), {}, parallel);
+    std::vector<float> image(static_cast<std::size_t>(pixels * pixels));
+    coarse.render_noise_free(pose, 1, 2048, image.data());
+    double ours = 0, theirs = 0;
+    for (const float value : image) ours += static_cast<double>(value) / image.size();
+    for (const float value : expected) theirs += static_cast<double>(value) / kPixels;
+    EXPECT_NEAR(ours, theirs, 0.01 * theirs) << pixels;
+    if (200 % pixels != 0) continue;
+    const int block = 200 / pixels;
+    double worst = 0;
+    for (int row = 0; row < pixels; ++row)
+      for (int column = 0; column < pixels; ++column) {
+        double mean = 0;
+        for (int y = 0; y < block; ++y)
+          for (int x = 0; x < block; ++x)
+            mean +=
+                static_cast<double>(expected[static_cast<std::size_t>((row * block + y) * 200 + column * block + x)]);
+        worst = std::max(worst, std::fabs(mean / block / block -
+                                          static_cast<double>(image[static_cast<std::size_t>(row * pixels + column)])));
+      }
+    EXPECT_LT(worst, 0.01) << pixels;
+  }
+}
+
 // Captures allocate nothing: the heap in use is the same after many (short form of 100,000; set
 // RELIGN_CAPTURES for the long one).
 TEST(Camera, HeapDoesNotGrow) {

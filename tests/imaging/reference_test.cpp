@@ -25,15 +25,14 @@ class ReferenceTest : public testing::Test {
     return make_reference(scene, {}, parallel_, {folder, renderer},
                           [this](const std::string& text) { warnings_.push_back(text); });
   }
-  std::vector<fs::path> cached() const {
-    return {fs::directory_iterator(folder_), fs::directory_iterator()};
-  }
+  std::vector<fs::path> cached() const { return {fs::directory_iterator(folder_), fs::directory_iterator()}; }
   // Twenty pixels a side are rendered in no time.
   static SceneFile small_scene(double ambient_index = 1) {
     SceneChoices choices;
     choices.pixels = 20;
     choices.ambient_index = ambient_index;
-    return read_scene_file(std::string(RELIGN_SOURCE_DIR) + "/plugins/scenes/lens_system/relign_od/scene.json", choices);
+    return read_scene_file(std::string(RELIGN_SOURCE_DIR) + "/plugins/scenes/lens_system/relign_od/scene.json",
+                           choices);
   }
 
   fs::path folder_;
