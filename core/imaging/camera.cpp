@@ -62,12 +62,7 @@ Camera::Camera(const SceneFile& scene, const optics::Assembly& assembly, const C
       tiles_(scene, table_) {
   for (unsigned thread = 0; thread < parallel.threads(); ++thread) workspaces_.push_back(std::make_unique<Workspace>());
   sums_.resize(tiles_.tiles().size());
-  const pixels::Image& radiance = scene.emitter.radiance;
-  emitter_.distance_z = static_cast<float>(scene.emitter.z_mm);
-  emitter_.half_side = static_cast<float>(scene.emitter.side_mm / 2);
-  emitter_.texels = static_cast<std::int32_t>(radiance.width);
-  emitter_.texels_per_mm = static_cast<float>(static_cast<double>(radiance.width) / scene.emitter.side_mm);
-  emitter_.radiance = radiance.values.data();
+  emitter_ = scene.emitter.plane();
 }
 
 Camera::~Camera() = default;

@@ -19,7 +19,7 @@
 
 namespace relign::imaging {
 
-constexpr int kTilePixels = 16;     // a side, at most
+constexpr int kTilePixels = 12;     // a side, at most
 constexpr int kMostSamples = 4096;  // directions a pixel
 
 struct Tile {

@@ -115,23 +115,22 @@ void RaySource::binomial_directions(const RayPath& way, std::uint64_t seed, int 
     if (p >= 1) levels = 0;
   }
   // Count of each pixel: how many thresholds its random word reaches.
-  optics::RayBlock& block = block_;
+  const optics::BlockKernels& kernels = optics::block_kernels();
   for (int from = 0; from < pixels; from += kBlockRays) {
     const int count = std::min(kBlockRays, pixels - from);
     for (int i = 0; i < padded(count); ++i) {
       pixel_[i] = in_frame_[std::min(from + i, pixels - 1)];
       sample_[i] = 0;
     }
-    optics::block_kernels().philox(block, pixel_, sample_, kCounts, low(seed), high(seed), padded(count));
-    for (int i = 0; i < count; ++i) {
-      int k = p >= 1 ? samples : 0;
-      while (k < levels && block.u0[i] >= thresholds[k]) ++k;
-      drawn_[from + i] = static_cast<std::uint16_t>(k);
-    }
+    kernels.philox(block_, pixel_, sample_, kCounts, low(seed), high(seed), padded(count));
+    if (p < 1)
+      kernels.count_reached(block_.u0, thresholds, levels, drawn_ + from, padded(count));
+    else
+      std::fill_n(drawn_ + from, count, static_cast<std::uint32_t>(samples));
   }
   for (int pixel = 0; pixel < pixels; ++pixel)
-    for (int k = 0; k < drawn_[pixel]; ++k) {
-      add_ray(pixel, static_cast<std::uint32_t>(k));
+    for (std::uint32_t k = 0; k < drawn_[pixel]; ++k) {
+      add_ray(pixel, k);
       if (count_ == kBlockRays) flush_random(way, seed, true, survival);
     }
   flush_random(way, seed, true, survival);

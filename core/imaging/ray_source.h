@@ -52,7 +52,7 @@ class RaySource {
   // Of each pixel of the tile: lower left corner (mm, from the tile's centre), index in the frame.
   float corner_x_[kTilePixels * kTilePixels], corner_y_[kTilePixels * kTilePixels];
   std::uint32_t in_frame_[kTilePixels * kTilePixels];
-  std::uint16_t drawn_[kTilePixels * kTilePixels];
+  std::uint32_t drawn_[kTilePixels * kTilePixels + 16];  // padded for the block kernels
 };
 
 }  // namespace relign::imaging

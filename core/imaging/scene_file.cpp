@@ -1,5 +1,9 @@
 #include "imaging/scene_file.h"
 
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
 #include "base/error.h"
 #include "imaging/target.h"
 
@@ -21,10 +25,10 @@ void read_emitter(ObjectReader& reader, const fs::path& folder, const SceneChoic
     file = folder / scene.emitter.target;
   }
   if (file.empty()) {
-    scene.emitter.radiance = siemens_star(texels);
+    scene.emitter.show(siemens_star(texels));
     return;
   }
-  scene.emitter.radiance = target_from_file(file);
+  scene.emitter.show(target_from_file(file));
   scene.files.push_back(file);
 }
 
@@ -86,6 +90,28 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
   for (optics::Element& element : scene.lens.elements)
     for (std::size_t f = 0; f + 1 < element.faces.size(); ++f) element.faces[f].index_after /= choices.ambient_index;
   return scene;
+}
+
+void Emitter::show(pixels::Image image) {
+  radiance = std::move(image);
+  const std::size_t side = radiance.width;
+  texel_pairs.resize(side * side);
+  const auto bits = [&](std::size_t x, std::size_t y) {
+    return static_cast<std::uint32_t>(std::lround(std::clamp(radiance.at(x, y), 0.0F, 1.0F) * 65535.0F));
+  };
+  for (std::size_t y = 0; y < side; ++y)
+    for (std::size_t x = 0; x < side; ++x)
+      texel_pairs[y * side + x] = bits(x, y) | bits(std::min(x + 1, side - 1), y) << 16;
+}
+
+optics::EmitterPlane Emitter::plane() const {
+  optics::EmitterPlane plane{};
+  plane.distance_z = static_cast<float>(z_mm);
+  plane.half_side = static_cast<float>(side_mm / 2);
+  plane.texels = static_cast<std::int32_t>(radiance.width);
+  plane.texels_per_mm = static_cast<float>(static_cast<double>(radiance.width) / side_mm);
+  plane.texel_pairs = texel_pairs.data();
+  return plane;
 }
 
 optics::Motion SceneFile::lens_to_world(const std::vector<double>& true_pose) const {

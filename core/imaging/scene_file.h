@@ -9,6 +9,7 @@
 
 #include "base/json_source.h"
 #include "optics/prescription.h"
+#include "optics/ray_block.h"
 #include "optics/rigid.h"
 #include "pixels/image.h"
 
@@ -22,10 +23,15 @@ struct Sensor {
 };
 
 struct Emitter {
-  double z_mm = 0;     // world, negative
-  double side_mm = 0;  // square
-  std::string target;  // "siemens_star" or the path of an image
-  pixels::Image radiance;
+  double z_mm = 0;                         // world, negative
+  double side_mm = 0;                      // square
+  std::string target;                      // "siemens_star" or the path of an image
+  pixels::Image radiance;                  // square, 0 to 1; change it through show() only
+  std::vector<std::uint32_t> texel_pairs;  // the same for look-ups, see optics::EmitterPlane
+
+  void show(pixels::Image image);
+  // The plane as block kernels take it; a view of this.
+  optics::EmitterPlane plane() const;
 };
 
 // Pose s in [0, 1] per axis; physical value = (2 s - 1) * half travel.

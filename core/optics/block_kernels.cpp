@@ -243,10 +243,14 @@ void trace(RayBlock& block, const Op* ops, int op_count, bool fresnel, int count
   }
 }
 
+inline float texel(std::uint32_t bits) {
+  return static_cast<float>(static_cast<std::int32_t>(bits)) * (1.0F / 65535.0F);
+}
+
 void look_up(RayBlock& block, const EmitterPlane& given, int count) {
   const EmitterPlane emitter = given;
   const float last = static_cast<float>(emitter.texels - 1);
-  const float* const texture = emitter.radiance;
+  const std::uint32_t* const pairs = emitter.texel_pairs;
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
     const float t = (emitter.distance_z - block.z[i]) / block.lz[i];
@@ -268,8 +272,9 @@ void look_up(RayBlock& block, const EmitterPlane& given, int count) {
     const float fu = uc - u_floor;
     const float fv = vc - v_floor;
     const std::int32_t at = static_cast<std::int32_t>(v_floor) * emitter.texels + static_cast<std::int32_t>(u_floor);
-    const float a = texture[at], b = texture[at + 1];
-    const float c = texture[at + emitter.texels], d = texture[at + emitter.texels + 1];
+    const std::uint32_t upper = pairs[at], lower = pairs[at + emitter.texels];
+    const float a = texel(upper & 0xFFFFU), b = texel(upper >> 16);
+    const float c = texel(lower & 0xFFFFU), d = texel(lower >> 16);
     const float top = multiply_add(fu, b - a, a);
     const float bottom = multiply_add(fu, d - c, c);
     const float value = multiply_add(fv, bottom - top, top);
@@ -282,6 +287,17 @@ void apply_transmittance(RayBlock& block, int count) {
   for (int i = 0; i < count; ++i) {
     const float weighted = block.radiance[i] * (block.above[i] / block.below[i]);
     block.radiance[i] = block.radiance[i] > 0.0F ? weighted : 0.0F;
+  }
+}
+
+void count_reached(const std::uint32_t* words, const std::uint32_t* thresholds, int levels, std::uint32_t* counts,
+                   int count) {
+  RELIGN_LOOP
+  for (int i = 0; i < count; ++i) counts[i] = 0;
+  for (int level = 0; level < levels; ++level) {
+    const std::uint32_t threshold = thresholds[level];
+    RELIGN_LOOP
+    for (int i = 0; i < count; ++i) counts[i] += words[i] >= threshold ? 1U : 0U;
   }
 }
 
@@ -306,6 +322,7 @@ const BlockKernels& kernels() {
                                          trace,
                                          look_up,
                                          apply_transmittance,
+                                         count_reached,
                                          play_dice};
   return table;
 }

@@ -59,8 +59,10 @@ struct EmitterPlane {
   float distance_z;  // z of the plane in the current frame, mm
   float half_side;   // mm
   float texels_per_mm;
-  std::int32_t texels;    // per side
-  const float* radiance;  // texels x texels, row 0 at y = -half_side
+  std::int32_t texels;  // per side
+  // texels x texels, row 0 at y = -half_side: each word holds a texel (lower half, 65535 = radiance 1)
+  // and its right neighbour (upper half), so that two words make a bilinear look-up.
+  const std::uint32_t* texel_pairs;
 };
 
 struct BlockKernels {
@@ -77,6 +79,9 @@ struct BlockKernels {
   void (*look_up)(RayBlock& block, const EmitterPlane& emitter, int count);
   // radiance *= above / below.
   void (*apply_transmittance)(RayBlock& block, int count);
+  // counts[i] = how many of the rising thresholds words[i] reaches; count a multiple of 16.
+  void (*count_reached)(const std::uint32_t* words, const std::uint32_t* thresholds, int levels, std::uint32_t* counts,
+                        int count);
   // Fresnel and roulette by dice: radiance stays where die * below < survival * above (die in [0, 1)).
   void (*play_dice)(RayBlock& block, float survival, int count);
 };

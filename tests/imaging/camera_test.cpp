@@ -5,8 +5,12 @@
 #include <malloc.h>
 
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
+#include <filesystem>
+#include <map>
 
+#include "base/hash.h"
 #include "optics/first_order.h"
 #include "optics/trace.h"
 #include "scene_under_test.h"
@@ -77,6 +81,40 @@ TEST(Camera, TruthHasNoBiasFarAway) {
   EXPECT_NEAR(error / spread, 1, 0.35);
 }
 
+// Run by the test below, once for each instruction set: prints what it rendered.
+TEST(Camera, DISABLED_PrintHash) {
+  std::string bytes;
+  for (const Sampler sampler : {Sampler::paper, Sampler::pupil}) {
+    const std::vector<float> image = image_with(1, sampler, {0.45, 0.6, 0.52, 0.7, 0.4}, 42);
+    bytes.append(reinterpret_cast<const char*>(image.data()), image.size() * sizeof(float));
+  }
+  Parallel parallel(1);
+  Camera camera(relign_od_scene(), optics::Assembly(relign_od_scene().lens), {}, parallel);
+  std::vector<float> image(kPixels);
+  camera.render_noise_free(nominal_pose(), 3, 8, image.data());
+  bytes.append(reinterpret_cast<const char*>(image.data()), image.size() * sizeof(float));
+  std::printf("hash %s\n", sha256_hex(bytes).c_str());
+}
+
+TEST(Camera, ImagesAreTheSameOnEveryInstructionSet) {
+  std::map<std::string, std::string> hashes;
+  for (const char* isa : {"generic", "avx2", "avx512"}) {
+    if (!optics::block_kernels(isa)) continue;
+    const std::string command = std::string("RELIGN_ISA=") + isa + " '" +
+                                std::filesystem::read_symlink("/proc/self/exe").string() +
+                                "' --gtest_also_run_disabled_tests --gtest_filter=Camera.DISABLED_PrintHash";
+    FILE* pipe = ::popen(command.c_str(), "r");
+    ASSERT_NE(pipe, nullptr);
+    char line[256];
+    while (std::fgets(line, sizeof line, pipe))
+      if (std::string(line).rfind("hash ", 0) == 0) hashes[isa] = line;
+    ASSERT_EQ(::pclose(pipe), 0) << command;
+    ASSERT_FALSE(hashes[isa].empty());
+    EXPECT_EQ(hashes[isa], hashes["generic"]) << isa;
+  }
+  if (hashes.size() < 2) GTEST_SKIP() << "this processor has one instruction set only";
+}
+
 // The same light on coarser pixels: means over blocks of the fine image.
 TEST(Camera, CoarseSensorsSeeTheSameImage) {
   Parallel parallel(2);
@@ -136,14 +174,14 @@ TEST(Camera, HeapDoesNotGrow) {
 // y = -half side, column 0 at x = -half side; image row 0 at y = +half side.
 TEST(Camera, OrientationAgreesWithTheTracer) {
   SceneFile scene = relign_od_scene();
-  pixels::Image& bitmap = scene.emitter.radiance;
-  std::fill(bitmap.values.begin(), bitmap.values.end(), 0.0F);
+  pixels::Image bitmap(600, 600);
   const std::size_t n = bitmap.width;
   // A spot at 3/4 of the width and 5/8 of the height of the bitmap.
   const double at_x = 0.75, at_y = 0.625;
   for (std::size_t y = 0; y < n; ++y)
     for (std::size_t x = 0; x < n; ++x)
       if (std::hypot((x + 0.5) / n - at_x, (y + 0.5) / n - at_y) < 0.01) bitmap.at(x, y) = 1;
+  scene.emitter.show(bitmap);
   Parallel parallel(2);
   Camera camera(scene, optics::Assembly(scene.lens), {}, parallel);
   const std::vector<double> pose = {0.56, 0.47, 0.5, 0.54, 0.48};
@@ -187,7 +225,7 @@ TEST(Camera, OrientationAgreesWithTheTracer) {
 // times the transmittance of eight faces (here refract: none is lost).
 TEST(Camera, RadiometryOnTheAxis) {
   SceneFile scene = relign_od_scene();
-  std::fill(scene.emitter.radiance.values.begin(), scene.emitter.radiance.values.end(), 1.0F);
+  scene.emitter.show(pixels::Image(2, 2, 1.0F));
   Parallel parallel(2);
   Camera camera(scene, optics::Assembly(scene.lens), {Transport::refract, Sampler::paper, 64}, parallel);
   std::vector<float> image(kPixels);

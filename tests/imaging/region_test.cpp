@@ -26,9 +26,9 @@ void trace_hemisphere(const optics::Assembly& assembly, const std::vector<double
                       std::uint64_t seed, Count& count) {
   const SceneFile& scene = relign_od_scene();
   // Every place of the emitter counts as lit: white all over.
-  static const std::vector<float> white(4, 1.0F);
-  optics::EmitterPlane emitter{static_cast<float>(scene.emitter.z_mm), static_cast<float>(scene.emitter.side_mm / 2),
-                               static_cast<float>(2 / scene.emitter.side_mm), 2, white.data()};
+  Emitter white = scene.emitter;
+  white.show(pixels::Image(2, 2, 1.0F));
+  const optics::EmitterPlane emitter = white.plane();
   const optics::PassingTable table(assembly, {5.3, 18.4, 22.8});
   PupilTiles tiles(scene, table);
   const optics::Motion lens_to_world = scene.lens_to_world(pose);
@@ -135,9 +135,7 @@ TEST(Region, IsTight) {
   const optics::BackwardPath path = optics::backward_path(assembly, lens_to_world);
   std::vector<optics::Op> ops = path.ops;
   ops.push_back(optics::last_frame_to_world(path));
-  const std::vector<float> white(4, 1.0F);
-  const optics::EmitterPlane emitter{static_cast<float>(scene.emitter.z_mm),
-                                     static_cast<float>(scene.emitter.side_mm / 2), 0.01F, 2, white.data()};
+  const optics::EmitterPlane emitter = scene.emitter.plane();
   tiles.fit(lens_to_world, path, ops, emitter);
   double seen = 0, area = 0;
   for (const Tile& tile : tiles.tiles())

@@ -98,7 +98,7 @@ TEST(Samplers, AComparisonCanFail) {
 TEST(Samplers, PaperAndHemisphereHaveOneLaw) {
   Parallel parallel(2);
   SceneFile white = relign_od_scene();
-  std::fill(white.emitter.radiance.values.begin(), white.emitter.radiance.values.end(), 1.0F);
+  white.emitter.show(pixels::Image(2, 2, 1.0F));
   Camera camera(white, optics::Assembly(white.lens), {}, parallel);
   const double photon = 3.14159265358979 / 64 / std::pow(0.95, 4);
   std::vector<float> image(kPixels);
