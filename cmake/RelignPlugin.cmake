@@ -1,8 +1,16 @@
 # relign_add_plugin(NAME source... [LIBRARIES target...] [DATA file_or_folder...] [FOLDER folder])
 #
 # Builds NAME.so from the sources and puts it, its manifest (relign-plugin.json beside the
-# CMakeLists.txt) and its data files into one folder that the host can load. The manifest is
-# embedded into the library byte for byte. Hidden visibility; one exported symbol.
+# CMakeLists.txt) and its data files into one folder that the host can load: FOLDER, or NAME in the
+# build folder. The manifest is embedded into the library byte for byte. Hidden visibility; one
+# exported symbol. Works in relign-bench's own tree and after find_package(relign-bench).
+#
+# RELIGN_PLUGIN_INSTALL_DIRECTORY, when set, is where `cmake --install` puts the plugin's folder.
+#
+# relign_test_plugin(NAME [SCRIPT script.cmake])
+#
+# Tests of a plugin for CTest, with relign-bench itself: NAME_check is `relign-bench plugin check`. NAME_script
+# runs SCRIPT, CMake code that runs trials and compares what they say; RelignTrials.cmake has the commands for it.
 set(RELIGN_PLUGIN_CMAKE_DIR "${CMAKE_CURRENT_LIST_DIR}")
 
 function(relign_add_plugin name)
@@ -21,11 +29,20 @@ function(relign_add_plugin name)
 
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${manifest}")
   file(READ "${manifest}" manifest_hex HEX)
-  string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," manifest_bytes "${manifest_hex}")
-  set(embedded "${CMAKE_CURRENT_BINARY_DIR}/${name}_manifest.c")
+  # Character constants: bytes above 127 are no `char` initialisers in C++.
+  string(REGEX REPLACE "([0-9a-f][0-9a-f])" "'\\\\x\\1'," manifest_bytes "${manifest_hex}")
+  # A project may speak C alone or C++ alone.
+  get_property(languages GLOBAL PROPERTY ENABLED_LANGUAGES)
+  if("C" IN_LIST languages)
+    set(embedded "${CMAKE_CURRENT_BINARY_DIR}/${name}_manifest.c")
+    set(linkage "extern")
+  else()
+    set(embedded "${CMAKE_CURRENT_BINARY_DIR}/${name}_manifest.cpp")
+    set(linkage "extern \"C\"")
+  endif()
   file(CONFIGURE OUTPUT "${embedded}" CONTENT
 "/* Generated from relign-plugin.json: the manifest's bytes, NUL-terminated. */
-extern const char relign_manifest_text[];
+${linkage} const char relign_manifest_text[];
 const char relign_manifest_text[] = {${manifest_bytes}0};
 " @ONLY)
 
@@ -33,13 +50,18 @@ const char relign_manifest_text[] = {${manifest_bytes}0};
   add_library(${target} MODULE ${PLUGIN_UNPARSED_ARGUMENTS} "${embedded}")
   set_target_properties(${target} PROPERTIES
     OUTPUT_NAME "${name}" PREFIX "" SUFFIX ".so"
-    LIBRARY_OUTPUT_DIRECTORY "${PLUGIN_FOLDER}"
+    LIBRARY_OUTPUT_DIRECTORY "${PLUGIN_FOLDER}" RELIGN_PLUGIN_FOLDER "${PLUGIN_FOLDER}"
     C_VISIBILITY_PRESET hidden CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
     LINK_DEPENDS "${RELIGN_PLUGIN_CMAKE_DIR}/relign-plugin.map")
   target_link_options(${target} PRIVATE "LINKER:--version-script=${RELIGN_PLUGIN_CMAKE_DIR}/relign-plugin.map")
   target_link_libraries(${target} PRIVATE relign::plugin_api ${PLUGIN_LIBRARIES})
   if(TARGET relign_compile)
     target_link_libraries(${target} PRIVATE relign_compile)
+  endif()
+
+  # `relign-bench describe` points to it.
+  if(EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/README.md")
+    list(APPEND PLUGIN_DATA README.md)
   endif()
 
   # Manifest and data travel with the library; copied at build time so that an edit is enough.
@@ -65,9 +87,34 @@ const char relign_manifest_text[] = {${manifest_bytes}0};
   add_custom_target(${target}_files ALL DEPENDS ${stamps})
   add_dependencies(${target} ${target}_files)
 
+  if(RELIGN_PLUGIN_INSTALL_DIRECTORY)
+    set(destination "${RELIGN_PLUGIN_INSTALL_DIRECTORY}/${name}")
+    install(TARGETS ${target} LIBRARY DESTINATION "${destination}")
+    foreach(item "${manifest}" ${PLUGIN_DATA})
+      get_filename_component(item_path "${item}" ABSOLUTE BASE_DIR "${CMAKE_CURRENT_SOURCE_DIR}")
+      if(IS_DIRECTORY "${item_path}")
+        install(DIRECTORY "${item_path}" DESTINATION "${destination}")
+      else()
+        install(FILES "${item_path}" DESTINATION "${destination}")
+      endif()
+    endforeach()
+  endif()
+
   # One name for every plugin of a build: quickstart builds the program and its plugins without the tests.
   if(NOT TARGET relign_plugins)
     add_custom_target(relign_plugins)
   endif()
   add_dependencies(relign_plugins ${target})
+endfunction()
+
+function(relign_test_plugin name)
+  cmake_parse_arguments(TEST "" "SCRIPT" "" ${ARGN})
+  get_target_property(folder relign_plugin_${name} RELIGN_PLUGIN_FOLDER)
+  add_test(NAME ${name}_check COMMAND relign::relign-bench plugin check "${folder}")
+  if(TEST_SCRIPT)
+    get_filename_component(script "${TEST_SCRIPT}" ABSOLUTE BASE_DIR "${CMAKE_CURRENT_SOURCE_DIR}")
+    add_test(NAME ${name}_script
+      COMMAND "${CMAKE_COMMAND}" "-DRELIGN_BENCH=$<TARGET_FILE:relign::relign-bench>"
+              "-DPLUGIN_FOLDER=${folder}" "-DSCRIPT=${script}" -P "${RELIGN_PLUGIN_CMAKE_DIR}/RelignTrials.cmake")
+  endif()
 endfunction()

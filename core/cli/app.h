@@ -60,6 +60,8 @@ void add_describe(CLI::App& app, Context& context);
 void add_render(CLI::App& app, Context& context);
 void add_report(CLI::App& app, Context& context);
 void add_lens(CLI::App& app, Context& context);
+void add_plugin(CLI::App& app, Context& context);
+void add_plugin_check(CLI::App& plugin, Context& context);  // below plugin
 
 // Reads the arguments, runs the verb, returns the exit code. Never throws.
 int run_program(int argc, const char* const* argv);

@@ -69,7 +69,10 @@ class HelpFormatter : public CLI::FormatterBase {
     }
     const auto verbs = app->get_subcommands([](const CLI::App* verb) { return !verb->get_name().empty(); });
     const auto positionals = app->get_options([](const CLI::Option* option) { return option->get_positional(); });
-    const auto is_named = [](const CLI::Option* option) { return !option->get_positional(); };
+    // Options without a group are the program's own.
+    const auto is_named = [](const CLI::Option* option) {
+      return !option->get_positional() && !option->get_group().empty();
+    };
 
     std::string text = "Usage: " + path + (verbs.empty() ? "" : " VERB") + " [options]";
     for (const CLI::Option* option : positionals) {

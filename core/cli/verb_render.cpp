@@ -115,6 +115,11 @@ int render(Context& context, const RenderArguments& arguments) {
     throw Error(ErrorKind::bad_input, "--out: '" + arguments.out + "' must end in .png, .npy or .tiff");
 
   const LoadedScene scene = load_chosen_scene(context, arguments);
+  if (scene.facts.owns_stage)
+    throw Error(ErrorKind::bad_input, "--scene: '" + arguments.scene +
+                                          "' is a station; it shows no pose on demand. Watch it in a trial: "
+                                          "relign-bench try ALGORITHM --scene " +
+                                          arguments.scene + " --frames DIR");
   std::optional<task::Instance> instance;
   std::string offsets = "{}";
   if (!arguments.level.empty()) {

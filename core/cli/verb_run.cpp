@@ -77,7 +77,9 @@ int run_suite(Context& context, const RunArguments& arguments) {
   std::string shown_algorithm;
   for (const suite::AlgorithmEntry& entry : suite.algorithms)
     if (!entry.added) shown_algorithm = entry.choice.id;
-  const std::string last_level = suite.levels.back().choice.id;
+  std::string shown_scene_and_level = " --noise-level " + suite.levels.back().choice.id;
+  if (const std::string& scene = suite.scenes.back().choice.id; scene != "relign_od")
+    shown_scene_and_level.insert(0, " --scene " + scene);
 
   ProgressPrinter progress(context.progress_mode());
   options.on_progress = [&](const runner::Progress& now) { progress.update(now); };
@@ -109,10 +111,10 @@ int run_suite(Context& context, const RunArguments& arguments) {
                  page.string() + "\n");
     std::fprintf(stderr,
                  "\n%zu trials in %s%s.\nNext: open the report in a browser, or watch one trial:\n  "
-                 "relign-bench try %s --noise-level %s\n",
+                 "relign-bench try %s%s\n",
                  summary.trials, duration_text(summary.seconds).c_str(),
                  summary.reused > 0 ? (", " + std::to_string(summary.reused) + " of them from before").c_str() : "",
-                 shown_algorithm.c_str(), last_level.c_str());
+                 shown_algorithm.c_str(), shown_scene_and_level.c_str());
   }
   return summary.failed > 0 ? kTrialsFailed : kDone;
 }

@@ -1,6 +1,8 @@
 // relign-bench try: one trial in this process, step by step, so that prints and debuggers work.
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 
 #include "base/error.h"
 #include "base/seeds.h"
@@ -21,6 +23,7 @@ struct TryArguments {
   std::string algorithm;
   std::string scene = "relign_od";
   std::string level = "rho0.25";
+  bool level_given = false;
   std::uint64_t instance = 0;
   std::uint64_t suite_seed = 1;
   std::string protocol = "paper";
@@ -46,6 +49,10 @@ std::string rmse_text(double rmse) {
   return buffer;
 }
 
+std::string truth_text(const task::Truth& truth) {
+  return std::isnan(truth.mse) ? "unknown" : rmse_text(pixels::displayed_rmse(truth.mse));
+}
+
 std::string header(std::size_t axes) {
   char buffer[256];
   std::snprintf(buffer, sizeof buffer, "step  %-*s  %8s  %8s  %9s  %11s\n", static_cast<int>(axes * 7),
@@ -63,8 +70,7 @@ std::string row(const task::Step& step) {
   char buffer[64 + 64 * 16];
   std::snprintf(buffer, sizeof buffer, "%4u  %s  %8s  %8s  %9s  %11s\n", step.number, pose.c_str(),
                 rmse_text(step.merit).c_str(), rmse_text(step.measured_rmse).c_str(),
-                rmse_text(pixels::displayed_rmse(step.commanded_truth.mse)).c_str(),
-                rmse_text(pixels::displayed_rmse(step.recommended_truth.mse)).c_str());
+                truth_text(step.commanded_truth).c_str(), truth_text(step.recommended_truth).c_str());
   return buffer;
 }
 
@@ -97,7 +103,7 @@ Json to_json(const TryArguments& arguments, const task::TrialResult& result) {
           {"steps", steps}};
 }
 
-int end_of_trial(Context& context, const TryArguments& arguments, const task::TrialResult& result) {
+int end_of_trial(Context& context, const TryArguments& arguments, const task::TrialResult& result, bool truth) {
   for (const std::string& change : result.environment_changes) print_warning(change);
   if (context.json) print_result(to_json(arguments, result).dump(2) + "\n");
   switch (result.end) {
@@ -115,29 +121,40 @@ int end_of_trial(Context& context, const TryArguments& arguments, const task::Tr
       break;
   }
   if (!context.json)
-    std::fputs(
-        "RMSE against the reference image; commanded and recommended are noise-free and never shown to the "
-        "algorithm.\n",
-        stderr);
+    std::fputs(truth ? "RMSE against the reference image; commanded and recommended are noise-free and never shown to "
+                       "the algorithm.\n"
+                     : "RMSE against the reference image, measured only: this scene tells no truth.\n",
+               stderr);
   return kDone;
 }
 
-int run_try(Context& context, const TryArguments& arguments) {
+int run_try(Context& context, TryArguments arguments) {
   plugin_host::Catalog& catalog = context.catalog();
   const plugin_host::Choice algorithm = catalog.resolve_or_throw(plugin_host::Kind::optimizer, arguments.algorithm);
-  const plugin_host::Choice level = catalog.resolve_or_throw(plugin_host::Kind::noise_level, arguments.level);
   const plugin_host::HostServices services = context.services(core_count());
   const LoadedScene scene = load_scene(catalog.resolve_or_throw(plugin_host::Kind::scene, arguments.scene), services);
+  if (scene.facts.owns_stage && !arguments.level_given) arguments.level = "none";
+  const plugin_host::Choice level = catalog.resolve_or_throw(plugin_host::Kind::noise_level, arguments.level);
+  if (scene.facts.owns_stage && level.plugin->id != "none")
+    throw Error(ErrorKind::bad_input, "noise level '" + arguments.level + "' cannot be used with the station '" +
+                                          arguments.scene +
+                                          "': its lenses, start and stage are its own, nothing is drawn; use none");
   const task::Instance instance = draw_instance(level, scene, services, arguments.suite_seed, arguments.instance);
-  plugin_host::MountedAssembly assembly = scene.scene->mount(instance.variances.elements_json);
+  std::optional<plugin_host::MountedAssembly> assembly;
+  if (!scene.facts.owns_stage) assembly.emplace(scene.scene->mount(instance.variances.elements_json));
 
   task::TrialSetup setup;
-  setup.assembly = &assembly;
+  setup.assembly = assembly ? &*assembly : nullptr;
+  setup.station = scene.facts.owns_stage ? scene.scene.get() : nullptr;
   setup.reference = scene.scene->reference();
   setup.scene = &scene.facts;
   setup.instance = &instance;
   setup.algorithm = &algorithm;
+  setup.design = scene.scene.get();
+  plugin_host::NoiseLevel prior(level, services);
+  setup.level = &prior;
   setup.services = services;
+  setup.services.log = [](int, const std::string& message) { std::fprintf(stderr, "%s\n", message.c_str()); };
   setup.protocol = *task::protocol_from_name(arguments.protocol);
   setup.budget = arguments.steps;
   setup.algorithm_seed = algorithm_seed(arguments.suite_seed, algorithm.id, arguments.instance);
@@ -147,7 +164,7 @@ int run_try(Context& context, const TryArguments& arguments) {
     if (!context.json) print_result((step.number == 0 ? header(scene.facts.axes.size()) : "") + row(step));
     if (!arguments.frames.empty()) save_frame(frame_path(arguments.frames, step.number), scene.facts, pixels);
   };
-  return end_of_trial(context, arguments, task::run_trial(setup));
+  return end_of_trial(context, arguments, task::run_trial(setup), scene.facts.truth);
 }
 
 }  // namespace
@@ -161,9 +178,15 @@ void add_try(CLI::App& app, Context& context) {
   verb.add_option("--scene", arguments->scene, "id, preset or path of a scene")
       ->type_name("SCENE")
       ->capture_default_str();
-  verb.add_option("--noise-level", arguments->level, "id, preset or path of a noise level")
-      ->type_name("LEVEL")
-      ->capture_default_str();
+  verb.add_option_function<std::string>(
+          "--noise-level",
+          [arguments](const std::string& level) {
+            arguments->level = level;
+            arguments->level_given = true;
+          },
+          "id, preset or path of a noise level; a station takes none alone")
+      ->default_str(arguments->level)
+      ->type_name("LEVEL");
   verb.add_option("--instance", arguments->instance, "number of the instance, from 0")
       ->type_name("NUMBER")
       ->check(whole_number())

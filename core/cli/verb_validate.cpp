@@ -5,6 +5,7 @@
 #include "cli/app.h"
 #include "cli/progress.h"
 #include "cli/workbench.h"
+#include "runner/stations.h"
 #include "suite/suite.h"
 
 namespace relign::cli {
@@ -39,22 +40,40 @@ int validate(Context& context, const std::string& file) {
   const std::size_t instances_per_algorithm = suite.levels.size() * suite.instances;
   std::size_t trials = 0, frames = 0;
   double seconds = 0;
+  std::vector<task::SceneFacts> facts;
+  bool station = false;
   for (const suite::SceneEntry& entry : suite.scenes) {
     const LoadedScene scene = load_scene(entry.choice, context.services(1));
-    const FrameCost cost = measure(scene);
+    facts.push_back(scene.facts);
+    station = station || scene.facts.owns_stage;
+    // Validating moves no machine.
+    const FrameCost cost = scene.facts.owns_stage ? FrameCost{} : measure(scene);
     for (const suite::AlgorithmEntry& algorithm : suite.algorithms) {
+      if (!runner::can_run_on(algorithm, scene.facts)) continue;
       const std::size_t captures = instances_per_algorithm * (std::size_t{algorithm.steps} + 1);
       trials += instances_per_algorithm;
       frames += captures;
       seconds += static_cast<double>(captures) * (cost.capture_seconds + 2 * cost.truth_seconds);
     }
   }
+  runner::check_stations(suite, facts);
+  suite::Suite runnable = suite;
+  for (const std::string& note : runner::leave_out_told_methods(runnable, facts)) print_warning(note);
   const unsigned cores = core_count();
   seconds /= cores;
+  const Json expected = station ? Json() : Json(seconds);
   if (context.json) {
-    const Json result = {
-        {"suite", suite.name}, {"trials", trials}, {"frames", frames}, {"cores", cores}, {"expected_seconds", seconds}};
+    const Json result = {{"suite", suite.name},
+                         {"trials", trials},
+                         {"frames", frames},
+                         {"cores", cores},
+                         {"expected_seconds", expected}};
     print_result(result.dump(2) + "\n");
+    return kDone;
+  }
+  if (station) {
+    print_result("suite          " + suite.name + "\ntrials         " + std::to_string(trials) + "\nframes         " +
+                 std::to_string(frames) + "\nexpected time  unknown: a station's own (one trial at a time)\n");
     return kDone;
   }
   print_result("suite          " + suite.name + "\ntrials         " + std::to_string(trials) + "\nframes         " +

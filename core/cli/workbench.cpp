@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "base/error.h"
+#include "task/rig.h"
 
 namespace relign::cli {
 
@@ -12,7 +13,7 @@ LoadedScene load_scene(plugin_host::Choice choice, const plugin_host::HostServic
   LoadedScene loaded;
   try {
     loaded.scene = std::make_unique<plugin_host::Scene>(choice, services);
-    loaded.facts = task::read_scene_facts(loaded.scene->describe(), choice.id);
+    loaded.facts = task::facts_of(*loaded.scene, choice.id);
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::plugin_failed) throw;
     throw Error(ErrorKind::bad_input, "scene '" + choice.id + "' cannot be used: " + error.what());

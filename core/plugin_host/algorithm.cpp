@@ -4,6 +4,8 @@
 #include "plugin_host/guard.h"
 #include "plugin_host/library.h"
 #include "plugin_host/objects.h"
+#include "plugin_host/process_algorithm.h"
+#include "plugin_host/service_shield.h"
 
 namespace relign::plugin_host {
 
@@ -15,6 +17,7 @@ struct Algorithm::Implementation {
   ObjectHost host;
   const relign_algorithm_interface* table = nullptr;
   relign_algorithm* object = nullptr;
+  std::unique_ptr<ProcessAlgorithm> process;  // instead of table and object
 };
 
 namespace {
@@ -24,7 +27,7 @@ namespace {
 class ShieldedConversation {
  public:
   ShieldedConversation(const relign_conversation& talk, const FloatingPointState& host_state)
-      : talk_(talk), host_state_(host_state) {
+      : talk_(talk), callbacks_(host_state) {
     shield_.struct_size = sizeof shield_;
     shield_.context = this;
     shield_.task = talk.task;
@@ -46,7 +49,9 @@ class ShieldedConversation {
     shield_.get_service = [](void* context, relign_text id) -> const void* {
       const void* service = nullptr;
       self(context).shielded([&](const relign_conversation& inner) -> relign_status {
-        if (inner.get_service) service = inner.get_service(inner.context, id);
+        if (inner.get_service)
+          service = self(context).services_.shielded({id.data, static_cast<std::size_t>(id.size)},
+                                                     inner.get_service(inner.context, id));
         return RELIGN_OK;
       });
       return service;
@@ -56,30 +61,20 @@ class ShieldedConversation {
   ShieldedConversation& operator=(const ShieldedConversation&) = delete;
 
   const relign_conversation* shield() const { return &shield_; }
-  std::exception_ptr thrown() const { return thrown_; }
+  std::exception_ptr thrown() const { return callbacks_.thrown(); }
 
  private:
   static ShieldedConversation& self(void* context) { return *static_cast<ShieldedConversation*>(context); }
 
   template <class Body>
   relign_status shielded(Body&& body) noexcept {
-    if (thrown_) return RELIGN_STOP;
-    const FloatingPointState plugin_state = FloatingPointState::current();
-    host_state_.apply();
-    relign_status status = RELIGN_STOP;
-    try {
-      status = body(talk_);
-    } catch (...) {
-      thrown_ = std::current_exception();
-    }
-    plugin_state.apply();
-    return status;
+    return callbacks_.call([&] { return body(talk_); });
   }
 
   const relign_conversation& talk_;
-  FloatingPointState host_state_;
+  CallbackShield callbacks_;
+  ShieldedServices services_{callbacks_};
   relign_conversation shield_{};
-  std::exception_ptr thrown_;
 };
 
 }  // namespace
@@ -87,6 +82,10 @@ class ShieldedConversation {
 Algorithm::Algorithm(const Choice& choice, const HostServices& services)
     : implementation_(std::make_unique<Implementation>(choice, services)) {
   Implementation& mine = *implementation_;
+  if (!mine.manifest->command.empty()) {
+    mine.process = std::make_unique<ProcessAlgorithm>(choice, services);
+    return;
+  }
   const auto* table = static_cast<const relign_algorithm_interface*>(
       plugin_interface(*mine.manifest, RELIGN_ALGORITHM_INTERFACE,
                        offsetof(relign_algorithm_interface, destroy) + sizeof(relign_algorithm_interface::destroy)));
@@ -113,6 +112,7 @@ Algorithm::~Algorithm() {
 
 void Algorithm::run(const relign_conversation& talk) {
   Implementation& mine = *implementation_;
+  if (mine.process) return mine.process->run(talk);
   std::exception_ptr thrown;
   const auto body = [&](const FloatingPointState& host_state) {
     ShieldedConversation conversation(talk, host_state);

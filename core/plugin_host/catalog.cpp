@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "plugin_host/objects.h"
 #include "plugin_host/parameters.h"
+#include "plugin_host/process_manifest.h"
 
 namespace relign::plugin_host {
 namespace fs = std::filesystem;
@@ -44,7 +45,7 @@ fs::path manifest_of(const fs::path& plugin) {
     if (!fs::exists(manifest, error)) refuse(plugin.string() + " is no plugin folder: it holds no " + kManifestName);
     return manifest;
   }
-  if (plugin.extension() != ".so") return plugin;
+  if (plugin.extension() != ".so") return plugin;  // a manifest, or a script that is its own
   const fs::path manifest = plugin.parent_path() / kManifestName;
   if (!fs::exists(manifest, error)) refuse(plugin.string() + " is no plugin: no " + kManifestName + " lies beside it");
   return manifest;
@@ -91,8 +92,9 @@ void Catalog::add(const fs::path& plugin) { add_plugin(plugin); }
 std::shared_ptr<const Manifest> Catalog::add_plugin(const fs::path& plugin) {
   const fs::path file = manifest_of(absolute_path(plugin));
   for (const auto& known : plugins_)
-    if (same_file(known->folder / kManifestName, file)) return known;
-  auto manifest = std::make_shared<const Manifest>(read_manifest(file));
+    if (same_file(known->source, file)) return known;
+  auto manifest =
+      std::make_shared<const Manifest>(is_plugin_script(file) ? read_script_manifest(file) : read_manifest(file));
   std::error_code error;
   if (!fs::exists(manifest->library, error))
     refuse(file.string() + ": its library " + manifest->library.string() +
@@ -218,9 +220,10 @@ Catalog::Found Catalog::find(Kind kind, const std::string& id_or_path, const fs:
     }
     if (!source.root().is_object() || !source.root().contains("kind"))
       throw Error(ErrorKind::bad_input, path.string() + " is neither a plugin's manifest nor a document with \"use\"");
-  } else if (!fs::is_directory(path, error) && path.extension() != ".so" && path.extension() != ".json") {
+  } else if (!fs::is_directory(path, error) && path.extension() != ".so" && path.extension() != ".json" &&
+             !is_plugin_script(path)) {
     throw Error(ErrorKind::bad_input, path.string() + " is no plugin: expected a plugin's folder, its library (.so), " +
-                                          "its manifest, or a JSON document with \"use\"");
+                                          "its Python script (.py), its manifest, or a JSON document with \"use\"");
   }
   const auto plugin = add_plugin(path);
   if (!same_namespace(plugin->kind, kind))
@@ -230,7 +233,7 @@ Catalog::Found Catalog::find(Kind kind, const std::string& id_or_path, const fs:
 }
 
 Choice Catalog::choose(const Found& found, const Json& given, const fs::path& relative_to,
-                       std::vector<Problem>& problems) const {
+                       std::vector<Problem>& problems, int depth) {
   const std::size_t problems_before = problems.size();
   const Manifest& plugin = *found.plugin;
   Json all = given;
@@ -241,19 +244,66 @@ Choice Catalog::choose(const Found& found, const Json& given, const fs::path& re
                                   "': it cannot be given as well");
     if (problems.size() == problems_before) all[plugin.document] = found.document.string();
   }
-  const EffectiveParameters effective = effective_parameters(plugin, found.preset, all, relative_to, problems);
+  EffectiveParameters effective = effective_parameters(plugin, found.preset, all, relative_to, problems);
+  std::map<std::string, std::shared_ptr<const Choice>> algorithms;
   for (const Parameter& parameter : plugin.parameters) {
     if (parameter.type != ParameterType::algorithm || !effective.values.contains(parameter.name)) continue;
-    const auto name = effective.values.at(parameter.name).get<std::string>();
-    if (find_name(Kind::optimizer, name).plugin) continue;
-    Problem problem;
-    problem.pointer = "/parameters/" + pointer_token(parameter.name);
-    problem.message = unknown_text(Kind::optimizer, name);
-    problems.push_back(problem);
+    const bool own =
+        given.is_object() && std::any_of(given.items().begin(), given.items().end(), [&](const auto& item) {
+          return normalised_name(item.key()) == normalised_name(parameter.name);
+        });
+    const auto inner = choose_inner(effective.values.at(parameter.name), own ? relative_to : plugin.folder,
+                                    "/parameters/" + pointer_token(parameter.name), problems, depth + 1);
+    if (!inner) continue;
+    effective.identity[parameter.name] = Json::parse(inner->identity);
+    algorithms[parameter.name] = inner;
   }
   if (problems.size() != problems_before) return {};
   const Json identity = {{"kind", kind_name(plugin.kind)}, {"parameters", effective.identity}, {"plugin", plugin.id}};
-  return {found.plugin, found.id, effective.values, canonical_json(identity)};
+  return {found.plugin, found.id, effective.values, canonical_json(identity), std::move(algorithms)};
+}
+
+// The algorithm that a parameter names: an id, preset or path, or {"use": ..., "parameters": {...}}. Null after a
+// mistake.
+std::shared_ptr<const Choice> Catalog::choose_inner(const Json& value, const fs::path& relative_to,
+                                                    const std::string& pointer, std::vector<Problem>& problems,
+                                                    int depth) {
+  constexpr int kDeepest = 4;  // an algorithm whose default is itself would never end
+  const std::size_t problems_before = problems.size();
+  try {
+    if (depth > kDeepest) throw Error(ErrorKind::bad_input, "algorithms that run algorithms nest deeper than 4");
+    const std::string name = value.is_object() ? value.at("use").get<std::string>() : value.get<std::string>();
+    const Json given = value.is_object() ? value.value("parameters", Json::object()) : Json::object();
+    Choice inner = choose(find(Kind::optimizer, name, relative_to, true), given, relative_to, problems, depth);
+    if (problems.size() == problems_before) return std::make_shared<const Choice>(std::move(inner));
+  } catch (const Error& error) {
+    add_problem(problems, error.what());
+  }
+  for (std::size_t i = problems_before; i < problems.size(); ++i) problems[i].pointer = pointer + problems[i].pointer;
+  return nullptr;
+}
+
+Choice with_changes(const Choice& choice, const Json& changes) {
+  std::vector<Problem> problems;
+  Json all = choice.parameters;
+  if (!changes.is_null() && !changes.is_object()) throw Error(ErrorKind::bad_input, "expected an object of parameters");
+  for (const auto& [name, value] : changes.items()) {
+    const Parameter* parameter = choice.plugin->parameter(name);
+    if (parameter && parameter->type == ParameterType::algorithm)
+      add_problem(problems, "the parameter '" + name + "' names an algorithm: it is chosen before the trial");
+    all[parameter ? parameter->name : name] = value;
+  }
+  // Effective parameters are complete: no preset and no default comes in any more.
+  const EffectiveParameters effective =
+      effective_parameters(*choice.plugin, nullptr, all, choice.plugin->folder, problems);
+  throw_if_any(problems);
+  Choice changed = choice;
+  changed.parameters = effective.values;
+  Json identity = {{"kind", kind_name(choice.plugin->kind)}, {"plugin", choice.plugin->id}};
+  identity["parameters"] = effective.identity;
+  for (const auto& [name, inner] : choice.algorithms) identity["parameters"][name] = Json::parse(inner->identity);
+  changed.identity = canonical_json(identity);
+  return changed;
 }
 
 Choice Catalog::resolve(Kind kind, const std::string& id_or_path, const Json& given, const fs::path& relative_to,
@@ -275,7 +325,13 @@ Choice Catalog::resolve_or_throw(Kind kind, const std::string& id_or_path, const
 }
 
 std::string plugin_hash(const Manifest& manifest) {
-  return sha256_hex(sha256_file(manifest.library) + sha256_hex(manifest.text));
+  std::string hashes = sha256_file(manifest.library);
+  for (const std::string& word : manifest.command) {
+    const fs::path file = (manifest.folder / word).lexically_normal();
+    std::error_code error;
+    if (file != manifest.library && fs::is_regular_file(file, error)) hashes += sha256_file(file);
+  }
+  return sha256_hex(hashes + sha256_hex(manifest.text));
 }
 
 }  // namespace relign::plugin_host

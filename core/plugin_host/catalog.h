@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -18,11 +19,17 @@ struct Choice {
   // Equal for equal plugins, parameters and contents of files, on every machine: file parameters
   // enter with the SHA-256 of their content.
   std::string identity;  // canonical JSON
+  // The algorithms that parameters of type "algorithm" name, resolved, by the parameter's name.
+  std::map<std::string, std::shared_ptr<const Choice>> algorithms;
 };
+
+// The choice with some of its parameters changed (an object; null or {} for none); those of type "algorithm" cannot be.
+// Throws Error(bad_input) listing every mistake.
+Choice with_changes(const Choice& choice, const Json& changes);
 
 class Catalog {
  public:
-  // Adds one plugin folder, a library, or a manifest file. Throws Error(plugin_refused), also
+  // Adds one plugin folder, a library, a Python script, or a manifest file. Throws Error(plugin_refused), also
   // when an id or preset of the same namespace (scenes; noise levels; algorithms) exists already.
   // Adding the same folder again does nothing.
   void add(const std::filesystem::path& plugin);
@@ -41,8 +48,8 @@ class Catalog {
   // Ids and presets of one namespace, sorted, for suggestions and completion.
   std::vector<std::string> ids(Kind kind) const;
 
-  // Resolves an id, preset or path (a plugin's folder, library or manifest, or a JSON document with
-  // "use"; relative to `relative_to`) and applies `given` (an object or null). optimizer and agent
+  // Resolves an id, preset or path (a plugin's folder, library, script or manifest, or a JSON document
+  // with "use"; relative to `relative_to`) and applies `given` (an object or null). optimizer and agent
   // are one namespace. On mistakes appends to `problems` (no place filled in; pointer relative to the
   // entry: "" or "/parameters/NAME") and returns an empty Choice (plugin is null).
   Choice resolve(Kind kind, const std::string& id_or_path, const Json& given, const std::filesystem::path& relative_to,
@@ -58,7 +65,9 @@ class Catalog {
   Found find(Kind kind, const std::string& id_or_path, const std::filesystem::path& relative_to,
              bool documents_allowed);  // throws Error
   Choice choose(const Found& found, const Json& given, const std::filesystem::path& relative_to,
-                std::vector<Problem>& problems) const;
+                std::vector<Problem>& problems, int depth = 0);
+  std::shared_ptr<const Choice> choose_inner(const Json& value, const std::filesystem::path& relative_to,
+                                             const std::string& pointer, std::vector<Problem>& problems, int depth);
   std::string unknown_text(Kind kind, const std::string& name) const;
 
   std::vector<std::shared_ptr<const Manifest>> plugins_;

@@ -211,6 +211,7 @@ ParameterTable::ParameterTable(const Choice& choice) : choice_(choice), json_(ca
   table_.text = [](void* context, relign_text name, relign_text* value) {
     return shielded([&]() -> relign_status {
       const Json* found = value_of(context, name, {ParameterType::text, ParameterType::file, ParameterType::algorithm});
+      if (found && found->is_object() && found->contains("use")) found = &found->at("use");  // of type algorithm
       if (!found || !found->is_string()) return RELIGN_BAD_ARGUMENT;
       const auto& text = found->get_ref<const std::string&>();
       *value = {text.data(), text.size()};

@@ -59,7 +59,7 @@ std::string check_id(const std::string& id) {
                     "\"";
 }
 
-std::vector<std::string> read_texts(ObjectReader& reader, const std::string& key) {
+std::vector<std::string> read_texts(ObjectReader& reader, const std::string& key, bool may_repeat = false) {
   std::vector<std::string> texts;
   const Json* list = reader.get(key);
   if (!list) return texts;
@@ -71,7 +71,7 @@ std::vector<std::string> read_texts(ObjectReader& reader, const std::string& key
     return texts;
   }
   texts = list->get<std::vector<std::string>>();
-  if (std::set<std::string>(texts.begin(), texts.end()).size() != texts.size())
+  if (!may_repeat && std::set<std::string>(texts.begin(), texts.end()).size() != texts.size())
     reader.complain(key, "an entry stands twice");
   return texts;
 }
@@ -202,10 +202,31 @@ void read_knowledge(ObjectReader& reader, Manifest& manifest) {
   }
 }
 
+// A plugin is a library or, with "command", a process.
+void read_way_to_run(ObjectReader& reader, Manifest& manifest) {
+  manifest.command = read_texts(reader, "command", true);
+  const std::string library = reader.string("library", manifest.id + ".so");
+  if (library.empty()) reader.complain("library", "expected the library's file name");
+  manifest.library = (manifest.folder / library).lexically_normal();
+  if (!reader.has("command")) return;
+  if (manifest.command.empty()) reader.complain("command", "expected a program and its arguments");
+  if (reader.has("library")) reader.complain("command", "a plugin has a \"library\" or a \"command\", not both");
+  if (!is_algorithm(manifest.kind)) reader.complain("command", "only optimizers and agents can be processes");
+  manifest.library = manifest.source;
+  for (const std::string& word : manifest.command) {
+    const std::filesystem::path file = (manifest.folder / word).lexically_normal();
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(file, error)) continue;
+    manifest.library = file;
+    break;
+  }
+}
+
 Manifest read_checked(const JsonSource& source, const std::filesystem::path& file, std::vector<Problem>& problems) {
   Manifest manifest;
   manifest.text = source.text();
-  manifest.folder = std::filesystem::absolute(file).lexically_normal().parent_path();
+  manifest.source = std::filesystem::absolute(file).lexically_normal();
+  manifest.folder = manifest.source.parent_path();
   if (!source.root().is_object()) {
     problems.push_back(source.problem("", "expected an object: the plugin's manifest"));
     return manifest;
@@ -226,9 +247,7 @@ Manifest read_checked(const JsonSource& source, const std::filesystem::path& fil
   manifest.reproducible = reader.string("reproducible", "anywhere");
   if (manifest.reproducible != "anywhere" && manifest.reproducible != "this_cpu")
     reader.complain("reproducible", "expected \"anywhere\" or \"this_cpu\", found \"" + manifest.reproducible + "\"");
-  const std::string library = reader.string("library", manifest.id + ".so");
-  if (library.empty()) reader.complain("library", "expected the library's file name");
-  manifest.library = (manifest.folder / library).lexically_normal();
+  read_way_to_run(reader, manifest);
   read_knowledge(reader, manifest);
   manifest.parameters = read_parameters(source, reader, problems);
   read_presets(source, reader, manifest, problems);
@@ -277,9 +296,12 @@ std::uint32_t Manifest::knows_bits() const {
   return bits;
 }
 
-Manifest read_manifest(const std::filesystem::path& file) {
+namespace {
+
+template <class Read>
+Manifest read_or_refuse(const std::filesystem::path& file, Read&& read) {
   try {
-    const JsonSource source = JsonSource::from_file(file);
+    const JsonSource source = read();
     std::vector<Problem> problems;
     Manifest manifest = read_checked(source, file, problems);
     throw_if_any(problems);
@@ -287,6 +309,16 @@ Manifest read_manifest(const std::filesystem::path& file) {
   } catch (const Error& error) {
     throw Error(ErrorKind::plugin_refused, error.what());
   }
+}
+
+}  // namespace
+
+Manifest read_manifest(const std::filesystem::path& file) {
+  return read_or_refuse(file, [&] { return JsonSource::from_file(file); });
+}
+
+Manifest read_manifest_text(const std::string& text, const std::filesystem::path& file) {
+  return read_or_refuse(file, [&] { return JsonSource::from_text(text, file.string() + " --manifest"); });
 }
 
 }  // namespace relign::plugin_host

@@ -10,10 +10,12 @@
 //   "license": "Apache-2.0", "citation": "...", "reproducible": "anywhere"
 // }
 // Required: id, kind, summary. Parameter types: number, integer, boolean, text (optional "allowed": [...]),
-// file (a path, resolved against the file that names it), algorithm (the id of another one), json (anything).
-// Further keys: "library" (default ID.so), "oracle": true (is told the true start under every
-// protocol; drawn dashed), "document": "scene" (a JSON file with "use" may stand for the plugin; its
-// path becomes that parameter).
+// file (a path, resolved against the file that names it), algorithm (the id of another one, or
+// {"use": id, "parameters": {...}}), json (anything).
+// Further keys: "library" (default ID.so), or "command": ["python3", "compass.py"] for an algorithm that is a
+// process, started in the manifest's folder (docs/process_plugins.md); "oracle": true (is told the true start
+// under every protocol; drawn dashed), "document": "scene" (a JSON file with "use" may stand for the plugin;
+// its path becomes that parameter).
 #pragma once
 
 #include <filesystem>
@@ -64,9 +66,12 @@ struct Manifest {
   std::string citation;
   std::string document;  // name of the file parameter that a path with "use" fills; empty: none
 
-  std::filesystem::path folder;   // where the manifest lies
-  std::filesystem::path library;  // absolute path of the shared library
-  std::string text;               // verbatim
+  std::filesystem::path folder;  // where the manifest lies
+  std::filesystem::path source;  // the manifest, or the script that is its own
+  // Absolute path of the shared library. Of a process: the first file of ours in its command, else `source`.
+  std::filesystem::path library;
+  std::vector<std::string> command;  // of a process; empty for a library
+  std::string text;                  // verbatim
 
   const Parameter* parameter(const std::string& name) const;  // null when there is none
   const Preset* preset(const std::string& id) const;          // `-` equals `_`
@@ -75,6 +80,8 @@ struct Manifest {
 
 // Reads and checks a manifest file. Throws Error(plugin_refused) listing every mistake.
 Manifest read_manifest(const std::filesystem::path& file);
+// The same for text that stands for the manifest in `file`.
+Manifest read_manifest_text(const std::string& text, const std::filesystem::path& file);
 
 // Checks one value against a parameter; returns what is wrong with it, or an empty text.
 std::string check_parameter(const Parameter& parameter, const Json& value);

@@ -27,8 +27,9 @@ struct HostServices {
 
 class Algorithm {
  public:
-  // Loads the library if need be and creates the object. Throws Error: plugin_refused when the
-  // library cannot be loaded or its ABI or manifest do not fit, plugin_failed when create failed.
+  // Loads the library if need be and creates the object; or starts the plugin's process. Throws Error:
+  // plugin_refused when the library cannot be loaded or its ABI or manifest do not fit, or the command
+  // cannot be started; plugin_failed when handshake or create failed.
   Algorithm(const Choice& choice, const HostServices& services);
   ~Algorithm();
   Algorithm(const Algorithm&) = delete;
@@ -95,13 +96,25 @@ class Scene {
   relign_image reference();  // valid as long as this
   MountedAssembly mount(const std::string& offsets_json);
 
+  // A scene that owns its stage (RELIGN_SCENE_STAGE); the other three throw Error without one.
+  bool offers_stage() const;
+  void begin(std::uint64_t seed);
+  struct StageMove {
+    std::vector<double> moved;  // by the station's own encoders
+    std::uint64_t limits_low = 0;
+    std::uint64_t limits_high = 0;
+    double machine_seconds = 0;
+  };
+  StageMove move_by(const std::vector<double>& delta);
+  double capture(float* pixels);  // machine seconds
+
  private:
   friend class MountedAssembly;
   struct Implementation;
   std::shared_ptr<Implementation> implementation_;
 };
 
-// SHA-256 of a plugin's library and manifest, recorded beside trials.
+// SHA-256 of a plugin's library (or the files in its command) and manifest, recorded beside trials.
 std::string plugin_hash(const Manifest& manifest);
 
 // What of this process plugins must leave alone: working directory, locale, signal handlers,

@@ -75,9 +75,17 @@ std::string check_parameter(const Parameter& parameter, const Json& value) {
     case ParameterType::file:
       if (is_empty_optional_file(parameter, value)) return "";
       return value.is_string() && !value.get_ref<const std::string&>().empty() ? "" : "expected a path" + found;
-    case ParameterType::algorithm:
-      return value.is_string() && !value.get_ref<const std::string&>().empty() ? ""
-                                                                               : "expected an algorithm's id" + found;
+    case ParameterType::algorithm: {
+      const auto names_one = [](const Json& name) {
+        return name.is_string() && !name.get_ref<const std::string&>().empty();
+      };
+      if (names_one(value)) return "";
+      const std::string expected = "expected an algorithm's id, or {\"use\": id, \"parameters\": {...}}" + found;
+      if (!value.is_object() || !value.contains("use") || !names_one(value.at("use"))) return expected;
+      for (const auto& item : value.items())
+        if (item.key() != "use" && !(item.key() == "parameters" && item.value().is_object())) return expected;
+      return "";
+    }
     case ParameterType::json:
       return "";
   }

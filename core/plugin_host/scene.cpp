@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <type_traits>
@@ -24,7 +25,13 @@ struct Scene::Implementation {
   ObjectHost host;
   const relign_scene_interface* table = nullptr;
   const relign_scene_noise_free* noise_free = nullptr;  // null when not offered
+  const relign_scene_stage* stage = nullptr;            // null when not offered
   relign_scene* object = nullptr;
+
+  const relign_scene_stage& own_stage(const char* what) const {
+    if (!stage) host.throw_failure(what, std::string("it does not offer ") + RELIGN_SCENE_STAGE);
+    return *stage;
+  }
 };
 
 struct MountedAssembly::Implementation {
@@ -66,10 +73,17 @@ Scene::Scene(const Choice& choice, const HostServices& services)
   mine.host.call("get_extension", [&](const FloatingPointState&) -> relign_status {
     mine.noise_free = static_cast<const relign_scene_noise_free*>(
         table->get_extension(mine.object, {RELIGN_SCENE_NOISE_FREE, std::strlen(RELIGN_SCENE_NOISE_FREE)}));
+    mine.stage = static_cast<const relign_scene_stage*>(
+        table->get_extension(mine.object, {RELIGN_SCENE_STAGE, std::strlen(RELIGN_SCENE_STAGE)}));
     return RELIGN_OK;
   });
   if (mine.noise_free && (!RELIGN_HAS_MEMBER(mine.noise_free, render) || !mine.noise_free->render))
     mine.noise_free = nullptr;
+  if (!mine.stage) return;
+  const bool complete =
+      RELIGN_HAS_MEMBER(mine.stage, capture) && mine.stage->begin && mine.stage->move_by && mine.stage->capture;
+  if (!complete)
+    mine.host.throw_failure("get_extension", std::string(RELIGN_SCENE_STAGE) + " lacks begin, move_by or capture");
 }
 
 Scene::~Scene() = default;
@@ -107,6 +121,51 @@ MountedAssembly Scene::mount(const std::string& offsets_json) {
   if (status != RELIGN_OK || !assembly->object)
     mine.host.throw_failure("mount", "it mounted nothing and gives no reason");
   return MountedAssembly(std::move(assembly));
+}
+
+bool Scene::offers_stage() const { return implementation_->stage != nullptr; }
+
+void Scene::begin(std::uint64_t seed) {
+  Implementation& mine = *implementation_;
+  const relign_scene_stage& stage = mine.own_stage("begin");
+  const relign_status status =
+      mine.host.call("begin", [&](const FloatingPointState&) { return stage.begin(mine.object, seed); });
+  if (status != RELIGN_OK) mine.host.throw_failure("begin", "it went to no start pose and gives no reason");
+}
+
+Scene::StageMove Scene::move_by(const std::vector<double>& delta) {
+  Implementation& mine = *implementation_;
+  const relign_scene_stage& stage = mine.own_stage("move_by");
+  StageMove made;
+  made.moved = delta;
+  relign_stage_move answer{};
+  answer.struct_size = sizeof answer;
+  answer.moved = made.moved.data();
+  const auto axes = static_cast<std::uint32_t>(delta.size());
+  const relign_status status = mine.host.call(
+      "move_by", [&](const FloatingPointState&) { return stage.move_by(mine.object, delta.data(), axes, &answer); });
+  if (status != RELIGN_OK) mine.host.throw_failure("move_by", "it did not move and gives no reason");
+  const std::uint64_t known_axes = axes >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << axes) - 1;
+  const bool usable = std::isfinite(answer.machine_seconds) && answer.machine_seconds >= 0 &&
+                      ((answer.limits_low | answer.limits_high) & ~known_axes) == 0 &&
+                      std::all_of(made.moved.begin(), made.moved.end(), [](double v) { return std::isfinite(v); });
+  if (!usable) mine.host.throw_failure("move_by", "it tells seconds, limits or a move that cannot be");
+  made.limits_low = answer.limits_low;
+  made.limits_high = answer.limits_high;
+  made.machine_seconds = answer.machine_seconds;
+  return made;
+}
+
+double Scene::capture(float* pixels) {
+  Implementation& mine = *implementation_;
+  const relign_scene_stage& stage = mine.own_stage("capture");
+  double machine_seconds = 0;
+  const relign_status status = mine.host.call(
+      "capture", [&](const FloatingPointState&) { return stage.capture(mine.object, pixels, &machine_seconds); });
+  if (status != RELIGN_OK) mine.host.throw_failure("capture", "it captured nothing and gives no reason");
+  if (!std::isfinite(machine_seconds) || machine_seconds < 0)
+    mine.host.throw_failure("capture", "its machine seconds cannot be");
+  return machine_seconds;
 }
 
 MountedAssembly::MountedAssembly(std::unique_ptr<Implementation> implementation)

@@ -100,16 +100,18 @@ Json curve_json(const stats::Curve& curve) {
 
 Json row_json(const stats::RankingRow& row, const Methods& methods) {
   const Json& method = methods[row.algorithm];
-  return {{"method", row.algorithm},
-          {"oracle", method["oracle"]},
-          {"knows", method["knows"]},
-          {"trials", row.trials},
-          {"failed", row.failed},
-          {"step", row.step},
-          {"recommended", quantiles_json(row.recommended)},
-          {"commanded", quantiles_json(row.commanded)},
-          {"machine_seconds", row.recommended.n > 0 ? number_or_null(row.machine_seconds_median) : Json()},
-          {"algorithm_ms_per_step", number_or_null(row.algorithm_ms_per_step_median)}};
+  Json json = {{"method", row.algorithm},
+               {"oracle", method["oracle"]},
+               {"knows", method["knows"]},
+               {"trials", row.trials},
+               {"failed", row.failed},
+               {"step", row.step},
+               {"recommended", quantiles_json(row.recommended)},
+               {"commanded", quantiles_json(row.commanded)},
+               {"machine_seconds", row.score().n > 0 ? number_or_null(row.machine_seconds_median) : Json()},
+               {"algorithm_ms_per_step", number_or_null(row.algorithm_ms_per_step_median)}};
+  if (row.measured_only) json["measured"] = quantiles_json(row.best_measured);
+  return json;
 }
 
 // Names what tells this group from the others, and nothing that is the same everywhere.
@@ -121,7 +123,7 @@ std::string group_label(const GroupKey& key, bool scenes_differ, bool protocols_
 struct Group {
   std::set<std::uint64_t> instances;                                  // any trial's
   std::map<std::string, std::set<std::uint64_t>> finished_instances;  // per method, failed ones left out
-  std::vector<double> start;                                          // one value an instance
+  std::vector<double> start, measured_start;                          // one value an instance
   std::set<std::uint64_t> started;
 };
 
@@ -134,8 +136,11 @@ std::map<GroupKey, Group> gather(const LoadedResults& results, std::vector<Group
     group.instances.insert(trial.instance);
     std::set<std::uint64_t>& finished = group.finished_instances[trial.algorithm];
     if (trial.end != "failed") finished.insert(trial.instance);
-    if (!trial.steps.empty() && trial.steps.front().step == 0 && group.started.insert(trial.instance).second)
-      group.start.push_back(stats::track_value(trial, stats::Track::commanded, 0).value_or(kNone));
+    if (!trial.steps.empty() && trial.steps.front().step == 0 && group.started.insert(trial.instance).second) {
+      const std::optional<double> truth = stats::track_value(trial, stats::Track::commanded, 0);
+      group.start.push_back(truth.value_or(kNone));
+      group.measured_start.push_back(stats::track_value(trial, stats::Track::measured, 0).value_or(kNone));
+    }
   }
   return groups;
 }
@@ -145,6 +150,9 @@ Json groups_json(const LoadedResults& results, const Methods& methods) {
   const std::map<GroupKey, Group> groups = gather(results, order);
   std::set<std::string> scenes, protocols;
   for (const auto& [scene, level, protocol] : order) scenes.insert(scene), protocols.insert(protocol);
+  std::set<std::string> stations;
+  for (const Json& scene : list_of(results.manifest, "scenes"))
+    if (flag_of(scene, "owns_stage")) stations.insert(text_of(scene, "name"));
   const std::vector<stats::Curve> curves = stats::make_curves(results.trials);
   const std::vector<stats::RankingRow> rows = stats::ranking(curves, results.trials, results.times);
 
@@ -158,6 +166,7 @@ Json groups_json(const LoadedResults& results, const Methods& methods) {
                   {"instances", group.instances.size()},
                   {"rows", Json::array()},
                   {"curves", Json::array()}};
+    if (stations.count(std::get<0>(key)) > 0) entry["station"] = true;
     const stats::Quantiles start = stats::quantiles(group.start);
     entry["start"] = start.n > 0 ? number_or_null(start.median) : Json();
     entry["same_instances"] =
@@ -165,6 +174,16 @@ Json groups_json(const LoadedResults& results, const Methods& methods) {
                     [&](const auto& method) { return method.second == group.finished_instances.begin()->second; });
     for (const stats::RankingRow& row : rows)
       if (key_of(row) == key) entry["rows"].push_back(row_json(row, methods));
+    bool measured = false, truth = false;
+    for (const Json& row : entry["rows"]) {
+      measured = measured || row.contains("measured");
+      truth = truth || row["recommended"]["n"] != 0;
+    }
+    if (measured && !truth) {
+      entry["measured_only"] = true;
+      const stats::Quantiles seen = stats::quantiles(group.measured_start);
+      entry["start"] = seen.n > 0 ? number_or_null(seen.median) : Json();
+    }
     for (const stats::Curve& curve : curves)
       if (key_of(curve) == key && curve.trials > 0) entry["curves"].push_back(curve_json(curve));
     list.push_back(std::move(entry));
@@ -221,6 +240,13 @@ Json ran_json(const LoadedResults& results) {
 }
 
 }  // namespace
+
+const Json& score_of(const Json& row) { return row.contains("measured") ? row["measured"] : row["recommended"]; }
+
+double best_measured_rmse(const records::TrialRecord& trial) {
+  if (trial.steps.empty()) return kNone;
+  return stats::track_value(trial, stats::Track::best, trial.steps.back().step).value_or(kNone);
+}
 
 double recommended_rmse(const records::TrialRecord& trial) {
   if (trial.steps.empty()) return kNone;

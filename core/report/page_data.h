@@ -3,7 +3,8 @@
 //
 // Shape: {suite_name, suite_file, suite_text, seed, command, scenes, noise_levels, protocols, steps [least, most],
 // instances, ran {planned, finished, failed, missing, incomplete, from_other_plans}, methods [...], groups [{scene,
-// noise_level, protocol, label, instances, same_instances, start, rows, curves}], verdict, beware, failures, warnings,
+// noise_level, protocol, label, instances, same_instances, start, rows, curves, measured_only and station (when
+// true)}], verdict, beware, failures, warnings,
 // program, machine}. A group is what can be compared: one scene, noise level and protocol.
 #pragma once
 
@@ -12,6 +13,13 @@
 namespace relign::report {
 
 Json page_data(const LoadedResults& results);
+
+// What ranks a row: the error at the recommended pose, or, where no truth is known ("measured_only" of its
+// group), the lowest measured one. {n, median, q25, q75}.
+const Json& score_of(const Json& row);
+
+// Lowest measured RMSE of a trial, camera noise included; NaN without steps.
+double best_measured_rmse(const records::TrialRecord& trial);
 
 // sqrt of the clipped MSE at the recommended pose of the last step; NaN without steps.
 double recommended_rmse(const records::TrialRecord& trial);

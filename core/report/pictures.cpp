@@ -123,6 +123,7 @@ void read_index(const Json& index, Gallery& gallery) {
     trial.algorithm = text_of(entry, "algorithm");
     trial.why = text_of(entry, "why");
     trial.instance = count_of(entry, "instance");
+    trial.last_capture = text_of(entry, "shows") == "last_capture";
     trial.start = frame_of(frames.front());
     trial.end = frame_of(frames.back());
     gallery.trials.push_back(std::move(trial));

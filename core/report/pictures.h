@@ -29,6 +29,7 @@ struct TrialPictures {
   std::string trial, scene, noise_level, protocol, algorithm;
   std::string why;  // "best", "median", "worst"
   std::uint64_t instance = 0;
+  bool last_capture = false;  // `end` is the trial's last capture, not one at the recommended pose
   Frame start, end;
 };
 

@@ -1,5 +1,6 @@
 #include "report/report.h"
 
+#include <cmath>
 #include <map>
 
 #include "base/files.h"
@@ -23,7 +24,10 @@ std::string html_report(const std::filesystem::path& folder) {
   const LoadedResults results = load_results(folder);
   std::map<std::string, double> rmse;
   for (const records::TrialRecord& trial : results.trials)
-    if (!trial.steps.empty()) rmse[trial.trial] = recommended_rmse(trial);
+    if (!trial.steps.empty()) {
+      const double truth = recommended_rmse(trial);
+      rmse[trial.trial] = std::isnan(truth) ? best_measured_rmse(trial) : truth;
+    }
   return page(page_data(results), load_gallery(folder), rmse);
 }
 

@@ -45,12 +45,14 @@ void strip(HtmlWriter& html, const Json& group, const std::string& best, const G
   if (!trial) return;
   html.open("div", {{"class", "strip"}});
   picture(html, gallery, trial->start, "start");
-  picture(html, gallery, trial->end, "recommended");
+  picture(html, gallery, trial->end, trial->last_capture ? "last capture" : "recommended");
   if (const Frame* reference = reference_of(gallery, group)) picture(html, gallery, *reference, "reference");
   html.close();
   html.element("p", {{"class", "quiet"}},
                "What the sensor saw in a middling case, the median trial of " + best + " (instance " +
-                   std::to_string(trial->instance) + "): before, and where it would glue.");
+                   std::to_string(trial->instance) + "): before, and " +
+                   (trial->last_capture ? "at its last step. A station cannot show the recommended pose afterwards."
+                                        : "where it would glue."));
 }
 
 }  // namespace
@@ -93,6 +95,14 @@ std::string gallery_section(const Json& data, const Gallery& gallery, const std:
   html.element("p",
                "What the sensor saw at the start and at the pose recommended after the last step, for each method's "
                "best, median and worst trial. Camera noise included.");
+  for (const TrialPictures& trial : gallery.trials)
+    if (trial.last_capture) {
+      html.element(
+          "p", {{"class", "quiet"}},
+          "A station's pictures are the trial's own first and last capture, and errors below them are the lowest "
+          "measured ones: nothing can be captured again.");
+      break;
+    }
   if (gallery.left_out > 0)
     html.element(
         "p", {{"class", "quiet"}},
@@ -111,7 +121,9 @@ std::string gallery_section(const Json& data, const Gallery& gallery, const std:
         html.open("div", {{"class", "trial"}});
         std::string caption = std::string(why) + ": instance " + std::to_string(trial->instance);
         const auto value = rmse.find(trial->trial);
-        if (value != rmse.end()) caption += ", error " + significant(value->second, 3);
+        if (value != rmse.end())
+          caption +=
+              (flag_of(group, "measured_only") ? ", measured error " : ", error ") + significant(value->second, 3);
         html.element("p", {{"class", "caption"}, {"title", "trial " + trial->trial}}, caption);
         html.open("div", {{"class", "pair"}});
         picture(html, gallery, trial->start, "start");

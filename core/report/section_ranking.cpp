@@ -4,6 +4,7 @@
 #include "base/text.h"
 #include "report/html_writer.h"
 #include "report/loaded_results.h"
+#include "report/page_data.h"
 #include "report/sections.h"
 
 namespace relign::report {
@@ -57,7 +58,7 @@ void range_cell(HtmlWriter& html, const Json& error, double scale) {
 }
 
 void table_row(HtmlWriter& html, const Json& row, bool best, double scale) {
-  const Json& error = row["recommended"];
+  const Json& error = score_of(row);
   const bool finished = error["n"] != 0;
   html.open("tr", {{"class", best ? "best" : flag_of(row, "oracle") ? "oracle" : "plain"}});
   html.open("th", {{"scope", "row"}, {"class", "name"}, {"data-sort", text_of(row, "method")}});
@@ -91,11 +92,14 @@ void table_group(HtmlWriter& html, const Json& group, const std::string& best) {
   std::string rest = " \u00b7 " + text_of(group, "scene") + " \u00b7 protocol " + text_of(group, "protocol") +
                      " \u00b7 " + counted(count_of(group, "instances"), "instance");
   if (group["start"].is_number()) rest += " \u00b7 error at the start " + number_text(group["start"], 3) + " (median)";
+  if (flag_of(group, "measured_only"))
+    rest += flag_of(group, "station") ? " \u00b7 measured only: a station tells no truth"
+                                      : " \u00b7 measured only: this scene tells no truth";
   html.element("span", {{"class", "quiet"}}, rest).close().close();
 
   double scale = 0;
   for (const Json& row : group["rows"])
-    if (row["recommended"]["n"] != 0) scale = std::max(scale, row["recommended"]["q75"].get<double>());
+    if (score_of(row)["n"] != 0) scale = std::max(scale, score_of(row)["q75"].get<double>());
   for (const Json& row : group["rows"]) table_row(html, row, text_of(row, "method") == best, scale);
   html.close();
 }
@@ -155,9 +159,16 @@ std::string title_section(const Json& data) {
       "Which method aligns the lens best? Every method was given the same instances (lenses with their own "
       "manufacturing errors, start and stage) and the same kind of steps: one move, one picture. ");
   html.element("b", "Error");
-  html.text(
-      " is how far the picture would be from the reference if the lens were glued where the method then recommends: "
-      "RMSE, without camera noise; 0 is identical, lower is better.");
+  const auto measured_only = [](const Json& group) { return flag_of(group, "measured_only"); };
+  const Json& groups = data["groups"];
+  if (!std::all_of(groups.begin(), groups.end(), measured_only))
+    html.text(
+        " is how far the picture would be from the reference if the lens were glued where the method then recommends: "
+        "RMSE, without camera noise; 0 is identical, lower is better.");
+  if (std::any_of(groups.begin(), groups.end(), measured_only))
+    html.text(
+        " marked \u201cmeasured only\u201d is the lowest RMSE between a picture and the reference that the method saw, "
+        "camera noise included: what a station can tell. Nobody knows its truth.");
   html.close();
   return html.take();
 }

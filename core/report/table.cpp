@@ -28,7 +28,7 @@ std::string shown(const Json& number, int digits) {
 using Cells = std::vector<std::string>;
 
 Cells row_cells(const Json& row, bool show_steps) {
-  const Json& error = row["recommended"];
+  const Json& error = score_of(row);
   const bool finished = error["n"] != 0;
   Cells cells = {terminal_text(text_of(row, "method")),
                  finished ? shown(error["median"], 3) : "-",
@@ -68,6 +68,7 @@ std::string group_lines(const Json& group, bool show_steps) {
                     ", " + terminal_text(text_of(group, "protocol")) + ", " + std::to_string(instances) +
                     (instances == 1 ? " instance" : " instances");
   if (group["start"].is_number()) out += ", error at the start " + shown(group["start"], 3);
+  if (flag_of(group, "measured_only")) out += ", measured only";
   out = clipped(out, kMostColumns) + "\n";
   for (std::size_t k = 0; k < lines.size(); ++k) {
     const Cells& line = lines[k];
@@ -90,7 +91,13 @@ std::string ranking_table(const std::filesystem::path& folder) {
   if (data["groups"].empty()) return counts + ": nothing to rank yet.\n";
 
   unsigned least = data["steps"].front().get<unsigned>(), most = data["steps"].back().get<unsigned>();
-  std::string out = "error: noise-free RMSE at the recommended pose after the last step, median over instances\n";
+  const auto measured_only = [](const Json& group) { return flag_of(group, "measured_only"); };
+  const Json& groups = data["groups"];
+  std::string out;
+  if (!std::all_of(groups.begin(), groups.end(), measured_only))
+    out += "error: noise-free RMSE at the recommended pose after the last step, median over instances\n";
+  if (std::any_of(groups.begin(), groups.end(), measured_only))
+    out += "error where measured only: lowest measured RMSE; a station tells no truth\n";
   if (least == most) out += "steps: " + std::to_string(most) + "   ";
   out += counts + "\n";
   for (const Json& group : data["groups"]) out += "\n" + group_lines(group, least != most);

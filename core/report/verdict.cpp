@@ -7,6 +7,7 @@
 
 #include "base/text.h"
 #include "report/loaded_results.h"
+#include "report/page_data.h"
 
 namespace relign::report {
 namespace {
@@ -20,15 +21,15 @@ std::string counted(std::uint64_t count, const std::string& noun) {
 }
 
 bool ranges_overlap(const Json& a, const Json& b) {
-  return a["recommended"]["q25"].get<double>() <= b["recommended"]["q75"].get<double>() &&
-         b["recommended"]["q25"].get<double>() <= a["recommended"]["q75"].get<double>();
+  return score_of(a)["q25"].get<double>() <= score_of(b)["q75"].get<double>() &&
+         score_of(b)["q25"].get<double>() <= score_of(a)["q75"].get<double>();
 }
 
 // Rows with a median, oracles apart: who is told the answer cannot win.
 struct Ranked {
   explicit Ranked(const Json& group) {
     for (const Json& row : group["rows"]) {
-      if (row["recommended"]["n"] == 0) continue;
+      if (score_of(row)["n"] == 0) continue;
       (flag_of(row, "oracle") ? oracles : methods).push_back(&row);
     }
   }
@@ -47,26 +48,28 @@ std::string sentence(const Json& group, const Ranked& ranked) {
     if (!ranked.oracles.empty()) return "only an oracle has finished; nothing can be ranked.";
     const bool any_trial = std::any_of(group["rows"].begin(), group["rows"].end(),
                                        [](const Json& row) { return count_of(row, "trials") > 0; });
-    return any_trial ? "no noise-free error was recorded (a station cannot give one); nothing can be ranked by it."
+    return any_trial ? "no error was recorded, neither measured nor noise-free; nothing can be ranked."
                      : "every trial failed; nothing can be ranked.";
   }
   const Json& best = *ranked.methods.front();
-  const std::uint64_t n = best["recommended"]["n"].get<std::uint64_t>();
+  const Json& score = score_of(best);
+  const bool measured_only = flag_of(group, "measured_only");
+  const std::string error = measured_only ? "measured error" : "error";
+  const std::uint64_t n = score["n"].get<std::uint64_t>();
   std::string text = text_of(best, "method") + " ends with the lowest ";
-  text += n == 1 ? "error, " + shown(best["recommended"]["median"]) + " on its only instance"
-                 : "median error, " + shown(best["recommended"]["median"]) + " over " + counted(n, "instance") +
-                       " (quartiles " + shown(best["recommended"]["q25"]) + " to " + shown(best["recommended"]["q75"]) +
-                       ")";
+  text += n == 1 ? error + ", " + shown(score["median"]) + " on its only instance"
+                 : "median " + error + ", " + shown(score["median"]) + " over " + counted(n, "instance") +
+                       " (quartiles " + shown(score["q25"]) + " to " + shown(score["q75"]) + ")";
   text += failures_of(best);
   if (group["start"].is_number()) text += "; at the start it was " + shown(group["start"]);
   text += ". ";
   if (ranked.methods.size() > 1) {
     const Json& next = *ranked.methods[1];
-    const bool level = shown(next["recommended"]["median"]) == shown(best["recommended"]["median"]);
+    const bool level = shown(score_of(next)["median"]) == shown(score["median"]);
     text += level ? text_of(next, "method") + " ends level with it"
-                  : "Next is " + text_of(next, "method") + " with " + shown(next["recommended"]["median"]);
+                  : "Next is " + text_of(next, "method") + " with " + shown(score_of(next)["median"]);
     text += failures_of(next);
-    const bool both_spread = n > 1 && next["recommended"]["n"].get<std::uint64_t>() > 1;
+    const bool both_spread = n > 1 && score_of(next)["n"].get<std::uint64_t>() > 1;
     if (both_spread)
       text += ranges_overlap(best, next) ? "; their quartile ranges overlap" : "; their quartile ranges do not overlap";
     text += ". ";
@@ -75,7 +78,10 @@ std::string sentence(const Json& group, const Ranked& ranked) {
   }
   for (const Json* oracle : ranked.oracles)
     text += text_of(*oracle, "method") + ", which is told the design pose, reaches " +
-            shown((*oracle)["recommended"]["median"]) + ". ";
+            shown(score_of(*oracle)["median"]) + ". ";
+  if (measured_only)
+    text += flag_of(group, "station") ? "Measured only: a station tells no truth. "
+                                      : "Measured only: this scene tells no truth. ";
   text.pop_back();
   return text;
 }
@@ -106,10 +112,12 @@ Json beware(const Json& data) {
                    "a method that fails on hard instances; their number stands in the table.");
 
   std::set<std::string> oracles;
-  bool home_told_start = false, uneven = false, uneven_steps = false;
+  bool home_told_start = false, uneven = false, uneven_steps = false, station = false, measured_only = false;
   std::uint64_t fewest = 0;
   for (const Json& group : data["groups"]) {
     uneven = uneven || !flag_of(group, "same_instances");
+    station = station || flag_of(group, "station");
+    measured_only = measured_only || flag_of(group, "measured_only");
     const std::uint64_t instances = count_of(group, "instances");
     fewest = fewest == 0 ? instances : std::min(fewest, instances);
     for (const Json& row : group["rows"]) {
@@ -124,6 +132,17 @@ Json beware(const Json& data) {
   for (const std::string& oracle : oracles)
     list.push_back(oracle + " is an oracle: it is told the design pose, which no method may know under the blind " +
                    "protocol. It shows what that knowledge is worth and is not ranked.");
+  if (measured_only)
+    list.push_back(
+        "Where it says measured only, the error is the lowest RMSE that the camera saw, its noise included: the best "
+        "of "
+        "many looks, which flatters a method that looks often. Unknown are the true poses, the error without noise, "
+        "and "
+        "what gluing at the recommended pose would give.");
+  if (station)
+    list.push_back(
+        "A station's trials cannot be replayed: its lenses, start and stage are its own and differ from trial to trial "
+        "in ways that nobody knows. home, which must be told the true start, is left out there.");
   if (home_told_start)
     list.push_back(
         "home only moves once, to the nominal pose, which it may know under the paper protocol: nearly the " +

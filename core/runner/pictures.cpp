@@ -41,16 +41,20 @@ struct Chosen {
   const char* why;
 };
 
-// Best, median and worst by noise-free RMSE at the recommended pose of the last step; with one trial it
-// is all three. Ties go to the lower instance, so that the choice does not depend on the order.
+// Noise-free MSE at the recommended pose of the last step; where nobody knows it, the lowest measured RMSE.
+double score_of(const records::TrialRecord& trial) {
+  double score = trial.steps.back().recommended_mse;
+  if (!std::isnan(score)) return score;
+  for (const records::StepRecord& step : trial.steps) score = std::fmin(score, step.measured);
+  return std::isnan(score) ? std::numeric_limits<double>::infinity() : score;
+}
+
+// Best, median and worst by score; with one trial it is all three. Ties go to the lower instance, so that the choice
+// does not depend on the order.
 std::vector<Chosen> choose(std::vector<const records::TrialRecord*> trials) {
   if (trials.empty()) return {};
-  const auto score = [](const records::TrialRecord* trial) {
-    const double mse = trial->steps.back().recommended_mse;
-    return std::isnan(mse) ? std::numeric_limits<double>::infinity() : mse;
-  };
-  std::sort(trials.begin(), trials.end(), [&score](const auto* a, const auto* b) {
-    return std::make_pair(score(a), a->instance) < std::make_pair(score(b), b->instance);
+  std::sort(trials.begin(), trials.end(), [](const auto* a, const auto* b) {
+    return std::make_pair(score_of(*a), a->instance) < std::make_pair(score_of(*b), b->instance);
   });
   return {{trials.front(), "best"}, {trials[(trials.size() - 1) / 2], "median"}, {trials.back(), "worst"}};
 }
@@ -82,6 +86,7 @@ class Pictures {
       if (stopped()) return;
       const suite::PlannedTrial& trial = *planned_.at(one->record->trial);
       if (trial.scene != scene) write_scene(scene = trial.scene);
+      if (prepared_.scenes[trial.scene].owns_stage) continue;  // kept while the trial ran
       guarded([&] { capture(make_job(prepared_, trial), *one->record); });
     }
     remove_strangers(chosen);
@@ -152,8 +157,8 @@ class Pictures {
     if (fs::exists(file)) return;
     const TrialRunner::Placed placed = runner_.place(job);
     pixels::Image frame(job.facts.image_width, job.facts.image_height);
-    placed.assembly.capture(true_pose, frame_seed(record.instance_seed, step, FrameStream::capture),
-                            frame.values.data());
+    placed.assembly->capture(true_pose, frame_seed(record.instance_seed, step, FrameStream::capture),
+                             frame.values.data());
     fs::create_directories(file.parent_path());
     pixels::write_preview(file, frame, static_cast<float>(job.facts.image_white));
   }
@@ -162,6 +167,8 @@ class Pictures {
     std::set<std::string> wanted;
     for (const Chosen& one : chosen) wanted.insert(one.record->trial);
     for (const suite::SceneEntry& scene : prepared_.plan.suite.scenes) wanted.insert(scene.name);
+    for (const auto& [id, trial] : planned_)  // a later run may choose others
+      if (prepared_.scenes[trial->scene].owns_stage) wanted.insert(id);
     std::vector<fs::path> strangers;
     std::error_code code;
     for (fs::directory_iterator entry(results_ / "pictures", code), end; !code && entry != end; entry.increment(code))
@@ -177,6 +184,7 @@ class Pictures {
         const std::string file = one.record->trial + "/" + frame_name(step);
         if (fs::exists(results_ / "pictures" / file)) frames.push_back({{"step", step}, {"file", file}});
       };
+      const bool shows_last_capture = prepared_.scenes[planned_.at(one.record->trial)->scene].owns_stage;
       add(0);
       if (one.record->steps.back().step > 0) add(one.record->steps.back().step);
       trials.push_back({{"trial", one.record->trial},
@@ -186,6 +194,7 @@ class Pictures {
                         {"algorithm", one.record->algorithm},
                         {"instance", one.record->instance},
                         {"why", one.why},
+                        {"shows", shows_last_capture ? "last_capture" : "recommended"},
                         {"frames", std::move(frames)}});
     }
     Json references = Json::array();
@@ -206,6 +215,27 @@ class Pictures {
 };
 
 }  // namespace
+
+void KeptCaptures::keep(const task::Step& step, const float* pixels) {
+  pixels::Image& image = step.number == 0 ? first_ : last_;
+  image = pixels::Image(scene_.image_width, scene_.image_height);
+  std::copy(pixels, pixels + image.values.size(), image.values.begin());
+  last_step_ = step.number;
+}
+
+void KeptCaptures::write(const fs::path& results, const std::string& trial) const {
+  const fs::path folder = results / "pictures" / trial;
+  const auto white = static_cast<float>(scene_.image_white);
+  try {
+    fs::remove_all(folder);
+    if (first_.values.empty()) return;
+    fs::create_directories(folder);
+    pixels::write_preview(folder / frame_name(0), first_, white);
+    if (last_step_ > 0) pixels::write_preview(folder / frame_name(last_step_), last_, white);
+  } catch (const fs::filesystem_error& error) {
+    throw Error(ErrorKind::io, "cannot write the pictures: " + std::string(error.what()));
+  }
+}
 
 void write_pictures(const PreparedPlan& prepared, const fs::path& results, const PictureOptions& options) {
   try {

@@ -1,5 +1,6 @@
 // The pictures a report shows, taken after the last trial: best, median and worst trial of every scene,
-// noise level, protocol and algorithm, and each scene's reference. Reports only embed them.
+// noise level, protocol and algorithm, and each scene's reference. Reports only embed them. A station
+// cannot show anything again: of its trials the first and the last capture are kept while they run.
 #pragma once
 
 #include <atomic>
@@ -7,7 +8,10 @@
 #include <functional>
 #include <string>
 
+#include "pixels/image.h"
+#include "records/record.h"
 #include "runner/run.h"
+#include "task/trial.h"
 
 namespace relign::runner {
 
@@ -16,6 +20,20 @@ struct PictureOptions {
   unsigned threads = 1;
   const std::atomic<bool>* stop = nullptr;
   std::function<void(const std::string&)> on_message;
+};
+
+// First and last capture of a trial on a station.
+class KeptCaptures {
+ public:
+  explicit KeptCaptures(const task::SceneFacts& scene) : scene_(scene) {}
+  void keep(const task::Step& step, const float* pixels);
+  // Writes them below pictures/, over what an earlier try left. Throws Error(io).
+  void write(const std::filesystem::path& results, const std::string& trial) const;
+
+ private:
+  const task::SceneFacts& scene_;
+  pixels::Image first_, last_;
+  unsigned last_step_ = 0;
 };
 
 // Writes pictures/ (index.json last) and scenes/<hash>/. Frames that are there already stay, those of

@@ -7,7 +7,9 @@
 #include "base/hash.h"
 #include "plugin_host/objects.h"
 #include "runner/run.h"
+#include "runner/stations.h"
 #include "task/instance.h"
+#include "task/rig.h"
 
 namespace relign::runner {
 namespace {
@@ -43,10 +45,13 @@ PreparedPlan prepare(suite::Suite suite, const std::filesystem::path& cache_fold
 
   for (const suite::SceneEntry& entry : suite.scenes) {
     plugin_host::Scene scene(entry.choice, as(entry.name));
-    prepared.scenes.push_back(task::read_scene_facts(scene.describe(), entry.choice.id));
+    prepared.scenes.push_back(task::facts_of(scene, entry.choice.id));
     prepared.scene_identity.push_back(data_identity(prepared.scenes.back()));
     scene.reference();
   }
+  check_stations(suite, prepared.scenes);
+  for (const std::string& note : leave_out_told_methods(suite, prepared.scenes))
+    if (on_message) on_message(note);
   for (const suite::LevelEntry& entry : suite.levels) {
     plugin_host::NoiseLevel level(entry.choice, as(entry.name));
     for (std::size_t scene = 0; scene < suite.scenes.size(); ++scene) {
@@ -72,6 +77,13 @@ PreparedPlan prepare(suite::Suite suite, const std::filesystem::path& cache_fold
     }
   }
   prepared.plan = suite::make_plan(std::move(suite), prepared.scene_identity);
+  std::vector<suite::PlannedTrial>& trials = prepared.plan.trials;
+  trials.erase(std::remove_if(trials.begin(), trials.end(),
+                              [&prepared](const suite::PlannedTrial& trial) {
+                                return !can_run_on(prepared.plan.suite.algorithms[trial.algorithm],
+                                                   prepared.scenes[trial.scene]);
+                              }),
+               trials.end());
   return prepared;
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <functional>
 #include <thread>
 
 #include "base/hash.h"
@@ -64,31 +65,25 @@ Json machine_time_json(const task::MachineTime& times) {
           {"readout_ms", times.readout_ms}};
 }
 
-Json override_json(const suite::MachineTimeOverride& times) {
-  Json json = Json::object();
-  const auto add = [&json](const char* key, const std::optional<double>& value) {
-    if (value) json[key] = *value;
-  };
-  add("speed_mm_per_s", times.speed_mm_per_s);
-  add("speed_deg_per_s", times.speed_deg_per_s);
-  add("settle_ms", times.settle_ms);
-  add("exposure_ms", times.exposure_ms);
-  add("readout_ms", times.readout_ms);
-  return json;
-}
-
 }  // namespace
 
 LibraryHashes hash_libraries(const suite::Suite& suite) {
   LibraryHashes hashes;
-  const auto add = [&hashes](const plugin_host::Choice& choice) {
+  const std::function<void(const plugin_host::Choice&)> add = [&](const plugin_host::Choice& choice) {
     std::string& hash = hashes[choice.plugin->library.string()];
     if (hash.empty()) hash = plugin_host::plugin_hash(*choice.plugin);
+    for (const auto& [parameter, inner] : choice.algorithms) add(*inner);
   };
   for (const suite::SceneEntry& entry : suite.scenes) add(entry.choice);
   for (const suite::LevelEntry& entry : suite.levels) add(entry.choice);
   for (const suite::AlgorithmEntry& entry : suite.algorithms) add(entry.choice);
   return hashes;
+}
+
+std::string hash_of(const plugin_host::Choice& choice, const LibraryHashes& hashes) {
+  std::string hash = hashes.at(choice.plugin->library.string());
+  for (const auto& [parameter, inner] : choice.algorithms) hash = sha256_hex(hash + hash_of(*inner, hashes));
+  return hash;
 }
 
 Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, const std::string& command) {
@@ -101,7 +96,7 @@ Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, co
                 {"parameters", choice.parameters},
                 {"summary", choice.plugin->summary},
                 {"reproducible", choice.plugin->reproducible},
-                {"plugin_hash", hashes.at(choice.plugin->library.string())}};
+                {"plugin_hash", hash_of(choice, hashes)}};
   };
   Json scenes = Json::array();
   for (std::size_t index = 0; index < suite.scenes.size(); ++index) {
@@ -111,6 +106,9 @@ Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, co
     scene["folder"] = scene_folder(prepared, index);
     scene["machine_time"] = machine_time_json(prepared.scenes[index].machine_time);
     scene["spec"] = prepared.scenes[index].spec;
+    scene["owns_stage"] = prepared.scenes[index].owns_stage;
+    scene["truth"] = prepared.scenes[index].truth;
+    scene["replayable"] = !prepared.scenes[index].owns_stage;
     scenes.push_back(std::move(scene));
   }
   Json levels = Json::array();
@@ -154,7 +152,7 @@ Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, co
       {"order", std::move(order)},
       {"command", command},
       {"spec", suite.spec},
-      {"machine_time", override_json(suite.machine_time)}};
+      {"machine_time", suite::machine_time_json(suite.machine_time)}};
 }
 
 }  // namespace relign::runner

@@ -12,6 +12,8 @@ namespace relign::runner {
 // SHA-256 of each plugin the plan uses, by the path of its library.
 using LibraryHashes = std::map<std::string, std::string>;
 LibraryHashes hash_libraries(const suite::Suite& suite);
+// Of a plugin with the algorithms it runs: when any of them changes, its trials run again.
+std::string hash_of(const plugin_host::Choice& choice, const LibraryHashes& hashes);
 
 Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, const std::string& command);
 

@@ -127,9 +127,7 @@ class Run {
     if (options_.on_progress) options_.on_progress(progress_);
   }
 
-  const std::string& hash_of(const plugin_host::Choice& choice) const {
-    return hashes_.at(choice.plugin->library.string());
-  }
+  std::string hash_of(const plugin_host::Choice& choice) const { return runner::hash_of(choice, hashes_); }
   records::PluginHashes plugins_of(const suite::PlannedTrial& trial) const {
     return {hash_of(suite_.scenes[trial.scene].choice), hash_of(suite_.levels[trial.level].choice),
             hash_of(suite_.algorithms[trial.algorithm].choice)};
@@ -238,7 +236,12 @@ class Run {
   void work(const std::vector<std::size_t>& todo) {
     if (todo.empty()) return;
     const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
-    const std::size_t wanted = options_.workers == 0 ? cores : options_.workers;
+    // A station is one machine: its trials run one after the other.
+    const bool station = std::any_of(todo.begin(), todo.end(), [this](std::size_t place) {
+      return prepared_.scenes[prepared_.plan.trials[place].scene].owns_stage;
+    });
+    const std::size_t wanted = station ? 1 : options_.workers == 0 ? cores : options_.workers;
+    if (station && options_.workers > 1) tell("one worker instead of several: a station runs one trial at a time");
     const auto workers = static_cast<unsigned>(std::min<std::size_t>(wanted, todo.size()));
     const unsigned threads = std::max(1U, cores / workers);
     TrialQueue queue(by_instance(todo));
@@ -279,12 +282,16 @@ class Run {
   void run_one(TrialRunner& runner, std::size_t place) {
     const suite::PlannedTrial& trial = prepared_.plan.trials[place];
     // halt_ is checked by the trial before each step; it also rises when another worker cannot go on.
-    const auto look_up = [this](const task::Step&, const float*) {
+    const task::SceneFacts& scene = prepared_.scenes[trial.scene];
+    KeptCaptures captures(scene);
+    const auto look_up = [&](const task::Step& step, const float* pixels) {
+      if (scene.owns_stage) captures.keep(step, pixels);
       if (asked_to_stop()) halt_ = true;
     };
     TrialOutcome outcome = runner.run(make_job(prepared_, trial), &halt_, look_up);
     if (outcome.stopped) return;
     outcome.times.plugins = plugins_of(trial);
+    if (scene.owns_stage) captures.write(options_.results, trial.id);
     writer_.append(place, outcome.record, outcome.times);
     {
       const std::lock_guard<std::mutex> hold(progress_mutex_);

@@ -69,7 +69,8 @@ TrialJob make_job(const PreparedPlan& prepared, const suite::PlannedTrial& trial
   job.algorithm = algorithm.choice;
   job.facts = prepared.scenes.at(trial.scene);
   job.protocol = *protocol;
-  job.merit = suite::effective_merit(algorithm) == "rmse" ? task::Merit::rmse : task::Merit::combined;
+  const bool rmse = suite::effective_merit(algorithm) == "rmse" || job.facts.owns_stage;
+  job.merit = rmse ? task::Merit::rmse : task::Merit::combined;
   job.limits = suite.limits == "hard" ? task::Limits::hard : task::Limits::soft;
   job.machine_time = machine_time(suite.machine_time, job.facts.machine_time);
   job.budget = algorithm.steps;
@@ -128,15 +129,16 @@ TrialRunner::Placed TrialRunner::place(const TrialJob& job) {
     bench_->level_key = level_key;
   }
   const std::string mounted_key = std::to_string(job.suite_seed) + " " + std::to_string(job.instance);
-  if (!bench_->assembly || bench_->mounted_key != mounted_key) {
+  if (bench_->mounted_key != mounted_key) {
     bench_->unmount();
     bench_->instance =
         task::draw_instance(*bench_->level, job.facts, job.suite_seed, SeedDomain::benchmark, job.instance);
-    bench_->assembly =
-        std::make_unique<plugin_host::MountedAssembly>(on.mount(bench_->instance.variances.elements_json));
+    if (!job.facts.owns_stage)
+      bench_->assembly =
+          std::make_unique<plugin_host::MountedAssembly>(on.mount(bench_->instance.variances.elements_json));
     bench_->mounted_key = mounted_key;
   }
-  return {bench_->instance, *bench_->assembly, on.reference()};
+  return {bench_->instance, bench_->assembly.get(), on.reference()};
 }
 
 TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop, const OnStep& on_step) {
@@ -156,7 +158,10 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
   try {
     const Placed placed = place(job);
     task::TrialSetup setup;
-    setup.assembly = &placed.assembly;
+    setup.assembly = placed.assembly;
+    if (job.facts.owns_stage) setup.station = bench_->scene.get();
+    setup.design = bench_->scene.get();
+    setup.level = bench_->level.get();
     setup.reference = placed.reference;
     setup.scene = &job.facts;
     setup.instance = &placed.instance;

@@ -60,7 +60,7 @@ class TrialRunner {
   // The job's lens in its scene. References are valid until the next run or place.
   struct Placed {
     const task::Instance& instance;
-    plugin_host::MountedAssembly& assembly;
+    plugin_host::MountedAssembly* assembly;  // null on a station, which has its own lens
     relign_image reference;
   };
   Placed place(const TrialJob& job);

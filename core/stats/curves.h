@@ -53,14 +53,19 @@ std::string curves_csv(const std::vector<Curve>& curves);
 Json curves_json(const std::vector<Curve>& curves);
 std::string instances_csv(const std::vector<records::TrialRecord>& trials);
 
-// One row of the ranking: an algorithm over one scene, level and protocol, best median first.
+// One row of the ranking: an algorithm over one scene, level and protocol, best median first. Where no
+// trial of the row has a truth (a station tells none), the lowest measured RMSE ranks it.
 struct RankingRow {
   std::string scene, noise_level, protocol, algorithm;
   std::size_t trials = 0, failed = 0;
   unsigned step = 0;      // the last one
   Quantiles recommended;  // noise-free RMSE at the recommended pose, last step
   Quantiles commanded;
-  double machine_seconds_median = 0;        // simulated, moving back to the recommendation included; NaN without trials
+  bool measured_only = false;
+  Quantiles best_measured;  // lowest measured RMSE of each trial, camera noise included
+  const Quantiles& score() const { return measured_only ? best_measured : recommended; }
+  double machine_seconds_median = 0;        // simulated, moving back to the recommendation included; a station's own
+                                            // without moving back; NaN without trials
   double algorithm_ms_per_step_median = 0;  // host time, from times; NaN without
 };
 std::vector<RankingRow> ranking(const std::vector<Curve>& curves, const std::vector<records::TrialRecord>& trials,

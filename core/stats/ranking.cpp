@@ -32,7 +32,9 @@ std::vector<RankingRow> ranking(const std::vector<Curve>& curves, const std::vec
   for (const records::TrialRecord& trial : trials) {
     if (trial.end == "failed" || trial.steps.empty()) continue;
     const Key key(trial.scene, trial.noise_level, trial.protocol, trial.algorithm);
-    machine_seconds[key].push_back(trial.steps.back().recommended_seconds);
+    const records::StepRecord& last = trial.steps.back();
+    machine_seconds[key].push_back(std::isnan(last.recommended_seconds) ? last.machine_seconds
+                                                                        : last.recommended_seconds);
     if (const auto found = per_step.find(trial.trial); found != per_step.end())
       algorithm_ms[key].push_back(found->second);
   }
@@ -48,12 +50,14 @@ std::vector<RankingRow> ranking(const std::vector<Curve>& curves, const std::vec
     row.algorithm = curve.algorithm;
     row.trials = curve.trials;
     row.failed = curve.failed;
-    row.recommended = row.commanded = quantiles({});
+    row.recommended = row.commanded = row.best_measured = quantiles({});
     if (!curve.points.empty()) {
       const CurvePoint& last = curve.points.back();
       row.step = last.step;
       row.recommended = last.tracks[static_cast<std::size_t>(Track::recommended)];
       row.commanded = last.tracks[static_cast<std::size_t>(Track::commanded)];
+      row.best_measured = last.tracks[static_cast<std::size_t>(Track::best)];
+      row.measured_only = row.recommended.n == 0 && row.best_measured.n > 0;
     }
     const Key key(curve.scene, curve.noise_level, curve.protocol, curve.algorithm);
     row.machine_seconds_median = quantiles(machine_seconds[key]).median;
@@ -64,8 +68,8 @@ std::vector<RankingRow> ranking(const std::vector<Curve>& curves, const std::vec
     const std::size_t group_a = group.at({a.scene, a.noise_level, a.protocol});
     const std::size_t group_b = group.at({b.scene, b.noise_level, b.protocol});
     if (group_a != group_b) return group_a < group_b;
-    const double median_a = a.recommended.n ? a.recommended.median : std::numeric_limits<double>::infinity();
-    const double median_b = b.recommended.n ? b.recommended.median : std::numeric_limits<double>::infinity();
+    const double median_a = a.score().n ? a.score().median : std::numeric_limits<double>::infinity();
+    const double median_b = b.score().n ? b.score().median : std::numeric_limits<double>::infinity();
     return median_a < median_b;
   });
   return rows;

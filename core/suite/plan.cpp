@@ -13,19 +13,6 @@ namespace {
 // result that anybody has published becomes unresumable with it.
 constexpr int kTrialIdVersion = 1;
 
-Json machine_time_json(const MachineTimeOverride& times) {
-  Json json = Json::object();
-  const auto add = [&json](const char* key, const std::optional<double>& value) {
-    if (value) json[key] = *value;
-  };
-  add("speed_mm_per_s", times.speed_mm_per_s);
-  add("speed_deg_per_s", times.speed_deg_per_s);
-  add("settle_ms", times.settle_ms);
-  add("exposure_ms", times.exposure_ms);
-  add("readout_ms", times.readout_ms);
-  return json;
-}
-
 // An identity is canonical JSON; a text that is none (a test's, another host's) counts as itself.
 Json identity_json(const std::string& identity) {
   Json parsed = Json::parse(identity, nullptr, false);

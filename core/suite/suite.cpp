@@ -291,4 +291,17 @@ Suite read_suite(const JsonSource& source, const std::filesystem::path& relative
   return SuiteReader(source, relative_to, catalog).read();
 }
 
+Json machine_time_json(const MachineTimeOverride& times) {
+  Json json = Json::object();
+  const auto add = [&json](const char* key, const std::optional<double>& value) {
+    if (value) json[key] = *value;
+  };
+  add("speed_mm_per_s", times.speed_mm_per_s);
+  add("speed_deg_per_s", times.speed_deg_per_s);
+  add("settle_ms", times.settle_ms);
+  add("exposure_ms", times.exposure_ms);
+  add("readout_ms", times.readout_ms);
+  return json;
+}
+
 }  // namespace relign::suite

@@ -37,6 +37,9 @@ struct MachineTimeOverride {
   std::optional<double> speed_mm_per_s, speed_deg_per_s, settle_ms, exposure_ms, readout_ms;
 };
 
+// What was given, by the names of the suite file.
+Json machine_time_json(const MachineTimeOverride& times);
+
 struct Suite {
   std::string name;  // "name" of the file, else its stem
   std::string file;  // as given

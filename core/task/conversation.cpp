@@ -17,9 +17,6 @@ namespace {
 // An algorithm that goes on asking this often for steps it cannot get will never end by itself.
 constexpr std::uint64_t kMostRefusals = 100'000;
 
-// The members that a writer of interface version 0.1 knows.
-constexpr std::size_t kSmallestObservation = offsetof(relign_observation, machine_seconds) + sizeof(double);
-
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
@@ -52,15 +49,16 @@ struct Conversation::Answer {
 Conversation::Conversation(const TrialSetup& setup, Rules rules)
     : setup_(&setup),
       rules_(std::move(rules)),
-      stage_(*setup.scene, setup.instance->variances, rules_.commanded_start, setup.limits, setup.machine_time),
+      rig_(make_rig(setup, rules_)),
       reference_(packed(setup.reference)),
       pixels_(reference_.size()),
       best_merit_(std::numeric_limits<double>::infinity()),
       left_host_(Clock::now()),
       thread_(std::this_thread::get_id()) {
   describe_task();
-  pending_.commanded_pose = stage_.commanded_pose();
-  pending_.true_pose = stage_.true_pose();
+  Rig::Arrival start = rig_->start();
+  pending_.commanded_pose = std::move(start.commanded_pose);
+  pending_.true_pose = std::move(start.true_pose);
   capture();
 }
 
@@ -92,6 +90,9 @@ void Conversation::describe_task() {
   image_.channels = 1;
   image_.pixels = pixels_.data();
   image_.row_stride_bytes = scene.image_width * sizeof(float);
+
+  reference_image_ = image_;
+  reference_image_.pixels = reference_.data();
 
   table_.struct_size = sizeof table_;
   table_.context = this;
@@ -132,7 +133,9 @@ relign_status Conversation::answer_recommend(void* context, const double* pose, 
   return RELIGN_OK;
 }
 
-const void* Conversation::answer_service(void*, relign_text) { return nullptr; }
+const void* Conversation::answer_service(void* context, relign_text id) {
+  return id.data ? self(context).services_.get({id.data, static_cast<std::size_t>(id.size)}) : nullptr;
+}
 
 relign_status Conversation::request(const double* values, std::uint32_t axes, bool relative, relign_observation* seen) {
   if (std::this_thread::get_id() != thread_) return RELIGN_BAD_ARGUMENT;
@@ -146,7 +149,7 @@ relign_status Conversation::request(const double* values, std::uint32_t axes, bo
   try {
     std::vector<double> commanded(values, values + axes);
     if (relative)
-      for (std::size_t i = 0; i < commanded.size(); ++i) commanded[i] += stage_.reached_pose()[i];
+      for (std::size_t i = 0; i < commanded.size(); ++i) commanded[i] += rig_->reached_pose()[i];
     close_step();
     move_and_capture(within_largest_move(std::move(commanded)));
     tell(seen);
@@ -186,7 +189,7 @@ void Conversation::tell(relign_observation* seen) const {
 // ---- one step ---------------------------------------------------------------------------------
 
 std::vector<double> Conversation::within_largest_move(std::vector<double> commanded) const {
-  const std::vector<double>& here = stage_.reached_pose();
+  const std::vector<double>& here = rig_->reached_pose();
   for (std::size_t i = 0; i < commanded.size(); ++i) {
     const double move = commanded[i] - here[i];
     if (std::fabs(move) > rules_.largest_move) commanded[i] = here[i] + std::copysign(rules_.largest_move, move);
@@ -195,14 +198,14 @@ std::vector<double> Conversation::within_largest_move(std::vector<double> comman
 }
 
 void Conversation::move_and_capture(const std::vector<double>& commanded) {
-  Stage::Arrival arrival = stage_.step_to(commanded);
+  Rig::Arrival arrival = rig_->step_to(commanded);
   Step step;
   step.number = pending_.number + 1;
   step.commanded_pose = std::move(arrival.commanded_pose);
   step.true_pose = std::move(arrival.true_pose);
   step.limits_low = arrival.limits_low;
   step.limits_high = arrival.limits_high;
-  step.machine_seconds = pending_.machine_seconds + (arrival.travel_seconds + setup_->machine_time.settle_ms / 1000);
+  step.machine_seconds = pending_.machine_seconds + arrival.machine_seconds;
   step.algorithm_seconds = std::exchange(algorithm_seconds_, 0.0);
   pending_ = std::move(step);
   capture();
@@ -211,8 +214,7 @@ void Conversation::move_and_capture(const std::vector<double>& commanded) {
 // The capture of the pending step, its score and its time.
 void Conversation::capture() {
   const auto start = Clock::now();
-  setup_->assembly->capture(pending_.true_pose,
-                            frame_seed(setup_->instance->seed, pending_.number, FrameStream::capture), pixels_.data());
+  pending_.machine_seconds += rig_->capture(pending_.number, pixels_.data());
   pending_.simulation_seconds = seconds_since(start);
   pending_.measured_rmse = pixels::rmse(pixels_.data(), reference_.data(), pixels_.size());
   if (!std::isfinite(pending_.measured_rmse))
@@ -221,7 +223,6 @@ void Conversation::capture() {
   pending_.merit = rules_.merit == Merit::combined
                        ? combined_merit(pending_.measured_rmse, pending_.true_pose, setup_->scene->nominal_pose)
                        : pending_.measured_rmse;
-  pending_.machine_seconds += (setup_->machine_time.exposure_ms + setup_->machine_time.readout_ms) / 1000;
   if (pending_.merit < best_merit_) {
     best_merit_ = pending_.merit;
     best_measured_pose_ = pending_.commanded_pose;
@@ -233,12 +234,11 @@ void Conversation::capture() {
 void Conversation::close_step() {
   const auto start = Clock::now();
   choose_recommendation();
-  const Stage::Arrival arrival = stage_.would_reach(pending_.recommended_pose);
-  pending_.recommended_true_pose = arrival.true_pose;
-  const double settle = arrival.travel_seconds > 0 ? setup_->machine_time.settle_ms / 1000 : 0;
-  pending_.recommended_seconds = pending_.machine_seconds + (arrival.travel_seconds + settle);
+  const Rig::VirtualMove move = rig_->would_reach(pending_.recommended_pose);
+  pending_.recommended_true_pose = move.true_pose;
+  pending_.recommended_seconds = pending_.machine_seconds + move.machine_seconds;
   pending_.commanded_truth = truth_at(pending_.true_pose, FrameStream::truth_commanded);
-  pending_.recommended_truth = truth_at(arrival.true_pose, FrameStream::truth_recommended);
+  pending_.recommended_truth = truth_at(move.true_pose, FrameStream::truth_recommended);
   pending_.truth_seconds = seconds_since(start);
   steps_.push_back(pending_);
   if (setup_->on_step) setup_->on_step(pending_, pixels_.data());
@@ -259,10 +259,10 @@ void Conversation::choose_recommendation() {
 
 // One evaluation per true pose: a recommendation that stays costs nothing, and reads the same.
 Truth Conversation::truth_at(const std::vector<double>& true_pose, FrameStream stream) {
+  const std::uint64_t seed = frame_seed(setup_->instance->seed, pending_.number, stream);
+  if (!rig_->tells_truth()) return rig_->truth_at(true_pose, seed);
   if (const auto known = truths_.find(true_pose); known != truths_.end()) return known->second;
-  const auto value =
-      setup_->assembly->noise_free_mse(true_pose, frame_seed(setup_->instance->seed, pending_.number, stream));
-  return truths_[true_pose] = {value.mse, value.standard_error};
+  return truths_[true_pose] = rig_->truth_at(true_pose, seed);
 }
 
 void Conversation::algorithm_ended() { algorithm_seconds_ += seconds_since(left_host_); }

@@ -7,21 +7,29 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <exception>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "task/protocol.h"
-#include "task/stage.h"
+#include "task/rig.h"
+#include "task/seat.h"
+#include "task/services.h"
 #include "task/trial.h"
 
 namespace relign::task {
 
-class Conversation {
+// The members that a writer of interface version 0.1 knows.
+constexpr std::size_t kSmallestObservation = offsetof(relign_observation, machine_seconds) + sizeof(double);
+
+class Conversation final : public Seat {
  public:
   // Makes the capture of step 0. `setup` must outlive this. Throws Error when the scene fails.
   Conversation(const TrialSetup& setup, Rules rules);
@@ -30,7 +38,7 @@ class Conversation {
 
   // Give the table to the algorithm between these two; time between them that is not spent in our
   // answers is the algorithm's.
-  const relign_conversation& table() const { return table_; }
+  const relign_conversation& table() const override { return table_; }
   void algorithm_starts() { left_host_ = Clock::now(); }
   void algorithm_ended();
 
@@ -44,6 +52,17 @@ class Conversation {
   bool budget_is_spent() const { return pending_.number >= setup_->budget; }
   const std::string& refusal() const { return refusal_; }  // why the host gave up answering; mostly empty
 
+  // For the services and for algorithms that the trial's algorithm runs.
+  const TrialSetup& setup() const { return *setup_; }
+  const plugin_host::Choice& algorithm() const override { return *setup_->algorithm; }
+  unsigned steps_left() const override { return setup_->budget - pending_.number; }
+  void tell(relign_observation* seen) const override;
+  const relign_image& reference_image() const { return reference_image_; }
+  const relign_image& last_capture() const { return image_; }
+  double set_largest_move(double largest) { return std::exchange(rules_.largest_move, largest); }  // gives the old one
+  // Counts a request that gets no step: whoever goes on asking for ever is told RELIGN_FAILED.
+  relign_status refuse(relign_status status);
+
  private:
   using Clock = std::chrono::steady_clock;
   struct Answer;  // one call from the algorithm into the host
@@ -56,7 +75,6 @@ class Conversation {
   static const void* answer_service(void* context, relign_text id);
 
   relign_status request(const double* values, std::uint32_t axes, bool relative, relign_observation* seen);
-  relign_status refuse(relign_status status);
   bool is_pose(const double* values, std::uint32_t axes) const;
   std::vector<double> within_largest_move(std::vector<double> commanded) const;
   void move_and_capture(const std::vector<double>& commanded);
@@ -64,18 +82,19 @@ class Conversation {
   void close_step();
   void choose_recommendation();
   Truth truth_at(const std::vector<double>& true_pose, FrameStream stream);
-  void tell(relign_observation* seen) const;
   void describe_task();
 
   const TrialSetup* setup_;
   Rules rules_;
-  Stage stage_;
+  std::unique_ptr<Rig> rig_;
 
   // What the algorithm is given.
   std::string axes_json_;
   relign_task task_{};
   relign_conversation table_{};
   relign_image image_{};
+  relign_image reference_image_{};
+  Services services_{*this, *this};
 
   std::vector<float> reference_;  // tightly packed
   std::vector<float> pixels_;     // of the pending step

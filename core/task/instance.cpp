@@ -96,6 +96,16 @@ Variances read_variances(const std::string& drawn, const SceneFacts& scene, cons
   }
 }
 
+std::string read_offsets(const std::string& offsets_json, const SceneFacts& scene) {
+  const JsonSource given = JsonSource::from_text(offsets_json, "offsets");
+  const JsonSource source = JsonSource::from_text(Json{{"elements", given.root()}}.dump(), "offsets");
+  std::vector<Problem> problems;
+  ObjectReader top(source, "", problems);
+  const Json elements = read_elements(source, top, scene, problems);
+  throw_if_any(problems);
+  return canonical_json(elements);
+}
+
 Instance draw_instance(plugin_host::NoiseLevel& level, const SceneFacts& scene, std::uint64_t suite_seed,
                        SeedDomain domain, std::uint64_t number) {
   Instance instance;

@@ -31,4 +31,8 @@ Instance draw_instance(plugin_host::NoiseLevel& level, const SceneFacts& scene, 
 // Reads and checks what a level wrote; draw_instance uses it.
 Variances read_variances(const std::string& drawn, const SceneFacts& scene, const std::string& level_id);
 
+// Offsets as an algorithm or a user gives them ({"L1": {"shift_mm": [x, y, z]}}), in the form that mount takes. Throws
+// Error(bad_input) that lists every mistake.
+std::string read_offsets(const std::string& offsets_json, const SceneFacts& scene);
+
 }  // namespace relign::task

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/error.h"
+
 namespace relign::task {
 
 namespace {
@@ -38,7 +40,14 @@ Rules make_rules(Protocol protocol, const plugin_host::Manifest& algorithm, cons
   Rules rules;
   rules.knows = algorithm.knows_bits();
   if (protocol == Protocol::blind) rules.knows &= ~std::uint32_t{RELIGN_KNOWS_START};
-  if (algorithm.oracle) rules.knows |= RELIGN_KNOWS_START;
+  if (algorithm.oracle) {
+    if (scene.owns_stage)
+      throw Error(ErrorKind::bad_input, "'" + algorithm.id +
+                                            "' must be told the true start pose, which nobody knows on " +
+                                            "the station '" + scene.name + "'");
+    rules.knows |= RELIGN_KNOWS_START;
+  }
+  if (scene.owns_stage) rules.knows &= ~std::uint32_t{RELIGN_KNOWS_START};
 
   if (rules.knows & RELIGN_KNOWS_START) {
     rules.commanded_start = instance.variances.start;
@@ -51,7 +60,7 @@ Rules make_rules(Protocol protocol, const plugin_host::Manifest& algorithm, cons
   }
   const bool short_moves = agent && protocol == Protocol::paper;
   rules.largest_move = short_moves ? kAgentMove : std::numeric_limits<double>::infinity();
-  rules.merit = protocol == Protocol::paper ? Merit::combined : Merit::rmse;
+  rules.merit = protocol == Protocol::paper && !scene.owns_stage ? Merit::combined : Merit::rmse;
   rules.recommend_current = agent;
   return rules;
 }

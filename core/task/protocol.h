@@ -5,6 +5,8 @@
 //        Agents get images and moves of up to 0.2 per axis.
 // blind  coordinates count from the unknown start; box = start +- 0.5 per axis; merit = measured RMSE;
 //        each step tells which axes met a limit.
+// On a station nobody knows start and true pose: under both protocols coordinates count from the
+// start, box = start +- 0.5, merit = measured RMSE; algorithms that must be told the start cannot run.
 #pragma once
 
 #include <cstdint>
@@ -37,6 +39,7 @@ struct Rules {
   bool recommend_current = false;  // default recommendation: current pose (agents), else best measured
 };
 
+// Throws Error(bad_input) when a station is given an algorithm that must be told the start.
 Rules make_rules(Protocol protocol, const plugin_host::Manifest& algorithm, const Instance& instance,
                  const SceneFacts& scene);
 

@@ -74,9 +74,17 @@ SceneFacts read(const JsonSource& source) {
   if (top.has("name") && facts.name.empty()) top.complain("name", "a scene needs a name");
   facts.summary = top.string("summary", "");
   facts.axes = read_axes(source, top, problems);
+  facts.owns_stage = top.boolean("owns_stage", false);
+  facts.truth = top.boolean("truth", true);
+  if (facts.owns_stage && facts.truth)
+    top.complain(top.has("truth") ? "truth" : "",
+                 "a scene that owns its stage knows no truth: it says \"truth\": false");
 
-  facts.nominal_pose = top.numbers("nominal_pose", facts.axes.size(), {});
-  if (!top.has("nominal_pose")) top.complain("", "the key \"nominal_pose\" is missing (one number per axis)");
+  facts.nominal_pose =
+      top.numbers("nominal_pose", facts.axes.size(),
+                  facts.owns_stage ? std::vector<double>(facts.axes.size(), 0.5) : std::vector<double>{});
+  if (!top.has("nominal_pose") && !facts.owns_stage)
+    top.complain("", "the key \"nominal_pose\" is missing (one number per axis)");
   for (const double value : facts.nominal_pose)
     if (!(value >= 0 && value <= 1)) top.complain("nominal_pose", "every value must lie from 0 to 1");
 
@@ -93,7 +101,7 @@ SceneFacts read(const JsonSource& source) {
     image.refuse_unknown();
   }
 
-  facts.elements = read_texts(top, "elements", true);
+  facts.elements = read_texts(top, "elements", !facts.owns_stage);
   for (auto name = facts.elements.begin(); name != facts.elements.end(); ++name)
     if (std::find(facts.elements.begin(), name, *name) != name)
       top.complain("elements", "the element \"" + *name + "\" stands twice");

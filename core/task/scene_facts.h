@@ -38,10 +38,13 @@ struct SceneFacts {
   MachineTime machine_time;
   Json spec;                       // as the scene wrote it, null when absent
   std::vector<std::string> files;  // data files the image depends on
+  bool owns_stage = false;         // a station: relative moves, no W, no true pose
+  bool truth = true;               // noise-free errors can be asked for
   std::string text;                // the description verbatim
 };
 
-// Throws Error(plugin_failed) that lists every mistake in the description.
+// Throws Error(plugin_failed) that lists every mistake in the description. A station may leave out
+// nominal_pose (then 0.5) and elements.
 SceneFacts read_scene_facts(const std::string& description, const std::string& scene_id);
 
 }  // namespace relign::task

@@ -46,8 +46,9 @@ std::optional<End> end_from_name(const std::string& name) {
 namespace {
 
 void check(const TrialSetup& setup) {
-  if (!setup.assembly || !setup.scene || !setup.instance || !setup.algorithm || !setup.algorithm->plugin)
-    throw Error(ErrorKind::internal, "run_trial needs an assembly, a scene, an instance and an algorithm");
+  const bool placed = setup.scene && (setup.scene->owns_stage ? setup.station != nullptr : setup.assembly != nullptr);
+  if (!placed || !setup.instance || !setup.algorithm || !setup.algorithm->plugin)
+    throw Error(ErrorKind::internal, "run_trial needs an assembly or a station, a scene, an instance and an algorithm");
   const relign_image& reference = setup.reference;
   const std::string who = "scene '" + setup.scene->name + "': ";
   if (reference.width != setup.scene->image_width || reference.height != setup.scene->image_height)
@@ -84,7 +85,12 @@ std::string drive(const TrialSetup& setup, Conversation& conversation, std::vect
 TrialResult run_trial(const TrialSetup& setup) {
   check(setup);
   Rules rules = make_rules(setup.protocol, *setup.algorithm->plugin, *setup.instance, *setup.scene);
-  if (setup.merit) rules.merit = *setup.merit;
+  if (setup.merit && *setup.merit != rules.merit) {
+    if (setup.scene->owns_stage)
+      throw Error(ErrorKind::bad_input,
+                  "merit \"combined\" needs the true pose, which nobody knows on a station: use \"rmse\"");
+    rules.merit = *setup.merit;
+  }
 
   Conversation conversation(setup, std::move(rules));
   TrialResult result;

@@ -24,7 +24,8 @@ struct Truth {
 enum class RecommendationSource { own, best_measured, current };
 const char* recommendation_source_name(RecommendationSource source);
 
-// Everything known of one step. Host seconds are kept apart (they differ from run to run).
+// Everything known of one step; NaN where nobody knows, as all truths on a station. Host seconds are kept apart (they
+// differ from run to run).
 struct Step {
   unsigned number = 0;
   std::vector<double> commanded_pose;  // as asked, in the trial's coordinates
@@ -56,14 +57,17 @@ const char* end_name(End end);  // "budget_spent", ...
 std::optional<End> end_from_name(const std::string& name);
 
 struct TrialSetup {
-  plugin_host::MountedAssembly* assembly = nullptr;  // of the instance's elements
+  plugin_host::MountedAssembly* assembly = nullptr;  // of the instance's elements; null on a station
+  plugin_host::Scene* station = nullptr;             // the scene itself when it owns its stage
   relign_image reference{};
   const SceneFacts* scene = nullptr;
   const Instance* instance = nullptr;
   const plugin_host::Choice* algorithm = nullptr;
+  plugin_host::Scene* design = nullptr;      // the scene, for the service "model"; null: not offered
+  plugin_host::NoiseLevel* level = nullptr;  // for the service "prior"; null: not offered
   plugin_host::HostServices services;
   Protocol protocol = Protocol::paper;
-  std::optional<Merit> merit;  // overrides the protocol's
+  std::optional<Merit> merit;  // overrides the protocol's; a station allows rmse alone
   Limits limits = Limits::soft;
   unsigned budget = 50;  // steps after step 0
   std::uint64_t algorithm_seed = 0;

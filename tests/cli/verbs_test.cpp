@@ -102,7 +102,8 @@ TEST(CliDescribe, APresetShowsItsOwnValues) {
   const Workplace place;
   const Outcome page = relign_bench(place, {"describe", "nlopt_bobyqa"});
   ASSERT_EQ(page.exit_code, 0) << page.err;
-  EXPECT_THAT(page.out, AllOf(HasSubstr("preset of nlopt"), HasSubstr("merit, box"), HasSubstr("share of the travel")));
+  EXPECT_THAT(page.out,
+              AllOf(HasSubstr("preset of nlopt"), HasSubstr("merit, start, box"), HasSubstr("share of the travel")));
   const json described = json::parse(relign_bench(place, {"describe", "nlopt-bobyqa", "--json"}).out);
   std::map<std::string, json> values;
   for (const json& parameter : described.at("parameters")) values[parameter.at("name")] = parameter.at("value");

@@ -8,9 +8,8 @@
 #ifndef RELIGN_TESTS_ABI_LAYOUT_H
 #define RELIGN_TESTS_ABI_LAYOUT_H
 
-#include <stddef.h>
-
 #include <relign/plugin.h>
+#include <stddef.h>
 
 #ifdef __cplusplus
 #define ABI_ASSERT(condition, text) static_assert(condition, text)
@@ -124,6 +123,58 @@ ABI_OFFSET(relign_algorithm_interface, run, 16)
 ABI_OFFSET(relign_algorithm_interface, destroy, 24)
 ABI_OFFSET(relign_algorithm_interface, get_extension, 32)
 
+ABI_VALUE(RELIGN_RUN_STEPS_SPENT, 0)
+ABI_VALUE(RELIGN_RUN_FINISHED, 1)
+
+ABI_SIZE(relign_reference_service, 16)
+ABI_OFFSET(relign_reference_service, struct_size, 0)
+ABI_OFFSET(relign_reference_service, reserved, 4)
+ABI_OFFSET(relign_reference_service, image, 8)
+
+ABI_SIZE(relign_measures_service, 40)
+ABI_OFFSET(relign_measures_service, struct_size, 0)
+ABI_OFFSET(relign_measures_service, reserved, 4)
+ABI_OFFSET(relign_measures_service, context, 8)
+ABI_OFFSET(relign_measures_service, list, 16)
+ABI_OFFSET(relign_measures_service, measure, 24)
+ABI_OFFSET(relign_measures_service, why, 32)
+
+ABI_SIZE(relign_prior_service, 32)
+ABI_OFFSET(relign_prior_service, struct_size, 0)
+ABI_OFFSET(relign_prior_service, reserved, 4)
+ABI_OFFSET(relign_prior_service, context, 8)
+ABI_OFFSET(relign_prior_service, draw, 16)
+ABI_OFFSET(relign_prior_service, why, 24)
+
+ABI_SIZE(relign_run_service, 32)
+ABI_OFFSET(relign_run_service, struct_size, 0)
+ABI_OFFSET(relign_run_service, reserved, 4)
+ABI_OFFSET(relign_run_service, context, 8)
+ABI_OFFSET(relign_run_service, run, 16)
+ABI_OFFSET(relign_run_service, why, 24)
+
+ABI_SIZE(relign_run_outcome, 40)
+ABI_OFFSET(relign_run_outcome, struct_size, 0)
+ABI_OFFSET(relign_run_outcome, steps, 4)
+ABI_OFFSET(relign_run_outcome, end, 8)
+ABI_OFFSET(relign_run_outcome, reserved, 12)
+ABI_OFFSET(relign_run_outcome, last, 16)
+ABI_OFFSET(relign_run_outcome, best, 24)
+ABI_OFFSET(relign_run_outcome, recommendation, 32)
+
+ABI_SIZE(relign_model_service, 80)
+ABI_OFFSET(relign_model_service, struct_size, 0)
+ABI_OFFSET(relign_model_service, reserved, 4)
+ABI_OFFSET(relign_model_service, context, 8)
+ABI_OFFSET(relign_model_service, scene_json, 16)
+ABI_OFFSET(relign_model_service, image_width, 32)
+ABI_OFFSET(relign_model_service, image_height, 36)
+ABI_OFFSET(relign_model_service, mount, 40)
+ABI_OFFSET(relign_model_service, capture, 48)
+ABI_OFFSET(relign_model_service, noise_free, 56)
+ABI_OFFSET(relign_model_service, unmount, 64)
+ABI_OFFSET(relign_model_service, why, 72)
+
 ABI_SIZE(relign_noise_level_interface, 40)
 ABI_OFFSET(relign_noise_level_interface, struct_size, 0)
 ABI_OFFSET(relign_noise_level_interface, reserved, 4)
@@ -149,6 +200,21 @@ ABI_SIZE(relign_scene_noise_free, 16)
 ABI_OFFSET(relign_scene_noise_free, struct_size, 0)
 ABI_OFFSET(relign_scene_noise_free, reserved, 4)
 ABI_OFFSET(relign_scene_noise_free, render, 8)
+
+ABI_SIZE(relign_stage_move, 40)
+ABI_OFFSET(relign_stage_move, struct_size, 0)
+ABI_OFFSET(relign_stage_move, reserved, 4)
+ABI_OFFSET(relign_stage_move, limits_low, 8)
+ABI_OFFSET(relign_stage_move, limits_high, 16)
+ABI_OFFSET(relign_stage_move, machine_seconds, 24)
+ABI_OFFSET(relign_stage_move, moved, 32)
+
+ABI_SIZE(relign_scene_stage, 32)
+ABI_OFFSET(relign_scene_stage, struct_size, 0)
+ABI_OFFSET(relign_scene_stage, reserved, 4)
+ABI_OFFSET(relign_scene_stage, begin, 8)
+ABI_OFFSET(relign_scene_stage, move_by, 16)
+ABI_OFFSET(relign_scene_stage, capture, 24)
 
 ABI_SIZE(relign_plugin_description, 40)
 ABI_OFFSET(relign_plugin_description, struct_size, 0)

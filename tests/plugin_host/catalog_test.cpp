@@ -106,6 +106,42 @@ TEST_F(CatalogTest, MistakesAreToldAllAtOnceWithTheNearestName) {
               HasSubstr("/parameters/then: unknown algorithm 'compas'"));
 }
 
+TEST_F(CatalogTest, ResolvesTheAlgorithmsThatParametersName) {
+  write("m.onnx", "m");
+  const Choice plain = resolve(Kind::agent, "policy", {{"model", "m.onnx"}});
+  ASSERT_EQ(plain.algorithms.count("then"), 1u);
+  EXPECT_EQ(plain.algorithms.at("then")->id, "compass");
+  EXPECT_EQ(plain.algorithms.at("then")->parameters, (Json{{"count", 2}, {"first_stride", 0.1}}));
+  const Json wide = {{"use", "compass_wide"}, {"parameters", {{"count", 3}}}};
+  const Choice changed = resolve(Kind::agent, "policy", {{"model", "m.onnx"}, {"then", wide}});
+  EXPECT_EQ(changed.algorithms.at("then")->parameters, (Json{{"count", 3}, {"first_stride", 0.3}}));
+  EXPECT_NE(plain.identity, changed.identity) << "another inner algorithm is another trial";
+
+  const Choice later = with_changes(*changed.algorithms.at("then"), {{"first-stride", 0.2}});
+  EXPECT_EQ(later.parameters, (Json{{"count", 3}, {"first_stride", 0.2}}));
+  EXPECT_THROW(with_changes(later, {{"first_stride", 9}}), Error);
+  EXPECT_THROW(with_changes(later, {{"stride", 0.1}}), Error);
+  EXPECT_THROW(with_changes(changed, {{"then", "compass"}}), Error);
+}
+
+TEST_F(CatalogTest, WrongInnerAlgorithmsAreMistakesOfTheEntry) {
+  write("m.onnx", "m");
+  const auto then = [&](const Json& value) {
+    return problems(Kind::agent, "policy", {{"model", "m.onnx"}, {"then", value}});
+  };
+  EXPECT_THAT(then({{"use", "compas"}}), HasSubstr("/parameters/then: unknown algorithm 'compas'"));
+  EXPECT_THAT(then({{"use", "compass"}, {"parameters", {{"count", "two"}}}}),
+              HasSubstr("/parameters/then/parameters/count: "));
+  EXPECT_THAT(then({{"uses", "compass"}}), HasSubstr("expected an algorithm's id"));
+  EXPECT_THAT(then({{"use", "compass"}, {"stride", 1}}), HasSubstr("expected an algorithm's id"));
+  EXPECT_THAT(then("rho"), HasSubstr("noise level"));
+  plugin("roots/loop", R"({"id": "loop", "kind": "optimizer", "summary": "s",
+    "parameters": {"then": {"type": "algorithm", "default": "loop"}}})",
+         "loop.so");
+  catalog_.add(folder_ / "roots" / "loop");
+  EXPECT_THAT(problems(Kind::optimizer, "loop"), HasSubstr("nest deeper than 4"));
+}
+
 TEST_F(CatalogTest, FilesAreAbsoluteAndIdentifiedByContent) {
   write("a/m.onnx", "weights");
   write("b/other.onnx", "weights");

@@ -118,12 +118,23 @@ TEST_F(Verdict, FailuresAloneRankNobody) {
   EXPECT_EQ(data()["verdict"][0]["best"], "");
 }
 
-TEST_F(Verdict, TrialsWithoutTruthRankNobody) {
-  records::TrialRecord station = trial("a", 0, {0.1, 0.05});
-  for (records::StepRecord& step : station.steps)
-    step.commanded_mse = step.recommended_mse = std::numeric_limits<double>::quiet_NaN();
-  write({station});
-  EXPECT_THAT(all_text(data()["verdict"]), HasSubstr("no noise-free error was recorded"));
+TEST_F(Verdict, TrialsWithoutTruthAreRankedByWhatWasMeasuredAndItSaysSo) {
+  const auto on_station = [](const char* algorithm, double first, double last) {
+    records::TrialRecord station = trial(algorithm, 0, {0.1, 0.05});
+    station.steps[0].measured = first;
+    station.steps[1].measured = last;
+    for (records::StepRecord& step : station.steps)
+      step.commanded_mse = step.recommended_mse = step.recommended_seconds = std::numeric_limits<double>::quiet_NaN();
+    return station;
+  };
+  // The lowest measured error counts, not the last one.
+  write({on_station("a", 0.2, 0.15), on_station("b", 0.12, 0.3)});
+  EXPECT_EQ(data()["verdict"][0]["best"], "b");
+  EXPECT_THAT(all_text(data()["verdict"]),
+              testing::AllOf(HasSubstr("lowest measured error, 0.120"), HasSubstr("Measured only")));
+  EXPECT_THAT(all_text(data()["beware"]), HasSubstr("Unknown are the true poses"));
+  EXPECT_EQ(data()["groups"][0]["measured_only"], true);
+  EXPECT_EQ(data()["groups"][0]["rows"][0]["recommended"]["n"], 0);
   EXPECT_TRUE(data()["groups"][0]["curves"][0]["tracks"].contains("measured"));
   EXPECT_FALSE(data()["groups"][0]["curves"][0]["tracks"].contains("recommended"));
 }

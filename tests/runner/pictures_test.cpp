@@ -58,9 +58,9 @@ TEST_F(PicturesTest, AreTheFramesOfTheTrial) {
   });
   const records::StepRecord& last = outcome.record.steps.back();
   std::vector<float> final_frame(12 * 8);
-  runner.place(job).assembly.capture(last.recommended_true_pose,
-                                     frame_seed(outcome.record.instance_seed, last.step, FrameStream::capture),
-                                     final_frame.data());
+  runner.place(job).assembly->capture(last.recommended_true_pose,
+                                      frame_seed(outcome.record.instance_seed, last.step, FrameStream::capture),
+                                      final_frame.data());
   const auto expect_equal = [this](const std::string& file, const std::vector<float>& wanted) {
     const pixels::Image image = pixels::read_image(folder_ / "a/pictures" / file);
     ASSERT_EQ(image.values.size(), wanted.size());

@@ -68,5 +68,21 @@ TEST_F(TrialRunnerTest, JobsCarryTheSuitesChoices) {
   EXPECT_EQ(job.budget, 5U);
 }
 
+// The user of services of tests/task; the toy walker takes over.
+TEST_F(TrialRunnerTest, OffersDesignLevelAndOtherAlgorithms) {
+  const PreparedPlan plan = prepared(suite_text(R"({"use": ")" RELIGN_SERVICE_USER R"(", "name": "user", "parameters": {
+      "then": "toy-walker",
+      "script": [["draw", 1], ["model", {}, [0.5, 0.5], 1], ["run", "then", 3]]}})"));
+  std::vector<std::string> said;
+  TrialRunner runner({1, {}, [&](const std::string& message) { said.push_back(message); }});
+  const TrialOutcome outcome = runner.run(make_job(plan, plan.plan.trials[0]));
+  EXPECT_EQ(outcome.record.message, "");
+  EXPECT_THAT(outcome.record.steps, testing::SizeIs(4));
+  ASSERT_THAT(said, testing::SizeIs(3));
+  EXPECT_THAT(said[0], testing::StartsWith("user: draw "));
+  EXPECT_THAT(said[1], testing::StartsWith("user: model [96,"));
+  EXPECT_THAT(said[2], testing::AllOf(testing::StartsWith("user: run "), testing::HasSubstr("\"steps\":3")));
+}
+
 }  // namespace
 }  // namespace relign::runner

@@ -148,5 +148,29 @@ TEST(Names, ReadBack) {
   EXPECT_EQ(merit_from_name(""), std::nullopt);
 }
 
+TEST(Rules, OnAStationNobodyIsToldTheStartUnderEitherProtocol) {
+  SceneFacts station;
+  station.name = "bench";
+  station.axes.resize(2);
+  station.nominal_pose = {0.5, 0.5};
+  station.owns_stage = true;
+  station.truth = false;
+  Instance instance;
+  instance.variances.start = {0.5, 0.5};
+  Manifest manifest;
+  manifest.kind = Kind::optimizer;
+  manifest.knows = {"merit", "start", "box"};
+  for (const Protocol protocol : {Protocol::paper, Protocol::blind}) {
+    const Rules rules = make_rules(protocol, manifest, instance, station);
+    EXPECT_EQ(rules.knows, kMerit | kBox);
+    EXPECT_EQ(rules.merit, Merit::rmse);
+    EXPECT_THAT(rules.commanded_start, ElementsAre(0, 0));
+    EXPECT_THAT(rules.box_lower, Each(-0.5));
+    EXPECT_THAT(rules.box_upper, Each(0.5));
+  }
+  manifest.oracle = true;
+  EXPECT_THROW(make_rules(Protocol::blind, manifest, instance, station), Error);
+}
+
 }  // namespace
 }  // namespace relign::task

@@ -21,6 +21,20 @@ const char* const kGood = R"({
   "machine_time": {"speed_mm_per_s": 2, "settle_ms": 0},
   "spec": {"rmse": 0.02}, "sensor_side_mm": 5})";
 
+TEST(SceneFacts, AStationNamesNeitherNominalPoseNorElementsAndTellsNoTruth) {
+  const std::string station = R"({"name": "bench", "owns_stage": true, "truth": false,
+    "axes": [{"name": "x", "unit": "mm", "lower": -1, "upper": 1}], "image": {"width": 20, "height": 10}})";
+  const SceneFacts facts = read_scene_facts(station, "bench");
+  EXPECT_TRUE(facts.owns_stage);
+  EXPECT_FALSE(facts.truth);
+  EXPECT_THAT(facts.nominal_pose, ElementsAre(0.5));
+  EXPECT_FALSE(read_scene_facts(kGood, "lens").owns_stage);
+  EXPECT_TRUE(read_scene_facts(kGood, "lens").truth);
+  std::string boastful = station;
+  boastful.replace(boastful.find("false"), 5, "true");
+  EXPECT_THROW(read_scene_facts(boastful, "bench"), Error);
+}
+
 TEST(SceneFacts, ReadsEverything) {
   const SceneFacts facts = read_scene_facts(kGood, "lens");
   EXPECT_EQ(facts.name, "lens");

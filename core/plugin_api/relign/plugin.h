@@ -165,7 +165,7 @@ typedef struct relign_conversation {
   relign_status (*move)(void* context, const double* delta, uint32_t axes, relign_observation* seen);
   /* "I would glue here now": a commanded pose. Costs nothing, tells nothing. Stays until the next one. */
   relign_status (*recommend)(void* context, const double* pose, uint32_t axes);
-  /* Optional services by string id, null when not offered. None is defined in this version. */
+  /* Optional services by string id, null when not offered: RELIGN_SERVICE_* below. */
   const void* (*get_service)(void* context, relign_text id);
 } relign_conversation;
 
@@ -182,6 +182,115 @@ typedef struct relign_algorithm_interface {
   void (*destroy)(relign_algorithm* self);
   const void* (*get_extension)(relign_algorithm* self, relign_text id); /* may be null */
 } relign_algorithm_interface;
+
+/* ---- services of a conversation ------------------------------------------------------------- */
+
+/* What more a trial offers to its algorithm, by id through relign_conversation::get_service. Null when
+ * the host does not offer it, or when the manifest does not declare what it needs ("knows").
+ *  - Call from the thread that called run, during run, in any order. The tables, `context` and every
+ *    pointer they give are valid until run returns, unless the function says less.
+ *  - Services cost no step but in relign.run/1. Time spent in them is the algorithm's own time.
+ *  - RELIGN_BAD_ARGUMENT and RELIGN_FAILED: `why` has the sentence, until the next call of a service of
+ *    the same conversation. */
+
+/* relign.reference/1, needs RELIGN_KNOWS_IMAGES: O*, the image to be reached. */
+#define RELIGN_SERVICE_REFERENCE "relign.reference/1"
+typedef struct relign_reference_service {
+  uint32_t struct_size;
+  uint32_t reserved;
+  const relign_image* image; /* of the size that relign_task tells */
+} relign_reference_service;
+
+/* relign.measures/1, needs RELIGN_KNOWS_IMAGES: what the last capture says of its own sharpness. */
+#define RELIGN_SERVICE_MEASURES "relign.measures/1"
+typedef struct relign_measures_service {
+  uint32_t struct_size;
+  uint32_t reserved;
+  void* context;
+  /* Writes [{"name": "mtf", "summary": "...", "arguments": {"cycles_per_pixel": "...", ...}}, ...]. */
+  relign_status (*list)(void* context, const relign_text_sink* measures);
+  /* One measure of the last capture. arguments_json: an object; empty text is "{}". The value is NaN when
+   * this capture does not allow it (no light, no edge in the region): that is no failure.
+   * RELIGN_BAD_ARGUMENT: no such measure, or arguments it does not take. */
+  relign_status (*measure)(void* context, relign_text name, relign_text arguments_json, double* value);
+  relign_status (*why)(void* context, const relign_text_sink* sentence);
+} relign_measures_service;
+
+/* relign.prior/1, needs RELIGN_KNOWS_LEVEL: draws from the noise level's distribution, of the training seeds:
+ * never the instance of this trial nor of any benchmark. */
+#define RELIGN_SERVICE_PRIOR "relign.prior/1"
+typedef struct relign_prior_service {
+  uint32_t struct_size;
+  uint32_t reserved;
+  void* context;
+  /* Writes draw `number` of W, as relign_noise_level_interface::draw does. The same number is the same
+   * draw in every trial of this level and scene. */
+  relign_status (*draw)(void* context, uint64_t number, const relign_text_sink* drawn);
+  relign_status (*why)(void* context, const relign_text_sink* sentence);
+} relign_prior_service;
+
+/* relign.run/1, offered when the manifest has a parameter of type "algorithm": runs that algorithm for some
+ * steps of this trial's budget, from where the stage is (hand-over). */
+#define RELIGN_SERVICE_RUN "relign.run/1"
+enum {
+  RELIGN_RUN_STEPS_SPENT = 0, /* it used the steps it was granted, or the trial's last ones */
+  RELIGN_RUN_FINISHED = 1     /* it returned before */
+};
+/* Poses are commanded poses of the caller's own conversation. Pointers are valid until the next call of
+ * step, move or run. */
+typedef struct relign_run_outcome {
+  uint32_t struct_size;
+  uint32_t steps; /* used of the budget */
+  int32_t end;    /* RELIGN_RUN_*; meaningless unless run returned RELIGN_OK */
+  uint32_t reserved;
+  const relign_observation* last; /* where the stage is now, as the caller would have seen it */
+  const relign_observation* best; /* lowest merit of those steps and of the pose before them, without image unless
+                                     it is the last; null unless the caller is granted RELIGN_KNOWS_MERIT */
+  const double* recommendation;   /* what it would glue at; null when it gave none. It counts only when the
+                                     caller repeats it by relign_conversation::recommend */
+} relign_run_outcome;
+
+typedef struct relign_run_service {
+  uint32_t struct_size;
+  uint32_t reserved;
+  void* context;
+  /* parameter: name of the caller's parameter that chose the algorithm. parameters_json: an object of changes to the
+   * chosen one's parameters, empty text for none. The other algorithm drives a conversation of its own: its step 0
+   * is the last capture, its budget most_steps or what is left, its commanded coordinates count from where the
+   * stage is unless both know the start, and it is granted only what both manifests know. Stage, clocks and
+   * records are the caller's. RELIGN_STOP: no step was left, nothing was run. RELIGN_FAILED: the other
+   * algorithm failed; outcome tells the steps it made. */
+  relign_status (*run)(void* context, relign_text parameter, relign_text parameters_json, uint32_t most_steps,
+                       relign_run_outcome* outcome);
+  relign_status (*why)(void* context, const relign_text_sink* sentence);
+} relign_run_service;
+
+/* relign.model/1, needs RELIGN_KNOWS_DESIGN: a simulator of the scene's design with the algorithm's own offsets and
+ * seeds. It knows nothing of the instance: the same offsets, pose and seed are the same pixels in every trial.
+ * Not offered where the scene is no simulator. */
+#define RELIGN_SERVICE_MODEL "relign.model/1"
+typedef struct relign_model_lens relign_model_lens;
+typedef struct relign_model_service {
+  uint32_t struct_size;
+  uint32_t reserved;
+  void* context;
+  relign_text scene_json; /* as relign_scene_interface::describe wrote it: axes, nominal_pose, elements, image */
+  uint32_t image_width;   /* pixels */
+  uint32_t image_height;
+  /* offsets_json as for relign_scene_interface::mount; "{}" is the perfect lens. At most 16 lenses at a time. What is
+   * not unmounted, the host unmounts when run returns. */
+  relign_status (*mount)(void* context, relign_text offsets_json, relign_model_lens** made);
+  /* A noisy capture into `pixels` (image_width x image_height, tightly packed, the caller's). true_pose: 0..1
+   * per axis, the pose of the lens itself; there is no stage and no distortion here. `seed` is the caller's
+   * choice, from a range apart from every frame of every trial. */
+  relign_status (*capture)(void* context, relign_model_lens* lens, const double* true_pose, uint32_t axes,
+                           uint64_t seed, float* pixels);
+  /* The same without noise; RELIGN_UNSUPPORTED when the scene does not offer it. */
+  relign_status (*noise_free)(void* context, relign_model_lens* lens, const double* true_pose, uint32_t axes,
+                              float* pixels);
+  relign_status (*unmount)(void* context, relign_model_lens* lens);
+  relign_status (*why)(void* context, const relign_text_sink* sentence);
+} relign_model_service;
 
 /* ---- noise levels --------------------------------------------------------------------------- */
 
@@ -245,6 +354,44 @@ typedef struct relign_scene_noise_free {
   uint32_t reserved;
   relign_status (*render)(relign_assembly* assembly, const double* true_pose, uint32_t axes, float* pixels);
 } relign_scene_noise_free;
+
+/* Optional ability of a scene: it owns its stage. Such a scene is a station: its own hexapod and
+ * camera, whose distortion and start nobody knows. It says so in what describe writes:
+ *   "owns_stage": true   offers this table; "nominal_pose" and "elements" may then be left out
+ *   "truth": false       noise_free_mse is RELIGN_UNSUPPORTED (also allowed without a stage of one's own;
+ *                        a station must say it)
+ * The host then never calls mount, unmount, capture and noise_free_mse of relign_scene_interface. It
+ * calls create, describe, reference and get_extension, and per trial
+ *   begin, capture, then for each step: move_by, capture
+ * One scene object per station and one thread at a time: the host never runs two trials of a station
+ * at once. A trial may end after any call; the next one starts with begin. After a failure the
+ * object is destroyed and made anew.
+ * A failure is the trial's outcome, with the steps made until then; nothing is tried again: whoever
+ * wants retries makes them inside. Seconds are measured machine time (travel, settling, exposure,
+ * readout), finite and not negative; the host adds none of its own. */
+#define RELIGN_SCENE_STAGE "relign.scene.stage/1"
+typedef struct relign_stage_move {
+  uint32_t struct_size;
+  uint32_t reserved;
+  uint64_t limits_low;    /* bit i: axis i met its lower limit during this move */
+  uint64_t limits_high;   /* bit i: axis i met its upper limit */
+  double machine_seconds; /* of this move, settling included */
+  double* moved; /* `axes` values of the host's, filled with the move asked for: what a limit cut, the station
+                    writes here as its encoders tell it. Valid during the call */
+} relign_stage_move;
+
+typedef struct relign_scene_stage {
+  uint32_t struct_size;
+  uint32_t reserved;
+  /* Brings the station to a start pose. Equal seeds ask for the same start (and the same lens), as
+   * well as the station can; the pose stays its own secret. Its time does not count. */
+  relign_status (*begin)(relign_scene* self, uint64_t seed);
+  /* One move relative to where the stage is by its own encoders, in shares of the travel that describe
+   * tells. A limit is no failure: stop there and say so. */
+  relign_status (*move_by)(relign_scene* self, const double* delta, uint32_t axes, relign_stage_move* made);
+  /* One picture from where the stage is, into `pixels` (width x height, tightly packed, owned by the caller). */
+  relign_status (*capture)(relign_scene* self, float* pixels, double* machine_seconds);
+} relign_scene_stage;
 
 /* ---- the library ---------------------------------------------------------------------------- */
 

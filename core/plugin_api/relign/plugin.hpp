@@ -1,6 +1,6 @@
 // relign/plugin.hpp: write a plugin in C++17.
 //
-// Derive from Optimizer, Agent, NoiseLevel or Scene, give the class a constructor from
+// Derive from Optimizer, Agent, NoiseLevel, Scene or Station, give the class a constructor from
 // `const Parameters&`, and end the file with RELIGN_PLUGIN(YourClass). Build it with
 // relign_add_plugin(name file.cpp) beside a relign-plugin.json. Everything here is inline;
 // nothing but plugin.h and the standard library is included.
@@ -131,6 +131,11 @@ struct Observation {
   const relign_image* image_ = nullptr;
 };
 
+class Measures;
+class Prior;
+class Model;
+struct RunOutcome;
+
 // The host's side of one trial. See relign_conversation for the rules.
 class Conversation {
  public:
@@ -168,7 +173,16 @@ class Conversation {
     check(talk_->recommend(talk_->context, pose.data(), static_cast<std::uint32_t>(pose.size())), "recommend");
   }
 
-  // Optional services by string id; null when the host does not offer it.
+  // Services: what more a trial offers (relign/services.hpp). Each throws std::logic_error when the host does not offer
+  // it, and says what is missing in the manifest.
+  ImageView reference() const;  // O*; needs "images". Valid during run
+  Measures measures() const;    // MTF, contrast, centroid, ... of the last capture; needs "images"
+  Prior prior() const;          // draws from the noise level; needs "level"
+  Model model() const;          // a simulator of the scene's design; needs "design"
+  // Hand-over: runs the algorithm that `parameter` (of type "algorithm") names for at most so many of my steps.
+  RunOutcome run(std::string_view parameter, unsigned most_steps, std::string_view parameters_json = {});
+
+  // Any service by its id; null when the host does not offer it.
   const void* service(std::string_view id) const {
     return talk_->get_service ? talk_->get_service(talk_->context, to_text(id)) : nullptr;
   }
@@ -206,7 +220,10 @@ class Conversation {
                                   ": the host refused the pose (wrong number of axes, or not finite)");
     throw std::runtime_error(std::string(what) + ": the host reports a failure");
   }
+  template <class Service>
+  const Service* offered(const char* id, std::uint32_t needed, const char* word) const;
   const relign_conversation* talk_;
+  std::shared_ptr<char> run_ = std::make_shared<char>();  // lives as long as run: what is kept longer can tell
 };
 
 // An algorithm drives its trial: it returns when the conversation gives no more steps, or earlier
@@ -276,6 +293,31 @@ class Scene {
   virtual std::string describe() = 0;
   virtual relign_image reference() = 0;
   virtual std::unique_ptr<Assembly> mount(std::string_view offsets_json) = 0;
+};
+
+// A scene that owns its stage: a real machine, of which nobody knows start, distortion and truth. Its
+// describe says "owns_stage": true and "truth": false. See relign_scene_stage for the order of calls.
+// One object drives one station; what throws ends the trial, and the host makes a new object.
+class Station : public Scene {
+ public:
+  // Brings the lens to a start pose: the same one for equal seeds, as well as the machine can.
+  virtual void begin(std::uint64_t seed) = 0;
+
+  struct Moved {
+    Pose moved;  // what the stage moved by its own encoders; shorter than asked for where a limit cut it
+    std::uint64_t limits_low = 0;   // bit i: axis i met its lower limit
+    std::uint64_t limits_high = 0;  // bit i: axis i met its upper limit
+    double machine_seconds = 0;     // measured, settling included
+  };
+  // One move relative to where the stage is, in shares of the travel.
+  virtual Moved move_by(const Pose& delta) = 0;
+
+  // One picture from where the stage is (width x height floats). Returns the machine seconds it took.
+  virtual double capture(float* pixels) = 0;
+
+  std::unique_ptr<Assembly> mount(std::string_view) final {
+    throw std::logic_error("a station takes its lenses from the production, not from a noise level");
+  }
 };
 
 // ---- the border ------------------------------------------------------------------------------
@@ -376,6 +418,37 @@ inline const relign_scene_noise_free* scene_noise_free() {
   return &table;
 }
 
+inline Station& station(relign_scene* self) { return static_cast<Station&>(*handle<Scene>(self)->object); }
+
+inline const relign_scene_stage* scene_stage() {
+  static const relign_scene_stage table = {
+      sizeof(relign_scene_stage), 0,
+      [](relign_scene* self, std::uint64_t seed) -> relign_status {
+        return guard(handle<Scene>(self)->host, [&] {
+          station(self).begin(seed);
+          return RELIGN_OK;
+        });
+      },
+      [](relign_scene* self, const double* delta, std::uint32_t axes, relign_stage_move* made) -> relign_status {
+        return guard(handle<Scene>(self)->host, [&] {
+          const Station::Moved moved = station(self).move_by(Pose(delta, delta + axes));
+          if (moved.moved.size() != axes) throw std::logic_error("move_by returned a move of another number of axes");
+          std::copy(moved.moved.begin(), moved.moved.end(), made->moved);
+          made->limits_low = moved.limits_low;
+          made->limits_high = moved.limits_high;
+          made->machine_seconds = moved.machine_seconds;
+          return RELIGN_OK;
+        });
+      },
+      [](relign_scene* self, float* pixels, double* machine_seconds) -> relign_status {
+        return guard(handle<Scene>(self)->host, [&] {
+          *machine_seconds = station(self).capture(pixels);
+          return RELIGN_OK;
+        });
+      }};
+  return &table;
+}
+
 template <class Made>
 const relign_scene_interface* scene_interface() {
   static const relign_scene_interface table = {
@@ -431,7 +504,11 @@ const relign_scene_interface* scene_interface() {
       },
       destroy<Scene, relign_scene>,
       [](relign_scene*, relign_text id) -> const void* {
-        return to_view(id) == RELIGN_SCENE_NOISE_FREE ? scene_noise_free() : nullptr;
+        if constexpr (std::is_base_of_v<Station, Made>) {
+          return to_view(id) == RELIGN_SCENE_STAGE ? scene_stage() : nullptr;
+        } else {
+          return to_view(id) == RELIGN_SCENE_NOISE_FREE ? scene_noise_free() : nullptr;
+        }
       }};
   return &table;
 }
@@ -445,7 +522,7 @@ const void* get_interface(relign_text id) {
     if (asked == RELIGN_NOISE_LEVEL_INTERFACE) return noise_level_interface<Made>();
   } else {
     static_assert(std::is_base_of_v<Scene, Made>,
-                  "a plugin derives from relign::Optimizer, Agent, NoiseLevel or Scene");
+                  "a plugin derives from relign::Optimizer, Agent, NoiseLevel, Scene or Station");
     if (asked == RELIGN_SCENE_INTERFACE) return scene_interface<Made>();
   }
   return nullptr;
@@ -453,6 +530,8 @@ const void* get_interface(relign_text id) {
 
 }  // namespace border
 }  // namespace relign
+
+#include <relign/services.hpp>  // IWYU pragma: export
 
 // The manifest's bytes; relign_add_plugin generates their definition.
 extern "C" const char relign_manifest_text[];

@@ -1,0 +1,48 @@
+# cmake --install: the program, its plugins and what plugins outside this tree are built with.
+#
+# The program finds its parts relative to itself (../lib/relign-bench/plugins, ../share/relign-bench), so
+# that an installation may be moved. That fixes those two places below the prefix; the rest follows
+# GNUInstallDirs.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+if(NOT TARGET relign-bench)
+  return()
+endif()
+if(NOT CMAKE_INSTALL_BINDIR STREQUAL "bin")
+  message(FATAL_ERROR "CMAKE_INSTALL_BINDIR is ${CMAKE_INSTALL_BINDIR}; the program finds its plugins relative to "
+                      "itself, so it must be bin.")
+endif()
+
+set(package_folder "${CMAKE_INSTALL_DATADIR}/cmake/relign-bench")
+
+install(TARGETS relign-bench relign_plugin_api EXPORT relign-benchTargets
+        RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/core/plugin_api/relign" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}"
+        FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp")
+# Plugins install themselves: see RELIGN_PLUGIN_INSTALL_DIRECTORY in RelignPlugin.cmake.
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/templates" DESTINATION share/relign-bench)
+if(EXISTS "${PROJECT_SOURCE_DIR}/python/relign_bench")
+  install(DIRECTORY "${PROJECT_SOURCE_DIR}/python/relign_bench" DESTINATION share/relign-bench/python
+          FILES_MATCHING PATTERN "*.py" PATTERN "__pycache__" EXCLUDE)
+endif()
+
+install(FILES LICENSE CITATION.cff DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+
+# The package lies in the build folder as it does in an installation: -DCMAKE_PREFIX_PATH=BUILD_FOLDER works too.
+set(package_here "${PROJECT_BINARY_DIR}/${package_folder}")
+configure_package_config_file("${PROJECT_SOURCE_DIR}/cmake/relign-benchConfig.cmake.in"
+                              "${package_here}/relign-benchConfig.cmake" INSTALL_DESTINATION "${package_folder}")
+# Before 1.0 the plugin interface may change with every minor version.
+write_basic_package_version_file("${package_here}/relign-benchConfigVersion.cmake" COMPATIBILITY SameMinorVersion)
+foreach(file RelignPlugin.cmake RelignTrials.cmake relign-plugin.map)
+  configure_file("${PROJECT_SOURCE_DIR}/cmake/${file}" "${package_here}/${file}" COPYONLY)
+  install(FILES "${PROJECT_SOURCE_DIR}/cmake/${file}" DESTINATION "${package_folder}")
+endforeach()
+install(FILES "${package_here}/relign-benchConfig.cmake" "${package_here}/relign-benchConfigVersion.cmake"
+        DESTINATION "${package_folder}")
+install(EXPORT relign-benchTargets NAMESPACE relign:: DESTINATION "${package_folder}")
+export(EXPORT relign-benchTargets NAMESPACE relign:: FILE "${package_here}/relign-benchTargets.cmake")
+
+file(MAKE_DIRECTORY "${PROJECT_BINARY_DIR}/share/relign-bench")
+file(CREATE_LINK "${PROJECT_SOURCE_DIR}/templates" "${PROJECT_BINARY_DIR}/share/relign-bench/templates" SYMBOLIC)

@@ -1,0 +1,148 @@
+#include "cli/scaffold.h"
+
+#include <stdlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "base/text.h"
+
+namespace relign::cli {
+namespace fs = std::filesystem;
+
+namespace {
+
+const char* const kTemplateName = "my_plugin";
+const char* const kTemplateClass = "MyPlugin";
+
+bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+bool is_word(char c) { return is_letter(c) || is_digit(c) || c == '_'; }
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
+    text.replace(at, from.size(), to);
+  return text;
+}
+
+bool has_word(const std::string& text, const std::string& word) {
+  for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) {
+    const std::size_t end = at + word.size();
+    if ((at == 0 || !is_word(text[at - 1])) && (end == text.size() || !is_word(text[end]))) return true;
+  }
+  return false;
+}
+
+// Path inside the project and text of every file.
+using Files = std::vector<std::pair<fs::path, std::string>>;
+
+Files read_template(const fs::path& folder) {
+  Files files;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder))
+    if (entry.is_regular_file()) files.emplace_back(entry.path().lexically_relative(folder), read_file(entry.path()));
+  return files;
+}
+
+void rename_plugin(Files& files, const std::string& name) {
+  // A plugin called "policy" must not give its class the name of one in the template.
+  std::string its_class = class_name(name);
+  const auto taken = [&](const auto& file) { return has_word(file.second, its_class); };
+  while (std::any_of(files.begin(), files.end(), taken)) its_class += "Plugin";
+  for (auto& [path, text] : files) {
+    text = replaced(replaced(text, kTemplateClass, its_class), kTemplateName, name);
+    path = replaced(path.string(), kTemplateName, name);
+  }
+}
+
+// A folder beside the wanted one, removed with all it holds.
+class TemporaryFolder {
+ public:
+  explicit TemporaryFolder(const fs::path& parent) {
+    std::string pattern = (parent / ".relign-plugin-XXXXXX").string();
+    if (mkdtemp(pattern.data()) == nullptr)
+      throw Error(ErrorKind::io, "cannot write in " + parent.string() + ": " + std::strerror(errno));
+    path_ = pattern;
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+}  // namespace
+
+fs::path template_folder() {
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  const fs::path folder = program.parent_path().parent_path() / "share" / "relign-bench" / "templates";
+  if (error || !fs::is_directory(folder, error))
+    throw Error(ErrorKind::io, "the templates of this program are missing (expected in " + folder.string() +
+                                   "); install it again with cmake --install");
+  return folder;
+}
+
+std::vector<std::string> known_templates(const fs::path& templates) {
+  std::vector<std::string> names;
+  for (const fs::directory_entry& entry : fs::directory_iterator(templates)) {
+    const std::string name = entry.path().filename().string();
+    const std::size_t dash = name.rfind('-');
+    if (entry.is_directory() && dash != std::string::npos)
+      names.push_back(name.substr(0, dash) + " in " + name.substr(dash + 1));
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+std::string check_plugin_name(const std::string& name) {
+  const auto allowed = [](char c) { return is_word(c) || c == '-' || c == '.'; };
+  if (!name.empty() && name.size() <= 64 && is_letter(name[0]) && std::all_of(name.begin(), name.end(), allowed))
+    return "";
+  return "'" + name +
+         "' is no name for a plugin: expected 1 to 64 letters, digits, '-', '_' or '.', starting with a letter";
+}
+
+std::string class_name(const std::string& name) {
+  std::string text;
+  bool begins = true;
+  for (const char c : name) {
+    const bool part = is_letter(c) || is_digit(c);
+    if (part) text += begins && c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+    begins = !part;
+  }
+  return text;
+}
+
+void write_project(const fs::path& templates, const NewPlugin& wanted) {
+  if (const std::string wrong = check_plugin_name(wanted.name); !wrong.empty())
+    throw Error(ErrorKind::bad_input, wrong);
+  const fs::path source = templates / (wanted.kind + "-" + wanted.language);
+  if (!fs::is_directory(source))
+    throw Error(ErrorKind::bad_input, "there is no template for " + wanted.kind + " in " + wanted.language +
+                                          "; there are: " + join(known_templates(templates), ", "));
+  // lexically_normal: a trailing slash would leave no file name.
+  fs::path folder = fs::absolute(wanted.folder).lexically_normal();
+  if (!folder.has_filename()) folder = folder.parent_path();
+  if (fs::exists(fs::symlink_status(folder)))
+    throw Error(ErrorKind::bad_input, folder.string() + " exists already; nothing was written");
+
+  Files files = read_template(source);
+  rename_plugin(files, wanted.name);
+  std::error_code error;
+  fs::create_directories(folder.parent_path(), error);
+  const TemporaryFolder draft(folder.parent_path());
+  for (const auto& [path, text] : files) write_file_atomically(draft.path() / "project" / path, text);
+  fs::rename(draft.path() / "project", folder, error);
+  if (error) throw Error(ErrorKind::io, "cannot make " + folder.string() + ": " + error.message());
+}
+
+}  // namespace relign::cli

@@ -1,0 +1,94 @@
+// relign-bench plugin new: a project for a plugin of one's own.
+#include <filesystem>
+#include <memory>
+
+#include "base/error.h"
+#include "base/text.h"
+#include "cli/app.h"
+#include "cli/scaffold.h"
+
+namespace relign::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct NewArguments {
+  std::string name;
+  std::string kind;
+  std::string language = "cpp";
+  std::string out;
+};
+
+void refuse_taken_name(Context& context, plugin_host::Kind kind, const std::string& name) {
+  for (const std::string& id : context.catalog().ids(kind))
+    if (normalised_name(id) == normalised_name(name))
+      throw Error(ErrorKind::bad_input, "there is a plugin or preset '" + id + "' already; choose another name");
+}
+
+// What to type next, in the order of typing.
+std::string next_steps(const NewPlugin& made) {
+  const std::string folder = made.folder.string();
+  if (made.language == "python") return "  cd " + folder + "\n  relign-bench try ./" + made.name + ".py\n";
+  std::string use = "relign-bench try ./build/" + made.name;
+  if (made.kind == "scene") use = "relign-bench try nlopt-sbplx --scene ./build/" + made.name;
+  if (made.kind == "noise-level") use = "relign-bench try nlopt-sbplx --noise-level ./build/" + made.name;
+  const fs::path prefix = template_folder().parent_path().parent_path().parent_path();
+  return "  cd " + folder + "\n  cmake -S . -B build -DCMAKE_PREFIX_PATH=" + prefix.string() +
+         "\n  cmake --build build\n  ctest --test-dir build\n  " + use + "\n";
+}
+
+int new_plugin(Context& context, const NewArguments& arguments) {
+  const auto kind = plugin_host::kind_from_name(arguments.kind);
+  if (!kind)
+    throw Error(ErrorKind::bad_input, "unknown kind '" + arguments.kind + "'" +
+                                          suggestion(arguments.kind, {"optimizer", "agent", "scene", "noise-level"}));
+  const NewPlugin wanted{plugin_host::kind_name(*kind), arguments.language, arguments.name,
+                         arguments.out.empty() ? arguments.name : arguments.out};
+  if (const std::string wrong = check_plugin_name(wanted.name); !wrong.empty())
+    throw Error(ErrorKind::bad_input, wrong);
+  refuse_taken_name(context, *kind, wanted.name);
+  write_project(template_folder(), wanted);
+  if (context.json) {
+    print_result(Json{{"id", wanted.name},
+                      {"kind", wanted.kind},
+                      {"language", wanted.language},
+                      {"folder", fs::absolute(wanted.folder).lexically_normal().string()}}
+                     .dump(2) +
+                 "\n");
+    return kDone;
+  }
+  print_result(wanted.folder.string() + "\n");
+  std::fprintf(stderr, "Next:\n%s", next_steps(wanted).c_str());
+  return kDone;
+}
+
+void add_new(CLI::App& plugin, Context& context) {
+  CLI::App& verb = add_verb(
+      plugin,
+      {"new", "Write a small, complete project for a plugin: source, manifest, CMakeLists.txt, README and test.",
+       "relign-bench plugin new --kind optimizer my_search", "plugin check, try, describe"});
+  auto arguments = std::make_shared<NewArguments>();
+  verb.add_option("NAME", arguments->name, "the plugin's id: letters, digits, '-', '_' or '.'")->required();
+  verb.add_option("--kind", arguments->kind, "what it is: optimizer, agent, scene or noise-level; must be given")
+      ->type_name("KIND")
+      ->required();
+  verb.add_option("--lang", arguments->language, "cpp or python")
+      ->type_name("LANGUAGE")
+      ->check(CLI::IsMember({"cpp", "python"}))
+      ->capture_default_str();
+  verb.add_option("-o,--out", arguments->out, "folder to make; must not exist [default: NAME]")->type_name("DIR");
+  verb.callback(
+      [&context, arguments] { context.action = [&context, arguments] { return new_plugin(context, *arguments); }; });
+}
+
+}  // namespace
+
+void add_plugin(CLI::App& app, Context& context) {
+  CLI::App& plugin = add_verb(app, {"plugin", "Make and check plugins of your own.",
+                                    "relign-bench plugin new --kind optimizer my_search", "list, describe, try"});
+  plugin.require_subcommand(1);
+  add_new(plugin, context);
+  add_plugin_check(plugin, context);
+}
+
+}  // namespace relign::cli

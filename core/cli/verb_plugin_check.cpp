@@ -1,0 +1,110 @@
+// relign-bench plugin check: whether plugins keep what plugins promise.
+
+#include <cstdio>
+#include <filesystem>
+
+#include "base/error.h"
+#include "cli/app.h"
+#include "plugin_check/inspection.h"
+
+namespace relign::cli {
+namespace {
+
+using plugin_check::CheckResult;
+using plugin_check::Inspection;
+using plugin_check::Verdict;
+
+struct Arguments {
+  std::vector<std::string> plugins;
+  double deadline_s = 60;
+  std::string one;    // the child's check
+  int report_fd = 1;  // where the child reports
+};
+
+// A path, or the id of a plugin that is found already.
+std::filesystem::path plugin_path(Context& context, const std::string& plugin) {
+  if (std::filesystem::exists(plugin) || plugin.find('/') != std::string::npos) return plugin;
+  for (const auto& known : context.catalog().plugins())
+    if (known->id == plugin) return known->folder;
+  return plugin;
+}
+
+std::string result_line(const CheckResult& result) {
+  char columns[64];
+  std::snprintf(columns, sizeof columns, "%-9s %-14s ",
+                (std::string("[") + verdict_name(result.finding.verdict) + "]").c_str(), result.check.c_str());
+  return columns + (result.finding.sentence.empty() ? result.promise : result.finding.sentence) + "\n";
+}
+
+std::string summary_line(const Inspection& inspection) {
+  if (!inspection.refused.empty()) return "[refused] " + inspection.refused + "\n";
+  std::string text = inspection.plugin + " (" + inspection.kind + "): ";
+  text += std::to_string(inspection.count(Verdict::ok)) + " ok, " + std::to_string(inspection.count(Verdict::warning)) +
+          " with a warning, " + std::to_string(inspection.count(Verdict::failed)) + " failed, " +
+          std::to_string(inspection.count(Verdict::skipped)) + " skipped";
+  return text + (inspection.passed() ? ": passed\n" : ": not passed\n");
+}
+
+Json to_json(const Inspection& inspection) {
+  Json checks = Json::array();
+  for (const CheckResult& result : inspection.results)
+    checks.push_back({{"check", result.check},
+                      {"promise", result.promise},
+                      {"verdict", verdict_name(result.finding.verdict)},
+                      {"reason", result.finding.sentence}});
+  Json entry = {{"plugin", inspection.plugin}, {"passed", inspection.passed()}, {"checks", checks}};
+  if (!inspection.kind.empty()) entry["kind"] = inspection.kind;
+  if (!inspection.refused.empty()) entry["refused"] = inspection.refused;
+  return entry;
+}
+
+int check(Context& context, const Arguments& arguments) {
+  plugin_check::InspectionSetup setup;
+  setup.program = std::filesystem::read_symlink("/proc/self/exe");
+  setup.deadline_s = arguments.deadline_s;
+  if (!context.json) setup.on_result = [](const CheckResult& result) { print_result(result_line(result)); };
+  bool passed = true;
+  Json all = Json::array();
+  for (const std::string& plugin : arguments.plugins) {
+    const Inspection inspection = plugin_check::inspect(plugin_path(context, plugin), setup);
+    passed = passed && inspection.passed();
+    all.push_back(to_json(inspection));
+    if (!context.json) print_result(summary_line(inspection));
+  }
+  if (context.json) print_result(all.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+  return passed ? kDone : kPluginRefused;
+}
+
+int check_one(const Arguments& arguments) {
+  plugin_check::run_one_check(arguments.plugins.front(), arguments.one, arguments.report_fd);
+  return kDone;
+}
+
+}  // namespace
+
+void add_plugin_check(CLI::App& plugin, Context& context) {
+  CLI::App& verb = add_verb(
+      plugin,
+      {"check",
+       "Check whether a plugin keeps what plugins promise. Each check runs in a process of its own, so that a "
+       "crash or an endless loop is a failed check. Exit code 0 when all passed, 5 when a plugin was refused or "
+       "a check failed.",
+       "relign-bench plugin check ./my_plugin", "list, describe, try"});
+  auto arguments = std::make_shared<Arguments>();
+  verb.add_option("PATH", arguments->plugins,
+                  "folder, library, script or manifest of a plugin, or the id of an installed one")
+      ->required();
+  verb.add_option("--deadline", arguments->deadline_s, "seconds that one check may take")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(1.0, 86400.0))
+      ->capture_default_str();
+  verb.add_option("--one", arguments->one)->group("");
+  verb.add_option("--report", arguments->report_fd)->group("");
+  verb.callback([&context, arguments] {
+    context.action = [&context, arguments] {
+      return arguments->one.empty() ? check(context, *arguments) : check_one(*arguments);
+    };
+  });
+}
+
+}  // namespace relign::cli

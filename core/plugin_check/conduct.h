@@ -1,0 +1,50 @@
+// What plugins must leave alone in the process they live in, and a way to make one work.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "plugin_check/fake_conversation.h"
+#include "plugin_check/subject.h"
+
+namespace relign::plugin_check {
+
+// A trial over a bowl in the coordinates that a protocol would give this algorithm.
+FakeSetup setup_for(const plugin_host::Choice& choice, std::uint32_t axes);
+
+// The bowl with noise that depends on the step alone.
+std::function<double(const Pose&, std::uint32_t)> noisy(std::function<double(const Pose&, std::uint32_t)> merit);
+
+// One trial in a fresh object. Throws Error(plugin_failed).
+void run_trial(const plugin_host::Choice& choice, const FakeConversation& conversation);
+
+// A scene description with this many axes (at most 6) and the elements L1 to L4, for noise levels.
+std::string synthetic_scene(unsigned axes);
+
+// Makes the plugin do once what it is for: a trial, a draw, a capture and a truth. What it reports as
+// a failure is not thrown: other checks see to that.
+void exercise(const plugin_host::Choice& choice);
+
+// Environment variables and open file descriptors of this process.
+class ProcessState {
+ public:
+  ProcessState();
+  // A sentence per difference.
+  std::vector<std::string> environment_changes() const;
+  std::vector<std::string> descriptor_changes() const;
+
+ private:
+  std::map<std::string, std::string> variables_;
+  std::map<int, std::string> descriptors_;
+};
+
+// What is written to stdout while `work` runs, through whatever layer.
+std::string stdout_of(const std::function<void()>& work);
+
+// Bytes that malloc has handed out; 0 where that is unknown.
+std::size_t heap_bytes();
+
+}  // namespace relign::plugin_check

@@ -1,0 +1,225 @@
+// What scenes promise: images and truths that are functions of their arguments, in every process.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "base/error.h"
+#include "base/text.h"
+#include "plugin_check/checks.h"
+#include "plugin_check/progress.h"
+#include "plugin_host/objects.h"
+#include "task/scene_facts.h"
+
+namespace relign::plugin_check {
+
+using plugin_host::Choice;
+using plugin_host::MountedAssembly;
+using plugin_host::Scene;
+
+namespace {
+
+struct Opened {
+  explicit Opened(const Choice& choice, unsigned threads = 1)
+      : scene(choice, check_services(threads)), facts(task::read_scene_facts(scene.describe(), choice.id)) {}
+
+  std::vector<float> capture(MountedAssembly& assembly, const std::vector<double>& pose, std::uint64_t seed) const {
+    // Starts as NaN: a pixel that is not written shows.
+    std::vector<float> pixels(std::size_t{facts.image_width} * facts.image_height, std::nanf(""));
+    assembly.capture(pose, seed, pixels.data());
+    return pixels;
+  }
+  std::vector<double> pose_near_nominal(double away) const {
+    std::vector<double> pose = facts.nominal_pose;
+    for (std::size_t axis = 0; axis < pose.size(); ++axis) pose[axis] += axis % 2 ? -away : away;
+    return pose;
+  }
+  // Offsets of the last element, so that a draw of a noise level stands for itself.
+  std::string offsets() const {
+    if (facts.elements.empty()) return "{}";
+    return Json{{facts.elements.back(), {{"shift_mm", {0.001, -0.002, 0.0005}}, {"tilt_deg", {0.1, -0.05}}}}}.dump();
+  }
+
+  Scene scene;
+  task::SceneFacts facts;
+};
+
+const char* const kStation = "it owns its stage: what it shows is measured, not computed";
+
+// Bit by bit, so that NaN equals NaN and 0 is not -0.
+bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+}
+
+bool all_finite(const std::vector<float>& pixels) {
+  return std::all_of(pixels.begin(), pixels.end(), [](float value) { return std::isfinite(value); });
+}
+
+std::vector<float> packed(const relign_image& image) {
+  std::vector<float> values;
+  for (std::size_t y = 0; y < image.height; ++y) {
+    const auto* row = reinterpret_cast<const float*>(reinterpret_cast<const char*>(image.pixels) +
+                                                     y * static_cast<std::size_t>(image.row_stride_bytes));
+    values.insert(values.end(), row, row + image.width);
+  }
+  return values;
+}
+
+double mean_square_difference(const std::vector<float>& a, const std::vector<float>& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (double{a[i]} - double{b[i]}) * (double{a[i]} - double{b[i]});
+  return sum / static_cast<double>(a.size());
+}
+
+}  // namespace
+
+Finding check_description(const Subject& subject) {
+  for (const Choice& choice : subject.choices) {
+    at("'" + choice.id + "'");
+    Opened opened(choice);
+    if (opened.scene.describe() != opened.facts.text)
+      return failed("it describes itself in another way when asked again");
+  }
+  return ok();
+}
+
+Finding check_reference(const Subject& subject) {
+  Opened opened(subject.choice());
+  const relign_image image = opened.scene.reference();
+  if (image.width != opened.facts.image_width || image.height != opened.facts.image_height)
+    return failed("the reference has " + std::to_string(image.width) + " x " + std::to_string(image.height) +
+                  " pixels, its description says " + std::to_string(opened.facts.image_width) + " x " +
+                  std::to_string(opened.facts.image_height));
+  const std::vector<float> pixels = packed(image);
+  if (!all_finite(pixels)) return failed("the reference holds pixels that are not finite");
+  if (opened.facts.owns_stage) return ok();  // one object at a time
+  Opened second(subject.choice());
+  if (!same_bits(pixels, packed(second.scene.reference()))) return failed("a second object has another reference");
+  return ok();
+}
+
+Finding check_same_pixels(const Subject& subject) {
+  Opened opened(subject.choice());
+  if (opened.facts.owns_stage) return skipped(kStation);
+  const std::vector<double> pose = opened.pose_near_nominal(0.02);
+  const std::vector<double> elsewhere = opened.pose_near_nominal(-0.05);
+  MountedAssembly assembly = opened.scene.mount(opened.offsets());
+  const std::vector<float> first = opened.capture(assembly, pose, 11);
+  if (!all_finite(first)) return failed("a capture holds pixels that are not finite, or were not written");
+  if (!all_finite(opened.capture(assembly, elsewhere, 12)))
+    return failed("a capture holds pixels that are not finite, or were not written");
+  assembly.noise_free_mse(elsewhere, 13);
+  if (!same_bits(first, opened.capture(assembly, pose, 11)))
+    return failed(
+        "the same pose and seed give another image after other captures: an image must be a function of "
+        "assembly, pose and frame seed");
+  Opened second(subject.choice(), 3);
+  MountedAssembly other = second.scene.mount("{}");
+  second.capture(other, elsewhere, 14);
+  MountedAssembly twin = second.scene.mount(second.offsets());
+  if (!same_bits(first, second.capture(twin, pose, 11)))
+    return failed("a second object with other threads gives another image for the same assembly, pose and frame seed");
+  return ok();
+}
+
+Finding check_truth(const Subject& subject) {
+  constexpr int kSeeds = 16;
+  Opened opened(subject.choice());
+  if (opened.facts.owns_stage) return skipped(kStation);
+  if (!opened.facts.truth) return skipped("it offers no truth");
+  MountedAssembly assembly = opened.scene.mount("{}");
+  const std::vector<double> pose = opened.pose_near_nominal(0.03);
+  double mean = 0;
+  double squares = 0;
+  double variance_told = 0;
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    const MountedAssembly::Truth truth = assembly.noise_free_mse(pose, static_cast<std::uint64_t>(seed));
+    mean += truth.mse / kSeeds;
+    squares += truth.mse * truth.mse / kSeeds;
+    variance_told += truth.standard_error * truth.standard_error / kSeeds;
+  }
+  const MountedAssembly::Truth once = assembly.noise_free_mse(pose, 1);
+  const MountedAssembly::Truth again = assembly.noise_free_mse(pose, 1);
+  if (once.mse != again.mse || once.standard_error != again.standard_error)
+    return failed("the same pose and seed give another truth");
+  const double spread = std::sqrt(std::max(0.0, squares - mean * mean));
+  const double told = std::sqrt(variance_told);
+  // A scene without noise may know its truth exactly; one whose truth differs by the seed does not.
+  if (told == 0 && spread > 1e-12 * std::fabs(mean))
+    return failed("its truths differ by " + significant(spread) + " from seed to seed, and their standard error is 0");
+  if (spread > 4 * told + 1e-12 * std::fabs(mean))
+    return failed("its truths scatter by " + significant(spread) + ", " + significant(spread / told) +
+                  " times the standard error they tell");
+
+  std::vector<float> picture(std::size_t{opened.facts.image_width} * opened.facts.image_height);
+  if (!assembly.render_noise_free(pose, picture.data())) return ok("it offers no noise-free picture to compare with");
+  if (!all_finite(picture)) return failed("the noise-free picture holds pixels that are not finite");
+  // Picture and reference have a little noise of their own, which only adds.
+  const double seen = mean_square_difference(picture, packed(opened.scene.reference()));
+  const double allowed = 6 * told / std::sqrt(double{kSeeds}) + 0.25 * seen;
+  if (std::fabs(mean - seen) > allowed)
+    return failed("its truth is " + significant(mean) +
+                  " on average, but its noise-free picture differs from the "
+                  "reference by " +
+                  significant(seen) + " (mean square): the truth is biased");
+  return ok();
+}
+
+Finding check_elements(const Subject& subject) {
+  Opened opened(subject.choice());
+  if (opened.facts.owns_stage) return skipped(kStation);
+  try {
+    opened.scene.mount(R"({"no such element": {"shift_mm": [0, 0, 0], "tilt_deg": [0, 0]}})");
+  } catch (const Error&) {
+    return ok();
+  }
+  return failed(
+      "it mounts offsets of an element 'no such element' that it does not have: a misspelt name would go unseen");
+}
+
+Finding check_stage(const Subject& subject) {
+  Opened opened(subject.choice());
+  if (!opened.facts.owns_stage) return skipped("the host moves its stage");
+  if (!opened.scene.offers_stage())
+    return failed("its description says \"owns_stage\", but it does not offer " RELIGN_SCENE_STAGE);
+  const std::size_t axes = opened.facts.axes.size();
+  std::vector<float> pixels(std::size_t{opened.facts.image_width} * opened.facts.image_height);
+  for (const std::uint64_t seed : {std::uint64_t{1}, std::uint64_t{2}}) {
+    opened.scene.begin(seed);
+    for (std::size_t move = 0; move <= axes; ++move) {
+      at("in trial " + std::to_string(seed) + ", move " + std::to_string(move));
+      if (move > 0) {
+        std::vector<double> delta(axes, 0.0);
+        delta[move - 1] = 0.01;
+        opened.scene.move_by(delta);
+      }
+      std::fill(pixels.begin(), pixels.end(), std::nanf(""));
+      opened.scene.capture(pixels.data());
+      if (!all_finite(pixels)) return failed("a capture holds pixels that are not finite, or were not written");
+    }
+  }
+  return ok();
+}
+
+Finding check_travel(const Subject& subject) {
+  Opened opened(subject.choice());
+  if (opened.facts.owns_stage) return skipped(kStation);
+  MountedAssembly assembly = opened.scene.mount("{}");
+  const std::size_t axes = opened.facts.axes.size();
+  const std::vector<std::pair<const char*, double>> places = {
+      {"0", 0}, {"1", 1}, {"-0.5", -0.5}, {"1.5", 1.5}, {"-10", -10}, {"10", 10}, {"NaN", std::nan("")}};
+  for (const auto& [name, value] : places) {
+    at(std::string("with every axis at ") + name);
+    try {
+      const std::vector<float> pixels = opened.capture(assembly, std::vector<double>(axes, value), 5);
+      if (value == value && !all_finite(pixels))
+        return failed(std::string("with every axis at ") + name + " a capture holds pixels that are not finite");
+      if (opened.facts.truth) assembly.noise_free_mse(std::vector<double>(axes, value), 6);
+    } catch (const Error& error) {
+      if (value >= 0 && value <= 1)
+        return failed(std::string("with every axis at ") + name + ", inside the travel: " + error.what());
+    }
+  }
+  return ok();
+}
+
+}  // namespace relign::plugin_check

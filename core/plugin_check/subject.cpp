@@ -1,0 +1,61 @@
+#include "plugin_check/subject.h"
+
+#include "base/error.h"
+#include "base/files.h"
+
+namespace relign::plugin_check {
+
+using plugin_host::Choice;
+using plugin_host::Kind;
+using plugin_host::Manifest;
+using plugin_host::Parameter;
+using plugin_host::Preset;
+
+namespace {
+
+constexpr int kSmallImage = 40;
+
+// Parameters that make a scene quick to render, as far as it declares them.
+Json quick_parameters(const Manifest& manifest) {
+  Json given = Json::object();
+  if (manifest.kind != Kind::scene) return given;
+  const Parameter* pixels = manifest.parameter("pixels");
+  if (pixels && plugin_host::check_parameter(*pixels, kSmallImage).empty()) given["pixels"] = kSmallImage;
+  return given;
+}
+
+}  // namespace
+
+Subject open_subject(const std::filesystem::path& plugin) {
+  plugin_host::Catalog catalog;
+  catalog.add(plugin);
+  Subject subject;
+  subject.manifest = catalog.plugins().front();
+  const Manifest& manifest = *subject.manifest;
+  const Json given = quick_parameters(manifest);
+
+  std::vector<Problem> problems;
+  if (Choice choice = catalog.resolve(manifest.kind, manifest.id, given, ".", problems); choice.plugin)
+    subject.choices.push_back(std::move(choice));
+  for (const Problem& problem : problems)
+    subject.incomplete += (subject.incomplete.empty() ? "" : "; ") + problem.message;
+  for (const Preset& preset : manifest.presets) {
+    problems.clear();
+    Choice choice = catalog.resolve(manifest.kind, preset.id, given, ".", problems);
+    std::string mistakes;
+    for (const Problem& problem : problems) mistakes += "\n  " + problem.to_string();
+    if (!choice.plugin)
+      throw Error(ErrorKind::plugin_refused, "preset '" + preset.id + "' of '" + manifest.id + "':" + mistakes);
+    subject.choices.push_back(std::move(choice));
+  }
+  return subject;
+}
+
+plugin_host::HostServices check_services(unsigned threads) {
+  plugin_host::HostServices services;
+  services.threads = threads;
+  services.cache_folder = relign::cache_folder();
+  return services;
+}
+
+}  // namespace relign::plugin_check

@@ -1,0 +1,197 @@
+#include "plugin_host/process_algorithm.h"
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "plugin_host/process_services.h"
+
+namespace relign::plugin_host {
+namespace {
+
+constexpr const char* kRun = "run";
+
+struct NamedBit {
+  std::uint32_t bit;
+  const char* name;
+};
+constexpr NamedBit kKnowledge[] = {{RELIGN_KNOWS_IMAGES, "images"}, {RELIGN_KNOWS_MERIT, "merit"},
+                                   {RELIGN_KNOWS_START, "start"},   {RELIGN_KNOWS_BOX, "box"},
+                                   {RELIGN_KNOWS_DESIGN, "design"}, {RELIGN_KNOWS_LEVEL, "level"}};
+
+// The shortest decimal that reads back as the same double, in every locale; null when it is not finite.
+void append_number(std::string& text, double value) {
+  if (!std::isfinite(value)) {
+    text += "null";
+    return;
+  }
+  char digits[32];
+  const auto end = std::to_chars(digits, digits + sizeof digits, value);
+  text.append(digits, end.ptr);
+}
+
+void append_numbers(std::string& text, const double* values, std::size_t count) {
+  text += '[';
+  for (std::size_t i = 0; i < count; ++i) {
+    if (i > 0) text += ',';
+    append_number(text, values[i]);
+  }
+  text += ']';
+}
+
+// Written by hand: canonical text of doubles matters here, and a step should cost microseconds.
+std::string run_line(const relign_task& task) {
+  Json known = Json::array();
+  for (const NamedBit& entry : kKnowledge)
+    if (task.knows & entry.bit) known.push_back(entry.name);
+  std::string line = R"({"message":"run","task":{"axes":)";
+  line.append(task.axes_json.data, static_cast<std::size_t>(task.axes_json.size));
+  line += ",\"budget\":" + std::to_string(task.budget) + ",\"seed\":" + std::to_string(task.seed) +
+          ",\"knows\":" + known.dump() + ",\"largest_move\":";
+  append_number(line, task.largest_move);
+  if (task.box_lower && task.box_upper) {
+    line += ",\"box\":{\"lower\":";
+    append_numbers(line, task.box_lower, task.axes);
+    line += ",\"upper\":";
+    append_numbers(line, task.box_upper, task.axes);
+    line += '}';
+  }
+  if (task.image_width > 0 && task.image_height > 0)
+    line += ",\"image\":{\"width\":" + std::to_string(task.image_width) +
+            ",\"height\":" + std::to_string(task.image_height) + ",\"file\":\"" + ChildProcess::pixel_path() + "\"}";
+  return line + "}}\n";
+}
+
+}  // namespace
+
+ProcessAlgorithm::ProcessAlgorithm(const Choice& choice, const HostServices& services)
+    : plugin_(*choice.plugin, services) {
+  plugin_.send({{"message", "create"},
+                {"parameters", choice.parameters},
+                {"threads", std::max(1u, services.threads)},
+                {"plugin_folder", choice.plugin->folder.string()},
+                {"cache_folder", services.cache_folder.string()}},
+               "create");
+  plugin_.expect("created", "create", plugin_.ready_by());
+}
+
+ProcessAlgorithm::~ProcessAlgorithm() {
+  if (pixels_) ::munmap(pixels_, 2 * pixel_bytes_);
+}
+
+void ProcessAlgorithm::begin(const relign_task& task) {
+  axes_ = task.axes;
+  pixel_bytes_ = std::size_t{task.image_width} * task.image_height * sizeof(float);
+  if (pixel_bytes_ > 0) {
+    void* mapped = MAP_FAILED;
+    if (::ftruncate(plugin_.pixel_file(), static_cast<off_t>(2 * pixel_bytes_)) == 0)
+      mapped = ::mmap(nullptr, 2 * pixel_bytes_, PROT_READ | PROT_WRITE, MAP_SHARED, plugin_.pixel_file(), 0);
+    if (mapped == MAP_FAILED) plugin_.fail(kRun, "the host has no memory for the pixels that it would share");
+    pixels_ = static_cast<float*>(mapped);
+  }
+  plugin_.send_line(run_line(task), kRun);
+}
+
+void ProcessAlgorithm::run(const relign_conversation& talk) {
+  begin(*talk.task);
+  Deadline stop_deadline;
+  while (true) {
+    const Json request = plugin_.receive(kRun, stop_deadline, "it was told to stop and did not return in time");
+    if (request["message"] == "done") return;
+    if (answer(request, talk) == RELIGN_STOP && !stop_deadline)
+      stop_deadline = in_seconds(plugin_.patience().stop_seconds);
+  }
+}
+
+relign_status ProcessAlgorithm::answer(const Json& request, const relign_conversation& talk) {
+  const std::string& name = request["message"].get_ref<const std::string&>();
+  relign_observation seen{};
+  seen.struct_size = sizeof seen;
+  relign_status status = RELIGN_UNSUPPORTED;
+  bool observes = true;
+  if (name == "step" || name == "move") {
+    const bool relative = name == "move";
+    const std::vector<double> values = numbers(request, relative ? "delta" : "pose");
+    status = (relative ? talk.move : talk.step)(talk.context, values.data(), static_cast<std::uint32_t>(values.size()),
+                                                &seen);
+  } else if (name == "recommend") {
+    const std::vector<double> pose = numbers(request, "pose");
+    status = talk.recommend(talk.context, pose.data(), static_cast<std::uint32_t>(pose.size()));
+    observes = false;
+  } else if (name == "first") {
+    status = talk.first(talk.context, &seen);
+  } else if (name == "reference") {
+    status = share_reference(talk);
+    observes = false;
+  } else if (name == "service") {
+    plugin_.send(answer_service_request(request, talk), kRun);
+    return RELIGN_OK;
+  }
+  if (status == RELIGN_OK && observes)
+    tell(seen);
+  else if (status == RELIGN_OK)
+    plugin_.send_line("{\"message\":\"ok\"}\n", kRun);
+  else if (status == RELIGN_STOP)
+    plugin_.send_line("{\"message\":\"stop\"}\n", kRun);
+  else if (status == RELIGN_BAD_ARGUMENT)
+    plugin_.send({{"message", "refused"},
+                  {"text", name == "first" ? "step 0 can be seen until the first step is made"
+                                           : "the host refused the pose (wrong number of axes, or not finite)"}},
+                 kRun);
+  else if (status == RELIGN_UNSUPPORTED)
+    plugin_.send({{"message", "unsupported"}, {"text", "this host does not know the request \"" + name + "\""}}, kRun);
+  else
+    plugin_.send({{"message", "failed"}, {"text", name + ": the host reports a failure"}}, kRun);
+  return status;
+}
+
+std::vector<double> ProcessAlgorithm::numbers(const Json& request, const char* member) {
+  const auto found = request.find(member);
+  bool fits = found != request.end() && found->is_array();
+  std::vector<double> values;
+  if (fits)
+    for (const Json& value : *found) {
+      fits = fits && (value.is_number() || value.is_null());
+      if (fits) values.push_back(value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>());
+    }
+  if (!fits)
+    plugin_.fail(kRun, "its message \"" + request["message"].get<std::string>() + "\" has no list of numbers \"" +
+                           member + "\"");
+  return values;
+}
+
+void ProcessAlgorithm::tell(const relign_observation& seen) {
+  if (seen.image && pixels_) share_pixels(*seen.image, pixels_);
+  line_ = "{\"message\":\"observation\",\"step\":" + std::to_string(seen.step) + ",\"pose\":";
+  append_numbers(line_, seen.pose, axes_);
+  line_ += ",\"merit\":";
+  append_number(line_, seen.merit);
+  line_ += ",\"limits_low\":" + std::to_string(seen.limits_low) +
+           ",\"limits_high\":" + std::to_string(seen.limits_high) + ",\"machine_seconds\":";
+  append_number(line_, seen.machine_seconds);
+  line_ += "}\n";
+  plugin_.send_line(line_, kRun);
+}
+
+// O* goes behind the image of the latest observation.
+relign_status ProcessAlgorithm::share_reference(const relign_conversation& talk) {
+  const relign_text id = {RELIGN_SERVICE_REFERENCE, std::strlen(RELIGN_SERVICE_REFERENCE)};
+  const void* service = pixels_ && talk.get_service ? talk.get_service(talk.context, id) : nullptr;
+  if (!service) return RELIGN_UNSUPPORTED;
+  share_pixels(*static_cast<const relign_reference_service*>(service)->image, pixels_ + pixel_bytes_ / sizeof(float));
+  return RELIGN_OK;
+}
+
+void ProcessAlgorithm::share_pixels(const relign_image& image, float* shared) {
+  const std::size_t row_bytes = image.width * sizeof(float);
+  if (row_bytes * image.height > pixel_bytes_) plugin_.fail(kRun, "an image is larger than the task said");
+  for (std::size_t y = 0; y < image.height; ++y)
+    std::memcpy(reinterpret_cast<char*>(shared) + y * row_bytes,
+                reinterpret_cast<const char*>(image.pixels) + y * image.row_stride_bytes, row_bytes);
+}
+
+}  // namespace relign::plugin_host

@@ -1,0 +1,101 @@
+// A plugin's process: its start, the lines exchanged with it, its output, its end. Knows neither JSON
+// nor Python; what the lines mean stands in docs/process_plugins.md and process_plugin.h.
+//
+// The child leads a process group of its own, which is killed with it: nothing that it started is left.
+// It gets /dev/null as stdin, one pipe for stdout and stderr (its log), a two-way connection for
+// messages under two descriptor numbers that it is told in its environment, and a memory file for
+// pixels. A child that dies can never raise SIGPIPE in the host.
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <cstddef>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace relign::plugin_host {
+
+using ProcessClock = std::chrono::steady_clock;
+using Deadline = std::optional<ProcessClock::time_point>;  // empty: wait as long as it takes
+
+Deadline in_seconds(double seconds);
+
+// Owns a descriptor.
+class Descriptor {
+ public:
+  explicit Descriptor(int number = -1) : number_(number) {}
+  ~Descriptor() { reset(); }
+  Descriptor(Descriptor&& other) noexcept : number_(other.release()) {}
+  Descriptor& operator=(Descriptor&& other) noexcept;
+  int get() const { return number_; }
+  int release();
+  void reset();
+
+ private:
+  int number_;
+};
+
+class ChildProcess {
+ public:
+  struct Options {
+    std::vector<std::string> command;                        // found on PATH; words with a slash are relative to folder
+    std::filesystem::path folder;                            // the child's working directory
+    std::vector<std::string> environment;                    // "NAME=value", over the host's own
+    double seconds_for_a_line = 5;                           // from the first byte of a message to its end
+    std::function<void(const std::string& line)> on_output;  // a line of its stdout or stderr; may be empty
+  };
+  // Throws Error(plugin_refused) when the system cannot start the command.
+  explicit ChildProcess(Options options);
+  ~ChildProcess();  // kills what is left of the group
+  ChildProcess(const ChildProcess&) = delete;
+  ChildProcess& operator=(const ChildProcess&) = delete;
+
+  // False when the child has closed its side, or does not read until the deadline.
+  bool send(std::string_view bytes, Deadline deadline);
+
+  enum class Got { line, end, end_within_line, late, late_within_line, too_long };
+  // The next line, without its end. Takes up the child's output while it waits.
+  Got receive(std::string& line, Deadline deadline);
+
+  // Tells the child that no more messages come, gives it `patience_seconds` to end by itself, takes up
+  // what it still prints, kills the group and reaps the child. Does nothing the second time.
+  void end(double patience_seconds);
+
+  // After end: "ended with exit status 3", "was killed by SIGSEGV". `killed`: we did it.
+  const std::string& how_it_ended() const { return how_it_ended_; }
+  // The last lines of stdout and stderr, cut to what a message can hold.
+  const std::deque<std::string>& last_output() const { return last_output_; }
+
+  // A file in memory for pixels, and how the child opens it.
+  int pixel_file() const { return pixel_file_.get(); }
+  static std::string pixel_path();
+
+ private:
+  void start();
+  bool wait_until_ready(short wanted, Deadline deadline);  // false: the deadline has passed
+  void take_output();
+  void take_output_line(std::string line);
+  bool has_ended();  // without reaping it
+  void reap();
+
+  Options options_;
+  pid_t process_ = -1;
+  Descriptor messages_, output_, pixel_file_;
+  bool connected_ = true;
+  std::string received_;
+  std::size_t searched_ = 0;
+  Deadline line_deadline_;  // a line that has begun must end
+  std::string output_line_;
+  std::deque<std::string> last_output_;
+  std::size_t lines_passed_on_ = 0;
+  bool killed_by_us_ = false;
+  std::string how_it_ended_;
+};
+
+}  // namespace relign::plugin_host

@@ -1,0 +1,127 @@
+#include "task/measure_table.h"
+
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "base/text.h"
+
+namespace relign::task {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kUnbounded = std::numeric_limits<double>::max();
+
+struct Measure {
+  const char* name;
+  const char* summary;
+  std::vector<std::pair<const char*, const char*>> arguments;
+  double (*of)(const pixels::View& image, ObjectReader& arguments);
+};
+
+double star_contrast(const pixels::View& image, ObjectReader& arguments) {
+  pixels::StarCircle circle;
+  circle.cycles = static_cast<int>(arguments.integer("cycles", 0, 1, 10'000));
+  if (!arguments.has("cycles")) arguments.complain("", "the key \"cycles\" is missing");
+  const double cycles_per_pixel = arguments.number("cycles_per_pixel", 0, 1e-6, 1);
+  circle.radius_px = arguments.number("radius_px", 0, 0, kUnbounded);
+  if (arguments.has("cycles_per_pixel") == arguments.has("radius_px"))
+    arguments.complain("", "expected either \"cycles_per_pixel\" or \"radius_px\"");
+  else if (arguments.has("cycles_per_pixel"))
+    circle.radius_px = circle.cycles / (2 * kPi * cycles_per_pixel);
+  const pixels::Moments middle = pixels::moments(image);
+  circle.x_px = arguments.number("x_px", middle.centroid_x_px, -kUnbounded, kUnbounded);
+  circle.y_px = arguments.number("y_px", middle.centroid_y_px, -kUnbounded, kUnbounded);
+  return pixels::star_contrast(image, circle);
+}
+
+double mtf(const pixels::View& image, ObjectReader& arguments) {
+  const double cycles_per_pixel = arguments.required_number("cycles_per_pixel", 0, 1);
+  const auto width = static_cast<std::int64_t>(image.width), height = static_cast<std::int64_t>(image.height);
+  const auto place = [&](const char* key, std::int64_t fallback, std::int64_t largest) {
+    return static_cast<std::size_t>(arguments.integer(key, fallback, 0, largest));
+  };
+  pixels::Region region;
+  region.x = place("x", 0, width);
+  region.y = place("y", 0, height);
+  region.width = place("width", width - static_cast<std::int64_t>(region.x), width);
+  region.height = place("height", height - static_cast<std::int64_t>(region.y), height);
+  if (region.x + region.width > image.width || region.y + region.height > image.height)
+    arguments.complain("", "the region reaches beyond the image of " + std::to_string(width) + " x " +
+                               std::to_string(height) + " pixels");
+  return pixels::edge_mtf(image, region, cycles_per_pixel);
+}
+
+const std::vector<Measure>& measures() {
+  static const std::vector<Measure> all = {
+      {"mean", "Mean level", {}, [](const pixels::View& image, ObjectReader&) { return pixels::mean(image); }},
+      {"contrast",
+       "Standard deviation / mean",
+       {},
+       [](const pixels::View& image, ObjectReader&) { return pixels::contrast(image); }},
+      {"sharpness",
+       "Gradient energy / mean squared (1 / px^2)",
+       {},
+       [](const pixels::View& image, ObjectReader&) { return pixels::sharpness(image); }},
+      {"centroid_x_px",
+       "Centre of the light above the background, from the middle of the first column",
+       {},
+       [](const pixels::View& image, ObjectReader&) { return pixels::moments(image).centroid_x_px; }},
+      {"centroid_y_px",
+       "Centre of the light above the background, from the middle of the top row",
+       {},
+       [](const pixels::View& image, ObjectReader&) { return pixels::moments(image).centroid_y_px; }},
+      {"width_px",
+       "Root mean second moment of the light above the background: a Gaussian spot's sigma",
+       {},
+       [](const pixels::View& image, ObjectReader&) { return pixels::moments(image).width_px; }},
+      {"star_contrast",
+       "Modulation of a Siemens star's fundamental wave on a circle",
+       {{"cycles", "bright spokes of the star"},
+        {"cycles_per_pixel", "spatial frequency: chooses the radius cycles / (2 pi frequency)"},
+        {"radius_px", "the radius, instead of cycles_per_pixel"},
+        {"x_px", "centre of the star; default: centroid_x_px"},
+        {"y_px", "centre of the star; default: centroid_y_px"}},
+       star_contrast},
+      {"mtf",
+       "Modulation transfer across a slanted edge (ISO 12233)",
+       {{"cycles_per_pixel", "spatial frequency, 0 to 1"},
+        {"x", "left column of the region with the edge; default 0"},
+        {"y", "top row of the region; default 0"},
+        {"width", "columns; default: all to the right"},
+        {"height", "rows; default: all below"}},
+       mtf}};
+  return all;
+}
+
+}  // namespace
+
+Json list_measures() {
+  Json list = Json::array();
+  for (const Measure& measure : measures()) {
+    Json arguments = Json::object();
+    for (const auto& [name, meaning] : measure.arguments) arguments[name] = meaning;
+    list.push_back({{"name", measure.name}, {"summary", measure.summary}, {"arguments", arguments}});
+  }
+  return list;
+}
+
+double measure(const pixels::View& image, const std::string& name, const std::string& arguments_json) {
+  std::vector<std::string> names;
+  for (const Measure& known : measures()) {
+    names.emplace_back(known.name);
+    if (name != known.name) continue;
+    const JsonSource source = JsonSource::from_text(arguments_json.empty() ? "{}" : arguments_json, name);
+    std::vector<Problem> problems;
+    ObjectReader arguments(source, "", problems);
+    throw_if_any(problems);
+    const double value = known.of(image, arguments);
+    arguments.refuse_unknown();
+    throw_if_any(problems);
+    return value;
+  }
+  throw Error(ErrorKind::bad_input, "there is no measure '" + name + "'" + suggestion(name, names));
+}
+
+}  // namespace relign::task

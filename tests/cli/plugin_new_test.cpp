@@ -1,0 +1,100 @@
+// relign-bench plugin new: what is written, and what is refused without leaving anything behind. tests/out_of_tree
+// builds and uses what it writes.
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "cli/program.h"
+
+namespace relign::cli_test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+// What a user sees in the folder; the test's own files begin with a dot and are not counted, drafts are.
+std::vector<std::string> left_behind(const Workplace& place) {
+  std::vector<std::string> names;
+  for (const fs::directory_entry& entry : fs::directory_iterator(place.folder())) {
+    const std::string name = entry.path().filename();
+    if (name.rfind(".std", 0) != 0) names.push_back(name);
+  }
+  return names;
+}
+
+void expect_refused(const std::vector<std::string>& arguments, const testing::Matcher<std::string>& message) {
+  const Workplace place;
+  std::vector<std::string> command = {"plugin", "new"};
+  command.insert(command.end(), arguments.begin(), arguments.end());
+  const Outcome outcome = relign_bench(place, command);
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_THAT(outcome.err, message);
+  EXPECT_THAT(left_behind(place), testing::IsEmpty());
+}
+
+TEST(PluginNew, PrintsTheFolderAndWhatToTypeNext) {
+  const Workplace place;
+  const Outcome outcome = relign_bench(place, {"plugin", "new", "--kind", "optimizer", "my-own_search2"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out, "my-own_search2\n");
+  EXPECT_THAT(outcome.err,
+              AllOf(HasSubstr("cmake --build build"), HasSubstr("relign-bench try ./build/my-own_search2")));
+  EXPECT_THAT(place.read("my-own_search2/my-own_search2.cpp"), HasSubstr("RELIGN_PLUGIN(MyOwnSearch2)"));
+  EXPECT_EQ(nlohmann::json::parse(place.read("my-own_search2/relign-plugin.json")).at("id"), "my-own_search2");
+  EXPECT_THAT(left_behind(place), testing::ElementsAre("my-own_search2"));
+}
+
+TEST(PluginNew, SaysTheSameInJson) {
+  const Workplace place;
+  const Outcome outcome =
+      relign_bench(place, {"plugin", "new", "--kind", "noise_level", "loose", "-o", "deep/er/", "--json"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto said = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(said.at("kind"), "noise-level");
+  EXPECT_TRUE(fs::exists(place.path("deep/er/loose.cpp")));
+}
+
+TEST(PluginNew, AClassNeverGetsTheNameOfAnotherInItsTemplate) {
+  const Workplace place;
+  ASSERT_EQ(relign_bench(place, {"plugin", "new", "--kind", "agent", "policy"}).exit_code, 0);
+  EXPECT_THAT(place.read("policy/policy.cpp"), HasSubstr("RELIGN_PLUGIN(PolicyPlugin)"));
+}
+
+TEST(PluginNew, RefusesNamesThatCannotBeUsed) {
+  for (const char* name : {"", "../up", "3d", "a b", "ä", "-x", ".hidden"})
+    expect_refused({"--kind", "agent", "--", name}, HasSubstr("no name for a plugin"));
+  expect_refused({"--kind", "optimizer", "nlopt"}, HasSubstr("'nlopt' already"));
+  expect_refused({"--kind", "agent", "nlopt_sbplx"}, HasSubstr("'nlopt-sbplx' already"));
+}
+
+TEST(PluginNew, SaysWhatCanBeMade) {
+  expect_refused({"--kind", "optimiser", "mine"}, HasSubstr("did you mean 'optimizer'?"));
+  expect_refused({"--kind", "scene", "--lang", "python", "mine"},
+                 AllOf(HasSubstr("no template for scene in python"), HasSubstr("scene in cpp"),
+                       Not(HasSubstr("noise-level in python"))));
+  expect_refused({"--kind", "scene", "--lang", "rust", "mine"}, HasSubstr("rust"));
+}
+
+TEST(PluginNew, LeavesWhatExistsAsItIs) {
+  const Workplace place;
+  place.write("mine/notes.txt", "precious");
+  place.write("file", "precious");
+  fs::create_symlink("nowhere", place.path("dangling"));
+  for (const char* name : {"mine", "mine/", "file", "dangling"}) {
+    const Outcome outcome = relign_bench(place, {"plugin", "new", "--kind", "scene", "fresh", "-o", name});
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_THAT(outcome.err, HasSubstr("exists already; nothing was written"));
+  }
+  EXPECT_THAT(left_behind(place), testing::UnorderedElementsAre("mine", "file", "dangling"));
+  EXPECT_EQ(place.read("mine/notes.txt"), "precious");
+  EXPECT_EQ(std::distance(fs::directory_iterator(place.path("mine")), fs::directory_iterator()), 1);
+  // A folder below a file cannot be made.
+  EXPECT_EQ(relign_bench(place, {"plugin", "new", "--kind", "scene", "fresh", "-o", "file/below"}).exit_code, 2);
+}
+
+}  // namespace
+}  // namespace relign::cli_test

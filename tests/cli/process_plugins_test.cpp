@@ -1,0 +1,120 @@
+// Python plugins through the program: a path is an id, both compasses make the same trial, deaths cost theirs.
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "cli/program.h"
+
+namespace relign::cli_test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::HasSubstr;
+
+const std::string kExample = RELIGN_SOURCE_DIR "/examples/compass_python/compass.py";
+const std::string kCompass =
+    fs::path(RELIGN_PLUGIN_DIR).parent_path().parent_path().parent_path() / "out_of_tree/compass";
+
+#define RELIGN_NEEDS_PYTHON() \
+  if (std::system("python3 -c '' 2>/dev/null") != 0) GTEST_SKIP() << "python3 is not installed"
+
+TEST(CliProcessPlugins, BothCompassesMakeTheSameTrial) {
+  RELIGN_NEEDS_PYTHON();
+  const Workplace place;
+  for (const char* protocol : {"paper", "blind"}) {
+    json trials[2];
+    const std::string paths[2] = {kExample, kCompass};
+    for (int i = 0; i < 2; ++i) {
+      const Outcome outcome = relign_bench(place, {"--json", "try", paths[i], "--steps", "15", "--protocol", protocol});
+      ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+      trials[i] = json::parse(outcome.out);
+      trials[i].erase("algorithm");
+    }
+    EXPECT_EQ(trials[0]["steps"].size(), 16U);
+    EXPECT_EQ(trials[0], trials[1]) << protocol;
+  }
+}
+
+TEST(CliProcessPlugins, APathInASuiteAndADeathCostsItsTrialsOnly) {
+  RELIGN_NEEDS_PYTHON();
+  const Workplace place;
+  fs::copy_file(kExample, place.path("compass.py"));
+  place.write("dies.py", R"("""Dies in its first trial's second step."""
+import os
+from relign_bench.plugin import Optimizer, serve
+class Dies(Optimizer):
+    def run(self, talk):
+        talk.step(talk.box.centre())
+        print("goodbye")
+        os._exit(7)
+if __name__ == "__main__": serve(Dies)
+)");
+  place.write("suite.json", R"({"scenes": ["relign_od"], "noise_levels": ["rho0.25"], "instances": 2, "steps": 3,
+                                "algorithms": ["./compass.py", "./dies.py"]})");
+  const Outcome outcome = relign_bench(place, {"run", "suite.json", "--out", "out"});
+  EXPECT_EQ(outcome.exit_code, 3) << outcome.err;  // finished, some trials failed
+  const std::string trials = place.read("out/trials/0000.jsonl");
+  EXPECT_THAT(trials, HasSubstr("plugin 'dies' failed in run"));
+  EXPECT_THAT(trials, HasSubstr("ended with exit status 7"));
+  EXPECT_THAT(trials, HasSubstr("goodbye"));
+  const json manifest = json::parse(place.read("out/manifest.json"));
+  EXPECT_EQ(manifest["algorithms"][0]["name"], "compass");
+  EXPECT_EQ(manifest["algorithms"][0]["plugin_hash"].get<std::string>().size(), 64U);
+}
+
+TEST(CliProcessPlugins, ServicesPassAsMessages) {
+  RELIGN_NEEDS_PYTHON();
+  const Workplace place;
+  place.write("asks.py", R"("""Asks for what the host offers."""
+from relign_bench.plugin import Optimizer, serve
+class Asks(Optimizer):
+    knows = ("merit", "images", "level")
+    def run(self, talk):
+        seen, wanted = talk.first, talk.reference
+        image = seen.image
+        height, width = wanted.shape
+        assert image.shape == wanted.shape
+        squares = sum((float(image[y, x]) - float(wanted[y, x])) ** 2 for y in range(height) for x in range(width))
+        print("rmse", (squares / (height * width)) ** 0.5)
+        names = [entry["name"] for entry in talk.measures()]
+        print("measures", names, talk.measure(names[0]))
+        drawn = talk.draw_prior(3)
+        assert drawn == talk.draw_prior(3) != talk.draw_prior(4)
+        print("prior", sorted(drawn))
+        for wrong in (lambda: talk.measure("beauty"), lambda: talk.draw_prior(-1), lambda: talk.box):
+            try: wrong()
+            except (ValueError, RuntimeError) as error: print("refused", error)
+            else: assert False
+if __name__ == "__main__": serve(Asks)
+)");
+  const Outcome outcome = relign_bench(place, {"--json", "try", "./asks.py", "--steps", "2", "--protocol", "blind"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const double measured = json::parse(outcome.out)["steps"][0]["measured"];
+  const std::size_t at = outcome.err.find("rmse ");
+  ASSERT_NE(at, std::string::npos) << outcome.err;
+  EXPECT_NEAR(std::stod(outcome.err.substr(at + 5)), measured, 1e-9) << "pixels and reference are the host's";
+  EXPECT_THAT(outcome.err, HasSubstr("measures ['"));
+  EXPECT_THAT(outcome.err, HasSubstr("prior ['distortion', 'elements', 'start']"));
+  EXPECT_THAT(outcome.err, HasSubstr("refused "));
+}
+
+TEST(CliProcessPlugins, TryShowsWhatThePluginPrints) {
+  RELIGN_NEEDS_PYTHON();
+  const Workplace place;
+  place.write("talks.py", R"("""Prints."""
+from relign_bench.plugin import Optimizer, serve
+class Talks(Optimizer):
+    def run(self, talk):
+        print("start", talk.first.step)
+if __name__ == "__main__": serve(Talks)
+)");
+  const Outcome outcome = relign_bench(place, {"--json", "try", "./talks.py", "--steps", "2"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_THAT(outcome.err, HasSubstr("start 0"));
+  EXPECT_EQ(json::parse(outcome.out)["end"], "finished");
+}
+
+}  // namespace
+}  // namespace relign::cli_test

@@ -1,0 +1,34 @@
+// Every plugin of ours passes the conformance kit that its users' plugins have to pass.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "plugin_check/child_main.h"
+#include "plugin_check/inspection.h"
+#include "tree_catalog.h"
+
+namespace relign::plugin_check {
+namespace {
+
+TEST(Kit, EveryPluginOfOursPasses) {
+  InspectionSetup setup;
+  setup.program = kThisProgram;
+  setup.deadline_s = 300;  // sanitizers are slow
+  for (const auto& plugin : test::tree_catalog().plugins()) {
+    SCOPED_TRACE(plugin->id);
+    const Inspection inspection = inspect(plugin->folder, setup);
+    EXPECT_TRUE(inspection.passed()) << inspection.refused;
+    for (const CheckResult& result : inspection.results) {
+      EXPECT_NE(result.finding.verdict, Verdict::failed) << result.check << ": " << result.finding.sentence;
+      // "none" draws the same for every seed, and that is what it is for.
+      if (plugin->id != "none") {
+        EXPECT_NE(result.finding.verdict, Verdict::warning) << result.check << ": " << result.finding.sentence;
+      }
+    }
+    EXPECT_GE(inspection.count(Verdict::ok), 10u);
+  }
+}
+
+}  // namespace
+}  // namespace relign::plugin_check
+
+int main(int argc, char** argv) { return relign::plugin_check::run_child_or_tests(argc, argv); }

@@ -1,0 +1,17 @@
+# Installs the build and moves the installation, so that nothing can depend on where it was made.
+file(REMOVE_RECURSE "${PLACE}")
+execute_process(COMMAND "${CMAKE_COMMAND}" --install "${BUILD}" --prefix "${PLACE}/first"
+                OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+file(RENAME "${PLACE}/first" "${PLACE}/moved")
+
+# Its plugins are found without being told where.
+execute_process(COMMAND "${PLACE}/moved/bin/relign-bench" list --json
+                OUTPUT_VARIABLE listed ERROR_VARIABLE said COMMAND_ERROR_IS_FATAL ANY)
+foreach(id lens_system rho nlopt random home)
+  if(NOT listed MATCHES "\"${id}\"")
+    message(FATAL_ERROR "the installed program does not list ${id}:\n${listed}\n${said}")
+  endif()
+endforeach()
+if(said)
+  message(FATAL_ERROR "the installed program says: ${said}")
+endif()

@@ -1,0 +1,30 @@
+# `plugin new`, built against the installation, passes its own test at once and can be used.
+include("${CMAKE_CURRENT_LIST_DIR}/stranger.cmake")
+string(REPLACE "-" "_" name "new_${KIND}")
+set(work "${PLACE}/new_${KIND}")
+file(REMOVE_RECURSE "${work}")
+file(MAKE_DIRECTORY "${work}")
+
+run("${work}" relign-bench plugin new --kind ${KIND} --lang cpp ${name})
+# No word of the template is left.
+file(GLOB_RECURSE files "${work}/${name}/*")
+foreach(file ${files})
+  file(READ "${file}" text)
+  if("${file}${text}" MATCHES "my_plugin|MyPlugin")
+    message(FATAL_ERROR "${file} still speaks of ${CMAKE_MATCH_0}")
+  endif()
+endforeach()
+
+build_and_test("${work}/${name}")
+
+set(plugin ./${name}/build/${name})
+if(KIND STREQUAL "scene")
+  run("${work}" relign-bench try random --scene ${plugin} --noise-level rho0 --steps 3)
+elseif(KIND STREQUAL "noise-level")
+  run("${work}" relign-bench try random --noise-level ${plugin} --steps 3)
+else()
+  run("${work}" relign-bench try ${plugin} --steps 3)
+endif()
+if(NOT said MATCHES "\n +3 ")
+  message(FATAL_ERROR "three steps were asked for:\n${said}")
+endif()

@@ -1,0 +1,20 @@
+// For tests of the conformance kit: commands a pose that is no number.
+#include <cmath>
+
+#include "sound.h"
+
+namespace {
+
+class Saboteur final : public relign::Optimizer {
+ public:
+  explicit Saboteur(const relign::Parameters&) {}
+  void run(relign::Conversation& talk) override {
+    saboteur::search(talk, [](const relign::Observation& seen, relign::Pose& pose) {
+      if (seen.step == 7) pose[0] = std::nan("");
+    });
+  }
+};
+
+}  // namespace
+
+RELIGN_PLUGIN(Saboteur)

@@ -1,0 +1,358 @@
+// Algorithms that are processes: what they see, what they may do wrong, and what is left of them.
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <sys/wait.h>
+
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <thread>
+
+#include "base/files.h"
+#include "contract/fake_conversation.h"
+#include "plugin_host/objects.h"
+#include "test_folder.h"
+
+namespace relign::plugin_host {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::Contains;
+using testing::Each;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using testing::SizeIs;
+
+// What a script without relign_bench needs to talk.
+const char* const kRaw = R"(
+import json, os, sys, time
+to_host = int(os.environ["RELIGN_TO_HOST_FD"])
+from_host = os.fdopen(int(os.environ["RELIGN_FROM_HOST_FD"]), closefd=False)
+def say(text): os.write(to_host, text.encode())
+def hear(): return json.loads(from_host.readline())
+def begin():
+    hear(); say('{"message":"hello","protocol":1,"id":"raw","news":[]}\n')
+    hear(); say('{"message":"created"}\n')
+    return hear()["task"]
+)";
+
+bool shell(const std::string& command) { return std::system((command + " >/dev/null 2>&1").c_str()) == 0; }
+
+class ProcessTest : public test::FolderTest {
+ protected:
+  void SetUp() override {
+    FolderTest::SetUp();
+    if (!shell("python3 -c 'import sys; sys.exit(sys.version_info < (3, 9))'"))
+      GTEST_SKIP() << "python3 (3.9 or later) is not installed";
+    ::setenv("XDG_CACHE_HOME", (folder_ / "cache").c_str(), 1);
+    ::unsetenv("RELIGN_STOP_SECONDS");
+    ::unsetenv("RELIGN_HANDSHAKE_SECONDS");
+    services_.log = [this](int, const std::string& line) { logged_.push_back(line); };
+    setup_.axes = 2;
+    setup_.budget = 4;
+    setup_.merit = [](const test::Pose& pose, std::uint32_t) { return test::bowl(pose, {0.3, -0.2}); };
+  }
+
+  // A script that speaks through relign_bench: the body of run(self, talk).
+  fs::path script(const std::string& body, const std::string& members = "") {
+    return write("guess.py",
+                 "\"\"\"Tries what the test wants.\"\"\"\nimport os, sys, time\n"
+                 "from relign_bench.plugin import Optimizer, parameter, serve\n"
+                 "class Guess(Optimizer):\n" +
+                     indented(members, 4) + "    def run(self, talk):\n" + indented(body, 8) +
+                     "if __name__ == '__main__': serve(Guess)\n");
+  }
+  // A script that speaks for itself.
+  fs::path raw(const std::string& body, const std::string& before = kRaw) {
+    write("raw/raw.py", before + body);
+    write("raw/relign-plugin.json",
+          R"({"id": "raw", "kind": "optimizer", "summary": "Speaks for itself.", "knows": ["merit", "box"],
+              "command": ["python3", "raw.py"]})");
+    return folder_ / "raw";
+  }
+
+  void run(const fs::path& plugin, const Json& parameters = {}) {
+    talk_ = std::make_unique<test::FakeConversation>(setup_);
+    Catalog catalog;
+    Algorithm algorithm(catalog.resolve_or_throw(Kind::optimizer, plugin.string(), parameters), services_);
+    algorithm.run(talk_->talk());
+  }
+  std::string failure(const fs::path& plugin) {
+    return test::error_text(ErrorKind::plugin_failed, [&] { run(plugin); });
+  }
+
+  HostServices services_;
+  std::vector<std::string> logged_;
+  test::FakeSetup setup_;
+  std::unique_ptr<test::FakeConversation> talk_;
+
+ private:
+  static std::string indented(const std::string& text, std::size_t spaces) {
+    std::string result;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) result += std::string(spaces, ' ') + line + "\n";
+    return result;
+  }
+};
+
+#ifdef RELIGN_COMPASS
+TEST_F(ProcessTest, TheCompassesOfBothLanguagesWalkTheSameWay) {
+  const fs::path examples = fs::path(RELIGN_SOURCE_DIR) / "examples";
+  setup_.axes = 5;
+  setup_.budget = 400;
+  setup_.merit = [](const test::Pose& pose, std::uint32_t step) {
+    return test::bowl(pose, {0.31, -0.2, 0.1, 1.0 / 3, -0.45}) + 1e-3 * std::sin(1e3 * step);
+  };
+  run(examples / "compass_python" / "compass.py", {{"first_stride", 0.07}});
+  const auto python = std::move(talk_);
+  run(RELIGN_COMPASS, {{"first_stride", 0.07}});
+  ASSERT_GT(python->steps.size(), 50U);
+  ASSERT_EQ(python->steps.size(), talk_->steps.size());
+  for (std::size_t i = 0; i < python->steps.size(); ++i) EXPECT_EQ(python->steps[i].pose, talk_->steps[i].pose) << i;
+  ASSERT_EQ(python->recommendations.size(), talk_->recommendations.size());
+  for (std::size_t i = 0; i < python->recommendations.size(); ++i) {
+    EXPECT_EQ(python->recommendations[i].pose, talk_->recommendations[i].pose);
+    EXPECT_EQ(python->recommendations[i].steps_made, talk_->recommendations[i].steps_made);
+  }
+}
+#endif
+
+TEST_F(ProcessTest, AScriptIsItsOwnManifestAndIsAskedOnce) {
+  const fs::path file =
+      script("pass", R"(stride = parameter(0.25, minimum=0, maximum=1, unit="share", description="How far")
+count = parameter(3)
+mode = parameter("a", allowed=["a", "b"])
+presets = {"guess-wide": {"stride": 0.5}}
+knows = ("merit",))");
+  Catalog catalog;
+  const Choice choice = catalog.resolve_or_throw(Kind::optimizer, file.string(), {{"count", 4}});
+  EXPECT_EQ(choice.id, "guess");
+  EXPECT_EQ(choice.plugin->summary, "Tries what the test wants.");
+  EXPECT_EQ(choice.parameters, Json::parse(R"({"count": 4, "mode": "a", "stride": 0.25})"));
+  EXPECT_EQ(catalog.resolve_or_throw(Kind::optimizer, "guess_wide").parameters["stride"], 0.5);
+  EXPECT_EQ(choice.plugin->knows, std::vector<std::string>{"merit"});
+
+  // The second time from the cache: the answer is there, whatever the cache says.
+  const fs::path kept = fs::directory_iterator(folder_ / "cache/relign-bench/manifests")->path();
+  write(kept, R"({"id": "from-cache", "kind": "optimizer", "summary": "Kept."})");
+  EXPECT_EQ(Catalog().resolve_or_throw(Kind::optimizer, file.string()).id, "from-cache");
+  // A changed file is asked again, and has another hash.
+  const std::string before = plugin_hash(*choice.plugin);
+  std::ofstream(file, std::ios::app) << "# changed\n";
+  const Choice changed = Catalog().resolve_or_throw(Kind::optimizer, file.string());
+  EXPECT_EQ(changed.id, "guess");
+  EXPECT_NE(plugin_hash(*changed.plugin), before);
+}
+
+TEST_F(ProcessTest, WhatIsNoPluginIsRefusedWithItsWords) {
+  const fs::path broken = write("broken.py", "raise RuntimeError('nobody is at home')\n");
+  EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { run(broken); }),
+              AllOf(HasSubstr("broken.py is no plugin"), HasSubstr("nobody is at home"), HasSubstr("status 1")));
+  const fs::path silent = write("silent.py", "print('hello')\n");
+  EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { run(silent); }),
+              AllOf(HasSubstr("end the file with serve(YourClass)"), HasSubstr("hello")));
+  write("lost/relign-plugin.json",
+        R"({"id": "lost", "kind": "optimizer", "summary": "Lost.", "command": ["no-such-program-here"]})");
+  EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { run(folder_ / "lost"); }),
+              AllOf(HasSubstr("'lost'"), HasSubstr("cannot start 'no-such-program-here'")));
+  write("both/relign-plugin.json", R"({"id": "both", "kind": "scene", "summary": "Both.", "library": "both.so",
+                                       "command": ["sh"]})");
+  EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { run(folder_ / "both"); }),
+              AllOf(HasSubstr("not both"), HasSubstr("only optimizers and agents can be processes")));
+}
+
+TEST_F(ProcessTest, SeesTheWholeTask) {
+  setup_.seed = ~std::uint64_t{0};
+  setup_.largest_move = 0.125;
+  run(script(R"(assert talk.seed == 2**64 - 1 and talk.budget == 4 and talk.largest_move == 0.125
+assert [axis["name"] for axis in talk.axes] == ["a0", "a1"]
+assert talk.box.lower == (-0.5, -0.5) and talk.box.centre() == [0.0, 0.0]
+assert talk.knows == {"merit", "box"}
+first = talk.first
+assert first.step == 0 and first.pose == (0.0, 0.0) and first.limits == (0, 0) and first.machine_seconds == 0
+seen = talk.move([1/3, -0.1])
+assert seen.pose == (0.125, -0.1) and seen.step == 1, seen
+try: seen.image
+except RuntimeError as error: assert "images" in str(error)
+else: assert False
+for bad in ([1], [0, float("nan")], [0, float("inf")], ["x", "y"]):
+    try: talk.step(bad)
+    except ValueError: pass
+    else: assert False, bad
+while talk.step([0, 0]): pass)"));
+  EXPECT_TRUE(talk_->stopped);
+  EXPECT_FALSE(talk_->refused);
+  EXPECT_THAT(talk_->steps, SizeIs(4));
+}
+
+TEST_F(ProcessTest, SeesPixelsWithAndWithoutNumpy) {
+  setup_.knows |= RELIGN_KNOWS_IMAGES;
+  const std::string body = R"(for target in ([0.1, 0.2], [0.3, 0.1]):
+    seen = talk.step(target)
+    image = seen.image
+    assert image.shape == (8, 8) and len(image) == 8
+    assert abs(image[7, 7] - seen.merit) < 1e-6 and abs(image[0][3] - seen.merit) < 1e-6
+    try: image[0, 0] = 1
+    except (TypeError, ValueError): pass
+    else: assert False, "pixels are read-only"
+kept = seen.image
+unseen = talk.step([0, 0])
+talk.step([0.1, 0])
+assert abs(kept[0, 0] - seen.merit) < 1e-6, "what was looked at may be kept"
+try: unseen.image
+except RuntimeError as error: assert "are gone" in str(error)
+else: assert False
+print("array:", type(image).__module__))";
+  const std::string knows = "knows = (\"merit\", \"box\", \"images\")";
+  const fs::path file = script(body, knows);
+  write("plain/guess.py", read_file(file));
+  write("plain/relign-plugin.json",
+        R"({"id": "guess", "kind": "optimizer", "summary": "No site packages.", "knows": ["merit", "box", "images"],
+            "command": ["python3", "-S", "guess.py"]})");
+  run(folder_ / "plain");
+  EXPECT_THAT(logged_, Contains("array: relign_bench.plugin"));
+  if (!shell("python3 -c 'import numpy'")) GTEST_SKIP() << "numpy is not installed: seen without it only";
+  run(file);
+  EXPECT_THAT(logged_, Contains("array: numpy"));
+}
+
+TEST_F(ProcessTest, PrintingIsHarmlessAndBounded) {
+  run(script(R"(print("here I am")
+for i in range(20000):
+    print("x" * 50, file=sys.stderr if i % 2 else sys.stdout)
+os.write(1, b'{"message":"done"}\n')
+assert sys.stdin.read() == ""
+talk.step([0.1, 0.1]))"));
+  EXPECT_THAT(talk_->steps, SizeIs(1));
+  ASSERT_FALSE(logged_.empty());
+  EXPECT_EQ(logged_.front(), "here I am");
+  EXPECT_LT(logged_.size(), 2100U);
+}
+
+TEST_F(ProcessTest, AnExceptionIsNamedWithItsLine) {
+  const std::string text = failure(script("talk.step([0, 0])\nraise KeyError('the third lens')"));
+  EXPECT_THAT(text, AllOf(HasSubstr("plugin 'guess' failed in run: KeyError: 'the third lens' (guess.py, line 7)"),
+                          HasSubstr("ended with exit status 1"), HasSubstr("Traceback")));
+  EXPECT_THAT(talk_->steps, SizeIs(1)) << "the steps made are kept";
+  EXPECT_THAT(failure(script("pass", "def __init__(self): raise ValueError('no model')")),
+              AllOf(HasSubstr("failed in create"), HasSubstr("ValueError: no model")));
+}
+
+TEST_F(ProcessTest, DeathsAreOutcomes) {
+  EXPECT_THAT(failure(raw("sys.exit('no licence')")),
+              AllOf(HasSubstr("failed in its handshake"), HasSubstr("exit status 1"), HasSubstr("no licence")));
+  EXPECT_THAT(failure(raw("begin(); print('last words', flush=True); os.kill(os.getpid(), 11)")),
+              AllOf(HasSubstr("failed in run"), HasSubstr("killed by SIGSEGV"), HasSubstr("\n  last words")));
+  EXPECT_THAT(failure(raw("begin(); os._exit(0)")),
+              AllOf(HasSubstr("closed the conversation"), HasSubstr("ended with exit status 0")));
+  EXPECT_THAT(failure(script("talk.step([0, 0]); sys.exit(0)")), HasSubstr("it called sys.exit(0) during the trial"));
+  EXPECT_THAT(failure(raw("begin(); say('{\"message\":\"st'); os._exit(3)")),
+              AllOf(HasSubstr("in the middle of a message"), HasSubstr("exit status 3")));
+}
+
+TEST_F(ProcessTest, RubbishIsAnOutcome) {
+  EXPECT_THAT(failure(raw("begin(); say('hello there\\n'); hear()")),
+              HasSubstr("it sent 'hello there', which is no JSON"));
+  EXPECT_THAT(failure(raw("begin(); say('[1, 2]\\n'); hear()")), HasSubstr("'[1, 2]', which is no message"));
+  EXPECT_THAT(failure(raw("begin(); say('{\"message\":7}\\n'); hear()")), HasSubstr("which is no message"));
+  EXPECT_THAT(failure(raw("begin(); say('{\"message\":\"step\",\"pose\":\"up\"}\\n'); hear()")),
+              HasSubstr("its message \"step\" has no list of numbers \"pose\""));
+  EXPECT_THAT(failure(raw("begin(); say('x' * 3000000); hear()")), HasSubstr("more than a million bytes"));
+  EXPECT_THAT(failure(raw("hear(); say('{\"message\":\"hello\",\"protocol\":1,\"id\":\"other\"}\\n'); hear()")),
+              HasSubstr("it says that it is 'other'; the manifest says 'raw'"));
+  EXPECT_THAT(failure(raw("hear(); say('{\"message\":\"hello\",\"protocol\":9,\"id\":\"raw\"}\\n'); hear()")),
+              HasSubstr("protocol version"));
+  EXPECT_THAT(
+      failure(
+          raw("hear(); say('{\"message\":\"hello\",\"protocol\":1,\"id\":\"raw\",\"needs\":[\"gpu\"]}\\n'); hear()")),
+      HasSubstr("abilities that this host does not have: [\"gpu\"]"));
+}
+
+TEST_F(ProcessTest, UnknownRequestsAndBadPosesAreAnswered) {
+  run(raw(R"(begin()
+say('{"message":"step","pose":[1],"later":{}}\n'); assert hear()["message"] == "refused"
+say('{"message":"step","pose":[1,null]}\n'); assert hear()["message"] == "refused"
+say('{"message":"service","id":"crystal ball"}\n'); assert hear()["message"] == "unsupported"
+say('{"message":"step","pose":[0.5,0.25]}\n'); assert hear()["pose"] == [0.5, 0.25]
+say('{"message":"done"}\n'))"));
+  EXPECT_THAT(talk_->steps, SizeIs(1));
+}
+
+TEST_F(ProcessTest, WhoHangsIsKilledWithItsWholeGroup) {
+  ::setenv("RELIGN_HANDSHAKE_SECONDS", "1.5", 1);
+  EXPECT_THAT(failure(raw("print('thinking', flush=True); time.sleep(100)")),
+              AllOf(HasSubstr("failed in its handshake: it did not answer in time"), HasSubstr("was killed")));
+  ::unsetenv("RELIGN_HANDSHAKE_SECONDS");
+  ::setenv("RELIGN_STOP_SECONDS", "0.4", 1);
+  EXPECT_THAT(failure(raw("begin(); say('{\"mess'); time.sleep(100)")), HasSubstr("half a message and then nothing"));
+  EXPECT_THAT(failure(script("while talk.step([0, 0]): pass\n"
+                             "import subprocess\n"
+                             "child = subprocess.Popen(['sleep', '100'])\n"
+                             "print('child', child.pid)\n"
+                             "time.sleep(100)")),
+              HasSubstr("it was told to stop and did not return in time"));
+  ASSERT_THAT(logged_, Contains(HasSubstr("child ")));
+  const std::string process = logged_.back().substr(6);
+  const auto lives = [&] {
+    std::ifstream stat("/proc/" + process + "/stat");
+    std::string text;
+    return std::getline(stat, text) && text.find(") Z") == std::string::npos;
+  };
+  for (int wait = 0; wait < 200 && lives(); ++wait) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_FALSE(lives()) << "its children are killed with it";
+}
+
+TEST_F(ProcessTest, NothingIsLeftOfTwoHundredTrials) {
+  // Any language will do: here the shell.
+  write("tiny/tiny.sh", R"(read -r hello <&4; echo '{"message":"hello","protocol":1,"id":"tiny"}' >&3
+read -r create <&4; echo '{"message":"created"}' >&3
+read -r run <&4; echo '{"message":"step","pose":[0.25,-0.5]}' >&3
+read -r seen <&4; echo '{"message":"done"}' >&3; read -r bye <&4)");
+  write("tiny/relign-plugin.json",
+        R"({"id": "tiny", "kind": "optimizer", "summary": "A shell script.", "command": ["sh", "tiny.sh"]})");
+  const auto descriptors = [] {
+    return std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator());
+  };
+  run(folder_ / "tiny");
+  const auto before = descriptors();
+  for (int trial = 0; trial < 200; ++trial) {
+    run(folder_ / "tiny");
+    ASSERT_THAT(talk_->steps, SizeIs(1));
+    ASSERT_EQ(talk_->steps[0].pose, (test::Pose{0.25, -0.5}));
+  }
+  EXPECT_EQ(descriptors(), before);
+  EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1) << "a child is left";
+}
+
+TEST_F(ProcessTest, TheHostsOwnFailureLeavesUnchanged) {
+  setup_.merit = [](const test::Pose&, std::uint32_t step) -> double {
+    if (step == 2) throw Error(ErrorKind::io, "the camera is unplugged");
+    return 0.5;
+  };
+  EXPECT_EQ(test::error_text(ErrorKind::io, [&] { run(script("while talk.step([0, 0]): pass")); }),
+            "the camera is unplugged");
+}
+
+// Not asserted: what it costs depends on what else the machine does. docs/process_plugins.md has a figure.
+TEST_F(ProcessTest, AStepsCostIsPrinted) {
+  setup_.budget = 5000;
+  setup_.axes = 5;
+  setup_.merit = [](const test::Pose&, std::uint32_t step) { return 1.0 / (1 + step); };
+  run(script(R"py(talk.step([0.1] * 5)
+costs = []
+for batch in range(40):
+    start = time.perf_counter()
+    for i in range(100): talk.step([0.1, 0.2, 0.3, 0.4, i * 1e-5])
+    costs.append((time.perf_counter() - start) / 100 * 1e6)
+costs.sort()
+print("cost %.1f microseconds (median of 40 batches; quickest %.1f)" % (costs[20], costs[0]))
+)py"));
+  ASSERT_THAT(talk_->steps, SizeIs(4001));
+  ASSERT_FALSE(logged_.empty());
+  std::printf("             a step across processes: %s\n", logged_.back().c_str() + 5);
+}
+
+}  // namespace
+}  // namespace relign::plugin_host

@@ -1,0 +1,100 @@
+// An algorithm that follows a script through the services and logs what they answer. Actions:
+//   reference                          logs the sum and size of O*
+//   measure NAME [ARGUMENTS]           logs the value (null for NaN)
+//   list                               logs the names of the measures
+//   draw NUMBER                        logs the draw, a text
+//   run PARAMETER STEPS [PARAMETERS]   logs the outcome
+//   model OFFSETS POSE SEED            logs the first pixel of a capture, and of a noise-free one
+//   model_nap MS                       captures in the model for that long
+//   keep_lens                          keeps a mounted lens beyond run
+//   step POSE, recommend POSE, round_up, rounding
+// What is thrown is logged under "refused", and the script goes on.
+#include <cfenv>
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <relign/plugin.hpp>
+
+namespace {
+
+using Json = nlohmann::json;
+
+Json number(double value) { return std::isnan(value) ? Json(nullptr) : Json(value); }
+
+Json shown(const std::optional<relign::Observation>& seen) {
+  if (!seen) return nullptr;
+  return {
+      {"step", seen->step}, {"pose", seen->pose}, {"merit", number(seen->merit)}, {"image", seen->image_ != nullptr}};
+}
+
+class ServiceUser final : public relign::Optimizer {
+ public:
+  explicit ServiceUser(const relign::Parameters& given)
+      : host_(given), script_(Json::parse(given.json()).at("script")) {}
+
+  void run(relign::Conversation& talk) override {
+    for (const Json& action : script_) {
+      try {
+        act(talk, action);
+      } catch (const std::exception& error) {
+        log("refused", error.what());
+      }
+    }
+  }
+
+ private:
+  void act(relign::Conversation& talk, const Json& action) {
+    const std::string verb = action.at(0);
+    if (verb == "reference") {
+      const relign::ImageView image = talk.reference();
+      double sum = 0;
+      for (std::size_t y = 0; y < image.height(); ++y)
+        for (std::size_t x = 0; x < image.width(); ++x) sum += static_cast<double>(image.at(x, y));
+      log(verb, {image.width(), image.height(), sum});
+    } else if (verb == "measure") {
+      const std::string name = action.at(1);
+      log(verb, number(talk.measures().measure(name, action.size() > 2 ? action.at(2).dump() : "")));
+    } else if (verb == "list") {
+      log(verb, Json::parse(talk.measures().list()));
+    } else if (verb == "draw") {
+      log(verb, talk.prior().draw(action.at(1)));  // as text: numbers are read in the plugin's rounding
+    } else if (verb == "run") {
+      const relign::RunOutcome outcome = talk.run(action.at(1).get<std::string>(), action.at(2).get<unsigned>(),
+                                                  action.size() > 3 ? action.at(3).dump() : "");
+      Json told = {{"steps", outcome.steps}, {"finished", outcome.finished}};
+      told["last"] = shown(outcome.last);
+      told["best"] = shown(outcome.best);
+      told["recommendation"] = outcome.recommendation ? Json(*outcome.recommendation) : Json(nullptr);
+      log(verb, told);
+    } else if (verb == "model") {
+      const relign::ModelLens lens = talk.model().mount(action.at(1).dump());
+      const relign::Pose pose = action.at(2);
+      const auto noisy = lens.capture(pose, action.at(3).get<std::uint64_t>());
+      const auto clean = lens.noise_free(pose);
+      log(verb, {noisy.size(), noisy.front(), clean ? Json(clean->front()) : Json(nullptr)});
+    } else if (verb == "model_nap") {
+      const relign::ModelLens lens = talk.model().mount("{}");
+      const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(action.at(1).get<int>());
+      while (std::chrono::steady_clock::now() < end) lens.capture(relign::Pose(talk.axes(), 0.5), 1);
+    } else if (verb == "keep_lens") {
+      kept_.emplace(talk.model().mount("{}"));
+    } else if (verb == "step") {
+      log(verb, shown(talk.step(action.at(1).get<relign::Pose>())));
+    } else if (verb == "recommend") {
+      talk.recommend(action.at(1).get<relign::Pose>());
+    } else if (verb == "round_up") {
+      std::fesetround(FE_UPWARD);
+    } else if (verb == "rounding") {
+      log(verb, std::fegetround() == FE_UPWARD ? "up" : "nearest");
+    }
+  }
+  void log(const std::string& what, const Json& value) { host_.warn(what + " " + value.dump()); }
+
+  relign::Parameters host_;
+  Json script_;
+  std::optional<relign::ModelLens> kept_;
+};
+
+}  // namespace
+
+RELIGN_PLUGIN(ServiceUser)
