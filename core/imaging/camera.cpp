@@ -80,7 +80,7 @@ void Camera::place(const std::vector<double>& true_pose) {
   tiles_.fit(lens_to_world, path_, ops_, emitter_);
 }
 
-// Runs body(tile, workspace, index) for every tile that sees the emitter; the others become black.
+// Runs body(tile, workspace) for every tile that sees the emitter; the others become black.
 template <class Body>
 void Camera::for_seen_tiles(float* pixels, const Body& body) {
   const std::vector<Tile>& tiles = tiles_.tiles();
@@ -88,7 +88,7 @@ void Camera::for_seen_tiles(float* pixels, const Body& body) {
   parallel_->for_each(static_cast<int>(tiles.size()), [&](int index, unsigned thread) {
     const Tile& tile = tiles[static_cast<std::size_t>(index)];
     if (!tile.blind) {
-      body(tile, *workspaces_[thread], index);
+      body(tile, *workspaces_[thread]);
     } else if (pixels) {
       for (int row = 0; row < tile.rows; ++row)
         std::fill_n(pixels + (tile.row + row) * width + tile.column, tile.columns, 0.0F);
@@ -122,7 +122,7 @@ void Camera::capture(const std::vector<double>& true_pose, std::uint64_t seed, f
     });
     return;
   }
-  for_seen_tiles(pixels, [&](const Tile& tile, Workspace& work, int) {
+  for_seen_tiles(pixels, [&](const Tile& tile, Workspace& work) {
     work.source.start_tile(*scene_, path_, tile, work.sums[0]);
     if (settings_.sampler == Sampler::paper) {
       work.source.binomial_directions(way, seed, settings_.samples, kRouletteSurvival);
@@ -137,7 +137,7 @@ void Camera::capture(const std::vector<double>& true_pose, std::uint64_t seed, f
 void Camera::render_noise_free(const std::vector<double>& true_pose, std::uint64_t seed, int samples, float* pixels) {
   place(true_pose);
   const RayPath way{ops_.data(), static_cast<int>(ops_.size()), &emitter_, settings_.transport == Transport::fresnel};
-  for_seen_tiles(pixels, [&](const Tile& tile, Workspace& work, int) {
+  for_seen_tiles(pixels, [&](const Tile& tile, Workspace& work) {
     work.source.start_tile(*scene_, path_, tile, work.sums[0]);
     work.source.lattice_directions(way, seed, 0, samples);
     write_tile(tile, work.sums[0], tile.area / samples, scene_->sensor.pixels, pixels);

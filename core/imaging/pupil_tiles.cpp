@@ -24,6 +24,16 @@ double length(double a, double b) { return std::sqrt(a * a + b * b); }
 
 }  // namespace
 
+void set_places(optics::TileStart& start, const SceneFile& scene, const Tile& tile, const optics::BackwardPath& path) {
+  const Sensor& sensor = scene.sensor;
+  const double pitch = sensor.pitch_mm();
+  start.pixel_pitch_x = static_cast<float>(pitch);
+  start.pixel_pitch_y = static_cast<float>(-pitch);
+  const Vec3 middle{(tile.column + 0.5 * tile.columns) * pitch - sensor.side_mm / 2,
+                    sensor.side_mm / 2 - (tile.row + 0.5 * tile.rows) * pitch, sensor.z_mm};
+  optics::set_first_frame(start, path, middle);
+}
+
 PupilTiles::PupilTiles(const SceneFile& scene, const optics::PassingTable& table)
     : scene_(&scene), table_(&table), block_(std::make_unique<optics::RayBlock>()) {
   const int pixels = scene.sensor.pixels;
@@ -257,16 +267,12 @@ void PupilTiles::fit_tile(Tile& tile, const optics::BackwardPath& path) const {
   tile.whole_disc = !(reach < 0.999) || tile.area > 0.5 * kPi;
   if (tile.whole_disc) tile.area = kPi;
 
-  start.pixel_pitch_x = static_cast<float>(pitch);
-  start.pixel_pitch_y = static_cast<float>(-pitch);
   for (int i = 0; i < 2; ++i) start.centre[i] = static_cast<float>(centre[i]);
   for (int i = 0; i < 4; ++i) {
     start.slope[i] = static_cast<float>(slope[i]);
     start.axes[i] = static_cast<float>(axes[i]);
   }
-  const Vec3 middle{(tile.column + 0.5 * tile.columns) * pitch - scene_->sensor.side_mm / 2,
-                    scene_->sensor.side_mm / 2 - (tile.row + 0.5 * tile.rows) * pitch, scene_->sensor.z_mm};
-  optics::set_first_frame(start, path, middle);
+  set_places(start, *scene_, tile, path);
 }
 
 void PupilTiles::fit(const optics::Motion& lens_to_world, const optics::BackwardPath& path,

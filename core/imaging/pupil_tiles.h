@@ -31,6 +31,9 @@ struct Tile {
   optics::TileStart start{};
 };
 
+// Where a tile's rays start: pixel pitch, and the way from the sensor to the path's first frame.
+void set_places(optics::TileStart& start, const SceneFile& scene, const Tile& tile, const optics::BackwardPath& path);
+
 class PupilTiles {
  public:
   PupilTiles(const SceneFile& scene, const optics::PassingTable& table);

@@ -30,14 +30,7 @@ void RaySource::start_tile(const SceneFile& scene, const optics::BackwardPath& p
   whole_ = tile.whole_disc;
   count_ = 0;
   std::fill_n(sums, tile.columns * tile.rows, 0.0F);
-  if (tile.blind) {  // its start was not fitted; the hemisphere sampler needs the frame only
-    const double pitch = scene.sensor.pitch_mm();
-    start_.pixel_pitch_x = static_cast<float>(pitch);
-    start_.pixel_pitch_y = static_cast<float>(-pitch);
-    const optics::Vec3 middle{(tile.column + 0.5 * tile.columns) * pitch - scene.sensor.side_mm / 2,
-                              scene.sensor.side_mm / 2 - (tile.row + 0.5 * tile.rows) * pitch, scene.sensor.z_mm};
-    optics::set_first_frame(start_, path, middle);
-  }
+  if (tile.blind) set_places(start_, scene, tile, path);  // not fitted; the hemisphere sampler needs no region
   int pixel = 0;
   for (int row = 0; row < tile.rows; ++row)
     for (int column = 0; column < tile.columns; ++column, ++pixel) {
