@@ -32,7 +32,7 @@ fs::path python_folder() {
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
   if (error) return {};
   const fs::path folder = program.parent_path().parent_path() / "share" / "relign-bench" / "python";
-  return fs::exists(folder / "relign_bench" / "plugin.py", error) ? folder : fs::path();
+  return fs::exists(folder / "relign_bench" / "plugin", error) ? folder : fs::path();
 }
 
 // What was received, short enough for a sentence.

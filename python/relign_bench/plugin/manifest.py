@@ -1,0 +1,31 @@
+"""The class is the manifest."""
+
+import inspect
+import re
+import sys
+
+from .parameters import parameters_of
+
+
+def manifest_of(cls):
+    """The manifest that the class is, as a dictionary (see docs/plugins.md)."""
+    summary = getattr(cls, "summary", None) or cls.__dict__.get("__doc__")
+    if not summary:
+        summary = getattr(sys.modules.get(cls.__module__), "__doc__", None)
+    if not summary:
+        raise TypeError("%s needs a docstring: its first paragraph is the plugin's summary" % cls.__name__)
+    words = re.sub(r"(?<=[a-z0-9])([A-Z])|(?<=[A-Z])([A-Z])(?=[a-z])", r"_\1\2", cls.__name__)
+    manifest = {
+        "id": getattr(cls, "id", None) or words.strip("_").lower(),
+        "kind": cls.kind,
+        "summary": " ".join(inspect.cleandoc(summary).split("\n\n")[0].split()),
+        "knows": list(cls.knows),
+        "parameters": {name: entry.declaration() for name, entry in parameters_of(cls).items()},
+    }
+    if cls.presets:
+        manifest["presets"] = {name: {"parameters": dict(values)} for name, values in cls.presets.items()}
+    for key in ("license", "citation", "reproducible", "oracle"):
+        value = getattr(cls, key, None)
+        if value is not None:
+            manifest[key] = value
+    return manifest

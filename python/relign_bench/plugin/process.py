@@ -1,0 +1,123 @@
+"""The process: messages to and from the host that started it (docs/process_plugins.md)."""
+
+import json
+import os
+import sys
+import traceback
+
+from .images import numpy_or_none
+from .manifest import manifest_of
+from .parameters import create
+from .talk import Talk
+
+PROTOCOL = 1
+TO_HOST_FD = "RELIGN_TO_HOST_FD"
+FROM_HOST_FD = "RELIGN_FROM_HOST_FD"
+
+
+class _Host:
+    """Messages to and from the host, one JSON object a line."""
+
+    def __init__(self, to_host, from_host):
+        os.set_inheritable(to_host, False)
+        os.set_inheritable(from_host, False)
+        self._to_host = to_host
+        self._from_host = open(from_host, "rb")
+        self.read_line = self._from_host.readline
+
+    def send(self, line):
+        data = line.encode("utf-8")
+        while data:
+            data = data[os.write(self._to_host, data) :]
+
+    def tell(self, **message):
+        self.send(json.dumps(message, allow_nan=False) + "\n")
+
+    def receive(self):
+        line = self.read_line()
+        if not line.endswith(b"\n"):  # the host is gone, or has had enough
+            raise SystemExit(1)
+        return json.loads(line)
+
+    def ask(self, line):
+        self.send(line)
+        answer = self.receive()
+        if answer["message"] == "refused":
+            raise ValueError(answer.get("text", "the host refused the request"))
+        if answer["message"] == "failed":
+            raise RuntimeError(answer.get("text", "the host reports a failure"))
+        return answer
+
+
+def _sentence(error):
+    """What went wrong in one line, with the place in the author's file."""
+    text = "".join(traceback.format_exception_only(type(error), error)).strip().splitlines()[-1]
+    if isinstance(error, SystemExit):
+        text = "it called sys.exit(%r) during the trial" % (error.code,)
+    own = [
+        frame
+        for frame in traceback.extract_tb(error.__traceback__)
+        if os.path.dirname(os.path.abspath(frame.filename)) != os.path.dirname(os.path.abspath(__file__))
+    ]
+    if own:
+        text += " (%s, line %d)" % (os.path.basename(own[-1].filename), own[-1].lineno)
+    return text
+
+
+def _talk_to_host(cls, host):
+    hello = host.receive()
+    identity = manifest_of(cls)["id"]
+    if PROTOCOL not in hello.get("protocols", []):
+        host.tell(message="failed", text="it speaks protocol %d, the host %s" % (PROTOCOL, hello.get("protocols")))
+        return 1
+    if hello.get("needs"):
+        host.tell(message="failed", text="the host needs abilities unknown to relign_bench.plugin: %s" % hello["needs"])
+        return 1
+    host.tell(message="hello", protocol=PROTOCOL, id=identity, needs=[])
+    while True:
+        message = host.receive()
+        name = message["message"]
+        try:
+            if name == "create":
+                algorithm = create(cls, message["parameters"])
+                if "images" in cls.knows:
+                    numpy_or_none()  # slow to import: before the trial's clock starts
+                host.tell(message="created")
+            elif name == "run":
+                algorithm.run(Talk(host, message["task"]))
+                sys.stdout.flush()
+                host.tell(message="done")
+            elif name == "bye":
+                return 0
+            else:
+                host.tell(message="unsupported")
+        except BaseException as error:  # SystemExit and KeyboardInterrupt too: the host must hear of it
+            if not isinstance(error, SystemExit):
+                traceback.print_exc()
+            sys.stdout.flush()
+            sys.stderr.flush()
+            host.tell(message="failed", text=_sentence(error))
+            return 1
+
+
+def serve(cls):
+    """Makes this file a plugin: answers the host that started it. Call it under `if __name__ == "__main__":`."""
+    to_host = os.environ.pop(TO_HOST_FD, None)
+    from_host = os.environ.pop(FROM_HOST_FD, None)
+    if "--manifest" in sys.argv[1:]:
+        if to_host is None:
+            print(json.dumps(manifest_of(cls), indent=2, allow_nan=False))
+        else:
+            _Host(int(to_host), int(from_host)).tell(**manifest_of(cls))
+        return
+    if to_host is None or from_host is None:
+        script = os.path.relpath(sys.argv[0])
+        print("This is a plugin of relign-bench. Run it with: relign-bench try ./%s" % script, file=sys.stderr)
+        sys.exit(2)
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(line_buffering=True)  # what a process that dies has printed is in its log
+    try:
+        status = _talk_to_host(cls, _Host(int(to_host), int(from_host)))
+    except BrokenPipeError:
+        status = 1
+    sys.exit(status)
