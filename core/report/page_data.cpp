@@ -98,11 +98,19 @@ Json curve_json(const stats::Curve& curve) {
           {"tracks", tracks}};
 }
 
-Json row_json(const stats::RankingRow& row, const Methods& methods) {
+// What the method was told in these trials: the manifest's words, but the start where nobody tells it.
+Json told(const Json& method, bool start_is_told) {
+  Json words = Json::array();
+  for (const Json& word : method["knows"])
+    if (word != "start" || start_is_told || flag_of(method, "oracle")) words.push_back(word);
+  return words;
+}
+
+Json row_json(const stats::RankingRow& row, const Methods& methods, bool station) {
   const Json& method = methods[row.algorithm];
   Json json = {{"method", row.algorithm},
                {"oracle", method["oracle"]},
-               {"knows", method["knows"]},
+               {"knows", told(method, row.protocol != "blind" && !station)},
                {"trials", row.trials},
                {"failed", row.failed},
                {"step", row.step},
@@ -114,10 +122,10 @@ Json row_json(const stats::RankingRow& row, const Methods& methods) {
   return json;
 }
 
-// Names what tells this group from the others, and nothing that is the same everywhere.
-std::string group_label(const GroupKey& key, bool scenes_differ, bool protocols_differ) {
+// Names what tells this group from the others, and nothing that is the same everywhere. A station has no noise level.
+std::string group_label(const GroupKey& key, bool station, bool scenes_differ, bool protocols_differ) {
   const auto& [scene, level, protocol] = key;
-  return (scenes_differ ? scene + ", " : "") + level + (protocols_differ ? ", " + protocol : "");
+  return (station ? scene : (scenes_differ ? scene + ", " : "") + level) + (protocols_differ ? ", " + protocol : "");
 }
 
 struct Group {
@@ -159,21 +167,22 @@ Json groups_json(const LoadedResults& results, const Methods& methods) {
   Json list = Json::array();
   for (const GroupKey& key : order) {
     const Group& group = groups.at(key);
+    const bool station = stations.count(std::get<0>(key)) > 0;
     Json entry = {{"scene", std::get<0>(key)},
                   {"noise_level", std::get<1>(key)},
                   {"protocol", std::get<2>(key)},
-                  {"label", group_label(key, scenes.size() > 1, protocols.size() > 1)},
+                  {"label", group_label(key, station, scenes.size() > 1, protocols.size() > 1)},
                   {"instances", group.instances.size()},
                   {"rows", Json::array()},
                   {"curves", Json::array()}};
-    if (stations.count(std::get<0>(key)) > 0) entry["station"] = true;
+    if (station) entry["station"] = true;
     const stats::Quantiles start = stats::quantiles(group.start);
     entry["start"] = start.n > 0 ? number_or_null(start.median) : Json();
     entry["same_instances"] =
         std::all_of(group.finished_instances.begin(), group.finished_instances.end(),
                     [&](const auto& method) { return method.second == group.finished_instances.begin()->second; });
     for (const stats::RankingRow& row : rows)
-      if (key_of(row) == key) entry["rows"].push_back(row_json(row, methods));
+      if (key_of(row) == key) entry["rows"].push_back(row_json(row, methods, station));
     bool measured = false, truth = false;
     for (const Json& row : entry["rows"]) {
       measured = measured || row.contains("measured");

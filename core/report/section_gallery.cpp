@@ -92,17 +92,13 @@ std::string gallery_section(const Json& data, const Gallery& gallery, const std:
     html.element("p", "This results folder holds no pictures.");
     return html.take();
   }
-  html.element("p",
-               "What the sensor saw at the start and at the pose recommended after the last step, for each method's "
-               "best, median and worst trial. Camera noise included.");
-  for (const TrialPictures& trial : gallery.trials)
-    if (trial.last_capture) {
-      html.element(
-          "p", {{"class", "quiet"}},
-          "A station's pictures are the trial's own first and last capture, and errors below them are the lowest "
-          "measured ones: nothing can be captured again.");
-      break;
-    }
+  html.element("p", std::string("What the sensor saw at the start and ") +
+                        (every_group(data, "station") ? "after" : "at the pose recommended after") +
+                        " the last step, for each method's best, median and worst trial. Camera noise included.");
+  if (any_group(data, "station"))
+    html.element("p", {{"class", "quiet"}},
+                 "A station's pictures are the trial's own first and last capture, and errors below them are the "
+                 "lowest measured ones: nothing can be captured again.");
   if (gallery.left_out > 0)
     html.element(
         "p", {{"class", "quiet"}},

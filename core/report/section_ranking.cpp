@@ -1,5 +1,7 @@
 // Title, verdict and ranking table.
 #include <algorithm>
+#include <map>
+#include <vector>
 
 #include "base/text.h"
 #include "report/html_writer.h"
@@ -16,23 +18,39 @@ struct Column {
   const char* hint;
   const char* kind;  // class of its cells
 };
-constexpr Column kColumns[] = {
-    {"method", "", "The name given in the suite", "name"},
-    {"error when glued", "median (quartiles)",
-     "Noise-free RMSE against the reference picture at the pose the method recommends after its last step. "
-     "Lower is better, 0 is identical.",
-     "number"},
-    {"", "middle half of the instances",
-     "Dot: median. Bar: from the lower to the upper quartile. Same scale within a block, starting at 0.", "range"},
-    {"last pose", "median error", "Noise-free RMSE at the pose where the method's last commanded move left the lens",
-     "number"},
-    {"machine time", "s", "Simulated travel, settling, exposure, readout and the move to the recommended pose; median",
-     "number"},
-    {"computing", "ms per step", "The algorithm's own time; compare on one machine only; median", "number"},
-    {"steps", "", "Moves, each followed by one picture; the picture at the start is step 0", "number"},
-    {"failed", "trials", "Trials that ended in an error; left out of the medians", "number"},
-    {"knows", "", "What the method is given beyond its moves", "knows"},
-};
+
+// Where no scene tells a truth, no column speaks of one.
+std::vector<Column> columns_of(const Json& data) {
+  const bool truth = !every_group(data, "measured_only");
+  std::vector<Column> columns = {{"method", "", "The name given in the suite", "name"}};
+  if (truth)
+    columns.push_back({"error when glued", "median (quartiles)",
+                       "Noise-free RMSE against the reference picture at the pose the method recommends after its last "
+                       "step. Lower is better, 0 is identical.",
+                       "number"});
+  else
+    columns.push_back({"lowest measured error", "median (quartiles)",
+                       "Lowest RMSE between a picture that the method saw and the reference picture, camera noise "
+                       "included. Lower is better.",
+                       "number"});
+  columns.push_back(
+      {"", "middle half of the instances",
+       "Dot: median. Bar: from the lower to the upper quartile. Same scale within a block, starting at 0.", "range"});
+  if (truth)
+    columns.push_back({"last pose", "median error",
+                       "Noise-free RMSE at the pose where the method's last commanded move left the lens", "number"});
+  columns.push_back({"machine time", "s",
+                     every_group(data, "station") ? "Of all moves and pictures, as the station tells it; median"
+                                                  : "Simulated travel, settling, exposure, readout and the move to the "
+                                                    "recommended pose; median",
+                     "number"});
+  columns.push_back(
+      {"computing", "ms per step", "The algorithm's own time; compare on one machine only; median", "number"});
+  columns.push_back({"steps", "", "Moves, each followed by one picture; the picture at the start is step 0", "number"});
+  columns.push_back({"failed", "trials", "Trials that ended in an error; left out of the medians", "number"});
+  columns.push_back({"knows", "", "What the method is given beyond its moves", "knows"});
+  return columns;
+}
 
 std::string sort_value(const Json& number) { return number.is_number() ? shortest(number.get<double>()) : ""; }
 
@@ -57,7 +75,7 @@ void range_cell(HtmlWriter& html, const Json& error, double scale) {
   html.close();
 }
 
-void table_row(HtmlWriter& html, const Json& row, bool best, double scale) {
+void table_row(HtmlWriter& html, const Json& row, bool best, double scale, bool truth_known) {
   const Json& error = score_of(row);
   const bool finished = error["n"] != 0;
   html.open("tr", {{"class", best ? "best" : flag_of(row, "oracle") ? "oracle" : "plain"}});
@@ -73,7 +91,7 @@ void table_row(HtmlWriter& html, const Json& row, bool best, double scale) {
                            "(" + number_text(error["q25"], 3) + "\u2013" + number_text(error["q75"], 3) + ")");
   html.close();
   range_cell(html, error, scale);
-  number_cell(html, finished ? row["commanded"].value("median", Json()) : Json(), 3);
+  if (truth_known) number_cell(html, finished ? row["commanded"].value("median", Json()) : Json(), 3);
   number_cell(html, row["machine_seconds"], 3);
   number_cell(html, row["algorithm_ms_per_step"], 2);
   number_cell(html, finished ? row["step"] : Json(), 6);
@@ -85,22 +103,23 @@ void table_row(HtmlWriter& html, const Json& row, bool best, double scale) {
   html.close();
 }
 
-void table_group(HtmlWriter& html, const Json& group, const std::string& best) {
+void table_group(HtmlWriter& html, const Json& group, const std::string& best, std::size_t columns, bool truth_known) {
   html.open("tbody").open("tr", {{"class", "group"}});
-  html.open("th", {{"colspan", std::to_string(std::size(kColumns))}, {"scope", "rowgroup"}});
-  html.element("bdi", text_of(group, "noise_level"));
-  std::string rest = " \u00b7 " + text_of(group, "scene") + " \u00b7 protocol " + text_of(group, "protocol") +
-                     " \u00b7 " + counted(count_of(group, "instances"), "instance");
+  html.open("th", {{"colspan", std::to_string(columns)}, {"scope", "rowgroup"}});
+  const bool station = flag_of(group, "station");
+  html.element("bdi", text_of(group, station ? "scene" : "noise_level"));
+  std::string rest = (station ? " \u00b7 station" : " \u00b7 " + text_of(group, "scene")) + " \u00b7 protocol " +
+                     text_of(group, "protocol") + " \u00b7 " + counted(count_of(group, "instances"), "instance");
   if (group["start"].is_number()) rest += " \u00b7 error at the start " + number_text(group["start"], 3) + " (median)";
   if (flag_of(group, "measured_only"))
-    rest += flag_of(group, "station") ? " \u00b7 measured only: a station tells no truth"
-                                      : " \u00b7 measured only: this scene tells no truth";
+    rest += station ? " \u00b7 measured only: a station tells no truth"
+                    : " \u00b7 measured only: this scene tells no truth";
   html.element("span", {{"class", "quiet"}}, rest).close().close();
 
   double scale = 0;
   for (const Json& row : group["rows"])
     if (score_of(row)["n"] != 0) scale = std::max(scale, score_of(row)["q75"].get<double>());
-  for (const Json& row : group["rows"]) table_row(html, row, text_of(row, "method") == best, scale);
+  for (const Json& row : group["rows"]) table_row(html, row, text_of(row, "method") == best, scale, truth_known);
   html.close();
 }
 
@@ -126,6 +145,16 @@ std::string joined(const Json& list, const std::string& separator) {
   return out;
 }
 
+bool any_group(const Json& data, const char* flag) {
+  const Json& groups = data["groups"];
+  return std::any_of(groups.begin(), groups.end(), [flag](const Json& group) { return flag_of(group, flag); });
+}
+
+bool every_group(const Json& data, const char* flag) {
+  const Json& groups = data["groups"];
+  return std::all_of(groups.begin(), groups.end(), [flag](const Json& group) { return flag_of(group, flag); });
+}
+
 std::string title_section(const Json& data) {
   HtmlWriter html;
   const Json& ran = data["ran"];
@@ -136,8 +165,9 @@ std::string title_section(const Json& data) {
   html.open("p", {{"class", "badges"}});
   badge(html, finished == planned && planned > 0 ? "good" : "bad",
         planned == 0 ? "no trials" : std::to_string(finished) + "/" + std::to_string(planned) + " trials ran");
-  for (const Json& failure : data["failures"])
-    badge(html, "bad", std::to_string(count_of(failure, "count")) + " failed: " + text_of(failure, "method"));
+  std::map<std::string, std::uint64_t> failures;  // whatever their messages
+  for (const Json& failure : data["failures"]) failures[text_of(failure, "method")] += count_of(failure, "count");
+  for (const auto& [method, count] : failures) badge(html, "bad", std::to_string(count) + " failed: " + method);
   if (missing > 0) badge(html, "bad", counted(missing, "trial") + " not finished");
   html.close();
   if (data["groups"].empty()) {
@@ -148,27 +178,32 @@ std::string title_section(const Json& data) {
   }
   const Json& steps = data["steps"];
   const std::string range = steps[0] == steps[1] ? steps[1].dump() : steps[0].dump() + " to " + steps[1].dump();
+  const std::string levels = (data["noise_levels"].size() == 1 ? " \u00b7 noise level " : " \u00b7 noise levels ") +
+                             joined(data["noise_levels"], ", ");
   html.element("p", {{"class", "facts"}},
-               joined(data["scenes"], ", ") +
-                   (data["noise_levels"].size() == 1 ? " \u00b7 noise level " : " \u00b7 noise levels ") +
-                   joined(data["noise_levels"], ", ") + " \u00b7 " + counted(count_of(data, "instances"), "instance") +
-                   " each \u00b7 protocol " + joined(data["protocols"], " and ") + " \u00b7 " + range + " steps" +
+               joined(data["scenes"], ", ") + (every_group(data, "station") ? "" : levels) + " \u00b7 " +
+                   counted(count_of(data, "instances"), "instance") + " each \u00b7 protocol " +
+                   joined(data["protocols"], " and ") + " \u00b7 " + range + " steps" +
                    (failed + missing == 0 ? "" : " \u00b7 incomplete"));
   html.open("p", {{"class", "intro"}});
-  html.text(
-      "Which method aligns the lens best? Every method was given the same instances (lenses with their own "
-      "manufacturing errors, start and stage) and the same kind of steps: one move, one picture. ");
+  html.text("Which method aligns the lens best? ");
+  if (!every_group(data, "station"))
+    html.text(
+        "Every method was given the same instances (lenses with their own manufacturing errors, start and stage) and "
+        "the same kind of steps: one move, one picture. ");
+  if (any_group(data, "station"))
+    html.text(
+        "On a station lenses, start and stage are real. Every method asked it for the same lenses, one move and one "
+        "picture a step; whether they were the same, the station alone can tell. ");
   html.element("b", "Error");
-  const auto measured_only = [](const Json& group) { return flag_of(group, "measured_only"); };
-  const Json& groups = data["groups"];
-  if (!std::all_of(groups.begin(), groups.end(), measured_only))
+  if (!every_group(data, "measured_only"))
     html.text(
         " is how far the picture would be from the reference if the lens were glued where the method then recommends: "
         "RMSE, without camera noise; 0 is identical, lower is better.");
-  if (std::any_of(groups.begin(), groups.end(), measured_only))
-    html.text(
-        " marked \u201cmeasured only\u201d is the lowest RMSE between a picture and the reference that the method saw, "
-        "camera noise included: what a station can tell. Nobody knows its truth.");
+  if (any_group(data, "measured_only"))
+    html.text(std::string(every_group(data, "measured_only") ? "" : " marked \u201cmeasured only\u201d") +
+              " is the lowest RMSE between a picture and the reference that the method saw, "
+              "camera noise included: what a station can tell. Nobody knows its truth.");
   html.close();
   return html.take();
 }
@@ -199,7 +234,8 @@ std::string ranking_section(const Json& data) {
   HtmlWriter html;
   html.element("h2", "Ranking").open("div", {{"class", "scroll"}}).open("table", {{"class", "ranking"}});
   html.open("thead").open("tr");
-  for (const Column& column : kColumns) {
+  const std::vector<Column> columns = columns_of(data);
+  for (const Column& column : columns) {
     html.open("th", {{"scope", "col"}, {"class", column.kind}, {"title", column.hint}});
     html.element("span", {{"class", "title"}}, column.title);
     if (*column.unit) html.text(" ").element("span", {{"class", "unit"}}, column.unit);
@@ -207,7 +243,9 @@ std::string ranking_section(const Json& data) {
   }
   html.close().close();
   std::size_t index = 0;
-  for (const Json& group : data["groups"]) table_group(html, group, text_of(data["verdict"][index++], "best"));
+  for (const Json& group : data["groups"])
+    table_group(html, group, text_of(data["verdict"][index++], "best"), columns.size(),
+                !every_group(data, "measured_only"));
   html.close().close();
   html.element(
       "p", {{"class", "quiet noprint"}},

@@ -1,6 +1,4 @@
 // Did everything run, what the methods are, and where the numbers come from.
-#include <algorithm>
-
 #include "report/html_writer.h"
 #include "report/loaded_results.h"
 #include "report/sections.h"
@@ -122,8 +120,7 @@ std::string provenance_section(const Json& data) {
     html.element("p", "Reproduce, or go on after an interruption:").open("pre").element("code", command).close();
     html.element("p", {{"class", "quiet"}},
                  "Equal suite, program and plugins give equal numbers on any number of workers; host times differ.");
-    const Json& groups = data["groups"];
-    if (std::any_of(groups.begin(), groups.end(), [](const Json& group) { return flag_of(group, "station"); }))
+    if (any_group(data, "station"))
       html.element("p", {{"class", "quiet"}}, "A station's trials are the exception: they cannot be replayed.");
   }
   const Json &program = data["program"], &machine = data["machine"];

@@ -24,5 +24,7 @@ std::string provenance_section(const Json& data);
 std::string number_text(const Json& number, int digits);            // "-" for null
 std::string counted(std::uint64_t count, const std::string& noun);  // "1 trial", "2 trials"
 std::string joined(const Json& list, const std::string& separator);
+bool any_group(const Json& data, const char* flag);
+bool every_group(const Json& data, const char* flag);
 
 }  // namespace relign::report

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -69,6 +70,26 @@ class MadeResults : public testing::Test {
                            {"trials", order.size()},
                            {"order", order},
                            {"program", {{"version", "0.1.0"}}}});
+  }
+
+  // A trial of a station, which measures and tells no truth.
+  static records::TrialRecord on_station(const std::string& algorithm, const std::vector<double>& measured) {
+    records::TrialRecord record = trial(algorithm, 0, measured, "none");
+    record.scene = "bench";
+    record.protocol = "blind";
+    for (std::size_t i = 0; i < measured.size(); ++i) {
+      records::StepRecord& step = record.steps[i];
+      step.measured = step.merit = measured[i];
+      step.commanded_mse = step.recommended_mse = step.recommended_seconds = std::numeric_limits<double>::quiet_NaN();
+    }
+    return record;
+  }
+
+  // Adds what a run would have said of its scenes, algorithms, ...
+  void add_to_manifest(const Json& more) {
+    Json manifest = Json::parse(read_file(folder_ / "manifest.json"));
+    manifest.update(more);
+    write_file_atomically(folder_ / "manifest.json", manifest.dump());
   }
 
   static std::string short_id(const std::string& text) {

@@ -119,16 +119,8 @@ TEST_F(Verdict, FailuresAloneRankNobody) {
 }
 
 TEST_F(Verdict, TrialsWithoutTruthAreRankedByWhatWasMeasuredAndItSaysSo) {
-  const auto on_station = [](const char* algorithm, double first, double last) {
-    records::TrialRecord station = trial(algorithm, 0, {0.1, 0.05});
-    station.steps[0].measured = first;
-    station.steps[1].measured = last;
-    for (records::StepRecord& step : station.steps)
-      step.commanded_mse = step.recommended_mse = step.recommended_seconds = std::numeric_limits<double>::quiet_NaN();
-    return station;
-  };
   // The lowest measured error counts, not the last one.
-  write({on_station("a", 0.2, 0.15), on_station("b", 0.12, 0.3)});
+  write({on_station("a", {0.2, 0.15}), on_station("b", {0.12, 0.3})});
   EXPECT_EQ(data()["verdict"][0]["best"], "b");
   EXPECT_THAT(all_text(data()["verdict"]),
               testing::AllOf(HasSubstr("lowest measured error, 0.120"), HasSubstr("Measured only")));
@@ -137,6 +129,19 @@ TEST_F(Verdict, TrialsWithoutTruthAreRankedByWhatWasMeasuredAndItSaysSo) {
   EXPECT_EQ(data()["groups"][0]["rows"][0]["recommended"]["n"], 0);
   EXPECT_TRUE(data()["groups"][0]["curves"][0]["tracks"].contains("measured"));
   EXPECT_FALSE(data()["groups"][0]["curves"][0]["tracks"].contains("recommended"));
+}
+
+TEST_F(Verdict, AStationIsNamedByItselfAndNobodyIsToldTheStartThere) {
+  records::TrialRecord simulated = trial("a", 0, {0.1, 0.05});
+  write({on_station("a", {0.2, 0.15}), simulated});
+  add_to_manifest({{"scenes", {{{"name", "bench"}, {"owns_stage", true}}, {{"name", "relign_od"}}}},
+                   {"algorithms", {{{"name", "a"}, {"knows", {"merit", "start"}}}}}});
+  const Json groups = data()["groups"];
+  EXPECT_EQ(groups[0]["label"], "bench, blind");
+  EXPECT_EQ(groups[0]["rows"][0]["knows"], Json({"merit"}));
+  EXPECT_EQ(groups[1]["label"], "relign_od, rho0, paper");
+  EXPECT_EQ(groups[1]["rows"][0]["knows"], Json({"merit", "start"}));
+  EXPECT_EQ(data()["methods"][0]["knows"], Json({"merit", "start"})) << "what the method can use stays";
 }
 
 TEST_F(Verdict, EqualFailuresAreOneLine) {

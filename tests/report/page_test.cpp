@@ -36,6 +36,25 @@ std::size_t count(const std::string& text, const std::string& part) {
 
 using Page = MadeResults;
 
+TEST_F(Page, WhereEverythingWasMeasuredOnAStationNothingSpeaksOfTruthOrOfEqualInstances) {
+  write({on_station("a", {0.2, 0.15}), on_station("b", {0.12, 0.3})});
+  add_to_manifest({{"scenes", {{{"name", "bench"}, {"owns_stage", true}}}}});
+  const std::string station = without_scripts_and_styles(html_report(folder_));
+  EXPECT_THAT(station, HasSubstr("lenses, start and stage are real"));
+  EXPECT_THAT(station, HasSubstr("lowest measured error"));
+  for (const char* word : {"was given the same instances", "error when glued", "last pose", "noise level",
+                           "without camera noise", "Simulated travel"})
+    EXPECT_THAT(station, Not(HasSubstr(word))) << word;
+
+  // Beside a simulated scene both are told, each about its own.
+  write({on_station("a", {0.2, 0.15}), trial("a", 0, {0.1, 0.05})});
+  add_to_manifest({{"scenes", {{{"name", "bench"}, {"owns_stage", true}}, {{"name", "relign_od"}}}}});
+  const std::string both = without_scripts_and_styles(html_report(folder_));
+  for (const char* word : {"lenses, start and stage are real", "was given the same instances", "error when glued",
+                           "last pose", "without camera noise"})
+    EXPECT_THAT(both, HasSubstr(word)) << word;
+}
+
 TEST_F(Page, HostileTextStaysTextEverywhere) {
   records::TrialRecord failed = trial(kHostile, 1, {0.1}, kHostile);
   failed.end = "failed";

@@ -46,8 +46,8 @@
   const TRACKS = [
     ['recommended', 'error at the recommended pose'],
     ['commanded', 'error at the pose commanded last'],
+    ['best', 'best measured so far'],  // what a station is ranked by: the first that it has
     ['measured', 'measured error (with camera noise)'],
-    ['best', 'best measured so far'],
     ['excess', 'error beyond the lens\u2019s own optimum'],
   ];
 
