@@ -1,24 +1,11 @@
 #include <exception>
-#include <type_traits>
 
-#include "plugin_host/guard.h"
-#include "plugin_host/library.h"
+#include "plugin_host/library_object.h"
 #include "plugin_host/objects.h"
 #include "plugin_host/process_algorithm.h"
 #include "plugin_host/service_shield.h"
 
 namespace relign::plugin_host {
-
-struct Algorithm::Implementation {
-  Implementation(const Choice& choice, const HostServices& services)
-      : manifest(choice.plugin), host(*choice.plugin, services) {}
-
-  std::shared_ptr<const Manifest> manifest;
-  ObjectHost host;
-  const relign_algorithm_interface* table = nullptr;
-  relign_algorithm* object = nullptr;
-  std::unique_ptr<ProcessAlgorithm> process;  // instead of table and object
-};
 
 namespace {
 
@@ -77,52 +64,56 @@ class ShieldedConversation {
   relign_conversation shield_{};
 };
 
+const relign_algorithm_interface& algorithm_table(const Manifest& manifest) {
+  const auto& table = table_of<relign_algorithm_interface>(manifest, RELIGN_ALGORITHM_INTERFACE);
+  require_function(manifest, RELIGN_ALGORITHM_INTERFACE, "run", table.run);
+  return table;
+}
+
+class LibraryAlgorithm {
+ public:
+  LibraryAlgorithm(const Choice& choice, const HostServices& services)
+      : object_(choice, services, algorithm_table(*choice.plugin)) {}
+
+  void run(const relign_conversation& talk) {
+    std::exception_ptr thrown;
+    const auto body = [&](const FloatingPointState& host_state) {
+      ShieldedConversation conversation(talk, host_state);
+      const relign_status status = object_.table().run(object_.get(), conversation.shield());
+      thrown = conversation.thrown();
+      return thrown ? RELIGN_OK : status;
+    };
+    const relign_status status = object_.host().call("run", body);
+    if (thrown) std::rethrow_exception(thrown);
+    if (status == RELIGN_UNSUPPORTED)
+      object_.host().throw_failure("run", "it says that it does not support this trial");
+  }
+
+ private:
+  LibraryObject<relign_algorithm_interface, relign_algorithm> object_;
+};
+
 }  // namespace
 
+struct Algorithm::Implementation {
+  // One of the two.
+  std::unique_ptr<LibraryAlgorithm> library;
+  std::unique_ptr<ProcessAlgorithm> process;
+};
+
 Algorithm::Algorithm(const Choice& choice, const HostServices& services)
-    : implementation_(std::make_unique<Implementation>(choice, services)) {
-  Implementation& mine = *implementation_;
-  if (!mine.manifest->command.empty()) {
-    mine.process = std::make_unique<ProcessAlgorithm>(choice, services);
-    return;
-  }
-  const auto* table = static_cast<const relign_algorithm_interface*>(
-      plugin_interface(*mine.manifest, RELIGN_ALGORITHM_INTERFACE,
-                       offsetof(relign_algorithm_interface, destroy) + sizeof(relign_algorithm_interface::destroy)));
-  require_function(*mine.manifest, RELIGN_ALGORITHM_INTERFACE, "create", table->create);
-  require_function(*mine.manifest, RELIGN_ALGORITHM_INTERFACE, "run", table->run);
-  require_function(*mine.manifest, RELIGN_ALGORITHM_INTERFACE, "destroy", table->destroy);
-  mine.table = table;
-  const ParameterTable parameters(choice);
-  const relign_status status = mine.host.call("create", [&](const FloatingPointState&) {
-    return table->create(mine.host.host(), parameters.table(), &mine.object);
-  });
-  if (status != RELIGN_OK || !mine.object) mine.host.throw_failure("create", "it made no object and gives no reason");
+    : implementation_(std::make_unique<Implementation>()) {
+  if (choice.plugin->command.empty())
+    implementation_->library = std::make_unique<LibraryAlgorithm>(choice, services);
+  else
+    implementation_->process = std::make_unique<ProcessAlgorithm>(choice, services);
 }
 
-Algorithm::~Algorithm() {
-  Implementation& mine = *implementation_;
-  if (!mine.object) return;
-  const FloatingPointGuard guard(mine.host.plugin_id());
-  try {
-    mine.table->destroy(mine.object);
-  } catch (...) {  // a destructor has nobody to tell
-  }
-}
+Algorithm::~Algorithm() = default;
 
 void Algorithm::run(const relign_conversation& talk) {
-  Implementation& mine = *implementation_;
-  if (mine.process) return mine.process->run(talk);
-  std::exception_ptr thrown;
-  const auto body = [&](const FloatingPointState& host_state) {
-    ShieldedConversation conversation(talk, host_state);
-    const relign_status status = mine.table->run(mine.object, conversation.shield());
-    thrown = conversation.thrown();
-    return thrown ? RELIGN_OK : status;
-  };
-  const relign_status status = mine.host.call("run", body);
-  if (thrown) std::rethrow_exception(thrown);
-  if (status == RELIGN_UNSUPPORTED) mine.host.throw_failure("run", "it says that it does not support this trial");
+  if (implementation_->process) return implementation_->process->run(talk);
+  implementation_->library->run(talk);
 }
 
 }  // namespace relign::plugin_host

@@ -211,7 +211,6 @@ void read_way_to_run(ObjectReader& reader, Manifest& manifest) {
   if (!reader.has("command")) return;
   if (manifest.command.empty()) reader.complain("command", "expected a program and its arguments");
   if (reader.has("library")) reader.complain("command", "a plugin has a \"library\" or a \"command\", not both");
-  if (!is_algorithm(manifest.kind)) reader.complain("command", "only optimizers and agents can be processes");
   manifest.library = manifest.source;
   for (const std::string& word : manifest.command) {
     const std::filesystem::path file = (manifest.folder / word).lexically_normal();

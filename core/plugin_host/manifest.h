@@ -12,7 +12,7 @@
 // Required: id, kind, summary. Parameter types: number, integer, boolean, text (optional "allowed": [...]),
 // file (a path, resolved against the file that names it), algorithm (the id of another one, or
 // {"use": id, "parameters": {...}}), json (anything).
-// Further keys: "library" (default ID.so), or "command": ["python3", "compass.py"] for an algorithm that is a
+// Further keys: "library" (default ID.so), or "command": ["python3", "compass.py"] for a plugin that is a
 // process, started in the manifest's folder (docs/process_plugins.md); "oracle": true (is told the true start
 // under every protocol; drawn dashed), "document": "scene" (a JSON file with "use" may stand for the plugin;
 // its path becomes that parameter).

@@ -1,56 +1,68 @@
-#include <type_traits>
-
-#include "plugin_host/guard.h"
-#include "plugin_host/library.h"
+#include "plugin_host/library_object.h"
 #include "plugin_host/objects.h"
+#include "plugin_host/process_plugin.h"
 
 namespace relign::plugin_host {
 
 struct NoiseLevel::Implementation {
-  Implementation(const Choice& choice, const HostServices& services)
-      : manifest(choice.plugin), host(*choice.plugin, services) {}
+  Implementation() = default;
+  Implementation(const Implementation&) = delete;
+  Implementation& operator=(const Implementation&) = delete;
+  virtual ~Implementation() = default;
+  virtual std::string draw(std::uint64_t seed, const std::string& scene_description) = 0;
 
-  std::shared_ptr<const Manifest> manifest;
-  ObjectHost host;
-  const relign_noise_level_interface* table = nullptr;
-  relign_noise_level* object = nullptr;
+  class Library;
+  class Process;
 };
 
-NoiseLevel::NoiseLevel(const Choice& choice, const HostServices& services)
-    : implementation_(std::make_unique<Implementation>(choice, services)) {
-  Implementation& mine = *implementation_;
-  const auto* table = static_cast<const relign_noise_level_interface*>(plugin_interface(
-      *mine.manifest, RELIGN_NOISE_LEVEL_INTERFACE,
-      offsetof(relign_noise_level_interface, destroy) + sizeof(relign_noise_level_interface::destroy)));
-  require_function(*mine.manifest, RELIGN_NOISE_LEVEL_INTERFACE, "create", table->create);
-  require_function(*mine.manifest, RELIGN_NOISE_LEVEL_INTERFACE, "draw", table->draw);
-  require_function(*mine.manifest, RELIGN_NOISE_LEVEL_INTERFACE, "destroy", table->destroy);
-  mine.table = table;
-  const ParameterTable parameters(choice);
-  const relign_status status = mine.host.call("create", [&](const FloatingPointState&) {
-    return table->create(mine.host.host(), parameters.table(), &mine.object);
-  });
-  if (status != RELIGN_OK || !mine.object) mine.host.throw_failure("create", "it made no object and gives no reason");
+class NoiseLevel::Implementation::Library final : public Implementation {
+ public:
+  Library(const Choice& choice, const HostServices& services) : object_(choice, services, table(*choice.plugin)) {}
+
+  std::string draw(std::uint64_t seed, const std::string& scene_description) override {
+    const TextSink drawn;
+    object_.demand("draw", "it drew nothing and gives no reason", [&] {
+      return object_.table().draw(object_.get(), seed, {scene_description.data(), scene_description.size()},
+                                  drawn.sink());
+    });
+    return drawn.text();
+  }
+
+ private:
+  static const relign_noise_level_interface& table(const Manifest& manifest) {
+    const auto& found = table_of<relign_noise_level_interface>(manifest, RELIGN_NOISE_LEVEL_INTERFACE);
+    require_function(manifest, RELIGN_NOISE_LEVEL_INTERFACE, "draw", found.draw);
+    return found;
+  }
+
+  LibraryObject<relign_noise_level_interface, relign_noise_level> object_;
+};
+
+class NoiseLevel::Implementation::Process final : public Implementation {
+ public:
+  Process(const Choice& choice, const HostServices& services) : plugin_(choice, services) {}
+
+  std::string draw(std::uint64_t seed, const std::string& scene_description) override {
+    const Json request = {
+        {"message", "draw"}, {"seed", seed}, {"scene", Json::parse(scene_description, nullptr, false)}};
+    return plugin_.object(plugin_.ask(request, "drawn", "draw"), "drawn", "draw").dump();
+  }
+
+ private:
+  ProcessPlugin plugin_;
+};
+
+NoiseLevel::NoiseLevel(const Choice& choice, const HostServices& services) {
+  if (choice.plugin->command.empty())
+    implementation_ = std::make_unique<Implementation::Library>(choice, services);
+  else
+    implementation_ = std::make_unique<Implementation::Process>(choice, services);
 }
 
-NoiseLevel::~NoiseLevel() {
-  Implementation& mine = *implementation_;
-  if (!mine.object) return;
-  const FloatingPointGuard guard(mine.host.plugin_id());
-  try {
-    mine.table->destroy(mine.object);
-  } catch (...) {  // a destructor has nobody to tell
-  }
-}
+NoiseLevel::~NoiseLevel() = default;
 
 std::string NoiseLevel::draw(std::uint64_t seed, const std::string& scene_description) {
-  Implementation& mine = *implementation_;
-  const TextSink drawn;
-  const relign_status status = mine.host.call("draw", [&](const FloatingPointState&) {
-    return mine.table->draw(mine.object, seed, {scene_description.data(), scene_description.size()}, drawn.sink());
-  });
-  if (status != RELIGN_OK) mine.host.throw_failure("draw", "it drew nothing and gives no reason");
-  return drawn.text();
+  return implementation_->draw(seed, scene_description);
 }
 
 }  // namespace relign::plugin_host

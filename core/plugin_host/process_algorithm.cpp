@@ -3,11 +3,9 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-#include <charconv>
-#include <cmath>
 #include <cstring>
-#include <limits>
 
+#include "plugin_host/process_numbers.h"
 #include "plugin_host/process_services.h"
 
 namespace relign::plugin_host {
@@ -22,26 +20,6 @@ struct NamedBit {
 constexpr NamedBit kKnowledge[] = {{RELIGN_KNOWS_IMAGES, "images"}, {RELIGN_KNOWS_MERIT, "merit"},
                                    {RELIGN_KNOWS_START, "start"},   {RELIGN_KNOWS_BOX, "box"},
                                    {RELIGN_KNOWS_DESIGN, "design"}, {RELIGN_KNOWS_LEVEL, "level"}};
-
-// The shortest decimal that reads back as the same double, in every locale; null when it is not finite.
-void append_number(std::string& text, double value) {
-  if (!std::isfinite(value)) {
-    text += "null";
-    return;
-  }
-  char digits[32];
-  const auto end = std::to_chars(digits, digits + sizeof digits, value);
-  text.append(digits, end.ptr);
-}
-
-void append_numbers(std::string& text, const double* values, std::size_t count) {
-  text += '[';
-  for (std::size_t i = 0; i < count; ++i) {
-    if (i > 0) text += ',';
-    append_number(text, values[i]);
-  }
-  text += ']';
-}
 
 // Written by hand: canonical text of doubles matters here, and a step should cost microseconds.
 std::string run_line(const relign_task& task) {
@@ -68,16 +46,7 @@ std::string run_line(const relign_task& task) {
 
 }  // namespace
 
-ProcessAlgorithm::ProcessAlgorithm(const Choice& choice, const HostServices& services)
-    : plugin_(*choice.plugin, services) {
-  plugin_.send({{"message", "create"},
-                {"parameters", choice.parameters},
-                {"threads", std::max(1u, services.threads)},
-                {"plugin_folder", choice.plugin->folder.string()},
-                {"cache_folder", services.cache_folder.string()}},
-               "create");
-  plugin_.expect("created", "create", plugin_.ready_by());
-}
+ProcessAlgorithm::ProcessAlgorithm(const Choice& choice, const HostServices& services) : plugin_(choice, services) {}
 
 ProcessAlgorithm::~ProcessAlgorithm() {
   if (pixels_) ::munmap(pixels_, 2 * pixel_bytes_);
@@ -115,11 +84,11 @@ relign_status ProcessAlgorithm::answer(const Json& request, const relign_convers
   bool observes = true;
   if (name == "step" || name == "move") {
     const bool relative = name == "move";
-    const std::vector<double> values = numbers(request, relative ? "delta" : "pose");
+    const std::vector<double> values = plugin_.numbers(request, relative ? "delta" : "pose", kRun);
     status = (relative ? talk.move : talk.step)(talk.context, values.data(), static_cast<std::uint32_t>(values.size()),
                                                 &seen);
   } else if (name == "recommend") {
-    const std::vector<double> pose = numbers(request, "pose");
+    const std::vector<double> pose = plugin_.numbers(request, "pose", kRun);
     status = talk.recommend(talk.context, pose.data(), static_cast<std::uint32_t>(pose.size()));
     observes = false;
   } else if (name == "first") {
@@ -147,21 +116,6 @@ relign_status ProcessAlgorithm::answer(const Json& request, const relign_convers
   else
     plugin_.send({{"message", "failed"}, {"text", name + ": the host reports a failure"}}, kRun);
   return status;
-}
-
-std::vector<double> ProcessAlgorithm::numbers(const Json& request, const char* member) {
-  const auto found = request.find(member);
-  bool fits = found != request.end() && found->is_array();
-  std::vector<double> values;
-  if (fits)
-    for (const Json& value : *found) {
-      fits = fits && (value.is_number() || value.is_null());
-      if (fits) values.push_back(value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>());
-    }
-  if (!fits)
-    plugin_.fail(kRun, "its message \"" + request["message"].get<std::string>() + "\" has no list of numbers \"" +
-                           member + "\"");
-  return values;
 }
 
 void ProcessAlgorithm::tell(const relign_observation& seen) {

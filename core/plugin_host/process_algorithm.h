@@ -5,7 +5,6 @@
 #include <relign/plugin.h>
 
 #include <string>
-#include <vector>
 
 #include "plugin_host/process_plugin.h"
 
@@ -26,7 +25,6 @@ class ProcessAlgorithm {
   void begin(const relign_task& task);
   // Answers one request; returns the status that the conversation gave.
   relign_status answer(const Json& request, const relign_conversation& talk);
-  std::vector<double> numbers(const Json& request, const char* member);
   void tell(const relign_observation& seen);
   relign_status share_reference(const relign_conversation& talk);
   void share_pixels(const relign_image& image, float* shared);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <limits>
 
 #include "base/files.h"
 #include "base/text.h"
@@ -13,6 +14,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kProtocol = 1;
+constexpr int kDeepestMessage = 100;
 
 double seconds_from_environment(const char* name, double otherwise) {
   const char* text = std::getenv(name);
@@ -43,6 +45,32 @@ std::string excerpt(const std::string& line) {
   return "'" + shown + (line.size() > kLongest ? "...' (" + std::to_string(line.size()) + " bytes)" : "'");
 }
 
+// How deep lists and objects lie in each other: what walks over a message calls itself as often.
+int nesting(const std::string& line) {
+  int depth = 0, deepest = 0;
+  bool in_text = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const char letter = line[i];
+    if (letter == '"') in_text = !in_text;
+    if (in_text && letter == '\\') ++i;
+    if (in_text) continue;
+    if (letter == '[' || letter == '{') deepest = std::max(deepest, ++depth);
+    if (letter == ']' || letter == '}') --depth;
+  }
+  return deepest;
+}
+
+std::string line_of(const Json& message) {
+  // Texts come from users' files: what is no UTF-8 must not stop us.
+  return message.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+bool is_number_or_null(const Json& value) { return value.is_number() || value.is_null(); }
+
+double number_or_nan(const Json& value) {
+  return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
+}
+
 const std::string* text_member(const Json& message, const char* name) {
   const auto found = message.find(name);
   return found != message.end() && found->is_string() ? found->get_ptr<const std::string*>() : nullptr;
@@ -54,6 +82,7 @@ ProcessPatience ProcessPatience::from_environment() {
   ProcessPatience patience;
   patience.handshake_seconds = seconds_from_environment("RELIGN_HANDSHAKE_SECONDS", patience.handshake_seconds);
   patience.stop_seconds = seconds_from_environment("RELIGN_STOP_SECONDS", patience.stop_seconds);
+  patience.call_seconds = seconds_from_environment("RELIGN_CALL_SECONDS", patience.call_seconds);
   return patience;
 }
 
@@ -96,10 +125,11 @@ std::string ending_text(const ChildProcess& child) {
   return text;
 }
 
-ProcessPlugin::ProcessPlugin(const Manifest& manifest, const HostServices& services)
-    : plugin_id_(manifest.id),
+ProcessPlugin::ProcessPlugin(const Choice& choice, const HostServices& services)
+    : plugin_id_(choice.plugin->id),
       patience_(ProcessPatience::from_environment()),
       ready_by_(in_seconds(patience_.handshake_seconds)) {
+  const Manifest& manifest = *choice.plugin;
   ChildProcess::Options options;
   options.command = manifest.command;
   options.folder = manifest.folder;
@@ -112,12 +142,14 @@ ProcessPlugin::ProcessPlugin(const Manifest& manifest, const HostServices& servi
     throw Error(error.kind(), "plugin '" + plugin_id_ + "' (" + manifest.folder.string() + "): " + error.what());
   }
   shake_hands(manifest);
+  create(choice, services);
 }
 
 ProcessPlugin::~ProcessPlugin() {
   constexpr double kSecondsToLeave = 2;
-  if (sound_) child_->send("{\"message\":\"bye\"}\n", in_seconds(kSecondsToLeave));
-  child_->end(sound_ ? kSecondsToLeave : 0);
+  const bool sound = failure_.empty();
+  if (sound) child_->send("{\"message\":\"bye\"}\n", in_seconds(kSecondsToLeave));
+  child_->end(sound ? kSecondsToLeave : 0);
 }
 
 void ProcessPlugin::shake_hands(const Manifest& manifest) {
@@ -139,21 +171,30 @@ void ProcessPlugin::shake_hands(const Manifest& manifest) {
     fail(during, "it needs abilities that this host does not have: " + needs->dump());
 }
 
+void ProcessPlugin::create(const Choice& choice, const HostServices& services) {
+  send({{"message", "create"},
+        {"parameters", choice.parameters},
+        {"threads", std::max(1u, services.threads)},
+        {"plugin_folder", choice.plugin->folder.string()},
+        {"cache_folder", services.cache_folder.string()}},
+       "create");
+  expect("created", "create", ready_by_);
+}
+
 void ProcessPlugin::send_line(std::string_view line, const char* during) {
+  if (!failure_.empty()) throw Error(ErrorKind::plugin_failed, failure_);
   if (child_->send(line, in_seconds(patience_.handshake_seconds))) return;
   fail(during, "it reads no more messages");
 }
 
-void ProcessPlugin::send(const Json& message, const char* during) {
-  // Texts come from users' files: what is no UTF-8 must not stop us.
-  send_line(message.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n", during);
-}
+void ProcessPlugin::send(const Json& message, const char* during) { send_line(line_of(message), during); }
 
 Json ProcessPlugin::receive(const char* during, Deadline deadline, const char* what_is_late) {
   std::string line;
   const ChildProcess::Got got = child_->receive(line, deadline);
   if (got == ChildProcess::Got::late || got == ChildProcess::Got::late_within_line) child_->end(0);  // it hangs
   if (got != ChildProcess::Got::line) fail(during, got_text(got, what_is_late));
+  if (nesting(line) > kDeepestMessage) fail(during, "it sent " + excerpt(line) + ", which is nested too deep");
   Json message = Json::parse(line, nullptr, false);
   if (message.is_discarded()) fail(during, "it sent " + excerpt(line) + ", which is no JSON");
   const std::string* name = message.is_object() ? text_member(message, "message") : nullptr;
@@ -166,19 +207,67 @@ Json ProcessPlugin::receive(const char* during, Deadline deadline, const char* w
 }
 
 Json ProcessPlugin::expect(const char* name, const char* during, Deadline deadline) {
-  Json message = receive(during, deadline, "it did not answer in time");
-  if (*text_member(message, "message") != name)
+  return checked(receive(during, deadline, "it did not answer in time"), name, nullptr, during);
+}
+
+Json ProcessPlugin::ask_line(std::string_view line, const char* name, const char* during, const char* otherwise) {
+  send_line(line, during);
+  const std::string late = "it did not answer within " + shortest(patience_.call_seconds) + " s";
+  return checked(receive(during, in_seconds(patience_.call_seconds), late.c_str()), name, otherwise, during);
+}
+
+Json ProcessPlugin::ask(const Json& request, const char* name, const char* during) {
+  return ask_line(line_of(request), name, during);
+}
+
+Json ProcessPlugin::checked(Json message, const char* name, const char* otherwise, const char* during) {
+  const std::string& found = *text_member(message, "message");
+  if (found != name && (!otherwise || found != otherwise))
     fail(during, "expected the message \"" + std::string(name) + "\", found " + excerpt(message.dump()));
   return message;
+}
+
+// ---- members of messages ----------------------------------------------------------------------
+
+template <class Fits>
+const Json& ProcessPlugin::member(const Json& message, const char* name, const char* during, const char* what,
+                                  Fits&& fits) {
+  const auto found = message.find(name);
+  if (found == message.end() || !fits(*found))
+    fail(during, "its message \"" + *text_member(message, "message") + "\" has no " + what + " \"" + name + "\"");
+  return *found;
+}
+
+const Json& ProcessPlugin::object(const Json& message, const char* name, const char* during) {
+  return member(message, name, during, "object", [](const Json& value) { return value.is_object(); });
+}
+
+double ProcessPlugin::number(const Json& message, const char* name, const char* during) {
+  return number_or_nan(member(message, name, during, "number", is_number_or_null));
+}
+
+std::uint64_t ProcessPlugin::bits(const Json& message, const char* name, const char* during) {
+  const char* what = "whole number from 0 to 2^64 - 1";
+  return member(message, name, during, what, [](const Json& value) { return value.is_number_unsigned(); })
+      .get<std::uint64_t>();
+}
+
+std::vector<double> ProcessPlugin::numbers(const Json& message, const char* name, const char* during) {
+  const Json& list = member(message, name, during, "list of numbers", [](const Json& value) {
+    return value.is_array() && std::all_of(value.begin(), value.end(), is_number_or_null);
+  });
+  std::vector<double> values;
+  for (const Json& value : list) values.push_back(number_or_nan(value));
+  return values;
 }
 
 void ProcessPlugin::fail(const char* during, const std::string& sentence) {
   // A process that has just closed the conversation is about to end by itself, and how it does is worth knowing.
   constexpr double kSecondsToDie = 1;
-  sound_ = false;
+  failure_ = "plugin '" + plugin_id_ + "' failed in " + during + ": " + sentence;
   child_->end(kSecondsToDie);
-  throw Error(ErrorKind::plugin_failed,
-              "plugin '" + plugin_id_ + "' failed in " + during + ": " + sentence + ending_text(*child_));
+  failure_ += ending_text(*child_);
+  throw Error(ErrorKind::plugin_failed, failure_);
 }
 
 }  // namespace relign::plugin_host

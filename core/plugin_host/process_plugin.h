@@ -3,12 +3,14 @@
 // Error(plugin_failed) that names the plugin, what it did, how it ended and the end of its output.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/json_source.h"
-#include "plugin_host/manifest.h"
+#include "plugin_host/catalog.h"
 #include "plugin_host/objects.h"
 #include "plugin_host/process_child.h"
 
@@ -18,6 +20,7 @@ namespace relign::plugin_host {
 struct ProcessPatience {
   double handshake_seconds = 30;  // RELIGN_HANDSHAKE_SECONDS: from its start until it is ready for a trial
   double stop_seconds = 5;        // RELIGN_STOP_SECONDS: from the first "stop" until it says "done"
+  double call_seconds = 60;       // RELIGN_CALL_SECONDS: for one answer of a scene or a noise level
   static ProcessPatience from_environment();
 };
 
@@ -27,9 +30,9 @@ std::vector<std::string> process_environment();
 
 class ProcessPlugin {
  public:
-  // Starts the command and shakes hands. Throws Error: plugin_refused when it cannot be started,
-  // plugin_failed when the handshake fails.
-  ProcessPlugin(const Manifest& manifest, const HostServices& services);
+  // Starts the command, shakes hands and hands over the parameters. Throws Error: plugin_refused when it cannot be
+  // started, plugin_failed when the handshake or create fails.
+  ProcessPlugin(const Choice& choice, const HostServices& services);
   ~ProcessPlugin();  // says good-bye if all went well, and ends the process
   ProcessPlugin(const ProcessPlugin&) = delete;
   ProcessPlugin& operator=(const ProcessPlugin&) = delete;
@@ -41,22 +44,34 @@ class ProcessPlugin {
   Json receive(const char* during, Deadline deadline, const char* what_is_late);
   // Receives, and refuses every other message than `name`.
   Json expect(const char* name, const char* during, Deadline deadline);
+  // Sends a request and waits for its answer `name`, or `otherwise` where it is given, as long as one call may take.
+  Json ask_line(std::string_view line, const char* name, const char* during, const char* otherwise = nullptr);
+  Json ask(const Json& request, const char* name, const char* during);
 
-  // Ends the process and throws Error(plugin_failed).
+  // Members that a message must have; null is NaN in numbers. Otherwise they fail.
+  const Json& object(const Json& message, const char* member, const char* during);
+  double number(const Json& message, const char* member, const char* during);
+  std::uint64_t bits(const Json& message, const char* member, const char* during);
+  std::vector<double> numbers(const Json& message, const char* member, const char* during);
+
+  // Ends the process and throws Error(plugin_failed). From then on every request fails in the same words.
   [[noreturn]] void fail(const char* during, const std::string& sentence);
 
   const ProcessPatience& patience() const { return patience_; }
-  Deadline ready_by() const { return ready_by_; }  // the handshake's deadline
   int pixel_file() const { return child_->pixel_file(); }
 
  private:
   void shake_hands(const Manifest& manifest);
+  void create(const Choice& choice, const HostServices& services);
+  Json checked(Json message, const char* name, const char* otherwise, const char* during);
+  template <class Fits>
+  const Json& member(const Json& message, const char* name, const char* during, const char* what, Fits&& fits);
 
   std::string plugin_id_;
   ProcessPatience patience_;
-  Deadline ready_by_;
+  Deadline ready_by_;  // the end of handshake and create
   std::optional<ChildProcess> child_;
-  bool sound_ = true;  // no message was wrong
+  std::string failure_;  // empty: no message was wrong
 };
 
 // What went wrong with a child whose last receive gave `got`; empty for a line.

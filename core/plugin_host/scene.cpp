@@ -1,170 +1,70 @@
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <type_traits>
 
-#include "plugin_host/guard.h"
-#include "plugin_host/library.h"
 #include "plugin_host/objects.h"
+#include "plugin_host/scene_backend.h"
 
 namespace relign::plugin_host {
 
 struct Scene::Implementation {
-  Implementation(const Choice& choice, const HostServices& services)
-      : manifest(choice.plugin), host(*choice.plugin, services) {}
-  ~Implementation() {
-    if (!object) return;
-    const FloatingPointGuard guard(host.plugin_id());
-    try {
-      table->destroy(object);
-    } catch (...) {  // a destructor has nobody to tell
-    }
-  }
+  std::unique_ptr<SceneBackend> backend;
 
-  std::shared_ptr<const Manifest> manifest;
-  ObjectHost host;
-  const relign_scene_interface* table = nullptr;
-  const relign_scene_noise_free* noise_free = nullptr;  // null when not offered
-  const relign_scene_stage* stage = nullptr;            // null when not offered
-  relign_scene* object = nullptr;
-
-  const relign_scene_stage& own_stage(const char* what) const {
-    if (!stage) host.throw_failure(what, std::string("it does not offer ") + RELIGN_SCENE_STAGE);
-    return *stage;
+  SceneBackend& own_stage(const char* what) const {
+    if (!backend->offers_stage()) backend->refuse(what, std::string("it does not offer ") + RELIGN_SCENE_STAGE);
+    return *backend;
   }
 };
 
 struct MountedAssembly::Implementation {
-  ~Implementation() {
-    if (!object) return;
-    const FloatingPointGuard guard(scene->host.plugin_id());
-    try {
-      scene->table->unmount(object);
-    } catch (...) {  // a destructor has nobody to tell
-    }
-  }
-
-  std::shared_ptr<Scene::Implementation> scene;
-  relign_assembly* object = nullptr;
+  std::shared_ptr<Scene::Implementation> scene;  // outlives `backend`
+  std::unique_ptr<AssemblyBackend> backend;
 };
 
-Scene::Scene(const Choice& choice, const HostServices& services)
-    : implementation_(std::make_shared<Implementation>(choice, services)) {
-  Implementation& mine = *implementation_;
-  const Manifest& manifest = *mine.manifest;
-  const auto* table = static_cast<const relign_scene_interface*>(
-      plugin_interface(manifest, RELIGN_SCENE_INTERFACE,
-                       offsetof(relign_scene_interface, destroy) + sizeof(relign_scene_interface::destroy)));
-  require_function(manifest, RELIGN_SCENE_INTERFACE, "create", table->create);
-  require_function(manifest, RELIGN_SCENE_INTERFACE, "describe", table->describe);
-  require_function(manifest, RELIGN_SCENE_INTERFACE, "reference", table->reference);
-  require_function(manifest, RELIGN_SCENE_INTERFACE, "mount", table->mount);
-  require_function(manifest, RELIGN_SCENE_INTERFACE, "unmount", table->unmount);
-  require_function(manifest, RELIGN_SCENE_INTERFACE, "capture", table->capture);
-  require_function(manifest, RELIGN_SCENE_INTERFACE, "noise_free_mse", table->noise_free_mse);
-  require_function(manifest, RELIGN_SCENE_INTERFACE, "destroy", table->destroy);
-  mine.table = table;
-  const ParameterTable parameters(choice);
-  const relign_status status = mine.host.call("create", [&](const FloatingPointState&) {
-    return table->create(mine.host.host(), parameters.table(), &mine.object);
-  });
-  if (status != RELIGN_OK || !mine.object) mine.host.throw_failure("create", "it made no object and gives no reason");
-  if (!RELIGN_HAS_MEMBER(table, get_extension) || !table->get_extension) return;
-  mine.host.call("get_extension", [&](const FloatingPointState&) -> relign_status {
-    mine.noise_free = static_cast<const relign_scene_noise_free*>(
-        table->get_extension(mine.object, {RELIGN_SCENE_NOISE_FREE, std::strlen(RELIGN_SCENE_NOISE_FREE)}));
-    mine.stage = static_cast<const relign_scene_stage*>(
-        table->get_extension(mine.object, {RELIGN_SCENE_STAGE, std::strlen(RELIGN_SCENE_STAGE)}));
-    return RELIGN_OK;
-  });
-  if (mine.noise_free && (!RELIGN_HAS_MEMBER(mine.noise_free, render) || !mine.noise_free->render))
-    mine.noise_free = nullptr;
-  if (!mine.stage) return;
-  const bool complete =
-      RELIGN_HAS_MEMBER(mine.stage, capture) && mine.stage->begin && mine.stage->move_by && mine.stage->capture;
-  if (!complete)
-    mine.host.throw_failure("get_extension", std::string(RELIGN_SCENE_STAGE) + " lacks begin, move_by or capture");
+Scene::Scene(const Choice& choice, const HostServices& services) : implementation_(std::make_shared<Implementation>()) {
+  const bool is_process = !choice.plugin->command.empty();
+  implementation_->backend = is_process ? make_process_scene(choice, services) : make_library_scene(choice, services);
 }
 
 Scene::~Scene() = default;
 
-std::string Scene::describe() {
-  Implementation& mine = *implementation_;
-  const TextSink description;
-  const relign_status status = mine.host.call(
-      "describe", [&](const FloatingPointState&) { return mine.table->describe(mine.object, description.sink()); });
-  if (status != RELIGN_OK) mine.host.throw_failure("describe", "it wrote nothing and gives no reason");
-  return description.text();
-}
+std::string Scene::describe() { return implementation_->backend->describe(); }
 
 relign_image Scene::reference() {
-  Implementation& mine = *implementation_;
-  relign_image image{};
-  image.struct_size = sizeof image;
-  const relign_status status = mine.host.call(
-      "reference", [&](const FloatingPointState&) { return mine.table->reference(mine.object, &image); });
-  if (status != RELIGN_OK) mine.host.throw_failure("reference", "it gave no image and no reason");
+  const relign_image image = implementation_->backend->reference();
   if (image.struct_size < sizeof image || image.sample_format != RELIGN_SAMPLE_FLOAT32 || image.channels != 1 ||
       image.width == 0 || image.height == 0 || !image.pixels ||
       image.row_stride_bytes < std::uint64_t{image.width} * sizeof(float))
-    mine.host.throw_failure("reference", "the image is no complete float32 image of one channel");
+    implementation_->backend->refuse("reference", "the image is no complete float32 image of one channel");
   return image;
 }
 
 MountedAssembly Scene::mount(const std::string& offsets_json) {
-  Implementation& mine = *implementation_;
   auto assembly = std::make_unique<MountedAssembly::Implementation>();
   assembly->scene = implementation_;
-  const relign_status status = mine.host.call("mount", [&](const FloatingPointState&) {
-    return mine.table->mount(mine.object, {offsets_json.data(), offsets_json.size()}, &assembly->object);
-  });
-  if (status != RELIGN_OK || !assembly->object)
-    mine.host.throw_failure("mount", "it mounted nothing and gives no reason");
+  assembly->backend = implementation_->backend->mount(offsets_json);
   return MountedAssembly(std::move(assembly));
 }
 
-bool Scene::offers_stage() const { return implementation_->stage != nullptr; }
+bool Scene::offers_stage() const { return implementation_->backend->offers_stage(); }
 
-void Scene::begin(std::uint64_t seed) {
-  Implementation& mine = *implementation_;
-  const relign_scene_stage& stage = mine.own_stage("begin");
-  const relign_status status =
-      mine.host.call("begin", [&](const FloatingPointState&) { return stage.begin(mine.object, seed); });
-  if (status != RELIGN_OK) mine.host.throw_failure("begin", "it went to no start pose and gives no reason");
-}
+void Scene::begin(std::uint64_t seed) { implementation_->own_stage("begin").begin(seed); }
 
 Scene::StageMove Scene::move_by(const std::vector<double>& delta) {
-  Implementation& mine = *implementation_;
-  const relign_scene_stage& stage = mine.own_stage("move_by");
-  StageMove made;
-  made.moved = delta;
-  relign_stage_move answer{};
-  answer.struct_size = sizeof answer;
-  answer.moved = made.moved.data();
-  const auto axes = static_cast<std::uint32_t>(delta.size());
-  const relign_status status = mine.host.call(
-      "move_by", [&](const FloatingPointState&) { return stage.move_by(mine.object, delta.data(), axes, &answer); });
-  if (status != RELIGN_OK) mine.host.throw_failure("move_by", "it did not move and gives no reason");
+  SceneBackend& stage = implementation_->own_stage("move_by");
+  StageMove made = stage.move_by(delta);
+  const std::size_t axes = delta.size();
   const std::uint64_t known_axes = axes >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << axes) - 1;
-  const bool usable = std::isfinite(answer.machine_seconds) && answer.machine_seconds >= 0 &&
-                      ((answer.limits_low | answer.limits_high) & ~known_axes) == 0 &&
+  const bool usable = std::isfinite(made.machine_seconds) && made.machine_seconds >= 0 &&
+                      ((made.limits_low | made.limits_high) & ~known_axes) == 0 &&
                       std::all_of(made.moved.begin(), made.moved.end(), [](double v) { return std::isfinite(v); });
-  if (!usable) mine.host.throw_failure("move_by", "it tells seconds, limits or a move that cannot be");
-  made.limits_low = answer.limits_low;
-  made.limits_high = answer.limits_high;
-  made.machine_seconds = answer.machine_seconds;
+  if (!usable) stage.refuse("move_by", "it tells seconds, limits or a move that cannot be");
   return made;
 }
 
 double Scene::capture(float* pixels) {
-  Implementation& mine = *implementation_;
-  const relign_scene_stage& stage = mine.own_stage("capture");
-  double machine_seconds = 0;
-  const relign_status status = mine.host.call(
-      "capture", [&](const FloatingPointState&) { return stage.capture(mine.object, pixels, &machine_seconds); });
-  if (status != RELIGN_OK) mine.host.throw_failure("capture", "it captured nothing and gives no reason");
-  if (!std::isfinite(machine_seconds) || machine_seconds < 0)
-    mine.host.throw_failure("capture", "its machine seconds cannot be");
+  SceneBackend& stage = implementation_->own_stage("capture");
+  const double machine_seconds = stage.capture(pixels);
+  if (!std::isfinite(machine_seconds) || machine_seconds < 0) stage.refuse("capture", "its machine seconds cannot be");
   return machine_seconds;
 }
 
@@ -174,35 +74,18 @@ MountedAssembly::MountedAssembly(MountedAssembly&&) noexcept = default;
 MountedAssembly::~MountedAssembly() = default;
 
 void MountedAssembly::capture(const std::vector<double>& true_pose, std::uint64_t frame_seed, float* pixels) {
-  Scene::Implementation& scene = *implementation_->scene;
-  const relign_status status = scene.host.call("capture", [&](const FloatingPointState&) {
-    return scene.table->capture(implementation_->object, true_pose.data(), static_cast<std::uint32_t>(true_pose.size()),
-                                frame_seed, pixels);
-  });
-  if (status != RELIGN_OK) scene.host.throw_failure("capture", "it captured nothing and gives no reason");
+  implementation_->backend->capture(true_pose, frame_seed, pixels);
 }
 
 MountedAssembly::Truth MountedAssembly::noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed) {
-  Scene::Implementation& scene = *implementation_->scene;
-  Truth truth{};
-  const relign_status status = scene.host.call("noise_free_mse", [&](const FloatingPointState&) {
-    return scene.table->noise_free_mse(implementation_->object, true_pose.data(),
-                                       static_cast<std::uint32_t>(true_pose.size()), seed, &truth.mse,
-                                       &truth.standard_error);
-  });
-  if (status != RELIGN_OK) scene.host.throw_failure("noise_free_mse", "it measured nothing and gives no reason");
+  const Truth truth = implementation_->backend->noise_free_mse(true_pose, seed);
   if (!std::isfinite(truth.mse) || !std::isfinite(truth.standard_error) || truth.standard_error < 0)
-    scene.host.throw_failure("noise_free_mse", "value or standard error is no finite number");
+    implementation_->scene->backend->refuse("noise_free_mse", "value or standard error is no finite number");
   return truth;
 }
 
 bool MountedAssembly::render_noise_free(const std::vector<double>& true_pose, float* pixels) {
-  Scene::Implementation& scene = *implementation_->scene;
-  if (!scene.noise_free) return false;
-  return scene.host.call("render_noise_free", [&](const FloatingPointState&) {
-    return scene.noise_free->render(implementation_->object, true_pose.data(),
-                                    static_cast<std::uint32_t>(true_pose.size()), pixels);
-  }) == RELIGN_OK;
+  return implementation_->backend->render_noise_free(true_pose, pixels);
 }
 
 }  // namespace relign::plugin_host

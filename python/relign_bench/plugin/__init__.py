@@ -1,4 +1,4 @@
-"""Algorithms for relign-bench in Python: derive from Optimizer or Agent, end the file with serve(YourClass).
+"""Plugins for relign-bench in Python: derive from the class of a kind, end the file with serve(YourClass).
 
     from relign_bench.plugin import Optimizer, parameter, serve
 
@@ -15,9 +15,12 @@
 most. The class is the manifest (`python3 guess.py --manifest`): its name is the id, its docstring (or the module's)
 the summary, and these class attributes say the rest:
 
-    knows         what it is shown: "images", "merit", "start", "box", "design", "level"
+    knows         what an algorithm is shown: "images", "merit", "start", "box", "design", "level"
     presets       {"guess-wide": {"first_stride": 0.3}}
     id, summary, license, citation, reproducible ("anywhere" or "this_cpu")
+
+Optimizer and Agent are algorithms; Scene is a simulator, Station a scene that owns its stage; NoiseLevel draws the
+variances. A path stands wherever an id does: `--scene ./bench.py`, `--noise-level ./tight.py`, or in a suite.
 
 This module needs the standard library alone; with numpy, images are numpy arrays. The messages that it exchanges with
 the host are described in docs/process_plugins.md.
@@ -27,11 +30,29 @@ the host are described in docs/process_plugins.md.
 from .algorithms import Agent, Optimizer
 from .images import Box, Image
 from .manifest import manifest_of
+from .noise_levels import NoiseLevel
 from .parameters import Parameter, parameter
 from .process import serve
+from .scenes import Assembly, Moved, Scene, Station
 from .talk import Observation, Talk
 
-__all__ = ["Agent", "Box", "Image", "Observation", "Optimizer", "Parameter", "Talk", "manifest_of", "parameter", "serve"]
+__all__ = [
+    "Agent",
+    "Assembly",
+    "Box",
+    "Image",
+    "Moved",
+    "NoiseLevel",
+    "Observation",
+    "Optimizer",
+    "Parameter",
+    "Scene",
+    "Station",
+    "Talk",
+    "manifest_of",
+    "parameter",
+    "serve",
+]
 
 for _name in __all__:  # users meet these names here, whatever file they lie in
     globals()[_name].__module__ = __name__

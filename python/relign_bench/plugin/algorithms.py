@@ -1,21 +1,14 @@
 """What authors of algorithms derive from."""
 
-from .parameters import set_parameters
+from .base import Plugin
 
 
-class _Algorithm:
-    kind = None
+class _Algorithm(Plugin):
     knows = ()
-    presets = {}
-
-    def __init__(self, **given):
-        """Sets the parameters: those given, else what is set already, else the defaults. A class may have an
-        __init__ without arguments instead; its parameters are set before it is called."""
-        set_parameters(self, given)
 
     def run(self, talk):
         """Drives one whole trial: returns when talk.step gives None, or earlier to declare itself finished."""
-        raise NotImplementedError("%s has no run(self, talk)" % type(self).__name__)
+        raise self._lacks("run(self, talk)")
 
 
 class Optimizer(_Algorithm):

@@ -19,9 +19,10 @@ def manifest_of(cls):
         "id": getattr(cls, "id", None) or words.strip("_").lower(),
         "kind": cls.kind,
         "summary": " ".join(inspect.cleandoc(summary).split("\n\n")[0].split()),
-        "knows": list(cls.knows),
         "parameters": {name: entry.declaration() for name, entry in parameters_of(cls).items()},
     }
+    if hasattr(cls, "knows"):
+        manifest["knows"] = list(cls.knows)
     if cls.presets:
         manifest["presets"] = {name: {"parameters": dict(values)} for name, values in cls.presets.items()}
     for key in ("license", "citation", "reproducible", "oracle"):

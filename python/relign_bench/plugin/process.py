@@ -5,10 +5,9 @@ import os
 import sys
 import traceback
 
-from .images import numpy_or_none
+from .answers import answers_of
 from .manifest import manifest_of
 from .parameters import create
-from .talk import Talk
 
 PROTOCOL = 1
 TO_HOST_FD = "RELIGN_TO_HOST_FD"
@@ -31,7 +30,7 @@ class _Host:
             data = data[os.write(self._to_host, data) :]
 
     def tell(self, **message):
-        self.send(json.dumps(message, allow_nan=False) + "\n")
+        self.send(json.dumps(message, allow_nan=False, default=_plain) + "\n")
 
     def receive(self):
         line = self.read_line()
@@ -47,6 +46,13 @@ class _Host:
         if answer["message"] == "failed":
             raise RuntimeError(answer.get("text", "the host reports a failure"))
         return answer
+
+
+def _plain(value):
+    """numpy's numbers and arrays in a message."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    raise TypeError("%r cannot be written as JSON: its class is %s" % (value, type(value).__name__))
 
 
 def _sentence(error):
@@ -74,23 +80,21 @@ def _talk_to_host(cls, host):
         host.tell(message="failed", text="the host needs abilities unknown to relign_bench.plugin: %s" % hello["needs"])
         return 1
     host.tell(message="hello", protocol=PROTOCOL, id=identity, needs=[])
+    answers = None
     while True:
         message = host.receive()
         name = message["message"]
+        if name == "bye":
+            return 0
         try:
             if name == "create":
-                algorithm = create(cls, message["parameters"])
-                if "images" in cls.knows:
-                    numpy_or_none()  # slow to import: before the trial's clock starts
-                host.tell(message="created")
-            elif name == "run":
-                algorithm.run(Talk(host, message["task"]))
-                sys.stdout.flush()
-                host.tell(message="done")
-            elif name == "bye":
-                return 0
+                answers = answers_of(create(cls, message["parameters"]), host)
+                answer = {"message": "created"}
             else:
-                host.tell(message="unsupported")
+                asked = getattr(answers, "on_" + name, None)
+                answer = asked(message) if asked else {"message": "unsupported"}
+            sys.stdout.flush()
+            host.tell(**answer)
         except BaseException as error:  # SystemExit and KeyboardInterrupt too: the host must hear of it
             if not isinstance(error, SystemExit):
                 traceback.print_exc()

@@ -1,0 +1,149 @@
+// Scenes that are libraries.
+#include <cstring>
+
+#include "plugin_host/library_object.h"
+#include "plugin_host/scene_backend.h"
+
+namespace relign::plugin_host {
+namespace {
+
+using SceneObject = LibraryObject<relign_scene_interface, relign_scene>;
+
+const relign_scene_interface& scene_table(const Manifest& manifest) {
+  const auto& table = table_of<relign_scene_interface>(manifest, RELIGN_SCENE_INTERFACE);
+  require_function(manifest, RELIGN_SCENE_INTERFACE, "describe", table.describe);
+  require_function(manifest, RELIGN_SCENE_INTERFACE, "reference", table.reference);
+  require_function(manifest, RELIGN_SCENE_INTERFACE, "mount", table.mount);
+  require_function(manifest, RELIGN_SCENE_INTERFACE, "unmount", table.unmount);
+  require_function(manifest, RELIGN_SCENE_INTERFACE, "capture", table.capture);
+  require_function(manifest, RELIGN_SCENE_INTERFACE, "noise_free_mse", table.noise_free_mse);
+  return table;
+}
+
+std::uint32_t axes_of(const std::vector<double>& pose) { return static_cast<std::uint32_t>(pose.size()); }
+
+class LibraryAssembly final : public AssemblyBackend {
+ public:
+  LibraryAssembly(SceneObject& scene, const relign_scene_noise_free* noise_free, const std::string& offsets_json)
+      : scene_(scene), noise_free_(noise_free) {
+    scene_.demand("mount", "it mounted nothing and gives no reason", [&] {
+      const relign_status status =
+          scene_.table().mount(scene_.get(), {offsets_json.data(), offsets_json.size()}, &object_);
+      return status == RELIGN_OK && !object_ ? RELIGN_UNSUPPORTED : status;
+    });
+  }
+  ~LibraryAssembly() override {
+    scene_.quietly([this] { scene_.table().unmount(object_); });
+  }
+
+  void capture(const std::vector<double>& true_pose, std::uint64_t frame_seed, float* pixels) override {
+    scene_.demand("capture", "it captured nothing and gives no reason", [&] {
+      return scene_.table().capture(object_, true_pose.data(), axes_of(true_pose), frame_seed, pixels);
+    });
+  }
+
+  MountedAssembly::Truth noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed) override {
+    MountedAssembly::Truth truth{};
+    scene_.demand("noise_free_mse", "it measured nothing and gives no reason", [&] {
+      return scene_.table().noise_free_mse(object_, true_pose.data(), axes_of(true_pose), seed, &truth.mse,
+                                           &truth.standard_error);
+    });
+    return truth;
+  }
+
+  bool render_noise_free(const std::vector<double>& true_pose, float* pixels) override {
+    if (!noise_free_) return false;
+    return scene_.host().call("render_noise_free", [&](const FloatingPointState&) {
+      return noise_free_->render(object_, true_pose.data(), axes_of(true_pose), pixels);
+    }) == RELIGN_OK;
+  }
+
+ private:
+  SceneObject& scene_;
+  const relign_scene_noise_free* noise_free_;  // null when not offered
+  relign_assembly* object_ = nullptr;
+};
+
+class LibraryScene final : public SceneBackend {
+ public:
+  LibraryScene(const Choice& choice, const HostServices& services)
+      : object_(choice, services, scene_table(*choice.plugin)) {
+    const relign_scene_interface& table = object_.table();
+    if (!RELIGN_HAS_MEMBER(&table, get_extension) || !table.get_extension) return;
+    object_.demand("get_extension", "", [&] {
+      noise_free_ = static_cast<const relign_scene_noise_free*>(
+          table.get_extension(object_.get(), {RELIGN_SCENE_NOISE_FREE, std::strlen(RELIGN_SCENE_NOISE_FREE)}));
+      stage_ = static_cast<const relign_scene_stage*>(
+          table.get_extension(object_.get(), {RELIGN_SCENE_STAGE, std::strlen(RELIGN_SCENE_STAGE)}));
+      return RELIGN_OK;
+    });
+    if (noise_free_ && (!RELIGN_HAS_MEMBER(noise_free_, render) || !noise_free_->render)) noise_free_ = nullptr;
+    if (!stage_) return;
+    if (!RELIGN_HAS_MEMBER(stage_, capture) || !stage_->begin || !stage_->move_by || !stage_->capture)
+      refuse("get_extension", std::string(RELIGN_SCENE_STAGE) + " lacks begin, move_by or capture");
+  }
+
+  std::string describe() override {
+    const TextSink description;
+    object_.demand("describe", "it wrote nothing and gives no reason",
+                   [&] { return object_.table().describe(object_.get(), description.sink()); });
+    return description.text();
+  }
+
+  relign_image reference() override {
+    relign_image image{};
+    image.struct_size = sizeof image;
+    object_.demand("reference", "it gave no image and no reason",
+                   [&] { return object_.table().reference(object_.get(), &image); });
+    return image;
+  }
+
+  std::unique_ptr<AssemblyBackend> mount(const std::string& offsets_json) override {
+    return std::make_unique<LibraryAssembly>(object_, noise_free_, offsets_json);
+  }
+
+  bool offers_stage() const override { return stage_ != nullptr; }
+
+  void begin(std::uint64_t seed) override {
+    object_.demand("begin", "it went to no start pose and gives no reason",
+                   [&] { return stage_->begin(object_.get(), seed); });
+  }
+
+  Scene::StageMove move_by(const std::vector<double>& delta) override {
+    Scene::StageMove made;
+    made.moved = delta;
+    relign_stage_move answer{};
+    answer.struct_size = sizeof answer;
+    answer.moved = made.moved.data();
+    object_.demand("move_by", "it did not move and gives no reason",
+                   [&] { return stage_->move_by(object_.get(), delta.data(), axes_of(delta), &answer); });
+    made.limits_low = answer.limits_low;
+    made.limits_high = answer.limits_high;
+    made.machine_seconds = answer.machine_seconds;
+    return made;
+  }
+
+  double capture(float* pixels) override {
+    double machine_seconds = 0;
+    object_.demand("capture", "it captured nothing and gives no reason",
+                   [&] { return stage_->capture(object_.get(), pixels, &machine_seconds); });
+    return machine_seconds;
+  }
+
+  [[noreturn]] void refuse(const char* what, const std::string& sentence) override {
+    object_.host().throw_failure(what, sentence);
+  }
+
+ private:
+  SceneObject object_;
+  const relign_scene_noise_free* noise_free_ = nullptr;  // null when not offered
+  const relign_scene_stage* stage_ = nullptr;            // null when not offered
+};
+
+}  // namespace
+
+std::unique_ptr<SceneBackend> make_library_scene(const Choice& choice, const HostServices& services) {
+  return std::make_unique<LibraryScene>(choice, services);
+}
+
+}  // namespace relign::plugin_host

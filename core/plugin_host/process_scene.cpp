@@ -1,0 +1,200 @@
+// Scenes that are processes: simulators and stations (docs/process_plugins.md has the messages). Pixels pass the
+// memory file of the process: it is emptied before each request for an image, and read, never mapped, afterwards,
+// so that a process that writes too little or cuts the file costs a sentence and not the host.
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cmath>
+
+#include "plugin_host/process_numbers.h"
+#include "plugin_host/process_plugin.h"
+#include "plugin_host/scene_backend.h"
+
+namespace relign::plugin_host {
+namespace {
+
+std::string request(const char* name) { return "{\"message\":\"" + std::string(name) + "\""; }
+
+// What all requests of one scene share: the process, and the image that it writes.
+class SceneProcess {
+ public:
+  SceneProcess(const Choice& choice, const HostServices& services) : plugin_(choice, services) {
+    const Json asked = {{"message", "describe"}, {"image_file", ChildProcess::pixel_path()}};
+    description_ = plugin_.object(plugin_.ask(asked, "described", "describe"), "description", "describe");
+    width_ = side("width");
+    height_ = side("height");
+  }
+
+  ProcessPlugin& plugin() { return plugin_; }
+  const Json& description() const { return description_; }
+  std::uint32_t width() const { return width_; }
+  std::uint32_t height() const { return height_; }
+  std::size_t pixels() const { return std::size_t{width_} * height_; }
+
+  // Asks for an image. `line` lacks its end.
+  Json ask_for_image(std::string line, const char* answer, const char* during, float* pixels,
+                     const char* otherwise = nullptr) {
+    if (::ftruncate(plugin_.pixel_file(), 0) != 0) errno = 0;  // of a process that has ended: ask says so
+    Json answered = plugin_.ask_line(line + "}\n", answer, during, otherwise);
+    if (answered["message"] == answer) take_pixels(during, pixels);
+    return answered;
+  }
+
+ private:
+  // 0 when the description has none, which task reports together with its other mistakes.
+  std::uint32_t side(const char* name) const {
+    constexpr double kLargest = 20000;  // pixels
+    const auto image = description_.find("image");
+    if (image == description_.end() || !image->is_object()) return 0;
+    const auto found = image->find(name);
+    if (found == image->end() || !found->is_number()) return 0;
+    const double value = found->get<double>();
+    return value >= 1 && value <= kLargest && value == std::floor(value) ? static_cast<std::uint32_t>(value) : 0;
+  }
+
+  void take_pixels(const char* during, float* pixels) {
+    struct stat file {};
+    const std::size_t wanted = this->pixels() * sizeof(float);
+    const bool known = ::fstat(plugin_.pixel_file(), &file) == 0;
+    const auto found = known ? static_cast<std::size_t>(file.st_size) : 0;
+    if (found != wanted)
+      plugin_.fail(during, "its image file has " + std::to_string(found) + " bytes, expected " +
+                               std::to_string(wanted) + ": " + std::to_string(height_) + " rows of " +
+                               std::to_string(width_) + " float32 values");
+    auto* place = reinterpret_cast<char*>(pixels);
+    std::size_t read = 0;
+    while (read < wanted) {
+      const ssize_t got = ::pread(plugin_.pixel_file(), place + read, wanted - read, static_cast<off_t>(read));
+      if (got < 0 && errno == EINTR) continue;
+      if (got <= 0) plugin_.fail(during, "its image file became shorter while it was read");
+      read += static_cast<std::size_t>(got);
+    }
+  }
+
+  ProcessPlugin plugin_;
+  Json description_;
+  std::uint32_t width_ = 0;
+  std::uint32_t height_ = 0;
+};
+
+class ProcessAssembly final : public AssemblyBackend {
+ public:
+  ProcessAssembly(SceneProcess& scene, std::uint64_t number, const std::string& offsets_json)
+      : scene_(scene), number_(number) {
+    scene_.plugin().ask(
+        Json{{"message", "mount"}, {"assembly", number_}, {"offsets", Json::parse(offsets_json, nullptr, false)}}, "ok",
+        "mount");
+  }
+  ~ProcessAssembly() override {
+    try {
+      scene_.plugin().ask_line(about_this("unmount") + "}\n", "ok", "unmount");
+    } catch (...) {  // the scene's next request says it
+    }
+  }
+
+  void capture(const std::vector<double>& true_pose, std::uint64_t frame_seed, float* pixels) override {
+    scene_.ask_for_image(about_pose("capture", true_pose) + ",\"seed\":" + std::to_string(frame_seed), "ok", "capture",
+                         pixels);
+  }
+
+  MountedAssembly::Truth noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed) override {
+    const char* what = "noise_free_mse";
+    const Json answer = scene_.plugin().ask_line(
+        about_pose(what, true_pose) + ",\"seed\":" + std::to_string(seed) + "}\n", "measured", what);
+    return {scene_.plugin().number(answer, "mse", what), scene_.plugin().number(answer, "standard_error", what)};
+  }
+
+  bool render_noise_free(const std::vector<double>& true_pose, float* pixels) override {
+    const char* what = "render_noise_free";
+    return scene_.ask_for_image(about_pose(what, true_pose), "ok", what, pixels, "unsupported")["message"] == "ok";
+  }
+
+ private:
+  std::string about_this(const char* name) const { return request(name) + ",\"assembly\":" + std::to_string(number_); }
+  std::string about_pose(const char* name, const std::vector<double>& true_pose) const {
+    std::string line = about_this(name) + ",\"pose\":";
+    append_numbers(line, true_pose.data(), true_pose.size());
+    return line;
+  }
+
+  SceneProcess& scene_;
+  std::uint64_t number_;
+};
+
+class ProcessScene final : public SceneBackend {
+ public:
+  ProcessScene(const Choice& choice, const HostServices& services) : scene_(choice, services) {}
+
+  // Asked once: the image's size must not change under its readers.
+  std::string describe() override { return scene_.description().dump(); }
+
+  relign_image reference() override {
+    if (reference_.empty()) {
+      if (scene_.pixels() == 0) refuse("reference", "its description tells no size of the image");
+      std::vector<float> pixels(scene_.pixels());
+      scene_.ask_for_image(request("reference"), "ok", "reference", pixels.data());
+      reference_ = std::move(pixels);
+    }
+    relign_image image{};
+    image.struct_size = sizeof image;
+    image.sample_format = RELIGN_SAMPLE_FLOAT32;
+    image.width = scene_.width();
+    image.height = scene_.height();
+    image.channels = 1;
+    image.pixels = reference_.data();
+    image.row_stride_bytes = std::uint64_t{image.width} * sizeof(float);
+    return image;
+  }
+
+  std::unique_ptr<AssemblyBackend> mount(const std::string& offsets_json) override {
+    return std::make_unique<ProcessAssembly>(scene_, ++mounted_, offsets_json);
+  }
+
+  bool offers_stage() const override {
+    const auto owns = scene_.description().find("owns_stage");
+    return owns != scene_.description().end() && *owns == true;
+  }
+
+  void begin(std::uint64_t seed) override {
+    scene_.plugin().ask_line(request("begin") + ",\"seed\":" + std::to_string(seed) + "}\n", "ok", "begin");
+  }
+
+  Scene::StageMove move_by(const std::vector<double>& delta) override {
+    const char* what = "move_by";
+    std::string line = request(what) + ",\"delta\":";
+    append_numbers(line, delta.data(), delta.size());
+    ProcessPlugin& plugin = scene_.plugin();
+    const Json answer = plugin.ask_line(line + "}\n", "moved", what);
+    Scene::StageMove made;
+    made.moved = plugin.numbers(answer, "moved", what);
+    if (made.moved.size() != delta.size())
+      refuse(what, "it moved " + std::to_string(made.moved.size()) + " axes, expected " + std::to_string(delta.size()));
+    made.limits_low = plugin.bits(answer, "limits_low", what);
+    made.limits_high = plugin.bits(answer, "limits_high", what);
+    made.machine_seconds = plugin.number(answer, "machine_seconds", what);
+    return made;
+  }
+
+  double capture(float* pixels) override {
+    const Json answer = scene_.ask_for_image(request("capture"), "captured", "capture", pixels);
+    return scene_.plugin().number(answer, "machine_seconds", "capture");
+  }
+
+  [[noreturn]] void refuse(const char* what, const std::string& sentence) override {
+    scene_.plugin().fail(what, sentence);
+  }
+
+ private:
+  SceneProcess scene_;
+  std::vector<float> reference_;
+  std::uint64_t mounted_ = 0;  // number of the latest assembly
+};
+
+}  // namespace
+
+std::unique_ptr<SceneBackend> make_process_scene(const Choice& choice, const HostServices& services) {
+  return std::make_unique<ProcessScene>(choice, services);
+}
+
+}  // namespace relign::plugin_host

@@ -1,0 +1,52 @@
+// What stands behind Scene: a library's object or a process. Both hand over what the plugin said as it said it; Scene
+// checks it, once for both.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "plugin_host/objects.h"
+
+namespace relign::plugin_host {
+
+// A mounted lens. Goes before its scene.
+class AssemblyBackend {
+ public:
+  AssemblyBackend() = default;
+  AssemblyBackend(const AssemblyBackend&) = delete;
+  AssemblyBackend& operator=(const AssemblyBackend&) = delete;
+  virtual ~AssemblyBackend() = default;  // unmounts it
+
+  virtual void capture(const std::vector<double>& true_pose, std::uint64_t frame_seed, float* pixels) = 0;
+  virtual MountedAssembly::Truth noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed) = 0;
+  virtual bool render_noise_free(const std::vector<double>& true_pose, float* pixels) = 0;
+};
+
+// Every function throws Error(plugin_failed) when the plugin reports a failure, or cannot be understood.
+class SceneBackend {
+ public:
+  SceneBackend() = default;
+  SceneBackend(const SceneBackend&) = delete;
+  SceneBackend& operator=(const SceneBackend&) = delete;
+  virtual ~SceneBackend() = default;
+
+  virtual std::string describe() = 0;
+  virtual relign_image reference() = 0;
+  virtual std::unique_ptr<AssemblyBackend> mount(const std::string& offsets_json) = 0;
+
+  // The three below are called only when it offers a stage.
+  virtual bool offers_stage() const = 0;
+  virtual void begin(std::uint64_t seed) = 0;
+  virtual Scene::StageMove move_by(const std::vector<double>& delta) = 0;  // `moved` has as many values as `delta`
+  virtual double capture(float* pixels) = 0;                               // machine seconds
+
+  // The plugin gave in `what` something that cannot be: throws Error(plugin_failed).
+  [[noreturn]] virtual void refuse(const char* what, const std::string& sentence) = 0;
+};
+
+std::unique_ptr<SceneBackend> make_library_scene(const Choice& choice, const HostServices& services);
+std::unique_ptr<SceneBackend> make_process_scene(const Choice& choice, const HostServices& services);
+
+}  // namespace relign::plugin_host

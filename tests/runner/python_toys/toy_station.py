@@ -1,0 +1,46 @@
+"""A station in memory: its own crooked stage before a spot, and a start nobody is told; ../toy_station in Python."""
+
+import os
+
+from philox import Random
+from relign_bench.plugin import Moved, Station, parameter, serve
+from toy_scene import HEIGHT, WIDTH, spot
+
+
+class ToyStation(Station):
+    reproducible = "this_cpu"
+    dies_at_move = parameter(0, minimum=0, description="This move of a trial ends the process; 0 for none")
+
+    def describe(self):
+        axes = [{"name": name, "unit": "mm", "lower": -1, "upper": 1} for name in "xy"]
+        return {"name": "toy station", "axes": axes, "image": {"width": WIDTH, "height": HEIGHT, "white": 1}}
+
+    def reference(self):
+        return spot(0.5, 0.5)
+
+    def begin(self, seed):
+        random = Random(seed)
+        self.place = [random.uniform(), random.uniform()]
+        self.moves = 0
+
+    def move_by(self, delta):
+        self.moves += 1
+        if self.moves == self.dies_at_move:
+            print("process", os.getpid(), "lost its reference")
+            os._exit(9)
+        moved, limits = [], []
+        for axis, share in enumerate(delta):
+            wanted = self.place[axis] + share
+            reached = min(1.0, max(0.0, wanted))
+            limits.append(-1 if wanted < 0 else 1 if wanted > 1 else 0)
+            moved.append(share if reached == wanted else reached - self.place[axis])
+            self.place[axis] = reached
+        return Moved(moved, 0.25, limits)
+
+    def capture(self):
+        x, y = self.place
+        return spot(x + 0.05 * y, y - 0.05 * x), 0.5
+
+
+if __name__ == "__main__":
+    serve(ToyStation)
