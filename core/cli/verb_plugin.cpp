@@ -28,10 +28,12 @@ void refuse_taken_name(Context& context, plugin_host::Kind kind, const std::stri
 // What to type next, in the order of typing.
 std::string next_steps(const NewPlugin& made) {
   const std::string folder = made.folder.string();
-  if (made.language == "python") return "  cd " + folder + "\n  relign-bench try ./" + made.name + ".py\n";
-  std::string use = "relign-bench try ./build/" + made.name;
-  if (made.kind == "scene") use = "relign-bench try nlopt-sbplx --scene ./build/" + made.name;
-  if (made.kind == "noise-level") use = "relign-bench try nlopt-sbplx --noise-level ./build/" + made.name;
+  const bool python = made.language == "python";
+  const std::string plugin = python ? "./" + made.name + ".py" : "./build/" + made.name;
+  std::string use = "relign-bench try " + plugin;
+  if (made.kind == "scene") use = "relign-bench try nlopt-sbplx --scene " + plugin;
+  if (made.kind == "noise-level") use = "relign-bench try nlopt-sbplx --noise-level " + plugin;
+  if (python) return "  cd " + folder + "\n  python3 test_" + made.name + ".py\n  " + use + "\n";
   const fs::path prefix = template_folder().parent_path().parent_path().parent_path();
   return "  cd " + folder + "\n  cmake -S . -B build -DCMAKE_PREFIX_PATH=" + prefix.string() +
          "\n  cmake --build build\n  ctest --test-dir build\n  " + use + "\n";
