@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <set>
 
 #include "base/error.h"
 #include "base/files.h"
@@ -63,6 +64,29 @@ void print_failures(const runner::RunSummary& summary) {
     print_warning("... and " + std::to_string(summary.failures.size() - kShown) + " more");
 }
 
+// " --plugin PATH" for a plugin that no program of ours scans: without it the id alone says nothing.
+std::string plugin_option(const plugin_host::Manifest& plugin) {
+  const fs::path folder = fs::weakly_canonical(plugin.folder);
+  for (const fs::path& root : plugin_host::Catalog::default_roots())
+    if (const fs::path inside = folder.lexically_relative(fs::weakly_canonical(root));
+        !inside.empty() && *inside.begin() != "..")
+      return "";
+  const fs::path typed = plugin.source.extension() == ".py" ? plugin.source : plugin.folder;
+  return " --plugin " + typed.lexically_proximate(fs::current_path()).string();
+}
+
+// A trial to watch. home and random, which we may have added, stand last and show little.
+std::string trial_to_watch(const suite::Suite& suite) {
+  const suite::AlgorithmEntry* shown = &suite.algorithms.back();
+  for (const suite::AlgorithmEntry& entry : suite.algorithms)
+    if (!entry.added) shown = &entry;
+  const plugin_host::Choice &scene = suite.scenes.back().choice, &level = suite.levels.back().choice;
+  std::set<std::string> plugins;
+  for (const plugin_host::Choice* used : {&shown->choice, &scene, &level}) plugins.insert(plugin_option(*used->plugin));
+  return "relign-bench try " + shown->choice.id + (scene.id == "relign_od" ? "" : " --scene " + scene.id) +
+         " --noise-level " + level.id + join({plugins.begin(), plugins.end()}, "");
+}
+
 int run_suite(Context& context, const RunArguments& arguments) {
   runner::RunOptions options;
   options.only = parse_only(arguments.only);
@@ -73,13 +97,7 @@ int run_suite(Context& context, const RunArguments& arguments) {
 
   suite::Suite suite = suite::read_suite(arguments.suite, context.catalog());
   options.results = arguments.out.empty() ? fs::path("results") / suite.name : fs::path(arguments.out);
-  // For the hint at the end: home and random, which we may have added, stand last and show little.
-  std::string shown_algorithm;
-  for (const suite::AlgorithmEntry& entry : suite.algorithms)
-    if (!entry.added) shown_algorithm = entry.choice.id;
-  std::string shown_scene_and_level = " --noise-level " + suite.levels.back().choice.id;
-  if (const std::string& scene = suite.scenes.back().choice.id; scene != "relign_od")
-    shown_scene_and_level.insert(0, " --scene " + scene);
+  const std::string hint = trial_to_watch(suite);
 
   ProgressPrinter progress(context.progress_mode());
   options.on_progress = [&](const runner::Progress& now) { progress.update(now); };
@@ -109,12 +127,10 @@ int run_suite(Context& context, const RunArguments& arguments) {
   } else {
     print_result(report::ranking_table(options.results) + "\nresults  " + options.results.string() + "\nreport   " +
                  page.string() + "\n");
-    std::fprintf(stderr,
-                 "\n%zu trials in %s%s.\nNext: open the report in a browser, or watch one trial:\n  "
-                 "relign-bench try %s%s\n",
+    std::fprintf(stderr, "\n%zu trials in %s%s.\nNext: open the report in a browser, or watch one trial:\n  %s\n",
                  summary.trials, duration_text(summary.seconds).c_str(),
                  summary.reused > 0 ? (", " + std::to_string(summary.reused) + " of them from before").c_str() : "",
-                 shown_algorithm.c_str(), shown_scene_and_level.c_str());
+                 hint.c_str());
   }
   return summary.failed > 0 ? kTrialsFailed : kDone;
 }
