@@ -5,13 +5,11 @@
 
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
 #include <thread>
 
 #include "base/files.h"
 #include "contract/fake_conversation.h"
-#include "plugin_host/objects.h"
-#include "test_folder.h"
+#include "process_folder.h"
 
 namespace relign::plugin_host {
 namespace {
@@ -25,31 +23,10 @@ using testing::IsEmpty;
 using testing::Not;
 using testing::SizeIs;
 
-// What a script without relign_bench needs to talk.
-const char* const kRaw = R"(
-import json, os, sys, time
-to_host = int(os.environ["RELIGN_TO_HOST_FD"])
-from_host = os.fdopen(int(os.environ["RELIGN_FROM_HOST_FD"]), closefd=False)
-def say(text): os.write(to_host, text.encode())
-def hear(): return json.loads(from_host.readline())
-def begin():
-    hear(); say('{"message":"hello","protocol":1,"id":"raw","news":[]}\n')
-    hear(); say('{"message":"created"}\n')
-    return hear()["task"]
-)";
-
-bool shell(const std::string& command) { return std::system((command + " >/dev/null 2>&1").c_str()) == 0; }
-
-class ProcessTest : public test::FolderTest {
+class ProcessTest : public test::ProcessFolderTest {
  protected:
   void SetUp() override {
-    FolderTest::SetUp();
-    if (!shell("python3 -c 'import sys; sys.exit(sys.version_info < (3, 9))'"))
-      GTEST_SKIP() << "python3 (3.9 or later) is not installed";
-    ::setenv("XDG_CACHE_HOME", (folder_ / "cache").c_str(), 1);
-    ::unsetenv("RELIGN_STOP_SECONDS");
-    ::unsetenv("RELIGN_HANDSHAKE_SECONDS");
-    services_.log = [this](int, const std::string& line) { logged_.push_back(line); };
+    ProcessFolderTest::SetUp();
     setup_.axes = 2;
     setup_.budget = 4;
     setup_.merit = [](const test::Pose& pose, std::uint32_t) { return test::bowl(pose, {0.3, -0.2}); };
@@ -64,37 +41,17 @@ class ProcessTest : public test::FolderTest {
                      indented(members, 4) + "    def run(self, talk):\n" + indented(body, 8) +
                      "if __name__ == '__main__': serve(Guess)\n");
   }
-  // A script that speaks for itself.
-  fs::path raw(const std::string& body, const std::string& before = kRaw) {
-    write("raw/raw.py", before + body);
-    write("raw/relign-plugin.json",
-          R"({"id": "raw", "kind": "optimizer", "summary": "Speaks for itself.", "knows": ["merit", "box"],
-              "command": ["python3", "raw.py"]})");
-    return folder_ / "raw";
-  }
-
   void run(const fs::path& plugin, const Json& parameters = {}) {
     talk_ = std::make_unique<test::FakeConversation>(setup_);
-    Catalog catalog;
-    Algorithm algorithm(catalog.resolve_or_throw(Kind::optimizer, plugin.string(), parameters), services_);
+    Algorithm algorithm(choice(Kind::optimizer, plugin, parameters), services_);
     algorithm.run(talk_->talk());
   }
   std::string failure(const fs::path& plugin) {
     return test::error_text(ErrorKind::plugin_failed, [&] { run(plugin); });
   }
 
-  HostServices services_;
-  std::vector<std::string> logged_;
   test::FakeSetup setup_;
   std::unique_ptr<test::FakeConversation> talk_;
-
- private:
-  static std::string indented(const std::string& text, std::size_t spaces) {
-    std::string result;
-    std::istringstream lines(text);
-    for (std::string line; std::getline(lines, line);) result += std::string(spaces, ' ') + line + "\n";
-    return result;
-  }
 };
 
 #ifdef RELIGN_COMPASS
@@ -212,7 +169,7 @@ print("array:", type(image).__module__))";
             "command": ["python3", "-S", "guess.py"]})");
   run(folder_ / "plain");
   EXPECT_THAT(logged_, Contains("array: relign_bench.plugin"));
-  if (!shell("python3 -c 'import numpy'")) GTEST_SKIP() << "numpy is not installed: seen without it only";
+  if (!runs("python3 -c 'import numpy'")) GTEST_SKIP() << "numpy is not installed: seen without it only";
   run(file);
   EXPECT_THAT(logged_, Contains("array: numpy"));
 }

@@ -5,6 +5,7 @@ from relign_bench.plugin import NoiseLevel, parameter, serve
 
 
 class ToyLevel(NoiseLevel):
+    id = "toy-level"
     width = parameter(0.0, minimum=0, maximum=1, unit="mm")
     presets = {"toy-wild": {"width": 0.1}}
 

@@ -39,6 +39,7 @@ class ToyAssembly(Assembly):
 
 
 class ToyScene(Scene):
+    id = "toy-scene"
     broken_above = parameter(2.0, description="Captures fail where the first coordinate is larger.")
 
     def __init__(self):

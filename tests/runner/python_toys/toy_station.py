@@ -9,7 +9,9 @@ from toy_scene import HEIGHT, WIDTH, spot
 
 class ToyStation(Station):
     reproducible = "this_cpu"
-    dies_at_move = parameter(0, minimum=0, description="This move of a trial ends the process; 0 for none")
+    id = "toy-station"
+    dies_in_trial = parameter(0, minimum=0, description="The process dies in its trial of this number; 0 for none")
+    trials = 0
 
     def describe(self):
         axes = [{"name": name, "unit": "mm", "lower": -1, "upper": 1} for name in "xy"]
@@ -21,11 +23,12 @@ class ToyStation(Station):
     def begin(self, seed):
         random = Random(seed)
         self.place = [random.uniform(), random.uniform()]
+        self.trials += 1
         self.moves = 0
 
     def move_by(self, delta):
         self.moves += 1
-        if self.moves == self.dies_at_move:
+        if self.trials == self.dies_in_trial and self.moves == 2:
             print("process", os.getpid(), "lost its reference")
             os._exit(9)
         moved, limits = [], []
