@@ -11,7 +11,7 @@ namespace relign::plugin_host {
 bool is_plugin_script(const std::filesystem::path& path);
 
 // Runs the script for its manifest, or reads what it said last time: the answer is kept in the cache
-// folder under the hash of the file. Throws Error(plugin_refused).
+// folder under the hash of the file and of relign_bench. Throws Error(plugin_refused).
 Manifest read_script_manifest(const std::filesystem::path& script);
 
 }  // namespace relign::plugin_host

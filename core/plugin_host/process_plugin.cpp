@@ -27,16 +27,6 @@ std::string environment_value(const char* name) {
   return text ? text : "";
 }
 
-// Where relign_bench lies: ../share/relign-bench/python beside the program's own folder, in a build as
-// after an installation. Empty: nowhere.
-fs::path python_folder() {
-  std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  if (error) return {};
-  const fs::path folder = program.parent_path().parent_path() / "share" / "relign-bench" / "python";
-  return fs::exists(folder / "relign_bench" / "plugin", error) ? folder : fs::path();
-}
-
 // What was received, short enough for a sentence.
 std::string excerpt(const std::string& line) {
   constexpr std::size_t kLongest = 80;
@@ -84,6 +74,14 @@ ProcessPatience ProcessPatience::from_environment() {
   patience.stop_seconds = seconds_from_environment("RELIGN_STOP_SECONDS", patience.stop_seconds);
   patience.call_seconds = seconds_from_environment("RELIGN_CALL_SECONDS", patience.call_seconds);
   return patience;
+}
+
+fs::path python_folder() {
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  if (error) return {};
+  const fs::path folder = program.parent_path().parent_path() / "share" / "relign-bench" / "python";
+  return fs::exists(folder / "relign_bench" / "plugin", error) ? folder : fs::path();
 }
 
 std::vector<std::string> process_environment() {

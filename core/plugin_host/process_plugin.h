@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -23,6 +24,10 @@ struct ProcessPatience {
   double call_seconds = 60;       // RELIGN_CALL_SECONDS: for one answer of a scene or a noise level
   static ProcessPatience from_environment();
 };
+
+// Where relign_bench lies: ../share/relign-bench/python beside the program's own folder, in a build as after an
+// installation. Empty: nowhere.
+std::filesystem::path python_folder();
 
 // What the command of a plugin gets besides the host's own environment, so that Python plugins find
 // relign_bench and equal trials stay equal.

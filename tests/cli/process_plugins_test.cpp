@@ -1,4 +1,5 @@
-// Python plugins through the program: a path is an id, both compasses make the same trial, deaths cost theirs.
+// Python plugins of every kind through the program: a path is an id, both compasses make the same trial, deaths cost
+// theirs.
 #include <gmock/gmock.h>
 
 #include <cstdlib>
@@ -62,6 +63,62 @@ if __name__ == "__main__": serve(Dies)
   const json manifest = json::parse(place.read("out/manifest.json"));
   EXPECT_EQ(manifest["algorithms"][0]["name"], "compass");
   EXPECT_EQ(manifest["algorithms"][0]["plugin_hash"].get<std::string>().size(), 64U);
+}
+
+TEST(CliProcessPlugins, ScenesStationsAndNoiseLevelsArePathsToo) {
+  RELIGN_NEEDS_PYTHON();
+  const Workplace place;
+  fs::copy(RELIGN_SOURCE_DIR "/tests/runner/python_toys", place.path("toys"));
+  place.write("suite.json", R"({"scenes": ["toys/toy_scene.py"], "noise_levels": ["./toys/toy_level.py", "toy-wild"],
+                                "algorithms": ["nlopt-sbplx"], "instances": 2, "steps": 3})");
+  const Outcome valid = relign_bench(place, {"validate", "suite.json"});
+  EXPECT_EQ(valid.exit_code, 0) << valid.err;
+  const Outcome outcome = relign_bench(place, {"run", "suite.json", "--out", "out", "--workers", "2"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const json manifest = json::parse(place.read("out/manifest.json"));
+  EXPECT_EQ(manifest["scenes"][0]["name"], "toy-scene");
+  EXPECT_EQ(manifest["noise_levels"].size(), 2U);
+  EXPECT_TRUE(fs::exists(place.path("out/pictures/toy-scene/reference.png")));
+
+  place.write("bench.json", R"({"scenes": ["./toys/toy_station.py"], "noise_levels": ["none"],
+                                "algorithms": ["random"], "instances": 2, "steps": 3})");
+  const Outcome station = relign_bench(place, {"run", "bench.json", "--out", "bench"});
+  ASSERT_EQ(station.exit_code, 0) << station.err;
+  EXPECT_THAT(station.out, HasSubstr("measured only"));
+  const Outcome tried = relign_bench(
+      place, {"try", "random", "--scene", "toys/toy_scene.py", "--noise-level", "toys/toy_level.py", "--steps", "2"});
+  EXPECT_EQ(tried.exit_code, 0) << tried.err;
+  const Outcome wrong = relign_bench(place, {"try", "random", "--scene", "toys/toy_level.py"});
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("is a plugin of the kind noise-level, expected a scene"));
+}
+
+TEST(CliProcessPlugins, TheConformanceKitChecksEveryKind) {
+  RELIGN_NEEDS_PYTHON();
+  const Workplace place;
+  const std::string toys = RELIGN_SOURCE_DIR "/tests/runner/python_toys/";
+  const auto finding = [&place](const std::string& plugin, const std::string& check) {
+    return relign_bench(place, {"plugin", "check", "--one", check, "--report", "1", plugin}).out;
+  };
+  for (const char* check : {"description", "same-pixels", "truth", "elements", "travel"})
+    EXPECT_THAT(finding(toys + "toy_scene.py", check), HasSubstr(R"("verdict":"ok")")) << check;
+  for (const char* check : {"reference", "stage"})
+    EXPECT_THAT(finding(toys + "toy_station.py", check), HasSubstr(R"("verdict":"ok")")) << check;
+  EXPECT_THAT(finding(toys + "toy_level.py", "variances"), HasSubstr(R"("verdict":"ok")"));
+  EXPECT_THAT(finding(toys + "toy_level.py", "symbols"), HasSubstr("it is a process, no library"));
+  // Another start in every process: no function of the seed.
+  place.write("moody.py", R"("""Draws from its own mood."""
+import os
+from relign_bench.plugin import NoiseLevel, serve
+class Moody(NoiseLevel):
+    def draw(self, seed, scene):
+        n = len(scene["axes"])
+        unit = [[float(i == j) for j in range(n)] for i in range(n)]
+        return {"start": [(seed % 7 + os.getpid() % 1000 / 1000) / 8] * n, "distortion": unit, "elements": {}}
+if __name__ == "__main__": serve(Moody)
+)");
+  EXPECT_THAT(finding("moody.py", "same-draw"),
+              HasSubstr("a second object of 'moody' draws something else for the same seed"));
 }
 
 TEST(CliProcessPlugins, ServicesPassAsMessages) {
