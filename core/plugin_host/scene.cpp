@@ -3,6 +3,7 @@
 #include <cstring>
 #include <type_traits>
 
+#include "base/text.h"
 #include "plugin_host/guard.h"
 #include "plugin_host/library.h"
 #include "plugin_host/objects.h"
@@ -133,6 +134,28 @@ void Scene::begin(std::uint64_t seed) {
   if (status != RELIGN_OK) mine.host.throw_failure("begin", "it went to no start pose and gives no reason");
 }
 
+namespace {
+
+// What cannot be in a station's answer, or an empty text.
+std::string flaw_of_seconds(double machine_seconds) {
+  if (std::isfinite(machine_seconds) && machine_seconds >= 0) return "";
+  return "it took " + shortest(machine_seconds) + " s by its own account; expected a finite number, not negative";
+}
+
+std::string flaw_of(const relign_stage_move& answer, const std::vector<double>& moved) {
+  const std::size_t axes = moved.size();
+  const std::uint64_t known_axes = axes >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << axes) - 1;
+  if ((answer.limits_low | answer.limits_high) & ~known_axes)
+    return "it tells limits of more than its " + std::to_string(axes) + " axes; bit i stands for axis i";
+  for (std::size_t axis = 0; axis < axes; ++axis)
+    if (!std::isfinite(moved[axis]))
+      return "it tells that axis " + std::to_string(axis) + " moved by " + shortest(moved[axis]) +
+             "; expected a share of the travel";
+  return flaw_of_seconds(answer.machine_seconds);
+}
+
+}  // namespace
+
 Scene::StageMove Scene::move_by(const std::vector<double>& delta) {
   Implementation& mine = *implementation_;
   const relign_scene_stage& stage = mine.own_stage("move_by");
@@ -145,11 +168,7 @@ Scene::StageMove Scene::move_by(const std::vector<double>& delta) {
   const relign_status status = mine.host.call(
       "move_by", [&](const FloatingPointState&) { return stage.move_by(mine.object, delta.data(), axes, &answer); });
   if (status != RELIGN_OK) mine.host.throw_failure("move_by", "it did not move and gives no reason");
-  const std::uint64_t known_axes = axes >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << axes) - 1;
-  const bool usable = std::isfinite(answer.machine_seconds) && answer.machine_seconds >= 0 &&
-                      ((answer.limits_low | answer.limits_high) & ~known_axes) == 0 &&
-                      std::all_of(made.moved.begin(), made.moved.end(), [](double v) { return std::isfinite(v); });
-  if (!usable) mine.host.throw_failure("move_by", "it tells seconds, limits or a move that cannot be");
+  if (const std::string flaw = flaw_of(answer, made.moved); !flaw.empty()) mine.host.throw_failure("move_by", flaw);
   made.limits_low = answer.limits_low;
   made.limits_high = answer.limits_high;
   made.machine_seconds = answer.machine_seconds;
@@ -163,8 +182,8 @@ double Scene::capture(float* pixels) {
   const relign_status status = mine.host.call(
       "capture", [&](const FloatingPointState&) { return stage.capture(mine.object, pixels, &machine_seconds); });
   if (status != RELIGN_OK) mine.host.throw_failure("capture", "it captured nothing and gives no reason");
-  if (!std::isfinite(machine_seconds) || machine_seconds < 0)
-    mine.host.throw_failure("capture", "its machine seconds cannot be");
+  if (const std::string flaw = flaw_of_seconds(machine_seconds); !flaw.empty())
+    mine.host.throw_failure("capture", flaw);
   return machine_seconds;
 }
 
