@@ -181,7 +181,7 @@ Finding check_same_trace(const Subject& subject) {
   FakeSetup interrupted_setup = setup;
   interrupted_setup.merit = [&, merit = setup.merit](const Pose& pose, std::uint32_t step) {
     if (step == 3) {
-      const FakeConversation inner(other_setup);
+      FakeConversation inner(other_setup);
       try {
         run_trial(choice, inner);
       } catch (const Error&) {  // reported by the check that is for it

@@ -68,7 +68,11 @@ const std::vector<Check>& all_checks() {
       {"truth", "truth is unbiased, with a standard error that holds", {"reference"}, scene, check_truth},
       {"elements", "refuses offsets of an element it does not have", {"description"}, scene, check_elements},
       {"travel", "survives poses at and beyond the ends of the travel", {"same-pixels"}, scene, check_travel},
-      {"stage", "a scene that owns its stage starts, moves and captures", {"reference"}, scene, check_stage},
+      {"stage",
+       "a scene that owns its stage starts, moves, stops at limits and captures",
+       {"reference"},
+       scene,
+       check_stage},
 
       {"variances", "draws usable variances for 5 and 6 axes, with every preset", {"creates"}, level, check_variances},
       {"same-draw", "same seed, same draw; other seeds, other draws", {"variances"}, level, check_same_draw},
@@ -84,7 +88,11 @@ const std::vector<Check>& all_checks() {
        any,
        check_surroundings},
       {"stdout", "writes nothing to stdout", {"creates", "runs", "stop"}, any, check_stdout},
-      {"heap", "needs no more memory from trial to trial", {"creates", "runs", "stop", "reference"}, any, check_heap},
+      {"heap",
+       "needs no more memory from trial to trial",
+       {"creates", "runs", "stop", "reference", "stage"},
+       any,
+       check_heap},
   };
   return checks;
 }

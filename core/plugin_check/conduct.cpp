@@ -5,7 +5,6 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -13,6 +12,8 @@
 
 #include "base/error.h"
 #include "base/json_source.h"
+#include "plugin_check/fake_services.h"
+#include "plugin_check/synthetic.h"
 
 extern char** environ;
 
@@ -33,6 +34,8 @@ FakeSetup setup_for(const Choice& choice, std::uint32_t axes) {
   Pose optimum = setup.start;
   for (std::uint32_t axis = 0; axis < axes; ++axis) optimum[axis] += axis % 2 ? -0.11 : 0.13;
   setup.merit = [optimum](const Pose& pose, std::uint32_t) { return bowl(pose, optimum); };
+  setup.image_side = kPictureSide;
+  setup.paint = paint_edge;
   return setup;
 }
 
@@ -42,28 +45,10 @@ std::function<double(const Pose&, std::uint32_t)> noisy(std::function<double(con
   };
 }
 
-void run_trial(const Choice& choice, const FakeConversation& conversation) {
+void run_trial(const Choice& choice, FakeConversation& conversation) {
+  const FakeServices services(choice, conversation);
   plugin_host::Algorithm algorithm(choice, check_services());
   algorithm.run(conversation.talk());
-}
-
-std::string synthetic_scene(unsigned axes) {
-  static const std::array<const char*, 6> names = {"x", "y", "z", "Rx", "Ry", "Rz"};
-  Json scene = {{"name", "synthetic"},
-                {"summary", "Made up for checks of noise levels."},
-                {"axes", Json::array()},
-                {"nominal_pose", Json::array()},
-                {"image", {{"width", 40}, {"height", 40}, {"white", 1}}},
-                {"elements", {"L1", "L2", "L3", "L4"}}};
-  for (unsigned axis = 0; axis < axes; ++axis) {
-    const bool shift = axis < 3;
-    scene["axes"].push_back({{"name", names.at(axis)},
-                             {"unit", shift ? "mm" : "deg"},
-                             {"lower", shift ? -1.0 : -5.0},
-                             {"upper", shift ? 1.0 : 5.0}});
-    scene["nominal_pose"].push_back(0.5);
-  }
-  return scene.dump();
 }
 
 namespace {
@@ -92,7 +77,7 @@ void exercise(const Choice& choice) {
     if (plugin_host::is_algorithm(choice.plugin->kind)) {
       FakeSetup setup = setup_for(choice, 5);
       setup.budget = 40;
-      const FakeConversation conversation(setup);
+      FakeConversation conversation(setup);
       run_trial(choice, conversation);
     } else if (choice.plugin->kind == Kind::noise_level) {
       plugin_host::NoiseLevel(choice, check_services()).draw(1, synthetic_scene(5));

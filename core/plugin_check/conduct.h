@@ -18,11 +18,8 @@ FakeSetup setup_for(const plugin_host::Choice& choice, std::uint32_t axes);
 // The bowl with noise that depends on the step alone.
 std::function<double(const Pose&, std::uint32_t)> noisy(std::function<double(const Pose&, std::uint32_t)> merit);
 
-// One trial in a fresh object. Throws Error(plugin_failed).
-void run_trial(const plugin_host::Choice& choice, const FakeConversation& conversation);
-
-// A scene description with this many axes (at most 6) and the elements L1 to L4, for noise levels.
-std::string synthetic_scene(unsigned axes);
+// One trial in a fresh object, with services. Throws Error(plugin_failed).
+void run_trial(const plugin_host::Choice& choice, FakeConversation& conversation);
 
 // Makes the plugin do once what it is for: a trial, a draw, a capture and a truth. What it reports as
 // a failure is not thrown: other checks see to that.

@@ -4,14 +4,17 @@
 
 #include <relign/plugin.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <functional>
 #include <limits>
 #include <memory>
 #include <relign/random.hpp>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace relign::plugin_check {
@@ -29,6 +32,9 @@ struct FakeSetup {
   double largest_move = std::numeric_limits<double>::infinity();
   std::function<double(const Pose& commanded, std::uint32_t step)> merit;  // must be set
   std::function<void()> on_stop;  // called at every request that is answered with RELIGN_STOP; may be empty
+  std::uint32_t image_side = 8;   // pixels
+  std::function<void(double merit, float* pixels)> paint;   // of a capture; empty: every pixel is the merit
+  std::function<const void*(std::string_view id)> service;  // empty: none is offered
 };
 
 // A bowl with its lowest point (merit 0.01) at `optimum`; axes are unequally steep and one pair is coupled.
@@ -72,8 +78,8 @@ class FakeConversation {
     task_.box_lower = box ? setup.lower.data() : nullptr;
     task_.box_upper = box ? setup.upper.data() : nullptr;
     task_.largest_move = setup.largest_move;
-    task_.image_width = images ? kImageSide : 0;
-    task_.image_height = images ? kImageSide : 0;
+    task_.image_width = images ? setup.image_side : 0;
+    task_.image_height = images ? setup.image_side : 0;
     task_.axes_json = {axes_json_.data(), axes_json_.size()};
     talk_.struct_size = sizeof talk_;
     talk_.context = this;
@@ -86,7 +92,10 @@ class FakeConversation {
       return of(self).go(delta, axes, true, seen);
     };
     talk_.recommend = [](void* self, const double* pose, std::uint32_t axes) { return of(self).recommend(pose, axes); };
-    talk_.get_service = [](void*, relign_text) -> const void* { return nullptr; };
+    talk_.get_service = [](void* self, relign_text id) -> const void* {
+      const FakeSetup& offered = of(self).setup;
+      return offered.service && id.data ? offered.service({id.data, static_cast<std::size_t>(id.size)}) : nullptr;
+    };
   }
   FakeConversation(const FakeConversation&) = delete;
   FakeConversation& operator=(const FakeConversation&) = delete;
@@ -100,6 +109,10 @@ class FakeConversation {
   bool stopped = false;              // RELIGN_STOP was answered
   bool refused = false;              // RELIGN_BAD_ARGUMENT was answered
 
+  // The last capture, as the algorithm was told it; the image also when it is not granted.
+  const relign_observation& last() const { return last_; }
+  const relign_image& last_image() const { return *shown_image_; }
+
   Pose best_pose() const {
     Pose best = setup.start;
     double merit = setup.merit(setup.start, 0);
@@ -112,11 +125,13 @@ class FakeConversation {
   }
 
  private:
-  static constexpr std::uint32_t kImageSide = 8;
   static FakeConversation& of(void* context) { return *static_cast<FakeConversation*>(context); }
 
   relign_status first(relign_observation* seen) {
-    if (!steps.empty()) return RELIGN_BAD_ARGUMENT;
+    if (!steps.empty()) {
+      refused = true;
+      return RELIGN_BAD_ARGUMENT;
+    }
     show(setup.start, setup.merit(setup.start, 0), seen);
     return RELIGN_OK;
   }
@@ -161,25 +176,29 @@ class FakeConversation {
   // Gives every observation memory of its own and takes it away at the next one, so that the
   // sanitizers catch an algorithm that keeps a view too long.
   void show(const Pose& pose, double merit, relign_observation* seen) {
+    const std::uint32_t side = setup.image_side;
     shown_pose_ = std::make_unique<Pose>(pose);
-    shown_pixels_ = std::make_unique<std::vector<float>>(kImageSide * kImageSide, static_cast<float>(merit));
-    shown_image_ =
-        std::make_unique<relign_image>(relign_image{sizeof(relign_image), RELIGN_SAMPLE_FLOAT32, kImageSide, kImageSide,
-                                                    1, 0, shown_pixels_->data(), kImageSide * sizeof(float)});
-    relign_observation full{};
-    full.struct_size = sizeof full;
-    full.step = static_cast<std::uint32_t>(steps.size());
-    full.pose = shown_pose_->data();
-    full.merit = setup.knows & RELIGN_KNOWS_MERIT ? merit : std::numeric_limits<double>::quiet_NaN();
-    full.image = setup.knows & RELIGN_KNOWS_IMAGES ? shown_image_.get() : nullptr;
-    full.machine_seconds = 0.1 * static_cast<double>(steps.size());
-    if (seen->struct_size < sizeof full) throw std::logic_error("the observation is smaller than this header's");
-    *seen = full;
+    shown_pixels_ = std::make_unique<std::vector<float>>(std::size_t{side} * side, static_cast<float>(merit));
+    if (setup.paint) setup.paint(merit, shown_pixels_->data());
+    shown_image_ = std::make_unique<relign_image>(relign_image{sizeof(relign_image), RELIGN_SAMPLE_FLOAT32, side, side,
+                                                               1, 0, shown_pixels_->data(), side * sizeof(float)});
+    last_ = {};
+    last_.struct_size = sizeof last_;
+    last_.step = static_cast<std::uint32_t>(steps.size());
+    last_.pose = shown_pose_->data();
+    last_.merit = setup.knows & RELIGN_KNOWS_MERIT ? merit : std::numeric_limits<double>::quiet_NaN();
+    last_.image = setup.knows & RELIGN_KNOWS_IMAGES ? shown_image_.get() : nullptr;
+    last_.machine_seconds = 0.1 * static_cast<double>(steps.size());
+    // A plugin built for an older header has room for fewer members.
+    const std::uint32_t room = std::min<std::uint32_t>(seen->struct_size, sizeof last_);
+    std::memcpy(seen, &last_, room);
+    seen->struct_size = room;
   }
 
   std::string axes_json_;
   relign_task task_{};
   relign_conversation talk_{};
+  relign_observation last_{};
   std::unique_ptr<Pose> shown_pose_;
   std::unique_ptr<std::vector<float>> shown_pixels_;
   std::unique_ptr<relign_image> shown_image_;

@@ -5,6 +5,7 @@
 #include "plugin_check/checks.h"
 #include "plugin_check/conduct.h"
 #include "plugin_check/progress.h"
+#include "plugin_check/synthetic.h"
 #include "plugin_host/objects.h"
 #include "task/instance.h"
 #include "task/scene_facts.h"

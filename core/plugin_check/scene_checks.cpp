@@ -179,6 +179,32 @@ Finding check_elements(const Subject& subject) {
       "it mounts offsets of an element 'no such element' that it does not have: a misspelt name would go unseen");
 }
 
+namespace {
+
+// Over a whole travel and more, each axis both ways: it must stop, say by how much it moved, and say that a limit was
+// met. Empty when it does.
+std::string flaw_at_limits(Opened& opened) {
+  constexpr double kAsked = 1.1;           // travels
+  constexpr double kLongestTravel = 1.05;  // as encoders may tell one
+  const std::size_t axes = opened.facts.axes.size();
+  for (std::size_t axis = 0; axis < axes; ++axis)
+    for (const double asked : {kAsked, -kAsked}) {
+      const std::string where = "asked to move axis " + std::to_string(axis) + " by " + shortest(asked) + " travels";
+      at(where);
+      std::vector<double> delta(axes, 0.0);
+      delta[axis] = asked;
+      const Scene::StageMove made = opened.scene.move_by(delta);
+      if (std::fabs(made.moved[axis]) > kLongestTravel)
+        return where + " it says that it moved by " + shortest(made.moved[axis]) +
+               ": a travel is 1, it must stop at the limit and tell how far it came";
+      if (made.limits_low == 0 && made.limits_high == 0)
+        return where + " it came " + shortest(made.moved[axis]) + " far and tells no limit";
+    }
+  return "";
+}
+
+}  // namespace
+
 Finding check_stage(const Subject& subject) {
   Opened opened(subject.choice());
   if (!opened.facts.owns_stage) return skipped("the host moves its stage");
@@ -186,21 +212,29 @@ Finding check_stage(const Subject& subject) {
     return failed("its description says \"owns_stage\", but it does not offer " RELIGN_SCENE_STAGE);
   const std::size_t axes = opened.facts.axes.size();
   std::vector<float> pixels(std::size_t{opened.facts.image_width} * opened.facts.image_height);
-  for (const std::uint64_t seed : {std::uint64_t{1}, std::uint64_t{2}}) {
+  const auto sees = [&] {
+    std::fill(pixels.begin(), pixels.end(), std::nanf(""));
+    opened.scene.capture(pixels.data());
+    return all_finite(pixels);
+  };
+  constexpr const char* kUnseen = "a capture holds pixels that are not finite, or were not written";
+  // A seed twice: whether it brings the same start is the machine's secret, that it starts again is not.
+  for (const std::uint64_t seed : {std::uint64_t{1}, std::uint64_t{2}, std::uint64_t{1}}) {
+    at("in the trial of seed " + std::to_string(seed));
     opened.scene.begin(seed);
     for (std::size_t move = 0; move <= axes; ++move) {
-      at("in trial " + std::to_string(seed) + ", move " + std::to_string(move));
       if (move > 0) {
         std::vector<double> delta(axes, 0.0);
         delta[move - 1] = 0.01;
         opened.scene.move_by(delta);
       }
-      std::fill(pixels.begin(), pixels.end(), std::nanf(""));
-      opened.scene.capture(pixels.data());
-      if (!all_finite(pixels)) return failed("a capture holds pixels that are not finite, or were not written");
+      if (!sees()) return failed(kUnseen);
     }
   }
-  return ok();
+  if (const std::string flaw = flaw_at_limits(opened); !flaw.empty()) return failed(flaw);
+  if (!sees()) return failed(std::string("at its limits ") + kUnseen);
+  opened.scene.begin(3);
+  return sees() ? ok() : failed(kUnseen);
 }
 
 Finding check_travel(const Subject& subject) {

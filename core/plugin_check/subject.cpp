@@ -1,5 +1,7 @@
 #include "plugin_check/subject.h"
 
+#include <algorithm>
+
 #include "base/error.h"
 #include "base/files.h"
 
@@ -30,9 +32,15 @@ Subject open_subject(const std::filesystem::path& plugin) {
   plugin_host::Catalog catalog;
   catalog.add(plugin);
   Subject subject;
-  subject.manifest = catalog.plugins().front();
+  subject.manifest = catalog.plugins().front();  // the only one so far
   const Manifest& manifest = *subject.manifest;
   const Json given = quick_parameters(manifest);
+  // Which algorithm it runs is told by name; the checks let a walk stand for it.
+  const bool names_others = std::any_of(manifest.parameters.begin(), manifest.parameters.end(), [](const Parameter& p) {
+    return p.type == plugin_host::ParameterType::algorithm;
+  });
+  if (names_others)
+    for (const std::filesystem::path& root : plugin_host::Catalog::default_roots()) catalog.scan(root);
 
   std::vector<Problem> problems;
   if (Choice choice = catalog.resolve(manifest.kind, manifest.id, given, ".", problems); choice.plugin)

@@ -91,8 +91,10 @@ std::vector<std::string> process_environment() {
     environment.push_back("PYTHONPATH=" + folder.string() + (users_path.empty() ? "" : ":" + users_path));
   // Sets of texts keep their order from run to run.
   if (environment_value("PYTHONHASHSEED").empty()) environment.push_back("PYTHONHASHSEED=0");
-  // Our folder may not be writable, and a plugin's folder should not change.
-  if (const fs::path cache = cache_folder(); !cache.empty() && environment_value("PYTHONPYCACHEPREFIX").empty())
+  // Our folder may not be writable, and a plugin's folder should not change. Where Python is told to write no bytecode,
+  // another folder would only hide what lies beside its own library, and every start would compile that again.
+  if (const fs::path cache = cache_folder(); !cache.empty() && environment_value("PYTHONPYCACHEPREFIX").empty() &&
+                                             environment_value("PYTHONDONTWRITEBYTECODE").empty())
     environment.push_back("PYTHONPYCACHEPREFIX=" + (cache / "python").string());
   return environment;
 }

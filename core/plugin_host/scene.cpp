@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/text.h"
 #include "plugin_host/objects.h"
 #include "plugin_host/scene_backend.h"
 
@@ -49,22 +50,38 @@ bool Scene::offers_stage() const { return implementation_->backend->offers_stage
 
 void Scene::begin(std::uint64_t seed) { implementation_->own_stage("begin").begin(seed); }
 
+namespace {
+
+// What cannot be in a station's answer, or an empty text.
+std::string flaw_of_seconds(double machine_seconds) {
+  if (std::isfinite(machine_seconds) && machine_seconds >= 0) return "";
+  return "it took " + shortest(machine_seconds) + " s by its own account; expected a finite number, not negative";
+}
+
+std::string flaw_of(const Scene::StageMove& answer, std::size_t axes) {
+  const std::uint64_t known_axes = axes >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << axes) - 1;
+  if ((answer.limits_low | answer.limits_high) & ~known_axes)
+    return "it tells limits of more than its " + std::to_string(axes) + " axes; bit i stands for axis i";
+  for (std::size_t axis = 0; axis < axes; ++axis)
+    if (!std::isfinite(answer.moved[axis]))
+      return "it tells that axis " + std::to_string(axis) + " moved by " + shortest(answer.moved[axis]) +
+             "; expected a share of the travel";
+  return flaw_of_seconds(answer.machine_seconds);
+}
+
+}  // namespace
+
 Scene::StageMove Scene::move_by(const std::vector<double>& delta) {
   SceneBackend& stage = implementation_->own_stage("move_by");
   StageMove made = stage.move_by(delta);
-  const std::size_t axes = delta.size();
-  const std::uint64_t known_axes = axes >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << axes) - 1;
-  const bool usable = std::isfinite(made.machine_seconds) && made.machine_seconds >= 0 &&
-                      ((made.limits_low | made.limits_high) & ~known_axes) == 0 &&
-                      std::all_of(made.moved.begin(), made.moved.end(), [](double v) { return std::isfinite(v); });
-  if (!usable) stage.refuse("move_by", "it tells seconds, limits or a move that cannot be");
+  if (const std::string flaw = flaw_of(made, delta.size()); !flaw.empty()) stage.refuse("move_by", flaw);
   return made;
 }
 
 double Scene::capture(float* pixels) {
   SceneBackend& stage = implementation_->own_stage("capture");
   const double machine_seconds = stage.capture(pixels);
-  if (!std::isfinite(machine_seconds) || machine_seconds < 0) stage.refuse("capture", "its machine seconds cannot be");
+  if (const std::string flaw = flaw_of_seconds(machine_seconds); !flaw.empty()) stage.refuse("capture", flaw);
   return machine_seconds;
 }
 

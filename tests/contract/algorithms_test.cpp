@@ -6,16 +6,14 @@
 #include <tuple>
 
 #include "base/error.h"
-#include "fake_conversation.h"
-#include "plugin_host/objects.h"
+#include "plugin_check/conduct.h"
 #include "tree_catalog.h"
 
-namespace relign::plugin_host {
+namespace relign::plugin_check {
 namespace {
 
-using test::FakeConversation;
-using test::FakeSetup;
-using test::Pose;
+using plugin_host::Choice;
+using plugin_host::Kind;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -29,32 +27,6 @@ std::vector<Choice> algorithms() {
     if (choice.plugin) choices.push_back(std::move(choice));
   }
   return choices;
-}
-
-// Start, box and optimum in the coordinates that a protocol would give this algorithm.
-FakeSetup setup_for(const Choice& choice, std::uint32_t axes) {
-  FakeSetup setup;
-  setup.axes = axes;
-  setup.knows = choice.plugin->knows_bits();
-  const bool stage_coordinates = setup.knows & RELIGN_KNOWS_START;
-  setup.start.assign(axes, 0.0);
-  for (std::uint32_t axis = 0; axis < axes; ++axis) setup.start[axis] = stage_coordinates ? 0.35 + 0.05 * axis : 0.0;
-  setup.lower.assign(axes, stage_coordinates ? 0.2 : -0.5);
-  setup.upper.assign(axes, stage_coordinates ? 0.8 : 0.5);
-  Pose optimum = setup.start;
-  for (std::uint32_t axis = 0; axis < axes; ++axis) optimum[axis] += axis % 2 ? -0.11 : 0.13;
-  setup.merit = [optimum](const Pose& pose, std::uint32_t) { return test::bowl(pose, optimum); };
-  return setup;
-}
-
-std::function<double(const Pose&, std::uint32_t)> noisy(std::function<double(const Pose&, std::uint32_t)> merit) {
-  return
-      [merit](const Pose& pose, std::uint32_t step) { return merit(pose, step) + 0.002 * Random(99, step).normal(); };
-}
-
-void run(const Choice& choice, const FakeConversation& conversation) {
-  Algorithm algorithm(choice, {});
-  algorithm.run(conversation.talk());
 }
 
 void expect_sound(const FakeConversation& conversation) {
@@ -78,7 +50,7 @@ TEST(AlgorithmContract, KeepsToBoxAndBudgetInAnyDimension) {
         setup.budget = 300;
         if (with_noise) setup.merit = noisy(setup.merit);
         FakeConversation conversation(setup);
-        run(choice, conversation);
+        run_trial(choice, conversation);
         expect_sound(conversation);
         EXPECT_GE(conversation.steps.size(), 1u);
       }
@@ -92,8 +64,8 @@ TEST(AlgorithmContract, TheSameSeedTakesTheSameSteps) {
     setup.seed = 77;
     FakeConversation one(setup);
     FakeConversation two(setup);
-    run(choice, one);
-    run(choice, two);
+    run_trial(choice, one);
+    run_trial(choice, two);
     ASSERT_EQ(one.steps.size(), two.steps.size());
     for (std::size_t step = 0; step < one.steps.size(); ++step) EXPECT_EQ(one.steps[step].pose, two.steps[step].pose);
     ASSERT_EQ(one.recommendations.size(), two.recommendations.size());
@@ -109,7 +81,7 @@ TEST(AlgorithmContract, ReturnsWhenStoppedAtAnyRequest) {
       FakeSetup setup = setup_for(choice, 5);
       setup.budget = budget;
       FakeConversation conversation(setup);
-      run(choice, conversation);
+      run_trial(choice, conversation);
       expect_sound(conversation);
     }
 }
@@ -134,7 +106,7 @@ TEST(AlgorithmContract, SurvivesMeritsThatTellNothing) {
         setup.merit = merit;
         setup.budget = 2000;
         FakeConversation conversation(setup);
-        run(choice, conversation);
+        run_trial(choice, conversation);
         expect_sound(conversation);
       }
 }
@@ -144,7 +116,7 @@ TEST(AlgorithmContract, RecommendsPosesItMeasured) {
     SCOPED_TRACE(choice.id);
     if (choice.plugin->kind != Kind::optimizer) continue;
     FakeConversation conversation(setup_for(choice, 5));
-    run(choice, conversation);
+    run_trial(choice, conversation);
     for (const auto& recommendation : conversation.recommendations) {
       const bool measured =
           std::any_of(conversation.steps.begin(),
@@ -162,11 +134,12 @@ TEST(AlgorithmContract, AnObjectIsUsedByTheThreadThatRunsIt) {
     FakeSetup setup = setup_for(choice, 5);
     setup.merit = noisy(setup.merit);
     FakeConversation alone(setup);
-    run(choice, alone);
+    run_trial(choice, alone);
     std::vector<std::unique_ptr<FakeConversation>> together;
     std::vector<std::thread> threads;
     for (int i = 0; i < 4; ++i) together.push_back(std::make_unique<FakeConversation>(setup));
-    for (auto& conversation : together) threads.emplace_back([&choice, &conversation] { run(choice, *conversation); });
+    for (auto& conversation : together)
+      threads.emplace_back([&choice, &conversation] { run_trial(choice, *conversation); });
     for (std::thread& thread : threads) thread.join();
     for (const auto& conversation : together) {
       ASSERT_EQ(conversation->steps.size(), alone.steps.size());
@@ -183,11 +156,11 @@ TEST(AlgorithmContract, CompassFindsTheBowlAndEndsByItself) {
   FakeSetup setup = setup_for(choice, 5);
   setup.budget = 2000;
   FakeConversation conversation(setup);
-  run(choice, conversation);
+  run_trial(choice, conversation);
   EXPECT_FALSE(conversation.stopped);
   ASSERT_FALSE(conversation.recommendations.empty());
   EXPECT_LT(setup.merit(conversation.recommendations.back().pose, 0), 0.01 + 1e-6);
 }
 
 }  // namespace
-}  // namespace relign::plugin_host
+}  // namespace relign::plugin_check

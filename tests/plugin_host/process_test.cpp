@@ -76,6 +76,16 @@ TEST_F(ProcessTest, TheCompassesOfBothLanguagesWalkTheSameWay) {
 }
 #endif
 
+TEST_F(ProcessTest, BytecodeIsKeptApartOnlyWhereItIsKept) {
+  const fs::path file = script("print('prefix:', sys.pycache_prefix, flush=True)");
+  ::unsetenv("PYTHONDONTWRITEBYTECODE");
+  run(file);
+  EXPECT_THAT(logged_, Contains("prefix: " + (folder_ / "cache/relign-bench/python").string()));
+  ::setenv("PYTHONDONTWRITEBYTECODE", "1", 1);  // else what lies beside the library would be compiled at every start
+  run(file);
+  EXPECT_THAT(logged_, Contains("prefix: None"));
+}
+
 TEST_F(ProcessTest, AScriptIsItsOwnManifestAndIsAskedOnce) {
   const fs::path file =
       script("pass", R"(stride = parameter(0.25, minimum=0, maximum=1, unit="share", description="How far")

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <string>
 
-#include "base/error.h"
+#include "error_text.h"
 
 namespace relign::test {
 
@@ -38,18 +38,5 @@ class FolderTest : public testing::Test {
 
   std::filesystem::path folder_;
 };
-
-// The text of the Error that `body` throws; fails the test when it throws none or another kind.
-template <class Body>
-std::string error_text(ErrorKind kind, Body&& body) {
-  try {
-    body();
-  } catch (const Error& error) {
-    EXPECT_EQ(static_cast<int>(error.kind()), static_cast<int>(kind)) << error.what();
-    return error.what();
-  }
-  ADD_FAILURE() << "nothing was thrown";
-  return "";
-}
 
 }  // namespace relign::test

@@ -6,24 +6,14 @@
 #include <cmath>
 #include <limits>
 
+#include "error_text.h"
 #include "sample_records.h"
 
 namespace relign::records {
 namespace {
 
+using test::error_text;
 using testing::HasSubstr;
-
-template <class Body>
-std::string message_of(ErrorKind kind, Body&& body) {
-  try {
-    body();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), kind) << error.what();
-    return error.what();
-  }
-  ADD_FAILURE() << "no error";
-  return "";
-}
 
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines(1);
@@ -124,11 +114,11 @@ TEST(Record, AMessageThatIsNoUtf8IsStillWritten) {
 TEST(Record, NewerFormatsAndDamageAreRefusedWithThePlace) {
   std::string closing = lines_of(to_lines(sample_trial("0123456789abcdef", 0)))[1];
   closing.replace(closing.find(":1,"), 3, ":2,");
-  EXPECT_THAT(message_of(ErrorKind::bad_input, [&] { read_trial_line(closing, "trials/0000.jsonl:7"); }),
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { read_trial_line(closing, "trials/0000.jsonl:7"); }),
               testing::AllOf(testing::StartsWith("trials/0000.jsonl:7"), HasSubstr("newer")));
-  EXPECT_THAT(message_of(ErrorKind::bad_input, [] { read_trial_line("{\"trial\":\"a\",\"st", "f:1"); }),
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [] { read_trial_line("{\"trial\":\"a\",\"st", "f:1"); }),
               testing::StartsWith("f:1: the line is damaged"));
-  EXPECT_THAT(message_of(ErrorKind::bad_input, [] { read_trial_line("{\"trial\":\"a\",\"step\":1}", "f:1"); }),
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [] { read_trial_line("{\"trial\":\"a\",\"step\":1}", "f:1"); }),
               HasSubstr("commanded_pose"));
 }
 

@@ -10,12 +10,14 @@
 #include <thread>
 
 #include "base/files.h"
+#include "error_text.h"
 #include "sample_records.h"
 
 namespace relign::records {
 namespace {
 
 namespace fs = std::filesystem;
+using test::error_text;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -38,17 +40,6 @@ class ResultsFolderTest : public testing::Test {
     std::vector<std::string> ids;
     for (const TrialRecord& record : read_trials(folder_)) ids.push_back(record.trial);
     return ids;
-  }
-  template <class Body>
-  static std::string message_of(ErrorKind kind, Body&& body) {
-    try {
-      body();
-    } catch (const Error& error) {
-      EXPECT_EQ(error.kind(), kind) << error.what();
-      return error.what();
-    }
-    ADD_FAILURE() << "no error";
-    return "";
   }
   fs::path folder_;
 };
@@ -130,12 +121,12 @@ TEST_F(ResultsFolderTest, DamageInTheMiddleIsAnErrorWithItsLine) {
     add(writer, 0, "aa");
   }
   add_text("trials/0000.jsonl", "what is this\n" + to_lines(sample_trial("bb")) + "\n");
-  EXPECT_THAT(message_of(ErrorKind::bad_input, [&] { read_trials(folder_); }), HasSubstr("0000.jsonl:5"));
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { read_trials(folder_); }), HasSubstr("0000.jsonl:5"));
   // A step line that got lost.
   std::string lines = to_lines(sample_trial("aa")) + "\n";
   lines.erase(lines.find('\n') + 1, lines.find('\n', lines.find('\n') + 1) - lines.find('\n'));
   write_file_atomically(folder_ / "trials/0000.jsonl", lines);
-  EXPECT_THAT(message_of(ErrorKind::bad_input, [&] { read_trials(folder_); }),
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { read_trials(folder_); }),
               HasSubstr("trial aa has 2 step lines where its closing line says 3"));
 }
 
@@ -209,7 +200,7 @@ TEST_F(ResultsFolderTest, TwoWritersAtOnceAreRefused) {
   {
     ResultsWriter writer(folder_);
     writer.write_manifest({{"format", 1}});
-    EXPECT_THAT(message_of(ErrorKind::io, [&] { ResultsWriter second(folder_); }), HasSubstr("another run is writing"));
+    EXPECT_THAT(error_text(ErrorKind::io, [&] { ResultsWriter second(folder_); }), HasSubstr("another run is writing"));
     add(writer, 0, "aa");
   }
   ResultsWriter after(folder_);
@@ -218,32 +209,32 @@ TEST_F(ResultsFolderTest, TwoWritersAtOnceAreRefused) {
 
 TEST_F(ResultsFolderTest, ForeignFoldersAreLeftAlone) {
   write_file_atomically(folder_ / "thesis.tex", "years of work");
-  EXPECT_THAT(message_of(ErrorKind::bad_input, [&] { ResultsWriter writer(folder_); }),
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { ResultsWriter writer(folder_); }),
               testing::AllOf(HasSubstr("no results folder"), HasSubstr("thesis.tex")));
   EXPECT_FALSE(fs::exists(folder_ / "trials"));
   // Somebody else's manifest.json.
   write_file_atomically(folder_ / "manifest.json", "{\"name\": \"web page\"}");
-  EXPECT_THAT(message_of(ErrorKind::bad_input, [&] { ResultsWriter writer(folder_); }),
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { ResultsWriter writer(folder_); }),
               HasSubstr("does not name its format"));
   write_file_atomically(folder_ / "manifest.json", "{\"form");
-  EXPECT_THAT(message_of(ErrorKind::bad_input, [&] { ResultsWriter writer(folder_); }), HasSubstr("damaged"));
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { ResultsWriter writer(folder_); }), HasSubstr("damaged"));
 }
 
 TEST_F(ResultsFolderTest, NewerFormatsAreRefused) {
   write_file_atomically(folder_ / "manifest.json", "{\"format\": 2}");
-  EXPECT_THAT(message_of(ErrorKind::bad_input, [&] { ResultsWriter writer(folder_); }), HasSubstr("newer"));
-  EXPECT_THAT(message_of(ErrorKind::bad_input, [&] { read_trials(folder_); }), HasSubstr("newer"));
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { ResultsWriter writer(folder_); }), HasSubstr("newer"));
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { read_trials(folder_); }), HasSubstr("newer"));
   EXPECT_FALSE(fs::exists(folder_ / "trials"));
 }
 
 TEST_F(ResultsFolderTest, FoldersThatCannotBeWrittenAreNamed) {
   write_file_atomically(folder_ / "file", "");
-  EXPECT_THAT(message_of(ErrorKind::io, [&] { ResultsWriter writer(folder_ / "file"); }), HasSubstr("file"));
-  EXPECT_THAT(message_of(ErrorKind::io, [&] { ResultsWriter writer(folder_ / "file" / "below"); }), HasSubstr("below"));
+  EXPECT_THAT(error_text(ErrorKind::io, [&] { ResultsWriter writer(folder_ / "file"); }), HasSubstr("file"));
+  EXPECT_THAT(error_text(ErrorKind::io, [&] { ResultsWriter writer(folder_ / "file" / "below"); }), HasSubstr("below"));
   // A file system that nobody can write, not even root.
-  EXPECT_THAT(message_of(ErrorKind::io, [] { ResultsWriter writer("/proc/relign-results"); }),
+  EXPECT_THAT(error_text(ErrorKind::io, [] { ResultsWriter writer("/proc/relign-results"); }),
               HasSubstr("/proc/relign-results"));
-  EXPECT_THAT(message_of(ErrorKind::io, [&] { read_trials(folder_ / "missing"); }), HasSubstr("no such folder"));
+  EXPECT_THAT(error_text(ErrorKind::io, [&] { read_trials(folder_ / "missing"); }), HasSubstr("no such folder"));
 }
 
 // A limit on the size of files acts like a full disk: the write stops in the middle of a block.
@@ -259,7 +250,7 @@ TEST_F(ResultsFolderTest, AFullDiskLeavesNoHalfTrial) {
   rlimit low = old;
   low.rlim_cur = before.size() + 500;
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &low), 0);
-  const std::string message = message_of(ErrorKind::io, [&] { add(writer, 1, "bb"); });
+  const std::string message = error_text(ErrorKind::io, [&] { add(writer, 1, "bb"); });
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &old), 0);
   std::signal(SIGXFSZ, old_handler);
   EXPECT_THAT(message, HasSubstr("cannot write"));
@@ -275,7 +266,7 @@ TEST_F(ResultsFolderTest, AFullDeviceIsAnError) {
   if (!fs::exists("/dev/full")) GTEST_SKIP() << "this system has no /dev/full";
   ResultsWriter writer(folder_);
   fs::create_symlink("/dev/full", folder_ / "times" / "0000.jsonl");
-  EXPECT_THAT(message_of(ErrorKind::io, [&] { add(writer, 0, "aa"); }), HasSubstr("No space left"));
+  EXPECT_THAT(error_text(ErrorKind::io, [&] { add(writer, 0, "aa"); }), HasSubstr("No space left"));
   EXPECT_TRUE(writer.finished_trials().empty());
   fs::remove(folder_ / "times" / "0000.jsonl");
 }

@@ -129,7 +129,7 @@ TEST_F(RunAgainTest, ANewProgramIsSaidAndItsResultsKept) {
 TEST_F(RunAgainTest, TwoRunsIntoOneFolderAtOnceAreRefused) {
   const PreparedPlan plan = prepared(suite_text(kWalkers));
   const records::ResultsWriter other(folder_ / "a");
-  EXPECT_THAT(message_of(ErrorKind::io, [&] { run(plan, options("a")); }), HasSubstr("another run is writing"));
+  EXPECT_THAT(error_text(ErrorKind::io, [&] { run(plan, options("a")); }), HasSubstr("another run is writing"));
 }
 
 }  // namespace

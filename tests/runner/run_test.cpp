@@ -116,11 +116,11 @@ TEST_F(RunTest, OnlyThatNamesNothingIsRefused) {
   const PreparedPlan plan = prepared(suite_text(kWalkers));
   RunOptions some = options("a");
   some.only = {{"algoritm", "x"}};
-  EXPECT_THAT(message_of(ErrorKind::bad_input, [&] { run(plan, some); }), HasSubstr("did you mean 'algorithm'?"));
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { run(plan, some); }), HasSubstr("did you mean 'algorithm'?"));
   some.only = {{"algorithm", "toy-waker"}};
-  EXPECT_THAT(message_of(ErrorKind::bad_input, [&] { run(plan, some); }), HasSubstr("did you mean 'toy-walker'?"));
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { run(plan, some); }), HasSubstr("did you mean 'toy-walker'?"));
   some.only = {{"instance", "6"}};
-  EXPECT_THAT(message_of(ErrorKind::bad_input, [&] { run(plan, some); }), HasSubstr("the plan has 0 to 5"));
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { run(plan, some); }), HasSubstr("the plan has 0 to 5"));
   EXPECT_FALSE(fs::exists(folder_ / "a"));
 }
 
@@ -168,20 +168,20 @@ TEST_F(RunTest, FoldersThatCannotBeWrittenAreRefusedBeforeAnyTrial) {
   const PreparedPlan plan = prepared(suite_text(kWalkers));
   RunOptions bad = options("a");
   bad.results = "/proc/results";
-  EXPECT_THAT(message_of(ErrorKind::io, [&] { run(plan, bad); }), HasSubstr("/proc/results"));
+  EXPECT_THAT(error_text(ErrorKind::io, [&] { run(plan, bad); }), HasSubstr("/proc/results"));
   write_file_atomically(folder_ / "file", "");
   bad.results = folder_ / "file";
-  message_of(ErrorKind::io, [&] { run(plan, bad); });
+  error_text(ErrorKind::io, [&] { run(plan, bad); });
   write_file_atomically(folder_ / "other" / "letter.txt", "dear");
   bad.results = folder_ / "other";
-  EXPECT_THAT(message_of(ErrorKind::bad_input, [&] { run(plan, bad); }), HasSubstr("letter.txt"));
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { run(plan, bad); }), HasSubstr("letter.txt"));
 }
 
 TEST_F(RunTest, ALevelThatDoesNotFitTheSceneIsTheSuitesMistake) {
   const std::string text =
       R"({"scenes": ["toy-scene"], "algorithms": ["toy-walker"],
           "noise_levels": [{"use": "toy-level", "name": "odd", "parameters": {"element": "L9"}}]})";
-  EXPECT_THAT(message_of(ErrorKind::bad_input, [&] { prepared(text); }),
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { prepared(text); }),
               testing::AllOf(HasSubstr("noise level 'odd' cannot be used with scene 'toy-scene'"), HasSubstr("L9")));
 }
 
@@ -194,7 +194,7 @@ TEST_F(RunTest, ALibraryThatCannotBeLoadedIsRefusedBeforeAnyTrial) {
   for (const char* plugin : {"toy_scene", "toy_level"}) catalog.add(fs::path(RELIGN_RUNNER_TEST_PLUGINS) / plugin);
   catalog.add(folder_ / "torn");
   const auto suite = suite::read_suite(JsonSource::from_text(suite_text("\"toy-walker\""), "toy.json"), ".", catalog);
-  EXPECT_THAT(message_of(ErrorKind::plugin_refused, [&] { prepare(suite, {}); }), HasSubstr("toy_walker.so"));
+  EXPECT_THAT(error_text(ErrorKind::plugin_refused, [&] { prepare(suite, {}); }), HasSubstr("toy_walker.so"));
 }
 
 }  // namespace

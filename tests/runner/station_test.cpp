@@ -98,11 +98,11 @@ TEST_F(StationTest, AFailureIsTheTrialsOutcomeAndIsNotTriedAgain) {
 }
 
 TEST_F(StationTest, DrawsNothingAndTellsNoTruthOrTheSuiteIsRefused) {
-  const std::string level = message_of(ErrorKind::bad_input, [this] {
+  const std::string level = error_text(ErrorKind::bad_input, [this] {
     station_plan(R"({"scenes": ["toy-station"], "noise_levels": ["toy-level"], "algorithms": ["toy-walker"]})");
   });
   EXPECT_THAT(level, AllOf(HasSubstr("'toy-level'"), HasSubstr("toy-station"), HasSubstr("use \"none\"")));
-  const std::string merit = message_of(ErrorKind::bad_input, [this] {
+  const std::string merit = error_text(ErrorKind::bad_input, [this] {
     station_plan(R"({"scenes": ["toy-station"], "noise_levels": ["none"],
                      "algorithms": [{"use": "toy-walker", "merit": "combined"}]})");
   });

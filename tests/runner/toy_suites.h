@@ -11,12 +11,14 @@
 #include <vector>
 
 #include "base/files.h"
+#include "error_text.h"
 #include "records/results_folder.h"
 #include "runner/run.h"
 
 namespace relign::runner {
 
 namespace fs = std::filesystem;
+using test::error_text;
 
 class ToyTest : public testing::Test {
  protected:
@@ -65,18 +67,6 @@ class ToyTest : public testing::Test {
       files[path] = path.rfind("times/", 0) == 0 ? "" : read_file(entry.path());
     }
     return files;
-  }
-
-  template <class Body>
-  static std::string message_of(ErrorKind kind, Body&& body) {
-    try {
-      body();
-    } catch (const Error& error) {
-      EXPECT_EQ(error.kind(), kind) << error.what();
-      return error.what();
-    }
-    ADD_FAILURE() << "no error";
-    return "";
   }
 
   fs::path folder_;

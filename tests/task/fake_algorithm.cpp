@@ -98,6 +98,7 @@ class FakeAlgorithm final : public relign::FAKE_BASE {
                   {"seconds", seen.machine_seconds}};
     shown["merit"] = std::isnan(seen.merit) ? Json(nullptr) : Json(seen.merit);
     shown["pixel"] = seen.image_ ? Json(seen.image().at(2, 1)) : Json(nullptr);
+    shown["buffer"] = seen.image_ ? Json(reinterpret_cast<std::uintptr_t>(seen.image().row(0))) : Json(nullptr);
     log("seen", shown);
   }
   void log(const char* what, const Json& value) { host_.warn(std::string(what) + " " + value.dump()); }

@@ -57,7 +57,10 @@ struct FakeTrial {
     return values;
   }
   // Seeds of the scene's captures ("capture") or truths ("truth"), in order.
-  std::vector<std::uint64_t> seeds(const std::string& word) const {
+  std::vector<std::uint64_t> seeds(const std::string& word) const { return scene_numbers(word); }
+  // Where the scene wrote its captures.
+  std::vector<std::uint64_t> buffers() const { return scene_numbers("buffer"); }
+  std::vector<std::uint64_t> scene_numbers(const std::string& word) const {
     std::vector<std::uint64_t> values;
     for (const std::string& line : scene_log)
       if (line.rfind(word + " ", 0) == 0) values.push_back(std::stoull(line.substr(word.size() + 1)));

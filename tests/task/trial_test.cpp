@@ -195,6 +195,21 @@ TEST(Trial, AnAgentSeesImagesOnlyAndMovesInShortSteps) {
       << "recorded although not shown";
 }
 
+TEST(Trial, AnAlgorithmLooksAtTheVeryPixelsThatTheSceneWrote) {
+  FakeTrial trial(kTwoSteps, "fake_agent");
+  std::vector<std::uint64_t> recorded;
+  trial.setup.on_step = [&](const Step&, const float* pixels) {
+    recorded.push_back(reinterpret_cast<std::uintptr_t>(pixels));
+  };
+  trial.run();
+  const std::vector<std::uint64_t> written = trial.buffers();
+  std::vector<std::uint64_t> seen;
+  for (const Json& step : trial.logged("seen")) seen.push_back(step["buffer"]);
+  ASSERT_THAT(seen, SizeIs(3));
+  EXPECT_EQ(seen, written) << "pixels were copied";
+  EXPECT_EQ(recorded, written);
+}
+
 TEST(Trial, AnOracleIsToldTheStartUnderEveryProtocol) {
   FakeTrial trial(R"([["first"]])", "fake_oracle");
   trial.setup.protocol = Protocol::blind;

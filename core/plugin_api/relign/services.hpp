@@ -5,7 +5,18 @@
 #ifndef RELIGN_SERVICES_HPP
 #define RELIGN_SERVICES_HPP
 
-#include <relign/plugin.hpp>
+#include <relign/plugin.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <relign/conversation.hpp>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 namespace relign {
 

@@ -27,6 +27,9 @@ std::vector<float> picture(const relign::Pose& pose) {
 class CrookedAssembly final : public relign::Assembly {
  public:
   void capture(const relign::Pose& true_pose, std::uint64_t frame_seed, float* pixels) override {
+#ifdef CROOKED_AFRAID_OF_ENDS
+    if (true_pose[0] >= 1) throw std::runtime_error("so far it never went");
+#endif
     std::vector<float> clean = picture(true_pose);
     relign::Random random(frame_seed);
     for (float& value : clean) value += static_cast<float>(0.01 * random.normal());
@@ -66,7 +69,12 @@ class CrookedAssembly final : public relign::Assembly {
 
 class CrookedScene final : public relign::Scene {
  public:
-  explicit CrookedScene(const relign::Parameters&) : reference_(picture({})) {}
+  explicit CrookedScene(const relign::Parameters&) : reference_(picture({})) {
+#ifdef CROOKED_REFERENCE
+    static int objects = 0;
+    reference_[3] += static_cast<float>(++objects);
+#endif
+  }
   std::string describe() override {
 #ifdef CROOKED_DESCRIPTION
     return R"({"name": "crooked"})";

@@ -5,13 +5,10 @@
 
 namespace {
 
-class Saboteur final : public relign::Optimizer {
- public:
-  explicit Saboteur(const relign::Parameters&) {}
-  void run(relign::Conversation& talk) override {
-    saboteur::search(talk, [](const relign::Observation& seen, relign::Pose&) {
-      if (seen.step == 5) std::exit(0);
-    });
+class Saboteur final : public saboteur::Sound {
+  using Sound::Sound;
+  void before_step(relign::Conversation&, const relign::Observation& seen, relign::Pose&) override {
+    if (seen.step == 5) std::exit(0);
   }
 };
 

@@ -5,13 +5,9 @@
 
 namespace {
 
-class Saboteur final : public relign::Optimizer {
- public:
-  explicit Saboteur(const relign::Parameters&) {}
-  void run(relign::Conversation& talk) override {
-    _mm_setcsr(_mm_getcsr() | 0x8040);
-    saboteur::search(talk, [](const relign::Observation&, relign::Pose&) {});
-  }
+class Saboteur final : public saboteur::Sound {
+  using Sound::Sound;
+  void before_first(relign::Conversation&) override { _mm_setcsr(_mm_getcsr() | 0x8040); }
 };
 
 }  // namespace

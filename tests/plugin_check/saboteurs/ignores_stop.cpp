@@ -3,11 +3,9 @@
 
 namespace {
 
-class Saboteur final : public relign::Optimizer {
- public:
-  explicit Saboteur(const relign::Parameters&) {}
-  void run(relign::Conversation& talk) override {
-    saboteur::search(talk, [](const relign::Observation&, relign::Pose&) {});
+class Saboteur final : public saboteur::Sound {
+  using Sound::Sound;
+  void after_last(relign::Conversation&) override {
     volatile bool busy = true;
     while (busy) {
     }

@@ -3,15 +3,10 @@
 
 namespace {
 
-char* volatile kept;
-
-class Saboteur final : public relign::Optimizer {
- public:
-  explicit Saboteur(const relign::Parameters&) {}
-  void run(relign::Conversation& talk) override {
-    saboteur::search(talk, [](const relign::Observation&, relign::Pose&) {});
-    kept = new char[4000];
-  }
+class Saboteur final : public saboteur::Sound {
+  using Sound::Sound;
+  void after_last(relign::Conversation&) override { kept = new char[4000]; }
+  static inline char* volatile kept = nullptr;
 };
 
 }  // namespace

@@ -3,13 +3,10 @@
 
 namespace {
 
-class Saboteur final : public relign::Optimizer {
- public:
-  explicit Saboteur(const relign::Parameters&) {}
-  void run(relign::Conversation& talk) override {
-    saboteur::search(talk, [](const relign::Observation& seen, relign::Pose& pose) {
-      if (seen.step == 7) pose[0] = 3;
-    });
+class Saboteur final : public saboteur::Sound {
+  using Sound::Sound;
+  void before_step(relign::Conversation&, const relign::Observation& seen, relign::Pose& pose) override {
+    if (seen.step == 7) pose[0] = 3;
   }
 };
 

@@ -3,16 +3,12 @@
 
 namespace {
 
-std::uint64_t steps_of_all_trials = 0;
-
-class Saboteur final : public relign::Optimizer {
- public:
-  explicit Saboteur(const relign::Parameters&) {}
-  void run(relign::Conversation& talk) override {
-    saboteur::search(talk, [](const relign::Observation&, relign::Pose& pose) {
-      pose[0] = 0.5 * pose[0] + 1e-6 * static_cast<double>(++steps_of_all_trials);
-    });
+class Saboteur final : public saboteur::Sound {
+  using Sound::Sound;
+  void before_step(relign::Conversation&, const relign::Observation&, relign::Pose& pose) override {
+    pose[0] = 0.5 * pose[0] + 1e-6 * static_cast<double>(++steps_of_all_trials);
   }
+  static inline std::uint64_t steps_of_all_trials = 0;
 };
 
 }  // namespace

@@ -3,12 +3,8 @@
 
 namespace {
 
-class Saboteur final : public relign::Optimizer {
- public:
-  explicit Saboteur(const relign::Parameters&) {}
-  void run(relign::Conversation& talk) override {
-    saboteur::search(talk, [](const relign::Observation&, relign::Pose&) {});
-  }
+class Saboteur final : public saboteur::Sound {
+  using Sound::Sound;
 };
 
 }  // namespace

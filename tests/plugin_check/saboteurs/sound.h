@@ -1,4 +1,4 @@
-// What every saboteur does besides its one misdeed: a small, sound search.
+// What every saboteur is besides its one misdeed: a small, sound search.
 #pragma once
 
 #include <relign/plugin.hpp>
@@ -6,19 +6,32 @@
 
 namespace saboteur {
 
-// Draws poses from the box until it is stopped, and calls `before_step` at each.
-template <class BeforeStep>
-void search(relign::Conversation& talk, BeforeStep&& before_step) {
-  const relign::Box box = talk.box();
-  std::optional<relign::Observation> seen = talk.first();
-  for (std::uint64_t step = 1; seen; ++step) {
-    relign::Random random(talk.seed(), step);
-    relign::Pose pose(talk.axes());
-    for (std::size_t axis = 0; axis < pose.size(); ++axis)
-      pose[axis] = box.lower[axis] + (box.upper[axis] - box.lower[axis]) * random.uniform();
-    before_step(*seen, pose);
-    seen = talk.step(pose);
+// Draws poses from the box until it is stopped; what is overridden is the misdeed.
+class Sound : public relign::Optimizer {
+ public:
+  explicit Sound(const relign::Parameters&) {}
+
+  void run(relign::Conversation& talk) override {
+    before_first(talk);
+    const relign::Box box = talk.box();
+    std::optional<relign::Observation> seen = talk.first();
+    for (std::uint64_t step = 1; seen; ++step) {
+      relign::Random random(talk.seed(), step);
+      relign::Pose pose(talk.axes());
+      for (std::size_t axis = 0; axis < pose.size(); ++axis)
+        pose[axis] = box.lower[axis] + (box.upper[axis] - box.lower[axis]) * random.uniform();
+      before_step(talk, *seen, pose);
+      if (stopped_) break;
+      seen = talk.step(pose);
+    }
+    after_last(talk);
   }
-}
+
+ protected:
+  virtual void before_first(relign::Conversation&) {}
+  virtual void before_step(relign::Conversation&, const relign::Observation&, relign::Pose&) {}
+  virtual void after_last(relign::Conversation&) {}
+  bool stopped_ = false;  // set by who was told so before
+};
 
 }  // namespace saboteur

@@ -3,13 +3,9 @@
 
 namespace {
 
-class Saboteur final : public relign::Optimizer {
- public:
-  explicit Saboteur(const relign::Parameters&) {}
-  void run(relign::Conversation& talk) override {
-    saboteur::search(talk, [](const relign::Observation&, relign::Pose&) {});
-    throw std::runtime_error("thrown on purpose");
-  }
+class Saboteur final : public saboteur::Sound {
+  using Sound::Sound;
+  void after_last(relign::Conversation&) override { throw std::runtime_error("thrown on purpose"); }
 };
 
 }  // namespace

@@ -24,6 +24,7 @@ class FakeAssembly final : public relign::Assembly {
 
   void capture(const relign::Pose& true_pose, std::uint64_t frame_seed, float* pixels) override {
     log("capture", frame_seed);
+    log("buffer", reinterpret_cast<std::uintptr_t>(pixels));
     const std::int64_t number = captures_++;
     if (number == settings_.fail_at) throw std::runtime_error("the lamp is out");
     const double value = 0.5 + distance(true_pose) + settings_.noise * unit(frame_seed);
@@ -46,7 +47,7 @@ class FakeAssembly final : public relign::Assembly {
     }
     return std::sqrt(squares);
   }
-  void log(const char* what, std::uint64_t seed) const { host_.warn(std::string(what) + " " + std::to_string(seed)); }
+  void log(const char* what, std::uint64_t value) const { host_.warn(std::string(what) + " " + std::to_string(value)); }
   relign::Parameters host_;
   Settings settings_;
   double shift_;

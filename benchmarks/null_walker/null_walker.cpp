@@ -1,0 +1,17 @@
+// An algorithm that thinks nothing, so that what remains is the harness.
+#include <relign/plugin.hpp>
+
+namespace {
+
+class NullWalker final : public relign::Optimizer {
+ public:
+  explicit NullWalker(const relign::Parameters&) {}
+  void run(relign::Conversation& talk) override {
+    relign::Pose pose(talk.axes(), 0.1);
+    for (double place = 0; talk.step(pose); place += 1e-7) pose[0] = place;
+  }
+};
+
+}  // namespace
+
+RELIGN_PLUGIN(NullWalker)

@@ -1,0 +1,54 @@
+// What the harness adds to a step: whole trials of an algorithm that thinks nothing, over a scene that does nothing,
+// with nothing recorded. The figure is "step", in seconds; a trial's start and end are spread over its steps.
+#include <benchmark/benchmark.h>
+
+#include <filesystem>
+
+#include "plugin_host/objects.h"
+#include "task/trial.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+namespace task = relign::task;
+using relign::Json;
+using relign::plugin_host::Catalog;
+using relign::plugin_host::Kind;
+
+void trial(benchmark::State& state, const std::string& walker, bool truth, unsigned steps) {
+  const fs::path here = RELIGN_BENCHMARK_PLUGINS;
+  Catalog catalog;
+  relign::plugin_host::Scene scene(
+      catalog.resolve_or_throw(Kind::scene, (here / "null_scene").string(), {{"truth", truth}}), {});
+  const task::SceneFacts facts = task::read_scene_facts(scene.describe(), "null-scene");
+  const relign::plugin_host::Choice algorithm = catalog.resolve_or_throw(Kind::optimizer, walker);
+  task::Instance instance;
+  instance.variances.start = {0.4, 0.45, 0.5, 0.55, 0.6};
+  for (int i = 0; i < 25; ++i) instance.variances.distortion.push_back(i % 6 == 0 ? 1.0 : 0.01);
+  instance.variances.elements_json = "{}";
+  relign::plugin_host::MountedAssembly assembly = scene.mount("{}");
+  task::TrialSetup setup;
+  setup.assembly = &assembly;
+  setup.reference = scene.reference();
+  setup.scene = &facts;
+  setup.instance = &instance;
+  setup.algorithm = &algorithm;
+  setup.protocol = task::Protocol::blind;
+  setup.budget = steps;
+  for (auto _ : state)
+    if (task::run_trial(setup).end != task::End::budget_spent) state.SkipWithError("the trial ended early");
+  state.counters["step"] =
+      benchmark::Counter(static_cast<double>(state.iterations()) * steps,
+                         benchmark::Counter::kIsRate | benchmark::Counter::kInvert, benchmark::Counter::kIs1000);
+}
+
+void in_process(benchmark::State& state, bool truth) {
+  trial(state, (fs::path(RELIGN_BENCHMARK_PLUGINS) / "null_walker").string(), truth, 10'000);
+}
+BENCHMARK_CAPTURE(in_process, measured_only, false)->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(in_process, with_truth, true)->UseRealTime()->Unit(benchmark::kMillisecond);
+
+void across_processes(benchmark::State& state) { trial(state, RELIGN_NULL_WALKER_PY, false, 20'000); }
+BENCHMARK(across_processes)->UseRealTime()->Unit(benchmark::kMillisecond);
+
+}  // namespace

@@ -1,0 +1,15 @@
+// For tests of the conformance kit: takes every task for one of five axes.
+#include "sound.h"
+
+namespace {
+
+class Saboteur final : public saboteur::Sound {
+  using Sound::Sound;
+  void before_step(relign::Conversation&, const relign::Observation&, relign::Pose& pose) override {
+    pose.resize(5, 0.0);
+  }
+};
+
+}  // namespace
+
+RELIGN_PLUGIN(Saboteur)

@@ -1,0 +1,15 @@
+// For tests of the conformance kit: says that it was made for five axes.
+#include "sound.h"
+
+namespace {
+
+class Saboteur final : public saboteur::Sound {
+  using Sound::Sound;
+  void before_first(relign::Conversation& talk) override {
+    if (talk.axes() != 5) throw std::invalid_argument("it knows machines of five axes");
+  }
+};
+
+}  // namespace
+
+RELIGN_PLUGIN(Saboteur)

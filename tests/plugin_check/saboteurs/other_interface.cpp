@@ -1,0 +1,7 @@
+// For tests of the conformance kit: built for another major version of the plugin interface.
+#include "sound.h"
+
+#undef RELIGN_ABI_MAJOR
+#define RELIGN_ABI_MAJOR 77
+
+RELIGN_PLUGIN(saboteur::Sound)

@@ -1,0 +1,12 @@
+// For tests of the conformance kit: sound, but carries its own standard library (-static-libstdc++).
+#include "sound.h"
+
+namespace {
+
+class Saboteur final : public saboteur::Sound {
+  using Sound::Sound;
+};
+
+}  // namespace
+
+RELIGN_PLUGIN(Saboteur)
