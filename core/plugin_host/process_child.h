@@ -48,7 +48,7 @@ class ChildProcess {
     std::filesystem::path folder;                            // the child's working directory
     std::vector<std::string> environment;                    // "NAME=value", over the host's own
     double seconds_for_a_line = 5;                           // from the first byte of a message to its end
-    std::function<void(const std::string& line)> on_output;  // a line of its stdout or stderr; may be empty
+    std::function<void(const std::string& line)> on_output;  // each line of its stdout and stderr; may be empty
   };
   // Throws Error(plugin_refused) when the system cannot start the command.
   explicit ChildProcess(Options options);
@@ -93,7 +93,6 @@ class ChildProcess {
   Deadline line_deadline_;  // a line that has begun must end
   std::string output_line_;
   std::deque<std::string> last_output_;
-  std::size_t lines_passed_on_ = 0;
   bool killed_by_us_ = false;
   std::string how_it_ended_;
 };

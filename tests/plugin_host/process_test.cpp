@@ -218,17 +218,30 @@ print("array:", type(image).__module__))";
   EXPECT_THAT(logged_, Contains("array: numpy"));
 }
 
-TEST_F(ProcessTest, PrintingIsHarmlessAndBounded) {
+TEST_F(ProcessTest, TheSharedPixelsCannotBeTakenAwayFromTheHost) {
+  setup_.knows |= RELIGN_KNOWS_IMAGES;
+  run(script(R"(file = os.open("/proc/self/fd/5", os.O_RDWR)
+try: os.ftruncate(file, 0)
+except OSError: pass
+else: assert False, "a smaller file would kill the host"
+assert talk.step([0.1, 0.2]).image.shape == (8, 8))",
+             R"(knows = ("images",))"));
+  EXPECT_THAT(talk_->steps, SizeIs(1));
+}
+
+TEST_F(ProcessTest, PrintingIsHarmless) {
   run(script(R"(print("here I am")
 for i in range(20000):
     print("x" * 50, file=sys.stderr if i % 2 else sys.stdout)
+print("y" * 1000)
 os.write(1, b'{"message":"done"}\n')
 assert sys.stdin.read() == ""
 talk.step([0.1, 0.1]))"));
   EXPECT_THAT(talk_->steps, SizeIs(1));
   ASSERT_FALSE(logged_.empty());
   EXPECT_EQ(logged_.front(), "here I am");
-  EXPECT_LT(logged_.size(), 2100U);
+  EXPECT_EQ(std::count(logged_.begin(), logged_.end(), std::string(50, 'x')), 20000);
+  EXPECT_THAT(logged_, Contains(std::string(1000, 'y')));
 }
 
 TEST_F(ProcessTest, AnExceptionIsNamedWithItsLine) {

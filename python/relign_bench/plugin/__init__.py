@@ -29,9 +29,25 @@ from .images import Box, Image
 from .manifest import manifest_of
 from .parameters import Parameter, parameter
 from .process import serve
+from .services import Lens, Model, Outcome, Stopped
 from .talk import Observation, Talk
 
-__all__ = ["Agent", "Box", "Image", "Observation", "Optimizer", "Parameter", "Talk", "manifest_of", "parameter", "serve"]
+__all__ = [
+    "Agent",
+    "Box",
+    "Image",
+    "Lens",
+    "Model",
+    "Observation",
+    "Optimizer",
+    "Outcome",
+    "Parameter",
+    "Stopped",
+    "Talk",
+    "manifest_of",
+    "parameter",
+    "serve",
+]
 
 for _name in __all__:  # users meet these names here, whatever file they lie in
     globals()[_name].__module__ = __name__

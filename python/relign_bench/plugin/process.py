@@ -8,6 +8,7 @@ import traceback
 from .images import numpy_or_none
 from .manifest import manifest_of
 from .parameters import create
+from .services import Stopped
 from .talk import Talk
 
 PROTOCOL = 1
@@ -39,9 +40,15 @@ class _Host:
             raise SystemExit(1)
         return json.loads(line)
 
-    def ask(self, line):
+    def exchange(self, line):
         self.send(line)
-        answer = self.receive()
+        return self.receive()
+
+    def ask(self, line):
+        return self.checked(self.exchange(line))
+
+    @staticmethod
+    def checked(answer):
         if answer["message"] == "refused":
             raise ValueError(answer.get("text", "the host refused the request"))
         if answer["message"] == "failed":
@@ -84,7 +91,10 @@ def _talk_to_host(cls, host):
                     numpy_or_none()  # slow to import: before the trial's clock starts
                 host.tell(message="created")
             elif name == "run":
-                algorithm.run(Talk(host, message["task"]))
+                try:
+                    algorithm.run(Talk(host, message["task"]))
+                except Stopped:
+                    pass
                 sys.stdout.flush()
                 host.tell(message="done")
             elif name == "bye":
