@@ -26,6 +26,7 @@ constexpr int kFromHost = 4;
 constexpr int kPixels = 5;
 constexpr int kFirstUnused = 6;
 
+constexpr double kSecondsBetweenLooks = 0.1;                // at the stop flag
 constexpr std::size_t kLongestLine = std::size_t{1} << 20;  // bytes of one message
 constexpr std::size_t kLinesKept = 12;                      // of the output, for a failure's text
 constexpr std::size_t kLengthKept = 300;                    // of each of them
@@ -169,10 +170,20 @@ void ChildProcess::start() {
 
 // ---- lines ------------------------------------------------------------------------------------
 
-bool ChildProcess::wait_until_ready(short wanted, Deadline deadline) {
+Deadline ChildProcess::with_stop(const Deadline& deadline) {
+  if (!stop_deadline_ && options_.stop && options_.stop->load())
+    stop_deadline_ = in_seconds(options_.seconds_after_stop);
+  return earlier(deadline, stop_deadline_);
+}
+
+bool ChildProcess::wait_until_ready(short wanted, Deadline given) {
   while (true) {
+    const Deadline deadline = with_stop(given);
+    // A flag wakes nobody: look at it now and then.
+    const bool looks = options_.stop && !stop_deadline_;
+    const Deadline wake = looks ? earlier(deadline, in_seconds(kSecondsBetweenLooks)) : deadline;
     pollfd watched[2] = {{messages_.get(), wanted, 0}, {output_.get(), POLLIN, 0}};  // -1 is not watched
-    const int ready = ::poll(watched, 2, milliseconds_until(deadline));
+    const int ready = ::poll(watched, 2, milliseconds_until(wake));
     if (ready < 0 && errno != EINTR) return false;
     if (ready > 0 && watched[1].revents != 0) take_output();
     if (ready > 0 && watched[0].revents != 0) return true;

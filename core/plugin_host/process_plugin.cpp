@@ -105,6 +105,8 @@ ProcessPlugin::ProcessPlugin(const Manifest& manifest, const HostServices& servi
   options.folder = manifest.folder;
   options.environment = process_environment();
   options.seconds_for_a_line = patience_.stop_seconds;
+  options.stop = services.stop;
+  options.seconds_after_stop = patience_.stop_seconds;
   if (services.log) options.on_output = [log = services.log](const std::string& line) { log(RELIGN_LOG_INFO, line); };
   try {
     child_.emplace(std::move(options));

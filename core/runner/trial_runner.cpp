@@ -101,6 +101,7 @@ plugin_host::HostServices TrialRunner::services(const std::string& name, unsigne
   plugin_host::HostServices services;
   services.threads = threads;
   services.cache_folder = options_.cache_folder;
+  services.stop = options_.stop;
   if (options_.on_message)
     services.log = [tell = options_.on_message, name](int level, const std::string& message) {
       if (level >= RELIGN_LOG_WARNING) tell(name + ": " + message);
@@ -190,6 +191,7 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
     bench_ = std::make_unique<Bench>();  // nobody knows what state the scene is in
     record.end = task::end_name(task::End::failed);
     record.message = error.what();
+    outcome.stopped = stop && stop->load();  // a scene's process, too, is not waited for any longer then
     add_steps(made, outcome);
   }
   return outcome;

@@ -37,7 +37,7 @@ TrialJob make_job(const PreparedPlan& prepared, const suite::PlannedTrial& trial
 struct TrialOutcome {
   records::TrialRecord record;
   records::TrialTimes times;  // plugin hashes not filled in
-  bool stopped = false;       // asked to stop: the record is no result
+  bool stopped = false;       // ended because it was asked to stop: the record is no result
 };
 
 class TrialRunner {
@@ -46,6 +46,7 @@ class TrialRunner {
     unsigned threads = 1;  // for the scene's own work
     std::filesystem::path cache_folder;
     std::function<void(const std::string&)> on_message;  // a plugin's warnings; any thread
+    const std::atomic<bool>* stop = nullptr;             // for scenes and levels that are processes; may be null
   };
   explicit TrialRunner(Options options);
   ~TrialRunner();

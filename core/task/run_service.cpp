@@ -83,7 +83,7 @@ relign_status RunService::run_inner(const plugin_host::Choice& inner, std::uint3
   relign_status status = RELIGN_OK;
   try {
     const LargestMove limit(host, nested.table().task->largest_move);
-    plugin_host::Algorithm algorithm(inner, setup.services);
+    plugin_host::Algorithm algorithm(inner, algorithm_services(setup));
     algorithm.run(nested.table());
   } catch (const Error& error) {
     // What the scene or the run's owner threw on the way is not the inner algorithm's failure.
