@@ -137,8 +137,6 @@ void ChildProcess::start() {
   pixel_file_ = out_of_the_way(Descriptor(::memfd_create("relign-pixels", MFD_CLOEXEC | MFD_ALLOW_SEALING)));
   if (childs_messages.get() < 0 || childs_output.get() < 0 || pixel_file_.get() < 0)
     cannot_start(options_.command, errno);
-  // A child that made the file smaller would kill the host, which has it mapped.
-  ::fcntl(pixel_file_.get(), F_ADD_SEALS, F_SEAL_SHRINK);
   ::fcntl(output_.get(), F_SETFL, O_NONBLOCK);
 
   SpawnSettings settings;

@@ -1,5 +1,6 @@
 #include "plugin_host/shared_pixels.h"
 
+#include <fcntl.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -14,6 +15,8 @@ SharedPixels::~SharedPixels() {
 bool SharedPixels::grow(std::size_t bytes) {
   if (bytes <= bytes_) return true;
   if (::ftruncate(file_, static_cast<off_t>(bytes)) != 0) return false;
+  // A process that made the file smaller would kill the host, which has it mapped.
+  ::fcntl(file_, F_ADD_SEALS, F_SEAL_SHRINK);
   void* mapped = mapped_ ? ::mremap(mapped_, bytes_, bytes, MREMAP_MAYMOVE)
                          : ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file_, 0);
   if (mapped == MAP_FAILED) return false;

@@ -311,6 +311,7 @@ class Run {
     if (outcome.stopped) return;
     outcome.times.plugins = plugins_of(trial);
     if (scene.owns_stage) captures.write(options_.results, trial.id);
+    writer_.write_log(trial.id, outcome.log);
     writer_.append(place, outcome.record, outcome.times);
     {
       const std::lock_guard<std::mutex> hold(progress_mutex_);
@@ -332,8 +333,14 @@ class Run {
       if (found == finished.end() || found->second.end != "failed") continue;
       summary_.failures.push_back("trial " + trial.id + " " + suite_.algorithms[trial.algorithm].name + " on " +
                                   suite_.scenes[trial.scene].name + " " + suite_.levels[trial.level].name + " #" +
-                                  std::to_string(trial.instance) + ": " + found->second.message);
+                                  std::to_string(trial.instance) + ": " + found->second.message + log_hint(trial.id));
     }
+  }
+
+  std::string log_hint(const std::string& trial) const {
+    const fs::path file = options_.results / records::log_file(trial);
+    std::error_code code;
+    return fs::exists(file, code) ? "\n  all that its plugins printed: " + file.string() : "";
   }
 
   const PreparedPlan& prepared_;

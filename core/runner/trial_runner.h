@@ -12,6 +12,7 @@
 #include "plugin_host/objects.h"
 #include "records/record.h"
 #include "runner/run.h"
+#include "runner/trial_log.h"
 #include "task/instance.h"
 #include "task/trial.h"
 
@@ -37,6 +38,7 @@ TrialJob make_job(const PreparedPlan& prepared, const suite::PlannedTrial& trial
 struct TrialOutcome {
   records::TrialRecord record;
   records::TrialTimes times;  // plugin hashes not filled in
+  std::string log;            // what its plugins printed and logged; empty: nothing
   bool stopped = false;       // ended because it was asked to stop: the record is no result
 };
 
@@ -70,8 +72,10 @@ class TrialRunner {
 
  private:
   struct Bench;
-  plugin_host::HostServices services(const std::string& name, unsigned threads) const;
+  // `name` is shown before warnings; in a trial's log the algorithm's own lines have none.
+  plugin_host::HostServices services(const std::string& name, unsigned threads, bool algorithm = false) const;
   Options options_;
+  std::shared_ptr<TrialLog> log_ = std::make_shared<TrialLog>();
   std::unique_ptr<Bench> bench_;
 };
 

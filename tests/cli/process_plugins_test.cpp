@@ -57,7 +57,7 @@ if __name__ == "__main__": serve(Dies)
 )");
   place.write("suite.json", R"({"scenes": ["relign_od"], "noise_levels": ["rho0.25"], "instances": 2, "steps": 3,
                                 "algorithms": ["./compass.py", "./dies.py"]})");
-  const Outcome outcome = relign_bench(place, {"run", "suite.json", "--out", "out"});
+  const Outcome outcome = relign_bench(place, {"run", "suite.json", "--out", "out", "--workers", "2"});
   EXPECT_EQ(outcome.exit_code, 3) << outcome.err;  // finished, some trials failed
   const std::string trials = place.read("out/trials/0000.jsonl");
   EXPECT_THAT(trials, HasSubstr("plugin 'dies' failed in run"));
@@ -66,6 +66,48 @@ if __name__ == "__main__": serve(Dies)
   const json manifest = json::parse(place.read("out/manifest.json"));
   EXPECT_EQ(manifest["algorithms"][0]["name"], "compass");
   EXPECT_EQ(manifest["algorithms"][0]["plugin_hash"].get<std::string>().size(), 64U);
+}
+
+TEST(CliProcessPlugins, WhatAPluginPrintsIsInTheTrialsLog) {
+  RELIGN_NEEDS_PYTHON();
+  const Workplace place;
+  place.write("prints.py", R"("""Prints, and dies when told so."""
+import os, sys
+from relign_bench.plugin import Optimizer, serve
+class Prints(Optimizer):
+    def run(self, talk):
+        for line in range(20): print("line", line, file=sys.stderr if line % 2 else sys.stdout)
+        if os.path.exists("die"): os._exit(7)
+if __name__ == "__main__": serve(Prints)
+)");
+  place.write("suite.json", R"({"scenes": ["relign_od"], "noise_levels": ["rho0.25"], "instances": 2, "steps": 1,
+                                "algorithms": ["./prints.py", "random", "home"]})");
+  place.write("die", "");
+  const std::vector<std::string> arguments = {"run", "suite.json", "--out", "out", "--workers", "2"};
+  const Outcome failed = relign_bench(place, arguments);
+  ASSERT_EQ(failed.exit_code, 3) << failed.err;
+  std::string all;
+  for (int line = 0; line < 20; ++line) all += "line " + std::to_string(line) + "\n";
+  const auto logs = [&] {
+    std::vector<std::string> found;
+    for (const auto& entry : fs::directory_iterator(place.path("out/logs")))
+      found.push_back("logs/" + entry.path().filename().string());
+    return found;
+  };
+  ASSERT_EQ(logs().size(), 2U) << "only trials that printed have one";
+  const std::string page = place.read("out/report.html");
+  for (const std::string& log : logs()) {
+    EXPECT_EQ(place.read("out/" + log), all);
+    EXPECT_THAT(failed.err, HasSubstr("all that its plugins printed: out/" + log));
+    EXPECT_THAT(page, HasSubstr(log));
+  }
+  // Quiet in a new version: the trials run again and their old logs are gone.
+  const std::string script = place.read("prints.py");
+  place.write("prints.py", script.substr(0, script.find("        for line")) + "        talk.first\n" +
+                               script.substr(script.find("if __name__")));
+  const Outcome again = relign_bench(place, arguments);
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_TRUE(logs().empty());
 }
 
 TEST(CliProcessPlugins, ServicesPassAsMessages) {
