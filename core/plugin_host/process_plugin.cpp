@@ -6,6 +6,7 @@
 
 #include "base/files.h"
 #include "base/text.h"
+#include "plugin_host/process_manifest.h"
 
 namespace relign::plugin_host {
 namespace fs = std::filesystem;
@@ -137,6 +138,9 @@ void ProcessPlugin::shake_hands(const Manifest& manifest) {
   if (!id || normalised_name(*id) != normalised_name(manifest.id))
     fail(during,
          "it says that it is " + (id ? "'" + *id + "'" : "nobody") + "; the manifest says '" + manifest.id + "'");
+  if (const auto said = answer.find("manifest"); said != answer.end() && said->is_object())
+    if (const std::string difference = manifest_difference(manifest, *said); !difference.empty())
+      fail(during, difference);
   if (const auto needs = answer.find("needs"); needs != answer.end() && !(needs->is_array() && needs->empty()))
     fail(during, "it needs abilities that this host does not have: " + needs->dump());
 }
