@@ -69,6 +69,18 @@ std::string readme_of(const Manifest& plugin) {
   return std::filesystem::exists(readme) ? readme.string() : "";
 }
 
+// How to try one of the parameters with another value; empty when there is none whose value can be shown.
+std::string try_command(const Manifest& plugin, const Preset* preset) {
+  if (!plugin_host::is_algorithm(plugin.kind)) return "";
+  for (const Parameter& parameter : plugin.parameters) {
+    const Json value = shown_value(parameter, preset);
+    if (!value.is_number() && !value.is_boolean()) continue;
+    return "relign-bench try " + (preset == nullptr ? plugin.id : preset->id) + " --parameters '" +
+           Json{{parameter.name, value}}.dump() + "'";
+  }
+  return "";
+}
+
 std::string page(const Manifest& plugin, const Preset* preset) {
   const std::string id = preset == nullptr ? plugin.id : preset->id;
   std::string text =
@@ -89,6 +101,8 @@ std::string page(const Manifest& plugin, const Preset* preset) {
       table.add({parameter.name, type_name(parameter.type), value_text(shown_value(parameter, preset)),
                  allowed_text(parameter), parameter.unit.empty() ? "-" : parameter.unit, parameter.description});
     text += "\n" + table.text();
+    if (const std::string command = try_command(plugin, preset); !command.empty())
+      text += "\nTry:\n  " + command + "\n";
   }
   if (preset == nullptr && !plugin.presets.empty()) {
     TextTable table({"preset", "changes", "meaning"});

@@ -1,7 +1,6 @@
 // relign-bench run: a suite from start to report, or on from where it was stopped.
 #include <cstdio>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <set>
 
@@ -48,9 +47,9 @@ std::vector<std::pair<std::string, std::string>> parse_only(const std::vector<st
 }
 
 // What the user gave a scene decides whether it can be prepared: a mistake there is no internal error.
-runner::PreparedPlan prepare(suite::Suite suite, const std::function<void(const std::string&)>& on_message) {
+runner::PreparedPlan prepare(suite::Suite suite, const runner::RunOptions& options) {
   try {
-    return runner::prepare(std::move(suite), relign::cache_folder(), on_message);
+    return runner::prepare(std::move(suite), options.cache_folder, options.on_message, options.stop);
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::plugin_failed) throw;
     throw Error(ErrorKind::bad_input, std::string("a scene of the suite cannot be used: ") + error.what());
@@ -105,7 +104,16 @@ int run_suite(Context& context, const RunArguments& arguments) {
   runner::Progress preparing;
   preparing.doing = "preparing scenes and plugins";
   progress.update(preparing);
-  const runner::PreparedPlan prepared = prepare(std::move(suite), options.on_message);
+  runner::PreparedPlan prepared;
+  try {
+    prepared = prepare(std::move(suite), options);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::stopped) throw;
+    progress.finish();
+    std::fprintf(stderr, "Stopped before the first trial. The same command begins again:\n  %s\n",
+                 context.typed_command().c_str());
+    return stop_exit_code();
+  }
   const runner::RunSummary summary = runner::run(prepared, options);
   progress.finish();
 

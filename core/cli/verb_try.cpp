@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "base/error.h"
+#include "base/json_source.h"
 #include "base/seeds.h"
 #include "base/text.h"
 #include "cli/app.h"
@@ -21,6 +22,7 @@ namespace fs = std::filesystem;
 
 struct TryArguments {
   std::string algorithm;
+  std::string parameters;  // JSON; empty: none
   std::string scene = "relign_od";
   std::string level = "rho0.25";
   bool level_given = false;
@@ -128,10 +130,22 @@ int end_of_trial(Context& context, const TryArguments& arguments, const task::Tr
   return kDone;
 }
 
+Json read_parameters(const std::string& text) {
+  if (text.empty()) return {};
+  Json given = JsonSource::from_text(text, "--parameters").root();
+  if (!given.is_object())
+    throw Error(
+        ErrorKind::bad_input,
+        "--parameters: '" + text + "' is no object; allowed: names with values, such as '{\"first_stride\": 0.1}'");
+  return given;
+}
+
 int run_try(Context& context, TryArguments arguments) {
   plugin_host::Catalog& catalog = context.catalog();
-  const plugin_host::Choice algorithm = catalog.resolve_or_throw(plugin_host::Kind::optimizer, arguments.algorithm);
-  const plugin_host::HostServices services = context.services(core_count());
+  const plugin_host::Choice algorithm = catalog.resolve_or_throw(plugin_host::Kind::optimizer, arguments.algorithm,
+                                                                 read_parameters(arguments.parameters));
+  plugin_host::HostServices services = context.services(core_count());
+  services.stop = &watch_for_stop();
   const LoadedScene scene = load_scene(catalog.resolve_or_throw(plugin_host::Kind::scene, arguments.scene), services);
   if (scene.facts.owns_stage && !arguments.level_given) arguments.level = "none";
   const plugin_host::Choice level = catalog.resolve_or_throw(plugin_host::Kind::noise_level, arguments.level);
@@ -159,7 +173,7 @@ int run_try(Context& context, TryArguments arguments) {
   setup.budget = arguments.steps;
   setup.algorithm_seed = algorithm_seed(arguments.suite_seed, algorithm.id, arguments.instance);
   setup.machine_time = scene.facts.machine_time;
-  setup.stop = &watch_for_stop();
+  setup.stop = services.stop;
   setup.on_step = [&](const task::Step& step, const float* pixels) {
     if (!context.json) print_result((step.number == 0 ? header(scene.facts.axes.size()) : "") + row(step));
     if (!arguments.frames.empty()) save_frame(frame_path(arguments.frames, step.number), scene.facts, pixels);
@@ -170,11 +184,15 @@ int run_try(Context& context, TryArguments arguments) {
 }  // namespace
 
 void add_try(CLI::App& app, Context& context) {
-  CLI::App& verb = add_verb(
-      app, {"try", "Run one trial in this process and print every step.",
-            "relign-bench try nlopt-sbplx --noise-level rho0.5 --instance 3 --frames frames", "list, describe, run"});
+  CLI::App& verb = add_verb(app, {"try", "Run one trial in this process and print every step.",
+                                  "relign-bench try nlopt-sbplx --noise-level rho0.5 --instance 3 --frames frames\n"
+                                  "relign-bench try nlopt-sbplx --parameters '{\"first_stride\": 0.1}'",
+                                  "list, describe, run"});
   auto arguments = std::make_shared<TryArguments>();
   verb.add_option("ALGORITHM", arguments->algorithm, "id, preset or path of an algorithm")->required();
+  verb.add_option("--parameters", arguments->parameters,
+                  "JSON object of the algorithm's parameters; describe lists them [default: the plugin's]")
+      ->type_name("JSON");
   verb.add_option("--scene", arguments->scene, "id, preset or path of a scene")
       ->type_name("SCENE")
       ->capture_default_str();

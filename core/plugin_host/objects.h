@@ -7,6 +7,7 @@
 
 #include <relign/plugin.h>
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -23,6 +24,9 @@ struct HostServices {
   unsigned threads = 1;
   std::filesystem::path cache_folder;                              // empty: none
   std::function<void(int level, const std::string& message)> log;  // may be empty; any thread
+  // Once it is up, a plugin's process is waited for RELIGN_STOP_SECONDS and no longer. May be null; must outlive the
+  // object.
+  const std::atomic<bool>* stop = nullptr;
 };
 
 class Algorithm {

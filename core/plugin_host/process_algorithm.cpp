@@ -1,12 +1,8 @@
 #include "plugin_host/process_algorithm.h"
 
-#include <sys/mman.h>
-#include <unistd.h>
-
 #include <cstring>
 
 #include "plugin_host/process_numbers.h"
-#include "plugin_host/process_services.h"
 
 namespace relign::plugin_host {
 namespace {
@@ -46,27 +42,20 @@ std::string run_line(const relign_task& task) {
 
 }  // namespace
 
-ProcessAlgorithm::ProcessAlgorithm(const Choice& choice, const HostServices& services) : plugin_(choice, services) {}
+ProcessAlgorithm::ProcessAlgorithm(const Choice& choice, const HostServices& services)
+    : plugin_(choice, services), pixels_(plugin_.pixel_file()) {}
 
-ProcessAlgorithm::~ProcessAlgorithm() {
-  if (pixels_) ::munmap(pixels_, 2 * pixel_bytes_);
-}
-
-void ProcessAlgorithm::begin(const relign_task& task) {
+void ProcessAlgorithm::begin(const relign_conversation& talk) {
+  const relign_task& task = *talk.task;
   axes_ = task.axes;
-  pixel_bytes_ = std::size_t{task.image_width} * task.image_height * sizeof(float);
-  if (pixel_bytes_ > 0) {
-    void* mapped = MAP_FAILED;
-    if (::ftruncate(plugin_.pixel_file(), static_cast<off_t>(2 * pixel_bytes_)) == 0)
-      mapped = ::mmap(nullptr, 2 * pixel_bytes_, PROT_READ | PROT_WRITE, MAP_SHARED, plugin_.pixel_file(), 0);
-    if (mapped == MAP_FAILED) plugin_.fail(kRun, "the host has no memory for the pixels that it would share");
-    pixels_ = static_cast<float*>(mapped);
-  }
+  image_bytes_ = std::size_t{task.image_width} * task.image_height * sizeof(float);
+  if (!pixels_.grow(2 * image_bytes_)) plugin_.fail(kRun, kNoMemoryForPixels);
+  services_.emplace(talk, pixels_, image_bytes_);
   plugin_.send_line(run_line(task), kRun);
 }
 
 void ProcessAlgorithm::run(const relign_conversation& talk) {
-  begin(*talk.task);
+  begin(talk);
   Deadline stop_deadline;
   while (true) {
     const Json request = plugin_.receive(kRun, stop_deadline, "it was told to stop and did not return in time");
@@ -97,8 +86,9 @@ relign_status ProcessAlgorithm::answer(const Json& request, const relign_convers
     status = share_reference(talk);
     observes = false;
   } else if (name == "service") {
-    plugin_.send(answer_service_request(request, talk), kRun);
-    return RELIGN_OK;
+    const Json told = services_->answer(request);
+    plugin_.send(told, kRun);
+    return told["message"] == "stop" ? RELIGN_STOP : RELIGN_OK;
   }
   if (status == RELIGN_OK && observes)
     tell(seen);
@@ -119,7 +109,7 @@ relign_status ProcessAlgorithm::answer(const Json& request, const relign_convers
 }
 
 void ProcessAlgorithm::tell(const relign_observation& seen) {
-  if (seen.image && pixels_) share_pixels(*seen.image, pixels_);
+  if (seen.image && image_bytes_ > 0) share(*seen.image, 0);
   line_ = "{\"message\":\"observation\",\"step\":" + std::to_string(seen.step) + ",\"pose\":";
   append_numbers(line_, seen.pose, axes_);
   line_ += ",\"merit\":";
@@ -134,18 +124,14 @@ void ProcessAlgorithm::tell(const relign_observation& seen) {
 // O* goes behind the image of the latest observation.
 relign_status ProcessAlgorithm::share_reference(const relign_conversation& talk) {
   const relign_text id = {RELIGN_SERVICE_REFERENCE, std::strlen(RELIGN_SERVICE_REFERENCE)};
-  const void* service = pixels_ && talk.get_service ? talk.get_service(talk.context, id) : nullptr;
+  const void* service = image_bytes_ > 0 && talk.get_service ? talk.get_service(talk.context, id) : nullptr;
   if (!service) return RELIGN_UNSUPPORTED;
-  share_pixels(*static_cast<const relign_reference_service*>(service)->image, pixels_ + pixel_bytes_ / sizeof(float));
+  share(*static_cast<const relign_reference_service*>(service)->image, image_bytes_);
   return RELIGN_OK;
 }
 
-void ProcessAlgorithm::share_pixels(const relign_image& image, float* shared) {
-  const std::size_t row_bytes = image.width * sizeof(float);
-  if (row_bytes * image.height > pixel_bytes_) plugin_.fail(kRun, "an image is larger than the task said");
-  for (std::size_t y = 0; y < image.height; ++y)
-    std::memcpy(reinterpret_cast<char*>(shared) + y * row_bytes,
-                reinterpret_cast<const char*>(image.pixels) + y * image.row_stride_bytes, row_bytes);
+void ProcessAlgorithm::share(const relign_image& image, std::size_t offset_bytes) {
+  if (!pixels_.put(image, offset_bytes, image_bytes_)) plugin_.fail(kRun, "an image is larger than the task said");
 }
 
 }  // namespace relign::plugin_host

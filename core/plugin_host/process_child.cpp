@@ -26,10 +26,11 @@ constexpr int kFromHost = 4;
 constexpr int kPixels = 5;
 constexpr int kFirstUnused = 6;
 
+constexpr double kSecondsBetweenLooks = 0.1;                // at the stop flag
 constexpr std::size_t kLongestLine = std::size_t{1} << 20;  // bytes of one message
 constexpr std::size_t kLinesKept = 12;                      // of the output, for a failure's text
-constexpr std::size_t kLineLength = 300;
-constexpr std::size_t kLinesPassedOn = 2000;
+constexpr std::size_t kLengthKept = 300;                    // of each of them
+constexpr std::size_t kLongestOutputLine = 1 << 16;         // passed on in one piece
 
 [[noreturn]] void cannot_start(const std::vector<std::string>& command, int code) {
   const std::string name = command.empty() ? "" : command.front();
@@ -133,7 +134,7 @@ void ChildProcess::start() {
   if (::pipe2(pipes, O_CLOEXEC) != 0) cannot_start(options_.command, errno);
   output_ = Descriptor(pipes[0]);
   const Descriptor childs_output = out_of_the_way(Descriptor(pipes[1]));
-  pixel_file_ = out_of_the_way(Descriptor(::memfd_create("relign-pixels", MFD_CLOEXEC)));
+  pixel_file_ = out_of_the_way(Descriptor(::memfd_create("relign-pixels", MFD_CLOEXEC | MFD_ALLOW_SEALING)));
   if (childs_messages.get() < 0 || childs_output.get() < 0 || pixel_file_.get() < 0)
     cannot_start(options_.command, errno);
   ::fcntl(output_.get(), F_SETFL, O_NONBLOCK);
@@ -167,10 +168,20 @@ void ChildProcess::start() {
 
 // ---- lines ------------------------------------------------------------------------------------
 
-bool ChildProcess::wait_until_ready(short wanted, Deadline deadline) {
+Deadline ChildProcess::with_stop(const Deadline& deadline) {
+  if (!stop_deadline_ && options_.stop && options_.stop->load())
+    stop_deadline_ = in_seconds(options_.seconds_after_stop);
+  return earlier(deadline, stop_deadline_);
+}
+
+bool ChildProcess::wait_until_ready(short wanted, Deadline given) {
   while (true) {
+    const Deadline deadline = with_stop(given);
+    // A flag wakes nobody: look at it now and then.
+    const bool looks = options_.stop && !stop_deadline_;
+    const Deadline wake = looks ? earlier(deadline, in_seconds(kSecondsBetweenLooks)) : deadline;
     pollfd watched[2] = {{messages_.get(), wanted, 0}, {output_.get(), POLLIN, 0}};  // -1 is not watched
-    const int ready = ::poll(watched, 2, milliseconds_until(deadline));
+    const int ready = ::poll(watched, 2, milliseconds_until(wake));
     if (ready < 0 && errno != EINTR) return false;
     if (ready > 0 && watched[1].revents != 0) take_output();
     if (ready > 0 && watched[0].revents != 0) return true;
@@ -235,18 +246,16 @@ void ChildProcess::take_output() {
       return;
     }
     for (const char letter : std::string_view(buffer, static_cast<std::size_t>(got))) {
-      if (letter == '\n')
+      if (letter != '\n') output_line_ += letter;
+      if (letter == '\n' || output_line_.size() >= kLongestOutputLine)
         take_output_line(std::exchange(output_line_, {}));
-      else if (output_line_.size() < kLineLength)
-        output_line_ += letter;
     }
   }
 }
 
 void ChildProcess::take_output_line(std::string line) {
-  if (options_.on_output && lines_passed_on_ <= kLinesPassedOn)
-    options_.on_output(lines_passed_on_ < kLinesPassedOn ? line : "(more output follows and is not kept)");
-  ++lines_passed_on_;
+  if (options_.on_output) options_.on_output(line);
+  line.resize(std::min(line.size(), kLengthKept));
   last_output_.push_back(std::move(line));
   if (last_output_.size() > kLinesKept) last_output_.pop_front();
 }

@@ -9,6 +9,7 @@
 
 #include <sys/types.h>
 
+#include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <deque>
@@ -48,7 +49,9 @@ class ChildProcess {
     std::filesystem::path folder;                            // the child's working directory
     std::vector<std::string> environment;                    // "NAME=value", over the host's own
     double seconds_for_a_line = 5;                           // from the first byte of a message to its end
-    std::function<void(const std::string& line)> on_output;  // a line of its stdout or stderr; may be empty
+    const std::atomic<bool>* stop = nullptr;                 // once it is up, every wait ends
+    double seconds_after_stop = 5;                           // so much later; may be null
+    std::function<void(const std::string& line)> on_output;  // each line of its stdout and stderr; may be empty
   };
   // Throws Error(plugin_refused) when the system cannot start the command.
   explicit ChildProcess(Options options);
@@ -79,6 +82,7 @@ class ChildProcess {
  private:
   void start();
   bool wait_until_ready(short wanted, Deadline deadline);  // false: the deadline has passed
+  Deadline with_stop(const Deadline& deadline);
   void take_output();
   void take_output_line(std::string line);
   bool has_ended();  // without reaping it
@@ -91,9 +95,9 @@ class ChildProcess {
   std::string received_;
   std::size_t searched_ = 0;
   Deadline line_deadline_;  // a line that has begun must end
+  Deadline stop_deadline_;  // once options_.stop was seen up
   std::string output_line_;
   std::deque<std::string> last_output_;
-  std::size_t lines_passed_on_ = 0;
   bool killed_by_us_ = false;
   std::string how_it_ended_;
 };

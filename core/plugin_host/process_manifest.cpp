@@ -5,6 +5,7 @@
 
 #include "base/files.h"
 #include "base/hash.h"
+#include "base/text.h"
 #include "plugin_host/process_plugin.h"
 
 namespace relign::plugin_host {
@@ -13,6 +14,28 @@ namespace fs = std::filesystem;
 namespace {
 
 const char* const kInterpreter = "python3";
+const char* const kFiles = "files";  // from the script a list of modules; as kept an object with their hashes
+
+// Where Python looks for a script's modules first: beside the file itself, not beside a link to it.
+fs::path module_folder(const fs::path& script) {
+  std::error_code error;
+  const fs::path file = fs::canonical(script, error);
+  return (error ? script : file).parent_path();
+}
+
+// The modules of `names` (a list of paths below `folder`, from the script) with the SHA-256 of each.
+Json hashes_of(const Json& names, const fs::path& folder) {
+  Json hashes = Json::object();
+  for (const Json& name : names) {
+    const fs::path file = name.is_string() ? fs::path(name.get<std::string>()) : fs::path();
+    if (file.empty() || file.is_absolute()) continue;
+    try {
+      hashes[file.generic_string()] = sha256_file(folder / file);
+    } catch (const Error&) {  // gone again: it will not be found the next time either
+    }
+  }
+  return hashes;
+}
 
 // The JSON object that the script writes, on one line.
 std::string ask_script(const fs::path& script) {
@@ -34,8 +57,9 @@ std::string ask_script(const fs::path& script) {
   if (got != ChildProcess::Got::line)
     refuse(got_text(got, "it said nothing for " + std::to_string(static_cast<int>(patience_seconds)) + " s") +
            ending_text(child));
-  const Json manifest = Json::parse(line, nullptr, false);
+  Json manifest = Json::parse(line, nullptr, false);
   if (!manifest.is_object()) refuse("what it wrote is no JSON object" + ending_text(child));
+  if (manifest.contains(kFiles)) manifest[kFiles] = hashes_of(manifest[kFiles], module_folder(script));
   return canonical_json(manifest);
 }
 
@@ -52,7 +76,71 @@ std::string relign_bench_text() {
   return text;
 }
 
+// What the script said last time; empty when there is nothing, or when a module has changed.
+std::string kept_text(const fs::path& kept, const fs::path& folder) {
+  std::error_code error;
+  if (kept.empty() || !fs::exists(kept, error)) return "";
+  try {
+    const std::string text = read_file(kept);
+    const Json manifest = Json::parse(text, nullptr, false);
+    if (!manifest.is_object()) return "";
+    Json names = Json::array();
+    const Json files = manifest.value(kFiles, Json::object());
+    for (const auto& [name, hash] : files.items()) names.push_back(name);
+    return hashes_of(names, folder) == files ? text : "";
+  } catch (const Error&) {
+    return "";
+  }
+}
+
+// A member of a manifest as it counts: what is absent is null.
+Json member(const Json& manifest, const char* name) {
+  const auto found = manifest.find(name);
+  return found == manifest.end() ? Json() : *found;
+}
+
+// The order of "knows" means nothing.
+Json knowledge(const Json& manifest) {
+  Json words = manifest.value("knows", Json::array());
+  if (words.is_array()) std::sort(words.begin(), words.end());
+  return words;
+}
+
+std::string kind_of(const Json& manifest) {
+  const Json kind = member(manifest, "kind");
+  return kind.is_string() ? normalised_name(kind.get<std::string>()) : kind.dump();
+}
+
 }  // namespace
+
+std::string manifest_difference(const Manifest& stated, const Json& said) {
+  const Json manifest = Json::parse(stated.text, nullptr, false);
+  const std::string advice = is_plugin_script(stated.source)
+                                 ? "; a class must say the same at every start"
+                                 : "; make them equal, or leave the manifest out: a Python file is its own";
+  const auto differ = [&advice](const std::string& what, const Json& ours, const Json& theirs) {
+    const auto shown = [](const Json& value) { return value.is_null() ? "nothing" : value.dump(); };
+    return "it does not fit its manifest: " + what + " is " + shown(ours) + " in the manifest and " + shown(theirs) +
+           " in the class" + advice;
+  };
+  if (kind_of(manifest) != kind_of(said)) return differ("\"kind\"", member(manifest, "kind"), member(said, "kind"));
+  if (knowledge(manifest) != knowledge(said)) return differ("\"knows\"", knowledge(manifest), knowledge(said));
+  const Json ours = manifest.value("parameters", Json::object());
+  const Json theirs = said.value("parameters", Json::object());
+  if (!theirs.is_object()) return "what it says of its parameters is no object";
+  Json all = ours;
+  all.update(theirs);
+  for (const auto& [name, ignored] : all.items()) {
+    const Json one = ours.value(name, Json()), other = theirs.value(name, Json());
+    if (one.is_object() != other.is_object()) return differ("parameter '" + name + "'", one, other);
+    if (!one.is_object()) continue;
+    for (const char* part : {"type", "default", "minimum", "maximum", "allowed"})
+      if (member(one, part) != member(other, part))
+        return differ("\"" + std::string(part) + "\" of parameter '" + name + "'", member(one, part),
+                      member(other, part));
+  }
+  return "";
+}
 
 bool is_plugin_script(const fs::path& path) { return path.extension() == ".py"; }
 
@@ -65,19 +153,14 @@ Manifest read_script_manifest(const fs::path& script) {
   }
   const fs::path cache = cache_folder();
   const fs::path kept =
-      cache.empty() ? cache : cache / "manifests" / (short_hash("script manifest 2\n" + content) + ".json");
-  std::error_code error;
-  std::string text;
-  if (!kept.empty() && fs::exists(kept, error)) {
-    try {
-      text = read_file(kept);
-      if (!Json::parse(text, nullptr, false).is_object()) text.clear();
-    } catch (const Error&) {  // asked again
-    }
-  }
+      cache.empty() ? cache : cache / "manifests" / (short_hash("script manifest 3\n" + content) + ".json");
+  std::string text = kept_text(kept, module_folder(script));
   const bool known = !text.empty();
   if (!known) text = ask_script(script);
-  Manifest manifest = read_manifest_text(text, script);
+  Json stated = Json::parse(text);
+  stated.erase(kFiles);
+  Manifest manifest = read_manifest_text(canonical_json(stated), script);
+  manifest.text = text;
   manifest.command = {kInterpreter, script.filename().string()};
   manifest.library = script;
   if (!known && !kept.empty()) {

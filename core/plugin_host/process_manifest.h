@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "plugin_host/manifest.h"
 
@@ -11,7 +12,13 @@ namespace relign::plugin_host {
 bool is_plugin_script(const std::filesystem::path& path);
 
 // Runs the script for its manifest, or reads what it said last time: the answer is kept in the cache
-// folder under the hash of the file and of relign_bench. Throws Error(plugin_refused).
+// folder under the hash of the file and of relign_bench, and counts as long as the modules that it imported from its own
+// folder are what they were. Their hashes stand in the manifest's text, so that plugin_hash knows them. Throws
+// Error(plugin_refused).
 Manifest read_script_manifest(const std::filesystem::path& script);
+
+// What a process says of itself in its handshake against the manifest that it was started by, in all that decides what
+// it is given: the first difference as a sentence, empty without one.
+std::string manifest_difference(const Manifest& stated, const Json& said);
 
 }  // namespace relign::plugin_host

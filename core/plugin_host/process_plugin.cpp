@@ -7,6 +7,7 @@
 
 #include "base/files.h"
 #include "base/text.h"
+#include "plugin_host/process_manifest.h"
 
 namespace relign::plugin_host {
 namespace fs = std::filesystem;
@@ -135,6 +136,8 @@ ProcessPlugin::ProcessPlugin(const Choice& choice, const HostServices& services)
   options.folder = manifest.folder;
   options.environment = process_environment();
   options.seconds_for_a_line = patience_.stop_seconds;
+  options.stop = services.stop;
+  options.seconds_after_stop = patience_.stop_seconds;
   if (services.log) options.on_output = [log = services.log](const std::string& line) { log(RELIGN_LOG_INFO, line); };
   try {
     child_.emplace(std::move(options));
@@ -167,6 +170,9 @@ void ProcessPlugin::shake_hands(const Manifest& manifest) {
   if (!id || normalised_name(*id) != normalised_name(manifest.id))
     fail(during,
          "it says that it is " + (id ? "'" + *id + "'" : "nobody") + "; the manifest says '" + manifest.id + "'");
+  if (const auto said = answer.find("manifest"); said != answer.end() && said->is_object())
+    if (const std::string difference = manifest_difference(manifest, *said); !difference.empty())
+      fail(during, difference);
   if (const auto needs = answer.find("needs"); needs != answer.end() && !(needs->is_array() && needs->empty()))
     fail(during, "it needs abilities that this host does not have: " + needs->dump());
 }

@@ -1,14 +1,19 @@
 #include "plugin_host/process_services.h"
 
-#include <string>
+#include <limits>
+#include <optional>
+#include <vector>
 
 #include "plugin_host/guard.h"
+#include "plugin_host/process_child.h"
 
 namespace relign::plugin_host {
 namespace {
 
+Json refused(const std::string& text) { return {{"message", "refused"}, {"text", text}}; }
+
 Json unsupported(const std::string& what) {
-  return {{"message", "unsupported"}, {"text", what + " is not offered to this algorithm, or not over messages"}};
+  return {{"message", "unsupported"}, {"text", what + " is not offered to this algorithm"}};
 }
 
 std::string text_of(const Json& request, const char* member) {
@@ -16,14 +21,32 @@ std::string text_of(const Json& request, const char* member) {
   return found != request.end() && found->is_string() ? found->get<std::string>() : "";
 }
 
+std::optional<std::uint64_t> whole_number(const Json& request, const char* member) {
+  const auto found = request.find(member);
+  if (found == request.end() || !found->is_number_unsigned()) return std::nullopt;
+  return found->get<std::uint64_t>();
+}
+
+Json no_whole_number(const char* member) {
+  return refused("expected a whole number \"" + std::string(member) + "\" from 0");
+}
+
+// An object as text; an empty one when the member is absent.
+std::string object_text(const Json& request, const char* member) {
+  const auto found = request.find(member);
+  return found == request.end() ? "{}" : found->dump();
+}
+
 relign_text view(const std::string& text) { return {text.data(), text.size()}; }
 
-// "refused" or "failed" with the service's own sentence.
+// What a service answered instead of RELIGN_OK, with its own sentence.
 template <class Service>
 Json not_done(relign_status status, const Service& service) {
+  if (status == RELIGN_STOP) return {{"message", "stop"}};
   TextSink sentence;
   service.why(service.context, sentence.sink());
-  return {{"message", status == RELIGN_FAILED ? "failed" : "refused"}, {"text", sentence.text()}};
+  const char* name = status == RELIGN_FAILED ? "failed" : status == RELIGN_UNSUPPORTED ? "unsupported" : "refused";
+  return {{"message", name}, {"text", sentence.text()}};
 }
 
 Json ask_measures(const Json& request, const relign_measures_service& measures) {
@@ -36,7 +59,7 @@ Json ask_measures(const Json& request, const relign_measures_service& measures) 
   }
   if (call != "measure") return unsupported("\"" + call + "\"");
   const std::string name = text_of(request, "name");
-  const std::string arguments = request.value("arguments", Json::object()).dump();
+  const std::string arguments = object_text(request, "arguments");
   double value = 0;
   const relign_status status = measures.measure(measures.context, view(name), view(arguments), &value);
   if (status != RELIGN_OK) return not_done(status, measures);
@@ -44,25 +67,128 @@ Json ask_measures(const Json& request, const relign_measures_service& measures) 
 }
 
 Json ask_prior(const Json& request, const relign_prior_service& prior) {
-  const auto number = request.find("number");
-  if (number == request.end() || !number->is_number_unsigned())
-    return {{"message", "refused"}, {"text", "expected a whole number \"number\" from 0"}};
+  const auto number = whole_number(request, "number");
+  if (!number) return no_whole_number("number");
   TextSink drawn;
-  const relign_status status = prior.draw(prior.context, number->get<std::uint64_t>(), drawn.sink());
+  const relign_status status = prior.draw(prior.context, *number, drawn.sink());
   if (status != RELIGN_OK) return not_done(status, prior);
   return {{"message", "result"}, {"drawn", Json::parse(drawn.text(), nullptr, false)}};
 }
 
+// null for null: the members of a message "observation".
+Json observation(const relign_observation* seen, std::uint32_t axes) {
+  if (!seen) return nullptr;
+  return {{"step", seen->step},
+          {"pose", std::vector<double>(seen->pose, seen->pose + axes)},
+          {"merit", seen->merit},
+          {"limits_low", seen->limits_low},
+          {"limits_high", seen->limits_high},
+          {"machine_seconds", seen->machine_seconds}};
+}
+
 }  // namespace
 
-Json answer_service_request(const Json& request, const relign_conversation& talk) {
+ProcessServices::ProcessServices(const relign_conversation& talk, SharedPixels& pixels, std::size_t image_bytes)
+    : talk_(talk), pixels_(pixels), image_bytes_(image_bytes) {}
+
+Json ProcessServices::answer(const Json& request) {
   const std::string id = text_of(request, "service");
-  const void* service = talk.get_service ? talk.get_service(talk.context, view(id)) : nullptr;
+  const void* service = talk_.get_service ? talk_.get_service(talk_.context, view(id)) : nullptr;
   if (service && id == RELIGN_SERVICE_MEASURES)
     return ask_measures(request, *static_cast<const relign_measures_service*>(service));
   if (service && id == RELIGN_SERVICE_PRIOR)
     return ask_prior(request, *static_cast<const relign_prior_service*>(service));
+  if (service && id == RELIGN_SERVICE_RUN) return ask_run(request, *static_cast<const relign_run_service*>(service));
+  if (service && id == RELIGN_SERVICE_MODEL)
+    return ask_model(request, *static_cast<const relign_model_service*>(service));
   return unsupported("\"" + id + "\"");
+}
+
+// ---- run --------------------------------------------------------------------------------------
+
+Json ProcessServices::ask_run(const Json& request, const relign_run_service& run) {
+  const std::string call = text_of(request, "call");
+  if (call != "run") return unsupported("\"" + call + "\"");
+  const auto steps = whole_number(request, "steps");
+  if (!steps || *steps > std::numeric_limits<std::uint32_t>::max()) return no_whole_number("steps");
+  const std::string parameter = text_of(request, "parameter");
+  const std::string parameters = object_text(request, "parameters");
+  relign_run_outcome outcome{};
+  outcome.struct_size = sizeof outcome;
+  const relign_status status =
+      run.run(run.context, view(parameter), view(parameters), static_cast<std::uint32_t>(*steps), &outcome);
+  const bool made_steps = status == RELIGN_OK || status == RELIGN_FAILED;
+  Json told = status == RELIGN_OK ? Json{{"message", "result"}} : not_done(status, run);
+  if (!made_steps) return told;
+  // After a failure too: the stage is where the other algorithm left it.
+  const std::uint32_t axes = talk_.task->axes;
+  told["steps"] = outcome.steps;
+  told["last"] = observation(outcome.last, axes);
+  if (outcome.last && outcome.last->image && image_bytes_ > 0) pixels_.put(*outcome.last->image, 0, image_bytes_);
+  if (status != RELIGN_OK) return told;
+  told["end"] = outcome.end == RELIGN_RUN_FINISHED ? "finished" : "steps_spent";
+  told["best"] = observation(outcome.best, axes);
+  told["recommendation"] = nullptr;
+  if (outcome.recommendation)
+    told["recommendation"] = std::vector<double>(outcome.recommendation, outcome.recommendation + axes);
+  return told;
+}
+
+// ---- model ------------------------------------------------------------------------------------
+
+Json ProcessServices::ask_model(const Json& request, const relign_model_service& model) {
+  const std::string call = text_of(request, "call");
+  if (call == "scene") {
+    // Room of its own, behind the trial's images: those stay what they are while the model works.
+    const std::size_t offset = 2 * image_bytes_;
+    if (!pixels_.grow(offset + std::size_t{model.image_width} * model.image_height * sizeof(float)))
+      return {{"message", "failed"}, {"text", kNoMemoryForPixels}};
+    const std::string scene(model.scene_json.data, static_cast<std::size_t>(model.scene_json.size));
+    return {{"message", "result"},
+            {"scene", Json::parse(scene, nullptr, false)},
+            {"image",
+             {{"width", model.image_width},
+              {"height", model.image_height},
+              {"file", ChildProcess::pixel_path()},
+              {"offset", offset}}}};
+  }
+  if (call == "mount") {
+    const std::string offsets = object_text(request, "offsets");
+    relign_model_lens* lens = nullptr;
+    const relign_status status = model.mount(model.context, view(offsets), &lens);
+    if (status != RELIGN_OK) return not_done(status, model);
+    lenses_[++lenses_made_] = lens;
+    return {{"message", "result"}, {"lens", lenses_made_}};
+  }
+  if (call == "capture" || call == "noise_free" || call == "unmount") return ask_lens(request, model, call);
+  return unsupported("\"" + call + "\"");
+}
+
+Json ProcessServices::ask_lens(const Json& request, const relign_model_service& model, const std::string& call) {
+  const auto number = whole_number(request, "lens");
+  const auto known = number ? lenses_.find(*number) : lenses_.end();
+  if (known == lenses_.end()) return refused("this lens is not mounted");
+  if (call == "unmount") {
+    const relign_status status = model.unmount(model.context, known->second);
+    lenses_.erase(known);
+    return status == RELIGN_OK ? Json{{"message", "result"}} : not_done(status, model);
+  }
+  std::vector<double> pose;
+  if (const auto given = request.find("pose"); given != request.end() && given->is_array())
+    for (const Json& value : *given)
+      pose.push_back(value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN());
+  const std::size_t offset = 2 * image_bytes_;
+  if (pixels_.bytes() <= offset) return refused("ask for \"scene\" first: its answer tells where the pixels will lie");
+  const auto axes = static_cast<std::uint32_t>(pose.size());
+  relign_status status = RELIGN_OK;
+  if (call == "noise_free") {
+    status = model.noise_free(model.context, known->second, pose.data(), axes, pixels_.at(offset));
+  } else {
+    const auto seed = whole_number(request, "seed");
+    if (!seed) return no_whole_number("seed");
+    status = model.capture(model.context, known->second, pose.data(), axes, *seed, pixels_.at(offset));
+  }
+  return status == RELIGN_OK ? Json{{"message", "result"}} : not_done(status, model);
 }
 
 }  // namespace relign::plugin_host

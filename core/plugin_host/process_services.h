@@ -1,15 +1,42 @@
-// Services of a conversation (relign/plugin.h) as requests of a process: those whose arguments and
-// results are JSON. docs/process_plugins.md lists them.
+// Services of a conversation (relign/plugin.h) as requests of a process. docs/process_plugins.md lists them.
 #pragma once
 
 #include <relign/plugin.h>
 
+#include <cstdint>
+#include <map>
+#include <string>
+
 #include "base/json_source.h"
+#include "plugin_host/shared_pixels.h"
 
 namespace relign::plugin_host {
 
-// The answer to a request {"message": "service", "service": id, "call": function, ...}: a message "result",
-// "refused", "failed" or "unsupported". Throws what the service throws.
-Json answer_service_request(const Json& request, const relign_conversation& talk);
+inline constexpr const char* kNoMemoryForPixels = "the host has no memory for the pixels that it would share";
+
+// Of one trial.
+class ProcessServices {
+ public:
+  // `image_bytes`: room of the latest image, at the beginning of `pixels`, and of the reference behind it; 0 when no
+  // images are granted. Both must outlive this, and so must `talk`.
+  ProcessServices(const relign_conversation& talk, SharedPixels& pixels, std::size_t image_bytes);
+  ProcessServices(const ProcessServices&) = delete;
+  ProcessServices& operator=(const ProcessServices&) = delete;
+
+  // The answer to a request {"message": "service", "service": id, "call": function, ...}: a message "result", "stop",
+  // "refused", "failed" or "unsupported". Throws what the service throws.
+  Json answer(const Json& request);
+
+ private:
+  Json ask_run(const Json& request, const relign_run_service& run);
+  Json ask_model(const Json& request, const relign_model_service& model);
+  Json ask_lens(const Json& request, const relign_model_service& model, const std::string& call);
+
+  const relign_conversation& talk_;
+  SharedPixels& pixels_;
+  std::size_t image_bytes_;
+  std::map<std::uint64_t, relign_model_lens*> lenses_;  // by the number that the process knows
+  std::uint64_t lenses_made_ = 0;
+};
 
 }  // namespace relign::plugin_host

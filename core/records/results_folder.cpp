@@ -194,12 +194,24 @@ void ResultsWriter::append(std::size_t place, const TrialRecord& record, const T
                              record.end,   record.message,     record.instance, times.plugins};
 }
 
+void ResultsWriter::write_log(const std::string& trial, const std::string& text) {
+  const fs::path file = folder_ / log_file(trial);
+  std::error_code code;
+  if (!text.empty())
+    write_file_atomically(file, text);
+  else if (!fs::remove(file, code) && code)
+    fail(file, code);
+}
+
 void ResultsWriter::drop(const std::set<std::string>& trials) {
   if (trials.empty()) return;
   const std::lock_guard<std::mutex> hold(mutex_);
   remove_blocks(folder_ / "trials", split_trials, trials);
   remove_blocks(folder_ / "times", split_times, trials);
-  for (const std::string& trial : trials) finished_.erase(trial);
+  for (const std::string& trial : trials) {
+    finished_.erase(trial);
+    write_log(trial, "");
+  }
 }
 
 void ResultsWriter::finish(const std::vector<std::string>& order) {
@@ -215,6 +227,8 @@ void ResultsWriter::finish(const std::vector<std::string>& order) {
   arrange(folder_ / "trials", split_trials, places, keep);
   arrange(folder_ / "times", split_times, places, keep);
 }
+
+std::string log_file(const std::string& trial) { return "logs/" + trial + ".txt"; }
 
 void ResultsWriter::write_manifest(const Json& manifest) {
   write_file_atomically(folder_ / "manifest.json", manifest.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");

@@ -1,7 +1,7 @@
 // The results folder: append-only while a run goes on, canonical when it is complete.
 //
 // Layout (results/README.md has the whole): manifest.json, trials/0000.jsonl ..., times/0000.jsonl ...,
-// pictures/, scenes/<hash>/, curves.csv, curves.json, instances.csv, report.html. Trial number k of the
+// logs/, pictures/, scenes/<hash>/, curves.csv, curves.json, instances.csv, report.html. Trial number k of the
 // plan goes into file k / 1000. A trial's lines are written in one go, closing line last: what has no
 // closing line is no result. finish() puts every file into the plan's order, so that equal runs
 // give equal bytes whatever the number of workers.
@@ -49,7 +49,11 @@ class ResultsWriter {
   // the files are as they were.
   void append(std::size_t place, const TrialRecord& record, const TrialTimes& times);
 
-  // Drops the records of these trials (a changed plugin), atomically per file.
+  // What the trial's plugins printed, whole; an empty text removes the file of an earlier time. Before append: what is
+  // finished has its log.
+  void write_log(const std::string& trial, const std::string& text);
+
+  // Drops the records and logs of these trials (a changed plugin), atomically per file.
   void drop(const std::set<std::string>& trials);
 
   // Sorts every file by the plan's order; trials not in `order` stay, after the others.
@@ -66,6 +70,9 @@ class ResultsWriter {
   std::size_t repaired_ = 0;
   std::chrono::steady_clock::time_point flushed_{};
 };
+
+// Where the log of a trial lies in its folder: "logs/<trial id>.txt". No file when nothing was printed.
+std::string log_file(const std::string& trial);
 
 // manifest.json of a folder, format checked; null when there is none.
 Json read_manifest(const std::filesystem::path& folder);

@@ -8,6 +8,7 @@
 #include <set>
 #include <tuple>
 
+#include "records/results_folder.h"
 #include "report/verdict.h"
 #include "stats/curves.h"
 
@@ -201,7 +202,7 @@ Json groups_json(const LoadedResults& results, const Methods& methods) {
 }
 
 // One entry per method and message, so that a thousand equal failures stay one line.
-Json failures_json(const std::vector<records::TrialRecord>& trials) {
+Json failures_json(const std::vector<records::TrialRecord>& trials, const std::filesystem::path& folder) {
   std::map<std::pair<std::string, std::string>, std::size_t> place;
   Json list = Json::array();
   for (const records::TrialRecord& trial : trials) {
@@ -212,13 +213,16 @@ Json failures_json(const std::vector<records::TrialRecord>& trials) {
           {{"method", trial.algorithm}, {"message", trial.message}, {"count", 0}, {"trials", Json::array()}});
     Json& entry = list[found->second];
     entry["count"] = entry["count"].get<std::size_t>() + 1;
-    if (entry["trials"].size() < kTrialsNamedPerFailure)
-      entry["trials"].push_back({{"trial", trial.trial},
-                                 {"scene", trial.scene},
-                                 {"noise_level", trial.noise_level},
-                                 {"protocol", trial.protocol},
-                                 {"instance", trial.instance},
-                                 {"steps", trial.steps.empty() ? 0u : trial.steps.back().step}});
+    if (entry["trials"].size() >= kTrialsNamedPerFailure) continue;
+    const std::string log = records::log_file(trial.trial);
+    std::error_code code;
+    entry["trials"].push_back({{"trial", trial.trial},
+                               {"scene", trial.scene},
+                               {"noise_level", trial.noise_level},
+                               {"protocol", trial.protocol},
+                               {"instance", trial.instance},
+                               {"steps", trial.steps.empty() ? 0u : trial.steps.back().step}});
+    if (std::filesystem::exists(folder / log, code)) entry["trials"].back()["log"] = log;
   }
   return list;
 }
@@ -299,7 +303,7 @@ Json page_data(const LoadedResults& results) {
   data["ran"] = ran_json(results);
   data["methods"] = methods.list;
   data["groups"] = groups_json(results, methods);
-  data["failures"] = failures_json(results.trials);
+  data["failures"] = failures_json(results.trials, results.folder);
   data["warnings"] = warnings_json(results.trials);
   data["verdict"] = verdict(data);
   data["beware"] = beware(data);

@@ -16,6 +16,7 @@ void fact(HtmlWriter& html, const char* name, const std::string& value) {
 std::string short_hash_of(const std::string& hash) { return hash.substr(0, 16); }
 
 void failures(HtmlWriter& html, const Json& list) {
+  bool any_log = false;
   html.open("div", {{"class", "scroll"}}).open("table").open("thead").open("tr");
   for (const char* title : {"method", "trials", "message", "for example"})
     html.element("th", {{"scope", "col"}}, title);
@@ -27,13 +28,20 @@ void failures(HtmlWriter& html, const Json& list) {
     html.element("td", {{"class", "message"}}, message.empty() ? "(no message)" : message)
         .open("td", {{"class", "message"}});
     std::string named;
-    for (const Json& trial : failure["trials"])
+    for (const Json& trial : failure["trials"]) {
+      any_log = any_log || !text_of(trial, "log").empty();
       named += (named.empty() ? "" : "; ") + text_of(trial, "noise_level") + " instance " +
                std::to_string(count_of(trial, "instance")) + " after " + counted(count_of(trial, "steps"), "step") +
-               " (" + text_of(trial, "trial") + ")";
+               " (" + text_of(trial, "trial") + ")" +
+               (text_of(trial, "log").empty() ? "" : ", " + text_of(trial, "log"));
+    }
     html.text(named).close().close();
   }
   html.close().close().close();
+  if (any_log)
+    html.element("p", {{"class", "quiet"}},
+                 "The files named logs/... lie in the results folder: all that the plugins of "
+                 "the trial printed and logged.");
 }
 
 }  // namespace

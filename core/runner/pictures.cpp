@@ -65,7 +65,7 @@ class Pictures {
       : prepared_(prepared),
         results_(results),
         options_(options),
-        runner_({options.threads, options.cache_folder, {}}) {}
+        runner_({options.threads, options.cache_folder, {}, options.stop}) {}
 
   void write() {
     for (std::size_t place = 0; place < prepared_.plan.trials.size(); ++place)

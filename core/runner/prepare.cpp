@@ -26,12 +26,15 @@ std::string data_identity(const task::SceneFacts& facts) {
   return canonical_json({{"files", std::move(list)}});
 }
 
-}  // namespace
+void check_stop(const std::atomic<bool>* stop) {
+  if (stop && stop->load()) throw Error(ErrorKind::stopped, "stopped before the first trial");
+}
 
-PreparedPlan prepare(suite::Suite suite, const std::filesystem::path& cache_folder,
-                     const std::function<void(const std::string&)>& on_message) {
+PreparedPlan prepare_all(suite::Suite suite, const std::filesystem::path& cache_folder,
+                         const std::function<void(const std::string&)>& on_message, const std::atomic<bool>* stop) {
   PreparedPlan prepared;
   plugin_host::HostServices services;
+  services.stop = stop;
   services.threads = std::max(1U, std::thread::hardware_concurrency());
   services.cache_folder = cache_folder;
   const auto as = [&services, &on_message](const std::string& name) {
@@ -44,6 +47,7 @@ PreparedPlan prepare(suite::Suite suite, const std::filesystem::path& cache_fold
   };
 
   for (const suite::SceneEntry& entry : suite.scenes) {
+    check_stop(stop);
     plugin_host::Scene scene(entry.choice, as(entry.name));
     prepared.scenes.push_back(task::facts_of(scene, entry.choice.id));
     prepared.scene_identity.push_back(data_identity(prepared.scenes.back()));
@@ -55,6 +59,7 @@ PreparedPlan prepare(suite::Suite suite, const std::filesystem::path& cache_fold
   for (const suite::LevelEntry& entry : suite.levels) {
     plugin_host::NoiseLevel level(entry.choice, as(entry.name));
     for (std::size_t scene = 0; scene < suite.scenes.size(); ++scene) {
+      check_stop(stop);
       try {
         task::draw_instance(level, prepared.scenes[scene], suite.seed, SeedDomain::benchmark, suite.first_instance);
       } catch (const Error& error) {
@@ -68,6 +73,7 @@ PreparedPlan prepare(suite::Suite suite, const std::filesystem::path& cache_fold
   std::set<std::filesystem::path> loaded;
   for (const suite::AlgorithmEntry& entry : suite.algorithms) {
     if (!loaded.insert(entry.choice.plugin->library).second) continue;
+    check_stop(stop);
     try {
       plugin_host::Algorithm(entry.choice, as(entry.name));
     } catch (const Error& error) {
@@ -76,6 +82,7 @@ PreparedPlan prepare(suite::Suite suite, const std::filesystem::path& cache_fold
       if (error.kind() != ErrorKind::plugin_failed) throw;
     }
   }
+  check_stop(stop);
   prepared.plan = suite::make_plan(std::move(suite), prepared.scene_identity);
   std::vector<suite::PlannedTrial>& trials = prepared.plan.trials;
   trials.erase(std::remove_if(trials.begin(), trials.end(),
@@ -85,6 +92,18 @@ PreparedPlan prepare(suite::Suite suite, const std::filesystem::path& cache_fold
                               }),
                trials.end());
   return prepared;
+}
+
+}  // namespace
+
+PreparedPlan prepare(suite::Suite suite, const std::filesystem::path& cache_folder,
+                     const std::function<void(const std::string&)>& on_message, const std::atomic<bool>* stop) {
+  try {
+    return prepare_all(std::move(suite), cache_folder, on_message, stop);
+  } catch (const Error&) {
+    check_stop(stop);  // a process that was not waited for any longer is no mistake of the suite
+    throw;
+  }
 }
 
 std::string scene_folder(const PreparedPlan& prepared, std::size_t scene) {

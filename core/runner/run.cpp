@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <condition_variable>
 #include <exception>
 #include <map>
 #include <mutex>
@@ -248,13 +249,30 @@ class Run {
     std::vector<std::thread> team;
     try {
       for (unsigned number = 0; number < workers; ++number)
-        team.emplace_back([this, &queue, threads] { work_through(queue, threads); });
+        team.emplace_back([this, &queue, threads] {
+          work_through(queue, threads);
+          const std::lock_guard<std::mutex> hold(progress_mutex_);
+          ++workers_done_;
+          worker_is_done_.notify_one();
+        });
     } catch (const std::system_error&) {
       // Fewer threads than asked for do the same work; with none at all this thread does it.
       if (team.empty()) work_through(queue, threads);
     }
-    for (std::thread& worker : team) worker.join();
+    wait_for(team);
     if (failure_) std::rethrow_exception(failure_);
+  }
+
+  // A trial may hang: the workers cannot be relied on to see that they are asked to stop.
+  void wait_for(std::vector<std::thread>& team) {
+    {
+      std::unique_lock<std::mutex> hold(progress_mutex_);
+      while (workers_done_ < team.size()) {
+        worker_is_done_.wait_for(hold, std::chrono::milliseconds(100));
+        if (asked_to_stop()) halt_ = true;
+      }
+    }
+    for (std::thread& worker : team) worker.join();
   }
 
   void work_through(TrialQueue& queue, unsigned threads) {
@@ -263,6 +281,7 @@ class Run {
       options.threads = threads;
       options.cache_folder = options_.cache_folder;
       options.on_message = [this](const std::string& message) { tell(message); };
+      options.stop = &halt_;
       TrialRunner runner(std::move(options));
       std::size_t group = TrialQueue::kNoGroup;
       while (!halt_) {
@@ -292,6 +311,7 @@ class Run {
     if (outcome.stopped) return;
     outcome.times.plugins = plugins_of(trial);
     if (scene.owns_stage) captures.write(options_.results, trial.id);
+    writer_.write_log(trial.id, outcome.log);
     writer_.append(place, outcome.record, outcome.times);
     {
       const std::lock_guard<std::mutex> hold(progress_mutex_);
@@ -313,8 +333,14 @@ class Run {
       if (found == finished.end() || found->second.end != "failed") continue;
       summary_.failures.push_back("trial " + trial.id + " " + suite_.algorithms[trial.algorithm].name + " on " +
                                   suite_.scenes[trial.scene].name + " " + suite_.levels[trial.level].name + " #" +
-                                  std::to_string(trial.instance) + ": " + found->second.message);
+                                  std::to_string(trial.instance) + ": " + found->second.message + log_hint(trial.id));
     }
+  }
+
+  std::string log_hint(const std::string& trial) const {
+    const fs::path file = options_.results / records::log_file(trial);
+    std::error_code code;
+    return fs::exists(file, code) ? "\n  all that its plugins printed: " + file.string() : "";
   }
 
   const PreparedPlan& prepared_;
@@ -326,7 +352,9 @@ class Run {
   LibraryHashes hashes_;
   std::atomic<bool> halt_{false};
   std::mutex tell_mutex_;
-  std::mutex progress_mutex_;  // also guards summary_ and failure_ while workers run
+  std::mutex progress_mutex_;  // also guards summary_, failure_ and workers_done_ while workers run
+  std::condition_variable worker_is_done_;
+  std::size_t workers_done_ = 0;
   Progress progress_;
   RunSummary summary_;
   std::exception_ptr failure_;

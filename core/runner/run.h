@@ -55,9 +55,11 @@ struct PreparedPlan {
 };
 
 // Creates each scene once (which fills the cache of reference images), asks every noise level for one
-// draw and loads every algorithm, so that what cannot work is known before the first trial. Throws Error.
+// draw and loads every algorithm, so that what cannot work is known before the first trial. Throws Error;
+// Error(stopped) soon after `stop` is up.
 PreparedPlan prepare(suite::Suite suite, const std::filesystem::path& cache_folder,
-                     const std::function<void(const std::string&)>& on_message = {});
+                     const std::function<void(const std::string&)>& on_message = {},
+                     const std::atomic<bool>* stop = nullptr);
 
 // Throws Error(bad_input) for an `only` that names nothing, Error(io) for the folder. What an algorithm
 // does wrong is a failed trial, never an exception.

@@ -97,14 +97,16 @@ struct TrialRunner::Bench {
 TrialRunner::TrialRunner(Options options) : options_(std::move(options)), bench_(std::make_unique<Bench>()) {}
 TrialRunner::~TrialRunner() = default;
 
-plugin_host::HostServices TrialRunner::services(const std::string& name, unsigned threads) const {
+plugin_host::HostServices TrialRunner::services(const std::string& name, unsigned threads, bool algorithm) const {
   plugin_host::HostServices services;
   services.threads = threads;
   services.cache_folder = options_.cache_folder;
-  if (options_.on_message)
-    services.log = [tell = options_.on_message, name](int level, const std::string& message) {
-      if (level >= RELIGN_LOG_WARNING) tell(name + ": " + message);
-    };
+  services.stop = options_.stop;
+  services.log = [tell = options_.on_message, log = log_, name, who = algorithm ? "" : name](
+                     int level, const std::string& message) {
+    log->add(level, who, message);
+    if (tell && level >= RELIGN_LOG_WARNING) tell(name + ": " + message);
+  };
   return services;
 }
 
@@ -166,7 +168,7 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
     setup.scene = &job.facts;
     setup.instance = &placed.instance;
     setup.algorithm = &job.algorithm;
-    setup.services = services(job.algorithm_name, 1);
+    setup.services = services(job.algorithm_name, 1, true);
     setup.protocol = job.protocol;
     setup.merit = job.merit;
     setup.limits = job.limits;
@@ -178,6 +180,7 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
       made.push_back(step);
       if (on_step) on_step(step, pixels);
     };
+    log_->begin();  // not before: which trial makes a scene depends on the workers
     const task::TrialResult result = task::run_trial(setup);
     outcome.stopped = result.end == task::End::stopped;
     record.end = task::end_name(result.end);
@@ -190,8 +193,10 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
     bench_ = std::make_unique<Bench>();  // nobody knows what state the scene is in
     record.end = task::end_name(task::End::failed);
     record.message = error.what();
+    outcome.stopped = stop && stop->load();  // a scene's process, too, is not waited for any longer then
     add_steps(made, outcome);
   }
+  outcome.log = log_->take();
   return outcome;
 }
 

@@ -12,6 +12,7 @@
 #include "plugin_host/objects.h"
 #include "records/record.h"
 #include "runner/run.h"
+#include "runner/trial_log.h"
 #include "task/instance.h"
 #include "task/trial.h"
 
@@ -37,7 +38,8 @@ TrialJob make_job(const PreparedPlan& prepared, const suite::PlannedTrial& trial
 struct TrialOutcome {
   records::TrialRecord record;
   records::TrialTimes times;  // plugin hashes not filled in
-  bool stopped = false;       // asked to stop: the record is no result
+  std::string log;            // what its plugins printed and logged; empty: nothing
+  bool stopped = false;       // ended because it was asked to stop: the record is no result
 };
 
 class TrialRunner {
@@ -46,6 +48,7 @@ class TrialRunner {
     unsigned threads = 1;  // for the scene's own work
     std::filesystem::path cache_folder;
     std::function<void(const std::string&)> on_message;  // a plugin's warnings; any thread
+    const std::atomic<bool>* stop = nullptr;             // for scenes and levels that are processes; may be null
   };
   explicit TrialRunner(Options options);
   ~TrialRunner();
@@ -69,8 +72,10 @@ class TrialRunner {
 
  private:
   struct Bench;
-  plugin_host::HostServices services(const std::string& name, unsigned threads) const;
+  // `name` is shown before warnings; in a trial's log the algorithm's own lines have none.
+  plugin_host::HostServices services(const std::string& name, unsigned threads, bool algorithm = false) const;
   Options options_;
+  std::shared_ptr<TrialLog> log_ = std::make_shared<TrialLog>();
   std::unique_ptr<Bench> bench_;
 };
 

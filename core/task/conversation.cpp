@@ -141,10 +141,7 @@ relign_status Conversation::request(const double* values, std::uint32_t axes, bo
   if (std::this_thread::get_id() != thread_) return RELIGN_BAD_ARGUMENT;
   const Answer answer(*this);
   if (budget_is_spent()) return refuse(RELIGN_STOP);
-  if (stopped_ || (setup_->stop && setup_->stop->load())) {
-    stopped_ = true;
-    return refuse(RELIGN_STOP);
-  }
+  if (asked_to_stop()) return refuse(RELIGN_STOP);
   if (!seen || seen->struct_size < kSmallestObservation || !is_pose(values, axes)) return refuse(RELIGN_BAD_ARGUMENT);
   try {
     std::vector<double> commanded(values, values + axes);

@@ -49,6 +49,11 @@ class Conversation final : public Seat {
   double seconds_after_last_step() const { return algorithm_seconds_; }
   bool host_failed() const { return host_failure_ != nullptr; }
   bool was_stopped() const { return stopped_; }  // by TrialSetup::stop
+  // Asks TrialSetup::stop. Whoever is told so must be refused: from then on the trial is no result.
+  bool asked_to_stop() {
+    stopped_ = stopped_ || (setup_->stop && setup_->stop->load());
+    return stopped_;
+  }
   bool budget_is_spent() const { return pending_.number >= setup_->budget; }
   const std::string& refusal() const { return refusal_; }  // why the host gave up answering; mostly empty
 

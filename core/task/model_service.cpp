@@ -40,7 +40,7 @@ ModelService::Lenses::iterator ModelService::find(relign_model_lens* lens) {
 
 relign_status ModelService::mount(void* context, relign_text offsets_json, relign_model_lens** made) {
   ModelService& model = self(context);
-  return model.site_->answer([&]() -> relign_status {
+  return model.site_->answer_unless_stopped([&]() -> relign_status {
     if (!made) return model.site_->refuse("there is no place for the lens");
     if (model.lenses_.size() >= kMostLenses)
       return model.site_->refuse("16 lenses are mounted already: unmount one of them");
@@ -69,7 +69,7 @@ plugin_host::MountedAssembly* ModelService::ready(relign_model_lens* lens, const
 relign_status ModelService::capture(void* context, relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
                                     std::uint64_t seed, float* pixels) {
   ModelService& model = self(context);
-  return model.site_->answer([&]() -> relign_status {
+  return model.site_->answer_unless_stopped([&]() -> relign_status {
     plugin_host::MountedAssembly* assembly = model.ready(lens, true_pose, axes, pixels);
     if (!assembly) return RELIGN_BAD_ARGUMENT;
     assembly->capture(std::vector<double>(true_pose, true_pose + axes), frame_of(seed), pixels);
@@ -80,7 +80,7 @@ relign_status ModelService::capture(void* context, relign_model_lens* lens, cons
 relign_status ModelService::noise_free(void* context, relign_model_lens* lens, const double* true_pose,
                                        std::uint32_t axes, float* pixels) {
   ModelService& model = self(context);
-  return model.site_->answer([&]() -> relign_status {
+  return model.site_->answer_unless_stopped([&]() -> relign_status {
     plugin_host::MountedAssembly* assembly = model.ready(lens, true_pose, axes, pixels);
     if (!assembly) return RELIGN_BAD_ARGUMENT;
     if (assembly->render_noise_free(std::vector<double>(true_pose, true_pose + axes), pixels)) return RELIGN_OK;

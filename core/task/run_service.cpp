@@ -75,7 +75,7 @@ relign_status RunService::run_inner(const plugin_host::Choice& inner, std::uint3
   Seat& outer = site_->seat;
   const TrialSetup& setup = host.setup();
   const unsigned budget = std::min(most_steps, outer.steps_left());
-  if (budget == 0 || host.was_stopped()) return RELIGN_STOP;
+  if (budget == 0 || host.asked_to_stop()) return stop(*site_);
 
   const Rules rules = make_rules(setup.protocol, *inner.plugin, *setup.instance, *setup.scene);
   const std::uint64_t seed = algorithm_seed(outer.table().task->seed, inner.id, runs_++);
@@ -83,7 +83,7 @@ relign_status RunService::run_inner(const plugin_host::Choice& inner, std::uint3
   relign_status status = RELIGN_OK;
   try {
     const LargestMove limit(host, nested.table().task->largest_move);
-    plugin_host::Algorithm algorithm(inner, setup.services);
+    plugin_host::Algorithm algorithm(inner, algorithm_services(setup));
     algorithm.run(nested.table());
   } catch (const Error& error) {
     // What the scene or the run's owner threw on the way is not the inner algorithm's failure.

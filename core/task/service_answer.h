@@ -21,6 +21,18 @@ relign_status ServiceSite::answer(Body&& body) {
   }
 }
 
+// RELIGN_STOP, and RELIGN_FAILED for whoever does not heed it for ever.
+inline relign_status stop(ServiceSite& site) {
+  const relign_status status = site.host.refuse(RELIGN_STOP);
+  site.why = site.host.refusal();
+  return status;
+}
+
+template <class Body>
+relign_status ServiceSite::answer_unless_stopped(Body&& body) {
+  return answer([&]() -> relign_status { return host.asked_to_stop() ? stop(*this) : body(); });
+}
+
 inline std::string text_of(relign_text text) {
   return text.data ? std::string(text.data, static_cast<std::size_t>(text.size)) : std::string();
 }

@@ -87,7 +87,7 @@ const void* Services::prior() {
   prior_.context = &site_;
   prior_.draw = [](void* context, std::uint64_t number, const relign_text_sink* drawn) {
     auto& site = *static_cast<ServiceSite*>(context);
-    return site.answer([&] {
+    return site.answer_unless_stopped([&] {
       // Of the domain of training: no benchmark instance has such a seed, whatever the number.
       const TrialSetup& trial = site.host.setup();
       const std::uint64_t seed = instance_seed(0, SeedDomain::training, number);

@@ -25,6 +25,9 @@ struct ServiceSite {
   // Error(plugin_failed) RELIGN_FAILED, each with its sentence; everything else leaves as it is and ends the trial.
   template <class Body>
   relign_status answer(Body&& body);
+  // The same for work that may be long: RELIGN_STOP instead once the user stopped the run.
+  template <class Body>
+  relign_status answer_unless_stopped(Body&& body);
   relign_status refuse(const std::string& sentence) {
     why = sentence;
     return RELIGN_BAD_ARGUMENT;

@@ -19,6 +19,12 @@ const char* recommendation_source_name(RecommendationSource source) {
   return "";
 }
 
+plugin_host::HostServices algorithm_services(const TrialSetup& setup) {
+  plugin_host::HostServices services = setup.services;
+  services.stop = setup.stop;
+  return services;
+}
+
 namespace {
 constexpr End kEnds[] = {End::budget_spent, End::finished, End::failed, End::stopped};
 }
@@ -64,7 +70,7 @@ std::string drive(const TrialSetup& setup, Conversation& conversation, std::vect
   plugin_host::EnvironmentWatch watch;
   std::string failure;
   try {
-    plugin_host::Algorithm algorithm(*setup.algorithm, setup.services);
+    plugin_host::Algorithm algorithm(*setup.algorithm, algorithm_services(setup));
     conversation.algorithm_starts();
     algorithm.run(conversation.table());
     conversation.algorithm_ended();
@@ -98,7 +104,9 @@ TrialResult run_trial(const TrialSetup& setup) {
   conversation.close();
 
   if (!conversation.refusal().empty()) result.message = conversation.refusal();
-  if (conversation.was_stopped())
+  // A failure while the run is being stopped may come of that: a process that hangs is not waited for any longer.
+  const bool gave_up = !result.message.empty() && setup.stop && setup.stop->load();
+  if (conversation.was_stopped() || gave_up)
     result.end = End::stopped;
   else if (!result.message.empty())
     result.end = End::failed;

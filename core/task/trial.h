@@ -72,13 +72,16 @@ struct TrialSetup {
   unsigned budget = 50;  // steps after step 0
   std::uint64_t algorithm_seed = 0;
   MachineTime machine_time;
-  const std::atomic<bool>* stop = nullptr;  // may be null; checked before every step
+  const std::atomic<bool>* stop = nullptr;  // may be null; checked before every step and while a process is waited for
   // Called with the record of each step and its capture (valid during the call) once the record is
   // complete: when the algorithm asks for the next step, or at the end, for until then it may still
   // recommend. Before on_step of step k no capture of step k + 1 is made. What it throws ends the trial
   // and leaves run_trial. May be empty.
   std::function<void(const Step&, const float* pixels)> on_step;
 };
+
+// What the algorithms of the trial get: setup.services, and the trial's own stop flag.
+plugin_host::HostServices algorithm_services(const TrialSetup& setup);
 
 struct TrialResult {
   std::vector<Step> steps;  // at least step 0, unless the scene failed

@@ -40,6 +40,13 @@ TEST(CliMistakes, UnknownPluginsAndPresets) {
   const Workplace place;
   expect_mistake(place, {"try", "nlopt-sblpx"}, 2, HasSubstr("did you mean 'nlopt-sbplx'?"));
   expect_mistake(place, {"try", "random", "--noise-level", "rho0.26"}, 2, HasSubstr("rho0.25"));
+  const auto with_parameters = [](const char* json) {
+    return std::vector<std::string>{"try", "nlopt-sbplx", "--parameters", json};
+  };
+  expect_mistake(place, with_parameters(R"({"first_strid": 0.2})"), 2, HasSubstr("did you mean 'first_stride'?"));
+  expect_mistake(place, with_parameters(R"({"first_stride": 90})"), 2, HasSubstr("from 1e-04 to 0.5"));
+  expect_mistake(place, with_parameters("[0.2]"), 2, HasSubstr("--parameters: '[0.2]' is no object"));
+  expect_mistake(place, with_parameters("{first_stride: 0.2}"), 2, HasSubstr("--parameters:1:"));
   expect_mistake(place, {"render", "--scene", "relign_do"}, 2, HasSubstr("did you mean 'relign_od'?"));
   expect_mistake(place, {"describe", "randon"}, 2, HasSubstr("did you mean 'random'?"));
   EXPECT_FALSE(fs::exists(place.path("render.png")));

@@ -1,9 +1,12 @@
 // Python plugins of every kind through the program: a path is an id, both compasses make the same trial, deaths cost
 // theirs.
 #include <gmock/gmock.h>
+#include <signal.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "cli/program.h"
 
@@ -13,6 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 using testing::HasSubstr;
+using testing::Not;
 
 const std::string kExample = RELIGN_SOURCE_DIR "/examples/compass_python/compass.py";
 const std::string kCompass =
@@ -54,7 +58,7 @@ if __name__ == "__main__": serve(Dies)
 )");
   place.write("suite.json", R"({"scenes": ["relign_od"], "noise_levels": ["rho0.25"], "instances": 2, "steps": 3,
                                 "algorithms": ["./compass.py", "./dies.py"]})");
-  const Outcome outcome = relign_bench(place, {"run", "suite.json", "--out", "out"});
+  const Outcome outcome = relign_bench(place, {"run", "suite.json", "--out", "out", "--workers", "2"});
   EXPECT_EQ(outcome.exit_code, 3) << outcome.err;  // finished, some trials failed
   const std::string trials = place.read("out/trials/0000.jsonl");
   EXPECT_THAT(trials, HasSubstr("plugin 'dies' failed in run"));
@@ -121,6 +125,48 @@ if __name__ == "__main__": serve(Moody)
               HasSubstr("a second object of 'moody' draws something else for the same seed"));
 }
 
+TEST(CliProcessPlugins, WhatAPluginPrintsIsInTheTrialsLog) {
+  RELIGN_NEEDS_PYTHON();
+  const Workplace place;
+  place.write("prints.py", R"("""Prints, and dies when told so."""
+import os, sys
+from relign_bench.plugin import Optimizer, serve
+class Prints(Optimizer):
+    def run(self, talk):
+        for line in range(20): print("line", line, file=sys.stderr if line % 2 else sys.stdout)
+        if os.path.exists("die"): os._exit(7)
+if __name__ == "__main__": serve(Prints)
+)");
+  place.write("suite.json", R"({"scenes": ["relign_od"], "noise_levels": ["rho0.25"], "instances": 2, "steps": 1,
+                                "algorithms": ["./prints.py", "random", "home"]})");
+  place.write("die", "");
+  const std::vector<std::string> arguments = {"run", "suite.json", "--out", "out", "--workers", "2"};
+  const Outcome failed = relign_bench(place, arguments);
+  ASSERT_EQ(failed.exit_code, 3) << failed.err;
+  std::string all;
+  for (int line = 0; line < 20; ++line) all += "line " + std::to_string(line) + "\n";
+  const auto logs = [&] {
+    std::vector<std::string> found;
+    for (const auto& entry : fs::directory_iterator(place.path("out/logs")))
+      found.push_back("logs/" + entry.path().filename().string());
+    return found;
+  };
+  ASSERT_EQ(logs().size(), 2U) << "only trials that printed have one";
+  const std::string page = place.read("out/report.html");
+  for (const std::string& log : logs()) {
+    EXPECT_EQ(place.read("out/" + log), all);
+    EXPECT_THAT(failed.err, HasSubstr("all that its plugins printed: out/" + log));
+    EXPECT_THAT(page, HasSubstr(log));
+  }
+  // Quiet in a new version: the trials run again and their old logs are gone.
+  const std::string script = place.read("prints.py");
+  place.write("prints.py", script.substr(0, script.find("        for line")) + "        talk.first\n" +
+                               script.substr(script.find("if __name__")));
+  const Outcome again = relign_bench(place, arguments);
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_TRUE(logs().empty());
+}
+
 TEST(CliProcessPlugins, ServicesPassAsMessages) {
   RELIGN_NEEDS_PYTHON();
   const Workplace place;
@@ -171,6 +217,114 @@ if __name__ == "__main__": serve(Talks)
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_THAT(outcome.err, HasSubstr("start 0"));
   EXPECT_EQ(json::parse(outcome.out)["end"], "finished");
+}
+
+TEST(CliProcessPlugins, BothLanguagesUseEveryServiceInTheSameTrial) {
+  RELIGN_NEEDS_PYTHON();
+  const Workplace place;
+  json trials[2];
+  std::string said[2];
+  const std::string plugins[2] = {RELIGN_SERVICES_EXAMPLE, RELIGN_SERVICES_EXAMPLE ".py"};
+  for (int i = 0; i < 2; ++i) {
+    const Outcome outcome =
+        relign_bench(place, {"--json", "try", plugins[i], "--steps", "8", "--parameters",
+                             R"({"then": {"use": "nlopt-sbplx", "parameters": {"first_stride": 0.1}}})"});
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    trials[i] = json::parse(outcome.out);
+    trials[i].erase("algorithm");
+    std::istringstream lines(outcome.err);
+    for (std::string line; std::getline(lines, line);)
+      if (line.find("typical lens") == std::string::npos && line.find("declared") == std::string::npos)
+        said[i] += line + "\n";  // a draw is text in one and a dictionary in the other
+  }
+  EXPECT_EQ(trials[0]["steps"].size(), 5U);
+  EXPECT_EQ(trials[0], trials[1]);
+  EXPECT_EQ(said[0], said[1]);
+  EXPECT_THAT(said[0], HasSubstr("the model's first pixel"));
+}
+
+// Waits for a file that the program's plugin makes; false when the program ended before.
+bool wait_for(const fs::path& file, Running& run) {
+  for (int waited_ms = 0; waited_ms < 60000 && !run.ended(); waited_ms += 5) {
+    if (fs::exists(file)) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return false;
+}
+
+// Thinks for ever in its first step, or while it is made, until a file says otherwise.
+const char* const kHangs = R"("""Thinks for ever."""
+import os, time
+from relign_bench.plugin import Optimizer, serve
+
+def think(where):
+    if os.path.exists("go-on"): return
+    if not os.path.exists("hang-in-" + where): return
+    with open("pid", "w") as file: file.write(str(os.getpid()))
+    os.rename("pid", "thinking")
+    time.sleep(3600)
+
+class Hangs(Optimizer):
+    def __init__(self): think("create")
+    def run(self, talk):
+        talk.step(talk.box.centre())
+        think("run")
+        while talk.step(talk.box.centre()): pass
+if __name__ == "__main__": serve(Hangs)
+)";
+
+void stop_while_it_thinks(const std::string& where, int signal, int exit_code, const std::string& said) {
+  const Workplace place;
+  place.write("hangs.py", kHangs);
+  place.write("hang-in-" + where, "");
+  place.write("suite.json", R"({"scenes": ["relign_od"], "noise_levels": ["rho0.25"], "instances": 2, "steps": 3,
+                                "algorithms": ["random", "./hangs.py", "home"]})");
+  const std::vector<std::string> arguments = {"run",       "suite.json", "--out",      "out",
+                                              "--workers", "1",          "--progress", "none"};
+  std::vector<std::string> command = {RELIGN_PROGRAM};
+  command.insert(command.end(), arguments.begin(), arguments.end());
+  Options options;
+  options.environment["RELIGN_STOP_SECONDS"] = "0.3";
+  Running run(place, command, options);
+  ASSERT_TRUE(wait_for(place.path("thinking"), run)) << run.wait().err;
+  run.send(signal);
+  const Outcome stopped = run.wait();
+  EXPECT_EQ(stopped.exit_code, exit_code) << stopped.err;
+  EXPECT_THAT(stopped.err, HasSubstr(said));
+  EXPECT_THAT(stopped.err, HasSubstr("The same command"));
+  EXPECT_NE(::kill(std::stoi(place.read("thinking")), 0), 0) << "its process lives on";
+  EXPECT_THAT(place.read("out/trials/0000.jsonl"), Not(HasSubstr("failed")));
+
+  place.write("go-on", "");
+  const Outcome resumed = relign_bench(place, arguments);
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_EQ(relign_bench(place, {"run", "suite.json", "--out", "whole"}).exit_code, 0);
+  EXPECT_EQ(place.read("out/trials/0000.jsonl"), place.read("whole/trials/0000.jsonl"));
+}
+
+TEST(CliProcessPlugins, CtrlCEndsATrialThatHangs) {
+  RELIGN_NEEDS_PYTHON();
+  stop_while_it_thinks("run", SIGINT, 130, "Stopped with 1 of 6 trials done");
+}
+
+TEST(CliProcessPlugins, SigtermEndsAPreparationThatHangs) {
+  RELIGN_NEEDS_PYTHON();
+  stop_while_it_thinks("create", SIGTERM, 75, "Stopped before the first trial");
+}
+
+TEST(CliProcessPlugins, CtrlCEndsATryThatHangs) {
+  RELIGN_NEEDS_PYTHON();
+  const Workplace place;
+  place.write("hangs.py", kHangs);
+  place.write("hang-in-run", "");
+  Options options;
+  options.environment["RELIGN_STOP_SECONDS"] = "0.3";
+  Running run(place, {RELIGN_PROGRAM, "try", "./hangs.py"}, options);
+  ASSERT_TRUE(wait_for(place.path("thinking"), run)) << run.wait().err;
+  run.send(SIGINT);
+  const Outcome stopped = run.wait();
+  EXPECT_EQ(stopped.exit_code, 130) << stopped.err;
+  EXPECT_THAT(stopped.err, HasSubstr("Stopped. A trial starts again at step 0"));
 }
 
 }  // namespace

@@ -66,6 +66,22 @@ TEST(CliTry, IsTheTrialThatASuiteRuns) {
       EXPECT_EQ(steps[step].at(key), trial.at("steps")[step].at(key)) << step << " " << key;
 }
 
+TEST(CliTry, TakesParametersAsASuiteDoes) {
+  const Workplace place;
+  json trials[2];
+  const std::vector<std::string> uses[2] = {{"nlopt", "--parameters", R"({"method": "bobyqa"})"}, {"nlopt-bobyqa"}};
+  for (int i = 0; i < 2; ++i) {
+    std::vector<std::string> words = {"--json", "try", "--steps", "8"};
+    words.insert(words.end(), uses[i].begin(), uses[i].end());
+    const Outcome outcome = relign_bench(place, words);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    trials[i] = json::parse(outcome.out).at("steps");
+  }
+  const Outcome plain = relign_bench(place, {"--json", "try", "nlopt", "--steps", "8"});
+  EXPECT_EQ(trials[0], trials[1]) << "a preset is nothing but its parameters";
+  EXPECT_NE(trials[0], json::parse(plain.out).at("steps"));
+}
+
 TEST(CliTry, BlindCountsFromTheStart) {
   const Outcome outcome = relign_bench(Workplace(), {"try", "random", "--protocol", "blind", "--steps", "1", "--json"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -101,6 +117,7 @@ TEST(CliList, ShowsKindsAndPresets) {
 TEST(CliDescribe, APresetShowsItsOwnValues) {
   const Workplace place;
   const Outcome page = relign_bench(place, {"describe", "nlopt_bobyqa"});
+  EXPECT_THAT(page.out, HasSubstr("relign-bench try nlopt-bobyqa --parameters '{\"first_stride\":0.2}'"));
   ASSERT_EQ(page.exit_code, 0) << page.err;
   EXPECT_THAT(page.out,
               AllOf(HasSubstr("preset of nlopt"), HasSubstr("merit, start, box"), HasSubstr("share of the travel")));

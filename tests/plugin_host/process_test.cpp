@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "base/files.h"
+#include "base/hash.h"
 #include "contract/fake_conversation.h"
 #include "process_folder.h"
 
@@ -113,6 +114,59 @@ knows = ("merit",))");
   EXPECT_NE(plugin_hash(*changed.plugin), before);
 }
 
+TEST_F(ProcessTest, ImportedModulesOfItsOwnFolderArePartOfAScript) {
+  write("parts/__init__.py", "");
+  write("parts/strides.py", "first = 0.25\n");
+  write("unused.py", "raise RuntimeError('nobody imports this')\n");
+  write("lib/site-packages/other.py", "pass\n");
+  const fs::path file = script("pass",
+                               "import parts.strides\n"
+                               "sys.path.append(os.path.join(os.path.dirname(os.path.abspath(sys.argv[0])), "
+                               "'lib', 'site-packages'))\nimport other\n"
+                               "stride = parameter(parts.strides.first)");
+  const auto asked = [&] { return Catalog().resolve_or_throw(Kind::optimizer, file.string()); };
+  const Choice before = asked();
+  EXPECT_EQ(before.parameters["stride"], 0.25);
+  const Json text = Json::parse(before.plugin->text);
+  EXPECT_THAT(text.at("files"), SizeIs(2));
+  EXPECT_EQ(text.at("files").at("parts/strides.py"), sha256_file(folder_ / "parts" / "strides.py"));
+  EXPECT_EQ(plugin_hash(*asked().plugin), plugin_hash(*before.plugin));
+  write("unused.py", "pass\n");
+  EXPECT_EQ(plugin_hash(*asked().plugin), plugin_hash(*before.plugin));
+  write("parts/strides.py", "first = 0.5  # a longer one\n");
+  const Choice after = asked();
+  EXPECT_EQ(after.parameters["stride"], 0.5) << "asked again";
+  EXPECT_NE(plugin_hash(*after.plugin), plugin_hash(*before.plugin));
+}
+
+TEST_F(ProcessTest, AManifestThatDoesNotFitItsClassIsRefused) {
+  const std::string text =
+      read_file(script("talk.step([0, 0])", "knows = (\"merit\", \"box\")\nstride = parameter(0.25, maximum=1)"));
+  const auto refused = [&](const std::string& knows, const std::string& parameters) {
+    write("beside/guess.py", text);
+    write("beside/relign-plugin.json", R"({"id": "guess", "kind": "optimizer", "summary": "Beside.", "knows": )" +
+                                           knows + R"(, "parameters": {)" + parameters +
+                                           R"(}, "command": ["python3", "guess.py"]})");
+    return failure(folder_ / "beside");
+  };
+  const std::string stride = R"("stride": {"type": "number", "default": 0.25, "maximum": 1)";
+  EXPECT_THAT(refused(R"(["merit", "images"])", stride + "}"),
+              AllOf(HasSubstr(R"("knows" is ["images","merit"] in the manifest and ["box","merit"] in the class)"),
+                    HasSubstr("a Python file is its own")));
+  EXPECT_THAT(refused(R"(["box", "merit"])", R"("stride": {"type": "number", "default": 0.5, "maximum": 1})"),
+              HasSubstr(R"("default" of parameter 'stride' is 0.5 in the manifest and 0.25 in the class)"));
+  EXPECT_THAT(refused(R"(["box", "merit"])", ""), HasSubstr("parameter 'stride' is nothing in the manifest"));
+  EXPECT_THAT(refused(R"(["box", "merit"])", stride + R"(}, "count": {"type": "integer", "default": 1})"),
+              HasSubstr("parameter 'count' is"));
+  // Words for people may differ.
+  write("beside/relign-plugin.json",
+        R"({"id": "guess", "kind": "optimizer", "summary": "Beside.", "knows": ["box", "merit"],
+      "parameters": {)" +
+            stride + R"(, "description": "How far"}}, "command": ["python3", "guess.py"]})");
+  run(folder_ / "beside");
+  EXPECT_THAT(talk_->steps, SizeIs(1));
+}
+
 TEST_F(ProcessTest, WhatIsNoPluginIsRefusedWithItsWords) {
   const fs::path broken = write("broken.py", "raise RuntimeError('nobody is at home')\n");
   EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { run(broken); }),
@@ -184,17 +238,30 @@ print("array:", type(image).__module__))";
   EXPECT_THAT(logged_, Contains("array: numpy"));
 }
 
-TEST_F(ProcessTest, PrintingIsHarmlessAndBounded) {
+TEST_F(ProcessTest, TheSharedPixelsCannotBeTakenAwayFromTheHost) {
+  setup_.knows |= RELIGN_KNOWS_IMAGES;
+  run(script(R"(file = os.open("/proc/self/fd/5", os.O_RDWR)
+try: os.ftruncate(file, 0)
+except OSError: pass
+else: assert False, "a smaller file would kill the host"
+assert talk.step([0.1, 0.2]).image.shape == (8, 8))",
+             R"(knows = ("images",))"));
+  EXPECT_THAT(talk_->steps, SizeIs(1));
+}
+
+TEST_F(ProcessTest, PrintingIsHarmless) {
   run(script(R"(print("here I am")
 for i in range(20000):
     print("x" * 50, file=sys.stderr if i % 2 else sys.stdout)
+print("y" * 1000)
 os.write(1, b'{"message":"done"}\n')
 assert sys.stdin.read() == ""
 talk.step([0.1, 0.1]))"));
   EXPECT_THAT(talk_->steps, SizeIs(1));
   ASSERT_FALSE(logged_.empty());
   EXPECT_EQ(logged_.front(), "here I am");
-  EXPECT_LT(logged_.size(), 2100U);
+  EXPECT_EQ(std::count(logged_.begin(), logged_.end(), std::string(50, 'x')), 20000);
+  EXPECT_THAT(logged_, Contains(std::string(1000, 'y')));
 }
 
 TEST_F(ProcessTest, AnExceptionIsNamedWithItsLine) {

@@ -152,10 +152,13 @@ TEST_F(Verdict, EqualFailuresAreOneLine) {
     trials.back().message = i % 2 == 0 ? "even" : "odd";
   }
   write(trials);
+  records::ResultsWriter(folder_).write_log(trials[2].trial, "what it printed\n");
   const Json failures = data()["failures"];
   ASSERT_EQ(failures.size(), 2u);
   EXPECT_EQ(failures[0]["count"], 10);
   EXPECT_EQ(failures[0]["trials"].size(), 5u);
+  EXPECT_FALSE(failures[0]["trials"][0].contains("log")) << "it printed nothing";
+  EXPECT_EQ(failures[0]["trials"][1]["log"], "logs/" + trials[2].trial + ".txt");
 }
 
 TEST_F(Verdict, LeavesTrialsOfAnEarlierPlanOut) {

@@ -82,6 +82,10 @@ TEST_F(TrialRunnerTest, OffersDesignLevelAndOtherAlgorithms) {
   EXPECT_THAT(said[0], testing::StartsWith("user: draw "));
   EXPECT_THAT(said[1], testing::StartsWith("user: model [96,"));
   EXPECT_THAT(said[2], testing::AllOf(testing::StartsWith("user: run "), testing::HasSubstr("\"steps\":3")));
+  std::string log;
+  for (const std::string& message : said) log += "warning: " + message.substr(6) + "\n";
+  EXPECT_EQ(outcome.log, log);
+  EXPECT_NE(runner.run(make_job(plan, plan.plan.trials[1])).log, log) << "each trial has its own";
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 // The fake plugins of this folder as the tests use them.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -75,6 +77,24 @@ struct FakeTrial {
   plugin_host::Choice algorithm;
   TrialSetup setup;
   std::optional<MachineTime> machine_time;
+};
+
+// With everything that the host can offer to `folder`, a user of services.
+struct TrialWithServices : FakeTrial {
+  TrialWithServices(const std::string& folder, const Json& parameters, const Json& scene_parameters)
+      : FakeTrial("[]", "fake_optimizer", scene_parameters),
+        level(fake(plugin_host::Kind::noise_level, "fake_level"), services) {
+    algorithm = fake(plugin_host::Kind::optimizer, folder, parameters);
+    setup.design = scene.get();
+    setup.level = &level;
+  }
+  // What was logged under a word, which must be there.
+  Json answer(const std::string& word, std::size_t which = 0) const {
+    const auto values = logged(word);
+    EXPECT_GT(values.size(), which) << word << " was not logged; refused: " << Json(logged("refused")).dump();
+    return which < values.size() ? values[which] : Json();
+  }
+  plugin_host::NoiseLevel level;
 };
 
 }  // namespace relign::task

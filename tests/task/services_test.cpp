@@ -20,20 +20,10 @@ using testing::HasSubstr;
 using testing::SizeIs;
 
 // A trial of a scripted user of services, with everything the host can offer.
-struct ServiceTrial : FakeTrial {
+struct ServiceTrial : TrialWithServices {
   explicit ServiceTrial(const std::string& script, const std::string& folder = "service_user",
                         const Json& scene_parameters = Json::object())
-      : FakeTrial(script, folder, scene_parameters),
-        level(fake(plugin_host::Kind::noise_level, "fake_level"), services) {
-    setup.design = scene.get();
-    setup.level = &level;
-  }
-  Json answer(const std::string& word, std::size_t which = 0) const {
-    const auto values = logged(word);
-    EXPECT_GT(values.size(), which) << word << " was not logged; refused: " << Json(logged("refused")).dump();
-    return which < values.size() ? values[which] : Json();
-  }
-  plugin_host::NoiseLevel level;
+      : TrialWithServices(folder, {{"script", Json::parse(script)}}, scene_parameters) {}
 };
 
 // ---- reference and measures ---------------------------------------------------------------------

@@ -29,6 +29,8 @@ template <class Body>
 relign_status guard(const relign_host* host, Body&& body) noexcept {
   try {
     return body();
+  } catch (const Stopped&) {
+    return RELIGN_STOP;
   } catch (const std::exception& error) {
     host->fail(host->context, to_text(error.what()));
   } catch (...) {

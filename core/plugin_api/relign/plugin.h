@@ -43,11 +43,11 @@ extern "C" {
 
 typedef int32_t relign_status;
 enum {
-  RELIGN_OK = 0,           /* done */
-  RELIGN_STOP = 1,         /* budget spent or run stopped: return promptly, not an error */
-  RELIGN_FAILED = -1,      /* could not be done; host->fail has the sentence */
+  RELIGN_OK = 0,            /* done */
+  RELIGN_STOP = 1,          /* budget spent or run stopped: return promptly, not an error */
+  RELIGN_FAILED = -1,       /* could not be done; host->fail has the sentence */
   RELIGN_BAD_ARGUMENT = -2, /* the caller broke a rule stated here (wrong number of axes, NaN) */
-  RELIGN_UNSUPPORTED = -3  /* this object does not offer what was asked for */
+  RELIGN_UNSUPPORTED = -3   /* this object does not offer what was asked for */
 };
 
 /* UTF-8, not necessarily NUL-terminated. data may be null when size is 0. */
@@ -125,14 +125,14 @@ enum {
 /* The frame of one trial. Valid during run. */
 typedef struct relign_task {
   uint32_t struct_size;
-  uint32_t axes;   /* degrees of freedom, 1 to 64 */
-  uint32_t budget; /* steps granted after step 0 */
-  uint32_t knows;  /* RELIGN_KNOWS_* bits that this trial grants */
-  uint64_t seed;   /* the algorithm's own seed: same seed, same trial */
+  uint32_t axes;           /* degrees of freedom, 1 to 64 */
+  uint32_t budget;         /* steps granted after step 0 */
+  uint32_t knows;          /* RELIGN_KNOWS_* bits that this trial grants */
+  uint64_t seed;           /* the algorithm's own seed: same seed, same trial */
   const double* box_lower; /* axes values each, commanded coordinates; null unless RELIGN_KNOWS_BOX */
   const double* box_upper;
-  double largest_move; /* per axis and step, share of the travel; infinity when unlimited. Longer moves are cut */
-  uint32_t image_width;  /* pixels; 0 unless RELIGN_KNOWS_IMAGES */
+  double largest_move;  /* per axis and step, share of the travel; infinity when unlimited. Longer moves are cut */
+  uint32_t image_width; /* pixels; 0 unless RELIGN_KNOWS_IMAGES */
   uint32_t image_height;
   relign_text axes_json; /* [{"name": "x", "unit": "mm", "travel": 2.0}, ...]: travel = length of [0, 1] */
 } relign_task;
@@ -141,12 +141,12 @@ typedef struct relign_task {
  * next first, step or move of the same conversation. */
 typedef struct relign_observation {
   uint32_t struct_size;
-  uint32_t step;         /* 0 = the capture at the start pose */
-  const double* pose;    /* commanded pose, task->axes values. Counts from the start pose (all 0)
-                            unless RELIGN_KNOWS_START */
-  double merit;          /* NaN unless RELIGN_KNOWS_MERIT */
-  uint64_t limits_low;   /* bit i: axis i met its lower limit during this move */
-  uint64_t limits_high;  /* bit i: axis i met its upper limit */
+  uint32_t step;             /* 0 = the capture at the start pose */
+  const double* pose;        /* commanded pose, task->axes values. Counts from the start pose (all 0)
+                                unless RELIGN_KNOWS_START */
+  double merit;              /* NaN unless RELIGN_KNOWS_MERIT */
+  uint64_t limits_low;       /* bit i: axis i met its lower limit during this move */
+  uint64_t limits_high;      /* bit i: axis i met its upper limit */
   const relign_image* image; /* null unless RELIGN_KNOWS_IMAGES */
   double machine_seconds;    /* simulated machine time since the start */
 } relign_observation;
@@ -191,7 +191,9 @@ typedef struct relign_algorithm_interface {
  *    pointer they give are valid until run returns, unless the function says less.
  *  - Services cost no step but in relign.run/1. Time spent in them is the algorithm's own time.
  *  - RELIGN_BAD_ARGUMENT and RELIGN_FAILED: `why` has the sentence, until the next call of a service of
- *    the same conversation. */
+ *    the same conversation.
+ *  - draw, run and the model's mount, capture and noise_free return RELIGN_STOP once the user stopped the
+ *    run: nothing was done, return promptly. */
 
 /* relign.reference/1, needs RELIGN_KNOWS_IMAGES: O*, the image to be reached. */
 #define RELIGN_SERVICE_REFERENCE "relign.reference/1"
@@ -376,8 +378,8 @@ typedef struct relign_stage_move {
   uint64_t limits_low;    /* bit i: axis i met its lower limit during this move */
   uint64_t limits_high;   /* bit i: axis i met its upper limit */
   double machine_seconds; /* of this move, settling included */
-  double* moved; /* `axes` values of the host's, filled with the move asked for: what a limit cut, the station
-                    writes here as its encoders tell it. Valid during the call */
+  double* moved;          /* `axes` values of the host's, filled with the move asked for: what a limit cut, the station
+                             writes here as its encoders tell it. Valid during the call */
 } relign_stage_move;
 
 typedef struct relign_scene_stage {

@@ -1,7 +1,8 @@
 // relign/services.hpp: what a trial offers besides moving and looking, as C++ classes. Comes with
 // relign/plugin.hpp; the rules stand in relign/plugin.h at each service.
 //
-// All of it is valid during run, in the thread of run. Failures are thrown as std::exception with the host's sentence.
+// All of it is valid during run, in the thread of run. Failures are thrown as std::exception with the host's sentence;
+// prior and model throw Stopped once the user stopped the run.
 #ifndef RELIGN_SERVICES_HPP
 #define RELIGN_SERVICES_HPP
 
@@ -51,6 +52,7 @@ class Collector {
 template <class Service>
 void check_service(const Service* service, relign_status status, const char* what) {
   if (status == RELIGN_OK) return;
+  if (status == RELIGN_STOP) throw Stopped();
   Collector sentence;
   service->why(service->context, sentence.sink());
   const std::string text = std::string(what) + ": " + (sentence.text().empty() ? "refused" : sentence.text());

@@ -34,6 +34,7 @@ from .noise_levels import NoiseLevel
 from .parameters import Parameter, parameter
 from .process import serve
 from .scenes import Assembly, Moved, Scene, Station
+from .services import Lens, Model, Outcome, Stopped
 from .talk import Observation, Talk
 
 __all__ = [
@@ -41,13 +42,17 @@ __all__ = [
     "Assembly",
     "Box",
     "Image",
+    "Lens",
+    "Model",
     "Moved",
     "NoiseLevel",
     "Observation",
     "Optimizer",
+    "Outcome",
     "Parameter",
     "Scene",
     "Station",
+    "Stopped",
     "Talk",
     "manifest_of",
     "parameter",

@@ -1,6 +1,9 @@
 """Boxes of poses, and images: numpy arrays when numpy is there."""
 
 
+import mmap
+
+
 class Box:
     """Axis-aligned box in commanded coordinates: `lower` and `upper`, one value per axis."""
 
@@ -50,6 +53,28 @@ def numpy_or_none():
     except ImportError:
         return None
     return numpy
+
+
+class SharedImage:
+    """An image in the file that the host writes: {"width", "height", "file"} and "offset" in bytes unless it is 0."""
+
+    def __init__(self, place):
+        self._shape = (place["height"], place["width"])
+        self._file = place["file"]
+        self._begin = place.get("offset", 0)
+        self._size = 4 * place["height"] * place["width"]
+        with open(self._file, "rb") as file:
+            self._mapped = mmap.mmap(file.fileno(), self._begin + self._size, access=mmap.ACCESS_READ)
+
+    def image(self):
+        """What lies there now: a copy."""
+        return as_image(self._mapped[self._begin : self._begin + self._size], *self._shape)
+
+    def next_image(self):
+        """What lies behind it."""
+        with open(self._file, "rb") as file:
+            file.seek(self._begin + self._size)
+            return as_image(file.read(self._size), *self._shape)
 
 
 def as_image(data, height, width):

@@ -1,6 +1,7 @@
 """The class is the manifest."""
 
 import inspect
+import os
 import re
 import sys
 
@@ -30,3 +31,19 @@ def manifest_of(cls):
         if value is not None:
             manifest[key] = value
     return manifest
+
+
+def imported_files():
+    """The modules that the script has imported from its own folder: they are part of the plugin."""
+    folder = os.path.dirname(os.path.realpath(sys.argv[0]))
+    found = set()
+    for name, module in list(sys.modules.items()):
+        file = getattr(module, "__file__", None)
+        if name == "__main__" or not file or not file.endswith(".py"):
+            continue
+        path = os.path.relpath(os.path.realpath(file), folder)
+        parts = path.split(os.sep)
+        # An environment that lies in the folder is no part of the plugin.
+        if parts[0] != os.pardir and not {"site-packages", "dist-packages"} & set(parts):
+            found.add(path)
+    return sorted(found)

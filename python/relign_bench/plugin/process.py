@@ -6,7 +6,7 @@ import sys
 import traceback
 
 from .answers import answers_of
-from .manifest import manifest_of
+from .manifest import imported_files, manifest_of
 from .parameters import create
 
 PROTOCOL = 1
@@ -38,9 +38,15 @@ class _Host:
             raise SystemExit(1)
         return json.loads(line)
 
-    def ask(self, line):
+    def exchange(self, line):
         self.send(line)
-        answer = self.receive()
+        return self.receive()
+
+    def ask(self, line):
+        return self.checked(self.exchange(line))
+
+    @staticmethod
+    def checked(answer):
         if answer["message"] == "refused":
             raise ValueError(answer.get("text", "the host refused the request"))
         if answer["message"] == "failed":
@@ -72,14 +78,14 @@ def _sentence(error):
 
 def _talk_to_host(cls, host):
     hello = host.receive()
-    identity = manifest_of(cls)["id"]
+    manifest = manifest_of(cls)
     if PROTOCOL not in hello.get("protocols", []):
         host.tell(message="failed", text="it speaks protocol %d, the host %s" % (PROTOCOL, hello.get("protocols")))
         return 1
     if hello.get("needs"):
         host.tell(message="failed", text="the host needs abilities unknown to relign_bench.plugin: %s" % hello["needs"])
         return 1
-    host.tell(message="hello", protocol=PROTOCOL, id=identity, needs=[])
+    host.tell(message="hello", protocol=PROTOCOL, id=manifest["id"], needs=[], manifest=manifest)
     answers = None
     while True:
         message = host.receive()
@@ -112,7 +118,7 @@ def serve(cls):
         if to_host is None:
             print(json.dumps(manifest_of(cls), indent=2, allow_nan=False))
         else:
-            _Host(int(to_host), int(from_host)).tell(**manifest_of(cls))
+            _Host(int(to_host), int(from_host)).tell(files=imported_files(), **manifest_of(cls))
         return
     if to_host is None or from_host is None:
         script = os.path.relpath(sys.argv[0])

@@ -2,9 +2,9 @@
 
 import json
 import math
-import mmap
 
-from .images import Box, as_image
+from .images import Box, SharedImage, as_image
+from .services import Model, Outcome, Stopped
 
 
 class Observation:
@@ -74,14 +74,8 @@ class Talk:
         self._first = None
         self._reference = None
         self._latest = 0
-        self._pixels = None
-        image = task.get("image")
-        if image:
-            self._shape = (image["height"], image["width"])
-            self._file = image["file"]
-            with open(image["file"], "rb") as file:
-                size = 4 * image["height"] * image["width"]
-                self._pixels = mmap.mmap(file.fileno(), size, access=mmap.ACCESS_READ)
+        self._model = None
+        self._pixels = SharedImage(task["image"]) if task.get("image") else None
 
     @property
     def box(self):
@@ -115,10 +109,7 @@ class Talk:
             raise RuntimeError('no image was granted: add "images" to the class\'s knows')
         if self._reference is None:
             self._offered(self._host.ask('{"message":"reference"}\n'))
-            with open(self._file, "rb") as file:
-                size = len(self._pixels)
-                file.seek(size)
-                self._reference = as_image(file.read(size), *self._shape)
+            self._reference = self._pixels.next_image()
         return self._reference
 
     def measures(self):
@@ -135,9 +126,45 @@ class Talk:
         Needs "level" in knows."""
         return self._service("relign.prior/1", "draw", number=number)["drawn"]
 
+    def model(self):
+        """A simulator of the scene's design, for lenses and seeds of your own (Model). Needs "design" in knows."""
+        if self._model is None:
+            self._model = Model(self, self._service("relign.model/1", "scene"))
+        return self._model
+
+    def run(self, parameter, steps, /, **parameters):
+        """Hand-over: the algorithm that your parameter of type "algorithm" names drives for at most so many of your
+        steps, with these changes to its own parameters. Returns an Outcome; raises RuntimeError with its sentence when
+        it failed, and you may go on."""
+        request = {"parameter": parameter, "steps": steps, "parameters": parameters}
+        answer = self._host.exchange(self._request("relign.run/1", "run", request))
+        last = answer.get("last")
+        if last is not None:  # after a failure too
+            self._latest = last["step"]
+        answer = self._offered(self._host.checked(answer))
+        if answer["message"] == "stop":
+            return Outcome()
+        return Outcome(
+            answer["steps"],
+            answer["end"] == "finished",
+            *(Observation(seen, self) if seen else None for seen in (last, answer["best"])),
+            tuple(answer["recommendation"]) if answer["recommendation"] else None,
+        )
+
     def _service(self, service, call, **arguments):
+        return self._offered(self._answer(service, call, arguments))
+
+    def _answer(self, service, call, arguments):
+        """What the host says, "unsupported" included."""
+        answer = self._host.ask(self._request(service, call, arguments))
+        if answer["message"] == "stop":
+            raise Stopped()
+        return answer
+
+    @staticmethod
+    def _request(service, call, arguments):
         request = dict(arguments, message="service", service=service, call=call)
-        return self._offered(self._host.ask(json.dumps(request, allow_nan=False) + "\n"))
+        return json.dumps(request, allow_nan=False) + "\n"
 
     @staticmethod
     def _offered(answer):
@@ -145,13 +172,16 @@ class Talk:
             raise RuntimeError(answer.get("text", "the host does not offer this"))
         return answer
 
+    def _finite(self, pose):
+        values = [float(value) for value in pose]
+        if not all(map(math.isfinite, values)):
+            raise ValueError("a pose must be finite, found %s" % values)
+        if len(values) != len(self.axes):
+            raise ValueError("a pose has %d values, one per axis, found %d" % (len(self.axes), len(values)))
+        return values
+
     def _numbers(self, pose):
-        text = ",".join([repr(float(value)) for value in pose])
-        if "n" in text:  # nan, inf
-            raise ValueError("a pose must be finite, found [%s]" % text)
-        if len(pose) != len(self.axes):
-            raise ValueError("a pose has %d values, one per axis, found %d" % (len(self.axes), len(pose)))
-        return text
+        return ",".join(map(repr, self._finite(pose)))
 
     def _seen(self, answer):
         if answer["message"] == "stop":
@@ -167,4 +197,4 @@ class Talk:
                 "the pixels of step %d are gone (this is step %d): look at seen.image before the next step"
                 % (seen.step, self._latest)
             )
-        return as_image(self._pixels[:], *self._shape)
+        return self._pixels.image()

@@ -1,0 +1,39 @@
+#include "runner/trial_log.h"
+
+#include <relign/plugin.h>
+
+#include <utility>
+
+namespace relign::runner {
+
+void TrialLog::begin() {
+  const std::lock_guard<std::mutex> hold(mutex_);
+  open_ = true;
+  text_.clear();
+  cut_lines_ = cut_bytes_ = 0;
+}
+
+void TrialLog::add(int level, const std::string& who, const std::string& message) {
+  std::string line = level >= RELIGN_LOG_WARNING ? "warning: " : level < RELIGN_LOG_INFO ? "debug: " : "";
+  line += (who.empty() ? "" : who + ": ") + message + "\n";
+  const std::lock_guard<std::mutex> hold(mutex_);
+  if (!open_) return;
+  // Once something is cut all that follows is: what stands there has no gaps.
+  if (cut_lines_ == 0 && text_.size() + line.size() <= kMostBytes) {
+    text_ += line;
+  } else {
+    ++cut_lines_;
+    cut_bytes_ += line.size();
+  }
+}
+
+std::string TrialLog::take() {
+  const std::lock_guard<std::mutex> hold(mutex_);
+  open_ = false;
+  if (cut_lines_ > 0)
+    text_ += "(cut here: " + std::to_string(cut_lines_) + (cut_lines_ == 1 ? " more line, " : " more lines, ") +
+             std::to_string(cut_bytes_) + " bytes)\n";
+  return std::exchange(text_, {});
+}
+
+}  // namespace relign::runner
