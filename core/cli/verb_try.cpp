@@ -146,6 +146,12 @@ int run_try(Context& context, TryArguments arguments) {
                                                                  read_parameters(arguments.parameters));
   plugin_host::HostServices services = context.services(core_count());
   services.stop = &watch_for_stop();
+  services.log = [warn = services.log](int level, const std::string& message) {
+    if (level >= RELIGN_LOG_WARNING)
+      warn(level, message);
+    else
+      std::fprintf(stderr, "%s\n", message.c_str());  // what a scene prints that is a process
+  };
   const LoadedScene scene = load_scene(catalog.resolve_or_throw(plugin_host::Kind::scene, arguments.scene), services);
   if (scene.facts.owns_stage && !arguments.level_given) arguments.level = "none";
   const plugin_host::Choice level = catalog.resolve_or_throw(plugin_host::Kind::noise_level, arguments.level);

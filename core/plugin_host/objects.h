@@ -1,4 +1,4 @@
-// Loaded plugins as C++ objects: the host's side of relign/plugin.h.
+// Plugins as C++ objects: the host's side of relign/plugin.h, and of the messages to plugins that are processes.
 //
 // Every call into a plugin passes the guard: floating-point state (MXCSR, rounding) is saved and
 // restored, a failure becomes Error(plugin_failed) with the plugin's id and its sentence. After a
@@ -89,6 +89,8 @@ class MountedAssembly {
   std::unique_ptr<Implementation> implementation_;
 };
 
+// One object per worker; a process of its own where the plugin is one. Used, with its assemblies, by one thread at a
+// time when it is a process.
 class Scene {
  public:
   Scene(const Choice& choice, const HostServices& services);

@@ -15,6 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -213,9 +214,18 @@ class Talks(Optimizer):
         print("start", talk.first.step)
 if __name__ == "__main__": serve(Talks)
 )");
-  const Outcome outcome = relign_bench(place, {"--json", "try", "./talks.py", "--steps", "2"});
-  EXPECT_EQ(outcome.exit_code, 0);
-  EXPECT_THAT(outcome.err, HasSubstr("start 0"));
+  place.write("level.py", R"("""Prints too."""
+from relign_bench.plugin import NoiseLevel, serve
+class Level(NoiseLevel):
+    def draw(self, seed, scene):
+        print("axes", len(scene["axes"]))
+        return {"start": [0.5] * 5, "distortion": [[float(i == j) for j in range(5)] for i in range(5)], "elements": {}}
+if __name__ == "__main__": serve(Level)
+)");
+  const Outcome outcome =
+      relign_bench(place, {"--json", "try", "./talks.py", "--noise-level", "./level.py", "--steps", "2"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("axes 5"), HasSubstr("start 0")));
   EXPECT_EQ(json::parse(outcome.out)["end"], "finished");
 }
 
