@@ -105,8 +105,8 @@ relign_image Scene::reference() {
   const relign_status status = mine.host.call(
       "reference", [&](const FloatingPointState&) { return mine.table->reference(mine.object, &image); });
   if (status != RELIGN_OK) mine.host.throw_failure("reference", "it gave no image and no reason");
-  if (image.struct_size < sizeof image || image.sample_format != RELIGN_SAMPLE_FLOAT32 || image.channels != 1 ||
-      image.width == 0 || image.height == 0 || !image.pixels ||
+  if (!RELIGN_HAS_MEMBER(&image, row_stride_bytes) || image.sample_format != RELIGN_SAMPLE_FLOAT32 ||
+      image.channels != 1 || image.width == 0 || image.height == 0 || !image.pixels ||
       image.row_stride_bytes < std::uint64_t{image.width} * sizeof(float))
     mine.host.throw_failure("reference", "the image is no complete float32 image of one channel");
   return image;
