@@ -40,8 +40,7 @@ void check_description(const Manifest& manifest, const relign_plugin_description
   if (!RELIGN_HAS_MEMBER(&entry, min_host_minor))
     refuse(manifest, "its description states a size of " + std::to_string(entry.struct_size) + " bytes only", "unknown",
            "rebuild it with relign_add_plugin and RELIGN_PLUGIN");
-  const bool fits = entry.abi_major == RELIGN_ABI_MAJOR && entry.min_host_minor <= RELIGN_ABI_MINOR &&
-                    (RELIGN_ABI_MAJOR > 0 || entry.abi_minor == RELIGN_ABI_MINOR);
+  const bool fits = entry.abi_major == RELIGN_ABI_MAJOR && entry.min_host_minor <= RELIGN_ABI_MINOR;
   if (!fits) {
     const bool newer = entry.abi_major > RELIGN_ABI_MAJOR ||
                        (entry.abi_major == RELIGN_ABI_MAJOR &&

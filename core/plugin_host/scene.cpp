@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "base/text.h"
+#include "plugin_host/library.h"
 #include "plugin_host/objects.h"
 #include "plugin_host/scene_backend.h"
 
@@ -32,8 +33,8 @@ std::string Scene::describe() { return implementation_->backend->describe(); }
 
 relign_image Scene::reference() {
   const relign_image image = implementation_->backend->reference();
-  if (image.struct_size < sizeof image || image.sample_format != RELIGN_SAMPLE_FLOAT32 || image.channels != 1 ||
-      image.width == 0 || image.height == 0 || !image.pixels ||
+  if (!RELIGN_HAS_MEMBER(&image, row_stride_bytes) || image.sample_format != RELIGN_SAMPLE_FLOAT32 ||
+      image.channels != 1 || image.width == 0 || image.height == 0 || !image.pixels ||
       image.row_stride_bytes < std::uint64_t{image.width} * sizeof(float))
     implementation_->backend->refuse("reference", "the image is no complete float32 image of one channel");
   return image;

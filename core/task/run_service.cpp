@@ -13,7 +13,8 @@
 namespace relign::task {
 namespace {
 
-constexpr std::size_t kSmallestOutcome = sizeof(relign_run_outcome);
+// The members that a caller of interface version 1.0 has room for.
+constexpr std::size_t kSmallestOutcome = offsetof(relign_run_outcome, recommendation) + sizeof(const double*);
 
 // The chosen algorithm, with the caller's changes to its parameters.
 plugin_host::Choice chosen(const plugin_host::Choice& caller, const std::string& parameter,
@@ -62,9 +63,9 @@ relign_status RunService::run(void* context, relign_text parameter, relign_text 
     const plugin_host::Choice inner =
         chosen(service.site_->seat.algorithm(), text_of(parameter), text_of(parameters_json));
     relign_run_outcome told{};
-    told.struct_size = kSmallestOutcome;
+    told.struct_size = static_cast<std::uint32_t>(std::min<std::size_t>(outcome->struct_size, sizeof told));
     const relign_status status = service.run_inner(inner, most_steps, told);
-    std::memcpy(outcome, &told, kSmallestOutcome);
+    std::memcpy(outcome, &told, told.struct_size);
     return status;
   });
 }

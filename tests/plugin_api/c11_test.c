@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "abi_layout.h"
+#include "frozen_1_0/abi_layout.h"
 
 struct relign_algorithm {
   const relign_host* host;

@@ -4,7 +4,7 @@
 
 #include <type_traits>
 
-#include "abi_layout.h"
+#include "frozen_1_0/abi_layout.h"
 
 namespace {
 

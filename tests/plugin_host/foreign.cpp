@@ -82,6 +82,8 @@ const relign_plugin_description ENTRY = {
 #endif
 #if defined(FOREIGN_NEWER_MAJOR)
     RELIGN_ABI_MAJOR + 1,
+#elif defined(FOREIGN_OLDER_MAJOR)
+    RELIGN_ABI_MAJOR - 1,
 #else
     RELIGN_ABI_MAJOR,
 #endif
@@ -93,7 +95,7 @@ const relign_plugin_description ENTRY = {
 #if defined(FOREIGN_NEEDS_NEWER)
     RELIGN_ABI_MINOR + 3,
 #else
-    RELIGN_ABI_MINOR,
+    0,
 #endif
     R"({"id": "foreign", "kind": "optimizer", "summary": "For tests."})",
     "foreign compiler 1.0",

@@ -90,13 +90,14 @@ TEST_F(ProcessSceneTest, WhatCannotBeIsRefusedInTheWordsOfLibraries) {
   const auto moved = [](const std::string& members) {
     return "def answer_move_by(asked): return '{\"message\":\"moved\"," + members + "}'";
   };
-  EXPECT_THAT(failure(moved(R"("moved":[0,0],"limits_low":0,"limits_high":0,"machine_seconds":null)")),
-              AllOf(HasSubstr("plugin 'raw' failed in move_by: it tells seconds, limits or a move that cannot be"),
-                    HasSubstr("Its process")));
+  EXPECT_THAT(
+      failure(moved(R"("moved":[0,0],"limits_low":0,"limits_high":0,"machine_seconds":null)")),
+      AllOf(HasSubstr("plugin 'raw' failed in move_by: it took nan s by its own account; expected a finite number"),
+            HasSubstr("Its process")));
   EXPECT_THAT(failure(moved(R"("moved":[0,0],"limits_low":4,"limits_high":0,"machine_seconds":0)")),
-              HasSubstr("that cannot be"));
+              HasSubstr("it tells limits of more than its 2 axes"));
   EXPECT_THAT(failure(moved(R"("moved":[0,null],"limits_low":0,"limits_high":0,"machine_seconds":0)")),
-              HasSubstr("that cannot be"));
+              HasSubstr("it tells that axis 1 moved by nan; expected a share of the travel"));
   EXPECT_THAT(failure(moved(R"("moved":[0],"limits_low":0,"limits_high":0,"machine_seconds":0)")),
               HasSubstr("it moved 1 axes, expected 2"));
   EXPECT_THAT(failure(moved(R"("moved":[0,0],"limits_low":-1,"limits_high":0,"machine_seconds":0)")),
@@ -106,7 +107,7 @@ TEST_F(ProcessSceneTest, WhatCannotBeIsRefusedInTheWordsOfLibraries) {
   EXPECT_THAT(
       failure(
           "def answer_capture(asked): write([0] * 6); return '{\"message\":\"captured\",\"machine_seconds\":null}'"),
-      HasSubstr("its machine seconds cannot be"));
+      HasSubstr("it took nan s by its own account"));
   EXPECT_THAT(failure("def answer_describe(asked): return '{\"message\":\"described\",\"description\":[]}'"),
               HasSubstr("failed in describe: its message \"described\" has no object \"description\""));
 }
@@ -163,7 +164,7 @@ def answer_capture(asked):
   std::vector<float> pixels(6);
   scene->capture(pixels.data());
   EXPECT_THAT(pixels, Each(1.0f));
-  EXPECT_LT(logged_.size(), 2100u);
+  EXPECT_EQ(logged_.size(), 20001u) << "all is passed on; who keeps it bounds it";
 }
 
 TEST_F(ProcessSceneTest, ANoiseLevelThatDrawsNoObject) {

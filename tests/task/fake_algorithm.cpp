@@ -85,6 +85,8 @@ class FakeAlgorithm final : public relign::FAKE_BASE {
       if (::chdir("/") != 0) throw std::runtime_error("chdir");
     } else if (verb == "nap") {
       std::this_thread::sleep_for(std::chrono::milliseconds(action.at(1).get<int>()));
+    } else if (verb == "show_buffers") {  // where pixels lie differs from process to process
+      shows_buffers_ = true;
     } else if (verb == "rounding") {
       log("rounding", std::fegetround() == FE_UPWARD ? "up" : "nearest");
     }
@@ -98,13 +100,15 @@ class FakeAlgorithm final : public relign::FAKE_BASE {
                   {"seconds", seen.machine_seconds}};
     shown["merit"] = std::isnan(seen.merit) ? Json(nullptr) : Json(seen.merit);
     shown["pixel"] = seen.image_ ? Json(seen.image().at(2, 1)) : Json(nullptr);
-    shown["buffer"] = seen.image_ ? Json(reinterpret_cast<std::uintptr_t>(seen.image().row(0))) : Json(nullptr);
     log("seen", shown);
+    if (shows_buffers_)
+      log("buffer", seen.image_ ? Json(reinterpret_cast<std::uintptr_t>(seen.image().row(0))) : Json(nullptr));
   }
   void log(const char* what, const Json& value) { host_.warn(std::string(what) + " " + value.dump()); }
 
   relign::Parameters host_;
   Json script_;
+  bool shows_buffers_ = false;
 };
 
 }  // namespace

@@ -196,7 +196,8 @@ TEST(Trial, AnAgentSeesImagesOnlyAndMovesInShortSteps) {
 }
 
 TEST(Trial, AnAlgorithmLooksAtTheVeryPixelsThatTheSceneWrote) {
-  FakeTrial trial(kTwoSteps, "fake_agent");
+  FakeTrial trial(R"([["show_buffers"], ["first"], ["step", 0.5, 0.58, 0.5], ["step", 0.5, 0.58, 0.55]])",
+                  "fake_agent");
   std::vector<std::uint64_t> recorded;
   trial.setup.on_step = [&](const Step&, const float* pixels) {
     recorded.push_back(reinterpret_cast<std::uintptr_t>(pixels));
@@ -204,7 +205,7 @@ TEST(Trial, AnAlgorithmLooksAtTheVeryPixelsThatTheSceneWrote) {
   trial.run();
   const std::vector<std::uint64_t> written = trial.buffers();
   std::vector<std::uint64_t> seen;
-  for (const Json& step : trial.logged("seen")) seen.push_back(step["buffer"]);
+  for (const Json& buffer : trial.logged("buffer")) seen.push_back(buffer);
   ASSERT_THAT(seen, SizeIs(3));
   EXPECT_EQ(seen, written) << "pixels were copied";
   EXPECT_EQ(recorded, written);

@@ -11,12 +11,11 @@
  * for other languages.
  *
  * Rules
- *  - Every struct starts with `struct_size`, set by whoever fills it. Structs only ever grow at
- *    their end; a reader never touches members beyond the writer's struct_size.
+ *  - Every struct but relign_text starts with `struct_size`, set by whoever fills it. A reader never
+ *    touches members beyond the writer's struct_size, and never copies more of a struct than that.
  *  - A plugin library exports one data symbol, `relign_plugin_entry`. Nothing runs at load.
  *    Libraries are never unloaded.
  *  - Major versions must be equal and the plugin's `min_host_minor` at most the host's minor.
- *    While the major version is 0 the minor must be equal as well: anything may still change.
  *  - Whoever creates an object destroys it, through its own table. The other side copies what it
  *    keeps. Views (relign_text, relign_image, arrays) are borrowed: each function says for how long.
  *  - Functions never throw and never unwind. They return a relign_status; before returning a
@@ -26,6 +25,14 @@
  *    different threads at once. Exceptions are said at the function.
  *  - A plugin leaves floating-point mode, locale, working directory, signal handlers and stdout
  *    as it found them.
+ *
+ * Versions
+ *  - Version 1 is frozen: a library built for it loads and runs in every host of version 1.
+ *  - A change of this header raises the minor version and may only append: a member at the end of a
+ *    struct that has struct_size, a value at the end of an enum, an id with its struct. Nothing is
+ *    removed, renamed, moved or given another type or meaning. Whoever reads a member that came
+ *    later asks struct_size first. relign_text never changes.
+ *  - A plugin for a later minor loads in an older host, unless its min_host_minor says otherwise.
  */
 #ifndef RELIGN_PLUGIN_H
 #define RELIGN_PLUGIN_H
@@ -36,8 +43,8 @@
 extern "C" {
 #endif
 
-#define RELIGN_ABI_MAJOR 0
-#define RELIGN_ABI_MINOR 1
+#define RELIGN_ABI_MAJOR 1
+#define RELIGN_ABI_MINOR 0
 
 /* ---- plain types ------------------------------------------------------------------------ */
 

@@ -1,7 +1,7 @@
 /*
- * The binary interface, frozen: sizes, places and values of everything in relign/plugin.h on a
- * 64-bit machine. This file fails to compile when one of them moves. Members may be added at the
- * end of a struct (new line here, minor version up); anything else is a new major version.
+ * The layout of version 1.0: sizes, places and values of everything in relign/plugin.h on a 64-bit
+ * machine. Of the frozen copy they hold exactly (RELIGN_LAYOUT_IS_EXACT); of the tree's header too,
+ * whose structs may be longer. This file fails to compile where one of them moves. Nobody edits it.
  *
  * Included from C11 and from C++17.
  */
@@ -17,12 +17,15 @@
 #define ABI_ASSERT(condition, text) _Static_assert(condition, text)
 #endif
 /* clang-format off */
+#ifdef RELIGN_LAYOUT_IS_EXACT
 #define ABI_SIZE(type, bytes) ABI_ASSERT(sizeof(type) == (bytes), "the size of " #type " changed");
+#else
+#define ABI_SIZE(type, bytes) ABI_ASSERT(sizeof(type) >= (bytes), #type " lost members");
+#endif
 #define ABI_OFFSET(type, member, bytes) ABI_ASSERT(offsetof(type, member) == (bytes), #type "::" #member " moved");
 #define ABI_VALUE(name, value) ABI_ASSERT((name) == (value), #name " changed");
 
-ABI_VALUE(RELIGN_ABI_MAJOR, 0)
-ABI_VALUE(RELIGN_ABI_MINOR, 1)
+ABI_VALUE(RELIGN_ABI_MAJOR, 1)
 ABI_VALUE(RELIGN_OK, 0)
 ABI_VALUE(RELIGN_STOP, 1)
 ABI_VALUE(RELIGN_FAILED, -1)
@@ -39,7 +42,7 @@ ABI_VALUE(RELIGN_KNOWS_BOX, 1 << 3)
 ABI_VALUE(RELIGN_KNOWS_DESIGN, 1 << 4)
 ABI_VALUE(RELIGN_KNOWS_LEVEL, 1 << 5)
 
-ABI_SIZE(relign_text, 16)
+ABI_VALUE(sizeof(relign_text), 16) /* has no struct_size: it can never grow */
 ABI_OFFSET(relign_text, data, 0)
 ABI_OFFSET(relign_text, size, 8)
 

@@ -1,0 +1,13 @@
+# Writes GROWN: the HEADER as a later minor version may be, every struct that has a size with more members at its end.
+file(READ "${HEADER}" text)
+string(REGEX REPLACE "#define RELIGN_ABI_MINOR [0-9]+" "#define RELIGN_ABI_MINOR 77" text "${text}")
+string(REGEX MATCHALL "typedef struct relign_[a-z_]+ {\n  uint32_t struct_size" starts "${text}")
+list(LENGTH starts count)
+if(count LESS 20)
+  message(FATAL_ERROR "${HEADER}: ${count} structs with a size were found; it is written in another way than grow_header.cmake reads")
+endif()
+foreach(start ${starts})
+  string(REGEX REPLACE "typedef struct (relign_[a-z_]+) .*" "\\1" name "${start}")
+  string(REPLACE "\n} ${name};" "\n  uint64_t grown[5];\n} ${name};" text "${text}")
+endforeach()
+file(WRITE "${GROWN}" "${text}")
