@@ -17,6 +17,8 @@
 
 namespace relign::imaging {
 
+struct RayPath;
+
 enum class Transport {
   refract,  // every face lets all light through
   fresnel   // unpolarised transmittances of uncoated glass
@@ -67,6 +69,7 @@ class Camera {
  private:
   struct Workspace;
   void place(const std::vector<double>& true_pose);
+  RayPath way() const;
   template <class Body>
   void for_seen_tiles(float* pixels, const Body& body);
 

@@ -27,6 +27,13 @@ Op face_op(const Face& face, double index_before) {
   return op;
 }
 
+// At normal incidence.
+double highest_transmittance(double index_before, double index_after) {
+  constexpr double kSteepest = 3.7;
+  const double ratio = std::max(index_before, index_after) / std::min(index_before, index_after);
+  return ratio < kSteepest ? 4 * ratio / ((ratio + 1) * (ratio + 1)) : 1;
+}
+
 Op stop_op(Op::Kind kind, double radius) {
   Op op{};
   op.kind = kind;
@@ -108,9 +115,12 @@ BackwardPath backward_path(const Assembly& assembly, const Motion& lens_to_world
     for (std::size_t f = element.faces.size(); f-- > 0;) {
       const double index_before = f == 0 ? 1.0 : element.faces[f - 1].index_after;
       builder.enter(assembly.placement(e), element.faces[f].z_mm, face_op(element.faces[f], index_before));
+      path.highest_transmittance *= highest_transmittance(index_before, element.faces[f].index_after);
     }
   }
   pass_stops_behind(-1e300);
+  constexpr double kRounding = 1e-5;  // of float products over some dozens of faces
+  path.highest_transmittance = std::min(1.0, path.highest_transmittance * (1 + kRounding));
   path.into_first_frame = inverse(after(lens_to_world, builder.first()));
   path.world_of_last_frame = after(lens_to_world, builder.current());
   return path;

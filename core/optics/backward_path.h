@@ -16,6 +16,9 @@ struct BackwardPath {
   std::vector<Op> ops;               // sensor side to object side
   std::size_t through_aperture = 0;  // how many of them lead through the aperture stop
   Motion world_of_last_frame;        // the frame in which `ops` end -> world
+  // No ray's Fresnel transmittance is larger: unpolarised reflection is least at normal incidence (for ratios of
+  // indices up to 2 + sqrt(3); a steeper face counts as clear). A little above the product, for rounding.
+  double highest_transmittance = 1;
 };
 
 // `lens_to_world` is the pose. Faces from back to front with the mesh apertures, stops between, the

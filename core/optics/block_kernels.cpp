@@ -1,8 +1,12 @@
 // The float kernels of ray_block.h, compiled once for each instruction set (RELIGN_KERNEL_ISA).
 //
 // Each operation is a function of its own with plain loops over arrays and scalar locals: that is
-// what the compiler vectorises. Only builtins are called, so that no inline function of a library
-// header is emitted here with instructions that other code must not run.
+// what the compiler vectorises. Only builtins and intrinsics are called, so that no inline function of
+// a library header is emitted here with instructions that other code must not run.
+#if defined(__AVX2__)
+#include <immintrin.h>
+#endif
+
 #include "optics/ray_block.h"
 
 namespace relign::optics {
@@ -15,34 +19,74 @@ inline float multiply_add(float a, float b, float c) { return __builtin_fmaf(a, 
 inline float smaller(float a, float b) { return a < b ? a : b; }
 inline float larger(float a, float b) { return a > b ? a : b; }
 
+// unit() uses the upper 24 bits of a word; the four lower bytes make a fifth word.
+inline std::uint32_t fifth_word(std::uint32_t c0, std::uint32_t c1, std::uint32_t c2, std::uint32_t c3) {
+  return (c0 & 255U) << 24 | (c1 & 255U) << 16 | (c2 & 255U) << 8 | (c3 & 255U);
+}
+
+// The rounds of Philox4x32-10 on 64-bit lanes, of which only the lower halves count: one instruction
+// gives a full product, and what it leaves in the upper halves is ignored by the next.
+#if defined(__AVX512F__)
+constexpr int kWideLanes = 8;
+using Wide = __m512i;
+inline Wide wide(std::uint32_t word) { return _mm512_set1_epi64(static_cast<long long>(word)); }
+inline Wide load_wide(const std::uint32_t* words) {
+  return _mm512_cvtepu32_epi64(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(words)));
+}
+inline void store_narrow(std::uint32_t* words, Wide lanes) {
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(words), _mm512_cvtepi64_epi32(lanes));
+}
+inline Wide product(Wide a, Wide b) { return _mm512_mul_epu32(a, b); }
+inline Wide upper_half(Wide a) { return _mm512_srli_epi64(a, 32); }
+inline Wide exclusive_or(Wide a, Wide b, Wide c) { return _mm512_ternarylogic_epi64(a, b, c, 0x96); }
+#elif defined(__AVX2__)
+constexpr int kWideLanes = 4;
+using Wide = __m256i;
+inline Wide wide(std::uint32_t word) { return _mm256_set1_epi64x(static_cast<long long>(word)); }
+inline Wide load_wide(const std::uint32_t* words) {
+  return _mm256_cvtepu32_epi64(_mm_loadu_si128(reinterpret_cast<const __m128i*>(words)));
+}
+inline void store_narrow(std::uint32_t* words, Wide lanes) {
+  const __m256i packed = _mm256_permutevar8x32_epi32(lanes, _mm256_setr_epi32(0, 2, 4, 6, 0, 2, 4, 6));
+  _mm_storeu_si128(reinterpret_cast<__m128i*>(words), _mm256_castsi256_si128(packed));
+}
+inline Wide product(Wide a, Wide b) { return _mm256_mul_epu32(a, b); }
+inline Wide upper_half(Wide a) { return _mm256_srli_epi64(a, 32); }
+inline Wide exclusive_or(Wide a, Wide b, Wide c) { return _mm256_xor_si256(_mm256_xor_si256(a, b), c); }
+#else
+constexpr int kWideLanes = 1;
+using Wide = std::uint64_t;
+inline Wide wide(std::uint32_t word) { return word; }
+inline Wide load_wide(const std::uint32_t* words) { return *words; }
+inline void store_narrow(std::uint32_t* words, Wide lanes) { *words = static_cast<std::uint32_t>(lanes); }
+inline Wide product(Wide a, Wide b) { return (a & 0xFFFFFFFFU) * (b & 0xFFFFFFFFU); }
+inline Wide upper_half(Wide a) { return a >> 32; }
+inline Wide exclusive_or(Wide a, Wide b, Wide c) { return a ^ b ^ c; }
+#endif
+
 void philox(RayBlock& block, const std::uint32_t* pixel, const std::uint32_t* sample, std::uint32_t stream,
             std::uint32_t key0, std::uint32_t key1, int count) {
-  std::uint32_t* const u0 = block.u0;
-  std::uint32_t* const u1 = block.u1;
-  std::uint32_t* const u2 = block.u2;
-  std::uint32_t* const u3 = block.u3;
-  std::uint32_t* const die = block.die;
-  RELIGN_LOOP
-  for (int i = 0; i < count; ++i) {
-    std::uint32_t c0 = sample[i], c1 = pixel[i], c2 = stream, c3 = 0;
+  const Wide multiplier0 = wide(0xD2511F53U), multiplier1 = wide(0xCD9E8D57U);
+  for (int i = 0; i < count; i += kWideLanes) {
+    Wide c0 = load_wide(sample + i), c1 = load_wide(pixel + i), c2 = wide(stream), c3 = wide(0);
     std::uint32_t k0 = key0, k1 = key1;
     for (int round = 0; round < 10; ++round) {
-      const std::uint64_t product0 = std::uint64_t{0xD2511F53u} * c0;
-      const std::uint64_t product1 = std::uint64_t{0xCD9E8D57u} * c2;
-      c0 = static_cast<std::uint32_t>(product1 >> 32) ^ c1 ^ k0;
-      c1 = static_cast<std::uint32_t>(product1);
-      c2 = static_cast<std::uint32_t>(product0 >> 32) ^ c3 ^ k1;
-      c3 = static_cast<std::uint32_t>(product0);
-      k0 += 0x9E3779B9u;
-      k1 += 0xBB67AE85u;
+      const Wide product0 = product(multiplier0, c0);
+      const Wide product1 = product(multiplier1, c2);
+      c0 = exclusive_or(upper_half(product1), c1, wide(k0));
+      c1 = product1;
+      c2 = exclusive_or(upper_half(product0), c3, wide(k1));
+      c3 = product0;
+      k0 += 0x9E3779B9U;
+      k1 += 0xBB67AE85U;
     }
-    u0[i] = c0;
-    u1[i] = c1;
-    u2[i] = c2;
-    u3[i] = c3;
-    // unit() uses the upper 24 bits of a word; the four lower bytes make a fifth.
-    die[i] = (c0 & 255U) << 24 | (c1 & 255U) << 16 | (c2 & 255U) << 8 | (c3 & 255U);
+    store_narrow(block.u0 + i, c0);
+    store_narrow(block.u1 + i, c1);
+    store_narrow(block.u2 + i, c2);
+    store_narrow(block.u3 + i, c3);
   }
+  RELIGN_LOOP
+  for (int i = 0; i < count; ++i) block.die[i] = fifth_word(block.u0[i], block.u1[i], block.u2[i], block.u3[i]);
 }
 
 // 24 random bits to [0, 1).
@@ -243,14 +287,19 @@ void trace(RayBlock& block, const Op* ops, int op_count, bool fresnel, int count
   }
 }
 
-inline float texel(std::uint32_t bits) {
-  return static_cast<float>(static_cast<std::int32_t>(bits)) * (1.0F / 65535.0F);
+inline float level(std::uint32_t bits, float unit) {
+  return static_cast<float>(static_cast<std::int32_t>(bits)) * unit;
 }
 
-void look_up(RayBlock& block, const EmitterPlane& given, int count) {
+// A word of 32 bits at any even address.
+using LooseWord = std::uint32_t __attribute__((aligned(2), may_alias));
+
+template <bool EightBits>
+void look_up_texels(RayBlock& block, const EmitterPlane& given, int count) {
   const EmitterPlane emitter = given;
   const float last = static_cast<float>(emitter.texels - 1);
-  const std::uint32_t* const pairs = emitter.texel_pairs;
+  const std::uint16_t* const narrow = emitter.texels_8_bit;
+  const std::uint32_t* const broad = emitter.texels_16_bit;
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
     const float t = (emitter.distance_z - block.z[i]) / block.lz[i];
@@ -272,14 +321,32 @@ void look_up(RayBlock& block, const EmitterPlane& given, int count) {
     const float fu = uc - u_floor;
     const float fv = vc - v_floor;
     const std::int32_t at = static_cast<std::int32_t>(v_floor) * emitter.texels + static_cast<std::int32_t>(u_floor);
-    const std::uint32_t upper = pairs[at], lower = pairs[at + emitter.texels];
-    const float a = texel(upper & 0xFFFFU), b = texel(upper >> 16);
-    const float c = texel(lower & 0xFFFFU), d = texel(lower >> 16);
+    float a = 0, b = 0, c = 0, d = 0;  // left and right above, then below
+    if (EightBits) {
+      const std::uint32_t four = *reinterpret_cast<const LooseWord*>(narrow + at);
+      a = level(four & 0xFFU, 1.0F / 255.0F);
+      b = level(four >> 16 & 0xFFU, 1.0F / 255.0F);
+      c = level(four >> 8 & 0xFFU, 1.0F / 255.0F);
+      d = level(four >> 24, 1.0F / 255.0F);
+    } else {
+      const std::uint32_t upper = broad[at], lower = broad[at + emitter.texels];
+      a = level(upper & 0xFFFFU, 1.0F / 65535.0F);
+      b = level(upper >> 16, 1.0F / 65535.0F);
+      c = level(lower & 0xFFFFU, 1.0F / 65535.0F);
+      d = level(lower >> 16, 1.0F / 65535.0F);
+    }
     const float top = multiply_add(fu, b - a, a);
     const float bottom = multiply_add(fu, d - c, c);
     const float value = multiply_add(fv, bottom - top, top);
     block.radiance[i] = seen ? value : 0.0F;
   }
+}
+
+void look_up(RayBlock& block, const EmitterPlane& emitter, int count) {
+  if (emitter.texels_8_bit)
+    look_up_texels<true>(block, emitter, count);
+  else
+    look_up_texels<false>(block, emitter, count);
 }
 
 void apply_transmittance(RayBlock& block, int count) {
@@ -301,11 +368,58 @@ void count_reached(const std::uint32_t* words, const std::uint32_t* thresholds, 
   }
 }
 
-void play_dice(RayBlock& block, float survival, int count) {
+void play_dice(RayBlock& block, float bound, int count) {
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
-    const bool survives = unit(block.die[i]) * block.below[i] < survival * block.above[i];
+    const bool survives = unit(block.die[i]) * block.below[i] * bound < block.above[i];
     block.radiance[i] = survives ? block.radiance[i] : 0.0F;
+  }
+}
+
+void equal_runs(std::uint32_t* owner, std::uint32_t* sample, std::uint32_t first, int length, int count) {
+  // Half a step above the whole number: the quotient is never rounded across the next one.
+  const double runs = 1.0 / length;
+  RELIGN_LOOP
+  for (int i = 0; i < count; ++i) {
+    const std::int32_t ray = static_cast<std::int32_t>(first) + i;
+    const auto run = static_cast<std::int32_t>((static_cast<double>(ray) + 0.5) * runs);
+    owner[i] = static_cast<std::uint32_t>(run);
+    sample[i] = static_cast<std::uint32_t>(ray - run * length);
+  }
+}
+
+void take_pixels(RayBlock& block, const std::uint32_t* owner, const float* corner_x, const float* corner_y,
+                 const std::uint32_t* in_frame, std::uint32_t* pixel, int count) {
+  RELIGN_LOOP
+  for (int i = 0; i < count; ++i) {
+    const auto at = static_cast<std::int32_t>(owner[i]);
+    block.pixel_x[i] = corner_x[at];
+    block.pixel_y[i] = corner_y[at];
+    pixel[i] = in_frame[at];
+  }
+}
+
+void lattice(RayBlock& block, const std::uint32_t* owner, const std::uint32_t* sample,
+             const std::uint32_t* const* shift, const std::uint32_t* step, int count) {
+  std::uint32_t* const words[4] = {block.u0, block.u1, block.u2, block.u3};
+  for (int k = 0; k < 4; ++k) {
+    const std::uint32_t* const from = shift[k];
+    std::uint32_t* const word = words[k];
+    const std::uint32_t by = step[k];
+    RELIGN_LOOP
+    for (int i = 0; i < count; ++i) word[i] = from[static_cast<std::int32_t>(owner[i])] + sample[i] * by;
+  }
+}
+
+// Eight partial sums, added as a tree.
+void sum_runs(const RayBlock& block, int length, float* sums, int count) {
+  for (int run = 0; run * length < count; ++run) {
+    const float* const radiance = block.radiance + run * length;
+    float partial[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+    for (int i = 0; i < length; i += 8)
+      for (int lane = 0; lane < 8; ++lane) partial[lane] += radiance[i + lane];
+    sums[run] = ((partial[0] + partial[4]) + (partial[2] + partial[6])) +
+                ((partial[1] + partial[5]) + (partial[3] + partial[7]));
   }
 }
 
@@ -323,7 +437,11 @@ const BlockKernels& kernels() {
                                          look_up,
                                          apply_transmittance,
                                          count_reached,
-                                         play_dice};
+                                         play_dice,
+                                         equal_runs,
+                                         take_pixels,
+                                         lattice,
+                                         sum_runs};
   return table;
 }
 

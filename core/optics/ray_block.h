@@ -60,14 +60,18 @@ struct EmitterPlane {
   float half_side;   // mm
   float texels_per_mm;
   std::int32_t texels;  // per side
-  // texels x texels, row 0 at y = -half_side: each word holds a texel (lower half, 65535 = radiance 1)
-  // and its right neighbour (upper half), so that two words make a bilinear look-up.
-  const std::uint32_t* texel_pairs;
+  // texels x texels, row 0 at y = -half_side, and one word of padding behind. One of the two, the other is null:
+  // 8-bit texels (255 = radiance 1), each with the one below it in the upper half of its word; or 16-bit texels
+  // (65535 = radiance 1), each with its right neighbour in the upper half. One look-up of 32 bits at any word of the
+  // first, or two in the second, give the four texels of a bilinear value.
+  const std::uint16_t* texels_8_bit;
+  const std::uint32_t* texels_16_bit;
 };
 
 struct BlockKernels {
   const char* name;
   // u0..u3 from Philox4x32-10: counter (sample[i], pixel[i], stream, 0), key; die from their lower bytes.
+  // count a multiple of 16, as everywhere here.
   void (*philox)(RayBlock& block, const std::uint32_t* pixel, const std::uint32_t* sample, std::uint32_t stream,
                  std::uint32_t key0, std::uint32_t key1, int count);
   // Starts rays on the sensor from u0..u3 (place in the pixel, direction in the ellipse); above = below = 1.
@@ -82,8 +86,19 @@ struct BlockKernels {
   // counts[i] = how many of the rising thresholds words[i] reaches; count a multiple of 16.
   void (*count_reached)(const std::uint32_t* words, const std::uint32_t* thresholds, int levels, std::uint32_t* counts,
                         int count);
-  // Fresnel and roulette by dice: radiance stays where die * below < survival * above (die in [0, 1)).
-  void (*play_dice)(RayBlock& block, float survival, int count);
+  // Fresnel and roulette by dice: radiance stays where die * below * bound < above (die in [0, 1)).
+  void (*play_dice)(RayBlock& block, float bound, int count);
+  // Rays `first` to first + count of equal runs, one run a pixel: owner = which run, sample = place in it.
+  void (*equal_runs)(std::uint32_t* owner, std::uint32_t* sample, std::uint32_t first, int length, int count);
+  // pixel_x, pixel_y and the number in the frame, of each ray's owner.
+  void (*take_pixels)(RayBlock& block, const std::uint32_t* owner, const float* corner_x, const float* corner_y,
+                      const std::uint32_t* in_frame, std::uint32_t* pixel, int count);
+  // u0..u3 = shift[k][owner] + sample * step[k]: a lattice, shifted for each pixel.
+  void (*lattice)(RayBlock& block, const std::uint32_t* owner, const std::uint32_t* sample,
+                  const std::uint32_t* const* shift, const std::uint32_t* step, int count);
+  // sums[i] = sum of radiance over the rays i * length to (i + 1) * length, in an order that is the same on
+  // every instruction set. length: 8 to kBlockRays, a power of two.
+  void (*sum_runs)(const RayBlock& block, int length, float* sums, int count);
 };
 
 namespace generic {
