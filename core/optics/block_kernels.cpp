@@ -185,50 +185,50 @@ void apply_shift(RayBlock& block, const Op& op, int count) {
   }
 }
 
-// Hit and refraction in vertex form (Welford, Aberrations of Optical Systems, chapter 4): M is the
-// foot of the perpendicular from the vertex on the ray; the root has the sign of lz (here negative).
-// Fresnel: T = 1 - (rs^2 + rp^2) / 2 = 2 n n' c c' (A^2 + B^2) / (A B)^2 with A = n c + n' c',
-// B = n' c + n c'.
+// Hit and refraction with the vertex as origin. The way to the sphere c |h|^2 = 2 h_z from p along l is
+// t = F / (b - cosine), F = c |p|^2 - 2 p_z, b = l_z - c (p l), cosine = sqrt(b^2 - c F): the root has the sign of
+// l_z (here negative). Snell: Welford, Aberrations of Optical Systems, chapter 4.
+// Fresnel: T = 1 - (rs^2 + rp^2) / 2 = 2 r c c' (A^2 + B^2) / (A B)^2 with r the ratio of indices after / before,
+// A = c + r c', B = r c + c'.
+// Roots are taken of absolute values: where they matter not, the ray is lost by its margin.
 template <bool Fresnel>
 void meet_face(RayBlock& block, const Op& op, int count) {
-  const float vertex = op.vertex_z, c = op.curvature, ratio = op.index_ratio, clear2 = op.clear_radius2;
-  const float n = op.index_before, m = op.index_after;
-  const float ratio2 = ratio * ratio;
-  const float two_indices = 2.0F * n * m;
+  const float vertex = op.vertex_z, c = op.curvature, minus_c = -op.curvature;
+  const float ratio = op.index_ratio, clear2 = op.clear_radius2;
+  const float minus_ratio2 = -ratio * ratio;
+  const float back_ratio = op.index_after / op.index_before;
+  const float twice = 2.0F * back_ratio;
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
     const float x = block.x[i], y = block.y[i], z = block.z[i] - vertex;
     const float lx = block.lx[i], ly = block.ly[i], lz = block.lz[i];
-    const float e = -multiply_add(x, lx, multiply_add(y, ly, z * lz));
-    const float mx = multiply_add(e, lx, x);
-    const float my = multiply_add(e, ly, y);
-    const float mz = multiply_add(e, lz, z);
-    const float m2 = multiply_add(mx, mx, multiply_add(my, my, mz * mz));
-    const float f = multiply_add(c, m2, -2.0F * mz);
-    const float discriminant = multiply_add(lz, lz, -c * f);
-    const float cosine = __builtin_sqrtf(larger(discriminant, 0.0F));  // |cos| of incidence
-    const float t = f / (lz - cosine);
-    const float hx = multiply_add(t, lx, mx);
-    const float hy = multiply_add(t, ly, my);
-    const float hz = multiply_add(t, lz, mz);
-    const float refracted = multiply_add(-ratio2, multiply_add(-cosine, cosine, 1.0F), 1.0F);
-    const float cosine_after = __builtin_sqrtf(larger(refracted, 0.0F));
+    const float along = multiply_add(x, lx, multiply_add(y, ly, z * lz));
+    const float square = multiply_add(x, x, multiply_add(y, y, z * z));
+    const float b = multiply_add(minus_c, along, lz);
+    const float f = multiply_add(c, square, -2.0F * z);
+    const float discriminant = multiply_add(b, b, minus_c * f);
+    const float cosine = __builtin_sqrtf(__builtin_fabsf(discriminant));  // |cos| of incidence
+    const float t = f / (b - cosine);
+    const float hx = multiply_add(t, lx, x);
+    const float hy = multiply_add(t, ly, y);
+    const float hz = multiply_add(t, lz, z);
+    const float refracted = multiply_add(minus_ratio2, multiply_add(-cosine, cosine, 1.0F), 1.0F);
+    const float cosine_after = __builtin_sqrtf(__builtin_fabsf(refracted));
     const float g = multiply_add(ratio, cosine, -cosine_after);  // along the normal, towards -z
-    const float gc = g * c;
+    const float gc = minus_c * g;
     block.x[i] = hx;
     block.y[i] = hy;
     block.z[i] = hz;
-    block.lx[i] = multiply_add(ratio, lx, -gc * hx);
-    block.ly[i] = multiply_add(ratio, ly, -gc * hy);
-    block.lz[i] = multiply_add(ratio, lz, multiply_add(-gc, hz, g));
+    block.lx[i] = multiply_add(ratio, lx, gc * hx);
+    block.ly[i] = multiply_add(ratio, ly, gc * hy);
+    block.lz[i] = multiply_add(ratio, lz, multiply_add(gc, hz, g));
     const float edge = multiply_add(-hx, hx, multiply_add(-hy, hy, clear2));
     block.margin[i] = smaller(smaller(block.margin[i], edge), smaller(discriminant, refracted));
     if (Fresnel) {
-      const float a = multiply_add(n, cosine, m * cosine_after);
-      const float b = multiply_add(m, cosine, n * cosine_after);
-      const float a2 = a * a, b2 = b * b;
-      block.above[i] *= two_indices * cosine * cosine_after * (a2 + b2);
-      block.below[i] *= a2 * b2;
+      const float a = multiply_add(back_ratio, cosine_after, cosine);
+      const float d = multiply_add(back_ratio, cosine, cosine_after);
+      block.above[i] *= twice * cosine * cosine_after * multiply_add(a, a, d * d);
+      block.below[i] *= a * d;
     }
   }
 }
@@ -352,7 +352,7 @@ void look_up(RayBlock& block, const EmitterPlane& emitter, int count) {
 void apply_transmittance(RayBlock& block, int count) {
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
-    const float weighted = block.radiance[i] * (block.above[i] / block.below[i]);
+    const float weighted = block.radiance[i] * (block.above[i] / (block.below[i] * block.below[i]));
     block.radiance[i] = block.radiance[i] > 0.0F ? weighted : 0.0F;
   }
 }
@@ -371,7 +371,7 @@ void count_reached(const std::uint32_t* words, const std::uint32_t* thresholds, 
 void play_dice(RayBlock& block, float bound, int count) {
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
-    const bool survives = unit(block.die[i]) * block.below[i] * bound < block.above[i];
+    const bool survives = unit(block.die[i]) * bound * (block.below[i] * block.below[i]) < block.above[i];
     block.radiance[i] = survives ? block.radiance[i] : 0.0F;
   }
 }

@@ -17,7 +17,7 @@ struct alignas(64) RayBlock {
   // Position relative to the current origin (mm) and direction cosines.
   float x[kBlockRays], y[kBlockRays], z[kBlockRays];
   float lx[kBlockRays], ly[kBlockRays], lz[kBlockRays];
-  // Transmittance so far = above / below; margin as said above.
+  // Transmittance so far = above / below^2; margin as said above.
   float above[kBlockRays], below[kBlockRays], margin[kBlockRays];
   // Random 32-bit words that a ray starts from: place in the pixel (two), direction (two), die.
   std::uint32_t u0[kBlockRays], u1[kBlockRays], u2[kBlockRays], u3[kBlockRays], die[kBlockRays];
@@ -81,12 +81,12 @@ struct BlockKernels {
   void (*trace)(RayBlock& block, const Op* ops, int op_count, bool fresnel, int count);
   // Moves rays to the emitter's plane and looks its radiance up; x, y become the hit's.
   void (*look_up)(RayBlock& block, const EmitterPlane& emitter, int count);
-  // radiance *= above / below.
+  // radiance *= above / below^2.
   void (*apply_transmittance)(RayBlock& block, int count);
   // counts[i] = how many of the rising thresholds words[i] reaches; count a multiple of 16.
   void (*count_reached)(const std::uint32_t* words, const std::uint32_t* thresholds, int levels, std::uint32_t* counts,
                         int count);
-  // Fresnel and roulette by dice: radiance stays where die * below * bound < above (die in [0, 1)).
+  // Fresnel and roulette by dice: radiance stays where die * below^2 * bound < above (die in [0, 1)).
   void (*play_dice)(RayBlock& block, float bound, int count);
   // Rays `first` to first + count of equal runs, one run a pixel: owner = which run, sample = place in it.
   void (*equal_runs)(std::uint32_t* owner, std::uint32_t* sample, std::uint32_t first, int length, int count);
