@@ -59,10 +59,11 @@ void set_places(optics::TileStart& start, const SceneFile& scene, const PixelBox
   optics::set_first_frame(start, path, middle);
 }
 
-PupilTiles::PupilTiles(const SceneFile& scene, const optics::PassingTable& table, Parallel& parallel)
+PupilTiles::PupilTiles(const SceneFile& scene, optics::PassingTable& table, Parallel& parallel)
     : scene_(&scene), table_(&table), parallel_(&parallel) {
   for (unsigned thread = 0; thread < parallel.threads(); ++thread)
     blocks_.push_back(std::make_unique<optics::RayBlock>());
+  missing_.reserve(table.grid_places());
   const int pixels = scene.sensor.pixels;
   // Tiles are small beside the image, whatever the pixels: what their corners see must tell what lies
   // between.
@@ -93,6 +94,19 @@ Vec3 PupilTiles::corner_place(int tile_column, int tile_row) const {
   const int column = std::min(tile_column * tile_pixels_, sensor.pixels);
   const int row = std::min(tile_row * tile_pixels_, sensor.pixels);
   return {column * pitch - sensor.side_mm / 2, sensor.side_mm / 2 - row * pitch, sensor.z_mm};
+}
+
+// What passes from the places that this pose needs.
+void PupilTiles::fill_table(const optics::Motion& lens_to_world) {
+  const optics::Motion to_lens = optics::inverse(lens_to_world);
+  missing_.clear();
+  for (int row = 0; row <= across_; ++row)
+    for (int column = 0; column <= across_; ++column)
+      table_->add_missing(to_lens.point(corner_place(column, row)), missing_);
+  if (missing_.empty()) return;
+  parallel_->for_each(static_cast<int>(missing_.size()), [&](int item, unsigned thread) {
+    table_->fill(missing_[static_cast<std::size_t>(item)], *blocks_[thread]);
+  });
 }
 
 void PupilTiles::fit_corners(int row, const optics::Motion& lens_to_world) {
@@ -348,6 +362,7 @@ void PupilTiles::fit_tile(Tile& tile, const optics::BackwardPath& path) const {
 
 void PupilTiles::fit(const optics::Motion& lens_to_world, const optics::BackwardPath& path,
                      const std::vector<optics::Op>& ops, const optics::EmitterPlane& emitter) {
+  fill_table(lens_to_world);
   parallel_->for_each(across_ + 1, [&](int row, unsigned thread) {
     fit_corners(row, lens_to_world);
     probe_emitter(row, path, ops, emitter, *blocks_[thread]);

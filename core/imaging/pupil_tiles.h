@@ -46,7 +46,7 @@ void set_places(optics::TileStart& start, const SceneFile& scene, const PixelBox
 class PupilTiles {
  public:
   // All outlive the tiles.
-  PupilTiles(const SceneFile& scene, const optics::PassingTable& table, Parallel& parallel);
+  PupilTiles(const SceneFile& scene, optics::PassingTable& table, Parallel& parallel);
 
   // Fits all tiles to a pose; allocates nothing.
   void fit(const optics::Motion& lens_to_world, const optics::BackwardPath& path, const std::vector<optics::Op>& ops,
@@ -65,6 +65,7 @@ class PupilTiles {
     std::array<double, kProbes> hit_x{}, hit_y{};
   };
 
+  void fill_table(const optics::Motion& lens_to_world);
   // Of one row of corners.
   void fit_corners(int row, const optics::Motion& lens_to_world);
   void probe_emitter(int row, const optics::BackwardPath& path, const std::vector<optics::Op>& ops,
@@ -79,12 +80,13 @@ class PupilTiles {
   optics::Vec3 corner_place(int tile_column, int tile_row) const;
 
   const SceneFile* scene_;
-  const optics::PassingTable* table_;
+  optics::PassingTable* table_;
   Parallel* parallel_;
   int tile_pixels_;  // a side; fewer than kTilePixels when the sensor has few
   int across_;       // tiles a side
   std::vector<Corner> corners_;
   std::vector<Tile> tiles_;
+  std::vector<int> missing_;                               // in the table
   std::vector<Sight> sights_;                              // one a tile
   std::vector<std::unique_ptr<optics::RayBlock>> blocks_;  // one a thread
 };

@@ -29,7 +29,7 @@ void trace_hemisphere(const optics::Assembly& assembly, const std::vector<double
   Emitter white = scene.emitter;
   white.show(pixels::Image(2, 2, 1.0F));
   const optics::EmitterPlane emitter = white.plane();
-  const optics::PassingTable table(assembly, {5.3, 18.4, 22.8});
+  optics::PassingTable table(assembly, {5.3, 18.4, 22.8});
   Parallel parallel(1);
   PupilTiles tiles(scene, table, parallel);
   const optics::Motion lens_to_world = scene.lens_to_world(pose);
@@ -135,7 +135,7 @@ TEST(Region, IsTight) {
   Parallel parallel(1);
   const SceneFile& scene = relign_od_scene();
   const optics::Assembly assembly(scene.lens);
-  const optics::PassingTable table(assembly, {5.3, 18.4, 22.8});
+  optics::PassingTable table(assembly, {5.3, 18.4, 22.8});
   PupilTiles tiles(scene, table, parallel);
   const optics::Motion lens_to_world = scene.lens_to_world(nominal_pose());
   const optics::BackwardPath path = optics::backward_path(assembly, lens_to_world);
