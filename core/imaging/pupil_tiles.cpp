@@ -18,7 +18,7 @@ constexpr int kLeastTilesAcross = 12;
 constexpr double kProbeScale = 0.9;         // probing rays stay inside the passing region
 constexpr double kHullWidening = 0.15;      // of the hull's own size, to each side
 constexpr double kHullMarginShare = 0.005;  // of the emitter's side
-constexpr int kCellPixels = 2;              // a side: of the steps in which a tile's seen pixels are found
+constexpr int kCellPixels = 3;              // a side: of the steps in which a tile's seen pixels are found
 
 double length(double a, double b) { return std::sqrt(a * a + b * b); }
 
@@ -111,7 +111,9 @@ void PupilTiles::fill_table(const optics::Motion& lens_to_world) {
 
 void PupilTiles::fit_corners(int row, const optics::Motion& lens_to_world) {
   const optics::Motion to_lens = optics::inverse(lens_to_world);
-  const double one_step = optics::support_direction(1, kSupports)[1];  // sine of the angle between supports
+  std::array<std::array<double, 2>, kSupports> supports{};
+  for (int k = 0; k < kSupports; ++k) supports[static_cast<std::size_t>(k)] = optics::support_direction(k, kSupports);
+  const double one_step = supports[1][1];  // sine of the angle between supports
   for (int column = 0; column <= across_; ++column) {
     Corner& corner = corners_[static_cast<std::size_t>(row * (across_ + 1) + column)];
     const Vec3 place = to_lens.point(corner_place(column, row));
@@ -121,19 +123,21 @@ void PupilTiles::fit_corners(int row, const optics::Motion& lens_to_world) {
     corner.hit.fill(false);
     corner.centre_p = corner.centre_q = 0;
     if (region.empty) continue;
-    for (int k = 0; k < kSupports; ++k) {
+    const auto& r = lens_to_world.rotation;
+    for (std::size_t k = 0; k < kSupports; ++k) {
       // Where the support lines k and k + 1 meet.
-      const auto a = optics::support_direction(k, kSupports);
-      const auto b = optics::support_direction((k + 1) % kSupports, kSupports);
-      const double ha = region.supports[static_cast<std::size_t>(k)];
-      const double hb = region.supports[static_cast<std::size_t>((k + 1) % kSupports)];
-      const double x = region.middle[0] + (ha * b[1] - hb * a[1]) / one_step;
-      const double y = region.middle[1] + (hb * a[0] - ha * b[0]) / one_step;
-      const Vec3 direction = lens_to_world.direction(optics::unit(Vec3{x, y, table_->pupil_z()} - place));
-      corner.p[k] = direction.x;
-      corner.q[k] = direction.y;
-      corner.centre_p += direction.x / kSupports;
-      corner.centre_q += direction.y / kSupports;
+      const std::size_t next = (k + 1) % kSupports;
+      const double ha = region.supports[k], hb = region.supports[next];
+      const double dx = region.middle[0] + (ha * supports[next][1] - hb * supports[k][1]) / one_step - place.x;
+      const double dy = region.middle[1] + (hb * supports[k][0] - ha * supports[next][0]) / one_step - place.y;
+      const double dz = table_->pupil_z() - place.z;
+      const double scale = 1 / std::sqrt(dx * dx + dy * dy + dz * dz);
+      corner.p[k] = (r[0] * dx + r[1] * dy + r[2] * dz) * scale;
+      corner.q[k] = (r[3] * dx + r[4] * dy + r[5] * dz) * scale;
+    }
+    for (std::size_t k = 0; k < kSupports; ++k) {
+      corner.centre_p += corner.p[k] / kSupports;
+      corner.centre_q += corner.q[k] / kSupports;
     }
   }
 }

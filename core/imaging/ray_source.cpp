@@ -58,14 +58,17 @@ void RaySource::start_tile(const SceneFile& scene, const optics::BackwardPath& p
   pixels_ = seen.columns * seen.rows;
   std::fill_n(sums, pixels_, 0.0F);
   if (tile.blind) set_places(start_, scene, tile.box, path);  // not fitted; the hemisphere sampler needs no region
-  const float left = 0.5F * static_cast<float>(tile.box.columns), above = 0.5F * static_cast<float>(tile.box.rows);
-  int pixel = 0;
-  for (int row = seen.row; row < seen.row + seen.rows; ++row)
-    for (int column = seen.column; column < seen.column + seen.columns; ++column, ++pixel) {
-      corner_x_[pixel] = (static_cast<float>(column - tile.box.column) - left) * start_.pixel_pitch_x;
-      corner_y_[pixel] = (static_cast<float>(row - tile.box.row) - above) * start_.pixel_pitch_y;
-      in_frame_[pixel] = static_cast<std::uint32_t>(row * scene.sensor.pixels + column);
-    }
+  const auto width = static_cast<std::uint32_t>(scene.sensor.pixels);
+  places_.columns = seen.columns;
+  places_.first_column =
+      static_cast<float>(seen.column - tile.box.column) - 0.5F * static_cast<float>(tile.box.columns);
+  places_.first_row = static_cast<float>(seen.row - tile.box.row) - 0.5F * static_cast<float>(tile.box.rows);
+  places_.first_number = static_cast<std::uint32_t>(seen.row) * width + static_cast<std::uint32_t>(seen.column);
+  places_.frame_width = width;
+}
+
+void RaySource::take_pixels(int count) {
+  optics::block_kernels().take_pixels(block_, start_, places_, owner_, number_, count);
 }
 
 void RaySource::draw_words(std::uint64_t seed, std::uint32_t stream, int count) {
@@ -86,6 +89,11 @@ void RaySource::trace_and_weigh(const RayPath& way, Weight weight, double bound,
     kernels.apply_transmittance(block_, count);
 }
 
+void RaySource::one_each(int from, int count) {
+  for (int i = 0; i < padded(count); ++i) owner_[i] = static_cast<std::uint32_t>(std::min(from + i, pixels_ - 1));
+  take_pixels(padded(count));
+}
+
 void RaySource::add_by_owner(int count) {
   for (int i = 0; i < count; ++i) sums_[owner_[i]] += block_.radiance[i];
 }
@@ -100,7 +108,7 @@ void RaySource::equal_runs(const RayPath& way, int samples, Weight weight, doubl
     const int all = padded(count);
     kernels.equal_runs(owner_, sample_, static_cast<std::uint32_t>(first), samples, count);
     for (int i = count; i < all; ++i) owner_[i] = 0;
-    kernels.take_pixels(block_, owner_, corner_x_, corner_y_, in_frame_, number_, all);
+    take_pixels(all);
     words(all);
     trace_and_weigh(way, weight, bound, all);
     if (!even) {
@@ -130,7 +138,7 @@ void RaySource::lattice_directions(const RayPath& way, std::uint64_t seed, std::
   std::fill_n(sample_, kBlockRays, group);
   for (int from = 0; from < pixels_; from += kBlockRays) {
     const int count = std::min(kBlockRays, pixels_ - from);
-    for (int i = 0; i < padded(count); ++i) number_[i] = in_frame_[std::min(from + i, pixels_ - 1)];
+    one_each(from, count);
     draw_words(seed, kLattice, padded(count));
     const std::uint32_t* const words[4] = {block_.u0, block_.u1, block_.u2, block_.u3};
     for (int k = 0; k < 4; ++k) std::copy_n(words[k], count, shift_[k] + from);
@@ -148,7 +156,7 @@ void RaySource::draw_counts(std::uint64_t seed, int samples, double probability)
   std::fill_n(sample_, kBlockRays, 0U);
   for (int from = 0; from < pixels_; from += kBlockRays) {
     const int count = std::min(kBlockRays, pixels_ - from);
-    for (int i = 0; i < padded(count); ++i) number_[i] = in_frame_[std::min(from + i, pixels_ - 1)];
+    one_each(from, count);
     draw_words(seed, kCounts, padded(count));
     kernels.count_reached(block_.u0, thresholds, levels, drawn_ + from, padded(count));
   }
@@ -160,7 +168,7 @@ void RaySource::binomial_directions(const RayPath& way, std::uint64_t seed, int 
   draw_counts(seed, samples, area_ / kPi * clearest);
   const auto flush = [&](int count) {
     for (int i = count; i < padded(count); ++i) owner_[i] = 0;
-    optics::block_kernels().take_pixels(block_, owner_, corner_x_, corner_y_, in_frame_, number_, padded(count));
+    take_pixels(padded(count));
     draw_words(seed, kDirections, padded(count));
     trace_and_weigh(way, Weight::dice, way.highest_transmittance, padded(count));
     add_by_owner(count);

@@ -43,10 +43,13 @@ class RaySource {
   static constexpr int kSpare = 16;  // of arrays that are filled some entries at a time
 
   enum class Weight { transmittance, dice };
-  // The first `count` of owner_ and sample_: words from Philox, or as they stand in the block.
+  // Of the first `count` rays, a multiple of 16: places from owner_, words from Philox.
+  void take_pixels(int count);
   void draw_words(std::uint64_t seed, std::uint32_t stream, int count);
   void trace_and_weigh(const RayPath& way, Weight weight, double bound, int count);
   void add_by_owner(int count);
+  // The block stands for one ray of each pixel from number `from` on.
+  void one_each(int from, int count);
   // `samples` rays for each pixel, block by block; words(count) draws their words.
   template <class Words>
   void equal_runs(const RayPath& way, int samples, Weight weight, double bound, const Words& words);
@@ -56,14 +59,13 @@ class RaySource {
   optics::TileStart start_{};
   double area_ = 0;     // of B
   bool whole_ = false;  // directions from the whole disc instead of the ellipse
-  int pixels_ = 0;      // how many get rays
+  optics::PixelPlaces places_{};
+  int pixels_ = 0;  // how many get rays
   alignas(64) optics::RayBlock block_;
   // Of each ray of the block, padded: its pixel, which ray of the pixel's it is, the pixel's number in the frame.
   std::uint32_t owner_[optics::kBlockRays + kSpare], sample_[optics::kBlockRays + kSpare];
   std::uint32_t number_[optics::kBlockRays];
-  // Of each pixel: lower left corner (mm, from the tile's centre), number in the frame, rays drawn, lattice shifts.
-  float corner_x_[kMostPixels], corner_y_[kMostPixels];
-  std::uint32_t in_frame_[kMostPixels];
+  // Of each pixel: rays drawn, lattice shifts.
   std::uint32_t drawn_[kMostPixels + kSpare];
   std::uint32_t shift_[4][kMostPixels + kSpare];
 };

@@ -388,14 +388,21 @@ void equal_runs(std::uint32_t* owner, std::uint32_t* sample, std::uint32_t first
   }
 }
 
-void take_pixels(RayBlock& block, const std::uint32_t* owner, const float* corner_x, const float* corner_y,
-                 const std::uint32_t* in_frame, std::uint32_t* pixel, int count) {
+void take_pixels(RayBlock& block, const TileStart& tile, const PixelPlaces& given, const std::uint32_t* owner,
+                 std::uint32_t* number, int count) {
+  const PixelPlaces places = given;
+  const float pitch_x = tile.pixel_pitch_x, pitch_y = tile.pixel_pitch_y;
+  const float rows = 1.0F / static_cast<float>(places.columns);
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
     const auto at = static_cast<std::int32_t>(owner[i]);
-    block.pixel_x[i] = corner_x[at];
-    block.pixel_y[i] = corner_y[at];
-    pixel[i] = in_frame[at];
+    // Half a step above the whole number: never rounded across the next one, for boxes of some hundred pixels.
+    const auto row = static_cast<std::int32_t>((static_cast<float>(at) + 0.5F) * rows);
+    const std::int32_t column = at - row * places.columns;
+    block.pixel_x[i] = (static_cast<float>(column) + places.first_column) * pitch_x;
+    block.pixel_y[i] = (static_cast<float>(row) + places.first_row) * pitch_y;
+    number[i] =
+        places.first_number + static_cast<std::uint32_t>(row) * places.frame_width + static_cast<std::uint32_t>(column);
   }
 }
 

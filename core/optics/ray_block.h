@@ -55,6 +55,14 @@ struct TileStart {
   float translation[3];
 };
 
+// A box of pixels within a tile.
+struct PixelPlaces {
+  std::int32_t columns;           // of the box
+  float first_column, first_row;  // of the box, counted from the tile's centre, in pixels
+  std::uint32_t first_number;     // of the box's first pixel in the frame
+  std::uint32_t frame_width;      // pixels
+};
+
 struct EmitterPlane {
   float distance_z;  // z of the plane in the current frame, mm
   float half_side;   // mm
@@ -90,9 +98,9 @@ struct BlockKernels {
   void (*play_dice)(RayBlock& block, float bound, int count);
   // Rays `first` to first + count of equal runs, one run a pixel: owner = which run, sample = place in it.
   void (*equal_runs)(std::uint32_t* owner, std::uint32_t* sample, std::uint32_t first, int length, int count);
-  // pixel_x, pixel_y and the number in the frame, of each ray's owner.
-  void (*take_pixels)(RayBlock& block, const std::uint32_t* owner, const float* corner_x, const float* corner_y,
-                      const std::uint32_t* in_frame, std::uint32_t* pixel, int count);
+  // pixel_x, pixel_y and the number in the frame, of each ray's owner: a place in a box of pixels, row by row.
+  void (*take_pixels)(RayBlock& block, const TileStart& tile, const PixelPlaces& places, const std::uint32_t* owner,
+                      std::uint32_t* number, int count);
   // u0..u3 = shift[k][owner] + sample * step[k]: a lattice, shifted for each pixel.
   void (*lattice)(RayBlock& block, const std::uint32_t* owner, const std::uint32_t* sample,
                   const std::uint32_t* const* shift, const std::uint32_t* step, int count);
