@@ -15,22 +15,6 @@ constexpr double kPi = 3.14159265358979323846;
 // dice: a ray survives with the product of all probabilities.
 constexpr double kRouletteSurvival = 0.95 * 0.95 * 0.95 * 0.95;
 
-// The places that a sensor can take in lens coordinates, over all poses.
-optics::PassingTable::Range reachable(const SceneFile& scene) {
-  const double half = scene.sensor.side_mm / 2;
-  const double shift = std::max(scene.travel.shift_mm[0], scene.travel.shift_mm[1]);
-  const double tilt = std::max(scene.travel.tilt_deg[0], scene.travel.tilt_deg[1]);
-  const optics::SineCosine angle = optics::sine_cosine_of_degrees(tilt);
-  const double corner = (half + shift) * (scene.travel.tilt_deg.size() > 2 ? 1.4143 : 1.0);
-  const double sensor_from_first_vertex = scene.sensor.z_mm + scene.pivot_behind_first_vertex_mm;
-  optics::PassingTable::Range range;
-  range.half_width = corner + scene.sensor.z_mm * angle.sine + 0.1;
-  const double deep = scene.travel.shift_mm[2] + 2 * corner * angle.sine + 0.01;
-  range.z_low = sensor_from_first_vertex - deep;
-  range.z_high = sensor_from_first_vertex + deep;
-  return range;
-}
-
 }  // namespace
 
 std::optional<Transport> transport_from_name(const std::string& name) {
@@ -52,14 +36,8 @@ struct Camera::Workspace {
   float sums[kTruthGroups][kTilePixels * kTilePixels];
 };
 
-Camera::Camera(const SceneFile& scene, const optics::Assembly& assembly, const CaptureSettings& settings,
-               Parallel& parallel)
-    : scene_(&scene),
-      assembly_(assembly),
-      settings_(settings),
-      parallel_(&parallel),
-      table_(assembly, reachable(scene)),
-      tiles_(scene, table_, parallel) {
+Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel& parallel)
+    : scene_(&scene), settings_(settings), parallel_(&parallel), tiles_(scene, parallel) {
   for (unsigned thread = 0; thread < parallel.threads(); ++thread) workspaces_.push_back(std::make_unique<Workspace>());
   sums_.resize(tiles_.tiles().size());
   emitter_ = scene.emitter.plane();
@@ -72,12 +50,12 @@ void Camera::set_capture(Sampler sampler, int samples) {
   settings_.samples = samples;
 }
 
-void Camera::place(const std::vector<double>& true_pose) {
+void Camera::place(MountedLens& lens, const std::vector<double>& true_pose) {
   const optics::Motion lens_to_world = scene_->lens_to_world(true_pose);
-  path_ = optics::backward_path(assembly_, lens_to_world);
-  ops_ = path_.ops;
+  optics::set_backward_path(path_, lens.assembly(), lens_to_world);
+  ops_.assign(path_.ops.begin(), path_.ops.end());
   ops_.push_back(optics::last_frame_to_world(path_));
-  tiles_.fit(lens_to_world, path_, ops_, emitter_);
+  tiles_.fit(lens, lens_to_world, path_, ops_, emitter_);
 }
 
 namespace {
@@ -124,8 +102,8 @@ void Camera::for_seen_tiles(float* pixels, const Body& body) {
   });
 }
 
-void Camera::capture(const std::vector<double>& true_pose, std::uint64_t seed, float* pixels) {
-  place(true_pose);
+void Camera::capture(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, float* pixels) {
+  place(lens, true_pose);
   const int width = scene_->sensor.pixels;
   const RayPath way = this->way();
   if (settings_.sampler == Sampler::hemisphere) {
@@ -151,8 +129,9 @@ void Camera::capture(const std::vector<double>& true_pose, std::uint64_t seed, f
   });
 }
 
-void Camera::render_noise_free(const std::vector<double>& true_pose, std::uint64_t seed, int samples, float* pixels) {
-  place(true_pose);
+void Camera::render_noise_free(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, int samples,
+                               float* pixels) {
+  place(lens, true_pose);
   const RayPath way = this->way();
   for_seen_tiles(pixels, [&](const Tile& tile, Workspace& work) {
     work.source.start_tile(*scene_, path_, tile, tile.seen, work.sums[0]);
@@ -161,9 +140,9 @@ void Camera::render_noise_free(const std::vector<double>& true_pose, std::uint64
   });
 }
 
-MseEstimate Camera::noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed,
+MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
                                    const Reference& reference) {
-  place(true_pose);
+  place(lens, true_pose);
   const RayPath way = this->way();
   const int width = scene_->sensor.pixels;
   constexpr int groups = kTruthGroups;

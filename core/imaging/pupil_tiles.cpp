@@ -59,11 +59,9 @@ void set_places(optics::TileStart& start, const SceneFile& scene, const PixelBox
   optics::set_first_frame(start, path, middle);
 }
 
-PupilTiles::PupilTiles(const SceneFile& scene, optics::PassingTable& table, Parallel& parallel)
-    : scene_(&scene), table_(&table), parallel_(&parallel) {
+PupilTiles::PupilTiles(const SceneFile& scene, Parallel& parallel) : scene_(&scene), parallel_(&parallel) {
   for (unsigned thread = 0; thread < parallel.threads(); ++thread)
     blocks_.push_back(std::make_unique<optics::RayBlock>());
-  missing_.reserve(table.grid_places());
   const int pixels = scene.sensor.pixels;
   // Tiles are small beside the image, whatever the pixels: what their corners see must tell what lies
   // between.
@@ -96,16 +94,20 @@ Vec3 PupilTiles::corner_place(int tile_column, int tile_row) const {
   return {column * pitch - sensor.side_mm / 2, sensor.side_mm / 2 - row * pitch, sensor.z_mm};
 }
 
-// What passes from the places that this pose needs.
-void PupilTiles::fill_table(const optics::Motion& lens_to_world) {
-  const optics::Motion to_lens = optics::inverse(lens_to_world);
+// What passes from the places that this pose needs. Other threads may look through the same lens.
+void PupilTiles::fill_table(MountedLens& lens, const optics::Motion& lens_to_world) {
+  const std::lock_guard<std::mutex> lock(lens.table_mutex());
+  optics::PassingTable& table = lens.table();
+  table_ = &table;
+  missing_.reserve(table.grid_places());
   missing_.clear();
+  const optics::Motion to_lens = optics::inverse(lens_to_world);
   for (int row = 0; row <= across_; ++row)
     for (int column = 0; column <= across_; ++column)
-      table_->add_missing(to_lens.point(corner_place(column, row)), missing_);
+      table.add_missing(to_lens.point(corner_place(column, row)), missing_);
   if (missing_.empty()) return;
   parallel_->for_each(static_cast<int>(missing_.size()), [&](int item, unsigned thread) {
-    table_->fill(missing_[static_cast<std::size_t>(item)], *blocks_[thread]);
+    table.fill(missing_[static_cast<std::size_t>(item)], *blocks_[thread]);
   });
 }
 
@@ -364,9 +366,9 @@ void PupilTiles::fit_tile(Tile& tile, const optics::BackwardPath& path) const {
   set_places(start, *scene_, tile.box, path);
 }
 
-void PupilTiles::fit(const optics::Motion& lens_to_world, const optics::BackwardPath& path,
+void PupilTiles::fit(MountedLens& lens, const optics::Motion& lens_to_world, const optics::BackwardPath& path,
                      const std::vector<optics::Op>& ops, const optics::EmitterPlane& emitter) {
-  fill_table(lens_to_world);
+  fill_table(lens, lens_to_world);
   parallel_->for_each(across_ + 1, [&](int row, unsigned thread) {
     fit_corners(row, lens_to_world);
     probe_emitter(row, path, ops, emitter, *blocks_[thread]);

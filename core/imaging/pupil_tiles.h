@@ -12,6 +12,7 @@
 #include <memory>
 #include <vector>
 
+#include "imaging/mounted_lens.h"
 #include "imaging/parallel.h"
 #include "imaging/scene_file.h"
 #include "optics/backward_path.h"
@@ -45,12 +46,12 @@ void set_places(optics::TileStart& start, const SceneFile& scene, const PixelBox
 
 class PupilTiles {
  public:
-  // All outlive the tiles.
-  PupilTiles(const SceneFile& scene, optics::PassingTable& table, Parallel& parallel);
+  // Both outlive the tiles.
+  PupilTiles(const SceneFile& scene, Parallel& parallel);
 
-  // Fits all tiles to a pose; allocates nothing.
-  void fit(const optics::Motion& lens_to_world, const optics::BackwardPath& path, const std::vector<optics::Op>& ops,
-           const optics::EmitterPlane& emitter);
+  // Fits all tiles to a lens at a pose. Allocates nothing after the first time.
+  void fit(MountedLens& lens, const optics::Motion& lens_to_world, const optics::BackwardPath& path,
+           const std::vector<optics::Op>& ops, const optics::EmitterPlane& emitter);
   const std::vector<Tile>& tiles() const { return tiles_; }
 
  private:
@@ -65,7 +66,7 @@ class PupilTiles {
     std::array<double, kProbes> hit_x{}, hit_y{};
   };
 
-  void fill_table(const optics::Motion& lens_to_world);
+  void fill_table(MountedLens& lens, const optics::Motion& lens_to_world);
   // Of one row of corners.
   void fit_corners(int row, const optics::Motion& lens_to_world);
   void probe_emitter(int row, const optics::BackwardPath& path, const std::vector<optics::Op>& ops,
@@ -80,7 +81,7 @@ class PupilTiles {
   optics::Vec3 corner_place(int tile_column, int tile_row) const;
 
   const SceneFile* scene_;
-  optics::PassingTable* table_;
+  const optics::PassingTable* table_ = nullptr;  // of the lens in place
   Parallel* parallel_;
   int tile_pixels_;  // a side; fewer than kTilePixels when the sensor has few
   int across_;       // tiles a side

@@ -24,6 +24,8 @@ struct BackwardPath {
 // `lens_to_world` is the pose. Faces from back to front with the mesh apertures, stops between, the
 // mount's rear rim first. Frames are changed only where an element sits off.
 BackwardPath backward_path(const Assembly& assembly, const Motion& lens_to_world);
+// The same into a path that may be used again and again; allocates nothing from the second time on.
+void set_backward_path(BackwardPath& path, const Assembly& assembly, const Motion& lens_to_world);
 
 // The last operation of an image path: from the last frame to the world, where the emitter's plane is.
 Op last_frame_to_world(const BackwardPath& path);

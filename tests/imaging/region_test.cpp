@@ -29,14 +29,14 @@ void trace_hemisphere(const optics::Assembly& assembly, const std::vector<double
   Emitter white = scene.emitter;
   white.show(pixels::Image(2, 2, 1.0F));
   const optics::EmitterPlane emitter = white.plane();
-  optics::PassingTable table(assembly, {5.3, 18.4, 22.8});
+  MountedLens lens(scene, assembly);
   Parallel parallel(1);
-  PupilTiles tiles(scene, table, parallel);
+  PupilTiles tiles(scene, parallel);
   const optics::Motion lens_to_world = scene.lens_to_world(pose);
   const optics::BackwardPath path = optics::backward_path(assembly, lens_to_world);
   std::vector<optics::Op> ops = path.ops;
   ops.push_back(optics::last_frame_to_world(path));
-  tiles.fit(lens_to_world, path, ops, emitter);
+  tiles.fit(lens, lens_to_world, path, ops, emitter);
 
   const auto block = std::make_unique<optics::RayBlock>();
   const optics::BlockKernels& kernels = optics::block_kernels();
@@ -135,14 +135,14 @@ TEST(Region, IsTight) {
   Parallel parallel(1);
   const SceneFile& scene = relign_od_scene();
   const optics::Assembly assembly(scene.lens);
-  optics::PassingTable table(assembly, {5.3, 18.4, 22.8});
-  PupilTiles tiles(scene, table, parallel);
+  MountedLens lens(scene, assembly);
+  PupilTiles tiles(scene, parallel);
   const optics::Motion lens_to_world = scene.lens_to_world(nominal_pose());
   const optics::BackwardPath path = optics::backward_path(assembly, lens_to_world);
   std::vector<optics::Op> ops = path.ops;
   ops.push_back(optics::last_frame_to_world(path));
   const optics::EmitterPlane emitter = scene.emitter.plane();
-  tiles.fit(lens_to_world, path, ops, emitter);
+  tiles.fit(lens, lens_to_world, path, ops, emitter);
   double seen = 0, area = 0;
   for (const Tile& tile : tiles.tiles())
     if (!tile.blind) {
