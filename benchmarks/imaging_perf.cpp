@@ -4,11 +4,13 @@
 
 #include <map>
 #include <memory>
+#include <relign/random.hpp>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "imaging/camera.h"
+#include "imaging/camera_batch.h"
 #include "imaging/reference.h"
 #include "imaging/scene_file.h"
 #include "optics/ray_block.h"
@@ -36,10 +38,11 @@ const std::vector<double>& pose() {
 
 void capture(benchmark::State& state, imaging::Sampler sampler, imaging::Transport transport, int samples) {
   imaging::Parallel parallel(static_cast<unsigned>(state.range(0)));
-  imaging::Camera camera(scene(), tilted(), {transport, sampler, samples}, parallel);
+  imaging::Camera camera(scene(), {transport, sampler, samples}, parallel);
+  imaging::MountedLens lens(scene(), tilted());
   std::vector<float> image(40000);
   std::uint64_t seed = 0;
-  for (auto _ : state) camera.capture(pose(), seed++, image.data());
+  for (auto _ : state) camera.capture(lens, pose(), seed++, image.data());
 }
 BENCHMARK_CAPTURE(capture, paper_noise_fresnel, imaging::Sampler::paper, imaging::Transport::fresnel, 64)
     ->Arg(1)
@@ -69,11 +72,12 @@ BENCHMARK_CAPTURE(capture, hemisphere_fresnel, imaging::Sampler::hemisphere, ima
 void truth(benchmark::State& state) {
   imaging::Parallel parallel(static_cast<unsigned>(state.range(0)));
   const imaging::Reference reference = imaging::make_reference(scene(), {}, parallel, {}, {});
-  imaging::Camera camera(scene(), optics::Assembly(scene().lens), {}, parallel);
+  imaging::Camera camera(scene(), {}, parallel);
+  imaging::MountedLens lens(scene());
   std::uint64_t seed = 0;
   double error = 0;
   const std::vector<double> nominal(5, 0.5);
-  for (auto _ : state) error = camera.noise_free_mse(nominal, seed++, reference).standard_error;
+  for (auto _ : state) error = camera.noise_free_mse(lens, nominal, seed++, reference).standard_error;
   state.counters["standard_error"] = error;
 }
 BENCHMARK(truth)
@@ -84,14 +88,51 @@ BENCHMARK(truth)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
 
+// 16 poses of each of 4 assemblies in one call.
+void batch(benchmark::State& state) {
+  imaging::Parallel parallel(static_cast<unsigned>(state.range(0)));
+  imaging::CameraBatch cameras(scene(), {}, parallel);
+  std::vector<std::unique_ptr<imaging::MountedLens>> lenses;
+  std::vector<std::vector<double>> poses;
+  std::vector<std::vector<float>> images(64, std::vector<float>(40000));
+  std::vector<imaging::BatchItem> items;
+  relign::Random random(4);
+  for (int i = 0; i < 4; ++i) lenses.push_back(std::make_unique<imaging::MountedLens>(scene(), tilted()));
+  for (int i = 0; i < 64; ++i) {
+    poses.emplace_back(5);
+    for (double& value : poses.back()) value = random.uniform(0.4, 0.6);
+  }
+  for (std::size_t i = 0; i < 64; ++i) items.push_back({lenses[i / 16].get(), &poses[i], i, images[i].data()});
+  cameras.capture(items);
+  for (auto _ : state) cameras.capture(items);
+  state.counters["frames"] =
+      benchmark::Counter(static_cast<double>(state.iterations()) * 64, benchmark::Counter::kIsRate);
+}
+BENCHMARK(batch)
+    ->Name("batch_of_64_paper_noise_fresnel")
+    ->Arg(1)
+    ->Arg(2)
+    ->ArgName("threads")
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+
+// A new assembly and its first capture, as every trial begins.
 void mount(benchmark::State& state) {
-  imaging::Parallel parallel(1);
+  imaging::Parallel parallel(static_cast<unsigned>(state.range(0)));
+  std::vector<float> image(40000);
   for (auto _ : state) {
-    imaging::Camera camera(scene(), tilted(), {}, parallel);
-    benchmark::DoNotOptimize(camera);
+    imaging::Camera camera(scene(), {}, parallel);
+    imaging::MountedLens lens(scene(), tilted());
+    camera.capture(lens, pose(), 1, image.data());
   }
 }
-BENCHMARK(mount)->Name("mount_an_assembly")->Unit(benchmark::kMillisecond);
+BENCHMARK(mount)
+    ->Name("mount_and_first_capture")
+    ->Arg(1)
+    ->Arg(2)
+    ->ArgName("threads")
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
 
 // One block of 256 rays through the whole tilted lens, already in the cache: the bound for everything
 // above. One instruction set each; bits are equal, time is not.

@@ -15,22 +15,6 @@ constexpr double kPi = 3.14159265358979323846;
 // dice: a ray survives with the product of all probabilities.
 constexpr double kRouletteSurvival = 0.95 * 0.95 * 0.95 * 0.95;
 
-// The places that a sensor can take in lens coordinates, over all poses.
-optics::PassingTable::Range reachable(const SceneFile& scene) {
-  const double half = scene.sensor.side_mm / 2;
-  const double shift = std::max(scene.travel.shift_mm[0], scene.travel.shift_mm[1]);
-  const double tilt = std::max(scene.travel.tilt_deg[0], scene.travel.tilt_deg[1]);
-  const optics::SineCosine angle = optics::sine_cosine_of_degrees(tilt);
-  const double corner = (half + shift) * (scene.travel.tilt_deg.size() > 2 ? 1.4143 : 1.0);
-  const double sensor_from_first_vertex = scene.sensor.z_mm + scene.pivot_behind_first_vertex_mm;
-  optics::PassingTable::Range range;
-  range.half_width = corner + scene.sensor.z_mm * angle.sine + 0.1;
-  const double deep = scene.travel.shift_mm[2] + 2 * corner * angle.sine + 0.01;
-  range.z_low = sensor_from_first_vertex - deep;
-  range.z_high = sensor_from_first_vertex + deep;
-  return range;
-}
-
 }  // namespace
 
 std::optional<Transport> transport_from_name(const std::string& name) {
@@ -52,14 +36,8 @@ struct Camera::Workspace {
   float sums[kTruthGroups][kTilePixels * kTilePixels];
 };
 
-Camera::Camera(const SceneFile& scene, const optics::Assembly& assembly, const CaptureSettings& settings,
-               Parallel& parallel)
-    : scene_(&scene),
-      assembly_(assembly),
-      settings_(settings),
-      parallel_(&parallel),
-      table_(assembly, reachable(scene)),
-      tiles_(scene, table_) {
+Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel& parallel)
+    : scene_(&scene), settings_(settings), parallel_(&parallel), tiles_(scene, parallel) {
   for (unsigned thread = 0; thread < parallel.threads(); ++thread) workspaces_.push_back(std::make_unique<Workspace>());
   sums_.resize(tiles_.tiles().size());
   emitter_ = scene.emitter.plane();
@@ -72,12 +50,39 @@ void Camera::set_capture(Sampler sampler, int samples) {
   settings_.samples = samples;
 }
 
-void Camera::place(const std::vector<double>& true_pose) {
+void Camera::place(MountedLens& lens, const std::vector<double>& true_pose) {
   const optics::Motion lens_to_world = scene_->lens_to_world(true_pose);
-  path_ = optics::backward_path(assembly_, lens_to_world);
-  ops_ = path_.ops;
+  optics::set_backward_path(path_, lens.assembly(), lens_to_world);
+  ops_.assign(path_.ops.begin(), path_.ops.end());
   ops_.push_back(optics::last_frame_to_world(path_));
-  tiles_.fit(lens_to_world, path_, ops_, emitter_);
+  tiles_.fit(lens, lens_to_world, path_, ops_, emitter_);
+}
+
+namespace {
+
+void fill_with_black(const PixelBox& box, int width, float* pixels) {
+  for (int row = box.row; row < box.row + box.rows; ++row)
+    std::fill_n(pixels + row * width + box.column, box.columns, 0.0F);
+}
+
+// The place of a pixel in a box, row by row; -1 outside.
+int place_in(const PixelBox& box, int column, int row) {
+  const bool inside =
+      column >= box.column && column < box.column + box.columns && row >= box.row && row < box.row + box.rows;
+  return inside ? (row - box.row) * box.columns + column - box.column : -1;
+}
+
+void write_pixels(const PixelBox& box, const float* sums, double factor, int width, float* pixels) {
+  for (int row = box.row; row < box.row + box.rows; ++row)
+    for (int column = box.column; column < box.column + box.columns; ++column)
+      pixels[row * width + column] = static_cast<float>(factor * static_cast<double>(*sums++));
+}
+
+}  // namespace
+
+RayPath Camera::way() const {
+  const bool fresnel = settings_.transport == Transport::fresnel;
+  return {ops_.data(), static_cast<int>(ops_.size()), &emitter_, fresnel, fresnel ? path_.highest_transmittance : 1.0};
 }
 
 // Runs body(tile, workspace) for every tile that sees the emitter; the others become black.
@@ -88,66 +93,57 @@ void Camera::for_seen_tiles(float* pixels, const Body& body) {
   parallel_->for_each(static_cast<int>(tiles.size()), [&](int index, unsigned thread) {
     const Tile& tile = tiles[static_cast<std::size_t>(index)];
     if (!tile.blind) {
+      if (tile.seen.columns < tile.box.columns || tile.seen.rows < tile.box.rows)
+        fill_with_black(tile.box, width, pixels);
       body(tile, *workspaces_[thread]);
     } else if (pixels) {
-      for (int row = 0; row < tile.rows; ++row)
-        std::fill_n(pixels + (tile.row + row) * width + tile.column, tile.columns, 0.0F);
+      fill_with_black(tile.box, width, pixels);
     }
   });
 }
 
-namespace {
-
-void write_tile(const Tile& tile, const float* sums, double factor, int width, float* pixels) {
-  for (int row = 0; row < tile.rows; ++row)
-    for (int column = 0; column < tile.columns; ++column)
-      pixels[(tile.row + row) * width + tile.column + column] =
-          static_cast<float>(factor * static_cast<double>(sums[row * tile.columns + column]));
-}
-
-}  // namespace
-
-void Camera::capture(const std::vector<double>& true_pose, std::uint64_t seed, float* pixels) {
-  place(true_pose);
+void Camera::capture(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, float* pixels) {
+  place(lens, true_pose);
   const int width = scene_->sensor.pixels;
-  const RayPath way{ops_.data(), static_cast<int>(ops_.size()), &emitter_, settings_.transport == Transport::fresnel};
+  const RayPath way = this->way();
   if (settings_.sampler == Sampler::hemisphere) {
     // Every tile, blind or not: this sampler assumes nothing.
     parallel_->for_each(static_cast<int>(tiles_.tiles().size()), [&](int index, unsigned thread) {
       const Tile& tile = tiles_.tiles()[static_cast<std::size_t>(index)];
       Workspace& work = *workspaces_[thread];
-      work.source.start_tile(*scene_, path_, tile, work.sums[0]);
+      work.source.start_tile(*scene_, path_, tile, tile.box, work.sums[0]);
       work.source.all_directions(way, seed, settings_.samples, kRouletteSurvival);
-      write_tile(tile, work.sums[0], kPi / settings_.samples / kRouletteSurvival, width, pixels);
+      write_pixels(tile.box, work.sums[0], kPi / settings_.samples / kRouletteSurvival, width, pixels);
     });
     return;
   }
   for_seen_tiles(pixels, [&](const Tile& tile, Workspace& work) {
-    work.source.start_tile(*scene_, path_, tile, work.sums[0]);
+    work.source.start_tile(*scene_, path_, tile, tile.seen, work.sums[0]);
     if (settings_.sampler == Sampler::paper) {
       work.source.binomial_directions(way, seed, settings_.samples, kRouletteSurvival);
-      write_tile(tile, work.sums[0], kPi / settings_.samples / kRouletteSurvival, width, pixels);
+      write_pixels(tile.seen, work.sums[0], kPi / settings_.samples / kRouletteSurvival, width, pixels);
     } else {
       work.source.random_directions(way, seed, settings_.samples);
-      write_tile(tile, work.sums[0], tile.area / settings_.samples, width, pixels);
+      write_pixels(tile.seen, work.sums[0], tile.area / settings_.samples, width, pixels);
     }
   });
 }
 
-void Camera::render_noise_free(const std::vector<double>& true_pose, std::uint64_t seed, int samples, float* pixels) {
-  place(true_pose);
-  const RayPath way{ops_.data(), static_cast<int>(ops_.size()), &emitter_, settings_.transport == Transport::fresnel};
+void Camera::render_noise_free(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, int samples,
+                               float* pixels) {
+  place(lens, true_pose);
+  const RayPath way = this->way();
   for_seen_tiles(pixels, [&](const Tile& tile, Workspace& work) {
-    work.source.start_tile(*scene_, path_, tile, work.sums[0]);
+    work.source.start_tile(*scene_, path_, tile, tile.seen, work.sums[0]);
     work.source.lattice_directions(way, seed, 0, samples);
-    write_tile(tile, work.sums[0], tile.area / samples, scene_->sensor.pixels, pixels);
+    write_pixels(tile.seen, work.sums[0], tile.area / samples, scene_->sensor.pixels, pixels);
   });
 }
 
-MseEstimate Camera::noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed,
+MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
                                    const Reference& reference) {
-  place(true_pose);
-  const RayPath way{ops_.data(), static_cast<int>(ops_.size()), &emitter_, settings_.transport == Transport::fresnel};
+  place(lens, true_pose);
+  const RayPath way = this->way();
   const int width = scene_->sensor.pixels;
   constexpr int groups = kTruthGroups;
   parallel_->for_each(static_cast<int>(tiles_.tiles().size()), [&](int index, unsigned thread) {
@@ -157,18 +153,20 @@ MseEstimate Camera::noise_free_mse(const std::vector<double>& true_pose, std::ui
     if (!tile.blind) {
       scale = tile.area / kTruthSamples;
       for (int group = 0; group < groups; ++group) {
-        work.source.start_tile(*scene_, path_, tile, work.sums[group]);
+        work.source.start_tile(*scene_, path_, tile, tile.seen, work.sums[group]);
         work.source.lattice_directions(way, seed, static_cast<std::uint32_t>(group), kTruthSamples);
       }
     }
     TileSum sum;
-    for (int row = 0; row < tile.rows; ++row)
-      for (int column = 0; column < tile.columns; ++column) {
-        const auto at = static_cast<std::size_t>((tile.row + row) * width + tile.column + column);
+    for (int row = tile.box.row; row < tile.box.row + tile.box.rows; ++row)
+      for (int column = tile.box.column; column < tile.box.column + tile.box.columns; ++column) {
+        const auto at = static_cast<std::size_t>(row * width + column);
+        // Where among the tile's sums; negative: this pixel sees nothing.
+        const int sum_at = tile.blind ? -1 : place_in(tile.seen, column, row);
         const double o1 = static_cast<double>(reference.first[at]), o2 = static_cast<double>(reference.second[at]);
         double total = 0, squares = 0, crossed = 0;
         for (int group = 0; group < groups; ++group) {
-          const double a = tile.blind ? 0 : scale * static_cast<double>(work.sums[group][row * tile.columns + column]);
+          const double a = sum_at < 0 ? 0 : scale * static_cast<double>(work.sums[group][sum_at]);
           total += a;
           squares += a * a;
           crossed += (a - o1) * (a - o2);

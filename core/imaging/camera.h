@@ -1,4 +1,4 @@
-// The camera: images of one lens as built, at any pose.
+// The camera: images of lenses as built, at any pose.
 //
 // An image is a pure function of (scene, assembly, pose, seed): bit-equal for any number of threads
 // and on any x86-64 with AVX2. Values are irradiance for an emitter of radiance 1.
@@ -10,12 +10,15 @@
 #include <string>
 #include <vector>
 
+#include "imaging/mounted_lens.h"
 #include "imaging/parallel.h"
 #include "imaging/pupil_tiles.h"
 #include "imaging/scene_file.h"
 #include "optics/assembly.h"
 
 namespace relign::imaging {
+
+struct RayPath;
 
 enum class Transport {
   refract,  // every face lets all light through
@@ -49,32 +52,34 @@ struct MseEstimate {
 
 class Camera {
  public:
-  // scene and parallel outlive the camera. Allocates everything it needs; captures allocate nothing.
-  Camera(const SceneFile& scene, const optics::Assembly& assembly, const CaptureSettings& settings, Parallel& parallel);
+  // scene and parallel outlive the camera. One frame at a time, by all threads of `parallel`; for many frames at
+  // once see camera_batch.h. Allocates everything it needs; captures allocate nothing from the second on.
+  Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel& parallel);
   ~Camera();
 
   // Each writes sensor.pixels^2 values.
-  void capture(const std::vector<double>& true_pose, std::uint64_t seed, float* pixels);
+  void capture(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, float* pixels);
   // Low-discrepancy sampling of B: `samples` rays a pixel.
-  void render_noise_free(const std::vector<double>& true_pose, std::uint64_t seed, int samples, float* pixels);
+  void render_noise_free(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, int samples,
+                         float* pixels);
   // MSE against the reference: mean over pixels of products of independent renders minus independent
   // references. kTruthGroups renders of kTruthSamples rays a pixel each.
-  MseEstimate noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed, const Reference& reference);
+  MseEstimate noise_free_mse(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
+                             const Reference& reference);
 
   // For tests: the same as capture with another sampler or count.
   void set_capture(Sampler sampler, int samples);
 
  private:
   struct Workspace;
-  void place(const std::vector<double>& true_pose);
+  void place(MountedLens& lens, const std::vector<double>& true_pose);
+  RayPath way() const;
   template <class Body>
   void for_seen_tiles(float* pixels, const Body& body);
 
   const SceneFile* scene_;
-  optics::Assembly assembly_;
   CaptureSettings settings_;
   Parallel* parallel_;
-  optics::PassingTable table_;
   PupilTiles tiles_;
   // of the pose in place
   optics::BackwardPath path_;

@@ -12,7 +12,8 @@ namespace relign::imaging {
 struct Parallel::Shared {
   std::mutex mutex;
   std::condition_variable wake, done;
-  const std::function<void(int, unsigned)>* body = nullptr;
+  const void* body = nullptr;
+  Call call = nullptr;
   int count = 0;
   std::atomic<int> next{0};
   unsigned busy = 0;
@@ -23,7 +24,7 @@ struct Parallel::Shared {
 
   void work(unsigned thread) {
     try {
-      for (int item = next.fetch_add(1); item < count; item = next.fetch_add(1)) (*body)(item, thread);
+      for (int item = next.fetch_add(1); item < count; item = next.fetch_add(1)) call(body, item, thread);
     } catch (...) {
       const std::lock_guard<std::mutex> lock(mutex);
       if (!failure) failure = std::current_exception();
@@ -59,15 +60,16 @@ Parallel::~Parallel() {
   for (std::thread& helper : shared_->helpers) helper.join();
 }
 
-void Parallel::for_each(int count, const std::function<void(int, unsigned)>& body) {
+void Parallel::run(int count, const void* body, Call call) {
   if (threads_ == 1) {
-    for (int item = 0; item < count; ++item) body(item, 0);
+    for (int item = 0; item < count; ++item) call(body, item, 0);
     return;
   }
   Shared& shared = *shared_;
   {
     const std::lock_guard<std::mutex> lock(shared.mutex);
-    shared.body = &body;
+    shared.body = body;
+    shared.call = call;
     shared.count = count;
     shared.next.store(0);
     shared.busy = threads_ - 1;

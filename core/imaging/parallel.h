@@ -2,7 +2,6 @@
 // matters: bodies write to places of their own item only.
 #pragma once
 
-#include <functional>
 #include <memory>
 
 namespace relign::imaging {
@@ -17,9 +16,15 @@ class Parallel {
   unsigned threads() const { return threads_; }
   // body(item, thread) for item 0..count-1, thread 0..threads()-1; returns when all are done. The first
   // exception of a body is thrown here after all threads have stopped. Not re-entrant.
-  void for_each(int count, const std::function<void(int item, unsigned thread)>& body);
+  // Allocates nothing.
+  template <class Body>
+  void for_each(int count, const Body& body) {
+    run(count, &body, [](const void* of, int item, unsigned thread) { (*static_cast<const Body*>(of))(item, thread); });
+  }
 
  private:
+  using Call = void (*)(const void* body, int item, unsigned thread);
+  void run(int count, const void* body, Call call);
   struct Shared;
   unsigned threads_;
   std::unique_ptr<Shared> shared_;

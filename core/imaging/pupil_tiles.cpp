@@ -15,16 +15,41 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr double kAxesMargin =
     0.05;  // for the curvature of regions across a tile: of 2e9 rays, the farthest was 0.02 out
 constexpr int kLeastTilesAcross = 12;
-constexpr double kProbeScale = 0.9;  // probing rays stay inside the passing region
-constexpr int kProbes = 1 + kSupports / 2;
+constexpr double kProbeScale = 0.9;         // probing rays stay inside the passing region
 constexpr double kHullWidening = 0.15;      // of the hull's own size, to each side
 constexpr double kHullMarginShare = 0.005;  // of the emitter's side
+constexpr int kCellPixels = 3;              // a side: of the steps in which a tile's seen pixels are found
 
 double length(double a, double b) { return std::sqrt(a * a + b * b); }
 
+// Where rays met the emitter's plane, as a box.
+struct Hull {
+  int hits = 0;
+  double low_x = 1e300, high_x = -1e300, low_y = 1e300, high_y = -1e300;
+
+  void add(double x, double y) {
+    ++hits;
+    low_x = std::min(low_x, x);
+    high_x = std::max(high_x, x);
+    low_y = std::min(low_y, y);
+    high_y = std::max(high_y, y);
+  }
+  // Widened by what lies between the probing rays.
+  bool misses(double half_emitter) const {
+    const double margin = kHullMarginShare * 2 * half_emitter;
+    const double wide_x = kHullWidening * (high_x - low_x) + margin, wide_y = kHullWidening * (high_y - low_y) + margin;
+    return low_x - wide_x > half_emitter || high_x + wide_x < -half_emitter || low_y - wide_y > half_emitter ||
+           high_y + wide_y < -half_emitter;
+  }
+  bool lies_inside(double half_emitter) const {
+    return low_x > -half_emitter && high_x < half_emitter && low_y > -half_emitter && high_y < half_emitter;
+  }
+};
+
 }  // namespace
 
-void set_places(optics::TileStart& start, const SceneFile& scene, const Tile& tile, const optics::BackwardPath& path) {
+void set_places(optics::TileStart& start, const SceneFile& scene, const PixelBox& tile,
+                const optics::BackwardPath& path) {
   const Sensor& sensor = scene.sensor;
   const double pitch = sensor.pitch_mm();
   start.pixel_pitch_x = static_cast<float>(pitch);
@@ -34,8 +59,9 @@ void set_places(optics::TileStart& start, const SceneFile& scene, const Tile& ti
   optics::set_first_frame(start, path, middle);
 }
 
-PupilTiles::PupilTiles(const SceneFile& scene, const optics::PassingTable& table)
-    : scene_(&scene), table_(&table), block_(std::make_unique<optics::RayBlock>()) {
+PupilTiles::PupilTiles(const SceneFile& scene, Parallel& parallel) : scene_(&scene), parallel_(&parallel) {
+  for (unsigned thread = 0; thread < parallel.threads(); ++thread)
+    blocks_.push_back(std::make_unique<optics::RayBlock>());
   const int pixels = scene.sensor.pixels;
   // Tiles are small beside the image, whatever the pixels: what their corners see must tell what lies
   // between.
@@ -45,17 +71,17 @@ PupilTiles::PupilTiles(const SceneFile& scene, const optics::PassingTable& table
   for (int row = 0; row < across_; ++row)
     for (int column = 0; column < across_; ++column) {
       Tile tile;
-      tile.column = column * tile_pixels_;
-      tile.row = row * tile_pixels_;
-      tile.columns = std::min(tile_pixels_, pixels - tile.column);
-      tile.rows = std::min(tile_pixels_, pixels - tile.row);
+      tile.box.column = column * tile_pixels_;
+      tile.box.row = row * tile_pixels_;
+      tile.box.columns = std::min(tile_pixels_, pixels - tile.box.column);
+      tile.box.rows = std::min(tile_pixels_, pixels - tile.box.row);
       tiles_.push_back(tile);
     }
   sights_.resize(tiles_.size());
 }
 
 std::array<const PupilTiles::Corner*, 4> PupilTiles::corners_of(const Tile& tile) const {
-  const int column = tile.column / tile_pixels_, row = tile.row / tile_pixels_;
+  const int column = tile.box.column / tile_pixels_, row = tile.box.row / tile_pixels_;
   const auto corner = [&](int c, int r) { return &corners_[static_cast<std::size_t>(r * (across_ + 1) + c)]; };
   return {corner(column, row), corner(column + 1, row), corner(column, row + 1), corner(column + 1, row + 1)};
 }
@@ -68,39 +94,60 @@ Vec3 PupilTiles::corner_place(int tile_column, int tile_row) const {
   return {column * pitch - sensor.side_mm / 2, sensor.side_mm / 2 - row * pitch, sensor.z_mm};
 }
 
-void PupilTiles::fit_corners(const optics::Motion& lens_to_world) {
+// What passes from the places that this pose needs. Other threads may look through the same lens.
+void PupilTiles::fill_table(MountedLens& lens, const optics::Motion& lens_to_world) {
+  const std::lock_guard<std::mutex> lock(lens.table_mutex());
+  optics::PassingTable& table = lens.table();
+  table_ = &table;
+  missing_.reserve(table.grid_places());
+  missing_.clear();
   const optics::Motion to_lens = optics::inverse(lens_to_world);
-  const double one_step = optics::support_direction(1, kSupports)[1];  // sine of the angle between supports
   for (int row = 0; row <= across_; ++row)
-    for (int column = 0; column <= across_; ++column) {
-      Corner& corner = corners_[static_cast<std::size_t>(row * (across_ + 1) + column)];
-      const Vec3 place = to_lens.point(corner_place(column, row));
-      const optics::PassingRegion region = table_->at(place);
-      corner.empty = region.empty;
-      corner.hits = 0;
-      corner.centre_p = corner.centre_q = 0;
-      if (region.empty) continue;
-      for (int k = 0; k < kSupports; ++k) {
-        // Where the support lines k and k + 1 meet.
-        const auto a = optics::support_direction(k, kSupports);
-        const auto b = optics::support_direction((k + 1) % kSupports, kSupports);
-        const double ha = region.supports[static_cast<std::size_t>(k)];
-        const double hb = region.supports[static_cast<std::size_t>((k + 1) % kSupports)];
-        const double x = region.middle[0] + (ha * b[1] - hb * a[1]) / one_step;
-        const double y = region.middle[1] + (hb * a[0] - ha * b[0]) / one_step;
-        const Vec3 direction = lens_to_world.direction(optics::unit(Vec3{x, y, table_->pupil_z()} - place));
-        corner.p[k] = direction.x;
-        corner.q[k] = direction.y;
-        corner.centre_p += direction.x / kSupports;
-        corner.centre_q += direction.y / kSupports;
-      }
-    }
+    for (int column = 0; column <= across_; ++column)
+      table.add_missing(to_lens.point(corner_place(column, row)), missing_);
+  if (missing_.empty()) return;
+  parallel_->for_each(static_cast<int>(missing_.size()), [&](int item, unsigned thread) {
+    table.fill(missing_[static_cast<std::size_t>(item)], *blocks_[thread]);
+  });
 }
 
-void PupilTiles::probe_emitter(const optics::BackwardPath& path, const std::vector<optics::Op>& ops,
-                               const optics::EmitterPlane& emitter) {
-  optics::RayBlock* const block = block_.get();
-  int owners[kBlockRays];
+void PupilTiles::fit_corners(int row, const optics::Motion& lens_to_world) {
+  const optics::Motion to_lens = optics::inverse(lens_to_world);
+  std::array<std::array<double, 2>, kSupports> supports{};
+  for (int k = 0; k < kSupports; ++k) supports[static_cast<std::size_t>(k)] = optics::support_direction(k, kSupports);
+  const double one_step = supports[1][1];  // sine of the angle between supports
+  for (int column = 0; column <= across_; ++column) {
+    Corner& corner = corners_[static_cast<std::size_t>(row * (across_ + 1) + column)];
+    const Vec3 place = to_lens.point(corner_place(column, row));
+    const optics::PassingRegion region = table_->at(place);
+    corner.empty = region.empty;
+    corner.hits = 0;
+    corner.hit.fill(false);
+    corner.centre_p = corner.centre_q = 0;
+    if (region.empty) continue;
+    const auto& r = lens_to_world.rotation;
+    for (std::size_t k = 0; k < kSupports; ++k) {
+      // Where the support lines k and k + 1 meet.
+      const std::size_t next = (k + 1) % kSupports;
+      const double ha = region.supports[k], hb = region.supports[next];
+      const double dx = region.middle[0] + (ha * supports[next][1] - hb * supports[k][1]) / one_step - place.x;
+      const double dy = region.middle[1] + (hb * supports[k][0] - ha * supports[next][0]) / one_step - place.y;
+      const double dz = table_->pupil_z() - place.z;
+      const double scale = 1 / std::sqrt(dx * dx + dy * dy + dz * dz);
+      corner.p[k] = (r[0] * dx + r[1] * dy + r[2] * dz) * scale;
+      corner.q[k] = (r[3] * dx + r[4] * dy + r[5] * dz) * scale;
+    }
+    for (std::size_t k = 0; k < kSupports; ++k) {
+      corner.centre_p += corner.p[k] / kSupports;
+      corner.centre_q += corner.q[k] / kSupports;
+    }
+  }
+}
+
+void PupilTiles::probe_emitter(int row, const optics::BackwardPath& path, const std::vector<optics::Op>& ops,
+                               const optics::EmitterPlane& emitter, optics::RayBlock& space) {
+  optics::RayBlock* const block = &space;
+  int owners[kBlockRays], probes[kBlockRays];
   int count = 0;
   const auto flush = [&] {
     const int padded = (count + 15) / 16 * 16;
@@ -119,65 +166,109 @@ void PupilTiles::probe_emitter(const optics::BackwardPath& path, const std::vect
     for (int i = 0; i < count; ++i) {
       if (!(block->margin[i] > 0) || !(block->lz[i] < 0)) continue;
       Corner& corner = corners_[static_cast<std::size_t>(owners[i])];
-      const double x = block->x[i], y = block->y[i];
-      if (corner.hits++ == 0) {
-        corner.low_x = corner.high_x = x;
-        corner.low_y = corner.high_y = y;
-      } else {
-        corner.low_x = std::min(corner.low_x, x);
-        corner.high_x = std::max(corner.high_x, x);
-        corner.low_y = std::min(corner.low_y, y);
-        corner.high_y = std::max(corner.high_y, y);
-      }
+      const auto probe = static_cast<std::size_t>(probes[i]);
+      ++corner.hits;
+      corner.hit[probe] = true;
+      corner.hit_x[probe] = static_cast<double>(block->x[i]);
+      corner.hit_y[probe] = static_cast<double>(block->y[i]);
     }
     count = 0;
   };
-  for (int row = 0; row <= across_; ++row)
-    for (int column = 0; column <= across_; ++column) {
-      const int owner = row * (across_ + 1) + column;
-      const Corner& corner = corners_[static_cast<std::size_t>(owner)];
-      if (corner.empty) continue;
-      const Vec3 start = path.into_first_frame.point(corner_place(column, row));
-      for (int probe = 0; probe < kProbes; ++probe) {
-        double p = corner.centre_p, q = corner.centre_q;
-        if (probe > 0) {
-          p += kProbeScale * (corner.p[2 * (probe - 1)] - p);
-          q += kProbeScale * (corner.q[2 * (probe - 1)] - q);
-        }
-        const double rest = 1 - p * p - q * q;
-        if (!(rest > 0)) continue;
-        const Vec3 direction = path.into_first_frame.direction({p, q, -std::sqrt(rest)});
-        owners[count] = owner;
-        block->x[count] = static_cast<float>(start.x);
-        block->y[count] = static_cast<float>(start.y);
-        block->z[count] = static_cast<float>(start.z);
-        block->lx[count] = static_cast<float>(direction.x);
-        block->ly[count] = static_cast<float>(direction.y);
-        block->lz[count] = static_cast<float>(direction.z);
-        block->margin[count] = 1;
-        if (++count == kBlockRays) flush();
+  for (int column = 0; column <= across_; ++column) {
+    const int owner = row * (across_ + 1) + column;
+    const Corner& corner = corners_[static_cast<std::size_t>(owner)];
+    if (corner.empty) continue;
+    const Vec3 start = path.into_first_frame.point(corner_place(column, row));
+    for (int probe = 0; probe < kProbes; ++probe) {
+      double p = corner.centre_p, q = corner.centre_q;
+      if (probe > 0) {
+        p += kProbeScale * (corner.p[2 * (probe - 1)] - p);
+        q += kProbeScale * (corner.q[2 * (probe - 1)] - q);
       }
+      const double rest = 1 - p * p - q * q;
+      if (!(rest > 0)) continue;
+      const Vec3 direction = path.into_first_frame.direction({p, q, -std::sqrt(rest)});
+      owners[count] = owner;
+      probes[count] = probe;
+      block->x[count] = static_cast<float>(start.x);
+      block->y[count] = static_cast<float>(start.y);
+      block->z[count] = static_cast<float>(start.z);
+      block->lx[count] = static_cast<float>(direction.x);
+      block->ly[count] = static_cast<float>(direction.y);
+      block->lz[count] = static_cast<float>(direction.z);
+      block->margin[count] = 1;
+      if (++count == kBlockRays) flush();
     }
+  }
   if (count > 0) flush();
 }
 
 PupilTiles::Sight PupilTiles::sight(const Tile& tile, double half_emitter) const {
-  int hits = 0;
-  double low_x = 1e300, high_x = -1e300, low_y = 1e300, high_y = -1e300;
-  for (const Corner* corner : corners_of(tile)) {
-    if (corner->hits == 0) continue;
-    hits += corner->hits;
-    low_x = std::min(low_x, corner->low_x);
-    high_x = std::max(high_x, corner->high_x);
-    low_y = std::min(low_y, corner->low_y);
-    high_y = std::max(high_y, corner->high_y);
+  Hull hull;
+  for (const Corner* corner : corners_of(tile))
+    for (std::size_t probe = 0; probe < kProbes; ++probe)
+      if (corner->hit[probe]) hull.add(corner->hit_x[probe], corner->hit_y[probe]);
+  if (hull.hits == 0) return Sight::unknown;
+  return hull.misses(half_emitter) ? Sight::nothing : Sight::emitter;
+}
+
+// Between the corners each probing ray's hit is bilinear, as far as culling needs it: the lens does not bend that
+// much over a tile. A probe that arrives from some corners only says nothing, and then all pixels count.
+PixelBox PupilTiles::pixels_that_see(const Tile& tile, double half_emitter) const {
+  const std::array<const Corner*, 4> corners = corners_of(tile);
+  Hull all;
+  for (const Corner* corner : corners)
+    for (std::size_t probe = 0; probe < kProbes; ++probe)
+      if (corner->hit[probe]) all.add(corner->hit_x[probe], corner->hit_y[probe]);
+  if (all.hits == 0 || all.lies_inside(half_emitter)) return tile.box;
+  const int cells_x = (tile.box.columns + kCellPixels - 1) / kCellPixels;
+  const int cells_y = (tile.box.rows + kCellPixels - 1) / kCellPixels;
+  std::array<double, (kTilePixels / kCellPixels + 2) * (kTilePixels / kCellPixels + 2)> grid_x{}, grid_y{};
+  std::array<Hull, (kTilePixels / kCellPixels + 1) * (kTilePixels / kCellPixels + 1)> hulls{};
+  const int across = cells_x + 1;
+  for (std::size_t probe = 0; probe < kProbes; ++probe) {
+    int hits = 0;
+    for (const Corner* corner : corners) hits += corner->hit[probe] ? 1 : 0;
+    if (hits == 0) continue;
+    if (hits < 4) return tile.box;
+    for (int y = 0; y <= cells_y; ++y)
+      for (int x = 0; x <= cells_x; ++x) {
+        const double fx = std::min(1.0, static_cast<double>(x * kCellPixels) / tile.box.columns);
+        const double fy = std::min(1.0, static_cast<double>(y * kCellPixels) / tile.box.rows);
+        const auto between = [&](const std::array<double, kProbes> Corner::*member) {
+          const double above = (1 - fx) * (corners[0]->*member)[probe] + fx * (corners[1]->*member)[probe];
+          const double below = (1 - fx) * (corners[2]->*member)[probe] + fx * (corners[3]->*member)[probe];
+          return (1 - fy) * above + fy * below;
+        };
+        const auto at = static_cast<std::size_t>(y * across + x);
+        grid_x[at] = between(&Corner::hit_x);
+        grid_y[at] = between(&Corner::hit_y);
+      }
+    for (int y = 0; y < cells_y; ++y)
+      for (int x = 0; x < cells_x; ++x) {
+        Hull& hull = hulls[static_cast<std::size_t>(y * cells_x + x)];
+        for (const int at : {y * across + x, y * across + x + 1, (y + 1) * across + x, (y + 1) * across + x + 1})
+          hull.add(grid_x[static_cast<std::size_t>(at)], grid_y[static_cast<std::size_t>(at)]);
+      }
   }
-  if (hits == 0) return Sight::unknown;
-  const double margin = kHullMarginShare * 2 * half_emitter;
-  const double wide_x = kHullWidening * (high_x - low_x) + margin, wide_y = kHullWidening * (high_y - low_y) + margin;
-  const bool misses = low_x - wide_x > half_emitter || high_x + wide_x < -half_emitter ||
-                      low_y - wide_y > half_emitter || high_y + wide_y < -half_emitter;
-  return misses ? Sight::nothing : Sight::emitter;
+  int low_x = cells_x, high_x = -1, low_y = cells_y, high_y = -1;
+  for (int y = 0; y < cells_y; ++y)
+    for (int x = 0; x < cells_x; ++x) {
+      if (hulls[static_cast<std::size_t>(y * cells_x + x)].misses(half_emitter)) continue;
+      low_x = std::min(low_x, x);
+      high_x = std::max(high_x, x);
+      low_y = std::min(low_y, y);
+      high_y = std::max(high_y, y);
+    }
+  PixelBox seen;
+  if (high_x < 0) return seen;
+  const int end_column = std::min((high_x + 1) * kCellPixels, tile.box.columns);
+  const int end_row = std::min((high_y + 1) * kCellPixels, tile.box.rows);
+  seen.column = tile.box.column + low_x * kCellPixels;
+  seen.row = tile.box.row + low_y * kCellPixels;
+  seen.columns = end_column - low_x * kCellPixels;
+  seen.rows = end_row - low_y * kCellPixels;
+  return seen;
 }
 
 // A tile from whose corners no probing ray passes the whole lens may still see a sliver of the emitter
@@ -200,7 +291,7 @@ void PupilTiles::find_blind_tiles(double half_emitter) {
 void PupilTiles::fit_tile(Tile& tile, const optics::BackwardPath& path) const {
   const std::array<const Corner*, 4> corners = corners_of(tile);
   const double pitch = scene_->sensor.pitch_mm();
-  const double half_x = 0.5 * tile.columns * pitch, half_y = 0.5 * tile.rows * pitch;
+  const double half_x = 0.5 * tile.box.columns * pitch, half_y = 0.5 * tile.box.rows * pitch;
   const double at_x[4] = {-half_x, half_x, -half_x, half_x};
   const double at_y[4] = {half_y, half_y, -half_y, -half_y};
 
@@ -272,16 +363,24 @@ void PupilTiles::fit_tile(Tile& tile, const optics::BackwardPath& path) const {
     start.slope[i] = static_cast<float>(slope[i]);
     start.axes[i] = static_cast<float>(axes[i]);
   }
-  set_places(start, *scene_, tile, path);
+  set_places(start, *scene_, tile.box, path);
 }
 
-void PupilTiles::fit(const optics::Motion& lens_to_world, const optics::BackwardPath& path,
+void PupilTiles::fit(MountedLens& lens, const optics::Motion& lens_to_world, const optics::BackwardPath& path,
                      const std::vector<optics::Op>& ops, const optics::EmitterPlane& emitter) {
-  fit_corners(lens_to_world);
-  probe_emitter(path, ops, emitter);
+  fill_table(lens, lens_to_world);
+  parallel_->for_each(across_ + 1, [&](int row, unsigned thread) {
+    fit_corners(row, lens_to_world);
+    probe_emitter(row, path, ops, emitter, *blocks_[thread]);
+  });
   find_blind_tiles(emitter.half_side);
-  for (Tile& tile : tiles_)
+  parallel_->for_each(static_cast<int>(tiles_.size()), [&](int index, unsigned) {
+    Tile& tile = tiles_[static_cast<std::size_t>(index)];
+    if (tile.blind) return;
+    tile.seen = pixels_that_see(tile, emitter.half_side);
+    tile.blind = tile.seen.columns == 0;
     if (!tile.blind) fit_tile(tile, path);
+  });
 }
 
 }  // namespace relign::imaging

@@ -12,6 +12,8 @@
 #include <memory>
 #include <vector>
 
+#include "imaging/mounted_lens.h"
+#include "imaging/parallel.h"
 #include "imaging/scene_file.h"
 #include "optics/backward_path.h"
 #include "optics/passing_table.h"
@@ -19,12 +21,19 @@
 
 namespace relign::imaging {
 
-constexpr int kTilePixels = 12;     // a side, at most
-constexpr int kMostSamples = 4096;  // directions a pixel
+constexpr int kTilePixels = 12;                     // a side, at most
+constexpr int kProbes = 1 + optics::kSupports / 2;  // rays from each corner of tiles that look for the emitter
+constexpr int kMostSamples = 4096;                  // directions a pixel
+
+// Pixels [column, column + columns) x [row, row + rows).
+struct PixelBox {
+  int column = 0, row = 0;
+  int columns = 0, rows = 0;
+};
 
 struct Tile {
-  int column = 0, row = 0;  // first pixel
-  int columns = 0, rows = 0;
+  PixelBox box;
+  PixelBox seen;  // holds every pixel of `box` that can see the emitter; undefined in blind tiles
   bool blind = true;
   bool whole_disc = false;  // B would leave the unit disc: directions are drawn from all of it
   double area = 0;          // of B, direction cosines squared
@@ -32,15 +41,17 @@ struct Tile {
 };
 
 // Where a tile's rays start: pixel pitch, and the way from the sensor to the path's first frame.
-void set_places(optics::TileStart& start, const SceneFile& scene, const Tile& tile, const optics::BackwardPath& path);
+void set_places(optics::TileStart& start, const SceneFile& scene, const PixelBox& tile,
+                const optics::BackwardPath& path);
 
 class PupilTiles {
  public:
-  PupilTiles(const SceneFile& scene, const optics::PassingTable& table);
+  // Both outlive the tiles.
+  PupilTiles(const SceneFile& scene, Parallel& parallel);
 
-  // Fits all tiles to a pose; no allocation after the first call.
-  void fit(const optics::Motion& lens_to_world, const optics::BackwardPath& path, const std::vector<optics::Op>& ops,
-           const optics::EmitterPlane& emitter);
+  // Fits all tiles to a lens at a pose. Allocates nothing after the first time.
+  void fit(MountedLens& lens, const optics::Motion& lens_to_world, const optics::BackwardPath& path,
+           const std::vector<optics::Op>& ops, const optics::EmitterPlane& emitter);
   const std::vector<Tile>& tiles() const { return tiles_; }
 
  private:
@@ -49,29 +60,36 @@ class PupilTiles {
     bool empty = true;
     double p[optics::kSupports], q[optics::kSupports];  // vertices of the polygon of passing directions
     double centre_p = 0, centre_q = 0;
-    // Where probing rays met the emitter's plane; count 0: none arrived.
+    // Where probing rays met the emitter's plane, and whether they did.
     int hits = 0;
-    double low_x = 0, high_x = 0, low_y = 0, high_y = 0;
+    std::array<bool, kProbes> hit{};
+    std::array<double, kProbes> hit_x{}, hit_y{};
   };
 
-  void fit_corners(const optics::Motion& lens_to_world);
-  void probe_emitter(const optics::BackwardPath& path, const std::vector<optics::Op>& ops,
-                     const optics::EmitterPlane& emitter);
+  void fill_table(MountedLens& lens, const optics::Motion& lens_to_world);
+  // Of one row of corners.
+  void fit_corners(int row, const optics::Motion& lens_to_world);
+  void probe_emitter(int row, const optics::BackwardPath& path, const std::vector<optics::Op>& ops,
+                     const optics::EmitterPlane& emitter, optics::RayBlock& block);
   enum class Sight { emitter, nothing, unknown };
   Sight sight(const Tile& tile, double half_emitter) const;
+  // The pixels of a tile that can see the emitter, from what its corners see; all when that does not tell.
+  PixelBox pixels_that_see(const Tile& tile, double half_emitter) const;
   void find_blind_tiles(double half_emitter);
   void fit_tile(Tile& tile, const optics::BackwardPath& path) const;
   std::array<const Corner*, 4> corners_of(const Tile& tile) const;  // left and right above, then below
   optics::Vec3 corner_place(int tile_column, int tile_row) const;
 
   const SceneFile* scene_;
-  const optics::PassingTable* table_;
+  const optics::PassingTable* table_ = nullptr;  // of the lens in place
+  Parallel* parallel_;
   int tile_pixels_;  // a side; fewer than kTilePixels when the sensor has few
   int across_;       // tiles a side
   std::vector<Corner> corners_;
   std::vector<Tile> tiles_;
-  std::vector<Sight> sights_;  // one a tile
-  std::unique_ptr<optics::RayBlock> block_;
+  std::vector<int> missing_;                               // in the table
+  std::vector<Sight> sights_;                              // one a tile
+  std::vector<std::unique_ptr<optics::RayBlock>> blocks_;  // one a thread
 };
 
 }  // namespace relign::imaging

@@ -18,157 +18,181 @@ std::uint32_t high(std::uint64_t seed) { return static_cast<std::uint32_t>(seed 
 
 int padded(int count) { return (count + 15) / 16 * 16; }
 
+bool is_power_of_two(int value) { return (value & (value - 1)) == 0; }
+
+// Distribution function of Binomial(n, p), p < 1, in units of 2^-32, by the recurrence of its terms: a uniform word
+// that reaches `return` of the thresholds is that count.
+int binomial_thresholds(int n, double p, std::uint32_t* thresholds) {
+  double term = 1;  // (1 - p)^n by squaring
+  double base = 1 - p;
+  for (int left = n; left > 0; left >>= 1) {
+    if (left & 1) term *= base;
+    base *= base;
+  }
+  double sum = 0;
+  int levels = 0;
+  for (int k = 0; k < n; ++k) {
+    sum += term;
+    const double scaled = sum * 4294967296.0;
+    if (scaled >= 4294967295.0) break;
+    thresholds[levels++] = static_cast<std::uint32_t>(scaled);
+    term *= (n - k) * p / ((k + 1) * (1 - p));
+  }
+  return levels;
+}
+
 }  // namespace
 
-RaySource::RaySource() { std::memset(&block_, 0, sizeof block_); }
+RaySource::RaySource() {
+  std::memset(&block_, 0, sizeof block_);
+  std::memset(owner_, 0, sizeof owner_);
+  std::memset(sample_, 0, sizeof sample_);
+}
 
-void RaySource::start_tile(const SceneFile& scene, const optics::BackwardPath& path, const Tile& tile, float* sums) {
-  scene_ = &scene;
-  tile_ = &tile;
+void RaySource::start_tile(const SceneFile& scene, const optics::BackwardPath& path, const Tile& tile,
+                           const PixelBox& seen, float* sums) {
   sums_ = sums;
   start_ = tile.start;
+  area_ = tile.area;
   whole_ = tile.whole_disc;
-  count_ = 0;
-  std::fill_n(sums, tile.columns * tile.rows, 0.0F);
-  if (tile.blind) set_places(start_, scene, tile, path);  // not fitted; the hemisphere sampler needs no region
-  int pixel = 0;
-  for (int row = 0; row < tile.rows; ++row)
-    for (int column = 0; column < tile.columns; ++column, ++pixel) {
-      corner_x_[pixel] = (static_cast<float>(column) - 0.5F * static_cast<float>(tile.columns)) * start_.pixel_pitch_x;
-      corner_y_[pixel] = (static_cast<float>(row) - 0.5F * static_cast<float>(tile.rows)) * start_.pixel_pitch_y;
-      in_frame_[pixel] = static_cast<std::uint32_t>((tile.row + row) * scene.sensor.pixels + tile.column + column);
-    }
+  pixels_ = seen.columns * seen.rows;
+  std::fill_n(sums, pixels_, 0.0F);
+  if (tile.blind) set_places(start_, scene, tile.box, path);  // not fitted; the hemisphere sampler needs no region
+  const auto width = static_cast<std::uint32_t>(scene.sensor.pixels);
+  places_.columns = seen.columns;
+  places_.first_column =
+      static_cast<float>(seen.column - tile.box.column) - 0.5F * static_cast<float>(tile.box.columns);
+  places_.first_row = static_cast<float>(seen.row - tile.box.row) - 0.5F * static_cast<float>(tile.box.rows);
+  places_.first_number = static_cast<std::uint32_t>(seen.row) * width + static_cast<std::uint32_t>(seen.column);
+  places_.frame_width = width;
 }
 
-// A ray of the tile's pixel number `pixel`.
-void RaySource::add_ray(int pixel, std::uint32_t sample) {
-  block_.pixel_x[count_] = corner_x_[pixel];
-  block_.pixel_y[count_] = corner_y_[pixel];
-  pixel_[count_] = in_frame_[pixel];
-  sample_[count_] = sample;
-  owner_[count_] = static_cast<std::uint16_t>(pixel);
-  ++count_;
+void RaySource::take_pixels(int count) {
+  optics::block_kernels().take_pixels(block_, start_, places_, owner_, number_, count);
 }
 
-void RaySource::trace_and_add(const RayPath& way, bool dice, double survival) {
+void RaySource::draw_words(std::uint64_t seed, std::uint32_t stream, int count) {
+  optics::block_kernels().philox(block_, number_, sample_, stream, low(seed), high(seed), count);
+}
+
+void RaySource::trace_and_weigh(const RayPath& way, Weight weight, double bound, int count) {
   const optics::BlockKernels& kernels = optics::block_kernels();
-  const int count = padded(count_);
   if (whole_)
     kernels.start_in_hemisphere(block_, start_, count);
   else
     kernels.start_in_ellipse(block_, start_, count);
   kernels.trace(block_, way.ops, way.op_count, way.fresnel, count);
   kernels.look_up(block_, *way.emitter, count);
-  if (dice)
-    kernels.play_dice(block_, static_cast<float>(survival), count);
+  if (weight == Weight::dice)
+    kernels.play_dice(block_, static_cast<float>(bound), count);
   else if (way.fresnel)
     kernels.apply_transmittance(block_, count);
-  for (int i = 0; i < count_; ++i) sums_[owner_[i]] += block_.radiance[i];
-  count_ = 0;
 }
 
-void RaySource::flush_random(const RayPath& way, std::uint64_t seed, bool dice, double survival) {
-  if (count_ == 0) return;
-  optics::block_kernels().philox(block_, pixel_, sample_, kDirections, low(seed), high(seed), padded(count_));
-  trace_and_add(way, dice, survival);
+void RaySource::one_each(int from, int count) {
+  for (int i = 0; i < padded(count); ++i) owner_[i] = static_cast<std::uint32_t>(std::min(from + i, pixels_ - 1));
+  take_pixels(padded(count));
+}
+
+void RaySource::add_by_owner(int count) {
+  for (int i = 0; i < count; ++i) sums_[owner_[i]] += block_.radiance[i];
+}
+
+template <class Words>
+void RaySource::equal_runs(const RayPath& way, int samples, Weight weight, double bound, const Words& words) {
+  const optics::BlockKernels& kernels = optics::block_kernels();
+  const int rays = pixels_ * samples;
+  const bool even = samples >= 8 && is_power_of_two(samples);
+  for (int first = 0; first < rays; first += kBlockRays) {
+    const int count = std::min(kBlockRays, rays - first);
+    const int all = padded(count);
+    kernels.equal_runs(owner_, sample_, static_cast<std::uint32_t>(first), samples, count);
+    for (int i = count; i < all; ++i) owner_[i] = 0;
+    take_pixels(all);
+    words(all);
+    trace_and_weigh(way, weight, bound, all);
+    if (!even) {
+      add_by_owner(count);
+      continue;
+    }
+    float sums[kBlockRays / 8];
+    const int length = std::min(samples, kBlockRays);
+    kernels.sum_runs(block_, length, sums, count);
+    for (int run = 0; run * length < count; ++run) sums_[owner_[run * length]] += sums[run];
+  }
 }
 
 void RaySource::all_directions(const RayPath& way, std::uint64_t seed, int samples, double survival) {
   whole_ = true;
-  const int pixels = tile_->columns * tile_->rows;
-  for (int pixel = 0; pixel < pixels; ++pixel)
-    for (int sample = 0; sample < samples; ++sample) {
-      add_ray(pixel, static_cast<std::uint32_t>(sample));
-      if (count_ == kBlockRays) flush_random(way, seed, true, survival);
-    }
-  flush_random(way, seed, true, survival);
-}
-
-void RaySource::binomial_directions(const RayPath& way, std::uint64_t seed, int samples, double survival) {
-  const int pixels = tile_->columns * tile_->rows;
-  // Distribution function of Binomial(samples, p) in units of 2^-32, by the recurrence of its terms.
-  const double p = tile_->area / kPi;
-  std::uint32_t thresholds[kMostSamples];
-  int levels = 0;
-  {
-    double term = 1;  // (1 - p)^samples by squaring
-    double base = 1 - p;
-    for (int n = samples; n > 0; n >>= 1) {
-      if (n & 1) term *= base;
-      base *= base;
-    }
-    double sum = 0;
-    for (int k = 0; k < samples; ++k) {
-      sum += term;
-      const double scaled = sum * 4294967296.0;
-      if (scaled >= 4294967295.0) break;
-      thresholds[levels++] = static_cast<std::uint32_t>(scaled);
-      term *= (samples - k) * p / ((k + 1) * (1 - p));
-    }
-    if (p >= 1) levels = 0;
-  }
-  // Count of each pixel: how many thresholds its random word reaches.
-  const optics::BlockKernels& kernels = optics::block_kernels();
-  for (int from = 0; from < pixels; from += kBlockRays) {
-    const int count = std::min(kBlockRays, pixels - from);
-    for (int i = 0; i < padded(count); ++i) {
-      pixel_[i] = in_frame_[std::min(from + i, pixels - 1)];
-      sample_[i] = 0;
-    }
-    kernels.philox(block_, pixel_, sample_, kCounts, low(seed), high(seed), padded(count));
-    if (p < 1)
-      kernels.count_reached(block_.u0, thresholds, levels, drawn_ + from, padded(count));
-    else
-      std::fill_n(drawn_ + from, count, static_cast<std::uint32_t>(samples));
-  }
-  for (int pixel = 0; pixel < pixels; ++pixel)
-    for (std::uint32_t k = 0; k < drawn_[pixel]; ++k) {
-      add_ray(pixel, k);
-      if (count_ == kBlockRays) flush_random(way, seed, true, survival);
-    }
-  flush_random(way, seed, true, survival);
+  equal_runs(way, samples, Weight::dice, 1 / survival, [&](int count) { draw_words(seed, kDirections, count); });
 }
 
 void RaySource::random_directions(const RayPath& way, std::uint64_t seed, int samples) {
-  const int pixels = tile_->columns * tile_->rows;
-  for (int pixel = 0; pixel < pixels; ++pixel)
-    for (int sample = 0; sample < samples; ++sample) {
-      add_ray(pixel, static_cast<std::uint32_t>(sample));
-      if (count_ == kBlockRays) flush_random(way, seed, false, 1);
-    }
-  flush_random(way, seed, false, 1);
+  equal_runs(way, samples, Weight::transmittance, 1, [&](int count) { draw_words(seed, kDirections, count); });
 }
 
 void RaySource::lattice_directions(const RayPath& way, std::uint64_t seed, std::uint32_t group, int samples) {
   // Kronecker sequence of the generalised golden ratio in four dimensions, as 32-bit fractions:
   // powers of 1 / 1.16730397826141868..., the root of x^5 = x + 1.
   constexpr std::uint32_t kStep[4] = {3679390609U, 3152041523U, 2700274805U, 2313257605U};
-  const int pixels = tile_->columns * tile_->rows;
-  for (int from = 0; from < pixels; from += kBlockRays) {
-    // Random shifts of up to one block of pixels.
-    const int shifted = std::min(kBlockRays, pixels - from);
-    std::uint32_t shift[4][kBlockRays];
-    for (int i = 0; i < padded(shifted); ++i) {
-      pixel_[i] = in_frame_[std::min(from + i, pixels - 1)];
-      sample_[i] = group;
-    }
-    optics::block_kernels().philox(block_, pixel_, sample_, kLattice, low(seed), high(seed), padded(shifted));
-    std::memcpy(shift[0], block_.u0, sizeof block_.u0);
-    std::memcpy(shift[1], block_.u1, sizeof block_.u1);
-    std::memcpy(shift[2], block_.u2, sizeof block_.u2);
-    std::memcpy(shift[3], block_.u3, sizeof block_.u3);
-    for (int i = 0; i < shifted; ++i)
-      for (int sample = 0; sample < samples; ++sample) {
-        const auto step = static_cast<std::uint32_t>(sample);
-        block_.u0[count_] = shift[0][i] + step * kStep[0];
-        block_.u1[count_] = shift[1][i] + step * kStep[1];
-        block_.u2[count_] = shift[2][i] + step * kStep[2];
-        block_.u3[count_] = shift[3][i] + step * kStep[3];
-        add_ray(from + i, step);
-        if (count_ == kBlockRays) trace_and_add(way, false, 1);
-      }
-    if (count_ > 0) trace_and_add(way, false, 1);
+  std::fill_n(sample_, kBlockRays, group);
+  for (int from = 0; from < pixels_; from += kBlockRays) {
+    const int count = std::min(kBlockRays, pixels_ - from);
+    one_each(from, count);
+    draw_words(seed, kLattice, padded(count));
+    const std::uint32_t* const words[4] = {block_.u0, block_.u1, block_.u2, block_.u3};
+    for (int k = 0; k < 4; ++k) std::copy_n(words[k], count, shift_[k] + from);
   }
+  const std::uint32_t* const shift[4] = {shift_[0], shift_[1], shift_[2], shift_[3]};
+  equal_runs(way, samples, Weight::transmittance, 1,
+             [&](int count) { optics::block_kernels().lattice(block_, owner_, sample_, shift, kStep, count); });
+}
+
+// How many rays each pixel gets: its random word against the distribution function.
+void RaySource::draw_counts(std::uint64_t seed, int samples, double probability) {
+  const optics::BlockKernels& kernels = optics::block_kernels();
+  std::uint32_t thresholds[kMostSamples];
+  const int levels = probability < 1 ? binomial_thresholds(samples, probability, thresholds) : 0;
+  std::fill_n(sample_, kBlockRays, 0U);
+  for (int from = 0; from < pixels_; from += kBlockRays) {
+    const int count = std::min(kBlockRays, pixels_ - from);
+    one_each(from, count);
+    draw_words(seed, kCounts, padded(count));
+    kernels.count_reached(block_.u0, thresholds, levels, drawn_ + from, padded(count));
+  }
+  if (probability >= 1) std::fill_n(drawn_, pixels_, static_cast<std::uint32_t>(samples));
+}
+
+void RaySource::binomial_directions(const RayPath& way, std::uint64_t seed, int samples, double survival) {
+  const double clearest = survival * way.highest_transmittance;
+  draw_counts(seed, samples, area_ / kPi * clearest);
+  const auto flush = [&](int count) {
+    for (int i = count; i < padded(count); ++i) owner_[i] = 0;
+    take_pixels(padded(count));
+    draw_words(seed, kDirections, padded(count));
+    trace_and_weigh(way, Weight::dice, way.highest_transmittance, padded(count));
+    add_by_owner(count);
+  };
+  constexpr std::uint32_t kAtOnce = 8;  // as many entries are written whatever the count: no branch to mispredict
+  static_assert(kAtOnce <= kSpare);
+  int filled = 0;
+  for (int pixel = 0; pixel < pixels_; ++pixel)
+    for (std::uint32_t done = 0; done < drawn_[pixel]; done += kAtOnce) {
+      for (std::uint32_t k = 0; k < kAtOnce; ++k) {
+        owner_[filled + static_cast<int>(k)] = static_cast<std::uint32_t>(pixel);
+        sample_[filled + static_cast<int>(k)] = done + k;
+      }
+      filled += static_cast<int>(std::min(kAtOnce, drawn_[pixel] - done));
+      if (filled < kBlockRays) continue;
+      std::uint32_t rest_owner[kAtOnce], rest_sample[kAtOnce];
+      std::copy_n(owner_ + kBlockRays, kAtOnce, rest_owner);
+      std::copy_n(sample_ + kBlockRays, kAtOnce, rest_sample);
+      flush(kBlockRays);
+      std::copy_n(rest_owner, kAtOnce, owner_);
+      std::copy_n(rest_sample, kAtOnce, sample_);
+      filled -= kBlockRays;
+    }
+  if (filled > 0) flush(filled);
 }
 
 }  // namespace relign::imaging

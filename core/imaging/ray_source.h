@@ -15,18 +15,22 @@ struct RayPath {
   int op_count;
   const optics::EmitterPlane* emitter;
   bool fresnel;
+  double highest_transmittance;  // of any ray; 1 for transport refract
 };
 
 class RaySource {
  public:
   RaySource();
 
-  // Prepares a tile; `sums` (columns x rows of it) is set to 0 and collects the radiance of each pixel.
-  void start_tile(const SceneFile& scene, const optics::BackwardPath& path, const Tile& tile, float* sums);
+  // Prepares a tile, of which only the pixels in `seen` get rays. `sums` (one for each of them, row by row) is
+  // set to 0 and collects their radiance.
+  void start_tile(const SceneFile& scene, const optics::BackwardPath& path, const Tile& tile, const PixelBox& seen,
+                  float* sums);
 
   // `samples` directions over the whole hemisphere for each pixel, Fresnel and roulette by dice.
   void all_directions(const RayPath& way, std::uint64_t seed, int samples, double survival);
-  // The same in law: only those of `samples` directions that fall into B, by a binomial draw a pixel.
+  // The same in law, tracing few of them: a binomial draw tells how many of `samples` directions fall into B and
+  // could survive the dice of the clearest ray; the dice of the traced rays make up for the difference.
   void binomial_directions(const RayPath& way, std::uint64_t seed, int samples, double survival);
   // `samples` independent directions in B for each pixel, weighted by transmittance.
   void random_directions(const RayPath& way, std::uint64_t seed, int samples);
@@ -35,24 +39,35 @@ class RaySource {
   void lattice_directions(const RayPath& way, std::uint64_t seed, std::uint32_t group, int samples);
 
  private:
-  void add_ray(int pixel, std::uint32_t sample);
-  void flush_random(const RayPath& way, std::uint64_t seed, bool dice, double survival);
-  void trace_and_add(const RayPath& way, bool dice, double survival);
+  static constexpr int kMostPixels = kTilePixels * kTilePixels;
+  static constexpr int kSpare = 16;  // of arrays that are filled some entries at a time
 
-  const SceneFile* scene_ = nullptr;
-  const Tile* tile_ = nullptr;
-  optics::TileStart start_{};
+  enum class Weight { transmittance, dice };
+  // Of the first `count` rays, a multiple of 16: places from owner_, words from Philox.
+  void take_pixels(int count);
+  void draw_words(std::uint64_t seed, std::uint32_t stream, int count);
+  void trace_and_weigh(const RayPath& way, Weight weight, double bound, int count);
+  void add_by_owner(int count);
+  // The block stands for one ray of each pixel from number `from` on.
+  void one_each(int from, int count);
+  // `samples` rays for each pixel, block by block; words(count) draws their words.
+  template <class Words>
+  void equal_runs(const RayPath& way, int samples, Weight weight, double bound, const Words& words);
+  void draw_counts(std::uint64_t seed, int samples, double probability);
+
   float* sums_ = nullptr;
+  optics::TileStart start_{};
+  double area_ = 0;     // of B
   bool whole_ = false;  // directions from the whole disc instead of the ellipse
-  int count_ = 0;
+  optics::PixelPlaces places_{};
+  int pixels_ = 0;  // how many get rays
   alignas(64) optics::RayBlock block_;
-  std::uint32_t pixel_[optics::kBlockRays];  // index in the frame, for the random stream
-  std::uint32_t sample_[optics::kBlockRays];
-  std::uint16_t owner_[optics::kBlockRays];  // index in the tile
-  // Of each pixel of the tile: lower left corner (mm, from the tile's centre), index in the frame.
-  float corner_x_[kTilePixels * kTilePixels], corner_y_[kTilePixels * kTilePixels];
-  std::uint32_t in_frame_[kTilePixels * kTilePixels];
-  std::uint32_t drawn_[kTilePixels * kTilePixels + 16];  // padded for the block kernels
+  // Of each ray of the block, padded: its pixel, which ray of the pixel's it is, the pixel's number in the frame.
+  std::uint32_t owner_[optics::kBlockRays + kSpare], sample_[optics::kBlockRays + kSpare];
+  std::uint32_t number_[optics::kBlockRays];
+  // Of each pixel: rays drawn, lattice shifts.
+  std::uint32_t drawn_[kMostPixels + kSpare];
+  std::uint32_t shift_[4][kMostPixels + kSpare];
 };
 
 }  // namespace relign::imaging

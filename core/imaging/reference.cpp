@@ -62,9 +62,10 @@ Reference make_reference(const SceneFile& scene, const CaptureSettings& settings
     reference.first.resize(count);
     reference.second.resize(count);
     const std::vector<double> nominal(scene.axes(), 0.5);
-    Camera camera(scene, optics::Assembly(scene.lens), settings, parallel);
-    camera.render_noise_free(nominal, 1, kReferenceSamples, reference.first.data());
-    camera.render_noise_free(nominal, 2, kReferenceSamples, reference.second.data());
+    Camera camera(scene, settings, parallel);
+    MountedLens lens(scene);
+    camera.render_noise_free(lens, nominal, 1, kReferenceSamples, reference.first.data());
+    camera.render_noise_free(lens, nominal, 2, kReferenceSamples, reference.second.data());
     if (!file.empty()) {
       const std::string body = bytes_of(reference.first) + bytes_of(reference.second);
       try {

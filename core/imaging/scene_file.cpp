@@ -95,13 +95,29 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
 void Emitter::show(pixels::Image image) {
   radiance = std::move(image);
   const std::size_t side = radiance.width;
-  texel_pairs.resize(side * side);
-  const auto bits = [&](std::size_t x, std::size_t y) {
-    return static_cast<std::uint32_t>(std::lround(std::clamp(radiance.at(x, y), 0.0F, 1.0F) * 65535.0F));
+  const auto scaled = [&](std::size_t x, std::size_t y, float white) {
+    return std::clamp(radiance.at(x, y), 0.0F, 1.0F) * white;
   };
+  bool eight_bits = true;
+  for (std::size_t y = 0; y < side && eight_bits; ++y)
+    for (std::size_t x = 0; x < side; ++x) {
+      constexpr float kRounding = 1e-3F;
+      const float value = scaled(x, y, 255.0F);
+      eight_bits = eight_bits && std::fabs(value - std::round(value)) < kRounding;
+    }
+  const auto bits = [&](std::size_t x, std::size_t y, float white) {
+    return static_cast<std::uint32_t>(std::lround(scaled(x, y, white)));
+  };
+  texels_8_bit.assign(eight_bits ? side * side + 1 : 0, 0);
+  texels_16_bit.assign(eight_bits ? 0 : side * side + 1, 0);
   for (std::size_t y = 0; y < side; ++y)
-    for (std::size_t x = 0; x < side; ++x)
-      texel_pairs[y * side + x] = bits(x, y) | bits(std::min(x + 1, side - 1), y) << 16;
+    for (std::size_t x = 0; x < side; ++x) {
+      if (eight_bits)
+        texels_8_bit[y * side + x] =
+            static_cast<std::uint16_t>(bits(x, y, 255.0F) | bits(x, std::min(y + 1, side - 1), 255.0F) << 8);
+      else
+        texels_16_bit[y * side + x] = bits(x, y, 65535.0F) | bits(std::min(x + 1, side - 1), y, 65535.0F) << 16;
+    }
 }
 
 optics::EmitterPlane Emitter::plane() const {
@@ -110,7 +126,8 @@ optics::EmitterPlane Emitter::plane() const {
   plane.half_side = static_cast<float>(side_mm / 2);
   plane.texels = static_cast<std::int32_t>(radiance.width);
   plane.texels_per_mm = static_cast<float>(static_cast<double>(radiance.width) / side_mm);
-  plane.texel_pairs = texel_pairs.data();
+  plane.texels_8_bit = texels_8_bit.empty() ? nullptr : texels_8_bit.data();
+  plane.texels_16_bit = texels_16_bit.empty() ? nullptr : texels_16_bit.data();
   return plane;
 }
 

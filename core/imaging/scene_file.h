@@ -23,11 +23,13 @@ struct Sensor {
 };
 
 struct Emitter {
-  double z_mm = 0;                         // world, negative
-  double side_mm = 0;                      // square
-  std::string target;                      // "siemens_star" or the path of an image
-  pixels::Image radiance;                  // square, 0 to 1; change it through show() only
-  std::vector<std::uint32_t> texel_pairs;  // the same for look-ups, see optics::EmitterPlane
+  double z_mm = 0;         // world, negative
+  double side_mm = 0;      // square
+  std::string target;      // "siemens_star" or the path of an image
+  pixels::Image radiance;  // square, 0 to 1; change it through show() only
+  // The same for look-ups, see optics::EmitterPlane: with 8 bits where that loses nothing.
+  std::vector<std::uint16_t> texels_8_bit;
+  std::vector<std::uint32_t> texels_16_bit;
 
   void show(pixels::Image image);
   // The plane as block kernels take it; a view of this.

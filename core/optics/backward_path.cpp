@@ -27,6 +27,13 @@ Op face_op(const Face& face, double index_before) {
   return op;
 }
 
+// At normal incidence.
+double highest_transmittance(double index_before, double index_after) {
+  constexpr double kSteepest = 3.7;
+  const double ratio = std::max(index_before, index_after) / std::min(index_before, index_after);
+  return ratio < kSteepest ? 4 * ratio / ((ratio + 1) * (ratio + 1)) : 1;
+}
+
 Op stop_op(Op::Kind kind, double radius) {
   Op op{};
   op.kind = kind;
@@ -84,22 +91,28 @@ class Builder {
 
 }  // namespace
 
-BackwardPath backward_path(const Assembly& assembly, const Motion& lens_to_world) {
+void set_backward_path(BackwardPath& path, const Assembly& assembly, const Motion& lens_to_world) {
   const Prescription& lens = assembly.lens();
-  BackwardPath path;
+  path.ops.clear();
+  path.through_aperture = 0;
+  path.highest_transmittance = 1;
   Builder builder(path.ops);
   const Motion unmoved;
   if (lens.mount) {
     builder.start_at(unmoved, lens.mount->to_z_mm);
     builder.look_at(lens.mount->to_z_mm, stop_op(Op::bore, lens.mount->bore_radius_mm));
   }
-  std::vector<Stop> stops = lens.stops;
-  std::sort(stops.begin(), stops.end(), [](const Stop& a, const Stop& b) { return a.z_mm > b.z_mm; });
-  std::size_t next_stop = 0;
+  // The stops at z or behind it that have not been passed yet, from the image on.
+  double passed = 1e300;
   const auto pass_stops_behind = [&](double z) {
-    for (; next_stop < stops.size() && stops[next_stop].z_mm >= z; ++next_stop) {
-      builder.enter(unmoved, stops[next_stop].z_mm, stop_op(Op::stop, stops[next_stop].opening_radius_mm));
-      if (stops[next_stop].aperture) path.through_aperture = path.ops.size();
+    while (true) {
+      const Stop* next = nullptr;
+      for (const Stop& stop : lens.stops)
+        if (stop.z_mm >= z && stop.z_mm < passed && (!next || stop.z_mm > next->z_mm)) next = &stop;
+      if (!next) return;
+      builder.enter(unmoved, next->z_mm, stop_op(Op::stop, next->opening_radius_mm));
+      if (next->aperture) path.through_aperture = path.ops.size();
+      passed = next->z_mm;
     }
   };
   for (std::size_t e = lens.elements.size(); e-- > 0;) {
@@ -108,11 +121,19 @@ BackwardPath backward_path(const Assembly& assembly, const Motion& lens_to_world
     for (std::size_t f = element.faces.size(); f-- > 0;) {
       const double index_before = f == 0 ? 1.0 : element.faces[f - 1].index_after;
       builder.enter(assembly.placement(e), element.faces[f].z_mm, face_op(element.faces[f], index_before));
+      path.highest_transmittance *= highest_transmittance(index_before, element.faces[f].index_after);
     }
   }
   pass_stops_behind(-1e300);
+  constexpr double kRounding = 1e-5;  // of float products over some dozens of faces
+  path.highest_transmittance = std::min(1.0, path.highest_transmittance * (1 + kRounding));
   path.into_first_frame = inverse(after(lens_to_world, builder.first()));
   path.world_of_last_frame = after(lens_to_world, builder.current());
+}
+
+BackwardPath backward_path(const Assembly& assembly, const Motion& lens_to_world) {
+  BackwardPath path;
+  set_backward_path(path, assembly, lens_to_world);
   return path;
 }
 

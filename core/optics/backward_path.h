@@ -16,11 +16,16 @@ struct BackwardPath {
   std::vector<Op> ops;               // sensor side to object side
   std::size_t through_aperture = 0;  // how many of them lead through the aperture stop
   Motion world_of_last_frame;        // the frame in which `ops` end -> world
+  // No ray's Fresnel transmittance is larger: unpolarised reflection is least at normal incidence (for ratios of
+  // indices up to 2 + sqrt(3); a steeper face counts as clear). A little above the product, for rounding.
+  double highest_transmittance = 1;
 };
 
 // `lens_to_world` is the pose. Faces from back to front with the mesh apertures, stops between, the
 // mount's rear rim first. Frames are changed only where an element sits off.
 BackwardPath backward_path(const Assembly& assembly, const Motion& lens_to_world);
+// The same into a path that may be used again and again; allocates nothing from the second time on.
+void set_backward_path(BackwardPath& path, const Assembly& assembly, const Motion& lens_to_world);
 
 // The last operation of an image path: from the last frame to the world, where the emitter's plane is.
 Op last_frame_to_world(const BackwardPath& path);

@@ -1,8 +1,12 @@
 // The float kernels of ray_block.h, compiled once for each instruction set (RELIGN_KERNEL_ISA).
 //
 // Each operation is a function of its own with plain loops over arrays and scalar locals: that is
-// what the compiler vectorises. Only builtins are called, so that no inline function of a library
-// header is emitted here with instructions that other code must not run.
+// what the compiler vectorises. Only builtins and intrinsics are called, so that no inline function of
+// a library header is emitted here with instructions that other code must not run.
+#if defined(__AVX2__)
+#include <immintrin.h>
+#endif
+
 #include "optics/ray_block.h"
 
 namespace relign::optics {
@@ -15,34 +19,74 @@ inline float multiply_add(float a, float b, float c) { return __builtin_fmaf(a, 
 inline float smaller(float a, float b) { return a < b ? a : b; }
 inline float larger(float a, float b) { return a > b ? a : b; }
 
+// unit() uses the upper 24 bits of a word; the four lower bytes make a fifth word.
+inline std::uint32_t fifth_word(std::uint32_t c0, std::uint32_t c1, std::uint32_t c2, std::uint32_t c3) {
+  return (c0 & 255U) << 24 | (c1 & 255U) << 16 | (c2 & 255U) << 8 | (c3 & 255U);
+}
+
+// The rounds of Philox4x32-10 on 64-bit lanes, of which only the lower halves count: one instruction
+// gives a full product, and what it leaves in the upper halves is ignored by the next.
+#if defined(__AVX512F__)
+constexpr int kWideLanes = 8;
+using Wide = __m512i;
+inline Wide wide(std::uint32_t word) { return _mm512_set1_epi64(static_cast<long long>(word)); }
+inline Wide load_wide(const std::uint32_t* words) {
+  return _mm512_cvtepu32_epi64(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(words)));
+}
+inline void store_narrow(std::uint32_t* words, Wide lanes) {
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(words), _mm512_cvtepi64_epi32(lanes));
+}
+inline Wide product(Wide a, Wide b) { return _mm512_mul_epu32(a, b); }
+inline Wide upper_half(Wide a) { return _mm512_srli_epi64(a, 32); }
+inline Wide exclusive_or(Wide a, Wide b, Wide c) { return _mm512_ternarylogic_epi64(a, b, c, 0x96); }
+#elif defined(__AVX2__)
+constexpr int kWideLanes = 4;
+using Wide = __m256i;
+inline Wide wide(std::uint32_t word) { return _mm256_set1_epi64x(static_cast<long long>(word)); }
+inline Wide load_wide(const std::uint32_t* words) {
+  return _mm256_cvtepu32_epi64(_mm_loadu_si128(reinterpret_cast<const __m128i*>(words)));
+}
+inline void store_narrow(std::uint32_t* words, Wide lanes) {
+  const __m256i packed = _mm256_permutevar8x32_epi32(lanes, _mm256_setr_epi32(0, 2, 4, 6, 0, 2, 4, 6));
+  _mm_storeu_si128(reinterpret_cast<__m128i*>(words), _mm256_castsi256_si128(packed));
+}
+inline Wide product(Wide a, Wide b) { return _mm256_mul_epu32(a, b); }
+inline Wide upper_half(Wide a) { return _mm256_srli_epi64(a, 32); }
+inline Wide exclusive_or(Wide a, Wide b, Wide c) { return _mm256_xor_si256(_mm256_xor_si256(a, b), c); }
+#else
+constexpr int kWideLanes = 1;
+using Wide = std::uint64_t;
+inline Wide wide(std::uint32_t word) { return word; }
+inline Wide load_wide(const std::uint32_t* words) { return *words; }
+inline void store_narrow(std::uint32_t* words, Wide lanes) { *words = static_cast<std::uint32_t>(lanes); }
+inline Wide product(Wide a, Wide b) { return (a & 0xFFFFFFFFU) * (b & 0xFFFFFFFFU); }
+inline Wide upper_half(Wide a) { return a >> 32; }
+inline Wide exclusive_or(Wide a, Wide b, Wide c) { return a ^ b ^ c; }
+#endif
+
 void philox(RayBlock& block, const std::uint32_t* pixel, const std::uint32_t* sample, std::uint32_t stream,
             std::uint32_t key0, std::uint32_t key1, int count) {
-  std::uint32_t* const u0 = block.u0;
-  std::uint32_t* const u1 = block.u1;
-  std::uint32_t* const u2 = block.u2;
-  std::uint32_t* const u3 = block.u3;
-  std::uint32_t* const die = block.die;
-  RELIGN_LOOP
-  for (int i = 0; i < count; ++i) {
-    std::uint32_t c0 = sample[i], c1 = pixel[i], c2 = stream, c3 = 0;
+  const Wide multiplier0 = wide(0xD2511F53U), multiplier1 = wide(0xCD9E8D57U);
+  for (int i = 0; i < count; i += kWideLanes) {
+    Wide c0 = load_wide(sample + i), c1 = load_wide(pixel + i), c2 = wide(stream), c3 = wide(0);
     std::uint32_t k0 = key0, k1 = key1;
     for (int round = 0; round < 10; ++round) {
-      const std::uint64_t product0 = std::uint64_t{0xD2511F53u} * c0;
-      const std::uint64_t product1 = std::uint64_t{0xCD9E8D57u} * c2;
-      c0 = static_cast<std::uint32_t>(product1 >> 32) ^ c1 ^ k0;
-      c1 = static_cast<std::uint32_t>(product1);
-      c2 = static_cast<std::uint32_t>(product0 >> 32) ^ c3 ^ k1;
-      c3 = static_cast<std::uint32_t>(product0);
-      k0 += 0x9E3779B9u;
-      k1 += 0xBB67AE85u;
+      const Wide product0 = product(multiplier0, c0);
+      const Wide product1 = product(multiplier1, c2);
+      c0 = exclusive_or(upper_half(product1), c1, wide(k0));
+      c1 = product1;
+      c2 = exclusive_or(upper_half(product0), c3, wide(k1));
+      c3 = product0;
+      k0 += 0x9E3779B9U;
+      k1 += 0xBB67AE85U;
     }
-    u0[i] = c0;
-    u1[i] = c1;
-    u2[i] = c2;
-    u3[i] = c3;
-    // unit() uses the upper 24 bits of a word; the four lower bytes make a fifth.
-    die[i] = (c0 & 255U) << 24 | (c1 & 255U) << 16 | (c2 & 255U) << 8 | (c3 & 255U);
+    store_narrow(block.u0 + i, c0);
+    store_narrow(block.u1 + i, c1);
+    store_narrow(block.u2 + i, c2);
+    store_narrow(block.u3 + i, c3);
   }
+  RELIGN_LOOP
+  for (int i = 0; i < count; ++i) block.die[i] = fifth_word(block.u0[i], block.u1[i], block.u2[i], block.u3[i]);
 }
 
 // 24 random bits to [0, 1).
@@ -141,50 +185,50 @@ void apply_shift(RayBlock& block, const Op& op, int count) {
   }
 }
 
-// Hit and refraction in vertex form (Welford, Aberrations of Optical Systems, chapter 4): M is the
-// foot of the perpendicular from the vertex on the ray; the root has the sign of lz (here negative).
-// Fresnel: T = 1 - (rs^2 + rp^2) / 2 = 2 n n' c c' (A^2 + B^2) / (A B)^2 with A = n c + n' c',
-// B = n' c + n c'.
+// Hit and refraction with the vertex as origin. The way to the sphere c |h|^2 = 2 h_z from p along l is
+// t = F / (b - cosine), F = c |p|^2 - 2 p_z, b = l_z - c (p l), cosine = sqrt(b^2 - c F): the root has the sign of
+// l_z (here negative). Snell: Welford, Aberrations of Optical Systems, chapter 4.
+// Fresnel: T = 1 - (rs^2 + rp^2) / 2 = 2 r c c' (A^2 + B^2) / (A B)^2 with r the ratio of indices after / before,
+// A = c + r c', B = r c + c'.
+// Roots are taken of absolute values: where they matter not, the ray is lost by its margin.
 template <bool Fresnel>
 void meet_face(RayBlock& block, const Op& op, int count) {
-  const float vertex = op.vertex_z, c = op.curvature, ratio = op.index_ratio, clear2 = op.clear_radius2;
-  const float n = op.index_before, m = op.index_after;
-  const float ratio2 = ratio * ratio;
-  const float two_indices = 2.0F * n * m;
+  const float vertex = op.vertex_z, c = op.curvature, minus_c = -op.curvature;
+  const float ratio = op.index_ratio, clear2 = op.clear_radius2;
+  const float minus_ratio2 = -ratio * ratio;
+  const float back_ratio = op.index_after / op.index_before;
+  const float twice = 2.0F * back_ratio;
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
     const float x = block.x[i], y = block.y[i], z = block.z[i] - vertex;
     const float lx = block.lx[i], ly = block.ly[i], lz = block.lz[i];
-    const float e = -multiply_add(x, lx, multiply_add(y, ly, z * lz));
-    const float mx = multiply_add(e, lx, x);
-    const float my = multiply_add(e, ly, y);
-    const float mz = multiply_add(e, lz, z);
-    const float m2 = multiply_add(mx, mx, multiply_add(my, my, mz * mz));
-    const float f = multiply_add(c, m2, -2.0F * mz);
-    const float discriminant = multiply_add(lz, lz, -c * f);
-    const float cosine = __builtin_sqrtf(larger(discriminant, 0.0F));  // |cos| of incidence
-    const float t = f / (lz - cosine);
-    const float hx = multiply_add(t, lx, mx);
-    const float hy = multiply_add(t, ly, my);
-    const float hz = multiply_add(t, lz, mz);
-    const float refracted = multiply_add(-ratio2, multiply_add(-cosine, cosine, 1.0F), 1.0F);
-    const float cosine_after = __builtin_sqrtf(larger(refracted, 0.0F));
+    const float along = multiply_add(x, lx, multiply_add(y, ly, z * lz));
+    const float square = multiply_add(x, x, multiply_add(y, y, z * z));
+    const float b = multiply_add(minus_c, along, lz);
+    const float f = multiply_add(c, square, -2.0F * z);
+    const float discriminant = multiply_add(b, b, minus_c * f);
+    const float cosine = __builtin_sqrtf(__builtin_fabsf(discriminant));  // |cos| of incidence
+    const float t = f / (b - cosine);
+    const float hx = multiply_add(t, lx, x);
+    const float hy = multiply_add(t, ly, y);
+    const float hz = multiply_add(t, lz, z);
+    const float refracted = multiply_add(minus_ratio2, multiply_add(-cosine, cosine, 1.0F), 1.0F);
+    const float cosine_after = __builtin_sqrtf(__builtin_fabsf(refracted));
     const float g = multiply_add(ratio, cosine, -cosine_after);  // along the normal, towards -z
-    const float gc = g * c;
+    const float gc = minus_c * g;
     block.x[i] = hx;
     block.y[i] = hy;
     block.z[i] = hz;
-    block.lx[i] = multiply_add(ratio, lx, -gc * hx);
-    block.ly[i] = multiply_add(ratio, ly, -gc * hy);
-    block.lz[i] = multiply_add(ratio, lz, multiply_add(-gc, hz, g));
+    block.lx[i] = multiply_add(ratio, lx, gc * hx);
+    block.ly[i] = multiply_add(ratio, ly, gc * hy);
+    block.lz[i] = multiply_add(ratio, lz, multiply_add(gc, hz, g));
     const float edge = multiply_add(-hx, hx, multiply_add(-hy, hy, clear2));
     block.margin[i] = smaller(smaller(block.margin[i], edge), smaller(discriminant, refracted));
     if (Fresnel) {
-      const float a = multiply_add(n, cosine, m * cosine_after);
-      const float b = multiply_add(m, cosine, n * cosine_after);
-      const float a2 = a * a, b2 = b * b;
-      block.above[i] *= two_indices * cosine * cosine_after * (a2 + b2);
-      block.below[i] *= a2 * b2;
+      const float a = multiply_add(back_ratio, cosine_after, cosine);
+      const float d = multiply_add(back_ratio, cosine, cosine_after);
+      block.above[i] *= twice * cosine * cosine_after * multiply_add(a, a, d * d);
+      block.below[i] *= a * d;
     }
   }
 }
@@ -243,14 +287,19 @@ void trace(RayBlock& block, const Op* ops, int op_count, bool fresnel, int count
   }
 }
 
-inline float texel(std::uint32_t bits) {
-  return static_cast<float>(static_cast<std::int32_t>(bits)) * (1.0F / 65535.0F);
+inline float level(std::uint32_t bits, float unit) {
+  return static_cast<float>(static_cast<std::int32_t>(bits)) * unit;
 }
 
-void look_up(RayBlock& block, const EmitterPlane& given, int count) {
+// A word of 32 bits at any even address.
+using LooseWord = std::uint32_t __attribute__((aligned(2), may_alias));
+
+template <bool EightBits>
+void look_up_texels(RayBlock& block, const EmitterPlane& given, int count) {
   const EmitterPlane emitter = given;
   const float last = static_cast<float>(emitter.texels - 1);
-  const std::uint32_t* const pairs = emitter.texel_pairs;
+  const std::uint16_t* const narrow = emitter.texels_8_bit;
+  const std::uint32_t* const broad = emitter.texels_16_bit;
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
     const float t = (emitter.distance_z - block.z[i]) / block.lz[i];
@@ -272,9 +321,20 @@ void look_up(RayBlock& block, const EmitterPlane& given, int count) {
     const float fu = uc - u_floor;
     const float fv = vc - v_floor;
     const std::int32_t at = static_cast<std::int32_t>(v_floor) * emitter.texels + static_cast<std::int32_t>(u_floor);
-    const std::uint32_t upper = pairs[at], lower = pairs[at + emitter.texels];
-    const float a = texel(upper & 0xFFFFU), b = texel(upper >> 16);
-    const float c = texel(lower & 0xFFFFU), d = texel(lower >> 16);
+    float a = 0, b = 0, c = 0, d = 0;  // left and right above, then below
+    if (EightBits) {
+      const std::uint32_t four = *reinterpret_cast<const LooseWord*>(narrow + at);
+      a = level(four & 0xFFU, 1.0F / 255.0F);
+      b = level(four >> 16 & 0xFFU, 1.0F / 255.0F);
+      c = level(four >> 8 & 0xFFU, 1.0F / 255.0F);
+      d = level(four >> 24, 1.0F / 255.0F);
+    } else {
+      const std::uint32_t upper = broad[at], lower = broad[at + emitter.texels];
+      a = level(upper & 0xFFFFU, 1.0F / 65535.0F);
+      b = level(upper >> 16, 1.0F / 65535.0F);
+      c = level(lower & 0xFFFFU, 1.0F / 65535.0F);
+      d = level(lower >> 16, 1.0F / 65535.0F);
+    }
     const float top = multiply_add(fu, b - a, a);
     const float bottom = multiply_add(fu, d - c, c);
     const float value = multiply_add(fv, bottom - top, top);
@@ -282,10 +342,17 @@ void look_up(RayBlock& block, const EmitterPlane& given, int count) {
   }
 }
 
+void look_up(RayBlock& block, const EmitterPlane& emitter, int count) {
+  if (emitter.texels_8_bit)
+    look_up_texels<true>(block, emitter, count);
+  else
+    look_up_texels<false>(block, emitter, count);
+}
+
 void apply_transmittance(RayBlock& block, int count) {
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
-    const float weighted = block.radiance[i] * (block.above[i] / block.below[i]);
+    const float weighted = block.radiance[i] * (block.above[i] / (block.below[i] * block.below[i]));
     block.radiance[i] = block.radiance[i] > 0.0F ? weighted : 0.0F;
   }
 }
@@ -301,11 +368,65 @@ void count_reached(const std::uint32_t* words, const std::uint32_t* thresholds, 
   }
 }
 
-void play_dice(RayBlock& block, float survival, int count) {
+void play_dice(RayBlock& block, float bound, int count) {
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
-    const bool survives = unit(block.die[i]) * block.below[i] < survival * block.above[i];
+    const bool survives = unit(block.die[i]) * bound * (block.below[i] * block.below[i]) < block.above[i];
     block.radiance[i] = survives ? block.radiance[i] : 0.0F;
+  }
+}
+
+void equal_runs(std::uint32_t* owner, std::uint32_t* sample, std::uint32_t first, int length, int count) {
+  // Half a step above the whole number: the quotient is never rounded across the next one.
+  const double runs = 1.0 / length;
+  RELIGN_LOOP
+  for (int i = 0; i < count; ++i) {
+    const std::int32_t ray = static_cast<std::int32_t>(first) + i;
+    const auto run = static_cast<std::int32_t>((static_cast<double>(ray) + 0.5) * runs);
+    owner[i] = static_cast<std::uint32_t>(run);
+    sample[i] = static_cast<std::uint32_t>(ray - run * length);
+  }
+}
+
+void take_pixels(RayBlock& block, const TileStart& tile, const PixelPlaces& given, const std::uint32_t* owner,
+                 std::uint32_t* number, int count) {
+  const PixelPlaces places = given;
+  const float pitch_x = tile.pixel_pitch_x, pitch_y = tile.pixel_pitch_y;
+  const float rows = 1.0F / static_cast<float>(places.columns);
+  RELIGN_LOOP
+  for (int i = 0; i < count; ++i) {
+    const auto at = static_cast<std::int32_t>(owner[i]);
+    // Half a step above the whole number: never rounded across the next one, for boxes of some hundred pixels.
+    const auto row = static_cast<std::int32_t>((static_cast<float>(at) + 0.5F) * rows);
+    const std::int32_t column = at - row * places.columns;
+    block.pixel_x[i] = (static_cast<float>(column) + places.first_column) * pitch_x;
+    block.pixel_y[i] = (static_cast<float>(row) + places.first_row) * pitch_y;
+    number[i] =
+        places.first_number + static_cast<std::uint32_t>(row) * places.frame_width + static_cast<std::uint32_t>(column);
+  }
+}
+
+void lattice(RayBlock& block, const std::uint32_t* owner, const std::uint32_t* sample,
+             const std::uint32_t* const* shift, const std::uint32_t* step, int count) {
+  std::uint32_t* const words[4] = {block.u0, block.u1, block.u2, block.u3};
+  for (int k = 0; k < 4; ++k) {
+    const std::uint32_t* const from = shift[k];
+    std::uint32_t* const word = words[k];
+    const std::uint32_t by = step[k];
+    RELIGN_LOOP
+    for (int i = 0; i < count; ++i) word[i] = from[static_cast<std::int32_t>(owner[i])] + sample[i] * by;
+  }
+}
+
+// Eight partial sums, added as a tree.
+void sum_runs(const RayBlock& block, int length, float* sums, int count) {
+  for (int run = 0; run * length < count; ++run) {
+    const float* const radiance = block.radiance + run * length;
+    float partial[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+    for (int i = 0; i < length; i += 8)
+      for (int lane = 0; lane < 8; ++lane) partial[lane] += radiance[i + lane];
+    sums[run] = ((partial[0] + partial[4]) + (partial[2] + partial[6])) +
+                ((partial[1] + partial[5]) + (partial[3] + partial[7]));
   }
 }
 
@@ -323,7 +444,11 @@ const BlockKernels& kernels() {
                                          look_up,
                                          apply_transmittance,
                                          count_reached,
-                                         play_dice};
+                                         play_dice,
+                                         equal_runs,
+                                         take_pixels,
+                                         lattice,
+                                         sum_runs};
   return table;
 }
 

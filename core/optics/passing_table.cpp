@@ -17,34 +17,32 @@ constexpr double kGridStep = 0.5;         // mm between places
 constexpr double kRelativeMargin = 0.03;  // of the supports
 static_assert(kCoarse * kCoarse == kBlockRays);
 
-// Traces rays from one place to points of the pupil plane; keeps the block.
+// Traces rays from one place to points of the pupil plane.
 class Prober {
  public:
-  Prober(const Assembly& assembly, double pupil_z)
-      : path_(backward_path(assembly, {})), pupil_z_(pupil_z), block_(std::make_unique<RayBlock>()) {}
+  Prober(const BackwardPath& path, double pupil_z, RayBlock& block) : path_(path), pupil_z_(pupil_z), block_(block) {}
 
   // passed[i] for `count` (a multiple of 16) points (x, y) on the pupil plane.
   void probe(const Vec3& place, const double* x, const double* y, int count, bool* passed) {
-    RayBlock& block = *block_;
     const Vec3 start = path_.into_first_frame.point(place);
     for (int i = 0; i < count; ++i) {
       const Vec3 direction = path_.into_first_frame.direction(unit(Vec3{x[i], y[i], pupil_z_} - place));
-      block.x[i] = static_cast<float>(start.x);
-      block.y[i] = static_cast<float>(start.y);
-      block.z[i] = static_cast<float>(start.z);
-      block.lx[i] = static_cast<float>(direction.x);
-      block.ly[i] = static_cast<float>(direction.y);
-      block.lz[i] = static_cast<float>(direction.z);
-      block.margin[i] = 1;
+      block_.x[i] = static_cast<float>(start.x);
+      block_.y[i] = static_cast<float>(start.y);
+      block_.z[i] = static_cast<float>(start.z);
+      block_.lx[i] = static_cast<float>(direction.x);
+      block_.ly[i] = static_cast<float>(direction.y);
+      block_.lz[i] = static_cast<float>(direction.z);
+      block_.margin[i] = 1;
     }
-    block_kernels().trace(block, path_.ops.data(), static_cast<int>(path_.through_aperture), false, count);
-    for (int i = 0; i < count; ++i) passed[i] = block.margin[i] > 0;
+    block_kernels().trace(block_, path_.ops.data(), static_cast<int>(path_.through_aperture), false, count);
+    for (int i = 0; i < count; ++i) passed[i] = block_.margin[i] > 0;
   }
 
  private:
-  BackwardPath path_;
+  const BackwardPath& path_;
   double pupil_z_;
-  std::unique_ptr<RayBlock> block_;
+  RayBlock& block_;
 };
 
 PassingRegion probe_region(Prober& prober, const Vec3& place, double reach) {
@@ -109,9 +107,11 @@ std::array<double, 2> support_direction(int k, int n) {
   return table[static_cast<std::size_t>(k * (kAzimuths / n))];
 }
 
-PassingTable::PassingTable(const Assembly& assembly, const Range& range) {
+PassingTable::PassingTable(const Assembly& assembly, const Range& range) : path_(backward_path(assembly, {})) {
   const FirstOrder data = first_order(assembly.lens());
   pupil_z_ = data.exit_pupil_z;
+  // Pupils grow off the axis and with tilts; twice the paraxial radius holds them with room to spare.
+  reach_ = data.exit_pupil_diameter;
   step_ = kGridStep;
   const int half = static_cast<int>(std::ceil(range.half_width / step_));
   count_ = 2 * half + 1;
@@ -119,36 +119,55 @@ PassingTable::PassingTable(const Assembly& assembly, const Range& range) {
   count_z_ = 5;
   low_z_ = range.z_low;
   step_z_ = (range.z_high - range.z_low) / (count_z_ - 1);
-  // Pupils grow off the axis and with tilts; twice the paraxial radius holds them with room to spare.
-  const double reach = data.exit_pupil_diameter;
-  Prober prober(assembly, pupil_z_);
   nodes_.resize(static_cast<std::size_t>(count_ * count_ * count_z_));
-  std::size_t at = 0;
-  for (int iz = 0; iz < count_z_; ++iz)
-    for (int iy = 0; iy < count_; ++iy)
-      for (int ix = 0; ix < count_; ++ix, ++at)
-        nodes_[at] = probe_region(prober, {low_ + ix * step_, low_ + iy * step_, low_z_ + iz * step_z_}, reach);
+  asked_.resize(nodes_.size());
 }
 
-const PassingRegion& PassingTable::node(int ix, int iy, int iz) const {
-  return nodes_[static_cast<std::size_t>((iz * count_ + iy) * count_ + ix)];
+bool PassingTable::find_cell(const Vec3& place, Cell& cell) const {
+  const double u = (place.x - low_) / step_, v = (place.y - low_) / step_, w = (place.z - low_z_) / step_z_;
+  if (!(u >= 0 && u <= count_ - 1 && v >= 0 && v <= count_ - 1)) return false;
+  const double wc = std::clamp(w, 0.0, count_z_ - 1.0);
+  cell.ix = std::min(static_cast<int>(u), count_ - 2);
+  cell.iy = std::min(static_cast<int>(v), count_ - 2);
+  cell.iz = std::min(static_cast<int>(wc), count_z_ - 2);
+  cell.fu = u - cell.ix;
+  cell.fv = v - cell.iy;
+  cell.fw = wc - cell.iz;
+  return true;
+}
+
+void PassingTable::add_missing(const Vec3& place, std::vector<int>& missing) {
+  Cell cell;
+  if (!find_cell(place, cell)) return;
+  for (int corner = 0; corner < 8; ++corner) {
+    const int node = node_index(cell.ix + (corner & 1), cell.iy + (corner >> 1 & 1), cell.iz + (corner >> 2));
+    char& asked = asked_[static_cast<std::size_t>(node)];
+    if (!asked) missing.push_back(node);
+    asked = 1;
+  }
+}
+
+void PassingTable::fill(int missing, RayBlock& block) {
+  const int ix = missing % count_, iy = missing / count_ % count_, iz = missing / count_ / count_;
+  Prober prober(path_, pupil_z_, block);
+  nodes_[static_cast<std::size_t>(missing)] =
+      probe_region(prober, {low_ + ix * step_, low_ + iy * step_, low_z_ + iz * step_z_}, reach_);
 }
 
 PassingRegion PassingTable::at(const Vec3& place) const {
-  const double u = (place.x - low_) / step_, v = (place.y - low_) / step_, w = (place.z - low_z_) / step_z_;
   PassingRegion result;
-  if (!(u >= 0 && u <= count_ - 1 && v >= 0 && v <= count_ - 1)) return result;
-  const int ix = std::min(static_cast<int>(u), count_ - 2), iy = std::min(static_cast<int>(v), count_ - 2);
-  const double wc = std::clamp(w, 0.0, count_z_ - 1.0);
-  const int iz = std::min(static_cast<int>(wc), count_z_ - 2);
-  const double fu = u - ix, fv = v - iy, fw = wc - iz;
+  Cell cell;
+  if (!find_cell(place, cell)) return result;
 
   // Weighted over the corners where something passes.
   double total = 0;
   for (int corner = 0; corner < 8; ++corner) {
-    const PassingRegion& region = node(ix + (corner & 1), iy + (corner >> 1 & 1), iz + (corner >> 2));
+    const PassingRegion& region = nodes_[static_cast<std::size_t>(
+        node_index(cell.ix + (corner & 1), cell.iy + (corner >> 1 & 1), cell.iz + (corner >> 2)))];
     if (region.empty) continue;
-    const double weight = (corner & 1 ? fu : 1 - fu) * (corner & 2 ? fv : 1 - fv) * (corner & 4 ? fw : 1 - fw) + 1e-9;
+    const double weight = (corner & 1 ? cell.fu : 1 - cell.fu) * (corner & 2 ? cell.fv : 1 - cell.fv) *
+                              (corner & 4 ? cell.fw : 1 - cell.fw) +
+                          1e-9;
     total += weight;
     for (int axis = 0; axis < 2; ++axis) result.middle[axis] += weight * region.middle[axis];
     for (int k = 0; k < kSupports; ++k) result.supports[k] += weight * region.supports[k];

@@ -7,13 +7,16 @@
 // phi_k = 2 pi k / kSupports. Found by tracing float blocks backwards from each place: first a coarse
 // grid over the pupil, then bisection along 2 kSupports rays from the region's middle. A margin
 // covers what lies between grid places and between bisection rays; tests trace hundreds of
-// millions of hemisphere rays against it.
+// millions of hemisphere rays against it. Regions are found when a pose first needs them: most lenses
+// are looked at from few of the places that the travel allows.
 #pragma once
 
 #include <array>
 #include <vector>
 
 #include "optics/assembly.h"
+#include "optics/backward_path.h"
+#include "optics/ray_block.h"
 
 namespace relign::optics {
 
@@ -34,13 +37,28 @@ class PassingTable {
   };
   PassingTable(const Assembly& assembly, const Range& range);
 
+  // Before at(place): appends the grid places around it whose region is not known, each once; then fill them
+  // all, different ones by different threads if you like. `block` is space to work in.
+  void add_missing(const Vec3& place, std::vector<int>& missing);
+  void fill(int missing, RayBlock& block);
+  std::size_t grid_places() const { return nodes_.size(); }
+
   double pupil_z() const { return pupil_z_; }
   // The region seen from a place: between the grid's places, widened by the margin. Empty outside the
   // range and where nothing passes.
   PassingRegion at(const Vec3& place) const;
 
  private:
-  const PassingRegion& node(int ix, int iy, int iz) const;
+  // The cell of the grid that holds a place, and where in it; false outside the range.
+  struct Cell {
+    int ix = 0, iy = 0, iz = 0;
+    double fu = 0, fv = 0, fw = 0;
+  };
+  bool find_cell(const Vec3& place, Cell& cell) const;
+  int node_index(int ix, int iy, int iz) const { return (iz * count_ + iy) * count_ + ix; }
+
+  BackwardPath path_;
+  double reach_ = 0;  // mm on the pupil plane that hold every region
   double pupil_z_ = 0;
   double step_ = 0;  // mm, x and y
   double step_z_ = 0;
@@ -49,6 +67,7 @@ class PassingTable {
   double low_ = 0;  // x and y of node 0
   double low_z_ = 0;
   std::vector<PassingRegion> nodes_;
+  std::vector<char> asked_;  // of each node: known, or among the missing
 };
 
 // cos and sin of 2 pi k / n for n = kSupports or 2 kSupports.

@@ -17,7 +17,7 @@ struct alignas(64) RayBlock {
   // Position relative to the current origin (mm) and direction cosines.
   float x[kBlockRays], y[kBlockRays], z[kBlockRays];
   float lx[kBlockRays], ly[kBlockRays], lz[kBlockRays];
-  // Transmittance so far = above / below; margin as said above.
+  // Transmittance so far = above / below^2; margin as said above.
   float above[kBlockRays], below[kBlockRays], margin[kBlockRays];
   // Random 32-bit words that a ray starts from: place in the pixel (two), direction (two), die.
   std::uint32_t u0[kBlockRays], u1[kBlockRays], u2[kBlockRays], u3[kBlockRays], die[kBlockRays];
@@ -55,19 +55,31 @@ struct TileStart {
   float translation[3];
 };
 
+// A box of pixels within a tile.
+struct PixelPlaces {
+  std::int32_t columns;           // of the box
+  float first_column, first_row;  // of the box, counted from the tile's centre, in pixels
+  std::uint32_t first_number;     // of the box's first pixel in the frame
+  std::uint32_t frame_width;      // pixels
+};
+
 struct EmitterPlane {
   float distance_z;  // z of the plane in the current frame, mm
   float half_side;   // mm
   float texels_per_mm;
   std::int32_t texels;  // per side
-  // texels x texels, row 0 at y = -half_side: each word holds a texel (lower half, 65535 = radiance 1)
-  // and its right neighbour (upper half), so that two words make a bilinear look-up.
-  const std::uint32_t* texel_pairs;
+  // texels x texels, row 0 at y = -half_side, and one word of padding behind. One of the two, the other is null:
+  // 8-bit texels (255 = radiance 1), each with the one below it in the upper half of its word; or 16-bit texels
+  // (65535 = radiance 1), each with its right neighbour in the upper half. One look-up of 32 bits at any word of the
+  // first, or two in the second, give the four texels of a bilinear value.
+  const std::uint16_t* texels_8_bit;
+  const std::uint32_t* texels_16_bit;
 };
 
 struct BlockKernels {
   const char* name;
   // u0..u3 from Philox4x32-10: counter (sample[i], pixel[i], stream, 0), key; die from their lower bytes.
+  // count a multiple of 16, as everywhere here.
   void (*philox)(RayBlock& block, const std::uint32_t* pixel, const std::uint32_t* sample, std::uint32_t stream,
                  std::uint32_t key0, std::uint32_t key1, int count);
   // Starts rays on the sensor from u0..u3 (place in the pixel, direction in the ellipse); above = below = 1.
@@ -77,13 +89,24 @@ struct BlockKernels {
   void (*trace)(RayBlock& block, const Op* ops, int op_count, bool fresnel, int count);
   // Moves rays to the emitter's plane and looks its radiance up; x, y become the hit's.
   void (*look_up)(RayBlock& block, const EmitterPlane& emitter, int count);
-  // radiance *= above / below.
+  // radiance *= above / below^2.
   void (*apply_transmittance)(RayBlock& block, int count);
   // counts[i] = how many of the rising thresholds words[i] reaches; count a multiple of 16.
   void (*count_reached)(const std::uint32_t* words, const std::uint32_t* thresholds, int levels, std::uint32_t* counts,
                         int count);
-  // Fresnel and roulette by dice: radiance stays where die * below < survival * above (die in [0, 1)).
-  void (*play_dice)(RayBlock& block, float survival, int count);
+  // Fresnel and roulette by dice: radiance stays where die * below^2 * bound < above (die in [0, 1)).
+  void (*play_dice)(RayBlock& block, float bound, int count);
+  // Rays `first` to first + count of equal runs, one run a pixel: owner = which run, sample = place in it.
+  void (*equal_runs)(std::uint32_t* owner, std::uint32_t* sample, std::uint32_t first, int length, int count);
+  // pixel_x, pixel_y and the number in the frame, of each ray's owner: a place in a box of pixels, row by row.
+  void (*take_pixels)(RayBlock& block, const TileStart& tile, const PixelPlaces& places, const std::uint32_t* owner,
+                      std::uint32_t* number, int count);
+  // u0..u3 = shift[k][owner] + sample * step[k]: a lattice, shifted for each pixel.
+  void (*lattice)(RayBlock& block, const std::uint32_t* owner, const std::uint32_t* sample,
+                  const std::uint32_t* const* shift, const std::uint32_t* step, int count);
+  // sums[i] = sum of radiance over the rays i * length to (i + 1) * length, in an order that is the same on
+  // every instruction set. length: 8 to kBlockRays, a power of two.
+  void (*sum_runs)(const RayBlock& block, int length, float* sums, int count);
 };
 
 namespace generic {

@@ -23,9 +23,10 @@ constexpr std::size_t kPixels = 200 * 200;
 std::vector<float> image_with(unsigned threads, Sampler sampler, const std::vector<double>& pose, std::uint64_t seed) {
   Parallel parallel(threads);
   Random random(3);
-  Camera camera(relign_od_scene(), random_assembly(random), {Transport::fresnel, sampler, 64}, parallel);
+  Camera camera(relign_od_scene(), {Transport::fresnel, sampler, 64}, parallel);
+  MountedLens lens(relign_od_scene(), random_assembly(random));
   std::vector<float> image(kPixels, -1.0F);
-  camera.capture(pose, seed, image.data());
+  camera.capture(lens, pose, seed, image.data());
   return image;
 }
 
@@ -41,37 +42,41 @@ TEST(Camera, ImagesDoNotDependOnThreads) {
 
 TEST(Camera, ImagesDoNotDependOnWhatWasRenderedBefore) {
   Parallel parallel(1);
-  Camera camera(relign_od_scene(), optics::Assembly(relign_od_scene().lens), {}, parallel);
+  Camera camera(relign_od_scene(), {}, parallel);
+  MountedLens lens(relign_od_scene());
   std::vector<float> fresh(kPixels), later(kPixels);
-  camera.capture(nominal_pose(), 5, fresh.data());
-  camera.capture({0.9, 0.1, 0.2, 0.9, 0.1}, 6, later.data());
-  camera.capture(nominal_pose(), 5, later.data());
+  camera.capture(lens, nominal_pose(), 5, fresh.data());
+  camera.capture(lens, {0.9, 0.1, 0.2, 0.9, 0.1}, 6, later.data());
+  camera.capture(lens, nominal_pose(), 5, later.data());
   EXPECT_EQ(fresh, later);
 }
 
 TEST(Camera, TruthDoesNotDependOnThreads) {
   Parallel one(1), two(2);
   const Reference reference = make_reference(relign_od_scene(), {}, two, {}, {});
-  Camera a(relign_od_scene(), optics::Assembly(relign_od_scene().lens), {}, one);
-  Camera b(relign_od_scene(), optics::Assembly(relign_od_scene().lens), {}, two);
+  Camera a(relign_od_scene(), {}, one);
+  MountedLens a_lens(relign_od_scene());
+  Camera b(relign_od_scene(), {}, two);
+  MountedLens b_lens(relign_od_scene());
   const std::vector<double> pose = {0.52, 0.5, 0.45, 0.5, 0.51};
-  EXPECT_EQ(a.noise_free_mse(pose, 1, reference).mse, b.noise_free_mse(pose, 1, reference).mse);
+  EXPECT_EQ(a.noise_free_mse(a_lens, pose, 1, reference).mse, b.noise_free_mse(b_lens, pose, 1, reference).mse);
 }
 
 TEST(Camera, TruthHasNoBiasFarAway) {
   Parallel parallel(2);
   const Reference reference = make_reference(relign_od_scene(), {}, parallel, {}, {});
-  Camera camera(relign_od_scene(), optics::Assembly(relign_od_scene().lens), {}, parallel);
+  Camera camera(relign_od_scene(), {}, parallel);
+  MountedLens lens(relign_od_scene());
   const std::vector<double> pose = {0.6, 0.4, 0.7, 0.45, 0.6};
   std::vector<float> image(kPixels);
-  camera.render_noise_free(pose, 77, 1024, image.data());
+  camera.render_noise_free(lens, pose, 77, 1024, image.data());
   double direct = 0;
   for (std::size_t i = 0; i < kPixels; ++i)
     direct += std::pow(static_cast<double>(image[i]) - static_cast<double>(reference.mean[i]), 2) / kPixels;
   const int n = 50;
   double sum = 0, squares = 0, error = 0;
   for (std::uint64_t seed = 0; seed < n; ++seed) {
-    const MseEstimate estimate = camera.noise_free_mse(pose, seed, reference);
+    const MseEstimate estimate = camera.noise_free_mse(lens, pose, seed, reference);
     sum += estimate.mse / n;
     squares += estimate.mse * estimate.mse / n;
     error += estimate.standard_error / n;
@@ -89,9 +94,10 @@ TEST(Camera, DISABLED_PrintHash) {
     bytes.append(reinterpret_cast<const char*>(image.data()), image.size() * sizeof(float));
   }
   Parallel parallel(1);
-  Camera camera(relign_od_scene(), optics::Assembly(relign_od_scene().lens), {}, parallel);
+  Camera camera(relign_od_scene(), {}, parallel);
+  MountedLens lens(relign_od_scene());
   std::vector<float> image(kPixels);
-  camera.render_noise_free(nominal_pose(), 3, 8, image.data());
+  camera.render_noise_free(lens, nominal_pose(), 3, 8, image.data());
   bytes.append(reinterpret_cast<const char*>(image.data()), image.size() * sizeof(float));
   std::printf("hash %s\n", sha256_hex(bytes).c_str());
 }
@@ -118,16 +124,18 @@ TEST(Camera, ImagesAreTheSameOnEveryInstructionSet) {
 // The same light on coarser pixels: means over blocks of the fine image.
 TEST(Camera, CoarseSensorsSeeTheSameImage) {
   Parallel parallel(2);
-  Camera fine(relign_od_scene(), optics::Assembly(relign_od_scene().lens), {}, parallel);
+  Camera fine(relign_od_scene(), {}, parallel);
+  MountedLens fine_lens(relign_od_scene());
   std::vector<float> expected(kPixels);
   const std::vector<double> pose = {0.55, 0.45, 0.5, 0.52, 0.5};
-  fine.render_noise_free(pose, 1, 64, expected.data());
+  fine.render_noise_free(fine_lens, pose, 1, 64, expected.data());
   for (const int pixels : {100, 50, 20, 10, 3}) {
     SceneFile scene = relign_od_scene();
     scene.sensor.pixels = pixels;
-    Camera coarse(scene, optics::Assembly(scene.lens), {}, parallel);
+    Camera coarse(scene, {}, parallel);
+    MountedLens coarse_lens(scene);
     std::vector<float> image(static_cast<std::size_t>(pixels * pixels));
-    coarse.render_noise_free(pose, 1, 2048, image.data());
+    coarse.render_noise_free(coarse_lens, pose, 1, 2048, image.data());
     double ours = 0, theirs = 0;
     for (const float value : image) ours += static_cast<double>(value) / image.size();
     for (const float value : expected) theirs += static_cast<double>(value) / kPixels;
@@ -155,13 +163,14 @@ TEST(Camera, HeapDoesNotGrow) {
   int captures = 1000;
   if (const char* wish = std::getenv("RELIGN_CAPTURES")) captures = std::atoi(wish);
   Parallel parallel(2);
-  Camera camera(relign_od_scene(), optics::Assembly(relign_od_scene().lens), {}, parallel);
+  Camera camera(relign_od_scene(), {}, parallel);
+  MountedLens lens(relign_od_scene());
   std::vector<float> image(kPixels);
   Random random(1);
   std::vector<double> pose(5);
   const auto capture = [&](int i) {
     for (double& value : pose) value = random.uniform();
-    camera.capture(pose, static_cast<std::uint64_t>(i), image.data());
+    camera.capture(lens, pose, static_cast<std::uint64_t>(i), image.data());
   };
   for (int i = 0; i < 20; ++i) capture(i);
   const auto before = mallinfo2().uordblks;
@@ -183,10 +192,11 @@ TEST(Camera, OrientationAgreesWithTheTracer) {
       if (std::hypot((x + 0.5) / n - at_x, (y + 0.5) / n - at_y) < 0.01) bitmap.at(x, y) = 1;
   scene.emitter.show(bitmap);
   Parallel parallel(2);
-  Camera camera(scene, optics::Assembly(scene.lens), {}, parallel);
+  Camera camera(scene, {}, parallel);
+  MountedLens lens(scene);
   const std::vector<double> pose = {0.56, 0.47, 0.5, 0.54, 0.48};
   std::vector<float> image(kPixels);
-  camera.render_noise_free(pose, 1, 256, image.data());
+  camera.render_noise_free(lens, pose, 1, 256, image.data());
   double sum = 0, x_mm = 0, y_mm = 0;
   const double pitch = scene.sensor.pitch_mm();
   for (std::size_t row = 0; row < 200; ++row)
@@ -227,9 +237,10 @@ TEST(Camera, RadiometryOnTheAxis) {
   SceneFile scene = relign_od_scene();
   scene.emitter.show(pixels::Image(2, 2, 1.0F));
   Parallel parallel(2);
-  Camera camera(scene, optics::Assembly(scene.lens), {Transport::refract, Sampler::paper, 64}, parallel);
+  Camera camera(scene, {Transport::refract, Sampler::paper, 64}, parallel);
+  MountedLens lens(scene);
   std::vector<float> image(kPixels);
-  camera.render_noise_free(nominal_pose(), 1, 1024, image.data());
+  camera.render_noise_free(lens, nominal_pose(), 1, 1024, image.data());
   // The cone of directions at the sensor's centre: light that ends there, found by turning the lens
   // around. The double tracer runs object to image, so aim by bisection: for each pupil height the object
   // height whose ray ends on the axis, then the largest pupil height that passes.

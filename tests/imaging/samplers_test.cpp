@@ -18,15 +18,15 @@ struct Pooled {
   int frames = 0;
 };
 
-Pooled pool(Camera& camera, const std::vector<double>& pose, Sampler sampler, int samples, int frames,
-            std::uint64_t seed) {
+Pooled pool(Camera& camera, MountedLens& lens, const std::vector<double>& pose, Sampler sampler, int samples,
+            int frames, std::uint64_t seed) {
   Pooled pooled;
   pooled.frames = frames;
   std::vector<double> sum(kPixels), squares(kPixels);
   std::vector<float> image(kPixels);
   camera.set_capture(sampler, samples);
   for (int frame = 0; frame < frames; ++frame) {
-    camera.capture(pose, seed + static_cast<std::uint64_t>(frame), image.data());
+    camera.capture(lens, pose, seed + static_cast<std::uint64_t>(frame), image.data());
     for (std::size_t i = 0; i < kPixels; ++i) {
       const double value = static_cast<double>(image[i]);
       sum[i] += value;
@@ -73,10 +73,11 @@ TEST(Samplers, HaveOneMean) {
   Random random(11);
   const optics::Assembly assembly = random_assembly(random);
   const std::vector<double> pose = {0.55, 0.46, 0.52, 0.56, 0.47};
-  Camera camera(relign_od_scene(), assembly, {}, parallel);
-  const Pooled paper = pool(camera, pose, Sampler::paper, 64, 300, 1000);
-  const Pooled hemisphere = pool(camera, pose, Sampler::hemisphere, 64, 80, 5000);
-  const Pooled pupil = pool(camera, pose, Sampler::pupil, 8, 100, 9000);
+  Camera camera(relign_od_scene(), {}, parallel);
+  MountedLens lens(relign_od_scene(), assembly);
+  const Pooled paper = pool(camera, lens, pose, Sampler::paper, 64, 300, 1000);
+  const Pooled hemisphere = pool(camera, lens, pose, Sampler::hemisphere, 64, 80, 5000);
+  const Pooled pupil = pool(camera, lens, pose, Sampler::pupil, 8, 100, 9000);
   for (const auto& [name, comparison] :
        {std::pair{"paper, hemisphere", compare(paper, hemisphere)}, std::pair{"paper, pupil", compare(paper, pupil)},
         std::pair{"pupil, hemisphere", compare(pupil, hemisphere)}}) {
@@ -87,9 +88,10 @@ TEST(Samplers, HaveOneMean) {
 
 TEST(Samplers, AComparisonCanFail) {
   Parallel parallel(2);
-  Camera camera(relign_od_scene(), optics::Assembly(relign_od_scene().lens), {}, parallel);
-  const Pooled here = pool(camera, nominal_pose(), Sampler::pupil, 8, 50, 1);
-  const Pooled there = pool(camera, {0.504, 0.5, 0.5, 0.5, 0.5}, Sampler::pupil, 8, 50, 1);
+  Camera camera(relign_od_scene(), {}, parallel);
+  MountedLens lens(relign_od_scene());
+  const Pooled here = pool(camera, lens, nominal_pose(), Sampler::pupil, 8, 50, 1);
+  const Pooled there = pool(camera, lens, {0.504, 0.5, 0.5, 0.5, 0.5}, Sampler::pupil, 8, 50, 1);
   EXPECT_GT(compare(here, there).share_beyond, 0.005) << "eight micrometres off must show";
 }
 
@@ -99,7 +101,8 @@ TEST(Samplers, PaperAndHemisphereHaveOneLaw) {
   Parallel parallel(2);
   SceneFile white = relign_od_scene();
   white.emitter.show(pixels::Image(2, 2, 1.0F));
-  Camera camera(white, optics::Assembly(white.lens), {}, parallel);
+  Camera camera(white, {}, parallel);
+  MountedLens lens(white);
   const double photon = 3.14159265358979 / 64 / std::pow(0.95, 4);
   std::vector<float> image(kPixels);
   std::array<std::array<double, 12>, 2> histogram{};
@@ -108,7 +111,7 @@ TEST(Samplers, PaperAndHemisphereHaveOneLaw) {
   for (const Sampler sampler : {Sampler::paper, Sampler::hemisphere}) {
     camera.set_capture(sampler, 64);
     for (std::uint64_t frame = 0; frame < 25; ++frame) {
-      camera.capture(nominal_pose(), 77 + frame, image.data());
+      camera.capture(lens, nominal_pose(), 77 + frame, image.data());
       for (std::size_t y = 70; y < 130; ++y)  // inside the lit square, nearly flat
         for (std::size_t x = 70; x < 130; ++x) {
           const double photons = static_cast<double>(image[y * 200 + x]) / photon;
@@ -140,7 +143,8 @@ TEST(Samplers, PaperAndHemisphereHaveOneLaw) {
 TEST(Samplers, CaptureNoiseAtTheOptimum) {
   Parallel parallel(2);
   const Reference reference = make_reference(relign_od_scene(), {}, parallel, {}, {});
-  Camera camera(relign_od_scene(), optics::Assembly(relign_od_scene().lens), {}, parallel);
+  Camera camera(relign_od_scene(), {}, parallel);
+  MountedLens lens(relign_od_scene());
   double predicted = 0;
   for (const float value : reference.mean) {
     const double o = static_cast<double>(value);
@@ -150,7 +154,7 @@ TEST(Samplers, CaptureNoiseAtTheOptimum) {
   double rmse = 0, lit = 0, lit_count = 0;
   const int frames = 50;
   for (std::uint64_t frame = 0; frame < frames; ++frame) {
-    camera.capture(nominal_pose(), frame, image.data());
+    camera.capture(lens, nominal_pose(), frame, image.data());
     rmse += pixels::rmse(image.data(), reference.mean.data(), kPixels) / frames;
     for (std::size_t i = 0; i < kPixels; ++i)
       if (reference.mean[i] > 0.105F) {

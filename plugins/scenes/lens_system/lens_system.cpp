@@ -1,6 +1,7 @@
 // Scene plugin: reads a scene file and hands everything optical to the imaging room.
 #include <cstring>
 #include <memory>
+#include <mutex>
 #include <relign/plugin.hpp>
 
 #include "base/hash.h"
@@ -16,28 +17,37 @@ using relign::Json;
 namespace imaging = relign::imaging;
 namespace optics = relign::optics;
 
+// The scene's camera, used by one assembly at a time: assemblies may have threads of their own.
+struct SharedCamera {
+  imaging::Camera camera;
+  std::mutex mutex;
+};
+
 class LensAssembly final : public relign::Assembly {
  public:
-  LensAssembly(const imaging::SceneFile& scene, const optics::Assembly& assembly,
-               const imaging::CaptureSettings& settings, const imaging::Reference& reference,
-               imaging::Parallel& parallel)
-      : camera_(scene, assembly, settings, parallel), reference_(reference) {}
+  LensAssembly(const imaging::SceneFile& scene, const optics::Assembly& assembly, SharedCamera& shared,
+               const imaging::Reference& reference)
+      : lens_(scene, assembly), shared_(shared), reference_(reference) {}
 
   void capture(const relign::Pose& true_pose, std::uint64_t frame_seed, float* pixels) override {
-    camera_.capture(true_pose, frame_seed, pixels);
+    const std::lock_guard<std::mutex> lock(shared_.mutex);
+    shared_.camera.capture(lens_, true_pose, frame_seed, pixels);
   }
   Truth noise_free_mse(const relign::Pose& true_pose, std::uint64_t seed) override {
-    const imaging::MseEstimate estimate = camera_.noise_free_mse(true_pose, seed, reference_);
+    const std::lock_guard<std::mutex> lock(shared_.mutex);
+    const imaging::MseEstimate estimate = shared_.camera.noise_free_mse(lens_, true_pose, seed, reference_);
     return {estimate.mse, estimate.standard_error};
   }
   bool render_noise_free(const relign::Pose& true_pose, float* pixels) override {
     constexpr std::uint64_t kPictureSeed = 3;  // the references have 1 and 2
-    camera_.render_noise_free(true_pose, kPictureSeed, imaging::kReferenceSamples / 4, pixels);
+    const std::lock_guard<std::mutex> lock(shared_.mutex);
+    shared_.camera.render_noise_free(lens_, true_pose, kPictureSeed, imaging::kReferenceSamples / 4, pixels);
     return true;
   }
 
  private:
-  imaging::Camera camera_;
+  imaging::MountedLens lens_;
+  SharedCamera& shared_;
   const imaging::Reference& reference_;
 };
 
@@ -49,7 +59,8 @@ class LensSystem final : public relign::Scene {
         scene_(imaging::read_scene_file(given.text("scene"), choices(given))),
         parallel_(given.threads()),
         reference_(imaging::make_reference(scene_, settings_, parallel_, cache(given),
-                                           [&given](const std::string& message) { given.warn(message); })) {}
+                                           [&given](const std::string& message) { given.warn(message); })),
+        shared_{{scene_, settings_, parallel_}, {}} {}
 
   std::string describe() override {
     Json axes = Json::array();
@@ -89,8 +100,7 @@ class LensSystem final : public relign::Scene {
   std::unique_ptr<relign::Assembly> mount(std::string_view offsets_json) override {
     const auto source = relign::JsonSource::from_text(std::string(offsets_json), "element offsets");
     const auto offsets = optics::read_offsets(source, "", scene_.lens);
-    return std::make_unique<LensAssembly>(scene_, optics::Assembly(scene_.lens, offsets), settings_, reference_,
-                                          parallel_);
+    return std::make_unique<LensAssembly>(scene_, optics::Assembly(scene_.lens, offsets), shared_, reference_);
   }
 
  private:
@@ -120,6 +130,7 @@ class LensSystem final : public relign::Scene {
   imaging::SceneFile scene_;
   imaging::Parallel parallel_;
   imaging::Reference reference_;
+  SharedCamera shared_;
 };
 
 }  // namespace
