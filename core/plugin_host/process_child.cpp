@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <sched.h>
 #include <signal.h>
 #include <spawn.h>
 #include <sys/mman.h>
@@ -26,7 +27,8 @@ constexpr int kFromHost = 4;
 constexpr int kPixels = 5;
 constexpr int kFirstUnused = 6;
 
-constexpr double kSecondsBetweenLooks = 0.1;                // at the stop flag
+constexpr double kSecondsBetweenLooks = 0.1;  // at the stop flag
+constexpr std::chrono::microseconds kAwake{100};
 constexpr std::size_t kLongestLine = std::size_t{1} << 20;  // bytes of one message
 constexpr std::size_t kLinesKept = 12;                      // of the output, for a failure's text
 constexpr std::size_t kLengthKept = 300;                    // of each of them
@@ -175,6 +177,14 @@ Deadline ChildProcess::with_stop(const Deadline& deadline) {
 }
 
 bool ChildProcess::wait_until_ready(short wanted, Deadline given) {
+  // Awake for a moment: a core that has gone to sleep takes longer to wake than most answers take to come. Whoever
+  // else has work for this core gets it.
+  const ProcessClock::time_point sleep_at = ProcessClock::now() + kAwake;
+  do {
+    pollfd watched = {messages_.get(), wanted, 0};
+    if (::poll(&watched, 1, 0) > 0 && watched.revents != 0) return true;
+    ::sched_yield();
+  } while (ProcessClock::now() < sleep_at);
   while (true) {
     const Deadline deadline = with_stop(given);
     // A flag wakes nobody: look at it now and then.
