@@ -176,27 +176,34 @@ Deadline ChildProcess::with_stop(const Deadline& deadline) {
   return earlier(deadline, stop_deadline_);
 }
 
+// What the child printed before it answered is taken up before its answer.
+bool ChildProcess::is_ready(short wanted, int milliseconds, bool& broken) {
+  pollfd watched[2] = {{messages_.get(), wanted, 0}, {output_.get(), POLLIN, 0}};  // -1 is not watched
+  const int ready = ::poll(watched, 2, milliseconds);
+  broken = ready < 0 && errno != EINTR;
+  if (ready <= 0) return false;
+  if (watched[1].revents != 0) take_output();
+  return watched[0].revents != 0;
+}
+
 bool ChildProcess::wait_until_ready(short wanted, Deadline given) {
+  bool broken = false;
   // Awake for a moment: a core that has gone to sleep takes longer to wake than most answers take to come. Whoever
   // else has work for this core gets it.
   const ProcessClock::time_point sleep_at = ProcessClock::now() + kAwake;
   do {
-    pollfd watched = {messages_.get(), wanted, 0};
-    if (::poll(&watched, 1, 0) > 0 && watched.revents != 0) return true;
+    if (is_ready(wanted, 0, broken)) return true;
     ::sched_yield();
   } while (ProcessClock::now() < sleep_at);
-  while (true) {
+  while (!broken) {
     const Deadline deadline = with_stop(given);
     // A flag wakes nobody: look at it now and then.
     const bool looks = options_.stop && !stop_deadline_;
     const Deadline wake = looks ? earlier(deadline, in_seconds(kSecondsBetweenLooks)) : deadline;
-    pollfd watched[2] = {{messages_.get(), wanted, 0}, {output_.get(), POLLIN, 0}};  // -1 is not watched
-    const int ready = ::poll(watched, 2, milliseconds_until(wake));
-    if (ready < 0 && errno != EINTR) return false;
-    if (ready > 0 && watched[1].revents != 0) take_output();
-    if (ready > 0 && watched[0].revents != 0) return true;
+    if (is_ready(wanted, milliseconds_until(wake), broken)) return true;
     if (deadline && ProcessClock::now() >= *deadline) return false;
   }
+  return false;
 }
 
 bool ChildProcess::send(std::string_view bytes, Deadline deadline) {

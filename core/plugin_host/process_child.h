@@ -81,6 +81,7 @@ class ChildProcess {
 
  private:
   void start();
+  bool is_ready(short wanted, int milliseconds, bool& broken);
   bool wait_until_ready(short wanted, Deadline deadline);  // false: the deadline has passed
   Deadline with_stop(const Deadline& deadline);
   void take_output();
