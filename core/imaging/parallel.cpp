@@ -1,6 +1,7 @@
 #include "imaging/parallel.h"
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
@@ -9,6 +10,20 @@
 
 namespace relign::imaging {
 
+namespace {
+
+// How long a thread without work stays awake before it sleeps: frames and their parts follow each other within
+// microseconds, and to wake a sleeper takes longer than some of them. Whoever else has work gets the core.
+constexpr std::chrono::microseconds kAwake{100};
+
+template <class Condition>
+void await(const Condition& condition) {
+  const auto sleep_at = std::chrono::steady_clock::now() + kAwake;
+  while (!condition() && std::chrono::steady_clock::now() < sleep_at) std::this_thread::yield();
+}
+
+}  // namespace
+
 struct Parallel::Shared {
   std::mutex mutex;
   std::condition_variable wake, done;
@@ -16,9 +31,9 @@ struct Parallel::Shared {
   Call call = nullptr;
   int count = 0;
   std::atomic<int> next{0};
-  unsigned busy = 0;
-  unsigned round = 0;
-  bool leave = false;
+  std::atomic<unsigned> busy{0};
+  std::atomic<unsigned> round{0};
+  std::atomic<bool> leave{false};
   std::exception_ptr failure;
   std::vector<std::thread> helpers;
 
@@ -33,15 +48,19 @@ struct Parallel::Shared {
   }
   void help(unsigned thread) {
     unsigned seen = 0;
-    std::unique_lock<std::mutex> lock(mutex);
+    const auto called = [&] { return leave || round != seen; };
     while (true) {
-      wake.wait(lock, [&] { return leave || round != seen; });
-      if (leave) return;
-      seen = round;
-      lock.unlock();
+      await(called);
+      {
+        std::unique_lock<std::mutex> lock(mutex);
+        wake.wait(lock, called);
+        if (leave) return;
+        seen = round;
+      }
       work(thread);
-      lock.lock();
-      if (--busy == 0) done.notify_one();
+      if (busy.fetch_sub(1) > 1) continue;
+      const std::lock_guard<std::mutex> lock(mutex);  // the caller is either awake or waits by now
+      done.notify_one();
     }
   }
 };
@@ -78,8 +97,10 @@ void Parallel::run(int count, const void* body, Call call) {
   }
   shared.wake.notify_all();
   shared.work(0);
+  const auto all_done = [&shared] { return shared.busy == 0; };
+  await(all_done);
   std::unique_lock<std::mutex> lock(shared.mutex);
-  shared.done.wait(lock, [&] { return shared.busy == 0; });
+  shared.done.wait(lock, all_done);
   if (shared.failure) std::rethrow_exception(shared.failure);
 }
 
