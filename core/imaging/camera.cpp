@@ -20,7 +20,20 @@ constexpr double kRouletteSurvival = 0.95 * 0.95 * 0.95 * 0.95;
 std::optional<Transport> transport_from_name(const std::string& name) {
   if (name == "refract") return Transport::refract;
   if (name == "fresnel") return Transport::fresnel;
+  if (name == "ghost") return Transport::ghost;
   return std::nullopt;
+}
+
+const char* name_of(Transport transport) {
+  switch (transport) {
+    case Transport::refract:
+      return "refract";
+    case Transport::fresnel:
+      return "fresnel";
+    case Transport::ghost:
+      return "ghost";
+  }
+  return "";
 }
 
 std::optional<Sampler> sampler_from_name(const std::string& name) {
@@ -34,6 +47,8 @@ std::optional<Sampler> sampler_from_name(const std::string& name) {
 struct Camera::Workspace {
   RaySource source;
   float sums[kTruthGroups][kTilePixels * kTilePixels];
+  float reflected[kTruthGroups][kTilePixels * kTilePixels];
+  GhostImage::Workspace paths;
 };
 
 Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel& parallel)
@@ -41,6 +56,7 @@ Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel
   for (unsigned thread = 0; thread < parallel.threads(); ++thread) workspaces_.push_back(std::make_unique<Workspace>());
   sums_.resize(tiles_.tiles().size());
   emitter_ = scene.emitter.plane();
+  if (settings.transport == Transport::ghost) ghosts_.emplace(scene, settings.sensor_albedo);
 }
 
 Camera::~Camera() = default;
@@ -52,6 +68,7 @@ void Camera::set_capture(Sampler sampler, int samples) {
 
 void Camera::place(MountedLens& lens, const std::vector<double>& true_pose) {
   const optics::Motion lens_to_world = scene_->lens_to_world(true_pose);
+  if (ghosts_) ghosts_->place(lens.assembly(), lens_to_world);
   optics::set_backward_path(path_, lens.assembly(), lens_to_world);
   ops_.assign(path_.ops.begin(), path_.ops.end());
   ops_.push_back(optics::last_frame_to_world(path_));
@@ -81,7 +98,7 @@ void write_pixels(const PixelBox& box, const float* sums, double factor, int wid
 }  // namespace
 
 RayPath Camera::way() const {
-  const bool fresnel = settings_.transport == Transport::fresnel;
+  const bool fresnel = settings_.transport != Transport::refract;
   return {ops_.data(), static_cast<int>(ops_.size()), &emitter_, fresnel, fresnel ? path_.highest_transmittance : 1.0};
 }
 
@@ -102,7 +119,36 @@ void Camera::for_seen_tiles(float* pixels, const Body& body) {
   });
 }
 
+void Camera::play_ghosts(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, float* pixels) {
+  ghosts_->place(lens.assembly(), scene_->lens_to_world(true_pose));
+  parallel_->for_each(static_cast<int>(tiles_.tiles().size()), [&](int index, unsigned thread) {
+    const PixelBox& box = tiles_.tiles()[static_cast<std::size_t>(index)].box;
+    GhostImage::Workspace& work = workspaces_[thread]->paths;
+    if (settings_.sampler == Sampler::hemisphere)
+      ghosts_->capture_everywhere(box, seed, settings_.samples, work, pixels);
+    else
+      ghosts_->capture(box, seed, settings_.samples, work, pixels);
+  });
+}
+
+void Camera::add_reflected(std::uint64_t seed, int samples, float* pixels) {
+  if (!ghosts_) return;
+  parallel_->for_each(static_cast<int>(tiles_.tiles().size()), [&](int index, unsigned thread) {
+    const PixelBox& box = tiles_.tiles()[static_cast<std::size_t>(index)].box;
+    Workspace& work = *workspaces_[thread];
+    ghosts_->reflected_part(box, seed, 0, samples, work.paths, work.reflected[0]);
+    const float* value = work.reflected[0];
+    for (int row = box.row; row < box.row + box.rows; ++row)
+      for (int column = box.column; column < box.column + box.columns; ++column)
+        pixels[row * scene_->sensor.pixels + column] += *value++;
+  });
+}
+
 void Camera::capture(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, float* pixels) {
+  if (ghosts_ && settings_.sampler != Sampler::pupil) {
+    play_ghosts(lens, true_pose, seed, pixels);
+    return;
+  }
   place(lens, true_pose);
   const int width = scene_->sensor.pixels;
   const RayPath way = this->way();
@@ -127,6 +173,7 @@ void Camera::capture(MountedLens& lens, const std::vector<double>& true_pose, st
       write_pixels(tile.seen, work.sums[0], tile.area / settings_.samples, width, pixels);
     }
   });
+  add_reflected(seed, settings_.samples, pixels);
 }
 
 void Camera::render_noise_free(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, int samples,
@@ -138,6 +185,7 @@ void Camera::render_noise_free(MountedLens& lens, const std::vector<double>& tru
     work.source.lattice_directions(way, seed, 0, samples);
     write_pixels(tile.seen, work.sums[0], tile.area / samples, scene_->sensor.pixels, pixels);
   });
+  add_reflected(seed, std::max(1, samples / kDirectPerReflected), pixels);
 }
 
 MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
@@ -157,7 +205,12 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
         work.source.lattice_directions(way, seed, static_cast<std::uint32_t>(group), kTruthSamples);
       }
     }
+    if (ghosts_)
+      for (int group = 0; group < groups; ++group)
+        ghosts_->reflected_part(tile.box, seed, static_cast<std::uint32_t>(group), kTruthReflected, work.paths,
+                                work.reflected[group]);
     TileSum sum;
+    int reflected_at = 0;
     for (int row = tile.box.row; row < tile.box.row + tile.box.rows; ++row)
       for (int column = tile.box.column; column < tile.box.column + tile.box.columns; ++column) {
         const auto at = static_cast<std::size_t>(row * width + column);
@@ -166,11 +219,13 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
         const double o1 = static_cast<double>(reference.first[at]), o2 = static_cast<double>(reference.second[at]);
         double total = 0, squares = 0, crossed = 0;
         for (int group = 0; group < groups; ++group) {
-          const double a = sum_at < 0 ? 0 : scale * static_cast<double>(work.sums[group][sum_at]);
+          const double direct = sum_at < 0 ? 0 : scale * static_cast<double>(work.sums[group][sum_at]);
+          const double a = direct + (ghosts_ ? static_cast<double>(work.reflected[group][reflected_at]) : 0);
           total += a;
           squares += a * a;
           crossed += (a - o1) * (a - o2);
         }
+        ++reflected_at;
         // Mean over pairs of different groups of (A_i - O1)(A_j - O2).
         const double product = ((total - groups * o1) * (total - groups * o2) - crossed) / (groups * (groups - 1));
         sum.product += product;

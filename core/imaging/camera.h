@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "imaging/ghost_image.h"
 #include "imaging/mounted_lens.h"
 #include "imaging/parallel.h"
 #include "imaging/pupil_tiles.h"
@@ -22,7 +23,8 @@ struct RayPath;
 
 enum class Transport {
   refract,  // every face lets all light through
-  fresnel   // unpolarised transmittances of uncoated glass
+  fresnel,  // unpolarised transmittances of uncoated glass
+  ghost     // the same, and what is reflected goes on: ghosts, and light that the sensor scatters
 };
 
 enum class Sampler {
@@ -32,12 +34,14 @@ enum class Sampler {
 };
 
 std::optional<Transport> transport_from_name(const std::string& name);
+const char* name_of(Transport transport);
 std::optional<Sampler> sampler_from_name(const std::string& name);
 
 struct CaptureSettings {
   Transport transport = Transport::fresnel;
   Sampler sampler = Sampler::paper;
   int samples = 64;  // 1 to kMostSamples directions a pixel: over the hemisphere (paper, hemisphere) or in B (pupil)
+  double sensor_albedo = 0;  // transport ghost: share of the light that the sensor scatters, evenly; 0 to 1
 };
 
 // Two independent noise-free renders of the reference pose and their mean, O*.
@@ -74,6 +78,9 @@ class Camera {
   struct Workspace;
   void place(MountedLens& lens, const std::vector<double>& true_pose);
   RayPath way() const;
+  // Of transport ghost: a whole capture at the paper's noise, and what reflected light adds to an image.
+  void play_ghosts(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, float* pixels);
+  void add_reflected(std::uint64_t seed, int samples, float* pixels);
   template <class Body>
   void for_seen_tiles(float* pixels, const Body& body);
 
@@ -81,6 +88,7 @@ class Camera {
   CaptureSettings settings_;
   Parallel* parallel_;
   PupilTiles tiles_;
+  std::optional<GhostImage> ghosts_;  // transport ghost
   // of the pose in place
   optics::BackwardPath path_;
   std::vector<optics::Op> ops_;
@@ -94,5 +102,8 @@ class Camera {
 
 inline constexpr int kTruthGroups = 4;
 inline constexpr int kTruthSamples = 8;
+// Transport ghost, besides: paths a pixel that are reflected somewhere. They carry little light, so they are fewer.
+inline constexpr int kTruthReflected = 4;
+inline constexpr int kDirectPerReflected = 4;
 
 }  // namespace relign::imaging
