@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "imaging/ray_source.h"
+#include "imaging/read_out.h"
 
 namespace relign::imaging {
 namespace {
@@ -46,8 +47,9 @@ std::optional<Sampler> sampler_from_name(const std::string& name) {
 // What one thread needs: a block of rays and who owns them.
 struct Camera::Workspace {
   RaySource source;
+  optics::RayBlock words;  // of the read-out
   float sums[kTruthGroups][kTilePixels * kTilePixels];
-  float reflected[kTruthGroups][kTilePixels * kTilePixels];
+  float ghosts[kTruthGroups][kTilePixels * kTilePixels];
   GhostImage::Workspace paths;
 };
 
@@ -106,7 +108,7 @@ RayPath Camera::way() const {
 template <class Body>
 void Camera::for_seen_tiles(float* pixels, const Body& body) {
   const std::vector<Tile>& tiles = tiles_.tiles();
-  const int width = scene_->sensor.pixels;
+  const int width = scene_->sensor.width;
   parallel_->for_each(static_cast<int>(tiles.size()), [&](int index, unsigned thread) {
     const Tile& tile = tiles[static_cast<std::size_t>(index)];
     if (!tile.blind) {
@@ -119,8 +121,7 @@ void Camera::for_seen_tiles(float* pixels, const Body& body) {
   });
 }
 
-void Camera::play_ghosts(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, float* pixels) {
-  ghosts_->place(lens.assembly(), scene_->lens_to_world(true_pose));
+void Camera::play_ghosts(std::uint64_t seed, float* pixels) {
   parallel_->for_each(static_cast<int>(tiles_.tiles().size()), [&](int index, unsigned thread) {
     const PixelBox& box = tiles_.tiles()[static_cast<std::size_t>(index)].box;
     GhostImage::Workspace& work = workspaces_[thread]->paths;
@@ -131,26 +132,37 @@ void Camera::play_ghosts(MountedLens& lens, const std::vector<double>& true_pose
   });
 }
 
-void Camera::add_reflected(std::uint64_t seed, int samples, float* pixels) {
+void Camera::add_ghosts(std::uint64_t seed, int samples, float* pixels) {
   if (!ghosts_) return;
   parallel_->for_each(static_cast<int>(tiles_.tiles().size()), [&](int index, unsigned thread) {
     const PixelBox& box = tiles_.tiles()[static_cast<std::size_t>(index)].box;
     Workspace& work = *workspaces_[thread];
-    ghosts_->reflected_part(box, seed, 0, samples, work.paths, work.reflected[0]);
-    const float* value = work.reflected[0];
+    ghosts_->ghost_part(box, seed, 0, samples, work.paths, work.ghosts[0]);
+    const float* value = work.ghosts[0];
     for (int row = box.row; row < box.row + box.rows; ++row)
       for (int column = box.column; column < box.column + box.columns; ++column)
-        pixels[row * scene_->sensor.pixels + column] += *value++;
+        pixels[row * scene_->sensor.width + column] += *value++;
   });
 }
 
 void Camera::capture(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, float* pixels) {
+  place(lens, true_pose);
+  catch_light(seed, pixels);
+  if (!scene_->sensor.electronics) return;
+  const ShotNoise shot_noise = settings_.sampler == Sampler::pupil ? ShotNoise::added : ShotNoise::in_the_light;
+  const int width = scene_->sensor.width;
+  parallel_->for_each(scene_->sensor.height, [&](int row, unsigned thread) {
+    read_out(*scene_->sensor.electronics, shot_noise, seed, row * width, width, pixels + row * width,
+             workspaces_[thread]->words);
+  });
+}
+
+void Camera::catch_light(std::uint64_t seed, float* pixels) {
   if (ghosts_ && settings_.sampler != Sampler::pupil) {
-    play_ghosts(lens, true_pose, seed, pixels);
+    play_ghosts(seed, pixels);
     return;
   }
-  place(lens, true_pose);
-  const int width = scene_->sensor.pixels;
+  const int width = scene_->sensor.width;
   const RayPath way = this->way();
   if (settings_.sampler == Sampler::hemisphere) {
     // Every tile, blind or not: this sampler assumes nothing.
@@ -173,7 +185,7 @@ void Camera::capture(MountedLens& lens, const std::vector<double>& true_pose, st
       write_pixels(tile.seen, work.sums[0], tile.area / settings_.samples, width, pixels);
     }
   });
-  add_reflected(seed, settings_.samples, pixels);
+  add_ghosts(seed, settings_.samples, pixels);
 }
 
 void Camera::render_noise_free(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, int samples,
@@ -183,16 +195,16 @@ void Camera::render_noise_free(MountedLens& lens, const std::vector<double>& tru
   for_seen_tiles(pixels, [&](const Tile& tile, Workspace& work) {
     work.source.start_tile(*scene_, path_, tile, tile.seen, work.sums[0]);
     work.source.lattice_directions(way, seed, 0, samples);
-    write_pixels(tile.seen, work.sums[0], tile.area / samples, scene_->sensor.pixels, pixels);
+    write_pixels(tile.seen, work.sums[0], tile.area / samples, scene_->sensor.width, pixels);
   });
-  add_reflected(seed, std::max(1, samples / kDirectPerReflected), pixels);
+  add_ghosts(seed, std::max(1, samples / kRaysPerGhost), pixels);
 }
 
 MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
                                    const Reference& reference) {
   place(lens, true_pose);
   const RayPath way = this->way();
-  const int width = scene_->sensor.pixels;
+  const int width = scene_->sensor.width;
   constexpr int groups = kTruthGroups;
   parallel_->for_each(static_cast<int>(tiles_.tiles().size()), [&](int index, unsigned thread) {
     const Tile& tile = tiles_.tiles()[static_cast<std::size_t>(index)];
@@ -207,10 +219,10 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
     }
     if (ghosts_)
       for (int group = 0; group < groups; ++group)
-        ghosts_->reflected_part(tile.box, seed, static_cast<std::uint32_t>(group), kTruthReflected, work.paths,
-                                work.reflected[group]);
+        ghosts_->ghost_part(tile.box, seed, static_cast<std::uint32_t>(group), kTruthGhosts, work.paths,
+                            work.ghosts[group]);
     TileSum sum;
-    int reflected_at = 0;
+    int ghost_at = 0;
     for (int row = tile.box.row; row < tile.box.row + tile.box.rows; ++row)
       for (int column = tile.box.column; column < tile.box.column + tile.box.columns; ++column) {
         const auto at = static_cast<std::size_t>(row * width + column);
@@ -220,12 +232,12 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
         double total = 0, squares = 0, crossed = 0;
         for (int group = 0; group < groups; ++group) {
           const double direct = sum_at < 0 ? 0 : scale * static_cast<double>(work.sums[group][sum_at]);
-          const double a = direct + (ghosts_ ? static_cast<double>(work.reflected[group][reflected_at]) : 0);
+          const double a = direct + (ghosts_ ? static_cast<double>(work.ghosts[group][ghost_at]) : 0);
           total += a;
           squares += a * a;
           crossed += (a - o1) * (a - o2);
         }
-        ++reflected_at;
+        ++ghost_at;
         // Mean over pairs of different groups of (A_i - O1)(A_j - O2).
         const double product = ((total - groups * o1) * (total - groups * o2) - crossed) / (groups * (groups - 1));
         sum.product += product;
@@ -243,7 +255,7 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
     product += sum.product;
     variance += sum.variance;
   }
-  const double count = static_cast<double>(width) * width;
+  const auto count = static_cast<double>(scene_->sensor.pixels());
   return {product / count, std::sqrt(std::max(0.0, variance)) / count};
 }
 

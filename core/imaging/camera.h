@@ -61,7 +61,8 @@ class Camera {
   Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel& parallel);
   ~Camera();
 
-  // Each writes sensor.pixels^2 values.
+  // Each writes sensor.pixels() values. Captures are read out by the sensor's electronics, if it has any (read_out.h);
+  // noise-free renders and truth are the light itself.
   void capture(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, float* pixels);
   // Low-discrepancy sampling of B: `samples` rays a pixel.
   void render_noise_free(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, int samples,
@@ -78,9 +79,10 @@ class Camera {
   struct Workspace;
   void place(MountedLens& lens, const std::vector<double>& true_pose);
   RayPath way() const;
-  // Of transport ghost: a whole capture at the paper's noise, and what reflected light adds to an image.
-  void play_ghosts(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, float* pixels);
-  void add_reflected(std::uint64_t seed, int samples, float* pixels);
+  void catch_light(std::uint64_t seed, float* pixels);
+  // Of transport ghost: light at the paper's noise, and what edges, reflections and scattering add to an image.
+  void play_ghosts(std::uint64_t seed, float* pixels);
+  void add_ghosts(std::uint64_t seed, int samples, float* pixels);
   template <class Body>
   void for_seen_tiles(float* pixels, const Body& body);
 
@@ -102,8 +104,8 @@ class Camera {
 
 inline constexpr int kTruthGroups = 4;
 inline constexpr int kTruthSamples = 8;
-// Transport ghost, besides: paths a pixel that are reflected somewhere. They carry little light, so they are fewer.
-inline constexpr int kTruthReflected = 4;
-inline constexpr int kDirectPerReflected = 4;
+// Transport ghost, besides: paths a pixel that were reflected somewhere. They bring little light, so they are fewer.
+inline constexpr int kTruthGhosts = 2;
+inline constexpr int kRaysPerGhost = 16;  // of noise-free renders
 
 }  // namespace relign::imaging

@@ -13,9 +13,10 @@ enum Use : std::uint32_t { kCounts = 1, kPlayed = 2, kShift = 3, kBranches = 4 }
 }  // namespace
 
 DirectionBox GhostImage::directions(const PixelBox& box) const {
-  const double pitch = scene_->sensor.pitch_mm(), half = scene_->sensor.side_mm / 2;
-  const DirectionBox found = paths_.towards_lens(box.column * pitch - half, (box.column + box.columns) * pitch - half,
-                                                 half - (box.row + box.rows) * pitch, half - box.row * pitch);
+  const Sensor& sensor = scene_->sensor;
+  const optics::Vec3 first = sensor.place(box.column, box.row);
+  const optics::Vec3 last = sensor.place(box.column + box.columns, box.row + box.rows);
+  const DirectionBox found = paths_.towards_lens(first.x, last.x, last.y, first.y);
   // Corners of the box may stand out of the disc of directions: what is drawn there meets nothing.
   return found.area() < kPi ? found : DirectionBox{};
 }
@@ -24,13 +25,13 @@ template <class OnePixel>
 void GhostImage::for_pixels(const PixelBox& box, const OnePixel& one) const {
   for (int row = box.row; row < box.row + box.rows; ++row)
     for (int column = box.column; column < box.column + box.columns; ++column)
-      one(column, row, static_cast<std::uint32_t>(row * scene_->sensor.pixels + column));
+      one(column, row, static_cast<std::uint32_t>(row * scene_->sensor.width + column));
 }
 
 PathStart GhostImage::start(int column, int row, const DirectionBox& box, const double (&unit)[4]) const {
-  const double pitch = scene_->sensor.pitch_mm(), half = scene_->sensor.side_mm / 2;
-  return {(column + unit[0]) * pitch - half, half - (row + unit[1]) * pitch,
-          box.low_p + unit[2] * (box.high_p - box.low_p), box.low_q + unit[3] * (box.high_q - box.low_q)};
+  const optics::Vec3 place = scene_->sensor.place(column + unit[0], row + unit[1]);
+  return {place.x, place.y, box.low_p + unit[2] * (box.high_p - box.low_p),
+          box.low_q + unit[3] * (box.high_q - box.low_q)};
 }
 
 void GhostImage::capture(const PixelBox& box, std::uint64_t seed, int samples, Workspace& work, float* pixels) const {
@@ -64,8 +65,8 @@ void GhostImage::capture_within(const DirectionBox& directions, const PixelBox& 
   });
 }
 
-void GhostImage::reflected_part(const PixelBox& box, std::uint64_t seed, std::uint32_t group, int samples,
-                                Workspace& work, float* values) const {
+void GhostImage::ghost_part(const PixelBox& box, std::uint64_t seed, std::uint32_t group, int samples, Workspace& work,
+                            float* values) const {
   const DirectionBox directions = this->directions(box);
   for_pixels(box, [&](int column, int row, std::uint32_t pixel) {
     Dice shifts(seed, pixel, group, kShift);
@@ -79,7 +80,7 @@ void GhostImage::reflected_part(const PixelBox& box, std::uint64_t seed, std::ui
         unit[k] = Dice::unit(word[k]);
         word[k] += kLatticeSteps[k];
       }
-      sum += paths_.reflected_part(start(column, row, directions, unit), dice, work.waiting);
+      sum += paths_.ghost_part(start(column, row, directions, unit), dice, work.waiting);
     }
     *values++ = static_cast<float>(directions.area() / samples * sum);
   });

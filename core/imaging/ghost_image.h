@@ -30,8 +30,8 @@ class GhostImage {
   void capture_everywhere(const PixelBox& box, std::uint64_t seed, int samples, Workspace& work, float* pixels) const;
   // Unbiased estimates of what light that was reflected adds, row by row: `samples` weighted paths a pixel. Groups
   // are independent.
-  void reflected_part(const PixelBox& box, std::uint64_t seed, std::uint32_t group, int samples, Workspace& work,
-                      float* values) const;
+  void ghost_part(const PixelBox& box, std::uint64_t seed, std::uint32_t group, int samples, Workspace& work,
+                  float* values) const;
 
  private:
   DirectionBox directions(const PixelBox& box) const;

@@ -74,9 +74,10 @@ bool GhostPaths::start_walk(const Vec3& place, double p, double q, WalkingRay& r
 bool GhostPaths::scatter(WalkingRay& ray, Dice& dice) const {
   const Vec3 at = lens_to_world_.point(ray.at), direction = lens_to_world_.direction(ray.direction);
   if (!(direction.z > 0)) return false;
-  const double half = scene_->sensor.side_mm / 2;
-  const Vec3 hit = at + ((scene_->sensor.z_mm - at.z) / direction.z) * direction;
-  if (!(std::fabs(hit.x) < half && std::fabs(hit.y) < half)) return false;
+  const Sensor& sensor = scene_->sensor;
+  const Vec3 hit = at + ((sensor.z_mm - at.z) / direction.z) * direction;
+  const double column = (hit.x - sensor.left_mm) / sensor.pitch_mm, row = (sensor.top_mm - hit.y) / sensor.pitch_mm;
+  if (!(column > 0 && column < sensor.width && row > 0 && row < sensor.height)) return false;
   if (!walk_.leaves_to_image(ray, world_to_lens_.point(hit))) return false;
   double p = 0, q = 0;
   do {  // uniform on the disc of direction cosines: light scattered evenly
@@ -125,7 +126,7 @@ double GhostPaths::play(const PathStart& start, Dice& dice) const {
   return 0;
 }
 
-double GhostPaths::reflected_part(const PathStart& start, Dice& dice, std::vector<Branch>& waiting) const {
+double GhostPaths::ghost_part(const PathStart& start, Dice& dice, std::vector<Branch>& waiting) const {
   Branch branch;
   if (!start_walk(start, branch.ray)) return 0;
   const auto survives = [&](double& weight) {

@@ -43,7 +43,7 @@ class GhostPaths {
     int events = 0;
     bool reflected = false;
   };
-  double reflected_part(const PathStart& start, Dice& dice, std::vector<Branch>& waiting) const;
+  double ghost_part(const PathStart& start, Dice& dice, std::vector<Branch>& waiting) const;
 
   static constexpr double kLeastWeight = 0.05;
   // A path is given up here. By then it carries at most 0.95^60 of what it started with in the mean.
