@@ -183,7 +183,8 @@ void add_render(CLI::App& app, Context& context) {
       ->type_name("FILE");
   verb.add_option("--target", given.target, "show the lens this image file [default: the scene's]")->type_name("FILE");
   verb.add_option("--sampler", given.sampler, "paper, hemisphere or pupil [default: the scene's]")->type_name("NAME");
-  verb.add_option("--transport", given.transport, "refract or fresnel [default: the scene's]")->type_name("NAME");
+  verb.add_option("--transport", given.transport, "refract, fresnel or ghost [default: the scene's]")
+      ->type_name("NAME");
   verb.add_option("--samples", given.samples, "rays a pixel [default: the scene's]")
       ->type_name("COUNT")
       ->check(whole_number());

@@ -200,6 +200,32 @@ void Camera::render_noise_free(MountedLens& lens, const std::vector<double>& tru
   add_ghosts(seed, std::max(1, samples / kRaysPerGhost), pixels);
 }
 
+// What one pixel adds, from one value of each group.
+void Camera::add_truth(const double (&seen)[kTruthGroups], double o1, double o2, TileSum& sum) {
+  constexpr int groups = kTruthGroups;
+  double total = 0, crossed = 0;
+  for (const double a : seen) {
+    total += a;
+    crossed += (a - o1) * (a - o2);
+  }
+  // Mean over pairs of different groups of (A_i - O1)(A_j - O2).
+  sum.product += ((total - groups * o1) * (total - groups * o2) - crossed) / (groups * (groups - 1));
+  // Its variance is (d1 + d2)^2 s2 / g + 2 s2^2 / (g (g - 1)) for g groups of variance s2 and differences d1, d2 from
+  // the two references. Both terms are products of estimates from two disjoint pairs of groups, hence unbiased however
+  // the values scatter: with ghosts they are rare and bright, far from normal.
+  static_assert(kTruthGroups == 4, "pairs of groups are paired off below");
+  constexpr int pairings[3][4] = {{0, 1, 2, 3}, {0, 2, 1, 3}, {0, 3, 1, 2}};
+  double linear = 0, square = 0;
+  for (const auto& [i, j, k, l] : pairings) {
+    const auto both = [&](int m, int n) { return (2 * seen[m] - o1 - o2) * (2 * seen[n] - o1 - o2); };
+    const auto scatter = [&](int m, int n) { return 0.5 * (seen[m] - seen[n]) * (seen[m] - seen[n]); };
+    const double one = scatter(i, j), other = scatter(k, l);
+    linear += (both(i, j) * other + both(k, l) * one) / 6;
+    square += one * other / 3;
+  }
+  sum.variance += linear / groups + 2 * square / (groups * (groups - 1));
+}
+
 MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
                                    const Reference& reference) {
   place(lens, true_pose);
@@ -229,24 +255,13 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
         // Where among the tile's sums; negative: this pixel sees nothing.
         const int sum_at = tile.blind ? -1 : place_in(tile.seen, column, row);
         const double o1 = static_cast<double>(reference.first[at]), o2 = static_cast<double>(reference.second[at]);
-        double total = 0, squares = 0, crossed = 0;
+        double seen[kTruthGroups];
         for (int group = 0; group < groups; ++group) {
           const double direct = sum_at < 0 ? 0 : scale * static_cast<double>(work.sums[group][sum_at]);
-          const double a = direct + (ghosts_ ? static_cast<double>(work.ghosts[group][ghost_at]) : 0);
-          total += a;
-          squares += a * a;
-          crossed += (a - o1) * (a - o2);
+          seen[group] = direct + (ghosts_ ? static_cast<double>(work.ghosts[group][ghost_at]) : 0);
         }
         ++ghost_at;
-        // Mean over pairs of different groups of (A_i - O1)(A_j - O2).
-        const double product = ((total - groups * o1) * (total - groups * o2) - crossed) / (groups * (groups - 1));
-        sum.product += product;
-        // Var = 2 v^2 g / (g - 1) + 4 d^2 v for g group means, v the variance of their mean, d the true
-        // difference. Estimated without bias for normal errors: E[s^4] = v^2 (g + 1) / (g - 1), and
-        // product = d^2 + (mean - d)^2 - s^2 + ... shares s^2, so E[product s^2] = d^2 v - 2 v^2 / (g - 1).
-        const double s2 = std::max(0.0, (squares - total * total / groups) / (groups - 1) / groups);
-        const double v2 = s2 * s2 * (groups - 1) / (groups + 1);
-        sum.variance += 2 * v2 * groups / (groups - 1) + 4 * (product * s2 + 2 * v2 / (groups - 1));
+        add_truth(seen, o1, o2, sum);
       }
     sums_[static_cast<std::size_t>(index)] = sum;
   });

@@ -49,6 +49,12 @@ struct Reference {
   std::vector<float> first, second, mean;
 };
 
+inline constexpr int kTruthGroups = 4;
+inline constexpr int kTruthSamples = 8;
+// Transport ghost, besides: paths a pixel that were reflected somewhere. They bring little light, so they are fewer.
+inline constexpr int kTruthGhosts = 2;
+inline constexpr int kRaysPerGhost = 16;  // of noise-free renders
+
 struct MseEstimate {
   double mse = 0;  // unbiased, may be negative
   double standard_error = 0;
@@ -77,6 +83,10 @@ class Camera {
 
  private:
   struct Workspace;
+  struct TileSum {
+    double product = 0, variance = 0;
+  };
+  static void add_truth(const double (&seen)[kTruthGroups], double o1, double o2, TileSum& sum);
   void place(MountedLens& lens, const std::vector<double>& true_pose);
   RayPath way() const;
   void catch_light(std::uint64_t seed, float* pixels);
@@ -96,16 +106,7 @@ class Camera {
   std::vector<optics::Op> ops_;
   optics::EmitterPlane emitter_{};
   std::vector<std::unique_ptr<Workspace>> workspaces_;  // one a thread
-  struct TileSum {
-    double product = 0, variance = 0;
-  };
-  std::vector<TileSum> sums_;  // one a tile
+  std::vector<TileSum> sums_;                           // one a tile
 };
-
-inline constexpr int kTruthGroups = 4;
-inline constexpr int kTruthSamples = 8;
-// Transport ghost, besides: paths a pixel that were reflected somewhere. They bring little light, so they are fewer.
-inline constexpr int kTruthGhosts = 2;
-inline constexpr int kRaysPerGhost = 16;  // of noise-free renders
 
 }  // namespace relign::imaging

@@ -6,7 +6,6 @@
 namespace relign::optics {
 namespace {
 
-constexpr double kNearest = 1e-9;  // mm: nearer meetings are the place that the ray has just left
 constexpr double kNever = 1e300;
 constexpr int kNothing = -1, kAbsorbed = -2;
 
@@ -18,117 +17,9 @@ double unpolarised_reflectance(double cosine, double cosine_after, double ratio)
   return 0.5 * (s * s + p * p) / (below * below);
 }
 
-double sag_of_rim(const Face& face) {
-  const double c = face.curvature, r2 = face.clear_radius_mm * face.clear_radius_mm;
-  return c * r2 / (1 + std::sqrt(std::max(0.0, 1 - c * c * r2)));
-}
-
 double square(double value) { return value * value; }
 
 }  // namespace
-
-void GhostWalk::add_body(const Element& element, std::size_t f, const Motion& placement) {
-  const Face &front = element.faces[f], &back = element.faces[f + 1];
-  const double front_rim = front.z_mm + sag_of_rim(front), back_rim = back.z_mm + sag_of_rim(back);
-  const bool front_is_narrow = front.clear_radius_mm < back.clear_radius_mm;
-  const double radius = std::max(front.clear_radius_mm, back.clear_radius_mm);
-  Edge edge;
-  edge.gap = static_cast<int>(surfaces_.size());
-  edge.origin = placement.translation;
-  edge.axis = placement.direction({0, 0, 1});
-  edge.index = front.index_after;
-  edge.radius2 = square(radius);
-  edge.low_z = front_rim;
-  edge.high_z = back_rim;
-  edge.ring_z = front_is_narrow ? front_rim : back_rim;
-  edge.ring_inner_radius2 = square(std::min(front.clear_radius_mm, back.clear_radius_mm));
-  const auto mix = [](const double(&a)[2], const double(&b)[2], double(&to)[2]) {
-    const double x = a[0] + b[0], z = a[1] + b[1], l = std::sqrt(x * x + z * z);
-    to[0] = x / l;
-    to[1] = z / l;
-  };
-  const auto cap = [](const Face& face, double sign, double(&to)[2]) {
-    to[0] = -sign * face.curvature * face.clear_radius_mm;
-    to[1] = sign * std::sqrt(1 - square(face.curvature * face.clear_radius_mm));
-  };
-  double nf[2], nb[2], cyl[2] = {1, 0}, ring[2] = {0, front_is_narrow ? -1.0 : 1.0};
-  cap(front, -1, nf);
-  cap(back, 1, nb);
-  if (front_is_narrow) {
-    mix(nf, ring, edge.inner_normal);
-    mix(ring, cyl, edge.outer_normal);
-    mix(ring, cyl, edge.low_normal);
-    mix(cyl, nb, edge.high_normal);
-  } else {
-    mix(nb, ring, edge.inner_normal);
-    mix(ring, cyl, edge.outer_normal);
-    mix(ring, cyl, edge.high_normal);
-    mix(cyl, nf, edge.low_normal);
-  }
-  const Vec3 low = placement.point({0, 0, std::min(front.z_mm, front_rim)});
-  const Vec3 high = placement.point({0, 0, std::max(back.z_mm, back_rim)});
-  const double reach = radius * std::sqrt(std::max(0.0, 1 - edge.axis.z * edge.axis.z)) + kNearest;
-  edge.nearest_z = std::min(low.z, high.z) - reach;
-  edge.farthest_z = std::max(low.z, high.z) + reach;
-  edges_.push_back(edge);
-  bodies_.push_back({placement, std::min(front.z_mm, front_rim), std::max(back.z_mm, back_rim), radius});
-}
-
-void GhostWalk::set(const Assembly& assembly) {
-  const Prescription& lens = assembly.lens();
-  surfaces_.clear();
-  edges_.clear();
-  stops_.clear();
-  bodies_.clear();
-  has_mount_ = lens.mount.has_value();
-  if (has_mount_) {
-    bore_radius2_ = square(lens.mount->bore_radius_mm);
-    front_z_ = lens.mount->from_z_mm;
-    rim_z_ = lens.mount->to_z_mm;
-  }
-  double passed = -kNever;
-  const auto pass_stops_before = [&](double z) {
-    while (true) {
-      const Stop* next = nullptr;
-      for (const Stop& stop : lens.stops)
-        if (stop.z_mm < z && stop.z_mm > passed && (!next || stop.z_mm < next->z_mm)) next = &stop;
-      if (!next) return;
-      Surface surface;
-      surface.is_stop = true;
-      surface.vertex = {0, 0, next->z_mm};
-      surface.axis = {0, 0, 1};
-      surface.clear_radius2 = square(next->opening_radius_mm);
-      stops_.push_back(static_cast<int>(surfaces_.size()));
-      surfaces_.push_back(surface);
-      passed = next->z_mm;
-    }
-  };
-  for (std::size_t e = 0; e < lens.elements.size(); ++e) {
-    const Element& element = lens.elements[e];
-    const Motion& placement = assembly.placement(e);
-    // As on the way of images: a stop at the height of an element's last vertex or behind lies behind the element.
-    pass_stops_before(element.faces.back().z_mm);
-    double index = 1;
-    for (std::size_t f = 0; f < element.faces.size(); ++f) {
-      const Face& face = element.faces[f];
-      Surface surface;
-      surface.vertex = placement.point({0, 0, face.z_mm});
-      surface.axis = placement.direction({0, 0, 1});
-      surface.curvature = face.curvature;
-      surface.clear_radius2 = square(face.clear_radius_mm);
-      surface.index_front = index;
-      surface.index_back = index = face.index_after;
-      surfaces_.push_back(surface);
-      if (f + 1 < element.faces.size()) add_body(element, f, placement);
-    }
-  }
-  pass_stops_before(kNever);
-  for (Edge& edge : edges_)
-    for (std::size_t k = 0; k < stops_.size(); ++k) {
-      const double z = surfaces_[static_cast<std::size_t>(stops_[k])].vertex.z;
-      if (z > edge.nearest_z && z < edge.farthest_z) edge.holds_stop = true;
-    }
-}
 
 bool GhostWalk::in_bore(const Vec3& at, const Vec3& direction) const {
   if (!has_mount_) return true;
@@ -193,39 +84,39 @@ void GhostWalk::look_at_face(const Surface& surface, int number, const WalkingRa
   }
 }
 
-void GhostWalk::look_at_edge(const Edge& edge, int number, const WalkingRay& ray, Found& found) const {
+void GhostWalk::look_at_edge(const Edge& edge, int number, const WalkingRay& ray, Found& found) {
   const Vec3 p = ray.at - edge.origin;
   const double height = dot(p, edge.axis), forward = dot(ray.direction, edge.axis);
   const Vec3 across = p - height * edge.axis, along = ray.direction - forward * edge.axis;
-  const auto radius2_at = [&](double t) { return dot(across + t * along, across + t * along); };
-  const auto blend = [&](const double(&a)[2], const double(&b)[2], double u, double t) {
-    const Vec3 at = across + t * along;
-    const Vec3 radial = (1 / std::sqrt(dot(at, at))) * at;
-    return unit(((1 - u) * a[0] + u * b[0]) * radial + ((1 - u) * a[1] + u * b[1]) * edge.axis);
+  // From the normal `a` to `b`, a share of the way, at a place beside the axis.
+  const auto between = [&](const Normal& a, const Normal& b, double share, const Vec3& radial) {
+    return unit(((1 - share) * a.radial + share * b.radial) * radial +
+                ((1 - share) * a.axial + share * b.axial) * edge.axis);
   };
   const double to_ring = (edge.ring_z - height) / forward;
   if (to_ring > kNearest && to_ring < found.distance) {
-    const double r2 = radius2_at(to_ring);
-    if (r2 > edge.ring_inner_radius2 && r2 < edge.radius2) {
-      const double inner = std::sqrt(edge.ring_inner_radius2),
-                   u = (std::sqrt(r2) - inner) / (std::sqrt(edge.radius2) - inner);
-      found = {to_ring, number, blend(edge.inner_normal, edge.outer_normal, u, to_ring),
-               (edge.ring_z == edge.low_z ? -1.0 : 1.0) * edge.axis};
+    const Vec3 place = across + to_ring * along;
+    const double radius = std::sqrt(dot(place, place));
+    if (radius > edge.ring_inner_radius && radius < edge.radius) {
+      const double share = (radius - edge.ring_inner_radius) / (edge.radius - edge.ring_inner_radius);
+      found = {to_ring, number, between(edge.ring_inner, edge.ring_outer, share, (1 / radius) * place),
+               (edge.ring_faces_image ? 1.0 : -1.0) * edge.axis};
     }
   }
-  const double a = dot(along, along), b = dot(across, along), c = dot(across, across) - edge.radius2;
+  const double a = dot(along, along), b = dot(across, along), c = dot(across, across) - square(edge.radius);
   const double discriminant = b * b - a * c;
   if (!(a > 0 && discriminant > 0)) return;
   const double root = std::sqrt(discriminant);
-  for (const double t : {(-b - root) / a, (-b + root) / a}) {
-    const double z = height + t * forward;
-    if (t > kNearest && t < found.distance && z > edge.low_z && z < edge.high_z)
-      found = {t, number, blend(edge.low_normal, edge.high_normal, (z - edge.low_z) / (edge.high_z - edge.low_z), t),
-               (1 / std::sqrt(edge.radius2)) * (across + t * along)};
+  for (const double distance : {(-b - root) / a, (-b + root) / a}) {
+    const double z = height + distance * forward;
+    if (!(distance > kNearest && distance < found.distance && z > edge.low_z && z < edge.high_z)) continue;
+    const Vec3 radial = (1 / edge.radius) * (across + distance * along);
+    const double share = (z - edge.low_z) / (edge.high_z - edge.low_z);
+    found = {distance, number, between(edge.cylinder_low, edge.cylinder_high, share, radial), radial};
   }
 }
 
-void GhostWalk::look_at_stop(const Surface& stop, const WalkingRay& ray, Found& found) const {
+void GhostWalk::look_at_stop(const Surface& stop, const WalkingRay& ray, Found& found) {
   const double distance = dot(stop.vertex - ray.at, stop.axis) / dot(ray.direction, stop.axis);
   if (!(distance > kNearest && distance < found.distance)) return;
   const Vec3 crossing = ray.at + distance * ray.direction - stop.vertex;

@@ -2,10 +2,11 @@
 // refracted or reflected, as the caller decides.
 //
 // What it is for: ghosts. Faces are met in their order, back and forth, so no search structure is needed. A ray
-// that misses the face whose turn it is may meet an element's edge, which is polished here and refracts: a
-// cylinder as wide as the wider of two faces, closed by a plane ring at the rim of the narrower one. Only such rays
-// are looked for among all surfaces. Stops reach out to the mount; both absorb. Scalar double with + - * / and
-// square roots only: the same bits everywhere.
+// that misses the face whose turn it is may meet an element's edge, which refracts: a cylinder as wide as the wider
+// of two faces, closed by a plane ring at the rim of the narrower one. Only such rays are looked for among all
+// surfaces. Edges are shaded as the paper's renderer shades its meshes, whose vertices have one normal each: halfway
+// between both sides at every rim, turning evenly in between. Stops reach out to the mount; both absorb.
+// Scalar double with + - * / and square roots only: the same bits everywhere.
 #pragma once
 
 #include <vector>
@@ -65,22 +66,27 @@ class GhostWalk {
   const std::vector<GlassBody>& bodies() const { return bodies_; }
 
  private:
+  static constexpr double kNearest = 1e-9;  // mm: nearer meetings are the place that the ray has just left
+
   struct Surface {
     bool is_stop = false;
     Vec3 vertex, axis;  // axis: unit, towards the image side
     double curvature = 0, clear_radius2 = 0;
     double index_front = 1, index_back = 1;
   };
+  struct Normal {
+    double radial = 0, axial = 0;
+  };
   struct Edge {
     int gap = 0;
     Vec3 origin, axis;  // heights are counted from here
     double index = 1;
-    double radius2 = 0, low_z = 0, high_z = 0;  // cylinder
-    double ring_z = 0, ring_inner_radius2 = 0;  // plane ring, out to the cylinder
-    // Normals, radial and axial, at both ends of cylinder and ring; between the ends they turn evenly.
-    double low_normal[2], high_normal[2], inner_normal[2], outer_normal[2];
-    double nearest_z = 0, farthest_z = 0;  // of this piece of glass, lens coordinates
-    bool holds_stop = false;               // a stop stands inside this glass
+    double radius = 0, low_z = 0, high_z = 0;  // cylinder
+    double ring_z = 0, ring_inner_radius = 0;  // plane ring, out to the cylinder
+    bool ring_faces_image = false;
+    Normal cylinder_low, cylinder_high, ring_inner, ring_outer;  // at the ends
+    double nearest_z = 0, farthest_z = 0;                        // of this piece of glass, lens coordinates
+    bool holds_stop = false;                                     // a stop stands inside this glass
   };
   struct Found {
     double distance;
@@ -88,14 +94,16 @@ class GhostWalk {
     Vec3 normal;  // of edges
     Vec3 outward;
   };
+  static Normal outward_at_rim(const Face& face, double sign);
+  static Normal halfway(const Normal& a, const Normal& b);
   void add_body(const Element& element, std::size_t face, const Motion& placement);
   // How far a ray is from the face whose turn it is, if it meets it within its clear radius.
   static bool meet(const Surface& surface, const WalkingRay& ray, double& distance);
   static bool meet_again(const Surface& surface, const WalkingRay& ray, double& distance);
   // The nearest meeting of the two that a line has with a face.
   static void look_at_face(const Surface& surface, int number, const WalkingRay& ray, Found& found);
-  void look_at_edge(const Edge& edge, int number, const WalkingRay& ray, Found& found) const;
-  void look_at_stop(const Surface& surface, const WalkingRay& ray, Found& found) const;
+  static void look_at_edge(const Edge& edge, int number, const WalkingRay& ray, Found& found);
+  static void look_at_stop(const Surface& stop, const WalkingRay& ray, Found& found);
   void look_at_mount(const WalkingRay& ray, Found& found) const;
   Next search(WalkingRay& ray, AtFace& met) const;
   static bool out_of_reach(const Edge& edge, const WalkingRay& ray, double distance);
