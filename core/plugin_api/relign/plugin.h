@@ -44,7 +44,7 @@ extern "C" {
 #endif
 
 #define RELIGN_ABI_MAJOR 1
-#define RELIGN_ABI_MINOR 0
+#define RELIGN_ABI_MINOR 1
 
 /* ---- plain types ------------------------------------------------------------------------ */
 
@@ -401,6 +401,18 @@ typedef struct relign_scene_stage {
   /* One picture from where the stage is, into `pixels` (width x height, tightly packed, owned by the caller). */
   relign_status (*capture)(relign_scene* self, float* pixels, double* machine_seconds);
 } relign_scene_stage;
+
+/* Optional ability of a scene, since 1.1: the pose at which a lens as built is best. Results are measured against it
+ * ("excess"): what an algorithm could still have gained. Algorithms are never told. */
+#define RELIGN_SCENE_OPTIMUM "relign.scene.optimum/1"
+typedef struct relign_scene_optimum {
+  uint32_t struct_size;
+  uint32_t reserved;
+  /* Writes the true pose (axes values in 0..1) with the lowest noise-free MSE that the scene can find, and an unbiased
+   * estimate of the MSE there with its standard error. A pure function of assembly and seed. */
+  relign_status (*find)(relign_assembly* assembly, uint64_t seed, double* true_pose, uint32_t axes, double* mse,
+                        double* standard_error);
+} relign_scene_optimum;
 
 /* ---- the library ---------------------------------------------------------------------------- */
 

@@ -7,6 +7,7 @@
 #include "base/hash.h"
 #include "base/json_source.h"
 #include "imaging/camera.h"
+#include "imaging/own_optimum.h"
 #include "imaging/reference.h"
 #include "imaging/scene_file.h"
 #include "optics/assembly.h"
@@ -20,6 +21,7 @@ namespace optics = relign::optics;
 // The scene's camera, used by one assembly at a time: assemblies may have threads of their own.
 struct SharedCamera {
   imaging::Camera camera;
+  imaging::OptimumFinder optimum;
   std::mutex mutex;
 };
 
@@ -44,6 +46,11 @@ class LensAssembly final : public relign::Assembly {
     shared_.camera.render_noise_free(lens_, true_pose, kPictureSeed, imaging::reference_samples(scene_) / 4, pixels);
     return true;
   }
+  std::optional<Optimum> own_optimum(std::uint64_t seed) override {
+    const std::lock_guard<std::mutex> lock(shared_.mutex);
+    imaging::OwnOptimum found = shared_.optimum.find(lens_, seed);
+    return Optimum{std::move(found.true_pose), {found.error.mse, found.error.standard_error}};
+  }
 
  private:
   const imaging::SceneFile& scene_;
@@ -61,7 +68,7 @@ class LensSystem final : public relign::Scene {
         parallel_(given.threads()),
         reference_(imaging::make_reference(scene_, settings_, parallel_, cache(given),
                                            [&given](const std::string& message) { given.warn(message); })),
-        shared_{{scene_, settings_, parallel_}, {}} {}
+        shared_{{scene_, settings_, parallel_}, {scene_, shared_.camera, parallel_, reference_}, {}} {}
 
   std::string describe() override {
     Json axes = Json::array();
