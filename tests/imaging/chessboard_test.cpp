@@ -23,7 +23,7 @@ const SceneFile& chessboard_scene() {
   static const SceneFile scene = [] {
     SceneChoices choices;
     choices.target = "chessboard:fields=" + std::to_string(kFields);
-    return read_scene_file(relign_od_file(), choices);
+    return relign_od_scene_with(choices);
   }();
   return scene;
 }
@@ -51,8 +51,8 @@ Place bundle_centroid(const optics::Assembly& assembly, const std::vector<double
       x += light * hit.x;
       y += light * hit.y;
     }
-  const double half = scene.sensor.side_mm / 2, pitch = scene.sensor.pitch_mm();
-  return {(x / sum + half) / pitch - 0.5, (half - y / sum) / pitch - 0.5};
+  const Sensor& sensor = scene.sensor;
+  return {(x / sum - sensor.left_mm) / sensor.pitch_mm - 0.5, (sensor.top_mm - y / sum) / sensor.pitch_mm - 0.5};
 }
 
 // Corners between four fields, by OpenCV alone; those of the board's border are among them. Its refinement takes edges
@@ -63,7 +63,7 @@ std::vector<cv::Point2f> corners_seen(const optics::Assembly& assembly, const st
   Parallel parallel(2);
   Camera camera(scene, {}, parallel);
   MountedLens lens(scene, assembly);
-  cv::Mat image(scene.sensor.pixels, scene.sensor.pixels, CV_32F), smooth;
+  cv::Mat image(scene.sensor.height, scene.sensor.width, CV_32F), smooth;
   camera.render_noise_free(lens, pose, 4, 1024, image.ptr<float>());
   std::vector<cv::Point2f> corners;
   cv::goodFeaturesToTrack(image, corners, 400, 0.02, 4);

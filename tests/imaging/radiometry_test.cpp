@@ -35,17 +35,17 @@ pixels::Image flat_image(Transport transport) {
   settings.transport = transport;
   Camera camera(flat_field(), settings, parallel);
   MountedLens lens(flat_field());
-  const auto side = static_cast<std::size_t>(flat_field().sensor.pixels);
-  pixels::Image image(side, side);
+  const Sensor& sensor = flat_field().sensor;
+  pixels::Image image(static_cast<std::size_t>(sensor.width), static_cast<std::size_t>(sensor.height));
   camera.render_noise_free(lens, nominal_pose(), 5, 2048, image.values.data());
   return image;
 }
 
-// Middle of a pixel, from the axis.
-double x_mm(std::size_t x) {
-  return (static_cast<double>(x) + 0.5) * flat_field().sensor.pitch_mm() - flat_field().sensor.side_mm / 2;
+// Of a pixel's middle, from the axis.
+double radius_mm(std::size_t x, std::size_t y) {
+  const optics::Vec3 middle = flat_field().sensor.place(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);
+  return std::hypot(middle.x, middle.y);
 }
-double radius_mm(std::size_t x, std::size_t y) { return std::hypot(x_mm(x), x_mm(y)); }
 
 // The exact irradiance as a table, finer where apertures begin to cut.
 class Profile {
@@ -143,7 +143,7 @@ TEST_P(RadiometryOf, AUniformEmitterGivesProjectedSolidAngleTimesTransmittance) 
 TEST_P(RadiometryOf, AFlatFieldFollowsTheRelativeIlluminationWithoutRings) {
   const auto& [image, exact] = seen_with(GetParam());
   // Rings one pixel wide, out to the corner of the paper's emitter.
-  const double pitch = flat_field().sensor.pitch_mm();
+  const double pitch = flat_field().sensor.pitch_mm;
   std::vector<Part> rings(static_cast<std::size_t>(1.9 / pitch));
   for (std::size_t y = 0; y < image.height; ++y)
     for (std::size_t x = 0; x < image.width; ++x) {

@@ -36,7 +36,7 @@ TEST(SceneFile, PosesMoveTheLensAboutThePivot) {
 TEST(SceneFile, AmbientIndexDividesTheGlass) {
   SceneChoices choices;
   choices.ambient_index = 1.000277;
-  const SceneFile scene = read_scene_file(relign_od_file(), choices);
+  const SceneFile scene = relign_od_scene_with(choices);
   EXPECT_NEAR(scene.lens.elements[0].faces[0].index_after, 1.487027, 1e-6);
   EXPECT_EQ(scene.lens.elements[0].faces[1].index_after, 1);
 }
@@ -44,7 +44,7 @@ TEST(SceneFile, AmbientIndexDividesTheGlass) {
 TEST(SceneFile, ShowsTheTargetThatWasChosen) {
   SceneChoices choices;
   choices.target = "chessboard:fields=4";
-  const SceneFile scene = read_scene_file(relign_od_file(), choices);
+  const SceneFile scene = relign_od_scene_with(choices);
   EXPECT_EQ(scene.emitter.radiance.values, draw_target("chessboard:fields=4", 1200)->values);
   EXPECT_EQ(scene.emitter.target, "chessboard:fields=4");
   EXPECT_EQ(scene.files, relign_od_scene().files) << "a drawn target is no file";
