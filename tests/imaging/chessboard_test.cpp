@@ -15,10 +15,6 @@ namespace {
 
 constexpr int kFields = 12;
 
-struct Place {
-  double x = 0, y = 0;  // pixels, 0 = middle of the first column and the top row
-};
-
 const SceneFile& chessboard_scene() {
   static const SceneFile scene = [] {
     SceneChoices choices;
@@ -26,33 +22,6 @@ const SceneFile& chessboard_scene() {
     return relign_od_scene_with(choices);
   }();
   return scene;
-}
-
-// Where the rays from a place of the emitter meet the sensor on average. Light of an emitter of radiance 1 is even in
-// the direction cosines: a ray through dA of a plane parallel to the emitter carries cos^4 dA, that is dA / length^4.
-Place bundle_centroid(const optics::Assembly& assembly, const std::vector<double>& pose, const optics::Vec3& from) {
-  const SceneFile& scene = chessboard_scene();
-  const optics::Motion to_world = scene.lens_to_world(pose), into_lens = optics::inverse(to_world);
-  constexpr double kPupilZ = 5.82, kHalf = 1.6;  // the entrance pupil, with room for its way at the field's edge
-  constexpr int kGrid = 60;
-  double sum = 0, x = 0, y = 0;
-  for (int i = -kGrid; i <= kGrid; ++i)
-    for (int j = -kGrid; j <= kGrid; ++j) {
-      const optics::Vec3 aim = to_world.point({kHalf * i / kGrid, kHalf * j / kGrid, kPupilZ});
-      const optics::Vec3 way{aim.x - from.x, aim.y - from.y, aim.z - from.z};
-      const optics::Ray ray{into_lens.point(from), into_lens.direction(way)};
-      const optics::TracedRay traced = optics::trace(assembly, ray, optics::Apertures::mesh);
-      if (!traced.passed) continue;
-      const optics::Vec3 last = to_world.point(traced.hits.back()), out = to_world.direction(traced.exit_direction);
-      const optics::Vec3 hit = last + ((scene.sensor.z_mm - last.z) / out.z) * out;
-      const double length2 = optics::dot(way, way);
-      const double light = transmittance(assembly, ray, traced) / (length2 * length2);
-      sum += light;
-      x += light * hit.x;
-      y += light * hit.y;
-    }
-  const Sensor& sensor = scene.sensor;
-  return {(x / sum - sensor.left_mm) / sensor.pitch_mm - 0.5, (sensor.top_mm - y / sum) / sensor.pitch_mm - 0.5};
 }
 
 // Corners between four fields, by OpenCV alone; those of the board's border are among them. Its refinement takes edges
@@ -87,8 +56,8 @@ Deviations deviations(const optics::Assembly& assembly, const std::vector<double
   Deviations found;
   for (int row = 1; row < kFields; ++row)
     for (int column = 1; column < kFields; ++column) {
-      const Place exact =
-          bundle_centroid(assembly, exact_pose, {emitter_mm(column), emitter_mm(row), scene.emitter.z_mm});
+      const PixelPlace exact =
+          bundle_centroid(scene, assembly, exact_pose, {emitter_mm(column), emitter_mm(row), scene.emitter.z_mm});
       double nearest = std::numeric_limits<double>::infinity(), shift_x = 0, shift_y = 0;
       for (const cv::Point2f& corner : corners) {
         const double x = static_cast<double>(corner.x) - exact.x, y = static_cast<double>(corner.y) - exact.y;

@@ -100,4 +100,47 @@ inline double exact_irradiance(const optics::Assembly& turned, double height_mm,
   return sum * kPi / (kAzimuths * kRings);
 }
 
+// Visits the rays from a place of the emitter through a lens at a pose: visit(where it meets the sensor's plane, world;
+// its light). Light of an emitter of radiance 1 is even in the direction cosines: a ray through dA of a plane
+// parallel to the emitter carries cos^4 dA, that is dA / length^4, times the transmittance.
+template <class Visit>
+void for_bundle(const SceneFile& scene, const optics::Assembly& assembly, const std::vector<double>& pose,
+                const optics::Vec3& from, const Visit& visit) {
+  const optics::Motion to_world = scene.lens_to_world(pose), into_lens = optics::inverse(to_world);
+  constexpr double kPupilZ = 5.82, kHalf = 1.6;  // the entrance pupil, with room for its way at the field's edge
+  constexpr int kGrid = 60;
+  for (int i = -kGrid; i <= kGrid; ++i)
+    for (int j = -kGrid; j <= kGrid; ++j) {
+      const optics::Vec3 aim = to_world.point({kHalf * i / kGrid, kHalf * j / kGrid, kPupilZ});
+      const optics::Vec3 way = aim - from;
+      const optics::Ray ray{into_lens.point(from), into_lens.direction(way)};
+      const optics::TracedRay traced = optics::trace(assembly, ray, optics::Apertures::mesh);
+      if (!traced.passed) continue;
+      const optics::Vec3 last = to_world.point(traced.hits.back()), out = to_world.direction(traced.exit_direction);
+      const double length2 = optics::dot(way, way);
+      visit(last + ((scene.sensor.z_mm - last.z) / out.z) * out,
+            transmittance(assembly, ray, traced) / (length2 * length2));
+    }
+}
+
+struct PixelPlace {
+  double x = 0, y = 0;  // 0 = middle of the first column and the top row
+};
+
+inline PixelPlace pixel_of(const Sensor& sensor, const optics::Vec3& world) {
+  return {(world.x - sensor.left_mm) / sensor.pitch_mm - 0.5, (sensor.top_mm - world.y) / sensor.pitch_mm - 0.5};
+}
+
+// Where the light of a place of the emitter meets the sensor on average.
+inline PixelPlace bundle_centroid(const SceneFile& scene, const optics::Assembly& assembly,
+                                  const std::vector<double>& pose, const optics::Vec3& from) {
+  double sum = 0;
+  optics::Vec3 middle;
+  for_bundle(scene, assembly, pose, from, [&](const optics::Vec3& hit, double light) {
+    sum += light;
+    middle = middle + light * hit;
+  });
+  return pixel_of(scene.sensor, (1 / sum) * middle);
+}
+
 }  // namespace relign::imaging

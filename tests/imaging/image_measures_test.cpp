@@ -1,0 +1,120 @@
+// Measures taken on images of the lens, against what single rays say.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "exact_rays.h"
+#include "pixels/measures.h"
+#include "pixels/registration.h"
+#include "scene_under_test.h"
+
+namespace relign::imaging {
+namespace {
+
+SceneFile scene_showing(const std::string& target) {
+  SceneChoices choices;
+  choices.target = target;
+  return relign_od_scene_with(choices);
+}
+
+pixels::Image image_of(const SceneFile& scene, const std::vector<double>& pose, bool noise_free = true) {
+  Parallel parallel(2);
+  Camera camera(scene, {}, parallel);
+  MountedLens lens(scene);
+  pixels::Image image(static_cast<std::size_t>(scene.sensor.width), static_cast<std::size_t>(scene.sensor.height));
+  if (noise_free)
+    camera.render_noise_free(lens, pose, 6, 1024, image.values.data());
+  else
+    camera.capture(lens, pose, 6, image.values.data());
+  return image;
+}
+
+double sinc(double x) { return x == 0 ? 1.0 : std::sin(kPi * x) / (kPi * x); }
+
+// One square of half the emitter's side; of its edges, the one that the image shows on the left.
+constexpr double kAngle_deg = 5;
+SceneFile one_square() { return scene_showing("slanted_edges:squares=1,angle_deg=" + std::to_string(kAngle_deg)); }
+
+// `along_mm` from the middle of that edge.
+optics::Vec3 place_on_edge(const SceneFile& scene, double along_mm) {
+  const optics::SineCosine turn = optics::sine_cosine_of_degrees(kAngle_deg);
+  const double half = scene.emitter.side_mm / 4;
+  return {turn.cosine * half - turn.sine * along_mm, turn.sine * half + turn.cosine * along_mm, scene.emitter.z_mm};
+}
+
+// Of the rays from the edge's middle, across the edge, times that of the square pixel, and of the drawing: texels are
+// grey by area and looked up bilinearly, as if three of them stood behind each other.
+double exact_mtf(const SceneFile& scene, const optics::Assembly& lens, const std::vector<double>& pose,
+                 double cycles_per_pixel) {
+  const PixelPlace one = bundle_centroid(scene, lens, pose, place_on_edge(scene, -2));
+  const PixelPlace other = bundle_centroid(scene, lens, pose, place_on_edge(scene, 2));
+  const double length = std::hypot(other.x - one.x, other.y - one.y);
+  const double across_x = (other.y - one.y) / length, across_y = -(other.x - one.x) / length;
+  double sum = 0, real = 0, imaginary = 0;
+  for_bundle(scene, lens, pose, place_on_edge(scene, 0), [&](const optics::Vec3& hit, double light) {
+    const PixelPlace place = pixel_of(scene.sensor, hit);
+    const double phase = 2 * kPi * cycles_per_pixel * (across_x * (place.x - one.x) + across_y * (place.y - one.y));
+    sum += light;
+    real += light * std::cos(phase);
+    imaginary += light * std::sin(phase);
+  });
+  const double texel_px = length / 4 * scene.emitter.side_mm / static_cast<double>(scene.emitter.radiance.width);
+  return std::hypot(real, imaginary) / sum * std::pow(sinc(cycles_per_pixel * texel_px), 3) *
+         std::fabs(sinc(cycles_per_pixel * across_x)) * std::fabs(sinc(cycles_per_pixel * across_y));
+}
+
+TEST(ImageMeasures, SlantedEdgeMtfIsThatOfTheRaysAndThePixel) {
+  const SceneFile scene = one_square();
+  const optics::Assembly lens(scene.lens);
+  double largest = 0;
+  for (const double z : {0.5, 0.52, 0.46}) {
+    const std::vector<double> pose = {0.5, 0.5, z, 0.5, 0.5};
+    const PixelPlace middle = bundle_centroid(scene, lens, pose, place_on_edge(scene, 0));
+    // So few rows that the lens's distortion does not bend the edge.
+    const pixels::Region region{static_cast<std::size_t>(middle.x) - 13, static_cast<std::size_t>(middle.y) - 10, 27,
+                                21};
+    const pixels::Image image = image_of(scene, pose);
+    for (const double f : {0.05, 0.1, 0.2, 0.3, 0.4}) {
+      const double exact = exact_mtf(scene, lens, pose, f), found = pixels::edge_mtf(image, region, f);
+      std::printf("z %.2f, %.2f cycles/px: rays %.4f, image %.4f\n", z, f, exact, found);
+      EXPECT_NEAR(found, exact, 0.02) << "z " << z << ", " << f << " cycles per pixel";
+      largest = std::max(largest, std::fabs(found - exact));
+    }
+  }
+  std::printf("largest deviation %.4f\n", largest);
+}
+
+TEST(ImageMeasures, ShiftIsThatOfTheRaysAlsoAtThePapersNoise) {
+  const SceneFile& scene = relign_od_scene();
+  const optics::Assembly lens(scene.lens);
+  const pixels::Image reference = image_of(scene, nominal_pose());
+  const optics::Vec3 middle{0, 0, scene.emitter.z_mm};
+  const PixelPlace at_rest = bundle_centroid(scene, lens, nominal_pose(), middle);
+  for (const bool noise_free : {true, false})
+    for (const auto& [x, y] : {std::pair{0.51, 0.48}, std::pair{0.62, 0.55}, std::pair{0.3, 0.25}}) {
+      const std::vector<double> pose = {x, y, 0.5, 0.5, 0.5};
+      const PixelPlace exact = bundle_centroid(scene, lens, pose, middle);
+      const pixels::Registration found = pixels::registration(image_of(scene, pose, noise_free), reference);
+      const double within = noise_free ? 0.1 : 0.2;
+      EXPECT_NEAR(found.shift_x_px, exact.x - at_rest.x, within) << x << ", " << y;
+      EXPECT_NEAR(found.shift_y_px, exact.y - at_rest.y, within) << x << ", " << y;
+      EXPECT_NEAR(found.rotation_deg, 0, noise_free ? 0.05 : 0.3) << x << ", " << y;
+    }
+}
+
+TEST(ImageMeasures, RotationOfTheTargetIsSeenMirrored) {
+  const auto white_square = [](int angle_deg) {
+    SceneFile scene = scene_showing("slanted_edges:squares=1,angle_deg=" + std::to_string(angle_deg));
+    pixels::Image negative = scene.emitter.radiance;
+    for (float& value : negative.values) value = 1 - value;
+    scene.emitter.show(negative);
+    return image_of(scene, nominal_pose());
+  };
+  const pixels::Registration found = pixels::registration(white_square(8), white_square(5));
+  EXPECT_NEAR(found.rotation_deg, -3, 0.1) << "columns run against the emitter's x, rows with its y";
+  EXPECT_NEAR(found.shift_x_px, 0, 0.02);
+  EXPECT_NEAR(found.shift_y_px, 0, 0.02);
+}
+
+}  // namespace
+}  // namespace relign::imaging
