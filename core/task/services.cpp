@@ -55,8 +55,9 @@ const void* Services::measures() {
     auto& site = *static_cast<ServiceSite*>(context);
     return site.answer([&]() -> relign_status {
       if (!value) return site.refuse("there is no place for the value");
-      const relign_image& seen = site.host.last_capture();
-      *value = measure({seen.pixels, seen.width, seen.height}, text_of(name), text_of(arguments_json));
+      const relign_image &seen = site.host.last_capture(), &wanted = site.host.reference_image();
+      *value = measure({seen.pixels, seen.width, seen.height}, {wanted.pixels, wanted.width, wanted.height},
+                       text_of(name), text_of(arguments_json));
       return RELIGN_OK;
     });
   };
