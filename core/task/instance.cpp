@@ -115,4 +115,17 @@ Instance draw_instance(plugin_host::NoiseLevel& level, const SceneFacts& scene, 
   return instance;
 }
 
+Instance draw_instance(const plugin_host::Choice& level, const std::string& level_name, const SceneFacts& scene,
+                       const std::string& scene_name, const plugin_host::HostServices& services,
+                       std::uint64_t suite_seed, std::uint64_t number) {
+  try {
+    plugin_host::NoiseLevel made(level, services);
+    return draw_instance(made, scene, suite_seed, SeedDomain::benchmark, number);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::plugin_failed) throw;
+    throw Error(ErrorKind::bad_input,
+                "noise level '" + level_name + "' cannot be used with scene '" + scene_name + "': " + error.what());
+  }
+}
+
 }  // namespace relign::task

@@ -28,6 +28,12 @@ struct Instance {
 Instance draw_instance(plugin_host::NoiseLevel& level, const SceneFacts& scene, std::uint64_t suite_seed,
                        SeedDomain domain, std::uint64_t number);
 
+// The same for a level and a scene that a user put together, by the names that the user knows: what goes wrong between
+// them (a file of limits that names other elements, say) is the user's mistake, an Error(bad_input) that names both.
+Instance draw_instance(const plugin_host::Choice& level, const std::string& level_name, const SceneFacts& scene,
+                       const std::string& scene_name, const plugin_host::HostServices& services,
+                       std::uint64_t suite_seed, std::uint64_t number);
+
 // Reads and checks what a level wrote; draw_instance uses it.
 Variances read_variances(const std::string& drawn, const SceneFacts& scene, const std::string& level_id);
 
