@@ -337,6 +337,8 @@ typedef struct relign_scene_interface {
    *  "image": {"width": 200, "height": 200, "white": 0.115},                white = display value of a lit pixel
    *  "elements": ["L1", ...],                                               what a noise level may offset
    *  "machine_time": {"speed_mm_per_s": 5, ...},  "spec": {...},            optional defaults for suites
+   *  "geometry": {"pivot_z_mm": 0, "elements": {"L1": {"front_z_mm": 0, "back_z_mm": 1.5}, ...}},  optional: on the axis,
+   *                                                                         where the offsets' pivot and vertices lie
    *  "files": ["/abs/path", ...],                                           data files the image depends on
    *  "summary": "..."} */
   relign_status (*describe)(relign_scene* self, const relign_text_sink* description);
