@@ -80,6 +80,7 @@ Variances read(const JsonSource& source, const SceneFacts& scene) {
   variances.start = read_start(top, scene.axes.size());
   variances.distortion = read_distortion(top, scene.axes.size());
   variances.elements_json = canonical_json(read_elements(source, top, scene, problems));
+  variances.cure_shift = top.numbers("cure_shift", scene.axes.size(), {});
   top.refuse_unknown();
   throw_if_any(problems);
   return variances;

@@ -15,6 +15,8 @@ struct Variances {
   std::vector<double> start;       // true start pose, n values in [0, 1]
   std::vector<double> distortion;  // n x n, row-major: true move = distortion * commanded move
   std::string elements_json;       // offsets of the elements, canonical JSON, as for mount
+  // How the glued lens moves while the glue cures, n shares of the travel; empty: not at all.
+  std::vector<double> cure_shift = {};
 };
 
 struct Instance {

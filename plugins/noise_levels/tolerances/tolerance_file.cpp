@@ -67,6 +67,24 @@ ElementLimits read_element(const relign::JsonSource& source, const std::string& 
   return element;
 }
 
+PoseLimits read_pose(const relign::JsonSource& source, const std::string& key, Law law,
+                     std::vector<Problem>& problems) {
+  ObjectReader reader(source, "/" + key, problems);
+  PoseLimits pose;
+  pose.key = key;
+  pose.shift_um = limits(reader, "shift_um", 0, kLargestShiftUm);
+  pose.tilt_arcmin = limits(reader, "tilt_arcmin", 0, kLargestTiltArcmin);
+  pose.law = one_of(reader, "law", kLaws, law);
+  reader.refuse_unknown();
+  return pose;
+}
+
+bool all_zero(const PoseLimits& pose) {
+  const auto zero = [](double limit) { return limit == 0; };
+  return std::all_of(pose.shift_um.begin(), pose.shift_um.end(), zero) &&
+         std::all_of(pose.tilt_arcmin.begin(), pose.tilt_arcmin.end(), zero);
+}
+
 // Keys whose value may only be 0 because nothing in a trial could honour another one.
 void refuse_unless_zero(ObjectReader& reader, const std::string& key, const std::string& what) {
   if (reader.number(key, 0, 0, kLargestShiftUm) == 0) return;
@@ -100,15 +118,12 @@ Tolerances read_tolerances(const relign::JsonSource& source) {
       }
   }
 
-  if (!top.get("start")) {
+  if (top.get("start"))
+    read.start = read_pose(source, "start", read.law, problems);
+  else
     top.complain("", "the key \"start\" is missing (how far from the nominal pose a trial starts)");
-  } else {
-    ObjectReader start(source, "/start", problems);
-    read.start.shift_um = limits(start, "shift_um", 0, kLargestShiftUm);
-    read.start.tilt_arcmin = limits(start, "tilt_arcmin", 0, kLargestTiltArcmin);
-    read.start.law = one_of(start, "law", kLaws, read.law);
-    start.refuse_unknown();
-  }
+  if (top.get("cure_shift")) read.cure_shift = read_pose(source, "cure_shift", read.law, problems);
+  if (read.cure_shift && all_zero(*read.cure_shift)) read.cure_shift.reset();
 
   if (top.get("movement")) {
     ObjectReader movement(source, "/movement", problems);

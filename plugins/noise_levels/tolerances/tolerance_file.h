@@ -22,7 +22,9 @@ struct ElementLimits {
   Pivot pivot = Pivot::own_front;
 };
 
-struct StartLimits {
+// Of the whole lens.
+struct PoseLimits {
+  std::string key;                  // in the file
   std::vector<double> shift_um;     // one for each axis of the scene in mm, in their order
   std::vector<double> tilt_arcmin;  // one for each axis in degrees
   Law law = Law::normal;
@@ -33,8 +35,9 @@ struct Tolerances {
   double sigmas = 3;
   std::optional<ElementLimits> every;          // "*": elements that are not named
   std::map<std::string, ElementLimits> named;  // by element
-  StartLimits start;
+  PoseLimits start;
   double cross_talk = 0;
+  std::optional<PoseLimits> cure_shift;  // while the glue cures; absent also when all limits are 0
 };
 
 // Throws Error(bad_input) that lists every mistake with its place.

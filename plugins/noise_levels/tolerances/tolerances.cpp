@@ -12,11 +12,13 @@ using relign::Json;
 using tolerances::ElementLimits;
 using tolerances::Law;
 using tolerances::Pivot;
+using tolerances::PoseLimits;
 
 // Streams of one draw. Each element has its own, so that L3 gets the same deviates whichever other elements have
 // limits; deviates are scaled after they are drawn, so that grades differ by scale only.
 constexpr std::uint64_t kStartStream = 1;
 constexpr std::uint64_t kMovementStream = 2;
+constexpr std::uint64_t kCureStream = 3;
 constexpr std::uint64_t kFirstElementStream = 16;
 
 class Tolerances final : public relign::NoiseLevel {
@@ -31,6 +33,7 @@ class Tolerances final : public relign::NoiseLevel {
     drawn["start"] = draw_start(seed, scene);
     drawn["distortion"] = draw_distortion(seed, scene.at("axes").size());
     drawn["elements"] = draw_elements(seed, scene);
+    if (limits_.cure_shift) drawn["cure_shift"] = draw_pose(seed, kCureStream, *limits_.cure_shift, scene);
     return drawn.dump();
   }
 
@@ -46,25 +49,34 @@ class Tolerances final : public relign::NoiseLevel {
   }
 
   std::vector<double> draw_start(std::uint64_t seed, const Json& scene) const {
-    relign::Random random(seed, kStartStream);
-    const Json& axes = scene.at("axes");
+    const std::vector<double> shares = draw_pose(seed, kStartStream, limits_.start, scene);
     // A station names no nominal pose, and its start is its own.
-    auto start = scene.value("nominal_pose", std::vector<double>(axes.size(), 0.5));
-    std::size_t shifts = 0, tilts = 0;
-    for (std::size_t axis = 0; axis < axes.size(); ++axis) {
-      const bool turns = axes[axis].at("unit") == "deg";
-      const std::size_t place = turns ? tilts++ : shifts++;
-      const std::string key = turns ? "tilt_arcmin" : "shift_um";
-      const std::vector<double>& limits = turns ? limits_.start.tilt_arcmin : limits_.start.shift_um;
-      if (place >= limits.size())
-        complain("/start", "\"" + key + "\" has " + std::to_string(limits.size()) + " numbers, none for the axis \"" +
-                               axes[axis].at("name").get<std::string>() + "\" of this scene: one for each axis in " +
-                               (turns ? "degrees" : "mm") + " is needed");
-      const double units = limits[place] / (turns ? 60 : 1000);  // degrees or mm
-      const double travel = axes[axis].at("upper").get<double>() - axes[axis].at("lower").get<double>();
-      start[axis] = std::clamp(start[axis] + units * deviate(random, limits_.start.law) / travel, 0.0, 1.0);
-    }
+    auto start = scene.value("nominal_pose", std::vector<double>(shares.size(), 0.5));
+    for (std::size_t axis = 0; axis < shares.size(); ++axis)
+      start.at(axis) = std::clamp(start.at(axis) + shares[axis], 0.0, 1.0);
     return start;
+  }
+
+  // A displacement of the whole lens, in shares of the travel.
+  std::vector<double> draw_pose(std::uint64_t seed, std::uint64_t stream, const PoseLimits& limits,
+                                const Json& scene) const {
+    relign::Random random(seed, stream);
+    std::vector<double> shares;
+    std::size_t shifts = 0, tilts = 0;
+    for (const Json& axis : scene.at("axes")) {
+      const bool turns = axis.at("unit") == "deg";
+      const std::vector<double>& of_kind = turns ? limits.tilt_arcmin : limits.shift_um;
+      const std::size_t place = turns ? tilts++ : shifts++;
+      if (place >= of_kind.size())
+        complain("/" + limits.key, std::string(turns ? "\"tilt_arcmin\"" : "\"shift_um\"") + " has " +
+                                       std::to_string(of_kind.size()) + " numbers, none for the axis \"" +
+                                       axis.at("name").get<std::string>() + "\" of this scene: one for each axis in " +
+                                       (turns ? "degrees" : "mm") + " is needed");
+      const double limit = of_kind[place] / (turns ? 60 : 1000);  // degrees or mm
+      const double travel = axis.at("upper").get<double>() - axis.at("lower").get<double>();
+      shares.push_back(limit * deviate(random, limits.law) / travel + 0.0);  // no negative zero
+    }
+    return shares;
   }
 
   std::vector<std::vector<double>> draw_distortion(std::uint64_t seed, std::size_t axes) const {

@@ -80,14 +80,17 @@ TEST_F(TolerancesTest, ValuesFollowTheirLawWithinTheirLimits) {
     auto made = written(std::string(R"({"use": "tolerances", )") + law.text +
                         R"(, "elements": {"L2": {"shift_um": [10, 20, 5], "tilt_arcmin": [3, 6], "pivot": "scene"}},
                             "start": {"shift_um": [200, 200, 100], "tilt_arcmin": [30, 60]},
-                            "movement": {"cross_talk": 0.02}})");
-    std::vector<Sample> shift(3), tilt(2), start(5), eps(25);
+                            "movement": {"cross_talk": 0.02},
+                            "cure_shift": {"shift_um": [4, 4, 2], "tilt_arcmin": [1, 0]}})");
+    std::vector<Sample> shift(3), tilt(2), start(5), cure(4), eps(25);
     for (std::uint64_t seed = 0; seed < 20000; ++seed) {
       const Json w = Json::parse(made.draw(seed, kScene));
       ASSERT_EQ(w["elements"].size(), 1u);
       for (std::size_t i = 0; i < 3; ++i) shift[i].add(w["elements"]["L2"]["shift_mm"][i]);
       for (std::size_t i = 0; i < 2; ++i) tilt[i].add(w["elements"]["L2"]["tilt_deg"][i]);
       for (std::size_t i = 0; i < 5; ++i) start[i].add(w["start"][i].get<double>() - 0.5);
+      for (std::size_t i = 0; i < 4; ++i) cure[i].add(w["cure_shift"][i]);
+      ASSERT_EQ(w["cure_shift"][4], 0.0);
       for (std::size_t i = 0; i < 25; ++i)
         eps[i].add(w["distortion"][i / 5][i % 5].get<double>() - (i / 5 == i % 5 ? 1 : 0));
     }
@@ -96,6 +99,8 @@ TEST_F(TolerancesTest, ValuesFollowTheirLawWithinTheirLimits) {
     for (std::size_t i = 0; i < 3; ++i) shift[i].expect(shift_mm[i], law.share);
     for (std::size_t i = 0; i < 2; ++i) tilt[i].expect(tilt_deg[i], law.share);
     for (std::size_t i = 0; i < 5; ++i) start[i].expect(start_share[i], law.share);
+    const double cure_share[] = {0.002, 0.002, 0.001, 1.0 / 600};
+    for (std::size_t i = 0; i < 4; ++i) cure[i].expect(cure_share[i], law.share);
     for (const Sample& sample : eps) sample.expect(0.02, law.share);
   }
 }
@@ -168,8 +173,10 @@ TEST_F(TolerancesTest, DrawsAreFunctionsOfTheSeedAndScaleWithTheLimits) {
 
 TEST_F(TolerancesTest, WithoutCrossTalkTheStageIsPerfect) {
   const Json w = draw(written(R"({"use": "tolerances", "elements": {}, )" + kStart +
-                              R"(, "movement": {"backlash_um": 0, "repeatability_um": 0}})"),
+                              R"(, "movement": {"backlash_um": 0, "repeatability_um": 0},
+                                     "cure_shift": {"shift_um": [0, 0, 0], "tilt_arcmin": [0, 0]}})"),
                       3);
+  EXPECT_FALSE(w.contains("cure_shift"));
   for (std::size_t i = 0; i < 25; ++i) EXPECT_EQ(w["distortion"][i / 5][i % 5], i / 5 == i % 5 ? 1.0 : 0.0);
   EXPECT_EQ(w["start"], Json(std::vector<double>(5, 0.5)));
   EXPECT_EQ(w["elements"], Json::object());
