@@ -51,12 +51,7 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
   for (const char* key : {"sensor", "emitter", "travel"})
     if (!top.get(key)) top.complain("", std::string("the key \"") + key + "\" is missing (an object)");
 
-  ObjectReader sensor(source, "/sensor", problems);
-  scene.sensor.z_mm = sensor.required_number("z_mm", 1e-3, 1e6);
-  scene.sensor.side_mm = sensor.required_number("side_mm", 1e-6, 1e6);
-  scene.sensor.pixels = static_cast<int>(sensor.integer("pixels", 200, 1, 4096));
-  if (choices.pixels > 0) scene.sensor.pixels = choices.pixels;
-  sensor.refuse_unknown();
+  scene.sensor = read_sensor(source, "/sensor", choices.pixels, problems);
 
   ObjectReader travel(source, "/travel", problems);
   const std::vector<double> shift = travel.numbers("shift_mm", 3, {1, 1, 1});

@@ -8,19 +8,13 @@
 #include <vector>
 
 #include "base/json_source.h"
+#include "imaging/sensor.h"
 #include "optics/prescription.h"
 #include "optics/ray_block.h"
 #include "optics/rigid.h"
 #include "pixels/image.h"
 
 namespace relign::imaging {
-
-struct Sensor {
-  double z_mm = 0;     // world
-  double side_mm = 0;  // square
-  int pixels = 0;      // a side
-  double pitch_mm() const { return side_mm / pixels; }
-};
 
 struct Emitter {
   double z_mm = 0;         // world, negative
@@ -64,7 +58,7 @@ struct SceneChoices {
   double ambient_index = 1;  // glass indices of the file are divided by it
   std::string target;        // empty: the scene file's; "siemens_star" or a path
   bool rotation_z = false;   // switches the sixth axis on
-  int pixels = 0;            // 0: the scene file's
+  int pixels = 0;            // columns, rows in proportion, over the same area; 0: the scene file's
 };
 
 // Throws Error(bad_input or io) listing every mistake with its place.

@@ -34,8 +34,7 @@ TEST(SceneFile, PosesMoveTheLensAboutThePivot) {
 TEST(SceneFile, AmbientIndexDividesTheGlass) {
   SceneChoices choices;
   choices.ambient_index = 1.000277;
-  const SceneFile scene =
-      read_scene_file(std::string(RELIGN_SOURCE_DIR) + "/plugins/scenes/lens_system/relign_od/scene.json", choices);
+  const SceneFile scene = relign_od_scene_with(choices);
   EXPECT_NEAR(scene.lens.elements[0].faces[0].index_after, 1.487027, 1e-6);
   EXPECT_EQ(scene.lens.elements[0].faces[1].index_after, 1);
 }

@@ -17,6 +17,10 @@ inline const SceneFile& relign_od_scene() {
   return scene;
 }
 
+inline SceneFile relign_od_scene_with(const SceneChoices& choices) {
+  return read_scene_file(std::string(RELIGN_SOURCE_DIR) + "/plugins/scenes/lens_system/relign_od/scene.json", choices);
+}
+
 inline const std::vector<double>& nominal_pose() {
   static const std::vector<double> pose(5, 0.5);
   return pose;

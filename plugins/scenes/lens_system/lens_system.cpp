@@ -27,7 +27,7 @@ class LensAssembly final : public relign::Assembly {
  public:
   LensAssembly(const imaging::SceneFile& scene, const optics::Assembly& assembly, SharedCamera& shared,
                const imaging::Reference& reference)
-      : lens_(scene, assembly), shared_(shared), reference_(reference) {}
+      : scene_(scene), lens_(scene, assembly), shared_(shared), reference_(reference) {}
 
   void capture(const relign::Pose& true_pose, std::uint64_t frame_seed, float* pixels) override {
     const std::lock_guard<std::mutex> lock(shared_.mutex);
@@ -41,11 +41,12 @@ class LensAssembly final : public relign::Assembly {
   bool render_noise_free(const relign::Pose& true_pose, float* pixels) override {
     constexpr std::uint64_t kPictureSeed = 3;  // the references have 1 and 2
     const std::lock_guard<std::mutex> lock(shared_.mutex);
-    shared_.camera.render_noise_free(lens_, true_pose, kPictureSeed, imaging::kReferenceSamples / 4, pixels);
+    shared_.camera.render_noise_free(lens_, true_pose, kPictureSeed, imaging::reference_samples(scene_) / 4, pixels);
     return true;
   }
 
  private:
+  const imaging::SceneFile& scene_;
   imaging::MountedLens lens_;
   SharedCamera& shared_;
   const imaging::Reference& reference_;
@@ -83,7 +84,7 @@ class LensSystem final : public relign::Scene {
         {"summary", scene_.summary},
         {"axes", axes},
         {"nominal_pose", std::vector<double>(scene_.axes(), 0.5)},
-        {"image", {{"width", scene_.sensor.pixels}, {"height", scene_.sensor.pixels}, {"white", white()}}},
+        {"image", {{"width", scene_.sensor.width}, {"height", scene_.sensor.height}, {"white", white()}}},
         {"elements", elements},
         {"geometry", geometry},
         {"files", files}};
@@ -96,7 +97,8 @@ class LensSystem final : public relign::Scene {
     relign_image image{};
     image.struct_size = sizeof image;
     image.sample_format = RELIGN_SAMPLE_FLOAT32;
-    image.width = image.height = static_cast<std::uint32_t>(scene_.sensor.pixels);
+    image.width = static_cast<std::uint32_t>(scene_.sensor.width);
+    image.height = static_cast<std::uint32_t>(scene_.sensor.height);
     image.channels = 1;
     image.pixels = reference_.mean.data();
     image.row_stride_bytes = image.width * sizeof(float);
