@@ -75,8 +75,9 @@ std::string variances_json(const Variances& variances) {
     const auto first = variances.distortion.begin() + static_cast<std::ptrdiff_t>(row * axes);
     rows.push_back(std::vector<double>(first, first + static_cast<std::ptrdiff_t>(axes)));
   }
-  return canonical_json(
-      {{"start", variances.start}, {"distortion", rows}, {"elements", Json::parse(variances.elements_json)}});
+  Json json = {{"start", variances.start}, {"distortion", rows}, {"elements", Json::parse(variances.elements_json)}};
+  if (!variances.cure_shift.empty()) json["cure_shift"] = variances.cure_shift;
+  return canonical_json(json);
 }
 
 }  // namespace

@@ -127,6 +127,7 @@ TEST(Services, PriorDrawsAreOfTheTrainingSeedsAndTheSameInEveryTrial) {
   const Json drawn = Json::parse(trial.answer("draw").get<std::string>());
   EXPECT_EQ(drawn["elements"], Json::parse(R"({"L1": {"shift_mm": [0.1, 0, 0], "tilt_deg": [0, 0]}})"));
   EXPECT_EQ(drawn["distortion"], Json::parse("[[1, 0, 0], [0, 1, 0], [0, 0, 1]]"));
+  EXPECT_EQ(drawn["cure_shift"], Json({0.01, 0.0, 0.0}));
   const auto start_of = [&](std::uint64_t seed) {
     return Json::parse(trial.level.draw(seed, trial.facts.text)).at("start");
   };

@@ -312,7 +312,8 @@ typedef struct relign_noise_level_interface {
   relign_status (*create)(const relign_host* host, const relign_parameters* parameters, relign_noise_level** made);
   /* One draw of the variances W, a pure function of its arguments. scene_json is what the scene's
    * describe wrote. Writes {"start": [n values in 0..1], "distortion": [[n x n]],
-   * "elements": {"L2": {"shift_mm": [x, y, z], "tilt_deg": [rx, ry]}}}. */
+   * "elements": {"L2": {"shift_mm": [x, y, z], "tilt_deg": [rx, ry]}}}, and where the glue matters
+   * "cure_shift": [n shares of the travel], by which the lens moves from where it was glued. */
   relign_status (*draw)(relign_noise_level* self, uint64_t seed, relign_text scene_json, const relign_text_sink* drawn);
   void (*destroy)(relign_noise_level* self);
   const void* (*get_extension)(relign_noise_level* self, relign_text id); /* may be null */
@@ -337,6 +338,8 @@ typedef struct relign_scene_interface {
    *  "image": {"width": 200, "height": 200, "white": 0.115},                white = display value of a lit pixel
    *  "elements": ["L1", ...],                                               what a noise level may offset
    *  "machine_time": {"speed_mm_per_s": 5, ...},  "spec": {...},            optional defaults for suites
+   *  "geometry": {"pivot_z_mm": 0, "elements": {"L1": {"front_z_mm": 0, "back_z_mm": 1.5}, ...}},  optional: on the axis,
+   *                                                                         where the offsets' pivot and vertices lie
    *  "files": ["/abs/path", ...],                                           data files the image depends on
    *  "summary": "..."} */
   relign_status (*describe)(relign_scene* self, const relign_text_sink* description);

@@ -78,7 +78,12 @@ class LensSystem final : public relign::Scene {
     for (std::size_t i = 0; i < scene_.travel.tilt_deg.size(); ++i)
       axes.push_back(axis(tilt_names[i], "deg", scene_.travel.tilt_deg[i]));
     Json elements = Json::array();
-    for (const optics::Element& element : scene_.lens.elements) elements.push_back(element.name);
+    Json geometry = {{"pivot_z_mm", scene_.lens.pivot_z_mm}, {"elements", Json::object()}};
+    for (const optics::Element& element : scene_.lens.elements) {
+      elements.push_back(element.name);
+      geometry["elements"][element.name] = {{"front_z_mm", element.faces.front().z_mm},
+                                            {"back_z_mm", element.faces.back().z_mm}};
+    }
     Json files = Json::array();
     for (const auto& file : scene_.files) files.push_back(file.string());
     Json description = {
@@ -88,6 +93,7 @@ class LensSystem final : public relign::Scene {
         {"nominal_pose", std::vector<double>(scene_.axes(), 0.5)},
         {"image", {{"width", scene_.sensor.width}, {"height", scene_.sensor.height}, {"white", white()}}},
         {"elements", elements},
+        {"geometry", geometry},
         {"files", files}};
     if (!scene_.machine_time.is_null()) description["machine_time"] = scene_.machine_time;
     if (!scene_.spec.is_null()) description["spec"] = scene_.spec;
