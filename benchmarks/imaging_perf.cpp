@@ -95,7 +95,7 @@ void own_optimum(benchmark::State& state) {
   imaging::Parallel parallel(static_cast<unsigned>(state.range(0)));
   const imaging::Reference reference = imaging::make_reference(scene(), {}, parallel, {}, {});
   imaging::Camera camera(scene(), {}, parallel);
-  imaging::OptimumFinder finder(scene(), camera, parallel, reference);
+  imaging::OptimumFinder finder(scene(), {}, camera, parallel, reference);
   imaging::MountedLens lens(scene(), tilted());
   std::uint64_t seed = 0;
   for (auto _ : state) benchmark::DoNotOptimize(finder.find(lens, seed++));

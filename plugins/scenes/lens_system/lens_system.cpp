@@ -69,7 +69,7 @@ class LensSystem final : public relign::Scene {
         parallel_(given.threads()),
         reference_(imaging::make_reference(scene_, settings_, parallel_, cache(given),
                                            [&given](const std::string& message) { given.warn(message); })),
-        shared_{{scene_, settings_, parallel_}, {scene_, shared_.camera, parallel_, reference_}, {}} {}
+        shared_{{scene_, settings_, parallel_}, {scene_, settings_, shared_.camera, parallel_, reference_}, {}} {}
 
   std::string describe() override {
     Json axes = Json::array();
