@@ -9,7 +9,8 @@
 namespace relign::optics {
 namespace {
 
-// Schott's catalogue of 2017-01-20, Sellmeier 1: B1 C1 B2 C2 B3 C3. SK16 is the older melt of N-SK16: same constants.
+// Schott's catalogue of 2017-01-20, Sellmeier 1: B1 C1 B2 C2 B3 C3. SK16 is Hikari's, 2017: Schott has N-SK16 in its
+// place, and the published values of the Cooke triplet are with Hikari's.
 const std::vector<Glass>& built_in() {
   static const std::vector<Glass> glasses = {
       {"F2", 2, {1.34533359, 0.00997743871, 0.209073176, 0.0470450767, 0.937357162, 111.886764}},
@@ -25,7 +26,7 @@ const std::vector<Glass>& built_in() {
       {"N-SK15", 2, {1.30417786, 0.00695051276, 0.28584116, 0.0232023703, 0.974781572, 99.016884}},
       {"N-SK16", 2, {1.34317774, 0.00704687339, 0.241144399, 0.0229005, 0.994317969, 92.7508526}},
       {"SF4", 2, {1.61957826, 0.0125502104, 0.339493189, 0.0544559822, 1.02566931, 117.652222}},
-      {"SK16", 2, {1.34317774, 0.00704687339, 0.241144399, 0.0229005, 0.994317969, 92.7508526}},
+      {"SK16", 1, {2.592001, -0.01540969, 0.0102268, 0.001581559, -0.0001877149, 1.012515e-05}},
   };
   return glasses;
 }

@@ -1,6 +1,8 @@
 // The paper's scene and lenses drawn around it, as the tests use them.
 #pragma once
 
+#include <algorithm>
+#include <filesystem>
 #include <relign/random.hpp>
 #include <string>
 #include <vector>
@@ -11,10 +13,20 @@
 
 namespace relign::imaging {
 
+inline std::string scene_folder() { return std::string(RELIGN_SOURCE_DIR) + "/plugins/scenes/lens_system/"; }
+
 inline const SceneFile& relign_od_scene() {
-  static const SceneFile scene =
-      read_scene_file(std::string(RELIGN_SOURCE_DIR) + "/plugins/scenes/lens_system/relign_od/scene.json", {});
+  static const SceneFile scene = read_scene_file(scene_folder() + "relign_od/scene.json", {});
   return scene;
+}
+
+// Every folder with a scene file, sorted.
+inline std::vector<std::string> shipped_scenes() {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(scene_folder()))
+    if (std::filesystem::exists(entry.path() / "scene.json")) names.push_back(entry.path().filename().string());
+  std::sort(names.begin(), names.end());
+  return names;
 }
 
 inline const std::vector<double>& nominal_pose() {
