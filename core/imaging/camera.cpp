@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "imaging/ray_source.h"
+#include "imaging/read_out.h"
 
 namespace relign::imaging {
 namespace {
@@ -33,6 +34,7 @@ std::optional<Sampler> sampler_from_name(const std::string& name) {
 // What one thread needs: a block of rays and who owns them.
 struct Camera::Workspace {
   RaySource source;
+  optics::RayBlock words;  // of the read-out
   float sums[kTruthGroups][kTilePixels * kTilePixels];
 };
 
@@ -89,7 +91,7 @@ RayPath Camera::way() const {
 template <class Body>
 void Camera::for_seen_tiles(float* pixels, const Body& body) {
   const std::vector<Tile>& tiles = tiles_.tiles();
-  const int width = scene_->sensor.pixels;
+  const int width = scene_->sensor.width;
   parallel_->for_each(static_cast<int>(tiles.size()), [&](int index, unsigned thread) {
     const Tile& tile = tiles[static_cast<std::size_t>(index)];
     if (!tile.blind) {
@@ -104,7 +106,18 @@ void Camera::for_seen_tiles(float* pixels, const Body& body) {
 
 void Camera::capture(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, float* pixels) {
   place(lens, true_pose);
-  const int width = scene_->sensor.pixels;
+  catch_light(seed, pixels);
+  if (!scene_->sensor.electronics) return;
+  const ShotNoise shot_noise = settings_.sampler == Sampler::pupil ? ShotNoise::added : ShotNoise::in_the_light;
+  const int width = scene_->sensor.width;
+  parallel_->for_each(scene_->sensor.height, [&](int row, unsigned thread) {
+    read_out(*scene_->sensor.electronics, shot_noise, seed, row * width, width, pixels + row * width,
+             workspaces_[thread]->words);
+  });
+}
+
+void Camera::catch_light(std::uint64_t seed, float* pixels) {
+  const int width = scene_->sensor.width;
   const RayPath way = this->way();
   if (settings_.sampler == Sampler::hemisphere) {
     // Every tile, blind or not: this sampler assumes nothing.
@@ -136,7 +149,7 @@ void Camera::render_noise_free(MountedLens& lens, const std::vector<double>& tru
   for_seen_tiles(pixels, [&](const Tile& tile, Workspace& work) {
     work.source.start_tile(*scene_, path_, tile, tile.seen, work.sums[0]);
     work.source.lattice_directions(way, seed, 0, samples);
-    write_pixels(tile.seen, work.sums[0], tile.area / samples, scene_->sensor.pixels, pixels);
+    write_pixels(tile.seen, work.sums[0], tile.area / samples, scene_->sensor.width, pixels);
   });
 }
 
@@ -144,7 +157,7 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
                                    const Reference& reference) {
   place(lens, true_pose);
   const RayPath way = this->way();
-  const int width = scene_->sensor.pixels;
+  const int width = scene_->sensor.width;
   constexpr int groups = kTruthGroups;
   parallel_->for_each(static_cast<int>(tiles_.tiles().size()), [&](int index, unsigned thread) {
     const Tile& tile = tiles_.tiles()[static_cast<std::size_t>(index)];
@@ -188,7 +201,7 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
     product += sum.product;
     variance += sum.variance;
   }
-  const double count = static_cast<double>(width) * width;
+  const auto count = static_cast<double>(scene_->sensor.pixels());
   return {product / count, std::sqrt(std::max(0.0, variance)) / count};
 }
 

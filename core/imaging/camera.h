@@ -57,7 +57,8 @@ class Camera {
   Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel& parallel);
   ~Camera();
 
-  // Each writes sensor.pixels^2 values.
+  // Each writes sensor.pixels() values. Captures are read out by the sensor's electronics, if it has any (read_out.h);
+  // noise-free renders and truth are the light itself.
   void capture(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, float* pixels);
   // Low-discrepancy sampling of B: `samples` rays a pixel.
   void render_noise_free(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, int samples,
@@ -74,6 +75,7 @@ class Camera {
   struct Workspace;
   void place(MountedLens& lens, const std::vector<double>& true_pose);
   RayPath way() const;
+  void catch_light(std::uint64_t seed, float* pixels);
   template <class Body>
   void for_seen_tiles(float* pixels, const Body& body);
 

@@ -13,7 +13,7 @@ struct BatchItem {
   MountedLens* lens = nullptr;  // may stand in several items
   const std::vector<double>* true_pose = nullptr;
   std::uint64_t seed = 0;
-  float* pixels = nullptr;  // sensor.pixels^2 values
+  float* pixels = nullptr;  // sensor.pixels() values
 };
 
 class CameraBatch {

@@ -7,7 +7,7 @@ namespace {
 
 // The places that a sensor can take in lens coordinates, over all poses.
 optics::PassingTable::Range reachable(const SceneFile& scene) {
-  const double half = scene.sensor.side_mm / 2;
+  const double half = scene.sensor.half_extent_mm();
   const double shift = std::max(scene.travel.shift_mm[0], scene.travel.shift_mm[1]);
   const double tilt = std::max(scene.travel.tilt_deg[0], scene.travel.tilt_deg[1]);
   const optics::SineCosine angle = optics::sine_cosine_of_degrees(tilt);

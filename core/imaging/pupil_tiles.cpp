@@ -56,30 +56,28 @@ struct Hull {
 void set_places(optics::TileStart& start, const SceneFile& scene, const PixelBox& tile,
                 const optics::BackwardPath& path) {
   const Sensor& sensor = scene.sensor;
-  const double pitch = sensor.pitch_mm();
-  start.pixel_pitch_x = static_cast<float>(pitch);
-  start.pixel_pitch_y = static_cast<float>(-pitch);
-  const Vec3 middle{(tile.column + 0.5 * tile.columns) * pitch - sensor.side_mm / 2,
-                    sensor.side_mm / 2 - (tile.row + 0.5 * tile.rows) * pitch, sensor.z_mm};
-  optics::set_first_frame(start, path, middle);
+  start.pixel_pitch_x = static_cast<float>(sensor.pitch_mm);
+  start.pixel_pitch_y = static_cast<float>(-sensor.pitch_mm);
+  optics::set_first_frame(start, path, sensor.place(tile.column + 0.5 * tile.columns, tile.row + 0.5 * tile.rows));
 }
 
 PupilTiles::PupilTiles(const SceneFile& scene, Parallel& parallel) : scene_(&scene), parallel_(&parallel) {
   for (unsigned thread = 0; thread < parallel.threads(); ++thread)
     blocks_.push_back(std::make_unique<optics::RayBlock>());
-  const int pixels = scene.sensor.pixels;
+  const int width = scene.sensor.width, height = scene.sensor.height;
   // Tiles are small beside the image, whatever the pixels: what their corners see must tell what lies
   // between.
-  tile_pixels_ = std::clamp(pixels / kLeastTilesAcross, 1, kTilePixels);
-  across_ = (pixels + tile_pixels_ - 1) / tile_pixels_;
-  corners_.resize(static_cast<std::size_t>((across_ + 1) * (across_ + 1)));
-  for (int row = 0; row < across_; ++row)
+  tile_pixels_ = std::clamp(std::min(width, height) / kLeastTilesAcross, 1, kTilePixels);
+  across_ = (width + tile_pixels_ - 1) / tile_pixels_;
+  down_ = (height + tile_pixels_ - 1) / tile_pixels_;
+  corners_.resize(static_cast<std::size_t>((across_ + 1) * (down_ + 1)));
+  for (int row = 0; row < down_; ++row)
     for (int column = 0; column < across_; ++column) {
       Tile tile;
       tile.box.column = column * tile_pixels_;
       tile.box.row = row * tile_pixels_;
-      tile.box.columns = std::min(tile_pixels_, pixels - tile.box.column);
-      tile.box.rows = std::min(tile_pixels_, pixels - tile.box.row);
+      tile.box.columns = std::min(tile_pixels_, width - tile.box.column);
+      tile.box.rows = std::min(tile_pixels_, height - tile.box.row);
       tiles_.push_back(tile);
     }
   sights_.resize(tiles_.size());
@@ -93,10 +91,8 @@ std::array<const PupilTiles::Corner*, 4> PupilTiles::corners_of(const Tile& tile
 
 Vec3 PupilTiles::corner_place(int tile_column, int tile_row) const {
   const Sensor& sensor = scene_->sensor;
-  const double pitch = sensor.pitch_mm();
-  const int column = std::min(tile_column * tile_pixels_, sensor.pixels);
-  const int row = std::min(tile_row * tile_pixels_, sensor.pixels);
-  return {column * pitch - sensor.side_mm / 2, sensor.side_mm / 2 - row * pitch, sensor.z_mm};
+  return sensor.place(std::min(tile_column * tile_pixels_, sensor.width),
+                      std::min(tile_row * tile_pixels_, sensor.height));
 }
 
 // What passes from the places that this pose needs. Other threads may look through the same lens.
@@ -107,7 +103,7 @@ void PupilTiles::fill_table(MountedLens& lens, const optics::Motion& lens_to_wor
   missing_.reserve(table.grid_places());
   missing_.clear();
   const optics::Motion to_lens = optics::inverse(lens_to_world);
-  for (int row = 0; row <= across_; ++row)
+  for (int row = 0; row <= down_; ++row)
     for (int column = 0; column <= across_; ++column)
       table.add_missing(to_lens.point(corner_place(column, row)), missing_);
   if (missing_.empty()) return;
@@ -309,11 +305,11 @@ void PupilTiles::find_blind_tiles(double half_emitter) {
   for (const Corner& corner : corners_)
     blurry_ = blurry_ || blur(corner, half_emitter) > kBlurryShare * 2 * half_emitter;
   for (std::size_t i = 0; i < tiles_.size(); ++i) sights_[i] = sight(tiles_[i], half_emitter);
-  for (int row = 0; row < across_; ++row)
+  for (int row = 0; row < down_; ++row)
     for (int column = 0; column < across_; ++column) {
       const auto at = static_cast<std::size_t>(row * across_ + column);
       bool neighbour = false;
-      for (int r = std::max(0, row - 1); r <= std::min(across_ - 1, row + 1); ++r)
+      for (int r = std::max(0, row - 1); r <= std::min(down_ - 1, row + 1); ++r)
         for (int c = std::max(0, column - 1); c <= std::min(across_ - 1, column + 1); ++c)
           neighbour |= sights_[static_cast<std::size_t>(r * across_ + c)] == Sight::emitter;
       bool passes = false;
@@ -325,7 +321,7 @@ void PupilTiles::find_blind_tiles(double half_emitter) {
 
 void PupilTiles::fit_tile(Tile& tile, const optics::BackwardPath& path) const {
   const std::array<const Corner*, 4> corners = corners_of(tile);
-  const double pitch = scene_->sensor.pitch_mm();
+  const double pitch = scene_->sensor.pitch_mm;
   const double half_x = 0.5 * tile.box.columns * pitch, half_y = 0.5 * tile.box.rows * pitch;
   const double at_x[4] = {-half_x, half_x, -half_x, half_x};
   const double at_y[4] = {half_y, half_y, -half_y, -half_y};
@@ -404,7 +400,7 @@ void PupilTiles::fit_tile(Tile& tile, const optics::BackwardPath& path) const {
 void PupilTiles::fit(MountedLens& lens, const optics::Motion& lens_to_world, const optics::BackwardPath& path,
                      const std::vector<optics::Op>& ops, const optics::EmitterPlane& emitter) {
   fill_table(lens, lens_to_world);
-  parallel_->for_each(across_ + 1, [&](int row, unsigned thread) {
+  parallel_->for_each(down_ + 1, [&](int row, unsigned thread) {
     fit_corners(row, lens_to_world);
     probe_emitter(row, path, ops, emitter, *blocks_[thread]);
   });

@@ -85,8 +85,8 @@ class PupilTiles {
   const SceneFile* scene_;
   const optics::PassingTable* table_ = nullptr;  // of the lens in place
   Parallel* parallel_;
-  int tile_pixels_;  // a side; fewer than kTilePixels when the sensor has few
-  int across_;       // tiles a side
+  int tile_pixels_;    // a side; fewer than kTilePixels when the sensor has few
+  int across_, down_;  // tiles
   std::vector<Corner> corners_;
   std::vector<Tile> tiles_;
   bool blurry_ = false;                                    // over a large part of the emitter

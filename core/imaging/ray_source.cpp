@@ -58,7 +58,7 @@ void RaySource::start_tile(const SceneFile& scene, const optics::BackwardPath& p
   pixels_ = seen.columns * seen.rows;
   std::fill_n(sums, pixels_, 0.0F);
   if (tile.blind) set_places(start_, scene, tile.box, path);  // not fitted; the hemisphere sampler needs no region
-  const auto width = static_cast<std::uint32_t>(scene.sensor.pixels);
+  const auto width = static_cast<std::uint32_t>(scene.sensor.width);
   places_.columns = seen.columns;
   places_.first_column =
       static_cast<float>(seen.column - tile.box.column) - 0.5F * static_cast<float>(tile.box.columns);

@@ -33,16 +33,25 @@ bool load(const std::filesystem::path& file, std::size_t count, Reference& refer
 
 }  // namespace
 
+int reference_samples(const SceneFile& scene) {
+  constexpr std::size_t kRays = 40960000;  // 1024 for each of 200 x 200 pixels
+  int samples = 1024;
+  while (samples > 64 && static_cast<std::size_t>(samples) * scene.sensor.pixels() > kRays) samples /= 2;
+  return samples;
+}
+
 std::string scene_content_hash(const SceneFile& scene, const CaptureSettings& settings) {
   Json content = {{"pivot", scene.pivot_behind_first_vertex_mm},
-                  {"sensor", {scene.sensor.z_mm, scene.sensor.side_mm, scene.sensor.pixels}},
+                  {"sensor",
+                   {scene.sensor.z_mm, scene.sensor.pitch_mm, scene.sensor.width, scene.sensor.height,
+                    scene.sensor.left_mm, scene.sensor.top_mm}},
                   {"emitter", {scene.emitter.z_mm, scene.emitter.side_mm}},
                   {"radiance", sha256_hex(bytes_of(scene.emitter.radiance.values))},
                   {"texels", scene.emitter.radiance.width},
                   {"travel", {scene.travel.shift_mm, scene.travel.tilt_deg}},
                   {"transport", settings.transport == Transport::fresnel ? "fresnel" : "refract"},
                   {"lens_pivot", scene.lens.pivot_z_mm},
-                  {"samples", kReferenceSamples}};
+                  {"samples", reference_samples(scene)}};
   for (const optics::Element& element : scene.lens.elements) {
     if (!element.placement.is_nothing()) {
       const auto& [rotation, shift] = element.placement;
@@ -60,7 +69,7 @@ std::string scene_content_hash(const SceneFile& scene, const CaptureSettings& se
 
 Reference make_reference(const SceneFile& scene, const CaptureSettings& settings, Parallel& parallel,
                          const ReferenceCache& cache, const std::function<void(const std::string&)>& warn) {
-  const auto count = static_cast<std::size_t>(scene.sensor.pixels) * static_cast<std::size_t>(scene.sensor.pixels);
+  const auto count = scene.sensor.pixels();
   Reference reference;
   std::filesystem::path file;
   if (!cache.folder.empty())
@@ -71,8 +80,8 @@ Reference make_reference(const SceneFile& scene, const CaptureSettings& settings
     const std::vector<double> nominal(scene.axes(), 0.5);
     Camera camera(scene, settings, parallel);
     MountedLens lens(scene);
-    camera.render_noise_free(lens, nominal, 1, kReferenceSamples, reference.first.data());
-    camera.render_noise_free(lens, nominal, 2, kReferenceSamples, reference.second.data());
+    camera.render_noise_free(lens, nominal, 1, reference_samples(scene), reference.first.data());
+    camera.render_noise_free(lens, nominal, 2, reference_samples(scene), reference.second.data());
     if (!file.empty()) {
       const std::string body = bytes_of(reference.first) + bytes_of(reference.second);
       try {

@@ -9,7 +9,9 @@
 
 namespace relign::imaging {
 
-inline constexpr int kReferenceSamples = 1024;  // rays a pixel, for each of the two renders
+// Rays a pixel, for each of the two renders: 1024, and fewer on large sensors, where the mean over pixels makes up
+// for each pixel's own error.
+int reference_samples(const SceneFile& scene);
 
 // Everything the images of a scene depend on, as a hash: file contents enter, paths do not.
 std::string scene_content_hash(const SceneFile& scene, const CaptureSettings& settings);

@@ -130,8 +130,9 @@ TEST(Camera, CoarseSensorsSeeTheSameImage) {
   const std::vector<double> pose = {0.55, 0.45, 0.5, 0.52, 0.5};
   fine.render_noise_free(fine_lens, pose, 1, 64, expected.data());
   for (const int pixels : {100, 50, 20, 10, 3}) {
-    SceneFile scene = relign_od_scene();
-    scene.sensor.pixels = pixels;
+    SceneChoices choices;
+    choices.pixels = pixels;
+    const SceneFile scene = relign_od_scene_with(choices);
     Camera coarse(scene, {}, parallel);
     MountedLens coarse_lens(scene);
     std::vector<float> image(static_cast<std::size_t>(pixels * pixels));
@@ -198,13 +199,13 @@ TEST(Camera, OrientationAgreesWithTheTracer) {
   std::vector<float> image(kPixels);
   camera.render_noise_free(lens, pose, 1, 256, image.data());
   double sum = 0, x_mm = 0, y_mm = 0;
-  const double pitch = scene.sensor.pitch_mm();
   for (std::size_t row = 0; row < 200; ++row)
     for (std::size_t column = 0; column < 200; ++column) {
       const double value = static_cast<double>(image[row * 200 + column]);
       sum += value;
-      x_mm += value * ((column + 0.5) * pitch - scene.sensor.side_mm / 2);
-      y_mm += value * (scene.sensor.side_mm / 2 - (row + 0.5) * pitch);
+      const optics::Vec3 place = scene.sensor.place(column + 0.5, row + 0.5);
+      x_mm += value * place.x;
+      y_mm += value * place.y;
     }
   ASSERT_GT(sum, 0);
   // Forward: a bundle from the spot through the lens to the sensor plane.
@@ -227,8 +228,8 @@ TEST(Camera, OrientationAgreesWithTheTracer) {
       rays += 1;
     }
   ASSERT_GT(rays, 100);
-  EXPECT_NEAR(x_mm / sum, traced_x / rays, 0.1 * pitch);
-  EXPECT_NEAR(y_mm / sum, traced_y / rays, 0.1 * pitch);
+  EXPECT_NEAR(x_mm / sum, traced_x / rays, 0.1 * scene.sensor.pitch_mm);
+  EXPECT_NEAR(y_mm / sum, traced_y / rays, 0.1 * scene.sensor.pitch_mm);
 }
 
 // A uniform emitter of radiance 1: irradiance on the axis = projected solid angle of the exit cone,

@@ -44,14 +44,12 @@ void trace_hemisphere(const SceneFile& scene, const optics::Assembly& assembly, 
   std::uint32_t tile_number = 0;
   for (const Tile& tile : tiles.tiles()) {
     optics::TileStart start{};
-    const double pitch = scene.sensor.pitch_mm();
+    const double pitch = scene.sensor.pitch_mm;
     // One "pixel" as large as the tile, so that places are uniform over it.
     start.pixel_pitch_x = static_cast<float>(tile.box.columns * pitch);
     start.pixel_pitch_y = static_cast<float>(-tile.box.rows * pitch);
     optics::set_first_frame(
-        start, path,
-        {(tile.box.column + 0.5 * tile.box.columns) * pitch - scene.sensor.side_mm / 2,
-         scene.sensor.side_mm / 2 - (tile.box.row + 0.5 * tile.box.rows) * pitch, scene.sensor.z_mm});
+        start, path, scene.sensor.place(tile.box.column + 0.5 * tile.box.columns, tile.box.row + 0.5 * tile.box.rows));
     for (int i = 0; i < kBlockRays; ++i) {
       block->pixel_x[i] = -0.5F * start.pixel_pitch_x;
       block->pixel_y[i] = -0.5F * start.pixel_pitch_y;

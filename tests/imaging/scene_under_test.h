@@ -15,9 +15,15 @@ namespace relign::imaging {
 
 inline std::string scene_folder() { return std::string(RELIGN_SOURCE_DIR) + "/plugins/scenes/lens_system/"; }
 
+inline std::string relign_od_file() { return scene_folder() + "relign_od/scene.json"; }
+
 inline const SceneFile& relign_od_scene() {
-  static const SceneFile scene = read_scene_file(scene_folder() + "relign_od/scene.json", {});
+  static const SceneFile scene = read_scene_file(relign_od_file(), {});
   return scene;
+}
+
+inline SceneFile relign_od_scene_with(const SceneChoices& choices) {
+  return read_scene_file(relign_od_file(), choices);
 }
 
 // Every folder with a scene file, sorted.

@@ -103,8 +103,8 @@ TEST_P(ShippedScene, IsInFocusAndStaysOnTheSensor) {
     ASSERT_GT(found.rays, 100) << share;
     if (!corrected()) continue;
     // Also when moved by all the travel there is sideways.
-    EXPECT_LT(std::fabs(found.x) + given.travel.shift_mm[0], given.sensor.side_mm / 2);
-    EXPECT_LT(found.rms, 0.6 * given.sensor.pitch_mm()) << "at " << share << " of the corner";
+    EXPECT_LT(std::fabs(found.x) + given.travel.shift_mm[0], given.sensor.half_extent_mm());
+    EXPECT_LT(found.rms, 0.6 * given.sensor.pitch_mm) << "at " << share << " of the corner";
   }
 }
 
@@ -142,8 +142,8 @@ TEST_P(ShippedScene, IsLitWhereTheTargetIsWhite) {
           even = even && given.emitter.radiance.at(texel(x + dx), texel(y + dy)) == target;
       if (!even) continue;
       const Spot found = spot(given, x, y);
-      const auto column = static_cast<std::size_t>((found.x + given.sensor.side_mm / 2) / given.sensor.pitch_mm());
-      const auto row = static_cast<std::size_t>((given.sensor.side_mm / 2 - found.y) / given.sensor.pitch_mm());
+      const auto column = static_cast<std::size_t>((found.x + given.sensor.half_extent_mm()) / given.sensor.pitch_mm);
+      const auto row = static_cast<std::size_t>((given.sensor.half_extent_mm() - found.y) / given.sensor.pitch_mm);
       ++asked;
       right += (image[row * 100 + column] > 0.15F * white) == (target > 0.5F) ? 1 : 0;
     }
@@ -160,7 +160,7 @@ TEST_P(ShippedScene, SpecIsOnePixel) {
   Camera camera(given, {}, parallel);
   MountedLens lens(given);
   std::vector<double> pose = nominal_pose();
-  pose[0] += 0.5 * given.sensor.pitch_mm() / given.travel.shift_mm[0];
+  pose[0] += 0.5 * given.sensor.pitch_mm / given.travel.shift_mm[0];
   const double rmse = std::sqrt(std::max(0.0, camera.noise_free_mse(lens, pose, 5, reference).mse));
   EXPECT_NEAR(given.spec.at("rmse").get<double>() / rmse, 1, 0.06) << "RMSE " << rmse;
 }

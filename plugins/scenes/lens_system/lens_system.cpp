@@ -7,6 +7,7 @@
 #include "base/hash.h"
 #include "base/json_source.h"
 #include "imaging/camera.h"
+#include "imaging/own_optimum.h"
 #include "imaging/reference.h"
 #include "imaging/scene_file.h"
 #include "optics/assembly.h"
@@ -20,6 +21,7 @@ namespace optics = relign::optics;
 // The scene's camera, used by one assembly at a time: assemblies may have threads of their own.
 struct SharedCamera {
   imaging::Camera camera;
+  imaging::OptimumFinder optimum;
   std::mutex mutex;
 };
 
@@ -27,7 +29,7 @@ class LensAssembly final : public relign::Assembly {
  public:
   LensAssembly(const imaging::SceneFile& scene, const optics::Assembly& assembly, SharedCamera& shared,
                const imaging::Reference& reference)
-      : lens_(scene, assembly), shared_(shared), reference_(reference) {}
+      : scene_(scene), lens_(scene, assembly), shared_(shared), reference_(reference) {}
 
   void capture(const relign::Pose& true_pose, std::uint64_t frame_seed, float* pixels) override {
     const std::lock_guard<std::mutex> lock(shared_.mutex);
@@ -41,11 +43,17 @@ class LensAssembly final : public relign::Assembly {
   bool render_noise_free(const relign::Pose& true_pose, float* pixels) override {
     constexpr std::uint64_t kPictureSeed = 3;  // the references have 1 and 2
     const std::lock_guard<std::mutex> lock(shared_.mutex);
-    shared_.camera.render_noise_free(lens_, true_pose, kPictureSeed, imaging::kReferenceSamples / 4, pixels);
+    shared_.camera.render_noise_free(lens_, true_pose, kPictureSeed, imaging::reference_samples(scene_) / 4, pixels);
     return true;
+  }
+  std::optional<Optimum> own_optimum(std::uint64_t seed) override {
+    const std::lock_guard<std::mutex> lock(shared_.mutex);
+    imaging::OwnOptimum found = shared_.optimum.find(lens_, seed);
+    return Optimum{std::move(found.true_pose), {found.error.mse, found.error.standard_error}};
   }
 
  private:
+  const imaging::SceneFile& scene_;
   imaging::MountedLens lens_;
   SharedCamera& shared_;
   const imaging::Reference& reference_;
@@ -60,7 +68,7 @@ class LensSystem final : public relign::Scene {
         parallel_(given.threads()),
         reference_(imaging::make_reference(scene_, settings_, parallel_, cache(given),
                                            [&given](const std::string& message) { given.warn(message); })),
-        shared_{{scene_, settings_, parallel_}, {}} {}
+        shared_{{scene_, settings_, parallel_}, {scene_, shared_.camera, parallel_, reference_}, {}} {}
 
   std::string describe() override {
     Json axes = Json::array();
@@ -70,7 +78,12 @@ class LensSystem final : public relign::Scene {
     for (std::size_t i = 0; i < scene_.travel.tilt_deg.size(); ++i)
       axes.push_back(axis(tilt_names[i], "deg", scene_.travel.tilt_deg[i]));
     Json elements = Json::array();
-    for (const optics::Element& element : scene_.lens.elements) elements.push_back(element.name);
+    Json geometry = {{"pivot_z_mm", scene_.lens.pivot_z_mm}, {"elements", Json::object()}};
+    for (const optics::Element& element : scene_.lens.elements) {
+      elements.push_back(element.name);
+      geometry["elements"][element.name] = {{"front_z_mm", element.faces.front().z_mm},
+                                            {"back_z_mm", element.faces.back().z_mm}};
+    }
     Json files = Json::array();
     for (const auto& file : scene_.files) files.push_back(file.string());
     Json description = {
@@ -78,8 +91,9 @@ class LensSystem final : public relign::Scene {
         {"summary", scene_.summary},
         {"axes", axes},
         {"nominal_pose", std::vector<double>(scene_.axes(), 0.5)},
-        {"image", {{"width", scene_.sensor.pixels}, {"height", scene_.sensor.pixels}, {"white", white()}}},
+        {"image", {{"width", scene_.sensor.width}, {"height", scene_.sensor.height}, {"white", white()}}},
         {"elements", elements},
+        {"geometry", geometry},
         {"files", files}};
     if (!scene_.machine_time.is_null()) description["machine_time"] = scene_.machine_time;
     if (!scene_.spec.is_null()) description["spec"] = scene_.spec;
@@ -90,7 +104,8 @@ class LensSystem final : public relign::Scene {
     relign_image image{};
     image.struct_size = sizeof image;
     image.sample_format = RELIGN_SAMPLE_FLOAT32;
-    image.width = image.height = static_cast<std::uint32_t>(scene_.sensor.pixels);
+    image.width = static_cast<std::uint32_t>(scene_.sensor.width);
+    image.height = static_cast<std::uint32_t>(scene_.sensor.height);
     image.channels = 1;
     image.pixels = reference_.mean.data();
     image.row_stride_bytes = image.width * sizeof(float);
