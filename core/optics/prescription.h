@@ -38,7 +38,7 @@ struct Face {
 struct Element {
   std::string name;
   std::vector<Face> faces;  // front to back
-  Motion placement;         // how the design itself places the element, off the axis or tilted
+  Motion placement = {};    // how the design itself places the element, off the axis or tilted
 };
 
 struct Stop {
