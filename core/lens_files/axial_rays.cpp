@@ -34,28 +34,28 @@ double tangent(double field_deg) {
   return field.sine / field.cosine;
 }
 
-}  // namespace
+constexpr int kRays = 1601;
 
-std::vector<FanRay> fan(const optics::Prescription& lens, double field_deg, double distance_mm) {
-  constexpr int kRays = 801;
+// Rays spread over the front of the lens; only those that get to the image plane. `step` is their distance.
+std::vector<FanRay> fan(const optics::Prescription& lens, double slope, double distance_mm, double& step) {
   const optics::FirstOrder data = optics::first_order(lens);
   const optics::Assembly assembly(lens);
   const optics::Face& front = lens.elements.front().faces.front();
-  const double slope = tangent(field_deg);
   // Real entrance pupils of wide lenses lie far from the paraxial one: look over the whole front.
   double reach = std::fabs(data.entrance_pupil_z) * slope + 2 * std::fabs(data.entrance_pupil_diameter);
   if (front.curvature != 0) reach = std::min(reach, std::fabs(1 / front.curvature));
+  step = 2 * reach / (kRays - 1);
   const double object_height = -slope * (distance_mm + data.entrance_pupil_z);
   const double start_z = distance_mm > 0 ? -distance_mm : -1 - reach;
   std::vector<FanRay> rays;
   for (int i = 0; i < kRays; ++i) {
-    const double y = reach * (2.0 * i / (kRays - 1) - 1);
-    Vec3 start{0, object_height, start_z}, direction{0, y - object_height, -start_z};
+    FanRay ray;
+    ray.front_height_mm = reach * (2.0 * i / (kRays - 1) - 1);
+    Vec3 start{0, object_height, start_z}, direction{0, ray.front_height_mm - object_height, -start_z};
     if (distance_mm <= 0) {
       direction = {0, slope, 1};
-      start = {0, y + slope * start_z, start_z};
+      start = {0, ray.front_height_mm + slope * start_z, start_z};
     }
-    FanRay ray;
     ray.traced = optics::trace(assembly, {start, direction}, optics::Apertures::none);
     if (!ray.traced.passed) continue;
     ray.stop_height_mm = stop_height(lens, start, ray.traced);
@@ -64,13 +64,41 @@ std::vector<FanRay> fan(const optics::Prescription& lens, double field_deg, doub
   return rays;
 }
 
+}  // namespace
+
+std::vector<FanRay> beam(const optics::Prescription& lens, double field_deg, double distance_mm) {
+  const double slope = tangent(field_deg);
+  const double aim = -optics::first_order(lens).entrance_pupil_z * slope;
+  const double opening = lens.aperture_stop().opening_radius_mm;
+  double step = 0;
+  const std::vector<FanRay> rays = fan(lens, slope, distance_mm, step);
+  const auto neighbours = [&](std::size_t i) {
+    return rays[i + 1].front_height_mm - rays[i].front_height_mm < 1.5 * step;
+  };
+  // Rays far off the lens may strike the stop, too: the light is what lies around the chief ray, and of several rays
+  // through the stop's centre that is the one nearest to the paraxial one.
+  std::size_t chief = rays.size();
+  for (std::size_t i = 0; i + 1 < rays.size(); ++i) {
+    const bool crosses = (rays[i].stop_height_mm <= 0) != (rays[i + 1].stop_height_mm <= 0);
+    if (crosses && neighbours(i) &&
+        (chief == rays.size() ||
+         std::fabs(rays[i].front_height_mm - aim) < std::fabs(rays[chief].front_height_mm - aim)))
+      chief = i;
+  }
+  if (chief == rays.size()) return {};
+  // The two beside the chief ray stay, however narrow the stop.
+  std::size_t first = chief, last = chief + 1;
+  const auto inside = [&](std::size_t i) { return std::fabs(rays[i].stop_height_mm) <= opening; };
+  while (first > 0 && neighbours(first - 1) && inside(first - 1)) --first;
+  while (last + 1 < rays.size() && neighbours(last) && inside(last + 1)) ++last;
+  return {rays.begin() + static_cast<std::ptrdiff_t>(first), rays.begin() + static_cast<std::ptrdiff_t>(last + 1)};
+}
+
 double best_focus_z(const optics::Prescription& lens, double distance_mm) {
   // Over a round pupil a ring at height h weighs as h: minimise sum |h| (y + s (z - image_z))^2.
-  const double opening = lens.aperture_stop().opening_radius_mm;
   double weights = 0, mean_y = 0, mean_s = 0;
   std::vector<std::array<double, 3>> lines;
-  for (const FanRay& ray : fan(lens, 0, distance_mm)) {
-    if (std::fabs(ray.stop_height_mm) > opening) continue;
+  for (const FanRay& ray : beam(lens, 0, distance_mm)) {
     const double weight = std::fabs(ray.stop_height_mm);
     const double slope = ray.traced.exit_direction.y / ray.traced.exit_direction.z;
     lines.push_back({weight, ray.traced.image.y, slope});
@@ -90,7 +118,7 @@ double best_focus_z(const optics::Prescription& lens, double distance_mm) {
 }
 
 double image_height(const optics::Prescription& lens, double field_deg, double distance_mm, double z_mm) {
-  const std::vector<FanRay> rays = fan(lens, field_deg, distance_mm);
+  const std::vector<FanRay> rays = beam(lens, field_deg, distance_mm);
   const auto height = [&](const FanRay& ray) {
     return ray.traced.image.y + (z_mm - lens.image_z_mm) * ray.traced.exit_direction.y / ray.traced.exit_direction.z;
   };

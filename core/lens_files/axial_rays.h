@@ -10,13 +10,14 @@ namespace relign::lens_files {
 
 struct FanRay {
   optics::TracedRay traced;
-  double stop_height_mm = 0;  // y where it meets the stop's plane
+  double front_height_mm = 0;  // y on the plane of the first vertex
+  double stop_height_mm = 0;   // y where it meets the stop's plane
 };
 
-// Rays in the y-z plane that come under `field_deg` at the entrance pupil, from an object plane `distance_mm` before
-// the first vertex (0: from infinity), spread over the front of the lens; only those that get to the image plane. Clear
-// radii stop nothing here, nor does the stop.
-std::vector<FanRay> fan(const optics::Prescription& lens, double field_deg, double distance_mm);
+// The light of one point through the stop: rays in the y-z plane that come under `field_deg` at the entrance pupil,
+// from an object plane `distance_mm` before the first vertex (0: from infinity), side by side from rim to rim of the
+// stop. Clear radii stop nothing here. Empty where nothing gets to the image plane.
+std::vector<FanRay> beam(const optics::Prescription& lens, double field_deg, double distance_mm);
 
 // z (from the first vertex) where rays of an object point on the axis are narrowest (RMS). Throws Error(bad_input) when
 // none passes the stop or they do not meet.

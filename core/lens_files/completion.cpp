@@ -163,11 +163,9 @@ class Completion {
     const double distance = object_mm < kInfinite && object_mm > 0 ? object_mm : 0;
     std::vector<double> needed(told.size(), 0);
     for (const double part : {0.0, 0.5, 0.7, 0.85, 1.0})
-      for (const FanRay& ray : fan(lens, part * lens.half_field_deg, distance)) {
-        if (std::fabs(ray.stop_height_mm) > lens.aperture_stop().opening_radius_mm) continue;
+      for (const FanRay& ray : beam(lens, part * lens.half_field_deg, distance))
         for (std::size_t i = 0; i < needed.size(); ++i)
           needed[i] = std::max(needed[i], std::fabs(ray.traced.hits[i].y));
-      }
     std::size_t i = 0;
     each_face(draft_.json, [&](OrderedJson& face) {
       const double radius = face["radius_mm"].is_null() ? 1e6 : std::fabs(face["radius_mm"].get<double>());

@@ -20,9 +20,9 @@ TEST(AgfReader, ReadsGlasses) {
   const std::vector<CatalogueGlass> glasses = read_agf(golden_bytes("cooke.agf"), "cooke.agf");
   ASSERT_EQ(glasses.size(), 2U);
   EXPECT_EQ(glasses[0].name, "SK16");
-  EXPECT_EQ(glasses[0].formula, 2);
+  EXPECT_EQ(glasses[0].formula, 1);
   ASSERT_EQ(glasses[0].coefficients.size(), 10U);
-  EXPECT_EQ(glasses[0].coefficients[0], 1.34317774);
+  EXPECT_EQ(glasses[0].coefficients[0], 2.592001);
   EXPECT_EQ(glasses[0].low_um, 0.31);
   EXPECT_EQ(glasses[0].high_um, 2.5);
   EXPECT_EQ(glasses[1].name, "F2");
