@@ -12,6 +12,7 @@
 #include "imaging/target.h"
 #include "lens_files/read_design.h"
 #include "lens_files/scene_layout.h"
+#include "optics/glass.h"
 
 namespace relign::cli {
 namespace {
@@ -43,6 +44,9 @@ std::string plain_name(std::string name) {
 
 lens_files::GlassSources glass_sources(const NewArguments& arguments) {
   lens_files::GlassSources sources;
+  sources.is_known = [](const std::string& name) {
+    return optics::find_glass(name) != nullptr || optics::glass_of_code(name).has_value();
+  };
   for (const std::string& file : arguments.glass_files)
     sources.catalogues.push_back({file, lens_files::read_agf(lens_files::bytes_of(file), file)});
   return sources;

@@ -73,6 +73,22 @@ TEST(CliSceneNew, TheImageIsSharpAndLit) {
   EXPECT_GT(nominal, 1.02 * truth("0.5,0.5,0.6,0.5,0.5"));
 }
 
+TEST(CliSceneNew, GlassesAreBuiltInOrFromCataloguesOrMistakes) {
+  const Workplace place;
+  const std::string lens = golden("cooke_triplet_utf16.zmx");
+  const Outcome built_in = relign_bench(place, {"scene", "new", lens, "-o", "built_in"});
+  ASSERT_EQ(built_in.exit_code, 0) << built_in.err;
+  EXPECT_FALSE(parsed(place, "built_in/lens.json").contains("glasses"));
+  const Outcome catalogue = relign_bench(place, {"scene", "new", lens, "-o", "copied", "--glass", golden("cooke.agf")});
+  ASSERT_EQ(catalogue.exit_code, 0) << catalogue.err;
+  EXPECT_EQ(parsed(place, "copied/lens.json").at("glasses").at("SK16").at("agf_formula"), 1);
+  place.write("odd.seq", "EPD 5; WL 550; YAN 3; SO 0 1e14; S 50 4 XK99; CIR 9; S -50 1; CIR 9; S 0 48; STO; SI 0 0\n");
+  const Outcome unknown = relign_bench(place, {"scene", "new", "odd.seq", "-o", "new"});
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("odd.seq:1: surface S1: unknown glass 'XK99'"));
+  EXPECT_FALSE(fs::exists(place.path("new")));
+}
+
 TEST(CliSceneNew, TargetsAreNamesOrFilesThatAreCopied) {
   const Workplace place;
   ASSERT_EQ(relign_bench(place, {"render", "--noise-free", "-o", "star.png"}).exit_code, 0);

@@ -46,6 +46,36 @@ TEST(Completion, ThePapersLensHoldsEveryPrintedDigit) {
   EXPECT_EQ(lens.lens.half_field_deg, 42.05);
 }
 
+// Cooke triplet at 550 nm: what two design programs agree on (optiland issue 710).
+void expect_cooke_triplet(LensDesign design) {
+  GlassSources sources;
+  sources.catalogues.push_back({"cooke.agf", read_agf(golden_bytes("cooke.agf"), "cooke.agf")});
+  const CompleteLens lens = complete_lens(design, draft_lens(design, sources, "cooke", 0));
+  const optics::FirstOrder data = optics::first_order(lens.lens);
+  // The last digit of one of them is rounded the other way.
+  const double half = 0.6e-6;
+  EXPECT_NEAR(data.focal_length, 49.999783, half);
+  EXPECT_NEAR(data.entrance_pupil_z, 11.512159, half);
+  EXPECT_NEAR(data.exit_pupil_diameter, 10.233730, half);
+  EXPECT_NEAR(data.exit_pupil_z - lens.lens.image_z_mm, -50.961348, half);
+}
+
+TEST(Completion, TheCookeTripletOfEveryFormat) {
+  expect_cooke_triplet(golden_design("cooke_triplet_utf16.zmx"));
+  expect_cooke_triplet(golden_design("cooke_triplet_utf8.zmx"));
+  expect_cooke_triplet(golden_design("cooke_triplet.seq"));
+  // nd and Vd alone know the dispersion less well: a few parts in 1e5 at 550 nm.
+  LensDesign model = golden_design("cooke_triplet_latin1.zmx");
+  EXPECT_NEAR(optics::first_order(complete(model).lens).focal_length, 49.9998, 0.01);
+}
+
+TEST(Completion, AspheresReadBackAndBendRays) {
+  const optics::Prescription lens = complete(small_zmx("  TYPE EVENASPH\n  CONI -0.5\n  PARM 2 1e-6\n")).lens;
+  const optics::Prescription sphere = complete(small_zmx()).lens;
+  EXPECT_EQ(optics::first_order(lens).focal_length, optics::first_order(sphere).focal_length);
+  EXPECT_GT(std::fabs(best_focus_z(lens, 0) - best_focus_z(sphere, 0)), 0.01);
+}
+
 TEST(Completion, WritesWhatItReads) {
   LensDesign design = golden_design("relign_od.lis");
   const CompleteLens lens = complete(design);
