@@ -1,4 +1,5 @@
-// relign-bench scene new: a scene of one's own from a design program's file.
+// relign-bench scene landscape: the error over a scene's poses.
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 
@@ -6,169 +7,156 @@
 #include "base/files.h"
 #include "base/text.h"
 #include "cli/app.h"
-#include "cli/new_folder.h"
-#include "cli/text_table.h"
-#include "imaging/scene_file.h"
-#include "imaging/target.h"
-#include "lens_files/read_design.h"
-#include "lens_files/scene_layout.h"
-#include "optics/glass.h"
+#include "cli/chosen_lens.h"
+#include "cli/interrupt.h"
+#include "cli/workbench.h"
+#include "drawing/landscape.h"
+#include "drawing/png.h"
+#include "pixels/score.h"
 
 namespace relign::cli {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct NewArguments {
-  std::string lens_file;
-  std::string out;
-  std::string name;
-  std::string sensor;
-  std::string target = "siemens_star";
-  std::vector<std::string> glass_files;
-  double distance_mm = 0;
-  double wavelength_nm = 0;
+constexpr double kPngScale = 2;  // pixels for a unit of the drawing
+// One for all poses: what is left of an estimate's error is nearly the same at neighbours, and maps are smooth.
+constexpr std::uint64_t kTruthSeed = 4;
+
+struct LandscapeArguments {
+  std::string scene = "relign_od";
+  std::string pose = "nominal";
+  LensChoice lens;
+  int points = 21;
+  std::string out = "landscape";
 };
 
-// "Cooke 50 mm" -> "Cooke_50_mm": names stand in tables and in names of folders.
-std::string plain_name(std::string name) {
-  constexpr std::size_t kLongest = 64;
-  name = name.substr(0, kLongest);
-  for (char& letter : name) {
-    const bool plain = (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') ||
-                       (letter >= '0' && letter <= '9') || letter == '-' || letter == '.';
-    if (!plain) letter = '_';
+// Every pair of axes around the pose, and the value at each place.
+void measure(drawing::Landscape& landscape, plugin_host::MountedAssembly& assembly, const std::vector<double>& pose,
+             ProgressMode mode) {
+  const std::atomic<bool>& stop = watch_for_stop();
+  const auto pairs = drawing::plane_axes(landscape.axes.size());
+  const auto points = static_cast<std::size_t>(landscape.points);
+  ProgressPrinter printer(mode, "poses");
+  runner::Progress progress;
+  progress.doing = "landscape";
+  progress.total = pairs.size() * points * points;
+  for (const auto& [across, up] : pairs) {
+    drawing::LandscapePlane plane;
+    plane.across = across;
+    plane.up = up;
+    for (std::size_t place = 0; place < points * points; ++place) {
+      printer.update(progress);
+      if (stop) {
+        printer.finish();
+        throw Error(ErrorKind::stopped, "stopped after " + std::to_string(progress.done) + " of " +
+                                            std::to_string(progress.total) + " poses; nothing was written");
+      }
+      std::vector<double> here = pose;
+      here[across] = static_cast<double>(place % points) / static_cast<double>(points - 1);
+      here[up] = static_cast<double>(place / points) / static_cast<double>(points - 1);
+      plane.values.push_back(pixels::displayed_rmse(assembly.noise_free_mse(here, kTruthSeed).mse));
+      ++progress.done;
+    }
+    landscape.planes.push_back(std::move(plane));
   }
-  return name;
+  printer.update(progress);
+  printer.finish();
 }
 
-lens_files::GlassSources glass_sources(const NewArguments& arguments) {
-  lens_files::GlassSources sources;
-  sources.is_known = [](const std::string& name) {
-    return optics::find_glass(name) != nullptr || optics::glass_of_code(name).has_value();
+std::vector<std::string> write(const drawing::Landscape& landscape, const fs::path& out) {
+  std::vector<std::string> written;
+  const auto add = [&](const fs::path& file, const std::string& content) {
+    write_file_atomically(file, content);
+    written.push_back(file.string());
   };
-  for (const std::string& file : arguments.glass_files)
-    sources.catalogues.push_back({file, lens_files::read_agf(lens_files::bytes_of(file), file)});
-  return sources;
+  const std::string ending = out.extension().string();
+  const bool all = ending.empty();
+  if (all || ending == ".png")
+    add(all ? out / "landscape.png" : out, drawing::png_bytes(drawing::landscape_raster(landscape, kPngScale)));
+  if (all || ending == ".html") add(all ? out / "landscape.html" : out, drawing::landscape_page(landscape));
+  if (all || ending == ".csv") add(all ? out / "landscape.csv" : out, drawing::landscape_table(landscape));
+  return written;
 }
 
-// A named target stays a name; an image file is copied into the folder, so that it can be moved.
-void choose_target(const std::string& target, lens_files::LayoutChoices& choices, NewFiles& files) {
-  constexpr int kTrial = 8;  // texels: only whether it can be drawn is asked
-  choices.target = target;
-  if (imaging::draw_target(target, kTrial)) return;
-  imaging::target_from_file(target);
-  choices.target = "target" + fs::path(target).extension().string();
-  choices.target_is_named = false;
-  files.emplace_back(choices.target, read_file(target));
+std::string subtitle_of(const LandscapeArguments& arguments) {
+  std::string lens = "perfect lens";
+  if (!arguments.lens.level.empty())
+    lens = "instance " + std::to_string(arguments.lens.instance) + " of " + arguments.lens.level;
+  if (!arguments.lens.assembly.empty()) lens = "lens of " + fs::path(arguments.lens.assembly).filename().string();
+  return lens + "; noise-free error in planes through the " +
+         (arguments.pose == "nominal" || arguments.pose == "start" ? arguments.pose + " pose"
+                                                                   : "pose " + arguments.pose);
 }
 
-void check_draft(const fs::path& draft, const fs::path& wanted) {
-  try {
-    imaging::read_scene_file(draft / "scene.json", {});
-  } catch (const Error& error) {
-    std::string text = error.what();
-    for (std::size_t at = text.find(draft.string()); at != std::string::npos; at = text.find(draft.string(), at))
-      text.replace(at, draft.string().size(), wanted.string());
-    throw Error(error.kind(), text + "\nnothing was written");
+int landscape(Context& context, const LandscapeArguments& arguments) {
+  const std::string ending = fs::path(arguments.out).extension().string();
+  if (!ending.empty() && ending != ".png" && ending != ".html" && ending != ".csv")
+    throw Error(ErrorKind::bad_input,
+                "--out: '" + arguments.out + "' must be a folder, or a file that ends in .png, .html or .csv");
+  plugin_host::HostServices services = context.services(core_count());
+  services.stop = &watch_for_stop();
+  const LoadedScene scene =
+      load_scene(context.catalog().resolve_or_throw(plugin_host::Kind::scene, arguments.scene), services);
+  refuse_station(scene, arguments.scene);
+  if (!scene.facts.truth)
+    throw Error(ErrorKind::bad_input, "--scene: '" + arguments.scene + "' tells no noise-free errors");
+  if (scene.facts.axes.size() < 2)
+    throw Error(ErrorKind::bad_input, "--scene: '" + arguments.scene + "' has one axis; a plane needs two");
+  const ChosenLens lens = choose_lens(context, arguments.lens, scene);
+  const std::vector<double> pose = chosen_pose(arguments.pose, "--pose", scene.facts, lens.instance);
+
+  drawing::Landscape landscape;
+  landscape.title = "Landscape of " + scene.facts.name;
+  landscape.subtitle = subtitle_of(arguments);
+  landscape.measure = "RMSE";
+  landscape.points = arguments.points;
+  for (std::size_t axis = 0; axis < pose.size(); ++axis) {
+    const task::Axis& known = scene.facts.axes[axis];
+    landscape.axes.push_back({known.name, known.unit, known.lower, known.upper, scene.facts.nominal_pose[axis]});
   }
-}
-
-void print_made(Context& context, const fs::path& folder, const lens_files::LensDesign& design,
-                const lens_files::CompleteLens& lens, const lens_files::Layout& layout) {
-  const std::vector<std::string> remarks = lens_files::remark_lines(design);
-  if (context.json) {
-    Json result = {{"folder", fs::absolute(folder).lexically_normal().string()},
-                   {"format", design.format},
-                   {"elements", lens.lens.elements.size()},
-                   {"remarks", remarks}};
-    for (const lens_files::LayoutLine& line : layout.lines) result["layout"][line.what] = line.value;
-    print_result(result.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
-    return;
-  }
-  TextTable table({"quantity", "value", "how"});
-  for (const lens_files::LayoutLine& line : layout.lines) table.add({line.what, line.value, line.why});
-  std::string text = folder.string() + ": " + std::to_string(lens.lens.elements.size()) + " elements from " +
-                     design.file + " (" + design.format + ")\n\n" + table.text() + "\n";
-  text += remarks.empty() ? "Everything in the file was understood.\n" : "Remarks:\n";
-  for (const std::string& remark : remarks) text += "  " + remark + "\n";
-  print_result(text);
-  std::fprintf(stderr,
-               "Next:\n  relign-bench lens info --scene %s\n  relign-bench render --scene %s -o reference.png\n"
-               "  relign-bench run %s\n",
-               (folder / "scene.json").c_str(), (folder / "scene.json").c_str(), (folder / "suite.json").c_str());
-}
-
-int new_scene(Context& context, const NewArguments& arguments) {
-  lens_files::LayoutChoices choices;
-  choices.name = arguments.name.empty() ? plain_name(fs::path(arguments.lens_file).stem().string()) : arguments.name;
-  if (choices.name.empty() || choices.name[0] == '.' || choices.name != plain_name(choices.name))
-    throw Error(ErrorKind::bad_input, "'" + choices.name +
-                                          "' is no name for a scene: expected up to 64 letters, digits, '-', '_' or "
-                                          "'.'; give one with --name");
-  choices.distance_mm = arguments.distance_mm;
-  if (!arguments.sensor.empty()) choices.sensor = lens_files::parse_sensor(arguments.sensor);
-  const fs::path wanted = arguments.out.empty() ? choices.name : arguments.out;
-
-  lens_files::LensDesign design =
-      lens_files::read_design(lens_files::bytes_of(arguments.lens_file), arguments.lens_file);
-  const lens_files::GlassSources sources = glass_sources(arguments);
-  const lens_files::CompleteLens lens =
-      lens_files::complete_lens(design, lens_files::draft_lens(design, sources, choices.name, arguments.wavelength_nm));
-  NewFiles files;
-  choose_target(arguments.target, choices, files);
-  const lens_files::Layout layout = lens_files::lay_out(design, lens, choices);
-
-  files.emplace_back("lens.json", lens_files::pretty(lens.json));
-  files.emplace_back("scene.json", lens_files::pretty(layout.scene));
-  files.emplace_back("tolerances.json", lens_files::pretty(layout.tolerances));
-  files.emplace_back("suite.json", lens_files::pretty(layout.suite));
-  files.emplace_back("README.md", lens_files::readme(design, lens, choices, layout));
-  NewFolder folder(wanted);
-  check_draft(folder.write(files), wanted);
-  folder.keep();
-  print_made(context, wanted, design, lens, layout);
+  plugin_host::MountedAssembly assembly = scene.scene->mount(lens.offsets);
+  measure(landscape, assembly, pose, context.progress_mode());
+  const std::vector<std::string> written = write(landscape, arguments.out);
+  if (context.json)
+    print_result(Json({{"files", written}, {"planes", landscape.planes.size()}, {"pose", pose}}).dump(2) + "\n");
+  else
+    print_result(join(written, "\n") + "\n");
   return kDone;
 }
 
 }  // namespace
 
 void add_scene(CLI::App& app, Context& context) {
-  CLI::App& scene = add_verb(
-      app, {"scene", "Make scenes of your own.", "relign-bench scene new my_lens.zmx -o my_lens", "lens, render, run"});
+  CLI::App& scene = add_verb(app, {"scene", "Make a scene of your own, or look at one as a whole.",
+                                   "relign-bench scene landscape --scene relign_od -o landscape", "lens, render"});
   scene.require_subcommand(1);
-  CLI::App& verb = add_verb(
-      scene,
-      {"new",
-       "Make a scene, tolerances and a suite that run from a lens file: Zemax .zmx, CODE V .seq, or CODE V's listing.",
-       "relign-bench scene new my_lens.zmx -o my_lens --sensor 1920x1280@3.45\n"
-       "relign-bench run my_lens/suite.json",
-       "lens info, render, validate, run"});
-  auto arguments = std::make_shared<NewArguments>();
-  NewArguments& given = *arguments;
-  verb.add_option("LENSFILE", given.lens_file, "lens file of a design program")->required();
-  verb.add_option("-o,--out", given.out, "folder to make; must not exist [default: the scene's name]")
-      ->type_name("DIR");
-  verb.add_option("--name", given.name, "the scene's name [default: the lens file's]")->type_name("NAME");
-  verb.add_option("--sensor", given.sensor,
-                  "COLUMNSxROWS@PITCH_UM, or the side of a square in mm, 200 pixels [default: holds the image circle]")
-      ->type_name("SIZE");
-  verb.add_option("--target", given.target,
-                  "what the emitter shows: a target such as siemens_star or chessboard, or an image file")
-      ->type_name("TARGET")
+  add_scene_new(scene, context);
+  auto arguments = std::make_shared<LandscapeArguments>();
+  LandscapeArguments& given = *arguments;
+  CLI::App& verb =
+      add_verb(scene, {"landscape", "Map the noise-free RMSE over every pair of axes: a drawing, a page and a table.",
+                       "relign-bench scene landscape --noise-level rho0.5 --instance 3 -o landscape\n"
+                       "relign-bench scene landscape --scene gaussian_spot -o spot.html",
+                       "lens draw, render, describe"});
+  verb.add_option("-o,--out", given.out,
+                  "folder for landscape.png, .html and .csv, or one file with one of these endings")
+      ->type_name("PATH")
       ->capture_default_str();
-  verb.add_option("--distance", given.distance_mm,
-                  "first vertex to emitter, mm [default: the file's object distance; else far enough to be sharp]")
-      ->type_name("MM")
-      ->check(CLI::Range(1e-3, 1e6));
-  verb.add_option("--glass", given.glass_files, "glass catalogue (.agf) to look names up in; repeatable")
-      ->type_name("FILE")
-      ->allow_extra_args(false);
-  verb.add_option("--wavelength", given.wavelength_nm, "wavelength, nm [default: the file's reference wavelength]")
-      ->type_name("NM")
-      ->check(CLI::Range(100.0, 1e5));
+  verb.add_option("--scene", given.scene, "id, preset or path of a scene")->type_name("SCENE")->capture_default_str();
+  verb.add_option("--pose", given.pose,
+                  "true pose that all planes pass through: nominal, start, or one number per axis, shares of the "
+                  "travel, 0 to 1")
+      ->type_name("POSE")
+      ->capture_default_str();
+  add_lens_options(verb, given.lens);
+  verb.add_option("--points", given.points,
+                  "poses on each axis; ten planes of 21 x 21 at 5 ms each take 22 s, of 41 x 41 four times as long")
+      ->type_name("COUNT")
+      ->check(CLI::Range(3, 501))
+      ->capture_default_str();
   verb.callback(
-      [&context, arguments] { context.action = [&context, arguments] { return new_scene(context, *arguments); }; });
+      [&context, arguments] { context.action = [&context, arguments] { return landscape(context, *arguments); }; });
 }
 
 }  // namespace relign::cli

@@ -49,7 +49,7 @@ std::string scene_content_hash(const SceneFile& scene, const CaptureSettings& se
                   {"radiance", sha256_hex(bytes_of(scene.emitter.radiance.values))},
                   {"texels", scene.emitter.radiance.width},
                   {"travel", {scene.travel.shift_mm, scene.travel.tilt_deg}},
-                  {"transport", settings.transport == Transport::fresnel ? "fresnel" : "refract"},
+                  {"transport", name_of(settings.transport)},
                   {"lens_pivot", scene.lens.pivot_z_mm},
                   {"samples", reference_samples(scene)}};
   for (const optics::Element& element : scene.lens.elements) {
@@ -63,7 +63,9 @@ std::string scene_content_hash(const SceneFile& scene, const CaptureSettings& se
     }
   }
   for (const optics::Stop& stop : scene.lens.stops) content["stops"].push_back({stop.z_mm, stop.opening_radius_mm});
-  if (scene.lens.mount) content["mount"] = {scene.lens.mount->bore_radius_mm, scene.lens.mount->to_z_mm};
+  if (scene.lens.mount)
+    content["mount"] = {scene.lens.mount->bore_radius_mm, scene.lens.mount->from_z_mm, scene.lens.mount->to_z_mm};
+  if (settings.transport == Transport::ghost) content["sensor_albedo"] = settings.sensor_albedo;
   return short_hash(canonical_json(content));
 }
 

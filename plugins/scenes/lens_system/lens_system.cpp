@@ -63,12 +63,13 @@ class LensSystem final : public relign::Scene {
  public:
   explicit LensSystem(const relign::Parameters& given)
       : settings_{*imaging::transport_from_name(given.text("transport")),
-                  *imaging::sampler_from_name(given.text("sampler")), static_cast<int>(given.integer("samples"))},
+                  *imaging::sampler_from_name(given.text("sampler")), static_cast<int>(given.integer("samples")),
+                  given.number("sensor_albedo")},
         scene_(imaging::read_scene_file(given.text("scene"), choices(given))),
         parallel_(given.threads()),
         reference_(imaging::make_reference(scene_, settings_, parallel_, cache(given),
                                            [&given](const std::string& message) { given.warn(message); })),
-        shared_{{scene_, settings_, parallel_}, {scene_, shared_.camera, parallel_, reference_}, {}} {}
+        shared_{{scene_, settings_, parallel_}, {scene_, settings_, shared_.camera, parallel_, reference_}, {}} {}
 
   std::string describe() override {
     Json axes = Json::array();

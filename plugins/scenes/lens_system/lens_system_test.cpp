@@ -112,6 +112,18 @@ TEST_F(LensSystemTest, TruthAgreesWithTheImages) {
   EXPECT_NEAR(truth.mse, mse, 4 * truth.standard_error + 3e-7) << "the picture has a little noise left";
 }
 
+TEST_F(LensSystemTest, ThePackagesSceneHasAVeil) {
+  Scene scene(catalog_.resolve_or_throw(Kind::scene, "relign_od-package", {{"pixels", 40}}), services_);
+  const relign_image image = scene.reference();
+  double mean = 0, corner = 0;
+  for (int i = 0; i < 1600; ++i) mean += image.pixels[i] / 1600;
+  for (int i = 0; i < 6; ++i) corner += image.pixels[i] / 6;
+  EXPECT_NEAR(mean, 0.0197, 0.0004) << "the package's own reference image: 0.0197";
+  EXPECT_GT(corner, 0.00003) << "the veil reaches the corners";
+  MountedAssembly perfect = scene.mount("{}");
+  EXPECT_NEAR(perfect.noise_free_mse({0.5, 0.5, 0.5, 0.5, 0.5}, 1).mse, 0, 3e-5);
+}
+
 TEST_F(LensSystemTest, BadInputIsNamed) {
   EXPECT_THAT(failure("relign_od", {{"target", "/no/such/file.png"}}), HasSubstr("/no/such/file.png"));
   EXPECT_THAT(failure("relign_od", {{"samples", 0}}), HasSubstr("samples"));
