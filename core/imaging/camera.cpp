@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/error.h"
 #include "imaging/ray_source.h"
 #include "imaging/read_out.h"
 
@@ -15,6 +16,17 @@ constexpr double kPi = 3.14159265358979323846;
 // Russian roulette of the paper's renderer: 0.95 at each of the last four faces. One die for all
 // dice: a ray survives with the product of all probabilities.
 constexpr double kRouletteSurvival = 0.95 * 0.95 * 0.95 * 0.95;
+
+// Walks meet a face from either side and a second time, which is solved for spheres alone.
+void refuse_aspheres(const optics::Prescription& lens) {
+  for (const optics::Element& element : lens.elements)
+    for (std::size_t f = 0; f < element.faces.size(); ++f)
+      if (!element.faces[f].is_sphere())
+        throw Error(ErrorKind::bad_input, "lens '" + lens.name + "': face " + std::to_string(f + 1) + " of " +
+                                              element.name +
+                                              " is aspheric, and transport ghost follows light among spheres and "
+                                              "planes only; use transport fresnel");
+}
 
 }  // namespace
 
@@ -58,7 +70,9 @@ Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel
   for (unsigned thread = 0; thread < parallel.threads(); ++thread) workspaces_.push_back(std::make_unique<Workspace>());
   sums_.resize(tiles_.tiles().size());
   emitter_ = scene.emitter.plane();
-  if (settings.transport == Transport::ghost) ghosts_.emplace(scene, settings.sensor_albedo);
+  if (settings.transport != Transport::ghost) return;
+  refuse_aspheres(scene.lens);
+  ghosts_.emplace(scene, settings.sensor_albedo);
 }
 
 Camera::~Camera() = default;

@@ -112,9 +112,8 @@ class Reader {
                         "the last face has no \"index_after\" or \"glass_after\": the ambient medium follows it");
       for (std::size_t i = 0; i + 1 < element.faces.size(); ++i)
         if (element.faces[i].index_after == 1)
-          problems_.push_back(
-              source_.problem(reader.pointer_to("faces") + "/" + std::to_string(i),
-                              "the key \"index_after\" is missing (refractive index of the glass), or "
+          problems_.push_back(source_.problem(reader.pointer_to("faces") + "/" + std::to_string(i),
+                                              "the key \"index_after\" is missing (refractive index of the glass), or "
                                               "\"glass_after\" (its name)"));
       if (reader.get("placement")) read_placement(reader.pointer_to("placement"), element);
     }

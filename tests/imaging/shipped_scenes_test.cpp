@@ -1,4 +1,4 @@
-// Every scene that is shipped: its lens against published values, its focus, its light, and whether its files fit
+// The scenes of the library: each lens against published values, its focus, its light, and whether its files fit
 // each other.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,6 +16,13 @@ namespace relign::imaging {
 namespace {
 
 using optics::Vec3;
+
+// All but camera_2mp: its image fills a rectangular sensor and its target is a chart, not a star.
+std::vector<std::string> library() {
+  std::vector<std::string> names = shipped_scenes();
+  names.erase(std::remove(names.begin(), names.end(), "camera_2mp"), names.end());
+  return names;
+}
 
 class ShippedScene : public testing::TestWithParam<std::string> {
  protected:
@@ -180,7 +187,7 @@ TEST_P(ShippedScene, TolerancesFitTheScene) {
     EXPECT_LT(tolerances.at("start").at("tilt_arcmin").at(axis).get<double>() / 60, given.travel.tilt_deg[axis]);
 }
 
-INSTANTIATE_TEST_SUITE_P(Shipped, ShippedScene, testing::ValuesIn(shipped_scenes()),
+INSTANTIATE_TEST_SUITE_P(Shipped, ShippedScene, testing::ValuesIn(library()),
                          [](const auto& scene) { return scene.param; });
 
 }  // namespace
