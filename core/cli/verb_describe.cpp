@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "base/text.h"
 #include "cli/app.h"
+#include "cli/optimum_table.h"
 #include "cli/text_table.h"
 
 namespace relign::cli {
@@ -147,7 +148,14 @@ Json to_json(const Manifest& plugin, const Preset* preset) {
           {"presets", presets}};
 }
 
-int describe(Context& context, const std::string& id) {
+struct DescribeArguments {
+  std::string id;
+  std::vector<std::string> levels;
+  unsigned instances = 20;
+};
+
+int describe(Context& context, const DescribeArguments& arguments) {
+  const std::string& id = arguments.id;
   std::vector<std::string> known, pages;
   Json all = Json::array();
   for (const auto& plugin : context.catalog().plugins()) {
@@ -163,6 +171,11 @@ int describe(Context& context, const std::string& id) {
     std::sort(known.begin(), known.end());
     throw Error(ErrorKind::bad_input, "unknown plugin or preset '" + id + "'" + suggestion(id, known));
   }
+  if (!arguments.levels.empty()) {
+    const std::vector<LevelOptima> optima = level_optima(context, id, arguments.levels, arguments.instances);
+    pages.push_back(optima_text(optima));
+    all.front()["own_optima"] = optima_json(optima);
+  }
   // A scene and a noise level may share an id; almost always there is one page.
   if (context.json)
     print_result((all.size() == 1 ? all.front() : all).dump(2) + "\n");
@@ -176,10 +189,23 @@ int describe(Context& context, const std::string& id) {
 void add_describe(CLI::App& app, Context& context) {
   CLI::App& verb =
       add_verb(app, {"describe", "Print one page on a plugin or preset: parameters, presets, what it knows.",
-                     "relign-bench describe nlopt-sbplx", "list, try"});
-  auto id = std::make_shared<std::string>();
-  verb.add_option("ID", *id, "id of a plugin or preset")->required();
-  verb.callback([&context, id] { context.action = [&context, id] { return describe(context, *id); }; });
+                     "relign-bench describe nlopt-sbplx\n"
+                     "relign-bench describe relign_od --noise-level rho0.25 --noise-level rho0.5",
+                     "list, try"});
+  auto arguments = std::make_shared<DescribeArguments>();
+  DescribeArguments& given = *arguments;
+  verb.add_option("ID", given.id, "id of a plugin or preset")->required();
+  verb.add_option(
+          "--noise-level", given.levels,
+          "of a scene: how far the own optima of this level's lenses lie from the nominal pose; may be repeated")
+      ->type_name("LEVEL")
+      ->allow_extra_args(false);
+  verb.add_option("--instances", given.instances, "how many lenses of each level, from instance 0 of suite seed 1")
+      ->type_name("NUMBER")
+      ->check(CLI::Range(1U, 10000U))
+      ->capture_default_str();
+  verb.callback(
+      [&context, arguments] { context.action = [&context, arguments] { return describe(context, *arguments); }; });
 }
 
 }  // namespace relign::cli

@@ -181,7 +181,10 @@ void add_render(CLI::App& app, Context& context) {
       ->capture_default_str();
   verb.add_option("--assembly", given.assembly, "mount this lens: JSON with shift_mm and tilt_deg per element")
       ->type_name("FILE");
-  verb.add_option("--target", given.target, "show the lens this image file [default: the scene's]")->type_name("FILE");
+  verb.add_option("--target", given.target,
+                  "show the lens this: an image file, or a name such as chessboard or slanted_edges:angle_deg=3 "
+                  "[default: the scene's]")
+      ->type_name("TARGET");
   verb.add_option("--sampler", given.sampler, "paper, hemisphere or pupil [default: the scene's]")->type_name("NAME");
   verb.add_option("--transport", given.transport, "refract or fresnel [default: the scene's]")->type_name("NAME");
   verb.add_option("--samples", given.samples, "rays a pixel [default: the scene's]")

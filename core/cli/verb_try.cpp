@@ -24,8 +24,7 @@ struct TryArguments {
   std::string algorithm;
   std::string parameters;  // JSON; empty: none
   std::string scene = "relign_od";
-  std::string level = "rho0.25";
-  bool level_given = false;
+  std::string level;  // empty: what suits the scene
   std::uint64_t instance = 0;
   std::uint64_t suite_seed = 1;
   std::string protocol = "paper";
@@ -140,6 +139,12 @@ Json read_parameters(const std::string& text) {
   return given;
 }
 
+// The paper's middle level, where the scene has the two elements that it offsets.
+std::string default_level(const task::SceneFacts& scene) {
+  if (scene.owns_stage) return "none";
+  return scene.elements.size() < 2 ? "rho0" : "rho0.25";
+}
+
 int run_try(Context& context, TryArguments arguments) {
   plugin_host::Catalog& catalog = context.catalog();
   const plugin_host::Choice algorithm = catalog.resolve_or_throw(plugin_host::Kind::optimizer, arguments.algorithm,
@@ -153,7 +158,7 @@ int run_try(Context& context, TryArguments arguments) {
       std::fprintf(stderr, "%s\n", message.c_str());  // what a scene prints that is a process
   };
   const LoadedScene scene = load_scene(catalog.resolve_or_throw(plugin_host::Kind::scene, arguments.scene), services);
-  if (scene.facts.owns_stage && !arguments.level_given) arguments.level = "none";
+  if (arguments.level.empty()) arguments.level = default_level(scene.facts);
   const plugin_host::Choice level = catalog.resolve_or_throw(plugin_host::Kind::noise_level, arguments.level);
   if (scene.facts.owns_stage && level.plugin->id != "none")
     throw Error(ErrorKind::bad_input, "noise level '" + arguments.level + "' cannot be used with the station '" +
@@ -202,14 +207,8 @@ void add_try(CLI::App& app, Context& context) {
   verb.add_option("--scene", arguments->scene, "id, preset or path of a scene")
       ->type_name("SCENE")
       ->capture_default_str();
-  verb.add_option_function<std::string>(
-          "--noise-level",
-          [arguments](const std::string& level) {
-            arguments->level = level;
-            arguments->level_given = true;
-          },
-          "id, preset or path of a noise level; a station takes none alone")
-      ->default_str(arguments->level)
+  verb.add_option("--noise-level", arguments->level, "id, preset or path of a noise level; a station takes none alone")
+      ->default_str("rho0.25; rho0 for a scene of fewer than two elements")
       ->type_name("LEVEL");
   verb.add_option("--instance", arguments->instance, "number of the instance, from 0")
       ->type_name("NUMBER")

@@ -5,6 +5,7 @@
 #include "cli/app.h"
 #include "cli/progress.h"
 #include "cli/workbench.h"
+#include "runner/levels.h"
 #include "runner/stations.h"
 #include "suite/suite.h"
 
@@ -57,6 +58,7 @@ int validate(Context& context, const std::string& file) {
     }
   }
   runner::check_stations(suite, facts);
+  runner::check_levels(suite, facts, [&context](const std::string&) { return context.services(1); });
   suite::Suite runnable = suite;
   for (const std::string& note : runner::leave_out_told_methods(runnable, facts)) print_warning(note);
   const unsigned cores = core_count();

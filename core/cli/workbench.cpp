@@ -25,8 +25,7 @@ LoadedScene load_scene(plugin_host::Choice choice, const plugin_host::HostServic
 task::Instance draw_instance(const plugin_host::Choice& level, const LoadedScene& scene,
                              const plugin_host::HostServices& services, std::uint64_t suite_seed,
                              std::uint64_t number) {
-  plugin_host::NoiseLevel noise_level(level, services);
-  return task::draw_instance(noise_level, scene.facts, suite_seed, SeedDomain::benchmark, number);
+  return task::draw_instance(level, level.id, scene.facts, scene.choice.id, services, suite_seed, number);
 }
 
 std::vector<double> parse_numbers(const std::string& text, const std::string& option) {

@@ -17,17 +17,22 @@ void read_emitter(ObjectReader& reader, const fs::path& folder, const SceneChoic
   scene.emitter.side_mm = reader.required_number("side_mm", 1e-6, 1e7);
   scene.emitter.target = reader.string("target", "siemens_star");
   const auto texels = static_cast<int>(reader.integer("texels", 300, 2, 8192));
-  fs::path file;
-  if (!choices.target.empty()) {
-    scene.emitter.target = choices.target;
-    if (choices.target != "siemens_star") file = choices.target;
-  } else if (scene.emitter.target != "siemens_star") {
-    file = folder / scene.emitter.target;
-  }
-  if (file.empty()) {
-    scene.emitter.show(siemens_star(texels));
+  // Named by the file, a path counts from the file's folder; chosen by the user, from where they are.
+  const bool chosen = !choices.target.empty();
+  if (chosen) scene.emitter.target = choices.target;
+  std::optional<pixels::Image> drawn;
+  try {
+    drawn = draw_target(scene.emitter.target, texels);
+  } catch (const Error& error) {
+    if (chosen) throw;
+    reader.complain("target", error.what());
     return;
   }
+  if (drawn) {
+    scene.emitter.show(std::move(*drawn));
+    return;
+  }
+  const fs::path file = chosen ? fs::path(scene.emitter.target) : folder / scene.emitter.target;
   scene.emitter.show(target_from_file(file));
   scene.files.push_back(file);
 }

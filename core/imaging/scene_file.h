@@ -19,7 +19,7 @@ namespace relign::imaging {
 struct Emitter {
   double z_mm = 0;         // world, negative
   double side_mm = 0;      // square
-  std::string target;      // "siemens_star" or the path of an image
+  std::string target;      // a name or the path of an image, see target.h
   pixels::Image radiance;  // square, 0 to 1; change it through show() only
   // The same for look-ups, see optics::EmitterPlane: with 8 bits where that loses nothing.
   std::vector<std::uint16_t> texels_8_bit;
@@ -56,7 +56,7 @@ struct SceneFile {
 
 struct SceneChoices {
   double ambient_index = 1;  // glass indices of the file are divided by it
-  std::string target;        // empty: the scene file's; "siemens_star" or a path
+  std::string target;        // empty: the scene file's; a name or a path, see target.h
   bool rotation_z = false;   // switches the sixth axis on
   int pixels = 0;            // columns, rows in proportion, over the same area; 0: the scene file's
 };

@@ -39,6 +39,11 @@ class LensScene::Mounted final : public relign::Assembly {
     shared_.camera.render_noise_free(lens_, true_pose, kPictureSeed, samples, pixels);
     return true;
   }
+  std::optional<Optimum> own_optimum(std::uint64_t seed) override {
+    const std::lock_guard<std::mutex> lock(shared_.mutex);
+    imaging::OwnOptimum found = shared_.optimum.find(lens_, seed);
+    return Optimum{std::move(found.true_pose), {found.error.mse, found.error.standard_error}};
+  }
 
  private:
   LensScene& of_;
@@ -64,7 +69,7 @@ LensScene::LensScene(const Parameters& given, Parts parts, const std::string& li
       reference_(imaging::make_reference(
           scene_, settings_, parallel_, cache(given, library, parts.tracer_hash),
           [&given](const std::string& message) { given.warn(message); }, tracer_.get())),
-      shared_{{scene_, settings_, parallel_, tracer_.get()}, {}} {}
+      shared_{{scene_, settings_, parallel_, tracer_.get()}, {scene_, shared_.camera, parallel_, reference_}, {}} {}
 
 std::string LensScene::describe() {
   Json axes = Json::array();
@@ -74,7 +79,12 @@ std::string LensScene::describe() {
   for (std::size_t i = 0; i < scene_.travel.tilt_deg.size(); ++i)
     axes.push_back(axis(tilt_names[i], "deg", scene_.travel.tilt_deg[i]));
   Json elements = Json::array();
-  for (const optics::Element& element : scene_.lens.elements) elements.push_back(element.name);
+  Json geometry = {{"pivot_z_mm", scene_.lens.pivot_z_mm}, {"elements", Json::object()}};
+  for (const optics::Element& element : scene_.lens.elements) {
+    elements.push_back(element.name);
+    geometry["elements"][element.name] = {{"front_z_mm", element.faces.front().z_mm},
+                                          {"back_z_mm", element.faces.back().z_mm}};
+  }
   Json files = Json::array();
   for (const auto& file : scene_.files) files.push_back(file.string());
   Json description = {{"name", scene_.name},
@@ -83,6 +93,7 @@ std::string LensScene::describe() {
                       {"nominal_pose", std::vector<double>(scene_.axes(), 0.5)},
                       {"image", {{"width", scene_.sensor.width}, {"height", scene_.sensor.height}, {"white", white()}}},
                       {"elements", elements},
+                      {"geometry", geometry},
                       {"files", files}};
   if (!scene_.machine_time.is_null()) description["machine_time"] = scene_.machine_time;
   if (!scene_.spec.is_null()) description["spec"] = scene_.spec;

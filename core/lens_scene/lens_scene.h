@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "imaging/camera.h"
+#include "imaging/own_optimum.h"
 #include "imaging/reference.h"
 #include "imaging/scene_file.h"
 #include "optics/block_tracer.h"
@@ -39,6 +40,7 @@ class LensScene : public Scene {
   // The scene's camera, used by one assembly at a time: assemblies may have threads of their own.
   struct SharedCamera {
     imaging::Camera camera;
+    imaging::OptimumFinder optimum;
     std::mutex mutex;
   };
   float white() const;

@@ -66,6 +66,7 @@ const std::vector<Check>& all_checks() {
        check_reference},
       {"same-pixels", "same assembly, pose and seed, same pixels; all finite", {"reference"}, scene, check_same_pixels},
       {"truth", "truth is unbiased, with a standard error that holds", {"reference"}, scene, check_truth},
+      {"optimum", "its own optimum is one, with the error that its truth tells there", {"truth"}, scene, check_optimum},
       {"elements", "refuses offsets of an element it does not have", {"description"}, scene, check_elements},
       {"travel", "survives poses at and beyond the ends of the travel", {"same-pixels"}, scene, check_travel},
       {"stage",

@@ -50,6 +50,7 @@ Finding check_reference(const Subject& subject);
 Finding check_same_pixels(const Subject& subject);
 Finding check_truth(const Subject& subject);
 Finding check_elements(const Subject& subject);
+Finding check_optimum(const Subject& subject);
 Finding check_travel(const Subject& subject);
 Finding check_stage(const Subject& subject);
 

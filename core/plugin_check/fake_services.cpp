@@ -106,9 +106,10 @@ const void* FakeServices::measures() {
     FakeServices& services = self(context);
     return services.answer([&]() -> relign_status {
       if (!value) return services.refuse("there is no place for the value");
-      services.look();
-      const relign_image& seen = services.conversation_.last_image();
-      *value = task::measure({seen.pixels, seen.width, seen.height}, text_of(name), text_of(arguments_json));
+      services.reference();  // which also sees to a last capture
+      const relign_image &seen = services.conversation_.last_image(), &wanted = services.reference_image_;
+      *value = task::measure({seen.pixels, seen.width, seen.height}, {wanted.pixels, wanted.width, wanted.height},
+                             text_of(name), text_of(arguments_json));
       return RELIGN_OK;
     });
   };

@@ -167,6 +167,33 @@ Finding check_truth(const Subject& subject) {
   return ok();
 }
 
+Finding check_optimum(const Subject& subject) {
+  Opened opened(subject.choice());
+  if (opened.facts.owns_stage) return skipped(kStation);
+  if (!opened.facts.truth) return skipped("it offers no truth");
+  MountedAssembly assembly = opened.scene.mount(opened.offsets());
+  const std::size_t axes = opened.facts.axes.size();
+  const auto found = assembly.own_optimum(1, axes);
+  if (!found) return skipped("it does not offer " RELIGN_SCENE_OPTIMUM);
+  const auto again = assembly.own_optimum(1, axes);
+  if (!again || again->true_pose != found->true_pose || again->truth.mse != found->truth.mse)
+    return failed("the same lens and seed have another optimum when asked again");
+  const MountedAssembly::Truth there = assembly.noise_free_mse(found->true_pose, 2);
+  const auto error = [](const MountedAssembly::Truth& a, const MountedAssembly::Truth& b) {
+    return 6 * std::sqrt(a.standard_error * a.standard_error + b.standard_error * b.standard_error);
+  };
+  if (std::fabs(there.mse - found->truth.mse) > error(there, found->truth))
+    return failed("it tells an error of " + significant(found->truth.mse) + " at its optimum, its truth there is " +
+                  significant(there.mse));
+  for (const std::vector<double>& other : {opened.facts.nominal_pose, opened.pose_near_nominal(0.03)}) {
+    const MountedAssembly::Truth elsewhere = assembly.noise_free_mse(other, 3);
+    if (elsewhere.mse + error(there, elsewhere) < there.mse)
+      return failed("at a pose near the nominal one the error is " + significant(elsewhere.mse) +
+                    ", less than at its optimum, " + significant(there.mse));
+  }
+  return ok();
+}
+
 Finding check_elements(const Subject& subject) {
   Opened opened(subject.choice());
   if (opened.facts.owns_stage) return skipped(kStation);

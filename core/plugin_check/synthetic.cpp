@@ -14,7 +14,11 @@ std::string synthetic_scene(unsigned axes) {
                 {"axes", Json::array()},
                 {"nominal_pose", Json::array()},
                 {"image", {{"width", kPictureSide}, {"height", kPictureSide}, {"white", 1}}},
-                {"elements", {"L1", "L2", "L3", "L4"}}};
+                {"elements", {"L1", "L2", "L3", "L4"}},
+                {"geometry", {{"pivot_z_mm", 0}, {"elements", Json::object()}}}};
+  for (int element = 0; element < 4; ++element)
+    scene["geometry"]["elements"]["L" + std::to_string(element + 1)] = {{"front_z_mm", 3.0 * element},
+                                                                        {"back_z_mm", 3.0 * element + 2}};
   for (unsigned axis = 0; axis < axes; ++axis) {
     const bool shift = axis < 3;
     scene["axes"].push_back({{"name", axis < names.size() ? names.at(axis) : "a" + std::to_string(axis)},

@@ -214,6 +214,9 @@ Catalog::Found Catalog::find(Kind kind, const std::string& id_or_path, const fs:
         complain(problem.what());
       }
       if (found.plugin->document.empty()) complain("'" + found.plugin->id + "' reads no documents");
+      if (found.preset && found.preset->parameters.contains(found.plugin->document))
+        complain("'" + found.id + "' brings a file of its own, whose place this file would take as a whole: write \"" +
+                 found.plugin->id + "\"");
       found.id = path.stem().string();
       found.document = path;
       return found;

@@ -22,10 +22,16 @@ const relign_scene_interface& scene_table(const Manifest& manifest) {
 
 std::uint32_t axes_of(const std::vector<double>& pose) { return static_cast<std::uint32_t>(pose.size()); }
 
+// Null where not offered.
+struct Abilities {
+  const relign_scene_noise_free* noise_free = nullptr;
+  const relign_scene_optimum* optimum = nullptr;
+};
+
 class LibraryAssembly final : public AssemblyBackend {
  public:
-  LibraryAssembly(SceneObject& scene, const relign_scene_noise_free* noise_free, const std::string& offsets_json)
-      : scene_(scene), noise_free_(noise_free) {
+  LibraryAssembly(SceneObject& scene, const Abilities& can, const std::string& offsets_json)
+      : scene_(scene), noise_free_(can.noise_free), optimum_(can.optimum) {
     scene_.demand("mount", "it mounted nothing and gives no reason", [&] {
       const relign_status status =
           scene_.table().mount(scene_.get(), {offsets_json.data(), offsets_json.size()}, &object_);
@@ -58,9 +64,25 @@ class LibraryAssembly final : public AssemblyBackend {
     }) == RELIGN_OK;
   }
 
+  std::optional<MountedAssembly::Optimum> own_optimum(std::uint64_t seed, std::size_t axes) override {
+    if (!optimum_) return std::nullopt;
+    MountedAssembly::Optimum found;
+    found.true_pose.resize(axes);
+    bool offered = true;
+    scene_.demand("own_optimum", "it found nothing and gives no reason", [&] {
+      const relign_status status =
+          optimum_->find(object_, seed, found.true_pose.data(), static_cast<std::uint32_t>(axes), &found.truth.mse,
+                         &found.truth.standard_error);
+      offered = status != RELIGN_UNSUPPORTED;
+      return offered ? status : RELIGN_OK;
+    });
+    return offered ? std::optional(found) : std::nullopt;
+  }
+
  private:
   SceneObject& scene_;
-  const relign_scene_noise_free* noise_free_;  // null when not offered
+  const relign_scene_noise_free* noise_free_;
+  const relign_scene_optimum* optimum_;
   relign_assembly* object_ = nullptr;
 };
 
@@ -71,13 +93,15 @@ class LibraryScene final : public SceneBackend {
     const relign_scene_interface& table = object_.table();
     if (!RELIGN_HAS_MEMBER(&table, get_extension) || !table.get_extension) return;
     object_.demand("get_extension", "", [&] {
-      noise_free_ = static_cast<const relign_scene_noise_free*>(
-          table.get_extension(object_.get(), {RELIGN_SCENE_NOISE_FREE, std::strlen(RELIGN_SCENE_NOISE_FREE)}));
-      stage_ = static_cast<const relign_scene_stage*>(
-          table.get_extension(object_.get(), {RELIGN_SCENE_STAGE, std::strlen(RELIGN_SCENE_STAGE)}));
+      const auto ask = [&](const char* id) { return table.get_extension(object_.get(), {id, std::strlen(id)}); };
+      can_.noise_free = static_cast<const relign_scene_noise_free*>(ask(RELIGN_SCENE_NOISE_FREE));
+      can_.optimum = static_cast<const relign_scene_optimum*>(ask(RELIGN_SCENE_OPTIMUM));
+      stage_ = static_cast<const relign_scene_stage*>(ask(RELIGN_SCENE_STAGE));
       return RELIGN_OK;
     });
-    if (noise_free_ && (!RELIGN_HAS_MEMBER(noise_free_, render) || !noise_free_->render)) noise_free_ = nullptr;
+    if (can_.noise_free && (!RELIGN_HAS_MEMBER(can_.noise_free, render) || !can_.noise_free->render))
+      can_.noise_free = nullptr;
+    if (can_.optimum && (!RELIGN_HAS_MEMBER(can_.optimum, find) || !can_.optimum->find)) can_.optimum = nullptr;
     if (!stage_) return;
     if (!RELIGN_HAS_MEMBER(stage_, capture) || !stage_->begin || !stage_->move_by || !stage_->capture)
       refuse("get_extension", std::string(RELIGN_SCENE_STAGE) + " lacks begin, move_by or capture");
@@ -99,7 +123,7 @@ class LibraryScene final : public SceneBackend {
   }
 
   std::unique_ptr<AssemblyBackend> mount(const std::string& offsets_json) override {
-    return std::make_unique<LibraryAssembly>(object_, noise_free_, offsets_json);
+    return std::make_unique<LibraryAssembly>(object_, can_, offsets_json);
   }
 
   bool offers_stage() const override { return stage_ != nullptr; }
@@ -136,8 +160,8 @@ class LibraryScene final : public SceneBackend {
 
  private:
   SceneObject object_;
-  const relign_scene_noise_free* noise_free_ = nullptr;  // null when not offered
-  const relign_scene_stage* stage_ = nullptr;            // null when not offered
+  Abilities can_;
+  const relign_scene_stage* stage_ = nullptr;  // null when not offered
 };
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -81,6 +82,12 @@ class MountedAssembly {
   Truth noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed);
   // False when the scene does not offer it.
   bool render_noise_free(const std::vector<double>& true_pose, float* pixels);
+  struct Optimum {
+    std::vector<double> true_pose;
+    Truth truth{};
+  };
+  // The pose at which this lens is best; nothing when the scene does not look for it.
+  std::optional<Optimum> own_optimum(std::uint64_t seed, std::size_t axes);
 
  private:
   friend class Scene;

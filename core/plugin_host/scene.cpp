@@ -106,4 +106,16 @@ bool MountedAssembly::render_noise_free(const std::vector<double>& true_pose, fl
   return implementation_->backend->render_noise_free(true_pose, pixels);
 }
 
+std::optional<MountedAssembly::Optimum> MountedAssembly::own_optimum(std::uint64_t seed, std::size_t axes) {
+  const std::optional<Optimum> found = implementation_->backend->own_optimum(seed, axes);
+  if (!found) return found;
+  bool possible =
+      std::isfinite(found->truth.mse) && std::isfinite(found->truth.standard_error) && found->truth.standard_error >= 0;
+  for (const double value : found->true_pose) possible = possible && value >= 0 && value <= 1;
+  if (!possible)
+    implementation_->scene->backend->refuse("own_optimum",
+                                            "its pose lies outside the travel, or its error is no finite number");
+  return found;
+}
+
 }  // namespace relign::plugin_host

@@ -22,6 +22,7 @@ class AssemblyBackend {
   virtual void capture(const std::vector<double>& true_pose, std::uint64_t frame_seed, float* pixels) = 0;
   virtual MountedAssembly::Truth noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed) = 0;
   virtual bool render_noise_free(const std::vector<double>& true_pose, float* pixels) = 0;
+  virtual std::optional<MountedAssembly::Optimum> own_optimum(std::uint64_t, std::size_t) { return std::nullopt; }
 };
 
 // Every function throws Error(plugin_failed) when the plugin reports a failure, or cannot be understood.

@@ -6,9 +6,9 @@
 
 #include "base/hash.h"
 #include "plugin_host/objects.h"
+#include "runner/levels.h"
 #include "runner/run.h"
 #include "runner/stations.h"
-#include "task/instance.h"
 #include "task/rig.h"
 
 namespace relign::runner {
@@ -56,20 +56,10 @@ PreparedPlan prepare_all(suite::Suite suite, const std::filesystem::path& cache_
   check_stations(suite, prepared.scenes);
   for (const std::string& note : leave_out_told_methods(suite, prepared.scenes))
     if (on_message) on_message(note);
-  for (const suite::LevelEntry& entry : suite.levels) {
-    plugin_host::NoiseLevel level(entry.choice, as(entry.name));
-    for (std::size_t scene = 0; scene < suite.scenes.size(); ++scene) {
-      check_stop(stop);
-      try {
-        task::draw_instance(level, prepared.scenes[scene], suite.seed, SeedDomain::benchmark, suite.first_instance);
-      } catch (const Error& error) {
-        if (error.kind() != ErrorKind::plugin_failed) throw;
-        // The level and the scene do not go together: the suite's mistake, known before any trial.
-        throw Error(ErrorKind::bad_input, "noise level '" + entry.name + "' cannot be used with scene '" +
-                                              suite.scenes[scene].name + "': " + error.what());
-      }
-    }
-  }
+  check_levels(suite, prepared.scenes, [&](const std::string& name) {
+    check_stop(stop);
+    return as(name);
+  });
   std::set<std::filesystem::path> loaded;
   for (const suite::AlgorithmEntry& entry : suite.algorithms) {
     if (!loaded.insert(entry.choice.plugin->library).second) continue;

@@ -87,9 +87,11 @@ struct TrialRunner::Bench {
   std::string mounted_key;  // suite seed and instance
   task::Instance instance;
   std::unique_ptr<plugin_host::MountedAssembly> assembly;
+  std::optional<plugin_host::MountedAssembly::Optimum> own_optimum;  // of the assembly
 
   void unmount() {
     assembly.reset();
+    own_optimum.reset();
     mounted_key.clear();
   }
 };
@@ -135,9 +137,13 @@ TrialRunner::Placed TrialRunner::place(const TrialJob& job) {
     bench_->unmount();
     bench_->instance =
         task::draw_instance(*bench_->level, job.facts, job.suite_seed, SeedDomain::benchmark, job.instance);
-    if (!job.facts.owns_stage)
+    if (!job.facts.owns_stage) {
       bench_->assembly =
           std::make_unique<plugin_host::MountedAssembly>(on.mount(bench_->instance.variances.elements_json));
+      if (job.facts.truth)
+        bench_->own_optimum = bench_->assembly->own_optimum(
+            frame_seed(bench_->instance.seed, 0, FrameStream::own_optimum), job.facts.axes.size());
+    }
     bench_->mounted_key = mounted_key;
   }
   return {bench_->instance, bench_->assembly.get(), on.reference()};
@@ -159,6 +165,8 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
   std::vector<task::Step> made;  // kept apart, so that a failing scene leaves the steps before it
   try {
     const Placed placed = place(job);
+    record.has_own_optimum = bench_->own_optimum.has_value();
+    if (record.has_own_optimum) record.own_optimum_mse = bench_->own_optimum->truth.mse;
     task::TrialSetup setup;
     setup.assembly = placed.assembly;
     if (job.facts.owns_stage) setup.station = bench_->scene.get();

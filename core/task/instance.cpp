@@ -80,6 +80,7 @@ Variances read(const JsonSource& source, const SceneFacts& scene) {
   variances.start = read_start(top, scene.axes.size());
   variances.distortion = read_distortion(top, scene.axes.size());
   variances.elements_json = canonical_json(read_elements(source, top, scene, problems));
+  variances.cure_shift = top.numbers("cure_shift", scene.axes.size(), {});
   top.refuse_unknown();
   throw_if_any(problems);
   return variances;
@@ -113,6 +114,19 @@ Instance draw_instance(plugin_host::NoiseLevel& level, const SceneFacts& scene, 
   instance.seed = instance_seed(suite_seed, domain, number);
   instance.variances = read_variances(level.draw(instance.seed, scene.text), scene, "");
   return instance;
+}
+
+Instance draw_instance(const plugin_host::Choice& level, const std::string& level_name, const SceneFacts& scene,
+                       const std::string& scene_name, const plugin_host::HostServices& services,
+                       std::uint64_t suite_seed, std::uint64_t number) {
+  try {
+    plugin_host::NoiseLevel made(level, services);
+    return draw_instance(made, scene, suite_seed, SeedDomain::benchmark, number);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::plugin_failed) throw;
+    throw Error(ErrorKind::bad_input,
+                "noise level '" + level_name + "' cannot be used with scene '" + scene_name + "': " + error.what());
+  }
 }
 
 }  // namespace relign::task

@@ -15,6 +15,8 @@ struct Variances {
   std::vector<double> start;       // true start pose, n values in [0, 1]
   std::vector<double> distortion;  // n x n, row-major: true move = distortion * commanded move
   std::string elements_json;       // offsets of the elements, canonical JSON, as for mount
+  // How the glued lens moves while the glue cures, n shares of the travel; empty: not at all.
+  std::vector<double> cure_shift = {};
 };
 
 struct Instance {
@@ -27,6 +29,12 @@ struct Instance {
 // (wrong sizes, unknown elements, values that are not finite).
 Instance draw_instance(plugin_host::NoiseLevel& level, const SceneFacts& scene, std::uint64_t suite_seed,
                        SeedDomain domain, std::uint64_t number);
+
+// The same for a level and a scene that a user put together, by the names that the user knows: what goes wrong between
+// them (a file of limits that names other elements, say) is the user's mistake, an Error(bad_input) that names both.
+Instance draw_instance(const plugin_host::Choice& level, const std::string& level_name, const SceneFacts& scene,
+                       const std::string& scene_name, const plugin_host::HostServices& services,
+                       std::uint64_t suite_seed, std::uint64_t number);
 
 // Reads and checks what a level wrote; draw_instance uses it.
 Variances read_variances(const std::string& drawn, const SceneFacts& scene, const std::string& level_id);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/text.h"
+#include "pixels/registration.h"
 
 namespace relign::task {
 namespace {
@@ -13,14 +14,18 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kUnbounded = std::numeric_limits<double>::max();
 
+struct Images {
+  pixels::View seen, reference;
+};
+
 struct Measure {
   const char* name;
   const char* summary;
   std::vector<std::pair<const char*, const char*>> arguments;
-  double (*of)(const pixels::View& image, ObjectReader& arguments);
+  double (*of)(const Images& images, ObjectReader& arguments);
 };
 
-double star_contrast(const pixels::View& image, ObjectReader& arguments) {
+double star_contrast(const Images& images, ObjectReader& arguments) {
   pixels::StarCircle circle;
   circle.cycles = static_cast<int>(arguments.integer("cycles", 0, 1, 10'000));
   if (!arguments.has("cycles")) arguments.complain("", "the key \"cycles\" is missing");
@@ -30,13 +35,14 @@ double star_contrast(const pixels::View& image, ObjectReader& arguments) {
     arguments.complain("", "expected either \"cycles_per_pixel\" or \"radius_px\"");
   else if (arguments.has("cycles_per_pixel"))
     circle.radius_px = circle.cycles / (2 * kPi * cycles_per_pixel);
-  const pixels::Moments middle = pixels::moments(image);
+  const pixels::Moments middle = pixels::moments(images.seen);
   circle.x_px = arguments.number("x_px", middle.centroid_x_px, -kUnbounded, kUnbounded);
   circle.y_px = arguments.number("y_px", middle.centroid_y_px, -kUnbounded, kUnbounded);
-  return pixels::star_contrast(image, circle);
+  return pixels::star_contrast(images.seen, circle);
 }
 
-double mtf(const pixels::View& image, ObjectReader& arguments) {
+double mtf(const Images& images, ObjectReader& arguments) {
+  const pixels::View& image = images.seen;
   const double cycles_per_pixel = arguments.required_number("cycles_per_pixel", 0, 1);
   const auto width = static_cast<std::int64_t>(image.width), height = static_cast<std::int64_t>(image.height);
   const auto place = [&](const char* key, std::int64_t fallback, std::int64_t largest) {
@@ -53,29 +59,31 @@ double mtf(const pixels::View& image, ObjectReader& arguments) {
   return pixels::edge_mtf(image, region, cycles_per_pixel);
 }
 
+pixels::Registration registration(const Images& images) { return pixels::registration(images.seen, images.reference); }
+
 const std::vector<Measure>& measures() {
   static const std::vector<Measure> all = {
-      {"mean", "Mean level", {}, [](const pixels::View& image, ObjectReader&) { return pixels::mean(image); }},
+      {"mean", "Mean level", {}, [](const Images& images, ObjectReader&) { return pixels::mean(images.seen); }},
       {"contrast",
        "Standard deviation / mean",
        {},
-       [](const pixels::View& image, ObjectReader&) { return pixels::contrast(image); }},
+       [](const Images& images, ObjectReader&) { return pixels::contrast(images.seen); }},
       {"sharpness",
        "Gradient energy / mean squared (1 / px^2)",
        {},
-       [](const pixels::View& image, ObjectReader&) { return pixels::sharpness(image); }},
+       [](const Images& images, ObjectReader&) { return pixels::sharpness(images.seen); }},
       {"centroid_x_px",
        "Centre of the light above the background, from the middle of the first column",
        {},
-       [](const pixels::View& image, ObjectReader&) { return pixels::moments(image).centroid_x_px; }},
+       [](const Images& images, ObjectReader&) { return pixels::moments(images.seen).centroid_x_px; }},
       {"centroid_y_px",
        "Centre of the light above the background, from the middle of the top row",
        {},
-       [](const pixels::View& image, ObjectReader&) { return pixels::moments(image).centroid_y_px; }},
+       [](const Images& images, ObjectReader&) { return pixels::moments(images.seen).centroid_y_px; }},
       {"width_px",
        "Root mean second moment of the light above the background: a Gaussian spot's sigma",
        {},
-       [](const pixels::View& image, ObjectReader&) { return pixels::moments(image).width_px; }},
+       [](const Images& images, ObjectReader&) { return pixels::moments(images.seen).width_px; }},
       {"star_contrast",
        "Modulation of a Siemens star's fundamental wave on a circle",
        {{"cycles", "bright spokes of the star"},
@@ -91,7 +99,19 @@ const std::vector<Measure>& measures() {
         {"y", "top row of the region; default 0"},
         {"width", "columns; default: all to the right"},
         {"height", "rows; default: all below"}},
-       mtf}};
+       mtf},
+      {"shift_x_px",
+       "How far the image lies to the right of the reference image",
+       {},
+       [](const Images& images, ObjectReader&) { return registration(images).shift_x_px; }},
+      {"shift_y_px",
+       "How far the image lies below the reference image",
+       {},
+       [](const Images& images, ObjectReader&) { return registration(images).shift_y_px; }},
+      {"rotation_deg",
+       "How far the image is turned about its middle against the reference image, clockwise as displayed",
+       {},
+       [](const Images& images, ObjectReader&) { return registration(images).rotation_deg; }}};
   return all;
 }
 
@@ -107,7 +127,8 @@ Json list_measures() {
   return list;
 }
 
-double measure(const pixels::View& image, const std::string& name, const std::string& arguments_json) {
+double measure(const pixels::View& image, const pixels::View& reference, const std::string& name,
+               const std::string& arguments_json) {
   std::vector<std::string> names;
   for (const Measure& known : measures()) {
     names.emplace_back(known.name);
@@ -116,7 +137,7 @@ double measure(const pixels::View& image, const std::string& name, const std::st
     std::vector<Problem> problems;
     ObjectReader arguments(source, "", problems);
     throw_if_any(problems);
-    const double value = known.of(image, arguments);
+    const double value = known.of({image, reference}, arguments);
     arguments.refuse_unknown();
     throw_if_any(problems);
     return value;

@@ -1,4 +1,5 @@
-// The measures of pixels/measures.h by name, with arguments as JSON: what the service "relign.measures/1" offers.
+// The measures of pixels/measures.h and registration.h by name, with arguments as JSON: what the service
+// "relign.measures/1" offers.
 #pragma once
 
 #include <string>
@@ -11,8 +12,9 @@ namespace relign::task {
 // [{"name": ..., "summary": ..., "arguments": {name: meaning}}, ...]
 Json list_measures();
 
-// NaN when the image does not allow it. Throws Error(bad_input) for an unknown measure or wrong arguments;
-// empty text stands for no arguments.
-double measure(const pixels::View& image, const std::string& name, const std::string& arguments_json);
+// Of an image; some compare it with the reference image. NaN when the image does not allow it. Throws Error(bad_input)
+// for an unknown measure or wrong arguments; empty text stands for no arguments.
+double measure(const pixels::View& image, const pixels::View& reference, const std::string& name,
+               const std::string& arguments_json);
 
 }  // namespace relign::task

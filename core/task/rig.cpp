@@ -1,5 +1,6 @@
 #include "task/rig.h"
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -35,6 +36,10 @@ class SimulatedRig final : public Rig {
   VirtualMove would_reach(const std::vector<double>& commanded) const override {
     Stage::Arrival arrival = stage_.would_reach(commanded);
     const double settle = arrival.travel_seconds > 0 ? setup_.machine_time.settle_ms / 1000 : 0;
+    // No limit of the stage stops glue, but scenes know poses within the travel only.
+    const std::vector<double>& cure_shift = setup_.instance->variances.cure_shift;
+    for (std::size_t i = 0; i < cure_shift.size(); ++i)
+      arrival.true_pose[i] = std::clamp(arrival.true_pose[i] + cure_shift[i], 0.0, 1.0);
     return {std::move(arrival.true_pose), arrival.travel_seconds + settle};
   }
 

@@ -33,7 +33,8 @@ class Rig {
   // A picture from where the stage is. Returns machine seconds.
   virtual double capture(unsigned step, float* pixels) = 0;
 
-  // What a move to the recommendation would give; nothing is moved. NaN where nobody knows.
+  // What gluing at the recommendation would give: a move there, and the shift while the glue cures. Nothing is moved.
+  // NaN where nobody knows.
   struct VirtualMove {
     std::vector<double> true_pose;
     double machine_seconds = 0;

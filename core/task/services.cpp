@@ -55,8 +55,9 @@ const void* Services::measures() {
     auto& site = *static_cast<ServiceSite*>(context);
     return site.answer([&]() -> relign_status {
       if (!value) return site.refuse("there is no place for the value");
-      const relign_image& seen = site.host.last_capture();
-      *value = measure({seen.pixels, seen.width, seen.height}, text_of(name), text_of(arguments_json));
+      const relign_image &seen = site.host.last_capture(), &wanted = site.host.reference_image();
+      *value = measure({seen.pixels, seen.width, seen.height}, {wanted.pixels, wanted.width, wanted.height},
+                       text_of(name), text_of(arguments_json));
       return RELIGN_OK;
     });
   };
@@ -74,8 +75,9 @@ std::string variances_json(const Variances& variances) {
     const auto first = variances.distortion.begin() + static_cast<std::ptrdiff_t>(row * axes);
     rows.push_back(std::vector<double>(first, first + static_cast<std::ptrdiff_t>(axes)));
   }
-  return canonical_json(
-      {{"start", variances.start}, {"distortion", rows}, {"elements", Json::parse(variances.elements_json)}});
+  Json json = {{"start", variances.start}, {"distortion", rows}, {"elements", Json::parse(variances.elements_json)}};
+  if (!variances.cure_shift.empty()) json["cure_shift"] = variances.cure_shift;
+  return canonical_json(json);
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "../error_text.h"
+#include "base/files.h"
 #include "imaging/target.h"
 #include "scene_under_test.h"
 
@@ -39,21 +41,26 @@ TEST(SceneFile, AmbientIndexDividesTheGlass) {
   EXPECT_EQ(scene.lens.elements[0].faces[1].index_after, 1);
 }
 
-TEST(Target, SiemensStarOfThePaper) {
-  const pixels::Image star = siemens_star(300);
-  // 5 degrees above the row axis, to the right: white; 5 degrees below: black.
-  EXPECT_EQ(star.at(280, 149 - 11), 1);
-  EXPECT_EQ(star.at(280, 150 + 11), 0);
-  double white = 0;
-  for (const float value : star.values) white += static_cast<double>(value);
-  EXPECT_NEAR(white / 90000, 0.5, 0.002);
-  // Every ray through the centre meets opposite colours 10 degrees on, the same after 20.
-  for (int degrees = 5; degrees < 360; degrees += 10) {
-    const auto angle = optics::sine_cosine_of_degrees(degrees);
-    const auto x = static_cast<std::size_t>(150 + 100 * angle.cosine);
-    const auto y = static_cast<std::size_t>(150 - 100 * angle.sine);
-    EXPECT_EQ(star.at(x, y), degrees / 10 % 2 == 0 ? 1 : 0) << degrees;
-  }
+TEST(SceneFile, ShowsTheTargetThatWasChosen) {
+  SceneChoices choices;
+  choices.target = "chessboard:fields=4";
+  const SceneFile scene = relign_od_scene_with(choices);
+  EXPECT_EQ(scene.emitter.radiance.values, draw_target("chessboard:fields=4", 1200)->values);
+  EXPECT_EQ(scene.emitter.target, "chessboard:fields=4");
+  EXPECT_EQ(scene.files, relign_od_scene().files) << "a drawn target is no file";
+  choices.target = "chesboard";
+  EXPECT_THAT(test::error_text(ErrorKind::bad_input, [&] { read_scene_file(relign_od_file(), choices); }),
+              testing::HasSubstr("did you mean 'chessboard'"));
+}
+
+TEST(SceneFile, NamesThePlaceOfATargetThatIsNone) {
+  std::string text = read_file(relign_od_file());
+  text.replace(text.find("siemens_star"), 12, "white:x=1");
+  const std::filesystem::path file = testing::TempDir() + "scene_file_test_target.json";
+  write_file_atomically(file, text);
+  EXPECT_THAT(test::error_text(ErrorKind::bad_input, [&] { read_scene_file(file, {}); }),
+              testing::AllOf(testing::HasSubstr("scene_file_test_target.json:"),
+                             testing::HasSubstr("unknown parameter 'x' of the target white; it has none")));
 }
 
 }  // namespace

@@ -11,14 +11,17 @@
 
 namespace relign::imaging {
 
+inline std::string relign_od_file() {
+  return std::string(RELIGN_SOURCE_DIR) + "/plugins/scenes/lens_system/relign_od/scene.json";
+}
+
 inline const SceneFile& relign_od_scene() {
-  static const SceneFile scene =
-      read_scene_file(std::string(RELIGN_SOURCE_DIR) + "/plugins/scenes/lens_system/relign_od/scene.json", {});
+  static const SceneFile scene = read_scene_file(relign_od_file(), {});
   return scene;
 }
 
 inline SceneFile relign_od_scene_with(const SceneChoices& choices) {
-  return read_scene_file(std::string(RELIGN_SOURCE_DIR) + "/plugins/scenes/lens_system/relign_od/scene.json", choices);
+  return read_scene_file(relign_od_file(), choices);
 }
 
 inline const std::vector<double>& nominal_pose() {

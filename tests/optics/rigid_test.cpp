@@ -7,18 +7,6 @@
 namespace relign::optics {
 namespace {
 
-TEST(Elementary, SineAndCosineOfDegrees) {
-  for (double degrees = -360; degrees <= 360; degrees += 0.37) {
-    const SineCosine ours = sine_cosine_of_degrees(degrees);
-    const long double x = static_cast<long double>(degrees) * 3.14159265358979323846264338327950288L / 180;
-    EXPECT_NEAR(ours.sine, static_cast<double>(std::sin(x)), 4e-16) << degrees;
-    EXPECT_NEAR(ours.cosine, static_cast<double>(std::cos(x)), 4e-16) << degrees;
-  }
-  EXPECT_EQ(sine_cosine_of_degrees(90).sine, 1);
-  EXPECT_EQ(sine_cosine_of_degrees(90).cosine, 0);
-  EXPECT_EQ(sine_cosine_of_degrees(0).cosine, 1);
-}
-
 TEST(Rigid, RightHanded) {
   // A quarter turn about x takes y to z; about y takes z to x.
   const Vec3 z = turn(rotation_of_degrees(90, 0), {0, 1, 0});

@@ -207,6 +207,10 @@ TEST_F(CatalogTest, ADocumentStandsForItsPlugin) {
   EXPECT_THAT(problems(Kind::scene, "my/nested.json"), HasSubstr("cannot use another document"));
   write("my/number.json", R"({"use": 3})");
   EXPECT_THAT(problems(Kind::scene, "my/number.json"), HasSubstr("expected the id of a scene"));
+  write("my/preset.json", R"({"use": "relign_od"})");
+  EXPECT_THAT(problems(Kind::scene, "my/preset.json"),
+              AllOf(HasSubstr("preset.json:1:9: /use: 'relign_od' brings a file of its own"),
+                    HasSubstr("write \"lens_system\"")));
   write("my/none.json", "{}");
   EXPECT_THAT(problems(Kind::scene, "my/none.json"), HasSubstr("neither a plugin's manifest nor a document"));
   write("my/broken.json", "{");

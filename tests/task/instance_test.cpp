@@ -34,6 +34,12 @@ TEST(Variances, ReadsWhatALevelDrew) {
   EXPECT_EQ(Json::parse(variances.elements_json), Json::parse(R"({"L1": {"shift_mm": [0.1, 0, 3], "tilt_deg": [0, 0]},
                             "L2": {"shift_mm": [0, 0, 0], "tilt_deg": [1, -2]}})"));
   EXPECT_EQ(variances.elements_json, canonical_json(Json::parse(variances.elements_json)));
+  EXPECT_THAT(variances.cure_shift, testing::IsEmpty());
+  EXPECT_THAT(read_variances(R"({"start": [0, 1], "distortion": [[1, 0], [0, 1]], "elements": {},
+                                 "cure_shift": [0.01, -0.02]})",
+                             two_axes(), "level")
+                  .cure_shift,
+              ElementsAre(0.01, -0.02));
 }
 
 std::string refusal(const std::string& drawn) {
@@ -76,6 +82,8 @@ TEST(Variances, RefusesRubbishWithASentence) {
               HasSubstr("did you mean 'shift_mm'?"));
   EXPECT_THAT(refusal(draw(start, identity, R"({"L1": {"shift_mm": [0, 0]}})")), HasSubstr("a list of 3 numbers"));
   EXPECT_THAT(refusal(draw(start, identity, R"({"L1": {"tilt_deg": [0, 0, 0]}})")), HasSubstr("a list of 2 numbers"));
+  EXPECT_THAT(refusal(R"({"start": [0, 0], "distortion": [[1, 0], [0, 1]], "elements": {}, "cure_shift": [1]})"),
+              HasSubstr("/cure_shift: expected a list of 2 numbers"));
   EXPECT_THAT(refusal(R"({"start": [0, 0], "distortion": [[1, 0], [0, 1]], "elements": {}, "strat": 1})"),
               HasSubstr("unknown key \"strat\""));
 }

@@ -52,7 +52,21 @@ TEST(Services, MeasuresAreListed) {
   std::set<std::string> names;
   for (const Json& measure : trial.answer("list")) names.insert(measure.at("name"));
   EXPECT_EQ(names, (std::set<std::string>{"mean", "contrast", "sharpness", "centroid_x_px", "centroid_y_px", "width_px",
-                                          "star_contrast", "mtf"}));
+                                          "star_contrast", "mtf", "shift_x_px", "shift_y_px", "rotation_deg"}));
+}
+
+TEST(Services, ShiftAndRotationAreAgainstTheReference) {
+  // An L of light, and the same two columns to the right and one row up.
+  pixels::Image reference(60, 50), seen(60, 50);
+  for (std::size_t y = 10; y < 40; ++y)
+    for (std::size_t x = 15; x < (y < 30 ? 25 : 45); ++x) {
+      reference.at(x, y) = 0.2F;
+      seen.at(x + 2, y - 1) = 0.2F;
+    }
+  EXPECT_NEAR(measure(seen, reference, "shift_x_px", ""), 2, 0.01);
+  EXPECT_NEAR(measure(seen, reference, "shift_y_px", ""), -1, 0.01);
+  EXPECT_NEAR(measure(seen, reference, "rotation_deg", "{}"), 0, 0.02);
+  EXPECT_TRUE(std::isnan(measure(pixels::Image(60, 50, 0.2F), reference, "shift_x_px", "")));
 }
 
 TEST(Services, WrongMeasuresAreRefusedWithASentence) {
@@ -113,6 +127,7 @@ TEST(Services, PriorDrawsAreOfTheTrainingSeedsAndTheSameInEveryTrial) {
   const Json drawn = Json::parse(trial.answer("draw").get<std::string>());
   EXPECT_EQ(drawn["elements"], Json::parse(R"({"L1": {"shift_mm": [0.1, 0, 0], "tilt_deg": [0, 0]}})"));
   EXPECT_EQ(drawn["distortion"], Json::parse("[[1, 0, 0], [0, 1, 0], [0, 0, 1]]"));
+  EXPECT_EQ(drawn["cure_shift"], Json({0.01, 0.0, 0.0}));
   const auto start_of = [&](std::uint64_t seed) {
     return Json::parse(trial.level.draw(seed, trial.facts.text)).at("start");
   };

@@ -7,6 +7,7 @@
 namespace relign::task {
 namespace {
 
+using testing::DoubleEq;
 using testing::ElementsAre;
 using testing::SizeIs;
 
@@ -33,6 +34,27 @@ TEST(Recommendation, StaysUntilReplacedAndBelongsToTheStepBeforeIt) {
   EXPECT_EQ(source(4), RecommendationSource::own);
   EXPECT_EQ(x(4), 0.5) << "given after the last step, before the end";
   EXPECT_EQ(result.end, End::budget_spent) << "all steps used, none asked for beyond them";
+}
+
+TEST(Recommendation, IsJudgedWhereTheCuredGlueLeavesTheLens) {
+  const char* const script = R"([["step", 0.4, 0.5, 0.5], ["recommend", 0.45, 0.5, 0.5], ["step", 0.98, 0.5, 0.5],
+                                 ["recommend", 0.98, 0.5, 0.5]])";
+  FakeTrial without(script), with(script);
+  with.instance.variances.cure_shift = {0.05, -0.01, 0};
+  const TrialResult before = without.run(), after = with.run();
+  ASSERT_THAT(after.steps, SizeIs(3));
+  for (std::size_t k = 0; k < after.steps.size(); ++k) {
+    // Neither poses, captures nor the commanded pose's truth know anything of the glue.
+    EXPECT_EQ(after.steps[k].true_pose, before.steps[k].true_pose);
+    EXPECT_EQ(after.steps[k].measured_rmse, before.steps[k].measured_rmse);
+    EXPECT_EQ(after.steps[k].commanded_truth.mse, before.steps[k].commanded_truth.mse);
+    EXPECT_EQ(after.steps[k].recommended_seconds, before.steps[k].recommended_seconds);
+    EXPECT_EQ(after.steps[k].recommended_pose, before.steps[k].recommended_pose);
+    EXPECT_NE(after.steps[k].recommended_truth.mse, before.steps[k].recommended_truth.mse);
+  }
+  EXPECT_THAT(before.steps[1].recommended_true_pose, ElementsAre(DoubleEq(0.45), DoubleEq(0.5), 0.5));
+  EXPECT_THAT(after.steps[1].recommended_true_pose, ElementsAre(DoubleEq(0.5), DoubleEq(0.49), 0.5));
+  EXPECT_EQ(after.steps[2].recommended_true_pose[0], 1) << "scenes know the travel only";
 }
 
 TEST(Recommendation, MayComeAfterTheBudgetIsSpent) {

@@ -13,6 +13,7 @@
 #include <cstring>
 #include <exception>
 #include <memory>
+#include <optional>
 #include <relign/algorithm.hpp>
 #include <relign/noise_level.hpp>
 #include <relign/scene.hpp>
@@ -121,6 +122,25 @@ inline const relign_scene_noise_free* scene_noise_free() {
   return &table;
 }
 
+inline const relign_scene_optimum* scene_optimum() {
+  static const relign_scene_optimum table = {
+      sizeof(relign_scene_optimum), 0,
+      [](relign_assembly* raw, std::uint64_t seed, double* true_pose, std::uint32_t axes, double* mse,
+         double* standard_error) -> relign_status {
+        auto* mine = handle<Assembly>(raw);
+        return guard(mine->host, [&] {
+          const std::optional<Assembly::Optimum> found = mine->object->own_optimum(seed);
+          if (!found) return RELIGN_UNSUPPORTED;
+          if (found->true_pose.size() != axes) throw std::logic_error("own_optimum returned another number of axes");
+          std::copy(found->true_pose.begin(), found->true_pose.end(), true_pose);
+          *mse = found->truth.mse;
+          *standard_error = found->truth.standard_error;
+          return RELIGN_OK;
+        });
+      }};
+  return &table;
+}
+
 inline Station& station(relign_scene* self) { return static_cast<Station&>(*handle<Scene>(self)->object); }
 
 inline const relign_scene_stage* scene_stage() {
@@ -210,6 +230,7 @@ const relign_scene_interface* scene_interface() {
         if constexpr (std::is_base_of_v<Station, Made>) {
           return to_view(id) == RELIGN_SCENE_STAGE ? scene_stage() : nullptr;
         } else {
+          if (to_view(id) == RELIGN_SCENE_OPTIMUM) return scene_optimum();
           return to_view(id) == RELIGN_SCENE_NOISE_FREE ? scene_noise_free() : nullptr;
         }
       }};

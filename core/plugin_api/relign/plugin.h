@@ -44,7 +44,7 @@ extern "C" {
 #endif
 
 #define RELIGN_ABI_MAJOR 1
-#define RELIGN_ABI_MINOR 0
+#define RELIGN_ABI_MINOR 1
 
 /* ---- plain types ------------------------------------------------------------------------ */
 
@@ -312,7 +312,8 @@ typedef struct relign_noise_level_interface {
   relign_status (*create)(const relign_host* host, const relign_parameters* parameters, relign_noise_level** made);
   /* One draw of the variances W, a pure function of its arguments. scene_json is what the scene's
    * describe wrote. Writes {"start": [n values in 0..1], "distortion": [[n x n]],
-   * "elements": {"L2": {"shift_mm": [x, y, z], "tilt_deg": [rx, ry]}}}. */
+   * "elements": {"L2": {"shift_mm": [x, y, z], "tilt_deg": [rx, ry]}}}, and where the glue matters
+   * "cure_shift": [n shares of the travel], by which the lens moves from where it was glued. */
   relign_status (*draw)(relign_noise_level* self, uint64_t seed, relign_text scene_json, const relign_text_sink* drawn);
   void (*destroy)(relign_noise_level* self);
   const void* (*get_extension)(relign_noise_level* self, relign_text id); /* may be null */
@@ -337,6 +338,8 @@ typedef struct relign_scene_interface {
    *  "image": {"width": 200, "height": 200, "white": 0.115},                white = display value of a lit pixel
    *  "elements": ["L1", ...],                                               what a noise level may offset
    *  "machine_time": {"speed_mm_per_s": 5, ...},  "spec": {...},            optional defaults for suites
+   *  "geometry": {"pivot_z_mm": 0, "elements": {"L1": {"front_z_mm": 0, "back_z_mm": 1.5}, ...}},  optional: on the axis,
+   *                                                                         where the offsets' pivot and vertices lie
    *  "files": ["/abs/path", ...],                                           data files the image depends on
    *  "summary": "..."} */
   relign_status (*describe)(relign_scene* self, const relign_text_sink* description);
@@ -401,6 +404,18 @@ typedef struct relign_scene_stage {
   /* One picture from where the stage is, into `pixels` (width x height, tightly packed, owned by the caller). */
   relign_status (*capture)(relign_scene* self, float* pixels, double* machine_seconds);
 } relign_scene_stage;
+
+/* Optional ability of a scene, since 1.1: the pose at which a lens as built is best. Results are measured against it
+ * ("excess"): what an algorithm could still have gained. Algorithms are never told. */
+#define RELIGN_SCENE_OPTIMUM "relign.scene.optimum/1"
+typedef struct relign_scene_optimum {
+  uint32_t struct_size;
+  uint32_t reserved;
+  /* Writes the true pose (axes values in 0..1) with the lowest noise-free MSE that the scene can find, and an unbiased
+   * estimate of the MSE there with its standard error. A pure function of assembly and seed. */
+  relign_status (*find)(relign_assembly* assembly, uint64_t seed, double* true_pose, uint32_t axes, double* mse,
+                        double* standard_error);
+} relign_scene_optimum;
 
 /* ---- the library ---------------------------------------------------------------------------- */
 

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <relign/basics.hpp>
 #include <stdexcept>
 #include <string>
@@ -25,6 +26,12 @@ class Assembly {
   virtual Truth noise_free_mse(const Pose& true_pose, std::uint64_t seed) = 0;
   // Optional: return false when there is none.
   virtual bool render_noise_free(const Pose& /*true_pose*/, float* /*pixels*/) { return false; }
+  struct Optimum {
+    Pose true_pose;
+    Truth truth;
+  };
+  // Optional: the pose at which this lens is best, with its error; nothing when the scene does not look for it.
+  virtual std::optional<Optimum> own_optimum(std::uint64_t /*seed*/) { return std::nullopt; }
 };
 
 class Scene {

@@ -82,7 +82,8 @@ class Rho final : public relign::NoiseLevel {
       // At level 0 nothing is offset: every scene can be used with it.
       if (count > names.size() && level_ > 0)
         throw std::invalid_argument("elements \"" + elements_ + "\": the scene has only " +
-                                    std::to_string(names.size()) + " (" + joined(names) + ")");
+                                    std::to_string(names.size()) + " (" + joined(names) +
+                                    "); use rho0, which offsets none");
       for (std::size_t index = names.size() - std::min(count, names.size()); index < names.size(); ++index)
         chosen.push_back(index);
       return chosen;

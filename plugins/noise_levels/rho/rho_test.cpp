@@ -165,7 +165,7 @@ TEST(Rho, UnknownElementsAreRefused) {
   EXPECT_THAT(refusal({{"elements", "L2,L2"}}), HasSubstr("stands twice"));
   EXPECT_THAT(refusal({{"elements", "last:x"}}), HasSubstr("whole number"));
   EXPECT_THAT(refusal({{"elements", "last:-1"}}), HasSubstr("whole number"));
-  EXPECT_THAT(refusal({{"elements", "last:5"}}), HasSubstr("has only 4"));
+  EXPECT_THAT(refusal({{"elements", "last:5"}}), AllOf(HasSubstr("has only 4"), HasSubstr("use rho0")));
   EXPECT_THAT(refusal({}, "no JSON"), HasSubstr("parse error"));
   // A scene with one element, or none, can be used at level 0.
   EXPECT_EQ(draw("rho0", 1, {}, R"({"axes": [1, 2], "elements": []})")["elements"], Json::object());

@@ -42,6 +42,8 @@ TEST_F(LensSystemTest, DescribesThePapersScene) {
   EXPECT_EQ(facts.at("image").at("width"), 200);
   EXPECT_NEAR(facts.at("image").at("white").get<double>(), 0.112, 0.003);
   EXPECT_EQ(facts.at("files").size(), 2u);
+  EXPECT_EQ(facts.at("geometry").at("pivot_z_mm"), 0.0);
+  EXPECT_EQ(facts.at("geometry").at("elements").at("L3"), (Json{{"front_z_mm", 12.877042}, {"back_z_mm", 14.772536}}));
   const relign_image image = scene.reference();
   ASSERT_EQ(image.width, 200u);
   double mean = 0;

@@ -122,7 +122,8 @@ class Talk:
         return math.nan if value is None else value
 
     def draw_prior(self, number):
-        """Draw `number` of the noise level's distribution, never this trial's: {"start", "distortion", "elements"}.
+        """Draw `number` of the noise level's distribution, never this trial's: {"start", "distortion", "elements"},
+        and "cure_shift" where the level draws one.
         Needs "level" in knows."""
         return self._service("relign.prior/1", "draw", number=number)["drawn"]
 

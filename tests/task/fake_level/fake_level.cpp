@@ -13,7 +13,8 @@ class FakeLevel final : public relign::NoiseLevel {
     for (int axis = 0; axis < 3; ++axis) start += (axis ? ", " : "") + std::to_string(random.uniform());
     if (rubbish_) start = "0.5, 2, 0.5";
     return "{\"start\": [" + start +
-           "], \"distortion\": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], \"elements\": {\"L1\": {\"shift_mm\": [0.1, 0, 0]}}}";
+           "], \"distortion\": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], \"elements\": {\"L1\": {\"shift_mm\": [0.1, 0, 0]}}, "
+           "\"cure_shift\": [0.01, 0, 0]}";
   }
 
  private:

@@ -1,0 +1,88 @@
+#include "cli/optimum_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "base/error.h"
+#include "base/seeds.h"
+#include "cli/text_table.h"
+#include "cli/workbench.h"
+
+namespace relign::cli {
+namespace {
+
+LevelOptima::Spread spread(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t half = values.size() / 2;
+  const double median = values.size() % 2 ? values[half] : (values[half - 1] + values[half]) / 2;
+  return {median, values.back()};
+}
+
+// Length of the difference of two poses over the axes with this unit.
+double distance(const task::SceneFacts& facts, const std::vector<double>& pose, const char* unit) {
+  double squares = 0;
+  for (std::size_t i = 0; i < facts.axes.size(); ++i)
+    if (facts.axes[i].unit == unit) squares += std::pow((pose[i] - facts.nominal_pose[i]) * facts.axes[i].travel(), 2);
+  return std::sqrt(squares);
+}
+
+std::string figure(const char* format, double value) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, format, value);
+  return buffer;
+}
+
+}  // namespace
+
+std::vector<LevelOptima> level_optima(Context& context, const std::string& scene,
+                                      const std::vector<std::string>& levels, unsigned instances) {
+  const LoadedScene loaded =
+      load_scene(context.catalog().resolve_or_throw(plugin_host::Kind::scene, scene), context.services(core_count()));
+  std::vector<LevelOptima> table;
+  for (const std::string& name : levels) {
+    const plugin_host::Choice level = context.catalog().resolve_or_throw(plugin_host::Kind::noise_level, name);
+    std::vector<double> shifts, tilts, own, nominal;
+    for (std::uint64_t number = 0; number < instances; ++number) {
+      const task::Instance instance = draw_instance(level, loaded, context.services(1), 1, number);
+      plugin_host::MountedAssembly lens = loaded.scene->mount(instance.variances.elements_json);
+      const std::uint64_t seed = frame_seed(instance.seed, 0, FrameStream::own_optimum);
+      const auto found = lens.own_optimum(seed, loaded.facts.axes.size());
+      if (!found)
+        throw Error(ErrorKind::bad_input,
+                    "--noise-level: scene '" + scene + "' does not look for the best pose of a lens");
+      shifts.push_back(distance(loaded.facts, found->true_pose, "mm"));
+      tilts.push_back(distance(loaded.facts, found->true_pose, "deg"));
+      own.push_back(std::sqrt(std::max(0.0, found->truth.mse)));
+      nominal.push_back(std::sqrt(std::max(0.0, lens.noise_free_mse(loaded.facts.nominal_pose, seed).mse)));
+    }
+    table.push_back({name, own.size(), spread(shifts), spread(tilts), spread(own), spread(nominal)});
+  }
+  return table;
+}
+
+std::string optima_text(const std::vector<LevelOptima>& levels) {
+  TextTable table({"level", "lenses", "own optimum from nominal: mm", "largest", "deg", "largest", "RMSE there",
+                   "largest", "RMSE at nominal"});
+  for (const LevelOptima& level : levels)
+    table.add({level.level, std::to_string(level.instances), figure("%.4f", level.shift_mm.median),
+               figure("%.4f", level.shift_mm.largest), figure("%.3f", level.tilt_deg.median),
+               figure("%.3f", level.tilt_deg.largest), figure("%.5f", level.own_rmse.median),
+               figure("%.5f", level.own_rmse.largest), figure("%.5f", level.nominal_rmse.median)});
+  return "Medians over lenses; errors are noise-free.\n" + table.text();
+}
+
+Json optima_json(const std::vector<LevelOptima>& levels) {
+  Json list = Json::array();
+  const auto both = [](const LevelOptima::Spread& of) { return Json{{"median", of.median}, {"largest", of.largest}}; };
+  for (const LevelOptima& level : levels)
+    list.push_back({{"noise_level", level.level},
+                    {"lenses", level.instances},
+                    {"shift_mm", both(level.shift_mm)},
+                    {"tilt_deg", both(level.tilt_deg)},
+                    {"own_rmse", both(level.own_rmse)},
+                    {"nominal_rmse", both(level.nominal_rmse)}});
+  return list;
+}
+
+}  // namespace relign::cli

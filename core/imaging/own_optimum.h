@@ -1,0 +1,43 @@
+// Where a lens as built is best: the pose with the lowest noise-free MSE, what an ideal algorithm could reach.
+//
+// Coarse: least squares over rays. From places on the sensor the rays of the lens's pupil shall meet the emitter where
+// the perfect lens at the nominal pose sees it from there: one Gauss-Newton problem in the pose, smooth and with a wide
+// valley. Fine: Levenberg-Marquardt on the image's own residual, with noise-free renders of one seed, so that
+// differences of images are differences of poses; every step is checked on the noise-free MSE.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "imaging/camera.h"
+
+namespace relign::imaging {
+
+struct OwnOptimum {
+  std::vector<double> true_pose;  // within 0..1
+  MseEstimate error;              // there, by a stream of its own: not the one that chose the pose
+};
+
+class OptimumFinder {
+ public:
+  // All outlive the finder; `camera` is of the same scene and threads.
+  OptimumFinder(const SceneFile& scene, Camera& camera, Parallel& parallel, const Reference& reference);
+  ~OptimumFinder();
+
+  // A pure function of lens and seed.
+  OwnOptimum find(MountedLens& lens, std::uint64_t seed);
+  // The coarse part alone.
+  std::vector<double> by_rays(MountedLens& lens);
+
+ private:
+  class Spots;
+  std::vector<double> by_images(MountedLens& lens, std::vector<double> pose, std::uint64_t seed);
+
+  const SceneFile* scene_;
+  Camera* camera_;
+  const Reference* reference_;
+  std::unique_ptr<Spots> spots_;
+};
+
+}  // namespace relign::imaging

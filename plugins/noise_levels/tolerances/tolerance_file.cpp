@@ -1,0 +1,140 @@
+#include "tolerance_file.h"
+
+#include <algorithm>
+#include <array>
+
+#include "base/text.h"
+
+namespace tolerances {
+namespace {
+
+using relign::Json;
+using relign::ObjectReader;
+using relign::Problem;
+
+constexpr double kLargestShiftUm = 1e6;
+constexpr double kLargestTiltArcmin = 45 * 60;
+constexpr std::size_t kMostAxes = 64;
+
+template <class Value>
+struct Named {
+  const char* name;
+  Value value;
+};
+constexpr std::array<Named<Law>, 2> kLaws = {{{"normal", Law::normal}, {"uniform", Law::uniform}}};
+constexpr std::array<Named<Pivot>, 4> kPivots = {{{"own_front", Pivot::own_front},
+                                                  {"own_centre", Pivot::own_centre},
+                                                  {"own_back", Pivot::own_back},
+                                                  {"scene", Pivot::scene}}};
+
+template <class Table, class Value>
+Value one_of(ObjectReader& reader, const std::string& key, const Table& table, Value fallback) {
+  if (!reader.has(key)) {
+    reader.get(key);  // known, though absent
+    return fallback;
+  }
+  std::vector<std::string> allowed;
+  const std::string found = reader.string(key, "");
+  for (const auto& entry : table) {
+    if (found == entry.name) return entry.value;
+    allowed.emplace_back(entry.name);
+  }
+  reader.complain(key, "found \"" + found + "\", allowed: " + relign::join(allowed, ", "));
+  return fallback;
+}
+
+// A list of limits of `count` numbers (0: any number of them); 0 where the key is absent.
+std::vector<double> limits(ObjectReader& reader, const std::string& key, std::size_t count, double largest) {
+  const Json* list = reader.get(key);
+  if (!list) return std::vector<double>(count, 0.0);
+  if (count == 0 && list->is_array()) count = std::min(list->size(), kMostAxes);
+  const std::vector<double> values = reader.numbers(key, count, {});
+  for (const double value : values)
+    if (!(value >= 0 && value <= largest))
+      reader.complain(key, "found " + relign::shortest(value) + ", allowed: limits from 0 to " +
+                               relign::shortest(largest) + " (the value lies within plus and minus its limit)");
+  return values;
+}
+
+ElementLimits read_element(const relign::JsonSource& source, const std::string& pointer,
+                           std::vector<Problem>& problems) {
+  ObjectReader reader(source, pointer, problems);
+  ElementLimits element;
+  element.shift_um = limits(reader, "shift_um", 3, kLargestShiftUm);
+  element.tilt_arcmin = limits(reader, "tilt_arcmin", 2, kLargestTiltArcmin);
+  element.pivot = one_of(reader, "pivot", kPivots, Pivot::own_front);
+  reader.refuse_unknown();
+  return element;
+}
+
+PoseLimits read_pose(const relign::JsonSource& source, const std::string& key, Law law,
+                     std::vector<Problem>& problems) {
+  ObjectReader reader(source, "/" + key, problems);
+  PoseLimits pose;
+  pose.key = key;
+  pose.shift_um = limits(reader, "shift_um", 0, kLargestShiftUm);
+  pose.tilt_arcmin = limits(reader, "tilt_arcmin", 0, kLargestTiltArcmin);
+  pose.law = one_of(reader, "law", kLaws, law);
+  reader.refuse_unknown();
+  return pose;
+}
+
+bool all_zero(const PoseLimits& pose) {
+  const auto zero = [](double limit) { return limit == 0; };
+  return std::all_of(pose.shift_um.begin(), pose.shift_um.end(), zero) &&
+         std::all_of(pose.tilt_arcmin.begin(), pose.tilt_arcmin.end(), zero);
+}
+
+// Keys whose value may only be 0 because nothing in a trial could honour another one.
+void refuse_unless_zero(ObjectReader& reader, const std::string& key, const std::string& what) {
+  if (reader.number(key, 0, 0, kLargestShiftUm) == 0) return;
+  reader.complain(key, what +
+                           " is not simulated, only 0 is allowed: in a trial the same commanded pose always means the "
+                           "same true pose, whatever the way there");
+}
+
+}  // namespace
+
+Tolerances read_tolerances(const relign::JsonSource& source) {
+  std::vector<Problem> problems;
+  Tolerances read;
+  ObjectReader top(source, "", problems);
+  top.string("use", "");
+  read.sigmas = top.number("limits_are_sigmas", 3, 0.1, 100);
+  read.law = one_of(top, "law", kLaws, Law::normal);
+
+  const Json* elements = top.get("elements");
+  if (!elements)
+    top.complain("", "the key \"elements\" is missing (limits by element; \"*\" for all that are not named)");
+  if (elements) {
+    ObjectReader all(source, "/elements", problems);  // complains when it is no object
+    if (elements->is_object())
+      for (const auto& item : elements->items()) {
+        const ElementLimits element = read_element(source, all.pointer_to(item.key()), problems);
+        if (item.key() == "*")
+          read.every = element;
+        else
+          read.named[item.key()] = element;
+      }
+  }
+
+  if (top.get("start"))
+    read.start = read_pose(source, "start", read.law, problems);
+  else
+    top.complain("", "the key \"start\" is missing (how far from the nominal pose a trial starts)");
+  if (top.get("cure_shift")) read.cure_shift = read_pose(source, "cure_shift", read.law, problems);
+  if (read.cure_shift && all_zero(*read.cure_shift)) read.cure_shift.reset();
+
+  if (top.get("movement")) {
+    ObjectReader movement(source, "/movement", problems);
+    read.cross_talk = movement.number("cross_talk", 0, 0, 0.5);
+    refuse_unless_zero(movement, "backlash_um", "lost travel when an axis turns round");
+    refuse_unless_zero(movement, "repeatability_um", "a random error of every move");
+    movement.refuse_unknown();
+  }
+  top.refuse_unknown();
+  relign::throw_if_any(problems);
+  return read;
+}
+
+}  // namespace tolerances
