@@ -1,11 +1,11 @@
-// relign-bench lens info, lens trace: one lens by itself.
-#include <filesystem>
+// relign-bench lens info, lens trace: one lens by itself. Meshes: verb_lens_mesh.cpp.
 #include <memory>
 
 #include "base/error.h"
 #include "base/files.h"
 #include "base/text.h"
 #include "cli/app.h"
+#include "cli/lens_files.h"
 #include "cli/text_table.h"
 #include "optics/first_order.h"
 #include "optics/prescription.h"
@@ -15,29 +15,11 @@
 namespace relign::cli {
 namespace {
 
-namespace fs = std::filesystem;
-
 struct LensArguments {
   std::string scene = "relign_od";
   std::string rays;
   std::string apertures = "none";
 };
-
-// The lens file that a scene of a plugin with a "scene" document names under "lens".
-optics::Prescription lens_of(Context& context, const std::string& scene_id) {
-  const plugin_host::Choice choice = context.catalog().resolve_or_throw(plugin_host::Kind::scene, scene_id);
-  const std::string document = choice.plugin->document;
-  if (document.empty() || !choice.parameters.contains(document))
-    throw Error(ErrorKind::bad_input, "scene '" + scene_id +
-                                          "' has no lens file; scenes made of one are presets of "
-                                          "lens_system and scene files");
-  const fs::path scene_file = choice.parameters.at(document).get<std::string>();
-  const JsonSource source = JsonSource::from_file(scene_file);
-  const Json& root = source.root();
-  if (!root.is_object() || !root.contains("lens") || !root.at("lens").is_string())
-    throw_if_any({source.problem("", "the key \"lens\" is missing (the lens file, relative to this one)")});
-  return optics::read_prescription(scene_file.parent_path() / root.at("lens").get<std::string>());
-}
 
 struct NamedValue {
   const char* name;
@@ -184,6 +166,7 @@ void add_lens(CLI::App& app, Context& context) {
       ->check(CLI::IsMember({"none", "mesh", "listing"}));
   trace_verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return trace_rays(context, *arguments); }; });
+  add_lens_mesh(lens, context);
 }
 
 }  // namespace relign::cli

@@ -3,7 +3,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <limits>
-#include <optional>
 
 #include "base/error.h"
 #include "mesh/smooth.h"
@@ -13,16 +12,6 @@ namespace {
 
 constexpr std::size_t kFewestCorners = 8;
 constexpr double kDegreesPerRadian = 57.29577951308232;
-
-// Where the z axis meets a triangle; nothing if it passes beside it.
-std::optional<double> height_on_axis(const Mesh& mesh, std::size_t triangle) {
-  const Vec3 &a = mesh.corner(triangle, 0), &b = mesh.corner(triangle, 1), &c = mesh.corner(triangle, 2);
-  const double wa = b.x * c.y - b.y * c.x, wb = c.x * a.y - c.y * a.x, wc = a.x * b.y - a.y * b.x;
-  const double sum = wa + wb + wc;
-  const bool inside = (wa >= 0 && wb >= 0 && wc >= 0) || (wa <= 0 && wb <= 0 && wc <= 0);
-  if (!inside || sum == 0) return std::nullopt;
-  return (wa * a.z + wb * b.z + wc * c.z) / sum;
-}
 
 // The sphere (or plane) that meets the axis at z with normal (lx, ly, lz): unknowns z, curvature, lx, ly.
 //

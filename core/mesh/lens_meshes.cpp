@@ -1,14 +1,11 @@
 #include "mesh/lens_meshes.h"
 
-#include <embree3/rtcore.h>
-
 #include <algorithm>
-#include <cstring>
 #include <limits>
 
 #include "base/error.h"
 #include "base/text.h"
-#include "mesh/smooth.h"
+#include "mesh/traced_mesh.h"
 
 namespace relign::mesh {
 namespace {
@@ -17,133 +14,15 @@ namespace {
 constexpr double kLeastStep = 1e-4;  // mm
 constexpr int kMostFaces = 64;       // met by one ray; whoever meets more is caught between faces
 
-struct RayBox {
-  double near = 0, far = 0;
-};
-
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-// Embree's failures, in words.
-[[noreturn]] void embree_failed(RTCDevice device) {
-  const RTCError code = rtcGetDeviceError(device);
-  throw Error(ErrorKind::internal, "Embree failed with code " + std::to_string(static_cast<int>(code)) +
-                                       (code == RTC_ERROR_OUT_OF_MEMORY ? ": out of memory" : ""));
-}
 
 }  // namespace
 
-struct LensMeshes::Device {
-  // One thread builds: the trees, and so the images, do not depend on the machine's load.
-  Device() : handle(rtcNewDevice("threads=1,set_affinity=0")) {
-    if (!handle) embree_failed(nullptr);
-  }
-  ~Device() { rtcReleaseDevice(handle); }
-  RTCDevice handle;
-};
-
-// One mesh with all that rays need of it. Embree's copy lies around its middle, where floats are finer.
 struct LensMeshes::Body {
-  Mesh mesh;
-  CornerNormals normals;
+  TracedMesh mesh;
   double index = 0;         // 0: absorbs
   std::size_t element = 0;  // of the prescription; unused by what absorbs
-  Vec3 low, high, middle;   // of the box around it
-  RTCScene scene = nullptr;
-  optics::Motion into;  // lens to element coordinates
-
-  Body() = default;
-  Body(Body&& other) noexcept { *this = std::move(other); }
-  Body& operator=(Body&& other) noexcept {
-    mesh = std::move(other.mesh);
-    normals = std::move(other.normals);
-    index = other.index;
-    element = other.element;
-    low = other.low;
-    high = other.high;
-    middle = other.middle;
-    into = other.into;
-    std::swap(scene, other.scene);
-    return *this;
-  }
-  ~Body() {
-    if (scene) rtcReleaseScene(scene);
-  }
-
-  void build(RTCDevice device) {
-    low = {kInfinity, kInfinity, kInfinity};
-    high = {-kInfinity, -kInfinity, -kInfinity};
-    for (const Vec3& v : mesh.vertices) {
-      low = {std::min(low.x, v.x), std::min(low.y, v.y), std::min(low.z, v.z)};
-      high = {std::max(high.x, v.x), std::max(high.y, v.y), std::max(high.z, v.z)};
-    }
-    middle = 0.5 * (low + high);
-    constexpr double kWider = 1e-5;  // than the mesh: a box without depth still has an inside
-    low = low - Vec3{kWider, kWider, kWider};
-    high = high + Vec3{kWider, kWider, kWider};
-
-    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* const vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices.size()));
-    auto* const indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, sizeof(Triangle), mesh.triangles.size()));
-    if (!vertices || !indices) embree_failed(device);
-    for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-      const Vec3 p = mesh.vertices[v] - middle;
-      vertices[3 * v] = static_cast<float>(p.x);
-      vertices[3 * v + 1] = static_cast<float>(p.y);
-      vertices[3 * v + 2] = static_cast<float>(p.z);
-    }
-    std::memcpy(indices, mesh.triangles.data(), mesh.triangles.size() * sizeof(Triangle));
-    rtcCommitGeometry(geometry);
-    scene = rtcNewScene(device);
-    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);  // no ray slips between two triangles
-    rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
-    rtcAttachGeometry(scene, geometry);
-    rtcReleaseGeometry(geometry);
-    rtcCommitScene(scene);
-    if (rtcGetDeviceError(device) != RTC_ERROR_NONE) embree_failed(device);
-  }
-
-  // Where the line is inside the box.
-  RayBox clip(const Vec3& p, const Vec3& d) const {
-    RayBox box{-kInfinity, kInfinity};
-    const auto axis = [&](double at, double along, double least, double most) {
-      if (along == 0) {
-        if (at < least || at > most) box.near = kInfinity;
-        return;
-      }
-      const double a = (least - at) / along, b = (most - at) / along;
-      box.near = std::max(box.near, std::min(a, b));
-      box.far = std::min(box.far, std::max(a, b));
-    };
-    axis(p.x, d.x, low.x, high.x);
-    axis(p.y, d.y, low.y, high.y);
-    axis(p.z, d.z, low.z, high.z);
-    return box;
-  }
-
-  // The nearest triangle between two distances, in element coordinates; false without one.
-  bool nearest(const Vec3& p, const Vec3& d, double from, double to, std::uint32_t& triangle) const {
-    const RayBox box = clip(p, d);
-    if (box.near > std::min(box.far, to) || box.far < from) return false;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    RTCRayHit query{};
-    const Vec3 start = p - middle;
-    query.ray.org_x = static_cast<float>(start.x);
-    query.ray.org_y = static_cast<float>(start.y);
-    query.ray.org_z = static_cast<float>(start.z);
-    query.ray.dir_x = static_cast<float>(d.x);
-    query.ray.dir_y = static_cast<float>(d.y);
-    query.ray.dir_z = static_cast<float>(d.z);
-    query.ray.tnear = static_cast<float>(from);
-    query.ray.tfar = static_cast<float>(std::min(to, box.far + 1));
-    query.ray.mask = 0xffffffffU;
-    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(scene, &context, &query);
-    triangle = query.hit.primID;
-    return query.hit.geomID != RTC_INVALID_GEOMETRY_ID;
-  }
+  optics::Motion into;      // lens to element coordinates
 };
 
 struct LensMeshes::Hit {
@@ -154,7 +33,7 @@ struct LensMeshes::Hit {
 };
 
 LensMeshes::LensMeshes(const optics::Prescription& lens, const std::map<std::string, Mesh>& meshes)
-    : device_(std::make_unique<Device>()), stops_(lens.stops) {
+    : device_(std::make_unique<EmbreeDevice>()), stops_(lens.stops) {
   std::vector<std::string> known;
   if (lens.mount) {
     mount_ = *lens.mount;
@@ -164,13 +43,7 @@ LensMeshes::LensMeshes(const optics::Prescription& lens, const std::map<std::str
     known.push_back(name);
     const auto found = meshes.find(name);
     if (found == meshes.end()) return false;
-    Body body;
-    body.mesh = found->second;
-    if (index > 0) body.normals = corner_normals(body.mesh);
-    body.index = index;
-    body.element = element;
-    body.build(device_->handle);
-    bodies_.push_back(std::move(body));
+    bodies_.push_back({TracedMesh(*device_, found->second, index > 0), index, element, {}});
     return true;
   };
   for (std::size_t e = 0; e < lens.elements.size(); ++e) {
@@ -207,31 +80,14 @@ bool LensMeshes::nearest_hit(const Vec3& at, const Vec3& direction, bool from_st
   const double from = from_start ? 0 : kLeastStep;
   for (const Body& body : bodies_) {
     const Vec3 p = body.into.point(at), d = body.into.direction(direction);
-    std::uint32_t triangle = 0;
-    if (!body.nearest(p, d, from, hit.distance, triangle)) continue;
-    // Embree tells which triangle; where on it, in double.
-    const Vec3 &v0 = body.mesh.corner(triangle, 0), edge1 = body.mesh.corner(triangle, 1) - v0,
-               edge2 = body.mesh.corner(triangle, 2) - v0;
-    const Vec3 facet = cross(edge1, edge2);
-    const double along = dot(facet, d);
-    if (along == 0) continue;
-    const double distance = dot(v0 - p, facet) / along;
-    if (distance >= hit.distance) continue;
-    hit.distance = distance;
+    SurfacePoint point;
+    if (!body.mesh.nearest(p, d, from, hit.distance, point)) continue;
+    hit.distance = point.distance;
     hit.body = &body;
-    if (body.index == 0) continue;
-    const Vec3 place = p + distance * d, q = place - v0;
-    const double scale = 1 / dot(facet, facet);
-    const double u = scale * dot(cross(q, edge2), facet), v = scale * dot(cross(edge1, q), facet);
-    const Triangle& corners = body.normals.corners[triangle];
-    Vec3 normal = unit((1 - u - v) * body.normals.normals[corners[0]] + u * body.normals.normals[corners[1]] +
-                       v * body.normals.normals[corners[2]]);
-    hit.entering = along < 0;
-    // Near grazing the smooth surface may look away where the facet does not.
-    if ((dot(normal, d) < 0) != hit.entering) normal = unit(facet);
+    hit.entering = point.entering;
     const optics::Rotation back = optics::transposed(body.into.rotation);
-    hit.normal = optics::turn(back, normal);
-    hit.at = optics::turn(back, place - body.into.translation);
+    hit.normal = optics::turn(back, point.normal);
+    hit.at = optics::turn(back, point.at - body.into.translation);
   }
   return hit.body != nullptr;
 }

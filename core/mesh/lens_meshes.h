@@ -16,6 +16,8 @@
 
 namespace relign::mesh {
 
+class EmbreeDevice;
+
 class LensMeshes final : public optics::BlockTracer {
  public:
   // `meshes` by name: every element of the lens; stops and "mount" (optional, they absorb; those without a mesh are the
@@ -44,8 +46,7 @@ class LensMeshes final : public optics::BlockTracer {
   bool nearest_hit(const Vec3& at, const Vec3& direction, bool from_start, Hit& hit) const;
   bool absorbed_before(const Vec3& at, const Vec3& direction, double reach) const;
 
-  struct Device;
-  std::unique_ptr<Device> device_;
+  std::unique_ptr<EmbreeDevice> device_;
   std::vector<Body> bodies_;
   // What the prescription says of stops and mount without a mesh.
   std::vector<optics::Stop> stops_;

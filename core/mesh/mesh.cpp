@@ -52,4 +52,13 @@ std::vector<HalfEdge> sorted_edges(const Mesh& mesh) {
   return edges;
 }
 
+std::optional<double> height_on_axis(const Mesh& mesh, std::size_t triangle) {
+  const Vec3 &a = mesh.corner(triangle, 0), &b = mesh.corner(triangle, 1), &c = mesh.corner(triangle, 2);
+  const double wa = b.x * c.y - b.y * c.x, wb = c.x * a.y - c.y * a.x, wc = a.x * b.y - a.y * b.x;
+  const double sum = wa + wb + wc;
+  const bool inside = (wa >= 0 && wb >= 0 && wc >= 0) || (wa <= 0 && wb <= 0 && wc <= 0);
+  if (!inside || sum == 0) return std::nullopt;
+  return (wa * a.z + wb * b.z + wc * c.z) / sum;
+}
+
 }  // namespace relign::mesh

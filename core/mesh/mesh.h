@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "optics/rigid.h"
@@ -34,6 +35,9 @@ struct Mesh {
     return cross(corner(triangle, 1) - a, corner(triangle, 2) - a);
   }
 };
+
+// Where the z axis meets a triangle; nothing if it passes beside it.
+std::optional<double> height_on_axis(const Mesh& mesh, std::size_t triangle);
 
 // Corners at the same place become one vertex; vertices without a triangle are left out.
 Mesh welded(const Mesh& mesh);

@@ -31,12 +31,31 @@ class Sets {
   std::vector<std::uint32_t> parent_;
 };
 
+// Of each triangle: whether it belongs to a flat rim.
+std::vector<char> flat_rims(const Mesh& mesh, const std::vector<HalfEdge>& edges) {
+  std::vector<char> flat(mesh.triangles.size());
+  for (std::size_t t = 0; t < flat.size(); ++t) {
+    const Vec3 normal = mesh.normal(t);
+    flat[t] = std::hypot(normal.x, normal.y) < kFlatRimRadians * std::fabs(normal.z);
+  }
+  Sets sets(flat.size());
+  for (std::size_t i = 0; i + 1 < edges.size(); i += 2)
+    if (flat[edges[i].triangle] && flat[edges[i + 1].triangle]) sets.unite(edges[i].triangle, edges[i + 1].triangle);
+  std::vector<char> on_axis(flat.size(), 0);
+  for (std::uint32_t t = 0; t < flat.size(); ++t)
+    if (flat[t] && height_on_axis(mesh, t)) on_axis[sets.of(t)] = 1;
+  for (std::uint32_t t = 0; t < flat.size(); ++t) flat[t] = flat[t] && !on_axis[sets.of(t)];
+  return flat;
+}
+
 // body(first, second) for the two halves of every edge whose faces meet smoothly.
 template <class Body>
 void for_smooth_edges(const Mesh& mesh, const Body& body) {
   const double least_cosine = optics::sine_cosine_of_degrees(kCreaseDegrees).cosine;
   const std::vector<HalfEdge> edges = sorted_edges(mesh);
+  const std::vector<char> rim = flat_rims(mesh, edges);
   for (std::size_t i = 0; i + 1 < edges.size(); i += 2) {
+    if (rim[edges[i].triangle] != rim[edges[i + 1].triangle]) continue;
     const Vec3 a = mesh.normal(edges[i].triangle), b = mesh.normal(edges[i + 1].triangle);
     if (dot(a, b) >= least_cosine * length(a) * length(b)) body(edges[i], edges[i + 1]);
   }

@@ -11,6 +11,9 @@ namespace relign::mesh {
 // Faces that meet at a smaller angle belong to one smooth surface. Meshes of lenses turn by less from face to face
 // (pitch over radius of curvature), and rims by more.
 inline constexpr double kCreaseDegrees = 20;
+// A flat rim around a face, square to the axis, is a surface of its own however little it turns from the face:
+// triangles whose normals lie so near the z axis, unless they reach the axis.
+inline constexpr double kFlatRimRadians = 3e-4;
 
 struct CornerNormals {
   std::vector<Vec3> normals;      // unit, outwards

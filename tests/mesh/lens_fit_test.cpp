@@ -98,6 +98,21 @@ TEST(LensFit, PlanesAndSteepFaces) {
   EXPECT_NEAR(1 / steep.back.curvature, 3.2, 1e-7);
 }
 
+// A face that a flat rim surrounds, turned from it by 3 degrees only: as design programs make elements.
+TEST(LensFit, FlatRimsAreNoPartOfTheFace) {
+  Mesh mesh = element_mesh(element(40, 3, -20, 3, 1), 0.2);
+  double rim = 0;  // the ring next to 2 mm
+  for (const Vec3& v : mesh.vertices)
+    if (v.z < 3.2 && std::hypot(v.x, v.y) < 2.01) rim = std::max(rim, std::hypot(v.x, v.y));
+  const double rim_z = 3 + 40 - std::sqrt(40.0 * 40 - rim * rim);
+  for (Vec3& v : mesh.vertices)
+    if (v.z < 3.2 && std::hypot(v.x, v.y) > rim) v.z = rim_z;
+  const FittedFace front = fit_element(mesh, "rim").front;
+  EXPECT_NEAR(front.clear_radius_mm, rim, 1e-9);
+  EXPECT_NEAR(1 / front.curvature, 40, 1e-5);
+  EXPECT_LT(front.residual_largest_mm, 1e-8);
+}
+
 TEST(LensFit, TellsOfTiltAndOfWhatIsNoSphere) {
   Mesh mesh = element_mesh(relign_od().elements[3], 0.1);
   const Mesh straight = mesh;

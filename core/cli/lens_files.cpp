@@ -1,0 +1,32 @@
+#include "cli/lens_files.h"
+
+#include "base/error.h"
+
+namespace relign::cli {
+
+namespace fs = std::filesystem;
+
+fs::path scene_file_of(Context& context, const std::string& scene_id) {
+  const plugin_host::Choice choice = context.catalog().resolve_or_throw(plugin_host::Kind::scene, scene_id);
+  const std::string document = choice.plugin->document;
+  if (document.empty() || !choice.parameters.contains(document))
+    throw Error(ErrorKind::bad_input, "scene '" + scene_id +
+                                          "' has no lens file; scenes made of one are presets of "
+                                          "lens_system and scene files");
+  return choice.parameters.at(document).get<std::string>();
+}
+
+fs::path lens_file_of_scene(Context& context, const std::string& scene_id) {
+  const fs::path scene_file = scene_file_of(context, scene_id);
+  const JsonSource source = JsonSource::from_file(scene_file);
+  const Json& root = source.root();
+  if (!root.is_object() || !root.contains("lens") || !root.at("lens").is_string())
+    throw_if_any({source.problem("", "the key \"lens\" is missing (the lens file, relative to this one)")});
+  return scene_file.parent_path() / root.at("lens").get<std::string>();
+}
+
+optics::Prescription lens_of(Context& context, const std::string& scene_id) {
+  return optics::read_prescription(lens_file_of_scene(context, scene_id));
+}
+
+}  // namespace relign::cli
