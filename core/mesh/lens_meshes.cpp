@@ -12,7 +12,8 @@ namespace {
 
 // Rays leave a face for another one that is at least so far away: above the rounding of Embree's floats.
 constexpr double kLeastStep = 1e-4;  // mm
-constexpr int kMostFaces = 64;       // met by one ray; whoever meets more is caught between faces
+constexpr std::size_t kMostBodies = 32;
+constexpr int kMostFaces = 64;  // met by one ray; whoever meets more is caught between faces
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -62,6 +63,9 @@ LensMeshes::LensMeshes(const optics::Prescription& lens, const std::map<std::str
     if (std::find(known.begin(), known.end(), name) == known.end())
       throw Error(ErrorKind::bad_input,
                   "a mesh is named '" + name + "', which is no element or stop of the lens" + suggestion(name, known));
+  if (bodies_.size() > kMostBodies)
+    throw Error(ErrorKind::bad_input, "the lens has " + std::to_string(bodies_.size()) + " meshes, at most " +
+                                          std::to_string(kMostBodies) + " are traced");
   place(optics::Assembly(lens), {}, {});
 }
 
@@ -78,10 +82,26 @@ void LensMeshes::place(const optics::Assembly& assembly, const optics::Motion& l
 bool LensMeshes::nearest_hit(const Vec3& at, const Vec3& direction, bool from_start, Hit& hit) const {
   hit = {};
   const double from = from_start ? 0 : kLeastStep;
+  // Nearest box first: most rays ask one tree, not all.
+  struct Candidate {
+    const Body* body;
+    double entry;
+    Vec3 start, direction;  // in element coordinates
+  };
+  Candidate candidates[kMostBodies];
+  std::size_t count = 0;
   for (const Body& body : bodies_) {
-    const Vec3 p = body.into.point(at), d = body.into.direction(direction);
+    const Vec3 start = body.into.point(at), along = body.into.direction(direction);
+    const double entry = body.mesh.box_entry(start, along);
+    if (entry == kInfinity) continue;
+    std::size_t place = count++;
+    for (; place > 0 && candidates[place - 1].entry > entry; --place) candidates[place] = candidates[place - 1];
+    candidates[place] = {&body, entry, start, along};
+  }
+  for (std::size_t i = 0; i < count && candidates[i].entry < hit.distance; ++i) {
+    const Body& body = *candidates[i].body;
     SurfacePoint point;
-    if (!body.mesh.nearest(p, d, from, hit.distance, point)) continue;
+    if (!body.mesh.nearest(candidates[i].start, candidates[i].direction, from, hit.distance, point)) continue;
     hit.distance = point.distance;
     hit.body = &body;
     hit.entering = point.entering;

@@ -100,10 +100,13 @@ TracedMesh::TracedMesh(TracedMesh&& other) noexcept
       middle_(other.middle_),
       scene_(std::exchange(other.scene_, nullptr)) {}
 
+double TracedMesh::box_entry(const Vec3& start, const Vec3& direction) const {
+  const Stretch box = clip(start, direction, low_, high_);
+  return box.near > box.far || box.far < 0 ? kInfinity : box.near;
+}
+
 bool TracedMesh::nearest_triangle(const Vec3& start, const Vec3& direction, double from, double to,
                                   std::uint32_t& triangle) const {
-  const Stretch box = clip(start, direction, low_, high_);
-  if (box.near > std::min(box.far, to) || box.far < from) return false;
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   RTCRayHit query{};
@@ -115,7 +118,7 @@ bool TracedMesh::nearest_triangle(const Vec3& start, const Vec3& direction, doub
   query.ray.dir_y = static_cast<float>(direction.y);
   query.ray.dir_z = static_cast<float>(direction.z);
   query.ray.tnear = static_cast<float>(from);
-  query.ray.tfar = static_cast<float>(std::min(to, box.far + 1));
+  query.ray.tfar = static_cast<float>(to);
   query.ray.mask = 0xffffffffU;
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(scene_, &context, &query);

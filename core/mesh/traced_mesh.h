@@ -37,6 +37,8 @@ class TracedMesh {
   TracedMesh(TracedMesh&& other) noexcept;
   TracedMesh& operator=(TracedMesh&& other) = delete;
 
+  // Where the line enters the box around the mesh, perhaps behind its start; infinity where it passes beside.
+  double box_entry(const Vec3& start, const Vec3& direction) const;
   // The nearest point at a distance between `from` and `to` along a unit vector; false without one.
   bool nearest(const Vec3& start, const Vec3& direction, double from, double to, SurfacePoint& point) const;
 
