@@ -182,6 +182,7 @@ int run_program(int argc, const char* const* argv) {
     add_render(app, context);
     add_report(app, context);
     add_lens(app, context);
+    add_scene(app, context);
     add_plugin(app, context);
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {

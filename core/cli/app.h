@@ -61,6 +61,8 @@ void add_render(CLI::App& app, Context& context);
 void add_report(CLI::App& app, Context& context);
 void add_lens(CLI::App& app, Context& context);
 void add_lens_mesh(CLI::App& lens, Context& context);  // below lens
+void add_lens_draw(CLI::App& lens, Context& context);  // below lens
+void add_scene(CLI::App& app, Context& context);
 void add_plugin(CLI::App& app, Context& context);
 void add_plugin_check(CLI::App& plugin, Context& context);  // below plugin
 

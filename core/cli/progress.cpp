@@ -24,9 +24,9 @@ bool terminal_can_repaint() {
 
 double seconds_since(Clock::time_point moment) { return std::chrono::duration<double>(Clock::now() - moment).count(); }
 
-std::string counts_text(const runner::Progress& progress) {
+std::string counts_text(const runner::Progress& progress, const std::string& counted) {
   if (progress.total == 0) return "";  // before the trials are known
-  std::string text = ": " + std::to_string(progress.done) + " of " + std::to_string(progress.total) + " trials";
+  std::string text = ": " + std::to_string(progress.done) + " of " + std::to_string(progress.total) + " " + counted;
   if (progress.reused > 0) text += " (" + std::to_string(progress.reused) + " from before)";
   if (progress.failed > 0) text += ", " + std::to_string(progress.failed) + " failed";
   return text;
@@ -54,8 +54,8 @@ std::string duration_text(double seconds) {
   return std::to_string(whole / 3600) + " h " + std::to_string(whole % 3600 / 60) + " min";
 }
 
-ProgressPrinter::ProgressPrinter(ProgressMode mode)
-    : mode_(mode), phase_since_(Clock::now()), last_printed_(Clock::now()) {
+ProgressPrinter::ProgressPrinter(ProgressMode mode, const char* counted)
+    : mode_(mode), counted_(counted), phase_since_(Clock::now()), last_printed_(Clock::now()) {
   if (mode_ != ProgressMode::none) ticker_ = std::thread([this] { tick(); });
 }
 
@@ -113,7 +113,7 @@ void ProgressPrinter::paint_line() {
   const double share = progress_.total == 0 ? 0.0 : static_cast<double>(progress_.done) / progress_.total;
   const int filled = static_cast<int>(share * kBarWidth);
   const std::string bar = std::string(filled, '#') + std::string(kBarWidth - filled, '.');
-  std::string text = "[" + bar + "] " + progress_.doing + counts_text(progress_);
+  std::string text = "[" + bar + "] " + progress_.doing + counts_text(progress_, counted_);
   const double elapsed = seconds_since(phase_since_);
   const std::size_t done_here = progress_.done - std::min(progress_.done, done_at_phase_start_);
   if (done_here >= 3 && progress_.done < progress_.total)
@@ -124,7 +124,7 @@ void ProgressPrinter::paint_line() {
 }
 
 void ProgressPrinter::print_plain() {
-  std::fprintf(stderr, "%s%s, %s\n", progress_.doing.c_str(), counts_text(progress_).c_str(),
+  std::fprintf(stderr, "%s%s, %s\n", progress_.doing.c_str(), counts_text(progress_, counted_).c_str(),
                duration_text(std::max(progress_.seconds, seconds_since(phase_since_))).c_str());
   std::fflush(stderr);
   last_printed_ = Clock::now();

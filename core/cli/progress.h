@@ -23,7 +23,8 @@ bool stderr_has_colours();
 
 class ProgressPrinter {
  public:
-  explicit ProgressPrinter(ProgressMode mode);
+  // `counted`: what progress counts, in the plural.
+  explicit ProgressPrinter(ProgressMode mode, const char* counted = "trials");
   ~ProgressPrinter();
   ProgressPrinter(const ProgressPrinter&) = delete;
   ProgressPrinter& operator=(const ProgressPrinter&) = delete;
@@ -39,6 +40,7 @@ class ProgressPrinter {
   void print_json();
 
   const ProgressMode mode_;
+  const std::string counted_;
   std::mutex mutex_;
   std::condition_variable wake_;
   runner::Progress progress_;

@@ -96,6 +96,7 @@ std::string lens_file_of(const std::vector<Fit>& fits, const fs::path& like) {
   root["source"] = "spheres fitted to meshes; all else of " + lens.name;
   root.erase("published");
   for (std::size_t e = 0; e < fits.size(); ++e) {
+    root.at("elements").at(e).erase("placement");
     Json& faces = root.at("elements").at(e).at("faces");
     if (faces.size() != 2)
       throw Error(ErrorKind::bad_input, "element " + lens.elements[e].name + " of " + like.string() + " has " +
@@ -105,7 +106,7 @@ std::string lens_file_of(const std::vector<Fit>& fits, const fs::path& like) {
       into["z_mm"] = face->z_mm;
       into["radius_mm"] = radius_of(*face);
       into["clear_radius_mm"] = face->clear_radius_mm;
-      into.erase("listing_clear_radius_mm");
+      for (const char* not_fitted : {"listing_clear_radius_mm", "conic", "even_asphere"}) into.erase(not_fitted);
     }
   }
   const std::string text = root.dump(2) + "\n";

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/error.h"
 #include "imaging/ray_source.h"
 #include "imaging/read_out.h"
 
@@ -16,12 +17,36 @@ constexpr double kPi = 3.14159265358979323846;
 // dice: a ray survives with the product of all probabilities.
 constexpr double kRouletteSurvival = 0.95 * 0.95 * 0.95 * 0.95;
 
+// Walks meet a face from either side and a second time, which is solved for spheres alone.
+void refuse_aspheres(const optics::Prescription& lens) {
+  for (const optics::Element& element : lens.elements)
+    for (std::size_t f = 0; f < element.faces.size(); ++f)
+      if (!element.faces[f].is_sphere())
+        throw Error(ErrorKind::bad_input, "lens '" + lens.name + "': face " + std::to_string(f + 1) + " of " +
+                                              element.name +
+                                              " is aspheric, and transport ghost follows light among spheres and "
+                                              "planes only; use transport fresnel");
+}
+
 }  // namespace
 
 std::optional<Transport> transport_from_name(const std::string& name) {
   if (name == "refract") return Transport::refract;
   if (name == "fresnel") return Transport::fresnel;
+  if (name == "ghost") return Transport::ghost;
   return std::nullopt;
+}
+
+const char* name_of(Transport transport) {
+  switch (transport) {
+    case Transport::refract:
+      return "refract";
+    case Transport::fresnel:
+      return "fresnel";
+    case Transport::ghost:
+      return "ghost";
+  }
+  return "";
 }
 
 std::optional<Sampler> sampler_from_name(const std::string& name) {
@@ -36,6 +61,8 @@ struct Camera::Workspace {
   RaySource source;
   optics::RayBlock words;  // of the read-out
   float sums[kTruthGroups][kTilePixels * kTilePixels];
+  float ghosts[kTruthGroups][kTilePixels * kTilePixels];
+  GhostImage::Workspace paths;
 };
 
 Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel& parallel, optics::BlockTracer* tracer)
@@ -43,6 +70,9 @@ Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel
   for (unsigned thread = 0; thread < parallel.threads(); ++thread) workspaces_.push_back(std::make_unique<Workspace>());
   sums_.resize(tiles_.tiles().size());
   emitter_ = scene.emitter.plane();
+  if (settings.transport != Transport::ghost) return;
+  refuse_aspheres(scene.lens);
+  ghosts_.emplace(scene, settings.sensor_albedo);
 }
 
 Camera::~Camera() = default;
@@ -54,6 +84,7 @@ void Camera::set_capture(Sampler sampler, int samples) {
 
 void Camera::place(MountedLens& lens, const std::vector<double>& true_pose) {
   const optics::Motion lens_to_world = scene_->lens_to_world(true_pose);
+  if (ghosts_) ghosts_->place(lens.assembly(), lens_to_world);
   optics::set_backward_path(path_, lens.assembly(), lens_to_world);
   ops_.assign(path_.ops.begin(), path_.ops.end());
   ops_.push_back(optics::last_frame_to_world(path_));
@@ -84,7 +115,7 @@ void write_pixels(const PixelBox& box, const float* sums, double factor, int wid
 }  // namespace
 
 RayPath Camera::way() const {
-  const bool fresnel = settings_.transport == Transport::fresnel;
+  const bool fresnel = settings_.transport != Transport::refract;
   return {ops_.data(), static_cast<int>(ops_.size()), &emitter_, fresnel, fresnel ? path_.highest_transmittance : 1.0,
           tracer_};
 }
@@ -106,6 +137,30 @@ void Camera::for_seen_tiles(float* pixels, const Body& body) {
   });
 }
 
+void Camera::play_ghosts(std::uint64_t seed, float* pixels) {
+  parallel_->for_each(static_cast<int>(tiles_.tiles().size()), [&](int index, unsigned thread) {
+    const PixelBox& box = tiles_.tiles()[static_cast<std::size_t>(index)].box;
+    GhostImage::Workspace& work = workspaces_[thread]->paths;
+    if (settings_.sampler == Sampler::hemisphere)
+      ghosts_->capture_everywhere(box, seed, settings_.samples, work, pixels);
+    else
+      ghosts_->capture(box, seed, settings_.samples, work, pixels);
+  });
+}
+
+void Camera::add_ghosts(std::uint64_t seed, int samples, float* pixels) {
+  if (!ghosts_) return;
+  parallel_->for_each(static_cast<int>(tiles_.tiles().size()), [&](int index, unsigned thread) {
+    const PixelBox& box = tiles_.tiles()[static_cast<std::size_t>(index)].box;
+    Workspace& work = *workspaces_[thread];
+    ghosts_->ghost_part(box, seed, 0, samples, work.paths, work.ghosts[0]);
+    const float* value = work.ghosts[0];
+    for (int row = box.row; row < box.row + box.rows; ++row)
+      for (int column = box.column; column < box.column + box.columns; ++column)
+        pixels[row * scene_->sensor.width + column] += *value++;
+  });
+}
+
 void Camera::capture(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, float* pixels) {
   place(lens, true_pose);
   catch_light(seed, pixels);
@@ -119,6 +174,10 @@ void Camera::capture(MountedLens& lens, const std::vector<double>& true_pose, st
 }
 
 void Camera::catch_light(std::uint64_t seed, float* pixels) {
+  if (ghosts_ && settings_.sampler != Sampler::pupil) {
+    play_ghosts(seed, pixels);
+    return;
+  }
   const int width = scene_->sensor.width;
   const RayPath way = this->way();
   if (settings_.sampler == Sampler::hemisphere) {
@@ -142,6 +201,7 @@ void Camera::catch_light(std::uint64_t seed, float* pixels) {
       write_pixels(tile.seen, work.sums[0], tile.area / settings_.samples, width, pixels);
     }
   });
+  add_ghosts(seed, settings_.samples, pixels);
 }
 
 void Camera::render_noise_free(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, int samples,
@@ -153,6 +213,33 @@ void Camera::render_noise_free(MountedLens& lens, const std::vector<double>& tru
     work.source.lattice_directions(way, seed, 0, samples);
     write_pixels(tile.seen, work.sums[0], tile.area / samples, scene_->sensor.width, pixels);
   });
+  add_ghosts(seed, std::max(1, samples / kRaysPerGhost), pixels);
+}
+
+// What one pixel adds, from one value of each group.
+void Camera::add_truth(const double (&seen)[kTruthGroups], double o1, double o2, TileSum& sum) {
+  constexpr int groups = kTruthGroups;
+  double total = 0, crossed = 0;
+  for (const double a : seen) {
+    total += a;
+    crossed += (a - o1) * (a - o2);
+  }
+  // Mean over pairs of different groups of (A_i - O1)(A_j - O2).
+  sum.product += ((total - groups * o1) * (total - groups * o2) - crossed) / (groups * (groups - 1));
+  // Its variance is (d1 + d2)^2 s2 / g + 2 s2^2 / (g (g - 1)) for g groups of variance s2 and differences d1, d2 from
+  // the two references. Both terms are products of estimates from two disjoint pairs of groups, hence unbiased however
+  // the values scatter: with ghosts they are rare and bright, far from normal.
+  static_assert(kTruthGroups == 4, "pairs of groups are paired off below");
+  constexpr int pairings[3][4] = {{0, 1, 2, 3}, {0, 2, 1, 3}, {0, 3, 1, 2}};
+  double linear = 0, square = 0;
+  for (const auto& [i, j, k, l] : pairings) {
+    const auto both = [&](int m, int n) { return (2 * seen[m] - o1 - o2) * (2 * seen[n] - o1 - o2); };
+    const auto scatter = [&](int m, int n) { return 0.5 * (seen[m] - seen[n]) * (seen[m] - seen[n]); };
+    const double one = scatter(i, j), other = scatter(k, l);
+    linear += (both(i, j) * other + both(k, l) * one) / 6;
+    square += one * other / 3;
+  }
+  sum.variance += linear / groups + 2 * square / (groups * (groups - 1));
 }
 
 MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
@@ -172,29 +259,25 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
         work.source.lattice_directions(way, seed, static_cast<std::uint32_t>(group), kTruthSamples);
       }
     }
+    if (ghosts_)
+      for (int group = 0; group < groups; ++group)
+        ghosts_->ghost_part(tile.box, seed, static_cast<std::uint32_t>(group), kTruthGhosts, work.paths,
+                            work.ghosts[group]);
     TileSum sum;
+    int ghost_at = 0;
     for (int row = tile.box.row; row < tile.box.row + tile.box.rows; ++row)
       for (int column = tile.box.column; column < tile.box.column + tile.box.columns; ++column) {
         const auto at = static_cast<std::size_t>(row * width + column);
         // Where among the tile's sums; negative: this pixel sees nothing.
         const int sum_at = tile.blind ? -1 : place_in(tile.seen, column, row);
         const double o1 = static_cast<double>(reference.first[at]), o2 = static_cast<double>(reference.second[at]);
-        double total = 0, squares = 0, crossed = 0;
+        double seen[kTruthGroups];
         for (int group = 0; group < groups; ++group) {
-          const double a = sum_at < 0 ? 0 : scale * static_cast<double>(work.sums[group][sum_at]);
-          total += a;
-          squares += a * a;
-          crossed += (a - o1) * (a - o2);
+          const double direct = sum_at < 0 ? 0 : scale * static_cast<double>(work.sums[group][sum_at]);
+          seen[group] = direct + (ghosts_ ? static_cast<double>(work.ghosts[group][ghost_at]) : 0);
         }
-        // Mean over pairs of different groups of (A_i - O1)(A_j - O2).
-        const double product = ((total - groups * o1) * (total - groups * o2) - crossed) / (groups * (groups - 1));
-        sum.product += product;
-        // Var = 2 v^2 g / (g - 1) + 4 d^2 v for g group means, v the variance of their mean, d the true
-        // difference. Estimated without bias for normal errors: E[s^4] = v^2 (g + 1) / (g - 1), and
-        // product = d^2 + (mean - d)^2 - s^2 + ... shares s^2, so E[product s^2] = d^2 v - 2 v^2 / (g - 1).
-        const double s2 = std::max(0.0, (squares - total * total / groups) / (groups - 1) / groups);
-        const double v2 = s2 * s2 * (groups - 1) / (groups + 1);
-        sum.variance += 2 * v2 * groups / (groups - 1) + 4 * (product * s2 + 2 * v2 / (groups - 1));
+        ++ghost_at;
+        add_truth(seen, o1, o2, sum);
       }
     sums_[static_cast<std::size_t>(index)] = sum;
   });

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "imaging/ghost_image.h"
 #include "imaging/mounted_lens.h"
 #include "imaging/parallel.h"
 #include "imaging/pupil_tiles.h"
@@ -23,7 +24,8 @@ struct RayPath;
 
 enum class Transport {
   refract,  // every face lets all light through
-  fresnel   // unpolarised transmittances of uncoated glass
+  fresnel,  // unpolarised transmittances of uncoated glass
+  ghost     // the same, and what is reflected goes on: ghosts, and light that the sensor scatters
 };
 
 enum class Sampler {
@@ -33,18 +35,26 @@ enum class Sampler {
 };
 
 std::optional<Transport> transport_from_name(const std::string& name);
+const char* name_of(Transport transport);
 std::optional<Sampler> sampler_from_name(const std::string& name);
 
 struct CaptureSettings {
   Transport transport = Transport::fresnel;
   Sampler sampler = Sampler::paper;
   int samples = 64;  // 1 to kMostSamples directions a pixel: over the hemisphere (paper, hemisphere) or in B (pupil)
+  double sensor_albedo = 0;  // transport ghost: share of the light that the sensor scatters, evenly; 0 to 1
 };
 
 // Two independent noise-free renders of the reference pose and their mean, O*.
 struct Reference {
   std::vector<float> first, second, mean;
 };
+
+inline constexpr int kTruthGroups = 4;
+inline constexpr int kTruthSamples = 8;
+// Transport ghost, besides: paths a pixel that were reflected somewhere. They bring little light, so they are fewer.
+inline constexpr int kTruthGhosts = 2;
+inline constexpr int kRaysPerGhost = 16;  // of noise-free renders
 
 struct MseEstimate {
   double mse = 0;  // unbiased, may be negative
@@ -77,9 +87,16 @@ class Camera {
 
  private:
   struct Workspace;
+  struct TileSum {
+    double product = 0, variance = 0;
+  };
+  static void add_truth(const double (&seen)[kTruthGroups], double o1, double o2, TileSum& sum);
   void place(MountedLens& lens, const std::vector<double>& true_pose);
   RayPath way() const;
   void catch_light(std::uint64_t seed, float* pixels);
+  // Of transport ghost: light at the paper's noise, and what edges, reflections and scattering add to an image.
+  void play_ghosts(std::uint64_t seed, float* pixels);
+  void add_ghosts(std::uint64_t seed, int samples, float* pixels);
   template <class Body>
   void for_seen_tiles(float* pixels, const Body& body);
 
@@ -88,18 +105,13 @@ class Camera {
   Parallel* parallel_;
   optics::BlockTracer* tracer_;
   PupilTiles tiles_;
+  std::optional<GhostImage> ghosts_;  // transport ghost
   // of the pose in place
   optics::BackwardPath path_;
   std::vector<optics::Op> ops_;
   optics::EmitterPlane emitter_{};
   std::vector<std::unique_ptr<Workspace>> workspaces_;  // one a thread
-  struct TileSum {
-    double product = 0, variance = 0;
-  };
-  std::vector<TileSum> sums_;  // one a tile
+  std::vector<TileSum> sums_;                           // one a tile
 };
-
-inline constexpr int kTruthGroups = 4;
-inline constexpr int kTruthSamples = 8;
 
 }  // namespace relign::imaging

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "imaging/pupil_tiles.h"
+#include "imaging/reference.h"
 
 namespace relign::imaging {
 namespace {
@@ -149,8 +150,32 @@ class OptimumFinder::Spots {
   std::vector<std::vector<Hit>> moved_;  // with each axis a step on
 };
 
-OptimumFinder::OptimumFinder(const SceneFile& scene, Camera& camera, Parallel& parallel, const Reference& reference)
-    : scene_(&scene), camera_(&camera), reference_(&reference), spots_(std::make_unique<Spots>(scene, parallel)) {}
+struct OptimumFinder::Straight {
+  Straight(const SceneFile& scene, Parallel& parallel)
+      : camera(scene, {}, parallel), reference(make_reference(scene, {}, parallel, {}, {})) {}
+  Camera camera;
+  Reference reference;
+};
+
+struct OptimumFinder::Eye {
+  Camera& camera;
+  const Reference& reference;
+};
+
+OptimumFinder::OptimumFinder(const SceneFile& scene, const CaptureSettings& settings, Camera& camera,
+                             Parallel& parallel, const Reference& reference)
+    : scene_(&scene),
+      transport_(settings.transport),
+      camera_(&camera),
+      parallel_(&parallel),
+      reference_(&reference),
+      spots_(std::make_unique<Spots>(scene, parallel)) {}
+
+OptimumFinder::Eye OptimumFinder::searching_eye() {
+  if (transport_ != Transport::ghost) return {*camera_, *reference_};
+  if (!straight_) straight_ = std::make_unique<Straight>(*scene_, *parallel_);
+  return {straight_->camera, straight_->reference};
+}
 
 OptimumFinder::~OptimumFinder() = default;
 
@@ -174,30 +199,31 @@ std::vector<double> OptimumFinder::by_images(MountedLens& lens, std::vector<doub
   constexpr double kStep = 2e-3;     // of the travel: a fraction of a pixel
   constexpr double kNothing = 1e-8;  // of MSE: a gain that is not worth another round
   const std::size_t count = scene_->sensor.pixels(), axes = pose.size();
+  const Eye eye = searching_eye();
   std::vector<float> here(count);
   std::vector<std::vector<float>> there(axes, std::vector<float>(count));
-  double lowest = camera_->noise_free_mse(lens, pose, seed, *reference_).mse;
+  double lowest = eye.camera.noise_free_mse(lens, pose, seed, eye.reference).mse;
   double damping = 0.01;
   for (int round = 0; round < kRounds; ++round) {
-    camera_->render_noise_free(lens, pose, seed, kSamples, here.data());
+    eye.camera.render_noise_free(lens, pose, seed, kSamples, here.data());
     std::vector<double> step(axes);
     for (std::size_t axis = 0; axis < axes; ++axis) {
       std::vector<double> moved = pose;
       step[axis] = pose[axis] < 0.5 ? kStep : -kStep;
       moved[axis] += step[axis];
-      camera_->render_noise_free(lens, moved, seed, kSamples, there[axis].data());
+      eye.camera.render_noise_free(lens, moved, seed, kSamples, there[axis].data());
     }
     NormalEquations sums(axes);
     Vector slope(static_cast<int>(axes));
     for (std::size_t i = 0; i < count; ++i) {
       for (std::size_t axis = 0; axis < axes; ++axis)
         slope[static_cast<int>(axis)] = static_cast<double>(there[axis][i] - here[i]) / step[axis];
-      sums.add(slope, static_cast<double>(here[i] - reference_->mean[i]));
+      sums.add(slope, static_cast<double>(here[i] - eye.reference.mean[i]));
     }
     double gain = 0;
     for (int attempt = 0; attempt < 4 && gain <= 0; ++attempt) {
       const std::vector<double> next = sums.stepped(pose, damping);
-      const double mse = camera_->noise_free_mse(lens, next, seed, *reference_).mse;
+      const double mse = eye.camera.noise_free_mse(lens, next, seed, eye.reference).mse;
       if (mse < lowest) {
         gain = lowest - mse;
         lowest = mse;

@@ -3,7 +3,8 @@
 // Coarse: least squares over rays. From places on the sensor the rays of the lens's pupil shall meet the emitter where
 // the perfect lens at the nominal pose sees it from there: one Gauss-Newton problem in the pose, smooth and with a wide
 // valley. Fine: Levenberg-Marquardt on the image's own residual, with noise-free renders of one seed, so that
-// differences of images are differences of poses; every step is checked on the noise-free MSE.
+// differences of images are differences of poses; every step is checked on the noise-free MSE. Under transport ghost
+// the search looks at images without ghosts, which cost a hundredth: a veil does not tell where an image is sharp.
 #pragma once
 
 #include <cstdint>
@@ -21,8 +22,9 @@ struct OwnOptimum {
 
 class OptimumFinder {
  public:
-  // All outlive the finder; `camera` is of the same scene and threads.
-  OptimumFinder(const SceneFile& scene, Camera& camera, Parallel& parallel, const Reference& reference);
+  // All but settings outlive the finder; `camera` is of the same scene, settings and threads.
+  OptimumFinder(const SceneFile& scene, const CaptureSettings& settings, Camera& camera, Parallel& parallel,
+                const Reference& reference);
   ~OptimumFinder();
 
   // A pure function of lens and seed.
@@ -32,11 +34,17 @@ class OptimumFinder {
 
  private:
   class Spots;
+  struct Eye;  // a camera with its reference
+  Eye searching_eye();
   std::vector<double> by_images(MountedLens& lens, std::vector<double> pose, std::uint64_t seed);
 
   const SceneFile* scene_;
+  Transport transport_;
   Camera* camera_;
+  Parallel* parallel_;
   const Reference* reference_;
+  struct Straight;
+  std::unique_ptr<Straight> straight_;  // transport ghost: without ghosts, once they are needed
   std::unique_ptr<Spots> spots_;
 };
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "imaging/sequences.h"
+
 namespace relign::imaging {
 namespace {
 
@@ -19,27 +21,6 @@ std::uint32_t high(std::uint64_t seed) { return static_cast<std::uint32_t>(seed 
 int padded(int count) { return (count + 15) / 16 * 16; }
 
 bool is_power_of_two(int value) { return (value & (value - 1)) == 0; }
-
-// Distribution function of Binomial(n, p), p < 1, in units of 2^-32, by the recurrence of its terms: a uniform word
-// that reaches `return` of the thresholds is that count.
-int binomial_thresholds(int n, double p, std::uint32_t* thresholds) {
-  double term = 1;  // (1 - p)^n by squaring
-  double base = 1 - p;
-  for (int left = n; left > 0; left >>= 1) {
-    if (left & 1) term *= base;
-    base *= base;
-  }
-  double sum = 0;
-  int levels = 0;
-  for (int k = 0; k < n; ++k) {
-    sum += term;
-    const double scaled = sum * 4294967296.0;
-    if (scaled >= 4294967295.0) break;
-    thresholds[levels++] = static_cast<std::uint32_t>(scaled);
-    term *= (n - k) * p / ((k + 1) * (1 - p));
-  }
-  return levels;
-}
 
 }  // namespace
 
@@ -135,9 +116,6 @@ void RaySource::random_directions(const RayPath& way, std::uint64_t seed, int sa
 }
 
 void RaySource::lattice_directions(const RayPath& way, std::uint64_t seed, std::uint32_t group, int samples) {
-  // Kronecker sequence of the generalised golden ratio in four dimensions, as 32-bit fractions:
-  // powers of 1 / 1.16730397826141868..., the root of x^5 = x + 1.
-  constexpr std::uint32_t kStep[4] = {3679390609U, 3152041523U, 2700274805U, 2313257605U};
   std::fill_n(sample_, kBlockRays, group);
   for (int from = 0; from < pixels_; from += kBlockRays) {
     const int count = std::min(kBlockRays, pixels_ - from);
@@ -148,7 +126,7 @@ void RaySource::lattice_directions(const RayPath& way, std::uint64_t seed, std::
   }
   const std::uint32_t* const shift[4] = {shift_[0], shift_[1], shift_[2], shift_[3]};
   equal_runs(way, samples, Weight::transmittance, 1,
-             [&](int count) { optics::block_kernels().lattice(block_, owner_, sample_, shift, kStep, count); });
+             [&](int count) { optics::block_kernels().lattice(block_, owner_, sample_, shift, kLatticeSteps, count); });
 }
 
 // How many rays each pixel gets: its random word against the distribution function.

@@ -53,14 +53,23 @@ std::string scene_content_hash(const SceneFile& scene, const CaptureSettings& se
                   {"radiance", sha256_hex(bytes_of(scene.emitter.radiance.values))},
                   {"texels", scene.emitter.radiance.width},
                   {"travel", {scene.travel.shift_mm, scene.travel.tilt_deg}},
-                  {"transport", settings.transport == Transport::fresnel ? "fresnel" : "refract"},
+                  {"transport", name_of(settings.transport)},
                   {"lens_pivot", scene.lens.pivot_z_mm},
                   {"samples", reference_samples(scene)}};
-  for (const optics::Element& element : scene.lens.elements)
-    for (const optics::Face& face : element.faces)
+  for (const optics::Element& element : scene.lens.elements) {
+    if (!element.placement.is_nothing()) {
+      const auto& [rotation, shift] = element.placement;
+      content["placements"].push_back({element.name, rotation, {shift.x, shift.y, shift.z}});
+    }
+    for (const optics::Face& face : element.faces) {
       content["faces"].push_back({element.name, face.z_mm, face.curvature, face.index_after, face.clear_radius_mm});
+      if (!face.is_sphere()) content["shapes"].push_back({content["faces"].size(), face.conic, face.even_asphere});
+    }
+  }
   for (const optics::Stop& stop : scene.lens.stops) content["stops"].push_back({stop.z_mm, stop.opening_radius_mm});
-  if (scene.lens.mount) content["mount"] = {scene.lens.mount->bore_radius_mm, scene.lens.mount->to_z_mm};
+  if (scene.lens.mount)
+    content["mount"] = {scene.lens.mount->bore_radius_mm, scene.lens.mount->from_z_mm, scene.lens.mount->to_z_mm};
+  if (settings.transport == Transport::ghost) content["sensor_albedo"] = settings.sensor_albedo;
   return short_hash(canonical_json(content));
 }
 

@@ -132,6 +132,22 @@ optics::EmitterPlane Emitter::plane() const {
   return plane;
 }
 
+double Emitter::radiance_at(double x_mm, double y_mm) const {
+  const double half = side_mm / 2;
+  if (!(std::fabs(x_mm) < half && std::fabs(y_mm) < half)) return 0;
+  const double per_mm = static_cast<double>(radiance.width) / side_mm;
+  const double last = static_cast<double>(radiance.width - 1);
+  const double u = std::clamp((x_mm + half) * per_mm - 0.5, 0.0, last);
+  const double v = std::clamp((y_mm + half) * per_mm - 0.5, 0.0, last);
+  const auto column = static_cast<std::size_t>(std::min(u, last - 1)),
+             row = static_cast<std::size_t>(std::min(v, last - 1));
+  const double fu = u - static_cast<double>(column), fv = v - static_cast<double>(row);
+  const auto texel = [&](std::size_t x, std::size_t y) { return static_cast<double>(radiance.at(x, y)); };
+  const double above = (1 - fu) * texel(column, row) + fu * texel(column + 1, row);
+  const double below = (1 - fu) * texel(column, row + 1) + fu * texel(column + 1, row + 1);
+  return (1 - fv) * above + fv * below;
+}
+
 optics::Motion SceneFile::lens_to_world(const std::vector<double>& true_pose) const {
   const auto physical = [&](std::size_t axis, double half) { return (2 * true_pose[axis] - 1) * half; };
   const double rz = travel.tilt_deg.size() > 2 ? physical(5, travel.tilt_deg[2]) : 0;

@@ -28,6 +28,9 @@ struct Emitter {
   void show(pixels::Image image);
   // The plane as block kernels take it; a view of this.
   optics::EmitterPlane plane() const;
+  // At a place of its plane (mm): bilinear between texel centres, the border half texel repeats the outermost, 0
+  // outside. What block kernels see, for single rays.
+  double radiance_at(double x_mm, double y_mm) const;
 };
 
 // Pose s in [0, 1] per axis; physical value = (2 s - 1) * half travel.

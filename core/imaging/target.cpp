@@ -59,6 +59,18 @@ void paint_usaf_bars(pixels::Image& bitmap, int elements, double coarsest_period
   }
 }
 
+// Upright crosses where four fields of the grid meet, in three rectangles each: shapes do not overlap.
+void paint_crosses(pixels::Image& bitmap, int per_side) {
+  const double arm = 0.13 / per_side, thick = 0.03 / per_side;
+  for (int row = 1; row < per_side; ++row)
+    for (int column = 1; column < per_side; ++column) {
+      const double x = static_cast<double>(column) / per_side, y = static_cast<double>(row) / per_side;
+      paint(bitmap, rectangle(x - arm, y - thick / 2, 2 * arm, thick));
+      paint(bitmap, rectangle(x - thick / 2, y - arm, thick, arm - thick / 2));
+      paint(bitmap, rectangle(x - thick / 2, y + thick / 2, thick, arm - thick / 2));
+    }
+}
+
 pixels::Image draw(const std::string& name, const Values& values, int texels) {
   const auto whole = [&](const char* parameter) { return static_cast<int>(values.at(parameter)); };
   if (name == "siemens_star") return siemens_star(texels, whole("sectors"));
@@ -67,8 +79,9 @@ pixels::Image draw(const std::string& name, const Values& values, int texels) {
   bool negative = false;
   if (name == "chessboard") {
     paint_chessboard(bitmap, whole("fields"));
-  } else if (name == "slanted_edges") {
+  } else if (name == "slanted_edges" || name == "camera_chart") {
     const int squares = whole("squares");
+    if (name == "camera_chart") paint_crosses(bitmap, squares);
     paint_grid(bitmap, squares,
                [&](const Place& centre) { return turned_square(centre, 0.5 / squares, values.at("angle_deg")); });
     negative = true;
@@ -144,6 +157,10 @@ const std::vector<TargetKind>& target_kinds() {
       {"slanted_edges",
        "a grid of black squares on white, slightly turned",
        {{"squares", 7, 1, 64, true, "per side, each half as wide as they are apart"},
+        {"angle_deg", 5, -45, 45, false, "clockwise"}}},
+      {"camera_chart",
+       "slanted_edges with upright crosses between the squares, as camera lines hang up",
+       {{"squares", 9, 2, 64, true, "per side, each half as wide as they are apart"},
         {"angle_deg", 5, -45, 45, false, "clockwise"}}},
       {"usaf_bars",
        "three vertical and three horizontal white bars, smaller and smaller by the sixth root of 1/2",

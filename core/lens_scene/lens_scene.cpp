@@ -51,25 +51,31 @@ class LensScene::Mounted final : public relign::Assembly {
   SharedCamera& shared_;
 };
 
-imaging::SceneFile read_scene(const Parameters& given) {
+Parts read_parts(const Parameters& given) {
   imaging::SceneChoices chosen;
   chosen.ambient_index = given.number("ambient_index");
   chosen.target = given.text("target");
   chosen.rotation_z = given.boolean("rotation_z");
   chosen.pixels = static_cast<int>(given.integer("pixels"));
-  return imaging::read_scene_file(given.text("scene"), chosen);
+  Parts parts;
+  parts.settings.transport = *imaging::transport_from_name(given.text("transport"));
+  parts.settings.sampler = *imaging::sampler_from_name(given.text("sampler"));
+  parts.settings.samples = static_cast<int>(given.integer("samples"));
+  parts.scene = imaging::read_scene_file(given.text("scene"), chosen);
+  return parts;
 }
 
 LensScene::LensScene(const Parameters& given, Parts parts, const std::string& library)
-    : settings_{*imaging::transport_from_name(given.text("transport")),
-                *imaging::sampler_from_name(given.text("sampler")), static_cast<int>(given.integer("samples"))},
+    : settings_(parts.settings),
       scene_(std::move(parts.scene)),
       tracer_(std::move(parts.tracer)),
       parallel_(given.threads()),
       reference_(imaging::make_reference(
           scene_, settings_, parallel_, cache(given, library, parts.tracer_hash),
           [&given](const std::string& message) { given.warn(message); }, tracer_.get())),
-      shared_{{scene_, settings_, parallel_, tracer_.get()}, {scene_, shared_.camera, parallel_, reference_}, {}} {}
+      shared_{{scene_, settings_, parallel_, tracer_.get()},
+              {scene_, settings_, shared_.camera, parallel_, reference_},
+              {}} {}
 
 std::string LensScene::describe() {
   Json axes = Json::array();

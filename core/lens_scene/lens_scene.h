@@ -18,17 +18,19 @@
 namespace relign::lens_scene {
 
 struct Parts {
+  imaging::CaptureSettings settings;
   imaging::SceneFile scene;
   std::unique_ptr<optics::BlockTracer> tracer;  // null: the prescription's own spheres
   std::string tracer_hash;                      // of all that the tracer's images depend on besides the scene
 };
 
-// From the parameters "scene", "ambient_index", "target", "rotation_z" and "pixels".
-imaging::SceneFile read_scene(const Parameters& given);
+// Settings and scene, from the parameters "transport", "sampler", "samples", "scene", "ambient_index", "target",
+// "rotation_z" and "pixels".
+Parts read_parts(const Parameters& given);
 
 class LensScene : public Scene {
  public:
-  // Reads "transport", "sampler" and "samples". library: the plugin's own file, beside its manifest.
+  // library: the plugin's own file, beside its manifest.
   LensScene(const Parameters& given, Parts parts, const std::string& library);
 
   std::string describe() override;

@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "base/text.h"
+#include "mesh/mesh_writer.h"
 #include "mesh/traced_mesh.h"
 
 namespace relign::mesh {
@@ -52,6 +53,7 @@ LensMeshes::LensMeshes(const optics::Prescription& lens, const std::map<std::str
     if (element.faces.size() != 2)
       throw Error(ErrorKind::bad_input, "element " + element.name + " has " + std::to_string(element.faces.size()) +
                                             " faces: lenses of meshes are made of elements with two");
+    check_on_axis(element);
     if (!add(element.name, element.faces[0].index_after, e))
       throw Error(ErrorKind::bad_input, "there is no mesh of the element " + element.name);
   }

@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/text.h"
+#include "optics/face_shape.h"
 
 namespace relign::mesh {
 namespace {
@@ -12,10 +13,7 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr double kMostTriangles = 2e7;
 constexpr int kFewestCorners = 48;  // of a rim
 
-double sag(const optics::Face& face, double radius) {
-  const double root = std::sqrt(std::max(0.0, 1 - face.curvature * face.curvature * radius * radius));
-  return face.curvature * radius * radius / (1 + root);
-}
+using optics::sag;
 
 // Corners of one ring: the first vertex and how many; one corner is a point on the axis.
 struct Ring {
@@ -40,14 +38,15 @@ class Builder {
   Ring face(const optics::Face& face, int rim_corners, bool towards_image) {
     const double edge = face.clear_radius_mm;
     const double slope = std::min(1.0, std::fabs(face.curvature) * edge);
-    const double arc = face.curvature == 0 ? edge : std::asin(slope) / std::fabs(face.curvature);
+    const bool curved = face.is_sphere() && face.curvature != 0;
+    const double arc = !curved ? edge : std::asin(slope) / std::fabs(face.curvature);
     const int rings = std::max(3, static_cast<int>(std::ceil(arc / pitch_)));
     Ring inner = ring(0, face.z_mm, 1);
     for (int k = 1; k <= rings; ++k) {
       const double share = static_cast<double>(k) / rings;
-      const double radius = k == rings            ? edge
-                            : face.curvature == 0 ? share * edge
-                                                  : std::sin(share * std::asin(slope)) / std::fabs(face.curvature);
+      const double radius = k == rings ? edge
+                            : !curved  ? share * edge
+                                       : std::sin(share * std::asin(slope)) / std::fabs(face.curvature);
       const int corners = k == rings ? rim_corners : corners_at(radius, 6);
       const Ring outer = ring(radius, face.z_mm + sag(face, radius), corners);
       connect(inner, outer, towards_image);
@@ -99,11 +98,18 @@ bool cone_fits(const optics::Face& front, const optics::Face& back) {
 
 }  // namespace
 
+void check_on_axis(const optics::Element& element) {
+  if (!element.placement.is_nothing())
+    throw Error(ErrorKind::bad_input, "the lens file itself decentres or tilts element " + element.name +
+                                          ": lenses of meshes are made of elements on the axis");
+}
+
 Mesh element_mesh(const optics::Element& element, double pitch_mm) {
   if (element.faces.size() != 2)
     throw Error(ErrorKind::bad_input, "element " + element.name + " has " + std::to_string(element.faces.size()) +
                                           " faces: meshes are made of elements with two; give the glasses of a "
                                           "cemented element as elements of their own");
+  check_on_axis(element);
   const optics::Face &front = element.faces[0], &back = element.faces[1];
   const double largest = std::max(front.clear_radius_mm, back.clear_radius_mm);
   if (2 * 2 * kPi * largest * largest / (pitch_mm * pitch_mm) > kMostTriangles)

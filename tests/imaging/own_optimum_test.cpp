@@ -15,7 +15,7 @@ struct Bench {
   CaptureSettings settings;
   Reference reference = make_reference(relign_od_scene(), settings, parallel, {}, {});
   Camera camera{relign_od_scene(), settings, parallel};
-  OptimumFinder finder{relign_od_scene(), camera, parallel, reference};
+  OptimumFinder finder{relign_od_scene(), settings, camera, parallel, reference};
 
   // Mean of many truths: four times as exact as one.
   double mse(MountedLens& lens, const std::vector<double>& pose) {

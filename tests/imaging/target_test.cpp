@@ -128,9 +128,10 @@ TEST(Target, PathsAreNoNames) {
 TEST(Target, MistakesSayWhatIsAllowed) {
   EXPECT_THAT(
       refusal("chesboard:fields=2.5"),
-      testing::AllOf(HasSubstr("unknown target 'chesboard:fields=2.5'; did you mean 'chessboard'?"),
-                     HasSubstr("Allowed: siemens_star, chessboard, slanted_edges, usaf_bars, point_grid, white, "
-                               "or the path of an image file")));
+      testing::AllOf(
+          HasSubstr("unknown target 'chesboard:fields=2.5'; did you mean 'chessboard'?"),
+          HasSubstr("Allowed: siemens_star, chessboard, slanted_edges, camera_chart, usaf_bars, point_grid, white, "
+                    "or the path of an image file")));
   EXPECT_THAT(refusal("chessboard:sqares=3"), HasSubstr("unknown parameter 'sqares' of the target chessboard"));
   EXPECT_THAT(refusal("white:sectors=3"), HasSubstr("it has none"));
   for (const char* value : {"1", "257", "2.5", "x", "", "nan"})

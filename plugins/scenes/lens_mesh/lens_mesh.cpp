@@ -90,7 +90,7 @@ Source source_of(const relign::Parameters& given, const imaging::SceneFile& scen
 }
 
 relign::lens_scene::Parts parts(const relign::Parameters& given) {
-  relign::lens_scene::Parts parts{relign::lens_scene::read_scene(given), nullptr, ""};
+  relign::lens_scene::Parts parts = relign::lens_scene::read_parts(given);
   const auto [text, names] = source_of(given, parts.scene);
   std::map<std::string, mesh::Mesh> meshes;
   if (text.empty()) {

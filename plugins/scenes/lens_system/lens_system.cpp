@@ -3,10 +3,17 @@
 
 namespace {
 
-class LensSystem final : public relign::lens_scene::LensScene {
+namespace lens_scene = relign::lens_scene;
+
+lens_scene::Parts parts(const relign::Parameters& given) {
+  lens_scene::Parts parts = lens_scene::read_parts(given);
+  parts.settings.sensor_albedo = given.number("sensor_albedo");
+  return parts;
+}
+
+class LensSystem final : public lens_scene::LensScene {
  public:
-  explicit LensSystem(const relign::Parameters& given)
-      : LensScene(given, {relign::lens_scene::read_scene(given), nullptr, ""}, "lens_system.so") {}
+  explicit LensSystem(const relign::Parameters& given) : LensScene(given, parts(given), "lens_system.so") {}
 };
 
 }  // namespace

@@ -51,6 +51,26 @@ TEST_F(LensSystemTest, DescribesThePapersScene) {
   EXPECT_NEAR(mean / 40000, 0.0181, 0.0003);
 }
 
+TEST_F(LensSystemTest, EveryPresetIsAScene) {
+  const std::vector<std::string> ids = catalog_.ids(Kind::scene);
+  int scenes = 0;
+  for (const std::string& id : ids) {
+    if (id == "lens_system") continue;
+    ++scenes;
+    Scene scene(catalog_.resolve_or_throw(Kind::scene, id, {{"pixels", 20}}), services_);
+    const Json facts = Json::parse(scene.describe());
+    EXPECT_EQ(facts.at("axes").size(), 5u) << id;
+    EXPECT_TRUE(facts.contains("machine_time") && facts.contains("spec")) << id;
+    MountedAssembly assembly = scene.mount("{}");
+    const Json& image = facts.at("image");
+    std::vector<float> pixels(image.at("width").get<std::size_t>() * image.at("height").get<std::size_t>(), -1);
+    assembly.capture({0.5, 0.5, 0.5, 0.5, 0.5}, 1, pixels.data());
+    EXPECT_GE(*std::min_element(pixels.begin(), pixels.end()), 0.0F) << id;
+    EXPECT_GT(*std::max_element(pixels.begin(), pixels.end()), 0.0F) << id;
+  }
+  EXPECT_EQ(scenes, 12);
+}
+
 TEST_F(LensSystemTest, SixthAxisAndOtherChoices) {
   Scene scene(catalog_.resolve_or_throw(Kind::scene, "relign_od", {{"rotation_z", true}, {"pixels", 50}}), services_);
   const Json facts = Json::parse(scene.describe());
@@ -91,6 +111,18 @@ TEST_F(LensSystemTest, TruthAgreesWithTheImages) {
     mse += std::pow(static_cast<double>(image[i]) - static_cast<double>(reference.pixels[i]), 2) / 40000;
   const auto truth = tilted.noise_free_mse(pose, 9);
   EXPECT_NEAR(truth.mse, mse, 4 * truth.standard_error + 3e-7) << "the picture has a little noise left";
+}
+
+TEST_F(LensSystemTest, ThePackagesSceneHasAVeil) {
+  Scene scene(catalog_.resolve_or_throw(Kind::scene, "relign_od-package", {{"pixels", 40}}), services_);
+  const relign_image image = scene.reference();
+  double mean = 0, corner = 0;
+  for (int i = 0; i < 1600; ++i) mean += image.pixels[i] / 1600;
+  for (int i = 0; i < 6; ++i) corner += image.pixels[i] / 6;
+  EXPECT_NEAR(mean, 0.0197, 0.0004) << "the package's own reference image: 0.0197";
+  EXPECT_GT(corner, 0.00003) << "the veil reaches the corners";
+  MountedAssembly perfect = scene.mount("{}");
+  EXPECT_NEAR(perfect.noise_free_mse({0.5, 0.5, 0.5, 0.5, 0.5}, 1).mse, 0, 3e-5);
 }
 
 TEST_F(LensSystemTest, BadInputIsNamed) {

@@ -1,0 +1,137 @@
+#include "cli/animation.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "base/json_source.h"
+#include "cli/chosen_lens.h"
+#include "cli/film.h"
+#include "cli/interrupt.h"
+#include "drawing/gif.h"
+
+namespace relign::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> parts_between_arrows(const std::string& text) {
+  std::vector<std::string> parts;
+  std::size_t from = 0;
+  for (std::size_t at = text.find("->"); at != std::string::npos; at = text.find("->", from)) {
+    parts.push_back(text.substr(from, at - from));
+    from = at + 2;
+  }
+  parts.push_back(text.substr(from));
+  return parts;
+}
+
+std::vector<std::uint8_t> grey_of(const pixels::Image& image, double white) {
+  std::vector<std::uint8_t> grey(image.values.size());
+  std::transform(image.values.begin(), image.values.end(), grey.begin(), [&](float value) {
+    return static_cast<std::uint8_t>(std::lround(std::clamp(static_cast<double>(value) / white, 0.0, 1.0) * 255));
+  });
+  return grey;
+}
+
+}  // namespace
+
+std::vector<std::vector<double>> read_pose_path(const std::string& path, const task::SceneFacts& facts,
+                                                const std::optional<task::Instance>& instance) {
+  std::vector<std::vector<double>> poses;
+  if (path.find("->") != std::string::npos) {
+    for (const std::string& pose : parts_between_arrows(path))
+      poses.push_back(chosen_pose(pose, "--animate", facts, instance));
+    return poses;
+  }
+  const JsonSource source = JsonSource::from_file(path);
+  std::vector<Problem> problems;
+  ObjectReader reader(source, "", problems);
+  const Json* listed = reader.get("poses");
+  reader.refuse_unknown();
+  if (listed == nullptr || !listed->is_array() || listed->size() < 2) {
+    problems.push_back(source.problem(
+        listed == nullptr ? "" : "/poses",
+        "\"poses\" must be a list of at least two poses: \"nominal\", \"start\", or one number per axis, 0 to 1"));
+    throw_if_any(problems);
+  }
+  for (std::size_t i = 0; i < listed->size(); ++i) {
+    const Json& pose = listed->at(i);
+    // Numbers in a file are checked by the same rules, and complained of in the same words, as typed ones.
+    std::string text = pose.is_string() ? pose.get<std::string>() : pose.dump();
+    if (pose.is_array()) text = text.substr(1, text.size() - 2);
+    try {
+      poses.push_back(chosen_pose(text, "pose", facts, instance));
+    } catch (const Error& error) {
+      problems.push_back(source.problem("/poses/" + std::to_string(i), error.what()));
+    }
+  }
+  throw_if_any(problems);
+  return poses;
+}
+
+std::vector<std::vector<double>> frames_along(const std::vector<std::vector<double>>& path, int frames) {
+  std::vector<std::vector<double>> poses;
+  const std::size_t legs = path.size() - 1;
+  for (int frame = 0; frame < frames; ++frame) {
+    const double place = static_cast<double>(legs) * frame / (frames - 1);
+    const std::size_t leg = std::min(static_cast<std::size_t>(place), legs - 1);
+    const double share = place - static_cast<double>(leg);
+    std::vector<double> pose = path[leg];
+    for (std::size_t axis = 0; axis < pose.size(); ++axis)
+      pose[axis] = (1 - share) * path[leg][axis] + share * path[leg + 1][axis];
+    poses.push_back(std::move(pose));
+  }
+  return poses;
+}
+
+pixels::Image take_image(plugin_host::MountedAssembly& assembly, const task::SceneFacts& facts,
+                         const std::vector<double>& pose, std::optional<std::uint64_t> seed,
+                         const std::string& scene_id) {
+  pixels::Image image(facts.image_width, facts.image_height);
+  if (seed) {
+    assembly.capture(pose, *seed, image.values.data());
+  } else if (!assembly.render_noise_free(pose, image.values.data())) {
+    throw Error(ErrorKind::bad_input, "--noise-free: scene '" + scene_id + "' offers no noise-free images");
+  }
+  return image;
+}
+
+void animate(plugin_host::MountedAssembly& assembly, const task::SceneFacts& facts, const AnimationPlan& plan,
+             ProgressMode mode) {
+  const bool film = plan.out.extension() == ".mp4";
+  const int width = static_cast<int>(facts.image_width), height = static_cast<int>(facts.image_height);
+  if (film) require_film_program();
+  drawing::GreyGif gif(width, height, plan.frames_per_second);
+  std::string raw;  // of a film: frame behind frame
+  const std::atomic<bool>& stop = watch_for_stop();
+  ProgressPrinter printer(mode, "frames");
+  runner::Progress progress;
+  progress.doing = "animation";
+  progress.total = plan.poses.size();
+  for (std::size_t frame = 0; frame < plan.poses.size(); ++frame) {
+    printer.update(progress);
+    if (stop) {
+      printer.finish();
+      throw Error(ErrorKind::stopped, "stopped after " + std::to_string(frame) + " of " +
+                                          std::to_string(plan.poses.size()) + " frames; nothing was written");
+    }
+    const std::optional<std::uint64_t> seed = plan.noise_free ? std::nullopt : std::optional(plan.seed + frame);
+    const std::vector<std::uint8_t> grey =
+        grey_of(take_image(assembly, facts, plan.poses[frame], seed, plan.scene_id), facts.image_white);
+    if (film)
+      raw.append(grey.begin(), grey.end());
+    else
+      gif.add(grey);
+    ++progress.done;
+  }
+  printer.update(progress);
+  printer.finish();
+  if (film)
+    write_film(plan.out, raw, width, height, plan.frames_per_second);
+  else
+    write_file_atomically(plan.out, gif.take());
+}
+
+}  // namespace relign::cli

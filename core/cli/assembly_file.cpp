@@ -1,0 +1,37 @@
+#include "cli/assembly_file.h"
+
+#include <algorithm>
+
+#include "base/json_source.h"
+#include "base/text.h"
+
+namespace relign::cli {
+
+std::string read_assembly(const std::filesystem::path& file, const std::vector<std::string>& elements) {
+  const JsonSource source = JsonSource::from_file(file);
+  std::vector<Problem> problems;
+  ObjectReader reader(source, "", problems);
+  const Json* given = reader.get("elements");
+  reader.refuse_unknown();
+  if (given == nullptr) {
+    problems.push_back(source.problem("",
+                                      "'elements' is missing; allowed: {\"elements\": {\"L2\": {\"tilt_deg\": "
+                                      "[rx, ry], \"shift_mm\": [x, y, z]}}}"));
+  } else if (!given->is_object()) {
+    problems.push_back(source.problem("/elements", "an object of elements by name is needed"));
+  } else {
+    for (const auto& [name, offsets] : given->items()) {
+      const std::string pointer = "/elements/" + name;
+      if (std::find(elements.begin(), elements.end(), name) == elements.end())
+        problems.push_back(source.problem(pointer, "unknown element '" + name + "'" + suggestion(name, elements)));
+      ObjectReader offset_reader(source, pointer, problems);
+      offset_reader.numbers("shift_mm", 3, {0, 0, 0});
+      offset_reader.numbers("tilt_deg", 2, {0, 0});
+      offset_reader.refuse_unknown();
+    }
+  }
+  throw_if_any(problems);
+  return given->dump();
+}
+
+}  // namespace relign::cli

@@ -1,0 +1,67 @@
+#include "cli/chosen_lens.h"
+
+#include "base/error.h"
+#include "base/text.h"
+#include "cli/assembly_file.h"
+
+namespace relign::cli {
+
+void add_lens_options(CLI::App& verb, LensChoice& choice) {
+  verb.add_option("--noise-level", choice.level,
+                  "mount the lens of an instance of this level [default: a perfect lens]")
+      ->type_name("LEVEL");
+  verb.add_option("--instance", choice.instance, "number of the instance, from 0")
+      ->type_name("NUMBER")
+      ->check(whole_number())
+      ->capture_default_str();
+  verb.add_option("--suite-seed", choice.suite_seed, "seed of the suite that the instance belongs to")
+      ->type_name("SEED")
+      ->check(whole_number())
+      ->capture_default_str();
+  verb.add_option("--assembly", choice.assembly, "mount this lens: JSON with shift_mm and tilt_deg per element")
+      ->type_name("FILE");
+}
+
+ChosenLens choose_lens(Context& context, const LensChoice& choice, const LoadedScene& scene) {
+  if (!choice.assembly.empty() && !choice.level.empty())
+    throw Error(ErrorKind::bad_input, "--assembly and --noise-level both say which lens to mount; give one of them");
+  ChosenLens lens;
+  if (!choice.level.empty()) {
+    const plugin_host::Choice level = context.catalog().resolve_or_throw(plugin_host::Kind::noise_level, choice.level);
+    lens.instance = draw_instance(level, scene, context.services(1), choice.suite_seed, choice.instance);
+    lens.offsets = lens.instance->variances.elements_json;
+  }
+  if (!choice.assembly.empty()) lens.offsets = read_assembly(choice.assembly, scene.facts.elements);
+  return lens;
+}
+
+std::vector<double> chosen_pose(const std::string& text, const std::string& option, const task::SceneFacts& facts,
+                                const std::optional<task::Instance>& instance) {
+  if (text == "nominal") return facts.nominal_pose;
+  if (text == "start") {
+    if (!instance)
+      throw Error(ErrorKind::bad_input, option + " start: only an instance has a start; give --noise-level too");
+    return instance->variances.start;
+  }
+  const std::vector<double> pose = parse_numbers(text, option);
+  std::vector<std::string> names;
+  for (const task::Axis& axis : facts.axes) names.push_back(axis.name);
+  if (pose.size() != facts.axes.size())
+    throw Error(ErrorKind::bad_input, option + ": " + std::to_string(pose.size()) + " numbers given, " +
+                                          std::to_string(facts.axes.size()) + " needed: " + join(names, ","));
+  for (std::size_t axis = 0; axis < pose.size(); ++axis)
+    if (pose[axis] < 0 || pose[axis] > 1)
+      throw Error(ErrorKind::bad_input, option + ": " + shortest(pose[axis]) + " for " + names[axis] +
+                                            " is outside 0 to 1 (shares of the travel)");
+  return pose;
+}
+
+void refuse_station(const LoadedScene& scene, const std::string& scene_id) {
+  if (!scene.facts.owns_stage) return;
+  throw Error(ErrorKind::bad_input, "--scene: '" + scene_id +
+                                        "' is a station; it shows no pose on demand. Watch it in a trial: "
+                                        "relign-bench try ALGORITHM --scene " +
+                                        scene_id + " --frames DIR");
+}
+
+}  // namespace relign::cli

@@ -1,0 +1,165 @@
+// relign-bench lens draw: the cross-section of a lens with rays.
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "base/text.h"
+#include "cli/app.h"
+#include "cli/assembly_file.h"
+#include "cli/lens_files.h"
+#include "cli/workbench.h"
+#include "drawing/lens_drawing.h"
+#include "drawing/png.h"
+#include "imaging/scene_file.h"
+#include "optics/first_order.h"
+
+namespace relign::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kPngScale = 2;      // pixels for a unit of the drawing
+constexpr double kWidestField = 89;  // degrees
+
+struct DrawArguments {
+  std::string lens_file;
+  std::string scene = "relign_od";
+  bool scene_given = false;
+  std::string fields;
+  int rays = 7;
+  std::string assembly;
+  bool vertical = false;
+  std::string out = "lens.svg";
+};
+
+// What is drawn: a lens, and its surroundings in lens coordinates when it comes from a scene.
+struct Subject {
+  optics::Prescription lens;
+  std::string name;
+  std::optional<double> object_z_mm;
+  std::optional<double> sensor_low_mm, sensor_high_mm;
+};
+
+Subject subject_of(Context& context, const DrawArguments& arguments) {
+  Subject subject;
+  if (!arguments.lens_file.empty()) {
+    subject.lens = optics::read_prescription(arguments.lens_file);
+    subject.name = subject.lens.name;
+    return subject;
+  }
+  const imaging::SceneFile scene = imaging::read_scene_file(scene_file_of(context, arguments.scene), {});
+  subject.lens = scene.lens;
+  subject.name = scene.name == scene.lens.name ? scene.name : scene.name + ", lens " + scene.lens.name;
+  subject.object_z_mm = scene.emitter.z_mm + scene.pivot_behind_first_vertex_mm;
+  subject.sensor_high_mm = scene.sensor.top_mm;
+  subject.sensor_low_mm = scene.sensor.top_mm - scene.sensor.height * scene.sensor.pitch_mm;
+  return subject;
+}
+
+std::vector<double> chosen_fields(const DrawArguments& arguments, const optics::Prescription& lens) {
+  if (arguments.fields.empty()) {
+    if (lens.half_field_deg <= 0) return {0};
+    return {0, std::round(0.7 * lens.half_field_deg), std::floor(lens.half_field_deg)};
+  }
+  std::vector<double> fields = parse_numbers(arguments.fields, "--fields");
+  for (const double field : fields)
+    if (!(std::fabs(field) <= kWidestField))
+      throw Error(ErrorKind::bad_input, "--fields: " + shortest(field) + " is outside -" + shortest(kWidestField) +
+                                            " to " + shortest(kWidestField) + " degrees");
+  return fields;
+}
+
+std::string subtitle_of(const Subject& subject, bool as_built) {
+  const optics::FirstOrder data = optics::first_order(subject.lens);
+  std::string text = "f = " + significant(data.focal_length, 4) + " mm, f/" + significant(data.f_number, 3) + ", " +
+                     significant(subject.lens.wavelength_nm, 4) + " nm; ";
+  if (subject.object_z_mm)
+    text += "object " + significant(-*subject.object_z_mm, 4) + " mm before the first vertex";
+  else
+    text += "object far away";
+  return text + (as_built ? "; elements as built" : "");
+}
+
+int draw(Context& context, const DrawArguments& arguments) {
+  if (arguments.scene_given && !arguments.lens_file.empty())
+    throw Error(ErrorKind::bad_input, "LENSFILE and --scene both say which lens to draw; give one of them");
+  const std::string ending = fs::path(arguments.out).extension().string();
+  if (ending != ".svg" && ending != ".png")
+    throw Error(ErrorKind::bad_input, "--out: '" + arguments.out + "' must end in .svg or .png");
+
+  const Subject subject = subject_of(context, arguments);
+  std::map<std::string, optics::ElementOffset> offsets;
+  if (!arguments.assembly.empty()) {
+    std::vector<std::string> names;
+    for (const optics::Element& element : subject.lens.elements) names.push_back(element.name);
+    const std::string elements = read_assembly(arguments.assembly, names);
+    offsets = optics::read_offsets(JsonSource::from_text(elements, arguments.assembly), "", subject.lens);
+  }
+  const optics::Assembly assembly(subject.lens, offsets);
+
+  drawing::LensPicture picture;
+  picture.assembly = &assembly;
+  picture.title = subject.name;
+  picture.subtitle = subtitle_of(subject, !offsets.empty());
+  picture.vertical = arguments.vertical;
+  picture.sensor_low_mm = subject.sensor_low_mm;
+  picture.sensor_high_mm = subject.sensor_high_mm;
+  Json drawn = Json::array();
+  for (const double field : chosen_fields(arguments, subject.lens)) {
+    drawing::DrawnFan fan;
+    fan.label = shortest(field) + " deg";
+    fan.series = picture.fans.size();
+    fan.rays = optics::ray_fan(assembly, field, subject.object_z_mm, arguments.rays);
+    if (fan.rays.empty()) print_warning("no ray of the field " + fan.label + " passes the lens; none is drawn");
+    drawn.push_back({{"field_deg", field}, {"rays", fan.rays.size()}});
+    picture.fans.push_back(std::move(fan));
+  }
+  write_file_atomically(arguments.out, ending == ".svg" ? drawing::lens_svg(picture)
+                                                        : drawing::png_bytes(drawing::lens_raster(picture, kPngScale)));
+  if (context.json)
+    print_result(Json({{"image", arguments.out}, {"lens", subject.lens.name}, {"fields", drawn}}).dump(2) + "\n");
+  else
+    print_result(arguments.out + "\n");
+  return kDone;
+}
+
+}  // namespace
+
+void add_lens_draw(CLI::App& lens, Context& context) {
+  auto arguments = std::make_shared<DrawArguments>();
+  DrawArguments& given = *arguments;
+  CLI::App& verb = add_verb(lens, {"draw", "Draw the cross-section of a lens, with the rays of a few fields.",
+                                   "relign-bench lens draw --fields 0,20,42 -o lens.svg\n"
+                                   "relign-bench lens draw my_lens.json --assembly tilted.json --vertical -o lens.png",
+                                   "lens info, scene landscape, render"});
+  verb.add_option("LENSFILE", given.lens_file, "a lens file; its object is far away [default: the scene's lens]");
+  verb.add_option_function<std::string>(
+          "--scene",
+          [arguments](const std::string& scene) {
+            arguments->scene = scene;
+            arguments->scene_given = true;
+          },
+          "scene whose lens, sensor and object distance are meant: id, preset or path")
+      ->type_name("SCENE")
+      ->default_str(given.scene);
+  verb.add_option("-o,--out", given.out, "picture: .svg or .png")->type_name("FILE")->capture_default_str();
+  verb.add_option("--fields", given.fields,
+                  "degrees with commas between, each in a colour of its own [default: 0, 0.7 of the half field, the "
+                  "half field]")
+      ->type_name("DEGREES");
+  verb.add_option("--rays", given.rays, "rays of each field, rim to rim of what passes the lens")
+      ->type_name("COUNT")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  verb.add_option("--assembly", given.assembly, "draw this lens: JSON with shift_mm and tilt_deg per element")
+      ->type_name("FILE");
+  verb.add_flag("--vertical", given.vertical, "light travels downwards instead of to the right");
+  verb.callback(
+      [&context, arguments] { context.action = [&context, arguments] { return draw(context, *arguments); }; });
+}
+
+}  // namespace relign::cli

@@ -1,0 +1,161 @@
+// relign-bench scene landscape: the error over a scene's poses.
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "base/text.h"
+#include "cli/app.h"
+#include "cli/chosen_lens.h"
+#include "cli/interrupt.h"
+#include "cli/workbench.h"
+#include "drawing/landscape.h"
+#include "drawing/png.h"
+#include "pixels/score.h"
+
+namespace relign::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kPngScale = 2;  // pixels for a unit of the drawing
+// One for all poses: what is left of an estimate's error is nearly the same at neighbours, and maps are smooth.
+constexpr std::uint64_t kTruthSeed = 4;
+
+struct LandscapeArguments {
+  std::string scene = "relign_od";
+  std::string pose = "nominal";
+  LensChoice lens;
+  int points = 21;
+  std::string out = "landscape";
+};
+
+// Every pair of axes around the pose, and the value at each place.
+void measure(drawing::Landscape& landscape, plugin_host::MountedAssembly& assembly, const std::vector<double>& pose,
+             ProgressMode mode) {
+  const std::atomic<bool>& stop = watch_for_stop();
+  const auto pairs = drawing::plane_axes(landscape.axes.size());
+  const auto points = static_cast<std::size_t>(landscape.points);
+  ProgressPrinter printer(mode, "poses");
+  runner::Progress progress;
+  progress.doing = "landscape";
+  progress.total = pairs.size() * points * points;
+  for (const auto& [across, up] : pairs) {
+    drawing::LandscapePlane plane;
+    plane.across = across;
+    plane.up = up;
+    for (std::size_t place = 0; place < points * points; ++place) {
+      printer.update(progress);
+      if (stop) {
+        printer.finish();
+        throw Error(ErrorKind::stopped, "stopped after " + std::to_string(progress.done) + " of " +
+                                            std::to_string(progress.total) + " poses; nothing was written");
+      }
+      std::vector<double> here = pose;
+      here[across] = static_cast<double>(place % points) / static_cast<double>(points - 1);
+      here[up] = static_cast<double>(place / points) / static_cast<double>(points - 1);
+      plane.values.push_back(pixels::displayed_rmse(assembly.noise_free_mse(here, kTruthSeed).mse));
+      ++progress.done;
+    }
+    landscape.planes.push_back(std::move(plane));
+  }
+  printer.update(progress);
+  printer.finish();
+}
+
+std::vector<std::string> write(const drawing::Landscape& landscape, const fs::path& out) {
+  std::vector<std::string> written;
+  const auto add = [&](const fs::path& file, const std::string& content) {
+    write_file_atomically(file, content);
+    written.push_back(file.string());
+  };
+  const std::string ending = out.extension().string();
+  const bool all = ending.empty();
+  if (all || ending == ".png")
+    add(all ? out / "landscape.png" : out, drawing::png_bytes(drawing::landscape_raster(landscape, kPngScale)));
+  if (all || ending == ".html") add(all ? out / "landscape.html" : out, drawing::landscape_page(landscape));
+  if (all || ending == ".csv") add(all ? out / "landscape.csv" : out, drawing::landscape_table(landscape));
+  return written;
+}
+
+std::string subtitle_of(const LandscapeArguments& arguments) {
+  std::string lens = "perfect lens";
+  if (!arguments.lens.level.empty())
+    lens = "instance " + std::to_string(arguments.lens.instance) + " of " + arguments.lens.level;
+  if (!arguments.lens.assembly.empty()) lens = "lens of " + fs::path(arguments.lens.assembly).filename().string();
+  return lens + "; noise-free error in planes through the " +
+         (arguments.pose == "nominal" || arguments.pose == "start" ? arguments.pose + " pose"
+                                                                   : "pose " + arguments.pose);
+}
+
+int landscape(Context& context, const LandscapeArguments& arguments) {
+  const std::string ending = fs::path(arguments.out).extension().string();
+  if (!ending.empty() && ending != ".png" && ending != ".html" && ending != ".csv")
+    throw Error(ErrorKind::bad_input,
+                "--out: '" + arguments.out + "' must be a folder, or a file that ends in .png, .html or .csv");
+  plugin_host::HostServices services = context.services(core_count());
+  services.stop = &watch_for_stop();
+  const LoadedScene scene =
+      load_scene(context.catalog().resolve_or_throw(plugin_host::Kind::scene, arguments.scene), services);
+  refuse_station(scene, arguments.scene);
+  if (!scene.facts.truth)
+    throw Error(ErrorKind::bad_input, "--scene: '" + arguments.scene + "' tells no noise-free errors");
+  if (scene.facts.axes.size() < 2)
+    throw Error(ErrorKind::bad_input, "--scene: '" + arguments.scene + "' has one axis; a plane needs two");
+  const ChosenLens lens = choose_lens(context, arguments.lens, scene);
+  const std::vector<double> pose = chosen_pose(arguments.pose, "--pose", scene.facts, lens.instance);
+
+  drawing::Landscape landscape;
+  landscape.title = "Landscape of " + scene.facts.name;
+  landscape.subtitle = subtitle_of(arguments);
+  landscape.measure = "RMSE";
+  landscape.points = arguments.points;
+  for (std::size_t axis = 0; axis < pose.size(); ++axis) {
+    const task::Axis& known = scene.facts.axes[axis];
+    landscape.axes.push_back({known.name, known.unit, known.lower, known.upper, scene.facts.nominal_pose[axis]});
+  }
+  plugin_host::MountedAssembly assembly = scene.scene->mount(lens.offsets);
+  measure(landscape, assembly, pose, context.progress_mode());
+  const std::vector<std::string> written = write(landscape, arguments.out);
+  if (context.json)
+    print_result(Json({{"files", written}, {"planes", landscape.planes.size()}, {"pose", pose}}).dump(2) + "\n");
+  else
+    print_result(join(written, "\n") + "\n");
+  return kDone;
+}
+
+}  // namespace
+
+void add_scene(CLI::App& app, Context& context) {
+  CLI::App& scene = add_verb(app, {"scene", "Look at one scene as a whole.",
+                                   "relign-bench scene landscape --scene relign_od -o landscape", "lens, render"});
+  scene.require_subcommand(1);
+  auto arguments = std::make_shared<LandscapeArguments>();
+  LandscapeArguments& given = *arguments;
+  CLI::App& verb =
+      add_verb(scene, {"landscape", "Map the noise-free RMSE over every pair of axes: a drawing, a page and a table.",
+                       "relign-bench scene landscape --noise-level rho0.5 --instance 3 -o landscape\n"
+                       "relign-bench scene landscape --scene gaussian_spot -o spot.html",
+                       "lens draw, render, describe"});
+  verb.add_option("-o,--out", given.out,
+                  "folder for landscape.png, .html and .csv, or one file with one of these endings")
+      ->type_name("PATH")
+      ->capture_default_str();
+  verb.add_option("--scene", given.scene, "id, preset or path of a scene")->type_name("SCENE")->capture_default_str();
+  verb.add_option("--pose", given.pose,
+                  "true pose that all planes pass through: nominal, start, or one number per axis, shares of the "
+                  "travel, 0 to 1")
+      ->type_name("POSE")
+      ->capture_default_str();
+  add_lens_options(verb, given.lens);
+  verb.add_option("--points", given.points,
+                  "poses on each axis; ten planes of 21 x 21 at 5 ms each take 22 s, of 41 x 41 four times as long")
+      ->type_name("COUNT")
+      ->check(CLI::Range(3, 501))
+      ->capture_default_str();
+  verb.callback(
+      [&context, arguments] { context.action = [&context, arguments] { return landscape(context, *arguments); }; });
+}
+
+}  // namespace relign::cli

@@ -1,0 +1,53 @@
+// The error over a scene's poses, plane by plane: what `scene landscape` shows.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "drawing/canvas.h"
+
+namespace relign::drawing {
+
+struct LandscapeAxis {
+  std::string name, unit;
+  double lower = 0, upper = 0;  // physical values at shares 0 and 1
+  double nominal = 0.5;         // share
+};
+
+// All values over two axes; every other axis stays where the planes cut it.
+struct LandscapePlane {
+  std::size_t across = 0, up = 1;  // numbers of axes
+  std::vector<double> values;      // points x points, row by row, from the axes' lower ends
+  std::size_t lowest() const;      // the place of the smallest value
+};
+
+struct Landscape {
+  std::string title, subtitle;
+  std::string measure;  // "RMSE"
+  int points = 0;       // on each axis, from lower to upper; at least 2
+  std::vector<LandscapeAxis> axes;
+  std::vector<LandscapePlane> planes;  // in the order of plane_axes
+};
+
+// Every pair of axes, in the order of a drawing's rows: (0, 1), (0, 2), (1, 2), ...
+std::vector<std::pair<std::size_t, std::size_t>> plane_axes(std::size_t axes);
+
+// Where the panels lie: a triangle, one row for each axis but the first. The legend has the free corner.
+struct LandscapeLayout {
+  explicit LandscapeLayout(std::size_t axes);
+  Rectangle panel(std::size_t across, std::size_t up) const;
+  double width = 0, height = 0;
+  Rectangle legend;
+};
+
+std::string landscape_svg(const Landscape& landscape);
+Raster landscape_raster(const Landscape& landscape, double pixels_per_unit);
+
+// A page that needs nothing else: the drawing, and under the pointer the value and its pose.
+std::string landscape_page(const Landscape& landscape);
+
+// A line for each value: axes, physical values, shares, value.
+std::string landscape_table(const Landscape& landscape);
+
+}  // namespace relign::drawing

@@ -1,0 +1,48 @@
+// Pixels under transport `ghost`, a box of them at a time.
+// Not part of the room's face; camera.cpp uses it.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "imaging/ghost_paths.h"
+#include "imaging/pupil_tiles.h"
+
+namespace relign::imaging {
+
+class GhostImage {
+ public:
+  GhostImage(const SceneFile& scene, double sensor_albedo) : scene_(&scene), paths_(scene, sensor_albedo) {}
+  void place(const optics::Assembly& assembly, const optics::Motion& lens_to_world) {
+    paths_.place(assembly, lens_to_world);
+  }
+
+  // What a thread needs.
+  struct Workspace {
+    std::vector<GhostPaths::Branch> waiting;
+    std::vector<std::uint32_t> thresholds;
+  };
+
+  // A box of pixels of a capture with `samples` directions over the hemisphere. Directions that miss the lens are
+  // counted, not traced: how many of a pixel's directions fall into a box around it is binomial.
+  void capture(const PixelBox& box, std::uint64_t seed, int samples, Workspace& work, float* pixels) const;
+  // The same tracing every direction: the cross-check.
+  void capture_everywhere(const PixelBox& box, std::uint64_t seed, int samples, Workspace& work, float* pixels) const;
+  // Unbiased estimates of what light that was reflected adds, row by row: `samples` weighted paths a pixel. Groups
+  // are independent.
+  void ghost_part(const PixelBox& box, std::uint64_t seed, std::uint32_t group, int samples, Workspace& work,
+                  float* values) const;
+
+ private:
+  DirectionBox directions(const PixelBox& box) const;
+  void capture_within(const DirectionBox& directions, const PixelBox& box, std::uint64_t seed, int samples,
+                      Workspace& work, float* pixels) const;
+  template <class OnePixel>
+  void for_pixels(const PixelBox& box, const OnePixel& one) const;
+  PathStart start(int column, int row, const DirectionBox& box, const double (&unit)[4]) const;
+
+  const SceneFile* scene_;
+  GhostPaths paths_;
+};
+
+}  // namespace relign::imaging

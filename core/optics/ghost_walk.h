@@ -1,0 +1,125 @@
+// Light that is reflected on its way: a ray among the elements and stops of a lens, which at each surface goes on
+// refracted or reflected, as the caller decides.
+//
+// What it is for: ghosts. Faces are met in their order, back and forth, so no search structure is needed. A ray
+// that misses the face whose turn it is may meet an element's edge, which refracts: a cylinder as wide as the wider
+// of two faces, closed by a plane ring at the rim of the narrower one. Only such rays are looked for among all
+// surfaces. Edges are shaded as the paper's renderer shades its meshes, whose vertices have one normal each: halfway
+// between both sides at every rim, turning evenly in between. Stops reach out to the mount; both absorb.
+// Scalar double with + - * / and square roots only: the same bits everywhere.
+#pragma once
+
+#include <vector>
+
+#include "optics/assembly.h"
+#include "optics/rigid.h"
+
+namespace relign::optics {
+
+// Lens coordinates. Surfaces are faces and stops, counted from the object side; gap g lies between surfaces g - 1
+// and g.
+struct WalkingRay {
+  Vec3 at;
+  Vec3 direction;         // unit
+  int gap = 0;            // where it is; -1: in the air somewhere beside the elements
+  int glass = 0;          // the gap whose glass it is in; 0: in the air
+  bool to_image = false;  // towards surface `gap`, otherwise towards surface `gap` - 1
+  int left = -1;          // the face that it has just left; -1: none
+};
+
+// A ray on a face or an edge, before it was decided how it goes on.
+struct AtFace {
+  int surface = 0;
+  bool is_edge = false;
+  Vec3 at;
+  Vec3 normal;              // unit; of faces towards the image side
+  Vec3 outward;             // of edges: the side on which the air is
+  double cosine = 0;        // direction on normal
+  double cosine_after = 0;  // the same of the refracted ray; 0: total reflection
+  double index_ratio = 1;   // before / after
+  double reflectance = 1;   // unpolarised; 1: total reflection
+};
+
+// One piece of glass, as far as it reaches: heights along the axis and radius, in the frame of `placement`.
+struct GlassBody {
+  Motion placement;
+  double low_z = 0, high_z = 0, radius = 0;
+};
+
+class GhostWalk {
+ public:
+  // Allocates nothing from the second time on.
+  void set(const Assembly& assembly);
+
+  // A ray that starts behind the lens, towards the object. False when the mount's rear is in its way.
+  bool enter_from_image(const Vec3& at, const Vec3& direction, WalkingRay& ray) const;
+  // The same way back: whether a ray that left towards the image leaves the mount, to a plane that it meets at `at`.
+  bool leaves_to_image(const WalkingRay& ray, const Vec3& at) const;
+
+  enum class Next { face, object_side, image_side, lost };
+  // Finds what a ray meets next. On a face or an edge, `met` says what can happen there.
+  Next advance(WalkingRay& ray, AtFace& met) const;
+  void reflect(const AtFace& met, WalkingRay& ray) const;
+  void refract(const AtFace& met, WalkingRay& ray) const;
+
+  // All glass: what a ray from behind can meet.
+  const std::vector<GlassBody>& bodies() const { return bodies_; }
+
+ private:
+  static constexpr double kNearest = 1e-9;  // mm: nearer meetings are the place that the ray has just left
+
+  struct Surface {
+    bool is_stop = false;
+    Vec3 vertex, axis;  // axis: unit, towards the image side
+    double curvature = 0, clear_radius2 = 0;
+    double index_front = 1, index_back = 1;
+  };
+  struct Normal {
+    double radial = 0, axial = 0;
+  };
+  struct Edge {
+    int gap = 0;
+    Vec3 origin, axis;  // heights are counted from here
+    double index = 1;
+    double radius = 0, low_z = 0, high_z = 0;  // cylinder
+    double ring_z = 0, ring_inner_radius = 0;  // plane ring, out to the cylinder
+    bool ring_faces_image = false;
+    Normal cylinder_low, cylinder_high, ring_inner, ring_outer;  // at the ends
+    double nearest_z = 0, farthest_z = 0;                        // of this piece of glass, lens coordinates
+    bool holds_stop = false;                                     // a stop stands inside this glass
+  };
+  struct Found {
+    double distance;
+    int surface;  // from surfaces_.size() on: edges; kAbsorbed, kNothing
+    Vec3 normal;  // of edges
+    Vec3 outward;
+  };
+  static Normal outward_at_rim(const Face& face, double sign);
+  static Normal halfway(const Normal& a, const Normal& b);
+  void add_body(const Element& element, std::size_t face, const Motion& placement);
+  // How far a ray is from the face whose turn it is, if it meets it within its clear radius.
+  static bool meet(const Surface& surface, const WalkingRay& ray, double& distance);
+  static bool meet_again(const Surface& surface, const WalkingRay& ray, double& distance);
+  // The nearest meeting of the two that a line has with a face.
+  static void look_at_face(const Surface& surface, int number, const WalkingRay& ray, Found& found);
+  static void look_at_edge(const Edge& edge, int number, const WalkingRay& ray, Found& found);
+  static void look_at_stop(const Surface& stop, const WalkingRay& ray, Found& found);
+  void look_at_mount(const WalkingRay& ray, Found& found) const;
+  Next search(WalkingRay& ray, AtFace& met) const;
+  static bool out_of_reach(const Edge& edge, const WalkingRay& ray, double distance);
+  bool meets_stop_in_glass(const WalkingRay& ray, double distance) const;
+  Next arrive(int number, const WalkingRay& ray, double distance, AtFace& met) const;
+  static void weigh(double ratio, const WalkingRay& ray, AtFace& met);
+  bool in_bore(const Vec3& at, const Vec3& direction) const;
+  static void leave_edge(const Edge& edge, const AtFace& met, WalkingRay& ray);
+  const Edge* edge_of(int surface) const;
+
+  std::vector<Surface> surfaces_;  // from the object side
+  std::vector<Edge> edges_;
+  std::vector<int> stops_;
+  std::vector<GlassBody> bodies_;
+  bool has_mount_ = false;
+  double bore_radius2_ = 0, front_z_ = 0, rim_z_ = 0;  // of the mount
+};
+
+}  // namespace relign::optics

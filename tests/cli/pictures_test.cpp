@@ -1,0 +1,205 @@
+// lens draw, scene landscape, render --animate, through the binary.
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "cli/program.h"
+
+namespace relign::cli_test {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+std::size_t count_of(const std::string& text, const std::string& part) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  return count;
+}
+
+// Whether a program under way has told of its progress.
+bool has_begun(const Workplace& place) {
+  for (const auto& entry : std::filesystem::directory_iterator(place.folder()))
+    if (place.read(entry.path().filename()).find("\"doing\"") != std::string::npos) return true;
+  return false;
+}
+
+TEST(CliLensDraw, DrawsTheScenesLensWithItsRays) {
+  const Workplace place;
+  const Outcome outcome = relign_bench(place, {"lens", "draw", "--fields", "0,20,42", "--rays", "5", "-o", "lens.svg"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out, "lens.svg\n");
+  const std::string svg = place.read("lens.svg");
+  EXPECT_THAT(svg, StartsWith("<svg xmlns="));
+  EXPECT_EQ(count_of(svg, "<g class=\"rays\">"), 3U);
+  EXPECT_EQ(count_of(svg, "<g class=\"element\">"), 4U);
+  for (const char* word : {"42 deg", "aperture stop", ">L4<", "sensor", "object 115.3 mm", " mm</text>"})
+    EXPECT_THAT(svg, HasSubstr(word));
+}
+
+TEST(CliLensDraw, DrawsALensFileAndAnAssembly) {
+  const Workplace place;
+  const std::string lens = std::string(RELIGN_SOURCE_DIR) + "/plugins/scenes/lens_system/relign_od/lens.json";
+  ASSERT_EQ(relign_bench(place, {"lens", "draw", lens, "-o", "perfect.svg"}).exit_code, 0);
+  EXPECT_THAT(place.read("perfect.svg"), HasSubstr("object far away"));
+  place.write("built.json", R"({"elements": {"L2": {"tilt_deg": [3, 0]}}})");
+  ASSERT_EQ(relign_bench(place, {"lens", "draw", lens, "--assembly", "built.json", "-o", "built.svg"}).exit_code, 0);
+  EXPECT_NE(place.read("built.svg"), place.read("perfect.svg"));
+  const Outcome png = relign_bench(place, {"lens", "draw", lens, "--vertical", "-o", "lens.png", "--json"});
+  ASSERT_EQ(png.exit_code, 0) << png.err;
+  EXPECT_EQ(json::parse(png.out).at("fields").at(0).at("rays"), 7);
+  EXPECT_THAT(place.read("lens.png"), StartsWith("\x89PNG"));
+}
+
+TEST(CliLensDraw, MistakesAreNamed) {
+  const Workplace place;
+  const Outcome ending = relign_bench(place, {"lens", "draw", "-o", "lens.jpg"});
+  EXPECT_EQ(ending.exit_code, 2);
+  EXPECT_THAT(ending.err, HasSubstr("must end in .svg or .png"));
+  EXPECT_EQ(relign_bench(place, {"lens", "draw", "x.json", "--scene", "relign_od"}).exit_code, 2);
+  EXPECT_EQ(relign_bench(place, {"lens", "draw", "none.json"}).exit_code, 2);
+  EXPECT_THAT(relign_bench(place, {"lens", "draw", "--fields", "95"}).err, HasSubstr("95 is outside -89 to 89"));
+  place.write("built.json", R"({"elements": {"L9": {}}})");
+  EXPECT_THAT(relign_bench(place, {"lens", "draw", "--assembly", "built.json"}).err, HasSubstr("unknown element 'L9'"));
+  // A field that the lens cannot see is said, not left out silently.
+  const Outcome dark = relign_bench(place, {"lens", "draw", "--fields", "0,85"});
+  EXPECT_EQ(dark.exit_code, 0);
+  EXPECT_THAT(dark.err, HasSubstr("no ray of the field 85 deg passes"));
+}
+
+TEST(CliLandscape, WritesDrawingPageAndTable) {
+  const Workplace place;
+  const Outcome outcome = relign_bench(
+      place, {"scene", "landscape", "--scene", "gaussian_spot", "--points", "5", "-o", "maps", "--progress", "json"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out, "maps/landscape.png\nmaps/landscape.html\nmaps/landscape.csv\n");
+  EXPECT_THAT(place.read("maps/landscape.png"), StartsWith("\x89PNG"));
+  EXPECT_EQ(count_of(place.read("maps/landscape.html"), "<g class=\"panel\">"), 10U);
+  EXPECT_EQ(count_of(place.read("maps/landscape.csv"), "\n"), 1U + 10 * 25);
+  // The last line of progress counts every pose.
+  const std::string told = outcome.err.substr(outcome.err.rfind("\n{", outcome.err.size() - 2) + 1);
+  EXPECT_EQ(json::parse(told).at("done"), 250) << outcome.err;
+  EXPECT_EQ(json::parse(told).at("total"), 250);
+}
+
+TEST(CliLandscape, IsLowestAtTheNominalPoseOfAPerfectLens) {
+  const Workplace place;
+  const Outcome outcome =
+      relign_bench(place, {"scene", "landscape", "--points", "3", "-o", "map.csv", "--json", "--progress", "none"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  EXPECT_EQ(json::parse(outcome.out).at("files"), json::array({"map.csv"}));
+  // The nominal pose is in the middle of every plane, and the perfect lens has no error there.
+  std::istringstream table(place.read("map.csv"));
+  std::size_t middles = 0;
+  for (std::string line; std::getline(table, line);) {
+    const bool middle = line.find(",0,0,0.5,0.5,") != std::string::npos;
+    if (line.find("axis") == 0) continue;
+    const double rmse = std::stod(line.substr(line.rfind(',') + 1));
+    if (middle) ++middles;
+    if (middle)
+      EXPECT_LT(rmse, 1e-3) << line;
+    else
+      EXPECT_GT(rmse, 5e-3) << line;
+  }
+  EXPECT_EQ(middles, 10U);
+}
+
+TEST(CliLandscape, MistakesAndCtrlC) {
+  const Workplace place;
+  EXPECT_THAT(relign_bench(place, {"scene", "landscape", "-o", "map.svg"}).err,
+              HasSubstr("ends in .png, .html or .csv"));
+  const Outcome start = relign_bench(place, {"scene", "landscape", "--scene", "gaussian_spot", "--pose", "start"});
+  EXPECT_EQ(start.exit_code, 2);
+  EXPECT_THAT(start.err, HasSubstr("only an instance has a start"));
+  Running running(place, {RELIGN_PROGRAM, "scene", "landscape", "--scene", "gaussian_spot", "--points", "501", "-o",
+                          "map.csv", "--progress", "json"});
+  while (!has_begun(place) && !running.ended()) usleep(20000);
+  running.send(SIGINT);
+  const Outcome stopped = running.wait();
+  EXPECT_EQ(stopped.exit_code, 130);
+  EXPECT_THAT(stopped.err, HasSubstr("poses; nothing was written"));
+  EXPECT_FALSE(std::filesystem::exists(place.path("map.csv")));
+}
+
+TEST(CliAnimate, WritesAGifAlongThePath) {
+  const Workplace place;
+  const Outcome outcome =
+      relign_bench(place, {"render", "--scene", "gaussian_spot", "--animate", "0.3,0.5,0.5,0.5,0.5->nominal",
+                           "--frames", "5", "-o", "a.gif", "--json"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(place.read("a.gif"), StartsWith("GIF89a"));
+  const json told = json::parse(outcome.out);
+  ASSERT_EQ(told.at("frames"), 5);
+  EXPECT_DOUBLE_EQ(told.at("poses").at(1).at(0).get<double>(), 0.35);
+  EXPECT_EQ(told.at("poses").at(4), json::array({0.5, 0.5, 0.5, 0.5, 0.5}));
+  // A file of poses tells the same.
+  place.write("path.json", R"({"poses": [[0.3, 0.5, 0.5, 0.5, 0.5], "nominal"]})");
+  ASSERT_EQ(relign_bench(
+                place, {"render", "--scene", "gaussian_spot", "--animate", "path.json", "--frames", "5", "-o", "b.gif"})
+                .exit_code,
+            0);
+  EXPECT_EQ(place.read("a.gif"), place.read("b.gif"));
+}
+
+TEST(CliAnimate, FilmsAreWrittenByFfmpeg) {
+  const Workplace place;
+  const std::vector<std::string> film = {"render",   "--scene", "gaussian_spot", "--animate", "nominal->nominal",
+                                         "--frames", "3",       "--fps",         "12.5",      "-o",
+                                         "a.mp4"};
+  Options without;
+  without.environment["PATH"] = place.folder().string();
+  const Outcome missing = relign_bench(place, film, without);
+  EXPECT_EQ(missing.exit_code, 2);
+  EXPECT_THAT(missing.err, HasSubstr("ffmpeg, which is not on PATH"));
+  // One that notes what it was told and takes the frames for a film.
+  const auto play = [&](const std::string& script) {
+    place.write("ffmpeg", "#!/bin/sh\n" + script);
+    std::filesystem::permissions(place.path("ffmpeg"), std::filesystem::perms::owner_all);
+    Options with;
+    with.environment["PATH"] = place.folder().string() + ":/usr/bin:/bin";
+    return relign_bench(place, film, with);
+  };
+  const Outcome played =
+      play("echo \"$@\" > told\nwhile [ $# -gt 1 ]; do [ \"$1\" = -i ] && in=$2; shift; done\ncp \"$in\" \"$1\"\n");
+  ASSERT_EQ(played.exit_code, 0) << played.err;
+  const std::string told = place.read("told");
+  EXPECT_THAT(told, HasSubstr("-framerate 12.5"));
+  std::size_t side[2] = {0, 0};
+  ASSERT_EQ(std::sscanf(told.c_str() + told.find("-video_size ") + 12, "%zux%zu", &side[0], &side[1]), 2);
+  EXPECT_EQ(place.read("a.mp4").size(), 3 * side[0] * side[1]);
+  const Outcome failed = play("echo no such codec >&2; exit 3\n");
+  EXPECT_EQ(failed.exit_code, 2);
+  EXPECT_THAT(failed.err, HasSubstr("no such codec"));
+  for (const auto& entry : std::filesystem::directory_iterator(place.folder()))
+    EXPECT_THAT(entry.path().string(), Not(HasSubstr(".part")));
+}
+
+TEST(CliAnimate, MistakesAreNamed) {
+  const Workplace place;
+  const auto said = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"render", "--scene", "gaussian_spot"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome outcome = relign_bench(place, arguments);
+    EXPECT_EQ(outcome.exit_code, 2);
+    return outcome.err;
+  };
+  EXPECT_THAT(said({"-o", "a.gif"}), HasSubstr(".gif and .mp4 need --animate"));
+  EXPECT_THAT(said({"--animate", "nominal->nominal", "-o", "a.png"}), HasSubstr("must end in .gif or .mp4"));
+  EXPECT_THAT(said({"--animate", "nominal->0.5", "-o", "a.gif"}), HasSubstr("1 numbers given"));
+  EXPECT_THAT(said({"--animate", "start->nominal", "-o", "a.gif"}), HasSubstr("only an instance has a start"));
+  place.write("path.json", "{\"poses\": [\"nominal\",\n [2, 0, 0, 0, 0]]}");
+  EXPECT_THAT(said({"--animate", "path.json", "-o", "a.gif"}), HasSubstr("path.json:2:2: /poses/1: pose: 2 for"));
+  place.write("path.json", "{\"poses\": [\"nominal\"]}");
+  EXPECT_THAT(said({"--animate", "path.json", "-o", "a.gif"}), HasSubstr("at least two poses"));
+}
+
+}  // namespace
+}  // namespace relign::cli_test
