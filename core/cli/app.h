@@ -60,6 +60,7 @@ void add_describe(CLI::App& app, Context& context);
 void add_render(CLI::App& app, Context& context);
 void add_report(CLI::App& app, Context& context);
 void add_lens(CLI::App& app, Context& context);
+void add_lens_mesh(CLI::App& lens, Context& context);  // below lens
 void add_lens_draw(CLI::App& lens, Context& context);  // below lens
 void add_scene(CLI::App& app, Context& context);
 void add_scene_new(CLI::App& scene, Context& context);  // below scene

@@ -1,4 +1,4 @@
-// relign-bench lens info, lens trace: one lens by itself. lens draw: verb_lens_draw.cpp.
+// relign-bench lens info, lens trace: one lens by itself. lens draw: verb_lens_draw.cpp. Meshes: verb_lens_mesh.cpp.
 #include <memory>
 
 #include "base/error.h"
@@ -175,6 +175,7 @@ void add_lens(CLI::App& app, Context& context) {
       ->check(CLI::IsMember({"none", "mesh", "listing"}));
   trace_verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return trace_rays(context, *arguments); }; });
+  add_lens_mesh(lens, context);
   add_lens_draw(lens, context);
 }
 

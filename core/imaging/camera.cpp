@@ -65,8 +65,8 @@ struct Camera::Workspace {
   GhostImage::Workspace paths;
 };
 
-Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel& parallel)
-    : scene_(&scene), settings_(settings), parallel_(&parallel), tiles_(scene, parallel) {
+Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel& parallel, optics::BlockTracer* tracer)
+    : scene_(&scene), settings_(settings), parallel_(&parallel), tracer_(tracer), tiles_(scene, parallel) {
   for (unsigned thread = 0; thread < parallel.threads(); ++thread) workspaces_.push_back(std::make_unique<Workspace>());
   sums_.resize(tiles_.tiles().size());
   emitter_ = scene.emitter.plane();
@@ -89,6 +89,7 @@ void Camera::place(MountedLens& lens, const std::vector<double>& true_pose) {
   ops_.assign(path_.ops.begin(), path_.ops.end());
   ops_.push_back(optics::last_frame_to_world(path_));
   tiles_.fit(lens, lens_to_world, path_, ops_, emitter_);
+  if (tracer_) tracer_->place(lens.assembly(), lens_to_world, path_);
 }
 
 namespace {
@@ -115,7 +116,8 @@ void write_pixels(const PixelBox& box, const float* sums, double factor, int wid
 
 RayPath Camera::way() const {
   const bool fresnel = settings_.transport != Transport::refract;
-  return {ops_.data(), static_cast<int>(ops_.size()), &emitter_, fresnel, fresnel ? path_.highest_transmittance : 1.0};
+  return {ops_.data(), static_cast<int>(ops_.size()), &emitter_, fresnel, fresnel ? path_.highest_transmittance : 1.0,
+          tracer_};
 }
 
 // Runs body(tile, workspace) for every tile that sees the emitter; the others become black.

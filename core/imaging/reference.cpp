@@ -40,6 +40,10 @@ int reference_samples(const SceneFile& scene) {
   return samples;
 }
 
+int reference_samples(const SceneFile& scene, const optics::BlockTracer* tracer) {
+  return reference_samples(scene) / (tracer ? 16 : 1);
+}
+
 std::string scene_content_hash(const SceneFile& scene, const CaptureSettings& settings) {
   Json content = {{"pivot", scene.pivot_behind_first_vertex_mm},
                   {"sensor",
@@ -70,7 +74,8 @@ std::string scene_content_hash(const SceneFile& scene, const CaptureSettings& se
 }
 
 Reference make_reference(const SceneFile& scene, const CaptureSettings& settings, Parallel& parallel,
-                         const ReferenceCache& cache, const std::function<void(const std::string&)>& warn) {
+                         const ReferenceCache& cache, const std::function<void(const std::string&)>& warn,
+                         optics::BlockTracer* tracer) {
   const auto count = scene.sensor.pixels();
   Reference reference;
   std::filesystem::path file;
@@ -80,10 +85,11 @@ Reference make_reference(const SceneFile& scene, const CaptureSettings& settings
     reference.first.resize(count);
     reference.second.resize(count);
     const std::vector<double> nominal(scene.axes(), 0.5);
-    Camera camera(scene, settings, parallel);
+    Camera camera(scene, settings, parallel, tracer);
+    const int samples = reference_samples(scene, tracer);
     MountedLens lens(scene);
-    camera.render_noise_free(lens, nominal, 1, reference_samples(scene), reference.first.data());
-    camera.render_noise_free(lens, nominal, 2, reference_samples(scene), reference.second.data());
+    camera.render_noise_free(lens, nominal, 1, samples, reference.first.data());
+    camera.render_noise_free(lens, nominal, 2, samples, reference.second.data());
     if (!file.empty()) {
       const std::string body = bytes_of(reference.first) + bytes_of(reference.second);
       try {
