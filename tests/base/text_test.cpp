@@ -23,6 +23,7 @@ TEST(Text, SignificantIsForPeople) {
 
 TEST(Text, NearestNameIgnoresDashAndUnderscore) {
   EXPECT_EQ(nearest_name("nlopt_sbplex", {"nlopt-sbplx", "random"}), "nlopt-sbplx");
+  EXPECT_EQ(nearest_name("relign_do", {"relign_l2", "relign_od"}), "relign_od") << "two letters swapped are one slip";
   EXPECT_EQ(nearest_name("zebra", {"nlopt-sbplx", "random"}), "");
   EXPECT_EQ(suggestion("zebra", {"home", "random"}), "; known: home, random");
 }
