@@ -33,6 +33,17 @@ endforeach()
 
 find_package(Threads REQUIRED)
 
+# Meshes of lenses: read by assimp, traced by Embree. All else works without them.
+find_package(assimp QUIET)
+find_package(embree 3 QUIET)
+if(assimp_FOUND AND embree_FOUND)
+  set(RELIGN_HAS_MESHES ON)
+else()
+  set(RELIGN_HAS_MESHES OFF)
+  message(STATUS "Meshes of lenses are left out (room mesh, scene plugin lens_mesh): assimp or Embree 3 was not found "
+                 "(Debian and Ubuntu: libassimp-dev libembree-dev)")
+endif()
+
 find_file(RELIGN_DYGRAPHS_JS NAMES dygraph.min.js
           PATHS /usr/share/javascript/dygraphs/dist /usr/share/javascript/dygraphs NO_DEFAULT_PATH)
 find_file(RELIGN_DYGRAPHS_CSS NAMES dygraph.min.css

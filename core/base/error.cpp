@@ -6,7 +6,7 @@ std::string Problem::to_string() const {
   std::string text;
   if (!file.empty()) {
     text = file;
-    if (line > 0) text += ":" + std::to_string(line) + ":" + std::to_string(column);
+    if (line > 0) text += ":" + std::to_string(line) + (column > 0 ? ":" + std::to_string(column) : "");
     text += ": ";
   }
   if (!pointer.empty()) text += pointer + ": ";

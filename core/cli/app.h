@@ -60,8 +60,10 @@ void add_describe(CLI::App& app, Context& context);
 void add_render(CLI::App& app, Context& context);
 void add_report(CLI::App& app, Context& context);
 void add_lens(CLI::App& app, Context& context);
+void add_lens_mesh(CLI::App& lens, Context& context);  // below lens
 void add_lens_draw(CLI::App& lens, Context& context);  // below lens
 void add_scene(CLI::App& app, Context& context);
+void add_scene_new(CLI::App& scene, Context& context);  // below scene
 void add_plugin(CLI::App& app, Context& context);
 void add_plugin_check(CLI::App& plugin, Context& context);  // below plugin
 

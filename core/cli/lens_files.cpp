@@ -16,13 +16,17 @@ fs::path scene_file_of(Context& context, const std::string& scene_id) {
   return choice.parameters.at(document).get<std::string>();
 }
 
-optics::Prescription lens_of(Context& context, const std::string& scene_id) {
+fs::path lens_file_of_scene(Context& context, const std::string& scene_id) {
   const fs::path scene_file = scene_file_of(context, scene_id);
   const JsonSource source = JsonSource::from_file(scene_file);
   const Json& root = source.root();
   if (!root.is_object() || !root.contains("lens") || !root.at("lens").is_string())
     throw_if_any({source.problem("", "the key \"lens\" is missing (the lens file, relative to this one)")});
-  return optics::read_prescription(scene_file.parent_path() / root.at("lens").get<std::string>());
+  return scene_file.parent_path() / root.at("lens").get<std::string>();
+}
+
+optics::Prescription lens_of(Context& context, const std::string& scene_id) {
+  return optics::read_prescription(lens_file_of_scene(context, scene_id));
 }
 
 }  // namespace relign::cli

@@ -1,15 +1,12 @@
 #include "cli/scaffold.h"
 
-#include <stdlib.h>
-
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <utility>
 
 #include "base/error.h"
 #include "base/files.h"
 #include "base/text.h"
+#include "cli/new_folder.h"
 
 namespace relign::cli {
 namespace fs = std::filesystem;
@@ -37,17 +34,14 @@ bool has_word(const std::string& text, const std::string& word) {
   return false;
 }
 
-// Path inside the project and text of every file.
-using Files = std::vector<std::pair<fs::path, std::string>>;
-
-Files read_template(const fs::path& folder) {
-  Files files;
+NewFiles read_template(const fs::path& folder) {
+  NewFiles files;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder))
     if (entry.is_regular_file()) files.emplace_back(entry.path().lexically_relative(folder), read_file(entry.path()));
   return files;
 }
 
-void rename_plugin(Files& files, const std::string& name) {
+void rename_plugin(NewFiles& files, const std::string& name) {
   // A plugin called "policy" must not give its class the name of one in the template.
   std::string its_class = class_name(name);
   const auto taken = [&](const auto& file) { return has_word(file.second, its_class); };
@@ -57,27 +51,6 @@ void rename_plugin(Files& files, const std::string& name) {
     path = replaced(path.string(), kTemplateName, name);
   }
 }
-
-// A folder beside the wanted one, removed with all it holds.
-class TemporaryFolder {
- public:
-  explicit TemporaryFolder(const fs::path& parent) {
-    std::string pattern = (parent / ".relign-plugin-XXXXXX").string();
-    if (mkdtemp(pattern.data()) == nullptr)
-      throw Error(ErrorKind::io, "cannot write in " + parent.string() + ": " + std::strerror(errno));
-    path_ = pattern;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 }  // namespace
 
@@ -129,20 +102,11 @@ void write_project(const fs::path& templates, const NewPlugin& wanted) {
   if (!fs::is_directory(source))
     throw Error(ErrorKind::bad_input, "there is no template for " + wanted.kind + " in " + wanted.language +
                                           "; there are: " + join(known_templates(templates), ", "));
-  // lexically_normal: a trailing slash would leave no file name.
-  fs::path folder = fs::absolute(wanted.folder).lexically_normal();
-  if (!folder.has_filename()) folder = folder.parent_path();
-  if (fs::exists(fs::symlink_status(folder)))
-    throw Error(ErrorKind::bad_input, folder.string() + " exists already; nothing was written");
-
-  Files files = read_template(source);
+  NewFolder folder(wanted.folder);
+  NewFiles files = read_template(source);
   rename_plugin(files, wanted.name);
-  std::error_code error;
-  fs::create_directories(folder.parent_path(), error);
-  const TemporaryFolder draft(folder.parent_path());
-  for (const auto& [path, text] : files) write_file_atomically(draft.path() / "project" / path, text);
-  fs::rename(draft.path() / "project", folder, error);
-  if (error) throw Error(ErrorKind::io, "cannot make " + folder.string() + ": " + error.message());
+  folder.write(files);
+  folder.keep();
 }
 
 }  // namespace relign::cli

@@ -1,4 +1,4 @@
-// relign-bench lens info, lens trace: one lens by itself. lens draw: verb_lens_draw.cpp.
+// relign-bench lens info, lens trace: one lens by itself. lens draw: verb_lens_draw.cpp. Meshes: verb_lens_mesh.cpp.
 #include <memory>
 
 #include "base/error.h"
@@ -79,10 +79,19 @@ std::string surfaces_table(const optics::Prescription& lens) {
     rows.push_back({stop.z_mm,
                     {stop.name, digits(stop.z_mm, 6), "stop", "", digits(stop.opening_radius_mm, 4),
                      stop.in_listing ? digits(stop.opening_radius_mm, 6) : "-"}});
+  std::string shapes;
+  for (const optics::Element& element : lens.elements)
+    for (const optics::Face& face : element.faces)
+      if (!face.is_sphere()) {
+        shapes += "asphere at z = " + digits(face.z_mm, 6) + " mm: conic " + shortest(face.conic);
+        for (std::size_t i = 0; i < face.even_asphere.size(); ++i)
+          shapes += ", a" + std::to_string(2 * i + 4) + " " + shortest(face.even_asphere[i]);
+        shapes += "\n";
+      }
   std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.z < b.z; });
   for (const Row& row : rows) table.add(row.cells);
   table.add({"image", digits(lens.image_z_mm, 6), "plane", "", "", ""});
-  return table.text();
+  return table.text() + shapes;
 }
 
 int info(Context& context, const LensArguments& arguments) {
@@ -166,6 +175,7 @@ void add_lens(CLI::App& app, Context& context) {
       ->check(CLI::IsMember({"none", "mesh", "listing"}));
   trace_verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return trace_rays(context, *arguments); }; });
+  add_lens_mesh(lens, context);
   add_lens_draw(lens, context);
 }
 

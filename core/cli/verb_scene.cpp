@@ -128,9 +128,10 @@ int landscape(Context& context, const LandscapeArguments& arguments) {
 }  // namespace
 
 void add_scene(CLI::App& app, Context& context) {
-  CLI::App& scene = add_verb(app, {"scene", "Look at one scene as a whole.",
+  CLI::App& scene = add_verb(app, {"scene", "Make a scene of your own, or look at one as a whole.",
                                    "relign-bench scene landscape --scene relign_od -o landscape", "lens, render"});
   scene.require_subcommand(1);
+  add_scene_new(scene, context);
   auto arguments = std::make_shared<LandscapeArguments>();
   LandscapeArguments& given = *arguments;
   CLI::App& verb =

@@ -8,6 +8,7 @@
 #include "drawing/raster_canvas.h"
 #include "drawing/scales.h"
 #include "drawing/svg_canvas.h"
+#include "optics/face_shape.h"
 
 namespace relign::drawing {
 namespace {
@@ -142,7 +143,7 @@ void draw(Canvas& canvas, const LensLayout& layout, const LensPicture& picture) 
 }  // namespace
 
 std::vector<Vec3> face_section(const optics::Face& face, const optics::Motion& placement, int points) {
-  const double c = face.curvature, radius = face.clear_radius_mm;
+  const double radius = face.clear_radius_mm;
   std::vector<Vec3> section;
   for (int i = 0; i < points; ++i) {
     const double share = 2.0 * i / (points - 1) - 1;
@@ -151,8 +152,7 @@ std::vector<Vec3> face_section(const optics::Face& face, const optics::Motion& p
     Vec3 place;
     for (int round = 0; round < 12; ++round) {
       const double y = share * std::sqrt(std::max(0.0, radius * radius - x * x));
-      const double across = c * c * (x * x + y * y);
-      const double sag = c * (x * x + y * y) / (1 + std::sqrt(std::max(0.0, 1 - across)));
+      const double sag = optics::sag(face, std::min(radius, std::sqrt(x * x + y * y)));
       place = placement.point({x, y, face.z_mm + sag});
       x = std::clamp(x - place.x / std::max(0.1, placement.rotation[0]), -radius, radius);
     }

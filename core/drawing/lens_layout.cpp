@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "drawing/scales.h"
+#include "optics/face_shape.h"
 
 namespace relign::drawing {
 namespace {
@@ -39,12 +40,8 @@ LensLayout::LensLayout(const LensPicture& picture) : assembly_(picture.assembly)
     // The label points into the glass near its rim, where its thickness does not come out as a sliver.
     const double middle_z = (faces.front().z_mm + faces.back().z_mm) / 2;
     const double inside = 0.85 * std::min(faces.front().clear_radius_mm, faces.back().clear_radius_mm);
-    const auto sag = [&](const optics::Face& face) {
-      const double c = face.curvature;
-      return c * inside * inside / (1 + std::sqrt(std::max(0.0, 1 - c * c * inside * inside)));
-    };
-    const Vec3 place =
-        assembly.placement(e).point({0, inside, middle_z + (sag(faces.front()) + sag(faces.back())) / 2});
+    const Vec3 place = assembly.placement(e).point(
+        {0, inside, middle_z + (optics::sag(faces.front(), inside) + optics::sag(faces.back(), inside)) / 2});
     elements.push_back({place.z, place.y, lens.elements[e].name});
   }
   for (const optics::Stop& stop : lens.stops) others.push_back({stop.z_mm, -stop_outside(stop), stop.name});

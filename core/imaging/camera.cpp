@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/error.h"
 #include "imaging/ray_source.h"
 #include "imaging/read_out.h"
 
@@ -15,6 +16,17 @@ constexpr double kPi = 3.14159265358979323846;
 // Russian roulette of the paper's renderer: 0.95 at each of the last four faces. One die for all
 // dice: a ray survives with the product of all probabilities.
 constexpr double kRouletteSurvival = 0.95 * 0.95 * 0.95 * 0.95;
+
+// Walks meet a face from either side and a second time, which is solved for spheres alone.
+void refuse_aspheres(const optics::Prescription& lens) {
+  for (const optics::Element& element : lens.elements)
+    for (std::size_t f = 0; f < element.faces.size(); ++f)
+      if (!element.faces[f].is_sphere())
+        throw Error(ErrorKind::bad_input, "lens '" + lens.name + "': face " + std::to_string(f + 1) + " of " +
+                                              element.name +
+                                              " is aspheric, and transport ghost follows light among spheres and "
+                                              "planes only; use transport fresnel");
+}
 
 }  // namespace
 
@@ -53,12 +65,14 @@ struct Camera::Workspace {
   GhostImage::Workspace paths;
 };
 
-Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel& parallel)
-    : scene_(&scene), settings_(settings), parallel_(&parallel), tiles_(scene, parallel) {
+Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel& parallel, optics::BlockTracer* tracer)
+    : scene_(&scene), settings_(settings), parallel_(&parallel), tracer_(tracer), tiles_(scene, parallel) {
   for (unsigned thread = 0; thread < parallel.threads(); ++thread) workspaces_.push_back(std::make_unique<Workspace>());
   sums_.resize(tiles_.tiles().size());
   emitter_ = scene.emitter.plane();
-  if (settings.transport == Transport::ghost) ghosts_.emplace(scene, settings.sensor_albedo);
+  if (settings.transport != Transport::ghost) return;
+  refuse_aspheres(scene.lens);
+  ghosts_.emplace(scene, settings.sensor_albedo);
 }
 
 Camera::~Camera() = default;
@@ -75,6 +89,7 @@ void Camera::place(MountedLens& lens, const std::vector<double>& true_pose) {
   ops_.assign(path_.ops.begin(), path_.ops.end());
   ops_.push_back(optics::last_frame_to_world(path_));
   tiles_.fit(lens, lens_to_world, path_, ops_, emitter_);
+  if (tracer_) tracer_->place(lens.assembly(), lens_to_world, path_);
 }
 
 namespace {
@@ -101,7 +116,8 @@ void write_pixels(const PixelBox& box, const float* sums, double factor, int wid
 
 RayPath Camera::way() const {
   const bool fresnel = settings_.transport != Transport::refract;
-  return {ops_.data(), static_cast<int>(ops_.size()), &emitter_, fresnel, fresnel ? path_.highest_transmittance : 1.0};
+  return {ops_.data(), static_cast<int>(ops_.size()), &emitter_, fresnel, fresnel ? path_.highest_transmittance : 1.0,
+          tracer_};
 }
 
 // Runs body(tile, workspace) for every tile that sees the emitter; the others become black.

@@ -16,6 +16,7 @@
 #include "imaging/pupil_tiles.h"
 #include "imaging/scene_file.h"
 #include "optics/assembly.h"
+#include "optics/block_tracer.h"
 
 namespace relign::imaging {
 
@@ -62,9 +63,12 @@ struct MseEstimate {
 
 class Camera {
  public:
-  // scene and parallel outlive the camera. One frame at a time, by all threads of `parallel`; for many frames at
-  // once see camera_batch.h. Allocates everything it needs; captures allocate nothing from the second on.
-  Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel& parallel);
+  // scene, parallel and tracer outlive the camera. The tracer leads rays through the lens in place of its spheres, if
+  // there is one; which directions are traced is found from the spheres all the same. One frame at a time, by all
+  // threads of `parallel`; for many frames at once see camera_batch.h. Allocates everything it needs; captures allocate
+  // nothing from the second on.
+  Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel& parallel,
+         optics::BlockTracer* tracer = nullptr);
   ~Camera();
 
   // Each writes sensor.pixels() values. Captures are read out by the sensor's electronics, if it has any (read_out.h);
@@ -99,6 +103,7 @@ class Camera {
   const SceneFile* scene_;
   CaptureSettings settings_;
   Parallel* parallel_;
+  optics::BlockTracer* tracer_;
   PupilTiles tiles_;
   std::optional<GhostImage> ghosts_;  // transport ghost
   // of the pose in place

@@ -17,7 +17,11 @@ constexpr double kAxesMargin =
 constexpr int kLeastTilesAcross = 12;
 constexpr double kProbeScale = 0.9;         // probing rays stay inside the passing region
 constexpr double kHullWidening = 0.15;      // of the hull's own size, to each side
+constexpr double kBlurWidening = 0.75;      // and of the blur: how far one place's probing rays spread
+constexpr double kLostBlurWidening = 1;     // of the image's largest blur, where some probing rays were lost
+constexpr double kBlurryShare = 0.3;        // of the emitter's side: a blur that may carry light anywhere
 constexpr double kHullMarginShare = 0.005;  // of the emitter's side
+constexpr double kAnywhere = 1e300;         // mm: farther than any ray goes
 constexpr int kCellPixels = 3;              // a side: of the steps in which a tile's seen pixels are found
 
 double length(double a, double b) { return std::sqrt(a * a + b * b); }
@@ -34,9 +38,10 @@ struct Hull {
     low_y = std::min(low_y, y);
     high_y = std::max(high_y, y);
   }
-  // Widened by what lies between the probing rays.
-  bool misses(double half_emitter) const {
-    const double margin = kHullMarginShare * 2 * half_emitter;
+  // Widened by what lies between the probing rays, and by the blur: lenses with aberrations send rays of the rim
+  // farther out than the probing rays, which stay inside it.
+  bool misses(double half_emitter, double blur_margin) const {
+    const double margin = kHullMarginShare * 2 * half_emitter + blur_margin;
     const double wide_x = kHullWidening * (high_x - low_x) + margin, wide_y = kHullWidening * (high_y - low_y) + margin;
     return low_x - wide_x > half_emitter || high_x + wide_x < -half_emitter || low_y - wide_y > half_emitter ||
            high_y + wide_y < -half_emitter;
@@ -199,13 +204,38 @@ void PupilTiles::probe_emitter(int row, const optics::BackwardPath& path, const 
   if (count > 0) flush();
 }
 
+// How far the probing rays of a corner spread; 0 if all of them miss the emitter.
+double PupilTiles::blur(const Corner& corner, double half_emitter) {
+  Hull hull;
+  bool sees = false;
+  for (std::size_t probe = 0; probe < kProbes; ++probe) {
+    if (!corner.hit[probe]) continue;
+    const double x = corner.hit_x[probe], y = corner.hit_y[probe];
+    hull.add(x, y);
+    sees |= std::fabs(x) < half_emitter && std::fabs(y) < half_emitter;
+  }
+  return sees ? std::max(hull.high_x - hull.low_x, hull.high_y - hull.low_y) : 0;
+}
+
+// What to add to a tile's hulls. Lost probing rays tell nothing, though rays beside them may arrive.
+double PupilTiles::blur_margin(const std::array<const Corner*, 4>& corners) const {
+  double largest = 0;
+  bool lost = false;
+  for (const Corner* corner : corners) {
+    lost |= !corner->empty && corner->hits < kProbes;
+    largest = std::max(largest, blur(*corner, kAnywhere));
+  }
+  if (lost && blurry_) return kAnywhere;
+  return (lost ? kLostBlurWidening : kBlurWidening) * largest;
+}
+
 PupilTiles::Sight PupilTiles::sight(const Tile& tile, double half_emitter) const {
   Hull hull;
   for (const Corner* corner : corners_of(tile))
     for (std::size_t probe = 0; probe < kProbes; ++probe)
       if (corner->hit[probe]) hull.add(corner->hit_x[probe], corner->hit_y[probe]);
   if (hull.hits == 0) return Sight::unknown;
-  return hull.misses(half_emitter) ? Sight::nothing : Sight::emitter;
+  return hull.misses(half_emitter, blur_margin(corners_of(tile))) ? Sight::nothing : Sight::emitter;
 }
 
 // Between the corners each probing ray's hit is bilinear, as far as culling needs it: the lens does not bend that
@@ -247,10 +277,11 @@ PixelBox PupilTiles::pixels_that_see(const Tile& tile, double half_emitter) cons
           hull.add(grid_x[static_cast<std::size_t>(at)], grid_y[static_cast<std::size_t>(at)]);
       }
   }
+  const double margin = blur_margin(corners);
   int low_x = cells_x, high_x = -1, low_y = cells_y, high_y = -1;
   for (int y = 0; y < cells_y; ++y)
     for (int x = 0; x < cells_x; ++x) {
-      if (hulls[static_cast<std::size_t>(y * cells_x + x)].misses(half_emitter)) continue;
+      if (hulls[static_cast<std::size_t>(y * cells_x + x)].misses(half_emitter, margin)) continue;
       low_x = std::min(low_x, x);
       high_x = std::max(high_x, x);
       low_y = std::min(low_y, y);
@@ -268,8 +299,11 @@ PixelBox PupilTiles::pixels_that_see(const Tile& tile, double half_emitter) cons
 }
 
 // A tile from whose corners no probing ray passes the whole lens may still see a sliver of the emitter
-// if a neighbour sees it.
+// if a neighbour sees it, or if the image is very blurred.
 void PupilTiles::find_blind_tiles(double half_emitter) {
+  blurry_ = false;
+  for (const Corner& corner : corners_)
+    blurry_ = blurry_ || blur(corner, half_emitter) > kBlurryShare * 2 * half_emitter;
   for (std::size_t i = 0; i < tiles_.size(); ++i) sights_[i] = sight(tiles_[i], half_emitter);
   for (int row = 0; row < down_; ++row)
     for (int column = 0; column < across_; ++column) {
@@ -280,7 +314,8 @@ void PupilTiles::find_blind_tiles(double half_emitter) {
           neighbour |= sights_[static_cast<std::size_t>(r * across_ + c)] == Sight::emitter;
       bool passes = false;
       for (const Corner* corner : corners_of(tiles_[at])) passes |= !corner->empty;
-      tiles_[at].blind = !passes || sights_[at] == Sight::nothing || (sights_[at] == Sight::unknown && !neighbour);
+      tiles_[at].blind =
+          !passes || sights_[at] == Sight::nothing || (sights_[at] == Sight::unknown && !neighbour && !blurry_);
     }
 }
 

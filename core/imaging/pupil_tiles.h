@@ -71,6 +71,8 @@ class PupilTiles {
   void fit_corners(int row, const optics::Motion& lens_to_world);
   void probe_emitter(int row, const optics::BackwardPath& path, const std::vector<optics::Op>& ops,
                      const optics::EmitterPlane& emitter, optics::RayBlock& block);
+  static double blur(const Corner& corner, double half_emitter);
+  double blur_margin(const std::array<const Corner*, 4>& corners) const;
   enum class Sight { emitter, nothing, unknown };
   Sight sight(const Tile& tile, double half_emitter) const;
   // The pixels of a tile that can see the emitter, from what its corners see; all when that does not tell.
@@ -87,6 +89,7 @@ class PupilTiles {
   int across_, down_;  // tiles
   std::vector<Corner> corners_;
   std::vector<Tile> tiles_;
+  bool blurry_ = false;                                    // over a large part of the emitter
   std::vector<int> missing_;                               // in the table
   std::vector<Sight> sights_;                              // one a tile
   std::vector<std::unique_ptr<optics::RayBlock>> blocks_;  // one a thread

@@ -62,7 +62,10 @@ void RaySource::trace_and_weigh(const RayPath& way, Weight weight, double bound,
     kernels.start_in_hemisphere(block_, start_, count);
   else
     kernels.start_in_ellipse(block_, start_, count);
-  kernels.trace(block_, way.ops, way.op_count, way.fresnel, count);
+  if (way.tracer)
+    way.tracer->trace(block_, way.fresnel, count);
+  else
+    kernels.trace(block_, way.ops, way.op_count, way.fresnel, count);
   kernels.look_up(block_, *way.emitter, count);
   if (weight == Weight::dice)
     kernels.play_dice(block_, static_cast<float>(bound), count);

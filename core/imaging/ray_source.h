@@ -6,6 +6,7 @@
 
 #include "imaging/pupil_tiles.h"
 #include "imaging/scene_file.h"
+#include "optics/block_tracer.h"
 #include "optics/ray_block.h"
 
 namespace relign::imaging {
@@ -15,7 +16,8 @@ struct RayPath {
   int op_count;
   const optics::EmitterPlane* emitter;
   bool fresnel;
-  double highest_transmittance;  // of any ray; 1 for transport refract
+  double highest_transmittance;                 // of any ray; 1 for transport refract
+  const optics::BlockTracer* tracer = nullptr;  // in place of the operations, if there is one
 };
 
 class RaySource {

@@ -40,6 +40,10 @@ int reference_samples(const SceneFile& scene) {
   return samples;
 }
 
+int reference_samples(const SceneFile& scene, const optics::BlockTracer* tracer) {
+  return reference_samples(scene) / (tracer ? 16 : 1);
+}
+
 std::string scene_content_hash(const SceneFile& scene, const CaptureSettings& settings) {
   Json content = {{"pivot", scene.pivot_behind_first_vertex_mm},
                   {"sensor",
@@ -52,9 +56,16 @@ std::string scene_content_hash(const SceneFile& scene, const CaptureSettings& se
                   {"transport", name_of(settings.transport)},
                   {"lens_pivot", scene.lens.pivot_z_mm},
                   {"samples", reference_samples(scene)}};
-  for (const optics::Element& element : scene.lens.elements)
-    for (const optics::Face& face : element.faces)
+  for (const optics::Element& element : scene.lens.elements) {
+    if (!element.placement.is_nothing()) {
+      const auto& [rotation, shift] = element.placement;
+      content["placements"].push_back({element.name, rotation, {shift.x, shift.y, shift.z}});
+    }
+    for (const optics::Face& face : element.faces) {
       content["faces"].push_back({element.name, face.z_mm, face.curvature, face.index_after, face.clear_radius_mm});
+      if (!face.is_sphere()) content["shapes"].push_back({content["faces"].size(), face.conic, face.even_asphere});
+    }
+  }
   for (const optics::Stop& stop : scene.lens.stops) content["stops"].push_back({stop.z_mm, stop.opening_radius_mm});
   if (scene.lens.mount)
     content["mount"] = {scene.lens.mount->bore_radius_mm, scene.lens.mount->from_z_mm, scene.lens.mount->to_z_mm};
@@ -63,7 +74,8 @@ std::string scene_content_hash(const SceneFile& scene, const CaptureSettings& se
 }
 
 Reference make_reference(const SceneFile& scene, const CaptureSettings& settings, Parallel& parallel,
-                         const ReferenceCache& cache, const std::function<void(const std::string&)>& warn) {
+                         const ReferenceCache& cache, const std::function<void(const std::string&)>& warn,
+                         optics::BlockTracer* tracer) {
   const auto count = scene.sensor.pixels();
   Reference reference;
   std::filesystem::path file;
@@ -73,10 +85,11 @@ Reference make_reference(const SceneFile& scene, const CaptureSettings& settings
     reference.first.resize(count);
     reference.second.resize(count);
     const std::vector<double> nominal(scene.axes(), 0.5);
-    Camera camera(scene, settings, parallel);
+    Camera camera(scene, settings, parallel, tracer);
+    const int samples = reference_samples(scene, tracer);
     MountedLens lens(scene);
-    camera.render_noise_free(lens, nominal, 1, reference_samples(scene), reference.first.data());
-    camera.render_noise_free(lens, nominal, 2, reference_samples(scene), reference.second.data());
+    camera.render_noise_free(lens, nominal, 1, samples, reference.first.data());
+    camera.render_noise_free(lens, nominal, 2, samples, reference.second.data());
     if (!file.empty()) {
       const std::string body = bytes_of(reference.first) + bytes_of(reference.second);
       try {

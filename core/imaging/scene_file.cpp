@@ -75,6 +75,7 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
   }
   if (const Json* value = top.get("machine_time")) scene.machine_time = *value;
   if (const Json* value = top.get("spec")) scene.spec = *value;
+  if (const Json* value = top.get("meshes")) scene.meshes = *value;
 
   ObjectReader emitter(source, "/emitter", problems);
   if (problems.empty())

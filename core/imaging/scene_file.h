@@ -49,6 +49,7 @@ struct SceneFile {
   Travel travel;
   Json machine_time;  // as written, null when absent
   Json spec;
+  Json meshes;                               // where scenes of meshes find them; as written, null when absent
   std::vector<std::filesystem::path> files;  // all that were read
 
   std::size_t axes() const { return 3 + travel.tilt_deg.size(); }

@@ -1,6 +1,7 @@
 #include "optics/assembly.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "base/error.h"
 #include "base/text.h"
@@ -19,7 +20,7 @@ std::vector<std::string> element_names(const Prescription& lens) {
 Assembly::Assembly(const Prescription& lens) : Assembly(lens, {}) {}
 
 Assembly::Assembly(const Prescription& lens, const std::map<std::string, ElementOffset>& offsets) : lens_(&lens) {
-  placements_.resize(lens.elements.size());
+  for (const Element& element : lens.elements) placements_.push_back(element.placement);
   const Vec3 pivot{0, 0, lens.pivot_z_mm};
   for (const auto& [name, offset] : offsets) {
     const Element* element = lens.element(name);
@@ -27,11 +28,15 @@ Assembly::Assembly(const Prescription& lens, const std::map<std::string, Element
       throw Error(ErrorKind::bad_input,
                   "the lens '" + lens.name + "' has no element '" + name + "'" + suggestion(name, element_names(lens)));
     Motion& placement = placements_[static_cast<std::size_t>(element - lens.elements.data())];
-    if (offset.tilt_deg[0] != 0 || offset.tilt_deg[1] != 0)
-      placement.rotation = rotation_of_degrees(offset.tilt_deg[0], offset.tilt_deg[1]);
-    placement.translation =
-        pivot - turn(placement.rotation, pivot) + Vec3{offset.shift_mm[0], offset.shift_mm[1], offset.shift_mm[2]};
+    const Motion off = about(pivot, offset.tilt_deg, {offset.shift_mm[0], offset.shift_mm[1], offset.shift_mm[2]});
+    placement = placement.is_nothing() ? off : after(off, placement);
   }
+}
+
+Assembly Assembly::placed(const Prescription& lens, std::vector<Motion> placements) {
+  Assembly assembly(lens);
+  assembly.placements_ = std::move(placements);
+  return assembly;
 }
 
 std::map<std::string, ElementOffset> read_offsets(const JsonSource& source, const std::string& pointer,

@@ -11,7 +11,7 @@
 namespace relign::optics {
 
 // p_lens = pivot + Rx(rx) Ry(ry) (p_element - pivot) + shift, right-handed; the pivot is the
-// prescription's, on the axis.
+// prescription's, on the axis. Comes on top of the element's own placement in the design.
 struct ElementOffset {
   std::vector<double> shift_mm = {0, 0, 0};
   std::vector<double> tilt_deg = {0, 0};
@@ -23,6 +23,9 @@ class Assembly {
   explicit Assembly(const Prescription& lens);
   // Throws Error(bad_input) for an unknown element.
   Assembly(const Prescription& lens, const std::map<std::string, ElementOffset>& offsets);
+
+  // Each element's placement as given, element coordinates to lens coordinates: what no offset can say.
+  static Assembly placed(const Prescription& lens, std::vector<Motion> placements);
 
   const Prescription& lens() const { return *lens_; }
   // Element coordinates (those of the undisturbed lens) to lens coordinates.

@@ -24,8 +24,20 @@ Op face_op(const Face& face, double index_before) {
   op.index_before = static_cast<float>(face.index_after);
   op.index_after = static_cast<float>(index_before);
   op.index_ratio = static_cast<float>(face.index_after / index_before);
+  if (face.is_sphere()) return op;
+  op.kind = Op::asphere;
+  op.conic_plus_1 = static_cast<float>(1 + face.conic);
+  const double clear2 = face.clear_radius_mm * face.clear_radius_mm;
+  op.per_clear_radius2 = static_cast<float>(1 / clear2);
+  op.terms = static_cast<std::int32_t>(face.even_asphere.size());
+  double scale = clear2;
+  for (std::size_t i = 0; i < face.even_asphere.size(); ++i) {
+    scale *= clear2;
+    op.term[i] = static_cast<float>(face.even_asphere[i] * scale);
+  }
   return op;
 }
+static_assert(kAsphereTerms == kMostAsphereTerms);
 
 // At normal incidence.
 double highest_transmittance(double index_before, double index_after) {

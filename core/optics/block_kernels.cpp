@@ -191,13 +191,19 @@ void apply_shift(RayBlock& block, const Op& op, int count) {
 // Fresnel: T = 1 - (rs^2 + rp^2) / 2 = 2 r c c' (A^2 + B^2) / (A B)^2 with r the ratio of indices after / before,
 // A = c + r c', B = r c + c'.
 // Roots are taken of absolute values: where they matter not, the ray is lost by its margin.
+inline void transmit(RayBlock& block, int i, float back_ratio, float cosine, float cosine_after) {
+  const float a = multiply_add(back_ratio, cosine_after, cosine);
+  const float d = multiply_add(back_ratio, cosine, cosine_after);
+  block.above[i] *= 2.0F * back_ratio * cosine * cosine_after * multiply_add(a, a, d * d);
+  block.below[i] *= a * d;
+}
+
 template <bool Fresnel>
 void meet_face(RayBlock& block, const Op& op, int count) {
   const float vertex = op.vertex_z, c = op.curvature, minus_c = -op.curvature;
   const float ratio = op.index_ratio, clear2 = op.clear_radius2;
   const float minus_ratio2 = -ratio * ratio;
   const float back_ratio = op.index_after / op.index_before;
-  const float twice = 2.0F * back_ratio;
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
     const float x = block.x[i], y = block.y[i], z = block.z[i] - vertex;
@@ -224,14 +230,11 @@ void meet_face(RayBlock& block, const Op& op, int count) {
     block.lz[i] = multiply_add(ratio, lz, multiply_add(gc, hz, g));
     const float edge = multiply_add(-hx, hx, multiply_add(-hy, hy, clear2));
     block.margin[i] = smaller(smaller(block.margin[i], edge), smaller(discriminant, refracted));
-    if (Fresnel) {
-      const float a = multiply_add(back_ratio, cosine_after, cosine);
-      const float d = multiply_add(back_ratio, cosine, cosine_after);
-      block.above[i] *= twice * cosine * cosine_after * multiply_add(a, a, d * d);
-      block.below[i] *= a * d;
-    }
+    if (Fresnel) transmit(block, i, back_ratio, cosine, cosine_after);
   }
 }
+
+#include "optics/block_asphere.inc"
 
 void meet_stop(RayBlock& block, const Op& op, int count) {
   const float vertex = op.vertex_z, clear2 = op.clear_radius2;
@@ -276,6 +279,12 @@ void trace(RayBlock& block, const Op* ops, int op_count, bool fresnel, int count
           meet_face<true>(block, op, count);
         else
           meet_face<false>(block, op, count);
+        break;
+      case Op::asphere:
+        if (fresnel)
+          meet_asphere<true>(block, op, count);
+        else
+          meet_asphere<false>(block, op, count);
         break;
       case Op::stop:
         meet_stop(block, op, count);

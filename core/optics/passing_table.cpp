@@ -13,7 +13,13 @@ namespace {
 constexpr int kCoarse = 16;  // coarse places per pupil side
 constexpr int kAzimuths = 2 * kSupports;
 constexpr int kBisections = 10;
-constexpr double kGridStep = 0.5;         // mm between places
+constexpr double kGridStep = 0.5;         // mm between places, for a lens whose pupil is so far from its image:
+constexpr double kPupilOfGridStep = 8.5;  // mm
+constexpr int kLeastHeights = 5;
+// A pupil farther from the image than so many image distances stands nearly still in angle and swells on its plane
+// with aberrations: what passes is then told on the plane of the last vertex.
+constexpr double kFarPupil = 6;
+constexpr double kReachOfLastFace = 1.3;  // clear radii on that plane
 constexpr double kRelativeMargin = 0.03;  // of the supports
 static_assert(kCoarse * kCoarse == kBlockRays);
 
@@ -108,15 +114,27 @@ std::array<double, 2> support_direction(int k, int n) {
 }
 
 PassingTable::PassingTable(const Assembly& assembly, const Range& range) : path_(backward_path(assembly, {})) {
-  const FirstOrder data = first_order(assembly.lens());
-  pupil_z_ = data.exit_pupil_z;
-  // Pupils grow off the axis and with tilts; twice the paraxial radius holds them with room to spare.
-  reach_ = data.exit_pupil_diameter;
+  const Prescription& lens = assembly.lens();
+  const FirstOrder data = first_order(lens);
+  const Face& last = lens.elements.back().faces.back();
+  const double pupil_from_image = lens.image_z_mm - data.exit_pupil_z;
+  if (pupil_from_image > 0 && pupil_from_image < kFarPupil * data.image_distance) {
+    pupil_z_ = data.exit_pupil_z;
+    // Pupils grow off the axis and with tilts; twice the paraxial radius holds them with room to spare.
+    reach_ = std::fabs(data.exit_pupil_diameter);
+  } else {
+    pupil_z_ = last.z_mm;
+    reach_ = kReachOfLastFace * last.clear_radius_mm;
+  }
+  // Halved or doubled with the size of the lens.
   step_ = kGridStep;
+  const double distance = lens.image_z_mm - pupil_z_;
+  while (step_ / kGridStep < distance / kPupilOfGridStep) step_ *= 2;
+  while (step_ / kGridStep >= 2 * distance / kPupilOfGridStep) step_ /= 2;
   const int half = static_cast<int>(std::ceil(range.half_width / step_));
   count_ = 2 * half + 1;
   low_ = -half * step_;
-  count_z_ = 5;
+  count_z_ = std::max(kLeastHeights, 1 + static_cast<int>(std::ceil((range.z_high - range.z_low) / (2 * step_))));
   low_z_ = range.z_low;
   step_z_ = (range.z_high - range.z_low) / (count_z_ - 1);
   nodes_.resize(static_cast<std::size_t>(count_ * count_ * count_z_));

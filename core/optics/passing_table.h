@@ -4,9 +4,9 @@
 //
 // For places on a grid (lens coordinates) the table holds the passing region on the exit pupil's
 // plane as a convex polygon: supports[k] is the largest x cos(phi_k) + y sin(phi_k) over the region,
-// phi_k = 2 pi k / kSupports. Found by tracing float blocks backwards from each place: first a coarse
-// grid over the pupil, then bisection along 2 kSupports rays from the region's middle. A margin
-// covers what lies between grid places and between bisection rays; tests trace hundreds of
+// phi_k = 2 pi k / kSupports; on the plane of the last vertex where the pupil is far away. Found by tracing float
+// blocks backwards from each place: first a coarse grid over the pupil, then bisection along 2 kSupports rays from the
+// region's middle. A margin covers what lies between grid places and between bisection rays; tests trace hundreds of
 // millions of hemisphere rays against it. Regions are found when a pose first needs them: most lenses
 // are looked at from few of the places that the travel allows.
 #pragma once

@@ -4,14 +4,11 @@
 #include <cmath>
 
 #include "base/text.h"
+#include "optics/face_shape.h"
+#include "optics/glass.h"
 
 namespace relign::optics {
 namespace {
-
-double sag(const Face& face, double radius) {
-  const double root = std::sqrt(std::max(0.0, 1 - face.curvature * face.curvature * radius * radius));
-  return face.curvature * radius * radius / (1 + root);
-}
 
 class Reader {
  public:
@@ -27,6 +24,7 @@ class Reader {
     lens_.image_z_mm = top.required_number("image_z_mm", -1e6, 1e6);
     lens_.half_field_deg = top.number("half_field_deg", 0, 0, 89.9);
     lens_.entrance_pupil_diameter_mm = top.number("entrance_pupil_diameter_mm", 0, 1e-9, 1e6);
+    if (top.get("glasses")) read_glasses(top.pointer_to("glasses"));
     each(top, "elements", true, [this](const std::string& at) { read_element(at); });
     each(top, "stops", false, [this](const std::string& at) { read_stop(at); });
     if (top.get("mount")) read_mount(top.pointer_to("mount"));
@@ -58,6 +56,47 @@ class Reader {
     for (std::size_t i = 0; i < list->size(); ++i) body(parent.pointer_to(key) + "/" + std::to_string(i));
   }
 
+  // Glasses of the file's own; one of them may stand in for a built-in one of the same name.
+  void read_glasses(const std::string& at) {
+    const Json& all = source_.root().at("glasses");
+    ObjectReader glasses(source_, at, problems_);
+    if (!all.is_object()) return;  // the reader has complained
+    for (const auto& [name, value] : all.items()) {
+      if (const std::optional<Glass> glass = read_glass(source_, glasses.pointer_to(name), name, problems_))
+        own_glasses_.push_back(*glass);
+      glass_names_.push_back(name);
+    }
+  }
+
+  // The index of a named glass; 1 after a mistake.
+  double index_of_glass(ObjectReader& face, const std::string& name) {
+    if (lens_.wavelength_nm <= 0) {
+      face.complain("glass_after", "a glass needs the lens's wavelength: the key \"wavelength_nm\" is missing");
+      return 1.5;
+    }
+    const Glass* glass = nullptr;
+    for (const Glass& own : own_glasses_)
+      if (own.name == name) glass = &own;
+    if (!glass) glass = find_glass(name);
+    const std::optional<Glass> coded = glass ? std::nullopt : glass_of_code(name);
+    if (coded) glass = &*coded;
+    if (!glass) {
+      std::vector<std::string> known = optics::glass_names();
+      known.insert(known.end(), glass_names_.begin(), glass_names_.end());
+      // A mistake in the glass itself has been told already.
+      if (std::find(glass_names_.begin(), glass_names_.end(), name) == glass_names_.end())
+        face.complain("glass_after", "unknown glass '" + name + "'" + suggestion(name, known) +
+                                         "; give it under \"glasses\", or its index as \"index_after\"");
+      return 1.5;
+    }
+    try {
+      return refractive_index(*glass, lens_.wavelength_nm);
+    } catch (const Error& error) {
+      face.complain("glass_after", error.what());
+      return 1.5;
+    }
+  }
+
   void read_element(const std::string& at) {
     ObjectReader reader(source_, at, problems_);
     Element element;
@@ -68,12 +107,15 @@ class Reader {
     each(reader, "faces", true, [&](const std::string& face) { element.faces.push_back(read_face(face)); });
     if (element.faces.size() == 1) reader.complain("faces", "an element has at least two faces, found 1");
     if (!element.faces.empty()) {
-      if (element.faces.back().index_after != 1)
-        reader.complain("faces", "the last face has no \"index_after\": the ambient medium follows it");
+      if (element.faces.back().index_after != 1 || !element.faces.back().glass.empty())
+        reader.complain("faces",
+                        "the last face has no \"index_after\" or \"glass_after\": the ambient medium follows it");
       for (std::size_t i = 0; i + 1 < element.faces.size(); ++i)
         if (element.faces[i].index_after == 1)
           problems_.push_back(source_.problem(reader.pointer_to("faces") + "/" + std::to_string(i),
-                                              "the key \"index_after\" is missing (refractive index of the glass)"));
+                                              "the key \"index_after\" is missing (refractive index of the glass), or "
+                                              "\"glass_after\" (its name)"));
+      if (reader.get("placement")) read_placement(reader.pointer_to("placement"), element);
     }
     reader.refuse_unknown();
     lens_.elements.push_back(element);
@@ -92,16 +134,48 @@ class Reader {
       else if (radius)
         face.curvature = 1 / value;
     }
+    face.conic = reader.number("conic", 0, -1e6, 1e6);
+    if (const Json* terms = reader.get("even_asphere")) read_asphere(reader, *terms, face);
     face.index_after = reader.number("index_after", 1, 1, 5);
+    face.glass = reader.string("glass_after", "");
+    if (!face.glass.empty()) {
+      if (reader.has("index_after")) reader.complain("glass_after", "give either \"index_after\" or \"glass_after\"");
+      face.index_after = index_of_glass(reader, face.glass);
+    }
     face.clear_radius_mm = reader.required_number("clear_radius_mm", 1e-6, 1e6);
     face.listing_clear_radius_mm = reader.number("listing_clear_radius_mm", face.clear_radius_mm, 1e-6, 1e6);
     const double largest = std::max(face.clear_radius_mm, face.listing_clear_radius_mm);
-    if (std::fabs(face.curvature) * largest > 1)
-      reader.complain("clear_radius_mm", "the clear radius " + shortest(largest) +
-                                             " mm is larger than the sphere's radius " +
-                                             shortest(std::fabs(1 / face.curvature)) + " mm");
+    const double steepest = std::sqrt(std::max(0.0, 1 + face.conic)) * std::fabs(face.curvature);
+    if (steepest * largest > 1)
+      reader.complain("clear_radius_mm", "the clear radius " + shortest(largest) + " mm is larger than the " +
+                                             (face.conic == 0 ? "sphere's radius " : "largest radius of the conic ") +
+                                             shortest(1 / steepest) + " mm");
     reader.refuse_unknown();
     return face;
+  }
+
+  void read_asphere(ObjectReader& reader, const Json& terms, Face& face) {
+    bool numbers = terms.is_array() && !terms.empty() && terms.size() <= kMostAsphereTerms;
+    if (numbers)
+      for (const Json& term : terms) numbers = numbers && term.is_number() && std::isfinite(term.get<double>());
+    if (!numbers) {
+      reader.complain("even_asphere", "expected a list of 1 to " + std::to_string(kMostAsphereTerms) +
+                                          " numbers: the coefficients of r^4, r^6, ... in mm");
+      return;
+    }
+    face.even_asphere = terms.get<std::vector<double>>();
+    while (!face.even_asphere.empty() && face.even_asphere.back() == 0) face.even_asphere.pop_back();
+  }
+
+  // About the element's own front vertex.
+  void read_placement(const std::string& at, Element& element) {
+    ObjectReader reader(source_, at, problems_);
+    const std::vector<double> tilt = reader.numbers("tilt_deg", 2, {0, 0});
+    const std::vector<double> shift = reader.numbers("shift_mm", 3, {0, 0, 0});
+    for (const double angle : tilt)
+      if (!(angle >= -90 && angle <= 90)) reader.complain("tilt_deg", "tilts are from -90 to 90 degrees");
+    reader.refuse_unknown();
+    element.placement = about({0, 0, element.faces.front().z_mm}, tilt, {shift[0], shift[1], shift[2]});
   }
 
   void read_stop(const std::string& at) {
@@ -165,13 +239,21 @@ class Reader {
       return;
     }
     const double radius = std::min(before.clear_radius_mm, face.clear_radius_mm);
-    if (before.z_mm + sag(before, radius) > face.z_mm + sag(face, radius))
+    // Aspheres may come near each other anywhere, not only at the rim.
+    constexpr int kPlaces = 16;
+    for (int i = kPlaces; i > 0; --i) {
+      const double r = radius * i / kPlaces;
+      if (!(before.z_mm + sag(before, r) > face.z_mm + sag(face, r))) continue;
       complain(at, "the face crosses the one before it within the clear radius " + shortest(radius) + " mm");
+      return;
+    }
   }
 
   const JsonSource& source_;
   std::vector<Problem> problems_;
   Prescription lens_;
+  std::vector<Glass> own_glasses_;
+  std::vector<std::string> glass_names_;  // of the file's own, those with mistakes too
 };
 
 }  // namespace

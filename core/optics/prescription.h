@@ -1,6 +1,6 @@
-// A lens as designed: elements with spherical or plane faces, stops, the mount. Data, read from JSON
-// with units in the names; lengths in mm, z along the axis from the object to the image, z = 0 at the
-// first vertex.
+// A lens as designed: elements with spherical, plane, conic or even aspheric faces, stops, the mount. Data,
+// read from JSON with units in the names; lengths in mm, z along the axis from the object to the image,
+// z = 0 at the first vertex.
 #pragma once
 
 #include <filesystem>
@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/json_source.h"
+#include "optics/rigid.h"
 
 namespace relign::optics {
 
@@ -16,13 +17,19 @@ namespace relign::optics {
 // listing (its own checks), or none (first-order and golden rays).
 enum class Apertures { mesh, listing, none };
 
+inline constexpr std::size_t kMostAsphereTerms = 9;  // r^4 to r^20
+
 struct Face {
-  double z_mm = 0;         // vertex
-  double curvature = 0;    // 1 / radius, 1/mm; positive: centre on the image side; 0: plane
-  double index_after = 1;  // relative to the ambient medium; the ambient's own (1) behind the last face
+  double z_mm = 0;                   // vertex
+  double curvature = 0;              // 1 / radius, 1/mm; positive: centre on the image side; 0: plane
+  double conic = 0;                  // k: 0 sphere, -1 paraboloid
+  std::vector<double> even_asphere;  // a4, a6, ...: the sag grows by a4 r^4 + a6 r^6 + ...; 1/mm^3, 1/mm^5, ...
+  double index_after = 1;            // relative to the ambient medium; the ambient's own (1) behind the last face
+  std::string glass;                 // its name where the file gives one, else empty
   double clear_radius_mm = 0;
   double listing_clear_radius_mm = 0;
 
+  bool is_sphere() const { return conic == 0 && even_asphere.empty(); }  // or plane
   double clear_radius(Apertures apertures) const {
     return apertures == Apertures::listing ? listing_clear_radius_mm : clear_radius_mm;
   }
@@ -31,6 +38,7 @@ struct Face {
 struct Element {
   std::string name;
   std::vector<Face> faces;  // front to back
+  Motion placement = {};    // how the design itself places the element, off the axis or tilted
 };
 
 struct Stop {
@@ -74,8 +82,8 @@ struct Prescription {
 };
 
 // Reads and checks a lens file. Throws Error(bad_input) that lists every mistake with its place:
-// indices under 1, faces that cross or are out of order, clear radii larger than a sphere allows,
-// stops inside glass, no aperture stop, names that stand twice.
+// indices under 1, unknown glasses (never replaced), faces that cross or are out of order, clear radii larger
+// than a face's shape allows, stops inside glass, no aperture stop, names that stand twice.
 Prescription read_prescription(const std::filesystem::path& file);
 Prescription read_prescription(const JsonSource& source);
 

@@ -27,9 +27,12 @@ struct alignas(64) RayBlock {
   float radiance[kBlockRays];
 };
 
+constexpr int kAsphereTerms = 9;  // at most: r^4 to r^20
+
 // One thing a ray meets on its way from the sensor to the emitter (it travels towards -z).
 struct Op {
-  enum Kind : std::int32_t { frame, shift, face, stop, bore };
+  // face: a sphere or plane; asphere: a conic, with or without an even polynomial on top.
+  enum Kind : std::int32_t { frame, shift, face, asphere, stop, bore };
   Kind kind;
   // frame: rotation (row-major) and translation, p' = R p + t. shift: t only.
   float rotation[9];
@@ -41,6 +44,12 @@ struct Op {
   float index_after;
   float index_ratio;    // before / after
   float clear_radius2;  // face, stop, bore: square of the radius that lets light through
+  // asphere: 1 + k; 1 / clear_radius2; and the polynomial's terms over (r / clear radius)^2, in mm: the first is
+  // that of its square.
+  float conic_plus_1;
+  float per_clear_radius2;
+  std::int32_t terms;
+  float term[kAsphereTerms];
 };
 
 // Uniform directions in an ellipse of direction cosines whose centre moves with the place on the

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "optics/elementary.h"
 
@@ -57,6 +58,14 @@ struct Motion {
   bool is_shift() const { return rotation == kNoRotation; }
   bool is_nothing() const { return is_shift() && translation.x == 0 && translation.y == 0 && translation.z == 0; }
 };
+
+// p_outer = pivot + Rx Ry (p_inner - pivot) + shift, tilt = {rx, ry} in degrees.
+inline Motion about(const Vec3& pivot, const std::vector<double>& tilt_deg, const Vec3& shift) {
+  Motion motion;
+  if (tilt_deg[0] != 0 || tilt_deg[1] != 0) motion.rotation = rotation_of_degrees(tilt_deg[0], tilt_deg[1]);
+  motion.translation = pivot - turn(motion.rotation, pivot) + shift;
+  return motion;
+}
 
 inline Motion inverse(const Motion& motion) {
   const Rotation back = transposed(motion.rotation);

@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/text.h"
+#include "optics/face_shape.h"
 #include "optics/first_order.h"
 
 namespace relign::optics {
@@ -21,30 +22,26 @@ std::string face_name(const Element& element, std::size_t face) {
   return element.name + " face " + std::to_string(face + 1);
 }
 
-// Vertex form, see block_kernels.cpp; here towards +z. Returns what stopped the ray, or empty.
+// Returns what stopped the ray, or empty.
 std::string refract(Travelling& ray, const Face& face, double index_before, const Motion& placement,
                     Apertures apertures, Vec3& hit_in_lens) {
   const Motion into = inverse(placement);
   const Vec3 p = into.point(ray.at) - Vec3{0, 0, face.z_mm};
   const Vec3 l = into.direction(ray.direction);
-  const double c = face.curvature;
-  const double e = -dot(p, l);
-  const Vec3 m = p + e * l;
-  const double f = c * dot(m, m) - 2 * m.z;
-  const double discriminant = l.z * l.z - c * f;
-  if (!(discriminant > 0)) return "misses the face";
-  const double cosine = std::sqrt(discriminant);
-  const Vec3 hit = m + (f / (l.z + cosine)) * l;
+  const std::optional<FacePoint> met = meet(face, p, l);
+  if (!met) return "misses the face";
+  const double cosine = dot(l, met->normal);
+  if (!(cosine > 0)) return "misses the face";
+  const Vec3& hit = met->at;
   if (apertures != Apertures::none) {
     const double clear = face.clear_radius(apertures);
     if (hit.x * hit.x + hit.y * hit.y > clear * clear) return "outside the clear radius";
   }
   const double ratio = index_before / face.index_after;
-  const double refracted = 1 - ratio * ratio * (1 - discriminant);
+  const double refracted = 1 - ratio * ratio * (1 - cosine * cosine);
   if (!(refracted > 0)) return "total reflection";
   const double g = std::sqrt(refracted) - ratio * cosine;
-  const Vec3 normal{-c * hit.x, -c * hit.y, 1 - c * hit.z};
-  const Vec3 turned = ratio * l + g * normal;
+  const Vec3 turned = ratio * l + g * met->normal;
   hit_in_lens = placement.point(hit + Vec3{0, 0, face.z_mm});
   ray.at = hit_in_lens;
   ray.direction = placement.direction(turned);

@@ -78,5 +78,47 @@ TEST(CliLens, SaysWhereARayIsLost) {
   EXPECT_EQ(json::parse(outcome.out).at("rays").at(0).at("lost_at"), "aperture stop: outside the opening");
 }
 
+#if RELIGN_HAS_MESHES
+TEST(CliLens, MeshesGoOutAndComeBackAsALens) {
+  const Workplace place;
+  const Outcome written = relign_bench(place, {"lens", "export-mesh", "--pitch", "0.3", "-o", "meshes"});
+  ASSERT_EQ(written.exit_code, 0) << written.err;
+  EXPECT_THAT(written.out, HasSubstr("meshes/L4.ply"));
+  const std::vector<std::string> fit = {"lens",          "fit-mesh", "meshes/L3.ply", "meshes/L1.ply", "meshes/L2.ply",
+                                        "meshes/L4.ply", "-o",       "lens.json"};
+  std::vector<std::string> fit_json = fit;
+  fit_json.emplace_back("--json");
+  const Outcome fitted = relign_bench(place, fit_json);
+  ASSERT_EQ(fitted.exit_code, 0) << fitted.err;
+  const json elements = json::parse(fitted.out).at("elements");
+  EXPECT_EQ(elements.at(0).at("file"), "meshes/L1.ply") << "in the order of the axis";
+  const json back = elements.at(1).at("faces").at(1);
+  EXPECT_NEAR(back.at("radius_mm").get<double>(), -7.74558, 2e-5) << "files hold floats";
+  EXPECT_LT(back.at("residual_largest_mm").get<double>(), 2e-6);
+  EXPECT_THAT(relign_bench(place, fit).out, HasSubstr("L2.ply back"));
+
+  // The lens file is one: the same focal length, without published values to compare with.
+  place.write("scene.json", R"({"use": "lens_system", "lens": "lens.json"})");
+  const Outcome info = relign_bench(place, {"lens", "info", "--scene", "scene.json", "--json"});
+  ASSERT_EQ(info.exit_code, 0) << info.err;
+  EXPECT_NEAR(json::parse(info.out).at("first_order").at("focal_length").get<double>(), 2.895, 1e-4);
+}
+
+TEST(CliLens, MistakesWithMeshesAreNamed) {
+  const Workplace place;
+  EXPECT_EQ(relign_bench(place, {"lens", "export-mesh"}).exit_code, 2) << "no folder";
+  EXPECT_EQ(relign_bench(place, {"lens", "export-mesh", "--pitch", "0", "-o", "meshes"}).exit_code, 2);
+  ASSERT_EQ(relign_bench(place, {"lens", "export-mesh", "--pitch", "0.5", "-o", "meshes"}).exit_code, 0);
+  const Outcome few = relign_bench(place, {"lens", "fit-mesh", "meshes/L1.ply", "-o", "lens.json"});
+  EXPECT_EQ(few.exit_code, 2);
+  EXPECT_THAT(few.err, HasSubstr("has 4 elements, but 1 meshes are given"));
+  place.write("half.ply", place.read("meshes/L1.ply").substr(0, 4000));
+  const Outcome half = relign_bench(place, {"lens", "fit-mesh", "half.ply"});
+  EXPECT_EQ(half.exit_code, 2);
+  EXPECT_THAT(half.err, HasSubstr("half.ply: the file is truncated"));
+  EXPECT_EQ(relign_bench(place, {"lens", "fit-mesh", "none.ply"}).exit_code, 2);
+}
+#endif
+
 }  // namespace
 }  // namespace relign::cli_test

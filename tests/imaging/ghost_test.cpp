@@ -1,9 +1,11 @@
 // Transport ghost: energy by a case that can be calculated, the levels of the paper's renderer, one mean for all
 // samplers, truth without bias, the same bits for any number of threads.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "error_text.h"
 #include "imaging/ghost_paths.h"
 #include "imaging/target.h"
 #include "scene_under_test.h"
@@ -242,6 +244,15 @@ TEST(Ghosts, ReferencesOfAnotherAlbedoAreOthers) {
   const SceneFile scene = package_scene(40);
   EXPECT_NE(scene_content_hash(scene, ghost(0.5)), scene_content_hash(scene, ghost(0)));
   EXPECT_NE(scene_content_hash(scene, ghost(0)), scene_content_hash(scene, {}));
+}
+
+TEST(Ghosts, LensesWithAspheresAreRefused) {
+  SceneFile scene = package_scene(20);
+  scene.lens.elements[2].faces[1].conic = -0.5;
+  Parallel parallel(1);
+  EXPECT_THAT(test::error_text(ErrorKind::bad_input, [&] { Camera camera(scene, ghost(0), parallel); }),
+              testing::HasSubstr("face 2 of L3 is aspheric"));
+  EXPECT_NO_THROW(Camera(scene, {}, parallel));
 }
 
 }  // namespace

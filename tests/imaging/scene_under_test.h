@@ -1,6 +1,8 @@
 // The paper's scene and lenses drawn around it, as the tests use them.
 #pragma once
 
+#include <algorithm>
+#include <filesystem>
 #include <relign/random.hpp>
 #include <string>
 #include <vector>
@@ -11,9 +13,9 @@
 
 namespace relign::imaging {
 
-inline std::string relign_od_file() {
-  return std::string(RELIGN_SOURCE_DIR) + "/plugins/scenes/lens_system/relign_od/scene.json";
-}
+inline std::string scene_folder() { return std::string(RELIGN_SOURCE_DIR) + "/plugins/scenes/lens_system/"; }
+
+inline std::string relign_od_file() { return scene_folder() + "relign_od/scene.json"; }
 
 inline const SceneFile& relign_od_scene() {
   static const SceneFile scene = read_scene_file(relign_od_file(), {});
@@ -22,6 +24,15 @@ inline const SceneFile& relign_od_scene() {
 
 inline SceneFile relign_od_scene_with(const SceneChoices& choices) {
   return read_scene_file(relign_od_file(), choices);
+}
+
+// Every folder with a scene file, sorted.
+inline std::vector<std::string> shipped_scenes() {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(scene_folder()))
+    if (std::filesystem::exists(entry.path() / "scene.json")) names.push_back(entry.path().filename().string());
+  std::sort(names.begin(), names.end());
+  return names;
 }
 
 inline const std::vector<double>& nominal_pose() {

@@ -4,8 +4,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "base/files.h"
 #include "lens_under_test.h"
+#include "optics/assembly.h"
 
 namespace relign::optics {
 namespace {
@@ -57,6 +60,98 @@ TEST(Prescription, EveryMistakeHasItsPlace) {
   EXPECT_THAT(complaint("\"format\": 1", "\"format\": 2"), HasSubstr("expected an integer from 1 to 1, found 2"));
   EXPECT_THAT(complaint("\"image_z_mm\": 20.587550", "\"image_z_mm\": 17"), HasSubstr("lies before the last face"));
   EXPECT_THAT(complaint("\"elements\": [", "\"elements\": [], \"x\": ["), HasSubstr("at least one entry"));
+}
+
+// One face of the paper's lens with other keys.
+Prescription with_keys(const std::string& from, const std::string& to) {
+  std::string text = read_file(std::string(RELIGN_SOURCE_DIR) + "/plugins/scenes/lens_system/relign_od/lens.json");
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  text.replace(at, from.size(), to);
+  return read_prescription(JsonSource::from_text(text, "lens.json"));
+}
+
+TEST(Prescription, ReadsConicsAndAspheres) {
+  const Face face = with_keys("\"radius_mm\": 2.95545,",
+                              R"("radius_mm": 2.95545, "conic": -0.5, "even_asphere": [1e-3, 0, 2e-5, 0],)")
+                        .elements[0]
+                        .faces[1];
+  EXPECT_EQ(face.conic, -0.5);
+  EXPECT_EQ(face.even_asphere, (std::vector<double>{1e-3, 0, 2e-5})) << "zeros at the end are nothing";
+  EXPECT_FALSE(face.is_sphere());
+  EXPECT_THAT(complaint("\"radius_mm\": 2.95545,", R"("radius_mm": 2.95545, "conic": 0.5,)"),
+              HasSubstr("larger than the largest radius of the conic 2.413"));
+  const std::string ten = R"("even_asphere": [1, 2, 3, 4, 5, 6, 7, 8, 9, 10],)";
+  EXPECT_THAT(complaint("\"radius_mm\": 2.95545,", "\"radius_mm\": 2.95545, " + ten),
+              HasSubstr("/elements/0/faces/1/even_asphere: expected a list of 1 to 9 numbers"));
+  EXPECT_THAT(complaint("\"radius_mm\": 2.95545,", R"("radius_mm": 2.95545, "even_asphere": [0.01],)"),
+              HasSubstr("accepted"));
+  EXPECT_THAT(complaint("\"radius_mm\": 2.95545,", R"("radius_mm": 2.95545, "even_asphere": [-0.5],)"),
+              HasSubstr("the face crosses the one before it"));
+}
+
+TEST(Prescription, ReadsGlassesByName) {
+  const std::string index = "\"index_after\": 1.487439,";
+  const auto index_of = [&](const std::string& keys) {
+    return with_keys(index, keys).elements[0].faces[0].index_after;
+  };
+  EXPECT_NEAR(index_of(R"("glass_after": "N-BK7",)"), 1.5167, 1e-4);
+  EXPECT_NEAR(index_of(R"("glass_after": "487490.704058",)"), 1.487439, 1e-6);
+  const auto own = with_keys("\"elements\": [", R"("glasses": {"A/B~C": {"nd": 1.5, "vd": 60}}, "elements": [)");
+  EXPECT_EQ(own.elements.size(), 4u) << "a glass that nobody uses is no mistake";
+  EXPECT_THAT(complaint(index, R"("glass_after": "N-BK8",)"),
+              HasSubstr("/elements/0/faces/0/glass_after: unknown glass 'N-BK8'; did you mean 'N-BK7'?"));
+  EXPECT_THAT(complaint(index, index + R"("glass_after": "N-BK7",)"),
+              HasSubstr("give either \"index_after\" or \"glass_after\""));
+  EXPECT_THAT(complaint("\"radius_mm\": 2.95545,", R"("radius_mm": 2.95545, "glass_after": "N-BK7",)"),
+              HasSubstr("the last face has no \"index_after\" or \"glass_after\""));
+}
+
+TEST(Prescription, GlassesOfTheFileComeFirst) {
+  std::string text = read_file(std::string(RELIGN_SOURCE_DIR) + "/plugins/scenes/lens_system/relign_od/lens.json");
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    ASSERT_NE(text.find(from), std::string::npos);
+    text.replace(text.find(from), from.size(), to);
+  };
+  replace("\"index_after\": 1.487439,", R"("glass_after": "N-BK7",)");
+  const std::string without = text;
+  replace("\"elements\": [", R"("glasses": {"N-BK7": {"agf_formula": 1, "coefficients": [2.25]}}, "elements": [)");
+  EXPECT_DOUBLE_EQ(read_prescription(JsonSource::from_text(text, "l")).elements[0].faces[0].index_after, 1.5);
+  // What is wrong with a glass is told once, at the glass.
+  replace("\"coefficients\": [2.25]", "\"coefficients\": []");
+  try {
+    read_prescription(JsonSource::from_text(text, "lens.json"));
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("/glasses/N-BK7/coefficients: formula 1 takes 1 to 6"));
+    EXPECT_THAT(error.what(), testing::Not(HasSubstr("unknown glass")));
+  }
+  text = without;
+  replace("\"wavelength_nm\": 589,", "");
+  try {
+    read_prescription(JsonSource::from_text(text, "lens.json"));
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("a glass needs the lens's wavelength"));
+  }
+}
+
+TEST(Prescription, ElementsMayBePlacedOffTheAxis) {
+  const Prescription lens =
+      with_keys("\"name\": \"L2\",", R"("name": "L2", "placement": {"tilt_deg": [2, 0], "shift_mm": [0, 0.1, 0]},)");
+  // About the element's own front vertex, 10.66393 mm behind the first.
+  const Vec3 vertex = lens.elements[1].placement.point({0, 0, 10.663930});
+  EXPECT_NEAR(vertex.x, 0, 1e-14);
+  EXPECT_NEAR(vertex.y, 0.1, 1e-14);
+  EXPECT_NEAR(vertex.z, 10.663930, 1e-14);
+  const Vec3 behind = lens.elements[1].placement.point({0, 0, 11.663930});
+  EXPECT_NEAR(behind.y, 0.1 - std::sin(2 * 3.14159265358979 / 180), 1e-14);
+  // An assembly's offset comes on top: about the lens's pivot, z = 0.
+  const Vec3 moved = Assembly(lens, {{"L2", {{0, 0, 0}, {0, 1}}}}).placement(1).point({0, 0, 10.663930});
+  EXPECT_NEAR(moved.x, 10.663930 * std::sin(3.14159265358979 / 180), 1e-12);
+  EXPECT_NEAR(moved.y, 0.1, 1e-14);
+  EXPECT_THAT(complaint("\"name\": \"L2\",", R"("name": "L2", "placement": {"tilt_deg": [100, 0], "pivot": 1},)"),
+              testing::AllOf(HasSubstr("tilts are from -90 to 90"), HasSubstr("unknown key \"pivot\"")));
 }
 
 }  // namespace

@@ -51,6 +51,26 @@ TEST_F(LensSystemTest, DescribesThePapersScene) {
   EXPECT_NEAR(mean / 40000, 0.0181, 0.0003);
 }
 
+TEST_F(LensSystemTest, EveryPresetIsAScene) {
+  const std::vector<std::string> ids = catalog_.ids(Kind::scene);
+  int scenes = 0;
+  for (const std::string& id : ids) {
+    if (id == "lens_system") continue;
+    ++scenes;
+    Scene scene(catalog_.resolve_or_throw(Kind::scene, id, {{"pixels", 20}}), services_);
+    const Json facts = Json::parse(scene.describe());
+    EXPECT_EQ(facts.at("axes").size(), 5u) << id;
+    EXPECT_TRUE(facts.contains("machine_time") && facts.contains("spec")) << id;
+    MountedAssembly assembly = scene.mount("{}");
+    const Json& image = facts.at("image");
+    std::vector<float> pixels(image.at("width").get<std::size_t>() * image.at("height").get<std::size_t>(), -1);
+    assembly.capture({0.5, 0.5, 0.5, 0.5, 0.5}, 1, pixels.data());
+    EXPECT_GE(*std::min_element(pixels.begin(), pixels.end()), 0.0F) << id;
+    EXPECT_GT(*std::max_element(pixels.begin(), pixels.end()), 0.0F) << id;
+  }
+  EXPECT_EQ(scenes, 12);
+}
+
 TEST_F(LensSystemTest, SixthAxisAndOtherChoices) {
   Scene scene(catalog_.resolve_or_throw(Kind::scene, "relign_od", {{"rotation_z", true}, {"pixels", 50}}), services_);
   const Json facts = Json::parse(scene.describe());

@@ -1,0 +1,180 @@
+// relign-bench lens export-mesh, lens fit-mesh: lenses as triangle meshes.
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "cli/app.h"
+#include "cli/lens_files.h"
+#include "cli/text_table.h"
+#if RELIGN_HAS_MESHES
+#include "mesh/lens_fit.h"
+#include "mesh/mesh_file.h"
+#include "mesh/mesh_writer.h"
+#endif
+
+namespace relign::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct MeshArguments {
+  std::string scene = "relign_od";
+  double pitch_mm = 0.1;
+  std::string output;
+  std::vector<std::string> files;
+};
+
+#if RELIGN_HAS_MESHES
+
+int export_meshes(Context& context, const MeshArguments& arguments) {
+  const optics::Prescription lens = lens_of(context, arguments.scene);
+  Json written = Json::array();
+  TextTable table({"file", "triangles", "corners"});
+  for (const optics::Element& element : lens.elements) {
+    const mesh::Mesh made = mesh::element_mesh(element, arguments.pitch_mm);
+    const fs::path file = fs::path(arguments.output) / (element.name + ".ply");
+    write_file_atomically(file, mesh::ply_of(made));
+    table.add({file.string(), std::to_string(made.triangles.size()), std::to_string(made.vertices.size())});
+    written.push_back({{"element", element.name},
+                       {"file", file.string()},
+                       {"triangles", made.triangles.size()},
+                       {"corners", made.vertices.size()}});
+  }
+  print_result(context.json ? written.dump(2) + "\n" : table.text());
+  return kDone;
+}
+
+struct Fit {
+  std::string file;
+  mesh::FittedElement element;
+};
+
+std::string text_of(const char* format, double value) {
+  char buffer[64];
+  std::snprintf(buffer, sizeof buffer, format, value);
+  return buffer;
+}
+
+// A plane is what turns by less than this over its clear radius: 1e-7 rad, a radius of 30 km for a rim of 3 mm.
+bool is_plane(const mesh::FittedFace& face) { return std::fabs(face.curvature) * face.clear_radius_mm < 1e-7; }
+
+Json radius_of(const mesh::FittedFace& face) { return is_plane(face) ? Json() : Json(1 / face.curvature); }
+
+std::string table_of(const std::vector<Fit>& fits) {
+  TextTable table({"face", "z mm", "radius mm", "clear radius mm", "tilt x, y deg", "residual rms um", "largest um"});
+  for (const Fit& fit : fits)
+    for (const mesh::FittedFace* face : {&fit.element.front, &fit.element.back})
+      table.add({fs::path(fit.file).filename().string() + (face == &fit.element.front ? " front" : " back"),
+                 text_of("%.6f", face->z_mm), is_plane(*face) ? "plane" : text_of("%.5f", 1 / face->curvature),
+                 text_of("%.4f", face->clear_radius_mm),
+                 text_of("%.4f", face->tilt_deg[0]) + ", " + text_of("%.4f", face->tilt_deg[1]),
+                 text_of("%.4f", 1000 * face->residual_rms_mm), text_of("%.4f", 1000 * face->residual_largest_mm)});
+  return table.text();
+}
+
+Json json_of(const mesh::FittedFace& face) {
+  return {{"z_mm", face.z_mm},
+          {"radius_mm", radius_of(face)},
+          {"clear_radius_mm", face.clear_radius_mm},
+          {"tilt_deg", face.tilt_deg},
+          {"residual_rms_mm", face.residual_rms_mm},
+          {"residual_largest_mm", face.residual_largest_mm},
+          {"corners", face.corners}};
+}
+
+// The scene's lens file with the fitted spheres in place of its own; meshes know no indices, stops and image plane.
+std::string lens_file_of(const std::vector<Fit>& fits, const fs::path& like) {
+  const JsonSource source = JsonSource::from_file(like);
+  const optics::Prescription lens = optics::read_prescription(source);
+  if (lens.elements.size() != fits.size())
+    throw Error(ErrorKind::bad_input, "the lens of " + like.string() + " has " + std::to_string(lens.elements.size()) +
+                                          " elements, but " + std::to_string(fits.size()) +
+                                          " meshes are given; a lens file needs one of each, in any order");
+  Json root = source.root();
+  root["source"] = "spheres fitted to meshes; all else of " + lens.name;
+  root.erase("published");
+  for (std::size_t e = 0; e < fits.size(); ++e) {
+    root.at("elements").at(e).erase("placement");
+    Json& faces = root.at("elements").at(e).at("faces");
+    if (faces.size() != 2)
+      throw Error(ErrorKind::bad_input, "element " + lens.elements[e].name + " of " + like.string() + " has " +
+                                            std::to_string(faces.size()) + " faces; a mesh gives two");
+    for (const auto& [at, face] : {std::pair{0, &fits[e].element.front}, {1, &fits[e].element.back}}) {
+      Json& into = faces.at(static_cast<std::size_t>(at));
+      into["z_mm"] = face->z_mm;
+      into["radius_mm"] = radius_of(*face);
+      into["clear_radius_mm"] = face->clear_radius_mm;
+      for (const char* not_fitted : {"listing_clear_radius_mm", "conic", "even_asphere"}) into.erase(not_fitted);
+    }
+  }
+  const std::string text = root.dump(2) + "\n";
+  optics::read_prescription(JsonSource::from_text(text, "the fitted lens"));
+  return text;
+}
+
+int fit_meshes(Context& context, const MeshArguments& arguments) {
+  std::vector<Fit> fits;
+  for (const std::string& file : arguments.files)
+    fits.push_back({file, mesh::fit_element(mesh::read_mesh(file, mesh::Demand::body), file)});
+  std::stable_sort(fits.begin(), fits.end(),
+                   [](const Fit& a, const Fit& b) { return a.element.front.z_mm < b.element.front.z_mm; });
+  if (!arguments.output.empty())
+    write_file_atomically(arguments.output, lens_file_of(fits, lens_file_of_scene(context, arguments.scene)));
+  if (context.json) {
+    Json elements = Json::array();
+    for (const Fit& fit : fits)
+      elements.push_back({{"file", fit.file}, {"faces", {json_of(fit.element.front), json_of(fit.element.back)}}});
+    Json result = {{"elements", elements}};
+    if (!arguments.output.empty()) result["lens"] = arguments.output;
+    print_result(result.dump(2) + "\n");
+  } else {
+    print_result(table_of(fits) + (arguments.output.empty() ? "" : arguments.output + "\n"));
+  }
+  return kDone;
+}
+
+#else
+
+[[noreturn]] int left_out() {
+  throw Error(ErrorKind::bad_input,
+              "this program was built without meshes: assimp or Embree 3 was missing (Debian and Ubuntu: "
+              "libassimp-dev libembree-dev). Install them and build again");
+}
+int export_meshes(Context&, const MeshArguments&) { left_out(); }
+int fit_meshes(Context&, const MeshArguments&) { left_out(); }
+
+#endif
+
+}  // namespace
+
+void add_lens_mesh(CLI::App& lens, Context& context) {
+  auto arguments = std::make_shared<MeshArguments>();
+  CLI::App& export_verb = add_verb(
+      lens, {"export-mesh", "Write the elements of a lens as closed triangle meshes, one PLY file each.",
+             "relign-bench lens export-mesh --scene relign_od --pitch 0.1 -o meshes", "lens fit-mesh, render"});
+  export_verb.add_option("--scene", arguments->scene,
+                         "scene whose lens is meant: id, preset or path [default: relign_od]");
+  export_verb.add_option("--pitch", arguments->pitch_mm, "length of the triangles' edges, mm [default: 0.1]")
+      ->check(CLI::Range(1e-4, 1e3));
+  export_verb.add_option("-o,--output", arguments->output, "folder for L1.ply and so on, in lens coordinates, mm")
+      ->required();
+  export_verb.callback(
+      [&context, arguments] { context.action = [&context, arguments] { return export_meshes(context, *arguments); }; });
+
+  CLI::App& fit_verb = add_verb(
+      lens, {"fit-mesh", "Fit spheres to meshes of lens elements: prints the prescription with its residual.",
+             "relign-bench lens fit-mesh meshes/*.ply --scene relign_od -o lens.json", "lens export-mesh, lens info"});
+  fit_verb
+      .add_option("FILE", arguments->files, "meshes of one element each (PLY, STL, OBJ): closed, around the z axis, mm")
+      ->required();
+  fit_verb.add_option("--scene", arguments->scene,
+                      "scene whose lens file gives -o what meshes do not tell: indices, stops, mount, image plane "
+                      "[default: relign_od]");
+  fit_verb.add_option("-o,--output", arguments->output, "also write a lens file");
+  fit_verb.callback(
+      [&context, arguments] { context.action = [&context, arguments] { return fit_meshes(context, *arguments); }; });
+}
+
+}  // namespace relign::cli

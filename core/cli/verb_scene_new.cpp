@@ -1,0 +1,171 @@
+// relign-bench scene new: a scene of one's own from a design program's file.
+#include <filesystem>
+#include <memory>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "base/text.h"
+#include "cli/app.h"
+#include "cli/new_folder.h"
+#include "cli/text_table.h"
+#include "imaging/scene_file.h"
+#include "imaging/target.h"
+#include "lens_files/read_design.h"
+#include "lens_files/scene_layout.h"
+#include "optics/glass.h"
+
+namespace relign::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct NewArguments {
+  std::string lens_file;
+  std::string out;
+  std::string name;
+  std::string sensor;
+  std::string target = "siemens_star";
+  std::vector<std::string> glass_files;
+  double distance_mm = 0;
+  double wavelength_nm = 0;
+};
+
+// "Cooke 50 mm" -> "Cooke_50_mm": names stand in tables and in names of folders.
+std::string plain_name(std::string name) {
+  constexpr std::size_t kLongest = 64;
+  name = name.substr(0, kLongest);
+  for (char& letter : name) {
+    const bool plain = (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') ||
+                       (letter >= '0' && letter <= '9') || letter == '-' || letter == '.';
+    if (!plain) letter = '_';
+  }
+  return name;
+}
+
+lens_files::GlassSources glass_sources(const NewArguments& arguments) {
+  lens_files::GlassSources sources;
+  sources.is_known = [](const std::string& name) {
+    return optics::find_glass(name) != nullptr || optics::glass_of_code(name).has_value();
+  };
+  for (const std::string& file : arguments.glass_files)
+    sources.catalogues.push_back({file, lens_files::read_agf(lens_files::bytes_of(file), file)});
+  return sources;
+}
+
+// A named target stays a name; an image file is copied into the folder, so that it can be moved.
+void choose_target(const std::string& target, lens_files::LayoutChoices& choices, NewFiles& files) {
+  constexpr int kTrial = 8;  // texels: only whether it can be drawn is asked
+  choices.target = target;
+  if (imaging::draw_target(target, kTrial)) return;
+  imaging::target_from_file(target);
+  choices.target = "target" + fs::path(target).extension().string();
+  choices.target_is_named = false;
+  files.emplace_back(choices.target, read_file(target));
+}
+
+void check_draft(const fs::path& draft, const fs::path& wanted) {
+  try {
+    imaging::read_scene_file(draft / "scene.json", {});
+  } catch (const Error& error) {
+    std::string text = error.what();
+    for (std::size_t at = text.find(draft.string()); at != std::string::npos; at = text.find(draft.string(), at))
+      text.replace(at, draft.string().size(), wanted.string());
+    throw Error(error.kind(), text + "\nnothing was written");
+  }
+}
+
+void print_made(Context& context, const fs::path& folder, const lens_files::LensDesign& design,
+                const lens_files::CompleteLens& lens, const lens_files::Layout& layout) {
+  const std::vector<std::string> remarks = lens_files::remark_lines(design);
+  if (context.json) {
+    Json result = {{"folder", fs::absolute(folder).lexically_normal().string()},
+                   {"format", design.format},
+                   {"elements", lens.lens.elements.size()},
+                   {"remarks", remarks}};
+    for (const lens_files::LayoutLine& line : layout.lines) result["layout"][line.what] = line.value;
+    print_result(result.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+    return;
+  }
+  TextTable table({"quantity", "value", "how"});
+  for (const lens_files::LayoutLine& line : layout.lines) table.add({line.what, line.value, line.why});
+  std::string text = folder.string() + ": " + std::to_string(lens.lens.elements.size()) + " elements from " +
+                     design.file + " (" + design.format + ")\n\n" + table.text() + "\n";
+  text += remarks.empty() ? "Everything in the file was understood.\n" : "Remarks:\n";
+  for (const std::string& remark : remarks) text += "  " + remark + "\n";
+  print_result(text);
+  std::fprintf(stderr,
+               "Next:\n  relign-bench lens info --scene %s\n  relign-bench render --scene %s -o reference.png\n"
+               "  relign-bench run %s\n",
+               (folder / "scene.json").c_str(), (folder / "scene.json").c_str(), (folder / "suite.json").c_str());
+}
+
+int new_scene(Context& context, const NewArguments& arguments) {
+  lens_files::LayoutChoices choices;
+  choices.name = arguments.name.empty() ? plain_name(fs::path(arguments.lens_file).stem().string()) : arguments.name;
+  if (choices.name.empty() || choices.name[0] == '.' || choices.name != plain_name(choices.name))
+    throw Error(ErrorKind::bad_input, "'" + choices.name +
+                                          "' is no name for a scene: expected up to 64 letters, digits, '-', '_' or "
+                                          "'.'; give one with --name");
+  choices.distance_mm = arguments.distance_mm;
+  if (!arguments.sensor.empty()) choices.sensor = lens_files::parse_sensor(arguments.sensor);
+  const fs::path wanted = arguments.out.empty() ? choices.name : arguments.out;
+
+  lens_files::LensDesign design =
+      lens_files::read_design(lens_files::bytes_of(arguments.lens_file), arguments.lens_file);
+  const lens_files::GlassSources sources = glass_sources(arguments);
+  const lens_files::CompleteLens lens =
+      lens_files::complete_lens(design, lens_files::draft_lens(design, sources, choices.name, arguments.wavelength_nm));
+  NewFiles files;
+  choose_target(arguments.target, choices, files);
+  const lens_files::Layout layout = lens_files::lay_out(design, lens, choices);
+
+  files.emplace_back("lens.json", lens_files::pretty(lens.json));
+  files.emplace_back("scene.json", lens_files::pretty(layout.scene));
+  files.emplace_back("tolerances.json", lens_files::pretty(layout.tolerances));
+  files.emplace_back("suite.json", lens_files::pretty(layout.suite));
+  files.emplace_back("README.md", lens_files::readme(design, lens, choices, layout));
+  NewFolder folder(wanted);
+  check_draft(folder.write(files), wanted);
+  folder.keep();
+  print_made(context, wanted, design, lens, layout);
+  return kDone;
+}
+
+}  // namespace
+
+void add_scene_new(CLI::App& scene, Context& context) {
+  CLI::App& verb = add_verb(
+      scene,
+      {"new",
+       "Make a scene, tolerances and a suite that run from a lens file: Zemax .zmx, CODE V .seq, or CODE V's listing.",
+       "relign-bench scene new my_lens.zmx -o my_lens --sensor 1920x1280@3.45\n"
+       "relign-bench run my_lens/suite.json",
+       "scene landscape, lens info, render, validate, run"});
+  auto arguments = std::make_shared<NewArguments>();
+  NewArguments& given = *arguments;
+  verb.add_option("LENSFILE", given.lens_file, "lens file of a design program")->required();
+  verb.add_option("-o,--out", given.out, "folder to make; must not exist [default: the scene's name]")
+      ->type_name("DIR");
+  verb.add_option("--name", given.name, "the scene's name [default: the lens file's]")->type_name("NAME");
+  verb.add_option("--sensor", given.sensor,
+                  "COLUMNSxROWS@PITCH_UM, or the side of a square in mm, 200 pixels [default: holds the image circle]")
+      ->type_name("SIZE");
+  verb.add_option("--target", given.target,
+                  "what the emitter shows: a target such as siemens_star or chessboard, or an image file")
+      ->type_name("TARGET")
+      ->capture_default_str();
+  verb.add_option("--distance", given.distance_mm,
+                  "first vertex to emitter, mm [default: the file's object distance; else far enough to be sharp]")
+      ->type_name("MM")
+      ->check(CLI::Range(1e-3, 1e6));
+  verb.add_option("--glass", given.glass_files, "glass catalogue (.agf) to look names up in; repeatable")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  verb.add_option("--wavelength", given.wavelength_nm, "wavelength, nm [default: the file's reference wavelength]")
+      ->type_name("NM")
+      ->check(CLI::Range(100.0, 1e5));
+  verb.callback(
+      [&context, arguments] { context.action = [&context, arguments] { return new_scene(context, *arguments); }; });
+}
+
+}  // namespace relign::cli

@@ -1,0 +1,55 @@
+// What CODE V's sequence files (.seq) and its listings share: system data, glass names, clear apertures.
+#pragma once
+
+#include <set>
+#include <string>
+#include <vector>
+
+#include "lens_files/lens_design.h"
+
+namespace relign::lens_files {
+
+class CodeVSystem {
+ public:
+  explicit CodeVSystem(Reading& reading) : reading_(reading) {}
+
+  // Takes EPD, FNO, NA, NAO, DIM, WL, REF, the fields and what of them changes nothing here. False for other words.
+  bool take(int line, const std::vector<std::string>& words);
+  // 0 where the file has none.
+  double reference_wavelength_nm() const;
+  // After the last line: units and the reference wavelength. Throws like Reading::finish.
+  LensDesign finish();
+
+ private:
+  bool take_fields(int line, const std::string& keyword, const std::vector<std::string>& words);
+
+  Reading& reading_;
+  double unit_mm_ = 1;
+  std::vector<double> wavelengths_nm_;
+  int reference_ = 1, reference_line_ = 0;
+  std::vector<double> x_fields_, y_fields_;
+};
+
+// The glass of a surface, from a word such as N-BK7_SCHOTT (catalogue: what follows the last "_"), 517642,
+// 517000.642000, AIR or REFL (a problem: only lenses are read).
+void take_glass(Reading& reading, Surface& surface, int line, const std::string& word);
+
+// CIR words: [S3] [kind] radius. False when it is another kind than the clear radius.
+bool take_circle(Reading& reading, int line, const std::vector<std::string>& words);
+
+// The surface that a qualifier S3, SO, SI or STO means; null for other words or none.
+Surface* surface_of(Reading& reading, const std::string& qualifier);
+
+// Tilt words of CODE V (ADE, BDE left-handed, CDE right-handed) and decentres as a motion.
+struct Decentre {
+  double x = 0, y = 0, z = 0, alpha_deg = 0, beta_deg = 0, gamma_deg = 0;
+  bool returns = false;  // DAR
+  // Takes XDE, YDE, ZDE, ADE, BDE, CDE; false for other keywords.
+  bool take(Reading& reading, int line, const std::string& keyword, const std::string& value);
+  void apply(Surface& surface) const;
+};
+
+// The coefficient that K, A ... H mean on an asphere: conic or r^4 ... r^18. False for others.
+bool take_asphere(Reading& reading, Surface& surface, int line, const std::string& keyword, const std::string& value);
+
+}  // namespace relign::lens_files

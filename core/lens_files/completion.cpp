@@ -1,0 +1,247 @@
+#include "lens_files/completion.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/json_source.h"
+#include "base/text.h"
+#include "lens_files/axial_rays.h"
+#include "lens_files/text_lines.h"
+#include "optics/first_order.h"
+
+namespace relign::lens_files {
+namespace {
+
+constexpr double kProvisional_mm = 1e-6;  // smallest clear radius and opening a lens file may have
+
+std::string text_of(const LensDesign& design) { return design.file + " as lens.json"; }
+
+// Mistakes that the lens reader finds, told in the words and lines of the user's file.
+std::string translated(const std::string& errors, const LensDraft& draft, const LensDesign& design) {
+  std::string result;
+  for (std::size_t begin = 0; begin < errors.size();) {
+    const std::size_t end = std::min(errors.find('\n', begin), errors.size());
+    std::string line = errors.substr(begin, end - begin);
+    begin = end + 1;
+    // The longest pointer of the draft that stands in the line.
+    std::size_t at = std::string::npos, longest = 0;
+    std::size_t surface = 0;
+    for (const auto& [pointer, index] : draft.surface_of)
+      if (const std::size_t found = line.find(": " + pointer); found != std::string::npos && pointer.size() > longest) {
+        at = found;
+        longest = pointer.size();
+        surface = index;
+      }
+    if (at != std::string::npos) {
+      const std::size_t message = line.find(": ", at + 2);
+      line = design.file + ":" + std::to_string(design.surfaces[surface].line) + ": surface " +
+             design.surfaces[surface].label + line.substr(std::min(message, line.size()));
+    }
+    result += (result.empty() ? "" : "\n") + line;
+  }
+  return result;
+}
+
+optics::Prescription read_back(const LensDraft& draft, const LensDesign& design) {
+  try {
+    return optics::read_prescription(JsonSource::from_text(pretty(draft.json), text_of(design)));
+  } catch (const Error& error) {
+    throw Error(error.kind(), translated(error.what(), draft, design));
+  }
+}
+
+template <class Body>
+void each_face(OrderedJson& lens, Body&& body) {
+  for (OrderedJson& element : lens["elements"])
+    for (OrderedJson& face : element["faces"]) body(face);
+}
+
+class Completion {
+ public:
+  Completion(LensDesign& design, LensDraft draft) : design_(design), draft_(std::move(draft)) {}
+
+  CompleteLens run() {
+    OrderedJson& stop = draft_.json["stops"][0];
+    opening_told_ = stop["opening_radius_mm"].get<double>() > 0;
+    if (!opening_told_) stop["opening_radius_mm"] = kProvisional_mm;
+    std::vector<bool> told;
+    each_face(draft_.json, [&](OrderedJson& face) {
+      told.push_back(face["clear_radius_mm"].get<double>() > 0);
+      if (!told.back()) face["clear_radius_mm"] = kProvisional_mm;
+    });
+    set_image();
+    set_field();
+    set_aperture();
+    if (std::find(told.begin(), told.end(), false) != told.end()) set_clear_radii(told);
+    check_stop();
+    return {draft_.json, read_back(draft_, design_)};
+  }
+
+ private:
+  void assume(const std::string& text) { design_.remarks.push_back({0, text, 0}); }
+  [[noreturn]] void refuse(int line, const std::string& message) const {
+    throw_if_any({{design_.file, line, 0, "", message}});
+    throw Error(ErrorKind::internal, message);
+  }
+
+  void set_image() {
+    if (draft_.image_told) return;
+    const optics::FirstOrder data = optics::first_order(read_back(draft_, design_));
+    if (!(data.back_focal_length > 0) || data.back_focal_length > 1e5)
+      refuse(0, "the file tells no distance to the image, and the lens has no focus behind its last face");
+    const double z = data.overall_length + data.back_focal_length;
+    draft_.json["image_z_mm"] = z;
+    assume("assumed: the image plane at the paraxial focus, " + significant(data.back_focal_length, 6) +
+           " mm behind the last face; the file tells no distance");
+  }
+
+  void set_field() {
+    constexpr double kWidest_deg = 89, kAssumed_deg = 10;
+    const optics::FirstOrder data = optics::first_order(read_back(draft_, design_));
+    const FieldSize& field = design_.field;
+    double half_deg = field.value;
+    const double object_mm = design_.surfaces.front().thickness_mm;
+    const auto angle = [](double height, double distance) {
+      return std::atan(height / std::fabs(distance)) * 57.29577951308232;
+    };
+    if (field.kind == FieldSize::object_height_mm) {
+      if (object_mm >= kInfinite) refuse(field.line, "fields are object heights, but the object is infinitely far");
+      half_deg = angle(field.value, object_mm + data.entrance_pupil_z);
+    } else if (field.kind == FieldSize::image_height_mm) {
+      half_deg = angle(field.value, data.focal_length);
+    } else if (field.kind == FieldSize::none) {
+      half_deg = kAssumed_deg;
+      assume("assumed: a half field of 10 degrees; the file tells no field off the axis");
+    }
+    half_deg = std::fabs(half_deg);
+    if (half_deg > kWidest_deg || !std::isfinite(half_deg))
+      refuse(field.line, "a half field of " + shortest(half_deg) + " degrees; allowed are 0 to 89");
+    draft_.json["half_field_deg"] = std::round(half_deg * 1e6) / 1e6;
+  }
+
+  // The entrance pupil that the file specifies, and the stop's opening from it where that is not told.
+  void set_aperture() {
+    const optics::FirstOrder data = optics::first_order(read_back(draft_, design_));
+    const double object_mm = design_.surfaces.front().thickness_mm;
+    const double value = std::fabs(design_.aperture.value);
+    double pupil_mm = 0;
+    switch (design_.aperture.kind) {
+      case SystemAperture::entrance_pupil_diameter:
+        pupil_mm = value;
+        break;
+      case SystemAperture::f_number:
+        if (value > 0) pupil_mm = std::fabs(data.focal_length) / value;
+        break;
+      case SystemAperture::image_na:
+        pupil_mm = 2 * std::fabs(data.focal_length) * value;
+        break;
+      case SystemAperture::object_na:
+        if (object_mm < kInfinite && value < 1)
+          pupil_mm = 2 * std::fabs(object_mm + data.entrance_pupil_z) * value / std::sqrt(1 - value * value);
+        break;
+      case SystemAperture::stop_size:
+      case SystemAperture::none:
+        break;
+    }
+    if (!std::isfinite(pupil_mm) || pupil_mm > 1e5)
+      refuse(0, "the system aperture makes an entrance pupil of " + shortest(pupil_mm) + " mm; allowed are up to 1e5");
+    if (pupil_mm > 1e-9) draft_.json["entrance_pupil_diameter_mm"] = pupil_mm;
+    if (opening_told_) return;
+    const double opening = kProvisional_mm * pupil_mm / std::fabs(data.entrance_pupil_diameter);
+    if (!(opening > kProvisional_mm && opening < 1e6))
+      refuse(stop_surface().line,
+             "the file tells neither how wide the stop opens nor a system aperture; write one of "
+             "them (Zemax: ENPD or FNUM, CODE V: EPD or FNO)");
+    draft_.json["stops"][0]["opening_radius_mm"] = std::round(opening * 1e9) / 1e9;
+  }
+
+  // As wide as rays of the whole field through the whole stop need, and a little more.
+  void set_clear_radii(const std::vector<bool>& told) {
+    constexpr double kMargin = 1.03, kLargestPartOfSphere = 0.98;
+    const optics::Prescription lens = read_back(draft_, design_);
+    const double object_mm = design_.surfaces.front().thickness_mm;
+    const double distance = object_mm < kInfinite && object_mm > 0 ? object_mm : 0;
+    std::vector<double> needed(told.size(), 0);
+    for (const double part : {0.0, 0.5, 0.7, 0.85, 1.0})
+      for (const FanRay& ray : beam(lens, part * lens.half_field_deg, distance))
+        for (std::size_t i = 0; i < needed.size(); ++i)
+          needed[i] = std::max(needed[i], std::fabs(ray.traced.hits[i].y));
+    std::size_t i = 0;
+    each_face(draft_.json, [&](OrderedJson& face) {
+      const double radius = face["radius_mm"].is_null() ? 1e6 : std::fabs(face["radius_mm"].get<double>());
+      if (!told[i]) {
+        if (needed[i] < kProvisional_mm) refuse(0, "no ray of the field comes through the stop to the image");
+        const double clear = std::min(kMargin * needed[i], kLargestPartOfSphere * radius);
+        face["clear_radius_mm"] = std::round(clear * 1e6) / 1e6;
+      }
+      ++i;
+    });
+    assume("assumed: clear radii of faces where the file tells none, 3 % more than the rays of the field need");
+  }
+
+  void check_stop() {
+    double widest = 0;
+    each_face(draft_.json,
+              [&](OrderedJson& face) { widest = std::max(widest, face["clear_radius_mm"].get<double>()); });
+    const double opening = draft_.json["stops"][0]["opening_radius_mm"].get<double>();
+    if (opening > widest)
+      refuse(stop_surface().line, "the stop opens to a radius of " + significant(opening, 6) +
+                                      " mm, wider than every face of the lens (" + significant(widest, 6) + " mm)");
+  }
+
+  const Surface& stop_surface() const { return design_.surfaces[draft_.surface_of.at("/stops/0")]; }
+
+  LensDesign& design_;
+  LensDraft draft_;
+  bool opening_told_ = false;
+};
+
+// Names of files and titles may hold bytes that are no UTF-8.
+std::string dumped(const OrderedJson& value) {
+  return value.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
+}
+
+bool all_numbers(const OrderedJson& value) {
+  return std::all_of(value.begin(), value.end(), [](const OrderedJson& entry) { return !entry.is_structured(); });
+}
+
+void write_pretty(const OrderedJson& value, const std::string& indent, std::string& text) {
+  constexpr std::size_t kLine = 110;
+  if (value.is_structured() && !value.empty()) {
+    const std::string one_line = dumped(value);
+    const bool flat = all_numbers(value) && indent.size() + one_line.size() < kLine;
+    if (!flat) {
+      const std::string inner = indent + "  ";
+      text += value.is_array() ? "[\n" : "{\n";
+      std::size_t i = 0;
+      for (const auto& [key, entry] : value.items()) {
+        text += inner + (value.is_array() ? "" : dumped(key) + ": ");
+        write_pretty(entry, inner, text);
+        text += ++i < value.size() ? ",\n" : "\n";
+      }
+      text += indent + (value.is_array() ? "]" : "}");
+      return;
+    }
+    // One line, with a blank behind every comma and colon that is not within a text.
+    bool quoted = false;
+    for (std::size_t i = 0; i < one_line.size(); ++i) {
+      if (one_line[i] == '"' && (i == 0 || one_line[i - 1] != '\\')) quoted = !quoted;
+      text += one_line[i];
+      if (!quoted && (one_line[i] == ',' || one_line[i] == ':')) text += ' ';
+    }
+    return;
+  }
+  text += dumped(value);
+}
+
+}  // namespace
+
+CompleteLens complete_lens(LensDesign& design, LensDraft draft) { return Completion(design, std::move(draft)).run(); }
+
+std::string pretty(const OrderedJson& json) {
+  std::string text;
+  write_pretty(json, "", text);
+  return text + "\n";
+}
+
+}  // namespace relign::lens_files

@@ -1,0 +1,249 @@
+#include "lens_files/lens_writer.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/text.h"
+#include "lens_files/text_lines.h"
+
+namespace relign::lens_files {
+namespace {
+
+using optics::Motion;
+
+constexpr double kNothing = 1e-9;  // mm, and as a part of one in rotations: rounding of a there and back
+constexpr double kFlat = 1e-9;     // 1/mm: lens files take radii up to 1e9 mm
+
+double degrees(double radians) { return radians * 57.29577951308232; }
+// Rounding must not write 3.0000000000000004 into files.
+double tidy(double value) {
+  const double rounded = std::round(value * 1e10) / 1e10;
+  return rounded == 0 ? 0 : rounded;
+}
+
+bool straight(const Motion& motion) {
+  return std::fabs(motion.rotation[2]) < kNothing && std::fabs(motion.rotation[5]) < kNothing && motion.rotation[8] > 0;
+}
+bool on_axis(const Motion& motion) {
+  return std::fabs(motion.translation.x) < kNothing && std::fabs(motion.translation.y) < kNothing;
+}
+
+class Writer {
+ public:
+  Writer(LensDesign& design, const GlassSources& sources, double wavelength_nm)
+      : design_(design), wavelength_nm_(wavelength_nm), glasses_(design, sources, wavelength_nm) {}
+
+  LensDraft write(const std::string& name) {
+    check_surfaces();
+    throw_if_any(problems_);
+    place_surfaces();
+    throw_if_any(problems_);
+    LensDraft draft;
+    OrderedJson elements = OrderedJson::array();
+    group(elements, draft);
+    OrderedJson stops = OrderedJson::array();
+    write_stop(elements, stops, draft);
+    for (const Problem& problem : glasses_.problems()) problems_.push_back(problem);
+    throw_if_any(problems_);
+
+    OrderedJson& lens = draft.json;
+    lens["format"] = 1;
+    lens["name"] = name;
+    lens["source"] = (design_.title.empty() ? "" : shown(design_.title, 200) + "; ") + "from " +
+                     design_.file.substr(design_.file.find_last_of('/') + 1) + " (" + design_.format + ")";
+    lens["wavelength_nm"] = wavelength_nm_;
+    lens["half_field_deg"] = 0;
+    lens["pivot_z_mm"] = 0;
+    lens["image_z_mm"] = image_z(draft);
+    if (!glasses_.own_glasses().empty()) lens["glasses"] = glasses_.own_glasses();
+    lens["elements"] = std::move(elements);
+    lens["stops"] = std::move(stops);
+    if (!design_.published.empty()) lens["published"] = design_.published;
+    return draft;
+  }
+
+ private:
+  void problem(const Surface& surface, const std::string& message) {
+    problems_.push_back({design_.file, surface.line, 0, "", message});
+  }
+
+  void check_surfaces() {
+    constexpr double kShortest_nm = 100, kLongest_nm = 1e5;
+    if (!(wavelength_nm_ >= kShortest_nm && wavelength_nm_ <= kLongest_nm))
+      problems_.push_back(
+          {design_.file, 0, 0, "", "a wavelength of " + shortest(wavelength_nm_) + " nm; allowed are 100 to 100000"});
+    if (design_.surfaces.size() < 4) {
+      problems_.push_back({design_.file, 0, 0, "",
+                           "only " + std::to_string(design_.surfaces.size()) +
+                               " surfaces; a lens has an object, two faces and an image at least"});
+      return;
+    }
+    if (medium(0) != nullptr) problem(design_.surfaces[0], "the object lies in glass; only lenses in air are read");
+    if (medium(design_.surfaces.size() - 2) != nullptr)
+      problem(design_.surfaces[design_.surfaces.size() - 2], "the image lies in glass; only lenses in air are read");
+    std::size_t stops = 0;
+    for (std::size_t i = 1; i < design_.surfaces.size(); ++i) {
+      Surface& surface = design_.surfaces[i];
+      stops += surface.stop ? 1 : 0;
+      if (i + 1 < design_.surfaces.size() && std::fabs(surface.thickness_mm) >= kInfinite)
+        problem(surface, "surface " + surface.label + " is infinitely far from the next one");
+      if (surface.clear_radius_mm < 0) problem(surface, "surface " + surface.label + ": a negative clear radius");
+      tidy_asphere(surface);
+    }
+    if (stops != 1)
+      problems_.push_back({design_.file, 0, 0, "",
+                           "exactly one surface must be the stop, found " + std::to_string(stops) +
+                               "; mark it (Zemax: STOP, CODE V: STO)"});
+  }
+
+  // The r^2 term belongs to the curvature where there is none; a sphere and a paraboloid on top are no conic.
+  void tidy_asphere(Surface& surface) {
+    std::vector<double>& terms = surface.even_asphere;
+    if (!terms.empty() && terms[0] != 0) {
+      if (surface.curvature == 0) {
+        surface.curvature = 2 * terms[0];
+        surface.conic = -1;
+      } else {
+        problem(surface, "surface " + surface.label + " has a curvature and a term of r^2 (PARM 1); write one of them");
+      }
+      terms[0] = 0;
+    }
+    while (!terms.empty() && terms.back() == 0) terms.pop_back();
+  }
+
+  // The surface whose glass follows surface i, null in air.
+  const Surface* medium(std::size_t i) const {
+    while (i > 0 && design_.surfaces[i].break_only) --i;
+    const Surface& surface = design_.surfaces[i];
+    return surface.glass.empty() && surface.nd == 0 && surface.index == 0 ? nullptr : &surface;
+  }
+  static bool same_glass(const Surface* a, const Surface* b) {
+    if (a == nullptr || b == nullptr) return a == b;
+    return a->glass == b->glass && a->nd == b->nd && a->vd == b->vd && a->index == b->index;
+  }
+
+  void place_surfaces() {
+    frames_.assign(design_.surfaces.size(), Motion());
+    Motion frame;
+    for (std::size_t i = 1; i < design_.surfaces.size(); ++i) {
+      const Surface& surface = design_.surfaces[i];
+      if (surface.before) frame = after(frame, *surface.before);
+      frames_[i] = frame;
+      if (surface.after) frame = after(frame, *surface.after);
+      frame = after(frame, Motion{optics::kNoRotation, {0, 0, surface.thickness_mm}});
+    }
+    if (!straight(frames_.back()) || !on_axis(frames_.back()))
+      problem(design_.surfaces.back(),
+              "coordinate breaks leave the image tilted or off the axis; they must come back to it (in pairs around "
+              "an element; CODE V: DAR)");
+  }
+
+  void group(OrderedJson& elements, LensDraft& draft) {
+    const Motion* front = nullptr;  // of the element under way
+    for (std::size_t i = 1; i + 1 < design_.surfaces.size(); ++i) {
+      const Surface& surface = design_.surfaces[i];
+      const Surface *before = medium(i - 1), *behind = medium(i);
+      if (surface.break_only || same_glass(before, behind)) continue;
+      if (before == nullptr) {
+        front = &frames_[i];
+        if (elements.empty()) first_z_ = front->translation.z;
+        elements.push_back({{"name", "L" + std::to_string(elements.size() + 1)}});
+        write_placement(surface, *front, elements.back());
+        elements.back()["faces"] = OrderedJson::array();
+      }
+      OrderedJson& faces = elements.back()["faces"];
+      draft.surface_of["/elements/" + std::to_string(elements.size() - 1) + "/faces/" + std::to_string(faces.size())] =
+          i;
+      faces.push_back(face_of(surface, *front, frames_[i], behind));
+      last_z_ = faces.back()["z_mm"].get<double>();
+    }
+    if (elements.empty()) {
+      problems_.push_back({design_.file, 0, 0, "", "no surface is followed by glass: there is no lens in this file"});
+      return;
+    }
+  }
+
+  OrderedJson face_of(const Surface& surface, const Motion& front, const Motion& frame, const Surface* behind) {
+    const Motion within = after(optics::inverse(front), frame);
+    if (!straight(within) || !on_axis(within))
+      problem(surface, "surface " + surface.label +
+                           " is tilted or decentred against the front of its own element; elements are bodies of "
+                           "revolution here");
+    OrderedJson face;
+    face["z_mm"] = tidy(front.translation.z - first_z_ + within.translation.z);
+    face["radius_mm"] = nullptr;
+    if (std::fabs(surface.curvature) > kFlat) face["radius_mm"] = radius_of(surface.curvature);
+    if (surface.conic != 0) face["conic"] = surface.conic;
+    if (!surface.even_asphere.empty())
+      face["even_asphere"] = std::vector<double>(surface.even_asphere.begin() + 1, surface.even_asphere.end());
+    if (behind != nullptr) glasses_.write(*behind, face);
+    face["clear_radius_mm"] = tidy(surface.clear_radius_mm);
+    return face;
+  }
+
+  // Files that tell a curvature mean a radius: the nearest of 13 digits if it gives the same curvature.
+  static double radius_of(double curvature) {
+    constexpr int kDigits = 13;
+    const double radius = 1 / curvature, nearest = rounded(radius, kDigits);
+    return std::fabs(nearest * curvature - 1) < 1e-14 ? nearest : radius;
+  }
+
+  // p_lens = front vertex + Rx Ry (p - front vertex) + shift. A turn about the element's own axis changes nothing.
+  void write_placement(const Surface& surface, const Motion& front, OrderedJson& element) {
+    if (straight(front) && on_axis(front)) return;
+    if (front.rotation[8] <= 0) {
+      problem(surface, "surface " + surface.label + " is turned by 90 degrees or more");
+      return;
+    }
+    const double rx = degrees(std::atan2(-front.rotation[5], front.rotation[8]));
+    const double ry = degrees(std::asin(std::clamp(front.rotation[2], -1.0, 1.0)));
+    element["placement"] = {{"tilt_deg", {tidy(rx), tidy(ry)}},
+                            {"shift_mm", {tidy(front.translation.x), tidy(front.translation.y), 0}}};
+  }
+
+  void write_stop(const OrderedJson& elements, OrderedJson& stops, LensDraft& draft) {
+    for (std::size_t i = 1; i < design_.surfaces.size(); ++i) {
+      const Surface& surface = design_.surfaces[i];
+      if (!surface.stop) continue;
+      if (!straight(frames_[i]) || !on_axis(frames_[i]))
+        problem(surface, "the stop (surface " + surface.label + ") is tilted or off the axis; stops stay on it here");
+      const double z = tidy(frames_[i].translation.z - first_z_);
+      for (const OrderedJson& element : elements) {
+        const double from = element["faces"].front()["z_mm"], to = element["faces"].back()["z_mm"];
+        if (z > from && z < to)
+          problem(surface, "the stop (surface " + surface.label + ") lies inside the glass of " +
+                               element["name"].get<std::string>() + "; move it to one of the outer faces");
+      }
+      draft.surface_of["/stops/0"] = i;
+      stops.push_back({{"name", "aperture stop"},
+                       {"z_mm", z},
+                       {"opening_radius_mm", tidy(surface.clear_radius_mm)},
+                       {"in_listing", true},
+                       {"aperture", true}});
+    }
+  }
+
+  double image_z(LensDraft& draft) const {
+    // CODE V writes a defocus as the image's thickness.
+    double z = frames_.back().translation.z - first_z_;
+    if (design_.format != "Zemax" && std::fabs(design_.surfaces.back().thickness_mm) < kInfinite)
+      z += design_.surfaces.back().thickness_mm;
+    draft.image_told = z > last_z_ + kNothing;
+    return draft.image_told ? tidy(z) : last_z_ + 1;
+  }
+
+  LensDesign& design_;
+  double wavelength_nm_;
+  GlassChoice glasses_;
+  std::vector<Problem> problems_;
+  std::vector<Motion> frames_;
+  double first_z_ = 0, last_z_ = 0;
+};
+
+}  // namespace
+
+LensDraft draft_lens(LensDesign& design, const GlassSources& sources, const std::string& name, double wavelength_nm) {
+  return Writer(design, sources, wavelength_nm > 0 ? wavelength_nm : design.wavelength_nm).write(name);
+}
+
+}  // namespace relign::lens_files

@@ -1,0 +1,14 @@
+// The listing that CODE V prints (LIS): table of surfaces, specification data, apertures, refractive indices,
+// first-order values. docs/lens_files.md lists what is read.
+#pragma once
+
+#include <string_view>
+
+#include "lens_files/lens_design.h"
+
+namespace relign::lens_files {
+
+// Throws Error(bad_input) with file and line of every mistake.
+LensDesign read_listing(std::string_view bytes, const std::string& file);
+
+}  // namespace relign::lens_files

@@ -1,0 +1,49 @@
+#include "lens_files/read_design.h"
+
+#include "base/files.h"
+#include "lens_files/listing_reader.h"
+#include "lens_files/seq_reader.h"
+#include "lens_files/text_lines.h"
+#include "lens_files/zmx_reader.h"
+
+namespace relign::lens_files {
+namespace {
+
+bool ends_with(const std::string& name, const std::string& ending) {
+  return name.size() >= ending.size() && name.compare(name.size() - ending.size(), ending.size(), ending) == 0;
+}
+
+}  // namespace
+
+LensDesign read_design(std::string_view bytes, const std::string& file) {
+  const std::string name = upper_case(file);
+  if (ends_with(name, ".ZMX")) return read_zmx(bytes, file);
+  if (ends_with(name, ".SEQ")) return read_seq(bytes, file);
+  if (ends_with(name, ".ZAR") || ends_with(name, ".ZOS") || ends_with(name, ".LEN"))
+    throw Error(ErrorKind::bad_input, file +
+                                          ": archives and binary lens files are not read; save the lens as .zmx "
+                                          "(Zemax) or .seq (CODE V)");
+  for (const TextLine& line : text_lines(bytes, file)) {
+    const std::vector<std::string> words = words_of(line.text);
+    if (words.empty()) continue;
+    const std::string first = upper_case(words[0]), text = upper_case(line.text);
+    if (first == "RDY" && text.find("THI") != std::string::npos) return read_listing(bytes, file);
+    if (first == "SURF") return read_zmx(bytes, file);
+    if (first == "SO" || first == "S" || first == "RDM" || first == "RDM;" || first == "LEN")
+      return read_seq(bytes, file);
+  }
+  throw Error(ErrorKind::bad_input, file +
+                                        ": this is no lens file that is known here; known are Zemax .zmx, CODE V "
+                                        ".seq, and CODE V's listing (with a line RDY THI RMD GLA)");
+}
+
+std::string bytes_of(const std::filesystem::path& file) {
+  std::error_code error;
+  const auto size = std::filesystem::file_size(file, error);
+  if (!error && size > kMostBytes)
+    throw Error(ErrorKind::bad_input, file.string() + ": the file has " + std::to_string(size >> 20) +
+                                          " MB; lens and glass files have at most " + std::to_string(kMostBytes >> 20));
+  return read_file(file);
+}
+
+}  // namespace relign::lens_files

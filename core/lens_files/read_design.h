@@ -1,0 +1,16 @@
+// Opens a design program's file, whichever of those we know it is.
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+#include "lens_files/lens_design.h"
+
+namespace relign::lens_files {
+
+// By the name's ending (.zmx, .seq), else by what stands in it. `file` is the name for messages. Throws Error.
+LensDesign read_design(std::string_view bytes, const std::string& file);
+// At most kMostBytes are read. Throws Error(io) when it cannot be.
+std::string bytes_of(const std::filesystem::path& file);
+
+}  // namespace relign::lens_files

@@ -1,0 +1,240 @@
+#include "lens_files/scene_layout.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/text.h"
+#include "lens_files/axial_rays.h"
+#include "lens_files/text_lines.h"
+#include "optics/first_order.h"
+
+namespace relign::lens_files {
+namespace {
+
+constexpr int kPixels = 200, kMostPixels = 8000;
+// The paper's scene in shares of its sensor's side: 0.19 sideways and along the axis, 7 degrees.
+constexpr double kMargin = 1.3, kTravelShare = 0.15, kTravelTilt_deg = 7;
+constexpr int kTexels = 1200;
+constexpr double kWidestTarget_deg = 60;  // a flat emitter for wider fields would be without end
+
+[[noreturn]] void refuse_sensor(const std::string& text, const std::string& why) {
+  throw Error(ErrorKind::bad_input,
+              "--sensor '" + text + "': " + why +
+                  "; write columns, rows and the pitch in um, 1920x1280@3.45, or the side of a square in mm, 4.8");
+}
+
+OrderedJson tolerances_of(const optics::Prescription& lens, const OrderedJson& travel) {
+  OrderedJson elements = OrderedJson::object();
+  for (const optics::Element& element : lens.elements)
+    elements[element.name] = {{"shift_um", {100, 100, 100}}, {"tilt_arcmin", {12, 12}}, {"pivot", "own_front"}};
+  const auto half_um = [&](std::size_t i) { return rounded(500 * travel["shift_mm"][i].get<double>(), 3); };
+  const double half_arcmin = 30 * kTravelTilt_deg;
+  return {{"use", "tolerances"},
+          {"limits_are_sigmas", 3},
+          {"elements", elements},
+          {"start", {{"shift_um", {half_um(0), half_um(1), half_um(2)}}, {"tilt_arcmin", {half_arcmin, half_arcmin}}}},
+          {"movement", {{"cross_talk", 0.01}, {"backlash_um", 0}, {"repeatability_um", 0}}},
+          {"cure_shift", {{"shift_um", {0, 0, 0}}, {"tilt_arcmin", {0, 0}}}}};
+}
+
+// First-order values that the file prints and ours that differ: then something was read that it does not mean.
+void compare_published(LensDesign& design, const optics::Prescription& lens) {
+  constexpr double kAllowed = 2e-3;
+  const optics::FirstOrder data = optics::first_order(lens);
+  const std::pair<const char*, double> ours[] = {{"focal_length", data.focal_length},
+                                                 {"back_focal_length", data.back_focal_length}};
+  for (const auto& [name, value] : ours) {
+    const auto known = design.published.find(name);
+    if (known != design.published.end() && std::fabs(value - known->second) > kAllowed * std::fabs(known->second))
+      design.remarks.push_back({0,
+                                std::string("differs: ") + name + " is " + significant(value, 6) +
+                                    " mm here, the file prints " + significant(known->second, 6),
+                                0});
+  }
+}
+
+}  // namespace
+
+SensorSize parse_sensor(const std::string& text) {
+  constexpr double kLargest_mm = 1000;
+  SensorSize sensor;
+  const std::size_t cross = text.find('x'), at = text.find('@');
+  if (cross == std::string::npos && at == std::string::npos) {
+    const auto side = parse_number(text);
+    if (!side || !(*side > 0 && *side <= kLargest_mm)) refuse_sensor(text, "no side from 0 to 1000 mm");
+    sensor.pitch_mm = *side / kPixels;
+    return sensor;
+  }
+  if (cross == std::string::npos || at == std::string::npos || at < cross)
+    refuse_sensor(text, "not COLUMNSxROWS@PITCH");
+  const auto columns = parse_number(text.substr(0, cross));
+  const auto rows = parse_number(text.substr(cross + 1, at - cross - 1));
+  const auto pitch_um = parse_number(text.substr(at + 1));
+  if (!columns || !rows || !pitch_um) refuse_sensor(text, "not COLUMNSxROWS@PITCH");
+  for (const double count : {*columns, *rows})
+    if (!(count >= 1 && count <= kMostPixels) || count != std::floor(count))
+      refuse_sensor(text, "allowed are 1 to " + std::to_string(kMostPixels) + " pixels a side");
+  sensor.columns = static_cast<int>(*columns);
+  sensor.rows = static_cast<int>(*rows);
+  sensor.pitch_mm = *pitch_um / 1000;
+  const double longest = sensor.pitch_mm * std::max(sensor.columns, sensor.rows);
+  if (!(*pitch_um >= 1e-3 && longest <= kLargest_mm)) refuse_sensor(text, "no sensor of up to 1000 mm");
+  return sensor;
+}
+
+Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutChoices& choices) {
+  const optics::Prescription& lens = complete.lens;
+  const optics::FirstOrder data = optics::first_order(lens);
+  if (!(data.focal_length > 0 && std::isfinite(data.focal_length)))
+    throw Error(ErrorKind::bad_input, design.file + ": the lens has a focal length of " +
+                                          significant(data.focal_length, 6) +
+                                          " mm; only lenses that form an image on "
+                                          "a sensor make a scene");
+  compare_published(design, lens);
+  Layout layout;
+  const auto line = [&](const std::string& what, double value, const std::string& unit, const std::string& why) {
+    layout.lines.push_back({what, significant(value, 6) + (unit.empty() ? "" : " " + unit), why});
+  };
+  try {
+    // Where the far image ends; the finite distance moves it a little.
+    const double field_deg = lens.half_field_deg;
+    const double far_height = image_height(lens, field_deg, 0, lens.image_z_mm);
+    const double default_side = rounded(2 * kMargin * far_height, 3);
+    const SensorSize sensor = choices.sensor.value_or(SensorSize{kPixels, kPixels, default_side / kPixels});
+    const double side = choices.sensor ? sensor.shorter_side_mm() : default_side;
+    const bool square = sensor.columns == kPixels && sensor.rows == kPixels;
+    const std::string pixels = std::to_string(sensor.columns) + " x " + std::to_string(sensor.rows) + " pixels";
+
+    const double file_distance = design.surfaces.front().thickness_mm;
+    const double pitch = side / 50;
+    // The paper's: at the stated distance one fiftieth of the sensor out of focus is three times too little to matter.
+    const double by_formula = rounded(3 * (pitch + data.focal_length / data.f_number) * data.focal_length / pitch, 4);
+    const bool file_tells = file_distance > 0 && file_distance < kInfinite;
+    const double distance = choices.distance_mm > 0 ? choices.distance_mm : file_tells ? file_distance : by_formula;
+    const double focus = best_focus_z(lens, distance);
+    const double last = data.overall_length;
+    if (!(focus > last))
+      throw Error(ErrorKind::bad_input, "the sharp image of an emitter at " + significant(distance, 6) + " mm lies " +
+                                            significant(last - focus, 4) +
+                                            " mm before the lens's last face; take a larger --distance");
+    const double height = image_height(lens, field_deg, distance, focus);
+    const double pivot = rounded(last / 2, 9);
+    const double shown_deg = std::min(field_deg, kWidestTarget_deg);
+    const optics::SineCosine field = optics::sine_cosine_of_degrees(shown_deg);
+    // Corners at the full field.
+    const double emitter_side =
+        rounded(2 * (distance + data.entrance_pupil_z) * field.sine / field.cosine * std::sqrt(0.5), 6);
+    if (!(emitter_side > 0))
+      throw Error(ErrorKind::bad_input, "an emitter at " + significant(distance, 6) +
+                                            " mm lies behind the entrance pupil; take a larger --distance");
+    const double sideways = rounded(kTravelShare * side, 3);
+    const double along = rounded(std::min(sideways, 0.5 * (focus - last)), 3);
+
+    const OrderedJson travel = {{"shift_mm", {sideways, sideways, along}},
+                                {"tilt_deg", {kTravelTilt_deg, kTravelTilt_deg}},
+                                {"rotation_z_deg", kTravelTilt_deg}};
+    layout.scene = {
+        {"use", "lens_system"},
+        {"format", 1},
+        {"name", choices.name},
+        {"summary", choices.name + ": f = " + significant(data.focal_length, 4) + " mm, f/" +
+                        significant(data.f_number, 3) + ", " + pixels + ", target at " + significant(distance, 4) +
+                        " mm."},
+        {"lens", "lens.json"},
+        {"pivot_behind_first_vertex_mm", pivot},
+        {"sensor", {{"z_mm", rounded(focus - pivot, 9)}}},
+        {"emitter", {{"z_mm", -rounded(distance + pivot, 12)}, {"side_mm", emitter_side}, {"target", choices.target}}},
+        {"travel", travel},
+        {"machine_time",
+         {{"speed_mm_per_s", 5}, {"speed_deg_per_s", 5}, {"settle_ms", 40}, {"exposure_ms", 15}, {"readout_ms", 30}}}};
+    OrderedJson& of_sensor = layout.scene["sensor"];
+    if (square) {
+      of_sensor["side_mm"] = rounded(side, 12);
+      of_sensor["pixels"] = kPixels;
+    } else {
+      of_sensor["pitch_um"] = rounded(sensor.pitch_mm * 1000, 12);
+      of_sensor["pixels"] = {sensor.columns, sensor.rows};
+    }
+    if (choices.target_is_named) layout.scene["emitter"]["texels"] = kTexels;
+    layout.tolerances = tolerances_of(lens, travel);
+    layout.suite = {{"name", choices.name},
+                    {"scenes", {"scene.json"}},
+                    {"noise_levels", {"tolerances.json"}},
+                    {"algorithms", {"home", "random", "nlopt-sbplx"}},
+                    {"protocol", "blind"},
+                    {"instances", 20},
+                    {"steps", 40}};
+
+    line("wavelength", lens.wavelength_nm, "nm", "of the file's reference, or --wavelength");
+    line("focal length", data.focal_length, "mm", "first order");
+    line("back focal length", data.back_focal_length, "mm", "first order");
+    line("f-number", data.f_number, "", "focal length / entrance pupil");
+    line("entrance pupil", data.entrance_pupil_diameter, "mm",
+         significant(data.entrance_pupil_z, 6) + " mm behind the first vertex");
+    line("exit pupil", data.exit_pupil_diameter, "mm",
+         significant(data.exit_pupil_from_last, 6) + " mm from the last vertex");
+    line("half field", field_deg, "degrees", "the file's largest field");
+    line("image height", height, "mm", "chief ray of the largest field, at the sensor");
+    line("emitter distance", distance, "mm",
+         choices.distance_mm > 0 ? "--distance, from the first vertex"
+         : file_tells            ? "the file's object distance"
+                                 : "3 (p + f / N) f / p with p a fiftieth of the sensor");
+    line("emitter side", emitter_side, "mm", "corners at " + significant(shown_deg, 4) + " degrees");
+    line("sensor side", side, "mm", pixels + (choices.sensor ? ", as --sensor says" : ", 1.3 times the image circle"));
+    line("sensor behind last face", focus - last, "mm", "best focus on the axis at that distance");
+    line("design's image plane", lens.image_z_mm - last, "mm", "behind the last face, as the file has it");
+    line("half travel, sideways", sideways, "mm", "0.15 of the sensor's shorter side");
+    line("half travel, along the axis", along, "mm", "the same, at most half of the way to the sensor");
+    line("half travel, tilts", kTravelTilt_deg, "degrees", "the paper's");
+    if (2 * height > side)
+      design.remarks.push_back({0,
+                                "the image of the field, " + significant(2 * height, 4) +
+                                    " mm across, is wider than the sensor, " + significant(side, 4) + " mm",
+                                0});
+    if (shown_deg < field_deg)
+      design.remarks.push_back({0,
+                                "the emitter ends at " + significant(shown_deg, 4) + " degrees of the lens's " +
+                                    significant(field_deg, 4) + ": a flat one cannot fill so wide a field",
+                                0});
+  } catch (const Error& error) {
+    throw Error(error.kind(), design.file + ": " + error.what());
+  }
+  return layout;
+}
+
+std::vector<std::string> remark_lines(const LensDesign& design) {
+  std::vector<std::string> lines;
+  for (const Remark& remark : design.remarks) {
+    std::string text =
+        design.file + ":" + (remark.line > 0 ? std::to_string(remark.line) + ":" : "") + " " + remark.text;
+    if (remark.more_lines > 0) text += " (and " + std::to_string(remark.more_lines) + " lines more)";
+    lines.push_back(text);
+  }
+  return lines;
+}
+
+std::string readme(const LensDesign& design, const CompleteLens& lens, const LayoutChoices& choices,
+                   const Layout& layout) {
+  std::string text =
+      "# " + choices.name + "\n\nMade from " + design.file.substr(design.file.find_last_of('/') + 1) + " (" +
+      design.format + ")" + (design.title.empty() ? "" : ": " + shown(design.title, 200)) +
+      ".\n\n"
+      "* `lens.json`: " +
+      std::to_string(lens.lens.elements.size()) +
+      " elements and the stop\n"
+      "* `scene.json`: sensor, emitter, travel, machine times\n"
+      "* `tolerances.json`: how far elements and start are off, 3 sigma; commercial grades to begin with "
+      "(0.1 mm, 12 arcmin): replace them by your suppliers'\n"
+      "* `suite.json`: what is compared\n\n"
+      "    relign-bench render --scene scene.json -o reference.png\n"
+      "    relign-bench validate suite.json\n"
+      "    relign-bench run suite.json\n\n"
+      "| quantity | value | how |\n|---|---|---|\n";
+  for (const LayoutLine& line : layout.lines) text += "| " + line.what + " | " + line.value + " | " + line.why + " |\n";
+  const std::vector<std::string> remarks = remark_lines(design);
+  text += remarks.empty() ? "\nEverything in the file was understood.\n" : "\n## Remarks\n\n";
+  for (const std::string& remark : remarks) text += "* " + remark + "\n";
+  return text;
+}
+
+}  // namespace relign::lens_files

@@ -1,0 +1,52 @@
+// A set-up around a lens: sensor, emitter, travel, tolerances and a suite, by rules that docs/lens_files.md states.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "lens_files/completion.h"
+
+namespace relign::lens_files {
+
+struct SensorSize {
+  int columns = 200, rows = 200;
+  double pitch_mm = 0;
+  double shorter_side_mm() const { return (columns < rows ? columns : rows) * pitch_mm; }
+};
+
+struct LayoutChoices {
+  std::string name;
+  std::optional<SensorSize> sensor;     // absent: one that holds the image
+  double distance_mm = 0;               // first vertex to emitter; 0: the file's, else by the paper's formula
+  std::string target = "siemens_star";  // as the scene file will name it
+  bool target_is_named = true;          // false: a file
+};
+
+// One number of the layout with the reason for it.
+struct LayoutLine {
+  std::string what;
+  std::string value;
+  std::string why;
+};
+
+struct Layout {
+  OrderedJson scene, tolerances, suite;
+  std::vector<LayoutLine> lines;
+};
+
+// "1920x1280@3.45" (columns, rows, pitch in um) or "4.8" (a square's side in mm, 200 pixels). Throws Error(bad_input)
+// for what a scene cannot be.
+SensorSize parse_sensor(const std::string& text);
+
+// Adds remarks to the design. Throws Error(bad_input) where no image is formed.
+Layout lay_out(LensDesign& design, const CompleteLens& lens, const LayoutChoices& choices);
+
+// README.md of the new folder.
+std::string readme(const LensDesign& design, const CompleteLens& lens, const LayoutChoices& choices,
+                   const Layout& layout);
+
+// "lens.zmx:12: not understood: ... (and 3 lines more)", one line each.
+std::vector<std::string> remark_lines(const LensDesign& design);
+
+}  // namespace relign::lens_files

@@ -1,0 +1,227 @@
+#include "lens_files/seq_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "base/text.h"
+#include "lens_files/codev_words.h"
+#include "lens_files/text_lines.h"
+
+namespace relign::lens_files {
+namespace {
+
+struct Command {
+  int line = 0;
+  std::string text;
+  std::vector<std::string> words;
+};
+
+// `;` parts commands, `&` at the end goes on in the next line, `!` begins a comment; none of them within quotes.
+std::vector<Command> commands_of(const std::vector<TextLine>& lines) {
+  std::vector<Command> commands;
+  std::string text;
+  int begun = 0;
+  const auto end_command = [&] {
+    std::vector<std::string> words = words_of(text);
+    if (!words.empty()) commands.push_back({begun, trimmed(text), std::move(words)});
+    text.clear();
+  };
+  for (const TextLine& line : lines) {
+    if (text.empty()) begun = line.number;
+    char quote = '\0';
+    for (const char letter : line.text) {
+      if (quote == '\0' && letter == '!') break;
+      if (quote == '\0' && letter == ';') {
+        end_command();
+        begun = line.number;
+        continue;
+      }
+      if (letter == quote)
+        quote = '\0';
+      else if (quote == '\0' && (letter == '"' || letter == '\''))
+        quote = letter;
+      text += letter;
+    }
+    const std::string so_far = trimmed(text);
+    if (!so_far.empty() && so_far.back() == '&')
+      text = so_far.substr(0, so_far.size() - 1) + " ";
+    else
+      end_command();
+  }
+  end_command();
+  return commands;
+}
+
+class SeqReader {
+ public:
+  SeqReader(std::string_view bytes, const std::string& file)
+      : commands_(commands_of(text_lines(bytes, file))), reading_(file, "CODE V"), system_(reading_) {}
+
+  LensDesign read() {
+    for (const Command& command : commands_) {
+      const std::string keyword = upper_case(command.words[0]);
+      if (in_private_glasses_)
+        private_glass(command, keyword);
+      else if (!is_surface(command, keyword) && !surface_property(command, keyword) && !global(command, keyword) &&
+               !system_.take(command.line, command.words))
+        reading_.not_understood(command.line, keyword, command.text);
+    }
+    if (reading_.design.surfaces.empty())
+      reading_.problem(0, "no surfaces (SO, S, SI) found; is this a CODE V sequence file, and is it whole?");
+    else if (!image_seen_)
+      reading_.problem(reading_.design.surfaces.back().line, "the image surface (SI) is missing; is the file whole?");
+    finish_surface();
+    use_private_glasses();
+    return system_.finish();
+  }
+
+ private:
+  static std::string word(const Command& command, std::size_t i) {
+    return i < command.words.size() ? command.words[i] : "";
+  }
+
+  // SO, S or SI: radius (or curvature), thickness, glass.
+  bool is_surface(const Command& command, const std::string& keyword) {
+    if (keyword != "S" && keyword != "SO" && keyword != "SI") return false;
+    finish_surface();
+    if (image_seen_) reading_.problem(command.line, keyword + " after the image surface (SI)");
+    if (keyword == "SO" && !reading_.design.surfaces.empty())
+      reading_.problem(command.line, "SO: the object surface is not the first one");
+    image_seen_ = image_seen_ || keyword == "SI";
+    if (keyword != "SO" && reading_.design.surfaces.empty())
+      reading_.add_surface(command.line, "SO").thickness_mm = kInfinite;
+    const std::string label = keyword == "S" ? "S" + std::to_string(reading_.design.surfaces.size()) : keyword;
+    Surface& surface = reading_.add_surface(command.line, label);
+    if (command.words.size() > 1) surface.curvature = curvature(command.line, word(command, 1));
+    if (command.words.size() > 2) surface.thickness_mm = thickness(command.line, word(command, 2));
+    if (command.words.size() > 3) take_glass(reading_, surface, command.line, word(command, 3));
+    if (command.words.size() > 4) reading_.not_understood(command.line, "S", command.text);
+    return true;
+  }
+
+  double curvature(int line, const std::string& text) {
+    const double value = reading_.number(line, text, radius_mode_ ? "radius" : "curvature");
+    if (!radius_mode_) return value;
+    return value == 0 || std::fabs(value) >= kInfinite ? 0 : 1 / value;
+  }
+
+  double thickness(int line, const std::string& text) {
+    const double value = reading_.number(line, text, "thickness");
+    return std::fabs(value) >= kInfinite ? kInfinite : value;
+  }
+
+  // A word after a surface, or with the surface told: "STO", "THI SI -0.04".
+  bool surface_property(const Command& command, const std::string& keyword) {
+    if (reading_.design.surfaces.empty()) return false;
+    std::size_t at = 1;
+    Surface* surface = &reading_.design.surfaces.back();
+    if (Surface* told = surface_of(reading_, word(command, 1))) {
+      surface = told;
+      at = 2;
+    }
+    const std::string value = word(command, at);
+    const bool is_current = surface == &reading_.design.surfaces.back();
+    if (keyword == "STO") {
+      surface->stop = true;
+    } else if (keyword == "CIR") {
+      return take_circle(reading_, command.line, command.words);
+    } else if (keyword == "RDY") {
+      const double radius = reading_.number(command.line, value, keyword);
+      surface->curvature = radius == 0 || std::fabs(radius) >= kInfinite ? 0 : 1 / radius;
+    } else if (keyword == "CUY") {
+      surface->curvature = reading_.number(command.line, value, keyword);
+    } else if (keyword == "THI") {
+      surface->thickness_mm = thickness(command.line, value);
+    } else if (keyword == "GLA") {
+      take_glass(reading_, *surface, command.line, value);
+    } else if (keyword == "ASP" || keyword == "CON" || keyword == "SPH" || keyword == "SLB" || keyword == "CCY" ||
+               keyword == "THC" || keyword == "GLC" || keyword == "KC" || keyword == "CUF" || keyword == "CCF") {
+      return true;
+    } else if (keyword == "DAR") {
+      decentre_.returns = is_current;
+      return is_current;
+    } else if (keyword == "BEN" || keyword == "REV" || keyword == "RET" || keyword == "GLB" || keyword == "CYL" ||
+               keyword == "YTO" || keyword == "XTO" || keyword == "SPS" || keyword == "DIF" || keyword == "GRX") {
+      reading_.problem(command.line, "surface " + surface->label + ": " + keyword +
+                                         " is not read; read are spheres, conics, even aspheres and decentres with or "
+                                         "without DAR");
+    } else if (is_current && decentre_.take(reading_, command.line, keyword, value)) {
+      return true;
+    } else {
+      return take_asphere(reading_, *surface, command.line, keyword, value);
+    }
+    return true;
+  }
+
+  bool global(const Command& command, const std::string& keyword) {
+    if (keyword == "RDM") {
+      const std::string value = upper_case(word(command, 1));
+      radius_mode_ = value.empty() || value[0] != 'N';
+    } else if (keyword == "TITLE" || keyword == "TIT") {
+      reading_.design.title = word(command, 1);
+    } else if (keyword == "PRV") {
+      in_private_glasses_ = true;
+    } else if (keyword == "ZOO" || keyword == "POS") {
+      reading_.remark(command.line, "zoom", "not used: further zoom positions; the lens is read as it stands above");
+    } else {
+      return keyword == "LEN" || keyword == "GO" || keyword == "CA" || keyword == "EOS";
+    }
+    return true;
+  }
+
+  // PRV; PWL wavelengths; 'name' indices; END.
+  void private_glass(const Command& command, const std::string& keyword) {
+    if (keyword == "END") {
+      in_private_glasses_ = false;
+      return;
+    }
+    std::vector<double> values;
+    for (std::size_t i = 1; i < command.words.size(); ++i)
+      values.push_back(reading_.number(command.line, command.words[i], "private glass " + shown(keyword, 20)));
+    if (keyword == "PWL")
+      private_wavelengths_ = values;
+    else
+      private_indices_[keyword] = {command.line, private_wavelengths_, values};
+  }
+
+  void finish_surface() {
+    if (!reading_.design.surfaces.empty()) decentre_.apply(reading_.design.surfaces.back());
+    decentre_ = Decentre();
+  }
+
+  // A private glass is known where the reference wavelength is among its own; else its name stays, for catalogues.
+  void use_private_glasses() {
+    const double wavelength = system_.reference_wavelength_nm();
+    for (Surface& surface : reading_.design.surfaces) {
+      const auto glass = private_indices_.find(upper_case(surface.glass));
+      if (glass == private_indices_.end()) continue;
+      const PrivateGlass& own = glass->second;
+      for (std::size_t i = 0; i < std::min(own.wavelengths.size(), own.indices.size()); ++i)
+        if (std::fabs(own.wavelengths[i] - wavelength) < 0.05) surface.index = own.indices[i];
+      if (surface.index == 0)
+        reading_.remark(own.line, "private glass " + glass->first,
+                        "not used: private glass '" + shown(surface.glass, 40) +
+                            "' has no index at the reference wavelength, " + shortest(wavelength) + " nm");
+    }
+  }
+
+  struct PrivateGlass {
+    int line = 0;
+    std::vector<double> wavelengths, indices;
+  };
+
+  const std::vector<Command> commands_;
+  Reading reading_;
+  CodeVSystem system_;
+  bool radius_mode_ = true, image_seen_ = false, in_private_glasses_ = false;
+  Decentre decentre_;
+  std::vector<double> private_wavelengths_;
+  std::map<std::string, PrivateGlass> private_indices_;
+};
+
+}  // namespace
+
+LensDesign read_seq(std::string_view bytes, const std::string& file) { return SeqReader(bytes, file).read(); }
+
+}  // namespace relign::lens_files

@@ -1,0 +1,287 @@
+#include "lens_files/zmx_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "base/text.h"
+#include "lens_files/text_lines.h"
+
+namespace relign::lens_files {
+namespace {
+
+// Lines that change nothing here: display, solves' bookkeeping, coatings, rays' aiming, notes.
+const std::set<std::string>& without_meaning() {
+  static const std::set<std::string> kKeywords = {
+      "VERS", "PFIL", "LANG", "NOTE", "ENVD", "GFAC", "RAIM", "PUSH", "SDMA", "ROPD", "PICB", "FWGN", "FWGT", "FWGL",
+      "POLS", "GLRS", "GSTD", "NSCD", "COFN", "GCAT", "HIDE", "MIRR", "SLAB", "POPS", "MAZH", "COMM", "WAVN", "WWGN",
+      "WWGT", "BLNK", "DBDT", "HYPR", "XFLD", "FIMP", "OEMA", "STAR", "SDIA", "RCPL", "PRIM", "EFFL", "COOR", "UNIQ",
+      "TOLR", "WWAV", "CLMB", "SCBD", "GLCZ", "VPAR", "PZUP", "LTTP", "RSCE", "RWRE", "MEMA"};
+  return kKeywords;
+}
+
+class ZmxReader {
+ public:
+  ZmxReader(std::string_view bytes, const std::string& file)
+      : lines_(text_lines(bytes, file)), reading_(file, "Zemax") {}
+
+  LensDesign read() {
+    for (const TextLine& line : lines_) {
+      const std::vector<std::string> words = words_of(line.text);
+      if (words.empty()) continue;
+      line_ = line.number;
+      text_ = line.text;
+      words_ = words;
+      const std::string keyword = upper_case(words[0]);
+      if (without_meaning().count(keyword) > 0) continue;
+      const bool known = keyword == "SURF" ? begin_surface() : system_line(keyword) || surface_line(keyword);
+      if (known) continue;
+      const bool indented = text_[0] == ' ' || text_[0] == '\t';
+      if (surfaces_seen_ && !indented)
+        reading_.remark(line_, "after",
+                        "not read: what follows the surfaces (merit function, tolerances, configurations)");
+      else
+        reading_.not_understood(line_, keyword, text_);
+    }
+    return whole();
+  }
+
+ private:
+  std::string word(std::size_t i) const { return i < words_.size() ? words_[i] : ""; }
+  double number(std::size_t i, const std::string& what, double limit = 1e30) {
+    return reading_.number(line_, word(i), what, limit);
+  }
+
+  bool begin_surface() {
+    surfaces_seen_ = true;
+    const int expected = static_cast<int>(reading_.design.surfaces.size());
+    if (reading_.integer(line_, word(1), "SURF") != expected)
+      reading_.problem(line_, "surface '" + shown(word(1), 20) + "' where surface " + std::to_string(expected) +
+                                  " comes next; surfaces are missing or out of order");
+    reading_.add_surface(line_, std::to_string(expected));
+    break_ = Break();
+    return true;
+  }
+
+  bool system_line(const std::string& keyword) {
+    LensDesign& design = reading_.design;
+    const auto aperture = [&](SystemAperture::Kind kind) {
+      design.aperture = {kind, kind == SystemAperture::stop_size ? 0 : number(1, keyword)};
+      return true;
+    };
+    if (keyword == "MODE") {
+      if (upper_case(word(1)) != "SEQ")
+        reading_.problem(line_, "mode '" + shown(word(1), 20) + "'; only sequential lenses (MODE SEQ) are read");
+    } else if (keyword == "NAME") {
+      const std::string text = trimmed(text_);
+      design.title = trimmed(text.substr(std::min(text.size(), std::size_t{4})));
+    } else if (keyword == "UNIT") {
+      const auto unit = millimetres(upper_case(word(1)));
+      if (!unit) reading_.problem(line_, "UNIT: '" + shown(word(1), 20) + "' is none of MM, CM, IN, METER");
+      unit_mm_ = unit.value_or(1);
+    } else if (keyword == "ENPD") {
+      return aperture(SystemAperture::entrance_pupil_diameter);
+    } else if (keyword == "FNUM") {
+      return aperture(SystemAperture::f_number);
+    } else if (keyword == "OBNA") {
+      return aperture(SystemAperture::object_na);
+    } else if (keyword == "FLOA") {
+      return aperture(SystemAperture::stop_size);
+    } else if (keyword == "FTYP") {
+      field_type_ = reading_.integer(line_, word(1), "FTYP");
+      if (words_.size() > 3) fields_used_ = reading_.integer(line_, word(3), "FTYP, number of fields");
+      design.field.line = line_;
+    } else if (keyword == "XFLN" || keyword == "YFLN" || keyword == "YFLD") {
+      std::vector<double>& field = keyword == "XFLN" ? x_fields_ : y_fields_;
+      field.clear();
+      for (std::size_t i = 1; i < words_.size(); ++i) field.push_back(number(i, keyword));
+    } else if (keyword == "WAVM" || keyword == "WAVL") {
+      read_wavelength(keyword == "WAVM");
+    } else if (keyword == "PWAV") {
+      primary_ = reading_.integer(line_, word(1), "PWAV");
+      primary_line_ = line_;
+    } else if (keyword.size() == 4 &&
+               (keyword.compare(0, 2, "VD") == 0 || keyword.compare(0, 2, "VC") == 0 || keyword == "VANN")) {
+      for (std::size_t i = 1; i < words_.size(); ++i)
+        if (parse_number(words_[i]).value_or(0) != 0) {
+          reading_.remark(line_, "vignetting", "not used: vignetting factors; clear radii stop the light here");
+          break;
+        }
+    } else if (keyword == "MNUM") {
+      if (parse_number(word(1)).value_or(1) > 1)
+        reading_.remark(line_, "configurations",
+                        "not used: further configurations; the lens is read as it stands above");
+    } else {
+      return false;
+    }
+    return true;
+  }
+
+  // WAVM: number, micrometres, weight. WAVL: micrometres of all.
+  void read_wavelength(bool numbered) {
+    if (numbered) {
+      const int index = reading_.integer(line_, word(1), "WAVM");
+      if (index < 1 || index > 100) {
+        reading_.problem(line_, "WAVM: wavelengths are counted from 1 to 100, found '" + shown(word(1), 20) + "'");
+        return;
+      }
+      wavelengths_um_.resize(std::max(wavelengths_um_.size(), static_cast<std::size_t>(index)));
+      wavelengths_um_[static_cast<std::size_t>(index) - 1] = number(2, "WAVM, micrometres", 1000);
+      return;
+    }
+    wavelengths_um_.clear();
+    for (std::size_t i = 1; i < words_.size(); ++i) wavelengths_um_.push_back(number(i, "WAVL, micrometres", 1000));
+  }
+
+  bool surface_line(const std::string& keyword) {
+    if (reading_.design.surfaces.empty()) return false;
+    Surface& surface = reading_.design.surfaces.back();
+    if (keyword == "TYPE") {
+      const std::string type = upper_case(word(1));
+      surface.break_only = type == "COORDBRK";
+      asphere_ = type == "EVENASPH";
+      if (!surface.break_only && !asphere_ && type != "STANDARD")
+        reading_.problem(line_, "surface " + surface.label + " is of type '" + shown(word(1), 20) +
+                                    "'; read are STANDARD, EVENASPH and COORDBRK");
+    } else if (keyword == "CURV") {
+      surface.curvature = number(1, "CURV");
+    } else if (keyword == "CONI") {
+      surface.conic = number(1, "CONI", 1e6);
+    } else if (keyword == "PARM") {
+      read_parameter(surface);
+    } else if (keyword == "DISZ") {
+      surface.thickness_mm = upper_case(word(1)) == "INFINITY" ? kInfinite : number(1, "DISZ");
+    } else if (keyword == "GLAS") {
+      read_glass(surface);
+    } else if (keyword == "DIAM") {
+      if (surface.clear_radius_mm == 0 || !clear_from_aperture_) surface.clear_radius_mm = number(1, "DIAM");
+      clear_from_aperture_ = false;
+    } else if (keyword == "CLAP" || keyword == "FLAP") {
+      if (number(1, keyword) != 0)
+        reading_.remark(line_, "annular", "not used: the inner radius of an annular aperture");
+      surface.clear_radius_mm = number(2, keyword);
+      clear_from_aperture_ = true;
+    } else if (keyword == "STOP") {
+      surface.stop = true;
+    } else {
+      return false;
+    }
+    return true;
+  }
+
+  void read_parameter(Surface& surface) {
+    constexpr int kMost = 8;
+    const int index = reading_.integer(line_, word(1), "PARM");
+    const double value = number(2, "PARM " + shown(word(1), 20));
+    if (index < 1 || index > kMost) {
+      if (value != 0) reading_.not_understood(line_, "PARM", text_);
+    } else if (surface.break_only) {
+      read_break(surface, index, value);
+    } else if (asphere_) {
+      const auto place = static_cast<std::size_t>(index);
+      if (surface.even_asphere.size() < place) surface.even_asphere.resize(place);
+      surface.even_asphere[place - 1] = value;
+    } else if (value != 0) {
+      reading_.not_understood(line_, "PARM", text_);
+    }
+  }
+
+  // 1, 2: decentre x, y; 3, 4, 5: tilt about x, y, z, right-handed; 6: order.
+  void read_break(Surface& surface, int index, double value) {
+    if (index <= 2) break_.shift[index - 1] = value;
+    if (index >= 3 && index <= 5) {
+      if (std::fabs(value) > 360)
+        reading_.problem(line_, "a tilt of " + shortest(value) + " degrees; allowed are -360 to 360");
+      else
+        break_.tilt_deg[index - 3] = value;
+    }
+    if (index == 6) break_.tilt_first = value != 0;
+    surface.before = coordinate_break({break_.shift[0], break_.shift[1], 0}, break_.tilt_deg[0], break_.tilt_deg[1],
+                                      break_.tilt_deg[2], break_.tilt_first);
+  }
+
+  // GLAS name kind _ nd Vd: kind 1 is a model glass, told by nd and Vd; of a catalogue's glass Zemax writes any
+  // numbers there (1.5 and 40 where it did not find the glass), so that they are not used.
+  void read_glass(Surface& surface) {
+    surface.glass_line = line_;
+    surface.glass = word(1);
+    if (surface.glass.empty()) reading_.problem(line_, "GLAS: the name of the glass is missing");
+    if (upper_case(surface.glass) == "MIRROR")
+      reading_.problem(line_, "surface " + surface.label + " is a mirror; only lenses are read");
+    const bool model = parse_number(word(2)).value_or(0) == 1 || surface.glass == "___BLANK";
+    if (!model) return;
+    surface.glass.clear();
+    surface.nd = number(4, "GLAS, nd of a model glass", 10);
+    surface.vd = words_.size() > 5 ? number(5, "GLAS, Vd of a model glass", 1e4) : 0;
+    if (surface.nd < 1)
+      reading_.problem(line_, "surface " + surface.label + ": a model glass of index " + shortest(surface.nd) +
+                                  "; glasses have 1 or more");
+  }
+
+  LensDesign whole() {
+    LensDesign& design = reading_.design;
+    if (!surfaces_seen_) reading_.problem(0, "no surfaces (SURF) found; is this a Zemax lens file, and is it whole?");
+    read_fields();
+    if (wavelengths_um_.empty()) {
+      reading_.problem(0, "no wavelength (WAVM) found");
+    } else if (primary_ < 1 || static_cast<std::size_t>(primary_) > wavelengths_um_.size()) {
+      reading_.problem(primary_line_, "PWAV: the primary wavelength is number " + std::to_string(primary_) +
+                                          ", but there are " + std::to_string(wavelengths_um_.size()));
+    } else {
+      design.wavelength_nm = wavelengths_um_[static_cast<std::size_t>(primary_) - 1] * 1000;
+    }
+    LensDesign result = reading_.finish();
+    scale(result, unit_mm_);
+    return result;
+  }
+
+  void read_fields() {
+    FieldSize& field = reading_.design.field;
+    const std::size_t count = std::max(x_fields_.size(), y_fields_.size());
+    const std::size_t used = fields_used_ > 0 ? std::min(count, static_cast<std::size_t>(fields_used_)) : count;
+    for (std::size_t i = 0; i < used; ++i)
+      field.value = std::max(
+          field.value, std::hypot(i < x_fields_.size() ? x_fields_[i] : 0, i < y_fields_.size() ? y_fields_[i] : 0));
+    if (field.value == 0) return;
+    switch (field_type_) {
+      case 0:
+        field.kind = FieldSize::angle_deg;
+        break;
+      case 1:
+        field.kind = FieldSize::object_height_mm;
+        break;
+      case 2:
+      case 3:
+        field.kind = FieldSize::image_height_mm;
+        break;
+      default:
+        reading_.remark(field.line, "field type",
+                        "not used: fields of type " + std::to_string(field_type_) +
+                            " (read are 0 angle, 1 object, 2 and 3 image height)");
+    }
+  }
+
+  struct Break {
+    double shift[2] = {0, 0};
+    double tilt_deg[3] = {0, 0, 0};
+    bool tilt_first = false;
+  };
+
+  const std::vector<TextLine> lines_;
+  Reading reading_;
+  int line_ = 0;
+  std::string text_;
+  std::vector<std::string> words_;
+  bool surfaces_seen_ = false, asphere_ = false, clear_from_aperture_ = false;
+  Break break_;
+  double unit_mm_ = 1;
+  int field_type_ = 0, fields_used_ = 0;
+  std::vector<double> x_fields_, y_fields_, wavelengths_um_;
+  int primary_ = 1, primary_line_ = 0;
+};
+
+}  // namespace
+
+LensDesign read_zmx(std::string_view bytes, const std::string& file) { return ZmxReader(bytes, file).read(); }
+
+}  // namespace relign::lens_files

@@ -1,0 +1,135 @@
+#include "lens_scene/lens_scene.h"
+
+#include <algorithm>
+
+#include "base/hash.h"
+#include "base/json_source.h"
+#include "optics/assembly.h"
+
+namespace relign::lens_scene {
+namespace {
+
+imaging::ReferenceCache cache(const Parameters& given, const std::string& library, const std::string& tracer_hash) {
+  return {given.cache_folder(), sha256_file(given.plugin_folder() + "/" + library) + tracer_hash};
+}
+
+Json axis(const char* name, const char* unit, double half) {
+  return {{"name", name}, {"unit", unit}, {"lower", -half}, {"upper", half}};
+}
+
+}  // namespace
+
+class LensScene::Mounted final : public relign::Assembly {
+ public:
+  Mounted(LensScene& of, const optics::Assembly& assembly) : of_(of), lens_(of.scene_, assembly), shared_(of.shared_) {}
+
+  void capture(const Pose& true_pose, std::uint64_t frame_seed, float* pixels) override {
+    const std::lock_guard<std::mutex> lock(shared_.mutex);
+    shared_.camera.capture(lens_, true_pose, frame_seed, pixels);
+  }
+  Truth noise_free_mse(const Pose& true_pose, std::uint64_t seed) override {
+    const std::lock_guard<std::mutex> lock(shared_.mutex);
+    const imaging::MseEstimate estimate = shared_.camera.noise_free_mse(lens_, true_pose, seed, of_.reference_);
+    return {estimate.mse, estimate.standard_error};
+  }
+  bool render_noise_free(const Pose& true_pose, float* pixels) override {
+    constexpr std::uint64_t kPictureSeed = 3;  // the references have 1 and 2
+    const std::lock_guard<std::mutex> lock(shared_.mutex);
+    const int samples = imaging::reference_samples(of_.scene_, of_.tracer_.get()) / 4;
+    shared_.camera.render_noise_free(lens_, true_pose, kPictureSeed, samples, pixels);
+    return true;
+  }
+  std::optional<Optimum> own_optimum(std::uint64_t seed) override {
+    const std::lock_guard<std::mutex> lock(shared_.mutex);
+    imaging::OwnOptimum found = shared_.optimum.find(lens_, seed);
+    return Optimum{std::move(found.true_pose), {found.error.mse, found.error.standard_error}};
+  }
+
+ private:
+  LensScene& of_;
+  imaging::MountedLens lens_;
+  SharedCamera& shared_;
+};
+
+Parts read_parts(const Parameters& given) {
+  imaging::SceneChoices chosen;
+  chosen.ambient_index = given.number("ambient_index");
+  chosen.target = given.text("target");
+  chosen.rotation_z = given.boolean("rotation_z");
+  chosen.pixels = static_cast<int>(given.integer("pixels"));
+  Parts parts;
+  parts.settings.transport = *imaging::transport_from_name(given.text("transport"));
+  parts.settings.sampler = *imaging::sampler_from_name(given.text("sampler"));
+  parts.settings.samples = static_cast<int>(given.integer("samples"));
+  parts.scene = imaging::read_scene_file(given.text("scene"), chosen);
+  return parts;
+}
+
+LensScene::LensScene(const Parameters& given, Parts parts, const std::string& library)
+    : settings_(parts.settings),
+      scene_(std::move(parts.scene)),
+      tracer_(std::move(parts.tracer)),
+      parallel_(given.threads()),
+      reference_(imaging::make_reference(
+          scene_, settings_, parallel_, cache(given, library, parts.tracer_hash),
+          [&given](const std::string& message) { given.warn(message); }, tracer_.get())),
+      shared_{{scene_, settings_, parallel_, tracer_.get()},
+              {scene_, settings_, shared_.camera, parallel_, reference_},
+              {}} {}
+
+std::string LensScene::describe() {
+  Json axes = Json::array();
+  const char* shift_names[] = {"x", "y", "z"};
+  const char* tilt_names[] = {"Rx", "Ry", "Rz"};
+  for (std::size_t i = 0; i < 3; ++i) axes.push_back(axis(shift_names[i], "mm", scene_.travel.shift_mm[i]));
+  for (std::size_t i = 0; i < scene_.travel.tilt_deg.size(); ++i)
+    axes.push_back(axis(tilt_names[i], "deg", scene_.travel.tilt_deg[i]));
+  Json elements = Json::array();
+  Json geometry = {{"pivot_z_mm", scene_.lens.pivot_z_mm}, {"elements", Json::object()}};
+  for (const optics::Element& element : scene_.lens.elements) {
+    elements.push_back(element.name);
+    geometry["elements"][element.name] = {{"front_z_mm", element.faces.front().z_mm},
+                                          {"back_z_mm", element.faces.back().z_mm}};
+  }
+  Json files = Json::array();
+  for (const auto& file : scene_.files) files.push_back(file.string());
+  Json description = {{"name", scene_.name},
+                      {"summary", scene_.summary},
+                      {"axes", axes},
+                      {"nominal_pose", std::vector<double>(scene_.axes(), 0.5)},
+                      {"image", {{"width", scene_.sensor.width}, {"height", scene_.sensor.height}, {"white", white()}}},
+                      {"elements", elements},
+                      {"geometry", geometry},
+                      {"files", files}};
+  if (!scene_.machine_time.is_null()) description["machine_time"] = scene_.machine_time;
+  if (!scene_.spec.is_null()) description["spec"] = scene_.spec;
+  return description.dump();
+}
+
+relign_image LensScene::reference() {
+  relign_image image{};
+  image.struct_size = sizeof image;
+  image.sample_format = RELIGN_SAMPLE_FLOAT32;
+  image.width = static_cast<std::uint32_t>(scene_.sensor.width);
+  image.height = static_cast<std::uint32_t>(scene_.sensor.height);
+  image.channels = 1;
+  image.pixels = reference_.mean.data();
+  image.row_stride_bytes = image.width * sizeof(float);
+  return image;
+}
+
+std::unique_ptr<relign::Assembly> LensScene::mount(std::string_view offsets_json) {
+  const auto source = JsonSource::from_text(std::string(offsets_json), "element offsets");
+  const auto offsets = optics::read_offsets(source, "", scene_.lens);
+  return std::make_unique<Mounted>(*this, optics::Assembly(scene_.lens, offsets));
+}
+
+// A lit pixel: the 99th percentile of O*.
+float LensScene::white() const {
+  std::vector<float> values = reference_.mean;
+  const auto place = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 99 / 100);
+  std::nth_element(values.begin(), place, values.end());
+  return *place > 0 ? *place : 1.0F;
+}
+
+}  // namespace relign::lens_scene

@@ -1,0 +1,98 @@
+#include "mesh/file_promise.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <sstream>
+#include <vector>
+
+#include "base/error.h"
+
+namespace relign::mesh {
+namespace {
+
+[[noreturn]] void refuse(const std::string& file, const std::string& message) {
+  throw Error(ErrorKind::bad_input, file + ": " + message);
+}
+
+std::uint64_t bytes_of(const std::string& type) {
+  static const std::map<std::string, std::uint64_t> kBytes = {
+      {"char", 1},  {"uchar", 1},   {"int8", 1},   {"uint8", 1}, {"short", 2},  {"ushort", 2},
+      {"int16", 2}, {"uint16", 2},  {"int", 4},    {"uint", 4},  {"int32", 4},  {"uint32", 4},
+      {"float", 4}, {"float32", 4}, {"double", 8}, {"int64", 8}, {"uint64", 8}, {"float64", 8}};
+  const auto found = kBytes.find(type);
+  return found == kBytes.end() ? 0 : found->second;
+}
+
+constexpr std::uint64_t kFewestCorners = 3;
+
+// One element of the header: "element face 20" and the properties under it.
+struct PlyElement {
+  std::string name;
+  std::uint64_t count = 0;
+  std::uint64_t least_bytes = 0;  // of one entry, in binary files
+};
+
+}  // namespace
+
+FilePromise promise_of_ply(const std::string& file, const std::string& content) {
+  if (content.compare(0, 3, "ply") != 0) refuse(file, "is no PLY file: it does not begin with \"ply\"");
+  const std::size_t end = content.find("end_header");
+  const std::size_t body = end == std::string::npos ? end : content.find('\n', end);
+  if (body == std::string::npos) refuse(file, "the file is truncated: its header has no \"end_header\"");
+  std::istringstream header(content.substr(0, end));
+  std::vector<PlyElement> elements;
+  bool text = false;
+  for (std::string line; std::getline(header, line);) {
+    std::istringstream words(line);
+    std::string word, first, second, third;
+    words >> word >> first >> second >> third;
+    if (word == "format") text = first == "ascii";
+    if (word == "element") elements.push_back({first, std::strtoull(second.c_str(), nullptr, 10), 0});
+    if (word == "property" && !elements.empty()) {
+      const bool corners = first == "list" && elements.back().name == "face";
+      elements.back().least_bytes +=
+          first == "list" ? bytes_of(second) + (corners ? kFewestCorners * bytes_of(third) : 0) : bytes_of(first);
+    }
+  }
+  const auto count_of = [&](const std::string& name) -> std::optional<std::uint64_t> {
+    for (const PlyElement& element : elements)
+      if (element.name == name) return element.count;
+    return std::nullopt;
+  };
+  const std::optional<std::uint64_t> vertices = count_of("vertex"), faces = count_of("face");
+  if (!vertices || !faces) refuse(file, "the header names no vertices and faces: expected a mesh");
+  // Text: a line for each entry. In double, so that no count overflows.
+  double least = 0;
+  for (const PlyElement& element : elements)
+    least += static_cast<double>(element.count) * (text ? 1.0 : static_cast<double>(element.least_bytes));
+  const auto found = text ? std::count(content.begin() + static_cast<std::ptrdiff_t>(body), content.end(), '\n') +
+                                (content.back() == '\n' ? -1 : 0)
+                          : static_cast<std::ptrdiff_t>(content.size() - body - 1);
+  if (static_cast<double>(found) < least)
+    refuse(file, "the file is truncated: its header tells of " + std::to_string(*vertices) + " vertices and " +
+                     std::to_string(*faces) + " faces, too many for the " + std::to_string(found) +
+                     (text ? " lines" : " bytes") + " that follow");
+  return {faces};
+}
+
+FilePromise promise_of_stl(const std::string& file, const std::string& content) {
+  constexpr std::size_t kHeader = 84, kFace = 50;
+  const bool text = content.compare(0, 5, "solid") == 0;
+  if (content.size() >= kHeader) {
+    std::uint32_t faces = 0;
+    std::memcpy(&faces, content.data() + kHeader - sizeof faces, sizeof faces);
+    const std::uint64_t size = kHeader + kFace * static_cast<std::uint64_t>(faces);
+    if (size == content.size()) return {faces};
+    if (!text)
+      refuse(file, "the file is truncated or no STL: its header tells of " + std::to_string(faces) + " faces (" +
+                       std::to_string(size) + " bytes), found " + std::to_string(content.size()) + " bytes");
+  }
+  if (!text) refuse(file, "is no STL file: " + std::to_string(content.size()) + " bytes are no header");
+  if (content.find("endsolid") == std::string::npos)
+    refuse(file, "the file is truncated: the text STL has no \"endsolid\"");
+  return {};
+}
+
+}  // namespace relign::mesh

@@ -1,0 +1,190 @@
+#include "optics/glass.h"
+
+#include <charconv>
+#include <cmath>
+
+#include "base/error.h"
+#include "base/text.h"
+
+namespace relign::optics {
+namespace {
+
+// Schott's catalogue of 2017-01-20, Sellmeier 1: B1 C1 B2 C2 B3 C3. SK16 is Hikari's, 2017: Schott has N-SK16 in its
+// place, and the published values of the Cooke triplet are with Hikari's.
+const std::vector<Glass>& built_in() {
+  static const std::vector<Glass> glasses = {
+      {"F2", 2, {1.34533359, 0.00997743871, 0.209073176, 0.0470450767, 0.937357162, 111.886764}},
+      {"K10", 2, {1.15687082, 0.00809424251, 0.0642625444, 0.0386051284, 0.872376139, 104.74773}},
+      {"LF5", 2, {1.28035628, 0.00929854416, 0.163505973, 0.0449135769, 0.893930112, 110.493685}},
+      {"N-BAF10", 2, {1.5851495, 0.00926681282, 0.143559385, 0.0424489805, 1.08521269, 105.613573}},
+      {"N-BK7", 2, {1.03961212, 0.00600069867, 0.231792344, 0.0200179144, 1.01046945, 103.560653}},
+      {"N-F2", 2, {1.39757037, 0.00995906143, 0.159201403, 0.0546931752, 1.2686543, 119.248346}},
+      {"N-LAK12", 2, {1.17365704, 0.00577031797, 0.588992398, 0.0200401678, 0.978014394, 95.4873482}},
+      {"N-LAK34", 2, {1.26661442, 0.00589278062, 0.665919318, 0.0197509041, 1.1249612, 78.8894174}},
+      {"N-LASF44", 2, {1.78897105, 0.00872506277, 0.38675867, 0.0308085023, 1.30506243, 92.743824}},
+      {"N-SF11", 2, {1.73759695, 0.013188707, 0.313747346, 0.0623068142, 1.89878101, 155.23629}},
+      {"N-SK15", 2, {1.30417786, 0.00695051276, 0.28584116, 0.0232023703, 0.974781572, 99.016884}},
+      {"N-SK16", 2, {1.34317774, 0.00704687339, 0.241144399, 0.0229005, 0.994317969, 92.7508526}},
+      {"SF4", 2, {1.61957826, 0.0125502104, 0.339493189, 0.0544559822, 1.02566931, 117.652222}},
+      {"SK16", 1, {2.592001, -0.01540969, 0.0102268, 0.001581559, -0.0001877149, 1.012515e-05}},
+  };
+  return glasses;
+}
+
+// Spectral lines d, F, C in micrometres.
+constexpr double kLineD = 0.5875618, kLineF = 0.4861327, kLineC = 0.6562725;
+
+// Coefficients k and l of terms k w2 / (w2 - l), from `first` on.
+double sellmeier_terms(const std::vector<double>& c, std::size_t first, std::size_t terms, double w2) {
+  double sum = 0;
+  for (std::size_t i = first; i < first + 2 * terms; i += 2) sum += c[i] * w2 / (w2 - c[i + 1]);
+  return sum;
+}
+
+double cauchy(double nd, double vd, double w) {
+  const double b = (nd - 1) / vd / (1 / (kLineF * kLineF) - 1 / (kLineC * kLineC));
+  return nd + b * (1 / (w * w) - 1 / (kLineD * kLineD));
+}
+
+// w in micrometres; not a number where a formula gives none.
+double index_at(int formula, const std::vector<double>& c, double w) {
+  const double w2 = w * w, w4 = w2 * w2;
+  const double p2 = 1 / w2, p4 = p2 * p2;
+  switch (formula) {
+    case kNdVd:
+      return cauchy(c[0], c[1], w);
+    case 1:
+      return std::sqrt(c[0] + c[1] * w2 + c[2] * p2 + c[3] * p4 + c[4] * p4 * p2 + c[5] * p4 * p4);
+    case 2:
+      return std::sqrt(1 + sellmeier_terms(c, 0, 3, w2));
+    case 3: {
+      const double l = 1 / (w2 - 0.028);
+      return c[0] + c[1] * l + c[2] * l * l + c[3] * w2 + c[4] * w4 + c[5] * w4 * w2;
+    }
+    case 4:
+      return std::sqrt(1 + c[0] + c[1] * w2 / (w2 - c[2]) + c[3] * w2 / (w2 - c[4]));
+    case 5:
+      return c[0] + c[1] / w + c[2] * p2 / (w * std::sqrt(w));
+    case 6:
+      return std::sqrt(1 + sellmeier_terms(c, 0, 4, w2));
+    case 7:
+      return std::sqrt(c[0] + c[1] / (w2 - c[2]) - c[3] * w2);
+    case 8:
+      return std::sqrt(c[0] + c[1] * w2 / (w2 - c[2]) - c[3] * w2);
+    case 9:
+      return std::sqrt(c[0] + c[1] * w2 / (w2 - c[2]) + c[3] * w2 / (w2 - c[4]));
+    case 10:
+      return std::sqrt(c[0] + c[1] * w2 + c[2] * p2 + c[3] * p4 + c[4] * p4 * p2 + c[5] * p4 * p4 +
+                       c[6] * p4 * p4 * p2 + c[7] * p4 * p4 * p4);
+    case 11:
+      return std::sqrt(1 + sellmeier_terms(c, 0, 5, w2));
+    case 12:
+      return std::sqrt(c[0] + c[1] * w2 + c[2] * p2 + c[3] * p4 + c[4] * p4 * p2 + c[5] * p4 * p4 + c[6] * w4 +
+                       c[7] * w4 * w2);
+    case 13:
+      return std::sqrt(c[0] + c[1] * w2 + c[2] * w4 + c[3] * p2 + c[4] * p4 + c[5] * p4 * p2 + c[6] * p4 * p4 +
+                       c[7] * p4 * p4 * p2 + c[8] * p4 * p4 * p4);
+    default:
+      return std::nan("");
+  }
+}
+
+bool digits_only(const std::string& text) {
+  return !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+}
+
+// Of digits and a point; independent of the locale.
+double number(const std::string& text) {
+  double value = 0;
+  std::from_chars(text.data(), text.data() + text.size(), value);
+  return value;
+}
+
+}  // namespace
+
+std::size_t coefficient_count(int agf_formula) {
+  constexpr std::size_t counts[kAgfFormulas + 1] = {2, 6, 6, 6, 5, 3, 8, 4, 4, 5, 8, 10, 8, 9};
+  return counts[agf_formula];
+}
+
+double refractive_index(const Glass& glass, double wavelength_nm) {
+  std::vector<double> coefficients = glass.coefficients;
+  coefficients.resize(coefficient_count(glass.agf_formula), 0.0);
+  const double index = index_at(glass.agf_formula, coefficients, wavelength_nm / 1000);
+  if (!(index >= 1 && index <= 5))
+    throw Error(ErrorKind::bad_input, "the glass '" + glass.name + "' has no refractive index from 1 to 5 at " +
+                                          shortest(wavelength_nm) + " nm" +
+                                          (std::isnan(index) ? "" : " (its formula gives " + shortest(index) + ")") +
+                                          "; check formula, coefficients and wavelength (formulas take micrometres)");
+  return index;
+}
+
+const Glass* find_glass(const std::string& name) {
+  for (const Glass& glass : built_in())
+    if (glass.name == name) return &glass;
+  return nullptr;
+}
+
+std::vector<std::string> glass_names() {
+  std::vector<std::string> names;
+  for (const Glass& glass : built_in()) names.push_back(glass.name);
+  return names;
+}
+
+std::optional<Glass> glass_of_code(const std::string& code) {
+  const auto dot = code.find('.');
+  std::string index = code.substr(0, dot);
+  std::string abbe;
+  if (dot == std::string::npos) {
+    if (index.size() != 6) return std::nullopt;
+    abbe = index.substr(3);
+    index.resize(3);
+  } else {
+    abbe = code.substr(dot + 1);
+  }
+  if (!digits_only(index) || !digits_only(abbe) || index.size() < 3 || abbe.size() < 3) return std::nullopt;
+  if (index.size() > 9 || abbe.size() > 9) return std::nullopt;
+  const double nd = number("1." + index);
+  const double vd = number(abbe.substr(0, 2) + "." + abbe.substr(2));
+  if (!(nd > 1 && vd > 0)) return std::nullopt;
+  return Glass{code, kNdVd, {nd, vd}};
+}
+
+std::optional<Glass> read_glass(const JsonSource& source, const std::string& pointer, const std::string& name,
+                                std::vector<Problem>& problems) {
+  const std::size_t before = problems.size();
+  ObjectReader reader(source, pointer, problems);
+  Glass glass;
+  glass.name = name;
+  if (reader.has("nd") || reader.has("vd")) {
+    glass.coefficients = {reader.required_number("nd", 1.0001, 5), reader.required_number("vd", 1, 1000)};
+    if (reader.has("agf_formula") || reader.has("coefficients"))
+      reader.complain("", "give either \"nd\" and \"vd\" or \"agf_formula\" and \"coefficients\"");
+    for (const char* key : {"agf_formula", "coefficients"}) reader.get(key);
+  } else {
+    if (!reader.has("agf_formula"))
+      reader.complain("", "the keys \"agf_formula\" and \"coefficients\", or \"nd\" and \"vd\", are missing");
+    glass.agf_formula = static_cast<int>(reader.integer("agf_formula", 1, 1, kAgfFormulas));
+    const Json* list = reader.get("coefficients");
+    const std::size_t most = coefficient_count(glass.agf_formula);
+    bool numbers = list && list->is_array();
+    if (numbers)
+      for (const Json& value : *list) numbers = numbers && value.is_number();
+    if (!numbers) {
+      reader.complain(list ? "coefficients" : "", "expected \"coefficients\": a list of numbers");
+    } else {
+      glass.coefficients = list->get<std::vector<double>>();
+      // Catalogues fill ten places, whatever the formula takes.
+      while (glass.coefficients.size() > most && glass.coefficients.back() == 0) glass.coefficients.pop_back();
+      if (glass.coefficients.empty() || glass.coefficients.size() > most)
+        reader.complain("coefficients", "formula " + std::to_string(glass.agf_formula) + " takes 1 to " +
+                                            std::to_string(most) + " coefficients, found " +
+                                            std::to_string(glass.coefficients.size()));
+    }
+  }
+  reader.refuse_unknown();
+  if (problems.size() > before) return std::nullopt;
+  return glass;
+}
+
+}  // namespace relign::optics

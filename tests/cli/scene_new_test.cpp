@@ -1,0 +1,135 @@
+// relign-bench scene new: from a design program's file to a suite that runs, and what users get wrong.
+#include <gmock/gmock.h>
+
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "cli/program.h"
+
+namespace relign::cli_test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
+
+std::string golden(const std::string& name) { return std::string(RELIGN_TEST_DATA) + "/lenses/" + name; }
+
+json parsed(const Workplace& place, const std::string& file) { return json::parse(place.read(file)); }
+
+TEST(CliSceneNew, FromAListingToASuiteThatRuns) {
+  const Workplace place;
+  const Outcome made =
+      relign_bench(place, {"scene", "new", golden("relign_od.lis"), "-o", "od", "--sensor", "60x40@85"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_THAT(made.out, HasSubstr("focal length                 2.89501 mm"));
+  EXPECT_THAT(made.out, HasSubstr("relign_od.lis:25: not used: vignetting factors"));
+  EXPECT_THAT(made.err, HasSubstr("relign-bench run od/suite.json"));
+  EXPECT_THAT(place.read("od/README.md"), HasSubstr("relign-bench run suite.json"));
+
+  // The suite as it is, only shorter.
+  json suite = parsed(place, "od/suite.json");
+  EXPECT_EQ(suite.at("protocol"), "blind");
+  suite["instances"] = 1;
+  suite["steps"] = 3;
+  place.write("od/suite.json", suite.dump());
+  const Outcome valid = relign_bench(place, {"validate", "od/suite.json"});
+  ASSERT_EQ(valid.exit_code, 0) << valid.err;
+  const Outcome ran = relign_bench(place, {"run", "od/suite.json", "-o", "results", "--workers", "2"});
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_THAT(place.read("results/curves.csv"), HasSubstr("nlopt-sbplx"));
+}
+
+TEST(CliSceneNew, TheImageIsSharpAndLit) {
+  const Workplace place;
+  ASSERT_EQ(relign_bench(place, {"scene", "new", golden("relign_od.lis"), "-o", "od"}).exit_code, 0);
+  const Outcome info = relign_bench(place, {"lens", "info", "--scene", "od/scene.json", "--json"});
+  ASSERT_EQ(info.exit_code, 0) << info.err;
+  const json lens = json::parse(info.out);
+  for (const auto& [name, value] : lens.at("published").items())
+    EXPECT_NEAR(lens.at("first_order").at(name).get<double>(), value.get<double>(), 0.5e-4) << name;
+  // Away from best focus on either side the star's noise-free image is further from the reference.
+  const auto truth = [&](const std::string& pose) {
+    const Outcome image =
+        relign_bench(place, {"render", "--scene", "od/scene.json", "--pose", pose, "--noise-free", "-o", "image.npy"});
+    EXPECT_EQ(image.exit_code, 0) << image.err;
+    std::ifstream file(place.path("image.npy"), std::ios::binary);
+    std::string bytes((std::istreambuf_iterator<char>(file)), {});
+    const std::size_t count = 200 * 200;
+    std::vector<float> values(count);
+    std::memcpy(values.data(), bytes.data() + bytes.size() - count * sizeof(float), count * sizeof(float));
+    double sum = 0, squares = 0;
+    for (const float value : values) {
+      sum += value;
+      squares += static_cast<double>(value) * value;
+    }
+    return squares / sum;  // sharp edges leave more contrast for the same light
+  };
+  const double nominal = truth("0.5,0.5,0.5,0.5,0.5");
+  EXPECT_GT(nominal, 0.05);
+  EXPECT_GT(nominal, 1.02 * truth("0.5,0.5,0.4,0.5,0.5"));
+  EXPECT_GT(nominal, 1.02 * truth("0.5,0.5,0.6,0.5,0.5"));
+}
+
+TEST(CliSceneNew, GlassesAreBuiltInOrFromCataloguesOrMistakes) {
+  const Workplace place;
+  const std::string lens = golden("cooke_triplet_utf16.zmx");
+  const Outcome built_in = relign_bench(place, {"scene", "new", lens, "-o", "built_in"});
+  ASSERT_EQ(built_in.exit_code, 0) << built_in.err;
+  EXPECT_FALSE(parsed(place, "built_in/lens.json").contains("glasses"));
+  const Outcome catalogue = relign_bench(place, {"scene", "new", lens, "-o", "copied", "--glass", golden("cooke.agf")});
+  ASSERT_EQ(catalogue.exit_code, 0) << catalogue.err;
+  EXPECT_EQ(parsed(place, "copied/lens.json").at("glasses").at("SK16").at("agf_formula"), 1);
+  place.write("odd.seq", "EPD 5; WL 550; YAN 3; SO 0 1e14; S 50 4 XK99; CIR 9; S -50 1; CIR 9; S 0 48; STO; SI 0 0\n");
+  const Outcome unknown = relign_bench(place, {"scene", "new", "odd.seq", "-o", "new"});
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("odd.seq:1: surface S1: unknown glass 'XK99'"));
+  EXPECT_FALSE(fs::exists(place.path("new")));
+}
+
+TEST(CliSceneNew, TargetsAreNamesOrFilesThatAreCopied) {
+  const Workplace place;
+  ASSERT_EQ(relign_bench(place, {"render", "--noise-free", "-o", "star.png"}).exit_code, 0);
+  const Outcome file =
+      relign_bench(place, {"scene", "new", golden("relign_od.lis"), "-o", "file", "--target", "star.png", "--json"});
+  ASSERT_EQ(file.exit_code, 0) << file.err;
+  EXPECT_EQ(json::parse(file.out).at("elements"), 4);
+  EXPECT_EQ(parsed(place, "file/scene.json").at("emitter").at("target"), "target.png");
+  EXPECT_TRUE(fs::exists(place.path("file/target.png")));
+  const Outcome named =
+      relign_bench(place, {"scene", "new", golden("relign_od.lis"), "-o", "named", "--target", "chessboard"});
+  ASSERT_EQ(named.exit_code, 0) << named.err;
+  EXPECT_EQ(parsed(place, "named/scene.json").at("emitter").at("target"), "chessboard");
+}
+
+TEST(CliSceneNew, MistakesAreNamedAndNothingIsWritten) {
+  const Workplace place;
+  const auto refused = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"scene", "new"});
+    const Outcome outcome = relign_bench(place, arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
+    EXPECT_FALSE(fs::exists(place.path("new")));
+    return outcome.err;
+  };
+  const std::string lens = golden("relign_od.lis");
+  EXPECT_THAT(refused({golden("cooke_triplet_utf16.zmx"), "-o", "new", "--wavelength", "50"}),
+              HasSubstr("--wavelength"));
+  EXPECT_THAT(refused({lens, "-o", "new", "--sensor", "100@5"}), HasSubstr("--sensor '100@5': not COLUMNSxROWS@PITCH"));
+  EXPECT_THAT(refused({lens, "-o", "new", "--target", "siemens_sta"}), HasSubstr("siemens_sta"));
+  EXPECT_THAT(refused({lens, "-o", "new", "--name", "a b"}), HasSubstr("'a b' is no name for a scene"));
+  EXPECT_THAT(refused({"missing.zmx", "-o", "new"}), HasSubstr("missing.zmx"));
+  EXPECT_THAT(refused({lens, "-o", "new", "--glass", "missing.agf"}), HasSubstr("missing.agf"));
+  place.write("odd.zmx", "SURF 0\n  TYPE TOROIDAL\n");
+  EXPECT_THAT(refused({"odd.zmx", "-o", "new"}), HasSubstr("odd.zmx:2: surface 0 is of type 'TOROIDAL'"));
+  place.write("odd.txt", "no lens\n");
+  EXPECT_THAT(refused({"odd.txt", "-o", "new"}), HasSubstr("odd.txt: this is no lens file that is known here"));
+  fs::create_directory(place.path("there"));
+  const Outcome there = relign_bench(place, {"scene", "new", lens, "-o", "there"});
+  EXPECT_EQ(there.exit_code, 2);
+  EXPECT_THAT(there.err, HasSubstr("exists already; nothing was written"));
+}
+
+}  // namespace
+}  // namespace relign::cli_test

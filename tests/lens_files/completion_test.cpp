@@ -1,0 +1,174 @@
+// What rays add to a design, first-order values of imported lenses, and mistakes told by the design's own lines.
+#include "lens_files/completion.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "base/json_source.h"
+#include "error_text.h"
+#include "golden_lens.h"
+#include "lens_files/axial_rays.h"
+#include "optics/first_order.h"
+
+namespace relign::lens_files {
+namespace {
+
+using test::error_text;
+using testing::HasSubstr;
+
+CompleteLens complete(LensDesign& design) { return complete_lens(design, draft_lens(design, {}, "a", 0)); }
+CompleteLens complete(const std::string& zmx) {
+  LensDesign design = read_zmx(zmx, "a.zmx");
+  return complete(design);
+}
+std::string refusal(const std::string& zmx) {
+  return error_text(ErrorKind::bad_input, [&] { complete(zmx); });
+}
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+TEST(Completion, ThePapersLensHoldsEveryPrintedDigit) {
+  LensDesign design = golden_design("relign_od.lis");
+  const CompleteLens lens = complete(design);
+  const optics::FirstOrder data = optics::first_order(lens.lens);
+  const double half = 0.5e-4;  // of the last digit in the file
+  EXPECT_NEAR(data.focal_length, design.published.at("focal_length"), half);
+  EXPECT_NEAR(data.back_focal_length, design.published.at("back_focal_length"), half);
+  EXPECT_NEAR(data.image_distance, design.published.at("image_distance"), half);
+  EXPECT_NEAR(data.entrance_pupil_diameter, design.published.at("entrance_pupil_diameter"), half);
+  EXPECT_NEAR(data.entrance_pupil_z, design.published.at("entrance_pupil_z"), half);
+  EXPECT_NEAR(data.exit_pupil_diameter, design.published.at("exit_pupil_diameter"), half);
+  EXPECT_NEAR(data.exit_pupil_from_last, design.published.at("exit_pupil_from_last"), half);
+  EXPECT_EQ(lens.lens.half_field_deg, 42.05);
+}
+
+// Cooke triplet at 550 nm: what two design programs agree on (optiland issue 710).
+void expect_cooke_triplet(LensDesign design) {
+  GlassSources sources;
+  sources.catalogues.push_back({"cooke.agf", read_agf(golden_bytes("cooke.agf"), "cooke.agf")});
+  const CompleteLens lens = complete_lens(design, draft_lens(design, sources, "cooke", 0));
+  const optics::FirstOrder data = optics::first_order(lens.lens);
+  // The last digit of one of them is rounded the other way.
+  const double half = 0.6e-6;
+  EXPECT_NEAR(data.focal_length, 49.999783, half);
+  EXPECT_NEAR(data.entrance_pupil_z, 11.512159, half);
+  EXPECT_NEAR(data.exit_pupil_diameter, 10.233730, half);
+  EXPECT_NEAR(data.exit_pupil_z - lens.lens.image_z_mm, -50.961348, half);
+}
+
+TEST(Completion, TheCookeTripletOfEveryFormat) {
+  expect_cooke_triplet(golden_design("cooke_triplet_utf16.zmx"));
+  expect_cooke_triplet(golden_design("cooke_triplet_utf8.zmx"));
+  expect_cooke_triplet(golden_design("cooke_triplet.seq"));
+  // nd and Vd alone know the dispersion less well: a few parts in 1e5 at 550 nm.
+  LensDesign model = golden_design("cooke_triplet_latin1.zmx");
+  EXPECT_NEAR(optics::first_order(complete(model).lens).focal_length, 49.9998, 0.01);
+}
+
+TEST(Completion, AspheresReadBackAndBendRays) {
+  const optics::Prescription lens = complete(small_zmx("  TYPE EVENASPH\n  CONI -0.5\n  PARM 2 1e-6\n")).lens;
+  const optics::Prescription sphere = complete(small_zmx()).lens;
+  EXPECT_EQ(optics::first_order(lens).focal_length, optics::first_order(sphere).focal_length);
+  EXPECT_GT(std::fabs(best_focus_z(lens, 0) - best_focus_z(sphere, 0)), 0.01);
+}
+
+TEST(Completion, WritesWhatItReads) {
+  LensDesign design = golden_design("relign_od.lis");
+  const CompleteLens lens = complete(design);
+  const optics::Prescription again = optics::read_prescription(JsonSource::from_text(pretty(lens.json), "lens.json"));
+  EXPECT_EQ(optics::first_order(again).focal_length, optics::first_order(lens.lens).focal_length);
+  EXPECT_EQ(again.elements[2].faces[1].curvature, 1 / 27.67499);
+}
+
+TEST(Completion, StopFromTheSystemAperture) {
+  const std::string no_diameter = replaced(small_zmx(), "  DIAM 5\n", "");
+  // Behind the lens the stop is narrower than the entrance pupil of 10 mm.
+  const double opening = complete(no_diameter).lens.aperture_stop().opening_radius_mm;
+  const optics::Prescription lens = complete(no_diameter).lens;
+  EXPECT_LT(opening, 5);
+  EXPECT_NEAR(optics::first_order(lens).entrance_pupil_diameter, 10, 1e-6);
+  const optics::Prescription fast = complete(replaced(no_diameter, "ENPD 10", "FNUM 4 0")).lens;
+  EXPECT_NEAR(optics::first_order(fast).f_number, 4, 1e-6);
+  EXPECT_THAT(refusal(replaced(no_diameter, "ENPD 10", "ENPD 0")),
+              HasSubstr("a.zmx:19: the file tells neither how wide"));
+}
+
+TEST(Completion, ClearRadiiLetTheWholeFieldThrough) {
+  std::string text = small_zmx();
+  for (int i = 0; i < 2; ++i) text = replaced(text, "  DIAM 12\n", "");
+  LensDesign design = read_zmx(text, "a.zmx");
+  const optics::Prescription lens = complete(design).lens;
+  ASSERT_FALSE(design.remarks.empty());
+  EXPECT_THAT(design.remarks.back().text, HasSubstr("assumed: clear radii"));
+  // The beam's radius at the stop plus what 5 degrees move it, and no more than a little.
+  const double front = lens.elements[0].faces[0].clear_radius_mm;
+  EXPECT_GT(front, 5);
+  EXPECT_LT(front, 7);
+}
+
+TEST(Completion, ImagePlaneAndFieldThatTheFileLacks) {
+  LensDesign design = read_zmx(replaced(replaced(small_zmx(), "DISZ 47.6", "DISZ -1"), "YFLN 5", "YFLN 0"), "a.zmx");
+  const CompleteLens lens = complete(design);
+  const optics::FirstOrder data = optics::first_order(lens.lens);
+  EXPECT_NEAR(data.image_distance, data.back_focal_length, 1e-9);
+  EXPECT_EQ(lens.lens.half_field_deg, 10);
+  ASSERT_EQ(design.remarks.size(), 2U);
+  EXPECT_THAT(design.remarks[0].text, HasSubstr("paraxial focus"));
+  EXPECT_THAT(design.remarks[1].text, HasSubstr("half field of 10 degrees"));
+}
+
+TEST(Completion, FieldsAsHeights) {
+  const auto half_field = [](const std::string& zmx) { return complete(zmx).lens.half_field_deg; };
+  const double focal = optics::first_order(complete(small_zmx()).lens).focal_length;
+  EXPECT_NEAR(half_field(small_zmx("", "FTYP 2 0 1 1\n")), std::atan(5 / focal) * 57.29577951308232, 1e-6);
+  EXPECT_THAT(refusal(small_zmx("", "FTYP 1 0 1 1\n")),
+              HasSubstr("a.zmx:8: fields are object heights, but the object"));
+  // 500 mm before the first vertex; the stop behind the lens is seen a few mm behind that.
+  EXPECT_NEAR(half_field(replaced(small_zmx("", "FTYP 1 0 1 1\n"), "INFINITY", "500")), 0.568, 0.002);
+}
+
+TEST(Completion, MistakesAreToldByTheDesignsLines) {
+  EXPECT_THAT(refusal(replaced(small_zmx(), "DIAM 12", "DIAM 60")),
+              HasSubstr("a.zmx:10: surface 1: the clear radius 60 mm is larger than the sphere's radius 50 mm"));
+  EXPECT_THAT(refusal(replaced(small_zmx(), "DISZ 4\n", "DISZ 2\n")),
+              HasSubstr("a.zmx:15: surface 2: the face crosses"));
+  EXPECT_THAT(refusal(replaced(small_zmx(), "DISZ 4\n", "DISZ -4\n")),
+              HasSubstr("a.zmx:15: surface 2: the face at z = -4"));
+  EXPECT_THAT(refusal(replaced(small_zmx(), "DIAM 5\n", "DIAM 13\n")),
+              HasSubstr("a.zmx:19: the stop opens to a radius of 13.0000 mm, wider than every face"));
+}
+
+TEST(AxialRays, BestFocusOfAThinBeamIsTheParaxialImage) {
+  LensDesign design =
+      read_zmx(replaced(replaced(small_zmx(), "ENPD 10", "ENPD 0.02"), "DIAM 5\n", "DIAM 0.01\n"), "a.zmx");
+  const optics::Prescription lens = complete(design).lens;
+  const optics::FirstOrder data = optics::first_order(lens);
+  EXPECT_NEAR(best_focus_z(lens, 0), data.overall_length + data.back_focal_length, 1e-4);
+  // Newton: z z' = f^2, counted from the focal points.
+  const double before = 1000 + data.front_focal_length, behind = data.focal_length * data.focal_length / before;
+  EXPECT_NEAR(best_focus_z(lens, 1000), data.overall_length + data.back_focal_length + behind, 1e-4);
+  EXPECT_NEAR(image_height(lens, 1, 0, data.overall_length + data.back_focal_length),
+              data.focal_length * std::tan(1 / 57.29577951308232), 0.005);
+}
+
+TEST(AxialRays, SphericalAberrationPullsTheFocusIn) {
+  const optics::Prescription lens = complete(small_zmx()).lens;
+  const optics::FirstOrder data = optics::first_order(lens);
+  EXPECT_LT(best_focus_z(lens, 0), data.overall_length + data.back_focal_length - 0.05);
+}
+
+TEST(Pretty, ReadsBackAndKeepsQuotes) {
+  const OrderedJson json = {{"a", {1, 2.5, nullptr}},
+                            {"b\"", "x, y: \"z\" \\"},
+                            {"c", OrderedJson::object()},
+                            {"d", {{{"e", 1}, {"f", {1, 2}}}}}};
+  EXPECT_EQ(OrderedJson::parse(pretty(json)), json);
+  EXPECT_THAT(pretty(json), HasSubstr("\"a\": [1, 2.5, null],\n"));
+}
+
+}  // namespace
+}  // namespace relign::lens_files

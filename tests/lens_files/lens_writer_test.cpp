@@ -1,0 +1,180 @@
+// From surfaces to elements: glasses, positions, stops, coordinate breaks; every refusal with the file's line.
+#include "lens_files/lens_writer.h"
+
+#include <gmock/gmock.h>
+
+#include "error_text.h"
+#include "golden_lens.h"
+#include "lens_files/seq_reader.h"
+#include "optics/assembly.h"
+
+namespace relign::lens_files {
+namespace {
+
+using test::error_text;
+using testing::HasSubstr;
+
+GlassSources cooke_glasses() {
+  GlassSources sources;
+  sources.catalogues.push_back({"cooke.agf", read_agf(golden_bytes("cooke.agf"), "cooke.agf")});
+  return sources;
+}
+OrderedJson lens_of(const std::string& zmx, const GlassSources& sources = {}) {
+  LensDesign design = read_zmx(zmx, "a.zmx");
+  return draft_lens(design, sources, "a", 0).json;
+}
+std::string refusal(const std::string& zmx) {
+  return error_text(ErrorKind::bad_input, [&] { lens_of(zmx); });
+}
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+TEST(LensWriter, GroupsSurfacesIntoElements) {
+  LensDesign design = golden_design("cooke_triplet_utf16.zmx");
+  const OrderedJson lens = draft_lens(design, cooke_glasses(), "cooke", 0).json;
+  ASSERT_EQ(lens["elements"].size(), 3U);
+  EXPECT_EQ(lens["elements"][1]["name"], "L2");
+  EXPECT_EQ(lens["elements"][0]["faces"][0]["radius_mm"], 22.01359);
+  EXPECT_EQ(lens["elements"][0]["faces"][0]["glass_after"], "SK16");
+  EXPECT_FALSE(lens["elements"][0]["faces"][1].contains("glass_after"));
+  EXPECT_EQ(lens["elements"][2]["faces"][1]["z_mm"], 17.96897);
+  EXPECT_EQ(lens["stops"][0]["z_mm"], 10.26648);
+  EXPECT_EQ(lens["image_z_mm"], 60.17675);
+  // Every glass once, with its formula and all of its coefficients.
+  EXPECT_EQ(lens["glasses"].size(), 2U);
+  EXPECT_EQ(lens["glasses"]["F2"]["agf_formula"], 2);
+  EXPECT_EQ(lens["glasses"]["F2"]["coefficients"].size(), 6U);
+}
+
+TEST(LensWriter, GlassesAreNeverReplaced) {
+  LensDesign design = golden_design("cooke_triplet_utf16.zmx");
+  const std::string text = error_text(ErrorKind::bad_input, [&] { draft_lens(design, {}, "cooke", 0); });
+  EXPECT_THAT(text, HasSubstr("cooke_triplet_utf16.zmx:42: surface 1: unknown glass 'SK16'"));
+  EXPECT_THAT(text, HasSubstr("unknown glass 'F2'"));
+  EXPECT_THAT(text, HasSubstr("--glass FILE.agf"));
+  // Known by name alone: the file says nothing more.
+  GlassSources built_in;
+  built_in.is_known = [](const std::string& name) { return name == "SK16" || name == "F2"; };
+  EXPECT_FALSE(draft_lens(design, built_in, "cooke", 0).json.contains("glasses"));
+}
+
+TEST(LensWriter, OtherSpellingsAreSaid) {
+  LensDesign design = read_seq(small_seq("GLA NBK7_SCHOTT"), "a.seq");
+  GlassSources built_in;
+  built_in.is_known = [](const std::string& name) { return name == "N-BK7"; };
+  EXPECT_EQ(draft_lens(design, built_in, "a", 0).json["elements"][0]["faces"][0]["glass_after"], "N-BK7");
+  ASSERT_EQ(design.remarks.size(), 1U);
+  EXPECT_EQ(design.remarks[0].text, "glass NBK7 is read as N-BK7");
+}
+
+TEST(LensWriter, ModelGlassesAndIndices) {
+  EXPECT_EQ(lens_of(small_zmx())["elements"][0]["faces"][0]["index_after"], 1.5);  // no dispersion: Vd 0
+  const OrderedJson model = lens_of(small_zmx("  GLAS ___BLANK 1 0 1.62041 60.32\n"));
+  EXPECT_EQ(model["elements"][0]["faces"][0]["glass_after"], "nd1.62041-Vd60.32");
+  EXPECT_EQ(model["glasses"]["nd1.62041-Vd60.32"]["vd"], 60.32);
+  // A listing's indices hold for its own wavelength; for another one the code must be known.
+  LensDesign design = golden_design("relign_od.lis");
+  EXPECT_EQ(draft_lens(design, {}, "od", 0).json["elements"][3]["faces"][0]["index_after"], 1.555431);
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { draft_lens(design, {}, "od", 486); }),
+              HasSubstr("unknown glass '487490.704058'"));
+}
+
+TEST(LensWriter, RangesOfCataloguesAreSaid) {
+  LensDesign design = golden_design("cooke_triplet_utf8.zmx");
+  const std::size_t before = design.remarks.size();
+  draft_lens(design, cooke_glasses(), "cooke", 3000);
+  EXPECT_EQ(design.remarks.size(), before + 3);
+  EXPECT_THAT(design.remarks.back().text, HasSubstr("from 0.31 to 2.5 um, used at 3 um"));
+}
+
+TEST(LensWriter, CementedElementsAndDummies) {
+  const std::string doublet =
+      "ENPD 10\nWAVM 1 0.55 1\nSURF 0\n DISZ INFINITY\nSURF 1\n DISZ 3\nSURF 2\n CURV 0.02\n DISZ 4\n GLAS A\n"
+      "SURF 3\n CURV -0.02\n DISZ 2\n GLAS B\nSURF 4\n STOP\n DISZ 50\nSURF 5\n";
+  GlassSources any;
+  any.is_known = [](const std::string&) { return true; };
+  const OrderedJson lens = lens_of(doublet, any);
+  ASSERT_EQ(lens["elements"].size(), 1U);
+  ASSERT_EQ(lens["elements"][0]["faces"].size(), 3U);
+  EXPECT_EQ(lens["elements"][0]["faces"][0]["z_mm"], 0);  // the dummy before it counts for nothing
+  EXPECT_EQ(lens["elements"][0]["faces"][1]["glass_after"], "B");
+  EXPECT_EQ(lens["stops"][0]["z_mm"], 6);
+}
+
+// A lens behind a break, another break that takes it back.
+std::string tilted(const std::string& there, const std::string& back) {
+  return "ENPD 10\nWAVM 1 0.55 1\nSURF 0\n DISZ INFINITY\nSURF 1\n CURV 0.02\n DISZ 4\n GLAS A\nSURF 2\n DISZ 3\n"
+         "SURF 3\n TYPE COORDBRK\n" +
+         there +
+         " DISZ 0\nSURF 4\n CURV 0.03\n DISZ 4\n GLAS A\nSURF 5\n CURV -0.03\n DISZ -4\n"
+         "SURF 6\n TYPE COORDBRK\n" +
+         back + " DISZ 4\nSURF 7\n STOP\n DISZ 50\nSURF 8\n";
+}
+
+TEST(LensWriter, CoordinateBreaksBecomePlacements) {
+  GlassSources any;
+  any.is_known = [](const std::string&) { return true; };
+  const OrderedJson lens = lens_of(tilted(" PARM 1 0.2\n PARM 3 1.5\n PARM 4 -0.5\n PARM 5 30\n",
+                                          " PARM 1 -0.2\n PARM 3 -1.5\n PARM 4 0.5\n PARM 5 -30\n PARM 6 1\n"),
+                                   any);
+  EXPECT_FALSE(lens["elements"][0].contains("placement"));
+  const OrderedJson& placement = lens["elements"][1]["placement"];
+  EXPECT_NEAR(placement["tilt_deg"][0].get<double>(), 1.5, 1e-9);
+  EXPECT_NEAR(placement["tilt_deg"][1].get<double>(), -0.5, 1e-9);  // the turn about its own axis is nothing
+  EXPECT_EQ(placement["shift_mm"][0], 0.2);
+  EXPECT_EQ(placement["shift_mm"][2], 0);
+  EXPECT_EQ(lens["elements"][1]["faces"][0]["z_mm"], 7);
+  EXPECT_EQ(lens["elements"][1]["faces"][1]["z_mm"], 11);
+  EXPECT_EQ(lens["stops"][0]["z_mm"], 11);
+}
+
+TEST(LensWriter, BreaksThatDoNotComeBackAreRefused) {
+  EXPECT_THAT(refusal(tilted(" PARM 3 1\n", " PARM 3 -0.9\n")), HasSubstr("leave the image tilted or off the axis"));
+  EXPECT_THAT(refusal(tilted(" PARM 3 95\n", " PARM 3 -95\n")), HasSubstr("turned by 90 degrees or more"));
+  // Within an element: a wedge.
+  LensDesign wedge = read_seq(replaced(small_seq(), "S -50 1", "S -50 1; ADE 1; DAR"), "a.seq");
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { draft_lens(wedge, {}, "a", 0); }),
+              HasSubstr("surface S2 is tilted or decentred against the front of its own element"));
+  LensDesign stop = read_seq(replaced(small_seq(), "STO;", "STO; YDE 0.1; DAR;"), "a.seq");
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { draft_lens(stop, {}, "a", 0); }),
+              HasSubstr("the stop (surface S3) is tilted or off the axis"));
+}
+
+TEST(LensWriter, AspheresAndTheTermOfR2) {
+  const OrderedJson face =
+      lens_of(small_zmx("  TYPE EVENASPH\n  CONI -0.5\n  PARM 2 1e-5\n  PARM 3 0\n  PARM 4 2e-9\n"
+                        "  PARM 8 0\n"))["elements"][0]["faces"][0];
+  EXPECT_EQ(face["conic"], -0.5);
+  EXPECT_EQ(face["even_asphere"], OrderedJson({1e-5, 0, 2e-9}));
+  // A parabola told by its term of r^2 alone.
+  const OrderedJson parabola =
+      lens_of(small_zmx("  TYPE EVENASPH\n  CURV 0\n  PARM 1 0.01\n"))["elements"][0]["faces"][0];
+  EXPECT_EQ(parabola["radius_mm"], 50);
+  EXPECT_EQ(parabola["conic"], -1);
+  EXPECT_THAT(refusal(small_zmx("  TYPE EVENASPH\n  PARM 1 0.01\n")), HasSubstr("a curvature and a term of r^2"));
+}
+
+TEST(LensWriter, RefusesWithFileAndLine) {
+  EXPECT_THAT(refusal(replaced(small_zmx(), "  STOP\n", "")),
+              HasSubstr("exactly one surface must be the stop, found 0"));
+  EXPECT_THAT(refusal(small_zmx("  STOP\n")), HasSubstr("found 2"));
+  EXPECT_THAT(refusal(replaced(small_zmx(), "DISZ 4", "DISZ INFINITY")),
+              HasSubstr("a.zmx:10: surface 1 is infinitely far"));
+  EXPECT_THAT(refusal(replaced(small_zmx(), "  DISZ 47.6", "  DISZ 47.6\n  GLAS X")),
+              HasSubstr("the image lies in glass"));
+  EXPECT_THAT(refusal(replaced(small_zmx(), "SURF 1", "  GLAS X\nSURF 1")), HasSubstr("the object lies in glass"));
+  EXPECT_THAT(refusal(replaced(small_zmx(), "  GLAS ___BLANK 1 0 1.5 0\n", "")),
+              HasSubstr("there is no lens in this file"));
+  EXPECT_THAT(refusal(replaced(small_zmx(), "DIAM 12", "DIAM -12")), HasSubstr("a negative clear radius"));
+  EXPECT_THAT(refusal(replaced(small_zmx(), "0.55", "0.00055")), HasSubstr("a wavelength of 0.55 nm"));
+  const std::string inside =
+      "ENPD 10\nWAVM 1 0.55 1\nSURF 0\n DISZ INFINITY\nSURF 1\n DISZ 4\n GLAS A\nSURF 2\n STOP\n DISZ 4\n GLAS B\n"
+      "SURF 3\n DISZ 50\nSURF 4\n";
+  EXPECT_THAT(refusal(inside), HasSubstr("a.zmx:8: the stop (surface 2) lies inside the glass of L1"));
+}
+
+}  // namespace
+}  // namespace relign::lens_files

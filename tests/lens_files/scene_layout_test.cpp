@@ -1,0 +1,116 @@
+// The set-up around an imported lens, against the paper's own set-up and against rays.
+#include "lens_files/scene_layout.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "error_text.h"
+#include "golden_lens.h"
+#include "lens_files/axial_rays.h"
+
+namespace relign::lens_files {
+namespace {
+
+using test::error_text;
+using testing::HasSubstr;
+
+struct Made {
+  LensDesign design;
+  CompleteLens lens;
+  Layout layout;
+};
+Made made(const std::string& name, const LayoutChoices& choices) {
+  Made result;
+  result.design = golden_design(name);
+  result.lens = complete_lens(result.design, draft_lens(result.design, {}, choices.name, 0));
+  result.layout = lay_out(result.design, result.lens, choices);
+  return result;
+}
+LayoutChoices choices_of(const std::string& sensor = "") {
+  LayoutChoices choices;
+  choices.name = "od";
+  if (!sensor.empty()) choices.sensor = parse_sensor(sensor);
+  return choices;
+}
+
+TEST(SceneLayout, ThePapersSensorGivesThePapersEmitter) {
+  // The paper takes the sine of its exit cone for 1 / (2 f-number), hence the difference of half a percent.
+  const Made paper = made("relign_od.lis", choices_of("5.22249573"));
+  const OrderedJson& scene = paper.layout.scene;
+  EXPECT_NEAR(scene["emitter"]["z_mm"].get<double>() + 8.5708805, -123.82, 1.0);
+  EXPECT_EQ(scene["pivot_behind_first_vertex_mm"], 8.5708805);
+  EXPECT_EQ(scene["sensor"]["side_mm"], 5.22249573);
+  EXPECT_EQ(scene["sensor"]["pixels"], 200);
+  EXPECT_EQ(scene["travel"]["shift_mm"][0], 0.783);
+}
+
+TEST(SceneLayout, SensorSitsAtBestFocusAndHoldsTheImage) {
+  LayoutChoices choices = choices_of();
+  choices.distance_mm = 200;
+  const Made one = made("relign_od.lis", choices);
+  const double z = one.layout.scene["sensor"]["z_mm"].get<double>() + 8.5708805;
+  EXPECT_NEAR(z, best_focus_z(one.lens.lens, 200), 1e-6);
+  EXPECT_GT(one.layout.scene["sensor"]["side_mm"].get<double>(), 2 * image_height(one.lens.lens, 42.05, 200, z));
+  EXPECT_NEAR(one.layout.scene["emitter"]["z_mm"].get<double>(), -208.5708805, 1e-9);
+}
+
+TEST(SceneLayout, ColumnsAndRows) {
+  const Made one = made("relign_od.lis", choices_of("1920x1280@3.45"));
+  EXPECT_EQ(one.layout.scene["sensor"]["pixels"], OrderedJson({1920, 1280}));
+  EXPECT_EQ(one.layout.scene["sensor"]["pitch_um"], 3.45);
+  EXPECT_FALSE(one.layout.scene["sensor"].contains("side_mm"));
+}
+
+TEST(SceneLayout, TolerancesNameEveryElement) {
+  const Made one = made("relign_od.lis", choices_of());
+  EXPECT_EQ(one.layout.tolerances["elements"].size(), 4U);
+  EXPECT_EQ(one.layout.tolerances["elements"]["L3"]["pivot"], "own_front");
+  EXPECT_EQ(one.layout.suite["protocol"], "blind");
+  EXPECT_EQ(one.layout.suite["noise_levels"][0], "tolerances.json");
+}
+
+TEST(SceneLayout, SaysWhatDoesNotFit) {
+  const Made small = made("relign_od.lis", choices_of("2"));
+  EXPECT_THAT(small.design.remarks.back().text, HasSubstr("wider than the sensor, 2.000 mm"));
+  LayoutChoices close = choices_of();
+  close.distance_mm = 1e-3;
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { made("relign_od.lis", close); }), HasSubstr("relign_od.lis: "));
+}
+
+TEST(SceneLayout, ValuesThatTheFilePrintsAreCompared) {
+  LensDesign design = golden_design("relign_od.lis");
+  design.published["focal_length"] = 3.1;
+  const CompleteLens lens = complete_lens(design, draft_lens(design, {}, "od", 0));
+  lay_out(design, lens, choices_of());
+  EXPECT_THAT(remark_lines(design).back(), HasSubstr("focal_length is 2.89501 mm here, the file prints 3.10000"));
+}
+
+TEST(SceneLayout, LensesThatFormNoImageAreRefused) {
+  std::string text = small_zmx();
+  text.replace(text.find("CURV 0.02"), 9, "CURV -0.02");
+  text.replace(text.find("CURV -0.02", text.find("SURF 2")), 10, "CURV 0.02");
+  LensDesign design = read_zmx(text, "a.zmx");
+  const CompleteLens lens = complete_lens(design, draft_lens(design, {}, "a", 0));
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { lay_out(design, lens, choices_of()); }),
+              HasSubstr("a.zmx: the lens has a focal length of -"));
+}
+
+TEST(ParseSensor, SizesAndRefusals) {
+  EXPECT_EQ(parse_sensor("640x480@5").rows, 480);
+  EXPECT_DOUBLE_EQ(parse_sensor("640x480@5").shorter_side_mm(), 2.4);
+  EXPECT_DOUBLE_EQ(parse_sensor("4.8").shorter_side_mm(), 4.8);
+  for (const char* wrong : {"", "x", "0", "-3", "640x480", "640@5", "5@640x480", "0x5@3", "1.5x2@3", "9000x10@1",
+                            "10x10@0", "8000x8000@1000"})
+    EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { parse_sensor(wrong); }), HasSubstr("--sensor '")) << wrong;
+}
+
+TEST(Readme, HasEveryNumberAndRemark) {
+  const Made one = made("relign_od.lis", choices_of());
+  const std::string text = readme(one.design, one.lens, choices_of(), one.layout);
+  EXPECT_THAT(text, HasSubstr("| focal length | 2.89501 mm | first order |"));
+  EXPECT_THAT(text, HasSubstr("* relign_od.lis:25: not used: vignetting factors"));
+}
+
+}  // namespace
+}  // namespace relign::lens_files

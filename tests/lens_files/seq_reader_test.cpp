@@ -1,0 +1,99 @@
+// CODE V sequence files: every word that is read, what is listed, every refusal with its line.
+#include "lens_files/seq_reader.h"
+
+#include <gmock/gmock.h>
+
+#include "error_text.h"
+#include "golden_lens.h"
+
+namespace relign::lens_files {
+namespace {
+
+using test::error_text;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+LensDesign read(const std::string& text) { return read_seq(text, "a.seq"); }
+std::string refusal(const std::string& text) {
+  return error_text(ErrorKind::bad_input, [&] { read(text); });
+}
+
+TEST(SeqReader, ReadsTheCookeTriplet) {
+  const LensDesign lens = golden_design("cooke_triplet.seq");
+  EXPECT_EQ(lens.title, "Cooke triplet, 50 mm; f/5");  // a semicolon in quotes parts nothing
+  ASSERT_EQ(lens.surfaces.size(), 8U);
+  EXPECT_EQ(lens.surfaces[0].thickness_mm, kInfinite);
+  EXPECT_DOUBLE_EQ(1 / lens.surfaces[1].curvature, 22.01359);
+  EXPECT_EQ(lens.surfaces[1].glass, "SK16");
+  EXPECT_EQ(lens.surfaces[1].clear_radius_mm, 9.5);
+  EXPECT_TRUE(lens.surfaces[4].stop);
+  EXPECT_EQ(lens.wavelength_nm, 550);  // the list of wavelengths goes on in a second line
+  EXPECT_EQ(lens.field.value, 20);
+  EXPECT_TRUE(lens.remarks.empty());
+}
+
+TEST(SeqReader, WordsBehindASurface) {
+  const LensDesign lens = read(small_seq("ASP; K -0.5; A 1e-5; C 2e-9\nXDE 0.1; ADE 2; DAR\nTHI S0 1000; CUY S1 0.01"));
+  const Surface& surface = lens.surfaces[1];
+  EXPECT_EQ(surface.conic, -0.5);
+  EXPECT_THAT(surface.even_asphere, ElementsAre(0, 1e-5, 0, 2e-9));
+  EXPECT_EQ(surface.curvature, 0.01);
+  EXPECT_EQ(lens.surfaces[0].thickness_mm, 1000);
+  ASSERT_TRUE(surface.before && surface.after);
+  EXPECT_EQ(surface.before->translation.x, 0.1);
+  EXPECT_GT(surface.before->rotation[5], 0);  // left-handed: z goes towards +y
+  const optics::Motion both = after(*surface.before, *surface.after);
+  for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(both.rotation[i], optics::kNoRotation[i], 1e-15);
+  EXPECT_FALSE(lens.surfaces[2].before);
+  // Without DAR the axis stays turned.
+  EXPECT_FALSE(read(small_seq("BDE 1")).surfaces[1].after);
+}
+
+TEST(SeqReader, CurvaturesUnitsAndAperture) {
+  const LensDesign lens = read(small_seq("", "DIM I; RDM N; FNO 4; YIM 0.5"));
+  EXPECT_DOUBLE_EQ(lens.surfaces[1].curvature, 50 / 25.4);
+  EXPECT_DOUBLE_EQ(lens.surfaces[1].thickness_mm, 4 * 25.4);
+  EXPECT_EQ(lens.aperture.kind, SystemAperture::f_number);
+  EXPECT_EQ(lens.aperture.value, 4);
+  EXPECT_EQ(lens.field.kind, FieldSize::image_height_mm);
+  EXPECT_DOUBLE_EQ(lens.field.value, 12.7);
+  EXPECT_EQ(read(small_seq("", "NAO 0.1")).aperture.kind, SystemAperture::object_na);
+  EXPECT_EQ(read(small_seq("", "NA 0.1")).aperture.kind, SystemAperture::image_na);
+  EXPECT_EQ(read(small_seq("", "YOB 3")).field.kind, FieldSize::object_height_mm);
+}
+
+TEST(SeqReader, PrivateGlasses) {
+  const std::string glass = "PRV\nPWL 650 550 480\n'MINE' 1.61 1.62 1.63\nEND";
+  const LensDesign known = read(small_seq("GLA MINE", glass));
+  EXPECT_EQ(known.surfaces[1].index, 1.62);
+  const LensDesign other = read(small_seq("GLA MINE; WL 600", glass));
+  EXPECT_EQ(other.surfaces[1].index, 0);
+  ASSERT_EQ(other.remarks.size(), 1U);
+  EXPECT_THAT(other.remarks[0].text, HasSubstr("'MINE' has no index at the reference wavelength, 600 nm"));
+}
+
+TEST(SeqReader, ListsWhatItDoesNotUnderstand) {
+  const LensDesign lens = read(small_seq("CIR EDG 13\nFOO 1 ! why\nCCY 0; THC 0", "VUY 0 0.4"));
+  ASSERT_EQ(lens.remarks.size(), 3U);
+  EXPECT_THAT(lens.remarks[0].text, HasSubstr("vignetting"));
+  EXPECT_EQ(lens.remarks[1].text, "not understood: CIR EDG 13");
+  EXPECT_EQ(lens.remarks[2].text, "not understood: FOO 1");
+  EXPECT_EQ(lens.remarks[2].line, 12);
+  EXPECT_EQ(lens.surfaces[1].clear_radius_mm, 12);
+}
+
+TEST(SeqReader, RefusesWithFileAndLine) {
+  EXPECT_THAT(refusal("RDM; LEN\n"), HasSubstr("a.seq: no surfaces (SO, S, SI) found"));
+  EXPECT_THAT(refusal("WL 550\nSO 0 1e13\nS 50 4 F2\n"), HasSubstr("a.seq:3: the image surface (SI) is missing"));
+  EXPECT_THAT(refusal(small_seq("GLA REFL")), HasSubstr("a.seq:11: surface S1 is a mirror"));
+  EXPECT_THAT(refusal(small_seq("BEN")), HasSubstr("a.seq:11: surface S1: BEN is not read"));
+  EXPECT_THAT(refusal(small_seq("CIR S77 3")), HasSubstr("a.seq:11: CIR: there is no surface 'S77'"));
+  EXPECT_THAT(refusal(small_seq("THI 4mm")), HasSubstr("a.seq:11: thickness: expected a number, found '4mm'"));
+  EXPECT_THAT(refusal(small_seq("ADE 720")), HasSubstr("ADE: expected a number from -360 to 360"));
+  EXPECT_THAT(refusal(small_seq("", "REF 9")), HasSubstr("a.seq:7: REF: the reference wavelength is number 9"));
+  EXPECT_THAT(refusal(small_seq("", "DIM FOOT")), HasSubstr("DIM: 'FOOT'"));
+  EXPECT_THAT(refusal(small_seq("", "WL -5")), HasSubstr("WL: a wavelength of -5 nm"));
+}
+
+}  // namespace
+}  // namespace relign::lens_files
