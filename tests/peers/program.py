@@ -1,0 +1,65 @@
+"""Our side: relign-bench called as users call it."""
+
+import json
+import os
+import subprocess
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+LENS_FILE = ROOT / "plugins/scenes/lens_system/relign_od/lens.json"
+
+
+def path():
+    """The program, or None where it was not built."""
+    candidate = Path(os.environ.get("RELIGN_BENCH", ROOT / "build/release/bin/relign-bench"))
+    return candidate if candidate.is_file() else None
+
+
+def call(*arguments):
+    done = subprocess.run([str(path()), *map(str, arguments)], capture_output=True, text=True)
+    if done.returncode != 0:
+        raise RuntimeError(f"relign-bench {' '.join(map(str, arguments))}: {done.stderr.strip()}")
+    return done.stdout
+
+
+def lens():
+    return json.loads(LENS_FILE.read_text())
+
+
+def first_order():
+    info = json.loads(call("lens", "info", "--scene", "relign_od", "--json"))
+    return info["first_order"]
+
+
+def trace(rays, folder):
+    """The rays with their hits; [{"start_mm", "direction", "elements"}]."""
+    file = Path(folder) / "rays.json"
+    file.write_text(json.dumps({"rays": rays}))
+    return json.loads(call("lens", "trace", file, "--scene", "relign_od"))["rays"]
+
+
+def has_scene(scene):
+    try:
+        call("describe", scene)
+        return True
+    except RuntimeError:
+        return False
+
+
+def render(folder, pose, elements, target, scene="relign_od", *options):
+    """One image, noise-free unless the options say otherwise; a pose of shares of the travel."""
+    assembly = Path(folder) / "assembly.json"
+    assembly.write_text(json.dumps({"elements": elements}))
+    out = Path(folder) / "image.npy"
+    call(
+        "render",
+        *("--scene", scene),
+        *("--pose", ",".join(repr(float(share)) for share in pose)),
+        *("--assembly", assembly),
+        *("--target", target),
+        *("-o", out),
+        *(options or ("--noise-free",)),
+    )
+    return np.load(out).reshape(200, 200).astype(float)

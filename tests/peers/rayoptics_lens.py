@@ -1,0 +1,70 @@
+"""The lens in ray-optics: its surfaces and its ray trace, with the way from face to face given by us.
+
+Its own decentres turn a face about its own vertex and leave no shift along the axis, so that an element that turns
+about the front of the lens cannot be said in them.
+"""
+
+import numpy as np
+from placed_lens import placed_faces
+
+
+def build(lens, with_stop):
+    from rayoptics.optical.opticalmodel import OpticalModel
+    from rayoptics.raytr.opticalspec import FieldSpec, PupilSpec, WvlSpec
+
+    model = OpticalModel(radius_mode=True)
+    sequence, specification = model["seq_model"], model["optical_spec"]
+    specification["pupil"] = PupilSpec(specification, key=["object", "epd"], value=lens["entrance_pupil_diameter_mm"])
+    specification["fov"] = FieldSpec(specification, key=["object", "angle"], value=lens["half_field_deg"], flds=[0.0])
+    specification["wvls"] = WvlSpec([(float(lens["wavelength_nm"]), 1.0)], ref_wl=0)
+    # Far enough that a finite distance shows in no digit that is compared, near enough for double precision.
+    sequence.gaps[0].thi = 1e8
+
+    stop = next(stop for stop in lens["stops"] if stop.get("aperture"))
+    faces = [face for element in lens["elements"] for face in element["faces"]]
+    faces = [(face["z_mm"], face["radius_mm"], face.get("index_after", 1.0)) for face in faces]
+    if with_stop:
+        faces = sorted(faces + [(stop["z_mm"], 0.0, 1.0)])
+    positions = [z for z, _, _ in faces] + [lens["image_z_mm"]]
+    for (z, radius, index_after), following in zip(faces, positions[1:]):
+        sequence.add_surface([radius, following - z, index_after])
+        if with_stop and z == stop["z_mm"]:
+            sequence.set_stop()
+    model.update_model()
+    return model
+
+
+def trace(lens, ray):
+    """Hits on all faces and on the image plane, in mm, in lens coordinates."""
+    from rayoptics.optical import model_constants as mc
+    from rayoptics.raytr.raytrace import trace_raw
+
+    wavelength = float(lens["wavelength_nm"])
+    steps = [list(step) for step in build(lens, with_stop=False)["seq_model"].path(wavelength)]
+    faces = placed_faces(lens, ray["elements"])
+    vertices = [np.zeros(3)] + [face.vertex_mm for face in faces] + [np.array([0, 0, lens["image_z_mm"]])]
+    turns = [np.eye(3)] + [face.rotation for face in faces] + [np.eye(3)]
+    for here in range(len(steps) - 1):
+        there = here + 1
+        shift = turns[here].T @ (vertices[there] - vertices[here])
+        steps[here][mc.Tfrm] = (turns[there].T @ turns[here], shift)
+    traced, _, _ = trace_raw(
+        iter(steps), np.array(ray["start_mm"]), np.array(ray["direction"]), wavelength, intersect_obj=False
+    )
+    local = [segment[mc.p] for segment in traced[1:]]
+    return np.array([vertex + turn @ point for vertex, turn, point in zip(vertices[1:], turns[1:], local)])
+
+
+def first_order(lens):
+    data = build(lens, with_stop=True)["analysis_results"]["parax_data"].fod
+    # It takes the exit pupil's distance from the image plane for one from the paraxial image.
+    defocus = lens["image_z_mm"] - lens["elements"][-1]["faces"][-1]["z_mm"] - data.img_dist
+    return {
+        "focal_length": data.efl,
+        "back_focal_length": data.bfl,
+        "front_focal_length": data.ffl,
+        "f_number": data.fno,
+        "entrance_pupil_z": data.enp_dist,
+        "exit_pupil_diameter": 2 * data.exp_radius,
+        "exit_pupil_from_last": data.exp_dist + defocus,
+    }
