@@ -15,10 +15,15 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr double kAxesMargin =
     0.05;  // for the curvature of regions across a tile: of 2e9 rays, the farthest was 0.02 out
 constexpr int kLeastTilesAcross = 12;
-constexpr double kProbeScale = 0.9;         // probing rays stay inside the passing region
-constexpr double kHullWidening = 0.15;      // of the hull's own size, to each side
-constexpr double kBlurWidening = 0.75;      // and of the blur: how far one place's probing rays spread
-constexpr double kLostBlurWidening = 1;     // of the image's largest blur, where some probing rays were lost
+constexpr double kProbeScale = 0.9;     // probing rays stay inside the passing region
+constexpr double kHullWidening = 0.15;  // of the hull's own size, to each side
+// And of the blur, how far one place's probing rays spread: defocus and low aberrations go on past the probing rays as
+// they began, the high aberrations of a strong blur do not.
+constexpr double kBlurWidening = 0.2;
+constexpr double kStrongBlur = 0.1;  // of the emitter's side
+constexpr double kStrongBlurWidening = 0.75;
+constexpr double kLostBlurWidening = 0.3;  // where some probing rays were lost
+constexpr double kLostStrongBlurWidening = 1;
 constexpr double kBlurryShare = 0.3;        // of the emitter's side: a blur that may carry light anywhere
 constexpr double kHullMarginShare = 0.005;  // of the emitter's side
 constexpr double kAnywhere = 1e300;         // mm: farther than any ray goes
@@ -218,7 +223,7 @@ double PupilTiles::blur(const Corner& corner, double half_emitter) {
 }
 
 // What to add to a tile's hulls. Lost probing rays tell nothing, though rays beside them may arrive.
-double PupilTiles::blur_margin(const std::array<const Corner*, 4>& corners) const {
+double PupilTiles::blur_margin(const std::array<const Corner*, 4>& corners, double half_emitter) const {
   double largest = 0;
   bool lost = false;
   for (const Corner* corner : corners) {
@@ -226,7 +231,9 @@ double PupilTiles::blur_margin(const std::array<const Corner*, 4>& corners) cons
     largest = std::max(largest, blur(*corner, kAnywhere));
   }
   if (lost && blurry_) return kAnywhere;
-  return (lost ? kLostBlurWidening : kBlurWidening) * largest;
+  const bool strong = largest > kStrongBlur * 2 * half_emitter;
+  if (lost) return (strong ? kLostStrongBlurWidening : kLostBlurWidening) * largest;
+  return (strong ? kStrongBlurWidening : kBlurWidening) * largest;
 }
 
 PupilTiles::Sight PupilTiles::sight(const Tile& tile, double half_emitter) const {
@@ -235,7 +242,7 @@ PupilTiles::Sight PupilTiles::sight(const Tile& tile, double half_emitter) const
     for (std::size_t probe = 0; probe < kProbes; ++probe)
       if (corner->hit[probe]) hull.add(corner->hit_x[probe], corner->hit_y[probe]);
   if (hull.hits == 0) return Sight::unknown;
-  return hull.misses(half_emitter, blur_margin(corners_of(tile))) ? Sight::nothing : Sight::emitter;
+  return hull.misses(half_emitter, blur_margin(corners_of(tile), half_emitter)) ? Sight::nothing : Sight::emitter;
 }
 
 // Between the corners each probing ray's hit is bilinear, as far as culling needs it: the lens does not bend that
@@ -277,7 +284,7 @@ PixelBox PupilTiles::pixels_that_see(const Tile& tile, double half_emitter) cons
           hull.add(grid_x[static_cast<std::size_t>(at)], grid_y[static_cast<std::size_t>(at)]);
       }
   }
-  const double margin = blur_margin(corners);
+  const double margin = blur_margin(corners, half_emitter);
   int low_x = cells_x, high_x = -1, low_y = cells_y, high_y = -1;
   for (int y = 0; y < cells_y; ++y)
     for (int x = 0; x < cells_x; ++x) {

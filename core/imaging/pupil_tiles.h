@@ -72,7 +72,7 @@ class PupilTiles {
   void probe_emitter(int row, const optics::BackwardPath& path, const std::vector<optics::Op>& ops,
                      const optics::EmitterPlane& emitter, optics::RayBlock& block);
   static double blur(const Corner& corner, double half_emitter);
-  double blur_margin(const std::array<const Corner*, 4>& corners) const;
+  double blur_margin(const std::array<const Corner*, 4>& corners, double half_emitter) const;
   enum class Sight { emitter, nothing, unknown };
   Sight sight(const Tile& tile, double half_emitter) const;
   // The pixels of a tile that can see the emitter, from what its corners see; all when that does not tell.
