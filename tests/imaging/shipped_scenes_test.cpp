@@ -8,7 +8,7 @@
 #include <map>
 
 #include "base/files.h"
-#include "optics/first_order.h"
+#include "optics/named_values.h"
 #include "optics/trace.h"
 #include "scene_under_test.h"
 
@@ -48,18 +48,7 @@ int decimals_of(const std::string& lens_file, const std::string& name) {
 
 TEST_P(ShippedScene, HoldsThePublishedFirstOrderValues) {
   const optics::Prescription lens = optics::read_prescription(folder() + "lens.json");
-  const optics::FirstOrder data = optics::first_order(lens);
-  const std::map<std::string, double> ours = {{"focal_length", data.focal_length},
-                                              {"back_focal_length", data.back_focal_length},
-                                              {"front_focal_length", data.front_focal_length},
-                                              {"f_number", data.f_number},
-                                              {"image_distance", data.image_distance},
-                                              {"overall_length", data.overall_length},
-                                              {"paraxial_image_height", data.paraxial_image_height},
-                                              {"entrance_pupil_diameter", data.entrance_pupil_diameter},
-                                              {"entrance_pupil_z", data.entrance_pupil_z},
-                                              {"exit_pupil_diameter", data.exit_pupil_diameter},
-                                              {"exit_pupil_from_last", data.exit_pupil_from_last}};
+  const std::map<std::string, double> ours = optics::named_values(optics::first_order(lens));
   EXPECT_EQ(lens.published.empty(), !corrected()) << "nothing is published of the package's simple lenses";
   const std::string text = read_file(folder() + "lens.json");
   for (const optics::Published& published : lens.published) {

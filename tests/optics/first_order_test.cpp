@@ -7,6 +7,7 @@
 #include <map>
 
 #include "lens_under_test.h"
+#include "named_values.h"
 #include "optics/trace.h"
 
 namespace relign::optics {
@@ -39,18 +40,7 @@ TEST(FirstOrder, AgreesWithTheIndependentDerivation) {
 }
 
 TEST(FirstOrder, ThePublishedValuesInTheLensFileAreTheSame) {
-  const FirstOrder data = first_order(relign_od());
-  std::map<std::string, double> ours = {{"focal_length", data.focal_length},
-                                        {"back_focal_length", data.back_focal_length},
-                                        {"front_focal_length", data.front_focal_length},
-                                        {"f_number", data.f_number},
-                                        {"image_distance", data.image_distance},
-                                        {"overall_length", data.overall_length},
-                                        {"paraxial_image_height", data.paraxial_image_height},
-                                        {"entrance_pupil_diameter", data.entrance_pupil_diameter},
-                                        {"entrance_pupil_z", data.entrance_pupil_z},
-                                        {"exit_pupil_diameter", data.exit_pupil_diameter},
-                                        {"exit_pupil_from_last", data.exit_pupil_from_last}};
+  const std::map<std::string, double> ours = named_values(first_order(relign_od()));
   ASSERT_EQ(relign_od().published.size(), ours.size());
   for (const Published& published : relign_od().published)
     EXPECT_NEAR(published.value, ours.at(published.name), 0.5e-4) << published.name;
