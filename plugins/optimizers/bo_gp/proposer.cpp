@@ -49,8 +49,8 @@ Proposer::Proposer(std::size_t dimensions, const Recipe& recipe, std::uint64_t s
     starts_.push_back(std::move(priors.start));
   } else {
     bounds_ = surrogates::skopt_bounds(axes, recipe_.noise);
-    starts_.push_back(Vector::Zero(axes + 2));  // everything 1
   }
+  starts_.push_back(Vector::Zero(axes + 2));  // everything 1
   relign::Random random(seed, 3);
   for (std::size_t restart = 0; restart < recipe_.restarts; ++restart) {
     Vector start(axes + 2);
@@ -134,7 +134,10 @@ void Proposer::fit() {
   const Data seen = data();
   const surrogates::Standard standard(seen.values);
   if (!thrifty() || theta_.size() == 0 || points_.size() >= fitted_with_ + kPointsBetweenFits) {
-    const std::vector<Vector> starts = thrifty() && theta_.size() ? std::vector<Vector>{theta_} : starts_;
+    std::vector<Vector> starts = thrifty() && theta_.size() && !recipe_.priors ? std::vector<Vector>{} : starts_;
+    // scikit-optimize forgets the last theta. Where few random starts are made, forgetting it loses a good model now
+    // and then, and with it the recommendation.
+    if (theta_.size() && (thrifty() || recipe_.priors)) starts.push_back(theta_);
     const surrogates::Likelihood likelihood(recipe_.shape, seen.points, standard.apply(seen.values));
     theta_ = surrogates::fit_theta(likelihood, bounds_, starts, prior_);
     fitted_with_ = points_.size();
