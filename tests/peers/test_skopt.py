@@ -5,7 +5,7 @@ import paired_search
 import program
 import pytest
 
-# compare_skopt.py is the long form: 100 instances, where the whole interval has to lie within 10 %.
+# compare_skopt.py is the long form, whose whole interval has to lie within 10 %.
 INSTANCES = 6
 ALLOWED = 0.10
 
