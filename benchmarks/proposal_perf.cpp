@@ -1,15 +1,14 @@
 // What an optimizer thinks between two captures: trials over a function that costs nothing, in six axes. The time is
-// "proposal", from one merit to the next request; random initial points bring the model to its size.
+// the processor's, per proposal, from one merit to the next request; random initial points bring the model to its size.
 #include <benchmark/benchmark.h>
 
-#include <chrono>
+#include <ctime>
 
 #include "plugin_check/fake_conversation.h"
 #include "plugin_host/objects.h"
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using relign::plugin_check::FakeConversation;
 using relign::plugin_check::FakeSetup;
 using relign::plugin_check::Pose;
@@ -24,19 +23,19 @@ void proposal(benchmark::State& state, const std::string& plugin, const std::str
   FakeSetup setup;
   setup.axes = 6;
   setup.budget = points - 1 + kProposals;  // the capture at the start pose is a point, too
-  Clock::time_point answered;
-  Clock::duration thought{};
+  std::clock_t answered = 0;
+  std::clock_t thought = 0;
   setup.merit = [&](const Pose& pose, std::uint32_t step) {
-    if (step >= points) thought += Clock::now() - answered;
+    if (step >= points) thought += std::clock() - answered;
     const double merit = relign::plugin_check::bowl(pose, Pose(6, 0.1));
-    answered = Clock::now();
+    answered = std::clock();
     return merit;
   };
   for (auto _ : state) {
-    thought = {};
+    thought = 0;
     FakeConversation conversation(setup);
     relign::plugin_host::Algorithm(choice, {}).run(conversation.talk());
-    state.SetIterationTime(std::chrono::duration<double>(thought).count() / kProposals);
+    state.SetIterationTime(static_cast<double>(thought) / CLOCKS_PER_SEC / kProposals);
     ++setup.seed;
   }
 }

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <iostream>
@@ -175,6 +176,28 @@ TEST(BoForest, LearnsToStayAwayFromMeritsThatAreNoNumbers) {
     const auto visited = poses(id, setup);
     for (std::size_t step = 20; step < visited.size(); ++step) broken += visited[step][0] > 0;
     EXPECT_LT(broken, 8u) << id;  // of 40; at random 20
+  }
+}
+
+// One capture in a hundred poses is lucky: measured best is far from the valley, and the forest does not fall for it.
+TEST(BoForest, RecommendsAVisitedPoseThatItsNeighboursBelieveIn) {
+  for (const std::string id : {"bo-rf", "bo-et"}) {
+    FakeSetup setup;
+    setup.axes = 2;
+    setup.budget = 60;
+    const Pose valley{0.2, -0.1};
+    setup.merit = [&](const Pose& pose, std::uint32_t step) { return step == 5 ? 0 : test::bowl(pose, valley); };
+    FakeConversation conversation(setup);
+    run(id, conversation);
+    ASSERT_EQ(conversation.recommendations.size(), 51u);  // one before every step after the initial points
+    for (const auto& recommended : conversation.recommendations) {
+      const auto is_it = [&](const auto& visit) { return visit.pose == recommended.pose; };
+      EXPECT_TRUE(std::any_of(conversation.steps.begin(), conversation.steps.end(), is_it) ||
+                  recommended.pose == conversation.setup.start);
+    }
+    const double lucky = test::bowl(conversation.steps[4].pose, valley);
+    EXPECT_EQ(conversation.best_pose(), conversation.steps[4].pose);
+    EXPECT_LT(test::bowl(conversation.recommendations.back().pose, valley), 0.5 * lucky) << id;
   }
 }
 
