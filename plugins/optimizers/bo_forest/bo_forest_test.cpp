@@ -128,7 +128,7 @@ TEST(BoForest, EveryChoiceChangesTheStepsAfterTheInitialPointsAlone) {
   const auto usual = poses("bo-rf", setup);
   for (const Json& choice : {Json{{"splitter", "random"}}, Json{{"bootstrap", false}}, Json{{"variance", "between"}},
                              Json{{"trees", 10}}, Json{{"min_samples_leaf", 1}}, Json{{"candidates", 100}},
-                             Json{{"xi", 0.5}}, Json{{"relative_xi", true}, {"xi", 1}}}) {
+                             Json{{"xi", 0.5}}, Json{{"min_variance", 0.5}}, Json{{"relative_xi", true}, {"xi", 1}}}) {
     SCOPED_TRACE(choice.dump());
     const auto changed = poses("bo-rf", setup, choice);
     EXPECT_NE(changed, usual);
