@@ -47,15 +47,22 @@ class Centring {
     if (fresh_count == 1) learnt_[fresh] = true;
   }
 
-  // `pose` with its first two coordinates such that the image comes to the middle; nothing where they cannot tell.
-  std::optional<relign::Pose> centred(const Seen& now, relign::Pose pose) const {
-    if (response_.size() < 2 || !learnt_[0] || !learnt_[1] || !now.look.placed) return std::nullopt;
-    double off[2];
-    for (std::size_t side = 0; side < 2; ++side) {
-      off[side] = now.look.shift[side];
-      for (std::size_t axis = 0; axis < pose.size(); ++axis)
-        off[side] += response_[axis][side] * (pose[axis] - now.pose[axis]);
+  // `pose` with its first two coordinates such that the image comes to the middle, by what these captures say on
+  // average; nothing where they cannot tell.
+  std::optional<relign::Pose> centred(const std::vector<Seen>& captures, relign::Pose pose) const {
+    if (response_.size() < 2 || !learnt_[0] || !learnt_[1]) return std::nullopt;
+    double off[2] = {0, 0}, count = 0;
+    for (const Seen& seen : captures) {
+      if (!seen.look.placed) continue;
+      ++count;
+      for (std::size_t side = 0; side < 2; ++side) {
+        off[side] += seen.look.shift[side];
+        for (std::size_t axis = 0; axis < pose.size(); ++axis)
+          off[side] += response_[axis][side] * (pose[axis] - seen.pose[axis]);
+      }
     }
+    if (count == 0) return std::nullopt;
+    for (double& pixels : off) pixels /= count;
     const auto &a = response_[0], &b = response_[1];
     const double determinant = a[0] * b[1] - a[1] * b[0];
     const double size = a[0] * a[0] + a[1] * a[1] + b[0] * b[0] + b[1] * b[1];

@@ -14,7 +14,7 @@ using through_focus::Seen;
 constexpr std::size_t kAcross = 2, kFirstTilt = 3, kMostTilts = 2, kTurn = 5;
 constexpr int kLongestSearch = 40;  // images; a search that finds no target ends the trial
 constexpr int kLongestSweep = 12;   // images; a sweep that finds no focus ends the trial
-constexpr double kTolerance = 1.1;  // two captures' smoothed mean squares differ by so much through their noise
+constexpr double kTolerance = 1.3;  // smoothed mean squares differ by less than that through the captures' noise
 
 class ThroughFocus final : public relign::Optimizer {
  public:
@@ -68,11 +68,17 @@ class ThroughFocus final : public relign::Optimizer {
   Pose centred(Pose pose) const {
     if (turn_response_ != 0 && std::isfinite(now_->look.rotation))
       pose[kTurn] = now_->pose[kTurn] - now_->look.rotation / turn_response_;
-    return box_.clamp(centring_->centred(*now_, pose).value_or(pose));
+    return box_.clamp(centring_->centred({*now_}, pose).value_or(pose));
   }
   Pose centred_at(Pose pose) const {
     for (std::size_t axis = 0; axis < std::min(kAcross, focus_axis_); ++axis) pose[axis] = now_->pose[axis];
     return centred(std::move(pose));
+  }
+
+  // The same by all of these captures: one alone misses the middle by its noise.
+  Pose centred_by(const std::vector<Seen>& captures, const Pose& pose) const {
+    const Pose near = centred_at(pose);
+    return box_.clamp(centring_->centred(captures, near).value_or(near));
   }
 
   // Towards the side of the box that has more room.
@@ -228,10 +234,9 @@ class ThroughFocus final : public relign::Optimizer {
       focus_ = solution[focus_axis_];
       // What is recommended has been looked at in focus: at the first solution, where it moves and at the end.
       if (captures.empty() || round == rounds_) {
-        if (!verify(solution) || !now_->look.sound) return;
-        captures.push_back(*now_);
+        if (!verify(solution, &captures)) return;
       } else if (solved_) {
-        talk_->recommend(centred_at(solution));
+        talk_->recommend(centred_by(captures, solution));
       }
       if (round < rounds_ && !look_around(solution, &captures)) return;
     }
@@ -245,10 +250,12 @@ class ThroughFocus final : public relign::Optimizer {
   }
 
   // Recommended when it is no worse than the best capture of all, but for noise; else that one stays.
-  bool verify(const Pose& pose) {
-    if (!go(centred_at(pose))) return false;
-    solved_ = now_->look.sound && now_->look.difference <= best_difference_ * kTolerance;
-    talk_->recommend(solved_ ? centred(now_->pose) : best_);
+  bool verify(const Pose& pose, std::vector<Seen>* captures) {
+    if (!go(captures->empty() ? centred_at(pose) : centred_by(*captures, pose))) return false;
+    if (!now_->look.sound) return false;
+    captures->push_back(*now_);
+    solved_ = now_->look.difference <= best_difference_ * kTolerance;
+    talk_->recommend(solved_ ? centred_by(*captures, now_->pose) : best_);
     return true;
   }
 
