@@ -2,6 +2,7 @@
 #include <filesystem>
 
 #include "base/error.h"
+#include "base/files.h"
 #include "cli/app.h"
 #include "report/report.h"
 
@@ -13,9 +14,25 @@ namespace fs = std::filesystem;
 struct ReportArguments {
   std::vector<std::string> folders;
   std::string out;
+  std::string format = "html";
 };
 
+// On standard output, or in one file.
+int write_markdown(Context& context, const ReportArguments& arguments) {
+  std::string text;
+  for (const std::string& folder : arguments.folders)
+    text += (text.empty() ? "" : "\n") + report::markdown_report(folder);
+  if (arguments.out.empty()) {
+    print_result(context.json ? Json{{"markdown", text}}.dump(2) + "\n" : text);
+    return kDone;
+  }
+  write_file_atomically(arguments.out, text);
+  print_result(context.json ? Json{{"reports", {arguments.out}}}.dump(2) + "\n" : arguments.out + "\n");
+  return kDone;
+}
+
 int write_reports(Context& context, const ReportArguments& arguments) {
+  if (arguments.format == "md") return write_markdown(context, arguments);
   if (!arguments.out.empty() && arguments.folders.size() > 1)
     throw Error(ErrorKind::bad_input, "--out names one page, but " + std::to_string(arguments.folders.size()) +
                                           " results folders are given; leave it out to write a page into each");
@@ -40,7 +57,12 @@ void add_report(CLI::App& app, Context& context) {
                                   "relign-bench report results/quick", "run"});
   auto arguments = std::make_shared<ReportArguments>();
   verb.add_option("DIR", arguments->folders, "results folder, one or more")->required()->type_name("DIR");
-  verb.add_option("-o,--out", arguments->out, "the page [default: DIR/report.html]")->type_name("FILE");
+  verb.add_option("-o,--out", arguments->out, "the page [default: DIR/report.html; md: standard output]")
+      ->type_name("FILE");
+  verb.add_option("--format", arguments->format,
+                  "html (page and tables into each folder) or md (Markdown tables for a README) [default: html]")
+      ->type_name("FORMAT")
+      ->check(CLI::IsMember({"html", "md"}));
   verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return write_reports(context, *arguments); }; });
 }

@@ -68,6 +68,21 @@ std::string json_for_script(const Json& value) {
   return out;
 }
 
+std::string markdown_text(std::string_view text) {
+  const std::string plain = terminal_text(text);
+  std::string out;
+  for (std::size_t i = 0; i < plain.size(); ++i) {
+    const auto alphanumeric = [&](std::size_t at) {
+      return at < plain.size() && std::isalnum(static_cast<unsigned char>(plain[at])) != 0;
+    };
+    // Inside a word an underscore is no markup, and names are full of them.
+    const bool in_word = plain[i] == '_' && i > 0 && alphanumeric(i - 1) && alphanumeric(i + 1);
+    if (std::string_view("\\`*_<>&[]|~!").find(plain[i]) != std::string_view::npos && !in_word) out += '\\';
+    out += plain[i];
+  }
+  return out;
+}
+
 std::string terminal_text(std::string_view text) {
   std::string out;
   for (std::size_t i = 0; i < text.size(); ++i) {

@@ -19,6 +19,9 @@ std::string json_for_script(const Json& value);
 // For a terminal: control characters (C0, DEL, C1) become '?', so that a name cannot move the cursor.
 std::string terminal_text(std::string_view text);
 
+// For a cell of a Markdown table: what would be markup is escaped, control characters and line ends become '?'.
+std::string markdown_text(std::string_view text);
+
 // Columns the text takes, one per code point; and the text cut to that many with "..." at its end.
 std::size_t columns(std::string_view text);
 std::string clipped(std::string_view text, std::size_t most_columns);

@@ -18,4 +18,7 @@ void write_html_report(const std::filesystem::path& results, const std::filesyst
 // Plain-text ranking for the terminal; empty results give a sentence that says so.
 std::string ranking_table(const std::filesystem::path& results);
 
+// The ranking as Markdown: a table per scene and protocol with a column per noise level, best method first.
+std::string markdown_report(const std::filesystem::path& results);
+
 }  // namespace relign::report

@@ -35,6 +35,10 @@ std::vector<Unit> units_of(const fs::path& root) {
   };
   each_folder(root / "core", [&](const fs::path& room) { units.push_back({room, room.filename().string()}); });
   each_folder(root / "plugins", [&](const fs::path& kind) {
+    if (fs::exists(kind / "CMakeLists.txt")) {  // no kind of plugin: a library that several of them share
+      units.push_back({kind, kind.filename().string()});
+      return;
+    }
     each_folder(kind, [&](const fs::path& plugin) { units.push_back({plugin, kind.filename().string()}); });
   });
   each_folder(root / "examples", [&](const fs::path& example) { units.push_back({example, "examples"}); });

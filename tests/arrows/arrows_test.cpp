@@ -69,7 +69,8 @@ class SmallTree : public testing::Test {
   const Arrows arrows_{
       "base -> plugin_api/relign/random.hpp\n"
       "optics -> base\nrecords -> base\nstats -> records base\nreport -> stats base\n"
-      "report/lens.cpp -> optics\noptimizers -> plugin_api  # nothing else\n"};
+      "report/lens.cpp -> optics\nagents -> plugin_api\nsurrogates -> plugin_api/relign/random.hpp\n"
+      "optimizers -> plugin_api surrogates  # nothing else\n"};
 };
 
 TEST_F(SmallTree, IsFineAsItStands) { EXPECT_THAT(wrong(), IsEmpty()); }
@@ -109,6 +110,24 @@ TEST_F(SmallTree, APluginMayNotReachIntoAnother) {
   write("plugins/optimizers/wide/wide.cpp", "#include \"../compass/stride.h\"\n");
   EXPECT_THAT(wrong(), ElementsAre("plugins/optimizers/wide/wide.cpp:1: optimizers must not include "
                                    "plugins/optimizers/compass/stride.h"));
+}
+
+TEST_F(SmallTree, ALibraryOfPluginsIsARoomOfItsOwn) {
+  write("plugins/surrogates/CMakeLists.txt", "target_link_libraries(relign_surrogates PUBLIC relign::plugin_api)\n");
+  write("plugins/surrogates/kernel.hpp", "");
+  write("plugins/surrogates/kernel.cpp", "#include \"kernel.hpp\"\n#include <relign/random.hpp>\n");
+  write("plugins/optimizers/compass/compass.cpp", "#include \"surrogates/kernel.hpp\"\n");
+  write("plugins/optimizers/compass/CMakeLists.txt",
+        "relign_add_plugin(compass compass.cpp LIBRARIES relign_surrogates)\n");
+  EXPECT_THAT(wrong(), IsEmpty());
+  write("plugins/surrogates/kernel.cpp", "#include <relign/plugin.hpp>\n#include \"base/text.h\"\n");
+  write("plugins/agents/net/net.cpp", "#include \"surrogates/kernel.hpp\"\n");
+  write("plugins/agents/net/CMakeLists.txt", "relign_add_plugin(net net.cpp LIBRARIES relign_surrogates)\n");
+  EXPECT_THAT(wrong(),
+              ElementsAre("plugins/agents/net/CMakeLists.txt: agents must not link relign_surrogates",
+                          "plugins/agents/net/net.cpp:1: agents must not include surrogates/kernel.hpp",
+                          "plugins/surrogates/kernel.cpp:1: surrogates must not include plugin_api/relign/plugin.hpp",
+                          "plugins/surrogates/kernel.cpp:2: surrogates must not include base/text.h"));
 }
 
 TEST_F(SmallTree, ALinkAgainstTheArrowsIsFound) {

@@ -169,6 +169,14 @@ TEST(CliReport, WritesThePageAgainFromTheFolderAlone) {
   EXPECT_EQ(json::parse(outcome.out).at("reports"), json({"moved/report.html"}));
   EXPECT_EQ(place.read("moved/report.html"), page);
   EXPECT_NE(place.read("moved/curves.csv"), "");
+
+  const Outcome markdown = relign_bench(place, {"report", "moved", "--format", "md"});
+  ASSERT_EQ(markdown.exit_code, 0) << markdown.err;
+  EXPECT_THAT(markdown.out, HasSubstr("| method |"));
+  const Outcome written = relign_bench(place, {"report", "moved", "--format", "md", "-o", "moved/table.md"});
+  ASSERT_EQ(written.exit_code, 0) << written.err;
+  EXPECT_EQ(written.out, "moved/table.md\n");
+  EXPECT_EQ(place.read("moved/table.md"), markdown.out);
 }
 
 // What the program writes to a terminal.

@@ -42,5 +42,35 @@ TEST_F(RankingTableOf, StaysWithinNinetyColumnsAndMovesNoCursor) {
   EXPECT_THAT(table, HasSubstr("steps")) << "budgets differ, so they have a column";
 }
 
+TEST(MarkdownReport, MatchesTheApprovedOne) {
+  EXPECT_EQ(markdown_report(kGolden / "small"), read_file(kGolden / "ranking.md"));
+}
+
+using MarkdownReportOf = MadeResults;
+
+TEST_F(MarkdownReportOf, AnEmptyFolderIsASentence) {
+  write({}, "made", 3);
+  EXPECT_EQ(markdown_report(folder_), "No trial has finished: nothing to rank yet.\n");
+}
+
+TEST_F(MarkdownReportOf, ALevelIsAColumnAndTheBestOverallComesFirst) {
+  records::TrialRecord broken = trial("broken", 0, {0.1}, "rho0");
+  broken.end = "failed";
+  write({trial("worse", 0, {0.1, 0.04}, "rho0"), trial("better", 0, {0.1, 0.02}, "rho0"),
+         trial("worse", 0, {0.2, 0.06}, "rho0.5"), trial("better", 0, {0.2, 0.05}, "rho0.5"), broken});
+  const std::string text = markdown_report(folder_);
+  EXPECT_THAT(
+      text,
+      HasSubstr("steps: 1; at the start 0.100, 0.200.\n\n| method | rho0 | rho0.5 | ms/step |\n|---|---|---|---:|\n"
+                "| better | 0.0200 | 0.0500 | 2.0 |\n| worse | 0.0400 | 0.0600 | 2.0 |\n| broken | failed |  | - |\n"));
+}
+
+TEST_F(MarkdownReportOf, NamesAreNoMarkup) {
+  write({trial("a|b<i>*c*_d_", 0, {0.1, 0.05}), trial("plain_name", 0, {0.1, 0.05})});
+  const std::string text = markdown_report(folder_);
+  EXPECT_THAT(text, HasSubstr("| a\\|b\\<i\\>\\*c\\*\\_d\\_ |"));
+  EXPECT_THAT(text, HasSubstr("| plain_name |"));
+}
+
 }  // namespace
 }  // namespace relign::report

@@ -43,6 +43,7 @@
   // --- Curves ---
   const MOST_METHODS_WITH_BANDS = 6;
   const MOST_CHARTS_DRAWN_AT_ONCE = 12;
+  const NEAR_PX = 600;  // from the screen's edge
   const TRACKS = [
     ['recommended', 'error at the recommended pose'],
     ['commanded', 'error at the pose commanded last'],
@@ -152,10 +153,18 @@
     if (cards.length <= MOST_CHARTS_DRAWN_AT_ONCE) {
       cards.forEach(draw);
     } else {  // many: each when it comes near the screen
-      const observer = new IntersectionObserver((entries) => {
-        for (const entry of entries) if (entry.isIntersecting) { observer.unobserve(entry.target); draw(entry.target); }
-      }, {rootMargin: '600px'});
-      cards.forEach((card) => { card.querySelector('.chart').classList.add('waiting'); observer.observe(card); });
+      let waiting = cards;
+      for (const card of cards) card.querySelector('.chart').classList.add('waiting');
+      const drawNear = () => {
+        waiting = waiting.filter((card) => {
+          const box = card.getBoundingClientRect();
+          const near = box.top < window.innerHeight + NEAR_PX && box.bottom > -NEAR_PX;
+          if (near) draw(card);
+          return !near;
+        });
+      };
+      for (const what of ['scroll', 'resize']) window.addEventListener(what, drawNear, {passive: true});
+      drawNear();
     }
 
     darkScheme.addEventListener('change', (event) => recolour(event.matches));
