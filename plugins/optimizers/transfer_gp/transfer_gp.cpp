@@ -1,4 +1,6 @@
 // TransferGP (Tighineanu et al., AISTATS 2022): what earlier lenses taught is the prior of the next one.
+#include <algorithm>
+#include <cmath>
 #include <relign/plugin.hpp>
 
 #include "search.hpp"
@@ -10,6 +12,7 @@ namespace {
 using namespace transfer_gp;
 
 constexpr int kJointIterations = 15;
+constexpr double kNear = 0.12;  // standard deviation of the first samples around the best, share of the box
 
 class TransferGp final : public relign::Optimizer {
  public:
@@ -18,6 +21,7 @@ class TransferGp final : public relign::Optimizer {
     const std::string variant(given.text("variant"));
     setup_.stacking = variant == "mhgp" ? Stacking::means : variant == "bhgp" ? Stacking::boosted : Stacking::exact;
     setup_.kappa = given.number("kappa");
+    near_ = given.number("near");
     setup_.candidates = static_cast<std::size_t>(given.integer("candidates"));
   }
 
@@ -42,16 +46,27 @@ class TransferGp final : public relign::Optimizer {
   }
 
  private:
-  // One more source: the start, and the budget spread over the box.
+  // One more source: the start, a part of the budget spread over the box, and the rest around the best so far, closer
+  // and closer: where the next lens will be searched is where knowledge counts.
   void sample(relign::Conversation& talk, SourceData& data) const {
     const surrogates::UnitBox box(talk.box());
     relign::Random random(talk.seed());
-    const Matrix places = latin_hypercube(random, talk.axes(), talk.budget());
+    const auto spread = static_cast<Eigen::Index>(std::ceil((1 - near_) * talk.budget()));
+    Matrix places = latin_hypercube(random, talk.axes(), static_cast<std::size_t>(spread));
+    places.conservativeResize(places.rows(), static_cast<Eigen::Index>(talk.budget()));
     std::vector<double> merits = {talk.first().merit};
     Matrix points(static_cast<Eigen::Index>(talk.axes()), places.cols() + 1);
     points.col(0) = box.to_unit(talk.first().pose);
     Eigen::Index made = 1;
     for (Eigen::Index i = 0; i < places.cols(); ++i) {
+      if (i >= spread) {
+        const Vector usable = surrogates::usable_merits(merits);
+        const double radius =
+            kNear * (1 - 0.75 * static_cast<double>(i - spread) / static_cast<double>(places.cols() - spread));
+        places.col(i) = points.col(surrogates::lowest(usable, 1).front());
+        for (double& coordinate : places.col(i))
+          coordinate = std::clamp(coordinate + radius * random.normal(), 0.0, 1.0);
+      }
       const auto seen = talk.step(box.to_pose(places.col(i)));
       if (!seen) break;
       points.col(made++) = places.col(i);
@@ -85,6 +100,7 @@ class TransferGp final : public relign::Optimizer {
 
   relign::Parameters log_;
   bool joint_;
+  double near_ = 0;
   SearchSetup setup_;
 };
 
