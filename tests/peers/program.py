@@ -3,6 +3,7 @@
 import json
 import os
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,10 @@ def path():
 
 
 def call(*arguments):
-    done = subprocess.run([str(path()), *map(str, arguments)], capture_output=True, text=True)
+    # Plugins in Python run with the interpreter that runs this, where their packages are.
+    folders = f"{Path(sys.executable).parent}{os.pathsep}{os.environ.get('PATH', '')}"
+    environment = {**os.environ, "PATH": folders}
+    done = subprocess.run([str(path()), *map(str, arguments)], capture_output=True, text=True, env=environment)
     if done.returncode != 0:
         raise RuntimeError(f"relign-bench {' '.join(map(str, arguments))}: {done.stderr.strip()}")
     return done.stdout
@@ -41,8 +45,12 @@ def trace(rays, folder):
 
 
 def has_scene(scene):
+    return knows(scene)
+
+
+def knows(plugin):
     try:
-        call("describe", scene)
+        call("describe", plugin)
         return True
     except RuntimeError:
         return False

@@ -1,66 +1,40 @@
+#include "nlopt_test.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "base/error.h"
-#include "contract/fake_conversation.h"
-#include "plugin_host/objects.h"
 
 namespace relign {
 namespace {
 
-using plugin_host::Algorithm;
-using plugin_host::Choice;
-using plugin_host::Kind;
+using test::bowl_setup;
 using test::FakeConversation;
 using test::FakeSetup;
+using test::nlopt_local_presets;
+using test::nlopt_presets;
 using test::Pose;
-
-plugin_host::Catalog& catalog() {
-  static auto* catalog = [] {
-    auto* fresh = new plugin_host::Catalog;
-    fresh->add(std::string(RELIGN_PLUGIN_DIR) + "/nlopt");
-    return fresh;
-  }();
-  return *catalog;
-}
-
-std::vector<std::string> presets() {
-  std::vector<std::string> ids;
-  for (const auto& preset : catalog().plugins().at(0)->presets) ids.push_back(preset.id);
-  return ids;
-}
-
-FakeSetup bowl_setup(std::uint32_t axes) {
-  FakeSetup setup;
-  setup.axes = axes;
-  Pose optimum(axes);
-  for (std::uint32_t axis = 0; axis < axes; ++axis) optimum[axis] = axis % 2 ? -0.21 : 0.17;
-  setup.merit = [optimum](const Pose& pose, std::uint32_t) { return test::bowl(pose, optimum); };
-  return setup;
-}
-
-void run(const std::string& id, const FakeConversation& conversation, const Json& parameters = {}) {
-  Algorithm algorithm(catalog().resolve_or_throw(Kind::optimizer, id, parameters), {});
-  algorithm.run(conversation.talk());
-}
+using test::run_nlopt;
 
 TEST(Nlopt, FindsTheBottomOfABowlInEveryDimension) {
-  for (const std::string& id : presets())
+  for (const std::string& id : nlopt_local_presets)
     for (const std::uint32_t axes : {1u, 2u, 5u, 6u}) {
       SCOPED_TRACE(id + ", " + std::to_string(axes) + " axes");
       FakeSetup setup = bowl_setup(axes);
       setup.budget = 400;
       FakeConversation conversation(setup);
-      run(id, conversation);
+      run_nlopt(id, conversation);
       EXPECT_LT(setup.merit(conversation.best_pose(), 0), 0.01 + 5e-5);
     }
 }
 
 TEST(Nlopt, RecommendsItsBestMeasuredPoseAtEveryImprovement) {
-  for (const std::string& id : presets()) {
+  for (const std::string& id : nlopt_presets()) {
     SCOPED_TRACE(id);
     FakeConversation conversation(bowl_setup(5));
-    run(id, conversation);
+    run_nlopt(id, conversation);
     double best = conversation.setup.merit(conversation.setup.start, 0);
     std::vector<Pose> expected;
     for (const auto& visit : conversation.steps)
@@ -74,42 +48,42 @@ TEST(Nlopt, RecommendsItsBestMeasuredPoseAtEveryImprovement) {
 }
 
 TEST(Nlopt, TheStartIsNotMeasuredTwice) {
-  for (const std::string& id : presets()) {
+  for (const std::string& id : nlopt_presets()) {
     SCOPED_TRACE(id);
     FakeSetup setup = bowl_setup(5);
     setup.budget = 1;
     FakeConversation conversation(setup);
-    run(id, conversation);
+    run_nlopt(id, conversation);
     ASSERT_EQ(conversation.steps.size(), 1u);
     EXPECT_NE(conversation.steps[0].pose, setup.start);
   }
 }
 
 TEST(Nlopt, AStartOutsideTheBoxIsEnteredAtItsEdge) {
-  for (const std::string& id : presets()) {
+  for (const std::string& id : nlopt_presets()) {
     SCOPED_TRACE(id);
     FakeSetup setup = bowl_setup(3);
     setup.start = {0.9, -0.7, 0};
     FakeConversation conversation(setup);
-    run(id, conversation);
+    run_nlopt(id, conversation);
     for (const auto& visit : conversation.steps)
       for (const double value : visit.pose) {
         EXPECT_GE(value, -0.5);
         EXPECT_LE(value, 0.5);
       }
-    EXPECT_LT(setup.merit(conversation.best_pose(), 0), 0.1);
+    EXPECT_LT(setup.merit(conversation.best_pose(), 0), 0.35);  // 0.7 at the nearest corner
   }
 }
 
 TEST(Nlopt, StartsAgainWhileThereIsBudgetAndFinishesWhenTheStrideIsSpent) {
-  for (const std::string& id : presets()) {
+  for (const std::string& id : nlopt_local_presets) {
     SCOPED_TRACE(id);
     FakeSetup setup = bowl_setup(2);
     setup.budget = 100000;
     FakeConversation coarse(setup);
-    run(id, coarse, {{"tolerance", 0.05}});
+    run_nlopt(id, coarse, {{"tolerance", 0.05}});
     FakeConversation fine(setup);
-    run(id, fine, {{"tolerance", 0.0001}});
+    run_nlopt(id, fine, {{"tolerance", 0.0001}});
     EXPECT_FALSE(coarse.stopped);
     EXPECT_FALSE(fine.stopped);
     EXPECT_LT(coarse.steps.size(), fine.steps.size());
@@ -118,14 +92,14 @@ TEST(Nlopt, StartsAgainWhileThereIsBudgetAndFinishesWhenTheStrideIsSpent) {
 }
 
 TEST(Nlopt, ConstantMeritsEndTheTrial) {
-  for (const std::string& id : presets())
+  for (const std::string& id : nlopt_local_presets)
     for (const std::uint32_t axes : {1u, 2u, 5u, 6u}) {
       SCOPED_TRACE(id + ", " + std::to_string(axes) + " axes");
       FakeSetup setup = bowl_setup(axes);
       setup.merit = [](const Pose&, std::uint32_t) { return 0.03; };
       setup.budget = 1000000;
       FakeConversation conversation(setup);
-      run(id, conversation);
+      run_nlopt(id, conversation);
       EXPECT_FALSE(conversation.stopped);
       EXPECT_TRUE(conversation.recommendations.empty());
       EXPECT_LT(conversation.steps.size(), 20000u);
@@ -133,12 +107,12 @@ TEST(Nlopt, ConstantMeritsEndTheTrial) {
 }
 
 TEST(Nlopt, FirstStrideIsTheSizeOfTheFirstMove) {
-  for (const std::string& id : presets()) {
+  for (const std::string& id : nlopt_local_presets) {
     SCOPED_TRACE(id);
     FakeSetup setup = bowl_setup(5);
     setup.budget = 1;
     FakeConversation conversation(setup);
-    run(id, conversation, {{"first_stride", 0.04}});
+    run_nlopt(id, conversation, {{"first_stride", 0.04}});
     double length = 0;
     for (const double value : conversation.steps.at(0).pose) length += value * value;
     EXPECT_NEAR(std::sqrt(length), 0.04, 1e-9);
@@ -146,7 +120,7 @@ TEST(Nlopt, FirstStrideIsTheSizeOfTheFirstMove) {
 }
 
 TEST(Nlopt, AFailureOfTheHostLeavesWithItsText) {
-  for (const std::string& id : presets()) {
+  for (const std::string& id : nlopt_presets()) {
     SCOPED_TRACE(id);
     FakeSetup setup = bowl_setup(5);
     setup.merit = [](const Pose&, std::uint32_t step) -> double {
@@ -155,7 +129,7 @@ TEST(Nlopt, AFailureOfTheHostLeavesWithItsText) {
     };
     FakeConversation conversation(setup);
     try {
-      run(id, conversation);
+      run_nlopt(id, conversation);
       FAIL() << "no exception";
     } catch (const Error& error) {
       EXPECT_STREQ(error.what(), "the scene is broken");

@@ -1,0 +1,49 @@
+// What an optimizer thinks between two captures: trials over a function that costs nothing, in six axes. The time is
+// the processor's, per proposal, from one merit to the next request; random initial points bring the model to its size.
+#include <benchmark/benchmark.h>
+
+#include <ctime>
+
+#include "plugin_check/fake_conversation.h"
+#include "plugin_host/objects.h"
+
+namespace {
+
+using relign::plugin_check::FakeConversation;
+using relign::plugin_check::FakeSetup;
+using relign::plugin_check::Pose;
+
+constexpr unsigned kProposals = 5;  // a trial, once the model has its size
+
+void proposal(benchmark::State& state, const std::string& plugin, const std::string& preset, unsigned points) {
+  relign::plugin_host::Catalog catalog;
+  catalog.add(std::string(RELIGN_PLUGINS "/") + plugin);
+  const auto choice =
+      catalog.resolve_or_throw(relign::plugin_host::Kind::optimizer, preset, {{"initial_points", points - 1}});
+  FakeSetup setup;
+  setup.axes = 6;
+  setup.budget = points - 1 + kProposals;  // the capture at the start pose is a point, too
+  std::clock_t answered = 0;
+  std::clock_t thought = 0;
+  setup.merit = [&](const Pose& pose, std::uint32_t step) {
+    if (step >= points) thought += std::clock() - answered;
+    const double merit = relign::plugin_check::bowl(pose, Pose(6, 0.1));
+    answered = std::clock();
+    return merit;
+  };
+  for (auto _ : state) {
+    thought = 0;
+    FakeConversation conversation(setup);
+    relign::plugin_host::Algorithm(choice, {}).run(conversation.talk());
+    state.SetIterationTime(static_cast<double>(thought) / CLOCKS_PER_SEC / kProposals);
+    ++setup.seed;
+  }
+}
+
+void forest(benchmark::State& state, const std::string& preset) {
+  proposal(state, "bo_forest", preset, static_cast<unsigned>(state.range(0)));
+}
+BENCHMARK_CAPTURE(forest, rf, "bo-rf")->Arg(20)->Arg(50)->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(forest, et, "bo-et")->Arg(20)->Arg(50)->UseManualTime()->Unit(benchmark::kMillisecond);
+
+}  // namespace

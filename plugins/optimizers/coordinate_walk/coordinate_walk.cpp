@@ -1,0 +1,118 @@
+// Coordinate walk: sweeps one axis after the other and stays at the best point of each sweep. See README.md.
+#include <cmath>
+#include <limits>
+#include <relign/plugin.hpp>
+
+namespace {
+
+struct Sample {
+  double coordinate;
+  double merit;  // finite
+};
+
+// The lowest point of the least-squares parabola, or nothing when it has none. Offsets from the middle of the sweep,
+// in half sweeps, keep the normal equations well conditioned.
+std::optional<double> vertex(const std::vector<Sample>& samples, double middle, double half) {
+  if (samples.size() < 3 || !(half > 0)) return std::nullopt;
+  double scale = 0;  // huge merits must not overflow in the sums
+  for (const Sample& sample : samples) scale = std::max(scale, std::fabs(sample.merit));
+  if (scale == 0) return std::nullopt;
+  double s[5] = {};  // sums of u^k
+  double t[3] = {};  // sums of u^k times merit
+  for (const Sample& sample : samples) {
+    const double u = (sample.coordinate - middle) / half;
+    double power = 1;
+    for (int k = 0; k < 5; ++k, power *= u) {
+      s[k] += power;
+      if (k < 3) t[k] += power * (sample.merit / scale);
+    }
+  }
+  // Cramer's rule for y = c + b u + a u^2; the determinant is positive when three coordinates differ.
+  const double determinant =
+      s[4] * (s[2] * s[0] - s[1] * s[1]) - s[3] * (s[3] * s[0] - s[1] * s[2]) + s[2] * (s[3] * s[1] - s[2] * s[2]);
+  const double a =
+      t[2] * (s[2] * s[0] - s[1] * s[1]) - s[3] * (t[1] * s[0] - s[1] * t[0]) + s[2] * (t[1] * s[1] - s[2] * t[0]);
+  const double b =
+      s[4] * (t[1] * s[0] - t[0] * s[1]) - t[2] * (s[3] * s[0] - s[1] * s[2]) + s[2] * (s[3] * t[0] - t[1] * s[2]);
+  if (!(determinant > 1e-9) || !(a > 1e-12 * determinant)) return std::nullopt;
+  return middle - half * b / (2 * a);
+}
+
+class CoordinateWalk final : public relign::Optimizer {
+ public:
+  explicit CoordinateWalk(const relign::Parameters& given)
+      : points_(static_cast<std::size_t>(given.integer("points"))),
+        rounds_(static_cast<std::size_t>(given.integer("rounds"))),
+        random_start_(given.text("begin") == "random"),
+        parabola_(given.text("choose") == "parabola"),
+        shrink_(given.number("shrink")) {
+    if (points_ == 1)
+      throw std::invalid_argument("points: a sweep needs at least 2, or 0 to take them from the budget");
+  }
+
+  void run(relign::Conversation& talk) override {
+    const relign::Box box = talk.box();
+    const std::size_t axes = talk.axes();
+    pose_ = box.clamp(talk.first().pose);
+    // At least one point on either side of something; a budget below that ends within the first sweeps.
+    if (points_ == 0) points_ = std::clamp<std::size_t>(talk.budget() / (axes * rounds_), parabola_ ? 3 : 2, 1001);
+    if (random_start_) {
+      relign::Random random(talk.seed());
+      for (std::size_t axis = 0; axis < axes; ++axis)
+        pose_[axis] = place(box.lower[axis], box.upper[axis], random.below(points_));
+    }
+    double share = 1;  // of the box's width that a sweep covers
+    for (std::size_t round = 0; round < rounds_; ++round, share *= shrink_)
+      for (std::size_t axis = 0; axis < axes; ++axis) {
+        const double half = 0.5 * share * (box.upper[axis] - box.lower[axis]);
+        double lower = box.lower[axis];
+        double upper = box.upper[axis];
+        if (share < 1) {  // around where we are, moved into the box as a whole
+          lower =
+              std::clamp(pose_[axis] - half, box.lower[axis], std::max(box.lower[axis], box.upper[axis] - 2 * half));
+          upper = std::min(lower + 2 * half, box.upper[axis]);
+        }
+        if (!sweep(talk, axis, lower, upper)) return;
+      }
+  }
+
+ private:
+  // As numpy.linspace: the last point is the upper limit itself.
+  double place(double lower, double upper, std::size_t index) const {
+    if (index + 1 == points_) return upper;
+    return std::min(upper, lower + static_cast<double>(index) * ((upper - lower) / static_cast<double>(points_ - 1)));
+  }
+
+  // False when the trial is over: what an unfinished sweep saw is not recommended, it may have missed its valley.
+  bool sweep(relign::Conversation& talk, std::size_t axis, double lower, double upper) {
+    std::vector<Sample> samples;
+    relign::Pose candidate = pose_;
+    for (std::size_t index = 0; index < points_; ++index) {
+      candidate[axis] = place(lower, upper, index);
+      const auto seen = talk.step(candidate);
+      if (!seen) return false;
+      if (std::isfinite(seen->merit)) samples.push_back({candidate[axis], seen->merit});
+    }
+    if (samples.empty()) return true;  // nothing learnt: stay, and let the next axis try
+    const Sample* best = &samples.front();
+    for (const Sample& sample : samples)
+      if (sample.merit < best->merit) best = &sample;
+    pose_[axis] = best->coordinate;
+    if (parabola_)
+      if (const auto lowest = vertex(samples, 0.5 * (lower + upper), 0.5 * (upper - lower)))
+        pose_[axis] = std::clamp(*lowest, lower, upper);
+    talk.recommend(pose_);
+    return true;
+  }
+
+  std::size_t points_;
+  std::size_t rounds_;
+  bool random_start_;
+  bool parabola_;
+  double shrink_;
+  relign::Pose pose_;  // the best coordinates so far
+};
+
+}  // namespace
+
+RELIGN_PLUGIN(CoordinateWalk)

@@ -1,0 +1,172 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "contract/fake_conversation.h"
+#include "plugin_host/objects.h"
+
+namespace relign {
+namespace {
+
+using test::FakeConversation;
+using test::FakeSetup;
+using test::Pose;
+
+void run(const FakeConversation& conversation, const Json& parameters = {}, const std::string& id = "coordinate-walk") {
+  plugin_host::Catalog catalog;
+  catalog.add(std::string(RELIGN_PLUGIN_DIR) + "/coordinate_walk");
+  plugin_host::Algorithm algorithm(catalog.resolve_or_throw(plugin_host::Kind::optimizer, id, parameters), {});
+  algorithm.run(conversation.talk());
+}
+
+FakeSetup bowl_setup(std::uint32_t axes, std::uint32_t budget) {
+  FakeSetup setup;
+  setup.axes = axes;
+  setup.budget = budget;
+  Pose optimum(axes);
+  for (std::uint32_t axis = 0; axis < axes; ++axis) optimum[axis] = axis % 2 ? -0.21 : 0.17;
+  setup.merit = [optimum](const Pose& pose, std::uint32_t) { return test::bowl(pose, optimum); };
+  return setup;
+}
+
+TEST(CoordinateWalk, BeginsAtARandomPointOfTheGrid) {
+  std::vector<Pose> begins;
+  for (const std::uint64_t seed : {1u, 2u}) {
+    FakeSetup setup = bowl_setup(10, 1);
+    setup.seed = seed;
+    FakeConversation conversation(setup);
+    run(conversation, {{"points", 5}});
+    begins.push_back(conversation.steps.at(0).pose);
+    EXPECT_EQ(begins.back()[0], -0.5);  // the first sweep's first point
+    for (const double value : begins.back()) EXPECT_EQ(value * 4, std::round(value * 4));
+  }
+  EXPECT_NE(begins[0], begins[1]);
+}
+
+// The package relign 0.1.0, which was given the grid indices that our seed draws, made these sweeps.
+TEST(CoordinateWalk, WalksAsThePackageDoes) {
+  struct Case {
+    std::uint32_t axes, budget, rounds;
+    Pose end;
+    double last_merit;
+    double sum_of_merits;  // one number for the whole way
+  };
+  const Case cases[] = {
+      {3, 42, 2, {1 / 6.0, -1 / 6.0, 1 / 6.0}, 0.24799727777777775, 16.24517455555555},
+      {5, 50, 1, {-1 / 6.0, -1 / 6.0, -1 / 18.0, -1 / 18.0, 1 / 6.0}, 0.6623986296296296, 49.703363580246915}};
+  for (const Case& given : cases) {
+    SCOPED_TRACE(given.axes);
+    FakeConversation conversation(bowl_setup(given.axes, given.budget));
+    run(conversation, {{"rounds", given.rounds}});
+    ASSERT_EQ(conversation.steps.size(), given.budget);
+    double sum = 0;
+    for (const auto& visit : conversation.steps) sum += visit.merit;
+    EXPECT_NEAR(sum, given.sum_of_merits, 1e-12);
+    EXPECT_NEAR(conversation.steps.back().merit, given.last_merit, 1e-13);
+    for (std::size_t axis = 0; axis < given.axes; ++axis)
+      EXPECT_NEAR(conversation.recommendations.back().pose[axis], given.end[axis], 1e-15);
+  }
+}
+
+TEST(CoordinateWalk, SweepsAxisByAxisAndRecommendsWhatEachSweepFound) {
+  FakeSetup setup = bowl_setup(3, 50);
+  FakeConversation conversation(setup);
+  run(conversation, {{"points", 5}, {"rounds", 2}});
+  ASSERT_EQ(conversation.steps.size(), 30u);
+  ASSERT_EQ(conversation.recommendations.size(), 6u);
+  EXPECT_FALSE(conversation.stopped);
+  for (std::size_t sweep = 0; sweep < 6; ++sweep) {
+    std::size_t best = 5 * sweep;
+    for (std::size_t i = 5 * sweep; i < 5 * sweep + 5; ++i) {
+      const Pose& pose = conversation.steps[i].pose;
+      EXPECT_EQ(pose[sweep % 3], -0.5 + 0.25 * static_cast<double>(i % 5));
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (axis == sweep % 3 || sweep == 0) continue;
+        EXPECT_EQ(pose[axis], conversation.recommendations[sweep - 1].pose[axis]);
+      }
+      if (conversation.steps[i].merit < conversation.steps[best].merit) best = i;
+    }
+    EXPECT_EQ(conversation.recommendations[sweep].pose, conversation.steps[best].pose);
+    EXPECT_EQ(conversation.recommendations[sweep].steps_made, 5 * sweep + 5);
+  }
+}
+
+TEST(CoordinateWalk, TakesThePointsOfASweepFromTheBudget) {
+  struct Case {
+    std::uint32_t axes, budget, rounds, captures;
+  };
+  for (const Case& given : {Case{5, 50, 1, 50}, Case{5, 54, 1, 50}, Case{3, 42, 2, 42}, Case{4, 3, 1, 3},
+                            Case{1, 1, 1, 1}, Case{2, 5, 3, 5}}) {
+    SCOPED_TRACE(std::to_string(given.axes) + " axes, " + std::to_string(given.budget));
+    FakeConversation conversation(bowl_setup(given.axes, given.budget));
+    run(conversation, {{"rounds", given.rounds}});
+    EXPECT_EQ(conversation.steps.size(), given.captures);
+  }
+}
+
+TEST(CoordinateWalk, AParabolaFindsTheBottomOfASeparableBowlInOneRound) {
+  for (const std::uint32_t points : {3u, 4u, 9u}) {
+    FakeSetup setup = bowl_setup(4, 100);
+    setup.merit = [](const Pose& pose, std::uint32_t) {
+      double sum = 3;
+      for (std::size_t axis = 0; axis < pose.size(); ++axis) {
+        const double away = pose[axis] - 0.1 * static_cast<double>(axis);
+        sum += (1 + static_cast<double>(axis)) * away * away;
+      }
+      return sum;
+    };
+    FakeConversation conversation(setup);
+    run(conversation, {{"points", points}, {"choose", "parabola"}});
+    ASSERT_EQ(conversation.recommendations.size(), 4u);
+    for (std::size_t axis = 0; axis < 4; ++axis)
+      EXPECT_NEAR(conversation.recommendations.back().pose[axis], 0.1 * static_cast<double>(axis), 1e-12);
+  }
+}
+
+TEST(CoordinateWalk, AParabolaUpsideDownOrBeyondTheSweepStaysInIt) {
+  FakeSetup hill = bowl_setup(1, 5);
+  hill.merit = [](const Pose& pose, std::uint32_t) { return 1 - (pose[0] - 0.1) * (pose[0] - 0.1); };
+  FakeConversation on_a_hill(hill);
+  run(on_a_hill, {{"choose", "parabola"}});
+  EXPECT_EQ(on_a_hill.recommendations.at(0).pose[0], -0.5);  // farthest from the top
+  FakeSetup slope = bowl_setup(1, 5);
+  slope.merit = [](const Pose& pose, std::uint32_t) { return (pose[0] - 0.9) * (pose[0] - 0.9); };
+  FakeConversation on_a_slope(slope);
+  run(on_a_slope, {{"choose", "parabola"}});
+  EXPECT_EQ(on_a_slope.recommendations.at(0).pose[0], 0.5);
+}
+
+TEST(CoordinateWalk, LaterRoundsShrinkAroundWhereTheWalkIs) {
+  FakeSetup setup = bowl_setup(2, 100);
+  setup.merit = [](const Pose& pose, std::uint32_t) { return std::fabs(pose[0] - 0.5) + std::fabs(pose[1]); };
+  FakeConversation conversation(setup);
+  run(conversation, {{"points", 5}, {"rounds", 2}, {"shrink", 0.5}});
+  ASSERT_EQ(conversation.steps.size(), 20u);
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_EQ(conversation.steps[10 + i].pose[0], 0.125 * static_cast<double>(i));  // moved off the wall as a whole
+    EXPECT_EQ(conversation.steps[15 + i].pose[1], -0.25 + 0.125 * static_cast<double>(i));
+  }
+}
+
+TEST(CoordinateWalk, BrokenMeritsAreNoWinners) {
+  FakeSetup setup = bowl_setup(2, 8);
+  const auto merits = std::vector<double>{1, NAN, 4, -INFINITY, 5, NAN, NAN, INFINITY, NAN};
+  setup.merit = [merits](const Pose&, std::uint32_t step) { return merits[step]; };
+  FakeConversation conversation(setup);
+  run(conversation, {{"points", 4}, {"begin", "start"}});
+  ASSERT_EQ(conversation.recommendations.size(), 1u);  // the second sweep said nothing
+  EXPECT_EQ(conversation.recommendations[0].pose, conversation.steps[1].pose);
+}
+
+TEST(CoordinateWalk, OnePointIsRefusedWithASentence) {
+  FakeConversation conversation(bowl_setup(2, 8));
+  try {
+    run(conversation, {{"points", 1}});
+    FAIL() << "no exception";
+  } catch (const std::exception& error) {
+    EXPECT_NE(std::string(error.what()).find("a sweep needs at least 2"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace relign

@@ -1,0 +1,44 @@
+// What the tests of the nlopt plugin share.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "contract/fake_conversation.h"
+#include "plugin_host/objects.h"
+
+namespace relign::test {
+
+inline plugin_host::Catalog& nlopt_catalog() {
+  static auto* catalog = [] {
+    auto* fresh = new plugin_host::Catalog;
+    fresh->add(std::string(RELIGN_PLUGIN_DIR) + "/nlopt");
+    return fresh;
+  }();
+  return *catalog;
+}
+
+inline std::vector<std::string> nlopt_presets() {
+  std::vector<std::string> ids;
+  for (const auto& preset : nlopt_catalog().plugins().at(0)->presets) ids.push_back(preset.id);
+  return ids;
+}
+
+inline const std::vector<std::string> nlopt_local_presets = {"nlopt-sbplx", "nlopt-bobyqa", "nlopt-cobyla",
+                                                             "nlopt-neldermead"};
+
+inline FakeSetup bowl_setup(std::uint32_t axes) {
+  FakeSetup setup;
+  setup.axes = axes;
+  Pose optimum(axes);
+  for (std::uint32_t axis = 0; axis < axes; ++axis) optimum[axis] = axis % 2 ? -0.21 : 0.17;
+  setup.merit = [optimum](const Pose& pose, std::uint32_t) { return bowl(pose, optimum); };
+  return setup;
+}
+
+inline void run_nlopt(const std::string& id, const FakeConversation& conversation, const Json& parameters = {}) {
+  plugin_host::Algorithm algorithm(nlopt_catalog().resolve_or_throw(plugin_host::Kind::optimizer, id, parameters), {});
+  algorithm.run(conversation.talk());
+}
+
+}  // namespace relign::test

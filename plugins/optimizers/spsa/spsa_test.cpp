@@ -1,0 +1,181 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "contract/fake_conversation.h"
+#include "plugin_host/objects.h"
+
+namespace relign {
+namespace {
+
+using test::FakeConversation;
+using test::FakeSetup;
+using test::Pose;
+
+void run(const FakeConversation& conversation, const Json& parameters = {}) {
+  plugin_host::Catalog catalog;
+  catalog.add(std::string(RELIGN_PLUGIN_DIR) + "/spsa");
+  plugin_host::Algorithm algorithm(catalog.resolve_or_throw(plugin_host::Kind::optimizer, "spsa", parameters), {});
+  algorithm.run(conversation.talk());
+}
+
+FakeSetup setup_of(std::uint32_t axes, std::uint32_t budget, std::function<double(const Pose&)> merit) {
+  FakeSetup setup;
+  setup.axes = axes;
+  setup.budget = budget;
+  setup.merit = [merit](const Pose& pose, std::uint32_t) { return merit(pose); };
+  return setup;
+}
+
+double bowl_of(const Pose& pose) {
+  Pose optimum(pose.size());
+  for (std::size_t axis = 0; axis < pose.size(); ++axis) optimum[axis] = axis % 2 ? -0.21 : 0.17;
+  return test::bowl(pose, optimum);
+}
+
+// On a slope the differences are exact: perturbations and moves are Spall's two sequences, digit by digit.
+TEST(Spsa, FollowsSpallsGainSequences) {
+  FakeConversation conversation(setup_of(1, 100, [](const Pose& pose) { return 7 * pose[0]; }));
+  run(conversation, {{"perturbation", 0.01}, {"first_stride", 0.002}});
+  ASSERT_EQ(conversation.recommendations.size(), 50u);
+  ASSERT_EQ(conversation.steps.size(), 100u);
+  double iterate = 0;
+  for (std::size_t k = 0; k < 50; ++k) {
+    const double c = 0.01 / std::pow(k + 1.0, 0.101);
+    EXPECT_NEAR(std::fabs(conversation.steps[2 * k].pose[0] - iterate), c, 1e-12);
+    EXPECT_NEAR(conversation.steps[2 * k].pose[0] + conversation.steps[2 * k + 1].pose[0], 2 * iterate, 1e-12);
+    const double next = conversation.recommendations[k].pose[0];
+    EXPECT_NEAR(iterate - next, 0.002 * std::pow(6.0 / (5.0 + k + 1.0), 0.602), 1e-12);  // A = 0.1 * 50
+    iterate = next;
+  }
+}
+
+// For a quadratic merit the expected difference is the gradient itself. Every axis' moves are compared over seeds.
+TEST(Spsa, MovesDownTheGradientOnAverage) {
+  const auto merit = [](const Pose& pose) { return pose[0] + 0.5 * pose[1] - 0.25 * pose[2] + 3 * pose[0] * pose[1]; };
+  double sum[3] = {};
+  double square[3] = {};
+  const int trials = 2000;
+  for (int seed = 0; seed < trials; ++seed) {
+    FakeSetup setup = setup_of(3, 2, merit);
+    setup.seed = static_cast<std::uint64_t>(seed);
+    FakeConversation conversation(setup);
+    run(conversation);
+    // The first pair's slope, along the signs that the capture shows, is an estimate per axis.
+    const auto& high = conversation.steps.at(0);
+    const auto& low = conversation.steps.at(1);
+    const double slope = (high.merit - low.merit) / 0.2;
+    const Pose& moved = conversation.recommendations.at(0).pose;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double sign = high.pose[axis] > 0 ? 1 : -1;
+      // The first slope is its own unit: the move is the whole stride, against the slope's sign.
+      EXPECT_NEAR(moved[axis], slope * sign > 0 ? -0.1 : 0.1, 1e-12);
+      sum[axis] += slope * sign;
+      square[axis] += slope * sign * slope * sign;
+    }
+  }
+  const double gradient[3] = {1, 0.5, -0.25};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double mean = sum[axis] / trials;
+    const double error = std::sqrt((square[axis] / trials - mean * mean) / trials);
+    EXPECT_NEAR(mean, gradient[axis], 5 * error);
+  }
+}
+
+TEST(Spsa, FindsTheValleyInEveryDimensionAlsoInNoise) {
+  for (const std::uint32_t axes : {1u, 2u, 5u, 10u})
+    for (const double noise : {0.0, 0.005}) {
+      SCOPED_TRACE(std::to_string(axes) + " axes, noise " + std::to_string(noise));
+      FakeSetup setup = setup_of(axes, 1000, bowl_of);
+      setup.merit = [noise](const Pose& pose, std::uint32_t step) {
+        Random random(99, step);
+        return bowl_of(pose) + noise * random.normal();
+      };
+      for (const char* recommend : {"iterate", "average"}) {
+        FakeConversation conversation(setup);
+        run(conversation, {{"recommend", recommend}});
+        ASSERT_FALSE(conversation.recommendations.empty());
+        EXPECT_LT(bowl_of(conversation.recommendations.back().pose) - 0.01, 0.1 * (bowl_of(Pose(axes, 0.0)) - 0.01));
+      }
+    }
+}
+
+TEST(Spsa, RecommendsTheIterateAfterEveryGradient) {
+  for (const std::uint32_t gradients : {1u, 3u}) {
+    FakeConversation conversation(setup_of(5, 60, bowl_of));
+    run(conversation, {{"gradients", gradients}});
+    ASSERT_EQ(conversation.recommendations.size(), 30u / gradients);
+    for (std::size_t k = 0; k < conversation.recommendations.size(); ++k)
+      EXPECT_EQ(conversation.recommendations[k].steps_made, 2 * gradients * (k + 1));
+  }
+}
+
+TEST(Spsa, AverageIsTheMeanOfTheLateIterates) {
+  FakeConversation plain(setup_of(3, 40, bowl_of));
+  run(plain);
+  FakeConversation averaged(setup_of(3, 40, bowl_of));
+  run(averaged, {{"recommend", "average"}});
+  ASSERT_EQ(plain.recommendations.size(), 20u);
+  ASSERT_EQ(averaged.recommendations.size(), 20u);
+  for (std::size_t k = 0; k < 10; ++k) EXPECT_EQ(averaged.recommendations[k].pose, plain.recommendations[k].pose);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    double sum = 0;
+    for (std::size_t k = 10; k < 20; ++k) sum += plain.recommendations[k].pose[axis];
+    EXPECT_NEAR(averaged.recommendations.back().pose[axis], sum / 10, 1e-12);
+  }
+}
+
+TEST(Spsa, NeverLeavesTheBoxAndMeasuresBothSidesAtItsWalls) {
+  FakeSetup setup = setup_of(3, 200, [](const Pose& pose) { return pose[0] - 20 * pose[1]; });
+  setup.lower = {-0.1, -0.02, 0.3};
+  setup.upper = {0.4, 0.02, 0.3};  // the third axis cannot move at all
+  setup.start = {0.9, -0.7, 0};
+  FakeConversation conversation(setup);
+  run(conversation);
+  ASSERT_EQ(conversation.steps.size(), 200u);
+  for (std::size_t i = 0; i < 200; ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      EXPECT_GE(conversation.steps[i].pose[axis], setup.lower[axis]);
+      EXPECT_LE(conversation.steps[i].pose[axis], setup.upper[axis]);
+      const bool apart = conversation.steps[i].pose[axis] != conversation.steps[i ^ 1].pose[axis];
+      EXPECT_EQ(apart, axis < 2);
+    }
+  for (const auto& recommendation : conversation.recommendations)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      EXPECT_GE(recommendation.pose[axis], setup.lower[axis]);
+      EXPECT_LE(recommendation.pose[axis], setup.upper[axis]);
+    }
+  // The second axis' slope outweighs the first one's in every difference: it goes to its wall and stays.
+  EXPECT_EQ(conversation.recommendations.back().pose[1], 0.02);
+  EXPECT_EQ(conversation.recommendations.back().pose[2], 0.3);
+}
+
+TEST(Spsa, BrokenMeritsMoveNothing) {
+  FakeSetup setup = setup_of(2, 20, bowl_of);
+  setup.merit = [](const Pose& pose, std::uint32_t step) { return step % 2 ? bowl_of(pose) : NAN; };
+  FakeConversation conversation(setup);
+  run(conversation);
+  ASSERT_EQ(conversation.recommendations.size(), 10u);
+  for (const auto& recommendation : conversation.recommendations) EXPECT_EQ(recommendation.pose, Pose(2, 0.0));
+}
+
+TEST(Spsa, NoMoveIsLongerThanTheFirstStride) {
+  FakeSetup setup = setup_of(2, 200, bowl_of);
+  setup.merit = [](const Pose& pose, std::uint32_t step) {  // slopes of nothing at first, then of a cliff
+    return step < 20 ? 1e-9 * pose[0] : 1e9 * pose[0] * (step % 4 < 2 ? 1 : -1);
+  };
+  FakeConversation conversation(setup);
+  run(conversation, {{"first_stride", 0.05}});
+  Pose before(2, 0.0);
+  double longest = 0;
+  for (const auto& recommendation : conversation.recommendations) {
+    for (std::size_t axis = 0; axis < 2; ++axis)
+      longest = std::max(longest, std::fabs(recommendation.pose[axis] - before[axis]));
+    before = recommendation.pose;
+  }
+  EXPECT_NEAR(longest, 0.05, 1e-12);
+}
+
+}  // namespace
+}  // namespace relign
