@@ -57,16 +57,14 @@ Matrix latin_hypercube(relign::Random& random, std::size_t dimensions, std::size
 Search::Search(SourceData data, const SearchSetup& setup, std::uint64_t seed)
     : setup_(setup),
       sources_(data.finished ? model_of(data, setup.shape, setup.stacking) : SourceModel(setup.shape, setup.stacking)),
-      standard_(data.finished ? data.standard() : surrogates::Standard()),
+      scale_(data.finished ? data.scale() : Scale()),
       candidates_(first_candidates(data, setup)),
       target_(sources_),
       centre_(prior_centre(data)),
       theta_(centre_),
       random_(seed, 2) {}
 
-double Search::standardised(double merit) const {
-  return std::clamp((merit - standard_.mean) / standard_.scale, -kLargest, kLargest);
-}
+double Search::standardised(double merit) const { return std::clamp(scale_(merit), -kLargest, kLargest); }
 
 void Search::tell(const Vector& unit, double merit) {
   merits_.push_back(merit);
@@ -74,7 +72,7 @@ void Search::tell(const Vector& unit, double merit) {
   const auto n = static_cast<Eigen::Index>(merits_.size());
   // Without sources the target has its own scale, which changes with every value; and what stands for a merit that is
   // no number changes with the worst one that is.
-  if (sources_.size() == 0) standard_ = surrogates::Standard(usable);
+  if (sources_.size() == 0) scale_.standard = surrogates::Standard(usable);
   if (n == kMany) keep_first(candidates_, kFewCandidates);
   target_.add(unit, 0, candidates_);
   target_.set_values(usable.unaryExpr([this](double value) { return standardised(value); }));

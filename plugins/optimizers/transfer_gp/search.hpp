@@ -36,7 +36,7 @@ class Search {
 
   SearchSetup setup_;
   SourceModel sources_;
-  surrogates::Standard standard_;
+  Scale scale_;
   Candidates candidates_;
   TargetModel target_;
   Vector centre_;  // of the prior of theta

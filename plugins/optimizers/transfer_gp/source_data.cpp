@@ -1,5 +1,7 @@
 #include "source_data.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <stdexcept>
@@ -94,22 +96,33 @@ void check(const SourceData& data) {
 
 }  // namespace
 
-surrogates::Standard SourceData::standard() const {
-  Eigen::Index all = 0;
-  for (const Source& source : sources) all += source.merits.size();
-  Vector merits(all);
-  all = 0;
-  for (const Source& source : sources) {
-    merits.segment(all, source.merits.size()) = source.merits;
-    all += source.merits.size();
+double Scale::operator()(double merit) const {
+  if (unit > 0) {
+    const double above = (merit - middle) / unit;
+    merit = above > 0 ? std::log1p(above) : above;
   }
-  return surrogates::Standard(merits);
+  return (merit - standard.mean) / standard.scale;
+}
+
+Scale SourceData::scale() const {
+  std::vector<double> all;
+  for (const Source& source : sources) all.insert(all.end(), source.merits.begin(), source.merits.end());
+  Scale scale;
+  if (compress) {
+    std::sort(all.begin(), all.end());
+    scale.middle = all[all.size() / 2];
+    scale.unit = scale.middle - all[all.size() / 10];  // 0 where merits are flat: then nothing is compressed
+  }
+  scale.standard =
+      surrogates::Standard(scale(Eigen::Map<const Vector>(all.data(), static_cast<Eigen::Index>(all.size()))));
+  return scale;
 }
 
 std::string SourceData::to_bytes() const {
   Writer writer;
   writer.number(dimensions);
   writer.number(finished ? 1 : 0);
+  writer.number(compress ? 1 : 0);
   writer.number(sources.size());
   for (const Source& source : sources) {
     writer.array(source.points);
@@ -135,6 +148,7 @@ SourceData SourceData::from_bytes(const std::string& bytes) {
   SourceData data;
   data.dimensions = static_cast<std::size_t>(reader.number());
   data.finished = reader.number() == 1;
+  data.compress = reader.number() == 1;
   const std::uint64_t count = reader.number();
   for (std::uint64_t number = 0; number < count; ++number) {
     Source source;
@@ -155,9 +169,9 @@ SourceData SourceData::from_bytes(const std::string& bytes) {
 
 SourceModel model_of(const SourceData& data, Shape shape, Stacking stacking) {
   SourceModel model(shape, stacking);
-  const surrogates::Standard standard = data.standard();
+  const Scale scale = data.scale();
   for (const Source& source : data.sources)
-    if (!model.append(source.points, standard.apply(source.merits), source.theta))
+    if (!model.append(source.points, scale(source.merits), source.theta))
       refuse("its hyper-parameters make no covariance matrix");
   return model;
 }

@@ -16,14 +16,25 @@ struct Source {
   Vector theta;   // empty until fitted
 };
 
+// Brings the merits of all sources, and of the target, to one scale: mean 0, deviation 1. Above the middle of them,
+// where nobody will look for the optimum, they may be compressed before, so that the well below is not a dent in a
+// mountain.
+struct Scale {
+  surrogates::Standard standard;
+  double middle = 0, unit = 0;  // unit 0: nothing is compressed
+
+  double operator()(double merit) const;
+  Vector operator()(const Vector& merits) const { return merits.unaryExpr(*this); }
+};
+
 struct SourceData {
   std::size_t dimensions = 0;
+  bool compress = false;
   std::vector<Source> sources;
   bool finished = false;  // fitted, with candidates
   Candidates candidates;  // no covariance
 
-  // Brings the merits of all sources, and of the target, to one scale.
-  surrogates::Standard standard() const;
+  Scale scale() const;
 
   std::string to_bytes() const;
   // Throws std::runtime_error with a sentence.

@@ -18,7 +18,7 @@ struct Samples {
 };
 
 Samples all_samples(const SourceData& data) {
-  const surrogates::Standard standard = data.standard();
+  const Scale scale = data.scale();
   Eigen::Index all = 0;
   Samples samples;
   for (const Source& source : data.sources) {
@@ -30,7 +30,7 @@ Samples all_samples(const SourceData& data) {
   for (std::size_t number = 0; number < data.sources.size(); ++number) {
     const Source& source = data.sources[number];
     samples.points.middleCols(samples.firsts[number], source.merits.size()) = source.points;
-    samples.values.segment(samples.firsts[number], source.merits.size()) = standard.apply(source.merits);
+    samples.values.segment(samples.firsts[number], source.merits.size()) = scale(source.merits);
   }
   return samples;
 }
@@ -54,11 +54,11 @@ Vector first_theta(Eigen::Index dimensions) {
 
 SourceModel fit_in_turn(SourceData& data, Shape shape, Stacking stacking) {
   const auto d = static_cast<Eigen::Index>(data.dimensions);
-  const surrogates::Standard standard = data.standard();
+  const Scale scale = data.scale();
   SourceModel model(shape, stacking);
   Vector before = first_theta(d);
   for (Source& source : data.sources) {
-    const Vector values = standard.apply(source.merits);
+    const Vector values = scale(source.merits);
     const Known known = model.know(source.points);
     const bool exact = stacking == Stacking::exact && model.size() > 0;
     const surrogates::Likelihood likelihood(shape, source.points, values - known.mean,

@@ -22,6 +22,7 @@ class TransferGp final : public relign::Optimizer {
     setup_.stacking = variant == "mhgp" ? Stacking::means : variant == "bhgp" ? Stacking::boosted : Stacking::exact;
     setup_.kappa = given.number("kappa");
     near_ = given.number("near");
+    compress_ = given.boolean("compress");
     setup_.candidates = static_cast<std::size_t>(given.integer("candidates"));
   }
 
@@ -31,6 +32,7 @@ class TransferGp final : public relign::Optimizer {
     SourceData data;
     if (bytes) data = SourceData::from_bytes(*bytes);
     if (!bytes) data.dimensions = talk.axes();
+    if (!bytes) data.compress = compress_;
     if (data.dimensions != talk.axes())
       throw std::runtime_error("the prepared data are of " + std::to_string(data.dimensions) +
                                " axes, this trial has " + std::to_string(talk.axes()));
@@ -101,6 +103,7 @@ class TransferGp final : public relign::Optimizer {
   relign::Parameters log_;
   bool joint_;
   double near_ = 0;
+  bool compress_ = false;
   SearchSetup setup_;
 };
 
