@@ -1,6 +1,7 @@
 #include "environment/batch.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <utility>
 
@@ -67,6 +68,16 @@ struct Batch::Implementation {
       if (must_hold_a_lens && !slots[slot].assembly)
         throw Error(ErrorKind::bad_input, "slot " + std::to_string(slot) + " holds no lens yet; reset it first");
     }
+  }
+
+  // How many axes; after a look at slots and poses.
+  std::size_t check_poses(const std::vector<unsigned>& named, const double* true_poses) const {
+    check(named, true);
+    const std::size_t axes = facts.axes.size();
+    if (!std::all_of(true_poses, true_poses + axes * named.size(),
+                     [](double value) { return value >= 0 && value <= 1; }))
+      throw Error(ErrorKind::bad_input, "a true pose lies outside [0, 1]");
+    return axes;
   }
 
   // body(place in `named`) for each. A slot belongs to one scene object for life, and a scene object is used by one
@@ -156,14 +167,24 @@ void Batch::move_by(const std::vector<unsigned>& slots, const double* moves) {
 void Batch::capture_at(const std::vector<unsigned>& slots, const double* true_poses, const std::uint64_t* seeds,
                        float* pixels) {
   Implementation& in = *implementation_;
-  in.check(slots, true);
-  const std::size_t axes = in.facts.axes.size();
-  if (!std::all_of(true_poses, true_poses + axes * slots.size(), [](double value) { return value >= 0 && value <= 1; }))
-    throw Error(ErrorKind::bad_input, "a true pose lies outside [0, 1]");
+  const std::size_t axes = in.check_poses(slots, true_poses);
   in.for_each(slots, [&](std::size_t k) {
     in.slots[slots[k]].assembly->capture(std::vector<double>(true_poses + axes * k, true_poses + axes * (k + 1)),
                                          seeds[k], pixels + in.pixels * k);
   });
+}
+
+void Batch::render_at(const std::vector<unsigned>& slots, const double* true_poses, float* pixels) {
+  Implementation& in = *implementation_;
+  const std::size_t axes = in.check_poses(slots, true_poses);
+  std::atomic<bool> offered{true};
+  in.for_each(slots, [&](std::size_t k) {
+    const std::vector<double> pose(true_poses + axes * k, true_poses + axes * (k + 1));
+    if (!in.slots[slots[k]].assembly->render_noise_free(pose, pixels + in.pixels * k)) offered = false;
+  });
+  if (!offered)
+    throw Error(ErrorKind::bad_input,
+                "scene '" + in.setup.scene.id + "' has no images without noise; average captures");
 }
 
 std::vector<task::Truth> Batch::truths(const std::vector<unsigned>& slots) {

@@ -67,6 +67,9 @@ class Batch {
   void capture_at(const std::vector<unsigned>& slots, const double* true_poses, const std::uint64_t* seeds,
                   float* pixels);
 
+  // The same without noise. Throws Error(bad_input) where the scene offers none.
+  void render_at(const std::vector<unsigned>& slots, const double* true_poses, float* pixels);
+
   // Of the last frame of a slot; valid until the slot's next reset.
   struct State {
     task::Instance instance;

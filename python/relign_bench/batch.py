@@ -43,6 +43,12 @@ class Batch:
         self._core.capture_at(list(slots), np.ascontiguousarray(true_poses, np.float64), list(map(int, seeds)), frames)
         return frames
 
+    def render_at(self, slots, true_poses):
+        """The same without noise. Raises ValueError where the scene offers none."""
+        frames = np.empty((len(slots), *self.reference.shape), np.float32)
+        self._core.render_at(list(slots), np.ascontiguousarray(true_poses, np.float64), frames)
+        return frames
+
     def true_poses(self, slots):
         return np.array(self._core.true_poses(list(slots))).reshape(len(slots), self.axes)
 

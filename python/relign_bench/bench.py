@@ -83,6 +83,10 @@ class Lens:
         pose = np.asarray(true_pose, np.float64)[None]
         return self._batch.capture_at([0], pose, [_frame_seed(self.seed, frame)])[0]
 
+    def render(self, true_pose):
+        """The same without noise. Raises ValueError where the scene offers none."""
+        return self._batch.render_at([0], np.asarray(true_pose, np.float64)[None])[0]
+
     def move_by(self, move):
         """Moves the stage as commanded, in shares of the travel, and gives what the sensor sees then."""
         self._batch.move_by([0], np.asarray(move, np.float64)[None])

@@ -66,6 +66,14 @@ void capture_at(Batch& batch, const Slots& slots, const py::buffer& poses, const
   batch.capture_at(slots, numbers, seeds.data(), pixels);
 }
 
+void render_at(Batch& batch, const Slots& slots, const py::buffer& poses, const py::buffer& frames) {
+  const double* numbers = numbers_of<double>(poses, {slots.size(), batch.facts().axes.size()}, false, "poses");
+  float* pixels =
+      numbers_of<float>(frames, {slots.size(), batch.facts().image_height, batch.facts().image_width}, true, "frames");
+  const py::gil_scoped_release release;
+  batch.render_at(slots, numbers, pixels);
+}
+
 py::tuple truths(Batch& batch, const Slots& slots) {
   std::vector<task::Truth> found;
   {
@@ -153,6 +161,7 @@ void bind_batch(py::module_& module) {
       .def("reset", &reset, arg("slots"), arg("domain"), arg("numbers"))
       .def("move_by", &move_by, arg("slots"), arg("moves"))
       .def("capture_at", &capture_at, arg("slots"), arg("poses"), arg("seeds"), arg("frames"))
+      .def("render_at", &render_at, arg("slots"), arg("poses"), arg("frames"))
       .def("truths", &truths, arg("slots"))
       .def("optima", &optima, arg("slots"))
       .def("instance", &instance, arg("slot"))

@@ -142,6 +142,9 @@ TEST_F(BatchOf, CapturesAnywhereWithoutMovingAStage) {
   const auto half = static_cast<std::ptrdiff_t>(2 * batch.frame_pixels());
   EXPECT_TRUE(std::equal(twice.begin(), twice.begin() + half, twice.begin() + half));
   EXPECT_GT(*std::max_element(twice.begin(), twice.begin() + half), 0.0F);
+  std::vector<float> clean(2 * batch.frame_pixels());
+  batch.render_at({0, 1}, poses.data(), clean.data());
+  EXPECT_FALSE(std::equal(clean.begin(), clean.end(), twice.begin()));
   EXPECT_EQ(batch.state(0).true_pose, before);
 }
 

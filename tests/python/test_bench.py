@@ -21,6 +21,15 @@ class Lenses(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "outside"):
             lens.capture([0.5, 0.5, 1.5, 0.5, 0.5])
 
+    def test_pictures_without_noise_are_the_mean_of_captures(self):
+        bench = Bench(**SMALL)
+        lens, pose = bench.lens(2), [0.52, 0.5, 0.5, 0.5, 0.5]
+        clean = lens.render(pose)
+        mean = np.mean([lens.capture(pose, frame) for frame in range(400)], axis=0)
+        lit = clean > 0.2 * clean.max()
+        self.assertLess(abs(mean[lit].mean() / clean[lit].mean() - 1), 0.02)
+        self.assertLess(np.sqrt(np.mean((mean - clean) ** 2)), 0.2 * clean.max())
+
     def test_the_own_optimum_is_better_than_the_nominal_pose(self):
         lens = Bench(**SMALL).lens(2)
         pose, rmse = lens.own_optimum()
