@@ -7,8 +7,8 @@
 
 namespace relign {
 
-// Training, tuning (choice of checkpoints) and benchmark instances never share a seed.
-enum class SeedDomain : std::uint32_t { benchmark = 0, training = 1, tuning = 2 };
+// Training, tuning (choice of checkpoints), preparation (source instances) and benchmark instances never share a seed.
+enum class SeedDomain : std::uint32_t { benchmark = 0, training = 1, tuning = 2, preparation = 3 };
 
 // The draw of W of instance `number`. The same number has the same seed at every noise level, so
 // that levels differ by their distribution only.

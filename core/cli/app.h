@@ -65,7 +65,8 @@ void add_lens_draw(CLI::App& lens, Context& context);  // below lens
 void add_scene(CLI::App& app, Context& context);
 void add_scene_new(CLI::App& scene, Context& context);  // below scene
 void add_plugin(CLI::App& app, Context& context);
-void add_plugin_check(CLI::App& plugin, Context& context);  // below plugin
+void add_plugin_check(CLI::App& plugin, Context& context);    // below plugin
+void add_plugin_prepare(CLI::App& plugin, Context& context);  // below plugin
 
 // Reads the arguments, runs the verb, returns the exit code. Never throws.
 int run_program(int argc, const char* const* argv);

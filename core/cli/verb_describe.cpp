@@ -82,6 +82,16 @@ std::string try_command(const Manifest& plugin, const Preset* preset) {
   return "";
 }
 
+// "10 sources of 100 steps"; a count that a parameter has is shown by the parameter's name.
+std::string preparation_text(const Manifest& plugin) {
+  const auto shown = [&plugin](const char* count) {
+    const Json& stated = plugin.prepare.at(count);
+    return stated.is_string() ? "'" + stated.get<std::string>() + "'" : stated.dump();
+  };
+  return shown("sources") + " source instances, " + shown("steps") +
+         " steps each, once for a scene, noise level and protocol";
+}
+
 std::string page(const Manifest& plugin, const Preset* preset) {
   const std::string id = preset == nullptr ? plugin.id : preset->id;
   std::string text =
@@ -90,6 +100,7 @@ std::string page(const Manifest& plugin, const Preset* preset) {
   if (plugin_host::is_algorithm(plugin.kind))
     text += "knows         " + (plugin.knows.empty() ? "nothing" : join(plugin.knows, ", ")) +
             (plugin.oracle ? " (an oracle: told the true start under every protocol)" : "") + "\n";
+  if (!plugin.prepare.is_null()) text += "prepares      " + preparation_text(plugin) + "\n";
   text += "reproducible  " + std::string(plugin.reproducible == "this_cpu" ? "on one kind of processor" : "anywhere") +
           "\n";
   if (!plugin.license.empty()) text += "licence       " + plugin.license + "\n";
@@ -138,6 +149,7 @@ Json to_json(const Manifest& plugin, const Preset* preset) {
           {"kind", plugin_host::kind_name(plugin.kind)},
           {"summary", preset == nullptr ? plugin.summary : preset->summary},
           {"knows", plugin.knows},
+          {"prepare", plugin.prepare},
           {"oracle", plugin.oracle},
           {"reproducible", plugin.reproducible},
           {"license", plugin.license},

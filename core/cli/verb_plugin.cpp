@@ -86,11 +86,12 @@ void add_new(CLI::App& plugin, Context& context) {
 }  // namespace
 
 void add_plugin(CLI::App& app, Context& context) {
-  CLI::App& plugin = add_verb(app, {"plugin", "Make and check plugins of your own.",
+  CLI::App& plugin = add_verb(app, {"plugin", "Make, check and prepare plugins.",
                                     "relign-bench plugin new --kind optimizer my_search", "list, describe, try"});
   plugin.require_subcommand(1);
   add_new(plugin, context);
   add_plugin_check(plugin, context);
+  add_plugin_prepare(plugin, context);
 }
 
 }  // namespace relign::cli

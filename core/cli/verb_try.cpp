@@ -10,9 +10,11 @@
 #include "base/text.h"
 #include "cli/app.h"
 #include "cli/interrupt.h"
+#include "cli/prepared_job.h"
 #include "cli/workbench.h"
 #include "pixels/image_file.h"
 #include "pixels/score.h"
+#include "plugin_host/preparation.h"
 #include "task/trial.h"
 
 namespace relign::cli {
@@ -129,20 +131,15 @@ int end_of_trial(Context& context, const TryArguments& arguments, const task::Tr
   return kDone;
 }
 
-Json read_parameters(const std::string& text) {
-  if (text.empty()) return {};
-  Json given = JsonSource::from_text(text, "--parameters").root();
-  if (!given.is_object())
-    throw Error(
-        ErrorKind::bad_input,
-        "--parameters: '" + text + "' is no object; allowed: names with values, such as '{\"first_stride\": 0.1}'");
-  return given;
-}
-
-// The paper's middle level, where the scene has the two elements that it offsets.
-std::string default_level(const task::SceneFacts& scene) {
-  if (scene.owns_stage) return "none";
-  return scene.elements.size() < 2 ? "rho0" : "rho0.25";
+// What the algorithm loads; prepared now where it is missing.
+std::shared_ptr<const task::PreparedByIdentity> prepared_for(const LoadedScene& scene, const plugin_host::Choice& level,
+                                                             const plugin_host::Choice& algorithm,
+                                                             task::Protocol protocol,
+                                                             const plugin_host::HostServices& services) {
+  if (!plugin_host::is_prepared(algorithm)) return nullptr;
+  runner::Preparer preparer(preparer_options(services));
+  return runner::data_of(
+      preparer.prepare(job_for(scene, level, algorithm, protocol), runner::data_identity(scene.facts)));
 }
 
 int run_try(Context& context, TryArguments arguments) {
@@ -184,12 +181,25 @@ int run_try(Context& context, TryArguments arguments) {
   setup.budget = arguments.steps;
   setup.algorithm_seed = algorithm_seed(arguments.suite_seed, algorithm.id, arguments.instance);
   setup.machine_time = scene.facts.machine_time;
+  const auto learnt = prepared_for(scene, level, algorithm, setup.protocol, services);
+  setup.prepared = learnt.get();
   setup.stop = services.stop;
   setup.on_step = [&](const task::Step& step, const float* pixels) {
     if (!context.json) print_result((step.number == 0 ? header(scene.facts.axes.size()) : "") + row(step));
     if (!arguments.frames.empty()) save_frame(frame_path(arguments.frames, step.number), scene.facts, pixels);
   };
   return end_of_trial(context, arguments, task::run_trial(setup), scene.facts.truth);
+}
+
+int try_or_stop(Context& context, const TryArguments& arguments) {
+  try {
+    return run_try(context, arguments);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::stopped) throw;
+    std::fprintf(stderr, "Stopped before the trial. The same command begins again:\n  %s\n",
+                 context.typed_command().c_str());
+    return stop_exit_code();
+  }
 }
 
 }  // namespace
@@ -229,7 +239,7 @@ void add_try(CLI::App& app, Context& context) {
   verb.add_option("--frames", arguments->frames, "write every capture there as step-NNN.png [default: none]")
       ->type_name("DIR");
   verb.callback(
-      [&context, arguments] { context.action = [&context, arguments] { return run_try(context, *arguments); }; });
+      [&context, arguments] { context.action = [&context, arguments] { return try_or_stop(context, *arguments); }; });
 }
 
 }  // namespace relign::cli

@@ -57,6 +57,11 @@ const std::vector<Check>& all_checks() {
        {"poses"},
        algorithm,
        check_merits},
+      {"prepared",
+       "learns on source instances, again the same; trials survive without it, and refuse rubbish",
+       {"poses"},
+       algorithm,
+       check_prepared},
 
       {"description", "describes itself completely", {"creates"}, scene, check_description},
       {"reference",

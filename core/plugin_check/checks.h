@@ -44,6 +44,9 @@ Finding check_box(const Subject& subject);
 Finding check_same_trace(const Subject& subject);
 Finding check_merits(const Subject& subject);
 
+// preparation_checks.cpp
+Finding check_prepared(const Subject& subject);
+
 // scene_checks.cpp
 Finding check_description(const Subject& subject);
 Finding check_reference(const Subject& subject);

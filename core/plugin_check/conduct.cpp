@@ -5,6 +5,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -14,6 +15,7 @@
 #include "base/json_source.h"
 #include "plugin_check/fake_services.h"
 #include "plugin_check/synthetic.h"
+#include "plugin_host/preparation.h"
 
 extern char** environ;
 
@@ -21,6 +23,14 @@ namespace relign::plugin_check {
 
 using plugin_host::Choice;
 using plugin_host::Kind;
+
+namespace {
+
+// Enough to learn something from, few enough for a check.
+constexpr unsigned kMostSources = 3;
+constexpr unsigned kMostSourceSteps = 20;
+
+}  // namespace
 
 FakeSetup setup_for(const Choice& choice, std::uint32_t axes) {
   FakeSetup setup;
@@ -45,9 +55,57 @@ std::function<double(const Pose&, std::uint32_t)> noisy(std::function<double(con
   };
 }
 
+FakePreparation prepare(const Choice& choice, std::uint32_t axes,
+                        const std::function<double(const Pose&, std::uint32_t)>& merit) {
+  const auto wanted = plugin_host::preparation(*choice.plugin, choice.parameters);
+  FakePreparation preparation;
+  if (!wanted) return preparation;
+  preparation.preparing = true;
+  preparation.sources = std::min(wanted->sources, kMostSources);
+  for (; preparation.source < preparation.sources; ++preparation.source) {
+    FakeSetup setup = setup_for(choice, axes);
+    Pose optimum = setup.start;
+    Random random(preparation.source, 7);
+    for (double& coordinate : optimum) coordinate += 0.2 * (random.uniform() - 0.5);
+    setup.merit = merit ? merit : noisy([optimum](const Pose& pose, std::uint32_t) { return bowl(pose, optimum); });
+    setup.seed = preparation.source;
+    setup.budget = std::min(wanted->steps, kMostSourceSteps);
+    setup.preparation = &preparation;
+    FakeConversation conversation(setup);
+    run_trial(choice, conversation);
+  }
+  preparation.preparing = false;
+  return preparation;
+}
+
+namespace {
+
+// Prepared once in this process for a choice and number of axes: most checks run many trials.
+FakePreparation prepared_before(const Choice& choice, std::uint32_t axes) {
+  static std::map<std::string, FakePreparation> known;
+  const std::string key = std::to_string(axes) + choice.identity;
+  if (!known.count(key)) known[key] = prepare(choice, axes);
+  return known[key];
+}
+
+}  // namespace
+
 void run_trial(const Choice& choice, FakeConversation& conversation) {
+  FakePreparation preparation;
+  const bool own = conversation.setup.preparation != nullptr;
+  if (!own && !choice.plugin->prepare.is_null()) {
+    preparation = prepared_before(choice, conversation.setup.axes);
+    conversation.setup.preparation = &preparation;
+  }
   const FakeServices services(choice, conversation);
   plugin_host::Algorithm algorithm(choice, check_services());
+  struct Restore {
+    FakeSetup& setup;
+    bool own;
+    ~Restore() {
+      if (!own) setup.preparation = nullptr;
+    }
+  } restore{conversation.setup, own};
   algorithm.run(conversation.talk());
 }
 

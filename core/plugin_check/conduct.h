@@ -18,7 +18,13 @@ FakeSetup setup_for(const plugin_host::Choice& choice, std::uint32_t axes);
 // The bowl with noise that depends on the step alone.
 std::function<double(const Pose&, std::uint32_t)> noisy(std::function<double(const Pose&, std::uint32_t)> merit);
 
-// One trial in a fresh object, with services. Throws Error(plugin_failed).
+// What an algorithm that is prepared (relign.prepared/1) saves on a few short, made-up sources: the same for the same
+// choice and number of axes. `merit` in the place of theirs, if there is one. Throws Error(plugin_failed).
+FakePreparation prepare(const plugin_host::Choice& choice, std::uint32_t axes,
+                        const std::function<double(const Pose&, std::uint32_t)>& merit = {});
+
+// One trial in a fresh object, with services; an algorithm that is prepared is prepared before, unless the setup says
+// with what. Throws Error(plugin_failed).
 void run_trial(const plugin_host::Choice& choice, FakeConversation& conversation);
 
 // Makes the plugin do once what it is for: a trial, a draw, a capture and a truth. What it reports as

@@ -11,6 +11,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <relign/random.hpp>
 #include <stdexcept>
 #include <string>
@@ -20,6 +21,14 @@
 namespace relign::plugin_check {
 
 using Pose = std::vector<double>;
+
+// What relign.prepared/1 shows, and what it was given to keep.
+struct FakePreparation {
+  bool preparing = false;
+  std::uint32_t source = 0;
+  std::uint32_t sources = 0;
+  std::optional<std::string> bytes;
+};
 
 struct FakeSetup {
   std::uint32_t axes = 5;
@@ -35,6 +44,7 @@ struct FakeSetup {
   std::uint32_t image_side = 8;   // pixels
   std::function<void(double merit, float* pixels)> paint;   // of a capture; empty: every pixel is the merit
   std::function<const void*(std::string_view id)> service;  // empty: none is offered
+  FakePreparation* preparation = nullptr;                   // of relign.prepared/1; null: not offered
 };
 
 // A bowl with its lowest point (merit 0.01) at `optimum`; axes are unequally steep and one pair is coupled.

@@ -73,6 +73,7 @@ const void* FakeServices::get(std::string_view id) {
   if (id == RELIGN_SERVICE_MEASURES && knows & RELIGN_KNOWS_IMAGES) return measures();
   if (id == RELIGN_SERVICE_PRIOR && knows & RELIGN_KNOWS_LEVEL) return prior();
   if (id == RELIGN_SERVICE_MODEL && knows & RELIGN_KNOWS_DESIGN) return model();
+  if (id == RELIGN_SERVICE_PREPARED && conversation_.setup.preparation) return prepared();
   if (id == RELIGN_SERVICE_RUN && !choice_.algorithms.empty()) return run();
   return nullptr;
 }
@@ -220,6 +221,30 @@ relign_status FakeServices::picture(relign_model_lens* lens, const double* true_
   for (std::uint32_t axis = 0; axis < axes; ++axis) blur += (true_pose[axis] - 0.5) * (true_pose[axis] - 0.5);
   paint_edge(blur, pixels);
   return RELIGN_OK;
+}
+
+const void* FakeServices::prepared() {
+  const FakePreparation& preparation = *conversation_.setup.preparation;
+  prepared_.struct_size = sizeof prepared_;
+  prepared_.context = this;
+  prepared_.preparing = preparation.preparing ? 1 : 0;
+  prepared_.source = preparation.preparing ? preparation.source : 0;
+  prepared_.sources = preparation.preparing ? preparation.sources : 0;
+  prepared_.load = [](void* context, const relign_text_sink* data) {
+    FakeServices& services = self(context);
+    services.why_ = "nothing was prepared";
+    const std::optional<std::string>& bytes = services.conversation_.setup.preparation->bytes;
+    return bytes ? write_text(data, *bytes) : RELIGN_UNSUPPORTED;
+  };
+  prepared_.save = [](void* context, relign_text data) {
+    FakeServices& services = self(context);
+    FakePreparation& kept = *services.conversation_.setup.preparation;
+    if (!kept.preparing) return services.refuse("this is a trial: only while preparing may be saved");
+    kept.bytes = text_of(data);
+    return relign_status{RELIGN_OK};
+  };
+  prepared_.why = tell_why;
+  return &prepared_;
 }
 
 const void* FakeServices::model() {

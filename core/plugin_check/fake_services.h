@@ -39,6 +39,7 @@ class FakeServices {
   const void* prior();
   const void* run();
   const void* model();
+  const void* prepared();
 
   void look();  // the first capture, unless there is one
   std::string draw(std::uint64_t number) const;
@@ -58,6 +59,7 @@ class FakeServices {
   relign_prior_service prior_{};
   relign_run_service run_{};
   relign_model_service model_{};
+  relign_prepared_service prepared_{};
   std::list<Lens> lenses_;  // addresses stay: they are the handles
   // What the last outcome points to.
   relign_observation last_{};

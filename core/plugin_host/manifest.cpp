@@ -8,6 +8,7 @@
 #include <set>
 
 #include "base/text.h"
+#include "plugin_host/preparation.h"
 
 namespace relign::plugin_host {
 namespace {
@@ -258,6 +259,7 @@ Manifest read_checked(const JsonSource& source, const std::filesystem::path& fil
     else
       manifest.document = parameter->name;
   }
+  read_preparation(source, reader, manifest, problems);
   reader.refuse_unknown();
   return manifest;
 }

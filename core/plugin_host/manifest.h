@@ -15,7 +15,8 @@
 // Further keys: "library" (default ID.so), or "command": ["python3", "compass.py"] for a plugin that is a
 // process, started in the manifest's folder (docs/process_plugins.md); "oracle": true (is told the true start
 // under every protocol; drawn dashed), "document": "scene" (a JSON file with "use" may stand for the plugin;
-// its path becomes that parameter).
+// its path becomes that parameter), "prepare": {"sources": 10, "steps": 100} for an algorithm that learns beforehand on
+// source instances (docs/services.md); each of the two is a number, or the name of an integer parameter that has it.
 #pragma once
 
 #include <filesystem>
@@ -64,6 +65,7 @@ struct Manifest {
   std::string reproducible = "anywhere";  // or "this_cpu"
   std::string license;
   std::string citation;
+  Json prepare;          // {"sources": ..., "steps": ...}, checked; null: never prepared (preparation.h)
   std::string document;  // name of the file parameter that a path with "use" fills; empty: none
 
   std::filesystem::path folder;  // where the manifest lies

@@ -55,6 +55,17 @@ const void* ShieldedServices::shielded(std::string_view id, const void* service)
     model_.outer.why = pass<Table, &Table::why, const relign_text_sink*>;
     return &model_.outer;
   }
+  if (id == RELIGN_SERVICE_PREPARED) {
+    using Table = relign_prepared_service;
+    fill(prepared_, service);
+    prepared_.outer.preparing = prepared_.inner->preparing;
+    prepared_.outer.source = prepared_.inner->source;
+    prepared_.outer.sources = prepared_.inner->sources;
+    prepared_.outer.load = pass<Table, &Table::load, const relign_text_sink*>;
+    prepared_.outer.save = pass<Table, &Table::save, relign_text>;
+    prepared_.outer.why = pass<Table, &Table::why, const relign_text_sink*>;
+    return &prepared_.outer;
+  }
   return nullptr;
 }
 

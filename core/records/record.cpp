@@ -170,17 +170,18 @@ std::string to_lines(const TrialRecord& record) {
 }
 
 std::string to_line(const TrialTimes& times) {
+  LineWriter plugins;
+  plugins.add("scene", times.plugins.scene)
+      .add("noise_level", times.plugins.noise_level)
+      .add("algorithm", times.plugins.algorithm);
+  if (!times.plugins.prepared.empty()) plugins.add("prepared", times.plugins.prepared);
   return LineWriter()
       .add("format", kFormat)
       .add("trial", times.trial)
       .add("algorithm_seconds", times.algorithm_seconds)
       .add("simulation_seconds", times.simulation_seconds)
       .add("truth_seconds", times.truth_seconds)
-      .raw("plugins", LineWriter()
-                          .add("scene", times.plugins.scene)
-                          .add("noise_level", times.plugins.noise_level)
-                          .add("algorithm", times.plugins.algorithm)
-                          .close())
+      .raw("plugins", plugins.close())
       .close();
 }
 
@@ -225,6 +226,7 @@ TrialTimes read_times_line(std::string_view line, const std::string& place) {
     times.plugins.scene = plugins.at("scene").get<std::string>();
     times.plugins.noise_level = plugins.at("noise_level").get<std::string>();
     times.plugins.algorithm = plugins.at("algorithm").get<std::string>();
+    times.plugins.prepared = plugins.value("prepared", std::string());
     return times;
   });
 }

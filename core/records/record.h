@@ -46,11 +46,13 @@ struct TrialRecord {
   std::vector<StepRecord> steps;
 };
 
-// SHA-256 of the three plugins that made a trial: when one changes, its trials are run again.
+// SHA-256 of the three plugins that made a trial, and of what was prepared for its algorithm (empty: nothing): when one
+// changes, its trials are run again.
 struct PluginHashes {
-  std::string scene, noise_level, algorithm;
+  std::string scene, noise_level, algorithm, prepared = {};
   bool operator==(const PluginHashes& other) const {
-    return scene == other.scene && noise_level == other.noise_level && algorithm == other.algorithm;
+    return scene == other.scene && noise_level == other.noise_level && algorithm == other.algorithm &&
+           prepared == other.prepared;
   }
 };
 

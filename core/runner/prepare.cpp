@@ -14,18 +14,6 @@
 namespace relign::runner {
 namespace {
 
-// Names and contents of the data files behind a scene; paths stay out of it, they differ from machine to
-// machine.
-std::string data_identity(const task::SceneFacts& facts) {
-  std::vector<std::pair<std::string, std::string>> files;
-  for (const std::string& file : facts.files)
-    files.emplace_back(std::filesystem::path(file).filename().string(), sha256_file(file));
-  std::sort(files.begin(), files.end());
-  Json list = Json::array();
-  for (const auto& [name, hash] : files) list.push_back({{"name", name}, {"sha256", hash}});
-  return canonical_json({{"files", std::move(list)}});
-}
-
 void check_stop(const std::atomic<bool>* stop) {
   if (stop && stop->load()) throw Error(ErrorKind::stopped, "stopped before the first trial");
 }
@@ -85,6 +73,17 @@ PreparedPlan prepare_all(suite::Suite suite, const std::filesystem::path& cache_
 }
 
 }  // namespace
+
+// Paths stay out of it, they differ from machine to machine.
+std::string data_identity(const task::SceneFacts& facts) {
+  std::vector<std::pair<std::string, std::string>> files;
+  for (const std::string& file : facts.files)
+    files.emplace_back(std::filesystem::path(file).filename().string(), sha256_file(file));
+  std::sort(files.begin(), files.end());
+  Json list = Json::array();
+  for (const auto& [name, hash] : files) list.push_back({{"name", name}, {"sha256", hash}});
+  return canonical_json({{"files", std::move(list)}});
+}
 
 PreparedPlan prepare(suite::Suite suite, const std::filesystem::path& cache_folder,
                      const std::function<void(const std::string&)>& on_message, const std::atomic<bool>* stop) {

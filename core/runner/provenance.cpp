@@ -57,6 +57,8 @@ Json parsed(const std::string& json) {
   return value.is_discarded() ? Json(json) : value;
 }
 
+}  // namespace
+
 Json machine_time_json(const task::MachineTime& times) {
   return {{"speed_mm_per_s", times.speed_mm_per_s},
           {"speed_deg_per_s", times.speed_deg_per_s},
@@ -64,8 +66,6 @@ Json machine_time_json(const task::MachineTime& times) {
           {"exposure_ms", times.exposure_ms},
           {"readout_ms", times.readout_ms}};
 }
-
-}  // namespace
 
 LibraryHashes hash_libraries(const suite::Suite& suite) {
   LibraryHashes hashes;
@@ -86,7 +86,8 @@ std::string hash_of(const plugin_host::Choice& choice, const LibraryHashes& hash
   return hash;
 }
 
-Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, const std::string& command) {
+Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, const std::string& command,
+                   const Json& learnt) {
   const suite::Suite& suite = prepared.plan.suite;
   const auto common = [&hashes](const std::string& name, const plugin_host::Choice& choice) {
     return Json{{"name", name},
@@ -148,6 +149,7 @@ Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, co
       {"scenes", std::move(scenes)},
       {"noise_levels", std::move(levels)},
       {"algorithms", std::move(algorithms)},
+      {"prepared", learnt},
       {"trials", prepared.plan.trials.size()},
       {"order", std::move(order)},
       {"command", command},

@@ -15,6 +15,10 @@ LibraryHashes hash_libraries(const suite::Suite& suite);
 // Of a plugin with the algorithms it runs: when any of them changes, its trials run again.
 std::string hash_of(const plugin_host::Choice& choice, const LibraryHashes& hashes);
 
-Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, const std::string& command);
+Json machine_time_json(const task::MachineTime& times);
+
+// learnt: what was prepared for the plan's algorithms, one object an entry.
+Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, const std::string& command,
+                   const Json& learnt);
 
 }  // namespace relign::runner

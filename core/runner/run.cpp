@@ -13,6 +13,7 @@
 #include "base/text.h"
 #include "records/results_folder.h"
 #include "runner/pictures.h"
+#include "runner/plan_preparation.h"
 #include "runner/provenance.h"
 #include "runner/trial_queue.h"
 #include "runner/trial_runner.h"
@@ -81,13 +82,16 @@ class Run {
         options_(options),
         selected_(select(prepared.plan, options.only)),
         writer_(options.results),
-        hashes_(hash_libraries(suite_)) {}
+        hashes_(hash_libraries(suite_)),
+        learnt_(prepared, preparer_options()) {}
 
   RunSummary execute() {
     if (writer_.repaired() > 0)
       tell("the run before was cut off while it wrote: what was half-written is dropped and runs again");
+    // Before anything is kept or dropped: trials that were made with other data run again.
+    learnt_.prepare(selected_, [this](const std::string& algorithm) { report_progress("preparing " + algorithm); });
     drop_outdated();
-    const Json manifest = make_manifest(prepared_, hashes_, options_.command);
+    const Json manifest = make_manifest(prepared_, hashes_, options_.command, learnt_.to_json());
     compare_with(writer_.read_manifest(), manifest);
     writer_.write_manifest(manifest);
     const std::vector<std::size_t> todo = plan_work();
@@ -128,10 +132,20 @@ class Run {
     if (options_.on_progress) options_.on_progress(progress_);
   }
 
+  Preparer::Options preparer_options() {
+    Preparer::Options options;
+    options.threads = std::max(1U, std::thread::hardware_concurrency());
+    options.cache_folder = options_.cache_folder;
+    options.on_message = [this](const std::string& message) { tell(message); };
+    options.stop = options_.stop;
+    return options;
+  }
+
   std::string hash_of(const plugin_host::Choice& choice) const { return runner::hash_of(choice, hashes_); }
   records::PluginHashes plugins_of(const suite::PlannedTrial& trial) const {
     return {hash_of(suite_.scenes[trial.scene].choice), hash_of(suite_.levels[trial.level].choice),
-            hash_of(suite_.algorithms[trial.algorithm].choice)};
+            hash_of(suite_.algorithms[trial.algorithm].choice),
+            learnt_.of(trial) ? runner::hash_of(*learnt_.of(trial)) : ""};
   }
 
   // Finished trials that this plan would no longer give: their plugins changed, or the suite shows them
@@ -155,10 +169,13 @@ class Run {
       const bool scene = check(before.plugins.scene, now.scene, suite_.scenes[trial.scene].choice);
       const bool level = check(before.plugins.noise_level, now.noise_level, suite_.levels[trial.level].choice);
       const bool algorithm = check(before.plugins.algorithm, now.algorithm, suite_.algorithms[trial.algorithm].choice);
+      // Also when nothing could be prepared before: those trials failed for it.
+      const bool learnt = !algorithm && !now.prepared.empty() && before.plugins.prepared != now.prepared;
+      if (learnt) ++changed["what was prepared for " + suite_.algorithms[trial.algorithm].choice.plugin->id];
       if (scene) remove_scene_files(trial.scene);
       const bool named =
           before.scene != suite_.scenes[trial.scene].name || before.noise_level != suite_.levels[trial.level].name;
-      if (scene || level || algorithm) {
+      if (scene || level || algorithm || learnt) {
         outdated.insert(trial.id);
       } else if (named) {
         ++renamed;
@@ -307,7 +324,9 @@ class Run {
       if (scene.owns_stage) captures.keep(step, pixels);
       if (asked_to_stop()) halt_ = true;
     };
-    TrialOutcome outcome = runner.run(make_job(prepared_, trial), &halt_, look_up);
+    TrialJob job = make_job(prepared_, trial);
+    if (const Preparer::Entries* entries = learnt_.of(trial)) job.prepared = data_of(*entries);
+    TrialOutcome outcome = runner.run(job, &halt_, look_up);
     if (outcome.stopped) return;
     outcome.times.plugins = plugins_of(trial);
     if (scene.owns_stage) captures.write(options_.results, trial.id);
@@ -350,6 +369,7 @@ class Run {
   std::vector<std::size_t> selected_;
   records::ResultsWriter writer_;
   LibraryHashes hashes_;
+  PlanPreparation learnt_;
   std::atomic<bool> halt_{false};
   std::mutex tell_mutex_;
   std::mutex progress_mutex_;  // also guards summary_, failure_ and workers_done_ while workers run

@@ -65,6 +65,9 @@ PreparedPlan prepare(suite::Suite suite, const std::filesystem::path& cache_fold
 // does wrong is a failed trial, never an exception.
 RunSummary run(const PreparedPlan& prepared, const RunOptions& options);
 
+// Names and contents of the data files behind a scene, as canonical JSON: what identifies it beyond its Choice.
+std::string data_identity(const task::SceneFacts& facts);
+
 // The folder of a scene's own files below the results: "scenes/<hash>".
 std::string scene_folder(const PreparedPlan& prepared, std::size_t scene);
 

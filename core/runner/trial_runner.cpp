@@ -52,6 +52,8 @@ std::string key_of(const plugin_host::Choice& choice) {
   return choice.plugin->library.string() + "\n" + choice.identity;
 }
 
+SeedDomain domain_of(const TrialJob& job) { return job.preparing ? SeedDomain::preparation : SeedDomain::benchmark; }
+
 }  // namespace
 
 TrialJob make_job(const PreparedPlan& prepared, const suite::PlannedTrial& trial) {
@@ -132,15 +134,16 @@ TrialRunner::Placed TrialRunner::place(const TrialJob& job) {
     bench_->level = std::make_unique<plugin_host::NoiseLevel>(job.level, services(job.level_name, 1));
     bench_->level_key = level_key;
   }
-  const std::string mounted_key = std::to_string(job.suite_seed) + " " + std::to_string(job.instance);
+  const SeedDomain domain = domain_of(job);
+  const std::string mounted_key = std::to_string(static_cast<unsigned>(domain)) + " " + std::to_string(job.suite_seed) +
+                                  " " + std::to_string(job.instance);
   if (bench_->mounted_key != mounted_key) {
     bench_->unmount();
-    bench_->instance =
-        task::draw_instance(*bench_->level, job.facts, job.suite_seed, SeedDomain::benchmark, job.instance);
+    bench_->instance = task::draw_instance(*bench_->level, job.facts, job.suite_seed, domain, job.instance);
     if (!job.facts.owns_stage) {
       bench_->assembly =
           std::make_unique<plugin_host::MountedAssembly>(on.mount(bench_->instance.variances.elements_json));
-      if (job.facts.truth)
+      if (job.facts.truth && !job.preparing)
         bench_->own_optimum = bench_->assembly->own_optimum(
             frame_seed(bench_->instance.seed, 0, FrameStream::own_optimum), job.facts.axes.size());
     }
@@ -159,7 +162,7 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
   record.algorithm = job.algorithm_name;
   record.algorithm_id = job.algorithm.id;
   record.instance = job.instance;
-  record.instance_seed = instance_seed(job.suite_seed, SeedDomain::benchmark, job.instance);
+  record.instance_seed = instance_seed(job.suite_seed, domain_of(job), job.instance);
   record.budget = job.budget;
 
   std::vector<task::Step> made;  // kept apart, so that a failing scene leaves the steps before it
@@ -176,6 +179,8 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
     setup.scene = &job.facts;
     setup.instance = &placed.instance;
     setup.algorithm = &job.algorithm;
+    setup.prepared = job.prepared.get();
+    setup.preparing = job.preparing;
     setup.services = services(job.algorithm_name, 1, true);
     setup.protocol = job.protocol;
     setup.merit = job.merit;

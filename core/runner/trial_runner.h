@@ -14,6 +14,7 @@
 #include "runner/run.h"
 #include "runner/trial_log.h"
 #include "task/instance.h"
+#include "task/prepared_service.h"
 #include "task/trial.h"
 
 namespace relign::runner {
@@ -31,6 +32,9 @@ struct TrialJob {
   unsigned budget = 50;            // steps after step 0
   std::uint64_t suite_seed = 1;
   std::uint64_t instance = 0;
+  std::shared_ptr<const task::PreparedByIdentity> prepared = nullptr;  // what its algorithms load
+  // Not null: `instance` is a source instance, on which the algorithm is prepared (preparation.h).
+  task::Preparing* preparing = nullptr;
 };
 
 TrialJob make_job(const PreparedPlan& prepared, const suite::PlannedTrial& trial);

@@ -257,6 +257,7 @@ void Conversation::choose_recommendation() {
 // One evaluation per true pose: a recommendation that stays costs nothing, and reads the same.
 Truth Conversation::truth_at(const std::vector<double>& true_pose, FrameStream stream) {
   const std::uint64_t seed = frame_seed(setup_->instance->seed, pending_.number, stream);
+  if (setup_->preparing) return {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
   if (!rig_->tells_truth()) return rig_->truth_at(true_pose, seed);
   if (const auto known = truths_.find(true_pose); known != truths_.end()) return known->second;
   return truths_[true_pose] = rig_->truth_at(true_pose, seed);

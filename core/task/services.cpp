@@ -7,6 +7,7 @@
 #include "task/conversation.h"
 #include "task/measure_table.h"
 #include "task/model_service.h"
+#include "task/prepared_service.h"
 #include "task/run_service.h"
 #include "task/service_answer.h"
 
@@ -33,6 +34,7 @@ const void* Services::get(std::string_view id) {
   if (id == RELIGN_SERVICE_PRIOR) return prior();
   if (id == RELIGN_SERVICE_RUN) return run();
   if (id == RELIGN_SERVICE_MODEL) return model();
+  if (id == RELIGN_SERVICE_PREPARED) return prepared();
   return nullptr;
 }
 
@@ -112,6 +114,12 @@ const void* Services::model() {
   if (!site_.grants(RELIGN_KNOWS_DESIGN) || !setup.design || setup.scene->owns_stage) return nullptr;
   if (!model_) model_ = std::make_unique<ModelService>(site_);
   return model_->table();
+}
+
+const void* Services::prepared() {
+  if (site_.seat.algorithm().plugin->prepare.is_null()) return nullptr;
+  if (!prepared_) prepared_ = std::make_unique<PreparedService>(site_);
+  return prepared_->table();
 }
 
 }  // namespace relign::task

@@ -15,6 +15,7 @@ namespace relign::task {
 
 class Conversation;
 class ModelService;
+class PreparedService;
 class RunService;
 
 // What the functions of one seat's services share.
@@ -58,6 +59,7 @@ class Services {
   const void* prior();
   const void* run();
   const void* model();
+  const void* prepared();
 
   ServiceSite site_;
   relign_reference_service reference_{};
@@ -65,6 +67,7 @@ class Services {
   relign_prior_service prior_{};
   std::unique_ptr<RunService> run_;
   std::unique_ptr<ModelService> model_;
+  std::unique_ptr<PreparedService> prepared_;
 };
 
 }  // namespace relign::task

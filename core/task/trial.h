@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -56,6 +57,9 @@ enum class End {
 const char* end_name(End end);  // "budget_spent", ...
 std::optional<End> end_from_name(const std::string& name);
 
+struct PreparedData;
+struct Preparing;
+
 struct TrialSetup {
   plugin_host::MountedAssembly* assembly = nullptr;  // of the instance's elements; null on a station
   plugin_host::Scene* station = nullptr;             // the scene itself when it owns its stage
@@ -65,6 +69,9 @@ struct TrialSetup {
   const plugin_host::Choice* algorithm = nullptr;
   plugin_host::Scene* design = nullptr;      // the scene, for the service "model"; null: not offered
   plugin_host::NoiseLevel* level = nullptr;  // for the service "prior"; null: not offered
+  // For the service "prepared" (prepared_service.h). By Choice::identity; null: nothing.
+  const std::map<std::string, PreparedData>* prepared = nullptr;
+  Preparing* preparing = nullptr;  // not null: the algorithm is being prepared, no truth is asked for
   plugin_host::HostServices services;
   Protocol protocol = Protocol::paper;
   std::optional<Merit> merit;  // overrides the protocol's; a station allows rmse alone

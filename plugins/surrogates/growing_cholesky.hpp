@@ -18,6 +18,8 @@ class GrowingCholesky {
   // L^-1 right, in place; whitens covariances. right has size() rows.
   void whiten(Matrix& right) const { top().triangularView<Eigen::Lower>().solveInPlace(right); }
   void whiten(Vector& right) const { top().triangularView<Eigen::Lower>().solveInPlace(right); }
+  // L^-T right, in place.
+  void unwhiten(Matrix& right) const { top().transpose().triangularView<Eigen::Upper>().solveInPlace(right); }
   double log_determinant() const { return 2 * factor_.diagonal().head(size_).array().log().sum(); }
 
  private:

@@ -69,15 +69,16 @@ TEST(Random, StreamsDiffer) {
 TEST(Seeds, EveryAxisHasItsOwn) {
   std::set<std::uint64_t> seen;
   for (std::uint64_t number = 0; number < 1000; ++number)
-    for (const SeedDomain domain : {SeedDomain::benchmark, SeedDomain::training, SeedDomain::tuning})
+    for (const SeedDomain domain :
+         {SeedDomain::benchmark, SeedDomain::training, SeedDomain::tuning, SeedDomain::preparation})
       seen.insert(instance_seed(1, domain, number));
-  EXPECT_EQ(seen.size(), 3000u) << "training, tuning and benchmark instances are disjoint";
+  EXPECT_EQ(seen.size(), 4000u) << "training, tuning, source and benchmark instances are disjoint";
   for (std::uint32_t step = 0; step < 100; ++step)
     for (const FrameStream stream :
          {FrameStream::capture, FrameStream::truth_commanded, FrameStream::truth_recommended, FrameStream::own_optimum})
       seen.insert(frame_seed(1, step, stream));
   for (const char* label : {"a", "b", "ab", ""}) seen.insert(algorithm_seed(1, label, 0));
-  EXPECT_EQ(seen.size(), 3000u + 400u + 4u);
+  EXPECT_EQ(seen.size(), 4000u + 400u + 4u);
 }
 
 TEST(Seeds, AreFrozen) {

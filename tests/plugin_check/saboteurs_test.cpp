@@ -51,6 +51,8 @@ const Misdeed kMisdeeds[] = {
     {"remembers", "same-trace", kFailed, "part at step 1"},
     {"crashes_on_nan", "merits", kFailed,
      kOwnAllocator ? "with merits that are NaN" : "it crashed with merits that are NaN with SIGSEGV"},
+    {"forgets", "prepared", kFailed, "it saves nothing while it is prepared"},
+    {"believes", "prepared", kFailed, "it takes no bytes at all for prepared data"},
     {"flush_to_zero", "floating-point", kFailed, "flush"},
     {"changes_folder", "surroundings", kFailed, "the working directory was changed to /"},
     {"changes_locale", "surroundings", kFailed, "the locale was changed from C to C.UTF-8"},
@@ -134,7 +136,7 @@ TEST_P(Sound, PassesEveryCheckOfItsKind) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Each, Sound,
-                         testing::Values("sound", "uses_services", "fast_math", "own_library", "old_strings",
+                         testing::Values("sound", "uses_services", "learns", "fast_math", "own_library", "old_strings",
                                          "grown_header", "grown_scene", "scene_sound", "station_sound",
                                          "station_wanders", "noise_level_sound"),
                          [](const auto& test) { return std::string(test.param); });

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <relign/plugin.h>
 
+#include "plugin_host/preparation.h"
 #include "test_folder.h"
 
 namespace relign::plugin_host {
@@ -148,6 +149,32 @@ TEST(Kinds, NamesGoBothWays) {
     EXPECT_EQ(kind_from_name(kind_name(kind)), kind);
   EXPECT_EQ(kind_from_name("noise_level"), Kind::noise_level);
   EXPECT_EQ(kind_from_name("level"), std::nullopt);
+}
+
+TEST_F(ManifestTest, PreparationIsCountedByNumbersOrParameters) {
+  const std::string parameters =
+      R"("parameters": {"much": {"type": "integer", "default": 7, "minimum": 1, "maximum": 20},
+                        "any": {"type": "integer", "default": 7}})";
+  const auto read = [&](const std::string& prepare) {
+    return read_manifest(write(
+        "relign-plugin.json",
+        R"({"id": "a", "kind": "optimizer", "summary": "One.", "prepare": )" + prepare + ", " + parameters + "}"));
+  };
+  const Manifest named = read(R"({"sources": 10, "steps": "much"})");
+  EXPECT_EQ(preparation(named, {{"much", 5}, {"any", 1}})->sources, 10U);
+  EXPECT_EQ(preparation(named, {{"much", 5}, {"any", 1}})->steps, 5U);
+  EXPECT_FALSE(preparation(read_manifest(write("relign-plugin.json", kFull)), {}));
+  const auto refused = [&](const std::string& prepare) { return refusal_with("\"prepare\": " + prepare); };
+  EXPECT_THAT(refused(R"({"sources": 0, "steps": 1})"), HasSubstr("sources"));
+  EXPECT_THAT(refused(R"({"sources": 1})"), HasSubstr("\"steps\" is missing"));
+  EXPECT_THAT(refused(R"({"sources": 1, "steps": "much"})"), HasSubstr("the name of an integer parameter"));
+  EXPECT_THAT(refused(R"({"sources": 1, "steps": 1, "step": 1})"), HasSubstr("step"));
+  EXPECT_THAT(refused("7"), HasSubstr("expected an object"));
+  EXPECT_THAT(refused(R"({"sources": 1, "steps": 1}, "command": ["python3", "a.py"])"), HasSubstr("only a library"));
+  EXPECT_THAT(refusal(R"({"id": "a", "kind": "scene", "summary": "One.", "prepare": {"sources": 1, "steps": 1}})"),
+              HasSubstr("only optimizers and agents are prepared"));
+  EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { read(R"({"sources": "any", "steps": 1})"); }),
+              HasSubstr("with a minimum and a maximum"));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 //   model OFFSETS POSE SEED            logs the first pixel of a capture, and of a noise-free one
 //   model_nap MS                       captures in the model for that long
 //   keep_lens                          keeps a mounted lens beyond run
+//   load, save TEXT                    logs whether it is being prepared, and what it loads
 //   step POSE, recommend POSE, round_up, rounding
 // What is thrown is logged under "refused", and the script goes on.
 #include <cfenv>
@@ -82,6 +83,11 @@ class ServiceUser final : public relign::Optimizer {
       log(verb, shown(talk.step(action.at(1).get<relign::Pose>())));
     } else if (verb == "recommend") {
       talk.recommend(action.at(1).get<relign::Pose>());
+    } else if (verb == "load") {
+      const auto loaded = talk.prepared().load();
+      log(verb, {talk.prepared().preparing(), loaded ? Json(*loaded) : Json(nullptr)});
+    } else if (verb == "save") {
+      talk.prepared().save(action.at(1).get<std::string>());
     } else if (verb == "round_up") {
       std::fesetround(FE_UPWARD);
     } else if (verb == "rounding") {

@@ -38,6 +38,7 @@ struct Observation {
 class Measures;
 class Prior;
 class Model;
+class Prepared;
 struct RunOutcome;
 
 // The host's side of one trial. See relign_conversation for the rules.
@@ -83,6 +84,7 @@ class Conversation {
   Measures measures() const;    // MTF, contrast, centroid, ... of the last capture; needs "images"
   Prior prior() const;          // draws from the noise level; needs "level"
   Model model() const;          // a simulator of the scene's design; needs "design"
+  Prepared prepared() const;    // what was learnt beforehand; needs "prepare". Never throws: older hosts have none
   // Hand-over: runs the algorithm that `parameter` (of type "algorithm") names for at most so many of my steps.
   RunOutcome run(std::string_view parameter, unsigned most_steps, std::string_view parameters_json = {});
 

@@ -44,7 +44,7 @@ extern "C" {
 #endif
 
 #define RELIGN_ABI_MAJOR 1
-#define RELIGN_ABI_MINOR 1
+#define RELIGN_ABI_MINOR 2
 
 /* ---- plain types ------------------------------------------------------------------------ */
 
@@ -301,6 +301,30 @@ typedef struct relign_model_service {
   relign_status (*why)(void* context, const relign_text_sink* sentence);
 } relign_model_service;
 
+/* relign.prepared/1, since 1.2, offered when the manifest declares "prepare": what the algorithm learnt beforehand,
+ * kept by the host from one use to the next. For it the host first opens one conversation per *source instance*: drawn
+ * from the same noise level, for the same scene and protocol, with seeds of their own, so that no source is the
+ * instance of any trial. There `preparing` is 1; the algorithm moves, looks and saves what it wants to keep. Its steps
+ * there are nobody's result. Sources come one after the other, from 0 to sources - 1, each with a fresh object and a
+ * budget and seed of its own; what was saved last is what trials load. */
+#define RELIGN_SERVICE_PREPARED "relign.prepared/1"
+typedef struct relign_prepared_service {
+  uint32_t struct_size;
+  uint32_t preparing; /* 1: this conversation is on a source instance. 0: it is a trial */
+  void* context;
+  uint32_t source;  /* while preparing: number of this source; else 0 */
+  uint32_t sources; /* while preparing: how many there are; else 0 */
+  /* Writes what was saved last: in a trial the prepared data, while preparing what the sources before left.
+   * RELIGN_UNSUPPORTED: there is none (the first source; a station; an algorithm whose parameters were changed by the
+   * one that runs it). RELIGN_FAILED: the preparation failed; `why` has the sentence. The bytes come from a file that
+   * anybody may have touched: check them. */
+  relign_status (*load)(void* context, const relign_text_sink* data);
+  /* Keeps these bytes (any, not only text; at most 1 GiB) in the place of what was there. RELIGN_BAD_ARGUMENT in a
+   * trial. */
+  relign_status (*save)(void* context, relign_text data);
+  relign_status (*why)(void* context, const relign_text_sink* sentence);
+} relign_prepared_service;
+
 /* ---- noise levels --------------------------------------------------------------------------- */
 
 typedef struct relign_noise_level relign_noise_level;
@@ -338,9 +362,8 @@ typedef struct relign_scene_interface {
    *  "image": {"width": 200, "height": 200, "white": 0.115},                white = display value of a lit pixel
    *  "elements": ["L1", ...],                                               what a noise level may offset
    *  "machine_time": {"speed_mm_per_s": 5, ...},  "spec": {...},            optional defaults for suites
-   *  "geometry": {"pivot_z_mm": 0, "elements": {"L1": {"front_z_mm": 0, "back_z_mm": 1.5}, ...}},  optional: on the axis,
-   *                                                                         where the offsets' pivot and vertices lie
-   *  "files": ["/abs/path", ...],                                           data files the image depends on
+   *  "geometry": {"pivot_z_mm": 0, "elements": {"L1": {"front_z_mm": 0, "back_z_mm": 1.5}, ...}},  optional: on the
+   * axis, where the offsets' pivot and vertices lie "files": ["/abs/path", ...], data files the image depends on
    *  "summary": "..."} */
   relign_status (*describe)(relign_scene* self, const relign_text_sink* description);
   /* O*: the noise-free image of the perfect lens at the nominal pose. Valid as long as the scene. */

@@ -168,6 +168,37 @@ class Model {
   std::weak_ptr<void> run_;
 };
 
+// "relign.prepared/1": what was learnt beforehand, on source instances that are no trial's. A host that does not offer
+// it is one that never prepares and has nothing to load.
+class Prepared {
+ public:
+  explicit Prepared(const relign_prepared_service* service) : service_(service) {}
+
+  // This conversation is on a source instance: sample it, and save.
+  bool preparing() const { return service_ && service_->preparing != 0; }
+  std::uint32_t source() const { return service_ ? service_->source : 0; }
+  std::uint32_t sources() const { return service_ ? service_->sources : 0; }
+
+  // In a trial the prepared data, while preparing what the sources before left. Nothing when there is none; throws
+  // when the preparation failed. The bytes come from a file that anybody may have touched: check them.
+  std::optional<std::string> load() const {
+    if (!service_) return std::nullopt;
+    border::Collector data;
+    const relign_status status = service_->load(service_->context, data.sink());
+    if (status == RELIGN_UNSUPPORTED) return std::nullopt;
+    border::check_service(service_, status, "load prepared data");
+    return data.text();
+  }
+  // Any bytes, in the place of what was there. Only while preparing.
+  void save(std::string_view data) const {
+    if (!service_) throw std::logic_error("this host prepares nothing: ask preparing() first");
+    border::check_service(service_, service_->save(service_->context, to_text(data)), "save prepared data");
+  }
+
+ private:
+  const relign_prepared_service* service_;
+};
+
 // What another algorithm did with some of my steps. Poses are mine to use.
 struct RunOutcome {
   unsigned steps = 0;                  // used of the budget; 0 when none was left
@@ -200,6 +231,10 @@ inline Prior Conversation::prior() const {
 
 inline Model Conversation::model() const {
   return Model(offered<relign_model_service>(RELIGN_SERVICE_MODEL, RELIGN_KNOWS_DESIGN, "design"), run_);
+}
+
+inline Prepared Conversation::prepared() const {
+  return Prepared(static_cast<const relign_prepared_service*>(service(RELIGN_SERVICE_PREPARED)));
 }
 
 inline RunOutcome Conversation::run(std::string_view parameter, unsigned most_steps, std::string_view parameters_json) {

@@ -1,0 +1,104 @@
+// What transfer-gp thinks between two moves once it has learnt from 10 sources of 100 steps: processor time from the
+// answer to one step until the request for the next, at so many measured points in six axes, through the plugin as the
+// host runs it. The start of a trial (reading what was learnt) is a figure of its own.
+#include <benchmark/benchmark.h>
+
+#include <ctime>
+
+#include "plugin_check/fake_services.h"
+#include "plugin_host/objects.h"
+
+namespace {
+
+using namespace relign::plugin_check;
+namespace plugin_host = relign::plugin_host;
+
+constexpr std::uint32_t kAxes = 6, kSources = 10, kSamples = 100, kWindow = 5;
+
+plugin_host::Choice choice_of(const std::string& id) {
+  plugin_host::Catalog catalog;
+  catalog.add(std::string(RELIGN_TRANSFER_GP));
+  return catalog.resolve_or_throw(plugin_host::Kind::optimizer, id);
+}
+
+FakeSetup setup_on(std::uint64_t lens, FakePreparation& preparation) {
+  FakeSetup setup;
+  setup.axes = kAxes;
+  setup.seed = lens;
+  setup.preparation = &preparation;
+  Pose optimum(kAxes);
+  relign::Random random(lens, 9);
+  for (double& coordinate : optimum) coordinate = 0.1 * random.normal();
+  setup.merit = [optimum, lens](const Pose& pose, std::uint32_t step) {
+    return bowl(pose, optimum) + 0.002 * relign::Random(lens, step).normal();
+  };
+  return setup;
+}
+
+void run(const plugin_host::Choice& choice, FakeSetup& setup) {
+  FakeConversation conversation(setup);
+  const FakeServices services(choice, conversation);
+  plugin_host::Algorithm(choice, {}).run(conversation.talk());
+}
+
+const FakePreparation& learnt(const std::string& id) {
+  static std::map<std::string, FakePreparation> known;
+  FakePreparation& preparation = known[id];
+  if (preparation.bytes) return preparation;
+  preparation.preparing = true;
+  preparation.sources = kSources;
+  for (; preparation.source < kSources; ++preparation.source) {
+    FakeSetup setup = setup_on(preparation.source, preparation);
+    setup.budget = kSamples;
+    run(choice_of(id), setup);
+  }
+  preparation.preparing = false;
+  return preparation;
+}
+
+void proposal(benchmark::State& state, const std::string& id) {
+  const plugin_host::Choice choice = choice_of(id);
+  FakePreparation preparation = learnt(id);
+  const auto points = static_cast<std::uint32_t>(state.range(0));
+  std::uint64_t lens = kSources;
+  for (auto _ : state) {
+    FakeSetup setup = setup_on(lens++, preparation);
+    setup.budget = points + kWindow - 1;
+    std::clock_t answered = std::clock(), thought = 0;
+    setup.merit = [&, merit = setup.merit](const Pose& pose, std::uint32_t step) {
+      if (step >= points) thought += std::clock() - answered;
+      const double value = merit(pose, step);
+      answered = std::clock();
+      return value;
+    };
+    run(choice, setup);
+    state.SetIterationTime(static_cast<double>(thought) / CLOCKS_PER_SEC / kWindow);
+  }
+}
+
+// Reading, checking and factorising what was learnt, and the first proposal.
+void start(benchmark::State& state, const std::string& id) {
+  const plugin_host::Choice choice = choice_of(id);
+  FakePreparation preparation = learnt(id);
+  FakeSetup setup = setup_on(kSources, preparation);
+  setup.budget = 0;
+  for (auto _ : state) {
+    const std::clock_t begin = std::clock();
+    run(choice, setup);
+    state.SetIterationTime(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+  }
+}
+
+#define RELIGN_TRANSFER(name, id)       \
+  BENCHMARK_CAPTURE(proposal, name, id) \
+      ->Arg(20)                         \
+      ->Arg(50)                         \
+      ->UseManualTime()                 \
+      ->Unit(benchmark::kMillisecond)   \
+      ->Iterations(8);                  \
+  BENCHMARK_CAPTURE(start, name, id)->UseManualTime()->Unit(benchmark::kMillisecond)->Iterations(8)
+RELIGN_TRANSFER(transfer_gp, "transfer-gp");
+RELIGN_TRANSFER(transfer_gp_mhgp, "transfer-gp-mhgp");
+RELIGN_TRANSFER(transfer_gp_bhgp, "transfer-gp-bhgp");
+
+}  // namespace

@@ -1,0 +1,111 @@
+// relign-bench plugin prepare: lets an algorithm learn beforehand, on source instances that are no benchmark's.
+#include <cstdio>
+#include <memory>
+
+#include "base/error.h"
+#include "cli/app.h"
+#include "cli/interrupt.h"
+#include "cli/prepared_job.h"
+#include "plugin_host/preparation.h"
+
+namespace relign::cli {
+namespace {
+
+struct Arguments {
+  std::string algorithm;
+  std::string parameters;  // JSON; empty: none
+  std::string scene = "relign_od";
+  std::string level;  // empty: what suits the scene
+  std::string protocol = "paper";
+  bool again = false;
+};
+
+Json to_json(const runner::PreparedEntry& entry) {
+  return {{"plugin", entry.algorithm},   {"sources", entry.sources},     {"steps", entry.steps},
+          {"made_now", entry.made_now},  {"seconds", entry.seconds},     {"sha256", entry.data.hash},
+          {"file", entry.file.string()}, {"failure", entry.data.failure}};
+}
+
+std::string line_of(const runner::PreparedEntry& entry) {
+  char made[64] = "was there already";
+  if (entry.made_now) std::snprintf(made, sizeof made, "prepared in %.1f s", entry.seconds);
+  return entry.algorithm + ": " + std::to_string(entry.sources) + " sources of " + std::to_string(entry.steps) +
+         " steps, " + made + "\n" + (entry.file.empty() ? "not kept: there is no cache folder" : entry.file.string()) +
+         "\n";
+}
+
+int prepare(Context& context, const Arguments& arguments) {
+  plugin_host::Catalog& catalog = context.catalog();
+  const plugin_host::Choice algorithm = catalog.resolve_or_throw(plugin_host::Kind::optimizer, arguments.algorithm,
+                                                                 read_parameters(arguments.parameters));
+  if (!plugin_host::is_prepared(algorithm))
+    throw Error(ErrorKind::bad_input,
+                "'" + algorithm.id + "' learns nothing beforehand: its manifest has no \"prepare\"");
+  plugin_host::HostServices services = context.services(core_count());
+  services.stop = &watch_for_stop();
+  const LoadedScene scene = load_scene(catalog.resolve_or_throw(plugin_host::Kind::scene, arguments.scene), services);
+  if (scene.facts.owns_stage)
+    throw Error(ErrorKind::bad_input,
+                "'" + arguments.scene + "' is a station: its lenses are its own, so there are no source instances");
+  const std::string level_name = arguments.level.empty() ? default_level(scene.facts) : arguments.level;
+  const plugin_host::Choice level = catalog.resolve_or_throw(plugin_host::Kind::noise_level, level_name);
+  const runner::TrialJob job = job_for(scene, level, algorithm, *task::protocol_from_name(arguments.protocol));
+
+  runner::Preparer preparer(preparer_options(services, arguments.again));
+  Json all = Json::array();
+  std::string failure;
+  for (const auto& [identity, entry] : preparer.prepare(job, runner::data_identity(scene.facts))) {
+    all.push_back(to_json(entry));
+    if (failure.empty()) failure = entry.data.failure;
+    if (!context.json && entry.data.failure.empty()) print_result(line_of(entry));
+  }
+  if (context.json) print_result(all.dump(2) + "\n");
+  if (failure.empty()) return kDone;
+  print_warning(failure);
+  return kTrialsFailed;
+}
+
+int prepare_or_stop(Context& context, const Arguments& arguments) {
+  try {
+    return prepare(context, arguments);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::stopped) throw;
+    std::fprintf(stderr, "Stopped; nothing was kept. The same command begins again:\n  %s\n",
+                 context.typed_command().c_str());
+    return stop_exit_code();
+  }
+}
+
+}  // namespace
+
+void add_plugin_prepare(CLI::App& plugin, Context& context) {
+  CLI::App& verb = add_verb(
+      plugin,
+      {"prepare",
+       "Let an algorithm that learns beforehand do so now, on source instances of a scene and noise level that are no "
+       "benchmark's. What it learns is kept in the user's cache. run and try do this by themselves where it is "
+       "missing.",
+       "relign-bench plugin prepare transfer-gp --noise-level rho0.5", "run, try, describe"});
+  auto arguments = std::make_shared<Arguments>();
+  verb.add_option("ALGORITHM", arguments->algorithm, "id, preset or path of an algorithm")->required();
+  verb.add_option("--parameters", arguments->parameters,
+                  "JSON object of the algorithm's parameters, as its trials will have them; describe lists them "
+                  "[default: the plugin's]")
+      ->type_name("JSON");
+  verb.add_option("--scene", arguments->scene, "id, preset or path of a scene")
+      ->type_name("SCENE")
+      ->capture_default_str();
+  verb.add_option("--noise-level", arguments->level, "id, preset or path of a noise level")
+      ->default_str("rho0.25; rho0 for a scene of fewer than two elements")
+      ->type_name("LEVEL");
+  verb.add_option("--protocol", arguments->protocol, "what the algorithm is told: paper or blind")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"paper", "blind"}))
+      ->capture_default_str();
+  verb.add_flag("--again", arguments->again, "prepare anew what is there already");
+  verb.callback([&context, arguments] {
+    context.action = [&context, arguments] { return prepare_or_stop(context, *arguments); };
+  });
+}
+
+}  // namespace relign::cli

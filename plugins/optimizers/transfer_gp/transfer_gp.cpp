@@ -1,0 +1,112 @@
+// TransferGP (Tighineanu et al., AISTATS 2022): what earlier lenses taught is the prior of the next one.
+#include <algorithm>
+#include <cmath>
+#include <relign/plugin.hpp>
+
+#include "search.hpp"
+#include "source_fit.hpp"
+#include "surrogates/candidates.hpp"
+
+namespace {
+
+using namespace transfer_gp;
+
+constexpr int kJointIterations = 15;
+constexpr double kNear = 0.12;  // standard deviation of the first samples around the best, share of the box
+
+class TransferGp final : public relign::Optimizer {
+ public:
+  explicit TransferGp(const relign::Parameters& given) : log_(given), joint_(given.text("variant") == "joint") {
+    setup_.shape = given.text("kernel") == "rbf" ? Shape::rbf : Shape::matern52;
+    const std::string variant(given.text("variant"));
+    setup_.stacking = variant == "mhgp" ? Stacking::means : variant == "bhgp" ? Stacking::boosted : Stacking::exact;
+    setup_.kappa = given.number("kappa");
+    near_ = given.number("near");
+    compress_ = given.boolean("compress");
+    setup_.candidates = static_cast<std::size_t>(given.integer("candidates"));
+  }
+
+  void run(relign::Conversation& talk) override {
+    const relign::Prepared prepared = talk.prepared();
+    const std::optional<std::string> bytes = prepared.load();
+    SourceData data;
+    if (bytes) data = SourceData::from_bytes(*bytes);
+    if (!bytes) data.dimensions = talk.axes();
+    if (!bytes) data.compress = compress_;
+    if (data.dimensions != talk.axes())
+      throw std::runtime_error("the prepared data are of " + std::to_string(data.dimensions) +
+                               " axes, this trial has " + std::to_string(talk.axes()));
+    if (prepared.preparing()) {
+      sample(talk, data);
+      if (prepared.source() + 1 == prepared.sources()) finish(data);
+      prepared.save(data.to_bytes());
+      return;
+    }
+    if (!bytes) log_.warn("nothing was prepared: this is a plain Gaussian process");
+    if (bytes && !data.finished) throw std::runtime_error("the prepared data were not finished");
+    search(talk, std::move(data));
+  }
+
+ private:
+  // One more source: the start, a part of the budget spread over the box, and the rest around the best so far, closer
+  // and closer: where the next lens will be searched is where knowledge counts.
+  void sample(relign::Conversation& talk, SourceData& data) const {
+    const surrogates::UnitBox box(talk.box());
+    relign::Random random(talk.seed());
+    const auto spread = static_cast<Eigen::Index>(std::ceil((1 - near_) * talk.budget()));
+    Matrix places = latin_hypercube(random, talk.axes(), static_cast<std::size_t>(spread));
+    places.conservativeResize(places.rows(), static_cast<Eigen::Index>(talk.budget()));
+    std::vector<double> merits = {talk.first().merit};
+    Matrix points(static_cast<Eigen::Index>(talk.axes()), places.cols() + 1);
+    points.col(0) = box.to_unit(talk.first().pose);
+    Eigen::Index made = 1;
+    for (Eigen::Index i = 0; i < places.cols(); ++i) {
+      if (i >= spread) {
+        const Vector usable = surrogates::usable_merits(merits);
+        const double radius =
+            kNear * (1 - 0.75 * static_cast<double>(i - spread) / static_cast<double>(places.cols() - spread));
+        places.col(i) = points.col(surrogates::lowest(usable, 1).front());
+        for (double& coordinate : places.col(i))
+          coordinate = std::clamp(coordinate + radius * random.normal(), 0.0, 1.0);
+      }
+      const auto seen = talk.step(box.to_pose(places.col(i)));
+      if (!seen) break;
+      points.col(made++) = places.col(i);
+      merits.push_back(seen->merit);
+    }
+    data.sources.push_back({points.leftCols(made), surrogates::usable_merits(merits), {}});
+  }
+
+  void finish(SourceData& data) const {
+    SourceModel model = fit_in_turn(data, setup_.shape, setup_.stacking);
+    if (joint_) fit_together(data, setup_.shape, kJointIterations);
+    data.finished = true;
+    if (joint_) model = model_of(data, setup_.shape, setup_.stacking);
+    relign::Random random(0, 1);  // the same for every trial
+    data.candidates = make_candidates(model, surrogates::uniform_points(random, data.dimensions, setup_.candidates));
+  }
+
+  void search(relign::Conversation& talk, SourceData data) const {
+    const relign::Box limits = talk.box();
+    const surrogates::UnitBox box(limits);
+    Search search(std::move(data), setup_, talk.seed());
+    std::optional<relign::Observation> seen = talk.first();
+    Vector unit = box.to_unit(seen->pose);
+    while (seen) {
+      search.tell(unit, seen->merit);
+      talk.recommend(limits.clamp(box.to_pose(search.best())));
+      unit = search.ask();
+      seen = talk.step(limits.clamp(box.to_pose(unit)));
+    }
+  }
+
+  relign::Parameters log_;
+  bool joint_;
+  double near_ = 0;
+  bool compress_ = false;
+  SearchSetup setup_;
+};
+
+}  // namespace
+
+RELIGN_PLUGIN(TransferGp)

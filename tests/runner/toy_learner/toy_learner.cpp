@@ -1,0 +1,37 @@
+// Learns beforehand: how often it sampled on which source, and the merits there. In a trial it recommends nothing and
+// logs what it loaded. Parameter "forgets": saves nothing; "trips_on": fails on that source.
+#include <relign/plugin.hpp>
+#include <string>
+
+namespace {
+
+class ToyLearner final : public relign::Optimizer {
+ public:
+  explicit ToyLearner(const relign::Parameters& given)
+      : host_(given), forgets_(given.boolean("forgets")), trips_on_(given.integer("trips_on")) {}
+
+  void run(relign::Conversation& talk) override {
+    const relign::Prepared prepared = talk.prepared();
+    const std::string before = prepared.load().value_or("nothing");
+    if (!prepared.preparing()) {
+      host_.warn("loaded " + before);
+      talk.step(relign::Pose(talk.axes(), 0.1));
+      return;
+    }
+    if (static_cast<int>(prepared.source()) == trips_on_) throw std::runtime_error("tripped");
+    std::string seen = before + "; source " + std::to_string(prepared.source()) + " of " +
+                       std::to_string(prepared.sources()) + " seed " + std::to_string(talk.seed());
+    relign::Pose pose(talk.axes(), 0.5);
+    while (const auto observed = talk.step(pose)) seen += " " + std::to_string(observed->merit);
+    if (!forgets_) prepared.save(seen);
+  }
+
+ private:
+  relign::Parameters host_;
+  bool forgets_;
+  std::int64_t trips_on_;
+};
+
+}  // namespace
+
+RELIGN_PLUGIN(ToyLearner)
