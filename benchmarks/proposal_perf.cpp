@@ -46,4 +46,10 @@ void forest(benchmark::State& state, const std::string& preset) {
 BENCHMARK_CAPTURE(forest, rf, "bo-rf")->Arg(20)->Arg(50)->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(forest, et, "bo-et")->Arg(20)->Arg(50)->UseManualTime()->Unit(benchmark::kMillisecond);
 
+void process(benchmark::State& state, const std::string& preset) {
+  proposal(state, "bo_gp", preset, static_cast<unsigned>(state.range(0)));
+}
+BENCHMARK_CAPTURE(process, gp, "bo-gp")->Arg(20)->Arg(50)->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(process, gp_tuned, "bo-gp-tuned")->Arg(20)->Arg(50)->UseManualTime()->Unit(benchmark::kMillisecond);
+
 }  // namespace

@@ -44,6 +44,12 @@ else()
                  "(Debian and Ubuntu: libassimp-dev libembree-dev)")
 endif()
 
+# Levenberg-Marquardt (optimizer ceres): one header of Ceres, nothing is linked. All else works without it.
+find_path(RELIGN_CERES_INCLUDE_DIR ceres/tiny_solver.h)
+if(NOT RELIGN_CERES_INCLUDE_DIR)
+  message(STATUS "The optimizer ceres is left out: Ceres was not found (Debian and Ubuntu: libceres-dev)")
+endif()
+
 find_file(RELIGN_DYGRAPHS_JS NAMES dygraph.min.js
           PATHS /usr/share/javascript/dygraphs/dist /usr/share/javascript/dygraphs NO_DEFAULT_PATH)
 find_file(RELIGN_DYGRAPHS_CSS NAMES dygraph.min.css

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "base/parallel.h"
 #include "imaging/ghost_image.h"
 #include "imaging/mounted_lens.h"
-#include "imaging/parallel.h"
 #include "imaging/pupil_tiles.h"
 #include "imaging/scene_file.h"
 #include "optics/assembly.h"

@@ -12,8 +12,8 @@
 #include <memory>
 #include <vector>
 
+#include "base/parallel.h"
 #include "imaging/mounted_lens.h"
-#include "imaging/parallel.h"
 #include "imaging/scene_file.h"
 #include "optics/backward_path.h"
 #include "optics/passing_table.h"

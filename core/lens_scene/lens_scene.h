@@ -50,7 +50,7 @@ class LensScene : public Scene {
   imaging::CaptureSettings settings_;
   imaging::SceneFile scene_;
   std::unique_ptr<optics::BlockTracer> tracer_;
-  imaging::Parallel parallel_;
+  Parallel parallel_;
   imaging::Reference reference_;
   SharedCamera shared_;
 };

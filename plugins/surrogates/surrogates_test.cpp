@@ -6,6 +6,7 @@
 
 #include "acquisition.hpp"
 #include "candidates.hpp"
+#include "warp.hpp"
 
 namespace surrogates {
 namespace {
@@ -96,6 +97,27 @@ TEST(Standard, EqualValuesKeepTheirScaleAndUnusableOnesCountAsTheWorst) {
   EXPECT_NEAR(Standard(Vector{{1, 3}}).scale, 1, 1e-15);
   EXPECT_EQ(usable_merits({1, kNan, 3, 1e300, -std::numeric_limits<double>::infinity()}), (Vector{{1, 3, 3, 3, 3}}));
   EXPECT_EQ(usable_merits({kNan, kNan}), (Vector{{0, 0}}));
+}
+
+TEST(Warp, IsYeoAndJohnsonsPowerLaw) {
+  EXPECT_DOUBLE_EQ(yeo_johnson(3, 0.5), 2);
+  EXPECT_DOUBLE_EQ(yeo_johnson(-3, 1.5), -2);
+  EXPECT_DOUBLE_EQ(yeo_johnson(std::exp(1.0) - 1, 0), 1);
+  EXPECT_NEAR(yeo_johnson(2, 1e-8), yeo_johnson(2, 0), 1e-7);
+  for (const double value : {-2.0, 0.0, 5.0}) EXPECT_DOUBLE_EQ(yeo_johnson(value, 1), value);
+}
+
+TEST(Warp, BendsALongTailBackAndKnowsNoScale) {
+  relign::Random random(5);
+  Vector normal(400);
+  for (double& value : normal) value = random.normal();
+  EXPECT_NEAR(best_power(Standard(normal).apply(normal)), 1, 0.15);
+  const Vector tail = normal.array().exp();
+  const auto skew = [](const Vector& values) { return Standard(values).apply(values).array().cube().mean(); };
+  EXPECT_GT(skew(tail), 2);
+  EXPECT_LT(std::fabs(skew(warped(tail))), 0.3);
+  EXPECT_LT((warped(tail) - warped(1e-3 * tail.array() + 8)).norm(), 1e-6);
+  EXPECT_EQ(warped(Vector::Constant(5, 2)), Vector::Zero(5));
 }
 
 TEST(GrowingCholesky, IsTheFactorOfTheWholeMatrix) {

@@ -1,1 +1,46 @@
-"""relign-bench for Python. `relign_bench.plugin` writes algorithms in Python; it needs the standard library alone."""
+"""relign-bench for Python.
+
+    import gymnasium, relign_bench
+    env = gymnasium.make("relign_bench/Alignment-v0", scene="relign_od", noise_level="rho0.25")
+
+    bench = relign_bench.Bench("relign_od", noise_level="rho0.25")
+    trial = bench.run("nlopt-sbplx", instance=3, steps=50)
+
+`relign_bench.plugin` writes algorithms, scenes and noise levels in Python; it needs the standard library alone.
+`relign_bench.environment` has the environments, `relign_bench.bench` the rest; both need numpy and the compiled part.
+"""
+
+import sys as _sys
+
+_LAZY = {
+    "Batch": "batch",
+    "Bench": "bench",
+    "Trial": "bench",
+    "read_results": "bench",
+    "list_plugins": "bench",
+    "AlignmentEnv": "environment",
+    "AlignmentVectorEnv": "vector_environment",
+    "register": "registration",
+}
+
+__all__ = sorted(_LAZY)
+
+
+def __getattr__(name):
+    # Plugins in Python import this package a thousand times a study: nothing heavy before it is asked for.
+    if name in _LAZY:
+        from importlib import import_module
+
+        return getattr(import_module("." + _LAZY[name], __name__), name)
+    raise AttributeError(f"module 'relign_bench' has no attribute '{name}'")
+
+
+def __dir__():
+    return sorted(list(globals()) + __all__)
+
+
+# An installed package registers itself through gymnasium's entry points; from a build folder the import must do it.
+if "gymnasium" in _sys.modules:
+    from .registration import register as _register
+
+    _register()

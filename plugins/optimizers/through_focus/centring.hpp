@@ -47,9 +47,10 @@ class Centring {
     if (fresh_count == 1) learnt_[fresh] = true;
   }
 
-  // `pose` with its first two coordinates such that the image comes to the middle, by what these captures say on
-  // average; nothing where they cannot tell.
-  std::optional<relign::Pose> centred(const std::vector<Seen>& captures, relign::Pose pose) const {
+  // `pose` with the axes across such that the image comes to the middle, by what these captures say on average; nothing
+  // where they cannot tell. With more `axes` all of them share the way, each as it helps: the smallest move.
+  std::optional<relign::Pose> centred(const std::vector<Seen>& captures, relign::Pose pose,
+                                      const std::vector<std::size_t>& axes = {0, 1}) const {
     if (response_.size() < 2 || !learnt_[0] || !learnt_[1]) return std::nullopt;
     double off[2] = {0, 0}, count = 0;
     for (const Seen& seen : captures) {
@@ -62,13 +63,18 @@ class Centring {
       }
     }
     if (count == 0) return std::nullopt;
-    for (double& pixels : off) pixels /= count;
-    const auto &a = response_[0], &b = response_[1];
-    const double determinant = a[0] * b[1] - a[1] * b[0];
-    const double size = a[0] * a[0] + a[1] * a[1] + b[0] * b[0] + b[1] * b[1];
-    if (!(std::fabs(determinant) > 0.01 * size)) return std::nullopt;  // both axes move it the same way
-    pose[0] -= (off[0] * b[1] - off[1] * b[0]) / determinant;
-    pose[1] -= (a[0] * off[1] - a[1] * off[0]) / determinant;
+    double a = 0, b = 0, c = 0;  // response times its transpose
+    for (const std::size_t axis : axes) {
+      const auto& response = response_[axis];
+      a += response[0] * response[0];
+      b += response[0] * response[1];
+      c += response[1] * response[1];
+    }
+    const double determinant = a * c - b * b;
+    if (!(determinant > 1e-4 * (a + c) * (a + c))) return std::nullopt;  // all of them move it the same way
+    const double right = (off[0] * c - off[1] * b) / determinant / count;
+    const double down = (off[1] * a - off[0] * b) / determinant / count;
+    for (const std::size_t axis : axes) pose[axis] -= response_[axis][0] * right + response_[axis][1] * down;
     return pose;
   }
 

@@ -89,7 +89,7 @@ inline std::optional<Line> fit_line(const std::vector<Evenness>& looks, std::siz
 // The tilts at which both sides of the focus are blurred alike. One whose effect does not stand out from the noise
 // is left alone; none goes further than `reach` from the first look, where it would rest on noise.
 inline Tilts level_tilts(const std::vector<Evenness>& looks, std::size_t tilts, double reach) {
-  constexpr double kStandsOut = 16;  // four standard deviations
+  constexpr double kStandsOut = 4;  // two standard deviations, by an upper estimate
   Tilts level;
   Line lines[2];
   for (std::size_t side = 0; side < 2; ++side) {

@@ -47,7 +47,8 @@ class ThroughFocus final : public relign::Optimizer {
     Seen seen{observation.pose,
               look_at(image, talk_->reference(), measures.measure("shift_x_px"), measures.measure("shift_y_px"))};
     if (talk_->axes() > kTurn) seen.look.rotation = measures.measure("rotation_deg");
-    if (now_) centring_->learn(*now_, seen);
+    held_ = (observation.limits_low | observation.limits_high) != 0;
+    if (now_ && !held_) centring_->learn(*now_, seen);
     now_ = std::move(seen);
     const double difference = now_->look.difference;
     if (std::isfinite(difference) && difference < best_difference_ && box_.clamp(now_->pose) == now_->pose) {
@@ -118,10 +119,29 @@ class ThroughFocus final : public relign::Optimizer {
         if (axis != focus_axis_) pose[axis] = 0.5 * (box_.lower[axis] + box_.upper[axis]);
       if (!go(pose)) return false;
     }
+    if (!go(centred(now_->pose))) return false;
+    return tilts() == 0 || !now_->look.placed || !at_wall() || share_centring();
+  }
+
+  // The middle of the box was no better (where the start is unknown, it is the start): tilts and shifts alike may be
+  // far off, so they share the way to the image's middle.
+  bool share_centring() {
+    std::vector<std::size_t> axes = {0, 1};
+    Pose middle = now_->pose;
+    for (std::size_t axis = 0; axis < kAcross; ++axis) middle[axis] = 0.5 * (box_.lower[axis] + box_.upper[axis]);
+    for (std::size_t tilt = kFirstTilt; tilt < kFirstTilt + tilts(); ++tilt) {
+      Pose pose = middle;
+      pose[tilt] += inward(tilt, tilt_probe_);
+      if (!go(middle) || !go(pose)) return false;
+      axes.push_back(tilt);
+    }
+    for (int image = 0; image < 2; ++image)
+      if (!go(box_.clamp(centring_->centred({*now_}, middle, axes).value_or(middle)))) return false;
     return go(centred(now_->pose));
   }
 
   bool at_wall() const {
+    if (held_) return true;
     for (std::size_t axis = 0; axis < kAcross; ++axis)
       if (now_->pose[axis] <= box_.lower[axis] || now_->pose[axis] >= box_.upper[axis]) return true;
     return false;
@@ -140,12 +160,6 @@ class ThroughFocus final : public relign::Optimizer {
     if (!(std::fabs(turned) > 0.1) || !(std::fabs(move) > 1e-9)) return true;
     turn_response_ = turned / move;
     return go(centred(now_->pose));
-  }
-
-  bool to_focus(double z) {
-    Pose pose = now_->pose;
-    pose[focus_axis_] = z;
-    return go(centred(pose));
   }
 
   // Through focus in equal strides, on until the sharpest image lies between two others; false without a focus.
@@ -173,7 +187,9 @@ class ThroughFocus final : public relign::Optimizer {
         focus_ = wall;
         return true;
       }
-      if (!to_focus(from + (upwards ? defocus_ : -defocus_)) || !now_->look.sound) return false;
+      Pose pose = now_->pose;
+      pose[focus_axis_] = from + (upwards ? defocus_ : -defocus_);
+      if (!go(centred(pose)) || !now_->look.sound) return false;
       captures.insert(upwards ? captures.end() : captures.begin(), *now_);
     }
     return false;
@@ -268,6 +284,7 @@ class ThroughFocus final : public relign::Optimizer {
   Pose best_;
   double best_difference_ = std::numeric_limits<double>::infinity();
   bool solved_ = false;
+  bool held_ = false;  // by a limit of the stage, at the last move
   std::optional<through_focus::Centring> centring_;
   double turn_response_ = 0;  // degrees per share of the travel; 0: unknown
   double focus_ = 0;

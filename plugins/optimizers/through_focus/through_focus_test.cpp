@@ -140,6 +140,19 @@ TEST(ThroughFocus, LooksForATargetThatIsOutOfSight) {
   expect_at_optimum(conversation, toy);
 }
 
+// The tilts hide the middle of the image from the axes across: all four have to move.
+TEST(ThroughFocus, TiltsHelpToCentreWhereTheWallsAreInTheWay) {
+  ToyStation toy(5);
+  test::FakeSetup setup = toy.setup();
+  toy.optimum_ = {0.3, -0.3, 0.06, 0.3, 0.3};
+  setup.lower.assign(5, -0.4);
+  setup.upper.assign(5, 0.4);
+  setup.budget = 80;
+  test::FakeConversation conversation(setup);
+  run(conversation);
+  expect_at_optimum(conversation, toy);
+}
+
 TEST(ThroughFocus, EveryBudgetEndsAtOnceWithARecommendationInTheBox) {
   for (std::uint32_t budget = 1; budget <= 30; ++budget) {
     SCOPED_TRACE(budget);

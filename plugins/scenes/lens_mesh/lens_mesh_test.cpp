@@ -80,7 +80,7 @@ TEST_F(LensMeshTest, ImagesComeCloserWithThePitch) {
   choices.pixels = 50;
   const imaging::SceneFile file =
       imaging::read_scene_file(std::string(RELIGN_PLUGIN_DIR) + "/lens_mesh/relign_od/scene.json", choices);
-  imaging::Parallel parallel(2);
+  Parallel parallel(2);
   const auto offsets = optics::read_offsets(JsonSource::from_text(kOffsets, "offsets"), "", file.lens);
   const auto render = [&](optics::BlockTracer* tracer) {
     imaging::Camera camera(file, {}, parallel, tracer);

@@ -4,7 +4,7 @@
 
 #include <memory>
 
-namespace relign::imaging {
+namespace relign {
 
 class Parallel {
  public:
@@ -30,4 +30,4 @@ class Parallel {
   std::unique_ptr<Shared> shared_;
 };
 
-}  // namespace relign::imaging
+}  // namespace relign

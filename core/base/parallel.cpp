@@ -1,4 +1,4 @@
-#include "imaging/parallel.h"
+#include "base/parallel.h"
 
 #include <atomic>
 #include <chrono>
@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-namespace relign::imaging {
+namespace relign {
 
 namespace {
 
@@ -104,4 +104,4 @@ void Parallel::run(int count, const void* body, Call call) {
   if (shared.failure) std::rethrow_exception(shared.failure);
 }
 
-}  // namespace relign::imaging
+}  // namespace relign

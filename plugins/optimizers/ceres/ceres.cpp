@@ -1,0 +1,158 @@
+// Levenberg-Marquardt on the merit, or on the image's difference from the reference. See README.md.
+#include <relign/plugin.hpp>
+
+#include "captures.h"
+#include "local_model.h"
+#include "secant_solver.h"
+
+namespace {
+
+using ceres_plugin::Captures;
+using ceres_plugin::LocalModel;
+using ceres_plugin::Matrix;
+using ceres_plugin::SecantSolver;
+using ceres_plugin::Vector;
+
+constexpr double kSmallestShare = 0.02;  // of the first differences: finer ones measure noise alone
+constexpr double kReach = 0.06;          // of one step of the local model
+constexpr double kLongestProbe = 0.12;
+constexpr int kProbesPerAxis = 20;   // then the trial is finished
+constexpr double kTimesProbe = 1.5;  // width of the neighbourhood that the local model is fitted to
+
+Vector to_vector(const relign::Pose& pose) {
+  return Eigen::Map<const Vector>(pose.data(), static_cast<Eigen::Index>(pose.size()));
+}
+relign::Pose to_pose(const Vector& point) { return relign::Pose(point.data(), point.data() + point.size()); }
+
+class Ceres final : public relign::Optimizer {
+ public:
+  explicit Ceres(const relign::Parameters& given)
+      : by_image_(given.text("residual") == "image"),
+        difference_(given.number("difference")),
+        first_blur_(given.number("first_blur")),
+        last_blur_(given.number("last_blur")),
+        probe_(given.number("probe")) {
+    if (last_blur_ > first_blur_)
+      throw std::invalid_argument("last_blur: expected at most first_blur, " + std::to_string(first_blur_) +
+                                  ", found " + std::to_string(last_blur_));
+  }
+
+  void run(relign::Conversation& talk) override {
+    const relign::Box box = talk.box();
+    lower_ = to_vector(box.lower);
+    upper_ = to_vector(box.upper);
+    if (by_image_)
+      search_by_image(talk);
+    else
+      search_by_merit(talk);
+  }
+
+ private:
+  Vector strides() const { return Vector::Constant(lower_.size(), difference_); }
+
+  // One residual, the merit: a search for its zero.
+  void search_by_merit(relign::Conversation& talk) const {
+    const relign::Observation first = talk.first();
+    const double unit = std::isfinite(first.merit) && first.merit > 0 ? first.merit : 1;
+    std::vector<double> residuals;
+    double worst = 1;
+    // Below zero nothing is better than zero; what is no number is as bad as the worst that was one.
+    const auto take = [&](double merit) {
+      const double residual = std::isfinite(merit) ? std::clamp(merit / unit, 0.0, 1e6) : worst;
+      worst = std::max(worst, residual);
+      residuals.push_back(residual);
+    };
+    take(first.merit);
+    const auto look = [&](const Vector& x) {
+      const auto seen = talk.step(to_pose(x));
+      if (seen) take(seen->merit);
+      return seen.has_value();
+    };
+    const auto all = [&]() -> Matrix {
+      return Eigen::Map<const Matrix>(residuals.data(), 1, static_cast<Eigen::Index>(residuals.size()));
+    };
+    SecantSolver solver({lower_, upper_, look, all}, to_vector(talk.box().clamp(first.pose)));
+    // The best measured pose counts: it may be one of the differences'.
+    solver.search(strides(), kSmallestShare);
+  }
+
+  void search_by_image(relign::Conversation& talk) const {
+    Captures captures(talk.reference());
+    captures.set_blur(first_blur_);
+    const relign::Observation first = talk.first();
+    captures.add(first.image());
+    const auto look = [&](const Vector& x) {
+      const auto seen = talk.step(to_pose(x));
+      if (seen) captures.add(seen->image());
+      return seen.has_value();
+    };
+    const auto all = [&]() -> Matrix { return ceres_plugin::coordinates(captures.products()); };
+    SecantSolver solver({lower_, upper_, look, all}, to_vector(talk.box().clamp(first.pose)));
+    if (approach(talk, captures, solver)) refine(talk, captures, solver, look);
+  }
+
+  // Coarse to fine, by Broyden's Jacobian, until finer images tell no more. False when stopped.
+  bool approach(relign::Conversation& talk, Captures& captures, SecantSolver& solver) const {
+    if (!solver.difference(strides())) return false;
+    const int most_looks = 2 * static_cast<int>(lower_.size());
+    double blur = first_blur_, radius = 30;
+    for (int failures = 0; solver.looks() < most_looks;) {
+      const SecantSolver::Step made = solver.step(radius, 1e-5);
+      if (made == SecantSolver::Step::stopped) return false;
+      const bool lower = made == SecantSolver::Step::lower;
+      if (lower) talk.recommend(to_pose(solver.best()));
+      radius = lower ? std::min(radius * 3, 1e4) : radius / 4;
+      failures = lower ? 0 : failures + 1;
+      const bool settled =
+          made == SecantSolver::Step::none || failures >= 2 || (lower && solver.last_step() < 0.3 * difference_);
+      if (!settled) continue;
+      if (blur <= last_blur_) return true;
+      blur = std::max(last_blur_, blur / 2);
+      captures.set_blur(blur);
+      radius = std::max(radius, 30.0);
+      failures = 0;
+    }
+    return true;
+  }
+
+  // Probes around what the local model thinks best, which follows. Probes go along the directions that the image tells
+  // apart, both ways, and as far as it takes to see them.
+  template <class Look>
+  void refine(relign::Conversation& talk, Captures& captures, const SecantSolver& solver, const Look& look) const {
+    captures.set_blur(last_blur_);
+    std::vector<Vector> points = solver.points();
+    Vector at = solver.best();
+    const auto once = static_cast<Eigen::Index>(solver.base()), again = static_cast<Eigen::Index>(points.size());
+    if (!look(at)) return;
+    points.push_back(at);
+    const double noise = captures.noise(once, again);
+    const Eigen::Index n = at.size();
+    ceres_plugin::Neighbourhood near{Matrix::Identity(n, n) / (kReach * kReach), kReach, difference_};
+    for (Eigen::Index k = 0; k < kProbesPerAxis * n; ++k) {
+      const LocalModel model =
+          fit_locally(points, captures.products(), noise, at, solver.combinations(), near, lower_, upper_);
+      at = model.optimum;
+      talk.recommend(to_pose(at));
+      near.metric = (model.squares / (probe_ * probe_) + Matrix::Identity(n, n) / (kLongestProbe * kLongestProbe)) /
+                    (kTimesProbe * kTimesProbe);
+      const Eigen::Index direction = n - 1 - k / 2 % n;
+      const double length = std::min(kLongestProbe, probe_ / std::sqrt(model.strength[direction] + 1e-12));
+      Vector probe = at + (k % 2 == 0 ? length : -length) * model.axes.col(direction);
+      if (!probe.allFinite()) probe = at;
+      points.push_back(probe.cwiseMax(lower_).cwiseMin(upper_));
+      if (!look(points.back())) return;
+    }
+    at = fit_locally(points, captures.products(), noise, at, solver.combinations(), near, lower_, upper_).optimum;
+    talk.recommend(to_pose(at));
+  }
+
+  bool by_image_;
+  double difference_;              // share of the travel
+  double first_blur_, last_blur_;  // shares of the image's side
+  double probe_;                   // share of the reference's contrast
+  Vector lower_, upper_;
+};
+
+}  // namespace
+
+RELIGN_PLUGIN(Ceres)

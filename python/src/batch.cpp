@@ -1,0 +1,183 @@
+// environment::Batch as arrays. Every call that renders lets other Python threads run.
+#include "environment/batch.h"
+
+#include <algorithm>
+
+#include "base/error.h"
+#include "bindings.h"
+
+namespace relign::python {
+namespace {
+
+using environment::Batch;
+using Slots = std::vector<unsigned>;
+
+SeedDomain domain_of(const std::string& name) {
+  if (name == "training") return SeedDomain::training;
+  if (name == "tuning") return SeedDomain::tuning;
+  if (name == "benchmark") return SeedDomain::benchmark;
+  throw Error(ErrorKind::bad_input, "there are no instances '" + name + "'; instances: training, tuning, benchmark");
+}
+
+task::Limits limits_of(const std::string& name) {
+  if (name == "soft") return task::Limits::soft;
+  if (name == "hard") return task::Limits::hard;
+  throw Error(ErrorKind::bad_input, "there is no clipping '" + name + "'; clipping: soft, hard");
+}
+
+std::unique_ptr<Batch> make_batch(plugin_host::Catalog& catalog, const std::string& scene,
+                                  const std::string& scene_parameters, const std::string& level,
+                                  const std::string& level_parameters, const std::string& clipping,
+                                  std::uint64_t suite_seed, unsigned slots, unsigned threads,
+                                  const std::string& cache_folder) {
+  environment::BatchSetup setup;
+  setup.scene = choose(catalog, plugin_host::Kind::scene, scene, scene_parameters);
+  setup.level = choose(catalog, plugin_host::Kind::noise_level, level, level_parameters);
+  setup.limits = limits_of(clipping);
+  setup.suite_seed = suite_seed;
+  setup.slots = slots;
+  setup.threads = threads;
+  setup.cache_folder = cache_folder;
+  const py::gil_scoped_release release;
+  return std::make_unique<Batch>(std::move(setup));
+}
+
+void reset(Batch& batch, const Slots& slots, const std::string& domain, const std::vector<std::uint64_t>& numbers) {
+  if (numbers.size() != slots.size()) throw Error(ErrorKind::bad_input, "reset needs one instance number per slot");
+  std::vector<Batch::Draw> draws;
+  for (std::size_t k = 0; k < slots.size(); ++k) draws.push_back({slots[k], domain_of(domain), numbers[k]});
+  const py::gil_scoped_release release;
+  batch.reset(draws);
+}
+
+void move_by(Batch& batch, const Slots& slots, const py::buffer& moves) {
+  const double* numbers = numbers_of<double>(moves, {slots.size(), batch.facts().axes.size()}, false, "moves");
+  const py::gil_scoped_release release;
+  batch.move_by(slots, numbers);
+}
+
+void capture_at(Batch& batch, const Slots& slots, const py::buffer& poses, const std::vector<std::uint64_t>& seeds,
+                const py::buffer& frames) {
+  const double* numbers = numbers_of<double>(poses, {slots.size(), batch.facts().axes.size()}, false, "poses");
+  if (seeds.size() != slots.size()) throw Error(ErrorKind::bad_input, "capture_at needs one seed per slot");
+  float* pixels =
+      numbers_of<float>(frames, {slots.size(), batch.facts().image_height, batch.facts().image_width}, true, "frames");
+  const py::gil_scoped_release release;
+  batch.capture_at(slots, numbers, seeds.data(), pixels);
+}
+
+void render_at(Batch& batch, const Slots& slots, const py::buffer& poses, const py::buffer& frames) {
+  const double* numbers = numbers_of<double>(poses, {slots.size(), batch.facts().axes.size()}, false, "poses");
+  float* pixels =
+      numbers_of<float>(frames, {slots.size(), batch.facts().image_height, batch.facts().image_width}, true, "frames");
+  const py::gil_scoped_release release;
+  batch.render_at(slots, numbers, pixels);
+}
+
+py::tuple truths(Batch& batch, const Slots& slots) {
+  std::vector<task::Truth> found;
+  {
+    const py::gil_scoped_release release;
+    found = batch.truths(slots);
+  }
+  std::vector<double> mse, error;
+  for (const task::Truth& truth : found) mse.push_back(truth.mse), error.push_back(truth.standard_error);
+  return py::make_tuple(mse, error);
+}
+
+py::list optima(Batch& batch, const Slots& slots) {
+  std::vector<std::optional<plugin_host::MountedAssembly::Optimum>> found;
+  {
+    const py::gil_scoped_release release;
+    found = batch.optima(slots);
+  }
+  py::list list;
+  for (const auto& optimum : found) {
+    if (optimum)
+      list.append(py::make_tuple(optimum->true_pose, optimum->truth.mse));
+    else
+      list.append(py::none());
+  }
+  return list;
+}
+
+// One row per slot.
+std::vector<std::vector<double>> rows(const Batch& batch, const Slots& slots,
+                                      const std::vector<double> Batch::State::*member) {
+  std::vector<std::vector<double>> values;
+  for (const unsigned slot : slots) values.push_back(batch.state(slot).*member);
+  return values;
+}
+
+// The last frames, read-only, as long as the batch lives: slots x height x width.
+py::buffer_info frames(Batch& batch) {
+  const py::ssize_t height = batch.facts().image_height, width = batch.facts().image_width, size = sizeof(float);
+  return {const_cast<float*>(batch.frames()),
+          size,
+          py::format_descriptor<float>::format(),
+          3,
+          {py::ssize_t{batch.slots()}, height, width},
+          {height * width * size, width * size, size},
+          true};
+}
+
+void read_reference(const Batch& batch, const py::buffer& into) {
+  float* pixels = numbers_of<float>(into, {batch.facts().image_height, batch.facts().image_width}, true, "reference");
+  std::copy(batch.reference().begin(), batch.reference().end(), pixels);
+}
+
+py::dict instance(const Batch& batch, unsigned slot) {
+  const task::Instance& instance = batch.state(slot).instance;
+  py::dict dict;
+  dict["number"] = instance.number;
+  dict["seed"] = instance.seed;
+  dict["start"] = instance.variances.start;
+  dict["distortion"] = instance.variances.distortion;
+  dict["elements"] = instance.variances.elements_json;
+  dict["cure_shift"] = instance.variances.cure_shift;
+  return dict;
+}
+
+}  // namespace
+
+void bind_batch(py::module_& module) {
+  using py::arg;
+  py::class_<Batch>(module, "Batch", py::buffer_protocol(),
+                    "Many lenses of one scene, moved and captured together over all cores. A buffer: the last frames.")
+      .def(py::init(&make_batch), arg("catalog"), arg("scene"), arg("scene_parameters"), arg("level"),
+           arg("level_parameters"), arg("clipping"), arg("suite_seed"), arg("slots"), arg("threads"),
+           arg("cache_folder"), py::keep_alive<1, 2>())
+      .def_property_readonly("facts", [](const Batch& batch) { return batch.facts().text; })
+      .def_property_readonly("axes", [](const Batch& batch) { return batch.facts().axes.size(); })
+      .def_property_readonly("nominal_pose", [](const Batch& batch) { return batch.facts().nominal_pose; })
+      .def_property_readonly("white", [](const Batch& batch) { return batch.facts().image_white; })
+      .def_property_readonly("tells_truth", [](const Batch& batch) { return batch.facts().truth; })
+      .def_property_readonly("slots", &Batch::slots)
+      .def_property_readonly("threads", &Batch::threads)
+      .def_property_readonly("height", [](const Batch& batch) { return batch.facts().image_height; })
+      .def_property_readonly("width", [](const Batch& batch) { return batch.facts().image_width; })
+      .def("read_reference", &read_reference, arg("into"))
+      .def_buffer(&frames)
+      .def("reset", &reset, arg("slots"), arg("domain"), arg("numbers"))
+      .def("move_by", &move_by, arg("slots"), arg("moves"))
+      .def("capture_at", &capture_at, arg("slots"), arg("poses"), arg("seeds"), arg("frames"))
+      .def("render_at", &render_at, arg("slots"), arg("poses"), arg("frames"))
+      .def("truths", &truths, arg("slots"))
+      .def("optima", &optima, arg("slots"))
+      .def("instance", &instance, arg("slot"))
+      .def("true_poses",
+           [](const Batch& batch, const Slots& slots) { return rows(batch, slots, &Batch::State::true_pose); })
+      .def("commanded_poses",
+           [](const Batch& batch, const Slots& slots) { return rows(batch, slots, &Batch::State::commanded_pose); })
+      .def("measured",
+           [](const Batch& batch, const Slots& slots) {
+             std::vector<double> values;
+             for (const unsigned slot : slots) values.push_back(batch.state(slot).measured_rmse);
+             return values;
+           })
+      .def("limits", [](const Batch& batch, unsigned slot) {
+        return py::make_tuple(batch.state(slot).limits_low, batch.state(slot).limits_high);
+      });
+}
+
+}  // namespace relign::python

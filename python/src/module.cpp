@@ -1,0 +1,84 @@
+// relign_bench._core: scenes, instances, frames and trials for Python. Users see the package's classes; this module
+// speaks in ids, JSON text and arrays.
+#include <filesystem>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "bindings.h"
+
+namespace relign::python {
+namespace {
+
+// Messages for people: an Error's own words, as a Python exception that callers would expect.
+void translate(std::exception_ptr thrown) {
+  try {
+    if (thrown) std::rethrow_exception(thrown);
+  } catch (const Error& error) {
+    switch (error.kind()) {
+      case ErrorKind::bad_input:
+        PyErr_SetString(PyExc_ValueError, error.what());
+        return;
+      case ErrorKind::io:
+        PyErr_SetString(PyExc_OSError, error.what());
+        return;
+      default:
+        PyErr_SetString(PyExc_RuntimeError, error.what());
+    }
+  }
+}
+
+plugin_host::Kind kind_of(const std::string& name) {
+  if (name == "scene") return plugin_host::Kind::scene;
+  if (name == "noise-level") return plugin_host::Kind::noise_level;
+  if (name == "algorithm") return plugin_host::Kind::optimizer;
+  throw Error(ErrorKind::bad_input,
+              "there are no plugins of kind '" + name + "'; kinds: scene, noise-level, algorithm");
+}
+
+}  // namespace
+
+Json parameters_of(const std::string& text, const std::string& what) {
+  if (text.empty()) return {};
+  Json given = JsonSource::from_text(text, what).root();
+  if (!given.is_object())
+    throw Error(ErrorKind::bad_input, what + ": '" + text + "' is no object; allowed: names with values");
+  return given;
+}
+
+plugin_host::Choice choose(plugin_host::Catalog& catalog, plugin_host::Kind kind, const std::string& id,
+                           const std::string& parameters) {
+  return catalog.resolve_or_throw(kind, id, parameters_of(parameters, "parameters of " + id));
+}
+
+}  // namespace relign::python
+
+PYBIND11_MODULE(_core, module) {
+  using namespace relign::python;
+  namespace plugin_host = relign::plugin_host;
+  module.doc() = "The compiled part of relign_bench: use the package's own classes.";
+  py::register_exception_translator([](std::exception_ptr thrown) { translate(thrown); });
+  module.def("cache_folder", [] { return relign::cache_folder().string(); });
+
+  py::class_<plugin_host::Catalog>(module, "Catalog", "Every plugin that can be used.")
+      .def(py::init([](const std::vector<std::string>& roots) {
+             auto catalog = std::make_unique<plugin_host::Catalog>();
+             for (const std::string& root : roots)
+               if (std::filesystem::is_directory(root)) catalog->scan(root);
+             return catalog;
+           }),
+           py::arg("roots"))
+      .def("add", [](plugin_host::Catalog& catalog, const std::string& path) { catalog.add(path); })
+      .def("ids",
+           [](const plugin_host::Catalog& catalog, const std::string& kind) { return catalog.ids(kind_of(kind)); })
+      .def_property_readonly("refused", [](const plugin_host::Catalog& catalog) { return catalog.refused(); })
+      // Whether the plugin behind an id has a parameter of that name: what a scene can be asked for.
+      .def("has_parameter",
+           [](plugin_host::Catalog& catalog, const std::string& kind, const std::string& id, const std::string& name) {
+             return catalog.resolve_or_throw(kind_of(kind), id).parameters.contains(name);
+           })
+      .def("parameters", [](plugin_host::Catalog& catalog, const std::string& kind, const std::string& id) {
+        return catalog.resolve_or_throw(kind_of(kind), id).parameters.dump();
+      });
+  bind_batch(module);
+  bind_trials(module);
+}

@@ -1,0 +1,31 @@
+"""What the tests of the package share. Run by ctest; by hand: PYTHONPATH=BUILD/python python3 -m unittest discover tests/python"""
+
+import unittest
+
+try:
+    import gymnasium
+    import numpy as np
+
+    import relign_bench
+except ImportError as problem:
+    raise unittest.SkipTest(f"{problem}: these tests need numpy, gymnasium and the compiled part of relign_bench")
+
+ID = "relign_bench/Alignment-v0"
+# Small and quick: 20 x 20 pixels of the paper's scene.
+SMALL = dict(scene="relign_od", noise_level="rho0.25", size=20, scene_parameters={"samples": 64})
+
+
+def make(**arguments):
+    """One environment without gymnasium's wrappers."""
+    return gymnasium.make(ID, **{**SMALL, **arguments}).unwrapped
+
+
+def make_vector(count, **arguments):
+    return gymnasium.make_vec(ID, num_envs=count, **{**SMALL, **arguments}).unwrapped
+
+
+def same(one, other):
+    """Equal observations or infos, whatever they are made of."""
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
+    return np.array_equal(one, other)

@@ -1,0 +1,205 @@
+"""The environment against gymnasium's rules, and against what the paper's package does."""
+
+import unittest
+import warnings
+
+from support import ID, SMALL, gymnasium, make, np, same
+
+from relign_bench import AlignmentEnv
+
+
+class Rules(unittest.TestCase):
+    def test_passes_the_checker_of_gymnasium_without_a_warning(self):
+        from gymnasium.utils.env_checker import check_env
+
+        for scene in ("relign_od", "gaussian_spot", "relign_l2", "cooke_triplet"):
+            level = "rho0" if scene == "gaussian_spot" else "rho0.25"
+            size = {} if scene == "gaussian_spot" else {"size": 40, "scene_parameters": {"samples": 64}}
+            with self.subTest(scene), warnings.catch_warnings():
+                warnings.simplefilter("error")
+                check_env(gymnasium.make(ID, scene=scene, noise_level=level, **size).unwrapped)
+
+    def test_passes_the_checker_of_stable_baselines3_without_a_warning(self):
+        try:
+            from stable_baselines3.common.env_checker import check_env
+        except ImportError:
+            self.skipTest("stable_baselines3 is not installed")
+        for arguments in ({}, {"frame_stack": 3}, {"include_actions": True}):
+            with self.subTest(arguments), warnings.catch_warnings():
+                warnings.simplefilter("error")
+                check_env(make(**{**arguments, "size": 40}), warn=True)
+
+    def test_the_seed_decides_everything_and_the_stream_goes_on(self):
+        one, other = make(), make()
+        first = one.reset(seed=7)
+        self.assertTrue(same(first[0], other.reset(seed=7)[0]))
+        second = one.reset()
+        self.assertFalse(same(first[0], second[0]))
+        self.assertTrue(same(second[0], other.reset()[0]), "the next unseeded episode repeats, too")
+        self.assertFalse(same(first[0], one.reset(seed=8)[0]))
+
+    def test_options_choose_the_lens(self):
+        env = make()
+        _, info = env.reset(seed=1, options={"instance": 3, "instances": "benchmark"})
+        self.assertEqual(info["instance"], 3)
+        from relign_bench import Bench
+
+        lens = Bench(**SMALL).lens(3)
+        np.testing.assert_array_equal(info["true_pose"], lens.start)
+        with self.assertRaisesRegex(ValueError, "options: instance, instances"):
+            env.reset(options={"instanse": 3})
+        with self.assertRaisesRegex(ValueError, "training, tuning, benchmark"):
+            env.reset(options={"instance": 3, "instances": "test"})
+
+    def test_training_tuning_and_benchmark_share_no_lens(self):
+        env = make()
+        seen = [env.reset(options={"instance": 5, "instances": family})[1]["true_pose"].tolist()
+                for family in ("training", "tuning", "benchmark")]
+        self.assertEqual(len(set(map(tuple, seen))), 3)
+
+    def test_mistakes_name_what_there_is(self):
+        for arguments, words in (
+            ({"reward": "papper"}, "rewards: paper"),
+            ({"score": "mse"}, "scores: combined"),
+            ({"observation": "rgb"}, "observations: uint8, float32"),
+            ({"clipping": "none"}, "clipping: soft, hard"),
+            ({"scene": "relign_of"}, "did you mean 'relign_od'"),
+            ({"noise_level": "rho1"}, "unknown noise level 'rho1'"),
+            ({"scene": "gaussian_spot", "noise_level": "rho0"}, "sensor of scene 'gaussian_spot' cannot be chosen"),
+            ({"reward": "minus_one_plus"}, "give one, such as goal=0.05"),
+            ({"frame_stack": 0}, "allowed: 1 or more"),
+        ):
+            with self.subTest(arguments), self.assertRaisesRegex(ValueError, words):
+                make(**arguments)
+        env = make()
+        with self.assertRaises(gymnasium.error.ResetNeeded):
+            env.step(np.zeros(5, np.float32))
+        env.reset(seed=1)
+        with self.assertRaisesRegex(ValueError, "5 finite numbers"):
+            env.step(np.full(5, np.nan, np.float32))
+        with self.assertRaisesRegex(ValueError, "5 finite numbers"):
+            env.step(np.zeros(4, np.float32))
+
+    def test_close_twice_is_no_mistake(self):
+        env = make()
+        env.close()
+        env.close()
+
+
+class Episodes(unittest.TestCase):
+    def test_moves_and_poses(self):
+        # rho0 has the stage's distortion alone: true move = D x commanded move.
+        env = make(noise_level="rho0", action="move")
+        _, before = env.reset(seed=3)
+        move = np.array([0.1, -0.05, 0.02, 0.0, -0.1], np.float32) * np.sign(0.5 - before["true_pose"])
+        _, _, _, _, after = env.step(move)
+        distortion = env.task.batch.instance(0)["distortion"]
+        np.testing.assert_allclose(after["true_pose"], before["true_pose"] + distortion @ move, atol=1e-12)
+        np.testing.assert_allclose(after["commanded_pose"], before["commanded_pose"] + move, atol=1e-12)
+
+    def test_a_unit_action_is_a_fifth_of_the_travel(self):
+        unit, move = make(noise_level="rho0"), make(noise_level="rho0", action="move")
+        unit.reset(seed=3), move.reset(seed=3)
+        action = np.array([1, -1, 0.5, 0, 0.25], np.float32)
+        one, other = unit.step(action), move.step(np.float32(0.2) * action)
+        np.testing.assert_allclose(one[4]["true_pose"], other[4]["true_pose"], atol=1e-7)
+
+    def test_an_absolute_action_is_a_pose(self):
+        env = make(noise_level="rho0", action="absolute")
+        env.reset(seed=3)
+        pose = np.array([0.5, 0.4, 0.6, 0.5, 0.45], np.float32)
+        _, _, _, _, info = env.step(pose)
+        np.testing.assert_allclose(info["commanded_pose"], pose, atol=1e-12)
+        # Absolute poses mean the same place again, wherever one comes from.
+        env.step(np.array([0.3, 0.3, 0.3, 0.3, 0.3], np.float32))
+        _, _, _, _, again = env.step(pose)
+        np.testing.assert_allclose(info["true_pose"], again["true_pose"], atol=1e-12)
+
+    def test_clipping(self):
+        for clipping in ("soft", "hard"):
+            env = make(noise_level="rho0", action="move", clipping=clipping)
+            _, info = env.reset(seed=3)
+            toward = np.array([0.2, 0.2, 0, 0, 0], np.float32) * np.where(info["true_pose"] > 0.5, 1, -1)
+            for _ in range(6):
+                start = info["true_pose"]
+                _, _, _, _, info = env.step(toward)
+            self.assertTrue(((info["true_pose"] >= 0) & (info["true_pose"] <= 1)).all())
+            self.assertTrue(info["limits"].any())
+            if clipping == "soft":  # each axis goes on to its own wall
+                self.assertIn(info["true_pose"][0], (0.0, 1.0))
+                self.assertIn(info["true_pose"][1], (0.0, 1.0))
+            else:  # the first wall has stopped both: no step was made in the end
+                np.testing.assert_allclose(info["true_pose"], start, atol=1e-12)
+
+    def test_the_end_of_the_budget_truncates_and_a_goal_terminates(self):
+        # gymnasium.make keeps max_episode_steps for a wrapper of its own, with the same effect.
+        for env in (AlignmentEnv(max_episode_steps=3, **SMALL), gymnasium.make(ID, max_episode_steps=3, **SMALL)):
+            env.reset(seed=1)
+            ends = [env.step(np.zeros(5, np.float32))[2:4] for _ in range(3)]
+            self.assertEqual(ends, [(False, False), (False, False), (False, True)])
+        env = make(goal=100.0)
+        env.reset(seed=1)
+        self.assertEqual(env.step(np.zeros(5, np.float32))[2:4], (True, False))
+
+    def test_frames_stack_with_zeros_before_the_start(self):
+        env = make(frame_stack=3, include_actions=True, observation="float32")
+        observation, _ = env.reset(seed=1)
+        self.assertEqual(observation["image"].shape, (3, 20, 20))
+        self.assertFalse(observation["image"][:2].any())
+        self.assertFalse(observation["actions"].any())
+        first = observation["image"][2]
+        action = np.full(5, 0.5, np.float32)
+        observation, _, _, _, _ = env.step(action)
+        np.testing.assert_array_equal(observation["image"][1], first)
+        np.testing.assert_array_equal(observation["actions"][2], action)
+        self.assertFalse(observation["image"][0].any())
+
+    def test_observations_are_the_captures(self):
+        byte, real = make(), make(observation="float32")
+        one, other = byte.reset(seed=5)[0], real.reset(seed=5)[0]
+        white = real.task.white
+        expected = np.minimum(255, np.floor(other * (255 / (3 * white)) + 0.5))
+        self.assertLessEqual(np.abs(one.astype(int) - expected).max(), 1)
+        self.assertGreater(one.max(), 0)
+
+    def test_infos_are_the_truth(self):
+        env = make()
+        _, info = env.reset(seed=2)
+        reference = env.task.reference
+        np.testing.assert_allclose(info["measured_rmse"], np.sqrt(np.mean((env.task.frames[0] - reference) ** 2)),
+                                   rtol=1e-6)
+        # Captures have noise beyond what blurs them.
+        self.assertLess(info["noise_free_rmse"], info["measured_rmse"])
+        self.assertNotIn("noise_free_rmse", make(noise_free=False).reset(seed=2)[1])
+
+    def test_pictures(self):
+        env = make(render_mode="rgb_array")
+        env.reset(seed=1)
+        picture = env.render()
+        self.assertEqual((picture.ndim, picture.shape[2], picture.dtype), (3, 3, np.uint8))
+        before = picture.copy()
+        env.step(np.full(5, 0.5, np.float32))
+        self.assertFalse(np.array_equal(before, env.render()))
+        with self.assertRaisesRegex(ValueError, "render modes"):
+            AlignmentEnv(render_mode="ansi", **SMALL)
+
+
+class Sizes(unittest.TestCase):
+    def test_half_the_size_has_the_light_and_the_noise_of_four_pixels_binned(self):
+        whole = make(size=80, scene_parameters={"samples": 64}, observation="float32", noise_free=False)
+        half = make(size=40, scene_parameters={"samples": 256}, observation="float32", noise_free=False)
+        for env in (whole, half):
+            env.reset(options={"instance": 1})
+        pose = np.full((1, 5), 0.5)
+        binned = np.stack([whole.task.batch.capture_at([0], pose, [k])[0].reshape(40, 2, 40, 2).mean((1, 3))
+                           for k in range(60)])
+        direct = np.stack([half.task.batch.capture_at([0], pose, [k])[0] for k in range(60)])
+        lit = whole.task.reference.reshape(40, 2, 40, 2).mean((1, 3)) > 0.05
+        self.assertGreater(lit.sum(), 50)
+        mean, other = binned[:, lit].mean(), direct[:, lit].mean()
+        self.assertLess(abs(mean / other - 1), 0.02)
+        self.assertLess(abs(binned[:, lit].std(0).mean() / direct[:, lit].std(0).mean() - 1), 0.05)
+
+
+if __name__ == "__main__":
+    unittest.main()
