@@ -14,7 +14,7 @@ class Rules(unittest.TestCase):
 
         for scene in ("relign_od", "gaussian_spot", "relign_l2", "cooke_triplet"):
             level = "rho0" if scene == "gaussian_spot" else "rho0.25"
-            size = {} if scene == "gaussian_spot" else {"size": 40, "scene_parameters": {"samples": 64}}
+            size = {} if scene == "gaussian_spot" else {"size": 40}
             with self.subTest(scene), warnings.catch_warnings():
                 warnings.simplefilter("error")
                 check_env(gymnasium.make(ID, scene=scene, noise_level=level, **size).unwrapped)
@@ -185,16 +185,20 @@ class Episodes(unittest.TestCase):
 
 
 class Sizes(unittest.TestCase):
-    def test_half_the_size_has_the_light_and_the_noise_of_four_pixels_binned(self):
-        whole = make(size=80, scene_parameters={"samples": 64}, observation="float32", noise_free=False)
-        half = make(size=40, scene_parameters={"samples": 256}, observation="float32", noise_free=False)
+    def test_binned_parameters_give_the_light_and_the_noise_of_binned_pixels(self):
+        from relign_bench._native import binned_parameters
+
+        whole = make(size=None, observation="float32", noise_free=False)
+        half = make(size=None, scene_parameters=binned_parameters("relign_od", 100), observation="float32",
+                    noise_free=False)
+        self.assertEqual(half.task.reference.shape, (100, 100))
         for env in (whole, half):
             env.reset(options={"instance": 1})
         pose = np.full((1, 5), 0.5)
-        binned = np.stack([whole.task.batch.capture_at([0], pose, [k])[0].reshape(40, 2, 40, 2).mean((1, 3))
+        binned = np.stack([whole.task.batch.capture_at([0], pose, [k])[0].reshape(100, 2, 100, 2).mean((1, 3))
                            for k in range(60)])
         direct = np.stack([half.task.batch.capture_at([0], pose, [k])[0] for k in range(60)])
-        lit = whole.task.reference.reshape(40, 2, 40, 2).mean((1, 3)) > 0.05
+        lit = whole.task.reference.reshape(100, 2, 100, 2).mean((1, 3)) > 0.05
         self.assertGreater(lit.sum(), 50)
         mean, other = binned[:, lit].mean(), direct[:, lit].mean()
         self.assertLess(abs(mean / other - 1), 0.02)
