@@ -6,6 +6,7 @@ Gordon and Bagnell 2011): the policy aligns lenses, what it saw is labelled and 
 """
 
 import json
+import math
 import os
 import pathlib
 import time
@@ -199,7 +200,7 @@ class Training:
         for k in range(batches):
             share = (done * batches + k) / (count * batches)
             for group in optimizer.param_groups:  # a cosine from the first rate to the last
-                group["lr"] = self.recipe.last_rate + (rate - self.recipe.last_rate) * 0.5 * (1 + np.cos(np.pi * share))
+                group["lr"] = self.recipe.last_rate + (rate - self.recipe.last_rate) * 0.5 * (1 + math.cos(math.pi * share))
             chosen = order[k * self.recipe.batch:(k + 1) * self.recipe.batch]
             loss = loss_of(self.net, torch.from_numpy(pictures[chosen][:, None]), torch.from_numpy(along[chosen]),
                            self.directions.stiff)
