@@ -39,7 +39,8 @@ def __dir__():
     return sorted(list(globals()) + __all__)
 
 
-# An installed package registers itself through gymnasium's entry points; from a build folder the import must do it.
+# Where gymnasium came first, its environment is there at once; else `register()` adds it. Importing gymnasium here would
+# cost every plugin in Python its start.
 if "gymnasium" in _sys.modules:
     from .registration import register as _register
 

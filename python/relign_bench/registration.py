@@ -7,7 +7,6 @@ def register():
     """Registers the environment; once is enough, twice does no harm."""
     import gymnasium
 
-    # Called by gymnasium's entry points, a namespace may already stand before the name.
     if ENVIRONMENT in gymnasium.registry:
         return
     with gymnasium.envs.registration.namespace("relign_bench"):

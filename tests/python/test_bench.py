@@ -96,6 +96,12 @@ class Results(unittest.TestCase):
 
 
 class Imports(unittest.TestCase):
+    def test_the_environment_is_registered_in_either_order(self):
+        for code in ("import gymnasium, relign_bench", "import relign_bench, gymnasium; relign_bench.register()"):
+            told = subprocess.run([sys.executable, "-c", code + "; print(gymnasium.spec('relign_bench/Alignment-v0').id)"],
+                                  capture_output=True, check=True, text=True).stdout
+            self.assertEqual(told.strip(), "relign_bench/Alignment-v0")
+
     def test_plugins_need_neither_numpy_nor_the_compiled_part(self):
         code = ("import sys; import relign_bench.plugin; "
                 "print(sorted(set(sys.modules) & {'relign_bench._core', 'gymnasium'}))")
