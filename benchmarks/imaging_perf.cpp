@@ -40,7 +40,7 @@ const std::vector<double>& pose() {
 constexpr double kSensorAlbedo = 0.5;  // transport ghost alone asks for it
 
 void capture(benchmark::State& state, imaging::Sampler sampler, imaging::Transport transport, int samples) {
-  Parallel parallel(static_cast<unsigned>(state.range(0)));
+  relign::Parallel parallel(static_cast<unsigned>(state.range(0)));
   imaging::Camera camera(scene(), {transport, sampler, samples, kSensorAlbedo}, parallel);
   imaging::MountedLens lens(scene(), tilted());
   std::vector<float> image(40000);
@@ -81,7 +81,7 @@ BENCHMARK_CAPTURE(capture, hemisphere_fresnel, imaging::Sampler::hemisphere, ima
 // 1920 x 1280 pixels with electronics, as the preset camera_2mp takes them. Goal: 500 ms on two cores.
 void capture_2mp(benchmark::State& state) {
   const imaging::SceneFile camera_2mp = imaging::read_scene_file(RELIGN_CAMERA_2MP_SCENE, {});
-  Parallel parallel(static_cast<unsigned>(state.range(0)));
+  relign::Parallel parallel(static_cast<unsigned>(state.range(0)));
   imaging::Camera camera(camera_2mp, {imaging::Transport::fresnel, imaging::Sampler::pupil, 8}, parallel);
   imaging::MountedLens lens(camera_2mp);
   std::vector<float> image(camera_2mp.sensor.pixels());
@@ -92,7 +92,7 @@ BENCHMARK(capture_2mp)->Arg(1)->Arg(2)->ArgName("threads")->Unit(benchmark::kMil
 
 // The best pose of a lens as built, and its error.
 void own_optimum(benchmark::State& state) {
-  Parallel parallel(static_cast<unsigned>(state.range(0)));
+  relign::Parallel parallel(static_cast<unsigned>(state.range(0)));
   const imaging::Reference reference = imaging::make_reference(scene(), {}, parallel, {}, {});
   imaging::Camera camera(scene(), {}, parallel);
   imaging::OptimumFinder finder(scene(), {}, camera, parallel, reference);
@@ -103,7 +103,7 @@ void own_optimum(benchmark::State& state) {
 BENCHMARK(own_optimum)->Arg(1)->Arg(2)->ArgName("threads")->Unit(benchmark::kMillisecond)->UseRealTime();
 
 void truth(benchmark::State& state) {
-  Parallel parallel(static_cast<unsigned>(state.range(0)));
+  relign::Parallel parallel(static_cast<unsigned>(state.range(0)));
   const imaging::Reference reference = imaging::make_reference(scene(), {}, parallel, {}, {});
   imaging::Camera camera(scene(), {}, parallel);
   imaging::MountedLens lens(scene());
@@ -123,7 +123,7 @@ BENCHMARK(truth)
 
 // 16 poses of each of 4 assemblies in one call.
 void batch(benchmark::State& state) {
-  Parallel parallel(static_cast<unsigned>(state.range(0)));
+  relign::Parallel parallel(static_cast<unsigned>(state.range(0)));
   imaging::CameraBatch cameras(scene(), {}, parallel);
   std::vector<std::unique_ptr<imaging::MountedLens>> lenses;
   std::vector<std::vector<double>> poses;
@@ -151,7 +151,7 @@ BENCHMARK(batch)
 
 // A new assembly and its first capture, as every trial begins.
 void mount(benchmark::State& state) {
-  Parallel parallel(static_cast<unsigned>(state.range(0)));
+  relign::Parallel parallel(static_cast<unsigned>(state.range(0)));
   std::vector<float> image(40000);
   for (auto _ : state) {
     imaging::Camera camera(scene(), {}, parallel);

@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <mutex>
 #include <system_error>
 
 #include "base/error.h"
@@ -80,8 +81,10 @@ FakePreparation prepare(const Choice& choice, std::uint32_t axes,
 
 namespace {
 
-// Prepared once in this process for a choice and number of axes: most checks run many trials.
+// Prepared once in this process for a choice and number of axes: most checks run many trials, some at the same time.
 FakePreparation prepared_before(const Choice& choice, std::uint32_t axes) {
+  static std::mutex mutex;
+  const std::lock_guard<std::mutex> hold(mutex);
   static std::map<std::string, FakePreparation> known;
   const std::string key = std::to_string(axes) + choice.identity;
   if (!known.count(key)) known[key] = prepare(choice, axes);

@@ -49,8 +49,7 @@ def parameters_text(parameters):
 
 
 def sized_parameters(scene, parameters, size):
-    """Parameters that give the scene `size` columns. Each pixel takes as many samples as the pixels in its place did,
-    so that a picture of half the size has the noise of one binned 2 x 2.
+    """Parameters that give the scene `size` columns; a pixel takes as many samples as ever, and so has as much noise.
 
     Raises ValueError for a scene whose sensor cannot be chosen.
     """
@@ -59,15 +58,20 @@ def sized_parameters(scene, parameters, size):
         return given
     if int(size) < 1:
         raise ValueError(f"size={size}: allowed: 1 or more")
-    own = json.loads(catalog().parameters("scene", scene))
-    if "pixels" not in own:
+    if "pixels" not in json.loads(catalog().parameters("scene", str(scene))):
         raise ValueError(f"size={size}: the sensor of scene '{scene}' cannot be chosen; leave size out")
-    given.setdefault("pixels", int(size))
-    if "samples" in own and "samples" not in given:
-        without = {key: value for key, value in given.items() if key != "pixels"}
-        native = make_batch(scene, without, "rho0", None, "soft", 1, 1, 1).width
-        given["samples"] = max(1, round(own["samples"] * (native / given["pixels"]) ** 2))
-    return given
+    return {"pixels": int(size), **given}
+
+
+def binned_parameters(scene, size):
+    """Parameters that give the scene `size` columns, each pixel with the samples of all the pixels in its place: a
+    picture of half the size has the noise of the whole one binned 2 x 2."""
+    parameters = sized_parameters(scene, None, size)
+    own = json.loads(catalog().parameters("scene", str(scene)))
+    if "samples" in own:
+        native = make_batch(scene, None, "rho0", None, "soft", 1, 1, 1).width
+        parameters["samples"] = max(1, round(own["samples"] * (native / size) ** 2))
+    return parameters
 
 
 def make_batch(scene, scene_parameters, level, level_parameters, clipping, suite_seed, slots, threads):

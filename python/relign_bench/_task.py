@@ -50,7 +50,7 @@ class AlignmentTask:
         self.action_space = spaces.Box(low, high, (self.axes,), np.float32)
         self.observation_space = image
         if self.include_actions:
-            past = spaces.Box(low, high, (self.frame_stack, self.axes), np.float32)
+            past = spaces.Box(low, high, (self.frame_stack * self.axes,), np.float32)
             self.observation_space = spaces.Dict({"image": image, "actions": past})
         self.stacks = np.zeros((slots, self.frame_stack, height, width), image.dtype)
         self.past = np.zeros((slots, self.frame_stack, self.axes), np.float32)
@@ -118,7 +118,7 @@ class AlignmentTask:
     def observation_of(self, slot):
         """A copy: what was given away never changes."""
         image = self.stacks[slot].copy()
-        return {"image": image, "actions": self.past[slot].copy()} if self.include_actions else image
+        return {"image": image, "actions": self.past[slot].ravel().copy()} if self.include_actions else image
 
     def infos(self, slots):
         """One dictionary per slot."""

@@ -16,9 +16,11 @@ class AlignmentEnv(gymnasium.Env):
     scene, noise_level   id, preset or path, as in suites
     reward, score        see relign_bench.rewards
     observation          "uint8": 255 stands for three times a white pixel; "float32": the scene's units
-    size                 columns of the sensor, for scenes whose sensor can be chosen; None: the scene's own
+    size                 columns of the sensor, for scenes whose sensor can be chosen; None: the scene's own. A pixel of any
+                         size has the scene's samples, and so its noise
     frame_stack          last frames in one observation, zeros before the start; shape (frame_stack, height, width)
-    include_actions      observations become {"image", "actions"}: the last actions, zeros before the start
+    include_actions      observations become {"image", "actions"}: the last frame_stack actions in one row, the last one
+                         at its end, zeros before the start
     action               "unit": [-1, 1], 1 is the largest move, 0.2 of the travel (the paper's); "move": shares of the
                          travel in [-0.2, 0.2]; "absolute": poses in [0, 1] that count from the true start
     clipping             "soft": every axis stops at its own limit; "hard": the whole move stops at the first one

@@ -100,7 +100,7 @@ class AlignmentVectorEnv(VectorEnv):
 
     def _observations(self):
         images = self.task.stacks.copy()
-        return {"image": images, "actions": self.task.past.copy()} if self.task.include_actions else images
+        return {"image": images, "actions": self.task.past.reshape(self.num_envs, -1).copy()} if self.task.include_actions else images
 
     def _gathered(self, slots, infos):
         """One array a key, with the mask "_key" that gymnasium's vector environments have."""

@@ -12,7 +12,7 @@ except ImportError as problem:
 
 ID = "relign_bench/Alignment-v0"
 # Small and quick: 20 x 20 pixels of the paper's scene.
-SMALL = dict(scene="relign_od", noise_level="rho0.25", size=20, scene_parameters={"samples": 64})
+SMALL = dict(scene="relign_od", noise_level="rho0.25", size=20)
 
 
 def make(**arguments):
