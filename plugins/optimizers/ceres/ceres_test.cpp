@@ -207,7 +207,7 @@ TEST(CeresImage, ReachesTheOptimumOfAnImageInEveryDimension) {
 TEST(CeresImage, ProbesAverageNoiseAwayThatHidesTheBestMeasuredPose) {
   double recommended = 0, measured_best = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    Trial trial(5, 0.3, seed, 40);
+    Trial trial(5, 0.2, seed, 40);
     trial.run("ceres-image");
     recommended += trial.last_miss() / 10;
     measured_best += trial.miss(trial.conversation->best_pose()) / 10;
