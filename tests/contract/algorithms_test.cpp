@@ -51,7 +51,7 @@ void expect_sound(const FakeConversation& conversation) {
 
 TEST(AlgorithmContract, KeepsToBoxAndBudgetInAnyDimension) {
   for (const Choice& choice : algorithms())
-    for (const std::uint32_t axes : {1u, 2u, 5u, 6u})
+    for (const std::uint32_t axes : {1u, 2u, 5u, 6u, 10u})
       for (const bool with_noise : {false, true}) {
         SCOPED_TRACE(choice.id + ", " + std::to_string(axes) + " axes" + (with_noise ? ", noisy" : ""));
         FakeSetup setup = setup_for(choice, axes);

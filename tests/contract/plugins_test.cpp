@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "base/error.h"
+#include "base/files.h"
 #include "plugin_host/library.h"
 #include "plugin_host/objects.h"
 #include "tree_catalog.h"
@@ -86,6 +87,15 @@ TEST(PluginContract, EveryPluginAndPresetCreates) {
         ADD_FAILURE() << error.what();
       }
     }
+  }
+}
+
+TEST(PluginContract, ThePageOfOptimizersNamesEveryFolder) {
+  const std::filesystem::path optimizers = std::filesystem::path(RELIGN_SOURCE_DIR) / "plugins/optimizers";
+  const std::string page = read_file(optimizers / "README.md");
+  for (const auto& folder : std::filesystem::directory_iterator(optimizers)) {
+    if (!folder.is_directory()) continue;
+    EXPECT_THAT(page, testing::HasSubstr("](" + folder.path().filename().string() + ")"));
   }
 }
 
