@@ -56,6 +56,7 @@ class AlignmentTask:
         self.past = np.zeros((slots, self.frame_stack, self.axes), np.float32)
         self.scores = np.zeros(slots)
         self.steps = np.zeros(slots, np.int64)
+        self.numbers = np.zeros(slots, np.int64)  # of the instances
         self._scaled = np.empty((height, width), np.float32)
 
     # ---- episodes ------------------------------------------------------------------------------
@@ -72,6 +73,7 @@ class AlignmentTask:
         self.stacks[slots] = 0
         self.past[slots] = 0
         self.steps[slots] = 0
+        self.numbers[slots] = numbers
         self._look(slots)
         self.scores[slots] = self._scores(self.score, slots)
 
@@ -134,7 +136,7 @@ class AlignmentTask:
                 "measured_rmse": float(measured[k]),
                 "score": float(self.scores[slot]),
                 "limits": self.batch.limits(slot),
-                "instance": self.batch.instance(slot)["number"],
+                "instance": int(self.numbers[slot]),
             }
             if self.noise_free:
                 info["noise_free_rmse"] = float(rmse[k])
