@@ -5,9 +5,8 @@ from gymnasium import spaces
 
 from . import rewards as _rewards
 from .batch import Batch
+from .conventions import LARGEST_MOVE, to_bytes
 
-LARGEST_MOVE = 0.2  # of an agent, per axis and step, shares of the travel (the paper's)
-UINT8_WHITES = 3.0  # uint8 observations: 255 stands for this many times a white pixel; noise reaches beyond white
 FLOAT_WHITES = 30.0  # float32 observations: the space's upper bound, in white pixels
 
 OBSERVATIONS = ("uint8", "float32")
@@ -57,7 +56,6 @@ class AlignmentTask:
         self.scores = np.zeros(slots)
         self.steps = np.zeros(slots, np.int64)
         self.numbers = np.zeros(slots, np.int64)  # of the instances
-        self._scaled = np.empty((height, width), np.float32)
 
     # ---- episodes ------------------------------------------------------------------------------
 
@@ -106,9 +104,7 @@ class AlignmentTask:
             self.stacks[slots, :-1] = self.stacks[slots, 1:]
         for slot in slots:
             if self.observation == "uint8":
-                np.multiply(self.frames[slot], 255 / (UINT8_WHITES * self.white), out=self._scaled)
-                self._scaled += 0.5
-                self.stacks[slot, -1] = np.minimum(self._scaled, 255, out=self._scaled)
+                self.stacks[slot, -1] = to_bytes(self.frames[slot], self.white)
             else:
                 np.minimum(self.frames[slot], FLOAT_WHITES * self.white, out=self.stacks[slot, -1])
 

@@ -19,12 +19,6 @@ SeedDomain domain_of(const std::string& name) {
   throw Error(ErrorKind::bad_input, "there are no instances '" + name + "'; instances: training, tuning, benchmark");
 }
 
-task::Limits limits_of(const std::string& name) {
-  if (name == "soft") return task::Limits::soft;
-  if (name == "hard") return task::Limits::hard;
-  throw Error(ErrorKind::bad_input, "there is no clipping '" + name + "'; clipping: soft, hard");
-}
-
 std::unique_ptr<Batch> make_batch(plugin_host::Catalog& catalog, const std::string& scene,
                                   const std::string& scene_parameters, const std::string& level,
                                   const std::string& level_parameters, const std::string& clipping,

@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "base/json_source.h"
 #include "plugin_host/catalog.h"
+#include "task/stage.h"
 
 namespace relign::python {
 
@@ -45,6 +46,9 @@ Json parameters_of(const std::string& text, const std::string& what);
 
 plugin_host::Choice choose(plugin_host::Catalog& catalog, plugin_host::Kind kind, const std::string& id,
                            const std::string& parameters);
+
+// "soft" or "hard"; Error(bad_input) for another.
+task::Limits limits_of(const std::string& name);
 
 void bind_batch(py::module_& module);
 void bind_trials(py::module_& module);

@@ -45,6 +45,12 @@ Json parameters_of(const std::string& text, const std::string& what) {
   return given;
 }
 
+task::Limits limits_of(const std::string& name) {
+  if (name == "soft") return task::Limits::soft;
+  if (name == "hard") return task::Limits::hard;
+  throw Error(ErrorKind::bad_input, "there is no clipping '" + name + "'; clipping: soft, hard");
+}
+
 plugin_host::Choice choose(plugin_host::Catalog& catalog, plugin_host::Kind kind, const std::string& id,
                            const std::string& parameters) {
   return catalog.resolve_or_throw(kind, id, parameters_of(parameters, "parameters of " + id));
@@ -71,11 +77,6 @@ PYBIND11_MODULE(_core, module) {
       .def("ids",
            [](const plugin_host::Catalog& catalog, const std::string& kind) { return catalog.ids(kind_of(kind)); })
       .def_property_readonly("refused", [](const plugin_host::Catalog& catalog) { return catalog.refused(); })
-      // Whether the plugin behind an id has a parameter of that name: what a scene can be asked for.
-      .def("has_parameter",
-           [](plugin_host::Catalog& catalog, const std::string& kind, const std::string& id, const std::string& name) {
-             return catalog.resolve_or_throw(kind_of(kind), id).parameters.contains(name);
-           })
       .def("parameters", [](plugin_host::Catalog& catalog, const std::string& kind, const std::string& id) {
         return catalog.resolve_or_throw(kind_of(kind), id).parameters.dump();
       });

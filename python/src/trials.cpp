@@ -1,8 +1,5 @@
 // Trials of installed algorithms, the same as `relign-bench run` makes them.
-#include <csignal>
-
 #include "base/error.h"
-#include "base/files.h"
 #include "bindings.h"
 #include "records/record.h"
 #include "runner/trial_runner.h"
@@ -48,9 +45,7 @@ class Trials {
       if (!wanted) throw Error(ErrorKind::bad_input, "there is no merit '" + merit + "'; merits: combined, rmse");
       job.merit = *wanted;
     }
-    if (limits != "soft" && limits != "hard")
-      throw Error(ErrorKind::bad_input, "there is no clipping '" + limits + "'; clipping: soft, hard");
-    job.limits = limits == "hard" ? task::Limits::hard : task::Limits::soft;
+    job.limits = limits_of(limits);
 
     const std::size_t pixels = std::size_t{job.facts.image_width} * job.facts.image_height;
     std::vector<float> frames;

@@ -10,7 +10,7 @@ import numpy as np
 import torch
 
 from ..batch import Batch
-from .lenses import WHITES
+from ..conventions import BYTE_WHITES
 
 PARITY_INPUTS = 64
 OPSET = 13  # what OpenCV 4.6 reads
@@ -27,7 +27,7 @@ def parity_pictures(size, count=PARITY_INPUTS):
 def write(net, path, training):
     """PATH.onnx and PATH.json. Returns both paths.
 
-    The graph takes bytes as float32, 1 x 1 x size x size (255: WHITES times a white pixel), and gives the move to the
+    The graph takes bytes as float32, 1 x 1 x size x size (255: BYTE_WHITES times a white pixel), and gives the move to the
     optimum in shares of the travel, 1 x axes.
     """
     path = pathlib.Path(path)
@@ -45,7 +45,7 @@ def write(net, path, training):
     about = {
         "format": 1,
         "observation": {"size": recipe.size, "frames": 1, "binned_from": list(batch.reference.shape),
-                        "white": batch.white, "byte_whites": WHITES},
+                        "white": batch.white, "byte_whites": BYTE_WHITES},
         "axes": [axis["name"] for axis in batch.description["axes"]],
         "scene": recipe.scene,
         "scene_hash": hashlib.sha256(json.dumps(batch.description, sort_keys=True).encode()).hexdigest(),

@@ -4,8 +4,7 @@ import numpy as np
 
 from .._native import binned_parameters
 from ..batch import Batch
-
-WHITES = 3.0  # bytes: 255 stands for this many times a white pixel, as in the environment
+from ..conventions import to_bytes
 
 
 class Lenses:
@@ -82,11 +81,6 @@ class Lenses:
         if any(optimum is None for optimum in found):
             raise ValueError("the scene does not look for a lens's own optimum, which is the label to learn")
         return np.array([pose for pose, _ in found]), np.array([mse for _, mse in found])
-
-
-def to_bytes(frames, white):
-    """As the environment's uint8 observations: rounded, 255 is WHITES times a white pixel and all above."""
-    return np.minimum(255, frames * np.float32(255 / (WHITES * white)) + np.float32(0.5)).astype(np.uint8)
 
 
 class OptimumModel:

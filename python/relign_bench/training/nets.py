@@ -3,7 +3,7 @@
 import torch
 from torch import nn
 
-from .lenses import WHITES
+from ..conventions import BYTE_WHITES
 
 
 class StridedNet(nn.Module):
@@ -31,7 +31,7 @@ class StridedNet(nn.Module):
 
     def along(self, pictures):
         """Errors along the directions: what the loss weighs."""
-        return self.head(self.body(pictures.float() * (WHITES / 255)))
+        return self.head(self.body(pictures.float() * (BYTE_WHITES / 255)))
 
     def forward(self, pictures):
         return self.along(pictures) @ self.vectors.T

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-LARGEST_MOVE = 0.2  # shares of the travel
+from ..conventions import LARGEST_MOVE
+
 WHOLE_GUESSES = 4  # so many guesses are followed whole: what a far start needs
 
 
