@@ -2,31 +2,18 @@
 
 #include <cmath>
 
-#include "contract/fake_conversation.h"
-#include "plugin_host/objects.h"
+#include "contract/run_on_bowl.h"
 
 namespace relign {
 namespace {
 
+using test::bowl_setup;
 using test::FakeConversation;
 using test::FakeSetup;
 using test::Pose;
 
 void run(const FakeConversation& conversation, const Json& parameters = {}, const std::string& id = "coordinate-walk") {
-  plugin_host::Catalog catalog;
-  catalog.add(std::string(RELIGN_PLUGIN_DIR) + "/coordinate_walk");
-  plugin_host::Algorithm algorithm(catalog.resolve_or_throw(plugin_host::Kind::optimizer, id, parameters), {});
-  algorithm.run(conversation.talk());
-}
-
-FakeSetup bowl_setup(std::uint32_t axes, std::uint32_t budget) {
-  FakeSetup setup;
-  setup.axes = axes;
-  setup.budget = budget;
-  Pose optimum(axes);
-  for (std::uint32_t axis = 0; axis < axes; ++axis) optimum[axis] = axis % 2 ? -0.21 : 0.17;
-  setup.merit = [optimum](const Pose& pose, std::uint32_t) { return test::bowl(pose, optimum); };
-  return setup;
+  test::run_plugin("coordinate_walk", id, parameters, conversation);
 }
 
 TEST(CoordinateWalk, BeginsAtARandomPointOfTheGrid) {

@@ -4,8 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "contract/fake_conversation.h"
-#include "plugin_host/objects.h"
+#include "contract/run_on_bowl.h"
 
 namespace relign::test {
 
@@ -26,15 +25,6 @@ inline std::vector<std::string> nlopt_presets() {
 
 inline const std::vector<std::string> nlopt_local_presets = {"nlopt-sbplx", "nlopt-bobyqa", "nlopt-cobyla",
                                                              "nlopt-neldermead"};
-
-inline FakeSetup bowl_setup(std::uint32_t axes) {
-  FakeSetup setup;
-  setup.axes = axes;
-  Pose optimum(axes);
-  for (std::uint32_t axis = 0; axis < axes; ++axis) optimum[axis] = axis % 2 ? -0.21 : 0.17;
-  setup.merit = [optimum](const Pose& pose, std::uint32_t) { return bowl(pose, optimum); };
-  return setup;
-}
 
 inline void run_nlopt(const std::string& id, const FakeConversation& conversation, const Json& parameters = {}) {
   plugin_host::Algorithm algorithm(nlopt_catalog().resolve_or_throw(plugin_host::Kind::optimizer, id, parameters), {});

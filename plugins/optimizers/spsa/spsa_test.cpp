@@ -3,21 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contract/fake_conversation.h"
-#include "plugin_host/objects.h"
+#include "contract/run_on_bowl.h"
 
 namespace relign {
 namespace {
 
 using test::FakeConversation;
 using test::FakeSetup;
+using test::off_centre_bowl;
 using test::Pose;
 
 void run(const FakeConversation& conversation, const Json& parameters = {}) {
-  plugin_host::Catalog catalog;
-  catalog.add(std::string(RELIGN_PLUGIN_DIR) + "/spsa");
-  plugin_host::Algorithm algorithm(catalog.resolve_or_throw(plugin_host::Kind::optimizer, "spsa", parameters), {});
-  algorithm.run(conversation.talk());
+  test::run_plugin("spsa", "spsa", parameters, conversation);
 }
 
 FakeSetup setup_of(std::uint32_t axes, std::uint32_t budget, std::function<double(const Pose&)> merit) {
@@ -26,12 +23,6 @@ FakeSetup setup_of(std::uint32_t axes, std::uint32_t budget, std::function<doubl
   setup.budget = budget;
   setup.merit = [merit](const Pose& pose, std::uint32_t) { return merit(pose); };
   return setup;
-}
-
-double bowl_of(const Pose& pose) {
-  Pose optimum(pose.size());
-  for (std::size_t axis = 0; axis < pose.size(); ++axis) optimum[axis] = axis % 2 ? -0.21 : 0.17;
-  return test::bowl(pose, optimum);
 }
 
 // On a slope the differences are exact: perturbations and moves are Spall's two sequences, digit by digit.
@@ -87,23 +78,24 @@ TEST(Spsa, FindsTheValleyInEveryDimensionAlsoInNoise) {
   for (const std::uint32_t axes : {1u, 2u, 5u, 10u})
     for (const double noise : {0.0, 0.005}) {
       SCOPED_TRACE(std::to_string(axes) + " axes, noise " + std::to_string(noise));
-      FakeSetup setup = setup_of(axes, 1000, bowl_of);
+      FakeSetup setup = setup_of(axes, 1000, off_centre_bowl);
       setup.merit = [noise](const Pose& pose, std::uint32_t step) {
         Random random(99, step);
-        return bowl_of(pose) + noise * random.normal();
+        return off_centre_bowl(pose) + noise * random.normal();
       };
       for (const char* recommend : {"iterate", "average"}) {
         FakeConversation conversation(setup);
         run(conversation, {{"recommend", recommend}});
         ASSERT_FALSE(conversation.recommendations.empty());
-        EXPECT_LT(bowl_of(conversation.recommendations.back().pose) - 0.01, 0.1 * (bowl_of(Pose(axes, 0.0)) - 0.01));
+        EXPECT_LT(off_centre_bowl(conversation.recommendations.back().pose) - 0.01,
+                  0.1 * (off_centre_bowl(Pose(axes, 0.0)) - 0.01));
       }
     }
 }
 
 TEST(Spsa, RecommendsTheIterateAfterEveryGradient) {
   for (const std::uint32_t gradients : {1u, 3u}) {
-    FakeConversation conversation(setup_of(5, 60, bowl_of));
+    FakeConversation conversation(setup_of(5, 60, off_centre_bowl));
     run(conversation, {{"gradients", gradients}});
     ASSERT_EQ(conversation.recommendations.size(), 30u / gradients);
     for (std::size_t k = 0; k < conversation.recommendations.size(); ++k)
@@ -112,9 +104,9 @@ TEST(Spsa, RecommendsTheIterateAfterEveryGradient) {
 }
 
 TEST(Spsa, AverageIsTheMeanOfTheLateIterates) {
-  FakeConversation plain(setup_of(3, 40, bowl_of));
+  FakeConversation plain(setup_of(3, 40, off_centre_bowl));
   run(plain);
-  FakeConversation averaged(setup_of(3, 40, bowl_of));
+  FakeConversation averaged(setup_of(3, 40, off_centre_bowl));
   run(averaged, {{"recommend", "average"}});
   ASSERT_EQ(plain.recommendations.size(), 20u);
   ASSERT_EQ(averaged.recommendations.size(), 20u);
@@ -152,8 +144,8 @@ TEST(Spsa, NeverLeavesTheBoxAndMeasuresBothSidesAtItsWalls) {
 }
 
 TEST(Spsa, BrokenMeritsMoveNothing) {
-  FakeSetup setup = setup_of(2, 20, bowl_of);
-  setup.merit = [](const Pose& pose, std::uint32_t step) { return step % 2 ? bowl_of(pose) : NAN; };
+  FakeSetup setup = setup_of(2, 20, off_centre_bowl);
+  setup.merit = [](const Pose& pose, std::uint32_t step) { return step % 2 ? off_centre_bowl(pose) : NAN; };
   FakeConversation conversation(setup);
   run(conversation);
   ASSERT_EQ(conversation.recommendations.size(), 10u);
@@ -161,7 +153,7 @@ TEST(Spsa, BrokenMeritsMoveNothing) {
 }
 
 TEST(Spsa, NoMoveIsLongerThanTheFirstStride) {
-  FakeSetup setup = setup_of(2, 200, bowl_of);
+  FakeSetup setup = setup_of(2, 200, off_centre_bowl);
   setup.merit = [](const Pose& pose, std::uint32_t step) {  // slopes of nothing at first, then of a cliff
     return step < 20 ? 1e-9 * pose[0] : 1e9 * pose[0] * (step % 4 < 2 ? 1 : -1);
   };
