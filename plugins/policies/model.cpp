@@ -1,4 +1,4 @@
-#include "policies/model.hpp"
+#include "model.hpp"
 
 #include <openssl/evp.h>
 

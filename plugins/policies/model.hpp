@@ -5,15 +5,17 @@
 #include <string>
 #include <vector>
 
-#include "policies/network.hpp"
-#include "policies/side_file.hpp"
+#include "network.hpp"
+#include "side_file.hpp"
 
 namespace relign::policies {
 
-// From an ONNX file and the .json beside it. Throws std::runtime_error with the reason: truncated, no side file, another
-// network than the side file's, answers that differ from the parity set's by more than 1e-4, or that are not finite.
+// From an ONNX file and the .json beside it. Throws std::runtime_error with the reason: truncated, no side file,
+// another network than the side file's, answers that differ from the parity set's by more than 1e-4, or that are not
+// finite.
 //
-// Networks are kept in the process and lent to one model at a time, so that a hundred trials read and check the file once.
+// Networks are kept in the process and lent to one model at a time, so that a hundred trials read and check the file
+// once.
 class Model {
  public:
   explicit Model(const std::string& onnx_path);

@@ -1,4 +1,4 @@
-#include "policies/model.hpp"
+#include "model.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -33,9 +33,7 @@ class ModelFiles : public testing::Test {
       std::filesystem::copy_file(golden() / (name + end), folder_ / (std::string("net") + end),
                                  std::filesystem::copy_options::overwrite_existing);
   }
-  static std::filesystem::path golden() {
-    return std::filesystem::path(RELIGN_SOURCE_DIR) / "tests/golden/policies";
-  }
+  static std::filesystem::path golden() { return std::filesystem::path(RELIGN_SOURCE_DIR) / "tests/golden/policies"; }
   std::string onnx() const { return (folder_ / "net.onnx").string(); }
   void write(const char* file, const std::string& bytes) const {
     std::ofstream(folder_ / file, std::ios::binary) << bytes;

@@ -1,4 +1,4 @@
-#include "policies/network.hpp"
+#include "network.hpp"
 
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/dnn.hpp>

@@ -1,4 +1,4 @@
-#include "policies/picture.hpp"
+#include "picture.hpp"
 
 #include <algorithm>
 #include <cmath>

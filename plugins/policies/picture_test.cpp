@@ -1,4 +1,4 @@
-#include "policies/picture.hpp"
+#include "picture.hpp"
 
 #include <gtest/gtest.h>
 
@@ -43,8 +43,8 @@ TEST(Resampled, TheMeanStays) {
 }
 
 TEST(ToBytes, RoundsAndCuts) {
-  std::vector<float> picture = {0.0F, 0.1F, 0.3F, 5.0F, -1.0F, 0.00059F, 0.00058F, std::nanf(""),
-                                std::numeric_limits<float>::infinity()};
+  std::vector<float> picture = {
+      0.0F, 0.1F, 0.3F, 5.0F, -1.0F, 0.00059F, 0.00058F, std::nanf(""), std::numeric_limits<float>::infinity()};
   to_bytes(picture, 0.1, 3);
   EXPECT_EQ(picture, (std::vector<float>{0, 85, 255, 255, 0, 1, 0, 0, 255}));
 }

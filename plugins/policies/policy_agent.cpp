@@ -1,10 +1,10 @@
-#include "policies/policy_agent.hpp"
+#include "policy_agent.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
-#include "policies/picture.hpp"
+#include "picture.hpp"
 
 namespace relign::policies {
 namespace {
@@ -43,8 +43,8 @@ void PolicyAgent::check_scene(const Conversation& talk) const {
   const std::vector<float> blocks = resampled(reference, about.blocks);
   bool same = true;
   for (std::size_t i = 0; same && i < blocks.size(); ++i)
-    same = std::fabs(static_cast<double>(blocks[i]) - static_cast<double>(about.reference[i])) <=
-           kSameScene * about.white;
+    same =
+        std::fabs(static_cast<double>(blocks[i]) - static_cast<double>(about.reference[i])) <= kSameScene * about.white;
   if (!same)
     throw std::invalid_argument("the network was trained for scene '" + about.scene +
                                 "', and the reference image of this scene is another" + another +

@@ -1,11 +1,10 @@
 // An agent that follows a trained network: what plugins/agents/imitation and plugins/agents/ppo are made of.
 #pragma once
 
+#include <cstdint>
 #include <relign/plugin.hpp>
 
-#include <cstdint>
-
-#include "policies/model.hpp"
+#include "model.hpp"
 
 namespace relign::policies {
 

@@ -1,4 +1,4 @@
-#include "policies/side_file.hpp"
+#include "side_file.hpp"
 
 #include <cmath>
 #include <fstream>
@@ -35,7 +35,8 @@ double positive(const Json& object, const char* name) {
 std::vector<float> finite_values(const Json& values, std::size_t count, const char* name) {
   const auto read = values.get<std::vector<float>>();
   if (read.size() != count)
-    complain(std::string(name) + ": expected " + std::to_string(count) + " numbers, found " + std::to_string(read.size()));
+    complain(std::string(name) + ": expected " + std::to_string(count) + " numbers, found " +
+             std::to_string(read.size()));
   for (const float value : read)
     if (!std::isfinite(value)) complain(std::string(name) + ": a number is not finite");
   return read;
@@ -57,7 +58,8 @@ std::vector<std::uint8_t> bytes_of(const std::string& hex, std::size_t count) {
 
 SideFile parse(const Json& json) {
   SideFile side;
-  if (json.at("format").get<int>() != 1) complain("format: this program reads format 1, found " + json.at("format").dump());
+  if (json.at("format").get<int>() != 1)
+    complain("format: this program reads format 1, found " + json.at("format").dump());
   side.scene = json.at("scene").get<std::string>();
   side.axes = json.at("axes").get<std::vector<std::string>>();
   if (side.axes.empty() || side.axes.size() > kMostAxes) complain("axes: expected 1 to 64 names");
@@ -81,9 +83,9 @@ SideFile parse(const Json& json) {
   if (!inputs.is_array() || !answers.is_array() || inputs.empty() || inputs.size() != answers.size())
     complain("parity: expected as many answers as inputs, and one at least");
   for (std::size_t i = 0; i < inputs.size(); ++i)
-    side.parity.push_back({bytes_of(inputs[i].get<std::string>(),
-                                    static_cast<std::size_t>(side.frames) * kParitySide * kParitySide),
-                           finite_values(answers[i], side.axes.size(), "parity")});
+    side.parity.push_back(
+        {bytes_of(inputs[i].get<std::string>(), static_cast<std::size_t>(side.frames) * kParitySide * kParitySide),
+         finite_values(answers[i], side.axes.size(), "parity")});
   return side;
 }
 

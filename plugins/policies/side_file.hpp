@@ -1,5 +1,5 @@
-// What stands beside a network, as `relign-train` writes it: what it must be shown, for which scene, and inputs with the
-// answers that every program must give.
+// What stands beside a network, as `relign-train` writes it: what it must be shown, for which scene, and inputs with
+// the answers that every program must give.
 #pragma once
 
 #include <cstdint>

@@ -13,8 +13,8 @@ using testing::DoubleNear;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-// Grey images for the network of tests/golden/policies: axis 0 is the brightness of the newest frame, axis 1 half that of
-// the frame before.
+// Grey images for the network of tests/golden/policies: axis 0 is the brightness of the newest frame, axis 1 half that
+// of the frame before.
 struct GreyTrial {
   explicit GreyTrial(double brightness, double reference_value = 0) {
     setup.axes = 2;
