@@ -140,8 +140,10 @@ Sight Registration::operator()(const Picture& capture, const Belief& before, int
   Sight best;
   Vector away = before.mean();
   std::size_t level = render ? level_for(design, pixels_off(design, before.covariance())) : 0;
+  Vector best_end = away;  // where the best comparison led
+  bool astray = false;     // the nominal pose's Jacobian led away from there: it is no longer used
   for (int made = 0, tries = 0; made < most_comparisons; ++made) {
-    const bool far = render && design.changed(away) > kNear;
+    const bool far = render && (astray || design.changed(away) > kNear);
     const bool finest = !far && level + 1 == design.levels.size();
     Level fresh;
     if (far) fresh = linearise(away, design.levels[level].blur);
@@ -157,8 +159,14 @@ Sight Registration::operator()(const Picture& capture, const Belief& before, int
     // One Jacobian for all: what counts is how far the picture is, not how far the last step was.
     sight.moved = (design.motion * (render ? step : away)).norm();
     sight.step = step.norm();
-    if (made == 0 || sight.misfit < best.misfit + kWorse) best = sight;
-    best.comparisons = made + 1;
+    if (made == 0 || sight.misfit < best.misfit + kWorse) {
+      best = sight;
+      best_end = away;
+    } else if (render && !astray) {
+      astray = true;
+      away = best_end;
+      continue;
+    }
 
     const std::size_t next = level_for(design, pixels_off(design, after.covariance()) + (render ? 0 : sight.moved));
     const bool settled = sight.moved < kSettled * span(here), fits = sight.misfit < kFits;

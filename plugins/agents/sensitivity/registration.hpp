@@ -14,7 +14,6 @@ struct Sight {
   double misfit = 0;  // mean squared difference that is left, in units of what noise leaves
   double moved = 0;   // pixels that the picture goes by the last step
   double step = 0;    // its length, as a share of the travel
-  int comparisons = 0;
 };
 
 // Mean of captures, and the variance of a pixel of one.

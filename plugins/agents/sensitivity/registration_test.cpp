@@ -5,6 +5,7 @@
 
 #include <stdexcept>
 
+#include "memory.hpp"
 #include "toy_lens.h"
 
 namespace {
@@ -76,6 +77,53 @@ TEST(Beliefs, WhatKnowsNothingOfADirectionStillCounts) {
 TEST(Beliefs, AWayToTheBestPoseIsSeenFromThePose) {
   const Belief seen = Belief::around(Eigen::Vector2d(0.1, -0.2), 1).seen_from(Eigen::Vector2d(0.5, 0.5));
   EXPECT_LT((seen.mean() - Eigen::Vector2d(0.4, 0.7)).norm(), 1e-12);
+}
+
+Memory::Doubts small_doubts() {
+  Memory::Doubts doubts;
+  doubts.foreign = Matrix::Zero(2, 2);
+  return doubts;
+}
+
+TEST(Remembering, OneSightIsFollowedAllTheWay) {
+  Memory memory(Vector::Zero(2), small_doubts());
+  memory.add(Vector::Zero(2), Belief::around(Eigen::Vector2d(0.2, -0.1), 1e-3));
+  EXPECT_LT((memory.best().mean() - Eigen::Vector2d(-0.2, 0.1)).norm(), 0.01);
+}
+
+TEST(Remembering, WhatWasSeenFromAfarGivesWayToWhatIsSeenNear) {
+  // Every sight tells four fifths of the way, the lens being less sensitive than its design.
+  const Vector best = Eigen::Vector2d(0.4, 0.1);
+  Memory memory(Vector::Zero(2), small_doubts());
+  for (int step = 0; step < 6; ++step) {
+    const Vector here = memory.best().mean();
+    memory.add(here, Belief::around(0.8 * (here - best), 1e-3));
+  }
+  EXPECT_LT((memory.best().mean() - best).norm(), 0.002);
+}
+
+TEST(Remembering, NearSightsAreAveraged) {
+  relign::Random random(5);
+  double first = 0, last = 0;
+  for (int trial = 0; trial < 50; ++trial) {
+    Memory memory(Vector::Zero(2), small_doubts());
+    for (int step = 0; step < 16; ++step) {
+      const Vector here = memory.best().mean();
+      Vector seen = here;
+      for (double& coordinate : seen) coordinate += 0.01 * random.normal();
+      memory.add(here, Belief::around(seen, 0.01));
+      if (step == 0) first += memory.best().mean().squaredNorm();
+    }
+    last += memory.best().mean().squaredNorm();
+  }
+  EXPECT_LT(std::sqrt(last), 0.4 * std::sqrt(first));  // a quarter, were there no doubts
+}
+
+TEST(Remembering, BeginningAnewForgets) {
+  Memory memory(Vector::Zero(2), small_doubts());
+  memory.add(Vector::Zero(2), Belief::around(Vector::Ones(2), 1e-3));
+  memory.begin_anew(Vector::Ones(2));
+  EXPECT_LT((memory.best().mean() - Vector::Ones(2)).norm(), 1e-12);
 }
 
 TEST(DesignStudy, KnowsTheMotionOfThePictureAndItsNoise) {

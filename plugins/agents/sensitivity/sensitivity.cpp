@@ -3,22 +3,21 @@
 #include <relign/plugin.hpp>
 
 #include "design.hpp"
+#include "memory.hpp"
 #include "registration.hpp"
 
 namespace {
 
 using sensitivity::Belief;
 using sensitivity::Design;
-using sensitivity::Matrix;
+using sensitivity::Memory;
 using sensitivity::Picture;
 using sensitivity::Registration;
 using sensitivity::Sight;
 using sensitivity::Vector;
 
 constexpr std::size_t kMostSide = 256;          // larger images are binned
-constexpr double kStartSpread = 0.3;            // standard deviation of a start's distance from the best pose
-constexpr double kStage = 0.01;                 // a stage misses a move by this share of it
-constexpr double kLost = 1.25;                  // a misfit from which on beginning anew may be better
+constexpr double kLost = 1.12;                  // a misfit from which on beginning anew may be better
 constexpr int kMostFirst = 12, kMostLater = 5;  // comparisons of one capture with the design
 constexpr std::uint64_t kDesignSeed = 0x5E45;   // noise of the studied design: the same in every trial
 constexpr int kCapturesForClean = 64;           // in the place of a noise-free picture where a scene has none
@@ -108,19 +107,23 @@ class Sensitivity final : public relign::Agent {
     const auto design = study(model.scene_json(), binning, binning(reference), lens, talk.axes());
 
     relign::Random random(talk.seed());
-    Registration registration{*design, {}, captures_};
+    // Where pixels are binned the scene is slow and its noise small.
+    const int captures = std::max(2, captures_ / static_cast<int>(binning.bin()));
+    Registration registration{*design, {}, captures};
     if (relinearise_)
-      registration.render = [&](Vector& away, int captures) {
+      registration.render = [&](Vector& away, int count) {
         const Vector pose = (design->nominal + away).cwiseMax(0.0).cwiseMin(1.0);
         away = pose - design->nominal;
-        return lens.mean_capture(pose, random, captures);
+        return lens.mean_capture(pose, random, count);
       };
 
-    Belief best = Belief::around(to_vector(seen.pose), kStartSpread);  // commanded
+    Memory::Doubts doubts;
+    doubts.foreign = design->noise / (trusted_ * trusted_) * design->levels.back().unfelt;
+    Memory memory(to_vector(seen.pose), doubts);
     for (bool first = true;; first = false) {
       const Vector here = to_vector(seen.pose);
-      best = best.with(look(registration, binning(seen.image()), here, first, best).seen_from(here));
-      const Vector next = within_a_move(here, best.mean(), talk.largest_move());
+      look(registration, binning(seen.image()), here, first, memory);
+      const Vector next = within_a_move(here, memory.best().mean(), talk.largest_move());
       talk.recommend(to_pose(next));
       auto moved = talk.step(to_pose(next));
       if (!moved) return;
@@ -129,32 +132,31 @@ class Sensitivity final : public relign::Agent {
   }
 
  private:
-  // What a capture tells of the way to the best pose. `best` is begun anew when what was believed was wrong.
-  Belief look(const Registration& registration, const Picture& capture, const Vector& here, bool first,
-              Belief& best) const {
+  // Adds what a capture tells; begins anew when what was believed was wrong.
+  void look(const Registration& registration, const Picture& capture, const Vector& here, bool first,
+            Memory& memory) const {
+    const Belief& best = memory.best();
     const Belief away{best.information, best.information * (here - best.mean())};
     Sight sight = registration(capture, away, first ? kMostFirst : kMostLater);
     if (!first && relinearise_ && sight.misfit > kLost) {
-      const Belief anything = Belief::around(Vector::Zero(here.size()), kStartSpread);
+      const Belief anything = Belief::around(Vector::Zero(here.size()), Memory::Doubts().spread);
       const Sight anew = registration(capture, anything, kMostFirst);
       if (anew.misfit < sight.misfit) {
         sight = anew;
-        best = Belief::around(here, kStartSpread);
+        memory.begin_anew(here);
       }
     }
-    const double distance = sight.linearised.norm(), foreign = distance / trusted_, stage = kStage * distance;
-    const Design& design = registration.design;
-    return sight.away.blunted(foreign * foreign * design.noise * design.levels.back().unfelt +
-                              stage * stage * Matrix::Identity(here.size(), here.size()));
+    memory.add(here, sight.away);
   }
 
   std::shared_ptr<const Design> study(const std::string& scene_json, const pictures::Binning& binning,
                                       const Picture& reference, const ModelledLens& lens, std::size_t axes) const {
     const Vector nominal = nominal_pose(scene_json, axes);
-    // What the scene says of itself may leave out what only its pictures show, its target say.
+    // What the scene says of itself may leave out what only its pictures show: its target, its noise.
     std::string key = scene_json + '\n' + std::to_string(first_blur_) + '\n';
-    key.append(reinterpret_cast<const char*>(reference.data()),
-               sizeof(float) * static_cast<std::size_t>(reference.size()));
+    for (const Picture& picture : {reference, lens.capture(nominal, kDesignSeed)})
+      key.append(reinterpret_cast<const char*>(picture.data()),
+                 sizeof(float) * static_cast<std::size_t>(picture.size()));
     const sensitivity::Simulator simulator{
         [&](const Vector& pose) { return lens.clean(pose); },
         [&](const Vector& pose, std::uint64_t k) { return lens.capture(pose, kDesignSeed + k); }};
