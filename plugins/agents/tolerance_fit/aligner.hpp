@@ -14,17 +14,20 @@ namespace tolerance_fit {
 
 class Aligner {
  public:
-  // reference: fine. pictures: noise-free ones that a step may make for derivatives.
-  Aligner(std::shared_ptr<const Knowledge> known, relign::Model model, Vector reference, int pictures)
+  // reference: its pixels. pictures: noise-free ones that a step may make for derivatives.
+  Aligner(std::shared_ptr<const Knowledge> known, relign::Model model, const std::vector<double>& reference,
+          int pictures)
       : known_(std::move(known)),
         pictures_(std::move(model)),
         layout_(*known_),
-        reference_(std::move(reference)),
+        reference_(binned(reference, pictures_.size(), known_->fine)),
+        blurred_reference_(binned(reference, pictures_.size(), known_->middle)),
         coarse_(*known_, pictures_, known_->coarse, {60, 0.03, 150, false}),
         middle_(*known_, pictures_, known_->middle, {30, 0.01, 80, false}),
         fine_(*known_, pictures_, known_->fine, {15, 0.0015, 20, true}),
         x_(Vector::Zero(layout_.size())),
         best_(known_->nominal),
+        state_of_best_(layout_.state(x_)),
         pictures_a_step_(pictures) {
     pictures_.set_offsets(known_->offsets, known_->offset_mean, known_->combinations);
   }
@@ -48,8 +51,8 @@ class Aligner {
 
   // Fits all that was added, and looks for the best pose of the fitted lens.
   void update() {
-    if (!settled_) approach();
-    refine();
+    if (!settled_ || !near()) approach();
+    if (near()) refine();
   }
 
   Vector offsets() const { return known_->offset_mean + known_->combinations * layout_.state(x_); }  // mm, degrees
@@ -113,11 +116,13 @@ class Aligner {
   }
 
   void guess_best() {
-    best_ = (known_->nominal + known_->optimum_by_state * layout_.state(x_)).cwiseMax(0).cwiseMin(1);
+    state_of_best_ = layout_.state(x_);
+    best_ = (known_->nominal + known_->optimum_by_state * state_of_best_).cwiseMax(0).cwiseMin(1);
   }
 
+  bool near() const { return (best_ - here()).cwiseAbs().maxCoeff() <= kNear; }
+
   void refine() {
-    if ((best_ - here()).cwiseAbs().maxCoeff() > kNear) return;
     const int for_best = static_cast<int>(known_->directions.cols()) + 3;
     fine_.allow(pictures_a_step_ - for_best);
     fit(fine_, 4, kBeside, 3, 1e-4);
@@ -126,41 +131,50 @@ class Aligner {
     if (misfit_ < kLost) find_best();
   }
 
-  // Gauss-Newton on the fitted lens's picture against the reference, as alignments are judged: every pixel alike.
+  // The fitted lens's picture against the reference, as alignments are judged: every pixel alike.
   void find_best() {
-    const Vector state = layout_.state(x_), still = Vector::Zero(state.size());
-    Vector pose = best_;
-    if (state_of_best_.size() == state.size())
-      pose = (best_ + known_->optimum_by_state * (state - state_of_best_)).cwiseMax(0).cwiseMin(1);
-    Vector difference = reference_ - fine_.look(pose, state);
+    const Vector state = layout_.state(x_);
+    best_ = (best_ + known_->optimum_by_state * (state - state_of_best_)).cwiseMax(0).cwiseMin(1);
+    state_of_best_ = state;
+    // Spokes and edges that lie beside each other lead nowhere: blurred ones first.
+    const Vector weight = known_->variance(reference_, fine_.detail()).cwiseSqrt().cwiseInverse();
+    if ((fine_.look(best_, state) - reference_).cwiseProduct(weight).norm() > kBesideEachOther)
+      descend(middle_, blurred_reference_);
+    descend(fine_, reference_);
+  }
+
+  // Gauss-Newton from the best pose so far.
+  void descend(Derivatives& derivatives, const Vector& reference) {
+    const Vector still = Vector::Zero(state_of_best_.size());
+    Vector difference = reference - derivatives.look(best_, state_of_best_);
     for (int step = 0; step < 3; ++step) {
-      const Matrix columns = fine_.at(pose, state).leftCols(pose.size());
+      const Matrix columns = derivatives.at(best_, state_of_best_).leftCols(best_.size());
       Vector move = detail::solve(columns.transpose() * columns, columns.transpose() * difference);
       move *= std::min(1.0, 0.1 / std::max(move.cwiseAbs().maxCoeff(), 1e-12));
       const double length = known_->distance(joined(move, still));
-      const Vector next = (pose + move).cwiseMax(0).cwiseMin(1);
-      if (length > 3) {
-        const Vector there = reference_ - fine_.look(next, state);
+      const Vector next = (best_ + move).cwiseMax(0).cwiseMin(1);
+      if (length > 3) {  // shorter ones are sure, and less than the grain of pictures
+        const Vector there = reference - derivatives.look(next, state_of_best_);
         if (there.squaredNorm() > difference.squaredNorm()) break;
         difference = there;
       }
-      pose = next;
+      best_ = next;
       if (length <= 3) break;
     }
-    best_ = pose;
-    state_of_best_ = state;
   }
 
   // Shares of the travel: noise-free pictures are worth their time; captures beside each other share derivatives.
   static constexpr double kNear = 0.2, kBeside = 0.1;
   // Misfits: the pose is known to a fraction of a pixel; or nothing is known.
   static constexpr double kSettled = 1.08, kLost = 1.4;
+  // Standard deviations of a capture's noise, about a pixel of shift.
+  static constexpr double kBesideEachOther = 60;
   static constexpr std::size_t kTries = 3;
 
   std::shared_ptr<const Knowledge> known_;
   Pictures pictures_;
   Layout layout_;
-  Vector reference_;
+  Vector reference_, blurred_reference_;  // fine, middle
   Derivatives coarse_, middle_, fine_;
   Vector x_;
   std::vector<Site> sites_;

@@ -63,8 +63,7 @@ TEST(Aligner, TellsTheOffsetOfTheLens) {
     ASSERT_EQ(known->combinations.cols(), 1);
     const ImageView reference = talk.reference();
     const std::vector<double> wanted(reference.row(0), reference.row(0) + pictures.size().pixels());
-    tolerance_fit::Aligner aligner(known, talk.model(), tolerance_fit::binned(wanted, pictures.size(), known->fine),
-                                   40);
+    tolerance_fit::Aligner aligner(known, talk.model(), wanted, 40);
     auto seen = std::optional<Observation>(talk.first());
     for (int step = 0; step < 5; ++step) {
       aligner.add(*seen);

@@ -43,8 +43,7 @@ class ToleranceFit final : public relign::Agent {
     std::vector<double> wanted;
     for (std::size_t y = 0; y < reference.height(); ++y)
       wanted.insert(wanted.end(), reference.row(y), reference.row(y) + reference.width());
-    Aligner aligner(known, std::move(model),
-                    tolerance_fit::binned(wanted, {reference.width(), reference.height()}, known->fine), pictures_);
+    Aligner aligner(known, std::move(model), wanted, pictures_);
     const double reach = talk.largest_move();
     for (std::optional<relign::Observation> seen = talk.first(); seen;) {
       aligner.add(*seen);
