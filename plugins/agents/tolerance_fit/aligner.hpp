@@ -51,7 +51,17 @@ class Aligner {
 
   // Fits all that was added, and looks for the best pose of the fitted lens.
   void update() {
-    if (!settled_ || !near()) approach();
+    fine_.allow(pictures_a_step_);
+    const bool anew = !settled_ || !near();
+    if (anew) approach();
+    if (!near()) return;
+    const Vector before = x_;
+    refine();
+    if (misfit_ < kLost) return;
+    // The fine fit went astray: blurred pictures first, or what they told.
+    x_ = before;
+    if (anew) return;
+    approach();
     if (near()) refine();
   }
 
@@ -124,10 +134,10 @@ class Aligner {
 
   void refine() {
     const int for_best = static_cast<int>(known_->directions.cols()) + 3;
-    fine_.allow(pictures_a_step_ - for_best);
+    fine_.allow(fine_.left() - for_best);
     fit(fine_, 4, kBeside, 3, 1e-4);
     settled_ = misfit_ < kSettled;
-    fine_.allow(std::max(fine_.left() + for_best, 0));
+    fine_.allow(fine_.left() + for_best);
     if (misfit_ < kLost) find_best();
   }
 
