@@ -17,9 +17,9 @@ namespace {
 
 constexpr int kSmallImage = 40;
 
-// Parameters that make a scene quick to render, as far as it declares them.
-Json quick_parameters(const Manifest& manifest) {
-  Json given = Json::object();
+// What the manifest asks for, and what makes a scene quick to render as far as it declares it.
+Json parameters_of_check(const Manifest& manifest) {
+  Json given = manifest.check;
   if (manifest.kind != Kind::scene) return given;
   const Parameter* pixels = manifest.parameter("pixels");
   if (pixels && plugin_host::check_parameter(*pixels, kSmallImage).empty()) given["pixels"] = kSmallImage;
@@ -34,7 +34,7 @@ Subject open_subject(const std::filesystem::path& plugin) {
   Subject subject;
   subject.manifest = catalog.plugins().front();  // the only one so far
   const Manifest& manifest = *subject.manifest;
-  const Json given = quick_parameters(manifest);
+  const Json given = parameters_of_check(manifest);
   // Which algorithm it runs is told by name; the checks let a walk stand for it.
   const bool names_others = std::any_of(manifest.parameters.begin(), manifest.parameters.end(), [](const Parameter& p) {
     return p.type == plugin_host::ParameterType::algorithm;

@@ -222,6 +222,23 @@ void read_way_to_run(ObjectReader& reader, Manifest& manifest) {
   }
 }
 
+Json read_check(ObjectReader& reader, const Manifest& manifest) {
+  const Json* given = reader.get("check");
+  if (!given) return Json::object();
+  if (!given->is_object()) {
+    reader.complain("check", "expected an object of parameters");
+    return Json::object();
+  }
+  for (const auto& [name, value] : given->items()) {
+    const Parameter* parameter = manifest.parameter(name);
+    if (!parameter)
+      reader.complain("check", "there is no parameter \"" + name + "\"");
+    else if (const std::string wrong = check_parameter(*parameter, value); !wrong.empty())
+      reader.complain("check", name + ": " + wrong);
+  }
+  return *given;
+}
+
 Manifest read_checked(const JsonSource& source, const std::filesystem::path& file, std::vector<Problem>& problems) {
   Manifest manifest;
   manifest.text = source.text();
@@ -260,6 +277,7 @@ Manifest read_checked(const JsonSource& source, const std::filesystem::path& fil
       manifest.document = parameter->name;
   }
   read_preparation(source, reader, manifest, problems);
+  manifest.check = read_check(reader, manifest);
   reader.refuse_unknown();
   return manifest;
 }

@@ -16,7 +16,8 @@
 // process, started in the manifest's folder (docs/process_plugins.md); "oracle": true (is told the true start
 // under every protocol; drawn dashed), "document": "scene" (a JSON file with "use" may stand for the plugin;
 // its path becomes that parameter), "prepare": {"sources": 10, "steps": 100} for an algorithm that learns beforehand on
-// source instances (docs/services.md); each of the two is a number, or the name of an integer parameter that has it.
+// source instances (docs/services.md); each of the two is a number, or the name of an integer parameter that has it;
+// "check": {"other_scenes": true}, parameters with which `plugin check` tries it on its made-up trials.
 #pragma once
 
 #include <filesystem>
@@ -66,6 +67,7 @@ struct Manifest {
   std::string license;
   std::string citation;
   Json prepare;          // {"sources": ..., "steps": ...}, checked; null: never prepared (preparation.h)
+  Json check;            // object of parameters, for the conformance kit alone
   std::string document;  // name of the file parameter that a path with "use" fills; empty: none
 
   std::filesystem::path folder;  // where the manifest lies

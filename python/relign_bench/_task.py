@@ -19,7 +19,7 @@ class AlignmentTask:
     def __init__(self, slots, scene="relign_od", noise_level="rho0.25", reward="paper", score="combined",
                  observation="uint8", size=None, frame_stack=1, include_actions=False, action="unit", clipping="soft",
                  goal=None, max_episode_steps=200, noise_free=True, instances="training", suite_seed=1,
-                 scene_parameters=None, noise_level_parameters=None, threads=None):
+                 scene_parameters=None, noise_level_parameters=None, threads=None, observation_size=None):
         _rewards.check_name(reward, _rewards.REWARDS, "reward")
         _rewards.check_name(score, _rewards.SCORES, "score")
         _rewards.check_name(observation, OBSERVATIONS, "observation")
@@ -40,7 +40,7 @@ class AlignmentTask:
         self.axes, self.white = self.batch.axes, self.batch.white
         self.nominal_pose, self.reference = self.batch.nominal_pose, self.batch.reference
         self.frames = self.batch.frames  # a view: always the last captures
-        height, width = self.reference.shape
+        height, width = self._observed_shape(observation_size)
         if observation == "uint8":
             image = spaces.Box(0, 255, (self.frame_stack, height, width), np.uint8)
         else:
@@ -56,6 +56,15 @@ class AlignmentTask:
         self.scores = np.zeros(slots)
         self.steps = np.zeros(slots, np.int64)
         self.numbers = np.zeros(slots, np.int64)  # of the instances
+
+    def _observed_shape(self, columns):
+        height, width = self.reference.shape
+        columns = width if columns is None else int(columns)
+        if columns < 1 or width % columns or height % (width // columns):
+            raise ValueError(f"observation_size={columns}: captures of {width} x {height} pixels can be binned to "
+                             f"{', '.join(str(width // k) for k in range(1, 11) if width % k == height % k == 0)} columns")
+        self._bin = width // columns
+        return height // self._bin, columns
 
     # ---- episodes ------------------------------------------------------------------------------
 
@@ -103,10 +112,14 @@ class AlignmentTask:
         if self.frame_stack > 1:
             self.stacks[slots, :-1] = self.stacks[slots, 1:]
         for slot in slots:
+            frame = self.frames[slot]
+            if self._bin > 1:
+                height, width = self.stacks.shape[2:]
+                frame = frame.reshape(height, self._bin, width, self._bin).mean(axis=(1, 3))
             if self.observation == "uint8":
-                self.stacks[slot, -1] = to_bytes(self.frames[slot], self.white)
+                self.stacks[slot, -1] = to_bytes(frame, self.white)
             else:
-                np.minimum(self.frames[slot], FLOAT_WHITES * self.white, out=self.stacks[slot, -1])
+                np.minimum(frame, FLOAT_WHITES * self.white, out=self.stacks[slot, -1])
 
     def _scores(self, name, slots):
         frames = self.frames[slots] if name == "rmse_binary" else ()

@@ -18,6 +18,7 @@ class AlignmentEnv(gymnasium.Env):
     observation          "uint8": 255 stands for three times a white pixel; "float32": the scene's units
     size                 columns of the sensor, for scenes whose sensor can be chosen; None: the scene's own. A pixel of any
                          size has the scene's samples, and so its noise
+    observation_size     columns of an observation: captures, binned; None: as captured. Scores are those of the captures
     frame_stack          last frames in one observation, zeros before the start; shape (frame_stack, height, width)
     include_actions      observations become {"image", "actions"}: the last frame_stack actions in one row, the last one
                          at its end, zeros before the start

@@ -90,12 +90,14 @@ TEST(PluginContract, EveryPluginAndPresetCreates) {
   }
 }
 
-TEST(PluginContract, ThePageOfOptimizersNamesEveryFolder) {
-  const std::filesystem::path optimizers = std::filesystem::path(RELIGN_SOURCE_DIR) / "plugins/optimizers";
-  const std::string page = read_file(optimizers / "README.md");
-  for (const auto& folder : std::filesystem::directory_iterator(optimizers)) {
-    if (!folder.is_directory()) continue;
-    EXPECT_THAT(page, testing::HasSubstr("](" + folder.path().filename().string() + ")"));
+TEST(PluginContract, ThePagesOfAlgorithmsNameEveryFolder) {
+  for (const char* kind : {"optimizers", "agents"}) {
+    const std::filesystem::path algorithms = std::filesystem::path(RELIGN_SOURCE_DIR) / "plugins" / kind;
+    const std::string page = read_file(algorithms / "README.md");
+    for (const auto& folder : std::filesystem::directory_iterator(algorithms)) {
+      if (!folder.is_directory()) continue;
+      EXPECT_THAT(page, testing::HasSubstr("](" + folder.path().filename().string() + ")"));
+    }
   }
 }
 

@@ -1,4 +1,4 @@
-"""relign-train: a training of a minute, killed and resumed. Needs torch."""
+"""relign-train imitate: a training of a minute, killed and resumed. Needs torch."""
 
 import json
 import os

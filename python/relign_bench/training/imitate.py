@@ -5,18 +5,16 @@ optimum, along the eigen-directions of the picture's derivative; a strided netwo
 Gordon and Bagnell 2011): the policy aligns lenses, what it saw is labelled and learnt with all the rest.
 """
 
-import json
 import math
-import os
-import pathlib
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 import torch
 
 from . import policy
 from .directions import Directions
+from .folder import RunFolder
 from .lenses import Lenses, OptimumModel
 from .nets import StridedNet
 
@@ -38,7 +36,7 @@ class Recipe:
     rate: float = 1e-3
     round_rate: float = 5e-4
     last_rate: float = 3e-5
-    optimum_samples: int = 256
+    optimum_samples: int = 384
     seed: int = 0
 
 
@@ -121,9 +119,8 @@ class Training:
     """One run in a folder: data, checkpoint after every pass, curve.csv. Goes on where it was stopped or killed."""
 
     def __init__(self, recipe, folder, threads=None, tell=print):
-        self.recipe, self.folder, self.threads, self.tell = recipe, pathlib.Path(folder), threads, tell
-        self.folder.mkdir(parents=True, exist_ok=True)
-        self._check_recipe()
+        self.recipe, self.threads, self.tell = recipe, threads, tell
+        self.folder = RunFolder(folder, recipe)
         torch.manual_seed(recipe.seed)
         if threads:
             torch.set_num_threads(threads)
@@ -132,31 +129,16 @@ class Training:
         self._optimum = None
         self.curve, self.seconds = [], 0.0  # loss after every pass; time spent, over all stretches
 
-    def _check_recipe(self):
-        path, text = self.folder / "recipe.json", json.dumps(asdict(self.recipe), indent=1) + "\n"
-        if path.is_file() and path.read_text() != text:
-            raise ValueError(f"{self.folder} holds a training by another recipe; give another folder, or remove it")
-        path.write_text(text)
-
     @property
     def optimum(self):
         if self._optimum is None:
             self._optimum = OptimumModel(self.recipe.scene, self.recipe.size, self.recipe.optimum_samples,
                                          max(self.recipe.levels), self.threads)
-            self.tell(f"labels: own optima of {self.recipe.optimum_samples} lenses, linear to "
+            self.tell(f"labels: own optima of {self.recipe.optimum_samples} lenses, a quadratic to "
                       f"{self._optimum.residual:.4f} of the travel")
         return self._optimum
 
     # ---- what is kept --------------------------------------------------------------------------
-
-    def _keep(self, name, write):
-        """A file is there whole or not at all."""
-        half = self.folder / (name + ".half")
-        with open(half, "wb") as out:
-            write(out)
-            out.flush()
-            os.fsync(out.fileno())
-        os.replace(half, self.folder / name)
 
     def _data(self, number):
         path = self.folder / f"data-{number}.npz"
@@ -164,7 +146,7 @@ class Training:
             begun = time.monotonic()
             made = (first_pictures(self.recipe, self.optimum, self.directions, self.threads) if number == 0 else
                     followed_pictures(self.recipe, self.net, self.optimum, number, self.threads))
-            self._keep(path.name, lambda out: np.savez(out, pictures=made[0], ways=made[1]))
+            self.folder.keep(path.name, lambda out: np.savez(out, pictures=made[0], ways=made[1]))
             self.seconds += time.monotonic() - begun
             self.tell(f"data {number}: {len(made[0])} pictures in {time.monotonic() - begun:.0f} s")
         kept = np.load(path)
@@ -173,7 +155,7 @@ class Training:
     def run(self):
         """Trains to the end; returns the network."""
         passes = [self.recipe.passes] + [self.recipe.round_passes] * self.recipe.rounds
-        state = self._load()
+        state = self.load()
         pictures, ways = None, None
         for number, count in enumerate(passes):
             if number < state["number"]:
@@ -218,11 +200,12 @@ class Training:
         # The curve is kept with the weights, so that a run that was killed writes no line twice.
         state = {"net": self.net.state_dict(), "number": number, "passes": passes, "curve": self.curve,
                  "seconds": self.seconds, "optimizer": optimizer.state_dict() if optimizer else None}
-        self._keep("checkpoint.pt", lambda out: torch.save(state, out))
+        self.folder.keep("checkpoint.pt", lambda out: torch.save(state, out))
         lines = "".join(f"{row[0]},{row[1]},{row[2]:.6f}\n" for row in self.curve)
-        self._keep("curve.csv", lambda out: out.write(("round,pass,loss\n" + lines).encode()))
+        self.folder.keep_text("curve.csv", "round,pass,loss\n" + lines)
 
-    def _load(self):
+    def load(self):
+        """What the last whole pass left; where to go on."""
         path = self.folder / "checkpoint.pt"
         if not path.is_file():
             return {"number": 0, "passes": 0, "optimizer": None}

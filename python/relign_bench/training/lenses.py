@@ -84,8 +84,8 @@ class Lenses:
 
 
 class OptimumModel:
-    """The own optimum as a linear function of the elements' offsets: exact searches cost a tenth of a second each, and
-    small offsets move the optimum in proportion."""
+    """The own optimum as a polynomial of the elements' offsets: exact searches cost a tenth of a second each. Offsets
+    move the optimum in proportion; tilts also by their squares and products, mostly its focus."""
 
     def __init__(self, scene, size, samples, level=0.5, threads=None, seed=0):
         lenses = Lenses(scene, [level], 32, size, threads=threads)
@@ -96,20 +96,29 @@ class OptimumModel:
             optima.append(lenses.exact_optima()[0])
         offsets, optima = np.concatenate(offsets), np.concatenate(optima)
         self.nominal_pose = lenses.nominal_pose
+        # Offsets in units of their spread; those that are never drawn are left out.
+        self._spread = offsets.std(axis=0)
         half = len(offsets) // 2
         # The residual is told of lenses that the fit has not seen; then all of them are used.
         held_out = self._fit(offsets[:half], optima[:half])
         self.residual = float(np.sqrt(np.mean((self._apply(held_out, offsets[half:]) - optima[half:]) ** 2)))
         self.matrix = self._fit(offsets, optima)
 
+    def _features(self, offsets):
+        drawn = self._spread > 0
+        first = offsets[:, drawn] / self._spread[drawn]
+        tilts = first[:, np.flatnonzero(drawn) % 5 >= 3]  # rows are shift x, y, z, tilt x, y of each element
+        one, other = np.triu_indices(tilts.shape[1])
+        return np.concatenate([first, tilts[:, one] * tilts[:, other]], axis=1)
+
     def _fit(self, offsets, optima):
-        return np.linalg.lstsq(offsets, optima - self.nominal_pose, rcond=None)[0]
+        return np.linalg.lstsq(self._features(offsets), optima - self.nominal_pose, rcond=None)[0]
 
     def _apply(self, matrix, offsets):
-        return self.nominal_pose + offsets @ matrix
+        return self.nominal_pose + self._features(offsets) @ matrix
 
     def optima(self, offsets):
         """True poses, shape (n, axes)."""
-        if offsets.shape[1] != self.matrix.shape[0]:  # lenses without offsets
+        if offsets.shape[1] != len(self._spread):  # lenses without offsets
             return np.tile(self.nominal_pose, (len(offsets), 1))
         return np.clip(self._apply(self.matrix, offsets), 0, 1)

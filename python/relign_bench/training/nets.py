@@ -29,9 +29,12 @@ class StridedNet(nn.Module):
         self.head = nn.Linear(inputs, axes)  # errors along the eigen-directions
         self.register_buffer("vectors", torch.as_tensor(directions, dtype=torch.float32))
 
+    def features(self, pictures):
+        return self.body(pictures.float() * (BYTE_WHITES / 255))
+
     def along(self, pictures):
         """Errors along the directions: what the loss weighs."""
-        return self.head(self.body(pictures.float() * (BYTE_WHITES / 255)))
+        return self.head(self.features(pictures))
 
     def forward(self, pictures):
         return self.along(pictures) @ self.vectors.T

@@ -1,0 +1,134 @@
+#include "model.hpp"
+
+#include <openssl/evp.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <mutex>
+#include <stdexcept>
+
+namespace relign::policies {
+namespace {
+
+constexpr double kParityTolerance = 1e-4;
+constexpr std::uintmax_t kLargestFile = 256u << 20;
+
+std::string read_whole(const std::string& path) {
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (error) throw std::runtime_error(path + " cannot be read: " + error.message());
+  if (size > kLargestFile) throw std::runtime_error(path + " has more than 256 MiB: no network for this program");
+  std::ifstream file(path, std::ios::binary);
+  std::string bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  if (!file) throw std::runtime_error(path + " cannot be read");
+  return bytes;
+}
+
+std::string sha256(const std::string& bytes) {
+  unsigned char digest[EVP_MAX_MD_SIZE];
+  unsigned int length = 0;
+  if (EVP_Digest(bytes.data(), bytes.size(), digest, &length, EVP_sha256(), nullptr) != 1)
+    throw std::runtime_error("SHA-256 is not available");
+  std::string text;
+  for (unsigned int i = 0; i < length; ++i) {
+    text += "0123456789abcdef"[digest[i] >> 4];
+    text += "0123456789abcdef"[digest[i] & 15];
+  }
+  return text;
+}
+
+std::vector<double> checked_answer(Network& network, const SideFile& about, const std::vector<float>& pictures) {
+  const std::vector<float> values = network.answer(pictures, about.frames, about.size);
+  if (values.size() != about.axes.size())
+    throw std::runtime_error("it gives " + std::to_string(values.size()) + " numbers, its side file tells of " +
+                             std::to_string(about.axes.size()) + " axes");
+  for (const float value : values)
+    if (!std::isfinite(value)) throw std::runtime_error("it gives numbers that are not finite: its weights are broken");
+  return {values.begin(), values.end()};
+}
+
+void check_parity(Network& network, const SideFile& about) {
+  for (const SideFile::Parity& parity : about.parity) {
+    const std::vector<double> values = checked_answer(network, about, about.shown(parity));
+    for (std::size_t axis = 0; axis < values.size(); ++axis)
+      if (!(std::fabs(values[axis] - static_cast<double>(parity.answer[axis])) <= kParityTolerance))
+        throw std::runtime_error("it answers " + std::to_string(values[axis]) + " on axis " + about.axes[axis] +
+                                 " to an input of its side file, which says " + std::to_string(parity.answer[axis]) +
+                                 ": the files do not belong together, or this OpenCV runs the network otherwise");
+  }
+}
+
+}  // namespace
+
+struct Model::Kept {
+  std::string bytes;
+  SideFile about;
+  std::mutex mutex;
+  std::vector<std::unique_ptr<Network>> idle;
+};
+
+Model::Model(const std::string& onnx_path) {
+  const std::string side_path = std::filesystem::path(onnx_path).replace_extension(".json").string();
+  // By content: a file that was replaced is another model.
+  std::string bytes = read_whole(onnx_path);
+  const std::string hash = sha256(bytes);
+  std::error_code ignored;
+  const auto written = std::filesystem::last_write_time(side_path, ignored).time_since_epoch().count();
+  const std::string key = hash + side_path + std::to_string(written);
+
+  static std::mutex mutex;
+  static std::map<std::string, std::shared_ptr<Kept>> models;
+  const std::lock_guard<std::mutex> hold(mutex);
+  auto& kept = models[key];
+  if (!kept) {
+    const auto refuse = [&](const std::string& why) {
+      models.erase(key);
+      throw std::runtime_error(onnx_path + ": " + why);
+    };
+    auto made = std::make_shared<Kept>();
+    try {
+      made->about = read_side_file(side_path);
+    } catch (const std::runtime_error&) {
+      models.erase(key);
+      throw;
+    }
+    if (made->about.weights_sha256 != hash)
+      refuse("another network than the one that " + side_path + " was written for, or a damaged one (SHA-256 " + hash +
+             ", the side file says " + made->about.weights_sha256 + ")");
+    try {
+      auto network = std::make_unique<Network>(bytes);
+      check_parity(*network, made->about);
+      made->idle.push_back(std::move(network));
+    } catch (const std::runtime_error& error) {
+      refuse(error.what());
+    }
+    made->bytes = std::move(bytes);
+    models[key] = made;
+    kept_ = made;
+  } else {
+    kept_ = kept;
+  }
+  const std::lock_guard<std::mutex> borrow(kept_->mutex);
+  if (kept_->idle.empty()) {
+    network_ = std::make_unique<Network>(kept_->bytes);
+  } else {
+    network_ = std::move(kept_->idle.back());
+    kept_->idle.pop_back();
+  }
+}
+
+Model::~Model() {
+  const std::lock_guard<std::mutex> hold(kept_->mutex);
+  kept_->idle.push_back(std::move(network_));
+}
+
+const SideFile& Model::about() const { return kept_->about; }
+
+std::vector<double> Model::answer(const std::vector<float>& pictures) {
+  return checked_answer(*network_, kept_->about, pictures);
+}
+
+}  // namespace relign::policies

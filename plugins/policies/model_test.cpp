@@ -1,0 +1,155 @@
+#include "model.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "base/files.h"
+#include "base/hash.h"
+
+namespace relign::policies {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+// A copy of the golden network in a folder of its own, to be damaged.
+class ModelFiles : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() /
+              (std::string("relign-model-") + testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+    take("tiny");
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  void take(const std::string& name) {
+    for (const char* end : {".onnx", ".json"})
+      std::filesystem::copy_file(golden() / (name + end), folder_ / (std::string("net") + end),
+                                 std::filesystem::copy_options::overwrite_existing);
+  }
+  static std::filesystem::path golden() { return std::filesystem::path(RELIGN_SOURCE_DIR) / "tests/golden/policies"; }
+  std::string onnx() const { return (folder_ / "net.onnx").string(); }
+  void write(const char* file, const std::string& bytes) const {
+    std::ofstream(folder_ / file, std::ios::binary) << bytes;
+  }
+  nlohmann::json side() const { return nlohmann::json::parse(read_file(folder_ / "net.json")); }
+  void write_side(nlohmann::json side) const {
+    side["weights_sha256"] = sha256_file(folder_ / "net.onnx");
+    write("net.json", side.dump());
+  }
+  // What the model says of the files; empty when it takes them.
+  std::string refusal() const {
+    try {
+      Model model(onnx());
+      return "";
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(ModelFiles, AnswersAsTheSideFileSays) {
+  Model model(onnx());
+  EXPECT_EQ(model.about().frames, 2);
+  std::vector<float> pictures(2 * 20 * 20, 51.0F);  // a fifth of 255
+  std::fill(pictures.begin() + 400, pictures.end(), 102.0F);
+  const std::vector<double> answer = model.answer(pictures);
+  ASSERT_EQ(answer.size(), 2u);
+  EXPECT_NEAR(answer[0], 0.4, 1e-5);
+  EXPECT_NEAR(answer[1], 0.1, 1e-5);
+}
+
+TEST_F(ModelFiles, SeveralAtATimeAnswerTheSame) {
+  Model one(onnx());
+  Model other(onnx());
+  const std::vector<float> bright(800, 204.0F), dark(800, 51.0F);
+  const std::vector<double> first = one.answer(bright);
+  EXPECT_NE(other.answer(dark), first);
+  EXPECT_EQ(one.answer(bright), first);
+  EXPECT_EQ(other.answer(bright), first);
+}
+
+TEST_F(ModelFiles, ATruncatedNetworkIsRefused) {
+  const std::string whole = read_file(folder_ / "net.onnx");
+  write("net.onnx", whole.substr(0, whole.size() / 2));
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("net.onnx"), HasSubstr("a damaged one")));
+  // Even when the side file was made for it.
+  write_side(side());
+  EXPECT_NE(refusal(), "");
+  for (const std::size_t length : {std::size_t{0}, std::size_t{1}, std::size_t{100}, whole.size() - 1}) {
+    write("net.onnx", whole.substr(0, length));
+    write_side(side());
+    EXPECT_NE(refusal(), "") << length;
+  }
+}
+
+TEST_F(ModelFiles, AMissingOrBrokenSideFileIsRefused) {
+  std::filesystem::remove(folder_ / "net.json");
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("net.json"), HasSubstr("is missing")));
+  write("net.json", "{");
+  EXPECT_THAT(refusal(), HasSubstr("no side file of relign-train"));
+  write("net.json", "{\"format\": 2}");
+  EXPECT_THAT(refusal(), HasSubstr("reads format 1, found 2"));
+}
+
+TEST_F(ModelFiles, WrongSizesAreRefused) {
+  const nlohmann::json right = side();
+  nlohmann::json wrong = right;
+  wrong["observation"]["size"] = 30;
+  write_side(wrong);
+  EXPECT_THAT(refusal(), HasSubstr("takes no input of 1 x 2 x 30 x 30"));
+  wrong = right;
+  wrong["axes"] = {"u", "v", "w"};
+  for (auto& answer : wrong["parity"]["answers"]) answer.push_back(0.0);
+  write_side(wrong);
+  EXPECT_THAT(refusal(), HasSubstr("gives 2 numbers, its side file tells of 3 axes"));
+  wrong = right;
+  wrong["observation"]["size"] = 100000;
+  write_side(wrong);
+  EXPECT_THAT(refusal(), HasSubstr("size: allowed: 10 to 1024, found 100000"));
+}
+
+TEST_F(ModelFiles, OtherAnswersAreRefused) {
+  nlohmann::json wrong = side();
+  wrong["parity"]["answers"][2][1] = wrong["parity"]["answers"][2][1].get<double>() + 2e-4;
+  write_side(wrong);
+  EXPECT_THAT(refusal(), HasSubstr("on axis v to an input of its side file"));
+}
+
+TEST_F(ModelFiles, WeightsThatAreNoNumberAreRefused) {
+  take("tiny-nan");
+  EXPECT_THAT(refusal(), HasSubstr("not finite: its weights are broken"));
+}
+
+TEST_F(ModelFiles, AReplacedFileIsReadAgain) {
+  EXPECT_EQ(refusal(), "");
+  const std::string whole = read_file(folder_ / "net.onnx");
+  write("net.onnx", "nonsense");
+  EXPECT_NE(refusal(), "");
+  write("net.onnx", whole);
+  EXPECT_EQ(refusal(), "");
+}
+
+// A side file that was damaged anywhere is refused in words or harmless; never anything else.
+TEST_F(ModelFiles, DamagedSideFilesDoNoHarm) {
+  const std::string whole = read_file(folder_ / "net.json");
+  unsigned refused = 0;
+  for (std::size_t place = 0; place < whole.size(); place += 7) {
+    std::string damaged = whole;
+    damaged[place] = static_cast<char>(damaged[place] ^ (1 << (place % 7)));
+    write("net.json", damaged);
+    refused += refusal().empty() ? 0 : 1;
+  }
+  EXPECT_GT(refused, 30u);
+}
+
+}  // namespace
+}  // namespace relign::policies

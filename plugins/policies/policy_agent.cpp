@@ -1,0 +1,81 @@
+#include "policy_agent.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "picture.hpp"
+
+namespace relign::policies {
+namespace {
+
+// Blocks of the reference image that differ by more than this share of a lit pixel are another scene's.
+constexpr double kSameScene = 0.002;
+
+}  // namespace
+
+double gain(unsigned step, std::int64_t whole_guesses) {
+  return step <= whole_guesses ? 1.0 : 1.0 / (static_cast<double>(step) - static_cast<double>(whole_guesses) + 1);
+}
+
+PolicyAgent::PolicyAgent(const Parameters& given)
+    : model_(given.text("model")),
+      whole_guesses_(given.integer("whole_guesses")),
+      other_scenes_(given.boolean("other_scenes")) {
+  const SideFile& about = model_.about();
+  const auto size = static_cast<std::size_t>(about.size);
+  frames_.assign(static_cast<std::size_t>(about.frames) * size * size, 0.0F);
+}
+
+void PolicyAgent::check_scene(const Conversation& talk) const {
+  const SideFile& about = model_.about();
+  const std::string another = "; train one for this scene: " + about.command;
+  if (talk.axes() != about.axes.size())
+    throw std::invalid_argument("the network was trained to move " + std::to_string(about.axes.size()) +
+                                " axes, this scene has " + std::to_string(talk.axes()) + another);
+  if (other_scenes_) return;
+  const ImageView reference = talk.reference();
+  const auto size = static_cast<std::size_t>(about.size);
+  if (reference.width() != reference.height() || reference.width() < size || reference.width() % size != 0)
+    throw std::invalid_argument("the network sees " + std::to_string(size) + " x " + std::to_string(size) +
+                                " pixels, and images of " + std::to_string(reference.width()) + " x " +
+                                std::to_string(reference.height()) + " cannot be binned to that" + another);
+  const std::vector<float> blocks = resampled(reference, about.blocks);
+  bool same = true;
+  for (std::size_t i = 0; same && i < blocks.size(); ++i)
+    same =
+        std::fabs(static_cast<double>(blocks[i]) - static_cast<double>(about.reference[i])) <= kSameScene * about.white;
+  if (!same)
+    throw std::invalid_argument("the network was trained for scene '" + about.scene +
+                                "', and the reference image of this scene is another" + another +
+                                "; or set other_scenes to see how it does here");
+}
+
+void PolicyAgent::look(const ImageView& image) {
+  const SideFile& about = model_.about();
+  std::vector<float> picture = resampled(image, about.size);
+  to_bytes(picture, about.white, about.byte_whites);
+  const auto one = static_cast<std::ptrdiff_t>(picture.size());
+  std::copy(frames_.begin() + one, frames_.end(), frames_.begin());
+  std::copy(picture.begin(), picture.end(), frames_.end() - one);
+}
+
+void PolicyAgent::run(Conversation& talk) {
+  check_scene(talk);
+  const double most = talk.largest_move();
+  std::optional<Observation> seen = talk.first();
+  for (unsigned step = 1; seen; ++step) {
+    look(seen->image());
+    Pose way = model_.answer(frames_);
+    // A network that says moves was trained with moves that are cut.
+    const bool guesses = model_.about().guesses;
+    for (double& along : way) along = guesses ? along * gain(step, whole_guesses_) : std::clamp(along, -most, most);
+    Pose there = seen->pose;
+    for (std::size_t axis = 0; axis < way.size(); ++axis) there[axis] += way[axis];
+    talk.recommend(there);
+    for (double& along : way) along = std::clamp(along, -most, most);
+    seen = talk.move(way);
+  }
+}
+
+}  // namespace relign::policies

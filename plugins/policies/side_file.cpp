@@ -1,0 +1,119 @@
+#include "side_file.hpp"
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+namespace relign::policies {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr int kParitySide = 10;
+constexpr int kLargestSize = 1024;
+constexpr int kMostFrames = 64;
+constexpr int kMostBlocks = 100;
+constexpr std::size_t kMostAxes = 64;
+
+[[noreturn]] void complain(const std::string& what) { throw std::runtime_error(what); }
+
+int integer(const Json& object, const char* name, int least, int most) {
+  const int value = object.at(name).get<int>();
+  if (value < least || value > most)
+    complain(std::string(name) + ": allowed: " + std::to_string(least) + " to " + std::to_string(most) + ", found " +
+             std::to_string(value));
+  return value;
+}
+
+double positive(const Json& object, const char* name) {
+  const double value = object.at(name).get<double>();
+  if (!std::isfinite(value) || value <= 0) complain(std::string(name) + ": expected a positive number");
+  return value;
+}
+
+std::vector<float> finite_values(const Json& values, std::size_t count, const char* name) {
+  const auto read = values.get<std::vector<float>>();
+  if (read.size() != count)
+    complain(std::string(name) + ": expected " + std::to_string(count) + " numbers, found " +
+             std::to_string(read.size()));
+  for (const float value : read)
+    if (!std::isfinite(value)) complain(std::string(name) + ": a number is not finite");
+  return read;
+}
+
+std::vector<std::uint8_t> bytes_of(const std::string& hex, std::size_t count) {
+  const auto digit = [](char c) {
+    if (c >= '0' && c <= '9') return c - '0';
+    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+    complain("parity: inputs are pairs of the digits 0 to 9 and a to f");
+  };
+  if (hex.size() != 2 * count)
+    complain("parity: expected inputs of " + std::to_string(count) + " bytes, found " + std::to_string(hex.size() / 2));
+  std::vector<std::uint8_t> bytes(count);
+  for (std::size_t i = 0; i < count; ++i)
+    bytes[i] = static_cast<std::uint8_t>(16 * digit(hex[2 * i]) + digit(hex[2 * i + 1]));
+  return bytes;
+}
+
+SideFile parse(const Json& json) {
+  SideFile side;
+  if (json.at("format").get<int>() != 1)
+    complain("format: this program reads format 1, found " + json.at("format").dump());
+  side.scene = json.at("scene").get<std::string>();
+  side.axes = json.at("axes").get<std::vector<std::string>>();
+  if (side.axes.empty() || side.axes.size() > kMostAxes) complain("axes: expected 1 to 64 names");
+  const Json& observation = json.at("observation");
+  side.size = integer(observation, "size", kParitySide, kLargestSize);
+  side.frames = integer(observation, "frames", 1, kMostFrames);
+  side.white = positive(observation, "white");
+  side.byte_whites = positive(observation, "byte_whites");
+  const auto output = json.at("output").get<std::string>();
+  if (output != "way" && output != "move") complain("output: allowed: \"way\", \"move\"; found \"" + output + "\"");
+  side.guesses = output == "way";
+  side.weights_sha256 = json.at("weights_sha256").get<std::string>();
+  side.command = json.at("command").get<std::string>();
+  const Json& reference = json.at("reference");
+  side.blocks = integer(reference, "blocks", 1, kMostBlocks);
+  const auto count = static_cast<std::size_t>(side.blocks) * static_cast<std::size_t>(side.blocks);
+  side.reference = finite_values(reference.at("means"), count, "reference");
+  const Json& parity = json.at("parity");
+  const Json& inputs = parity.at("inputs");
+  const Json& answers = parity.at("answers");
+  if (!inputs.is_array() || !answers.is_array() || inputs.empty() || inputs.size() != answers.size())
+    complain("parity: expected as many answers as inputs, and one at least");
+  for (std::size_t i = 0; i < inputs.size(); ++i)
+    side.parity.push_back(
+        {bytes_of(inputs[i].get<std::string>(), static_cast<std::size_t>(side.frames) * kParitySide * kParitySide),
+         finite_values(answers[i], side.axes.size(), "parity")});
+  return side;
+}
+
+}  // namespace
+
+std::vector<float> SideFile::shown(const Parity& input) const {
+  std::vector<float> values;
+  values.reserve(static_cast<std::size_t>(frames) * static_cast<std::size_t>(size) * static_cast<std::size_t>(size));
+  for (int frame = 0; frame < frames; ++frame)
+    for (int y = 0; y < size; ++y)
+      for (int x = 0; x < size; ++x) {
+        const int block = (frame * kParitySide + y * kParitySide / size) * kParitySide + x * kParitySide / size;
+        values.push_back(static_cast<float>(input.bytes[static_cast<std::size_t>(block)]));
+      }
+  return values;
+}
+
+SideFile read_side_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file)
+    throw std::runtime_error(path + " is missing: relign-train writes it beside the network, and both belong together");
+  try {
+    return parse(Json::parse(file));
+  } catch (const Json::exception& error) {
+    throw std::runtime_error(path + ": no side file of relign-train (" + error.what() + ")");
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(path + ": " + error.what());
+  }
+}
+
+}  // namespace relign::policies
