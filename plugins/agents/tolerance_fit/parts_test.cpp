@@ -4,7 +4,7 @@
 #include <relign/random.hpp>
 
 #include "aligner.hpp"
-#include "toy_lens.h"
+#include "toy_lens_test.h"
 
 namespace relign {
 namespace {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "plugin_host/objects.h"
-#include "toy_lens.h"
+#include "toy_lens_test.h"
 
 namespace relign {
 namespace {
