@@ -47,6 +47,14 @@ TEST(Level, SummarisesWhatIsDrawn) {
   EXPECT_EQ(written["L2"]["shift_mm"], (nlohmann::json{0.5, 0.5, 0.5}));
 }
 
+std::shared_ptr<const tolerance_fit::Knowledge> learnt(Conversation& talk, tolerance_fit::Pictures& pictures) {
+  std::vector<std::string> draws;
+  for (std::uint64_t k = 0; k < 400; ++k) draws.push_back(talk.prior().draw(k));
+  const auto axes = static_cast<Eigen::Index>(talk.axes());
+  return std::make_shared<const tolerance_fit::Knowledge>(tolerance_fit::learn(
+      tolerance_fit::summarise(draws, talk.axes()), {Vector::Constant(axes, 0.5), 6, 200}, pictures));
+}
+
 TEST(Aligner, TellsTheOffsetOfTheLens) {
   double squares = 0, errors = 0;
   for (std::uint64_t instance = 1; instance <= 4; ++instance) {
@@ -54,11 +62,8 @@ TEST(Aligner, TellsTheOffsetOfTheLens) {
     setup.instance = instance;
     test::ToyTrial trial(setup);
     Conversation talk(&trial.conversation->talk());
-    std::vector<std::string> draws;
-    for (std::uint64_t k = 0; k < 400; ++k) draws.push_back(talk.prior().draw(k));
     tolerance_fit::Pictures pictures(talk.model());
-    const auto known = std::make_shared<const tolerance_fit::Knowledge>(
-        tolerance_fit::learn(tolerance_fit::summarise(draws, 5), {Vector::Constant(5, 0.5), 6, 200}, pictures));
+    const auto known = learnt(talk, pictures);
     EXPECT_NEAR(known->dark, 4e-4, 1e-4);  // noise is the same in every pixel
     ASSERT_EQ(known->combinations.cols(), 1);
     const ImageView reference = talk.reference();
@@ -75,6 +80,32 @@ TEST(Aligner, TellsTheOffsetOfTheLens) {
   }
   EXPECT_GT(squares, 1);
   EXPECT_LT(errors, 0.02 * squares);
+}
+
+TEST(JointFit, LimitsTellWhereTheLensIs) {
+  test::ToyTrial::Setup setup;
+  setup.axes = 1;
+  setup.noise = 1e3;  // pictures tell nothing
+  test::ToyTrial trial(setup);
+  Conversation talk(&trial.conversation->talk());
+  tolerance_fit::Pictures pictures(talk.model());
+  const auto known = learnt(talk, pictures);
+  const tolerance_fit::Layout layout(*known);
+  tolerance_fit::Derivatives derivatives(*known, pictures, known->fine, {});
+  const auto pose_after = [&](double commanded, std::uint64_t low, std::uint64_t high) {
+    const tolerance_fit::Site site{Vector::Constant(1, commanded), low, high, 1,
+                                   std::vector<double>(pictures.size().pixels(), 0.0)};
+    Vector x = Vector::Zero(layout.size());
+    tolerance_fit::JointFit fit(*known, layout, derivatives, pictures.size(), {&site}, x);
+    fit.solve(x, 20, 1e-4);
+    return layout.pose(x, site.commanded)[0];
+  };
+  EXPECT_NEAR(pose_after(-0.3, 0, 0), 0.2, 0.03);  // the level's mean start, and the move
+  EXPECT_NEAR(pose_after(-0.3, 1, 0), 0, 0.01);    // it met the wall, no farther away than it must be
+  EXPECT_NEAR(pose_after(-0.7, 0, 0), 0, 0.01);    // it would have met one
+  EXPECT_NEAR(pose_after(-0.7, 1, 0), -0.2, 0.03);
+  EXPECT_NEAR(pose_after(0.3, 0, 1), 1, 0.01);
+  EXPECT_NEAR(pose_after(0.7, 0, 0), 1, 0.01);
 }
 
 Vector blob(double x, double y) {
