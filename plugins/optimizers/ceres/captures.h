@@ -10,24 +10,23 @@
 #include <utility>
 #include <vector>
 
+#include "pictures/pictures.hpp"
+
 namespace ceres_plugin {
 
 class Captures {
  public:
   explicit Captures(const relign::ImageView& reference)
-      : bin_(1 + (std::max(reference.width(), reference.height()) - 1) / kMostSide),
-        width_(static_cast<Eigen::Index>(reference.width() / bin_)),
-        height_(static_cast<Eigen::Index>(reference.height() / bin_)),
-        reference_(binned(reference)) {}
+      : binned_(reference.width(), reference.height(), kMostSide), reference_(binned_(reference)) {}
 
   void add(const relign::ImageView& image) {
-    raw_.push_back(binned(image) - reference_);
+    raw_.push_back(binned_(image) - reference_);
     add_blurred();
   }
 
   // Standard deviation of the blur as a share of the image's shorter side.
   void set_blur(double share) {
-    sigma_ = share * static_cast<double>(std::min(width_, height_));
+    sigma_ = share * static_cast<double>(std::min(binned_.width(), binned_.height()));
     blurred_.clear();
     products_.resize(0, 0);
     while (blurred_.size() < raw_.size()) add_blurred();
@@ -47,20 +46,6 @@ class Captures {
 
  private:
   static constexpr std::size_t kMostSide = 256;  // larger images are binned
-  static constexpr float kBrightest = 1e9F;      // beyond it squares overflow: such pixels count as dark
-
-  Eigen::VectorXf binned(const relign::ImageView& image) const {
-    Eigen::VectorXf pixels = Eigen::VectorXf::Zero(width_ * height_);
-    const std::size_t width = static_cast<std::size_t>(width_) * bin_,
-                      height = static_cast<std::size_t>(height_) * bin_;
-    for (std::size_t y = 0; y < height; ++y)
-      for (std::size_t x = 0; x < width; ++x) {
-        const float pixel = image.at(x, y);
-        if (std::fabs(pixel) < kBrightest)
-          pixels[static_cast<Eigen::Index>(y / bin_) * width_ + static_cast<Eigen::Index>(x / bin_)] += pixel;
-      }
-    return pixels / static_cast<float>(bin_ * bin_);
-  }
 
   void add_blurred() {
     blurred_.push_back(blur(raw_[blurred_.size()]));
@@ -69,36 +54,16 @@ class Captures {
     larger.topLeftCorner(count - 1, count - 1) = products_;
     for (Eigen::Index i = 0; i < count; ++i) {
       const double sum = blurred_[static_cast<std::size_t>(i)].dot(blurred_.back());
-      larger(i, count - 1) = larger(count - 1, i) = sum / static_cast<double>(width_ * height_);
+      larger(i, count - 1) = larger(count - 1, i) = sum / static_cast<double>(binned_.pixels());
     }
     products_ = larger;
   }
 
-  // Gaussian, along y and then along x. Dark beyond the edge: what lies there is unknown in every capture alike. The
-  // result is transposed, which no product feels.
   Eigen::VectorXf blur(const Eigen::VectorXf& pixels) const {
-    if (!(sigma_ > 0)) return pixels;
-    return along_columns(along_columns(pixels, width_, height_), height_, width_);
+    return pictures::blurred(pixels, binned_.width(), binned_.height(), sigma_);
   }
 
-  // `lines` values lie side by side; blurs across them and transposes.
-  Eigen::VectorXf along_columns(const Eigen::VectorXf& pixels, Eigen::Index lines, Eigen::Index length) const {
-    const auto reach = static_cast<Eigen::Index>(std::ceil(3 * sigma_));
-    Eigen::VectorXf weights(2 * reach + 1);
-    for (Eigen::Index i = -reach; i <= reach; ++i)
-      weights[i + reach] = static_cast<float>(std::exp(-0.5 * static_cast<double>(i * i) / (sigma_ * sigma_)));
-    weights /= weights.sum();
-    const Eigen::Map<const Eigen::MatrixXf> in(pixels.data(), lines, length);
-    Eigen::MatrixXf out = Eigen::MatrixXf::Zero(lines, length);
-    for (Eigen::Index x = 0; x < length; ++x)
-      for (Eigen::Index k = std::max(-reach, -x); k <= std::min(reach, length - 1 - x); ++k)
-        out.col(x) += weights[k + reach] * in.col(x + k);
-    const Eigen::MatrixXf turned = out.transpose();
-    return Eigen::Map<const Eigen::VectorXf>(turned.data(), turned.size());
-  }
-
-  std::size_t bin_;
-  Eigen::Index width_, height_;
+  pictures::Binning binned_;
   Eigen::VectorXf reference_;
   std::vector<Eigen::VectorXf> raw_;
   double sigma_ = 0;  // pixels

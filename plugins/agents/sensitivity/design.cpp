@@ -1,0 +1,134 @@
+#include "design.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <mutex>
+#include <utility>
+
+namespace sensitivity {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kFirstStride = 0.003;  // of the travel: rough directions, before the strides are fitted to them
+constexpr double kChange = 0.07;        // of the picture that a stride makes, in shares of its root mean square
+constexpr double kShortest = 0.0005, kLongest = 0.04;
+constexpr double kMotionBlur = 2;     // pixels: slopes of sharper pictures are no derivatives
+constexpr double kUnfelt = 1e-7;      // share of the best felt direction below which one is not felt at all
+constexpr double kLeastNoise = 1e-6;  // share of the reference's mean square
+constexpr int kNoiseCaptures = 8;
+constexpr std::size_t kMostDesigns = 4;
+
+// Central differences along the columns of `ways`, divided by their lengths: pixels x ways.
+Eigen::MatrixXf differences(const Simulator& simulator, const Vector& nominal, const Matrix& ways,
+                            Eigen::Index pixels) {
+  Eigen::MatrixXf changes(pixels, ways.cols());
+  for (Eigen::Index k = 0; k < ways.cols(); ++k) {
+    const Picture ahead = simulator.clean(nominal + ways.col(k)), behind = simulator.clean(nominal - ways.col(k));
+    changes.col(k) = (ahead - behind) / static_cast<float>(2 * ways.col(k).norm());
+  }
+  return changes;
+}
+
+// Some directions change the picture fifty times more than others. A stride that suits the ones is lost in the
+// curvature or in the rounding of the others, so that differences are taken again along the principal directions of a
+// first try, each as far as it takes.
+Eigen::MatrixXf differentiate(const Simulator& simulator, const Vector& nominal, const Picture& reference) {
+  const Eigen::Index n = nominal.size(), pixels = reference.size();
+  const Eigen::MatrixXf rough = differences(simulator, nominal, kFirstStride * Matrix::Identity(n, n), pixels);
+  const Matrix squares = (rough.transpose() * rough).cast<double>();
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(squares);
+  const double wanted = kChange * static_cast<double>(reference.norm());
+  Matrix ways = eigen.eigenvectors();
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const double felt = std::sqrt(std::max(eigen.eigenvalues()[k], 0.0));
+    ways.col(k) *= felt > 0 ? std::clamp(wanted / felt, kShortest, kLongest) : kLongest;
+  }
+  return differences(simulator, nominal, ways, pixels) * eigen.eigenvectors().transpose().cast<float>();
+}
+
+// Splits the Jacobian into a shift of the whole picture and the rest.
+void split_motion(Design& design) {
+  const Eigen::Index w = design.width, h = design.height;
+  const Picture soft = pictures::blurred(design.reference, w, h, kMotionBlur);
+  Eigen::MatrixXf slopes = Eigen::MatrixXf::Zero(w * h, 2), changes = design.jacobian;
+  for (Eigen::Index y = 1; y + 1 < h; ++y)
+    for (Eigen::Index x = 1; x + 1 < w; ++x) {
+      slopes(y * w + x, 0) = 0.5F * (soft[y * w + x + 1] - soft[y * w + x - 1]);
+      slopes(y * w + x, 1) = 0.5F * (soft[(y + 1) * w + x] - soft[(y - 1) * w + x]);
+    }
+  for (Eigen::Index axis = 0; axis < design.axes(); ++axis)
+    changes.col(axis) = pictures::blurred(design.jacobian.col(axis), w, h, kMotionBlur);
+  const Matrix squares = (slopes.transpose() * slopes).cast<double>(),
+               products = (slopes.transpose() * changes).cast<double>();
+  design.motion = -squares.completeOrthogonalDecomposition().solve(products);
+  changes += slopes * design.motion.cast<float>();
+  const double power = std::max(static_cast<double>(soft.squaredNorm()), 1e-30);
+  design.change = (changes.transpose() * changes).cast<double>() / power;
+}
+
+}  // namespace
+
+Level make_level(const Eigen::MatrixXf& jacobian, Eigen::Index width, Eigen::Index height, double blur,
+                 const Vector& noise) {
+  Level level;
+  level.blur = blur;
+  level.gain = jacobian;
+  for (Eigen::Index axis = 0; axis < jacobian.cols(); ++axis)
+    level.gain.col(axis) = pictures::blurred(jacobian.col(axis), width, height, blur);
+  const Matrix products = (jacobian.transpose() * level.gain).cast<double>();
+  Matrix squares = 0.5 * (products + products.transpose());
+  // Noise is like its own blur only as far as the middle of the blur's kernel goes.
+  const double middle = blur > 0.4 ? 1 / (2 * kPi * blur * blur) : 1;
+  squares.diagonal() -= middle * static_cast<double>(jacobian.rows()) * noise;
+  const Eigen::SelfAdjointEigenSolver<Matrix> felt(squares);
+  const Vector kept = felt.eigenvalues().cwiseMax(kUnfelt * std::max(felt.eigenvalues().maxCoeff(), 1e-20));
+  level.squares = felt.eigenvectors() * kept.asDiagonal() * felt.eigenvectors().transpose();
+  level.unfelt = felt.eigenvectors() * kept.cwiseInverse().asDiagonal() * felt.eigenvectors().transpose();
+  // What is not felt at all tells nothing, instead of infinitely much.
+  const Eigen::SelfAdjointEigenSolver<Matrix> noisy((level.gain.transpose() * level.gain).cast<double>());
+  const double least = kUnfelt * std::max(noisy.eigenvalues().maxCoeff(), 1e-20);
+  const Vector inverse = noisy.eigenvalues().unaryExpr([&](double value) { return value > least ? 1 / value : 0; });
+  level.weigh = level.squares * noisy.eigenvectors() * inverse.asDiagonal() * noisy.eigenvectors().transpose();
+  level.information = level.weigh * level.squares;
+  level.information = (0.5 * (level.information + level.information.transpose())).eval();
+  return level;
+}
+
+Design study(const Simulator& simulator, const Vector& nominal, const Picture& reference, Eigen::Index width,
+             Eigen::Index height, double first_blur) {
+  Design design;
+  design.nominal = nominal;
+  design.reference = reference;
+  design.width = width;
+  design.height = height;
+  design.jacobian = differentiate(simulator, nominal, reference);
+  split_motion(design);
+  const Picture clean = simulator.clean(nominal);
+  const auto pixels = static_cast<double>(std::max<Eigen::Index>(clean.size(), 1));
+  for (int k = 0; k < kNoiseCaptures; ++k) {
+    const Picture noise = simulator.capture(nominal, static_cast<std::uint64_t>(k)) - clean;
+    design.noise += static_cast<double>(noise.squaredNorm()) / (pixels * kNoiseCaptures);
+  }
+  const double power = static_cast<double>(reference.squaredNorm()) / pixels;
+  design.noise = std::max({design.noise, kLeastNoise * power, 1e-20});
+  const Vector none = Vector::Zero(design.axes());
+  for (double blur = first_blur * static_cast<double>(std::min(width, height)); blur >= 1; blur /= 2)
+    design.levels.push_back(make_level(design.jacobian, width, height, blur, none));
+  design.levels.push_back(make_level(design.jacobian, width, height, 0, none));
+  return design;
+}
+
+std::shared_ptr<const Design> studied(const std::string& key, const std::function<Design()>& make) {
+  static std::mutex mutex;
+  static std::deque<std::pair<std::string, std::shared_ptr<const Design>>> kept;
+  // Held while a design is made: trials beside this one wait for it instead of making it once more.
+  const std::lock_guard<std::mutex> lock(mutex);
+  for (const auto& [known, design] : kept)
+    if (known == key) return design;
+  kept.emplace_back(key, std::make_shared<const Design>(make()));
+  if (kept.size() > kMostDesigns) kept.pop_front();
+  return kept.back().second;
+}
+
+}  // namespace sensitivity

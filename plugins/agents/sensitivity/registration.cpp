@@ -1,0 +1,185 @@
+#include "registration.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sensitivity {
+namespace {
+
+// Pictures changed by more than this are none that the nominal pose's Jacobian knows.
+constexpr double kNear = 0.25;
+constexpr Eigen::Index kFinestBin = 2;  // of far Jacobians: finer ones would take too many captures
+constexpr Eigen::Index kGoodBin = 4;    // fine enough for one that is far and will move anyway
+constexpr Eigen::Index kFewestBins = 10;
+constexpr double kBinBlur = 1.25;  // binned pixels
+constexpr double kLongest = 0.15;  // of the travel: strides of differences
+constexpr double kStride = 0.7;    // of the blur that differences may move the picture by
+
+constexpr double kFinestBlur = 0.5;  // pixels: what the Jacobian without blur bears
+constexpr double kFarthest = 0.5;    // of the travel: one step
+constexpr double kTrust = 1.5;       // times the blur that one step may move the picture by
+constexpr double kShifted = 0.05;    // pixels: less is not worth an interpolation
+constexpr double kSettled = 0.3;     // of the blur: a step that moves the picture by less has arrived
+constexpr double kStill = 0.02;      // of the travel
+constexpr int kMostAtOneLevel = 3;
+
+// A step as far as the blur is wide changes the picture by this share otherwise than the Jacobian says. By which of
+// the directions that looks best explained nobody knows: without this, defocus explains whatever lies far away.
+constexpr double kBend = 0.3;
+// Of the squared difference above the noise, what any one direction may explain by mistake.
+constexpr double kExcess = 0.005;
+constexpr double kFits = 1.02;      // misfits up to here are noise
+constexpr double kWorse = 0.02;     // and so are differences of misfits
+constexpr double kLeastLeft = 0.3;  // of the nominal picture's noise: dark pictures do not tell all the more
+
+// Pixels by which the picture may be elsewhere, the root of the sum over both ways.
+double pixels_off(const Design& design, const Matrix& covariance) {
+  return std::sqrt(std::max((design.motion * covariance * design.motion.transpose()).trace(), 0.0));
+}
+
+// The finest level whose blur is wider than what the picture may be off by.
+std::size_t level_for(const Design& design, double pixels) {
+  for (std::size_t level = design.levels.size(); level-- > 1;)
+    if (std::max(design.levels[level].blur, kFinestBlur) >= pixels) return level;
+  return 0;
+}
+
+double span(const Level& level) { return std::max(level.blur, kFinestBlur); }
+
+}  // namespace
+
+Picture put_together(const Picture& picture, Eigen::Index width, Eigen::Index height, Eigen::Index bin) {
+  const Eigen::Index columns = width / bin, rows = height / bin;
+  Picture out = Picture::Zero(columns * rows);
+  for (Eigen::Index y = 0; y < rows * bin; ++y)
+    for (Eigen::Index x = 0; x < columns * bin; ++x) out[y / bin * columns + x / bin] += picture[y * width + x];
+  return out / static_cast<float>(bin * bin);
+}
+
+Picture shifted(const Picture& picture, Eigen::Index width, Eigen::Index height, double right, double down) {
+  Picture out = Picture::Zero(picture.size());
+  if (!(std::fabs(right) < static_cast<double>(width) && std::fabs(down) < static_cast<double>(height))) return out;
+  const auto whole_x = static_cast<Eigen::Index>(std::floor(right)),
+             whole_y = static_cast<Eigen::Index>(std::floor(down));
+  const auto share_x = static_cast<float>(right - static_cast<double>(whole_x)),
+             share_y = static_cast<float>(down - static_cast<double>(whole_y));
+  for (Eigen::Index dy = 0; dy < 2; ++dy)
+    for (Eigen::Index dx = 0; dx < 2; ++dx) {
+      const float weight = (dx == 1 ? share_x : 1 - share_x) * (dy == 1 ? share_y : 1 - share_y);
+      const Eigen::Index by_x = whole_x + dx, by_y = whole_y + dy;
+      const Eigen::Index first = std::max<Eigen::Index>(0, -by_x), count = width - std::abs(by_x);
+      if (weight == 0 || count <= 0) continue;
+      for (Eigen::Index y = std::max<Eigen::Index>(0, -by_y); y < std::min(height, height - by_y); ++y)
+        out.segment(y * width + first, count) += weight * picture.segment((y + by_y) * width + first + by_x, count);
+    }
+  return out;
+}
+
+Level Registration::linearise(const Vector& away, double blur) const {
+  const Eigen::Index n = away.size();
+  Eigen::Index bin = kFinestBin;
+  while (1.5 * kBinBlur * static_cast<double>(bin) < blur &&
+         2 * bin * kFewestBins <= std::min(design.width, design.height))
+    bin *= 2;
+  const Eigen::Index columns = design.width / bin, rows = design.height / bin;
+  const int each = std::max(1, captures / static_cast<int>(2 * bin));
+  // Along and across the ways that move the picture, each as far as the blur bears.
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(design.motion.transpose() * design.motion);
+  Eigen::MatrixXf changes(columns * rows, n);
+  Matrix ways(n, n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const double moves = std::sqrt(std::max(eigen.eigenvalues()[k], 1e-12));
+    const double stride = std::min(kLongest, kStride * kBinBlur * static_cast<double>(bin) / moves);
+    Vector ahead = away + stride * eigen.eigenvectors().col(k), behind = away - stride * eigen.eigenvectors().col(k);
+    const Picture one = render(ahead, each).mean, other = render(behind, each).mean;
+    ways.col(k) = ahead - behind;
+    changes.col(k) = put_together(one - other, design.width, design.height, bin);
+  }
+  const Matrix back = ways.completeOrthogonalDecomposition().pseudoInverse();
+  const double noise = 2 * design.noise / static_cast<double>(each * bin * bin);
+  Level level = make_level(changes * back.cast<float>(), columns, rows, kBinBlur,
+                           noise * back.colwise().squaredNorm().transpose());
+  level.bin = bin;
+  level.blur *= static_cast<double>(bin);
+  return level;
+}
+
+Sight Registration::compare(const Picture& capture, const Belief& before, const Vector& away, const Level& level,
+                            bool far, bool finest) const {
+  Sight sight;
+  sight.linearised = render ? away : Vector::Zero(away.size());
+  const int many = std::max(2, finest ? captures : captures / 4);
+  const Rendering shown = render ? render(sight.linearised, many) : Rendering{design.reference, design.noise};
+  Picture residual = capture - shown.mean;
+  const double least = kLeastLeft * design.noise, noise = std::max(shown.noise, least);
+  const double unavoidable = render ? noise * (1 + 1.0 / many) : noise;
+  const auto pixels = static_cast<double>(std::max<Eigen::Index>(residual.size(), 1));
+  const double left = std::max(static_cast<double>(residual.squaredNorm()) / pixels, least);
+  sight.misfit = left / unavoidable;
+  if (far) {
+    residual = put_together(residual, design.width, design.height, level.bin);
+  } else {
+    // The Jacobian is the nominal pose's: the residual is brought to where it would be seen there.
+    const Eigen::Vector2d go = design.motion * sight.linearised;
+    if (go.norm() > kShifted) residual = shifted(residual, design.width, design.height, go.x(), go.y());
+  }
+  const Vector told = (level.gain.transpose() * residual).cast<double>();
+  const auto binned = static_cast<double>(level.bin * level.bin);
+  Belief plain{level.information * (binned / left), level.weigh * told * (binned / left)};
+  plain.weighed += plain.information * sight.linearised;
+
+  const Vector step = before.with(plain).mean() - away;
+  const double bent = kBend * (design.motion * step).norm() / span(level);
+  const double excess = kExcess * std::max(left - kFits * unavoidable, 0.0) * pixels / binned;
+  sight.away = plain.blunted((bent * bent * step.dot(level.squares * step) + excess) * level.unfelt);
+  if (!sight.away.finite()) sight.away = Belief::nothing(away.size());
+  return sight;
+}
+
+Sight Registration::operator()(const Picture& capture, const Belief& before, int most_comparisons) const {
+  Sight best;
+  Vector away = before.mean();
+  std::size_t level = render ? level_for(design, pixels_off(design, before.covariance())) : 0;
+  Vector best_end = away;  // where the best comparison led
+  bool astray = false;     // the nominal pose's Jacobian led away from there: it is no longer used
+  for (int made = 0, tries = 0; made < most_comparisons; ++made) {
+    const bool far = render && (astray || design.changed(away) > kNear);
+    const bool finest = !far && level + 1 == design.levels.size();
+    Level fresh;
+    if (far) fresh = linearise(away, design.levels[level].blur);
+    const Level& here = far ? fresh : design.levels[level];
+    Sight sight = compare(capture, before, away, here, far, finest);
+
+    const Belief after = before.with(sight.away);
+    Vector step = after.mean() - away;
+    if (!step.allFinite()) step.setZero();
+    step *= std::min(1.0, kFarthest / std::max(step.norm(), 1e-12));
+    if (render) step *= std::min(1.0, kTrust * span(here) / std::max((design.motion * step).norm(), 1e-12));
+    away += step;
+    // One Jacobian for all: what counts is how far the picture is, not how far the last step was.
+    sight.moved = (design.motion * (render ? step : away)).norm();
+    sight.step = step.norm();
+    if (made == 0 || sight.misfit < best.misfit + kWorse) {
+      best = sight;
+      best_end = away;
+    } else if (render && !astray) {
+      astray = true;
+      away = best_end;
+      continue;
+    }
+
+    const std::size_t next = level_for(design, pixels_off(design, after.covariance()) + (render ? 0 : sight.moved));
+    const bool settled = sight.moved < kSettled * span(here), fits = sight.misfit < kFits;
+    const bool still = settled && sight.step < kStill;
+    if (finest && settled && (fits || still)) break;
+    if (far && here.bin <= kGoodBin && sight.moved < here.blur && (fits || (still && here.bin == kFinestBin))) break;
+    if (!render && next <= level) break;
+    if (next > level || settled || ++tries >= kMostAtOneLevel) {
+      level = std::min(level + 1, design.levels.size() - 1);
+      tries = 0;
+    }
+  }
+  return best;
+}
+
+}  // namespace sensitivity

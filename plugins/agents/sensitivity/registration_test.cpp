@@ -1,0 +1,243 @@
+// What is known of the design, and where a capture says the lens stands, on pictures that can be written down.
+#include "registration.hpp"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+#include "memory.hpp"
+#include "toy_lens.h"
+
+namespace {
+
+using namespace sensitivity;
+
+Picture toy_picture(const Vector& pose, double noise = 0, std::uint64_t seed = 0) {
+  std::vector<float> pixels = toy::paint({pose.begin(), pose.end()});
+  toy::add_noise(noise, seed, pixels);
+  return Eigen::Map<const Picture>(pixels.data(), static_cast<Eigen::Index>(pixels.size()));
+}
+
+constexpr double kNoise = 0.05;
+
+Design toy_design(Eigen::Index axes) {
+  const Simulator simulator{[](const Vector& pose) { return toy_picture(pose); },
+                            [](const Vector& pose, std::uint64_t seed) { return toy_picture(pose, kNoise, seed); }};
+  const Vector nominal = Vector::Constant(axes, 0.5);
+  return study(simulator, nominal, toy_picture(nominal), toy::kSide, toy::kSide, 0.1);
+}
+
+Registration toy_registration(const Design& design) {
+  std::uint64_t seed = 1000;
+  return {design,
+          [seed](Vector& away, int captures) mutable {
+            Picture sum = Picture::Zero(toy::kSide * toy::kSide);
+            for (int k = 0; k < captures; ++k)
+              sum += toy_picture(Vector::Constant(away.size(), 0.5) + away, kNoise, ++seed);
+            return Rendering{sum / static_cast<float>(captures), kNoise * kNoise};
+          },
+          16};
+}
+
+TEST(Pictures, AShiftBringsWhatLiesThere) {
+  Picture picture = Picture::Zero(5 * 4);
+  picture[2 * 5 + 3] = 1;  // column 3, row 2
+  EXPECT_EQ(shifted(picture, 5, 4, 2, 1)[1 * 5 + 1], 1);
+  EXPECT_EQ(shifted(picture, 5, 4, 2, 1).sum(), 1);
+  const Picture half = shifted(picture, 5, 4, -0.5, 0);
+  EXPECT_FLOAT_EQ(half[2 * 5 + 3], 0.5F);
+  EXPECT_FLOAT_EQ(half[2 * 5 + 4], 0.5F);
+  EXPECT_EQ(shifted(picture, 5, 4, 4, 0).sum(), 0);  // gone beyond the edge
+  EXPECT_EQ(shifted(picture, 5, 4, 1e30, 0).sum(), 0);
+}
+
+TEST(Pictures, SquaresArePutTogether) {
+  const Picture picture = Picture::LinSpaced(5 * 2, 0, 9);
+  EXPECT_EQ(put_together(picture, 5, 2, 2), Eigen::Vector2f(3, 5));
+}
+
+TEST(Beliefs, ABluntedOneHasTheSumOfBothCovariances) {
+  const Matrix covariance{{2, 0.5}, {0.5, 1}}, more{{0.5, 0.1}, {0.1, 3}};
+  const Vector mean = Eigen::Vector2d(1, -2);
+  const Matrix information = covariance.inverse();
+  const Belief blunted = Belief{information, information * mean}.blunted(more);
+  EXPECT_LT((blunted.covariance() - covariance - more).norm(), 1e-12);
+  EXPECT_LT((blunted.mean() - mean).norm(), 1e-12);
+}
+
+TEST(Beliefs, WhatKnowsNothingOfADirectionStillCounts) {
+  Belief half = Belief::nothing(2);
+  half.information(0, 0) = 4;
+  half.weighed[0] = 8;
+  const Belief both = Belief::around(Vector::Zero(2), 1).with(half.blunted(Matrix::Identity(2, 2)));
+  EXPECT_NEAR(both.mean()[0], 2 * 0.8 / 1.8, 1e-12);  // 1 / (1 / 4 + 1) = 0.8
+  EXPECT_EQ(both.mean()[1], 0);
+}
+
+TEST(Beliefs, AWayToTheBestPoseIsSeenFromThePose) {
+  const Belief seen = Belief::around(Eigen::Vector2d(0.1, -0.2), 1).seen_from(Eigen::Vector2d(0.5, 0.5));
+  EXPECT_LT((seen.mean() - Eigen::Vector2d(0.4, 0.7)).norm(), 1e-12);
+}
+
+Memory::Doubts small_doubts() {
+  Memory::Doubts doubts;
+  doubts.foreign = Matrix::Zero(2, 2);
+  return doubts;
+}
+
+TEST(Remembering, OneSightIsFollowedAllTheWay) {
+  Memory memory(Vector::Zero(2), small_doubts());
+  memory.add(Vector::Zero(2), Belief::around(Eigen::Vector2d(0.2, -0.1), 1e-3));
+  EXPECT_LT((memory.best().mean() - Eigen::Vector2d(-0.2, 0.1)).norm(), 0.01);
+}
+
+TEST(Remembering, WhatWasSeenFromAfarGivesWayToWhatIsSeenNear) {
+  // Every sight tells four fifths of the way, the lens being less sensitive than its design.
+  const Vector best = Eigen::Vector2d(0.4, 0.1);
+  Memory memory(Vector::Zero(2), small_doubts());
+  for (int step = 0; step < 6; ++step) {
+    const Vector here = memory.best().mean();
+    memory.add(here, Belief::around(0.8 * (here - best), 1e-3));
+  }
+  EXPECT_LT((memory.best().mean() - best).norm(), 0.002);
+}
+
+TEST(Remembering, NearSightsAreAveraged) {
+  relign::Random random(5);
+  double first = 0, last = 0;
+  for (int trial = 0; trial < 50; ++trial) {
+    Memory memory(Vector::Zero(2), small_doubts());
+    for (int step = 0; step < 16; ++step) {
+      const Vector here = memory.best().mean();
+      Vector seen = here;
+      for (double& coordinate : seen) coordinate += 0.01 * random.normal();
+      memory.add(here, Belief::around(seen, 0.01));
+      if (step == 0) first += memory.best().mean().squaredNorm();
+    }
+    last += memory.best().mean().squaredNorm();
+  }
+  EXPECT_LT(std::sqrt(last), 0.4 * std::sqrt(first));  // a quarter, were there no doubts
+}
+
+TEST(Remembering, BeginningAnewForgets) {
+  Memory memory(Vector::Zero(2), small_doubts());
+  memory.add(Vector::Zero(2), Belief::around(Vector::Ones(2), 1e-3));
+  memory.begin_anew(Vector::Ones(2));
+  EXPECT_LT((memory.best().mean() - Vector::Ones(2)).norm(), 1e-12);
+}
+
+TEST(DesignStudy, KnowsTheMotionOfThePictureAndItsNoise) {
+  const Design design = toy_design(5);
+  Matrix motion = Matrix::Zero(2, 5);
+  motion(0, 0) = motion(1, 1) = toy::kReach;
+  EXPECT_LT((design.motion.leftCols(2) - motion.leftCols(2)).cwiseAbs().maxCoeff(), 0.05 * toy::kReach);
+  EXPECT_LT(design.motion.col(2).norm(), 0.1 * toy::kReach);
+  EXPECT_NEAR(design.noise, kNoise * kNoise, 0.05 * kNoise * kNoise);
+  EXPECT_LT(design.changed(0.1 * Vector::Unit(5, 0)), 0.2 * design.changed(0.1 * Vector::Unit(5, 2)));
+}
+
+TEST(DesignStudy, TheJacobianIsTheDerivative) {
+  const Design design = toy_design(5);
+  for (Eigen::Index axis = 0; axis < 5; ++axis) {
+    const Vector nominal = Vector::Constant(5, 0.5), way = 1e-3 * Vector::Unit(5, axis);
+    const Picture slope = (toy_picture(nominal + way) - toy_picture(nominal - way)) / 2e-3F;
+    EXPECT_LT((design.jacobian.col(axis) - slope).norm(), 0.02F * slope.norm()) << axis;
+  }
+}
+
+TEST(DesignStudy, AnAxisThatChangesNothingTellsNothing) {
+  const Design design = toy_design(6);
+  for (const Level& level : design.levels) {
+    EXPECT_LT(std::fabs(level.information(5, 5)), 1e-3 * level.information(2, 2));
+    EXPECT_TRUE(level.information.allFinite() && level.weigh.allFinite());
+  }
+}
+
+TEST(DesignStudy, NoiseOfAJacobianIsNotTakenForFeeling) {
+  const Design design = toy_design(2);
+  const double entries = static_cast<double>(design.jacobian.size());
+  const double deviation = 0.3 * static_cast<double>(design.jacobian.norm()) / std::sqrt(entries);
+  const int draws = 40;
+  for (const double blur : {0.0, 1.25}) {
+    const auto squares = [&](const Eigen::MatrixXf& jacobian, double noise) {
+      return make_level(jacobian, toy::kSide, toy::kSide, blur, Vector::Constant(2, noise)).squares;
+    };
+    Matrix corrected = Matrix::Zero(2, 2), plain = Matrix::Zero(2, 2);
+    relign::Random random(3);
+    for (int draw = 0; draw < draws; ++draw) {
+      Eigen::MatrixXf noisy = design.jacobian;
+      for (float& entry : noisy.reshaped()) entry += static_cast<float>(deviation * random.normal());
+      corrected += squares(noisy, deviation * deviation) / draws;
+      plain += squares(noisy, 0) / draws;
+    }
+    const Matrix clean = squares(design.jacobian, 0);
+    EXPECT_LT((corrected - clean).norm(), 0.3 * (plain - clean).norm()) << blur;
+  }
+}
+
+TEST(DesignStudy, IsMadeOncePerKeyAndOnlyWhenItSucceeds) {
+  int made = 0;
+  const auto make = [&] {
+    if (++made == 1) throw std::runtime_error("no");
+    Design design;
+    design.noise = made;
+    return design;
+  };
+  EXPECT_THROW(studied("a", make), std::runtime_error);
+  EXPECT_EQ(studied("a", make)->noise, 2);
+  EXPECT_EQ(studied("a", make)->noise, 2);
+  EXPECT_EQ(studied("b", make)->noise, 3);
+  const auto kept = studied("b", make);
+  for (const char* other : {"c", "d", "e", "f"}) studied(other, make);
+  EXPECT_EQ(studied("a", make)->noise, 8);  // forgotten: only the last few stay
+  EXPECT_EQ(kept->noise, 3);                // but not under the hands of who uses it
+}
+
+TEST(Registering, FindsALensFarAway) {
+  const Design design = toy_design(5);
+  const Registration registration = toy_registration(design);
+  relign::Random random(7);
+  for (std::uint64_t trial = 0; trial < 10; ++trial) {
+    const Vector away = Vector::NullaryExpr(5, [&] { return random.uniform(-0.35, 0.35); });
+    const Picture capture = toy_picture(Vector::Constant(5, 0.5) + away, kNoise, trial);
+    const Sight sight = registration(capture, Belief::around(Vector::Zero(5), 0.3), 12);
+    const Vector found = Belief::around(Vector::Zero(5), 0.3).with(sight.away).mean();
+    EXPECT_LT((found - away).lpNorm<Eigen::Infinity>(), 0.08) << trial;
+    EXPECT_LT(sight.misfit, 1.1) << trial;
+  }
+}
+
+TEST(Registering, SaysHowSureItIs) {
+  const Design design = toy_design(5);
+  const Registration registration = toy_registration(design);
+  double squares = 0;
+  for (std::uint64_t trial = 0; trial < 40; ++trial) {
+    const Vector away = 0.02 * Vector::Ones(5);
+    const Picture capture = toy_picture(Vector::Constant(5, 0.5) + away, kNoise, trial);
+    const Sight sight = registration(capture, Belief::around(Vector::Zero(5), 0.05), 5);
+    const Vector error = sight.away.mean() - away;
+    squares += error.dot(sight.away.information * error) / 5 / 40;
+  }
+  EXPECT_GT(squares, 0.6);  // 1 where errors are what it says
+  EXPECT_LT(squares, 1.6);
+}
+
+TEST(Registering, OneJacobianBringsThePictureNearer) {
+  const Design design = toy_design(5);
+  const Registration registration{design, {}, 16};
+  const Vector away = 0.1 * (Vector::Unit(5, 0) + Vector::Unit(5, 1));
+  const Picture capture = toy_picture(Vector::Constant(5, 0.5) + away, kNoise, 1);
+  const Belief before = Belief::around(Vector::Zero(5), 0.3);
+  const Vector off = before.with(registration(capture, before, 12).away).mean() - away;
+  EXPECT_LT(off.head(2).norm(), 0.3 * away.norm());
+  EXPECT_GT(off.norm(), 0.01);  // but it cannot tell the rest, as comparing at the pose itself does
+}
+
+TEST(Registering, ADarkCaptureLeadsNowhereFar) {
+  const Design design = toy_design(5);
+  const Belief before = Belief::around(Vector::Zero(5), 0.3);
+  const Sight sight = toy_registration(design)(Picture::Zero(toy::kSide * toy::kSide), before, 12);
+  EXPECT_LT(before.with(sight.away).mean().norm(), 1.5);  // NaN is not less
+}
+
+}  // namespace

@@ -1,0 +1,176 @@
+// Alignment by the sensitivities of the design, as telescopes are aligned. See README.md.
+#include <nlohmann/json.hpp>
+#include <relign/plugin.hpp>
+
+#include "design.hpp"
+#include "memory.hpp"
+#include "registration.hpp"
+
+namespace {
+
+using sensitivity::Belief;
+using sensitivity::Design;
+using sensitivity::Memory;
+using sensitivity::Picture;
+using sensitivity::Registration;
+using sensitivity::Sight;
+using sensitivity::Vector;
+
+constexpr std::size_t kMostSide = 256;          // larger images are binned
+constexpr double kLost = 1.12;                  // a misfit from which on beginning anew may be better
+constexpr int kMostFirst = 12, kMostLater = 5;  // comparisons of one capture with the design
+constexpr std::uint64_t kDesignSeed = 0x5E45;   // noise of the studied design: the same in every trial
+constexpr int kCapturesForClean = 64;           // in the place of a noise-free picture where a scene has none
+
+Vector to_vector(const relign::Pose& pose) {
+  return Eigen::Map<const Vector>(pose.data(), static_cast<Eigen::Index>(pose.size()));
+}
+relign::Pose to_pose(const Vector& point) { return relign::Pose(point.data(), point.data() + point.size()); }
+
+// The pixels that a model gives.
+struct ModelPixels {
+  const std::vector<float>& pixels;
+  std::size_t width;
+  float at(std::size_t x, std::size_t y) const { return pixels[y * width + x]; }
+};
+
+// The lens as designed, in the trial's simulator.
+class ModelledLens {
+ public:
+  ModelledLens(const relign::Model& model, const pictures::Binning& binning)
+      : lens_(model.mount("{}")), binning_(binning), width_(model.width()) {}
+
+  Picture capture(const Vector& pose, std::uint64_t seed) const {
+    return binning_(ModelPixels{lens_.capture(inside(pose), seed), width_});
+  }
+  sensitivity::Rendering mean_capture(const Vector& pose, relign::Random& random, int captures) const {
+    Picture sum = Picture::Zero(binning_.pixels());
+    double squares = 0;
+    for (int k = 0; k < captures; ++k) {
+      const Picture one = capture(pose, random.bits64());
+      squares += static_cast<double>(one.squaredNorm());
+      sum += one;
+    }
+    const Picture mean = sum / static_cast<float>(captures);
+    const double spread = squares - static_cast<double>(mean.squaredNorm()) * captures;
+    return {mean, spread / static_cast<double>(std::max(captures - 1, 1) * std::max<Eigen::Index>(mean.size(), 1))};
+  }
+  Picture clean(const Vector& pose) const {
+    if (const auto pixels = lens_.noise_free(inside(pose))) return binning_(ModelPixels{*pixels, width_});
+    relign::Random random(kDesignSeed);
+    return mean_capture(pose, random, kCapturesForClean).mean;
+  }
+
+ private:
+  static relign::Pose inside(const Vector& pose) { return to_pose(pose.cwiseMax(0.0).cwiseMin(1.0)); }
+
+  relign::ModelLens lens_;
+  pictures::Binning binning_;
+  std::size_t width_;
+};
+
+Vector nominal_pose(const std::string& scene_json, std::size_t axes) {
+  const auto scene = nlohmann::json::parse(scene_json, nullptr, false);
+  relign::Pose pose(axes, 0.5);
+  if (scene.is_object() && scene.contains("nominal_pose") && scene["nominal_pose"].is_array()) {
+    const auto told = scene["nominal_pose"];
+    if (told.size() != axes)
+      throw std::runtime_error("the scene's nominal_pose has " + std::to_string(told.size()) + " numbers for " +
+                               std::to_string(axes) + " axes");
+    for (std::size_t axis = 0; axis < axes; ++axis)
+      if (told[axis].is_number()) pose[axis] = told[axis].get<double>();
+  }
+  return to_vector(pose);
+}
+
+// As far towards the goal as one move leads.
+Vector within_a_move(const Vector& here, const Vector& goal, double largest) {
+  return here + (goal - here).cwiseMax(-largest).cwiseMin(largest);
+}
+
+class Sensitivity final : public relign::Agent {
+ public:
+  explicit Sensitivity(const relign::Parameters& given)
+      : relinearise_(given.boolean("relinearise")),
+        first_blur_(given.number("first_blur")),
+        captures_(static_cast<int>(given.integer("model_captures"))),
+        trusted_(given.number("trusted_distance")) {}
+
+  void run(relign::Conversation& talk) override {
+    relign::Observation seen = talk.first();
+    const relign::Model model = talk.model();
+    const relign::ImageView reference = talk.reference();
+    if (model.width() != reference.width() || model.height() != reference.height())
+      throw std::runtime_error("the model's images are not of the size of the reference");
+    const pictures::Binning binning(reference.width(), reference.height(), kMostSide);
+    const ModelledLens lens(model, binning);
+    const auto design = study(model.scene_json(), binning, binning(reference), lens, talk.axes());
+
+    relign::Random random(talk.seed());
+    // Where pixels are binned the scene is slow and its noise small.
+    const int captures = std::max(2, captures_ / static_cast<int>(binning.bin()));
+    Registration registration{*design, {}, captures};
+    if (relinearise_)
+      registration.render = [&](Vector& away, int count) {
+        const Vector pose = (design->nominal + away).cwiseMax(0.0).cwiseMin(1.0);
+        away = pose - design->nominal;
+        return lens.mean_capture(pose, random, count);
+      };
+
+    Memory::Doubts doubts;
+    doubts.foreign = design->noise / (trusted_ * trusted_) * design->levels.back().unfelt;
+    Memory memory(to_vector(seen.pose), doubts);
+    for (bool first = true;; first = false) {
+      const Vector here = to_vector(seen.pose);
+      look(registration, binning(seen.image()), here, first, memory);
+      const Vector next = within_a_move(here, memory.best().mean(), talk.largest_move());
+      talk.recommend(to_pose(next));
+      auto moved = talk.step(to_pose(next));
+      if (!moved) return;
+      seen = std::move(*moved);
+    }
+  }
+
+ private:
+  // Adds what a capture tells; begins anew when what was believed was wrong.
+  void look(const Registration& registration, const Picture& capture, const Vector& here, bool first,
+            Memory& memory) const {
+    const Belief& best = memory.best();
+    const Belief away{best.information, best.information * (here - best.mean())};
+    Sight sight = registration(capture, away, first ? kMostFirst : kMostLater);
+    if (!first && relinearise_ && sight.misfit > kLost) {
+      const Belief anything = Belief::around(Vector::Zero(here.size()), Memory::Doubts().spread);
+      const Sight anew = registration(capture, anything, kMostFirst);
+      if (anew.misfit < sight.misfit) {
+        sight = anew;
+        memory.begin_anew(here);
+      }
+    }
+    memory.add(here, sight.away);
+  }
+
+  std::shared_ptr<const Design> study(const std::string& scene_json, const pictures::Binning& binning,
+                                      const Picture& reference, const ModelledLens& lens, std::size_t axes) const {
+    const Vector nominal = nominal_pose(scene_json, axes);
+    // What the scene says of itself may leave out what only its pictures show: its target, its noise.
+    std::string key = scene_json + '\n' + std::to_string(first_blur_) + '\n';
+    for (const Picture& picture : {reference, lens.capture(nominal, kDesignSeed)})
+      key.append(reinterpret_cast<const char*>(picture.data()),
+                 sizeof(float) * static_cast<std::size_t>(picture.size()));
+    const sensitivity::Simulator simulator{
+        [&](const Vector& pose) { return lens.clean(pose); },
+        [&](const Vector& pose, std::uint64_t k) { return lens.capture(pose, kDesignSeed + k); }};
+    return sensitivity::studied(key, [&] {
+      return sensitivity::study(simulator, nominal, reference, binning.width(), binning.height(), first_blur_);
+    });
+  }
+
+  bool relinearise_;
+  double first_blur_;  // share of the image's side
+  int captures_;       // of the model, for one fine picture
+  double trusted_;     // share of the travel
+};
+
+}  // namespace
+
+RELIGN_PLUGIN(Sensitivity)

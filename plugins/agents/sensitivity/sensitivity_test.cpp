@@ -1,0 +1,232 @@
+// Whole trials of the agent on a toy lens, with a model of its design.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "contract/fake_conversation.h"
+#include "plugin_host/objects.h"
+#include "toy_lens.h"
+
+namespace relign {
+namespace {
+
+using plugin_host::Algorithm;
+using plugin_host::Kind;
+using test::FakeConversation;
+using test::FakeSetup;
+using test::Pose;
+
+constexpr std::uint32_t kSide = toy::kSide;
+
+// The lens: the toy shifted, so that its best pose is not the design's. The model: the toy itself.
+struct Trial {
+  Trial(std::uint32_t axes, std::uint64_t seed, unsigned budget) : start(axes), optimum(axes) {
+    Random random(seed);
+    for (double& coordinate : start) coordinate = random.uniform(0.15, 0.85);
+    for (double& coordinate : optimum) coordinate = random.uniform(0.45, 0.55);
+    reference_pixels = toy::paint(Pose(axes, 0.5));
+    reference_image = view(reference_pixels);
+    reference.struct_size = sizeof reference;
+    reference.image = &reference_image;
+    describe_model(axes);
+    setup.axes = axes;
+    setup.budget = budget;
+    setup.seed = seed;
+    setup.knows = RELIGN_KNOWS_IMAGES | RELIGN_KNOWS_DESIGN;
+    setup.image_side = kSide;
+    setup.largest_move = 0.2;
+    setup.merit = [this](const Pose& commanded, std::uint32_t step) {
+      Pose seen(commanded.size());
+      for (std::size_t axis = 0; axis < seen.size(); ++axis)
+        seen[axis] = 0.5 + start[axis] + commanded[axis] - optimum[axis];
+      shown = dark ? std::vector<float>(kSide * kSide) : toy::paint(seen);
+      toy::add_noise(noise, 1000 * setup.seed + step, shown);
+      return 0.0;
+    };
+    setup.paint = [this](double, float* pixels) { std::copy(shown.begin(), shown.end(), pixels); };
+    setup.service = [this](std::string_view id) -> const void* {
+      if (id == RELIGN_SERVICE_REFERENCE) return &reference;
+      return id == RELIGN_SERVICE_MODEL ? &model : nullptr;
+    };
+  }
+
+  static relign_image view(const std::vector<float>& pixels) {
+    return {sizeof(relign_image), RELIGN_SAMPLE_FLOAT32, kSide, kSide, 1, 0, pixels.data(), kSide * sizeof(float)};
+  }
+
+  void describe_model(std::uint32_t axes) {
+    scene = R"({"nominal_pose": [)";
+    for (std::uint32_t axis = 0; axis < axes; ++axis) scene += axis ? ", 0.5" : "0.5";
+    scene += "]}";
+    model.struct_size = sizeof model;
+    model.context = this;
+    model.scene_json = {scene.data(), scene.size()};
+    model.image_width = model.image_height = kSide;
+    model.mount = [](void* self, relign_text, relign_model_lens** made) {
+      *made = static_cast<relign_model_lens*>(self);
+      return relign_status{RELIGN_OK};
+    };
+    model.unmount = [](void*, relign_model_lens*) { return relign_status{RELIGN_OK}; };
+    model.capture = [](void* self, relign_model_lens*, const double* pose, std::uint32_t count, std::uint64_t seed,
+                       float* pixels) {
+      auto& trial = *static_cast<Trial*>(self);
+      if (++trial.captures == trial.stop_at) return relign_status{RELIGN_STOP};
+      std::vector<float> made = toy::paint(Pose(pose, pose + count));
+      toy::add_noise(trial.noise, seed, made);
+      std::copy(made.begin(), made.end(), pixels);
+      return relign_status{RELIGN_OK};
+    };
+    model.noise_free = [](void* self, relign_model_lens*, const double* pose, std::uint32_t count, float* pixels) {
+      auto& trial = *static_cast<Trial*>(self);
+      ++trial.renderings;
+      if (!trial.renders) return relign_status{RELIGN_UNSUPPORTED};
+      const std::vector<float> made = toy::paint(Pose(pose, pose + count));
+      std::copy(made.begin(), made.end(), pixels);
+      return relign_status{RELIGN_OK};
+    };
+    model.why = [](void*, const relign_text_sink*) { return relign_status{RELIGN_OK}; };
+  }
+
+  Trial& run(const std::string& id = "sensitivity", const Json& parameters = {}) {
+    static auto* catalog = [] {
+      auto* fresh = new plugin_host::Catalog;
+      fresh->add(std::string(RELIGN_PLUGIN_DIR) + "/sensitivity");
+      return fresh;
+    }();
+    conversation = std::make_unique<FakeConversation>(setup);
+    Algorithm(catalog->resolve_or_throw(Kind::agent, id, parameters), {}).run(conversation->talk());
+    return *this;
+  }
+
+  // Farthest axis from the best pose.
+  double miss(const Pose& commanded) const {
+    double worst = 0;
+    for (std::size_t axis = 0; axis < commanded.size(); ++axis)
+      worst = std::max(worst, std::fabs(start[axis] + commanded[axis] - optimum[axis]));
+    return worst;
+  }
+  double last_miss() const { return miss(conversation->recommendations.back().pose); }
+
+  Pose start, optimum;
+  double noise = 0.05;
+  bool dark = false, renders = true;
+  int captures = 0, renderings = 0, stop_at = -1;
+  FakeSetup setup;
+  std::unique_ptr<FakeConversation> conversation;
+
+ private:
+  std::vector<float> reference_pixels, shown;
+  std::string scene;
+  relign_image reference_image{};
+  relign_reference_service reference{};
+  relign_model_service model{};
+};
+
+TEST(Sensitivity, FindsTheBestPoseInAFewMovesFromAnywhere) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    Trial trial(5, seed, 6);
+    EXPECT_LT(trial.run().last_miss(), 0.03) << seed;
+  }
+}
+
+TEST(Sensitivity, GoesOnAveraging) {
+  double soon = 0, late = 0;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    Trial trial(5, seed, 30);
+    trial.noise = 0.1;
+    trial.run();
+    for (const auto& one : trial.conversation->recommendations) {
+      if (one.steps_made == 6) soon += trial.miss(one.pose);
+      if (one.steps_made == 30) late += trial.miss(one.pose);
+    }
+  }
+  EXPECT_LT(late, 0.7 * soon);
+}
+
+TEST(Sensitivity, OneJacobianNeedsMoreMoves) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Trial trial(5, seed, 40);
+    EXPECT_LT(trial.run("sensitivity-linear").last_miss(), 0.05) << seed;
+  }
+}
+
+TEST(Sensitivity, RecommendsOnePoseWithinAMoveAtEveryStep) {
+  for (const char* id : {"sensitivity", "sensitivity-linear"}) {
+    Trial trial(5, 3, 12);
+    trial.run(id);
+    ASSERT_EQ(trial.conversation->recommendations.size(), 13u);
+    Pose here(5, 0.0);
+    for (std::size_t made = 0; made <= 12; ++made) {
+      const auto& one = trial.conversation->recommendations[made];
+      EXPECT_EQ(one.steps_made, made);
+      for (std::size_t axis = 0; axis < 5; ++axis) EXPECT_LE(std::fabs(one.pose[axis] - here[axis]), 0.2 + 1e-12);
+      here = one.pose;
+      if (made == 12) break;
+      EXPECT_EQ(trial.conversation->steps[made].pose, here);
+    }
+  }
+}
+
+TEST(Sensitivity, AnyNumberOfAxesAndABudgetOfOne) {
+  for (const std::uint32_t axes : {1u, 2u, 3u, 6u, 10u}) {
+    Trial trial(axes, 2, 8);
+    EXPECT_LT(trial.run().miss(trial.conversation->recommendations.back().pose), axes > 5 ? 1 : 0.03) << axes;
+    Trial once(axes, 2, 1);
+    EXPECT_EQ(once.run().conversation->recommendations.size(), 2u);
+  }
+}
+
+TEST(Sensitivity, WithoutNoiseFreePicturesCapturesDo) {
+  Trial trial(5, 4, 8);
+  trial.renders = false;
+  // A blur of its own, so that the design is studied here and not taken from another test.
+  EXPECT_LT(trial.run("sensitivity", {{"first_blur", 0.11}}).last_miss(), 0.05);
+  EXPECT_GT(trial.captures, 1000);
+}
+
+TEST(Sensitivity, TheDesignIsStudiedOnceAndChangesNothingAfterwards) {
+  const Json parameters = {{"first_blur", 0.12}};
+  Trial first(5, 5, 5), second(5, 5, 5);
+  first.run("sensitivity", parameters);
+  second.run("sensitivity", parameters);
+  EXPECT_GT(first.renderings, 10);
+  EXPECT_EQ(second.renderings, 0);
+  for (std::size_t k = 0; k < 5; ++k) EXPECT_EQ(first.conversation->steps[k].pose, second.conversation->steps[k].pose);
+}
+
+TEST(Sensitivity, ANoiselessTrialIsNoExcuse) {
+  Trial trial(5, 6, 8);
+  trial.noise = 0;
+  EXPECT_LT(trial.run("sensitivity", {{"first_blur", 0.13}}).last_miss(), 0.01);
+}
+
+TEST(Sensitivity, StaysCalmInTheDark) {
+  Trial trial(5, 7, 10);
+  trial.dark = true;
+  trial.run();
+  EXPECT_FALSE(trial.conversation->refused);
+  EXPECT_EQ(trial.conversation->steps.size(), 10u);
+}
+
+TEST(Sensitivity, AStopInTheModelEndsTheTrial) {
+  Trial trial(5, 8, 10);
+  trial.stop_at = 30;
+  EXPECT_NO_THROW(trial.run());
+  EXPECT_EQ(trial.captures, 30);
+}
+
+TEST(Sensitivity, ASceneWithoutAModelIsRefusedWithASentence) {
+  Trial trial(5, 9, 10);
+  trial.setup.service = [service = trial.setup.service](std::string_view id) -> const void* {
+    return id == RELIGN_SERVICE_MODEL ? nullptr : service(id);
+  };
+  try {
+    trial.run();
+    FAIL() << "no exception";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("relign.model/1 is not offered"));
+  }
+}
+
+}  // namespace
+}  // namespace relign

@@ -1,0 +1,76 @@
+// Captures as least squares sees them: binned to a size that can be worked with, and blurred.
+#pragma once
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <relign/basics.hpp>
+
+namespace pictures {
+
+// Pixels lie row by row, row 0 on top.
+class Binning {
+ public:
+  // Squares of so many pixels become one that no side is longer than `most_side`; what is left over is cut off.
+  Binning(std::size_t width, std::size_t height, std::size_t most_side)
+      : bin_(1 + (std::max(width, height) - 1) / most_side),
+        width_(static_cast<Eigen::Index>(width / bin_)),
+        height_(static_cast<Eigen::Index>(height / bin_)) {}
+
+  Eigen::Index width() const { return width_; }
+  Eigen::Index height() const { return height_; }
+  Eigen::Index pixels() const { return width_ * height_; }
+  std::size_t bin() const { return bin_; }
+
+  // Means over the squares. What is no finite number, or so bright that squares overflow, counts as dark.
+  template <class Image>  // at(x, y)
+  Eigen::VectorXf operator()(const Image& image) const {
+    Eigen::VectorXf binned = Eigen::VectorXf::Zero(pixels());
+    const std::size_t width = static_cast<std::size_t>(width_) * bin_,
+                      height = static_cast<std::size_t>(height_) * bin_;
+    for (std::size_t y = 0; y < height; ++y)
+      for (std::size_t x = 0; x < width; ++x) {
+        const float pixel = image.at(x, y);
+        if (std::fabs(pixel) < kBrightest)
+          binned[static_cast<Eigen::Index>(y / bin_) * width_ + static_cast<Eigen::Index>(x / bin_)] += pixel;
+      }
+    return binned / static_cast<float>(bin_ * bin_);
+  }
+
+ private:
+  static constexpr float kBrightest = 1e9F;
+  std::size_t bin_;
+  Eigen::Index width_, height_;
+};
+
+namespace detail {
+
+// `lines` values lie side by side; blurs across them and transposes.
+inline Eigen::VectorXf blurred_and_turned(const Eigen::VectorXf& pixels, Eigen::Index lines, Eigen::Index length,
+                                          double sigma) {
+  const auto reach = static_cast<Eigen::Index>(std::ceil(3 * sigma));
+  Eigen::VectorXf weights(2 * reach + 1);
+  for (Eigen::Index i = -reach; i <= reach; ++i)
+    weights[i + reach] = static_cast<float>(std::exp(-0.5 * static_cast<double>(i * i) / (sigma * sigma)));
+  weights /= weights.sum();
+  const Eigen::Map<const Eigen::MatrixXf> in(pixels.data(), lines, length);
+  Eigen::MatrixXf out = Eigen::MatrixXf::Zero(lines, length);
+  for (Eigen::Index x = 0; x < length; ++x)
+    for (Eigen::Index k = std::max(-reach, -x); k <= std::min(reach, length - 1 - x); ++k)
+      out.col(x) += weights[k + reach] * in.col(x + k);
+  const Eigen::MatrixXf turned = out.transpose();
+  return Eigen::Map<const Eigen::VectorXf>(turned.data(), turned.size());
+}
+
+}  // namespace detail
+
+// Gaussian of standard deviation `sigma` pixels. Dark beyond the edge: what lies there is unknown in every capture
+// alike.
+inline Eigen::VectorXf blurred(const Eigen::VectorXf& pixels, Eigen::Index width, Eigen::Index height, double sigma) {
+  if (!(sigma > 0)) return pixels;
+  const Eigen::VectorXf down = detail::blurred_and_turned(pixels, width, height, sigma);
+  return detail::blurred_and_turned(down, height, width, sigma);
+}
+
+}  // namespace pictures
