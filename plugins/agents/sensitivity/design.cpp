@@ -14,7 +14,7 @@ constexpr double kFirstStride = 0.003;  // of the travel: rough directions, befo
 constexpr double kChange = 0.07;        // of the picture that a stride makes, in shares of its root mean square
 constexpr double kShortest = 0.0005, kLongest = 0.04;
 constexpr double kMotionBlur = 2;     // pixels: slopes of sharper pictures are no derivatives
-constexpr double kUnfelt = 1e-7;      // share of the best felt direction below which one is not felt at all
+constexpr double kUnfelt = 3e-5;      // share of the best felt direction below which all is the renderer's own noise
 constexpr double kLeastNoise = 1e-6;  // share of the reference's mean square
 constexpr int kNoiseCaptures = 8;
 constexpr std::size_t kMostDesigns = 4;
@@ -90,7 +90,12 @@ Level make_level(const Eigen::MatrixXf& jacobian, Eigen::Index width, Eigen::Ind
   const double least = kUnfelt * std::max(noisy.eigenvalues().maxCoeff(), 1e-20);
   const Vector inverse = noisy.eigenvalues().unaryExpr([&](double value) { return value > least ? 1 / value : 0; });
   level.weigh = level.squares * noisy.eigenvectors() * inverse.asDiagonal() * noisy.eigenvectors().transpose();
-  level.information = level.weigh * level.squares;
+  // What is hardly felt is noise of the renderings, which would lead astray along an axis that does nothing.
+  const Vector real = felt.eigenvalues().unaryExpr(
+      [&](double value) { return value > kUnfelt * felt.eigenvalues().maxCoeff() ? 1.0 : 0.0; });
+  const Matrix only = felt.eigenvectors() * real.asDiagonal() * felt.eigenvectors().transpose();
+  level.weigh = (only * level.weigh).eval();
+  level.information = level.weigh * level.squares * only;
   level.information = (0.5 * (level.information + level.information.transpose())).eval();
   return level;
 }

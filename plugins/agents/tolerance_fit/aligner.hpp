@@ -1,0 +1,197 @@
+// The estimate that follows a trial: takes captures, says where the lens is and where it would be best.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "joint_fit.hpp"
+
+namespace tolerance_fit {
+
+class Aligner {
+ public:
+  // reference: its pixels. pictures: noise-free ones that a step may make for derivatives.
+  Aligner(std::shared_ptr<const Knowledge> known, relign::Model model, const std::vector<double>& reference,
+          int pictures)
+      : known_(std::move(known)),
+        pictures_(std::move(model)),
+        layout_(*known_),
+        reference_(binned(reference, pictures_.size(), known_->fine)),
+        blurred_reference_(binned(reference, pictures_.size(), known_->middle)),
+        coarse_(*known_, pictures_, known_->coarse, {60, 0.03, 150, false}),
+        middle_(*known_, pictures_, known_->middle, {30, 0.01, 80, false}),
+        fine_(*known_, pictures_, known_->fine, {15, 0.0015, 20, true}),
+        x_(Vector::Zero(layout_.size())),
+        best_(known_->nominal),
+        state_of_best_(layout_.state(x_)),
+        pictures_a_step_(pictures) {
+    pictures_.set_offsets(known_->offsets, known_->offset_mean, known_->combinations);
+  }
+
+  void add(const relign::Observation& seen) {
+    const Vector commanded = to_vector(seen.pose);
+    const relign::ImageView image = seen.image();
+    const std::size_t width = pictures_.size().width, height = pictures_.size().height;
+    if (sites_.empty() || sites_.back().commanded != commanded) {
+      sites_.push_back({commanded, seen.limits_low, seen.limits_high, 0, std::vector<double>(width * height)});
+      if (sites_.size() > kMostSites) sites_.erase(sites_.begin());
+    }
+    Site& site = sites_.back();
+    ++site.count;
+    for (std::size_t y = 0; y < height; ++y)
+      for (std::size_t x = 0; x < width; ++x) {
+        const double pixel = image.at(x, y);
+        site.sum[y * width + x] += std::isfinite(pixel) ? pixel : 0.0;
+      }
+  }
+
+  // Fits all that was added, and looks for the best pose of the fitted lens.
+  void update() {
+    fine_.allow(pictures_a_step_);
+    const bool anew = !settled_ || !near();
+    if (anew) approach();
+    if (!near()) return;
+    const Vector before = x_;
+    refine();
+    if (misfit_ < kLost) return;
+    // The fine fit went astray: blurred pictures first, or what they told.
+    x_ = before;
+    if (anew) return;
+    approach();
+    if (near()) refine();
+  }
+
+  Vector offsets() const { return known_->offset_mean + known_->combinations * layout_.state(x_); }  // mm, degrees
+  Vector here() const { return layout_.pose(x_, sites_.back().commanded); }                          // true pose
+  Vector target() const { return layout_.commanded(x_, best_); }                                     // commanded
+  // Standard deviations of noise by which a capture at the target differs from one here.
+  double distance() const { return known_->distance(joined(best_ - here(), Vector::Zero(layout_.state(x_).size()))); }
+
+ private:
+  static constexpr std::size_t kMostSites = 12;
+
+  std::vector<const Site*> last(std::size_t count, double farthest) const {
+    std::vector<const Site*> chosen;
+    const Vector here_now = here();
+    for (std::size_t i = sites_.size(); i-- > 0 && chosen.size() < count;)
+      if ((layout_.pose(x_, sites_[i].commanded) - here_now).cwiseAbs().maxCoeff() <= farthest)
+        chosen.push_back(&sites_[i]);
+    return chosen;
+  }
+
+  double fit(Derivatives& derivatives, std::size_t sites, double farthest, int steps, double damping) {
+    JointFit joint(*known_, layout_, derivatives, pictures_.size(), last(sites, farthest), x_);
+    const double cost = joint.solve(x_, steps, damping);
+    misfit_ = joint.misfit(0, x_);
+    return cost;
+  }
+
+  // From afar, with blurred pictures: the newest capture beside the pictures in stock, unless the last estimate holds.
+  void approach() {
+    if (sites_.size() > 1) {
+      fit(middle_, 3, 2, 6, 1e-3);
+      if (misfit_ < kLost) return guess_best();
+    }
+    const Site& newest = sites_.back();
+    const Vector seen = newest.mean(pictures_.size(), known_->coarse);
+    std::vector<std::pair<double, std::size_t>> order;
+    for (std::size_t i = 0; i < known_->far_pictures.size(); ++i) {
+      const Vector& picture = known_->far_pictures[i];
+      const Vector variance = known_->variance((picture + seen) / 2, known_->coarse);
+      order.emplace_back((picture - seen).cwiseAbs2().cwiseQuotient(variance).sum(), i);
+    }
+    std::sort(order.begin(), order.end());
+    order.resize(std::min<std::size_t>(order.size(), kTries));
+    const Vector before = x_;
+    Vector best = before;
+    double lowest = std::numeric_limits<double>::infinity();
+    for (const auto& [difference, i] : order) {
+      x_ = Vector::Zero(layout_.size());
+      layout_.set_start(x_, known_->far_poses[i] - layout_.distortion(x_) * newest.commanded);
+      fit(coarse_, 1, 2, 8, 1e-2);
+      const double cost = fit(middle_, 3, 2, 6, 1e-3);
+      if (cost < lowest) best = x_, lowest = cost;
+    }
+    if (sites_.size() > 1) {
+      x_ = before;
+      if (fit(middle_, 3, 2, 6, 1e-3) < lowest) best = x_;
+    }
+    x_ = best;
+    fit(middle_, 3, 2, 6, 1e-3);
+    guess_best();
+  }
+
+  void guess_best() {
+    state_of_best_ = layout_.state(x_);
+    best_ = (known_->nominal + known_->optimum_by_state * state_of_best_).cwiseMax(0).cwiseMin(1);
+  }
+
+  bool near() const { return (best_ - here()).cwiseAbs().maxCoeff() <= kNear; }
+
+  void refine() {
+    const int for_best = static_cast<int>(known_->directions.cols()) + 3;
+    fine_.allow(fine_.left() - for_best);
+    fit(fine_, 4, kBeside, 3, 1e-4);
+    settled_ = misfit_ < kSettled;
+    fine_.allow(fine_.left() + for_best);
+    if (misfit_ < kLost) find_best();
+  }
+
+  // The fitted lens's picture against the reference, as alignments are judged: every pixel alike.
+  void find_best() {
+    const Vector state = layout_.state(x_);
+    best_ = (best_ + known_->optimum_by_state * (state - state_of_best_)).cwiseMax(0).cwiseMin(1);
+    state_of_best_ = state;
+    // Spokes and edges that lie beside each other lead nowhere: blurred ones first.
+    const Vector weight = known_->variance(reference_, fine_.detail()).cwiseSqrt().cwiseInverse();
+    if ((fine_.look(best_, state) - reference_).cwiseProduct(weight).norm() > kBesideEachOther)
+      descend(middle_, blurred_reference_);
+    descend(fine_, reference_);
+  }
+
+  // Gauss-Newton from the best pose so far.
+  void descend(Derivatives& derivatives, const Vector& reference) {
+    const Vector still = Vector::Zero(state_of_best_.size());
+    Vector difference = reference - derivatives.look(best_, state_of_best_);
+    for (int step = 0; step < 3; ++step) {
+      const Matrix columns = derivatives.at(best_, state_of_best_).leftCols(best_.size());
+      Vector move = detail::solve(columns.transpose() * columns, columns.transpose() * difference);
+      move *= std::min(1.0, 0.1 / std::max(move.cwiseAbs().maxCoeff(), 1e-12));
+      const double length = known_->distance(joined(move, still));
+      const Vector next = (best_ + move).cwiseMax(0).cwiseMin(1);
+      if (length > 3) {  // shorter ones are sure, and less than the grain of pictures
+        const Vector there = reference - derivatives.look(next, state_of_best_);
+        if (there.squaredNorm() > difference.squaredNorm()) break;
+        difference = there;
+      }
+      best_ = next;
+      if (length <= 3) break;
+    }
+  }
+
+  // Shares of the travel: noise-free pictures are worth their time; captures beside each other share derivatives.
+  static constexpr double kNear = 0.2, kBeside = 0.1;
+  // Misfits: the pose is known to a fraction of a pixel; or nothing is known.
+  static constexpr double kSettled = 1.08, kLost = 1.4;
+  // Standard deviations of a capture's noise, about a pixel of shift.
+  static constexpr double kBesideEachOther = 60;
+  static constexpr std::size_t kTries = 3;
+
+  std::shared_ptr<const Knowledge> known_;
+  Pictures pictures_;
+  Layout layout_;
+  Vector reference_, blurred_reference_;  // fine, middle
+  Derivatives coarse_, middle_, fine_;
+  Vector x_;
+  std::vector<Site> sites_;
+  Vector best_, state_of_best_;
+  bool settled_ = false;
+  double misfit_ = 0;
+  int pictures_a_step_;
+};
+
+}  // namespace tolerance_fit

@@ -1,0 +1,209 @@
+// Start, distortion and state of the lens that explain all captures best: least squares in standard deviations, of
+// noise for what the captures show and of the level for what it draws. ceres::TinySolver takes the steps.
+#pragma once
+
+#include <ceres/tiny_solver.h>
+
+#include <cmath>
+#include <vector>
+
+#include "derivatives.hpp"
+
+namespace tolerance_fit {
+
+// All captures at one commanded pose.
+struct Site {
+  Vector commanded;  // counts from the start
+  std::uint64_t limits_low = 0, limits_high = 0;
+  int count = 0;
+  std::vector<double> sum;  // of pixels
+  Vector mean(Size size, Detail detail) const { return binned(sum, size, detail) / count; }
+};
+
+// Where the parameters lie in one vector. Each has mean 0 and variance 1 by the level's draws.
+class Layout {
+ public:
+  explicit Layout(const Knowledge& known)
+      : level_(known.level), axes_(known.axes()), states_(known.combinations.cols()) {
+    constexpr Eigen::Index kMostAxes = 12;  // beyond, cross-talk is left out: its numbers grow with the square
+    for (Eigen::Index row = 0; row < axes_; ++row)
+      for (Eigen::Index column = 0; column < axes_; ++column)
+        if (level_.distortion_std(row, column) > 0 && (row == column || axes_ <= kMostAxes))
+          entries_.emplace_back(row, column);
+  }
+
+  Eigen::Index axes() const { return axes_; }
+  Eigen::Index size() const { return axes_ + entries() + states_; }
+  Vector start(const Vector& x) const { return level_.start_mean + level_.start_std.cwiseProduct(x.head(axes_)); }
+  Vector state(const Vector& x) const { return x.tail(states_); }
+  Matrix distortion(const Vector& x) const {
+    Matrix distortion = level_.distortion_mean;
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
+      const auto [row, column] = entries_[i];
+      distortion(row, column) += level_.distortion_std(row, column) * x[axes_ + static_cast<Eigen::Index>(i)];
+    }
+    return distortion;
+  }
+  // Beyond the travel too: walls are not the stage's law, but what is in its way.
+  Vector pose(const Vector& x, const Vector& commanded) const { return start(x) + distortion(x) * commanded; }
+  Vector commanded(const Vector& x, const Vector& pose) const {
+    return distortion(x).partialPivLu().solve(pose - start(x));
+  }
+  void set_start(Vector& x, const Vector& start) const {
+    for (Eigen::Index i = 0; i < axes_; ++i)
+      x[i] = level_.start_std[i] > 0 ? (start[i] - level_.start_mean[i]) / level_.start_std[i] : 0;
+  }
+
+  // d (pose, state) / d x
+  Matrix chain(const Vector& commanded) const {
+    Matrix chain = Matrix::Zero(axes_ + states_, size());
+    chain.topLeftCorner(axes_, axes_).diagonal() = level_.start_std;
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
+      const auto [row, column] = entries_[i];
+      chain(row, axes_ + static_cast<Eigen::Index>(i)) = level_.distortion_std(row, column) * commanded[column];
+    }
+    chain.bottomRightCorner(states_, states_).setIdentity();
+    return chain;
+  }
+
+ private:
+  Eigen::Index entries() const { return static_cast<Eigen::Index>(entries_.size()); }
+  const Level& level_;
+  Eigen::Index axes_, states_;
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> entries_;
+};
+
+class JointFit {
+ public:
+  JointFit(const Knowledge& known, const Layout& layout, Derivatives& derivatives, Size size,
+           const std::vector<const Site*>& sites, const Vector& x)
+      : known_(known), layout_(layout), derivatives_(derivatives) {
+    for (const Site* site : sites) {
+      Seen seen{site, site->mean(size, derivatives.detail()), {}, layout.chain(site->commanded), {}, {}};
+      const Vector variance =
+          known.variance(derivatives.look(layout.pose(x, site->commanded), layout.state(x)), derivatives.detail());
+      // A picture that is a mean of captures has noise of its own.
+      const int captures = derivatives.detail().captures;
+      const double share = 1.0 / site->count + (captures > 0 ? 1.0 / captures : 0.0);
+      seen.weight = (share * variance).cwiseSqrt().cwiseInverse();
+      seen_.push_back(std::move(seen));
+    }
+  }
+
+  // Gives half the sum of squares.
+  double solve(Vector& x, int steps, double damping) {
+    Function function{this};
+    ceres::TinySolver<Function> solver;
+    solver.options.max_num_iterations = steps + 1;  // counted from 1
+    solver.options.gradient_tolerance = 1e-6;
+    solver.options.function_tolerance = 0.05;  // of the sum of squares, which is 1 a standard deviation off
+    solver.options.parameter_tolerance = 1e-4;
+    solver.options.initial_trust_region_radius = 1 / damping;
+    solver.Solve(function, &x);
+    return solver.summary.final_cost;
+  }
+
+  // Mean square by which the captures of a site differ from the fit, 1 when that is noise alone.
+  double misfit(std::size_t site, const Vector& x) {
+    const Seen& seen = seen_[site];
+    const Vector picture = derivatives_.look(layout_.pose(x, seen.site->commanded), layout_.state(x));
+    const Vector residual = (picture - seen.mean).cwiseProduct(seen.weight);
+    const double expected = known_.expected_misfit(picture, derivatives_.detail());
+    return residual.squaredNorm() / static_cast<double>(residual.size()) / std::max(expected, 1e-6);
+  }
+
+ private:
+  static constexpr double kWall = 0.003;  // how sharply a limit tells the pose, share of the travel
+
+  struct Seen {
+    const Site* site;
+    Vector mean, weight;
+    Matrix chain;
+    Matrix axes;    // bins x (pose, state): orthonormal directions of the derivatives at the last accepted x
+    Matrix slopes;  // along them
+  };
+
+  struct Function {
+    using Scalar = double;
+    enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = Eigen::Dynamic };
+    JointFit* self;
+    int NumResiduals() const { return static_cast<int>(self->rows()); }
+    int NumParameters() const { return static_cast<int>(self->layout_.size()); }
+    bool operator()(const double* x, double* residuals, double* jacobian) const {
+      self->evaluate(Eigen::Map<const Vector>(x, NumParameters()), residuals, jacobian);
+      return true;
+    }
+  };
+
+  // Of a site: one row for each of pose and state, one for the rest of the residual, one wall an axis.
+  Eigen::Index rows_of_site() const { return seen_.front().chain.rows() + 1 + layout_.axes(); }
+  Eigen::Index rows() const { return static_cast<Eigen::Index>(seen_.size()) * rows_of_site() + layout_.size(); }
+
+  Vector residual_of(const Seen& seen, const Vector& x) const {
+    const Vector picture = derivatives_.look(layout_.pose(x, seen.site->commanded), layout_.state(x));
+    return (picture - seen.mean).cwiseProduct(seen.weight);
+  }
+
+  // All that least squares needs of thousands of pixels are products: a few numbers with the same products.
+  static void set_axes(Seen& seen, const Matrix& derivatives) {
+    const Matrix columns = seen.weight.asDiagonal() * derivatives;
+    const Eigen::SelfAdjointEigenSolver<Matrix> solver(columns.transpose() * columns);
+    const Vector lengths = solver.eigenvalues().cwiseMax(0).cwiseSqrt();
+    const double smallest = 1e-6 * lengths.maxCoeff() + 1e-12;
+    const Vector inverse = lengths.unaryExpr([&](double length) { return length > smallest ? 1 / length : 0.0; });
+    seen.axes = columns * solver.eigenvectors() * inverse.asDiagonal();
+    seen.slopes = lengths.asDiagonal() * solver.eigenvectors().transpose();
+  }
+
+  void evaluate(const Vector& x, double* residuals, double* jacobian) {
+    Eigen::Map<Vector> out(residuals, rows());
+    out.setZero();
+    Matrix slopes = Matrix::Zero(rows(), layout_.size());
+    Eigen::Index row = 0;
+    for (Seen& seen : seen_) {
+      const Vector pose = layout_.pose(x, seen.site->commanded);
+      const Eigen::Index d = seen.chain.rows();
+      if (jacobian) set_axes(seen, derivatives_.at(pose, layout_.state(x)));
+      const Vector residual = residual_of(seen, x);
+      out.segment(row, d) = seen.axes.transpose() * residual;
+      Matrix chain = seen.chain;
+      for (Eigen::Index axis = 0; axis < layout_.axes(); ++axis)
+        if (pose[axis] < 0 || pose[axis] > 1) chain.row(axis).setZero();
+      slopes.middleRows(row, d) = seen.slopes * chain;
+      if (derivatives_.detail().captures > 0)
+        out[row + d] = std::sqrt(std::max(residual.squaredNorm() - out.segment(row, d).squaredNorm(), 0.0));
+      row += d + 1;
+      for (Eigen::Index axis = 0; axis < layout_.axes(); ++axis, ++row) {
+        const double beyond = beyond_the_walls(*seen.site, pose, axis);
+        if (beyond == 0) continue;
+        out[row] = beyond / kWall;
+        slopes.row(row) = seen.chain.row(axis) / kWall;
+      }
+    }
+    out.tail(layout_.size()) = x;
+    slopes.bottomRows(layout_.size()).setIdentity();
+    if (jacobian) Eigen::Map<Matrix>(jacobian, rows(), layout_.size()) = slopes;
+  }
+
+  // A move that met no limit ended on this side of it, one that did would have ended beyond.
+  static double beyond_the_walls(const Site& site, const Vector& pose, Eigen::Index axis) {
+    const std::uint64_t bit = std::uint64_t{1} << axis;
+    double beyond = 0;
+    if (site.limits_low & bit)
+      beyond = std::max(pose[axis], 0.0);
+    else if (pose[axis] < 0)
+      beyond = pose[axis];
+    if (site.limits_high & bit)
+      beyond = std::min(pose[axis] - 1, 0.0);
+    else if (pose[axis] > 1)
+      beyond = pose[axis] - 1;
+    return beyond;
+  }
+
+  const Knowledge& known_;
+  const Layout& layout_;
+  Derivatives& derivatives_;
+  std::vector<Seen> seen_;
+};
+
+}  // namespace tolerance_fit

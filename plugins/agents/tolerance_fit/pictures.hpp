@@ -1,0 +1,130 @@
+// Pictures of a lens with offsets of one's own, and captures, in bins of pixels.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <list>
+#include <optional>
+#include <relign/plugin.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "level.hpp"
+
+namespace tolerance_fit {
+
+// How finely pictures are looked at and how well they are made.
+struct Detail {
+  std::size_t bin = 1;  // pixels a side
+  double blur = 0;      // standard deviation in bins
+  int captures = 0;     // a picture is their mean; 0: noise-free
+};
+
+struct Size {
+  std::size_t width = 0, height = 0;
+  std::size_t pixels() const { return width * height; }
+};
+
+namespace detail {
+
+inline Matrix blur_kernel(Eigen::Index count, double std) {
+  Matrix kernel(count, count);
+  for (Eigen::Index i = 0; i < count; ++i)
+    for (Eigen::Index j = 0; j < count; ++j) {
+      const double away = static_cast<double>(i - j) / std;
+      kernel(i, j) = away * away > 18 ? 0 : std::exp(-0.5 * away * away);
+    }
+  return kernel / kernel.row(count / 2).sum();  // light beyond the border is lost, not piled up
+}
+
+}  // namespace detail
+
+// Means over bins, then blurred; row by row. What is left of pixels at the right and lower border is not used.
+template <class Number>
+Vector binned(const std::vector<Number>& pixels, Size size, Detail detail) {
+  using RowMajor = Eigen::Matrix<Number, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const Eigen::Map<const RowMajor> all(pixels.data(), static_cast<Eigen::Index>(size.height),
+                                       static_cast<Eigen::Index>(size.width));
+  const auto bin = static_cast<Eigen::Index>(detail.bin);
+  const Eigen::Index rows = all.rows() / bin, columns = all.cols() / bin;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> means(rows, columns);
+  for (Eigen::Index i = 0; i < rows; ++i)
+    for (Eigen::Index j = 0; j < columns; ++j)
+      means(i, j) = static_cast<double>(all.block(i * bin, j * bin, bin, bin).mean());
+  if (detail.blur > 0)
+    means = detail::blur_kernel(rows, detail.blur) * means * detail::blur_kernel(columns, detail.blur).transpose();
+  return Eigen::Map<const Vector>(means.data(), means.size());
+}
+
+// Share of white noise's power that the blur leaves.
+inline double noise_left(Detail detail) {
+  if (detail.blur <= 0) return 1;
+  const Matrix kernel = detail::blur_kernel(41, detail.blur);
+  const double along = kernel.row(20).squaredNorm();
+  return along * along;
+}
+
+// Lenses that differ from the design along a few combinations of offsets. `states` are coefficients of these.
+class Pictures {
+ public:
+  static constexpr std::size_t kMostMounted = 12;  // the host allows 16
+
+  explicit Pictures(relign::Model model) : model_(std::move(model)), size_{model_.width(), model_.height()} {}
+
+  void set_offsets(std::vector<Offset> offsets, Vector mean, Matrix combinations) {
+    lenses_.clear();
+    offsets_ = std::move(offsets);
+    mean_ = std::move(mean);
+    combinations_ = std::move(combinations);
+  }
+
+  Size size() const { return size_; }
+  Eigen::Index states() const { return combinations_.cols(); }
+
+  // Poses beyond the travel are taken at its end.
+  std::vector<float> pixels(const Vector& pose, const Vector& state, int captures) {
+    const relign::ModelLens& lens = mounted(state);
+    const relign::Pose at = to_pose(pose.cwiseMax(0).cwiseMin(1));
+    if (captures <= 0) {
+      if (auto clean = lens.noise_free(at)) return std::move(*clean);
+      captures = kInsteadOfNoiseFree;
+    }
+    // Always the same seeds: neighbouring poses share most of their noise.
+    std::vector<float> sum = lens.capture(at, 1);
+    for (int k = 1; k < captures; ++k) {
+      const std::vector<float> more = lens.capture(at, static_cast<std::uint64_t>(k) + 1);
+      for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += more[i];
+    }
+    for (float& pixel : sum) pixel /= static_cast<float>(captures);
+    return sum;
+  }
+
+  Vector look(const Vector& pose, const Vector& state, Detail detail) {
+    return binned(pixels(pose, state, detail.captures), size_, detail);
+  }
+
+ private:
+  static constexpr int kInsteadOfNoiseFree = 32;
+
+  const relign::ModelLens& mounted(const Vector& state) {
+    for (auto lens = lenses_.begin(); lens != lenses_.end(); ++lens)
+      if (lens->first == state) {
+        lenses_.splice(lenses_.begin(), lenses_, lens);
+        return lenses_.front().second;
+      }
+    if (lenses_.size() >= kMostMounted) lenses_.pop_back();
+    const Vector values = combinations_.cols() > 0 ? Vector(mean_ + combinations_ * state) : mean_;
+    lenses_.emplace_front(state, model_.mount(offsets_json(offsets_, values)));
+    return lenses_.front().second;
+  }
+
+  relign::Model model_;
+  Size size_;
+  std::vector<Offset> offsets_;
+  Vector mean_;
+  Matrix combinations_;
+  std::list<std::pair<Vector, relign::ModelLens>> lenses_;  // the last used first
+};
+
+}  // namespace tolerance_fit

@@ -1,0 +1,120 @@
+// tolerance-fit on a toy lens: what it reaches, and what it promises on the way. Its parts: parts_test.cpp.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "plugin_host/objects.h"
+#include "toy_lens_test.h"
+
+namespace relign {
+namespace {
+
+using plugin_host::Kind;
+using test::ToyTrial;
+
+void run(ToyTrial& trial, const Json& parameters = {}) {
+  static auto* catalog = [] {
+    auto* fresh = new plugin_host::Catalog;
+    fresh->add(std::string(RELIGN_PLUGIN_DIR) + "/tolerance_fit");
+    return fresh;
+  }();
+  plugin_host::Algorithm algorithm(catalog->resolve_or_throw(Kind::agent, "tolerance-fit", parameters), {});
+  algorithm.run(trial.conversation->talk());
+}
+
+double last_miss(const ToyTrial& trial) { return trial.miss(trial.conversation->recommendations.back().pose); }
+
+TEST(ToleranceFit, FindsTheBestPoseOfALensThatIsOff) {
+  double own_way = 0, worst = 0;
+  for (std::uint64_t instance = 1; instance <= 8; ++instance) {
+    ToyTrial::Setup setup;
+    setup.instance = instance;
+    ToyTrial trial(setup);
+    run(trial);
+    own_way += trial.own_way() / 8;
+    worst = std::max(worst, last_miss(trial));
+  }
+  EXPECT_GT(own_way, 0.03);  // else the nominal pose would do
+  EXPECT_LT(worst, 0.003);
+}
+
+TEST(ToleranceFit, RecommendsAtEveryStepAndNeverMovesTooFar) {
+  ToyTrial::Setup setup;
+  setup.largest_move = 0.05;
+  ToyTrial trial(setup);
+  run(trial);
+  const auto& conversation = *trial.conversation;
+  ASSERT_EQ(conversation.steps.size(), setup.budget);
+  for (std::size_t made = 0; made <= setup.budget; ++made)
+    EXPECT_TRUE(std::any_of(conversation.recommendations.begin(), conversation.recommendations.end(),
+                            [&](const auto& one) { return one.steps_made == made; }))
+        << made;
+  std::vector<double> before(setup.axes, 0.0);
+  for (const auto& visit : conversation.steps) {
+    for (std::size_t axis = 0; axis < before.size(); ++axis)
+      EXPECT_LE(std::fabs(visit.pose[axis] - before[axis]), 0.05 + 1e-12);
+    before = visit.pose;
+  }
+}
+
+TEST(ToleranceFit, MoreCapturesAreBetterThanOneUnderHeavyNoise) {
+  double early = 0, late = 0;
+  for (std::uint64_t instance = 1; instance <= 6; ++instance) {
+    ToyTrial::Setup setup;
+    setup.instance = instance;
+    setup.noise = 0.4;
+    setup.budget = 12;
+    ToyTrial trial(setup);
+    run(trial);
+    for (const auto& one : trial.conversation->recommendations)
+      if (one.steps_made == 1) early += trial.miss(one.pose);
+    late += last_miss(trial);
+  }
+  EXPECT_LT(late, 0.6 * early);
+}
+
+TEST(ToleranceFit, WorksInEveryDimensionAndWithoutNoiseFreePictures) {
+  for (const std::uint32_t axes : {1u, 2u, 3u, 5u}) {
+    SCOPED_TRACE(axes);
+    ToyTrial::Setup setup;
+    setup.axes = axes;
+    setup.noise_free = axes != 3;
+    ToyTrial trial(setup);
+    run(trial);
+    EXPECT_LT(last_miss(trial), axes == 3 ? 0.03 : 0.01);
+    EXPECT_LE(trial.most_mounted, 16u);
+  }
+}
+
+TEST(ToleranceFit, AlignsThePerfectLensOfALevelWithoutOffsets) {
+  ToyTrial::Setup setup;
+  setup.offset_std = 0;
+  ToyTrial trial(setup);
+  run(trial);
+  EXPECT_LT(last_miss(trial), 0.003);
+}
+
+TEST(ToleranceFit, TheSameTrialTakesTheSameStepsWhateverWasLearntBefore) {
+  ToyTrial::Setup setup, other;
+  other.offset_std = 2;
+  ToyTrial one(setup), between(other), two(setup);
+  run(one);
+  run(between);
+  run(two);
+  ASSERT_EQ(one.conversation->steps.size(), two.conversation->steps.size());
+  for (std::size_t step = 0; step < one.conversation->steps.size(); ++step)
+    EXPECT_EQ(one.conversation->steps[step].pose, two.conversation->steps[step].pose);
+}
+
+TEST(ToleranceFit, ReturnsWhenStoppedAtAnyStep) {
+  for (unsigned budget = 0; budget <= 6; ++budget) {
+    ToyTrial::Setup setup;
+    setup.budget = budget;
+    ToyTrial trial(setup);
+    run(trial);
+    EXPECT_EQ(trial.conversation->steps.size(), budget);
+    EXPECT_EQ(trial.conversation->requests_after_stop, 0u);
+  }
+}
+
+}  // namespace
+}  // namespace relign
