@@ -23,7 +23,7 @@ def draw(folder, title, rows):
     import matplotlib
 
     matplotlib.use("Agg")
-    from matplotlib import pyplot
+    from matplotlib import pyplot, ticker
 
     steps = [row["steps"] for row in rows]
     figure, panels = pyplot.subplots(1, 3, figsize=(12, 3.4), constrained_layout=True)
@@ -38,6 +38,7 @@ def draw(folder, title, rows):
     panels[2].legend(frameon=False)
     for panel in panels:
         panel.set_xlabel("steps")
+        panel.xaxis.set_major_formatter(ticker.EngFormatter(sep=""))
         panel.spines[["top", "right"]].set_visible(False)
     figure.suptitle(title)
     folder.keep("curve.png", lambda out: figure.savefig(out, format="png", dpi=100))

@@ -261,7 +261,7 @@ class Reinforcement:
             self.folder.keep("best.pt", lambda out: torch.save(state, out))
         self.folder.keep("checkpoint.pt", lambda out: torch.save(state, out))
         curves.write_csv(self.folder, self.rows)
-        curves.draw(self.folder, self.recipe.preset, self.rows)
+        curves.draw(self.folder, f"{self.recipe.algorithm}, preset {self.recipe.preset}, {self.recipe.scene}", self.rows)
 
     def _load(self, name="checkpoint.pt"):
         path = self.folder / name
