@@ -13,8 +13,8 @@ EXAMPLE = """examples:
   relign-train ppo --preset paper -o training/ppo-paper            # the paper's recipe
   relign-train export training/ppo -o my_agent.onnx
 
-  The same command goes on where a run was stopped or killed. `relign-bench try imitation --parameter model=FILE.onnx`
-  tries what was trained.
+  The same command goes on where a run was stopped or killed. What was trained is tried by
+  relign-bench try imitation --parameters '{"model": "FILE.onnx"}'
 """
 
 IMITATE = """The folder then holds recipe.json, curve.csv (loss after every pass), tuning.csv (error on lenses that training never
