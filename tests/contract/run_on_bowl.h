@@ -1,10 +1,7 @@
-// What tests of optimizers share: a bowl to search, and a plugin of the tree that searches it.
+// What tests of optimizers share: a bowl to search.
 #pragma once
 
-#include <string>
-
-#include "contract/fake_conversation.h"
-#include "plugin_host/objects.h"
+#include "contract/run_plugin.h"  // IWYU pragma: export
 
 namespace relign::test {
 
@@ -26,15 +23,6 @@ inline FakeSetup bowl_setup(std::uint32_t axes, std::uint32_t budget) {
   FakeSetup setup = bowl_setup(axes);
   setup.budget = budget;
   return setup;
-}
-
-// One trial of the plugin in this folder of the tree, by its id or a preset's.
-inline void run_plugin(const std::string& folder, const std::string& id, const Json& parameters,
-                       const FakeConversation& conversation) {
-  plugin_host::Catalog catalog;
-  catalog.add(std::string(RELIGN_PLUGIN_DIR) + "/" + folder);
-  plugin_host::Algorithm algorithm(catalog.resolve_or_throw(plugin_host::Kind::optimizer, id, parameters), {});
-  algorithm.run(conversation.talk());
 }
 
 }  // namespace relign::test

@@ -6,8 +6,7 @@
 #include <vector>
 
 #include "base/error.h"
-#include "contract/fake_conversation.h"
-#include "plugin_host/objects.h"
+#include "contract/run_plugin.h"
 
 namespace relign::test {
 
@@ -41,12 +40,9 @@ struct GreyTrial {
 // One trial of the agent in this folder of the tree, with that network unless `parameters` name another.
 inline void run_policy(const std::string& agent, const FakeConversation& conversation,
                        Json parameters = Json::object()) {
-  plugin_host::Catalog catalog;
-  catalog.add(std::string(RELIGN_PLUGIN_DIR) + "/" + agent);
   if (!parameters.contains("model"))
     parameters["model"] = std::string(RELIGN_SOURCE_DIR) + "/tests/golden/policies/tiny.onnx";
-  plugin_host::Algorithm algorithm(catalog.resolve_or_throw(plugin_host::Kind::agent, agent, parameters), {});
-  algorithm.run(conversation.talk());
+  run_plugin(agent, agent, parameters, conversation);
 }
 
 // What it says when it refuses the trial; empty when it does not.

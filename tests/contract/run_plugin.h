@@ -1,0 +1,20 @@
+// A plugin of the tree, run by its own test.
+#pragma once
+
+#include <string>
+
+#include "contract/fake_conversation.h"
+#include "plugin_host/objects.h"
+
+namespace relign::test {
+
+// One trial of the plugin in this folder of the tree, by its id or a preset's.
+inline void run_plugin(const std::string& folder, const std::string& id, const Json& parameters,
+                       const FakeConversation& conversation) {
+  plugin_host::Catalog catalog;
+  catalog.add(std::string(RELIGN_PLUGIN_DIR) + "/" + folder);
+  plugin_host::Algorithm algorithm(catalog.resolve_or_throw(plugin_host::Kind::optimizer, id, parameters), {});
+  algorithm.run(conversation.talk());
+}
+
+}  // namespace relign::test
