@@ -64,6 +64,22 @@ void check_parity(Network& network, const SideFile& about) {
 }  // namespace
 
 struct Model::Kept {
+  // Throws what Model's constructor throws.
+  Kept(const std::string& onnx_path, const std::string& side_path, const std::string& hash, std::string content)
+      : bytes(std::move(content)), about(read_side_file(side_path)) {
+    if (about.weights_sha256 != hash)
+      throw std::runtime_error(onnx_path + ": another network than the one that " + side_path +
+                               " was written for, or a damaged one (SHA-256 " + hash + ", the side file says " +
+                               about.weights_sha256 + ")");
+    try {
+      auto network = std::make_unique<Network>(bytes);
+      check_parity(*network, about);
+      idle.push_back(std::move(network));
+    } catch (const std::runtime_error& error) {
+      throw std::runtime_error(onnx_path + ": " + error.what());
+    }
+  }
+
   std::string bytes;
   SideFile about;
   std::mutex mutex;
@@ -81,35 +97,12 @@ Model::Model(const std::string& onnx_path) {
 
   static std::mutex mutex;
   static std::map<std::string, std::shared_ptr<Kept>> models;
-  const std::lock_guard<std::mutex> hold(mutex);
-  auto& kept = models[key];
-  if (!kept) {
-    const auto refuse = [&](const std::string& why) {
-      models.erase(key);
-      throw std::runtime_error(onnx_path + ": " + why);
-    };
-    auto made = std::make_shared<Kept>();
-    try {
-      made->about = read_side_file(side_path);
-    } catch (const std::runtime_error&) {
-      models.erase(key);
-      throw;
-    }
-    if (made->about.weights_sha256 != hash)
-      refuse("another network than the one that " + side_path + " was written for, or a damaged one (SHA-256 " + hash +
-             ", the side file says " + made->about.weights_sha256 + ")");
-    try {
-      auto network = std::make_unique<Network>(bytes);
-      check_parity(*network, made->about);
-      made->idle.push_back(std::move(network));
-    } catch (const std::runtime_error& error) {
-      refuse(error.what());
-    }
-    made->bytes = std::move(bytes);
-    models[key] = made;
-    kept_ = made;
-  } else {
-    kept_ = kept;
+  {
+    const std::lock_guard<std::mutex> hold(mutex);
+    const auto found = models.find(key);
+    kept_ =
+        found != models.end() ? found->second : std::make_shared<Kept>(onnx_path, side_path, hash, std::move(bytes));
+    models[key] = kept_;
   }
   const std::lock_guard<std::mutex> borrow(kept_->mutex);
   if (kept_->idle.empty()) {
