@@ -38,6 +38,9 @@ EXPORT = """example:
 """
 
 
+NO_MEMORY = "its network has a memory, and relign-bench's agents have none"
+
+
 def main(arguments=None):
     given = make_parser().parse_args(arguments)
     try:
@@ -124,8 +127,8 @@ def _ppo(given):
     recipe = dataclasses.replace(PRESETS[given.preset], scene=given.scene, seed=given.seed, algorithm=given.algorithm)
     training = Reinforcement(changed(recipe, given.set), given.out, given.warm_start, given.threads, tell)
     training.run(given.until)
-    if training.frames == 1 and given.preset == "paper":
-        tell("A network with a memory is not exported: relign-bench's agents have none.")
+    if training.recurrent:
+        tell(f"Not exported: {NO_MEMORY}.")
         return 0
     return show(given, export_reinforcement(training, pathlib.Path(given.out) / "ppo"), {"score": training.best})
 
@@ -165,6 +168,8 @@ def export_imitation(training, path):
 def export_reinforcement(training, path):
     from . import export
 
+    if training.recurrent:
+        raise ValueError(f"{training.folder.path} cannot be exported: {NO_MEMORY}")
     recipe = training.recipe
     steps = training.load_best()
     trained = trained_of(recipe, training.seconds, training.threads, steps)

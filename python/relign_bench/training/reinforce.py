@@ -103,6 +103,10 @@ class Reinforcement:
         self._open_log()
         self._load()
 
+    @property
+    def recurrent(self):
+        return self.recipe.algorithm == "recurrent-ppo"
+
     # ---- environment and learner ---------------------------------------------------------------
 
     def _make_paper(self):
@@ -110,8 +114,7 @@ class Reinforcement:
         from .stable_baselines import StableBaselinesEnv
 
         recipe = self.recipe
-        recurrent = recipe.algorithm == "recurrent-ppo"  # its memory takes the place of the stack
-        self.frames = 1 if recurrent else recipe.frames
+        self.frames = 1 if self.recurrent else recipe.frames  # its memory takes the place of the stack
         self.env = StableBaselinesEnv(
             recipe.environments, scene=recipe.scene, noise_level="rho",
             noise_level_parameters={"level": recipe.level}, observation_size=recipe.size, frame_stack=self.frames, action="move",
@@ -119,7 +122,7 @@ class Reinforcement:
             threads=self.threads)
         self.levels = (recipe.level,)
         self.white = self.env.environments.task.white
-        self._learner("CnnLstmPolicy" if recurrent else "CnnPolicy",
+        self._learner("CnnLstmPolicy" if self.recurrent else "CnnPolicy",
                       dict(features_extractor_class=PackageFeatures, log_std_init=recipe.first_log_std, net_arch=[]))
 
     def _make_tuned(self):
@@ -193,11 +196,9 @@ class Reinforcement:
         """Trains to the end, or to so many stretches."""
         from stable_baselines3.common.callbacks import BaseCallback
 
-        outer = self
-
         class Episodes(BaseCallback):
-            def _on_rollout_start(self):
-                self.infos = getattr(self, "infos", [])
+            def _init_callback(self):
+                self.infos = []
 
             def _on_step(self):
                 self.infos += [info for info in self.locals["infos"] if "episode" in info]
@@ -221,7 +222,7 @@ class Reinforcement:
             self.done += 1
             self._save()
             left = (last - self.done) * self.seconds / self.done
-            outer.tell(f"{row['steps']} of {self.recipe.total} steps, {self.recipe.stretch / trained:.0f} steps/s, "
+            self.tell(f"{row['steps']} of {self.recipe.total} steps, {self.recipe.stretch / trained:.0f} steps/s, "
                        f"reward {row['reward']:.4f} a step, episodes of {row['episode']:.0f} steps, tuning RMSE "
                        f"{row['rmse_6']:.4f} after 6 steps, {row['rmse_12']:.4f} after 12; {left / 60:.0f} min left")
         return self.model
