@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "pictures/poses.hpp"
+#include "poses.hpp"
 
 namespace pictures {
 
