@@ -181,7 +181,9 @@ int run_program(int argc, const char* const* argv) {
     add_describe(app, context);
     add_render(app, context);
     add_report(app, context);
+    add_plan(app, context);
     add_merge(app, context);
+    add_verify(app, context);
     add_lens(app, context);
     add_scene(app, context);
     add_plugin(app, context);

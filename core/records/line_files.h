@@ -78,6 +78,9 @@ void scan_trials(const std::filesystem::path& file,
 void scan_times(const std::filesystem::path& file,
                 const std::function<void(const std::string& trial, const BlockPlace&)>& on_trial);
 
+// A trial's record from its block; errors name the line of the file.
+TrialRecord read_block(const Block& block, const std::string& file);
+
 // Appends `block` (may be empty) in one write and flushes the file to the disk when asked to. When that fails, the file
 // is cut back to what it was. Throws Error(io). Returns the size before.
 std::size_t append_block(const std::filesystem::path& file, std::string_view block, bool flush);

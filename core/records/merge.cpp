@@ -81,7 +81,8 @@ class LineFilesWriter {
     if (text_.size() > (std::size_t{8} << 20)) flush();
   }
   void flush() {
-    if (!text_.empty()) append_block(folder_ / line_file_name(file_), text_, true);
+    // Not flushed to the disk: what is copied from is still there.
+    if (!text_.empty()) append_block(folder_ / line_file_name(file_), text_, false);
     text_.clear();
   }
 

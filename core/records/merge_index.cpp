@@ -143,19 +143,7 @@ const std::string& BlockReader::read(std::uint32_t file, const BlockPlace& place
 
 TrialRecord BlockReader::record(std::uint32_t file, const BlockPlace& place) {
   const std::string text = read(file, place);
-  TrialRecord record;
-  std::vector<StepRecord> steps;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t newline = text.find('\n', at);
-    ReadLine line = read_trial_line(std::string_view(text).substr(at, newline - at), files_[file].string());
-    if (line.closing)
-      record = std::move(line.trial);
-    else
-      steps.push_back(std::move(line.step));
-    at = newline + 1;
-  }
-  record.steps = std::move(steps);
-  return record;
+  return read_block(split_trials(text, files_[file].string()).blocks.at(0), files_[file].string());
 }
 
 namespace {
