@@ -11,6 +11,7 @@
 #include "cli/interrupt.h"
 #include "cli/progress.h"
 #include "cli/shard_job.h"
+#include "records/results_folder.h"
 #include "report/report.h"
 #include "runner/run.h"
 #include "suite/suite.h"
@@ -56,6 +57,15 @@ runner::PreparedPlan prepare(suite::Suite suite, const runner::RunOptions& optio
     if (error.kind() != ErrorKind::plugin_failed) throw;
     throw Error(ErrorKind::bad_input, std::string("a scene of the suite cannot be used: ") + error.what());
   }
+}
+
+// A run would write its own manifest over the one that says where the merged trials come from.
+void refuse_merged(const fs::path& results) {
+  const Json manifest = records::read_manifest(results);
+  if (manifest.is_object() && manifest.contains("sources"))
+    throw Error(ErrorKind::bad_input, results.string() +
+                                          " is a merged folder; run into a folder of its own with --out, and merge "
+                                          "that with the folders that this one was made of");
 }
 
 void print_failures(const runner::RunSummary& summary) {
@@ -122,6 +132,7 @@ int run_suite(Context& context, const RunArguments& arguments) {
   if (!arguments.plan.empty()) job = std::make_unique<ShardJob>(arguments.plan, arguments.shard);
   suite::Suite suite = job ? job->read_suite(context.catalog()) : suite::read_suite(arguments.suite, context.catalog());
   options.results = arguments.out.empty() ? fs::path("results") / suite.name : fs::path(arguments.out);
+  refuse_merged(options.results);
   const std::string hint = trial_to_watch(suite);
 
   ProgressPrinter progress(context.progress_mode());

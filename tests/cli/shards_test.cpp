@@ -45,6 +45,7 @@ TEST_F(CliShards, PartsMergedAreTheResultsOfOneRun) {
   ASSERT_EQ(call({"report", "merged"}).exit_code, 0);
   EXPECT_EQ(place_.read("merged/curves.csv"), place_.read("one/curves.csv"));
   EXPECT_EQ(place_.read("merged/instances.csv"), place_.read("one/instances.csv"));
+  EXPECT_THAT(call({"run", "suites/tiny.json", "-o", "merged"}).err, HasSubstr("is a merged folder"));
   const Outcome verified = call({"verify", "merged"});
   EXPECT_EQ(verified.exit_code, 0) << verified.out;
   EXPECT_THAT(verified.out, AllOf(HasSubstr("8 equal bit for bit"), HasSubstr("the results are reproduced")));

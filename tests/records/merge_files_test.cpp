@@ -9,7 +9,6 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-
 TEST_F(MergeTest, WhatStandsBesideTheResultsIsKeptWhenTheyAreReplaced) {
   const fs::path a = make("a", {trial("w0")}, manifest({"walker"}, {"w0"}));
   join({a});
@@ -24,6 +23,15 @@ TEST_F(MergeTest, WhatStandsBesideTheResultsIsKeptWhenTheyAreReplaced) {
   EXPECT_THAT(refused({folder_ / "empty"}), HasSubstr("no results folder"));
   join({a});
   EXPECT_EQ(bytes("out/notes.txt"), "mine");
+  // Killed while it wrote: what is left of that is nobody's.
+  fs::create_directories(folder_ / "out.merging/trials");
+  std::ofstream(folder_ / "out.merging/trials/0007.jsonl") << "half";
+  join({a, b});
+  EXPECT_FALSE(fs::exists(folder_ / "out/trials/0007.jsonl"));
+  EXPECT_FALSE(fs::exists(folder_ / "out.merging"));
+  const ResultsLock other_merge(fs::create_directories(folder_ / "out.merging") ? folder_ / "out.merging" : folder_);
+  EXPECT_THAT(error_text(ErrorKind::io, [&] { join({a}); }), HasSubstr("another run is writing"));
+  EXPECT_EQ(read_trials(folder_ / "out").size(), 2U);
 }
 
 TEST_F(MergeTest, MergedFoldersMergeAgainWithTheProvenanceOfTheirSources) {
