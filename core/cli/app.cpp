@@ -172,7 +172,7 @@ int run_program(int argc, const char* const* argv) {
     app.footer(
         "Example:\n  relign-bench run suites/quick.json\n\n"
         "Exit codes: 0 done; 1 internal; 2 bad arguments, suite or file; 3 done, some trials failed;\n"
-        "5 plugin refused; 75 stopped early, resumable; 130 Ctrl-C.");
+        "4 a replay or a duplicate differs; 5 plugin refused; 75 stopped early, resumable; 130 Ctrl-C.");
     add_global_options(app, context);
     add_run(app, context);
     add_try(app, context);
@@ -181,6 +181,9 @@ int run_program(int argc, const char* const* argv) {
     add_describe(app, context);
     add_render(app, context);
     add_report(app, context);
+    add_plan(app, context);
+    add_merge(app, context);
+    add_verify(app, context);
     add_lens(app, context);
     add_scene(app, context);
     add_plugin(app, context);

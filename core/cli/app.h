@@ -60,6 +60,9 @@ void add_list(CLI::App& app, Context& context);
 void add_describe(CLI::App& app, Context& context);
 void add_render(CLI::App& app, Context& context);
 void add_report(CLI::App& app, Context& context);
+void add_merge(CLI::App& app, Context& context);
+void add_plan(CLI::App& app, Context& context);
+void add_verify(CLI::App& app, Context& context);
 void add_lens(CLI::App& app, Context& context);
 void add_lens_mesh(CLI::App& lens, Context& context);  // below lens
 void add_lens_draw(CLI::App& lens, Context& context);  // below lens

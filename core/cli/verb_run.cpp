@@ -10,6 +10,8 @@
 #include "cli/app.h"
 #include "cli/interrupt.h"
 #include "cli/progress.h"
+#include "cli/shard_job.h"
+#include "records/results_folder.h"
 #include "report/report.h"
 #include "runner/run.h"
 #include "runner/worker.h"
@@ -27,6 +29,7 @@ struct RunArguments {
   std::vector<std::string> only;
   std::string isolation = "process";
   bool retry_failed = false;
+  std::string plan, shard;
 };
 
 std::vector<std::pair<std::string, std::string>> parse_only(const std::vector<std::string>& only) {
@@ -59,6 +62,15 @@ runner::PreparedPlan prepare(suite::Suite suite, const runner::RunOptions& optio
   }
 }
 
+// A run would write its own manifest over the one that says where the merged trials come from.
+void refuse_merged(const fs::path& results) {
+  const Json manifest = records::read_manifest(results);
+  if (manifest.is_object() && manifest.contains("sources"))
+    throw Error(ErrorKind::bad_input, results.string() +
+                                          " is a merged folder; run into a folder of its own with --out, and merge "
+                                          "that with the folders that this one was made of");
+}
+
 void print_failures(const runner::RunSummary& summary) {
   constexpr std::size_t kShown = 10;
   for (std::size_t i = 0; i < summary.failures.size() && i < kShown; ++i) print_warning(summary.failures[i]);
@@ -89,6 +101,26 @@ std::string trial_to_watch(const suite::Suite& suite) {
          " --noise-level " + level.id + join({plugins.begin(), plugins.end()}, "");
 }
 
+// A part of a plan has no report: its few instances of everything would say little.
+int print_part(Context& context, const fs::path& results, const runner::RunSummary& summary) {
+  if (context.json) {
+    const Json result = {{"results", results.empty() ? Json() : Json(results.string())},
+                         {"trials", summary.trials},
+                         {"finished", summary.finished},
+                         {"reused", summary.reused},
+                         {"failed", summary.failed},
+                         {"seconds", summary.seconds}};
+    print_result(result.dump(2) + "\n");
+  } else if (results.empty()) {
+    std::fputs("Nothing is left to do: every trial of this part has its record.\n", stderr);
+  } else {
+    print_result("results  " + results.string() + "\n");
+    std::fprintf(stderr, "%zu trials in %s.\nNext, when all parts have run: relign-bench merge %s -o DIR\n",
+                 summary.trials, duration_text(summary.seconds).c_str(), results.parent_path().string().c_str());
+  }
+  return summary.failed > 0 ? kTrialsFailed : kDone;
+}
+
 int run_suite(Context& context, const RunArguments& arguments) {
   runner::RunOptions options;
   options.only = parse_only(arguments.only);
@@ -99,8 +131,13 @@ int run_suite(Context& context, const RunArguments& arguments) {
   options.cache_folder = relign::cache_folder();
   options.command = context.typed_command();
 
-  suite::Suite suite = suite::read_suite(arguments.suite, context.catalog());
+  if (arguments.suite.empty() == arguments.plan.empty())
+    throw Error(ErrorKind::bad_input, "SUITE is required, or --plan FILE with --shard i/n");
+  std::unique_ptr<ShardJob> job;
+  if (!arguments.plan.empty()) job = std::make_unique<ShardJob>(arguments.plan, arguments.shard);
+  suite::Suite suite = job ? job->read_suite(context.catalog()) : suite::read_suite(arguments.suite, context.catalog());
   options.results = arguments.out.empty() ? fs::path("results") / suite.name : fs::path(arguments.out);
+  refuse_merged(options.results);
   const std::string hint = trial_to_watch(suite);
 
   ProgressPrinter progress(context.progress_mode());
@@ -110,14 +147,21 @@ int run_suite(Context& context, const RunArguments& arguments) {
   preparing.doing = "preparing scenes and plugins";
   progress.update(preparing);
   runner::PreparedPlan prepared;
+  std::unique_ptr<runner::ShardAttempt> attempt;
   try {
     prepared = prepare(std::move(suite), options);
+    if (job) attempt = job->begin(options.results, prepared, options.on_message);
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::stopped) throw;
     progress.finish();
     std::fprintf(stderr, "Stopped before the first trial. The same command begins again:\n  %s\n",
                  context.typed_command().c_str());
     return stop_exit_code();
+  }
+  if (attempt) options.results = attempt->folder();
+  if (attempt && prepared.plan.trials.empty()) {
+    progress.finish();
+    return print_part(context, "", {});
   }
   const runner::RunSummary summary = runner::run(prepared, options);
   progress.finish();
@@ -128,6 +172,7 @@ int run_suite(Context& context, const RunArguments& arguments) {
     return stop_exit_code();
   }
   print_failures(summary);
+  if (attempt) return print_part(context, options.results, summary);
 
   const fs::path page = options.results / "report.html";
   report::write_tables(options.results);
@@ -152,10 +197,14 @@ int run_suite(Context& context, const RunArguments& arguments) {
 
 void add_run(CLI::App& app, Context& context) {
   CLI::App& verb = add_verb(app, {"run", "Run a suite, or go on with one that was stopped, and write its report.",
-                                  "relign-bench run suites/quick.json --workers 2", "validate, try, report"});
+                                  "relign-bench run suites/quick.json --workers 2\n"
+                                  "relign-bench run --plan plan.json --shard 3/40",
+                                  "validate, try, report, plan, verify"});
   auto arguments = std::make_shared<RunArguments>();
-  verb.add_option("SUITE", arguments->suite, "suite file (JSON); suites/ has some")->required()->type_name("FILE");
-  verb.add_option("-o,--out", arguments->out, "results folder [default: results/NAME, NAME being the suite's]")
+  verb.add_option("SUITE", arguments->suite, "suite file (JSON); suites/ has some")->type_name("FILE");
+  verb.add_option(
+          "-o,--out", arguments->out,
+          "results folder [default: results/NAME, NAME being the suite's]; with --plan the parts' folders are in it")
       ->type_name("DIR");
   verb.add_option("--workers", arguments->workers, "trials at the same time [default: all cores]")
       ->type_name("COUNT")
@@ -171,6 +220,16 @@ void add_run(CLI::App& app, Context& context) {
       ->check(CLI::IsMember({"process", "none"}))
       ->capture_default_str();
   verb.add_flag("--retry-failed", arguments->retry_failed, "run trials again that ended in a failure");
+  CLI::Option* plan =
+      verb.add_option("--plan", arguments->plan, "instead of a suite: a plan that the verb plan wrote; with --shard")
+          ->type_name("FILE");
+  CLI::Option* shard =
+      verb.add_option("--shard", arguments->shard,
+                      "part i of the plan's n, from 0; writes shard-000i.MACHINE in the results folder")
+          ->type_name("i/n");
+  plan->needs(shard);
+  shard->needs(plan);
+  for (const char* other : {"SUITE", "--only"}) plan->excludes(verb.get_option(other));
   verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return run_suite(context, *arguments); }; });
 }

@@ -9,18 +9,16 @@
 #include "base/seeds.h"
 #include "base/text.h"
 #include "cli/app.h"
+#include "cli/frames.h"
 #include "cli/interrupt.h"
 #include "cli/prepared_job.h"
 #include "cli/workbench.h"
-#include "pixels/image_file.h"
 #include "pixels/score.h"
 #include "plugin_host/preparation.h"
 #include "task/trial.h"
 
 namespace relign::cli {
 namespace {
-
-namespace fs = std::filesystem;
 
 struct TryArguments {
   std::string algorithm;
@@ -33,18 +31,6 @@ struct TryArguments {
   unsigned steps = 50;
   std::string frames;
 };
-
-fs::path frame_path(const fs::path& folder, unsigned step) {
-  char name[32];
-  std::snprintf(name, sizeof name, "step-%03u.png", step);
-  return folder / name;
-}
-
-void save_frame(const fs::path& path, const task::SceneFacts& facts, const float* pixels) {
-  pixels::Image image(facts.image_width, facts.image_height);
-  std::copy(pixels, pixels + image.values.size(), image.values.begin());
-  pixels::write_image(path, image, static_cast<float>(facts.image_white));
-}
 
 std::string rmse_text(double rmse) {
   char buffer[32];
@@ -187,7 +173,7 @@ int run_try(Context& context, TryArguments arguments) {
   setup.stop = services.stop;
   setup.on_step = [&](const task::Step& step, const float* pixels) {
     if (!context.json) print_result((step.number == 0 ? header(scene.facts.axes.size()) : "") + row(step));
-    if (!arguments.frames.empty()) save_frame(frame_path(arguments.frames, step.number), scene.facts, pixels);
+    if (!arguments.frames.empty()) save_frame(arguments.frames, step.number, scene.facts, pixels);
   };
   return end_of_trial(context, arguments, task::run_trial(setup), scene.facts.truth);
 }

@@ -62,53 +62,62 @@ std::vector<fs::path> line_files(const fs::path& folder) {
   return files;
 }
 
+bool BlockFinder::add(std::string_view line, std::size_t offset, std::size_t number) {
+  std::string_view step_of;
+  bool first = false;
+  if (step_line(line, step_of, first)) {
+    if (steps_ == 0 || step_of != trial_ || first) {
+      abandon();
+      trial_ = step_of;
+      begin_ = offset;
+      first_line_ = number;
+    }
+    ++steps_;
+    return false;
+  }
+  const std::string place = file_name_ + ":" + std::to_string(number);
+  ReadLine closing = read_trial_line(line, place);
+  if (!closing.closing) throw Error(ErrorKind::bad_input, place + ": the line is damaged: neither a step nor an end");
+  if (steps_ > 0 && closing.trial.trial != trial_) abandon();
+  if (steps_ == 0) {
+    begin_ = offset;
+    first_line_ = number;
+  }
+  if (closing.steps != steps_)
+    throw Error(ErrorKind::bad_input, place + ": trial " + closing.trial.trial + " has " + std::to_string(steps_) +
+                                          " step lines where its closing line says " + std::to_string(closing.steps));
+  steps_ = 0;
+  closed_ = std::move(closing.trial);
+  return true;
+}
+
+void BlockFinder::abandon() {
+  if (steps_ > 0) incomplete_.push_back(trial_);
+  steps_ = 0;
+}
+
+std::vector<std::string> BlockFinder::take_incomplete() {
+  abandon();
+  return std::move(incomplete_);
+}
+
 Blocks split_trials(std::string_view text, const std::string& file_name) {
   Blocks split;
-  std::string_view trial;  // of the steps before the line
-  std::size_t steps = 0;
-  std::size_t begin = 0;  // of the block
-  std::size_t first_line = 1;
+  BlockFinder finder(file_name);
   std::size_t line_number = 0;
-  const auto abandon = [&] {
-    if (steps > 0) split.incomplete.emplace_back(trial);
-    steps = 0;
-  };
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t newline = text.find('\n', at);
     ++line_number;
     if (newline == std::string_view::npos) break;  // half-written
     const std::string_view line = text.substr(at, newline - at);
-    std::string_view step_of;
-    bool first = false;
-    if (step_line(line, step_of, first)) {
-      if (steps == 0 || step_of != trial || first) {
-        abandon();
-        trial = step_of;
-        begin = at;
-        first_line = line_number;
-      }
-      ++steps;
-    } else {
-      const std::string place = file_name + ":" + std::to_string(line_number);
-      ReadLine closing = read_trial_line(line, place);
-      if (!closing.closing)
-        throw Error(ErrorKind::bad_input, place + ": the line is damaged: neither a step nor an end");
-      if (steps > 0 && closing.trial.trial != trial) abandon();
-      if (steps == 0) {
-        begin = at;
-        first_line = line_number;
-      }
-      if (closing.steps != steps)
-        throw Error(ErrorKind::bad_input, place + ": trial " + closing.trial.trial + " has " + std::to_string(steps) +
-                                              " step lines where its closing line says " +
-                                              std::to_string(closing.steps));
-      split.blocks.push_back({closing.trial.trial, text.substr(begin, newline + 1 - begin), line, first_line});
+    if (finder.add(line, at, line_number)) {
+      split.blocks.push_back({finder.closed().trial, text.substr(finder.begin(), newline + 1 - finder.begin()), line,
+                              finder.first_line()});
       split.whole = newline + 1;
-      steps = 0;
     }
     at = newline + 1;
   }
-  abandon();
+  split.incomplete = finder.take_incomplete();
   return split;
 }
 

@@ -4,9 +4,12 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "records/record.h"
 
 namespace relign::records {
 
@@ -36,6 +39,47 @@ struct Blocks {
 // for a closing line whose steps are not there; what stands after the last whole block is no error.
 Blocks split_trials(std::string_view text, const std::string& file_name);
 Blocks split_times(std::string_view text, const std::string& file_name);
+
+// Finds the blocks of a trials file line by line, for texts and for files that are too large to be held.
+class BlockFinder {
+ public:
+  explicit BlockFinder(std::string file_name) : file_name_(std::move(file_name)) {}
+  // `line` without its newline begins at byte `offset` and is number `number`, from 1. True when it closes a trial.
+  // Throws as split_trials does.
+  bool add(std::string_view line, std::size_t offset, std::size_t number);
+  // Where the block that was just closed begins, and the record on its closing line.
+  std::size_t begin() const { return begin_; }
+  std::size_t first_line() const { return first_line_; }
+  const TrialRecord& closed() const { return closed_; }
+  // After the last line: trials with steps but no closing line.
+  std::vector<std::string> take_incomplete();
+
+ private:
+  void abandon();
+  std::string file_name_;
+  std::string trial_;  // of the steps before the line
+  std::size_t steps_ = 0, begin_ = 0, first_line_ = 1;
+  TrialRecord closed_;
+  std::vector<std::string> incomplete_;
+};
+
+// Where a trial lies in a file.
+struct BlockPlace {
+  std::size_t offset = 0, size = 0;  // bytes, with every newline
+};
+
+// The blocks of a file, which is read a piece at a time: memory goes with its longest line. What stands after the
+// last whole block is passed over; `on_incomplete` gets the trials that have steps but no closing line. Throws as
+// split_trials does, and Error(io).
+void scan_trials(const std::filesystem::path& file,
+                 const std::function<void(const TrialRecord& closing, const BlockPlace&)>& on_trial,
+                 const std::function<void(const std::string& trial)>& on_incomplete = {});
+// The lines of a times file by their trials; of a line only id and format are read.
+void scan_times(const std::filesystem::path& file,
+                const std::function<void(const std::string& trial, const BlockPlace&)>& on_trial);
+
+// A trial's record from its block; errors name the line of the file.
+TrialRecord read_block(const Block& block, const std::string& file);
 
 // Appends `block` (may be empty) in one write and flushes the file to the disk when asked to. When that fails, the file
 // is cut back to what it was. Throws Error(io). Returns the size before.

@@ -5,9 +5,7 @@
 namespace relign::records {
 namespace fs = std::filesystem;
 
-namespace {
-
-void require_folder(const fs::path& folder) {
+void require_results(const fs::path& folder) {
   std::error_code code;
   if (!fs::is_directory(folder, code))
     throw Error(ErrorKind::io, "cannot read " + folder.string() + ": there is no such folder");
@@ -33,8 +31,6 @@ TrialRecord read_block(const Block& block, const std::string& file) {
   return record;
 }
 
-}  // namespace
-
 Json read_manifest(const fs::path& folder) {
   const fs::path file = folder / "manifest.json";
   std::error_code code;
@@ -47,7 +43,7 @@ Json read_manifest(const fs::path& folder) {
 
 std::vector<TrialRecord> read_trials(const fs::path& folder,
                                      const std::function<void(const std::string& trial)>& incomplete) {
-  require_folder(folder);
+  require_results(folder);
   std::vector<TrialRecord> trials;
   std::set<std::string> seen;
   for (const fs::path& file : line_files(folder / "trials")) {
@@ -61,8 +57,15 @@ std::vector<TrialRecord> read_trials(const fs::path& folder,
   return trials;
 }
 
+std::set<std::string> complete_trials(const fs::path& folder) {
+  std::set<std::string> ids;
+  for (const fs::path& file : line_files(folder / "trials"))
+    scan_trials(file, [&ids](const TrialRecord& closing, const BlockPlace&) { ids.insert(closing.trial); });
+  return ids;
+}
+
 std::vector<TrialTimes> read_times(const fs::path& folder) {
-  require_folder(folder);
+  require_results(folder);
   std::vector<TrialTimes> times;
   std::map<std::string, std::size_t> place;  // a trial that ran again: its last line counts
   for (const fs::path& file : line_files(folder / "times")) {

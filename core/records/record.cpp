@@ -147,22 +147,22 @@ std::string step_line(const std::string& trial, const StepRecord& step) {
 
 std::string closing_line(const TrialRecord& record, std::size_t steps) {
   return LineWriter()
-               .add("format", kFormat)
-               .add("trial", record.trial)
-               .add("end", record.end)
-               .add("steps", std::uint64_t{steps})
-               .add("budget", record.budget)
-               .add("scene", record.scene)
-               .add("noise_level", record.noise_level)
-               .add("protocol", record.protocol)
-               .add("algorithm", record.algorithm)
-               .add("algorithm_id", record.algorithm_id)
-               .add("instance", record.instance)
-               .add("instance_seed", std::to_string(record.instance_seed))
-               .raw("own_optimum_mse", record.has_own_optimum ? LineWriter::number(record.own_optimum_mse) : "null")
-               .add("message", record.message)
-               .add("warnings", record.warnings)
-               .close();
+      .add("format", kFormat)
+      .add("trial", record.trial)
+      .add("end", record.end)
+      .add("steps", std::uint64_t{steps})
+      .add("budget", record.budget)
+      .add("scene", record.scene)
+      .add("noise_level", record.noise_level)
+      .add("protocol", record.protocol)
+      .add("algorithm", record.algorithm)
+      .add("algorithm_id", record.algorithm_id)
+      .add("instance", record.instance)
+      .add("instance_seed", std::to_string(record.instance_seed))
+      .raw("own_optimum_mse", record.has_own_optimum ? LineWriter::number(record.own_optimum_mse) : "null")
+      .add("message", record.message)
+      .add("warnings", record.warnings)
+      .close();
 }
 
 std::string to_lines(const TrialRecord& record) {

@@ -80,6 +80,9 @@ class ResultsWriter {
 // Where the log of a trial lies in its folder: "logs/<trial id>.txt". No file when nothing was printed.
 std::string log_file(const std::string& trial);
 
+// Throws Error for what is no results folder, or a newer one.
+void require_results(const std::filesystem::path& folder);
+
 // manifest.json of a folder, format checked; null when there is none.
 Json read_manifest(const std::filesystem::path& folder);
 
@@ -87,6 +90,8 @@ Json read_manifest(const std::filesystem::path& folder);
 // calls `incomplete` for each trial that has steps but no closing line.
 std::vector<TrialRecord> read_trials(const std::filesystem::path& folder,
                                      const std::function<void(const std::string& trial)>& incomplete = {});
+// The ids alone. Nothing for a folder without records.
+std::set<std::string> complete_trials(const std::filesystem::path& folder);
 std::vector<TrialTimes> read_times(const std::filesystem::path& folder);
 
 // The complete trials that the manifest's `order` names, in that order: what tables and reports are made

@@ -13,7 +13,8 @@
 
 namespace relign::records {
 
-ResultsLock::ResultsLock(const std::filesystem::path& folder) : file_(folder / kFileName) {
+ResultsLock::ResultsLock(const std::filesystem::path& folder, const std::string& file_name)
+    : file_(folder / file_name) {
   while (true) {
     descriptor_ = ::open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
     if (descriptor_ < 0)
@@ -23,8 +24,8 @@ ResultsLock::ResultsLock(const std::filesystem::path& folder) : file_(folder / k
       const int reason = errno;
       if (reason == EWOULDBLOCK) {
         ::close(descriptor_);
-        throw Error(ErrorKind::io, "another run is writing " + folder.string() +
-                                       " at this moment; wait until it has ended or choose another folder with --out");
+        throw FolderInUse("another run is writing " + folder.string() +
+                          " at this moment; wait until it has ended or choose another folder with --out");
       }
       // A file system without locks (some network mounts): work without, as every program does there.
       if (reason != EINTR) return;
@@ -34,8 +35,10 @@ ResultsLock::ResultsLock(const std::filesystem::path& folder) : file_(folder / k
       struct stat mine {};
       struct stat there {};
       if (::fstat(descriptor_, &mine) == 0 && ::stat(file_.c_str(), &there) == 0 && mine.st_ino == there.st_ino &&
-          mine.st_dev == there.st_dev)
+          mine.st_dev == there.st_dev) {
+        held_ = true;
         return;
+      }
     }
     ::close(descriptor_);
   }

@@ -300,6 +300,16 @@ Json page_data(const LoadedResults& results) {
   data["command"] = command.empty() ? text_of(manifest, "command") : command;
   data["program"] = object_of(manifest, "program");
   data["machine"] = object_of(manifest, "machine");
+  if (!list_of(manifest, "sources").empty()) {  // merged
+    Json sources = Json::array();
+    for (const Json& source : manifest["sources"])
+      sources.push_back({{"folder", text_of(source, "folder")},
+                         {"trials", count_of(source, "trials")},
+                         {"cpu", text_of(object_of(source, "machine"), "cpu")},
+                         {"program", text_of(object_of(source, "program"), "hash")}});
+    data["sources"] = std::move(sources);
+    data["merge"] = object_of(manifest, "merge");
+  }
   data["ran"] = ran_json(results);
   data["methods"] = methods.list;
   data["groups"] = groups_json(results, methods);

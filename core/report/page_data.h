@@ -5,7 +5,7 @@
 // instances, ran {planned, finished, failed, missing, incomplete, from_other_plans}, methods [...], groups [{scene,
 // noise_level, protocol, label, instances, same_instances, start, rows, curves, measured_only and station (when
 // true)}], verdict, beware, failures, warnings,
-// program, machine}. A group is what can be compared: one scene, noise level and protocol.
+// program, machine, of a merged folder sources [{folder, trials, cpu, program}] and merge}. A group is what can be compared: one scene, noise level and protocol.
 #pragma once
 
 #include "report/loaded_results.h"

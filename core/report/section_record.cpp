@@ -120,6 +120,57 @@ std::string methods_section(const Json& data) {
   return html.take();
 }
 
+namespace {
+
+constexpr std::size_t kMostSourcesNamed = 50;
+constexpr std::size_t kMostDisagreementsNamed = 20;
+
+// Which folders a merged one is made of, and what two of them tell differently.
+void merged_from(HtmlWriter& html, const Json& data) {
+  const Json& sources = list_of(data, "sources");
+  if (sources.empty()) return;
+  const Json& merge = object_of(data, "merge");
+  html.element("p", "Merged from " + counted(sources.size(), "results folder") + ".");
+  if (const std::uint64_t differing = count_of(merge, "disagreeing"); differing > 0) {
+    html.open("p").element("strong", "Not reproducible: ");
+    html.text(counted(differing, "trial") +
+              " came out differently in two of these folders. The first folder's are shown.")
+        .close()
+        .open("ul");
+    std::size_t named = 0;
+    for (const Json& one : list_of(merge, "disagreements")) {
+      if (++named > kMostDisagreementsNamed) break;
+      const Json& difference = object_of(one, "difference");
+      html.element(
+          "li",
+          text_of(one, "label") + ": " +
+              (text_of(difference, "line") == "closing" ? "the closing line" : "step " + text_of(difference, "step")) +
+              ", " + text_of(difference, "field") + " is " + text_of(difference, "kept") + " in " +
+              text_of(one, "kept") + ", " + text_of(difference, "other") + " in " + text_of(one, "other"));
+    }
+    html.close();
+  }
+  html.open("details").element("summary", "The folders").open("div", {{"class", "scroll"}}).open("table");
+  html.open("thead").open("tr");
+  for (const char* title : {"folder", "trials", "processor", "program hash"})
+    html.element("th", {{"scope", "col"}}, title);
+  html.close().close().open("tbody");
+  for (std::size_t index = 0; index < sources.size() && index < kMostSourcesNamed; ++index) {
+    const Json& source = sources[index];
+    html.open("tr").open("th", {{"scope", "row"}}).element("bdi", text_of(source, "folder")).close();
+    html.element("td", {{"class", "number"}}, text_of(source, "trials"));
+    html.element("td", text_of(source, "cpu"));
+    html.open("td").element("code", short_hash_of(text_of(source, "program"))).close().close();
+  }
+  html.close().close().close();
+  if (sources.size() > kMostSourcesNamed)
+    html.element("p",
+                 "... and " + std::to_string(sources.size() - kMostSourcesNamed) + " more; manifest.json lists all.");
+  html.close();
+}
+
+}  // namespace
+
 std::string provenance_section(const Json& data) {
   HtmlWriter html;
   html.element("h2", "Where these numbers come from");
@@ -131,6 +182,7 @@ std::string provenance_section(const Json& data) {
     if (any_group(data, "station"))
       html.element("p", {{"class", "quiet"}}, "A station's trials are the exception: they cannot be replayed.");
   }
+  merged_from(html, data);
   const Json &program = data["program"], &machine = data["machine"];
   html.open("dl");
   fact(html, "program", "relign-bench " + text_of(program, "version"));

@@ -86,6 +86,15 @@ std::string hash_of(const plugin_host::Choice& choice, const LibraryHashes& hash
   return hash;
 }
 
+Json program_json() {
+  return {
+      {"version", RELIGN_VERSION}, {"compiler", RELIGN_COMPILER}, {"flags", RELIGN_FLAGS}, {"hash", program_hash()}};
+}
+
+Json machine_json() {
+  return {{"cpu", cpu_name()}, {"cores", std::max(1U, std::thread::hardware_concurrency())}, {"system", system_name()}};
+}
+
 Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, const std::string& command,
                    const Json& learnt) {
   const suite::Suite& suite = prepared.plan.suite;
@@ -132,29 +141,28 @@ Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, co
   }
   Json order = Json::array();
   for (const suite::PlannedTrial& trial : prepared.plan.trials) order.push_back(trial.id);
-  return {
-      {"format", records::kFormat},
-      {"program",
-       {{"version", RELIGN_VERSION}, {"compiler", RELIGN_COMPILER}, {"flags", RELIGN_FLAGS}, {"hash", program_hash()}}},
-      {"suite", suite.text},
-      {"suite_file", suite.file},
-      {"suite_name", suite.name},
-      {"seed", suite.seed},
-      {"first_instance", suite.first_instance},
-      {"instances", suite.instances},
-      {"limits", suite.limits},
-      {"instance_set", prepared.plan.instance_set},
-      {"machine",
-       {{"cpu", cpu_name()}, {"cores", std::max(1U, std::thread::hardware_concurrency())}, {"system", system_name()}}},
-      {"scenes", std::move(scenes)},
-      {"noise_levels", std::move(levels)},
-      {"algorithms", std::move(algorithms)},
-      {"prepared", learnt},
-      {"trials", prepared.plan.trials.size()},
-      {"order", std::move(order)},
-      {"command", command},
-      {"spec", suite.spec},
-      {"machine_time", suite::machine_time_json(suite.machine_time)}};
+  Json manifest = {{"format", records::kFormat},
+                   {"program", program_json()},
+                   {"suite", suite.text},
+                   {"suite_file", suite.file},
+                   {"suite_name", suite.name},
+                   {"seed", suite.seed},
+                   {"first_instance", suite.first_instance},
+                   {"instances", suite.instances},
+                   {"limits", suite.limits},
+                   {"instance_set", prepared.plan.instance_set},
+                   {"machine", machine_json()},
+                   {"scenes", std::move(scenes)},
+                   {"noise_levels", std::move(levels)},
+                   {"algorithms", std::move(algorithms)},
+                   {"prepared", learnt},
+                   {"trials", prepared.plan.trials.size()},
+                   {"order", std::move(order)},
+                   {"command", command},
+                   {"spec", suite.spec},
+                   {"machine_time", suite::machine_time_json(suite.machine_time)}};
+  if (!prepared.shard.is_null()) manifest["shard"] = prepared.shard;
+  return manifest;
 }
 
 }  // namespace relign::runner

@@ -15,6 +15,11 @@ LibraryHashes hash_libraries(const suite::Suite& suite);
 // Of a plugin with the algorithms it runs: when any of them changes, its trials run again.
 std::string hash_of(const plugin_host::Choice& choice, const LibraryHashes& hashes);
 
+// Of the running program: version, compiler, flags, hash (empty where the system does not show it).
+Json program_json();
+// cpu, cores, system.
+Json machine_json();
+
 Json machine_time_json(const task::MachineTime& times);
 
 // learnt: what was prepared for the plan's algorithms, one object an entry.

@@ -55,6 +55,7 @@ struct PreparedPlan {
   suite::Plan plan;
   std::vector<task::SceneFacts> scenes;     // one per suite scene
   std::vector<std::string> scene_identity;  // canonical JSON: hashes of the data files behind each scene
+  Json shard = nullptr;                     // for manifest.json, where these are the trials of a part of a plan
 };
 
 // Creates each scene once (which fills the cache of reference images), asks every noise level for one

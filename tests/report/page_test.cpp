@@ -55,6 +55,24 @@ TEST_F(Page, WhereEverythingWasMeasuredOnAStationNothingSpeaksOfTruthOrOfEqualIn
     EXPECT_THAT(both, HasSubstr(word)) << word;
 }
 
+TEST_F(Page, AMergedFolderNamesItsSourcesAndWhatTheyTellDifferently) {
+  write({trial("a", 0, {0.1, 0.05})});
+  add_to_manifest(
+      {{"sources", {{{"folder", "ours<b>"}, {"trials", 1}, {"machine", {{"cpu", "Abacus"}}}}}},
+       {"merge",
+        {{"disagreeing", 1},
+         {"disagreements",
+          {{{"label", "a on toy #0"},
+            {"kept", "ours"},
+            {"other", "theirs"},
+            {"difference",
+             {{"line", "step"}, {"step", 3}, {"field", "measured"}, {"kept", "0.1"}, {"other", "0.2"}}}}}}}}});
+  const std::string page = without_scripts_and_styles(html_report(folder_));
+  for (const char* word : {"Merged from 1 results folder", "Not reproducible", "1 trial came out differently",
+                           "step 3, measured is 0.1 in ours, 0.2 in theirs", "Abacus", "ours&lt;b&gt;"})
+    EXPECT_THAT(page, HasSubstr(word)) << word;
+}
+
 TEST_F(Page, HostileTextStaysTextEverywhere) {
   records::TrialRecord failed = trial(kHostile, 1, {0.1}, kHostile);
   failed.end = "failed";

@@ -41,13 +41,17 @@ class ToyTest : public testing::Test {
   static constexpr const char* kWalkers =
       R"("toy-walker", "toy-stumbler", {"use": "toy-walker", "name": "short-walker", "steps": 3})";
 
-  static PreparedPlan prepared(const std::string& suite, const std::string& walker = "toy_walker") {
+  static plugin_host::Catalog toys(const std::string& walker = "toy_walker") {
     plugin_host::Catalog catalog;
     const fs::path plugins = RELIGN_RUNNER_TEST_PLUGINS;
     for (const std::string& plugin :
          {std::string("toy_scene"), std::string("toy_level"), walker, std::string("toy_stumbler"),
           std::string("toy_meddler"), std::string("toy_saboteur")})
       catalog.add(plugins / plugin);
+    return catalog;
+  }
+  static PreparedPlan prepared(const std::string& suite, const std::string& walker = "toy_walker") {
+    plugin_host::Catalog catalog = toys(walker);
     return prepare(suite::read_suite(JsonSource::from_text(suite, "toy.json"), ".", catalog), {});
   }
 

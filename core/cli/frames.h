@@ -1,0 +1,13 @@
+// The captures of a trial as image files.
+#pragma once
+
+#include <filesystem>
+
+#include "task/scene_facts.h"
+
+namespace relign::cli {
+
+// Writes FOLDER/step-NNN.png, the scene's white at full scale; makes the folder. Throws Error(io).
+void save_frame(const std::filesystem::path& folder, unsigned step, const task::SceneFacts& facts, const float* pixels);
+
+}  // namespace relign::cli

@@ -1,0 +1,71 @@
+#include "cli/shard_job.h"
+
+#include "base/error.h"
+#include "runner/provenance.h"
+
+namespace relign::cli {
+namespace {
+
+// "3/40"; false for anything else.
+bool split(const std::string& text, unsigned& number, unsigned& count) {
+  const std::size_t slash = text.find('/');
+  if (slash == std::string::npos) return false;
+  const auto whole = [](const std::string& digits, unsigned& value) {
+    if (digits.empty() || digits.size() > 7 || digits.find_first_not_of("0123456789") != std::string::npos)
+      return false;
+    value = static_cast<unsigned>(std::stoul(digits));
+    return true;
+  };
+  return whole(text.substr(0, slash), number) && whole(text.substr(slash + 1), count);
+}
+
+}  // namespace
+
+ShardJob::ShardJob(const std::string& plan_file, const std::string& shard) {
+  unsigned count = 0;
+  if (!split(shard, number_, count))
+    throw Error(ErrorKind::bad_input, "--shard: '" + shard + "' is not of the form i/n, such as 3/40");
+  plan_ = runner::read_plan(plan_file);
+  const std::string parts = std::to_string(plan_.shards);
+  if (count != plan_.shards)
+    throw Error(ErrorKind::bad_input, "--shard " + shard + ": " + plan_file + " is cut into " + parts + " parts, not " +
+                                          std::to_string(count) + "; give --shard " + std::to_string(number_) + "/" +
+                                          parts + ", or make a plan with --shards " + std::to_string(count));
+  if (number_ >= count)
+    throw Error(ErrorKind::bad_input, "--shard " + shard + ": parts count from 0, the last one is " +
+                                          std::to_string(count - 1) + "/" + parts);
+}
+
+suite::Suite ShardJob::read_suite(plugin_host::Catalog& catalog) const {
+  suite::Suite suite =
+      suite::read_suite(JsonSource::from_text(plan_.suite_text, plan_.suite_file), plan_.suite_folder, catalog);
+  suite.name = plan_.name;
+  return suite;
+}
+
+std::unique_ptr<runner::ShardAttempt> ShardJob::begin(const std::filesystem::path& results,
+                                                      runner::PreparedPlan& prepared,
+                                                      const std::function<void(const std::string&)>& on_message) const {
+  runner::check_unchanged(plan_, prepared);
+  const std::string program = plan_.content["program"].value("hash", std::string());
+  if (!program.empty() && program != runner::program_json()["hash"])
+    on_message("relign-bench is another build than the one that made the plan; it should be one for all parts");
+  auto attempt = std::make_unique<runner::ShardAttempt>(results, number_, plan_.hash, on_message);
+  std::vector<suite::PlannedTrial> part;
+  std::size_t elsewhere = 0;
+  for (const std::size_t place : runner::places_of_shard(prepared.plan, number_, plan_.shards)) {
+    suite::PlannedTrial& trial = prepared.plan.trials[place];
+    if (attempt->done_elsewhere().count(trial.id))
+      ++elsewhere;
+    else
+      part.push_back(std::move(trial));
+  }
+  if (elsewhere > 0)
+    on_message(std::to_string(elsewhere) + " of " + std::to_string(elsewhere + part.size()) +
+               " trials of this part are in the folder of an earlier attempt");
+  prepared.plan.trials = std::move(part);
+  prepared.shard = {{"number", number_}, {"of", plan_.shards}, {"plan", plan_.hash}, {"plan_trials", plan_.trials}};
+  return attempt;
+}
+
+}  // namespace relign::cli

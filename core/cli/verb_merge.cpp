@@ -1,0 +1,114 @@
+// relign-bench merge: results folders joined into one.
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "base/error.h"
+#include "base/text.h"
+#include "cli/app.h"
+#include "records/merge.h"
+
+namespace relign::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct MergeArguments {
+  std::vector<std::string> folders;
+  std::string out;
+};
+
+std::string trials_text(std::size_t count) { return std::to_string(count) + (count == 1 ? " trial" : " trials"); }
+
+// "3, 17, 41", and where it goes on if there are many.
+std::string numbers_text(const std::vector<unsigned>& numbers) {
+  constexpr std::size_t kShown = 50;
+  std::vector<std::string> parts;
+  for (std::size_t i = 0; i < numbers.size() && i < kShown; ++i) parts.push_back(std::to_string(numbers[i]));
+  return join(parts, ",") + (numbers.size() > kShown ? ",..." : "");
+}
+
+std::string result_text(const records::MergeSummary& summary, const fs::path& out) {
+  std::string text = "merged   " + out.string() + "\ntrials   " + std::to_string(summary.trials);
+  if (summary.missing > 0) text += ", and " + std::to_string(summary.missing) + " planned ones without a result";
+  text += "\n";
+  if (summary.shards > 0) {
+    text += "shards   " + std::to_string(summary.shards - summary.missing_shards.size()) + " of " +
+            std::to_string(summary.shards);
+    if (!summary.missing_shards.empty()) text += "; missing: " + numbers_text(summary.missing_shards);
+    text += "\n";
+  }
+  if (summary.duplicates > 0) {
+    text += "twice    " + trials_text(summary.duplicates) + ", equal";
+    if (summary.within_tolerance > 0)
+      text += " (" + std::to_string(summary.within_tolerance) +
+              " of them within 1e-6 only: made on different processors by plugins that promise equal numbers on one)";
+    text += "\n";
+  }
+  if (summary.superseded > 0)
+    text += "twice    " + trials_text(summary.superseded) +
+            " that ended early in one folder and came to their end in another; the latter are kept\n";
+  return text;
+}
+
+void print_disagreements(const records::MergeSummary& summary) {
+  constexpr std::size_t kShown = 10;
+  for (std::size_t i = 0; i < summary.disagreements.size() && i < kShown; ++i) {
+    const records::Disagreement& one = summary.disagreements[i];
+    print_warning("not reproducible: trial " + one.trial + " " + one.label + "\n  " +
+                  records::to_string(one.difference) + "\n  was: " + one.kept.string() +
+                  " (kept)\n  is:  " + one.other.string());
+  }
+  if (summary.disagreements.size() > kShown)
+    print_warning("... and " + std::to_string(summary.disagreements.size() - kShown) +
+                  " more; the merged manifest.json lists them");
+}
+
+int run_merge(Context& context, const MergeArguments& arguments) {
+  records::MergeOptions options;
+  options.sources.assign(arguments.folders.begin(), arguments.folders.end());
+  options.out = arguments.out;
+  options.command = context.typed_command();
+  options.on_message = [](const std::string& note) { print_warning(note); };
+  const records::MergeSummary summary = records::merge(options);
+  print_disagreements(summary);
+  if (summary.half_written > 0)
+    print_warning(trials_text(summary.half_written) + " were cut off while they were written, and do not count");
+  if (summary.left_out > 0)
+    print_warning(trials_text(summary.left_out) + " belong to an earlier form of a folder's suite, and are left out");
+  if (context.json) {
+    Json result = records::to_json(summary);
+    result["merged"] = arguments.out;
+    print_result(result.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+  } else {
+    print_result(result_text(summary, arguments.out));
+    std::fprintf(stderr, "Next: relign-bench report %s\n", arguments.out.c_str());
+  }
+  if (summary.disagreeing == 0) return kDone;
+  print_warning(trials_text(summary.disagreeing) +
+                " came out differently in two folders: something in them is not reproducible");
+  return kGateTripped;
+}
+
+}  // namespace
+
+void add_merge(CLI::App& app, Context& context) {
+  CLI::App& verb =
+      add_verb(app, {"merge",
+                     "Join results folders on the same instances: shards of a plan, or a newcomer's results "
+                     "beside a study.",
+                     "relign-bench merge results/study results/ours -o results/both\n"
+                     "relign-bench merge results/quick -o results/quick-all   # all shards in results/quick",
+                     "plan, run, report, verify"});
+  auto arguments = std::make_shared<MergeArguments>();
+  verb.add_option("DIR", arguments->folders, "results folder, or a folder of shards; one or more")
+      ->required()
+      ->type_name("DIR");
+  verb.add_option("-o,--out", arguments->out, "the merged folder: new, or what merge made before, which is replaced")
+      ->required()
+      ->type_name("DIR");
+  verb.callback(
+      [&context, arguments] { context.action = [&context, arguments] { return run_merge(context, *arguments); }; });
+}
+
+}  // namespace relign::cli

@@ -1,0 +1,99 @@
+// relign-bench plan: a suite's trials frozen in a file, cut into parts for many machines.
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "cli/app.h"
+#include "cli/interrupt.h"
+#include "runner/frozen_plan.h"
+#include "runner/shard_attempt.h"
+
+namespace relign::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct PlanArguments {
+  std::string suite;
+  std::string out;
+  unsigned shards = 1;
+};
+
+// A plan is written over a plan, and over nothing else.
+void refuse_other_files(const fs::path& file) {
+  std::error_code code;
+  if (!fs::exists(file, code)) return;
+  const Json content = Json::parse(read_file(file), nullptr, false);
+  if (!content.is_object() || !content.contains("blocks") || !content.contains("plan"))
+    throw Error(ErrorKind::bad_input, "--out " + file.string() + " is there and is no plan; choose another file");
+}
+
+int make_plan(Context& context, const PlanArguments& arguments) {
+  refuse_other_files(arguments.out);
+  suite::Suite suite = suite::read_suite(arguments.suite, context.catalog());
+  const runner::PreparedPlan prepared = runner::prepare(
+      std::move(suite), cache_folder(), [](const std::string& note) { print_warning(note); }, &watch_for_stop());
+  const fs::path folder = fs::absolute(arguments.out).parent_path();
+  const Json content = runner::freeze(prepared, arguments.shards, folder);
+  write_file_atomically(arguments.out, content.dump(1) + "\n");
+
+  const std::string last = std::to_string(arguments.shards - 1) + "/" + std::to_string(arguments.shards);
+  const std::string name = prepared.plan.suite.name;
+  if (context.json) {
+    const Json result = {{"plan", arguments.out},
+                         {"hash", content["plan"]},
+                         {"trials", prepared.plan.trials.size()},
+                         {"shards", arguments.shards}};
+    print_result(result.dump(2) + "\n");
+    return kDone;
+  }
+  print_result("plan     " + arguments.out + "\ntrials   " + std::to_string(prepared.plan.trials.size()) +
+               "\nshards   " + std::to_string(arguments.shards) + ", of " +
+               std::to_string(runner::places_of_shard(prepared.plan, arguments.shards - 1, arguments.shards).size()) +
+               " to " + std::to_string(runner::places_of_shard(prepared.plan, 0, arguments.shards).size()) +
+               " trials\n");
+  std::fprintf(stderr,
+               "Next: run every part, on any machine that sees these files, in any order; then join them:\n"
+               "  relign-bench run --plan %s --shard 0/%u%s\n  relign-bench merge results/%s -o results/%s-merged\n",
+               arguments.out.c_str(), arguments.shards, arguments.shards > 1 ? ("   ... " + last).c_str() : "",
+               name.c_str(), name.c_str());
+  return kDone;
+}
+
+int plan_or_stop(Context& context, const PlanArguments& arguments) {
+  try {
+    return make_plan(context, arguments);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::stopped) throw;
+    std::fputs("Stopped; no plan was written.\n", stderr);
+    return stop_exit_code();
+  }
+}
+
+}  // namespace
+
+void add_plan(CLI::App& app, Context& context) {
+  CLI::App& verb =
+      add_verb(app, {"plan", "Freeze a suite's trials in a file and cut them into parts that many machines run.",
+                     "relign-bench plan suites/quick.json -o plan.json --shards 4\n"
+                     "relign-bench run --plan plan.json --shard 0/4   # ... to 3/4\n"
+                     "relign-bench merge results/quick -o results/quick-merged",
+                     "run, merge, validate"});
+  auto arguments = std::make_shared<PlanArguments>();
+  arguments->out = "plan.json";
+  verb.add_option("SUITE", arguments->suite, "suite file (JSON)")->required()->type_name("FILE");
+  verb.add_option("-o,--out", arguments->out, "the plan; suite, plugins and data files stay where they are")
+      ->type_name("FILE")
+      ->capture_default_str();
+  verb.add_option("--shards", arguments->shards,
+                  "how many parts of about equal work; five to ten minutes each is a good size")
+      ->type_name("COUNT")
+      ->check(CLI::Range(1U, 1000000U))
+      ->capture_default_str();
+  verb.callback(
+      [&context, arguments] { context.action = [&context, arguments] { return plan_or_stop(context, *arguments); }; });
+}
+
+}  // namespace relign::cli

@@ -1,0 +1,105 @@
+#include "records/fresh_folder.h"
+
+#include <set>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "records/results_folder.h"
+
+namespace relign::records {
+namespace fs = std::filesystem;
+
+namespace {
+
+[[noreturn]] void fail(const fs::path& path, const std::error_code& code) {
+  throw Error(ErrorKind::io, "cannot write " + path.string() + ": " + code.message());
+}
+
+// What stands in a folder, but for these names.
+std::vector<fs::path> others(const fs::path& folder, const std::set<std::string>& names) {
+  std::vector<fs::path> found;
+  std::error_code code;
+  for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code))
+    if (!names.count(entry->path().filename().string())) found.push_back(entry->path());
+  return found;
+}
+
+}  // namespace
+
+FreshFolder::FreshFolder(const fs::path& out)
+    : out_(out.has_filename() ? out : out.parent_path()),
+      fresh_(out_.string() + ".merging"),
+      old_(out_.string() + ".merging.old") {
+  std::error_code code;
+  // Killed between the two moves of put_in_place, or after them.
+  if (fs::exists(old_ / "manifest.json", code)) {
+    if (!fs::exists(out_, code)) fs::rename(old_, out_, code);
+    keep_strangers();
+  }
+  refuse_foreign();
+  fs::create_directories(fresh_, code);
+  if (code) fail(fresh_, code);
+  lock_.emplace(fresh_);
+  for (const fs::path& path : others(fresh_, {ResultsLock::kFileName})) fs::remove_all(path, code);
+  for (const char* name : {"trials", "times"}) {
+    fs::create_directories(fresh_ / name, code);
+    if (code) fail(fresh_ / name, code);
+  }
+}
+
+FreshFolder::~FreshFolder() {
+  if (in_place_) return;
+  std::error_code code;
+  for (const fs::path& path : others(fresh_, {ResultsLock::kFileName})) fs::remove_all(path, code);
+  lock_.reset();
+  fs::remove(fresh_, code);
+}
+
+void FreshFolder::put_in_place() {
+  std::error_code code;
+  if (fs::exists(out_, code)) {
+    const ResultsLock nobody_else(out_);
+    fs::remove_all(old_, code);
+    fs::rename(out_, old_, code);
+    if (code) fail(out_, code);
+  }
+  fs::rename(fresh_, out_, code);
+  if (code) fail(out_, code);
+  in_place_ = true;
+  fs::remove(out_ / ResultsLock::kFileName, code);
+  keep_strangers();
+}
+
+void FreshFolder::refuse_foreign() const {
+  std::error_code code;
+  if (!fs::exists(out_, code)) return;
+  if (!fs::is_directory(out_, code)) throw Error(ErrorKind::bad_input, out_.string() + " is no folder");
+  const Json manifest = read_manifest(out_);
+  if (manifest.is_null() ? !fs::is_empty(out_, code) : !manifest.contains("sources"))
+    throw Error(ErrorKind::bad_input, out_.string() +
+                                          (manifest.is_null() ? " is not empty" : " holds results of its own") +
+                                          "; choose a new folder with --out: only what merge made is replaced");
+}
+
+void FreshFolder::keep_strangers() const {
+  static const std::set<std::string> ours = {"manifest.json",
+                                             "trials",
+                                             "times",
+                                             "logs",
+                                             "pictures",
+                                             "scenes",
+                                             "curves.csv",
+                                             "curves.json",
+                                             "instances.csv",
+                                             "report.html",
+                                             ResultsLock::kFileName};
+  std::error_code code;
+  for (const fs::path& stranger : others(old_, ours)) {
+    fs::rename(stranger, out_ / stranger.filename(), code);
+    if (code) fail(stranger, code);
+  }
+  fs::remove_all(old_, code);
+}
+
+}  // namespace relign::records

@@ -1,0 +1,55 @@
+// Reading line files a piece at a time.
+#include <cstring>
+#include <fstream>
+
+#include "base/error.h"
+#include "records/line_files.h"
+
+namespace relign::records {
+namespace fs = std::filesystem;
+
+namespace {
+
+// Calls body(line, offset, number) for every line that has its newline.
+template <class Body>
+void for_each_line(const fs::path& file, const Body& body) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw Error(ErrorKind::io, "cannot read " + file.string() + ": " + std::strerror(errno));
+  std::string line;
+  std::size_t offset = 0;
+  std::size_t number = 0;
+  while (std::getline(stream, line)) {
+    if (stream.eof()) break;  // half-written
+    body(std::string_view(line), offset, ++number);
+    offset += line.size() + 1;
+  }
+  if (stream.bad()) throw Error(ErrorKind::io, "cannot read " + file.string() + ": " + std::strerror(errno));
+}
+
+}  // namespace
+
+void scan_trials(const fs::path& file, const std::function<void(const TrialRecord&, const BlockPlace&)>& on_trial,
+                 const std::function<void(const std::string&)>& on_incomplete) {
+  BlockFinder finder(file.string());
+  for_each_line(file, [&](std::string_view line, std::size_t offset, std::size_t number) {
+    if (finder.add(line, offset, number))
+      on_trial(finder.closed(), {finder.begin(), offset + line.size() + 1 - finder.begin()});
+  });
+  const std::vector<std::string> incomplete = finder.take_incomplete();
+  if (!on_incomplete) return;
+  for (const std::string& trial : incomplete) on_incomplete(trial);
+}
+
+void scan_times(const fs::path& file, const std::function<void(const std::string&, const BlockPlace&)>& on_trial) {
+  // As to_line always writes it; parsing every number of a million lines would take a minute.
+  static const std::string start = "{\"format\":" + std::to_string(kFormat) + ",\"trial\":\"";
+  for_each_line(file, [&](std::string_view line, std::size_t offset, std::size_t number) {
+    const std::size_t quote = line.find('"', start.size());
+    const bool ours = line.substr(0, start.size()) == start && quote != std::string_view::npos && line.back() == '}';
+    const std::string trial = ours ? std::string(line.substr(start.size(), quote - start.size()))
+                                   : read_times_line(line, file.string() + ":" + std::to_string(number)).trial;
+    on_trial(trial, {offset, line.size() + 1});
+  });
+}
+
+}  // namespace relign::records

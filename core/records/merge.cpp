@@ -1,0 +1,220 @@
+#include "records/merge.h"
+
+#include <algorithm>
+#include <set>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "records/fresh_folder.h"
+#include "records/line_files.h"
+#include "records/merge_index.h"
+#include "records/merge_manifest.h"
+#include "records/merge_pictures.h"
+#include "records/results_folder.h"
+
+namespace relign::records {
+namespace fs = std::filesystem;
+
+namespace {
+
+// Without the links and dots in which two names of one folder may differ.
+fs::path real(const fs::path& folder) {
+  std::error_code code;
+  const fs::path found = fs::weakly_canonical(folder, code);
+  return code ? folder : found;
+}
+
+// Results folders; a folder of shards stands for the shards in it.
+std::vector<fs::path> expand(const MergeOptions& options) {
+  std::vector<fs::path> folders;
+  std::set<fs::path> known;
+  const auto add = [&](const fs::path& folder) {
+    if (known.insert(real(folder)).second) folders.push_back(folder);
+  };
+  for (const fs::path& source : options.sources) {
+    std::error_code code;
+    if (!fs::is_directory(source, code))
+      throw Error(ErrorKind::io, "cannot read " + source.string() + ": there is no such folder");
+    if (fs::exists(source / "manifest.json", code)) {
+      add(source);
+      continue;
+    }
+    std::vector<fs::path> shards;
+    for (fs::directory_iterator entry(source, code), end; !code && entry != end; entry.increment(code))
+      if (entry->path().filename().string().rfind("shard-", 0) == 0 && fs::exists(entry->path() / "manifest.json"))
+        shards.push_back(entry->path());
+    if (shards.empty())
+      throw Error(
+          ErrorKind::bad_input,
+          source.string() + " is no results folder: it has no manifest.json, and no folders shard-... that have");
+    std::sort(shards.begin(), shards.end());
+    for (const fs::path& shard : shards) add(shard);
+  }
+  return folders;
+}
+
+std::vector<PackedId> take_order(Json& manifest, const fs::path& folder) {
+  const std::string file = (folder / "manifest.json").string();
+  const auto order = manifest.find("order");
+  if (order == manifest.end() || !order->is_array())
+    throw Error(ErrorKind::bad_input, file + " is damaged: it has no list 'order'");
+  std::vector<PackedId> ids;
+  ids.reserve(order->size());
+  for (const Json& id : *order) {
+    if (!id.is_string()) throw Error(ErrorKind::bad_input, file + " is damaged: 'order' holds " + id.dump());
+    ids.push_back(packed(id.get_ref<const std::string&>(), file));
+  }
+  manifest.erase("order");
+  return ids;
+}
+
+// Line files of 1000 places each, filled in the plan's order.
+class LineFilesWriter {
+ public:
+  explicit LineFilesWriter(fs::path folder) : folder_(std::move(folder)) {}
+  void add(std::size_t place, const std::string& block) {
+    if (place / kTrialsPerFile != file_) {
+      flush();
+      file_ = place / kTrialsPerFile;
+    }
+    text_ += block;
+    if (text_.size() > (std::size_t{8} << 20)) flush();
+  }
+  void flush() {
+    // Not flushed to the disk: what is copied from is still there.
+    if (!text_.empty()) append_block(folder_ / line_file_name(file_), text_, false);
+    text_.clear();
+  }
+
+ private:
+  fs::path folder_;
+  std::size_t file_ = 0;
+  std::string text_;
+};
+
+// Trials, their times, and the ids in the plan's order, missing ones in between.
+std::vector<PackedId> write_lines(MergeIndex& index, const fs::path& folder) {
+  std::stable_sort(index.times.begin(), index.times.end(), [](const FoundTimes& a, const FoundTimes& b) {
+    return std::make_pair(a.id, a.source) < std::make_pair(b.id, b.source);
+  });
+  std::sort(index.missing.begin(), index.missing.end(),
+            [](const MissingTrial& a, const MissingTrial& b) { return a.place < b.place; });
+  BlockReader reader(index.files);
+  LineFilesWriter trials(folder / "trials"), times(folder / "times");
+  std::vector<PackedId> order;
+  order.reserve(index.trials.size() + index.missing.size());
+  auto missing = index.missing.begin();
+  for (const FoundTrial& trial : index.trials) {
+    for (; missing != index.missing.end() && missing->place < trial.place; ++missing) order.push_back(missing->id);
+    const std::size_t place = order.size();
+    order.push_back(trial.id);
+    trials.add(place, reader.read(trial.file, trial.block));
+    // The last line of a trial counts.
+    const auto after = std::upper_bound(index.times.begin(), index.times.end(), std::make_pair(trial.id, trial.source),
+                                        [](const std::pair<PackedId, std::uint32_t>& wanted, const FoundTimes& one) {
+                                          return wanted < std::make_pair(one.id, one.source);
+                                        });
+    if (after == index.times.begin()) continue;
+    const FoundTimes& line = *(after - 1);
+    if (line.id == trial.id && line.source == trial.source) times.add(place, reader.read(line.file, line.block));
+  }
+  for (; missing != index.missing.end(); ++missing) order.push_back(missing->id);
+  trials.flush();
+  times.flush();
+  return order;
+}
+
+Json to_json(const Disagreement& one) {
+  Json difference = {{"line", one.difference.closing ? "closing" : "step"},
+                     {"field", one.difference.field},
+                     {"kept", one.difference.was},
+                     {"other", one.difference.is}};
+  if (!one.difference.closing) difference["step"] = one.difference.step;
+  return {{"trial", one.trial},
+          {"label", one.label},
+          {"kept", one.kept.string()},
+          {"other", one.other.string()},
+          {"difference", std::move(difference)}};
+}
+
+// The list of a million ids is written as text: as JSON values it would take more memory than all the rest.
+void write_manifest(const fs::path& folder, const Json& manifest, const std::vector<PackedId>& order) {
+  std::string text = manifest.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  const std::string empty = "\n  \"order\": []";
+  const std::size_t at = text.find(empty);  // no text value holds a bare newline
+  if (at == std::string::npos) throw Error(ErrorKind::internal, "a merged manifest has no place for its order");
+  std::string list = "\n  \"order\": [";
+  list.reserve(order.size() * 26 + 32);
+  for (std::size_t place = 0; place < order.size(); ++place)
+    list += (place == 0 ? "\n    " : ",\n    ") + Json(unpacked(order[place])).dump();
+  list += order.empty() ? "]" : "\n  ]";
+  text.replace(at, empty.size(), list);
+  write_file_atomically(folder / "manifest.json", text);
+}
+
+}  // namespace
+
+Json to_json(const MergeSummary& summary) {
+  Json list = Json::array();
+  for (const Disagreement& one : summary.disagreements) list.push_back(to_json(one));
+  Json json = {{"trials", summary.trials},         {"missing", summary.missing},
+               {"duplicates", summary.duplicates}, {"within_tolerance", summary.within_tolerance},
+               {"superseded", summary.superseded}, {"half_written", summary.half_written},
+               {"left_out", summary.left_out},     {"disagreeing", summary.disagreeing},
+               {"disagreements", std::move(list)}};
+  if (summary.shards > 0) {
+    json["shards"] = summary.shards;
+    json["missing_shards"] = summary.missing_shards;
+  }
+  return json;
+}
+
+MergeSummary merge(const MergeOptions& options) {
+  MergeSummary summary;
+  ManifestJoin manifests;
+  MergeIndex index;
+  const std::vector<fs::path> folders = expand(options);
+  if (folders.empty()) throw Error(ErrorKind::bad_input, "nothing to merge: no results folder is given");
+  for (const fs::path& folder : folders)
+    if (real(folder) == real(options.out))
+      throw Error(ErrorKind::bad_input,
+                  options.out.string() + " is among the folders that are merged; choose another one with --out");
+  FreshFolder fresh(options.out);
+  // All manifests first: what does not belong together is known before a large file is read.
+  for (const fs::path& folder : folders) {
+    Json manifest = read_manifest(folder);
+    manifest.erase("order");
+    manifests.add(folder, std::move(manifest));
+  }
+  for (const fs::path& folder : folders) {
+    std::vector<PackedId> order;
+    {
+      Json manifest = read_manifest(folder);
+      order = take_order(manifest, folder);
+    }
+    index.add(folder, order, manifests, summary);
+  }
+  settle_duplicates(index, manifests, summary);
+  summary.trials = index.trials.size();
+  summary.missing = index.missing.size();
+  summary.shards = manifests.shards();
+  summary.missing_shards = manifests.missing_shards();
+  const std::vector<PackedId> order = write_lines(index, fresh.path());
+
+  std::vector<std::size_t> taken(folders.size(), 0);
+  for (const FoundTrial& trial : index.trials) ++taken[trial.source];
+  index.times.clear();
+  index.times.shrink_to_fit();
+  copy_files(index, fresh.path());
+  Json manifest = manifests.joined(taken);
+  manifest["trials"] = order.size();
+  manifest["merge"] = to_json(summary);
+  manifest["command"] = options.command;
+  write_manifest(fresh.path(), manifest, order);
+  fresh.put_in_place();
+  if (options.on_message)
+    for (const std::string& note : manifests.notes()) options.on_message(note);
+  return summary;
+}
+
+}  // namespace relign::records

@@ -1,0 +1,256 @@
+#include "records/merge_manifest.h"
+
+#include <algorithm>
+
+#include "base/error.h"
+#include "base/text.h"
+#include "records/record.h"
+
+namespace relign::records {
+namespace fs = std::filesystem;
+
+namespace {
+
+const Json& member(const Json& object, const char* key) {
+  static const Json kNone;
+  if (!object.is_object()) return kNone;
+  const auto found = object.find(key);
+  return found == object.end() ? kNone : *found;
+}
+
+std::string text(const Json& object, const char* key) {
+  const Json& value = member(object, key);
+  return value.is_string() ? value.get<std::string>() : value.is_null() ? "" : value.dump();
+}
+
+const Json& list(const Json& object, const char* key, const fs::path& folder) {
+  const Json& value = member(object, key);
+  if (!value.is_array())
+    throw Error(ErrorKind::bad_input,
+                (folder / "manifest.json").string() + " is damaged: it has no list '" + key + "'");
+  return value;
+}
+
+std::string algorithm_key(const Json& entry) { return text(entry, "name") + "\n" + text(entry, "protocol"); }
+
+// "seed: 1 in a, 2 in b" for every member of `keys` that differs.
+std::vector<std::string> differing(const Json& a, const Json& b, const std::vector<const char*>& keys,
+                                   const std::string& in_a, const std::string& in_b) {
+  std::vector<std::string> sentences;
+  for (const char* key : keys)
+    if (member(a, key) != member(b, key))
+      sentences.push_back(std::string(key) + ": " + member(a, key).dump() + " in " + in_a + ", " +
+                          member(b, key).dump() + " in " + in_b);
+  return sentences;
+}
+
+const Json* named(const Json& entries, const std::string& name) {
+  for (const Json& entry : entries)
+    if (text(entry, "name") == name) return &entry;
+  return nullptr;
+}
+
+// What makes two instance sets different, by the entries of one list of the manifests.
+void compare_lists(const char* what, const Json& a, const Json& b, const std::string& in_a, const std::string& in_b,
+                   std::vector<std::string>& sentences) {
+  for (const Json& entry : a) {
+    const std::string name = text(entry, "name");
+    const Json* other = named(b, name);
+    if (!other)
+      sentences.push_back(std::string(what) + " '" + name + "' is in " + in_a + " alone");
+    else
+      for (const std::string& sentence :
+           differing(entry, *other, {"plugin", "parameters", "identity", "data"}, in_a, in_b))
+        sentences.push_back(std::string(what) + " '" + name + "', " + sentence);
+  }
+  for (const Json& entry : b)
+    if (!named(a, text(entry, "name")))
+      sentences.push_back(std::string(what) + " '" + text(entry, "name") + "' is in " + in_b + " alone");
+}
+
+std::string counted(const std::map<std::string, std::size_t>& values) {
+  std::vector<std::string> parts;
+  for (const auto& [value, folders] : values)
+    parts.push_back((value.empty() ? "unknown" : value) + " (" + std::to_string(folders) +
+                    (folders == 1 ? " folder)" : " folders)"));
+  return join(parts, ", ");
+}
+
+}  // namespace
+
+std::string name_and_protocol(const Json& algorithm) {
+  return "'" + text(algorithm, "name") + "' (protocol " + text(algorithm, "protocol") + ")";
+}
+
+int ManifestJoin::place_of(const Names& names, const std::string& name) {
+  const auto found = std::find(names.begin(), names.end(), name);
+  return found == names.end() ? -1 : static_cast<int>(found - names.begin());
+}
+
+int ManifestJoin::algorithm(const std::string& name, const std::string& protocol) const {
+  return place_of(algorithms_, name + "\n" + protocol);
+}
+
+void ManifestJoin::add(const fs::path& folder, Json manifest) {
+  for (const char* key : {"scenes", "noise_levels", "algorithms"}) list(manifest, key, folder);
+  if (first_.is_null()) {
+    first_folder_ = folder;
+    first_ = manifest;
+    for (const char* key : {"order", "sources", "suites", "merge", "shard", "plan"}) first_.erase(key);
+    for (const Json& entry : first_["scenes"]) scenes_.push_back(text(entry, "name"));
+    for (const Json& entry : first_["noise_levels"]) levels_.push_back(text(entry, "name"));
+    for (const Json& entry : first_["algorithms"]) algorithms_.push_back(algorithm_key(entry));
+  } else {
+    join_lists(folder, manifest);
+  }
+  add_source(folder, manifest);
+}
+
+void ManifestJoin::join_lists(const fs::path& folder, const Json& manifest) {
+  const std::string a = first_folder_.string(), b = folder.string();
+  std::vector<std::string> different;
+  if (text(first_, "instance_set") != text(manifest, "instance_set"))
+    different = differing(first_, manifest, {"instance_set", "seed", "first_instance", "instances"}, a, b);
+  compare_lists("scene", first_["scenes"], manifest["scenes"], a, b, different);
+  compare_lists("noise level", first_["noise_levels"], manifest["noise_levels"], a, b, different);
+  // These are no part of the set, but whoever compares takes them for equal.
+  for (const std::string& sentence : differing(first_, manifest, {"limits", "machine_time"}, a, b))
+    different.push_back(sentence);
+  if (!different.empty())
+    throw Error(ErrorKind::bad_input,
+                a + " and " + b +
+                    " cannot be merged: only results on the same instances, under the same names, "
+                    "can stand beside each other.\n  " +
+                    join(different, "\n  ") + "\nMake the suites alike in this, and run one of them again");
+  for (const Json& entry : manifest["algorithms"]) {
+    const int place = place_of(algorithms_, algorithm_key(entry));
+    if (place < 0) {
+      algorithms_.push_back(algorithm_key(entry));
+      first_["algorithms"].push_back(entry);
+      continue;
+    }
+    Json& known = first_["algorithms"][static_cast<std::size_t>(place)];
+    const auto other = differing(known, entry, {"plugin", "parameters", "merit", "steps"}, a, b);
+    if (!other.empty())
+      throw Error(ErrorKind::bad_input, "algorithm " + name_and_protocol(entry) + " of " + b +
+                                            " is another one than before under this name:\n  " + join(other, "\n  ") +
+                                            "\nGive one of them another \"name\" in its suite, and run it again");
+    // Somebody's suite names what another one had added.
+    if (!member(entry, "added").is_boolean() || !entry["added"].get<bool>()) known["added"] = false;
+  }
+  if (member(first_, "spec") != member(manifest, "spec")) other_specs_.push_back(b);
+  Json& learnt = first_["prepared"];
+  if (!learnt.is_array()) learnt = Json::array();
+  if (const Json& more = member(manifest, "prepared"); more.is_array())
+    for (const Json& entry : more)
+      if (std::find(learnt.begin(), learnt.end(), entry) == learnt.end()) learnt.push_back(entry);
+}
+
+std::size_t ManifestJoin::suite_number(const Json& suite) {
+  const auto found = std::find(suites_.begin(), suites_.end(), suite);
+  if (found != suites_.end()) return static_cast<std::size_t>(found - suites_.begin());
+  suites_.push_back(suite);
+  return suites_.size() - 1;
+}
+
+void ManifestJoin::add_source(const fs::path& folder, const Json& manifest) {
+  const auto count = [this](const Json& source) {
+    ++cpus_[text(member(source, "machine"), "cpu")];
+    ++programs_[text(member(source, "program"), "hash")];
+    ++flags_[text(member(source, "program"), "flags")];
+    if (const Json& kinds = member(source, "plugins"); kinds.is_object())
+      for (const auto& [kind, hashes] : kinds.items())
+        if (hashes.is_object())
+          for (const auto& [name, hash] : hashes.items())
+            if (hash.is_string()) plugins_[name].insert(hash.get<std::string>());
+  };
+  for (const char* key : {"scenes", "noise_levels", "algorithms"})
+    for (const Json& entry : manifest[key])
+      if (text(entry, "reproducible") == "this_cpu") this_cpu_.insert(text(entry, "name"));
+
+  // A merged folder stands for the folders that it was made of.
+  if (const Json& inner = member(manifest, "sources"); inner.is_array() && !inner.empty()) {
+    const Json& inner_suites = member(manifest, "suites");
+    for (Json source : inner) {
+      const Json& number = member(source, "suite");
+      if (inner_suites.is_array() && number.is_number_unsigned() && number.get<std::size_t>() < inner_suites.size())
+        source["suite"] = suite_number(inner_suites[number.get<std::size_t>()]);
+      source["by_way_of"] = folder.string();
+      count(source);
+      sources_.push_back(std::move(source));
+    }
+    own_source_.push_back(static_cast<std::size_t>(-1));
+    return;
+  }
+  Json source = {{"folder", folder.string()},
+                 {"suite", suite_number({{"name", member(manifest, "suite_name")},
+                                         {"file", member(manifest, "suite_file")},
+                                         {"text", member(manifest, "suite")}})},
+                 {"program", member(manifest, "program")},
+                 {"machine", member(manifest, "machine")},
+                 {"command", member(manifest, "command")}};
+  if (manifest.contains("shard")) source["shard"] = manifest["shard"];
+  for (const char* key : {"scenes", "noise_levels", "algorithms"})
+    for (const Json& entry : manifest[key]) source["plugins"][key][text(entry, "name")] = member(entry, "plugin_hash");
+  count(source);
+  own_source_.push_back(sources_.size());
+  sources_.push_back(std::move(source));
+}
+
+bool ManifestJoin::may_differ_by_cpu(const std::string& scene, const std::string& level,
+                                     const std::string& algorithm) const {
+  return cpus_.size() > 1 && (this_cpu_.count(scene) || this_cpu_.count(level) || this_cpu_.count(algorithm));
+}
+
+unsigned ManifestJoin::shards() const {
+  Json plan;
+  for (const Json& source : sources_) {
+    const Json& shard = member(source, "shard");
+    if (!shard.is_object() || !member(shard, "of").is_number_unsigned()) return 0;
+    if (plan.is_null()) plan = shard;
+    if (member(shard, "plan") != member(plan, "plan")) return 0;
+  }
+  return plan.is_null() ? 0 : plan["of"].get<unsigned>();
+}
+
+std::vector<unsigned> ManifestJoin::missing_shards() const {
+  std::set<std::uint64_t> present;
+  for (const Json& source : sources_)
+    if (const Json& number = member(member(source, "shard"), "number"); number.is_number_unsigned())
+      present.insert(number.get<std::uint64_t>());
+  std::vector<unsigned> missing;
+  for (unsigned number = 0, all = shards(); number < all; ++number)
+    if (!present.count(number)) missing.push_back(number);
+  return missing;
+}
+
+std::vector<std::string> ManifestJoin::notes() const {
+  std::vector<std::string> sentences;
+  if (cpus_.size() > 1)
+    sentences.push_back("results of several processors, host times cannot be compared: " + counted(cpus_));
+  if (flags_.size() > 1) sentences.push_back("relign-bench was built with different flags: " + counted(flags_));
+  if (!other_specs_.empty())
+    sentences.push_back("spec: that of " + first_folder_.string() + " is shown; another one is in " +
+                        join(other_specs_, ", "));
+  if (programs_.size() > 1)
+    sentences.push_back("results of " + std::to_string(programs_.size()) + " builds of relign-bench");
+  for (const auto& [name, hashes] : plugins_)
+    if (hashes.size() > 1)
+      sentences.push_back("plugin of '" + name + "': " + std::to_string(hashes.size()) +
+                          " versions of its library; the manifest's sources name them");
+  return sentences;
+}
+
+Json ManifestJoin::joined(const std::vector<std::size_t>& taken) const {
+  Json manifest = first_;
+  manifest["format"] = kFormat;
+  manifest["order"] = Json::array();
+  manifest["suites"] = suites_;
+  manifest["sources"] = sources_;
+  for (std::size_t folder = 0; folder < own_source_.size() && folder < taken.size(); ++folder)
+    if (own_source_[folder] != static_cast<std::size_t>(-1))
+      manifest["sources"][own_source_[folder]]["trials"] = taken[folder];
+  return manifest;
+}
+
+}  // namespace relign::records

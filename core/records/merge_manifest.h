@@ -1,0 +1,61 @@
+// The manifests of a merge: whether they belong together, and the one that describes them all. Used inside this room.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/json_source.h"
+
+namespace relign::records {
+
+class ManifestJoin {
+ public:
+  // `manifest` without its order. Throws Error(bad_input) that says what differs from the first one.
+  void add(const std::filesystem::path& folder, Json manifest);
+
+  // By the names shown; -1 when no manifest has it.
+  int scene(const std::string& name) const { return place_of(scenes_, name); }
+  int level(const std::string& name) const { return place_of(levels_, name); }
+  int algorithm(const std::string& name, const std::string& protocol) const;
+
+  // Whether one of these promises equal numbers on one processor alone, and the folders are of several.
+  bool may_differ_by_cpu(const std::string& scene, const std::string& level, const std::string& algorithm) const;
+
+  // Shards of the one plan that all folders belong to; 0 without.
+  unsigned shards() const;
+  std::vector<unsigned> missing_shards() const;
+
+  // What the folders do not have in common and no result depends on by itself: programs, processors, plugins.
+  // Sentences.
+  std::vector<std::string> notes() const;
+
+  // The manifest of the whole but for `order`, which is an empty list; taken[i]: trials from the i-th folder added.
+  Json joined(const std::vector<std::size_t>& taken) const;
+
+ private:
+  using Names = std::vector<std::string>;
+  static int place_of(const Names& names, const std::string& name);
+  void join_lists(const std::filesystem::path& folder, const Json& manifest);
+  void add_source(const std::filesystem::path& folder, const Json& manifest);
+  std::size_t suite_number(const Json& suite);
+
+  std::filesystem::path first_folder_;
+  Json first_;                          // of the first folder; its lists grow
+  Names scenes_, levels_, algorithms_;  // algorithms: name and protocol
+  Json suites_ = Json::array();
+  Json sources_ = Json::array();
+  std::vector<std::size_t> own_source_;  // per folder added: its place in sources_; of a merged one: none
+  std::map<std::string, std::size_t> cpus_, programs_, flags_;
+  std::map<std::string, std::set<std::string>> plugins_;  // name -> hashes
+  std::vector<std::string> other_specs_;                  // folders
+  std::set<std::string> this_cpu_;                        // names
+};
+
+// "compass, protocol paper" and the like, for messages.
+std::string name_and_protocol(const Json& algorithm);
+
+}  // namespace relign::records

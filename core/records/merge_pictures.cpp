@@ -1,0 +1,166 @@
+#include "records/merge_pictures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <tuple>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "records/record.h"
+
+namespace relign::records {
+namespace fs = std::filesystem;
+
+namespace {
+
+[[noreturn]] void fail(const fs::path& path, const std::error_code& code) {
+  throw Error(ErrorKind::io, "cannot write " + path.string() + ": " + code.message());
+}
+
+// A path from an index, below its folder: one that leaves it is nobody's picture.
+bool stays_inside(const std::string& path) {
+  const fs::path normal = fs::path(path).lexically_normal();
+  return !normal.empty() && !normal.is_absolute() && *normal.begin() != "..";
+}
+
+void copy_once(const fs::path& from, const fs::path& to) {
+  std::error_code code;
+  if (!fs::is_regular_file(from, code) || fs::exists(to, code)) return;
+  fs::create_directories(to.parent_path(), code);
+  if (code) fail(to.parent_path(), code);
+  if (!fs::copy_file(from, to, code) && code) fail(to, code);
+}
+
+std::string text(const Json& object, const char* key) {
+  const auto found = object.is_object() ? object.find(key) : object.end();
+  return object.is_object() && found != object.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+const Json& list(const Json& object, const char* key) {
+  static const Json kNone = Json::array();
+  const auto found = object.is_object() ? object.find(key) : object.end();
+  return object.is_object() && found != object.end() && found->is_array() ? *found : kNone;
+}
+
+struct Pictured {
+  Json entry;
+  std::uint32_t source = 0;
+  double score = 0;
+  std::uint64_t instance = 0;
+};
+
+// As the runner chooses: noise-free MSE at the last recommendation; on a station the lowest measured RMSE.
+double score_of(const TrialRecord& trial) {
+  if (trial.steps.empty()) return std::numeric_limits<double>::infinity();
+  double score = trial.steps.back().recommended_mse;
+  if (!std::isnan(score)) return score;
+  for (const StepRecord& step : trial.steps) score = std::fmin(score, step.measured);
+  return std::isnan(score) ? std::numeric_limits<double>::infinity() : score;
+}
+
+class PictureJoin {
+ public:
+  PictureJoin(const MergeIndex& index, const fs::path& out) : index_(index), out_(out), reader_(index.files) {
+    for (std::uint32_t at = 0; at < index.trials.size(); ++at) by_id_.push_back(at);
+    std::sort(by_id_.begin(), by_id_.end(),
+              [&index](std::uint32_t a, std::uint32_t b) { return index.trials[a].id < index.trials[b].id; });
+  }
+
+  // The trial if its record was taken from this source.
+  const FoundTrial* taken(const std::string& trial, std::uint32_t source) const {
+    if (trial.empty() || trial.size() > PackedId().size()) return nullptr;
+    const PackedId id = packed(trial, "");
+    const auto found =
+        std::lower_bound(by_id_.begin(), by_id_.end(), id,
+                         [this](std::uint32_t at, const PackedId& wanted) { return index_.trials[at].id < wanted; });
+    if (found == by_id_.end() || index_.trials[*found].id != id || index_.trials[*found].source != source)
+      return nullptr;
+    return &index_.trials[*found];
+  }
+
+  void copy_logs(std::uint32_t source) const {
+    const fs::path folder = index_.sources[source] / "logs";
+    std::error_code code;
+    for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code))
+      if (entry->path().extension() == ".txt" && taken(entry->path().stem().string(), source))
+        copy_once(entry->path(), out_ / "logs" / entry->path().filename());
+  }
+
+  void copy_scenes(std::uint32_t source) const {
+    const fs::path folder = index_.sources[source] / "scenes";
+    std::error_code code;
+    for (fs::recursive_directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code))
+      if (entry->is_regular_file(code))
+        copy_once(entry->path(), out_ / "scenes" / entry->path().lexically_relative(folder));
+  }
+
+  void read_pictures(std::uint32_t source) {
+    const fs::path folder = index_.sources[source] / "pictures";
+    std::error_code code;
+    if (!fs::exists(folder / "index.json", code)) return;
+    const Json pictures = Json::parse(read_file(folder / "index.json"), nullptr, false);
+    if (pictures.is_discarded())
+      throw Error(ErrorKind::bad_input, (folder / "index.json").string() + " is damaged: it is no JSON");
+    check_format(pictures, (folder / "index.json").string());
+    for (const Json& reference : list(pictures, "references")) {
+      const std::string file = text(reference, "file");
+      if (!stays_inside(file)) continue;
+      copy_once(folder / file, out_ / "pictures" / file);
+      if (std::find(references_.begin(), references_.end(), reference) == references_.end())
+        references_.push_back(reference);
+    }
+    for (const Json& entry : list(pictures, "trials")) {
+      const FoundTrial* trial = taken(text(entry, "trial"), source);
+      if (!trial) continue;
+      const auto group = std::make_tuple(trial->place.scene, trial->place.level, trial->place.algorithm);
+      groups_[group][text(entry, "why")].push_back(
+          {entry, source, score_of(reader_.record(trial->file, trial->block)), trial->place.instance});
+    }
+  }
+
+  void write() {
+    Json trials = Json::array();
+    for (auto& [group, reasons] : groups_)
+      for (const char* why : {"best", "median", "worst"}) {
+        std::vector<Pictured>& all = reasons[why];
+        if (all.empty()) continue;
+        std::sort(all.begin(), all.end(), [](const Pictured& a, const Pictured& b) {
+          return std::make_pair(a.score, a.instance) < std::make_pair(b.score, b.instance);
+        });
+        const bool best = std::string_view(why) == "best", worst = std::string_view(why) == "worst";
+        const Pictured& one = best ? all.front() : worst ? all.back() : all[(all.size() - 1) / 2];
+        for (const Json& frame : list(one.entry, "frames"))
+          if (const std::string file = text(frame, "file"); stays_inside(file))
+            copy_once(index_.sources[one.source] / "pictures" / file, out_ / "pictures" / file);
+        trials.push_back(one.entry);
+      }
+    if (trials.empty() && references_.empty()) return;
+    const Json pictures = {{"format", kFormat}, {"trials", std::move(trials)}, {"references", references_}};
+    write_file_atomically(out_ / "pictures" / "index.json", pictures.dump(1) + "\n");
+  }
+
+ private:
+  const MergeIndex& index_;
+  fs::path out_;
+  BlockReader reader_;
+  std::vector<std::uint32_t> by_id_;
+  Json references_ = Json::array();
+  std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>, std::map<std::string, std::vector<Pictured>>>
+      groups_;
+};
+
+}  // namespace
+
+void copy_files(const MergeIndex& index, const fs::path& out) {
+  PictureJoin join(index, out);
+  for (std::uint32_t source = 0; source < index.sources.size(); ++source) {
+    join.copy_logs(source);
+    join.copy_scenes(source);
+    join.read_pictures(source);
+  }
+  join.write();
+}
+
+}  // namespace relign::records

@@ -1,0 +1,142 @@
+#include "runner/verify_folder.h"
+
+#include <algorithm>
+
+#include "base/error.h"
+#include "base/hash.h"
+#include "records/results_folder.h"
+#include "runner/provenance.h"
+
+namespace relign::runner {
+namespace {
+
+std::string text(const Json& object, const char* key) {
+  const auto found = object.is_object() ? object.find(key) : object.end();
+  if (!object.is_object() || found == object.end() || found->is_null()) return "";
+  return found->is_string() ? found->get<std::string>() : found->dump();
+}
+
+const Json& list(const Json& object, const char* key) {
+  static const Json kNone = Json::array();
+  const auto found = object.is_object() ? object.find(key) : object.end();
+  return object.is_object() && found != object.end() && found->is_array() ? *found : kNone;
+}
+
+// The folder itself, or those that it was merged from.
+std::vector<Json> sources_of(const Json& manifest) {
+  const Json& sources = list(manifest, "sources");
+  if (!sources.empty()) return {sources.begin(), sources.end()};
+  return {manifest};
+}
+
+Json member(const Json& object, const char* key) { return object.is_object() ? object.value(key, Json()) : Json(); }
+
+std::string shortened(const std::string& hash) { return hash.substr(0, 16); }
+
+}  // namespace
+
+std::string label_of(const records::TrialRecord& trial) {
+  return trial.algorithm + " on " + trial.scene + " " + trial.noise_level + " #" + std::to_string(trial.instance);
+}
+
+std::vector<StoredSuite> suites_of(const Json& manifest) {
+  std::vector<StoredSuite> suites;
+  for (const Json& suite : list(manifest, "suites"))
+    suites.push_back({text(suite, "text"), text(suite, "file"), text(suite, "name")});
+  if (suites.empty())
+    suites.push_back({text(manifest, "suite"), text(manifest, "suite_file"), text(manifest, "suite_name")});
+  return suites;
+}
+
+std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json& manifest, VerifySummary& summary) {
+  std::set<std::string> planned, stations, seen;
+  for (const Json& id : list(manifest, "order")) planned.insert(id.is_string() ? id.get<std::string>() : "");
+  for (const Json& scene : list(manifest, "scenes"))
+    if (scene.value("owns_stage", false)) stations.insert(text(scene, "name"));
+  struct Candidate {
+    std::string rank;
+    ChosenTrial trial;
+  };
+  std::map<std::string, std::vector<Candidate>> by_algorithm;
+  std::size_t count = 0;
+  records::for_each_stored(
+      options.results, [&](const records::TrialRecord& closing, const records::StoredTrial& where) {
+        if (!options.trial.empty() && closing.trial != options.trial) return;
+        if ((!planned.empty() && !planned.count(closing.trial)) || !seen.insert(closing.trial).second) return;
+        ++summary.recorded;
+        const bool of_itself = records::ended_well(closing.end) || closing.end == "failed";
+        if (stations.count(closing.scene))
+          ++summary.stations;
+        else if (!of_itself)
+          ++summary.ended_by_machine;
+        else {
+          const std::string rank =
+              options.sample == 0 ? "" : sha256_hex(std::to_string(options.seed) + " " + closing.trial);
+          by_algorithm[options.sample == 0 ? "" : closing.algorithm + "\n" + closing.protocol].push_back(
+              {rank, {closing.trial, where}});
+          ++count;
+        }
+      });
+  if (!options.trial.empty() && summary.recorded == 0)
+    throw Error(ErrorKind::bad_input, "--trial " + options.trial + ": " + options.results.string() +
+                                          " has no complete trial of this id; instances.csv lists them");
+  if (!options.trial.empty() && count == 0)
+    throw Error(
+        ErrorKind::bad_input,
+        "--trial " + options.trial +
+            (summary.stations > 0 ? ": a station made it, and can show nothing again"
+                                  : ": what ended it (a crash, a limit) is not in its record; it cannot be replayed"));
+  for (auto& [algorithm, candidates] : by_algorithm)
+    std::stable_sort(candidates.begin(), candidates.end(),
+                     [](const Candidate& a, const Candidate& b) { return a.rank < b.rank; });
+  std::vector<ChosenTrial> chosen;
+  const std::size_t wanted = options.sample == 0 ? count : std::min(options.sample, count);
+  for (std::size_t turn = 0; chosen.size() < wanted; ++turn)
+    for (auto& [algorithm, candidates] : by_algorithm)
+      if (turn < candidates.size() && chosen.size() < wanted) chosen.push_back(std::move(candidates[turn].trial));
+  return chosen;
+}
+
+std::set<std::string> recorded_cpus(const Json& manifest) {
+  std::set<std::string> cpus;
+  for (const Json& source : sources_of(manifest)) cpus.insert(text(member(source, "machine"), "cpu"));
+  return cpus;
+}
+
+void compare_machines(const Json& manifest, std::set<Change>& changes) {
+  const Json program = program_json(), machine = machine_json();
+  for (const Json& source : sources_of(manifest)) {
+    for (const char* key : {"version", "compiler", "flags", "hash"})
+      if (const std::string was = text(member(source, "program"), key); was != text(program, key))
+        changes.insert({std::string("program ") + key, key[0] == 'h' ? shortened(was) : was,
+                        key[0] == 'h' ? shortened(text(program, key)) : text(program, key)});
+    if (const std::string was = text(member(source, "machine"), "cpu"); was != text(machine, "cpu"))
+      changes.insert({"CPU", was, text(machine, "cpu")});
+  }
+}
+
+void compare_definitions(const Json& manifest, const PreparedPlan& prepared, std::set<Change>& changes) {
+  const suite::Suite& suite = prepared.plan.suite;
+  const auto compare = [&](const char* key, const std::string& what, const std::string& name, const Json& parameters,
+                           const std::string& protocol) {
+    for (const Json& entry : list(manifest, key)) {
+      if (text(entry, "name") != name || (!protocol.empty() && text(entry, "protocol") != protocol)) continue;
+      if (member(entry, "parameters") != parameters)
+        changes.insert({what + " " + name + " parameters", member(entry, "parameters").dump(), parameters.dump()});
+    }
+  };
+  for (std::size_t index = 0; index < suite.scenes.size(); ++index) {
+    const std::string& name = suite.scenes[index].name;
+    compare("scenes", "scene", name, suite.scenes[index].choice.parameters, "");
+    for (const Json& entry : list(manifest, "scenes"))
+      if (const std::string was = member(entry, "data").dump();
+          text(entry, "name") == name && was != prepared.scene_identity[index])
+        changes.insert({"scene " + name + " data files", was, prepared.scene_identity[index]});
+  }
+  for (const suite::LevelEntry& level : suite.levels)
+    compare("noise_levels", "noise level", level.name, level.choice.parameters, "");
+  for (const suite::AlgorithmEntry& algorithm : suite.algorithms)
+    compare("algorithms", "algorithm", algorithm.name, algorithm.choice.parameters, algorithm.protocol);
+}
+
+}  // namespace relign::runner

@@ -1,0 +1,40 @@
+// What `verify` reads of a results folder: which trials are to be replayed, and what they were made with.
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "base/json_source.h"
+#include "records/stored_trials.h"
+#include "runner/run.h"
+#include "runner/verify.h"
+
+namespace relign::runner {
+
+struct ChosenTrial {
+  std::string id;
+  records::StoredTrial where;
+};
+
+// A suite of the folder: one, or of a merged folder several.
+struct StoredSuite {
+  std::string text, file, name;
+};
+std::vector<StoredSuite> suites_of(const Json& manifest);
+
+// Trials to replay, and the counts of those that cannot be; a sample takes the algorithms in turn, and of each those
+// whose hash with the seed is smallest. Throws Error(bad_input) for options.trial.
+std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json& manifest, VerifySummary& summary);
+
+// The processors that the records are of, and what program and processor are not as they were.
+std::set<std::string> recorded_cpus(const Json& manifest);
+void compare_machines(const Json& manifest, std::set<Change>& changes);
+
+// Scenes' data, and parameters of plugins, by the names shown.
+void compare_definitions(const Json& manifest, const PreparedPlan& prepared, std::set<Change>& changes);
+
+std::string label_of(const records::TrialRecord& trial);
+
+}  // namespace relign::runner

@@ -1,0 +1,85 @@
+// What becomes of files, provenance and pictures in a merge.
+#include <fstream>
+
+#include "merge_fixture.h"
+
+namespace relign::records {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+TEST_F(MergeTest, WhatStandsBesideTheResultsIsKeptWhenTheyAreReplaced) {
+  const fs::path a = make("a", {trial("w0")}, manifest({"walker"}, {"w0"}));
+  join({a});
+  std::ofstream(folder_ / "out/notes.txt") << "mine";
+  const fs::path b = make("b", {trial("w1")}, manifest({"walker"}, {"w1"}));
+  join({a, b});
+  EXPECT_THAT(merged(), ElementsAre("w0", "w1"));
+  EXPECT_EQ(bytes("out/notes.txt"), "mine");
+  // Killed between the two moves: the old folder is not lost.
+  fs::rename(folder_ / "out", folder_ / "out.merging.old");
+  fs::create_directories(folder_ / "empty");
+  EXPECT_THAT(refused({folder_ / "empty"}), HasSubstr("no results folder"));
+  join({a});
+  EXPECT_EQ(bytes("out/notes.txt"), "mine");
+  // Killed while it wrote: what is left of that is nobody's.
+  fs::create_directories(folder_ / "out.merging/trials");
+  std::ofstream(folder_ / "out.merging/trials/0007.jsonl") << "half";
+  join({a, b});
+  EXPECT_FALSE(fs::exists(folder_ / "out/trials/0007.jsonl"));
+  EXPECT_FALSE(fs::exists(folder_ / "out.merging"));
+  const ResultsLock other_merge(fs::create_directories(folder_ / "out.merging") ? folder_ / "out.merging" : folder_);
+  EXPECT_THAT(error_text(ErrorKind::io, [&] { join({a}); }), HasSubstr("another run is writing"));
+  EXPECT_EQ(read_trials(folder_ / "out").size(), 2U);
+}
+
+TEST_F(MergeTest, MergedFoldersMergeAgainWithTheProvenanceOfTheirSources) {
+  const fs::path a = make("a", {trial("w0")}, manifest({"walker"}, {"w0"}));
+  const fs::path b = make("b", {trial("r0")}, manifest({"runner"}, {"r0"}));
+  const fs::path c = make("c", {trial("w1")}, manifest({"walker"}, {"w1"}));
+  join({a, b}, "first");
+  join({folder_ / "first", c});
+  EXPECT_THAT(merged(), ElementsAre("w0", "w1", "r0"));
+  const Json sources = read_manifest(folder_ / "out")["sources"];
+  ASSERT_EQ(sources.size(), 3U);
+  EXPECT_EQ(sources[1]["folder"], b.string());
+  EXPECT_EQ(sources[1]["by_way_of"], (folder_ / "first").string());
+  EXPECT_EQ(sources[1]["trials"], 1);
+  EXPECT_EQ(sources[2]["trials"], 1);
+}
+
+TEST_F(MergeTest, LogsScenesAndPicturesComeAlong) {
+  const auto pictured = [](const std::string& id, const std::string& why) {
+    return Json{{"trial", id}, {"why", why}, {"frames", {{{"step", 0}, {"file", id + "/step-000.png"}}}}};
+  };
+  const auto with_pictures = [&](const std::string& name, const std::string& id, double mse) {
+    TrialRecord record = trial(id);
+    record.steps.back().recommended_mse = mse;
+    const fs::path made = make(name, {record}, manifest({"walker"}, {id}));
+    Json index = {
+        {"format", 1},
+        {"trials", {pictured(id, "best"), pictured(id, "worst")}},
+        {"references", {{{"scene", "toy"}, {"file", "toy/reference.png"}}, {{"scene", "x"}, {"file", "../../x"}}}}};
+    write_file_atomically(made / "pictures/index.json", index.dump());
+    write_file_atomically(made / "pictures" / id / "step-000.png", "frame of " + id);
+    write_file_atomically(made / "pictures/toy/reference.png", "reference");
+    write_file_atomically(made / "scenes/f00/description.json", "{}");
+    write_file_atomically(made / "logs" / (id + ".txt"), "log of " + id);
+    return made;
+  };
+  join({with_pictures("a", "w0", 1e-4), with_pictures("b", "w1", 1e-6), with_pictures("c", "w2", 1e-5)});
+  EXPECT_EQ(bytes("out/logs/w2.txt"), "log of w2");
+  EXPECT_EQ(bytes("out/scenes/f00/description.json"), "{}");
+  EXPECT_EQ(bytes("out/pictures/toy/reference.png"), "reference");
+  const Json index = Json::parse(bytes("out/pictures/index.json"));
+  ASSERT_EQ(index["trials"].size(), 2U);
+  EXPECT_EQ(index["trials"][0]["trial"], "w1");  // best
+  EXPECT_EQ(index["trials"][1]["trial"], "w0");  // worst
+  EXPECT_EQ(index["references"].size(), 1U);
+  EXPECT_EQ(bytes("out/pictures/w1/step-000.png"), "frame of w1");
+  EXPECT_FALSE(fs::exists(folder_ / "out/pictures/w2"));
+}
+
+}  // namespace
+}  // namespace relign::records
