@@ -186,6 +186,7 @@ std::string to_line(const TrialTimes& times) {
       .add("algorithm_seconds", times.algorithm_seconds)
       .add("simulation_seconds", times.simulation_seconds)
       .add("truth_seconds", times.truth_seconds)
+      .add("harness_seconds", times.harness_seconds)
       .raw("plugins", plugins.close())
       .close();
 }
@@ -227,6 +228,8 @@ TrialTimes read_times_line(std::string_view line, const std::string& place) {
     times.algorithm_seconds = read_numbers(json.at("algorithm_seconds"));
     times.simulation_seconds = read_numbers(json.at("simulation_seconds"));
     times.truth_seconds = read_numbers(json.at("truth_seconds"));
+    if (const auto harness = json.find("harness_seconds"); harness != json.end())
+      times.harness_seconds = read_number(*harness);
     const Json& plugins = json.at("plugins");
     times.plugins.scene = plugins.at("scene").get<std::string>();
     times.plugins.noise_level = plugins.at("noise_level").get<std::string>();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -66,6 +67,10 @@ struct TrialTimes {
   std::string trial;
   std::vector<double> algorithm_seconds, simulation_seconds, truth_seconds;  // one value a step
   PluginHashes plugins;
+  // Of the whole trial: what was neither algorithm nor scene, that is stage, scores, records, and the way between
+  // processes; and the writing of the trial before, since a line cannot hold the time of its own writing. NaN: not
+  // known.
+  double harness_seconds = std::numeric_limits<double>::quiet_NaN();
 };
 
 // One line a step, then the closing line; no trailing newline on the last. Numbers are the shortest

@@ -237,9 +237,25 @@ Json warnings_json(const std::vector<records::TrialRecord>& trials) {
   return list;
 }
 
+// What the harness itself took, over all trials that say so; null when none does.
+Json harness_json(const LoadedResults& results) {
+  double harness = 0, scene = 0;
+  std::size_t steps = 0;
+  for (const records::TrialTimes& times : results.times) {
+    if (std::isnan(times.harness_seconds)) continue;
+    harness += times.harness_seconds;
+    steps += times.simulation_seconds.size();
+    for (const double seconds : times.simulation_seconds) scene += seconds;
+    for (const double seconds : times.truth_seconds) scene += seconds;
+  }
+  if (steps == 0) return nullptr;
+  return {{"microseconds_per_step", rounded(1e6 * harness / static_cast<double>(steps), 3)},
+          {"share_of_scene_time", scene > 0 ? number_or_null(harness / scene) : Json()}};
+}
+
 Json ran_json(const LoadedResults& results) {
-  const auto failed = static_cast<std::size_t>(std::count_if(results.trials.begin(), results.trials.end(),
-                                                             [](const auto& trial) { return !records::ended_well(trial.end); }));
+  const auto failed = static_cast<std::size_t>(std::count_if(
+      results.trials.begin(), results.trials.end(), [](const auto& trial) { return !records::ended_well(trial.end); }));
   const std::size_t ended = results.trials.size();
   std::size_t planned = list_of(results.manifest, "order").size();
   if (planned == 0) planned = count_of(results.manifest, "trials");
@@ -311,6 +327,7 @@ Json page_data(const LoadedResults& results) {
     data["merge"] = object_of(manifest, "merge");
   }
   data["ran"] = ran_json(results);
+  if (Json harness = harness_json(results); harness.is_object()) data["ran"]["harness"] = std::move(harness);
   data["methods"] = methods.list;
   data["groups"] = groups_json(results, methods);
   data["failures"] = failures_json(results.trials, results.folder);

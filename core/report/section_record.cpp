@@ -1,4 +1,5 @@
 // Did everything run, what the methods are, and where the numbers come from.
+#include "base/text.h"
 #include "report/html_writer.h"
 #include "report/loaded_results.h"
 #include "report/sections.h"
@@ -76,6 +77,16 @@ std::string ran_section(const Json& data, const Gallery& gallery) {
     html.element("p", counted(count_of(ran, "from_other_plans"), "trial") +
                           " in this folder belong to an earlier plan (the suite or a plugin has changed since) and are "
                           "left out of this page.");
+  if (ran.contains("harness") && ran["harness"].is_object()) {
+    const Json& harness = ran["harness"];
+    const Json& share = harness["share_of_scene_time"];
+    html.element("p", "The harness itself (stage, scores, records, the way to the workers) took " +
+                          significant(harness["microseconds_per_step"].get<double>()) +
+                          " microseconds a step by the clock" +
+                          (share.is_number() ? ", " + significant(100 * share.get<double>(), 2) +
+                                                   " % of what the scene took to show and score it."
+                                             : "."));
+  }
   if (!data["warnings"].empty()) {
     html.element("p", "Plugins left these warnings:").open("ul");
     for (const Json& warning : data["warnings"])

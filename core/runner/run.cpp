@@ -285,12 +285,13 @@ class Run {
     try {
       const std::unique_ptr<TrialWorker> worker = make_worker(threads);
       std::size_t group = TrialQueue::kNoGroup;
+      double writing_seconds = 0;  // of the trial before
       while (!halt_) {
         if (asked_to_stop()) halt_ = true;
         if (halt_) break;
         const std::optional<std::size_t> place = queue.next(group);
         if (!place) break;
-        run_one(*worker, *place);
+        run_one(*worker, *place, writing_seconds);
       }
     } catch (...) {
       const std::lock_guard<std::mutex> hold(progress_mutex_);
@@ -299,14 +300,17 @@ class Run {
     }
   }
 
-  void run_one(TrialWorker& worker, std::size_t place) {
+  void run_one(TrialWorker& worker, std::size_t place, double& writing_seconds) {
     const suite::PlannedTrial& trial = prepared_.plan.trials[place];
     // The worker looks at halt_ before each step; it also rises when another worker cannot go on.
     WorkedTrial worked = worker.run(trial, learnt_.of(trial));
     if (worked.stopped) return;
     worked.times.plugins = plugins_of(trial);
+    worked.times.harness_seconds += writing_seconds;
+    const auto begin = std::chrono::steady_clock::now();
     writer_.write_log(trial.id, worked.log);
     writer_.append(place, worked.record, worked.step_lines, worked.steps, worked.times);
+    writing_seconds = seconds_since(begin);
     {
       const std::lock_guard<std::mutex> hold(progress_mutex_);
       ++summary_.finished;

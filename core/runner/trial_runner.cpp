@@ -1,5 +1,7 @@
 #include "runner/trial_runner.h"
 
+#include <chrono>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -24,6 +26,13 @@ void add_steps(const std::vector<task::Step>& steps, TrialOutcome& outcome) {
     outcome.times.simulation_seconds.push_back(step.simulation_seconds);
     outcome.times.truth_seconds.push_back(step.truth_seconds);
   }
+}
+
+double plugin_seconds(const records::TrialTimes& times) {
+  double seconds = 0;
+  for (const auto* of_step : {&times.algorithm_seconds, &times.simulation_seconds, &times.truth_seconds})
+    seconds = std::accumulate(of_step->begin(), of_step->end(), seconds);
+  return seconds;
 }
 
 // Equal keys: the same library with the same parameters and data.
@@ -204,6 +213,7 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
       made.push_back(step);
       if (on_step) on_step(step, pixels);
     };
+    const auto begin = std::chrono::steady_clock::now();
     log_->begin();  // not before: which trial makes a scene depends on the workers
     const task::TrialResult result = task::run_trial(setup);
     outcome.stopped = result.end == task::End::stopped;
@@ -212,6 +222,8 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
     for (const std::string& change : result.environment_changes)
       record.warnings.push_back(job.algorithm.id + ": " + change);
     add_steps(result.steps, outcome);
+    outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    outcome.times.harness_seconds = outcome.seconds - result.seconds_after_last_step - plugin_seconds(outcome.times);
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::plugin_failed) throw;
     bench_ = std::make_unique<Bench>();  // nobody knows what state the scene is in

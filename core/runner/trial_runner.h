@@ -47,6 +47,7 @@ struct TrialOutcome {
   records::TrialRecord record;
   records::TrialTimes times;  // plugin hashes not filled in
   std::string log;            // what its plugins printed and logged; empty: nothing
+  double seconds = 0;         // from its first step to its end, host; harness_seconds of `times` is a part of it
   bool stopped = false;       // ended because it was asked to stop: the record is no result
 };
 

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cmath>
 #include <condition_variable>
 #include <cstdio>
 #include <cstdlib>
@@ -51,6 +52,8 @@ int descriptor_from_environment(const char* name) {
   ::fcntl(number, F_SETFD, FD_CLOEXEC);
   return number;
 }
+
+Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 // Lines from and to the coordinator. A thread of its own reads them, since a plugin may not return.
 class Channel {
@@ -229,6 +232,8 @@ class Worker {
     channel_.send({{"done",
                     {{"closing", records::closing_line(outcome.record, steps)},
                      {"stopped", outcome.stopped},
+                     {"seconds", outcome.seconds},
+                     {"harness_seconds", finite_or_null(outcome.times.harness_seconds)},
                      {"size", journal_.size()},
                      {"digest", journal_.digest()}}}});
   }

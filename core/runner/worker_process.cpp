@@ -286,6 +286,10 @@ void ProcessWorker::take_done(const Json& done, Attempt& attempt) {
     attempt.fate = Fate::blamed;
   }
   fill(worked, std::move(journal));
+  // What the trial took here beyond what it took there is the way between the two.
+  if (const Json& harness = done.at("harness_seconds"); !harness.is_null())
+    worked.times.harness_seconds =
+        harness.get<double>() + seconds_since(attempt.clock) - done.at("seconds").get<double>();
   if (worked.record.end == "out_of_memory") {
     worked.record.message = memory_message(worked.steps);
     attempt.fate = Fate::blamed;

@@ -61,6 +61,20 @@ TEST(PageData, NumbersAreThoseOfTheTrials) {
   EXPECT_FALSE(rho0["curves"][1]["tracks"].contains("excess")) << "no own optimum, no excess";
 }
 
+TEST(PageData, SaysWhatTheHarnessTookAStep) {
+  LoadedResults results = load_results(kGolden / "small");
+  for (records::TrialTimes& times : results.times) {
+    times.simulation_seconds = {0.001, 0.001, 0.001};
+    times.truth_seconds = {0.001, 0.001, 0.001};
+    times.harness_seconds = 30e-6;
+  }
+  ASSERT_GT(results.times.size(), 1u);
+  results.times.front().harness_seconds = std::numeric_limits<double>::quiet_NaN();  // written by an older program
+  const Json harness = page_data(results)["ran"]["harness"];
+  EXPECT_DOUBLE_EQ(harness["microseconds_per_step"].get<double>(), 10);
+  EXPECT_DOUBLE_EQ(harness["share_of_scene_time"].get<double>(), 0.005);
+}
+
 TEST(PageData, CountsWhatRanAndNamesWhatDidNot) {
   const Json data = page_data(load_results(kGolden / "small"));
   const Json expected = {{"planned", 15}, {"finished", 12},        {"failed", 1},
