@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <utility>
 
 #include "base/files.h"
@@ -56,6 +57,7 @@ std::string escaped(const std::string& key) {
   return out;
 }
 
+constexpr std::uintmax_t kLargestFile = std::uintmax_t{256} << 20U;
 constexpr std::size_t kDeepest = 200;  // nesting; no file of ours comes near
 
 // Builds the document and the table of offsets from the parser's events.
@@ -166,6 +168,11 @@ class Builder : public nlohmann::json_sax<Json> {
 }  // namespace
 
 JsonSource JsonSource::from_file(const std::filesystem::path& path) {
+  std::error_code code;
+  if (const std::uintmax_t size = std::filesystem::file_size(path, code); !code && size > kLargestFile)
+    throw Error(ErrorKind::bad_input, path.string() + " has " + std::to_string(size >> 20U) +
+                                          " MB; JSON files of this program have at most " +
+                                          std::to_string(kLargestFile >> 20U));
   return from_text(read_file(path), path.string());
 }
 

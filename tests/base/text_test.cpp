@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "base/error.h"
+
 namespace relign {
 namespace {
 
@@ -26,6 +28,14 @@ TEST(Text, NearestNameIgnoresDashAndUnderscore) {
   EXPECT_EQ(nearest_name("relign_do", {"relign_l2", "relign_od"}), "relign_od") << "two letters swapped are one slip";
   EXPECT_EQ(nearest_name("zebra", {"nlopt-sbplx", "random"}), "");
   EXPECT_EQ(suggestion("zebra", {"home", "random"}), "; known: home, random");
+}
+
+TEST(Text, HexadecimalDigitsReadBack) {
+  std::string bytes;
+  for (int byte = 0; byte < 256; ++byte) bytes += static_cast<char>(byte);
+  EXPECT_EQ(to_hex(std::string_view("\x00\x9f\xff", 3)), "009fff");
+  EXPECT_EQ(from_hex(to_hex(bytes)), bytes);
+  for (const char* wrong : {"0", "0g", "0A", " 0"}) EXPECT_THROW(from_hex(wrong), Error) << wrong;
 }
 
 }  // namespace

@@ -97,6 +97,13 @@ TEST_F(ManifestTest, RefusesWhatMeansNothing) {
   EXPECT_THAT(refusal_with(R"("oracle": true)"), HasSubstr("\"knows\" must contain \"start\""));
   EXPECT_THAT(refusal_with(R"("document": "scene")"), HasSubstr("parameter of type file"));
   EXPECT_THAT(refusal_with(R"("library": "")"), HasSubstr("/library"));
+  for (const char* outside : {"../other/other.so", "/usr/lib/other.so", "deep/../../other.so", ".."})
+    EXPECT_THAT(refusal_with("\"library\": \"" + std::string(outside) + "\""),
+                AllOf(HasSubstr("/library"), HasSubstr("outside the plugin's folder")))
+        << outside;
+  std::filesystem::create_symlink("/bin/true", folder_ / "link.so");
+  EXPECT_THAT(refusal_with(R"("library": "link.so")"), HasSubstr("outside the plugin's folder"));
+  EXPECT_THAT(refusal_with(R"("command": ["python3", "/etc/passwd"])"), HasSubstr("outside the plugin's folder"));
   EXPECT_THAT(refusal(R"({"id": "a", "kind": "scene", "summary": "One.", "knows": ["box"]})"),
               HasSubstr("only optimizers and agents"));
   EXPECT_THAT(refusal_with(R"("parameters": [])"), HasSubstr("expected an object"));
