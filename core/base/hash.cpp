@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/text.h"
 
 namespace relign {
 
@@ -12,13 +13,7 @@ std::string sha256_hex(std::string_view content) {
   unsigned int size = 0;
   if (EVP_Digest(content.data(), content.size(), digest, &size, EVP_sha256(), nullptr) != 1)
     throw Error(ErrorKind::internal, "SHA-256 is not available from OpenSSL");
-  static const char digits[] = "0123456789abcdef";
-  std::string hex;
-  for (unsigned int i = 0; i < size; ++i) {
-    hex += digits[digest[i] >> 4];
-    hex += digits[digest[i] & 15];
-  }
-  return hex;
+  return to_hex({reinterpret_cast<const char*>(digest), size});
 }
 
 std::string sha256_file(const std::filesystem::path& path) { return sha256_hex(read_file(path)); }
