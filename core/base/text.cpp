@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/error.h"
+
 namespace relign {
 
 std::string shortest(double value) {
@@ -73,6 +75,31 @@ std::string suggestion(std::string_view name, const std::vector<std::string>& kn
   if (!nearest.empty()) return "; did you mean '" + nearest + "'?";
   if (known.empty()) return "";
   return "; known: " + join(known, ", ");
+}
+
+std::string to_hex(std::string_view bytes) {
+  constexpr const char* kDigits = "0123456789abcdef";
+  std::string digits;
+  digits.reserve(2 * bytes.size());
+  for (const char byte : bytes) {
+    digits += kDigits[static_cast<unsigned char>(byte) >> 4U];
+    digits += kDigits[static_cast<unsigned char>(byte) & 15U];
+  }
+  return digits;
+}
+
+std::string from_hex(std::string_view digits) {
+  const auto value = [](char digit) -> unsigned {
+    if (digit >= '0' && digit <= '9') return static_cast<unsigned>(digit - '0');
+    if (digit >= 'a' && digit <= 'f') return static_cast<unsigned>(digit - 'a') + 10U;
+    throw Error(ErrorKind::bad_input, std::string("'") + digit + "' is no hexadecimal digit (0-9, a-f)");
+  };
+  if (digits.size() % 2 != 0) throw Error(ErrorKind::bad_input, "an odd number of hexadecimal digits");
+  std::string bytes;
+  bytes.reserve(digits.size() / 2);
+  for (std::size_t i = 0; i < digits.size(); i += 2)
+    bytes += static_cast<char>((value(digits[i]) << 4U) | value(digits[i + 1]));
+  return bytes;
 }
 
 std::string join(const std::vector<std::string>& parts, std::string_view separator) {

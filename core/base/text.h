@@ -22,6 +22,10 @@ std::string nearest_name(std::string_view name, const std::vector<std::string>& 
 // "; did you mean 'x'?" or, without a similar name, "; known: a, b, c".
 std::string suggestion(std::string_view name, const std::vector<std::string>& known);
 
+// Two lower-case digits a byte. from_hex throws Error(bad_input) for anything else.
+std::string to_hex(std::string_view bytes);
+std::string from_hex(std::string_view digits);
+
 std::string join(const std::vector<std::string>& parts, std::string_view separator);
 
 }  // namespace relign

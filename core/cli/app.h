@@ -53,6 +53,7 @@ CLI::App& add_verb(CLI::App& parent, const VerbText& text);
 CLI::Validator whole_number();
 
 void add_run(CLI::App& app, Context& context);
+void add_worker(CLI::App& app, Context& context);  // hidden: what run starts
 void add_try(CLI::App& app, Context& context);
 void add_validate(CLI::App& app, Context& context);
 void add_list(CLI::App& app, Context& context);

@@ -67,7 +67,8 @@ class HelpFormatter : public CLI::FormatterBase {
       root = root->get_parent();
       path = root->get_name() + " " + path;
     }
-    const auto verbs = app->get_subcommands([](const CLI::App* verb) { return !verb->get_name().empty(); });
+    const auto verbs = app->get_subcommands(
+        [](const CLI::App* verb) { return !verb->get_name().empty() && !verb->get_group().empty(); });
     const auto positionals = app->get_options([](const CLI::Option* option) { return option->get_positional(); });
     // Options without a group are the program's own.
     const auto is_named = [](const CLI::Option* option) {

@@ -14,6 +14,7 @@
 #include "records/results_folder.h"
 #include "report/report.h"
 #include "runner/run.h"
+#include "runner/worker.h"
 #include "suite/suite.h"
 
 namespace relign::cli {
@@ -26,6 +27,8 @@ struct RunArguments {
   std::string out;
   unsigned workers = 0;
   std::vector<std::string> only;
+  std::string isolation = "process";
+  bool retry_failed = false;
   std::string plan, shard;
 };
 
@@ -123,6 +126,8 @@ int run_suite(Context& context, const RunArguments& arguments) {
   options.only = parse_only(arguments.only);
   options.stop = &watch_for_stop();
   options.workers = arguments.workers;
+  options.retry_failed = arguments.retry_failed;
+  if (arguments.isolation == "process") options.worker_program = {"/proc/self/exe", "worker"};
   options.cache_folder = relign::cache_folder();
   options.command = context.typed_command();
 
@@ -208,6 +213,13 @@ void add_run(CLI::App& app, Context& context) {
                   "run this part of the suite: scene=, noise_level=, algorithm=, protocol= or instance=; repeatable")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
+  verb.add_option("--isolation", arguments->isolation,
+                  "process: every worker is a process of its own, and a plugin that crashes or hangs costs its trial; "
+                  "none: threads of this process, for debuggers")
+      ->type_name("MODE")
+      ->check(CLI::IsMember({"process", "none"}))
+      ->capture_default_str();
+  verb.add_flag("--retry-failed", arguments->retry_failed, "run trials again that ended in a failure");
   CLI::Option* plan =
       verb.add_option("--plan", arguments->plan, "instead of a suite: a plan that the verb plan wrote; with --shard")
           ->type_name("FILE");
@@ -220,6 +232,12 @@ void add_run(CLI::App& app, Context& context) {
   for (const char* other : {"SUITE", "--only"}) plan->excludes(verb.get_option(other));
   verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return run_suite(context, *arguments); }; });
+}
+
+void add_worker(CLI::App& app, Context& context) {
+  CLI::App* verb = app.add_subcommand("worker", "what 'run' starts its workers as");
+  verb->group("");  // not for people
+  verb->callback([&context] { context.action = [] { return runner::run_worker(); }; });
 }
 
 }  // namespace relign::cli

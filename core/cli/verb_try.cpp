@@ -86,7 +86,7 @@ Json to_json(const TryArguments& arguments, const task::TrialResult& result) {
           {"noise_level", arguments.level},
           {"instance", arguments.instance},
           {"protocol", arguments.protocol},
-          {"end", task::end_name(result.end)},
+          {"end", result.outcome.empty() ? task::end_name(result.end) : result.outcome},
           {"message", result.message},
           {"warnings", result.environment_changes},
           {"steps", steps}};
@@ -97,6 +97,7 @@ int end_of_trial(Context& context, const TryArguments& arguments, const task::Tr
   if (context.json) print_result(to_json(arguments, result).dump(2) + "\n");
   switch (result.end) {
     case task::End::failed:
+    case task::End::overspent:
       print_warning(arguments.algorithm + " failed: " + result.message);
       return kTrialsFailed;
     case task::End::stopped:

@@ -14,8 +14,10 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "base/error.h"
 #include "plugin_host/catalog.h"
 
 namespace relign::plugin_host {
@@ -28,6 +30,18 @@ struct HostServices {
   // Once it is up, a plugin's process is waited for RELIGN_STOP_SECONDS and no longer. May be null; must outlive the
   // object.
   const std::atomic<bool>* stop = nullptr;
+};
+
+// A plugin's process broke off its work. `outcome` is how a trial ends by it (records/record.h): "crashed(SIGSEGV)",
+// "timeout", "protocol_error".
+class PluginEnded : public Error {
+ public:
+  PluginEnded(const std::string& message, std::string outcome)
+      : Error(ErrorKind::plugin_failed, message), outcome_(std::move(outcome)) {}
+  const std::string& outcome() const { return outcome_; }
+
+ private:
+  std::string outcome_;
 };
 
 class Algorithm {

@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "plugin_host/process_session.h"
 
 namespace relign::plugin_host {
 namespace {
@@ -122,6 +123,8 @@ void Descriptor::reset() {
 
 std::string ChildProcess::pixel_path() { return "/proc/self/fd/" + std::to_string(kPixels); }
 
+int ChildProcess::childs_pixel_file() { return kPixels; }
+
 ChildProcess::ChildProcess(Options options) : options_(std::move(options)) { start(); }
 
 ChildProcess::~ChildProcess() { end(0); }
@@ -155,8 +158,9 @@ void ChildProcess::start() {
   ::posix_spawnattr_setsigmask(&settings.attributes, &none);
   ::posix_spawnattr_setsigdefault(&settings.attributes, &all);
   ::posix_spawnattr_setpgroup(&settings.attributes, 0);
+  const int own = options_.leads_session ? POSIX_SPAWN_SETSID : POSIX_SPAWN_SETPGROUP;
   ::posix_spawnattr_setflags(&settings.attributes,
-                             POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+                             static_cast<short>(own | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF));
 
   std::vector<std::string> words = options_.command;
   std::vector<std::string> environment = child_environment(options_.environment);
@@ -300,8 +304,9 @@ void ChildProcess::end(double patience_seconds) {
     std::this_thread::sleep_for(std::chrono::microseconds(nap_microseconds));
     nap_microseconds = std::min(2 * nap_microseconds, 5000);
   }
-  // While the leader is not reaped, no other group can have this number.
+  // While the leader is not reaped, no other group or session can have this number.
   ::kill(-process_, SIGKILL);
+  if (options_.leads_session) kill_session(process_);
   reap();
   take_output();
   if (!output_line_.empty()) take_output_line(std::exchange(output_line_, {}));
@@ -318,12 +323,15 @@ void ChildProcess::reap() {
   process_ = -1;
   if (reaped < 0)
     how_it_ended_ = "ended";
-  else if (WIFEXITED(status))
+  else if (WIFEXITED(status)) {
     how_it_ended_ = "ended with exit status " + std::to_string(WEXITSTATUS(status));
-  else if (killed_by_us_)
+    crash_ = "crashed(exit " + std::to_string(WEXITSTATUS(status)) + ")";
+  } else if (killed_by_us_) {
     how_it_ended_ = "was still running and was killed";
-  else
+  } else {
     how_it_ended_ = "was killed by " + signal_text(WTERMSIG(status));
+    crash_ = "crashed(" + signal_text(WTERMSIG(status)) + ")";
+  }
 }
 
 }  // namespace relign::plugin_host

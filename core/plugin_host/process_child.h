@@ -1,7 +1,8 @@
 // A plugin's process: its start, the lines exchanged with it, its output, its end. Knows neither JSON
 // nor Python; what the lines mean stands in docs/process_plugins.md and process_plugin.h.
 //
-// The child leads a process group of its own, which is killed with it: nothing that it started is left.
+// The child leads a process group of its own, which is killed with it: nothing that it started is left. A child that
+// starts such children itself leads a session, and all of that goes.
 // It gets /dev/null as stdin, one pipe for stdout and stderr (its log), a two-way connection for
 // messages under two descriptor numbers that it is told in its environment, and a memory file for
 // pixels. A child that dies can never raise SIGPIPE in the host.
@@ -48,6 +49,7 @@ class ChildProcess {
     std::vector<std::string> command;                        // found on PATH; words with a slash are relative to folder
     std::filesystem::path folder;                            // the child's working directory
     std::vector<std::string> environment;                    // "NAME=value", over the host's own
+    bool leads_session = false;                              // ends with all that it or its own children started
     double seconds_for_a_line = 5;                           // from the first byte of a message to its end
     const std::atomic<bool>* stop = nullptr;                 // once it is up, every wait ends
     double seconds_after_stop = 5;                           // so much later; may be null
@@ -66,18 +68,29 @@ class ChildProcess {
   // The next line, without its end. Takes up the child's output while it waits.
   Got receive(std::string& line, Deadline deadline);
 
+  // Takes up what the child has printed until now.
+  void take_up_output() {
+    if (output_.get() >= 0) take_output();
+  }
+
   // Tells the child that no more messages come, gives it `patience_seconds` to end by itself, takes up
   // what it still prints, kills the group and reaps the child. Does nothing the second time.
   void end(double patience_seconds);
 
-  // After end: "ended with exit status 3", "was killed by SIGSEGV". `killed`: we did it.
+  // After end: "ended with exit status 3", "was killed by SIGSEGV".
   const std::string& how_it_ended() const { return how_it_ended_; }
+  // After end, of a child that ended by itself: "crashed(SIGSEGV)", "crashed(exit 3)"; empty when we killed it.
+  const std::string& crash() const { return crash_; }
+  // Somebody else sent it SIGKILL: a person, or a system short of memory.
+  bool was_lost() const { return crash_ == "crashed(SIGKILL)"; }
+  pid_t process() const { return process_; }  // -1 after end
   // The last lines of stdout and stderr, cut to what a message can hold.
   const std::deque<std::string>& last_output() const { return last_output_; }
 
   // A file in memory for pixels, and how the child opens it.
   int pixel_file() const { return pixel_file_.get(); }
   static std::string pixel_path();
+  static int childs_pixel_file();  // its number there
 
  private:
   void start();
@@ -100,7 +113,7 @@ class ChildProcess {
   std::string output_line_;
   std::deque<std::string> last_output_;
   bool killed_by_us_ = false;
-  std::string how_it_ended_;
+  std::string how_it_ended_, crash_;
 };
 
 }  // namespace relign::plugin_host

@@ -144,6 +144,16 @@ std::string manifest_difference(const Manifest& stated, const Json& said) {
 
 bool is_plugin_script(const fs::path& path) { return path.extension() == ".py"; }
 
+Manifest script_manifest_of(const std::string& text, const fs::path& script) {
+  Json stated = Json::parse(text);
+  stated.erase(kFiles);
+  Manifest manifest = read_manifest_text(canonical_json(stated), script);
+  manifest.text = text;
+  manifest.command = {kInterpreter, script.filename().string()};
+  manifest.library = script;
+  return manifest;
+}
+
 Manifest read_script_manifest(const fs::path& script) {
   std::string content;
   try {
@@ -157,12 +167,7 @@ Manifest read_script_manifest(const fs::path& script) {
   std::string text = kept_text(kept, module_folder(script));
   const bool known = !text.empty();
   if (!known) text = ask_script(script);
-  Json stated = Json::parse(text);
-  stated.erase(kFiles);
-  Manifest manifest = read_manifest_text(canonical_json(stated), script);
-  manifest.text = text;
-  manifest.command = {kInterpreter, script.filename().string()};
-  manifest.library = script;
+  Manifest manifest = script_manifest_of(text, script);
   if (!known && !kept.empty()) {
     try {
       write_file_atomically(kept, text);

@@ -188,9 +188,9 @@ void ProcessPlugin::create(const Choice& choice, const HostServices& services) {
 }
 
 void ProcessPlugin::send_line(std::string_view line, const char* during) {
-  if (!failure_.empty()) throw Error(ErrorKind::plugin_failed, failure_);
+  if (!failure_.empty()) throw PluginEnded(failure_, outcome_);
   if (child_->send(line, in_seconds(patience_.handshake_seconds))) return;
-  fail(during, "it reads no more messages");
+  fail(during, "it reads no more messages", Why::ended);
 }
 
 void ProcessPlugin::send(const Json& message, const char* during) { send_line(line_of(message), during); }
@@ -198,8 +198,11 @@ void ProcessPlugin::send(const Json& message, const char* during) { send_line(li
 Json ProcessPlugin::receive(const char* during, Deadline deadline, const char* what_is_late) {
   std::string line;
   const ChildProcess::Got got = child_->receive(line, deadline);
-  if (got == ChildProcess::Got::late || got == ChildProcess::Got::late_within_line) child_->end(0);  // it hangs
-  if (got != ChildProcess::Got::line) fail(during, got_text(got, what_is_late));
+  const bool late = got == ChildProcess::Got::late || got == ChildProcess::Got::late_within_line;
+  if (late) child_->end(0);  // it hangs
+  const bool ended = got == ChildProcess::Got::end || got == ChildProcess::Got::end_within_line;
+  if (got != ChildProcess::Got::line)
+    fail(during, got_text(got, what_is_late), late ? Why::late : ended ? Why::ended : Why::rubbish);
   if (nesting(line) > kDeepestMessage) fail(during, "it sent " + excerpt(line) + ", which is nested too deep");
   Json message = Json::parse(line, nullptr, false);
   if (message.is_discarded()) fail(during, "it sent " + excerpt(line) + ", which is no JSON");
@@ -207,7 +210,7 @@ Json ProcessPlugin::receive(const char* during, Deadline deadline, const char* w
   if (!name) fail(during, "it sent " + excerpt(line) + ", which is no message");
   if (*name == "failed") {
     const std::string* text = text_member(message, "text");
-    fail(during, text && !text->empty() ? *text : "it reports a failure and gives no reason");
+    fail(during, text && !text->empty() ? *text : "it reports a failure and gives no reason", Why::said_so);
   }
   return message;
 }
@@ -267,13 +270,15 @@ std::vector<double> ProcessPlugin::numbers(const Json& message, const char* name
   return values;
 }
 
-void ProcessPlugin::fail(const char* during, const std::string& sentence) {
+void ProcessPlugin::fail(const char* during, const std::string& sentence, Why why) {
   // A process that has just closed the conversation is about to end by itself, and how it does is worth knowing.
   constexpr double kSecondsToDie = 1;
   failure_ = "plugin '" + plugin_id_ + "' failed in " + during + ": " + sentence;
   child_->end(kSecondsToDie);
   failure_ += ending_text(*child_);
-  throw Error(ErrorKind::plugin_failed, failure_);
+  outcome_ = why == Why::said_so ? "failed" : why == Why::late ? "timeout" : "protocol_error";
+  if (why == Why::ended && !child_->crash().empty()) outcome_ = child_->crash();
+  throw PluginEnded(failure_, outcome_);
 }
 
 }  // namespace relign::plugin_host

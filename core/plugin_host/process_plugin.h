@@ -59,8 +59,9 @@ class ProcessPlugin {
   std::uint64_t bits(const Json& message, const char* member, const char* during);
   std::vector<double> numbers(const Json& message, const char* member, const char* during);
 
-  // Ends the process and throws Error(plugin_failed). From then on every request fails in the same words.
-  [[noreturn]] void fail(const char* during, const std::string& sentence);
+  enum class Why { rubbish, late, ended, said_so };  // what it sent, did not send, or reported
+  // Ends the process and throws PluginEnded. From then on every request fails in the same words.
+  [[noreturn]] void fail(const char* during, const std::string& sentence, Why why = Why::rubbish);
 
   const ProcessPatience& patience() const { return patience_; }
   int pixel_file() const { return child_->pixel_file(); }
@@ -76,7 +77,7 @@ class ProcessPlugin {
   ProcessPatience patience_;
   Deadline ready_by_;  // the end of handshake and create
   std::optional<ChildProcess> child_;
-  std::string failure_;  // empty: no message was wrong
+  std::string failure_, outcome_;  // empty: no message was wrong
 };
 
 // What went wrong with a child whose last receive gave `got`; empty for a line.

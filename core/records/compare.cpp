@@ -127,6 +127,4 @@ std::optional<Difference> first_difference(const TrialRecord& was, const TrialRe
 
 double largest_difference(const TrialRecord& was, const TrialRecord& is) { return compare(was, is, 0).largest; }
 
-bool came_to_its_end(const std::string& end) { return end == "budget_spent" || end == "finished"; }
-
 }  // namespace relign::records

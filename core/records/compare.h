@@ -29,8 +29,4 @@ double largest_difference(const TrialRecord& was, const TrialRecord& is);
 // What is granted between processors to a plugin that promises equal numbers on one alone ("this_cpu").
 inline constexpr double kOtherCpuTolerance = 1e-6;
 
-// Ends that are decided by the trial itself. Others (a crash, a time limit) are decided by the machine too: such a
-// record counts less than one that came to its end.
-bool came_to_its_end(const std::string& end);
-
 }  // namespace relign::records

@@ -88,7 +88,7 @@ void MergeIndex::add(const fs::path& folder, const std::vector<PackedId>& order,
                             static_cast<std::uint32_t>(algorithm), 0, closing.instance};
       known[static_cast<std::size_t>(at)] = place;
       complete[static_cast<std::size_t>(at)] = true;
-      trials.push_back({id, place, source, number, block, came_to_its_end(closing.end)});
+      trials.push_back({id, place, source, number, block, ended_well(closing.end)});
     };
     scan_trials(file, found, [&summary](const std::string&) { ++summary.half_written; });
   }
@@ -158,7 +158,7 @@ void compare_with_kept(MergeIndex& index, BlockReader& reader, const FoundTrial&
   const TrialRecord was = reader.record(kept.file, kept.block), is = reader.record(other.file, other.block);
   const double tolerance =
       manifests.may_differ_by_cpu(was.scene, was.noise_level, was.algorithm) ? kOtherCpuTolerance : 0;
-  if (kept.came_to_its_end && !other.came_to_its_end && begins_alike(was, is, tolerance)) {
+  if (kept.ended_well && !other.ended_well && begins_alike(was, is, tolerance)) {
     ++summary.superseded;
     return;
   }
@@ -182,8 +182,8 @@ void compare_with_kept(MergeIndex& index, BlockReader& reader, const FoundTrial&
 void settle_duplicates(MergeIndex& index, const ManifestJoin& manifests, MergeSummary& summary) {
   std::vector<FoundTrial>& trials = index.trials;
   std::sort(trials.begin(), trials.end(), [](const FoundTrial& a, const FoundTrial& b) {
-    return std::make_tuple(a.id, !a.came_to_its_end, a.source, a.file, a.block.offset) <
-           std::make_tuple(b.id, !b.came_to_its_end, b.source, b.file, b.block.offset);
+    return std::make_tuple(a.id, !a.ended_well, a.source, a.file, a.block.offset) <
+           std::make_tuple(b.id, !b.ended_well, b.source, b.file, b.block.offset);
   });
   BlockReader reader(index.files);
   std::size_t kept = 0;

@@ -35,7 +35,7 @@ struct FoundTrial {
   PlanPlace place;
   std::uint32_t source = 0, file = 0;
   BlockPlace block;
-  bool came_to_its_end = false;
+  bool ended_well = false;
 };
 
 struct FoundTimes {

@@ -56,28 +56,6 @@ class LineWriter {
   std::string line_;
 };
 
-std::string to_line(const std::string& trial, const StepRecord& step) {
-  return LineWriter()
-      .add("trial", trial)
-      .add("step", step.step)
-      .add("commanded_pose", step.commanded_pose)
-      .add("true_pose", step.true_pose)
-      .add("limits_low", step.limits_low)
-      .add("limits_high", step.limits_high)
-      .add("merit", step.merit)
-      .add("measured", step.measured)
-      .add("machine_seconds", step.machine_seconds)
-      .add("recommended_pose", step.recommended_pose)
-      .add("recommendation", step.recommendation)
-      .add("recommended_seconds", step.recommended_seconds)
-      .add("recommended_true_pose", step.recommended_true_pose)
-      .add("commanded_mse", step.commanded_mse)
-      .add("commanded_mse_error", step.commanded_mse_error)
-      .add("recommended_mse", step.recommended_mse)
-      .add("recommended_mse_error", step.recommended_mse_error)
-      .close();
-}
-
 double read_number(const Json& value) {
   return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
 }
@@ -143,30 +121,57 @@ auto reading(const std::string& place, Body&& body) {
 
 }  // namespace
 
+bool ended_well(const std::string& end) { return end == "budget_spent" || end == "finished"; }
+
+std::string step_line(const std::string& trial, const StepRecord& step) {
+  return LineWriter()
+      .add("trial", trial)
+      .add("step", step.step)
+      .add("commanded_pose", step.commanded_pose)
+      .add("true_pose", step.true_pose)
+      .add("limits_low", step.limits_low)
+      .add("limits_high", step.limits_high)
+      .add("merit", step.merit)
+      .add("measured", step.measured)
+      .add("machine_seconds", step.machine_seconds)
+      .add("recommended_pose", step.recommended_pose)
+      .add("recommendation", step.recommendation)
+      .add("recommended_seconds", step.recommended_seconds)
+      .add("recommended_true_pose", step.recommended_true_pose)
+      .add("commanded_mse", step.commanded_mse)
+      .add("commanded_mse_error", step.commanded_mse_error)
+      .add("recommended_mse", step.recommended_mse)
+      .add("recommended_mse_error", step.recommended_mse_error)
+      .close();
+}
+
+std::string closing_line(const TrialRecord& record, std::size_t steps) {
+  return LineWriter()
+      .add("format", kFormat)
+      .add("trial", record.trial)
+      .add("end", record.end)
+      .add("steps", std::uint64_t{steps})
+      .add("budget", record.budget)
+      .add("scene", record.scene)
+      .add("noise_level", record.noise_level)
+      .add("protocol", record.protocol)
+      .add("algorithm", record.algorithm)
+      .add("algorithm_id", record.algorithm_id)
+      .add("instance", record.instance)
+      .add("instance_seed", std::to_string(record.instance_seed))
+      .raw("own_optimum_mse", record.has_own_optimum ? LineWriter::number(record.own_optimum_mse) : "null")
+      .add("message", record.message)
+      .add("warnings", record.warnings)
+      .close();
+}
+
 std::string to_lines(const TrialRecord& record) {
   std::string lines;
   for (const StepRecord& step : record.steps) {
-    lines += to_line(record.trial, step);
+    lines += step_line(record.trial, step);
     lines += '\n';
   }
-  lines += LineWriter()
-               .add("format", kFormat)
-               .add("trial", record.trial)
-               .add("end", record.end)
-               .add("steps", std::uint64_t{record.steps.size()})
-               .add("budget", record.budget)
-               .add("scene", record.scene)
-               .add("noise_level", record.noise_level)
-               .add("protocol", record.protocol)
-               .add("algorithm", record.algorithm)
-               .add("algorithm_id", record.algorithm_id)
-               .add("instance", record.instance)
-               .add("instance_seed", std::to_string(record.instance_seed))
-               .raw("own_optimum_mse", record.has_own_optimum ? LineWriter::number(record.own_optimum_mse) : "null")
-               .add("message", record.message)
-               .add("warnings", record.warnings)
-               .close();
-  return lines;
+  return lines + closing_line(record, record.steps.size());
 }
 
 std::string to_line(const TrialTimes& times) {

@@ -37,7 +37,7 @@ struct TrialRecord {
   std::string algorithm_id;                             // plugin or preset
   std::uint64_t instance = 0;
   std::uint64_t instance_seed = 0;
-  std::string end;      // "budget_spent", "finished", "failed"
+  std::string end;      // how it ended, see ended_well
   std::string message;  // why it failed
   unsigned budget = 0;
   double own_optimum_mse = 0;
@@ -45,6 +45,11 @@ struct TrialRecord {
   std::vector<std::string> warnings;  // what the plugin left behind
   std::vector<StepRecord> steps;
 };
+
+// "budget_spent" or "finished". Every other end is a failure, with the steps made until then as a censored record:
+// "failed" (a plugin said so), "crashed(SIGSEGV)", "crashed(exit 0)", "timeout", "out_of_memory", "protocol_error",
+// "overspent" (went on asking for steps after the last).
+bool ended_well(const std::string& end);
 
 // SHA-256 of the three plugins that made a trial, and of what was prepared for its algorithm (empty: nothing): when one
 // changes, its trials are run again.
@@ -66,6 +71,9 @@ struct TrialTimes {
 // One line a step, then the closing line; no trailing newline on the last. Numbers are the shortest
 // that read back equal; what is not finite is written as null and reads back as NaN.
 std::string to_lines(const TrialRecord& record);
+// The same in parts, without newlines.
+std::string step_line(const std::string& trial, const StepRecord& step);
+std::string closing_line(const TrialRecord& record, std::size_t steps);
 std::string to_line(const TrialTimes& times);
 
 // One line of a trials file: a step (with the trial it belongs to) or a closing line.

@@ -172,8 +172,17 @@ std::map<std::string, FinishedTrial> ResultsWriter::finished() const {
 }
 
 void ResultsWriter::append(std::size_t place, const TrialRecord& record, const TrialTimes& times) {
+  append_lines(place, to_lines(record) + "\n", record, times);
+}
+
+void ResultsWriter::append(std::size_t place, const TrialRecord& record, std::string_view step_lines, std::size_t steps,
+                           const TrialTimes& times) {
+  append_lines(place, std::string(step_lines) + closing_line(record, steps) + "\n", record, times);
+}
+
+void ResultsWriter::append_lines(std::size_t place, const std::string& lines, const TrialRecord& record,
+                                 const TrialTimes& times) {
   const std::string file = line_file_name(place / kTrialsPerFile);
-  const std::string lines = to_lines(record) + "\n";
   const std::string times_line = to_line(times) + "\n";
   const std::lock_guard<std::mutex> hold(mutex_);
   // The times first: once the closing line is there, the trial is a result and nothing of it is missing.

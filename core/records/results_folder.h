@@ -14,6 +14,7 @@
 #include <mutex>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "records/record.h"
@@ -48,6 +49,9 @@ class ResultsWriter {
   // Thread-safe. `place` is the trial's index in the plan. Throws Error(io) when the disk is full; then
   // the files are as they were.
   void append(std::size_t place, const TrialRecord& record, const TrialTimes& times);
+  // The same when the step lines (each with its newline) are there already: the steps in `record` are not looked at.
+  void append(std::size_t place, const TrialRecord& record, std::string_view step_lines, std::size_t steps,
+              const TrialTimes& times);
 
   // What the trial's plugins printed, whole; an empty text removes the file of an earlier time. Before append: what is
   // finished has its log.
@@ -63,6 +67,8 @@ class ResultsWriter {
   Json read_manifest() const;  // null when there is none
 
  private:
+  void append_lines(std::size_t place, const std::string& lines, const TrialRecord& record, const TrialTimes& times);
+
   std::filesystem::path folder_;
   ResultsLock lock_;
   mutable std::mutex mutex_;

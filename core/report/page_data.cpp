@@ -144,7 +144,7 @@ std::map<GroupKey, Group> gather(const LoadedResults& results, std::vector<Group
     Group& group = groups[key];
     group.instances.insert(trial.instance);
     std::set<std::uint64_t>& finished = group.finished_instances[trial.algorithm];
-    if (trial.end != "failed") finished.insert(trial.instance);
+    if (records::ended_well(trial.end)) finished.insert(trial.instance);
     if (!trial.steps.empty() && trial.steps.front().step == 0 && group.started.insert(trial.instance).second) {
       const std::optional<double> truth = stats::track_value(trial, stats::Track::commanded, 0);
       group.start.push_back(truth.value_or(kNone));
@@ -206,7 +206,7 @@ Json failures_json(const std::vector<records::TrialRecord>& trials, const std::f
   std::map<std::pair<std::string, std::string>, std::size_t> place;
   Json list = Json::array();
   for (const records::TrialRecord& trial : trials) {
-    if (trial.end != "failed") continue;
+    if (records::ended_well(trial.end)) continue;
     const auto [found, is_new] = place.try_emplace({trial.algorithm, trial.message}, list.size());
     if (is_new)
       list.push_back(
@@ -239,7 +239,7 @@ Json warnings_json(const std::vector<records::TrialRecord>& trials) {
 
 Json ran_json(const LoadedResults& results) {
   const auto failed = static_cast<std::size_t>(std::count_if(results.trials.begin(), results.trials.end(),
-                                                             [](const auto& trial) { return trial.end == "failed"; }));
+                                                             [](const auto& trial) { return !records::ended_well(trial.end); }));
   const std::size_t ended = results.trials.size();
   std::size_t planned = list_of(results.manifest, "order").size();
   if (planned == 0) planned = count_of(results.manifest, "trials");

@@ -112,7 +112,7 @@ class Pictures {
     std::map<std::tuple<std::size_t, std::size_t, std::size_t>, std::size_t> place;
     for (const records::TrialRecord& record : records_) {
       const auto found = planned_.find(record.trial);
-      if (found == planned_.end() || record.end == "failed" || record.steps.empty()) continue;
+      if (found == planned_.end() || !records::ended_well(record.end) || record.steps.empty()) continue;
       const suite::PlannedTrial& trial = *found->second;
       const auto [group, fresh] =
           place.emplace(std::make_tuple(trial.scene, trial.level, trial.algorithm), groups.size());

@@ -106,7 +106,7 @@ PreparedEntry Preparer::make(const plugin_host::Choice& algorithm, const TrialJo
     source.instance = preparing.source;
     const TrialOutcome outcome = runner_->run(source, options_.stop);
     check_stop(options_.stop);
-    if (outcome.record.end == task::end_name(task::End::failed)) {
+    if (!outcome.stopped && !records::ended_well(outcome.record.end)) {
       entry.data.failure = "preparing " + entry.algorithm + " failed on source " + std::to_string(preparing.source) +
                            ": " + outcome.record.message;
       return entry;

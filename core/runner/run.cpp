@@ -1,77 +1,39 @@
 #include "runner/run.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <map>
+#include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <thread>
 #include <tuple>
 
-#include "base/text.h"
 #include "records/results_folder.h"
 #include "runner/pictures.h"
 #include "runner/plan_preparation.h"
 #include "runner/provenance.h"
+#include "runner/thread_worker.h"
 #include "runner/trial_queue.h"
-#include "runner/trial_runner.h"
+#include "runner/trial_selection.h"
+#include "runner/worker_process.h"
 
 namespace relign::runner {
 namespace fs = std::filesystem;
 
 namespace {
 
+std::size_t machine_memory_bytes() {
+  return static_cast<std::size_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+}
+
 double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
-
-// What `only` may name, per key; also how a trial answers to it.
-const std::vector<std::string> kOnlyKeys = {"scene", "noise_level", "algorithm", "protocol", "instance"};
-
-std::string answer(const suite::Suite& suite, const suite::PlannedTrial& trial, const std::string& key) {
-  if (key == "scene") return suite.scenes[trial.scene].name;
-  if (key == "noise_level") return suite.levels[trial.level].name;
-  if (key == "algorithm") return suite.algorithms[trial.algorithm].name;
-  if (key == "protocol") return suite.algorithms[trial.algorithm].protocol;
-  return std::to_string(trial.instance);
-}
-
-// Places in the plan of the trials that `only` leaves.
-std::vector<std::size_t> select(const suite::Plan& plan, const std::vector<std::pair<std::string, std::string>>& only) {
-  std::map<std::string, std::set<std::string>> wanted;
-  for (const auto& [given_key, value] : only) {
-    std::string key = given_key;
-    std::replace(key.begin(), key.end(), '-', '_');
-    if (std::find(kOnlyKeys.begin(), kOnlyKeys.end(), key) == kOnlyKeys.end())
-      throw Error(ErrorKind::bad_input, "--only " + given_key + "=" + value + ": unknown key '" + given_key + "'" +
-                                            suggestion(key, kOnlyKeys));
-    std::vector<std::string> known;
-    for (const suite::PlannedTrial& trial : plan.trials) {
-      const std::string name = answer(plan.suite, trial, key);
-      if (std::find(known.begin(), known.end(), name) == known.end()) known.push_back(name);
-    }
-    const bool found = std::any_of(known.begin(), known.end(), [&value](const std::string& name) {
-      return normalised_name(name) == normalised_name(value);
-    });
-    if (!found) {
-      const std::string hint =
-          key == "instance" ? "; the plan has " + known.front() + " to " + known.back() : suggestion(value, known);
-      throw Error(ErrorKind::bad_input,
-                  "--only " + given_key + "=" + value + ": the suite has no " + key + " '" + value + "'" + hint);
-    }
-    wanted[key].insert(normalised_name(value));
-  }
-  std::vector<std::size_t> places;
-  for (std::size_t place = 0; place < plan.trials.size(); ++place) {
-    const bool fits = std::all_of(wanted.begin(), wanted.end(), [&](const auto& key_and_values) {
-      return key_and_values.second.count(
-                 normalised_name(answer(plan.suite, plan.trials[place], key_and_values.first))) > 0;
-    });
-    if (fits) places.push_back(place);
-  }
-  return places;
 }
 
 class Run {
@@ -80,7 +42,7 @@ class Run {
       : prepared_(prepared),
         suite_(prepared.plan.suite),
         options_(options),
-        selected_(select(prepared.plan, options.only)),
+        selected_(select_trials(prepared.plan, options.only)),
         writer_(options.results),
         hashes_(hash_libraries(suite_)),
         learnt_(prepared, preparer_options()) {}
@@ -153,7 +115,7 @@ class Run {
   void drop_outdated() {
     const std::map<std::string, records::FinishedTrial> finished = writer_.finished();
     std::map<std::string, std::size_t> changed;  // plugin id -> trials
-    std::size_t renamed = 0;
+    std::size_t renamed = 0, retried = 0;
     std::set<std::string> outdated;
     for (const std::size_t place : selected_) {
       const suite::PlannedTrial& trial = prepared_.plan.trials[place];
@@ -175,7 +137,9 @@ class Run {
       if (scene) remove_scene_files(trial.scene);
       const bool named =
           before.scene != suite_.scenes[trial.scene].name || before.noise_level != suite_.levels[trial.level].name;
-      if (scene || level || algorithm || learnt) {
+      const bool again = options_.retry_failed && !records::ended_well(before.end);
+      if (again) ++retried;
+      if (scene || level || algorithm || learnt || again) {
         outdated.insert(trial.id);
       } else if (named) {
         ++renamed;
@@ -184,6 +148,8 @@ class Run {
     }
     for (const auto& [plugin, trials] : changed)
       tell(plugin + " changed: " + std::to_string(trials) + (trials == 1 ? " trial" : " trials") + " rerun");
+    if (retried > 0)
+      tell(std::to_string(retried) + (retried == 1 ? " failed trial runs" : " failed trials run") + " again");
     if (renamed > 0)
       tell("the suite shows scenes or noise levels under other names now: " + std::to_string(renamed) +
            (renamed == 1 ? " trial" : " trials") + " rerun");
@@ -228,7 +194,7 @@ class Run {
         continue;
       }
       ++summary_.reused;
-      if (found->second.end == "failed") ++summary_.failed;
+      if (!records::ended_well(found->second.end)) ++summary_.failed;
     }
     summary_.trials = selected_.size();
     summary_.finished = summary_.reused;
@@ -262,6 +228,7 @@ class Run {
     if (station && options_.workers > 1) tell("one worker instead of several: a station runs one trial at a time");
     const auto workers = static_cast<unsigned>(std::min<std::size_t>(wanted, todo.size()));
     const unsigned threads = std::max(1U, cores / workers);
+    workers_ = workers;
     TrialQueue queue(by_instance(todo));
     std::vector<std::thread> team;
     try {
@@ -292,21 +259,38 @@ class Run {
     for (std::thread& worker : team) worker.join();
   }
 
+  std::unique_ptr<TrialWorker> make_worker(unsigned threads) {
+    WorkerOptions options;
+    options.threads = threads;
+    options.results = options_.results;
+    options.cache_folder = options_.cache_folder;
+    options.on_message = [this](const std::string& message) { tell(message); };
+    options.stop = &halt_;
+    if (options_.worker_program.empty()) return std::make_unique<ThreadWorker>(prepared_, std::move(options));
+    return std::make_unique<ProcessWorker>(prepared_, hashes_, options_.worker_program, worker_limits(),
+                                           std::move(options));
+  }
+
+  ProcessWorker::Limits worker_limits() const {
+    constexpr double kShareOfMachine = 0.8;
+    const auto machine = static_cast<std::size_t>(kShareOfMachine * static_cast<double>(machine_memory_bytes()));
+    ProcessWorker::Limits limits;
+    limits.trial_seconds = suite_.trial_seconds;
+    limits.memory_bytes = suite_.trial_memory_mb > 0 ? std::size_t{suite_.trial_memory_mb} * 1'000'000 : machine;
+    limits.spare_bytes = std::min(limits.memory_bytes, machine / workers_) / 2;
+    return limits;
+  }
+
   void work_through(TrialQueue& queue, unsigned threads) {
     try {
-      TrialRunner::Options options;
-      options.threads = threads;
-      options.cache_folder = options_.cache_folder;
-      options.on_message = [this](const std::string& message) { tell(message); };
-      options.stop = &halt_;
-      TrialRunner runner(std::move(options));
+      const std::unique_ptr<TrialWorker> worker = make_worker(threads);
       std::size_t group = TrialQueue::kNoGroup;
       while (!halt_) {
         if (asked_to_stop()) halt_ = true;
         if (halt_) break;
         const std::optional<std::size_t> place = queue.next(group);
         if (!place) break;
-        run_one(runner, *place);
+        run_one(*worker, *place);
       }
     } catch (...) {
       const std::lock_guard<std::mutex> hold(progress_mutex_);
@@ -315,28 +299,19 @@ class Run {
     }
   }
 
-  void run_one(TrialRunner& runner, std::size_t place) {
+  void run_one(TrialWorker& worker, std::size_t place) {
     const suite::PlannedTrial& trial = prepared_.plan.trials[place];
-    // halt_ is checked by the trial before each step; it also rises when another worker cannot go on.
-    const task::SceneFacts& scene = prepared_.scenes[trial.scene];
-    KeptCaptures captures(scene);
-    const auto look_up = [&](const task::Step& step, const float* pixels) {
-      if (scene.owns_stage) captures.keep(step, pixels);
-      if (asked_to_stop()) halt_ = true;
-    };
-    TrialJob job = make_job(prepared_, trial);
-    if (const Preparer::Entries* entries = learnt_.of(trial)) job.prepared = data_of(*entries);
-    TrialOutcome outcome = runner.run(job, &halt_, look_up);
-    if (outcome.stopped) return;
-    outcome.times.plugins = plugins_of(trial);
-    if (scene.owns_stage) captures.write(options_.results, trial.id);
-    writer_.write_log(trial.id, outcome.log);
-    writer_.append(place, outcome.record, outcome.times);
+    // The worker looks at halt_ before each step; it also rises when another worker cannot go on.
+    WorkedTrial worked = worker.run(trial, learnt_.of(trial));
+    if (worked.stopped) return;
+    worked.times.plugins = plugins_of(trial);
+    writer_.write_log(trial.id, worked.log);
+    writer_.append(place, worked.record, worked.step_lines, worked.steps, worked.times);
     {
       const std::lock_guard<std::mutex> hold(progress_mutex_);
       ++summary_.finished;
       ++progress_.done;
-      if (outcome.record.end == "failed") {
+      if (!records::ended_well(worked.record.end)) {
         ++summary_.failed;
         ++progress_.failed;
       }
@@ -349,7 +324,7 @@ class Run {
     for (const std::size_t place : selected_) {
       const suite::PlannedTrial& trial = prepared_.plan.trials[place];
       const auto found = finished.find(trial.id);
-      if (found == finished.end() || found->second.end != "failed") continue;
+      if (found == finished.end() || records::ended_well(found->second.end)) continue;
       summary_.failures.push_back("trial " + trial.id + " " + suite_.algorithms[trial.algorithm].name + " on " +
                                   suite_.scenes[trial.scene].name + " " + suite_.levels[trial.level].name + " #" +
                                   std::to_string(trial.instance) + ": " + found->second.message + log_hint(trial.id));
@@ -374,6 +349,7 @@ class Run {
   std::mutex tell_mutex_;
   std::mutex progress_mutex_;  // also guards summary_, failure_ and workers_done_ while workers run
   std::condition_variable worker_is_done_;
+  unsigned workers_ = 1;
   std::size_t workers_done_ = 0;
   Progress progress_;
   RunSummary summary_;

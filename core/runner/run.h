@@ -1,6 +1,5 @@
 // Runs a plan: every trial on the same instances, resumable by trial id, with pictures at the end.
-// Workers are threads for now; what one needs for a trial is a TrialJob (trial_runner.h), plain data, so
-// that a worker can become a process of its own.
+// Workers are processes (worker_process.h), or threads (thread_worker.h).
 #pragma once
 
 #include <atomic>
@@ -28,6 +27,10 @@ struct Progress {
 struct RunOptions {
   std::filesystem::path results;  // folder
   unsigned workers = 0;           // 0: all cores
+  // The command that runs run_worker() (worker.h). Empty: workers are threads of this process, and the suite's limits
+  // of a trial's time and memory do not hold.
+  std::vector<std::string> worker_program;
+  bool retry_failed = false;  // finished trials that ended in a failure run again
   // key=value: scene, noise_level, algorithm, protocol, instance. Values of one key add up, keys narrow down.
   std::vector<std::pair<std::string, std::string>> only;
   std::filesystem::path cache_folder;

@@ -21,6 +21,7 @@ void TrialLog::add(int level, const std::string& who, const std::string& message
   // Once something is cut all that follows is: what stands there has no gaps.
   if (cut_lines_ == 0 && text_.size() + line.size() <= kMostBytes) {
     text_ += line;
+    if (on_text_) on_text_(line);
   } else {
     ++cut_lines_;
     cut_bytes_ += line.size();
@@ -30,9 +31,13 @@ void TrialLog::add(int level, const std::string& who, const std::string& message
 std::string TrialLog::take() {
   const std::lock_guard<std::mutex> hold(mutex_);
   open_ = false;
-  if (cut_lines_ > 0)
-    text_ += "(cut here: " + std::to_string(cut_lines_) + (cut_lines_ == 1 ? " more line, " : " more lines, ") +
-             std::to_string(cut_bytes_) + " bytes)\n";
+  if (cut_lines_ > 0) {
+    const std::string cut = "(cut here: " + std::to_string(cut_lines_) +
+                            (cut_lines_ == 1 ? " more line, " : " more lines, ") + std::to_string(cut_bytes_) +
+                            " bytes)\n";
+    text_ += cut;
+    if (on_text_) on_text_(cut);
+  }
   return std::exchange(text_, {});
 }
 

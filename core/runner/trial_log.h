@@ -3,14 +3,20 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <mutex>
 #include <string>
+#include <string_view>
+#include <utility>
 
 namespace relign::runner {
 
 class TrialLog {
  public:
   static constexpr std::size_t kMostBytes = std::size_t{1} << 20;
+
+  // on_text gets each piece that stays, as soon as it is said; may be empty.
+  explicit TrialLog(std::function<void(std::string_view)> on_text = {}) : on_text_(std::move(on_text)) {}
 
   // Lines count from here on; before, and after take, they are nobody's.
   void begin();
@@ -20,6 +26,7 @@ class TrialLog {
   std::string take();
 
  private:
+  std::function<void(std::string_view)> on_text_;
   std::mutex mutex_;
   bool open_ = false;
   std::string text_;

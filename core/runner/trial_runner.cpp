@@ -17,6 +17,24 @@ task::MachineTime machine_time(const suite::MachineTimeOverride& wanted, task::M
   return times;
 }
 
+void add_steps(const std::vector<task::Step>& steps, TrialOutcome& outcome) {
+  for (const task::Step& step : steps) {
+    outcome.record.steps.push_back(to_record(step));
+    outcome.times.algorithm_seconds.push_back(step.algorithm_seconds);
+    outcome.times.simulation_seconds.push_back(step.simulation_seconds);
+    outcome.times.truth_seconds.push_back(step.truth_seconds);
+  }
+}
+
+// Equal keys: the same library with the same parameters and data.
+std::string key_of(const plugin_host::Choice& choice) {
+  return choice.plugin->library.string() + "\n" + choice.identity;
+}
+
+SeedDomain domain_of(const TrialJob& job) { return job.preparing ? SeedDomain::preparation : SeedDomain::benchmark; }
+
+}  // namespace
+
 records::StepRecord to_record(const task::Step& step) {
   records::StepRecord record;
   record.step = step.number;
@@ -38,23 +56,19 @@ records::StepRecord to_record(const task::Step& step) {
   return record;
 }
 
-void add_steps(const std::vector<task::Step>& steps, TrialOutcome& outcome) {
-  for (const task::Step& step : steps) {
-    outcome.record.steps.push_back(to_record(step));
-    outcome.times.algorithm_seconds.push_back(step.algorithm_seconds);
-    outcome.times.simulation_seconds.push_back(step.simulation_seconds);
-    outcome.times.truth_seconds.push_back(step.truth_seconds);
-  }
+records::TrialRecord begin_record(const TrialJob& job) {
+  records::TrialRecord record;
+  record.trial = job.id;
+  record.scene = job.scene_name;
+  record.noise_level = job.level_name;
+  record.protocol = task::protocol_name(job.protocol);
+  record.algorithm = job.algorithm_name;
+  record.algorithm_id = job.algorithm.id;
+  record.instance = job.instance;
+  record.instance_seed = instance_seed(job.suite_seed, domain_of(job), job.instance);
+  record.budget = job.budget;
+  return record;
 }
-
-// Equal keys: the same library with the same parameters and data.
-std::string key_of(const plugin_host::Choice& choice) {
-  return choice.plugin->library.string() + "\n" + choice.identity;
-}
-
-SeedDomain domain_of(const TrialJob& job) { return job.preparing ? SeedDomain::preparation : SeedDomain::benchmark; }
-
-}  // namespace
 
 TrialJob make_job(const PreparedPlan& prepared, const suite::PlannedTrial& trial) {
   const suite::Suite& suite = prepared.plan.suite;
@@ -98,7 +112,10 @@ struct TrialRunner::Bench {
   }
 };
 
-TrialRunner::TrialRunner(Options options) : options_(std::move(options)), bench_(std::make_unique<Bench>()) {}
+TrialRunner::TrialRunner(Options options)
+    : options_(std::move(options)),
+      log_(std::make_shared<TrialLog>(options_.on_log)),
+      bench_(std::make_unique<Bench>()) {}
 TrialRunner::~TrialRunner() = default;
 
 plugin_host::HostServices TrialRunner::services(const std::string& name, unsigned threads, bool algorithm) const {
@@ -154,22 +171,15 @@ TrialRunner::Placed TrialRunner::place(const TrialJob& job) {
 
 TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop, const OnStep& on_step) {
   TrialOutcome outcome;
-  records::TrialRecord& record = outcome.record;
-  record.trial = outcome.times.trial = job.id;
-  record.scene = job.scene_name;
-  record.noise_level = job.level_name;
-  record.protocol = task::protocol_name(job.protocol);
-  record.algorithm = job.algorithm_name;
-  record.algorithm_id = job.algorithm.id;
-  record.instance = job.instance;
-  record.instance_seed = instance_seed(job.suite_seed, domain_of(job), job.instance);
-  record.budget = job.budget;
+  records::TrialRecord& record = outcome.record = begin_record(job);
+  outcome.times.trial = job.id;
 
   std::vector<task::Step> made;  // kept apart, so that a failing scene leaves the steps before it
   try {
     const Placed placed = place(job);
     record.has_own_optimum = bench_->own_optimum.has_value();
     if (record.has_own_optimum) record.own_optimum_mse = bench_->own_optimum->truth.mse;
+    if (options_.on_begin) options_.on_begin(record);
     task::TrialSetup setup;
     setup.assembly = placed.assembly;
     if (job.facts.owns_stage) setup.station = bench_->scene.get();
@@ -189,6 +199,7 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
     setup.algorithm_seed = algorithm_seed(job.suite_seed, job.algorithm_name, job.instance);
     setup.machine_time = job.machine_time;
     setup.stop = stop;
+    setup.on_runaway = options_.on_runaway;
     setup.on_step = [&made, &on_step](const task::Step& step, const float* pixels) {
       made.push_back(step);
       if (on_step) on_step(step, pixels);
@@ -196,7 +207,7 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
     log_->begin();  // not before: which trial makes a scene depends on the workers
     const task::TrialResult result = task::run_trial(setup);
     outcome.stopped = result.end == task::End::stopped;
-    record.end = task::end_name(result.end);
+    record.end = result.outcome.empty() || outcome.stopped ? task::end_name(result.end) : result.outcome;
     record.message = result.message;
     for (const std::string& change : result.environment_changes)
       record.warnings.push_back(job.algorithm.id + ": " + change);
@@ -204,7 +215,8 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::plugin_failed) throw;
     bench_ = std::make_unique<Bench>();  // nobody knows what state the scene is in
-    record.end = task::end_name(task::End::failed);
+    const auto* ended = dynamic_cast<const plugin_host::PluginEnded*>(&error);
+    record.end = ended ? ended->outcome() : task::end_name(task::End::failed);
     record.message = error.what();
     outcome.stopped = stop && stop->load();  // a scene's process, too, is not waited for any longer then
     add_steps(made, outcome);

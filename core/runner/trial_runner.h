@@ -37,6 +37,10 @@ struct TrialJob {
   task::Preparing* preparing = nullptr;
 };
 
+// The record of a trial before its first step: names, numbers, budget.
+records::TrialRecord begin_record(const TrialJob& job);
+records::StepRecord to_record(const task::Step& step);
+
 TrialJob make_job(const PreparedPlan& prepared, const suite::PlannedTrial& trial);
 
 struct TrialOutcome {
@@ -53,6 +57,10 @@ class TrialRunner {
     std::filesystem::path cache_folder;
     std::function<void(const std::string&)> on_message;  // a plugin's warnings; any thread
     const std::atomic<bool>* stop = nullptr;             // for scenes and levels that are processes; may be null
+    std::function<void(std::string_view)> on_log = {};   // each piece of a trial's log; may be empty
+    std::function<void()> on_runaway = {};               // see task::TrialSetup; may be empty
+    // Once the lens is mounted, with what is known of the trial before its first step; may be empty.
+    std::function<void(const records::TrialRecord&)> on_begin = {};
   };
   explicit TrialRunner(Options options);
   ~TrialRunner();
@@ -79,7 +87,7 @@ class TrialRunner {
   // `name` is shown before warnings; in a trial's log the algorithm's own lines have none.
   plugin_host::HostServices services(const std::string& name, unsigned threads, bool algorithm = false) const;
   Options options_;
-  std::shared_ptr<TrialLog> log_ = std::make_shared<TrialLog>();
+  std::shared_ptr<TrialLog> log_;
   std::unique_ptr<Bench> bench_;
 };
 

@@ -64,7 +64,7 @@ std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json&
         if (!options.trial.empty() && closing.trial != options.trial) return;
         if ((!planned.empty() && !planned.count(closing.trial)) || !seen.insert(closing.trial).second) return;
         ++summary.recorded;
-        const bool of_itself = records::came_to_its_end(closing.end) || closing.end == "failed";
+        const bool of_itself = records::ended_well(closing.end) || closing.end == "failed";
         if (stations.count(closing.scene))
           ++summary.stations;
         else if (!of_itself)

@@ -127,7 +127,7 @@ std::vector<Curve> make_curves(const std::vector<records::TrialRecord>& trials) 
       curves.push_back(curve);
       members.emplace_back();
     }
-    if (trial.end == "failed" || trial.steps.empty())
+    if (!records::ended_well(trial.end) || trial.steps.empty())
       ++curves[found->second].failed;
     else
       members[found->second].push_back(&trial);

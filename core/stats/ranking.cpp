@@ -30,7 +30,7 @@ std::vector<RankingRow> ranking(const std::vector<Curve>& curves, const std::vec
     if (!of_trial.algorithm_seconds.empty()) per_step[of_trial.trial] = milliseconds_per_step(of_trial);
   std::map<Key, std::vector<double>> machine_seconds, algorithm_ms;
   for (const records::TrialRecord& trial : trials) {
-    if (trial.end == "failed" || trial.steps.empty()) continue;
+    if (!records::ended_well(trial.end) || trial.steps.empty()) continue;
     const Key key(trial.scene, trial.noise_level, trial.protocol, trial.algorithm);
     const records::StepRecord& last = trial.steps.back();
     machine_seconds[key].push_back(std::isnan(last.recommended_seconds) ? last.machine_seconds

@@ -14,6 +14,8 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::int64_t kMostInstances = 1'000'000;
 constexpr std::int64_t kMostSteps = 100'000;
+constexpr double kLongestTrial = 1e7;      // seconds
+constexpr std::int64_t kLeastMemory = 64;  // MB
 const std::vector<std::string> kProtocols = {"paper", "blind"};
 const std::vector<std::string> kMerits = {"combined", "rmse"};
 const std::vector<std::string> kLimits = {"soft", "hard"};
@@ -88,6 +90,10 @@ class SuiteReader {
       algorithm.steps = entry.steps;
       suite.algorithms.push_back(std::move(algorithm));
     }
+    suite.trial_seconds = top_.number("trial_seconds", suite.trial_seconds, 0.1, kLongestTrial);
+    suite.trial_memory_mb = static_cast<unsigned>(top_.integer("trial_memory_mb", 0, 0, 1'000'000'000));
+    if (top_.has("trial_memory_mb") && suite.trial_memory_mb < kLeastMemory)
+      top_.complain("trial_memory_mb", "a worker needs " + std::to_string(kLeastMemory) + " or more by itself");
     suite.machine_time = machine_time();
     suite.spec = spec();
     top_.refuse_unknown();

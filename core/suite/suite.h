@@ -51,6 +51,8 @@ struct Suite {
   std::vector<SceneEntry> scenes;
   std::vector<LevelEntry> levels;
   std::vector<AlgorithmEntry> algorithms;
+  double trial_seconds = 3600;   // a trial that takes longer is ended
+  unsigned trial_memory_mb = 0;  // of its worker; 0: four fifths of the machine's
   MachineTimeOverride machine_time;
   Json spec;  // null when absent
 };

@@ -160,6 +160,7 @@ relign_status Conversation::request(const double* values, std::uint32_t axes, bo
 
 relign_status Conversation::refuse(relign_status status) {
   if (++refused_ < kMostRefusals) return status;
+  if (refused_ == 2 * kMostRefusals && setup_->on_runaway) setup_->on_runaway();
   if (refusal_.empty())
     refusal_ = "asked " + std::to_string(kMostRefusals) + " times for what it cannot get (" +
                (status == RELIGN_STOP ? "steps beyond the end of the trial)" : "bad arguments)");

@@ -26,7 +26,7 @@ plugin_host::HostServices algorithm_services(const TrialSetup& setup) {
 }
 
 namespace {
-constexpr End kEnds[] = {End::budget_spent, End::finished, End::failed, End::stopped};
+constexpr End kEnds[] = {End::budget_spent, End::finished, End::failed, End::overspent, End::stopped};
 }
 
 const char* end_name(End end) {
@@ -37,6 +37,8 @@ const char* end_name(End end) {
       return "finished";
     case End::failed:
       return "failed";
+    case End::overspent:
+      return "overspent";
     case End::stopped:
       return "stopped";
   }
@@ -64,11 +66,10 @@ void check(const TrialSetup& setup) {
                                               std::to_string(setup.scene->image_height));
 }
 
-// Runs the algorithm; returns the sentence of its failure, empty when it returned well. What the
-// plugin left behind in the process goes to `changes`.
-std::string drive(const TrialSetup& setup, Conversation& conversation, std::vector<std::string>& changes) {
+// Runs the algorithm; the message is the sentence of its failure, empty when it returned well.
+TrialResult drive(const TrialSetup& setup, Conversation& conversation) {
   plugin_host::EnvironmentWatch watch;
-  std::string failure;
+  TrialResult result;
   try {
     plugin_host::Algorithm algorithm(*setup.algorithm, algorithm_services(setup));
     conversation.algorithm_starts();
@@ -80,10 +81,11 @@ std::string drive(const TrialSetup& setup, Conversation& conversation, std::vect
     const bool algorithms_own = ours && ours->kind() == ErrorKind::plugin_failed;
     // The host's own failures leave from close(); what is left was refused before the trial began.
     if (!conversation.host_failed() && !algorithms_own) throw;
-    failure = error.what();
+    result.message = error.what();
+    if (const auto* ended = dynamic_cast<const plugin_host::PluginEnded*>(&error)) result.outcome = ended->outcome();
   }
-  changes = watch.changes();
-  return failure;
+  result.environment_changes = watch.changes();
+  return result;
 }
 
 }  // namespace
@@ -99,8 +101,7 @@ TrialResult run_trial(const TrialSetup& setup) {
   }
 
   Conversation conversation(setup, std::move(rules));
-  TrialResult result;
-  result.message = drive(setup, conversation, result.environment_changes);
+  TrialResult result = drive(setup, conversation);
   conversation.close();
 
   if (!conversation.refusal().empty()) result.message = conversation.refusal();
@@ -108,6 +109,8 @@ TrialResult run_trial(const TrialSetup& setup) {
   const bool gave_up = !result.message.empty() && setup.stop && setup.stop->load();
   if (conversation.was_stopped() || gave_up)
     result.end = End::stopped;
+  else if (!conversation.refusal().empty() && conversation.budget_is_spent())
+    result.end = End::overspent;
   else if (!result.message.empty())
     result.end = End::failed;
   else

@@ -52,6 +52,7 @@ enum class End {
   budget_spent,  // all steps were used
   finished,      // the algorithm returned before; its recommendation is carried forward
   failed,        // the plugin reported a failure; the steps made are kept as a censored record
+  overspent,     // the algorithm went on asking for steps after the last
   stopped        // the run was asked to stop; the trial is not a result
 };
 const char* end_name(End end);  // "budget_spent", ...
@@ -80,6 +81,9 @@ struct TrialSetup {
   std::uint64_t algorithm_seed = 0;
   MachineTime machine_time;
   const std::atomic<bool>* stop = nullptr;  // may be null; checked before every step and while a process is waited for
+  // Called when an algorithm goes on asking even after it was told, again and again, that it failed: it will never
+  // return. May end the process, or return and let it go on for ever. May be empty.
+  std::function<void()> on_runaway;
   // Called with the record of each step and its capture (valid during the call) once the record is
   // complete: when the algorithm asks for the next step, or at the end, for until then it may still
   // recommend. Before on_step of step k no capture of step k + 1 is made. What it throws ends the trial
@@ -94,6 +98,7 @@ struct TrialResult {
   std::vector<Step> steps;  // at least step 0, unless the scene failed
   End end = End::budget_spent;
   std::string message;                           // why it failed
+  std::string outcome;                           // how a plugin's process broke off (PluginEnded); mostly empty
   std::vector<std::string> environment_changes;  // what the plugin left behind, a sentence each
   double seconds_after_last_step = 0;            // algorithm time, host
 };

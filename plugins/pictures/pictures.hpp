@@ -10,6 +10,20 @@
 namespace pictures {
 
 // Pixels lie row by row, row 0 on top.
+
+// Means over squares of bin x bin pixels; what is left over at the right and lower edge is cut off.
+template <class Pixels>
+auto means_over_squares(const Eigen::MatrixBase<Pixels>& pixels, Eigen::Index width, Eigen::Index height,
+                        Eigen::Index bin) {
+  using Number = typename Pixels::Scalar;
+  using Means = Eigen::Matrix<Number, Eigen::Dynamic, 1>;
+  const Eigen::Index columns = width / bin, rows = height / bin;
+  Means means = Means::Zero(columns * rows);
+  for (Eigen::Index y = 0; y < rows * bin; ++y)
+    for (Eigen::Index x = 0; x < columns * bin; ++x) means[y / bin * columns + x / bin] += pixels[y * width + x];
+  return Means(means / static_cast<Number>(bin * bin));
+}
+
 class Binning {
  public:
   // Squares of so many pixels become one that no side is longer than `most_side`; what is left over is cut off.
@@ -26,16 +40,14 @@ class Binning {
   // Means over the squares. What is no finite number, or so bright that squares overflow, counts as dark.
   template <class Image>  // at(x, y)
   Eigen::VectorXf operator()(const Image& image) const {
-    Eigen::VectorXf binned = Eigen::VectorXf::Zero(pixels());
-    const std::size_t width = static_cast<std::size_t>(width_) * bin_,
-                      height = static_cast<std::size_t>(height_) * bin_;
-    for (std::size_t y = 0; y < height; ++y)
-      for (std::size_t x = 0; x < width; ++x) {
-        const float pixel = image.at(x, y);
-        if (std::fabs(pixel) < kBrightest)
-          binned[static_cast<Eigen::Index>(y / bin_) * width_ + static_cast<Eigen::Index>(x / bin_)] += pixel;
+    const auto bin = static_cast<Eigen::Index>(bin_), width = width_ * bin, height = height_ * bin;
+    Eigen::VectorXf pixels(width * height);
+    for (Eigen::Index y = 0; y < height; ++y)
+      for (Eigen::Index x = 0; x < width; ++x) {
+        const float pixel = image.at(static_cast<std::size_t>(x), static_cast<std::size_t>(y));
+        pixels[y * width + x] = std::fabs(pixel) < kBrightest ? pixel : 0.0F;
       }
-    return binned / static_cast<float>(bin_ * bin_);
+    return means_over_squares(pixels, width, height, bin);
   }
 
  private:

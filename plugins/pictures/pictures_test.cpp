@@ -3,6 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <stdexcept>
+
+#include "pictures/learnt_once.hpp"
+#include "pictures/nominal_pose.hpp"
 
 namespace {
 
@@ -54,6 +58,45 @@ TEST(Pictures, BlurIsDarkBeyondTheEdge) {
   const Eigen::VectorXf blurred = pictures::blurred(Eigen::VectorXf::Ones(20), 20, 1, 1.5);
   EXPECT_NEAR(blurred[10], blurred[9], 1e-6);
   EXPECT_LT(blurred[0], 0.7F * blurred[10]);
+}
+
+TEST(Pictures, SquaresArePutTogether) {
+  const Eigen::VectorXf picture = Eigen::VectorXf::LinSpaced(5 * 2, 0, 9);
+  EXPECT_EQ(pictures::means_over_squares(picture, 5, 2, 2), Eigen::Vector2f(3, 5));
+}
+
+TEST(NominalPose, IsTheMiddleUnlessTheSceneSaysAnother) {
+  using pictures::nominal_pose;
+  EXPECT_EQ(nominal_pose(R"({"nominal_pose": [0.25, null]})", 2), Eigen::Vector2d(0.25, 0.5));
+  for (const char* scene : {"{}", "[]", "no JSON", R"({"nominal_pose": "here"})"})
+    EXPECT_EQ(nominal_pose(scene, 2), Eigen::Vector2d(0.5, 0.5)) << scene;
+  EXPECT_THROW(nominal_pose(R"({"nominal_pose": [0.25]})", 2), std::runtime_error);
+}
+
+TEST(LearntOnce, LearnsOncePerOriginAndKeepsOnlyWhatSucceeded) {
+  pictures::LearntOnce<int> kept(4);
+  int times = 0;
+  const auto learn = [&] {
+    if (++times == 1) throw std::runtime_error("no");
+    return times;
+  };
+  const auto of = [](const char* text) { return pictures::Origin().add(text); };
+  EXPECT_THROW(kept(of("a"), learn), std::runtime_error);
+  EXPECT_EQ(*kept(of("a"), learn), 2);
+  EXPECT_EQ(*kept(of("a"), learn), 2);
+  const auto mine = kept(of("b"), learn);
+  EXPECT_EQ(*mine, 3);
+  for (const char* other : {"c", "d", "e", "f"}) kept(of(other), learn);
+  EXPECT_EQ(*kept(of("a"), learn), 8);  // forgotten: only the last few stay
+  EXPECT_EQ(*mine, 3);                  // but not under the hands of who uses it
+}
+
+TEST(LearntOnce, OriginsAreTheSameOnlyWhole) {
+  using pictures::Origin;
+  EXPECT_TRUE(Origin().add("ab").add(0.5) == Origin().add("ab").add(0.5));
+  EXPECT_FALSE(Origin().add("ab").add("c") == Origin().add("a").add("bc"));
+  EXPECT_FALSE(Origin().add(0.5) == Origin().add(0.5 + 1e-15));
+  EXPECT_FALSE(Origin().add(std::vector<float>{1, 2}) == Origin().add(std::vector<float>{1, 3}));
 }
 
 }  // namespace

@@ -1,72 +1,103 @@
-"""Our agents inside the authors' LensEnv, beside the same agents in our scene: noise-free RMSE after each step.
+"""One of our agents inside the authors' LensEnv, beside the same agent in our scenes: noise-free RMSE after each step.
 
-    RELIGN_BENCH=build/release/bin/relign-bench .peers/bin/python tests/peers/compare_package_env.py imitation
+    RELIGN_BENCH=build/release/bin/relign-bench .peers/bin/python tests/peers/compare_package_env.py results/package_env
 
-Twenty lenses, ten steps: some ten minutes, all of it the package's renderer. Both columns are the RMSE of our own
-noise-free image (relign_od, no ghosts) at the pose and elements that were there.
+Twenty lenses, ten steps: 260 captures of the package, 3 s each on two idle cores. It may be stopped, and goes on in the
+same folder. Two scenes of ours stand beside it: relign_od-package has the reflections that the package's lens has,
+relign_od, which the agents learnt from, has none. curve-AGENT.csv in the folder has what is printed.
 """
 
+import argparse
 import csv
 import json
-import sys
-import tempfile
+import os
+import shutil
 from pathlib import Path
 
 import numpy as np
 import package_images
 import program
 
-INSTANCES, STEPS, LEVEL = 20, 10, 0.25
+LEVEL = 0.25
 
 
-def run(folder, name, scene, level, agent):
-    suite = Path(folder) / f"{name}.json"
+def run(folder, scene, level, given, instances, seed=1):
+    suite = folder.with_suffix(".json")
     suite.write_text(json.dumps({
-        "scenes": [scene], "noise_levels": [level], "instances": INSTANCES, "steps": STEPS, "protocol": "blind",
-        # Random search stands in every suite: one step of it, which takes the package three seconds.
-        "algorithms": [{"use": agent, "name": "agent", "parameters": {"other_scenes": True}}, {"use": "random", "steps": 1}]}))
-    program.call("run", suite, "-o", Path(folder) / name)
-    return Path(folder) / name
+        "seed": seed, "scenes": [scene], "noise_levels": [level], "instances": instances, "steps": given.steps,
+        "protocol": "blind",
+        "algorithms": [{"use": given.agent, "name": "agent", "parameters": {"other_scenes": True}},
+                       # It stands in every suite; one step of it is the least.
+                       {"use": "random", "steps": 1}]}))
+    program.call("run", suite, "-o", folder)
+    return folder
 
 
-def in_the_package(folder, agent):
-    log = Path(folder) / "log.jsonl"
-    scene = {"use": str(Path(__file__).parent / "package_station.py"), "name": "package",
-             "parameters": {"level": LEVEL, "log": str(log)}}
-    run(folder, "package", scene, "none", agent)
-    target = package_images.pattern_file("siemens")
-    wanted = program.render(folder, [0.5] * 5, {}, target)
-    found = {}
+def package_log(given, instance):
+    """Poses and elements at every step of the agent's trial; from the folder where they were found before."""
+    log = given.folder / f"package-{given.agent}-{instance}.jsonl"
+    if not log.is_file():
+        results, writing = given.folder / "running", log.with_suffix(".part")
+        shutil.rmtree(results, ignore_errors=True)
+        writing.unlink(missing_ok=True)
+        scene = {"use": str(Path(__file__).parent.resolve() / "package_station.py"), "name": "package",
+                 "parameters": {"level": LEVEL, "log": str(writing.resolve())}}
+        run(results, scene, "none", given, 1, seed=instance + 1)
+        writing.rename(log)
     trials = {}
     for line in map(json.loads, log.read_text().splitlines()):
         trials.setdefault(line["trial"], []).append(line)
-    for lines in trials.values():
-        if len(lines) != STEPS + 1:
-            continue
-        for line in lines:
-            image = program.render(folder, line["pose"], line["elements"], target)
-            found.setdefault(line["step"], []).append(np.sqrt(np.mean((image - wanted) ** 2)))
-    return {step: (*np.quantile(errors, [0.25, 0.5, 0.75]), len(errors)) for step, errors in found.items()}
+    found = [lines for lines in trials.values() if len(lines) == given.steps + 1]
+    if len(found) != 1:
+        raise RuntimeError(f"{log}: {len(found)} trials of {given.steps} steps where there should be one; delete it")
+    return found[0]
 
 
-def in_our_scene(folder, agent):
-    results = run(folder, "ours", "relign_od", f"rho{LEVEL}-package", agent)
+def in_the_package(given):
+    """The RMSE that relign_od would have at the poses and with the elements that were there: the package cannot tell
+    its own without noise."""
+    target = package_images.pattern_file("siemens")
+    wanted = program.render(given.folder, [0.5] * 5, {}, target)
+    rmse = []
+    for instance in range(given.instances):
+        images = [program.render(given.folder, line["pose"], line["elements"], target)
+                  for line in package_log(given, instance)]
+        rmse.append([np.sqrt(np.mean((image - wanted) ** 2)) for image in images])
+        print(f"package, lens {instance + 1}: {' '.join(f'{value:.4f}' for value in rmse[-1])}", flush=True)
+    return rows("package", np.array(rmse))
+
+
+def rows(where, rmse):
+    """rmse: lenses x steps."""
+    return [[where, step, len(rmse), *np.quantile(rmse[:, step], [0.25, 0.5, 0.75])] for step in range(rmse.shape[1])]
+
+
+def in_our_scene(given, scene, instances):
+    results = run(given.folder / f"{scene}-{given.agent}-{instances}", scene, f"rho{LEVEL}-package", given, instances)
     with open(results / "curves.csv") as table:
-        return {int(row["step"]): (*(float(row[f"commanded_{q}"]) for q in ("q25", "median", "q75")), int(row["n"]))
-                for row in csv.DictReader(table) if row["algorithm"] == "agent"}
+        return [[scene, int(row["step"]), int(row["n"]), *(float(row[f"commanded_{q}"]) for q in ("q25", "median", "q75"))]
+                for row in csv.DictReader(table) if row["algorithm"] == "agent"]
 
 
 def main():
-    agent = sys.argv[1] if len(sys.argv) > 1 else "imitation"
-    with tempfile.TemporaryDirectory() as folder:
-        package, ours = in_the_package(folder, agent), in_our_scene(folder, agent)
-    print(f"{agent}, N = {LEVEL}: median noise-free RMSE (quartiles)")
-    for step in range(STEPS + 1):
-        columns = []
-        for found in (package, ours):
-            q25, median, q75, count = found[step]
-            columns.append(f"{median:.4f} ({q25:.4f} - {q75:.4f}), n = {count}")
-        print(f"step {step:2}: in the package {columns[0]}; in our scene {columns[1]}")
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--agent", default="imitation")
+    parser.add_argument("--instances", type=int, default=20, help="lenses of the package")
+    parser.add_argument("--with-reflections", type=int, default=20, help="lenses of relign_od-package")
+    parser.add_argument("--steps", type=int, default=10)
+    given = parser.parse_args()
+    given.folder.mkdir(parents=True, exist_ok=True)
+    os.environ.setdefault("RELIGN_CALL_SECONDS", "600")  # an answer of the package takes its time on a busy machine
+    found = (in_our_scene(given, "relign_od", 100) + in_our_scene(given, "relign_od-package", given.with_reflections) +
+             in_the_package(given))
+    with open(given.folder / f"curve-{given.agent}.csv", "w", newline="") as out:
+        table = csv.writer(out, lineterminator="\n")
+        table.writerow(["where", "step", "lenses", "q25", "median", "q75"])
+        table.writerows([*row[:3], *(f"{value:.5f}" for value in row[3:])] for row in found)
+    print(f"{given.agent}, N = {LEVEL}: median noise-free RMSE (quartiles)")
+    for where, step, count, q25, median, q75 in found:
+        print(f"{where}, {count} lenses, step {step}: {median:.4f} ({q25:.4f} - {q75:.4f})")
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ except ImportError as problem:
     raise unittest.SkipTest(f"{problem}: training needs torch, from the Python index")
 
 from relign_bench.training import cli, policy
-from relign_bench.training.imitate import Recipe, Training, excess, near_poses
+from relign_bench.training.imitate import Recipe, Training, near_poses
 
 TINY = dict(size=40, levels="0,0.5", lenses=40, pictures=10, passes=2, rounds=1, round_lenses=40, round_moves=3,
             round_passes=1, optimum_samples=32, batch=32)

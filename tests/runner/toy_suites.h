@@ -44,8 +44,9 @@ class ToyTest : public testing::Test {
   static plugin_host::Catalog toys(const std::string& walker = "toy_walker") {
     plugin_host::Catalog catalog;
     const fs::path plugins = RELIGN_RUNNER_TEST_PLUGINS;
-    for (const std::string& plugin : {std::string("toy_scene"), std::string("toy_level"), walker,
-                                      std::string("toy_stumbler"), std::string("toy_meddler")})
+    for (const std::string& plugin :
+         {std::string("toy_scene"), std::string("toy_level"), walker, std::string("toy_stumbler"),
+          std::string("toy_meddler"), std::string("toy_saboteur")})
       catalog.add(plugins / plugin);
     return catalog;
   }

@@ -55,7 +55,7 @@ TEST(Misbehaviour, TheBudgetCannotBeOverspent) {
 TEST(Misbehaviour, WhoNeverStopsAskingIsTurnedOut) {
   FakeTrial trial(R"([["insist", 1000000]])");
   const TrialResult result = trial.run();
-  EXPECT_EQ(result.end, End::failed);
+  EXPECT_EQ(result.end, End::overspent);
   EXPECT_THAT(result.message, HasSubstr("steps beyond the end of the trial"));
   EXPECT_THAT(result.steps, SizeIs(5));
 

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
-#include <mutex>
 #include <utility>
 
 namespace sensitivity {
@@ -17,7 +15,6 @@ constexpr double kMotionBlur = 2;     // pixels: slopes of sharper pictures are 
 constexpr double kUnfelt = 3e-5;      // share of the best felt direction below which all is the renderer's own noise
 constexpr double kLeastNoise = 1e-6;  // share of the reference's mean square
 constexpr int kNoiseCaptures = 8;
-constexpr std::size_t kMostDesigns = 4;
 
 // Central differences along the columns of `ways`, divided by their lengths: pixels x ways.
 Eigen::MatrixXf differences(const Simulator& simulator, const Vector& nominal, const Matrix& ways,
@@ -122,18 +119,6 @@ Design study(const Simulator& simulator, const Vector& nominal, const Picture& r
     design.levels.push_back(make_level(design.jacobian, width, height, blur, none));
   design.levels.push_back(make_level(design.jacobian, width, height, 0, none));
   return design;
-}
-
-std::shared_ptr<const Design> studied(const std::string& key, const std::function<Design()>& make) {
-  static std::mutex mutex;
-  static std::deque<std::pair<std::string, std::shared_ptr<const Design>>> kept;
-  // Held while a design is made: trials beside this one wait for it instead of making it once more.
-  const std::lock_guard<std::mutex> lock(mutex);
-  for (const auto& [known, design] : kept)
-    if (known == key) return design;
-  kept.emplace_back(key, std::make_shared<const Design>(make()));
-  if (kept.size() > kMostDesigns) kept.pop_front();
-  return kept.back().second;
 }
 
 }  // namespace sensitivity

@@ -5,8 +5,6 @@
 #include <Eigen/Dense>
 #include <cstdint>
 #include <functional>
-#include <memory>
-#include <string>
 #include <vector>
 
 #include "belief.hpp"
@@ -56,9 +54,5 @@ struct Simulator {
 // first_blur: of the coarsest level, as a share of the picture's shorter side.
 Design study(const Simulator& simulator, const Vector& nominal, const Picture& reference, Eigen::Index width,
              Eigen::Index height, double first_blur);
-
-// The last few designs that this process has studied: the first trial of a scene pays for those after it, and what
-// comes out is the same as without. `make` may throw, and then nothing is kept.
-std::shared_ptr<const Design> studied(const std::string& key, const std::function<Design()>& make);
 
 }  // namespace sensitivity

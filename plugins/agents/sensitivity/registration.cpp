@@ -48,14 +48,6 @@ double span(const Level& level) { return std::max(level.blur, kFinestBlur); }
 
 }  // namespace
 
-Picture put_together(const Picture& picture, Eigen::Index width, Eigen::Index height, Eigen::Index bin) {
-  const Eigen::Index columns = width / bin, rows = height / bin;
-  Picture out = Picture::Zero(columns * rows);
-  for (Eigen::Index y = 0; y < rows * bin; ++y)
-    for (Eigen::Index x = 0; x < columns * bin; ++x) out[y / bin * columns + x / bin] += picture[y * width + x];
-  return out / static_cast<float>(bin * bin);
-}
-
 Picture shifted(const Picture& picture, Eigen::Index width, Eigen::Index height, double right, double down) {
   Picture out = Picture::Zero(picture.size());
   if (!(std::fabs(right) < static_cast<double>(width) && std::fabs(down) < static_cast<double>(height))) return out;
@@ -93,7 +85,7 @@ Level Registration::linearise(const Vector& away, double blur) const {
     Vector ahead = away + stride * eigen.eigenvectors().col(k), behind = away - stride * eigen.eigenvectors().col(k);
     const Picture one = render(ahead, each).mean, other = render(behind, each).mean;
     ways.col(k) = ahead - behind;
-    changes.col(k) = put_together(one - other, design.width, design.height, bin);
+    changes.col(k) = pictures::means_over_squares(one - other, design.width, design.height, bin);
   }
   const Matrix back = ways.completeOrthogonalDecomposition().pseudoInverse();
   const double noise = 2 * design.noise / static_cast<double>(each * bin * bin);
@@ -117,7 +109,7 @@ Sight Registration::compare(const Picture& capture, const Belief& before, const 
   const double left = std::max(static_cast<double>(residual.squaredNorm()) / pixels, least);
   sight.misfit = left / unavoidable;
   if (far) {
-    residual = put_together(residual, design.width, design.height, level.bin);
+    residual = pictures::means_over_squares(residual, design.width, design.height, level.bin);
   } else {
     // The Jacobian is the nominal pose's: the residual is brought to where it would be seen there.
     const Eigen::Vector2d go = design.motion * sight.linearised;

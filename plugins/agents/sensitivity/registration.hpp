@@ -40,9 +40,6 @@ struct Registration {
                 bool finest) const;
 };
 
-// Means over squares of bin x bin pixels; what is left over is cut off.
-Picture put_together(const Picture& picture, Eigen::Index width, Eigen::Index height, Eigen::Index bin);
-
 // The picture moved so that what lies at (x + right, y + down) comes to (x, y); dark beyond the edge.
 Picture shifted(const Picture& picture, Eigen::Index width, Eigen::Index height, double right, double down);
 

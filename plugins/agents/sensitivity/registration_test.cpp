@@ -51,11 +51,6 @@ TEST(Pictures, AShiftBringsWhatLiesThere) {
   EXPECT_EQ(shifted(picture, 5, 4, 1e30, 0).sum(), 0);
 }
 
-TEST(Pictures, SquaresArePutTogether) {
-  const Picture picture = Picture::LinSpaced(5 * 2, 0, 9);
-  EXPECT_EQ(put_together(picture, 5, 2, 2), Eigen::Vector2f(3, 5));
-}
-
 TEST(Beliefs, ABluntedOneHasTheSumOfBothCovariances) {
   const Matrix covariance{{2, 0.5}, {0.5, 1}}, more{{0.5, 0.1}, {0.1, 3}};
   const Vector mean = Eigen::Vector2d(1, -2);
@@ -173,24 +168,6 @@ TEST(DesignStudy, NoiseOfAJacobianIsNotTakenForFeeling) {
     const Matrix clean = squares(design.jacobian, 0);
     EXPECT_LT((corrected - clean).norm(), 0.3 * (plain - clean).norm()) << blur;
   }
-}
-
-TEST(DesignStudy, IsMadeOncePerKeyAndOnlyWhenItSucceeds) {
-  int made = 0;
-  const auto make = [&] {
-    if (++made == 1) throw std::runtime_error("no");
-    Design design;
-    design.noise = made;
-    return design;
-  };
-  EXPECT_THROW(studied("a", make), std::runtime_error);
-  EXPECT_EQ(studied("a", make)->noise, 2);
-  EXPECT_EQ(studied("a", make)->noise, 2);
-  EXPECT_EQ(studied("b", make)->noise, 3);
-  const auto kept = studied("b", make);
-  for (const char* other : {"c", "d", "e", "f"}) studied(other, make);
-  EXPECT_EQ(studied("a", make)->noise, 8);  // forgotten: only the last few stay
-  EXPECT_EQ(kept->noise, 3);                // but not under the hands of who uses it
 }
 
 TEST(Registering, FindsALensFarAway) {

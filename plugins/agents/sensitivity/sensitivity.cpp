@@ -1,13 +1,16 @@
 // Alignment by the sensitivities of the design, as telescopes are aligned. See README.md.
-#include <nlohmann/json.hpp>
 #include <relign/plugin.hpp>
 
 #include "design.hpp"
 #include "memory.hpp"
+#include "pictures/learnt_once.hpp"
+#include "pictures/nominal_pose.hpp"
 #include "registration.hpp"
 
 namespace {
 
+using pictures::to_pose;
+using pictures::to_vector;
 using sensitivity::Belief;
 using sensitivity::Design;
 using sensitivity::Memory;
@@ -20,12 +23,8 @@ constexpr std::size_t kMostSide = 256;          // larger images are binned
 constexpr double kLost = 1.12;                  // a misfit from which on beginning anew may be better
 constexpr int kMostFirst = 12, kMostLater = 5;  // comparisons of one capture with the design
 constexpr std::uint64_t kDesignSeed = 0x5E45;   // noise of the studied design: the same in every trial
+constexpr std::size_t kMostDesigns = 4;         // kept for later trials
 constexpr int kCapturesForClean = 64;           // in the place of a noise-free picture where a scene has none
-
-Vector to_vector(const relign::Pose& pose) {
-  return Eigen::Map<const Vector>(pose.data(), static_cast<Eigen::Index>(pose.size()));
-}
-relign::Pose to_pose(const Vector& point) { return relign::Pose(point.data(), point.data() + point.size()); }
 
 // The pixels that a model gives.
 struct ModelPixels {
@@ -68,20 +67,6 @@ class ModelledLens {
   pictures::Binning binning_;
   std::size_t width_;
 };
-
-Vector nominal_pose(const std::string& scene_json, std::size_t axes) {
-  const auto scene = nlohmann::json::parse(scene_json, nullptr, false);
-  relign::Pose pose(axes, 0.5);
-  if (scene.is_object() && scene.contains("nominal_pose") && scene["nominal_pose"].is_array()) {
-    const auto told = scene["nominal_pose"];
-    if (told.size() != axes)
-      throw std::runtime_error("the scene's nominal_pose has " + std::to_string(told.size()) + " numbers for " +
-                               std::to_string(axes) + " axes");
-    for (std::size_t axis = 0; axis < axes; ++axis)
-      if (told[axis].is_number()) pose[axis] = told[axis].get<double>();
-  }
-  return to_vector(pose);
-}
 
 // As far towards the goal as one move leads.
 Vector within_a_move(const Vector& here, const Vector& goal, double largest) {
@@ -151,16 +136,14 @@ class Sensitivity final : public relign::Agent {
 
   std::shared_ptr<const Design> study(const std::string& scene_json, const pictures::Binning& binning,
                                       const Picture& reference, const ModelledLens& lens, std::size_t axes) const {
-    const Vector nominal = nominal_pose(scene_json, axes);
-    // What the scene says of itself may leave out what only its pictures show: its target, its noise.
-    std::string key = scene_json + '\n' + std::to_string(first_blur_) + '\n';
-    for (const Picture& picture : {reference, lens.capture(nominal, kDesignSeed)})
-      key.append(reinterpret_cast<const char*>(picture.data()),
-                 sizeof(float) * static_cast<std::size_t>(picture.size()));
+    const Vector nominal = pictures::nominal_pose(scene_json, axes);
+    pictures::Origin origin;
+    origin.add(scene_json).add(first_blur_).add(reference).add(lens.capture(nominal, kDesignSeed));
     const sensitivity::Simulator simulator{
         [&](const Vector& pose) { return lens.clean(pose); },
         [&](const Vector& pose, std::uint64_t k) { return lens.capture(pose, kDesignSeed + k); }};
-    return sensitivity::studied(key, [&] {
+    static pictures::LearntOnce<Design> designs(kMostDesigns);
+    return designs(origin, [&] {
       return sensitivity::study(simulator, nominal, reference, binning.width(), binning.height(), first_blur_);
     });
   }

@@ -3,15 +3,12 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
-#include "contract/fake_conversation.h"
-#include "plugin_host/objects.h"
+#include "contract/run_plugin.h"
 #include "toy_lens.h"
 
 namespace relign {
 namespace {
 
-using plugin_host::Algorithm;
-using plugin_host::Kind;
 using test::FakeConversation;
 using test::FakeSetup;
 using test::Pose;
@@ -88,13 +85,8 @@ struct Trial {
   }
 
   Trial& run(const std::string& id = "sensitivity", const Json& parameters = {}) {
-    static auto* catalog = [] {
-      auto* fresh = new plugin_host::Catalog;
-      fresh->add(std::string(RELIGN_PLUGIN_DIR) + "/sensitivity");
-      return fresh;
-    }();
     conversation = std::make_unique<FakeConversation>(setup);
-    Algorithm(catalog->resolve_or_throw(Kind::agent, id, parameters), {}).run(conversation->talk());
+    test::run_plugin("sensitivity", id, parameters, *conversation);
     return *this;
   }
 

@@ -12,15 +12,15 @@
 #include <utility>
 #include <vector>
 
+#include "pictures/poses.hpp"
+
 namespace tolerance_fit {
 
 using Vector = Eigen::VectorXd;
 using Matrix = Eigen::MatrixXd;
 
-inline Vector to_vector(const relign::Pose& pose) {
-  return Eigen::Map<const Vector>(pose.data(), static_cast<Eigen::Index>(pose.size()));
-}
-inline relign::Pose to_pose(const Vector& point) { return relign::Pose(point.data(), point.data() + point.size()); }
+using pictures::to_pose;
+using pictures::to_vector;
 
 // A shift or tilt of one element.
 struct Offset {

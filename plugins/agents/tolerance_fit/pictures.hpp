@@ -41,6 +41,8 @@ inline Matrix blur_kernel(Eigen::Index count, double std) {
 }  // namespace detail
 
 // Means over bins, then blurred; row by row. What is left of pixels at the right and lower border is not used.
+// Not pictures::means_over_squares: it adds in another order, and a last bit is enough for a fit to end elsewhere along
+// directions that pictures hardly tell.
 template <class Number>
 Vector binned(const std::vector<Number>& pixels, Size size, Detail detail) {
   using RowMajor = Eigen::Matrix<Number, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;

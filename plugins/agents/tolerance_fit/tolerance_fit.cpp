@@ -1,30 +1,15 @@
 // Fits the lens in the machine, within the level's tolerances, and aligns it by the fitted model. See README.md.
-#include <deque>
-#include <mutex>
 #include <relign/plugin.hpp>
 
 #include "aligner.hpp"
+#include "pictures/learnt_once.hpp"
+#include "pictures/nominal_pose.hpp"
 
 namespace {
 
 using tolerance_fit::Aligner;
 using tolerance_fit::Knowledge;
 using tolerance_fit::Vector;
-
-// Texts and pixels in 64 bits (FNV-1a).
-class Fingerprint {
- public:
-  void add(std::string_view bytes) {
-    for (const char byte : bytes) value_ = (value_ ^ static_cast<unsigned char>(byte)) * 0x100000001b3ULL;
-  }
-  void add(const std::vector<float>& pixels) {
-    add({reinterpret_cast<const char*>(pixels.data()), pixels.size() * sizeof(float)});
-  }
-  std::uint64_t value() const { return value_; }
-
- private:
-  std::uint64_t value_ = 0xcbf29ce484222325ULL;
-};
 
 class ToleranceFit final : public relign::Agent {
  public:
@@ -70,31 +55,20 @@ class ToleranceFit final : public relign::Agent {
 
     tolerance_fit::Pictures pictures(talk.model());
     tolerance_fit::KnowledgeSetup setup;
-    setup.nominal = Vector::Constant(static_cast<Eigen::Index>(talk.axes()), 0.5);
     const std::string scene = talk.model().scene_json();
-    const auto nominal = nlohmann::json::parse(scene).value("nominal_pose", relign::Pose());
-    if (nominal.size() == talk.axes()) setup.nominal = tolerance_fit::to_vector(nominal);
+    setup.nominal = pictures::nominal_pose(scene, talk.axes());
     setup.most_offsets = most_offsets_;
     setup.far_pictures = far_pictures_;
 
-    // Pictures belong to it: a scene does not describe all that its noise depends on.
-    Fingerprint print;
-    print.add(scene);
-    for (const std::string& draw : draws) print.add(draw);
-    print.add(std::to_string(most_offsets_) + " " + std::to_string(far_pictures_));
+    pictures::Origin origin;
+    origin.add(scene).add(static_cast<double>(most_offsets_)).add(static_cast<double>(far_pictures_));
+    for (const std::string& draw : draws) origin.add(draw);
     pictures.set_offsets({}, Vector(), tolerance_fit::Matrix::Zero(0, 0));
-    for (const int captures : {0, 1}) print.add(pictures.pixels(setup.nominal, Vector::Zero(0), captures));
+    for (const int captures : {0, 1}) origin.add(pictures.pixels(setup.nominal, Vector::Zero(0), captures));
 
-    static std::mutex mutex;
-    static std::deque<std::pair<std::uint64_t, std::shared_ptr<const Knowledge>>> kept;
-    const std::lock_guard<std::mutex> hold(mutex);  // whoever waits here most likely waits for the same
-    for (const auto& [key, known] : kept)
-      if (key == print.value()) return known;
-    auto learnt = std::make_shared<const Knowledge>(
-        tolerance_fit::learn(tolerance_fit::summarise(draws, talk.axes()), setup, pictures));
-    kept.emplace_front(print.value(), learnt);
-    if (kept.size() > kMostKept) kept.pop_back();
-    return learnt;
+    static pictures::LearntOnce<Knowledge> kept(kMostKept);
+    return kept(origin,
+                [&] { return tolerance_fit::learn(tolerance_fit::summarise(draws, talk.axes()), setup, pictures); });
   }
 
   std::size_t most_offsets_, far_pictures_;

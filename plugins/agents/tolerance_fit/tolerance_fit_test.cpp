@@ -2,23 +2,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "plugin_host/objects.h"
+#include "contract/run_plugin.h"
 #include "toy_lens_test.h"
 
 namespace relign {
 namespace {
 
-using plugin_host::Kind;
 using test::ToyTrial;
 
 void run(ToyTrial& trial, const Json& parameters = {}) {
-  static auto* catalog = [] {
-    auto* fresh = new plugin_host::Catalog;
-    fresh->add(std::string(RELIGN_PLUGIN_DIR) + "/tolerance_fit");
-    return fresh;
-  }();
-  plugin_host::Algorithm algorithm(catalog->resolve_or_throw(Kind::agent, "tolerance-fit", parameters), {});
-  algorithm.run(trial.conversation->talk());
+  test::run_plugin("tolerance_fit", "tolerance-fit", parameters, *trial.conversation);
 }
 
 double last_miss(const ToyTrial& trial) { return trial.miss(trial.conversation->recommendations.back().pose); }

@@ -3,6 +3,7 @@
 
 #include "captures.h"
 #include "local_model.h"
+#include "pictures/poses.hpp"
 #include "secant_solver.h"
 
 namespace {
@@ -12,17 +13,14 @@ using ceres_plugin::LocalModel;
 using ceres_plugin::Matrix;
 using ceres_plugin::SecantSolver;
 using ceres_plugin::Vector;
+using pictures::to_pose;
+using pictures::to_vector;
 
 constexpr double kSmallestShare = 0.02;  // of the first differences: finer ones measure noise alone
 constexpr double kReach = 0.06;          // of one step of the local model
 constexpr double kLongestProbe = 0.12;
 constexpr int kProbesPerAxis = 20;   // then the trial is finished
 constexpr double kTimesProbe = 1.5;  // width of the neighbourhood that the local model is fitted to
-
-Vector to_vector(const relign::Pose& pose) {
-  return Eigen::Map<const Vector>(pose.data(), static_cast<Eigen::Index>(pose.size()));
-}
-relign::Pose to_pose(const Vector& point) { return relign::Pose(point.data(), point.data() + point.size()); }
 
 class Ceres final : public relign::Optimizer {
  public:

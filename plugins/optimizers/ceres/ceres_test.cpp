@@ -3,9 +3,8 @@
 
 #include "base/error.h"
 #include "captures.h"
-#include "contract/fake_conversation.h"
+#include "contract/run_plugin.h"
 #include "local_model.h"
-#include "plugin_host/objects.h"
 #include "secant_solver.h"
 
 namespace relign {
@@ -169,13 +168,7 @@ struct Trial {
   }
 
   void run(const std::string& id, const Json& parameters = {}) {
-    static auto* catalog = [] {
-      auto* fresh = new plugin_host::Catalog;
-      fresh->add(std::string(RELIGN_PLUGIN_DIR) + "/ceres");
-      return fresh;
-    }();
-    Algorithm algorithm(catalog->resolve_or_throw(Kind::optimizer, id, parameters), {});
-    algorithm.run(conversation->talk());
+    test::run_plugin("ceres", id, parameters, *conversation);
   }
 
   // Farthest axis of a pose from the optimum.

@@ -3,19 +3,19 @@
 #include <relign/plugin.hpp>
 
 #include "cma.h"
+#include "pictures/poses.hpp"
 
 namespace {
 
 using cma_es::Vector;
+using pictures::to_pose;
+using pictures::to_vector;
 
 constexpr int kMostRestarts = 9;  // as Auger and Hansen do; the population is doubled each time
 constexpr int kLeastPopulation = 4;
 constexpr int kMostPopulation = 4096;  // beyond it a generation has no end
 constexpr int kFlatGenerations = 5;
 constexpr double kWorstCondition = 1e14;
-
-Vector to_vector(const relign::Pose& pose) { return Eigen::Map<const Vector>(pose.data(), long(pose.size())); }
-relign::Pose to_pose(const Vector& point) { return relign::Pose(point.data(), point.data() + point.size()); }
 
 class CmaEs final : public relign::Optimizer {
  public:

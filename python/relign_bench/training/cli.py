@@ -108,12 +108,13 @@ def need(module, package):
 
 def _imitate(given):
     need("torch", "torch")
-    from .imitate import Recipe, Training, excess
+    need("onnx", "onnx")  # torch asks for it at the end only
+    from .imitate import Recipe, Training, tuning_rmse
 
     recipe = changed(Recipe(scene=given.scene, seed=given.seed), given.set)
     training = Training(recipe, given.out, given.threads, tell)
     training.run()
-    rmse = excess(recipe, training.net, given.threads)
+    rmse = tuning_rmse(recipe, training.net, given.threads)
     medians = write_tuning(training.folder, recipe.levels, rmse)
     return show(given, export_imitation(training, pathlib.Path(given.out) / "imitation"),
                 {"median_rmse_after_12": medians})
@@ -121,6 +122,7 @@ def _imitate(given):
 
 def _ppo(given):
     need("torch", "torch")
+    need("onnx", "onnx")  # torch asks for it at the end only
     need("stable_baselines3", "stable-baselines3")
     from .reinforce import PRESETS, Reinforcement
 
@@ -135,6 +137,7 @@ def _ppo(given):
 
 def _export(given):
     need("torch", "torch")
+    need("onnx", "onnx")  # torch asks for it at the end only
     folder, out = pathlib.Path(given.folder), pathlib.Path(given.out)
     kept = folder / "recipe.json"
     if not kept.is_file():

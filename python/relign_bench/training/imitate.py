@@ -14,6 +14,7 @@ import torch
 
 from . import policy
 from .directions import Directions
+from .evaluation import rmse_on_the_way
 from .folder import RunFolder
 from .lenses import Lenses, OptimumModel
 from .nets import StridedNet
@@ -102,17 +103,15 @@ def loss_of(net, pictures, ways, stiff):
     return (huber(error[:, :stiff] / scale, zero[:, :stiff]) + huber(error[:, stiff:] / 0.1, zero[:, stiff:]))
 
 
-def excess(recipe, net, threads, lenses_a_level=100, steps=12, instances="tuning", levels=None):
+def tuning_rmse(recipe, net, threads, lenses_a_level=100, steps=12):
     """Noise-free RMSE after each step, shape (levels, lenses, steps + 1), of lenses that training never saw."""
-    levels = recipe.levels if levels is None else levels
-    lenses = Lenses(recipe.scene, levels, lenses_a_level, recipe.size, instances=instances, threads=threads)
-    lenses.reset(0)
-    rmse = []
-    for step in range(steps + 1):
-        rmse.append(np.sqrt(np.maximum(0, lenses.noise_free_mse())).reshape(len(levels), -1))
-        if step < steps:
-            lenses.move_by(policy.moves(guesses(net, lenses.frames()), step + 1))
-    return np.array(rmse).transpose(1, 2, 0)
+    lenses = Lenses(recipe.scene, recipe.levels, lenses_a_level, recipe.size, instances="tuning", threads=threads)
+
+    def moves(frames, step, memory):
+        return policy.moves(guesses(net, frames[:, -1]), step), memory
+
+    found = rmse_on_the_way(moves, lenses, 1, range(steps + 1))
+    return np.stack(list(found.values()), axis=-1).reshape(len(recipe.levels), lenses_a_level, steps + 1)
 
 
 class Training:

@@ -1,0 +1,18 @@
+// Which trials of a plan are run.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "suite/plan.h"
+
+namespace relign::runner {
+
+// Places in the plan of the trials that `only` leaves: key=value, with the keys scene, noise_level, algorithm, protocol
+// and instance. Values of one key add up, keys narrow down. Throws Error(bad_input) for what the plan does not have.
+std::vector<std::size_t> select_trials(const suite::Plan& plan,
+                                       const std::vector<std::pair<std::string, std::string>>& only);
+
+}  // namespace relign::runner

@@ -1,0 +1,24 @@
+// The worker's side of a run: a process that is told what to do line by line (worker_process.h is the other side).
+//
+// Lines are JSON, and private to one version of the program: both sides are the same file.
+//   in:  {"setup": {...}}                       once, first                 worker_plan.h, threads, folders, memory
+//   limit
+//        {"prepared": {...}}                    before trials that load it
+//        {"trial": {...}}
+//        {"stop": true}                         no step begins after it
+//   out: {"ready": true}
+//        {"begun": {"own_optimum_mse": 0.1}}    the lens is mounted: the trial's time counts
+//        {"message": "..."}                     for the user
+//        {"done": {...}}                        closing line, size and digest of the journal
+//        {"runaway": true}                      the algorithm will never return: the worker wants to be ended
+//        {"error": {"kind": 1, "text": "..."}}  concerns more than the trial
+// Steps go into the journal (trial_journal.h). When the other side closes the connection, the worker ends, and with it
+// all that it started.
+#pragma once
+
+namespace relign::runner {
+
+// Serves until the connection is closed; the exit status.
+int run_worker();
+
+}  // namespace relign::runner

@@ -1,0 +1,16 @@
+// Poses as vectors of Eigen, and back.
+#pragma once
+
+#include <Eigen/Dense>
+#include <relign/basics.hpp>
+
+namespace pictures {
+
+inline Eigen::VectorXd to_vector(const relign::Pose& pose) {
+  return Eigen::Map<const Eigen::VectorXd>(pose.data(), static_cast<Eigen::Index>(pose.size()));
+}
+inline relign::Pose to_pose(const Eigen::VectorXd& point) {
+  return relign::Pose(point.data(), point.data() + point.size());
+}
+
+}  // namespace pictures
