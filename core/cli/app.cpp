@@ -7,20 +7,13 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/help.h"
 #include "cli/interrupt.h"
 
 namespace relign::cli {
 namespace {
-
-std::string shell_quoted(const std::string& word) {
-  const char* plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_./=,:+@%";
-  if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) return word;
-  std::string quoted = "'";
-  for (const char letter : word) quoted += letter == '\'' ? std::string("'\\''") : std::string(1, letter);
-  return quoted + "'";
-}
 
 void print_error(const std::string& text) {
   const bool colours = stderr_has_colours();
@@ -183,6 +176,7 @@ int run_program(int argc, const char* const* argv) {
     add_report(app, context);
     add_plan(app, context);
     add_merge(app, context);
+    add_slurm(app, context);
     add_verify(app, context);
     add_lens(app, context);
     add_scene(app, context);

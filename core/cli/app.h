@@ -62,6 +62,8 @@ void add_render(CLI::App& app, Context& context);
 void add_report(CLI::App& app, Context& context);
 void add_merge(CLI::App& app, Context& context);
 void add_plan(CLI::App& app, Context& context);
+void add_slurm(CLI::App& app, Context& context);
+void add_slurm_status(CLI::App& slurm, Context& context);  // below slurm
 void add_verify(CLI::App& app, Context& context);
 void add_lens(CLI::App& app, Context& context);
 void add_lens_mesh(CLI::App& lens, Context& context);  // below lens

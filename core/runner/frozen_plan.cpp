@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 #include <tuple>
+#include <utility>
 
 #include "base/files.h"
 #include "base/hash.h"
@@ -155,6 +156,8 @@ FrozenPlan read_plan(const fs::path& file) {
   plan.name = content["name"].get<std::string>();
   plan.shards = content["shards"].get<unsigned>();
   plan.trials = content["trials"].get<std::size_t>();
+  if (plan.shards < 1 || plan.shards > std::max<std::size_t>(plan.trials, 1))
+    refuse("is damaged: " + std::to_string(plan.trials) + " trials in " + std::to_string(plan.shards) + " parts");
   plan.suite_text = content["suite"].get<std::string>();
   plan.suite_file = content["suite_file"].get<std::string>();
   plan.suite_folder =
@@ -187,6 +190,34 @@ std::vector<std::size_t> places_of_shard(const suite::Plan& plan, unsigned shard
   for (std::size_t place = 0; place < plan.trials.size(); ++place)
     if (number.at(instance_of(plan.trials[place])) % shards == shard) places.push_back(place);
   return places;
+}
+
+std::vector<std::string> ids_of_shard(const FrozenPlan& plan, unsigned shard) {
+  constexpr std::size_t kIdSize = 16;
+  const auto place_of = [&plan](const char* list, const std::string& name) {
+    const Json& entries = plan.content.value(list, Json::array());
+    std::size_t place = 0;
+    while (place < entries.size() && text_at(entries[place], "name") != name) ++place;
+    return place;
+  };
+  // How many instances each scene has on each level, in the order in which they are dealt out.
+  std::map<std::pair<std::size_t, std::size_t>, std::size_t> first;
+  std::vector<std::pair<std::pair<std::size_t, std::size_t>, std::string>> blocks;
+  for (const Json& block : plan.content.at("blocks")) {
+    const std::pair key(place_of("scenes", text_at(block, "scene")),
+                        place_of("noise_levels", text_at(block, "noise_level")));
+    blocks.emplace_back(key, text_at(block, "ids"));
+    first[key] = blocks.back().second.size() / kIdSize;
+  }
+  std::size_t next = 0;
+  for (auto& [key, count] : first) next += std::exchange(count, next);
+  std::vector<std::string> ids;
+  for (const auto& [key, text] : blocks) {
+    const std::size_t behind = first.at(key) % plan.shards;
+    for (std::size_t k = (shard + plan.shards - behind) % plan.shards; k < text.size() / kIdSize; k += plan.shards)
+      ids.push_back(text.substr(k * kIdSize, kIdSize));
+  }
+  return ids;
 }
 
 }  // namespace relign::runner

@@ -39,4 +39,7 @@ void check_unchanged(const FrozenPlan& frozen, const PreparedPlan& prepared);
 // part has its share of every scene and noise level, and all algorithms of an instance are in one part.
 std::vector<std::size_t> places_of_shard(const suite::Plan& plan, unsigned shard, unsigned shards);
 
+// The same part's ids, read from the file alone: without suite and plugins, on any machine.
+std::vector<std::string> ids_of_shard(const FrozenPlan& plan, unsigned shard);
+
 }  // namespace relign::runner

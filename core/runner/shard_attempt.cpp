@@ -33,15 +33,6 @@ std::string machine_name() {
   return (name.empty() ? "host" : name) + "-" + (boot.empty() ? "000000" : boot.substr(0, 6));
 }
 
-void check_plan(const fs::path& folder, const std::string& plan_hash) {
-  const Json manifest = records::read_manifest(folder);
-  if (manifest.is_null()) return;  // killed before it wrote anything
-  const Json shard = manifest.value("shard", Json::object());
-  if (shard.is_object() && shard.value("plan", Json()) == plan_hash) return;
-  throw Error(ErrorKind::bad_input,
-              folder.string() + " holds results of another plan; choose another folder with --out");
-}
-
 std::set<std::string> complete_trials(const fs::path& folder, const std::function<void(const std::string&)>& tell) {
   try {
     return records::complete_trials(folder);
@@ -56,6 +47,15 @@ std::set<std::string> complete_trials(const fs::path& folder, const std::functio
 std::string shard_name(unsigned shard) {
   const std::string digits = std::to_string(shard);
   return "shard-" + std::string(digits.size() < 4 ? 4 - digits.size() : 0, '0') + digits;
+}
+
+void require_plan(const fs::path& attempt, const std::string& plan_hash) {
+  const Json manifest = records::read_manifest(attempt);
+  if (manifest.is_null()) return;  // killed before it wrote anything
+  const Json shard = manifest.value("shard", Json::object());
+  if (shard.is_object() && shard.value("plan", Json()) == plan_hash) return;
+  throw Error(ErrorKind::bad_input,
+              attempt.string() + " holds results of another plan; choose another folder with --out");
 }
 
 ShardAttempt::ShardAttempt(const fs::path& results, unsigned shard, const std::string& plan_hash,
@@ -81,7 +81,7 @@ ShardAttempt::ShardAttempt(const fs::path& results, unsigned shard, const std::s
   std::vector<fs::path> others;
   for (fs::directory_iterator entry(results, code), end; !code && entry != end; entry.increment(code)) {
     if (entry->path().filename().string().rfind(start, 0) != 0) continue;
-    check_plan(entry->path(), plan_hash);
+    require_plan(entry->path(), plan_hash);
     if (entry->path().filename() != folder_.filename()) others.push_back(entry->path());
   }
   if (others.empty()) return;

@@ -36,4 +36,7 @@ class ShardAttempt {
 // "shard-0003"
 std::string shard_name(unsigned shard);
 
+// Throws Error(bad_input) for a folder with results of another plan.
+void require_plan(const std::filesystem::path& attempt, const std::string& plan_hash);
+
 }  // namespace relign::runner

@@ -53,6 +53,19 @@ TEST_F(ShardTest, PartsAreDisjointAndTogetherThePlan) {
   }
 }
 
+TEST_F(ShardTest, ThePlansFileAloneTellsWhichTrialsAPartHas) {
+  const PreparedPlan plan = prepared(suite_text(kWalkers));
+  for (const unsigned shards : {1U, 5U, 7U, 12U}) {
+    const FrozenPlan frozen = freeze_as("plan.json", plan, shards);
+    for (unsigned shard = 0; shard < shards; ++shard) {
+      std::vector<std::string> ids;
+      for (const std::size_t place : places_of_shard(plan.plan, shard, shards))
+        ids.push_back(plan.plan.trials[place].id);
+      EXPECT_EQ(ids_of_shard(frozen, shard), ids) << shard << " of " << shards;
+    }
+  }
+}
+
 TEST_F(ShardTest, MergedPartsHaveTheBytesOfOneRun) {
   const PreparedPlan plan = prepared(suite_text(kWalkers));
   run(plan, options("one", 2));

@@ -1,0 +1,154 @@
+// A plan in a real queue: what comes out are the trials of one plain run, whatever happens to jobs and nodes.
+// Truth is on the disk: nothing here asks Slurm how a job ended.
+#include <gmock/gmock.h>
+#include <signal.h>
+
+#include <chrono>
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
+
+#include "slurm_cluster.h"
+
+namespace relign::cluster_test {
+namespace {
+
+namespace fs = std::filesystem;
+using cli_test::Outcome;
+using nlohmann::json;
+using testing::HasSubstr;
+
+constexpr unsigned kShards = 4;  // two instances each
+
+std::unique_ptr<SlurmCluster> cluster;
+
+class Slurm : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { cluster = std::make_unique<SlurmCluster>(); }
+  static void TearDownTestSuite() { cluster.reset(); }
+
+  void SetUp() override {
+    if (!cluster->problem().empty()) GTEST_SKIP() << cluster->problem();
+    place_.write("suites/patient.json",
+                 json{{"scenes", {"toy-scene"}},
+                      {"noise_levels", {"toy-level", "toy-wild"}},
+                      {"algorithms",
+                       {{{"use", "toy-patient"}, {"name", "patient"}, {"parameters", {{"gate", gate().string()}}}}}},
+                      {"instances", 4},
+                      {"steps", 4}}
+                     .dump());
+    bench({"plan", "suites/patient.json", "--shards", std::to_string(kShards)});
+    ASSERT_FALSE(HasFailure());
+    place_.write("job.sh", bench({"slurm", "script", "--plan", "plan.json", "--cpus", "2", "-o", "parts"}).out);
+  }
+
+  fs::path gate() const { return place_.path("the gate's open"); }
+  void open_gate() const { std::ofstream(gate()) << "yes"; }
+
+  Outcome bench(std::vector<std::string> arguments) {
+    for (const char* toy : {"toy_scene", "toy_level"})
+      arguments.insert(arguments.end(), {"--plugin", RELIGN_RUNNER_TEST_PLUGINS + std::string("/") + toy});
+    arguments.insert(arguments.end(), {"--plugin", RELIGN_CLUSTER_TEST_PLUGINS "/toy_patient"});
+    const Outcome outcome = cli_test::relign_bench(place_, arguments);
+    if (arguments.front() != "slurm") {
+      EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    }
+    return outcome;
+  }
+  std::string slurm(const std::string& command) {
+    const std::string config = cluster->options().environment.at("SLURM_CONF");
+    const Outcome outcome = cli_test::shell(place_, "export SLURM_CONF=" + config + "; " + command);
+    EXPECT_EQ(outcome.exit_code, 0) << command << "\n" << outcome.err;
+    return outcome.out;
+  }
+  void submit(const std::string& options = "") { slurm("sbatch " + options + " job.sh"); }
+  json status() { return json::parse(bench({"slurm", "status", "--plan", "plan.json", "-o", "parts", "--json"}).out); }
+
+  // Asks until it is so; far longer than it takes, because machines are shared.
+  void wait_until(const std::string& what, const std::function<bool()>& holds) {
+    if (HasFatalFailure()) return;
+    for (int round = 0; round < 400; ++round) {
+      if (holds()) return;
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    FAIL() << "waited in vain: " << what << "\n" << slurm("squeue") << said();
+  }
+  void wait_until_the_queue_is_empty() {
+    wait_until("an empty queue", [this] { return slurm("squeue -h").empty(); });
+  }
+  // The coordinators that run a part.
+  static std::vector<pid_t> programs_of(unsigned shard) {
+    const std::string words = "--shard " + std::to_string(shard) + "/" + std::to_string(kShards);
+    std::vector<pid_t> found;
+    for (const Process& process : descendants())
+      if (process.command.rfind(RELIGN_PROGRAM, 0) == 0 && process.command.find(words) != std::string::npos)
+        found.push_back(process.id);
+    return found;
+  }
+  // Attempts that hold their folder and are past the look at what others have done.
+  std::vector<std::string> attempts_at(unsigned shard) {
+    std::vector<std::string> names;
+    const std::string start = "shard-000" + std::to_string(shard) + ".";
+    std::error_code code;
+    for (fs::directory_iterator entry(place_.path("parts"), code), end; !code && entry != end; entry.increment(code))
+      if (entry->path().filename().string().rfind(start, 0) == 0 && fs::exists(entry->path() / "manifest.json"))
+        names.push_back(entry->path().filename().string());
+    return names;
+  }
+  void wait_until_at_work(unsigned shard, std::size_t attempts = 1) {
+    wait_until("part " + std::to_string(shard) + " at work", [&] { return attempts_at(shard).size() == attempts; });
+  }
+  // What the jobs wrote to their logs.
+  std::string said() const {
+    std::ostringstream text;
+    for (const auto& entry : fs::directory_iterator(place_.folder()))
+      if (entry.path().filename().string().rfind("slurm-", 0) == 0) text << std::ifstream(entry.path()).rdbuf();
+    return text.str();
+  }
+  // All parts are there, and together they have the bytes of one run. Returns what merge said.
+  json expect_the_results_of_one_run() {
+    EXPECT_EQ(status()["array"], "") << said();
+    bench({"run", "suites/patient.json", "-o", "one"});
+    const json merged = json::parse(bench({"merge", "parts", "-o", "merged", "--json"}).out);
+    EXPECT_EQ(merged["trials"], status()["trials"]);
+    EXPECT_FALSE(place_.read("one/trials/0000.jsonl").empty());
+    EXPECT_EQ(place_.read("merged/trials/0000.jsonl"), place_.read("one/trials/0000.jsonl"));
+    return merged;
+  }
+
+  cli_test::Workplace place_;
+};
+
+TEST_F(Slurm, AnArrayHasTheResultsOfOneRun) {
+  open_gate();
+  submit();
+  wait_until_the_queue_is_empty();
+  EXPECT_EQ(expect_the_results_of_one_run()["duplicates"], 0);
+}
+
+TEST_F(Slurm, AFailingIndexIsSentAgainAlone) {
+  submit();
+  wait_until_at_work(2);
+  for (const pid_t program : programs_of(2)) ::kill(program, SIGKILL);
+  open_gate();
+  wait_until_the_queue_is_empty();
+  ASSERT_EQ(status()["array"], "2");
+  submit("--array=2");
+  wait_until_the_queue_is_empty();
+  expect_the_results_of_one_run();
+}
+
+TEST_F(Slurm, TwoAttemptsOfOnePartAtOnceAgree) {
+  submit();
+  wait_until_at_work(1);
+  submit("--array=1");
+  wait_until_at_work(1, 2);
+  open_gate();
+  wait_until_the_queue_is_empty();
+  EXPECT_EQ(expect_the_results_of_one_run()["duplicates"], status()["parts"][1]["trials"]);
+}
+
+}  // namespace
+}  // namespace relign::cluster_test
