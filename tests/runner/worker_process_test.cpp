@@ -23,8 +23,20 @@ std::vector<std::string> children() {
   return found;
 }
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kSanitized = true;
+#else
+constexpr bool kSanitized = false;
+#endif
+
 class WorkerProcessTest : public ToyTest {
  protected:
+  void SetUp() override {
+    ToyTest::SetUp();
+    // Sanitizers would turn a signal into an exit status of their own.
+    for (const char* options : {"ASAN_OPTIONS", "TSAN_OPTIONS"}) ::setenv(options, "handle_segv=0:handle_abort=0", 1);
+  }
+
   RunOptions options(const std::string& name, unsigned workers = 1) {
     RunOptions options = ToyTest::options(name, workers);
     options.worker_program = {RELIGN_PROGRAM, "worker"};
@@ -86,7 +98,10 @@ TEST_P(SaboteurTest, CostsItsTrialsOnly) {
   for (const records::TrialRecord& trial : trials) {
     EXPECT_EQ(trial.end, deed.end) << trial.message;
     EXPECT_THAT(trial.message, HasSubstr(deed.message));
-    EXPECT_EQ(trial.steps.size(), deed.steps);
+    // Where memory is not limited by the system, the worker is weighed now and then, and ended in the middle of a step.
+    if (!(kSanitized && trial.end == "out_of_memory")) {
+      EXPECT_EQ(trial.steps.size(), deed.steps);
+    }
     EXPECT_TRUE(trial.has_own_optimum == records::read_trials(folder_ / deed.name).front().has_own_optimum);
   }
   EXPECT_EQ(summary.failed, records::ended_well(deed.end) ? 0U : 12U);
