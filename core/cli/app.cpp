@@ -181,6 +181,7 @@ int run_program(int argc, const char* const* argv) {
     add_lens(app, context);
     add_scene(app, context);
     add_plugin(app, context);
+    add_doctor(app, context);
     add_worker(app, context);
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {

@@ -56,6 +56,7 @@ void add_run(CLI::App& app, Context& context);
 void add_worker(CLI::App& app, Context& context);  // hidden: what run starts
 void add_try(CLI::App& app, Context& context);
 void add_validate(CLI::App& app, Context& context);
+void add_doctor(CLI::App& app, Context& context);
 void add_list(CLI::App& app, Context& context);
 void add_describe(CLI::App& app, Context& context);
 void add_render(CLI::App& app, Context& context);
