@@ -127,4 +127,8 @@ std::optional<Difference> first_difference(const TrialRecord& was, const TrialRe
 
 double largest_difference(const TrialRecord& was, const TrialRecord& is) { return compare(was, is, 0).largest; }
 
+std::string label_of(const TrialRecord& trial) {
+  return trial.algorithm + " on " + trial.scene + " " + trial.noise_level + " #" + std::to_string(trial.instance);
+}
+
 }  // namespace relign::records

@@ -26,6 +26,9 @@ std::optional<Difference> first_difference(const TrialRecord& was, const TrialRe
 // The largest |is - was| / (1 + |was|) over all numbers of the steps that both have.
 double largest_difference(const TrialRecord& was, const TrialRecord& is);
 
+// For sentences: "compass on relign_od rho0.25 #3".
+std::string label_of(const TrialRecord& trial);
+
 // What is granted between processors to a plugin that promises equal numbers on one alone ("this_cpu").
 inline constexpr double kOtherCpuTolerance = 1e-6;
 

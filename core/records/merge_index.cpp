@@ -15,10 +15,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string label_of(const TrialRecord& trial) {
-  return trial.algorithm + " on " + trial.scene + " " + trial.noise_level + " #" + std::to_string(trial.instance);
-}
-
 // The steps of what ended early must be the first steps of what came to its end.
 bool begins_alike(TrialRecord whole, TrialRecord early, double tolerance) {
   if (early.steps.size() > whole.steps.size()) return false;

@@ -12,7 +12,6 @@
 #include <optional>
 #include <set>
 #include <thread>
-#include <tuple>
 
 #include "records/results_folder.h"
 #include "runner/pictures.h"
@@ -204,19 +203,6 @@ class Run {
     return todo;
   }
 
-  // By instance, all its algorithms together: one lens is mounted once, and a run that is stopped
-  // early leaves every algorithm the same instances. finish() brings back the plan's order.
-  std::vector<std::vector<std::size_t>> by_instance(const std::vector<std::size_t>& todo) const {
-    std::map<std::tuple<std::size_t, std::size_t, std::uint64_t>, std::vector<std::size_t>> groups;
-    for (const std::size_t place : todo) {
-      const suite::PlannedTrial& trial = prepared_.plan.trials[place];
-      groups[{trial.scene, trial.level, trial.instance}].push_back(place);
-    }
-    std::vector<std::vector<std::size_t>> ordered;
-    for (auto& [key, places] : groups) ordered.push_back(std::move(places));
-    return ordered;
-  }
-
   void work(const std::vector<std::size_t>& todo) {
     if (todo.empty()) return;
     const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
@@ -229,7 +215,10 @@ class Run {
     const auto workers = static_cast<unsigned>(std::min<std::size_t>(wanted, todo.size()));
     const unsigned threads = std::max(1U, cores / workers);
     workers_ = workers;
-    TrialQueue queue(by_instance(todo));
+    std::vector<std::vector<std::size_t>> groups = group_by_instance(prepared_.plan, todo);
+    for (std::vector<std::size_t>& group : groups)
+      for (std::size_t& place : group) place = todo[place];
+    TrialQueue queue(std::move(groups));
     std::vector<std::thread> team;
     try {
       for (unsigned number = 0; number < workers; ++number)

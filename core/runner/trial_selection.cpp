@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <tuple>
 
 #include "base/error.h"
 #include "base/text.h"
@@ -57,6 +58,18 @@ std::vector<std::size_t> select_trials(const suite::Plan& plan,
     if (fits) places.push_back(place);
   }
   return places;
+}
+
+std::vector<std::vector<std::size_t>> group_by_instance(const suite::Plan& plan,
+                                                        const std::vector<std::size_t>& places) {
+  std::map<std::tuple<std::size_t, std::size_t, std::uint64_t>, std::vector<std::size_t>> groups;
+  for (std::size_t position = 0; position < places.size(); ++position) {
+    const suite::PlannedTrial& trial = plan.trials[places[position]];
+    groups[{trial.scene, trial.level, trial.instance}].push_back(position);
+  }
+  std::vector<std::vector<std::size_t>> ordered;
+  for (auto& [key, positions] : groups) ordered.push_back(std::move(positions));
+  return ordered;
 }
 
 }  // namespace relign::runner

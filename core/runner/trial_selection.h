@@ -15,4 +15,9 @@ namespace relign::runner {
 std::vector<std::size_t> select_trials(const suite::Plan& plan,
                                        const std::vector<std::pair<std::string, std::string>>& only);
 
+// Groups for a TrialQueue, of positions in `places`: by instance, all its algorithms together, so that one lens is
+// mounted once, and a run that is stopped early leaves every algorithm the same instances.
+std::vector<std::vector<std::size_t>> group_by_instance(const suite::Plan& plan,
+                                                        const std::vector<std::size_t>& places);
+
 }  // namespace relign::runner

@@ -7,7 +7,6 @@
 #include <optional>
 #include <set>
 #include <thread>
-#include <tuple>
 #include <unordered_map>
 
 #include "base/error.h"
@@ -16,6 +15,7 @@
 #include "runner/provenance.h"
 #include "runner/trial_queue.h"
 #include "runner/trial_runner.h"
+#include "runner/trial_selection.h"
 #include "runner/verify_folder.h"
 
 namespace relign::runner {
@@ -47,15 +47,8 @@ class Replay {
   void run(const std::vector<ChosenTrial>& trials, const std::vector<std::size_t>& places, VerifySummary& summary,
            std::set<Change>& changes, const std::function<void()>& on_done) {
     learnt_.prepare(places, [](const std::string&) {});
-    std::map<std::tuple<std::size_t, std::size_t, std::uint64_t>, std::vector<std::size_t>> groups;
-    for (std::size_t index = 0; index < places.size(); ++index) {
-      const suite::PlannedTrial& trial = prepared_.plan.trials[places[index]];
-      groups[{trial.scene, trial.level, trial.instance}].push_back(index);
-      compare_plugins(trial, changes);
-    }
-    std::vector<std::vector<std::size_t>> ordered;
-    for (auto& [instance, indices] : groups) ordered.push_back(std::move(indices));
-    TrialQueue queue(std::move(ordered));
+    for (const std::size_t place : places) compare_plugins(prepared_.plan.trials[place], changes);
+    TrialQueue queue(group_by_instance(prepared_.plan, places));
     found_.assign(trials.size(), std::nullopt);
     const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
     const auto workers = static_cast<unsigned>(std::min<std::size_t>(options_.on_step        ? 1
@@ -141,7 +134,7 @@ class Replay {
     const std::lock_guard<std::mutex> hold(mutex_);
     ++summary.replayed;
     if (difference) {
-      found_[index] = ReplayDifference{trial.id, label_of(was), *difference, tolerant};
+      found_[index] = ReplayDifference{trial.id, records::label_of(was), *difference, tolerant};
     } else {
       ++summary.equal;
       if (!same_bytes) {

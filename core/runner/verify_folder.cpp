@@ -35,10 +35,6 @@ std::string shortened(const std::string& hash) { return hash.substr(0, 16); }
 
 }  // namespace
 
-std::string label_of(const records::TrialRecord& trial) {
-  return trial.algorithm + " on " + trial.scene + " " + trial.noise_level + " #" + std::to_string(trial.instance);
-}
-
 std::vector<StoredSuite> suites_of(const Json& manifest) {
   std::vector<StoredSuite> suites;
   for (const Json& suite : list(manifest, "suites"))

@@ -35,6 +35,4 @@ void compare_machines(const Json& manifest, std::set<Change>& changes);
 // Scenes' data, and parameters of plugins, by the names shown.
 void compare_definitions(const Json& manifest, const PreparedPlan& prepared, std::set<Change>& changes);
 
-std::string label_of(const records::TrialRecord& trial);
-
 }  // namespace relign::runner
