@@ -42,7 +42,7 @@ int write_reports(Context& context, const ReportArguments& arguments) {
     const fs::path page = arguments.out.empty() ? fs::path(folder) / "report.html" : fs::path(arguments.out);
     const report::Report report(folder);
     report.write_html(page);
-    report.write_tables();
+    if (arguments.out.empty()) report.write_tables();
     pages.push_back(page.string());
     text += page.string() + "\n";
   }
@@ -57,10 +57,10 @@ void add_report(CLI::App& app, Context& context) {
                                   "relign-bench report results/quick", "run"});
   auto arguments = std::make_shared<ReportArguments>();
   verb.add_option("DIR", arguments->folders, "results folder, one or more")->required()->type_name("DIR");
-  verb.add_option("-o,--out", arguments->out, "the page [default: DIR/report.html; md: standard output]")
+  verb.add_option("-o,--out", arguments->out,
+                  "the page alone, elsewhere [default: DIR/report.html and tables; md: standard output]")
       ->type_name("FILE");
-  verb.add_option("--format", arguments->format,
-                  "html (page and tables into each folder) or md (Markdown tables for a README) [default: html]")
+  verb.add_option("--format", arguments->format, "html or md (Markdown tables for a README) [default: html]")
       ->type_name("FORMAT")
       ->check(CLI::IsMember({"html", "md"}));
   verb.callback(
