@@ -10,6 +10,24 @@ namespace relign {
 // The file's bytes. Throws Error(io) with the path and the system's reason.
 std::string read_file(const std::filesystem::path& path);
 
+// A file written piece by piece into a temporary file in the same folder; commit() flushes it to the disk and renames
+// it. Without commit nothing is left of it. Creates missing folders. Throws Error(io).
+class AtomicFile {
+ public:
+  explicit AtomicFile(std::filesystem::path path);
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+  void write(std::string_view piece);
+  void commit();
+
+ private:
+  void flush();
+  std::filesystem::path path_;
+  std::string temporary_, waiting_;
+  int descriptor_ = -1;
+};
+
 // Writes into a temporary file in the same folder, flushes it to the disk and renames it: readers
 // see the old file or the whole new one. Creates missing folders. Throws Error(io).
 void write_file_atomically(const std::filesystem::path& path, std::string_view content);

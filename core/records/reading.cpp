@@ -35,8 +35,12 @@ Json read_manifest(const fs::path& folder) {
   const fs::path file = folder / "manifest.json";
   std::error_code code;
   if (!fs::exists(file, code)) return nullptr;
-  Json manifest = Json::parse(read_file(file), nullptr, false);
-  if (manifest.is_discarded()) throw Error(ErrorKind::bad_input, file.string() + " is damaged: it is no JSON");
+  Json manifest;
+  try {
+    manifest = Json::parse(read_file(file));
+  } catch (const Json::parse_error& error) {
+    throw Error(ErrorKind::bad_input, file.string() + " is damaged: " + error.what());
+  }
   check_format(manifest, file.string());
   return manifest;
 }

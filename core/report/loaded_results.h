@@ -6,15 +6,15 @@
 #include <vector>
 
 #include "base/json_source.h"
-#include "records/record.h"
+#include "stats/trial_table.h"
 
 namespace relign::report {
 
 struct LoadedResults {
   std::filesystem::path folder;
-  Json manifest = Json::object();
-  std::vector<records::TrialRecord> trials;
-  std::vector<records::TrialTimes> times;
+  Json manifest = Json::object();  // without its list of trials, which is long
+  std::size_t planned = 0;         // trials on that list
+  stats::TrialTable trials;
   std::vector<std::string> incomplete;  // trials with steps and no closing line
   std::size_t from_other_plans = 0;     // complete trials that the manifest's plan does not name; left out
 };

@@ -5,24 +5,21 @@
 // instances, ran {planned, finished, failed, missing, incomplete, from_other_plans}, methods [...], groups [{scene,
 // noise_level, protocol, label, instances, same_instances, start, rows, curves, measured_only and station (when
 // true)}], verdict, beware, failures, warnings,
-// program, machine, of a merged folder sources [{folder, trials, cpu, program}] and merge}. A group is what can be compared: one scene, noise level and protocol.
+// program, machine, of a merged folder sources [{folder, trials, cpu, program}] and merge}. A group is what can be
+// compared: one scene, noise level and protocol.
 #pragma once
 
 #include "report/loaded_results.h"
+#include "stats/curves.h"
 
 namespace relign::report {
 
-Json page_data(const LoadedResults& results);
+Json page_data(const LoadedResults& results, const std::vector<stats::Curve>& curves);
+Json page_data(const LoadedResults& results);  // makes the curves
 
 // What ranks a row: the error at the recommended pose, or, where no truth is known ("measured_only" of its
 // group), the lowest measured one. {n, median, q25, q75}.
 const Json& score_of(const Json& row);
-
-// Lowest measured RMSE of a trial, camera noise included; NaN without steps.
-double best_measured_rmse(const records::TrialRecord& trial);
-
-// sqrt of the clipped MSE at the recommended pose of the last step; NaN without steps.
-double recommended_rmse(const records::TrialRecord& trial);
 
 // `value` with that many significant digits: pages need no more, and shorter numbers keep them small.
 double rounded(double value, int digits);

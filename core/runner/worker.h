@@ -4,11 +4,14 @@
 //   in:  {"setup": {...}}                       once, first                 worker_plan.h, threads, folders, memory
 //   limit
 //        {"prepared": {...}}                    before trials that load it
+//        {"prepare": {"trial": {...}, "scene_data": "..."}}  the algorithm of this trial
 //        {"trial": {...}}
 //        {"stop": true}                         no step begins after it
 //   out: {"ready": true}
 //        {"begun": {"own_optimum_mse": 0.1}}    the lens is mounted: the trial's time counts
 //        {"message": "..."}                     for the user
+//        {"source": true}                       preparing: one more source is done
+//        {"entries": [...]}                     what was prepared
 //        {"done": {...}}                        closing line, size and digest of the journal
 //        {"runaway": true}                      the algorithm will never return: the worker wants to be ended
 //        {"error": {"kind": 1, "text": "..."}}  concerns more than the trial
