@@ -22,11 +22,4 @@ struct LoadedResults {
 // Throws Error: io when nothing can be read, bad_input when the folder holds no results or a newer format.
 LoadedResults load_results(const std::filesystem::path& folder);
 
-// Members of our own JSON that may be missing or, in a damaged file, of another type.
-std::string text_of(const Json& object, const char* key);     // "" without; numbers as text
-std::uint64_t count_of(const Json& object, const char* key);  // 0 without
-bool flag_of(const Json& object, const char* key);            // false without
-const Json& list_of(const Json& object, const char* key);     // an empty list without
-const Json& object_of(const Json& object, const char* key);   // an empty object without
-
 }  // namespace relign::report

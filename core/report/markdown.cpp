@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "base/json_members.h"
 #include "base/text.h"
 #include "report/escape.h"
-#include "report/loaded_results.h"
 #include "report/page_data.h"
 #include "report/text_tables.h"
 

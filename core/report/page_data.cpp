@@ -9,6 +9,7 @@
 #include <set>
 #include <tuple>
 
+#include "base/json_members.h"
 #include "records/results_folder.h"
 #include "report/verdict.h"
 #include "stats/curves.h"

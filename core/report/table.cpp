@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
+#include "base/json_members.h"
 #include "base/text.h"
 #include "report/escape.h"
-#include "report/loaded_results.h"
 #include "report/page_data.h"
 #include "report/text_tables.h"
 
