@@ -187,7 +187,9 @@ class Worker {
     };
     options.on_begin = [this](const records::TrialRecord& record) {
       channel_.send(
-          {{"begun", {{"own_optimum_mse", record.has_own_optimum ? Json(record.own_optimum_mse) : Json(nullptr)}}}});
+          {{"begun",
+            {{"own_optimum_mse", record.has_own_optimum ? Json(record.own_optimum_mse) : Json(nullptr)},
+             {"own_optimum_pose", record.own_optimum_pose}}}});
     };
     Preparer::Options preparing;
     preparing.threads = options.threads;

@@ -8,7 +8,7 @@
 //        {"trial": {...}}
 //        {"stop": true}                         no step begins after it
 //   out: {"ready": true}
-//        {"begun": {"own_optimum_mse": 0.1}}    the lens is mounted: the trial's time counts
+//        {"begun": {"own_optimum_mse": 0.1, "own_optimum_pose": [...]}}  the lens is mounted: the trial's time counts
 //        {"message": "..."}                     for the user
 //        {"source": true}                       preparing: one more source is done
 //        {"entries": [...]}                     what was prepared

@@ -252,6 +252,7 @@ bool ProcessWorker::take(const Json& message, Attempt& attempt) {
       const Json& mse = message["begun"].at("own_optimum_mse");
       attempt.worked.record.has_own_optimum = !mse.is_null();
       if (!mse.is_null()) attempt.worked.record.own_optimum_mse = mse.get<double>();
+      attempt.worked.record.own_optimum_pose = message["begun"].at("own_optimum_pose").get<std::vector<double>>();
       attempt.begun = true;
       attempt.clock = Clock::now();
       return false;
