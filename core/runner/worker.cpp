@@ -218,6 +218,7 @@ class Worker {
   }
 
   void run(const suite::PlannedTrial& trial) {
+    const double received_at = clock_seconds();
     plan_.check_libraries(trial);
     memory_ran_out = false;
     journal_.begin();
@@ -239,7 +240,8 @@ class Worker {
     channel_.send({{"done",
                     {{"closing", records::closing_line(outcome.record, steps)},
                      {"stopped", outcome.stopped},
-                     {"seconds", outcome.seconds},
+                     {"received_at", received_at},
+                     {"sent_at", clock_seconds()},
                      {"harness_seconds", finite_or_null(outcome.times.harness_seconds)},
                      {"size", journal_.size()},
                      {"digest", journal_.digest()}}}});

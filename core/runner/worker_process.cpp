@@ -10,6 +10,7 @@
 #include "runner/trial_journal.h"
 #include "runner/trial_log.h"
 #include "runner/trial_runner.h"
+#include "runner/worker.h"
 #include "runner/worker_plan.h"
 
 namespace relign::runner {
@@ -55,6 +56,7 @@ struct ProcessWorker::Attempt {
   Clock::time_point clock = Clock::now();  // of what is limited: first the lens, then the trial
   Clock::time_point weighed = Clock::now();
   std::optional<Clock::time_point> stop_asked;
+  double sent_at = 0;  // by clock_seconds
 
   std::string after_steps() const {
     if (preparing) return "";
@@ -182,6 +184,7 @@ ProcessWorker::Attempt ProcessWorker::attempt(const suite::PlannedTrial& trial, 
   cut_bytes_ = 0;
   clear_journal(child_->pixel_file());
   send_prepared(trial, prepared);
+  attempt.sent_at = clock_seconds();
   send({{"trial", to_json(trial)}});
   ++trials_;
   while (true) {
@@ -319,10 +322,10 @@ void ProcessWorker::take_done(const Json& done, Attempt& attempt) {
     attempt.fate = Fate::blamed;
   }
   fill(worked, std::move(journal));
-  // What the trial took here beyond what it took there is the way between the two.
+  // The way there and back. Both sides read the same clock, the system's since it started.
   if (const Json& harness = done.at("harness_seconds"); !harness.is_null())
-    worked.times.harness_seconds =
-        harness.get<double>() + seconds_since(attempt.clock) - done.at("seconds").get<double>();
+    worked.times.harness_seconds = harness.get<double>() + done.at("received_at").get<double>() - attempt.sent_at +
+                                   clock_seconds() - done.at("sent_at").get<double>();
   if (worked.record.end == "out_of_memory") {
     worked.record.message = memory_message(attempt);
     attempt.fate = Fate::blamed;
