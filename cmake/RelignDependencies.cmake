@@ -11,6 +11,7 @@ function(relign_require package debian_package)
 endfunction()
 
 relign_require(nlohmann_json nlohmann-json3-dev)
+relign_require(simdjson libsimdjson-dev)
 relign_require(CLI11 libcli11-dev)
 relign_require(Eigen3 libeigen3-dev)
 relign_require(NLopt "libnlopt-cxx-dev libnlopt-dev")

@@ -24,46 +24,46 @@ std::string megabytes(std::size_t bytes) {
   return bytes >> 20U > 0 ? std::to_string(bytes >> 20U) + " MB" : std::to_string(bytes) + " bytes";
 }
 
-// Closes (and on failure removes) the temporary file.
-class TemporaryFile {
- public:
-  explicit TemporaryFile(const fs::path& beside) : name_(beside.string() + ".tmp-XXXXXX") {
-    descriptor_ = ::mkstemp(name_.data());
-    if (descriptor_ < 0) fail("cannot write", beside, errno);
-  }
-  ~TemporaryFile() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-    if (!kept_) ::unlink(name_.c_str());
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-
-  void write(std::string_view content, const fs::path& target) {
-    while (!content.empty()) {
-      const ssize_t written = ::write(descriptor_, content.data(), content.size());
-      if (written < 0 && errno == EINTR) continue;
-      if (written < 0) fail("cannot write", target, errno);
-      content.remove_prefix(static_cast<std::size_t>(written));
-    }
-    if (::fsync(descriptor_) != 0) fail("cannot write", target, errno);
-  }
-  void rename_to(const fs::path& target) {
-    if (::fchmod(descriptor_, 0644) != 0 || ::close(descriptor_) != 0) {
-      descriptor_ = -1;
-      fail("cannot write", target, errno);
-    }
-    descriptor_ = -1;
-    if (::rename(name_.c_str(), target.c_str()) != 0) fail("cannot write", target, errno);
-    kept_ = true;
-  }
-
- private:
-  std::string name_;
-  int descriptor_ = -1;
-  bool kept_ = false;
-};
+constexpr std::size_t kPiece = 1 << 16;  // written at a time
 
 }  // namespace
+
+AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)), temporary_(path_.string() + ".tmp-XXXXXX") {
+  std::error_code code;
+  if (path_.has_parent_path()) fs::create_directories(path_.parent_path(), code);
+  if (code) fail("cannot create the folder of", path_, code.value());
+  descriptor_ = ::mkstemp(temporary_.data());
+  if (descriptor_ < 0) fail("cannot write", path_, errno);
+}
+
+AtomicFile::~AtomicFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+}
+
+void AtomicFile::write(std::string_view piece) {
+  waiting_ += piece;
+  if (waiting_.size() >= kPiece) flush();
+}
+
+void AtomicFile::flush() {
+  for (std::string_view rest = waiting_; !rest.empty();) {
+    const ssize_t written = ::write(descriptor_, rest.data(), rest.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) fail("cannot write", path_, errno);
+    rest.remove_prefix(static_cast<std::size_t>(written));
+  }
+  waiting_.clear();
+}
+
+void AtomicFile::commit() {
+  flush();
+  if (::fsync(descriptor_) != 0 || ::fchmod(descriptor_, 0644) != 0) fail("cannot write", path_, errno);
+  const int closed = ::close(descriptor_);
+  descriptor_ = -1;
+  if (closed != 0 || ::rename(temporary_.c_str(), path_.c_str()) != 0) fail("cannot write", path_, errno);
+  temporary_.clear();
+}
 
 std::string read_file(const fs::path& path, std::size_t most) {
   std::error_code code;
@@ -93,12 +93,9 @@ std::string read_file(const fs::path& path, std::size_t most) {
 }
 
 void write_file_atomically(const fs::path& path, std::string_view content) {
-  std::error_code code;
-  if (path.has_parent_path()) fs::create_directories(path.parent_path(), code);
-  if (code) fail("cannot create the folder of", path, code.value());
-  TemporaryFile file(path);
-  file.write(content, path);
-  file.rename_to(path);
+  AtomicFile file(path);
+  file.write(content);
+  file.commit();
 }
 
 fs::path cache_folder() {

@@ -13,6 +13,24 @@ inline constexpr std::size_t kMostFileBytes = std::size_t{1} << 30;
 // of which no more are read: what a stranger's file names may be a device without end.
 std::string read_file(const std::filesystem::path& path, std::size_t most = kMostFileBytes);
 
+// A file written piece by piece into a temporary file in the same folder; commit() flushes it to the disk and renames
+// it. Without commit nothing is left of it. Creates missing folders. Throws Error(io).
+class AtomicFile {
+ public:
+  explicit AtomicFile(std::filesystem::path path);
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+  void write(std::string_view piece);
+  void commit();
+
+ private:
+  void flush();
+  std::filesystem::path path_;
+  std::string temporary_, waiting_;
+  int descriptor_ = -1;
+};
+
 // Writes into a temporary file in the same folder, flushes it to the disk and renames it: readers
 // see the old file or the whole new one. Creates missing folders. Throws Error(io).
 void write_file_atomically(const std::filesystem::path& path, std::string_view content);

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "base/files.h"
+#include "base/machine.h"
 #include "base/text.h"
 #include "cli/app.h"
 #include "cli/text_table.h"
@@ -50,10 +51,7 @@ Sign vector_instructions() {
           "no AVX2: the simulator is several times slower than the documents say, with equal images"};
 }
 
-Sign memory() {
-  const double bytes = static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGESIZE));
-  return {"memory", "ok", significant(bytes / 1e9) + " GB"};
-}
+Sign memory() { return {"memory", "ok", significant(static_cast<double>(usable_memory_bytes()) / 1e9) + " GB"}; }
 
 Sign folder(const char* what, const fs::path& path, const char* otherwise) {
   if (!path.empty() && ::access(path.c_str(), W_OK | X_OK) == 0) return {what, "ok", path.string()};

@@ -21,7 +21,7 @@ struct ReportArguments {
 int write_markdown(Context& context, const ReportArguments& arguments) {
   std::string text;
   for (const std::string& folder : arguments.folders)
-    text += (text.empty() ? "" : "\n") + report::markdown_report(folder);
+    text += (text.empty() ? "" : "\n") + report::Report(folder).markdown();
   if (arguments.out.empty()) {
     print_result(context.json ? Json{{"markdown", text}}.dump(2) + "\n" : text);
     return kDone;
@@ -40,9 +40,9 @@ int write_reports(Context& context, const ReportArguments& arguments) {
   std::string text;
   for (const std::string& folder : arguments.folders) {
     const fs::path page = arguments.out.empty() ? fs::path(folder) / "report.html" : fs::path(arguments.out);
-    // The page first: it refuses what is no results folder, before tables are written into it.
-    report::write_html_report(folder, page);
-    report::write_tables(folder);
+    const report::Report report(folder);
+    report.write_html(page);
+    if (arguments.out.empty()) report.write_tables();
     pages.push_back(page.string());
     text += page.string() + "\n";
   }
@@ -57,10 +57,10 @@ void add_report(CLI::App& app, Context& context) {
                                   "relign-bench report results/quick", "run"});
   auto arguments = std::make_shared<ReportArguments>();
   verb.add_option("DIR", arguments->folders, "results folder, one or more")->required()->type_name("DIR");
-  verb.add_option("-o,--out", arguments->out, "the page [default: DIR/report.html; md: standard output]")
+  verb.add_option("-o,--out", arguments->out,
+                  "the page alone, elsewhere [default: DIR/report.html and tables; md: standard output]")
       ->type_name("FILE");
-  verb.add_option("--format", arguments->format,
-                  "html (page and tables into each folder) or md (Markdown tables for a README) [default: html]")
+  verb.add_option("--format", arguments->format, "html or md (Markdown tables for a README) [default: html]")
       ->type_name("FORMAT")
       ->check(CLI::IsMember({"html", "md"}));
   verb.callback(

@@ -175,15 +175,16 @@ int run_suite(Context& context, const RunArguments& arguments) {
   if (attempt) return print_part(context, options.results, summary);
 
   const fs::path page = options.results / "report.html";
-  report::write_tables(options.results);
-  report::write_html_report(options.results, page);
+  const report::Report report(options.results);
+  report.write_tables();
+  report.write_html(page);
   if (context.json) {
     const Json result = {{"results", options.results.string()}, {"report", page.string()},  {"trials", summary.trials},
                          {"finished", summary.finished},        {"reused", summary.reused}, {"failed", summary.failed},
                          {"seconds", summary.seconds}};
     print_result(result.dump(2) + "\n");
   } else {
-    print_result(report::ranking_table(options.results) + "\nresults  " + options.results.string() + "\nreport   " +
+    print_result(report.ranking_table() + "\nresults  " + options.results.string() + "\nreport   " +
                  page.string() + "\n");
     std::fprintf(stderr, "\n%zu trials in %s%s.\nNext: open the report in a browser, or watch one trial:\n  %s\n",
                  summary.trials, duration_text(summary.seconds).c_str(),

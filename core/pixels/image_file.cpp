@@ -34,9 +34,10 @@ std::size_t told_pixels(const std::string& bytes) {
   return side(kWidthAt) * side(kHeightAt);
 }
 
-void write_encoded(const std::filesystem::path& path, const char* ending, const cv::Mat& matrix) {
+void write_encoded(const std::filesystem::path& path, const char* ending, const cv::Mat& matrix,
+                   const std::vector<int>& parameters = {}) {
   std::vector<unsigned char> bytes;
-  if (!cv::imencode(ending, matrix, bytes))
+  if (!cv::imencode(ending, matrix, bytes, parameters))
     throw Error(ErrorKind::internal, "OpenCV cannot write " + std::string(ending) + " files");
   write_file_atomically(path, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
 }
@@ -106,6 +107,24 @@ void write_preview(const std::filesystem::path& path, const Image& image, float 
   cv::Mat out;
   view(image).convertTo(out, CV_8U, 255.0 / white);
   write_encoded(path, ".png", out);
+}
+
+void write_film(const std::filesystem::path& path, const std::vector<Image>& images, unsigned tile, float white) {
+  constexpr int kQuality = 60;  // of 100: noise is what costs, and nobody looks for it here
+  const auto side = static_cast<int>(tile);
+  cv::Mat film = cv::Mat::zeros(side, side * static_cast<int>(images.size()), CV_8U);
+  for (std::size_t number = 0; number < images.size(); ++number) {
+    const Image& image = images[number];
+    const double scale = tile / static_cast<double>(std::max(image.width, image.height));
+    const cv::Size size(std::max(1, cvRound(scale * static_cast<double>(image.width))),
+                        std::max(1, cvRound(scale * static_cast<double>(image.height))));
+    cv::Mat fitted, grey;
+    cv::resize(view(image), fitted, size, 0, 0, scale < 1 ? cv::INTER_AREA : cv::INTER_NEAREST);
+    fitted.convertTo(grey, CV_8U, 255.0 / white);
+    const cv::Point corner(static_cast<int>(number) * side + (side - size.width) / 2, (side - size.height) / 2);
+    grey.copyTo(film(cv::Rect(corner, size)));
+  }
+  write_encoded(path, ".webp", film, {cv::IMWRITE_WEBP_QUALITY, kQuality});
 }
 
 }  // namespace relign::pixels

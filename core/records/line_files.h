@@ -52,6 +52,8 @@ class BlockFinder {
   bool add(std::string_view line, std::size_t offset, std::size_t number);
   // Where the block that was just closed begins, and the record on its closing line.
   std::size_t begin() const { return begin_; }
+  // Step lines of the block that is open, the last one among them.
+  std::size_t steps() const { return steps_; }
   std::size_t first_line() const { return first_line_; }
   const TrialRecord& closed() const { return closed_; }
   // After the last line: trials with steps but no closing line.
@@ -72,11 +74,13 @@ struct BlockPlace {
 };
 
 // The blocks of a file, which is read a piece at a time: memory goes with its longest line. What stands after the
-// last whole block is passed over; `on_incomplete` gets the trials that have steps but no closing line. Throws as
-// split_trials does, and Error(io).
+// last whole block is passed over; `on_incomplete` gets the trials that have steps but no closing line. `on_step` gets
+// every step line without its newline, its number in the file and its place in the block, from 0; a block may begin
+// anew before it is closed. Throws as split_trials does, and Error(io).
 void scan_trials(const std::filesystem::path& file,
                  const std::function<void(const TrialRecord& closing, const BlockPlace&)>& on_trial,
-                 const std::function<void(const std::string& trial)>& on_incomplete = {});
+                 const std::function<void(const std::string& trial)>& on_incomplete = {},
+                 const std::function<void(std::string_view line, std::size_t number, std::size_t step)>& on_step = {});
 // The lines of a times file by their trials; of a line only id and format are read.
 void scan_times(const std::filesystem::path& file,
                 const std::function<void(const std::string& trial, const BlockPlace&)>& on_trial);

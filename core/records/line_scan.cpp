@@ -29,11 +29,14 @@ void for_each_line(const fs::path& file, const Body& body) {
 }  // namespace
 
 void scan_trials(const fs::path& file, const std::function<void(const TrialRecord&, const BlockPlace&)>& on_trial,
-                 const std::function<void(const std::string&)>& on_incomplete) {
+                 const std::function<void(const std::string&)>& on_incomplete,
+                 const std::function<void(std::string_view, std::size_t, std::size_t)>& on_step) {
   BlockFinder finder(file.string());
   for_each_line(file, [&](std::string_view line, std::size_t offset, std::size_t number) {
     if (finder.add(line, offset, number))
       on_trial(finder.closed(), {finder.begin(), offset + line.size() + 1 - finder.begin()});
+    else if (on_step)
+      on_step(line, number, finder.steps() - 1);
   });
   const std::vector<std::string> incomplete = finder.take_incomplete();
   if (!on_incomplete) return;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/error.h"
+#include "base/json_members.h"
 #include "base/text.h"
 #include "records/record.h"
 
@@ -18,11 +19,6 @@ const Json& member(const Json& object, const char* key) {
   return found == object.end() ? kNone : *found;
 }
 
-std::string text(const Json& object, const char* key) {
-  const Json& value = member(object, key);
-  return value.is_string() ? value.get<std::string>() : value.is_null() ? "" : value.dump();
-}
-
 const Json& list(const Json& object, const char* key, const fs::path& folder) {
   const Json& value = member(object, key);
   const bool of_objects = std::string_view(key) == "algorithms";  // of noise levels the name alone may stand there
@@ -33,7 +29,7 @@ const Json& list(const Json& object, const char* key, const fs::path& folder) {
   return value;
 }
 
-std::string algorithm_key(const Json& entry) { return text(entry, "name") + "\n" + text(entry, "protocol"); }
+std::string algorithm_key(const Json& entry) { return text_of(entry, "name") + "\n" + text_of(entry, "protocol"); }
 
 // "seed: 1 in a, 2 in b" for every member of `keys` that differs.
 std::vector<std::string> differing(const Json& a, const Json& b, const std::vector<const char*>& keys,
@@ -48,7 +44,7 @@ std::vector<std::string> differing(const Json& a, const Json& b, const std::vect
 
 const Json* named(const Json& entries, const std::string& name) {
   for (const Json& entry : entries)
-    if (text(entry, "name") == name) return &entry;
+    if (text_of(entry, "name") == name) return &entry;
   return nullptr;
 }
 
@@ -56,7 +52,7 @@ const Json* named(const Json& entries, const std::string& name) {
 void compare_lists(const char* what, const Json& a, const Json& b, const std::string& in_a, const std::string& in_b,
                    std::vector<std::string>& sentences) {
   for (const Json& entry : a) {
-    const std::string name = text(entry, "name");
+    const std::string name = text_of(entry, "name");
     const Json* other = named(b, name);
     if (!other)
       sentences.push_back(std::string(what) + " '" + name + "' is in " + in_a + " alone");
@@ -66,8 +62,8 @@ void compare_lists(const char* what, const Json& a, const Json& b, const std::st
         sentences.push_back(std::string(what) + " '" + name + "', " + sentence);
   }
   for (const Json& entry : b)
-    if (!named(a, text(entry, "name")))
-      sentences.push_back(std::string(what) + " '" + text(entry, "name") + "' is in " + in_b + " alone");
+    if (!named(a, text_of(entry, "name")))
+      sentences.push_back(std::string(what) + " '" + text_of(entry, "name") + "' is in " + in_b + " alone");
 }
 
 std::string counted(const std::map<std::string, std::size_t>& values) {
@@ -81,7 +77,7 @@ std::string counted(const std::map<std::string, std::size_t>& values) {
 }  // namespace
 
 std::string name_and_protocol(const Json& algorithm) {
-  return "'" + text(algorithm, "name") + "' (protocol " + text(algorithm, "protocol") + ")";
+  return "'" + text_of(algorithm, "name") + "' (protocol " + text_of(algorithm, "protocol") + ")";
 }
 
 int ManifestJoin::place_of(const Names& names, const std::string& name) {
@@ -99,8 +95,8 @@ void ManifestJoin::add(const fs::path& folder, Json manifest) {
     first_folder_ = folder;
     first_ = manifest;
     for (const char* key : {"order", "sources", "suites", "merge", "shard", "plan"}) first_.erase(key);
-    for (const Json& entry : first_["scenes"]) scenes_.push_back(text(entry, "name"));
-    for (const Json& entry : first_["noise_levels"]) levels_.push_back(text(entry, "name"));
+    for (const Json& entry : first_["scenes"]) scenes_.push_back(text_of(entry, "name"));
+    for (const Json& entry : first_["noise_levels"]) levels_.push_back(text_of(entry, "name"));
     for (const Json& entry : first_["algorithms"]) algorithms_.push_back(algorithm_key(entry));
   } else {
     join_lists(folder, manifest);
@@ -111,7 +107,7 @@ void ManifestJoin::add(const fs::path& folder, Json manifest) {
 void ManifestJoin::join_lists(const fs::path& folder, const Json& manifest) {
   const std::string a = first_folder_.string(), b = folder.string();
   std::vector<std::string> different;
-  if (text(first_, "instance_set") != text(manifest, "instance_set"))
+  if (text_of(first_, "instance_set") != text_of(manifest, "instance_set"))
     different = differing(first_, manifest, {"instance_set", "seed", "first_instance", "instances"}, a, b);
   compare_lists("scene", first_["scenes"], manifest["scenes"], a, b, different);
   compare_lists("noise level", first_["noise_levels"], manifest["noise_levels"], a, b, different);
@@ -157,9 +153,9 @@ std::size_t ManifestJoin::suite_number(const Json& suite) {
 
 void ManifestJoin::add_source(const fs::path& folder, const Json& manifest) {
   const auto count = [this](const Json& source) {
-    ++cpus_[text(member(source, "machine"), "cpu")];
-    ++programs_[text(member(source, "program"), "hash")];
-    ++flags_[text(member(source, "program"), "flags")];
+    ++cpus_[text_of(member(source, "machine"), "cpu")];
+    ++programs_[text_of(member(source, "program"), "hash")];
+    ++flags_[text_of(member(source, "program"), "flags")];
     if (const Json& kinds = member(source, "plugins"); kinds.is_object())
       for (const auto& [kind, hashes] : kinds.items())
         if (hashes.is_object())
@@ -168,7 +164,7 @@ void ManifestJoin::add_source(const fs::path& folder, const Json& manifest) {
   };
   for (const char* key : {"scenes", "noise_levels", "algorithms"})
     for (const Json& entry : manifest[key])
-      if (text(entry, "reproducible") == "this_cpu") this_cpu_.insert(text(entry, "name"));
+      if (text_of(entry, "reproducible") == "this_cpu") this_cpu_.insert(text_of(entry, "name"));
 
   // A merged folder stands for the folders that it was made of.
   if (const Json& inner = member(manifest, "sources"); inner.is_array() && !inner.empty()) {
@@ -195,7 +191,8 @@ void ManifestJoin::add_source(const fs::path& folder, const Json& manifest) {
                  {"command", member(manifest, "command")}};
   if (manifest.contains("shard")) source["shard"] = manifest["shard"];
   for (const char* key : {"scenes", "noise_levels", "algorithms"})
-    for (const Json& entry : manifest[key]) source["plugins"][key][text(entry, "name")] = member(entry, "plugin_hash");
+    for (const Json& entry : manifest[key])
+      source["plugins"][key][text_of(entry, "name")] = member(entry, "plugin_hash");
   count(source);
   own_source_.push_back(sources_.size());
   sources_.push_back(std::move(source));

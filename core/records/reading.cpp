@@ -35,8 +35,17 @@ Json read_manifest(const fs::path& folder) {
   const fs::path file = folder / "manifest.json";
   std::error_code code;
   if (!fs::exists(file, code)) return nullptr;
-  Json manifest = parsed_json(read_file(file));
-  if (manifest.is_discarded()) throw Error(ErrorKind::bad_input, file.string() + " is damaged: it is no JSON");
+  const std::string text = read_file(file);
+  Json manifest = parsed_json(text);
+  if (manifest.is_discarded()) {
+    std::string why = "it is nested too deep";
+    try {
+      [[maybe_unused]] const Json thrown = Json::parse(text);
+    } catch (const Json::exception& error) {
+      why = error.what();
+    }
+    throw Error(ErrorKind::bad_input, file.string() + " is damaged: " + why);
+  }
   check_format(manifest, file.string());
   return manifest;
 }

@@ -137,6 +137,8 @@ TrialRecord read_closing(const Json& line) {
   const Json& own_optimum = line.at("own_optimum_mse");
   record.has_own_optimum = !own_optimum.is_null();
   if (record.has_own_optimum) record.own_optimum_mse = own_optimum.get<double>();
+  if (const auto pose = line.find("own_optimum_pose"); pose != line.end())
+    record.own_optimum_pose = read_numbers(*pose);
   record.message = line.at("message").get<std::string>();
   record.warnings = line.at("warnings").get<std::vector<std::string>>();
   return record;
@@ -194,6 +196,7 @@ std::string closing_line(const TrialRecord& record, std::size_t steps) {
       .add("instance", record.instance)
       .add("instance_seed", std::to_string(record.instance_seed))
       .raw("own_optimum_mse", record.has_own_optimum ? LineWriter::number(record.own_optimum_mse) : "null")
+      .add("own_optimum_pose", record.own_optimum_pose)
       .add("message", record.message)
       .add("warnings", record.warnings)
       .close();

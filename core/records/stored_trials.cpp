@@ -19,6 +19,53 @@ void for_each_stored(const fs::path& folder, const std::function<void(const Tria
   }
 }
 
+void for_each_with_steps(
+    const fs::path& folder,
+    const std::function<void(const TrialRecord&, const StoredTrial&, const std::vector<StepNumbers>&)>& visit,
+    const std::function<void(const std::string&)>& on_incomplete) {
+  require_results(folder);
+  StepNumbersReader reader;
+  std::vector<StepNumbers> steps;
+  for (const fs::path& file : line_files(folder / "trials")) {
+    const std::size_t number = std::stoul(file.stem().string());
+    const std::string name = file.string();
+    steps.clear();
+    scan_trials(
+        file,
+        [&](const TrialRecord& closing, const BlockPlace& block) {
+          visit(closing, {number, block.offset, block.size}, steps);
+          steps.clear();
+        },
+        on_incomplete,
+        [&](std::string_view line, std::size_t line_number, std::size_t step) {
+          steps.resize(step);  // what an abandoned block left behind goes
+          steps.push_back(reader.read(line, name + ":" + std::to_string(line_number)));
+        });
+  }
+}
+
+const std::vector<StepNumbers>& StoredSteps::read(const StoredTrial& where) {
+  const fs::path file = folder_ / "trials" / line_file_name(where.file);
+  if (file_ != where.file) {
+    stream_ = std::ifstream(file, std::ios::binary);
+    file_ = where.file;
+  }
+  lines_.resize(where.size);
+  if (!stream_.seekg(static_cast<std::streamoff>(where.offset)) ||
+      !stream_.read(lines_.data(), static_cast<std::streamsize>(lines_.size())) || lines_.empty() ||
+      lines_.back() != '\n')
+    throw Error(ErrorKind::io, "cannot read " + file.string() + " as before; did it change just now?");
+  steps_.clear();
+  const std::string_view lines = lines_;
+  const std::size_t closing = lines.rfind('\n', lines.size() - 2);
+  for (std::size_t at = 0; closing != std::string_view::npos && at < closing;) {
+    const std::size_t newline = lines.find('\n', at);
+    steps_.push_back(reader_.read(lines.substr(at, newline - at), file.string()));
+    at = newline + 1;
+  }
+  return steps_;
+}
+
 TrialRecord read_stored(const fs::path& folder, const StoredTrial& where, std::string* text) {
   const fs::path file = folder / "trials" / line_file_name(where.file);
   std::string lines(where.size, '\0');

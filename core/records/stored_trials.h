@@ -3,10 +3,13 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "records/record.h"
+#include "records/step_numbers.h"
 
 namespace relign::records {
 
@@ -19,6 +22,28 @@ struct StoredTrial {
 // line. Throws Error for folders that are none, unreadable, damaged or newer files.
 void for_each_stored(const std::filesystem::path& folder,
                      const std::function<void(const TrialRecord& closing, const StoredTrial& where)>& visit);
+
+// The same with the numbers of its steps; `on_incomplete` gets the trials that have steps but no closing line.
+void for_each_with_steps(const std::filesystem::path& folder,
+                         const std::function<void(const TrialRecord& closing, const StoredTrial& where,
+                                                  const std::vector<StepNumbers>& steps)>& visit,
+                         const std::function<void(const std::string& trial)>& on_incomplete = {});
+
+// The numbers of the steps of one trial after the other, best in the order in which they lie.
+class StoredSteps {
+ public:
+  explicit StoredSteps(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  // Until the next call. Throws Error as read_stored does.
+  const std::vector<StepNumbers>& read(const StoredTrial& where);
+
+ private:
+  std::filesystem::path folder_;
+  std::ifstream stream_;
+  std::size_t file_ = static_cast<std::size_t>(-1);  // that `stream_` reads
+  std::string lines_;
+  StepNumbersReader reader_;
+  std::vector<StepNumbers> steps_;
+};
 
 // The record with its steps; `text` gets the lines as they stand, when it is not null. Throws Error.
 TrialRecord read_stored(const std::filesystem::path& folder, const StoredTrial& where, std::string* text = nullptr);

@@ -6,27 +6,20 @@
 #include <vector>
 
 #include "base/json_source.h"
-#include "records/record.h"
+#include "stats/trial_table.h"
 
 namespace relign::report {
 
 struct LoadedResults {
   std::filesystem::path folder;
-  Json manifest = Json::object();
-  std::vector<records::TrialRecord> trials;
-  std::vector<records::TrialTimes> times;
+  Json manifest = Json::object();  // without its list of trials, which is long
+  std::size_t planned = 0;         // trials on that list
+  stats::TrialTable trials;
   std::vector<std::string> incomplete;  // trials with steps and no closing line
   std::size_t from_other_plans = 0;     // complete trials that the manifest's plan does not name; left out
 };
 
 // Throws Error: io when nothing can be read, bad_input when the folder holds no results or a newer format.
 LoadedResults load_results(const std::filesystem::path& folder);
-
-// Members of our own JSON that may be missing or, in a damaged file, of another type.
-std::string text_of(const Json& object, const char* key);     // "" without; numbers as text
-std::uint64_t count_of(const Json& object, const char* key);  // 0 without
-bool flag_of(const Json& object, const char* key);            // false without
-const Json& list_of(const Json& object, const char* key);     // an empty list without
-const Json& object_of(const Json& object, const char* key);   // an empty object without
 
 }  // namespace relign::report

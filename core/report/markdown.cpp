@@ -7,11 +7,11 @@
 #include <utility>
 #include <vector>
 
+#include "base/json_members.h"
 #include "base/text.h"
 #include "report/escape.h"
-#include "report/loaded_results.h"
 #include "report/page_data.h"
-#include "report/report.h"
+#include "report/text_tables.h"
 
 namespace relign::report {
 namespace {
@@ -112,8 +112,7 @@ std::string table(const std::vector<const Json*>& groups) {
 
 }  // namespace
 
-std::string markdown_report(const std::filesystem::path& folder) {
-  const Json data = page_data(load_results(folder));
+std::string markdown_tables(const Json& data) {
   std::vector<std::pair<std::string, std::string>> order;  // scene and protocol
   std::map<std::pair<std::string, std::string>, std::vector<const Json*>> tables;
   for (const Json& group : data["groups"]) {

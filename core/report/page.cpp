@@ -2,9 +2,9 @@
 
 #include "base/error.h"
 #include "base/hash.h"
+#include "base/json_members.h"
 #include "report/assets.h"
 #include "report/escape.h"
-#include "report/loaded_results.h"
 #include "report/sections.h"
 
 namespace relign::report {

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <map>
 #include <set>
 #include <tuple>
 
+#include "base/json_members.h"
 #include "records/results_folder.h"
 #include "report/verdict.h"
 #include "stats/curves.h"
@@ -50,14 +52,14 @@ struct Methods {
       method["parameters"] = object_of(entry, "parameters");
       add(std::move(method));
     }
-    for (const records::TrialRecord& trial : results.trials) {
-      if (by_name.count(trial.algorithm) > 0) continue;
-      add({{"name", trial.algorithm},
-           {"id", trial.algorithm_id},
-           {"protocol", trial.protocol},
+    for (const stats::Series& series : results.trials.series) {
+      if (by_name.count(series.algorithm) > 0) continue;
+      add({{"name", series.algorithm},
+           {"id", series.algorithm_id},
+           {"protocol", series.protocol},
            {"knows", Json::array()},
-           {"oracle", trial.algorithm_id == "home" && trial.protocol == "blind"},
-           {"steps", trial.budget},
+           {"oracle", series.algorithm_id == "home" && series.protocol == "blind"},
+           {"steps", series.largest_budget},
            {"parameters", Json::object()}});
     }
   }
@@ -130,40 +132,53 @@ std::string group_label(const GroupKey& key, bool station, bool scenes_differ, b
 }
 
 struct Group {
-  std::set<std::uint64_t> instances;                                  // any trial's
-  std::map<std::string, std::set<std::uint64_t>> finished_instances;  // per method, failed ones left out
-  std::vector<double> start, measured_start;                          // one value an instance
-  std::set<std::uint64_t> started;
+  std::set<std::uint64_t> instances;          // any trial's
+  bool same_instances = true;                 // every method has finished the same ones
+  std::vector<double> start, measured_start;  // one value an instance
 };
 
-std::map<GroupKey, Group> gather(const LoadedResults& results, std::vector<GroupKey>& order) {
+std::vector<std::uint64_t> finished_instances(const stats::TrialTable& trials, const stats::Series& series) {
+  std::vector<std::uint64_t> instances;
+  for (const std::uint32_t row : series.trials) instances.push_back(trials.rows[row].instance);
+  std::sort(instances.begin(), instances.end());
+  return instances;
+}
+
+std::map<GroupKey, Group> gather(const stats::TrialTable& trials, std::vector<GroupKey>& order) {
   std::map<GroupKey, Group> groups;
-  for (const records::TrialRecord& trial : results.trials) {
-    const GroupKey key = key_of(trial);
+  std::map<GroupKey, std::vector<std::uint64_t>> finished_by_the_first;
+  std::vector<Group*> group_of;
+  for (const stats::Series& series : trials.series) {
+    const GroupKey key = key_of(series);
     add_once(order, key);
     Group& group = groups[key];
+    group_of.push_back(&group);
+    std::vector<std::uint64_t> finished = finished_instances(trials, series);
+    const auto [first, is_first] = finished_by_the_first.try_emplace(key, finished);
+    if (!is_first && first->second != finished) group.same_instances = false;
+  }
+  std::map<const Group*, std::set<std::uint64_t>> started;
+  for (const stats::TrialRow& trial : trials.rows) {
+    Group& group = *group_of[trial.series];
     group.instances.insert(trial.instance);
-    std::set<std::uint64_t>& finished = group.finished_instances[trial.algorithm];
-    if (records::ended_well(trial.end)) finished.insert(trial.instance);
-    if (!trial.steps.empty() && trial.steps.front().step == 0 && group.started.insert(trial.instance).second) {
-      const std::optional<double> truth = stats::track_value(trial, stats::Track::commanded, 0);
-      group.start.push_back(truth.value_or(kNone));
-      group.measured_start.push_back(stats::track_value(trial, stats::Track::measured, 0).value_or(kNone));
-    }
+    if ((std::isnan(trial.start_commanded) && std::isnan(trial.start_measured)) ||
+        !started[&group].insert(trial.instance).second)
+      continue;
+    group.start.push_back(trial.start_commanded);
+    group.measured_start.push_back(trial.start_measured);
   }
   return groups;
 }
 
-Json groups_json(const LoadedResults& results, const Methods& methods) {
+Json groups_json(const LoadedResults& results, const std::vector<stats::Curve>& curves, const Methods& methods) {
   std::vector<GroupKey> order;
-  const std::map<GroupKey, Group> groups = gather(results, order);
+  const std::map<GroupKey, Group> groups = gather(results.trials, order);
   std::set<std::string> scenes, protocols;
   for (const auto& [scene, level, protocol] : order) scenes.insert(scene), protocols.insert(protocol);
   std::set<std::string> stations;
   for (const Json& scene : list_of(results.manifest, "scenes"))
     if (flag_of(scene, "owns_stage")) stations.insert(text_of(scene, "name"));
-  const std::vector<stats::Curve> curves = stats::make_curves(results.trials);
-  const std::vector<stats::RankingRow> rows = stats::ranking(curves, results.trials, results.times);
+  const std::vector<stats::RankingRow> rows = stats::ranking(results.trials);
 
   Json list = Json::array();
   for (const GroupKey& key : order) {
@@ -179,9 +194,7 @@ Json groups_json(const LoadedResults& results, const Methods& methods) {
     if (station) entry["station"] = true;
     const stats::Quantiles start = stats::quantiles(group.start);
     entry["start"] = start.n > 0 ? number_or_null(start.median) : Json();
-    entry["same_instances"] =
-        std::all_of(group.finished_instances.begin(), group.finished_instances.end(),
-                    [&](const auto& method) { return method.second == group.finished_instances.begin()->second; });
+    entry["same_instances"] = group.same_instances;
     for (const stats::RankingRow& row : rows)
       if (key_of(row) == key) entry["rows"].push_back(row_json(row, methods, station));
     bool measured = false, truth = false;
@@ -202,35 +215,36 @@ Json groups_json(const LoadedResults& results, const Methods& methods) {
 }
 
 // One entry per method and message, so that a thousand equal failures stay one line.
-Json failures_json(const std::vector<records::TrialRecord>& trials, const std::filesystem::path& folder) {
+Json failures_json(const stats::TrialTable& trials) {
   std::map<std::pair<std::string, std::string>, std::size_t> place;
   Json list = Json::array();
-  for (const records::TrialRecord& trial : trials) {
-    if (records::ended_well(trial.end)) continue;
-    const auto [found, is_new] = place.try_emplace({trial.algorithm, trial.message}, list.size());
+  for (const stats::TrialRow& trial : trials.rows) {
+    if (trial.ended_well) continue;
+    const stats::Series& series = trials.series_of(trial);
+    const std::string& message = trials.text(trial.message);
+    const auto [found, is_new] = place.try_emplace({series.algorithm, message}, list.size());
     if (is_new)
-      list.push_back(
-          {{"method", trial.algorithm}, {"message", trial.message}, {"count", 0}, {"trials", Json::array()}});
+      list.push_back({{"method", series.algorithm}, {"message", message}, {"count", 0}, {"trials", Json::array()}});
     Json& entry = list[found->second];
     entry["count"] = entry["count"].get<std::size_t>() + 1;
     if (entry["trials"].size() >= kTrialsNamedPerFailure) continue;
     const std::string log = records::log_file(trial.trial);
     std::error_code code;
     entry["trials"].push_back({{"trial", trial.trial},
-                               {"scene", trial.scene},
-                               {"noise_level", trial.noise_level},
-                               {"protocol", trial.protocol},
+                               {"scene", series.scene},
+                               {"noise_level", series.noise_level},
+                               {"protocol", series.protocol},
                                {"instance", trial.instance},
-                               {"steps", trial.steps.empty() ? 0u : trial.steps.back().step}});
-    if (std::filesystem::exists(folder / log, code)) entry["trials"].back()["log"] = log;
+                               {"steps", trial.last_step}});
+    if (std::filesystem::exists(trials.folder / log, code)) entry["trials"].back()["log"] = log;
   }
   return list;
 }
 
-Json warnings_json(const std::vector<records::TrialRecord>& trials) {
+Json warnings_json(const stats::TrialTable& trials) {
   std::map<std::pair<std::string, std::string>, std::size_t> counts;
-  for (const records::TrialRecord& trial : trials)
-    for (const std::string& warning : trial.warnings) ++counts[{trial.algorithm, warning}];
+  for (const auto& [warning, count] : trials.warnings)
+    counts[{trials.series[warning.series].algorithm, trials.text(warning.text)}] += count;
   Json list = Json::array();
   for (const auto& [what, count] : counts)
     list.push_back({{"method", what.first}, {"message", what.second}, {"count", count}});
@@ -238,26 +252,19 @@ Json warnings_json(const std::vector<records::TrialRecord>& trials) {
 }
 
 // What the harness itself took, over all trials that say so; null when none does.
-Json harness_json(const LoadedResults& results) {
-  double harness = 0, scene = 0;
-  std::size_t steps = 0;
-  for (const records::TrialTimes& times : results.times) {
-    if (std::isnan(times.harness_seconds)) continue;
-    harness += times.harness_seconds;
-    steps += times.simulation_seconds.size();
-    for (const double seconds : times.simulation_seconds) scene += seconds;
-    for (const double seconds : times.truth_seconds) scene += seconds;
-  }
-  if (steps == 0) return nullptr;
-  return {{"microseconds_per_step", rounded(1e6 * harness / static_cast<double>(steps), 3)},
-          {"share_of_scene_time", scene > 0 ? number_or_null(harness / scene) : Json()}};
+Json harness_json(const stats::TrialTable& trials) {
+  if (trials.timed_steps == 0) return nullptr;
+  const double scene = trials.scene_seconds;
+  return {{"microseconds_per_step", rounded(1e6 * trials.harness_seconds / static_cast<double>(trials.timed_steps), 3)},
+          {"share_of_scene_time", scene > 0 ? number_or_null(trials.harness_seconds / scene) : Json()}};
 }
 
 Json ran_json(const LoadedResults& results) {
-  const auto failed = static_cast<std::size_t>(std::count_if(
-      results.trials.begin(), results.trials.end(), [](const auto& trial) { return !records::ended_well(trial.end); }));
-  const std::size_t ended = results.trials.size();
-  std::size_t planned = list_of(results.manifest, "order").size();
+  const std::deque<stats::TrialRow>& trials = results.trials.rows;
+  const auto failed = static_cast<std::size_t>(
+      std::count_if(trials.begin(), trials.end(), [](const stats::TrialRow& trial) { return !trial.ended_well; }));
+  const std::size_t ended = trials.size();
+  std::size_t planned = results.planned;
   if (planned == 0) planned = count_of(results.manifest, "trials");
   planned = std::max(planned, ended + results.incomplete.size());
   return {{"planned", planned},
@@ -272,16 +279,6 @@ Json ran_json(const LoadedResults& results) {
 
 const Json& score_of(const Json& row) { return row.contains("measured") ? row["measured"] : row["recommended"]; }
 
-double best_measured_rmse(const records::TrialRecord& trial) {
-  if (trial.steps.empty()) return kNone;
-  return stats::track_value(trial, stats::Track::best, trial.steps.back().step).value_or(kNone);
-}
-
-double recommended_rmse(const records::TrialRecord& trial) {
-  if (trial.steps.empty()) return kNone;
-  return stats::track_value(trial, stats::Track::recommended, trial.steps.back().step).value_or(kNone);
-}
-
 double rounded(double value, int digits) {
   if (!std::isfinite(value)) return value;
   char buffer[64];
@@ -291,22 +288,26 @@ double rounded(double value, int digits) {
   return result;
 }
 
-Json page_data(const LoadedResults& results) {
+Json page_data(const LoadedResults& results) { return page_data(results, stats::make_curves(results.trials)); }
+
+Json page_data(const LoadedResults& results, const std::vector<stats::Curve>& curves) {
   const Json& manifest = results.manifest;
   const Methods methods(results);
   std::vector<std::string> scenes, levels, protocols;
+  for (const stats::Series& series : results.trials.series) {
+    add_once(scenes, series.scene);
+    add_once(levels, series.noise_level);
+    add_once(protocols, series.protocol);
+  }
   std::set<std::uint64_t> instances;
   unsigned least_steps = std::numeric_limits<unsigned>::max(), most_steps = 0;
-  for (const records::TrialRecord& trial : results.trials) {
-    add_once(scenes, trial.scene);
-    add_once(levels, trial.noise_level);
-    add_once(protocols, trial.protocol);
+  for (const stats::TrialRow& trial : results.trials.rows) {
     instances.insert(trial.instance);
     least_steps = std::min(least_steps, trial.budget);
     most_steps = std::max(most_steps, trial.budget);
   }
   Json data = {{"format", 1}, {"scenes", scenes}, {"noise_levels", levels}, {"protocols", protocols}};
-  data["steps"] = results.trials.empty() ? Json::array() : Json{least_steps, most_steps};
+  data["steps"] = results.trials.rows.empty() ? Json::array() : Json{least_steps, most_steps};
   data["instances"] = instances.size();
   for (const char* key : {"suite_name", "suite_file", "seed", "instance_set"}) data[key] = text_of(manifest, key);
   data["suite_text"] = text_of(manifest, "suite");
@@ -327,10 +328,10 @@ Json page_data(const LoadedResults& results) {
     data["merge"] = object_of(manifest, "merge");
   }
   data["ran"] = ran_json(results);
-  if (Json harness = harness_json(results); harness.is_object()) data["ran"]["harness"] = std::move(harness);
+  if (Json harness = harness_json(results.trials); harness.is_object()) data["ran"]["harness"] = std::move(harness);
   data["methods"] = methods.list;
-  data["groups"] = groups_json(results, methods);
-  data["failures"] = failures_json(results.trials, results.folder);
+  data["groups"] = groups_json(results, curves, methods);
+  data["failures"] = failures_json(results.trials);
   data["warnings"] = warnings_json(results.trials);
   data["verdict"] = verdict(data);
   data["beware"] = beware(data);

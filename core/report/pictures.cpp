@@ -4,9 +4,9 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/json_members.h"
 #include "records/record.h"
 #include "report/escape.h"
-#include "report/loaded_results.h"
 
 namespace relign::report {
 namespace {

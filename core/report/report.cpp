@@ -2,37 +2,62 @@
 
 #include <cmath>
 #include <map>
+#include <set>
+#include <string>
+#include <vector>
 
 #include "base/files.h"
 #include "report/loaded_results.h"
 #include "report/page.h"
 #include "report/page_data.h"
 #include "report/pictures.h"
+#include "report/text_tables.h"
 #include "stats/curves.h"
 
 namespace relign::report {
 
-void write_tables(const std::filesystem::path& folder) {
-  const LoadedResults results = load_results(folder);
-  const std::vector<stats::Curve> curves = stats::make_curves(results.trials);
-  write_file_atomically(folder / "curves.csv", stats::curves_csv(curves));
-  write_file_atomically(folder / "curves.json", stats::curves_json(curves).dump(1) + "\n");
-  write_file_atomically(folder / "instances.csv", stats::instances_csv(results.trials));
+struct Report::Content {
+  explicit Content(const std::filesystem::path& folder)
+      : results(load_results(folder)), curves(stats::make_curves(results.trials)), data(page_data(results, curves)) {}
+  LoadedResults results;
+  std::vector<stats::Curve> curves;
+  Json data;
+};
+
+Report::Report(const std::filesystem::path& results) : content_(std::make_unique<const Content>(results)) {}
+Report::~Report() = default;
+Report::Report(Report&&) noexcept = default;
+Report& Report::operator=(Report&&) noexcept = default;
+
+const Json& Report::data() const { return content_->data; }
+
+void Report::write_tables() const {
+  const std::filesystem::path& folder = content_->results.folder;
+  write_file_atomically(folder / "curves.csv", stats::curves_csv(content_->curves));
+  write_file_atomically(folder / "curves.json", stats::curves_json(content_->curves).dump(1) + "\n");
+  AtomicFile instances(folder / "instances.csv");
+  stats::instances_csv(content_->results.trials, [&](std::string_view text) { instances.write(text); });
+  instances.commit();
 }
 
-std::string html_report(const std::filesystem::path& folder) {
-  const LoadedResults results = load_results(folder);
+std::string Report::html() const {
+  const LoadedResults& results = content_->results;
+  const Gallery gallery = load_gallery(results.folder);
+  std::set<std::string> shown;
+  for (const TrialPictures& trial : gallery.trials) shown.insert(trial.trial);
   std::map<std::string, double> rmse;
-  for (const records::TrialRecord& trial : results.trials)
-    if (!trial.steps.empty()) {
-      const double truth = recommended_rmse(trial);
-      rmse[trial.trial] = std::isnan(truth) ? best_measured_rmse(trial) : truth;
-    }
-  return page(page_data(results), load_gallery(folder), rmse);
+  for (const stats::TrialRow& trial : results.trials.rows) {
+    if (trial.steps == 0 || shown.count(trial.trial) == 0) continue;
+    const double truth = trial.last_of(stats::Track::recommended);
+    rmse[trial.trial] = std::isnan(truth) ? trial.last_of(stats::Track::best) : truth;
+  }
+  return page(content_->data, gallery, rmse);
 }
 
-void write_html_report(const std::filesystem::path& folder, const std::filesystem::path& page_path) {
-  write_file_atomically(page_path, html_report(folder));
-}
+void Report::write_html(const std::filesystem::path& page) const { write_file_atomically(page, html()); }
+
+std::string Report::ranking_table() const { return report::ranking_table(content_->data); }
+
+std::string Report::markdown() const { return markdown_tables(content_->data); }
 
 }  // namespace relign::report

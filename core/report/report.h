@@ -1,24 +1,42 @@
-// The report: one self-contained HTML file made from a results folder alone. Knows no optics and
+// The report: tables and one self-contained HTML file made from a results folder alone. Knows no optics and
 // loads no plugin: a report can be made on another machine.
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <string>
-#include <vector>
+
+#include "base/json_source.h"
 
 namespace relign::report {
 
-// Writes curves.csv, curves.json and instances.csv into the results folder (tables of the same data).
-void write_tables(const std::filesystem::path& results);
+class Report {
+ public:
+  // Reads the folder, once for everything below. Throws Error: io when nothing can be read, bad_input when the folder
+  // holds no results, damaged ones or a newer format.
+  explicit Report(const std::filesystem::path& results);
+  ~Report();
+  Report(Report&&) noexcept;
+  Report& operator=(Report&&) noexcept;
 
-// The page as text. Throws Error for folders that hold no results.
-std::string html_report(const std::filesystem::path& results);
-void write_html_report(const std::filesystem::path& results, const std::filesystem::path& page);
+  // Everything below in words and numbers, as page_data.h has it.
+  const Json& data() const;
 
-// Plain-text ranking for the terminal; empty results give a sentence that says so.
-std::string ranking_table(const std::filesystem::path& results);
+  // curves.csv, curves.json and instances.csv into the results folder (tables of the same data).
+  void write_tables() const;
 
-// The ranking as Markdown: a table per scene and protocol with a column per noise level, best method first.
-std::string markdown_report(const std::filesystem::path& results);
+  std::string html() const;
+  void write_html(const std::filesystem::path& page) const;
+
+  // Plain-text ranking for the terminal; empty results give a sentence that says so.
+  std::string ranking_table() const;
+
+  // The ranking as Markdown: a table per scene and protocol with a column per noise level, best method first.
+  std::string markdown() const;
+
+ private:
+  struct Content;
+  std::unique_ptr<const Content> content_;
+};
 
 }  // namespace relign::report

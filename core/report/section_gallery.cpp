@@ -1,9 +1,9 @@
 // Curve cards (the script draws into them) and the pictures.
 #include <map>
 
+#include "base/json_members.h"
 #include "base/text.h"
 #include "report/html_writer.h"
-#include "report/loaded_results.h"
 #include "report/sections.h"
 
 namespace relign::report {

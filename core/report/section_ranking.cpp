@@ -3,9 +3,9 @@
 #include <map>
 #include <vector>
 
+#include "base/json_members.h"
 #include "base/text.h"
 #include "report/html_writer.h"
-#include "report/loaded_results.h"
 #include "report/page_data.h"
 #include "report/sections.h"
 

@@ -1,7 +1,7 @@
 // Did everything run, what the methods are, and where the numbers come from.
+#include "base/json_members.h"
 #include "base/text.h"
 #include "report/html_writer.h"
-#include "report/loaded_results.h"
 #include "report/sections.h"
 
 namespace relign::report {

@@ -3,11 +3,11 @@
 #include <string>
 #include <vector>
 
+#include "base/json_members.h"
 #include "base/text.h"
 #include "report/escape.h"
-#include "report/loaded_results.h"
 #include "report/page_data.h"
-#include "report/report.h"
+#include "report/text_tables.h"
 
 namespace relign::report {
 namespace {
@@ -82,8 +82,7 @@ std::string group_lines(const Json& group, bool show_steps) {
 
 }  // namespace
 
-std::string ranking_table(const std::filesystem::path& folder) {
-  const Json data = page_data(load_results(folder));
+std::string ranking_table(const Json& data) {
   const Json& ran = data["ran"];
   std::string counts = std::to_string(count_of(ran, "finished")) + " of " + std::to_string(count_of(ran, "planned")) +
                        " trials finished";

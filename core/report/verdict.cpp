@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "base/json_members.h"
 #include "base/text.h"
-#include "report/loaded_results.h"
 #include "report/page_data.h"
 
 namespace relign::report {

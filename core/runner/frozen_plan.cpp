@@ -8,6 +8,7 @@
 
 #include "base/files.h"
 #include "base/hash.h"
+#include "base/json_members.h"
 #include "base/text.h"
 #include "runner/provenance.h"
 
@@ -61,12 +62,6 @@ std::string hash_of_plan(Json content) {
   return short_hash(canonical_json(content));
 }
 
-std::string text_at(const Json& object, const char* key) {
-  const auto found = object.is_object() ? object.find(key) : object.end();
-  return object.is_object() && found != object.end() ? (found->is_string() ? found->get<std::string>() : found->dump())
-                                                     : "";
-}
-
 // What is wrong with the parts of a plan file that this program takes for granted; empty: nothing. The hash does not
 // tell: whoever writes a file can write its hash, too.
 std::string mistake_of_lists(const Json& content) {
@@ -81,7 +76,7 @@ std::string mistake_of_lists(const Json& content) {
     return "it does not tell which program made it";
   std::uint64_t trials = 0;
   for (const Json& block : content["blocks"]) {
-    const std::string ids = text_at(block, "ids");
+    const std::string ids = text_of(block, "ids");
     if (ids.empty() || ids.size() % kIdSize != 0) return "the ids of its trials are no ids";
     trials += ids.size() / kIdSize;
   }
@@ -94,20 +89,20 @@ std::string mistake_of_lists(const Json& content) {
 void compare_lists(const char* key, const std::string& what, const Json& was, const Json& is,
                    std::vector<std::string>& changes) {
   std::map<std::string, const Json*> now;
-  for (const Json& entry : is.at(key)) now[text_at(entry, "name") + "\n" + text_at(entry, "protocol")] = &entry;
+  for (const Json& entry : is.at(key)) now[text_of(entry, "name") + "\n" + text_of(entry, "protocol")] = &entry;
   for (const Json& entry : was.at(key)) {
-    const auto found = now.find(text_at(entry, "name") + "\n" + text_at(entry, "protocol"));
+    const auto found = now.find(text_of(entry, "name") + "\n" + text_of(entry, "protocol"));
     if (found == now.end()) {
-      changes.push_back(what + " '" + text_at(entry, "name") + "' is gone");
+      changes.push_back(what + " '" + text_of(entry, "name") + "' is gone");
       continue;
     }
     for (const auto& [member, value] : entry.items())
       if (value != found->second->value(member, Json()))
-        changes.push_back(what + " '" + text_at(entry, "name") + "', " + member + ": was " + value.dump() + ", is " +
+        changes.push_back(what + " '" + text_of(entry, "name") + "', " + member + ": was " + value.dump() + ", is " +
                           found->second->value(member, Json()).dump());
     now.erase(found);
   }
-  for (const auto& [name, entry] : now) changes.push_back(what + " '" + text_at(*entry, "name") + "' is new");
+  for (const auto& [name, entry] : now) changes.push_back(what + " '" + text_of(*entry, "name") + "' is new");
 }
 
 }  // namespace
@@ -223,16 +218,16 @@ std::vector<std::string> ids_of_shard(const FrozenPlan& plan, unsigned shard) {
   const auto place_of = [&plan](const char* list, const std::string& name) {
     const Json& entries = plan.content.at(list);
     std::size_t place = 0;
-    while (place < entries.size() && text_at(entries[place], "name") != name) ++place;
+    while (place < entries.size() && text_of(entries[place], "name") != name) ++place;
     return place;
   };
   // How many instances each scene has on each level, in the order in which they are dealt out.
   std::map<std::pair<std::size_t, std::size_t>, std::size_t> first;
   std::vector<std::pair<std::pair<std::size_t, std::size_t>, std::string>> blocks;
   for (const Json& block : plan.content.at("blocks")) {
-    const std::pair key(place_of("scenes", text_at(block, "scene")),
-                        place_of("noise_levels", text_at(block, "noise_level")));
-    blocks.emplace_back(key, text_at(block, "ids"));
+    const std::pair key(place_of("scenes", text_of(block, "scene")),
+                        place_of("noise_levels", text_of(block, "noise_level")));
+    blocks.emplace_back(key, text_of(block, "ids"));
     first[key] = blocks.back().second.size() / kIdSize;
   }
   std::size_t next = 0;

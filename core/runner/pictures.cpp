@@ -13,6 +13,7 @@
 #include "base/seeds.h"
 #include "pixels/image_file.h"
 #include "records/results_folder.h"
+#include "records/stored_trials.h"
 #include "runner/trial_runner.h"
 
 namespace relign::runner {
@@ -36,27 +37,44 @@ pixels::Image copy(const relign_image& image) {
   return made;
 }
 
+constexpr unsigned kFilmTile = 80;  // pixels
+constexpr std::size_t kFilmFrames = 8;
+
+std::string film_name() { return "film.webp"; }
+
+// Places in the record's steps: the first and the last, and between them more at the beginning, where most happens.
+std::vector<std::size_t> film_frames(std::size_t steps) {
+  std::set<std::size_t> places;
+  const std::size_t frames = std::min(kFilmFrames, steps);
+  for (std::size_t frame = 0; frame < frames; ++frame) {
+    const double share = frames == 1 ? 0 : static_cast<double>(frame) / static_cast<double>(frames - 1);
+    places.insert(static_cast<std::size_t>(std::lround(std::expm1(std::log(static_cast<double>(steps)) * share))));
+  }
+  for (std::size_t place = 0; places.size() < frames; ++place) places.insert(place);  // rounded to the same
+  return {places.begin(), places.end()};
+}
+
+Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+Json rmse(double mse) { return finite_or_null(std::sqrt(std::max(0.0, mse))); }
+
 struct Chosen {
-  const records::TrialRecord* record;
+  records::TrialRecord record;
   const char* why;
 };
 
-// Noise-free MSE at the recommended pose of the last step; where nobody knows it, the lowest measured RMSE.
-double score_of(const records::TrialRecord& trial) {
-  double score = trial.steps.back().recommended_mse;
-  if (!std::isnan(score)) return score;
-  for (const records::StepRecord& step : trial.steps) score = std::fmin(score, step.measured);
-  return std::isnan(score) ? std::numeric_limits<double>::infinity() : score;
-}
+// What the choice is made by; the steps of the chosen are read when they are needed.
+struct Candidate {
+  double score;
+  std::uint64_t instance;
+  records::StoredTrial where;
+};
 
-// Best, median and worst by score; with one trial it is all three. Ties go to the lower instance, so that the choice
-// does not depend on the order.
-std::vector<Chosen> choose(std::vector<const records::TrialRecord*> trials) {
-  if (trials.empty()) return {};
-  std::sort(trials.begin(), trials.end(), [](const auto* a, const auto* b) {
-    return std::make_pair(score_of(*a), a->instance) < std::make_pair(score_of(*b), b->instance);
-  });
-  return {{trials.front(), "best"}, {trials[(trials.size() - 1) / 2], "median"}, {trials.back(), "worst"}};
+// Noise-free MSE at the recommended pose of the last step; where nobody knows it, the lowest measured RMSE.
+double score_of(const std::vector<records::StepNumbers>& steps) {
+  double score = steps.back().recommended_mse;
+  if (!std::isnan(score)) return score;
+  for (const records::StepNumbers& step : steps) score = std::fmin(score, step.measured);
+  return std::isnan(score) ? std::numeric_limits<double>::infinity() : score;
 }
 
 class Pictures {
@@ -76,7 +94,7 @@ class Pictures {
     for (const Chosen& one : chosen) captures.push_back(&one);
     std::stable_sort(captures.begin(), captures.end(), [this](const Chosen* a, const Chosen* b) {
       const auto key = [this](const Chosen* one) {
-        const suite::PlannedTrial& trial = *planned_.at(one->record->trial);
+        const suite::PlannedTrial& trial = *planned_.at(one->record.trial);
         return std::make_tuple(trial.scene, trial.level, trial.instance);
       };
       return key(a) < key(b);
@@ -84,10 +102,10 @@ class Pictures {
     std::size_t scene = prepared_.plan.suite.scenes.size();
     for (const Chosen* one : captures) {
       if (stopped()) return;
-      const suite::PlannedTrial& trial = *planned_.at(one->record->trial);
+      const suite::PlannedTrial& trial = *planned_.at(one->record.trial);
       if (trial.scene != scene) write_scene(scene = trial.scene);
       if (prepared_.scenes[trial.scene].owns_stage) continue;  // kept while the trial ran
-      guarded([&] { capture(make_job(prepared_, trial), *one->record); });
+      guarded([&] { capture(make_job(prepared_, trial), one->record); });
     }
     remove_strangers(chosen);
     write_index(chosen);
@@ -107,22 +125,37 @@ class Pictures {
   }
 
   std::vector<Chosen> choose_all() {
-    records_ = records::read_planned_trials(results_);
-    std::vector<std::vector<const records::TrialRecord*>> groups;
-    std::map<std::tuple<std::size_t, std::size_t, std::size_t>, std::size_t> place;
-    for (const records::TrialRecord& record : records_) {
-      const auto found = planned_.find(record.trial);
-      if (found == planned_.end() || !records::ended_well(record.end) || record.steps.empty()) continue;
+    std::vector<std::vector<Candidate>> groups;  // in the plan's order
+    using Group = std::tuple<std::size_t, std::size_t, std::size_t>;
+    std::map<Group, std::size_t> place;
+    for (const suite::PlannedTrial& trial : prepared_.plan.trials)
+      if (place.emplace(Group(trial.scene, trial.level, trial.algorithm), groups.size()).second) groups.emplace_back();
+    records::for_each_with_steps(results_, [&](const records::TrialRecord& closing, const records::StoredTrial& where,
+                                               const std::vector<records::StepNumbers>& steps) {
+      const auto found = planned_.find(closing.trial);
+      if (found == planned_.end() || !records::ended_well(closing.end) || steps.empty()) return;
       const suite::PlannedTrial& trial = *found->second;
-      const auto [group, fresh] =
-          place.emplace(std::make_tuple(trial.scene, trial.level, trial.algorithm), groups.size());
-      if (fresh) groups.emplace_back();
-      groups[group->second].push_back(&record);
-    }
+      groups[place.at(Group(trial.scene, trial.level, trial.algorithm))].push_back(
+          {score_of(steps), closing.instance, where});
+    });
     std::vector<Chosen> all;
-    for (auto& group : groups)
-      for (const Chosen& one : choose(std::move(group))) all.push_back(one);
+    for (std::vector<Candidate>& group : groups) choose(group, all);
     return all;
+  }
+
+  // Best, median and worst by score; with one trial it is all three. Ties go to the lower instance, so that the choice
+  // does not depend on the order.
+  void choose(std::vector<Candidate>& trials, std::vector<Chosen>& all) const {
+    if (trials.empty()) return;
+    std::sort(trials.begin(), trials.end(), [](const Candidate& a, const Candidate& b) {
+      return std::make_pair(a.score, a.instance) < std::make_pair(b.score, b.instance);
+    });
+    const auto add = [&](const Candidate& one, const char* why) {
+      all.push_back({records::read_stored(results_, one.where), why});
+    };
+    add(trials.front(), "best");
+    add(trials[(trials.size() - 1) / 2], "median");
+    add(trials.back(), "worst");
   }
 
   void write_scene(std::size_t scene) {
@@ -148,24 +181,32 @@ class Pictures {
   void capture(const TrialJob& job, const records::TrialRecord& record) {
     const fs::path folder = results_ / "pictures" / record.trial;
     const records::StepRecord& last = record.steps.back();
-    take(job, record, folder / frame_name(0), record.steps.front().true_pose, 0);
-    if (last.step > 0) take(job, record, folder / frame_name(last.step), last.recommended_true_pose, last.step);
+    const auto white = static_cast<float>(job.facts.image_white);
+    const auto preview = [&](unsigned step, const std::vector<double>& true_pose) {
+      const fs::path file = folder / frame_name(step);
+      if (!fs::exists(file)) pixels::write_preview(file, seen(job, record, true_pose, step), white);
+    };
+    preview(0, record.steps.front().true_pose);
+    if (last.step > 0) preview(last.step, last.recommended_true_pose);
+    if (fs::exists(folder / film_name())) return;
+    std::vector<pixels::Image> film;
+    for (const std::size_t place : film_frames(record.steps.size()))
+      film.push_back(seen(job, record, record.steps[place].true_pose, record.steps[place].step));
+    pixels::write_film(folder / film_name(), film, kFilmTile, white);
   }
 
-  void take(const TrialJob& job, const records::TrialRecord& record, const fs::path& file,
-            const std::vector<double>& true_pose, unsigned step) {
-    if (fs::exists(file)) return;
+  pixels::Image seen(const TrialJob& job, const records::TrialRecord& record, const std::vector<double>& true_pose,
+                     unsigned step) {
     const TrialRunner::Placed placed = runner_.place(job);
     pixels::Image frame(job.facts.image_width, job.facts.image_height);
     placed.assembly->capture(true_pose, frame_seed(record.instance_seed, step, FrameStream::capture),
                              frame.values.data());
-    fs::create_directories(file.parent_path());
-    pixels::write_preview(file, frame, static_cast<float>(job.facts.image_white));
+    return frame;
   }
 
   void remove_strangers(const std::vector<Chosen>& chosen) {
     std::set<std::string> wanted;
-    for (const Chosen& one : chosen) wanted.insert(one.record->trial);
+    for (const Chosen& one : chosen) wanted.insert(one.record.trial);
     for (const suite::SceneEntry& scene : prepared_.plan.suite.scenes) wanted.insert(scene.name);
     for (const auto& [id, trial] : planned_)  // a later run may choose others
       if (prepared_.scenes[trial->scene].owns_stage) wanted.insert(id);
@@ -176,26 +217,45 @@ class Pictures {
     for (const fs::path& stranger : strangers) fs::remove_all(stranger, code);
   }
 
+  // With what a reader wants to know of each frame, so that a page need not look for it in the records.
+  static Json film_index(const records::TrialRecord& record) {
+    Json frames = Json::array();
+    for (const std::size_t place : film_frames(record.steps.size())) {
+      const records::StepRecord& step = record.steps[place];
+      frames.push_back({{"step", step.step},
+                        {"commanded_pose", step.commanded_pose},
+                        {"true_pose", step.true_pose},
+                        {"measured", finite_or_null(step.measured)},
+                        {"commanded", rmse(step.commanded_mse)},
+                        {"recommended", rmse(step.recommended_mse)},
+                        {"machine_seconds", finite_or_null(step.machine_seconds)}});
+    }
+    return {{"file", record.trial + "/" + film_name()}, {"tile", kFilmTile}, {"frames", std::move(frames)}};
+  }
+
   void write_index(const std::vector<Chosen>& chosen) {
     Json trials = Json::array();
     for (const Chosen& one : chosen) {
       Json frames = Json::array();
       const auto add = [&](unsigned step) {
-        const std::string file = one.record->trial + "/" + frame_name(step);
+        const std::string file = one.record.trial + "/" + frame_name(step);
         if (fs::exists(results_ / "pictures" / file)) frames.push_back({{"step", step}, {"file", file}});
       };
-      const bool shows_last_capture = prepared_.scenes[planned_.at(one.record->trial)->scene].owns_stage;
+      const bool shows_last_capture = prepared_.scenes[planned_.at(one.record.trial)->scene].owns_stage;
       add(0);
-      if (one.record->steps.back().step > 0) add(one.record->steps.back().step);
-      trials.push_back({{"trial", one.record->trial},
-                        {"scene", one.record->scene},
-                        {"noise_level", one.record->noise_level},
-                        {"protocol", one.record->protocol},
-                        {"algorithm", one.record->algorithm},
-                        {"instance", one.record->instance},
+      if (one.record.steps.back().step > 0) add(one.record.steps.back().step);
+      Json film = nullptr;
+      if (fs::exists(results_ / "pictures" / one.record.trial / film_name())) film = film_index(one.record);
+      trials.push_back({{"trial", one.record.trial},
+                        {"scene", one.record.scene},
+                        {"noise_level", one.record.noise_level},
+                        {"protocol", one.record.protocol},
+                        {"algorithm", one.record.algorithm},
+                        {"instance", one.record.instance},
                         {"why", one.why},
                         {"shows", shows_last_capture ? "last_capture" : "recommended"},
-                        {"frames", std::move(frames)}});
+                        {"frames", std::move(frames)},
+                        {"film", std::move(film)}});
     }
     Json references = Json::array();
     for (const suite::SceneEntry& scene : prepared_.plan.suite.scenes)
@@ -211,7 +271,6 @@ class Pictures {
   const PictureOptions& options_;
   TrialRunner runner_;
   std::map<std::string, const suite::PlannedTrial*> planned_;
-  std::vector<records::TrialRecord> records_;
 };
 
 }  // namespace

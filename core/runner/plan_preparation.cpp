@@ -15,7 +15,8 @@ void PlanPreparation::prepare(const std::vector<std::size_t>& places,
       const Group group(trial.scene, trial.level, trial.algorithm);
       if (groups_.count(group) || !plugin_host::is_prepared(algorithm.choice)) continue;
       on_begin(algorithm.name);
-      groups_[group] = &preparer_.prepare(make_job(plan_, trial), plan_.scene_identity[trial.scene]);
+      groups_[group] =
+          make_ ? make_(trial) : preparer_.prepare(make_job(plan_, trial), plan_.scene_identity[trial.scene]);
     }
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::stopped) throw;
@@ -24,7 +25,7 @@ void PlanPreparation::prepare(const std::vector<std::size_t>& places,
 
 const Preparer::Entries* PlanPreparation::of(const suite::PlannedTrial& trial) const {
   const auto found = groups_.find({trial.scene, trial.level, trial.algorithm});
-  return found == groups_.end() ? nullptr : found->second;
+  return found == groups_.end() ? nullptr : &found->second;
 }
 
 Json PlanPreparation::to_json() const {
@@ -32,7 +33,7 @@ Json PlanPreparation::to_json() const {
   Json list = Json::array();
   for (const auto& [group, entries] : groups_) {
     const auto& [scene, level, algorithm] = group;
-    for (const auto& [identity, entry] : *entries)
+    for (const auto& [identity, entry] : entries)
       list.push_back({{"scene", suite.scenes[scene].name},
                       {"noise_level", suite.levels[level].name},
                       {"algorithm", suite.algorithms[algorithm].name},

@@ -16,8 +16,11 @@ namespace relign::runner {
 
 class PlanPreparation {
  public:
-  PlanPreparation(const PreparedPlan& plan, Preparer::Options options)
-      : plan_(plan), stop_(options.stop), preparer_(std::move(options)) {}
+  // How one trial's algorithm is prepared; throws Error as Preparer::prepare does.
+  using Make = std::function<Preparer::Entries(const suite::PlannedTrial& trial)>;
+  // Without `make` they are prepared here, in this process.
+  PlanPreparation(const PreparedPlan& plan, Preparer::Options options, Make make = nullptr)
+      : plan_(plan), preparer_(std::move(options)), make_(std::move(make)) {}
 
   // Of the trials at these places. on_begin gets the name of each algorithm before it is looked at. Once the run is
   // asked to stop it returns early: no trial will begin either.
@@ -32,9 +35,9 @@ class PlanPreparation {
  private:
   using Group = std::tuple<std::size_t, std::size_t, std::size_t>;  // scene, level, algorithm
   const PreparedPlan& plan_;
-  const std::atomic<bool>* stop_;
   Preparer preparer_;
-  std::map<Group, const Preparer::Entries*> groups_;
+  Make make_;
+  std::map<Group, Preparer::Entries> groups_;
 };
 
 }  // namespace relign::runner

@@ -106,6 +106,7 @@ PreparedEntry Preparer::make(const plugin_host::Choice& algorithm, const TrialJo
     source.instance = preparing.source;
     const TrialOutcome outcome = runner_->run(source, options_.stop);
     check_stop(options_.stop);
+    if (options_.on_source) options_.on_source();
     if (!outcome.stopped && !records::ended_well(outcome.record.end)) {
       entry.data.failure = "preparing " + entry.algorithm + " failed on source " + std::to_string(preparing.source) +
                            ": " + outcome.record.message;
@@ -156,6 +157,53 @@ Json Preparer::key_of(const plugin_host::Choice& algorithm, const TrialJob& job,
           {"merit", task::merit_name(job.merit)},
           {"limits", job.limits == task::Limits::hard ? "hard" : "soft"},
           {"machine_time", machine_time_json(job.machine_time)}};
+}
+
+Json to_json(const Preparer::Entries& entries) {
+  Json list = Json::array();
+  for (const auto& [identity, entry] : entries)
+    list.push_back({{"identity", identity},
+                    {"algorithm", entry.algorithm},
+                    {"bytes", entry.data.bytes ? Json(to_hex(*entry.data.bytes)) : Json(nullptr)},
+                    {"hash", entry.data.hash},
+                    {"failure", entry.data.failure},
+                    {"sources", entry.sources},
+                    {"steps", entry.steps},
+                    {"made_now", entry.made_now},
+                    {"seconds", entry.seconds},
+                    {"file", entry.file.string()}});
+  return list;
+}
+
+Preparer::Entries entries_from_json(const Json& json) {
+  Preparer::Entries entries;
+  for (const Json& one : json) {
+    PreparedEntry& entry = entries[one.at("identity").get<std::string>()];
+    entry.algorithm = one.at("algorithm").get<std::string>();
+    if (const Json& bytes = one.at("bytes"); !bytes.is_null())
+      entry.data.bytes = std::make_shared<const std::string>(from_hex(bytes.get_ref<const std::string&>()));
+    entry.data.hash = one.at("hash").get<std::string>();
+    entry.data.failure = one.at("failure").get<std::string>();
+    entry.sources = one.at("sources").get<unsigned>();
+    entry.steps = one.at("steps").get<unsigned>();
+    entry.made_now = one.at("made_now").get<bool>();
+    entry.seconds = one.at("seconds").get<double>();
+    entry.file = one.at("file").get<std::string>();
+  }
+  return entries;
+}
+
+Preparer::Entries without_data(const plugin_host::Choice& algorithm, const std::string& failure) {
+  Preparer::Entries entries;
+  for (const auto& [parameter, inner] : algorithm.algorithms) entries.merge(without_data(*inner, failure));
+  if (const auto wanted = plugin_host::preparation(*algorithm.plugin, algorithm.parameters)) {
+    PreparedEntry& entry = entries[algorithm.identity];
+    entry.algorithm = algorithm.plugin->id;
+    entry.sources = wanted->sources;
+    entry.steps = wanted->steps;
+    entry.data.failure = "preparing " + entry.algorithm + " failed: " + failure;
+  }
+  return entries;
 }
 
 std::shared_ptr<const task::PreparedByIdentity> data_of(const Preparer::Entries& entries) {

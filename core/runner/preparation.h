@@ -31,6 +31,7 @@ class Preparer {
     unsigned threads = 1;                                // for the scene's own work
     std::filesystem::path cache_folder;                  // empty: nothing is kept beyond this object
     std::function<void(const std::string&)> on_message;  // "transfer-gp is being prepared ...", warnings
+    std::function<void()> on_source;                     // one more source is done
     const std::atomic<bool>* stop = nullptr;
     bool again = false;  // makes anew what is there
   };
@@ -57,6 +58,12 @@ class Preparer {
   std::map<std::string, PreparedEntry> finished_;  // by key
   std::map<std::string, Entries> answers_;         // by everything that was asked
 };
+
+// From one process to another.
+Json to_json(const Preparer::Entries& entries);
+Preparer::Entries entries_from_json(const Json& json);  // throws Json::exception and Error
+// What is left when preparing `algorithm` came to no end.
+Preparer::Entries without_data(const plugin_host::Choice& algorithm, const std::string& failure);
 
 // The data alone, as trials take it; null when there is none.
 std::shared_ptr<const task::PreparedByIdentity> data_of(const Preparer::Entries& entries);

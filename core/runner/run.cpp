@@ -1,7 +1,5 @@
 #include "runner/run.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
@@ -13,6 +11,7 @@
 #include <set>
 #include <thread>
 
+#include "base/machine.h"
 #include "records/results_folder.h"
 #include "runner/pictures.h"
 #include "runner/plan_preparation.h"
@@ -27,10 +26,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::size_t machine_memory_bytes() {
-  return static_cast<std::size_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
-}
-
 double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
@@ -44,13 +39,14 @@ class Run {
         selected_(select_trials(prepared.plan, options.only)),
         writer_(options.results),
         hashes_(hash_libraries(suite_)),
-        learnt_(prepared, preparer_options()) {}
+        learnt_(prepared, preparer_options(), options.worker_program.empty() ? nullptr : in_a_worker()) {}
 
   RunSummary execute() {
     if (writer_.repaired() > 0)
       tell("the run before was cut off while it wrote: what was half-written is dropped and runs again");
     // Before anything is kept or dropped: trials that were made with other data run again.
     learnt_.prepare(selected_, [this](const std::string& algorithm) { report_progress("preparing " + algorithm); });
+    preparing_worker_.reset();
     drop_outdated();
     const Json manifest = make_manifest(prepared_, hashes_, options_.command, learnt_.to_json());
     compare_with(writer_.read_manifest(), manifest);
@@ -100,6 +96,15 @@ class Run {
     options.on_message = [this](const std::string& message) { tell(message); };
     options.stop = options_.stop;
     return options;
+  }
+
+  // One worker for all that is prepared: what a plugin does there costs its own trials.
+  PlanPreparation::Make in_a_worker() {
+    return [this](const suite::PlannedTrial& trial) {
+      if (!preparing_worker_)
+        preparing_worker_ = process_worker(std::max(1U, std::thread::hardware_concurrency()), options_.stop);
+      return preparing_worker_->prepare(trial);
+    };
   }
 
   std::string hash_of(const plugin_host::Choice& choice) const { return runner::hash_of(choice, hashes_); }
@@ -248,21 +253,30 @@ class Run {
     for (std::thread& worker : team) worker.join();
   }
 
-  std::unique_ptr<TrialWorker> make_worker(unsigned threads) {
+  WorkerOptions worker_options(unsigned threads, const std::atomic<bool>* stop) {
     WorkerOptions options;
     options.threads = threads;
     options.results = options_.results;
     options.cache_folder = options_.cache_folder;
     options.on_message = [this](const std::string& message) { tell(message); };
-    options.stop = &halt_;
-    if (options_.worker_program.empty()) return std::make_unique<ThreadWorker>(prepared_, std::move(options));
+    options.stop = stop;
+    return options;
+  }
+
+  std::unique_ptr<ProcessWorker> process_worker(unsigned threads, const std::atomic<bool>* stop) {
     return std::make_unique<ProcessWorker>(prepared_, hashes_, options_.worker_program, worker_limits(),
-                                           std::move(options));
+                                           worker_options(threads, stop));
+  }
+
+  std::unique_ptr<TrialWorker> make_worker(unsigned threads) {
+    if (options_.worker_program.empty())
+      return std::make_unique<ThreadWorker>(prepared_, worker_options(threads, &halt_));
+    return process_worker(threads, &halt_);
   }
 
   ProcessWorker::Limits worker_limits() const {
     constexpr double kShareOfMachine = 0.8;
-    const auto machine = static_cast<std::size_t>(kShareOfMachine * static_cast<double>(machine_memory_bytes()));
+    const auto machine = static_cast<std::size_t>(kShareOfMachine * static_cast<double>(usable_memory_bytes()));
     ProcessWorker::Limits limits;
     limits.trial_seconds = suite_.trial_seconds;
     limits.memory_bytes = suite_.trial_memory_mb > 0 ? std::size_t{suite_.trial_memory_mb} * 1'000'000 : machine;
@@ -337,6 +351,7 @@ class Run {
   std::vector<std::size_t> selected_;
   records::ResultsWriter writer_;
   LibraryHashes hashes_;
+  std::unique_ptr<ProcessWorker> preparing_worker_;
   PlanPreparation learnt_;
   std::atomic<bool> halt_{false};
   std::mutex tell_mutex_;

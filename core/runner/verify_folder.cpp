@@ -4,27 +4,16 @@
 
 #include "base/error.h"
 #include "base/hash.h"
+#include "base/json_members.h"
 #include "records/results_folder.h"
 #include "runner/provenance.h"
 
 namespace relign::runner {
 namespace {
 
-std::string text(const Json& object, const char* key) {
-  const auto found = object.is_object() ? object.find(key) : object.end();
-  if (!object.is_object() || found == object.end() || found->is_null()) return "";
-  return found->is_string() ? found->get<std::string>() : found->dump();
-}
-
-const Json& list(const Json& object, const char* key) {
-  static const Json kNone = Json::array();
-  const auto found = object.is_object() ? object.find(key) : object.end();
-  return object.is_object() && found != object.end() && found->is_array() ? *found : kNone;
-}
-
 // The folder itself, or those that it was merged from.
 std::vector<Json> sources_of(const Json& manifest) {
-  const Json& sources = list(manifest, "sources");
+  const Json& sources = list_of(manifest, "sources");
   if (!sources.empty()) return {sources.begin(), sources.end()};
   return {manifest};
 }
@@ -37,18 +26,18 @@ std::string shortened(const std::string& hash) { return hash.substr(0, 16); }
 
 std::vector<StoredSuite> suites_of(const Json& manifest) {
   std::vector<StoredSuite> suites;
-  for (const Json& suite : list(manifest, "suites"))
-    suites.push_back({text(suite, "text"), text(suite, "file"), text(suite, "name")});
+  for (const Json& suite : list_of(manifest, "suites"))
+    suites.push_back({text_of(suite, "text"), text_of(suite, "file"), text_of(suite, "name")});
   if (suites.empty())
-    suites.push_back({text(manifest, "suite"), text(manifest, "suite_file"), text(manifest, "suite_name")});
+    suites.push_back({text_of(manifest, "suite"), text_of(manifest, "suite_file"), text_of(manifest, "suite_name")});
   return suites;
 }
 
 std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json& manifest, VerifySummary& summary) {
   std::set<std::string> planned, stations, seen;
-  for (const Json& id : list(manifest, "order")) planned.insert(id.is_string() ? id.get<std::string>() : "");
-  for (const Json& scene : list(manifest, "scenes"))
-    if (scene.value("owns_stage", false)) stations.insert(text(scene, "name"));
+  for (const Json& id : list_of(manifest, "order")) planned.insert(id.is_string() ? id.get<std::string>() : "");
+  for (const Json& scene : list_of(manifest, "scenes"))
+    if (scene.value("owns_stage", false)) stations.insert(text_of(scene, "name"));
   struct Candidate {
     std::string rank;
     ChosenTrial trial;
@@ -95,7 +84,7 @@ std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json&
 
 std::set<std::string> recorded_cpus(const Json& manifest) {
   std::set<std::string> cpus;
-  for (const Json& source : sources_of(manifest)) cpus.insert(text(member(source, "machine"), "cpu"));
+  for (const Json& source : sources_of(manifest)) cpus.insert(text_of(member(source, "machine"), "cpu"));
   return cpus;
 }
 
@@ -103,11 +92,11 @@ void compare_machines(const Json& manifest, std::set<Change>& changes) {
   const Json program = program_json(), machine = machine_json();
   for (const Json& source : sources_of(manifest)) {
     for (const char* key : {"version", "compiler", "flags", "hash"})
-      if (const std::string was = text(member(source, "program"), key); was != text(program, key))
+      if (const std::string was = text_of(member(source, "program"), key); was != text_of(program, key))
         changes.insert({std::string("program ") + key, key[0] == 'h' ? shortened(was) : was,
-                        key[0] == 'h' ? shortened(text(program, key)) : text(program, key)});
-    if (const std::string was = text(member(source, "machine"), "cpu"); was != text(machine, "cpu"))
-      changes.insert({"CPU", was, text(machine, "cpu")});
+                        key[0] == 'h' ? shortened(text_of(program, key)) : text_of(program, key)});
+    if (const std::string was = text_of(member(source, "machine"), "cpu"); was != text_of(machine, "cpu"))
+      changes.insert({"CPU", was, text_of(machine, "cpu")});
   }
 }
 
@@ -115,8 +104,8 @@ void compare_definitions(const Json& manifest, const PreparedPlan& prepared, std
   const suite::Suite& suite = prepared.plan.suite;
   const auto compare = [&](const char* key, const std::string& what, const std::string& name, const Json& parameters,
                            const std::string& protocol) {
-    for (const Json& entry : list(manifest, key)) {
-      if (text(entry, "name") != name || (!protocol.empty() && text(entry, "protocol") != protocol)) continue;
+    for (const Json& entry : list_of(manifest, key)) {
+      if (text_of(entry, "name") != name || (!protocol.empty() && text_of(entry, "protocol") != protocol)) continue;
       if (member(entry, "parameters") != parameters)
         changes.insert({what + " " + name + " parameters", member(entry, "parameters").dump(), parameters.dump()});
     }
@@ -124,9 +113,9 @@ void compare_definitions(const Json& manifest, const PreparedPlan& prepared, std
   for (std::size_t index = 0; index < suite.scenes.size(); ++index) {
     const std::string& name = suite.scenes[index].name;
     compare("scenes", "scene", name, suite.scenes[index].choice.parameters, "");
-    for (const Json& entry : list(manifest, "scenes"))
+    for (const Json& entry : list_of(manifest, "scenes"))
       if (const std::string was = member(entry, "data").dump();
-          text(entry, "name") == name && was != prepared.scene_identity[index])
+          text_of(entry, "name") == name && was != prepared.scene_identity[index])
         changes.insert({"scene " + name + " data files", was, prepared.scene_identity[index]});
   }
   for (const suite::LevelEntry& level : suite.levels)

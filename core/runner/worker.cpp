@@ -21,9 +21,9 @@
 #include <thread>
 #include <tuple>
 
-#include "base/text.h"
 #include "plugin_host/process_session.h"
 #include "runner/pictures.h"
+#include "runner/preparation.h"
 #include "runner/trial_journal.h"
 #include "runner/trial_runner.h"
 #include "runner/worker_plan.h"
@@ -153,6 +153,8 @@ class Worker {
       try {
         if (message.contains("trial"))
           run(planned_trial_from_json(message.at("trial")));
+        else if (message.contains("prepare"))
+          prepare(message.at("prepare"));
         else if (message.contains("prepared"))
           keep_prepared(message.at("prepared"));
         else if (message.contains("setup"))
@@ -185,8 +187,17 @@ class Worker {
     };
     options.on_begin = [this](const records::TrialRecord& record) {
       channel_.send(
-          {{"begun", {{"own_optimum_mse", record.has_own_optimum ? Json(record.own_optimum_mse) : Json(nullptr)}}}});
+          {{"begun",
+            {{"own_optimum_mse", record.has_own_optimum ? Json(record.own_optimum_mse) : Json(nullptr)},
+             {"own_optimum_pose", record.own_optimum_pose}}}});
     };
+    Preparer::Options preparing;
+    preparing.threads = options.threads;
+    preparing.cache_folder = options.cache_folder;
+    preparing.on_message = options.on_message;
+    preparing.on_source = [this] { channel_.send({{"source", true}}); };
+    preparing.stop = options.stop;
+    preparer_.emplace(std::move(preparing));
     runner_.emplace(std::move(options));
     limit_resources(setup.at("memory_bytes").get<std::size_t>());
     channel_.send({{"ready", true}});
@@ -197,20 +208,17 @@ class Worker {
             json.at("algorithm").get<std::size_t>()};
   }
 
-  void keep_prepared(const Json& json) {
-    auto entries = std::make_shared<task::PreparedByIdentity>();
-    for (const Json& entry : json.at("entries")) {
-      task::PreparedData data;
-      if (!entry.at("bytes").is_null())
-        data.bytes = std::make_shared<const std::string>(from_hex(entry.at("bytes").get_ref<const std::string&>()));
-      data.hash = entry.at("hash").get<std::string>();
-      data.failure = entry.at("failure").get<std::string>();
-      (*entries)[entry.at("identity").get<std::string>()] = std::move(data);
-    }
-    prepared_[group_of(json)] = std::move(entries);
+  void keep_prepared(const Json& json) { prepared_[group_of(json)] = data_of(entries_from_json(json.at("entries"))); }
+
+  void prepare(const Json& asked) {
+    const suite::PlannedTrial trial = planned_trial_from_json(asked.at("trial"));
+    plan_.check_libraries(trial);
+    channel_.send({{"entries", to_json(preparer_->prepare(make_job(plan_.prepared, trial),
+                                                          asked.at("scene_data").get<std::string>()))}});
   }
 
   void run(const suite::PlannedTrial& trial) {
+    const double received_at = clock_seconds();
     plan_.check_libraries(trial);
     memory_ran_out = false;
     journal_.begin();
@@ -232,7 +240,8 @@ class Worker {
     channel_.send({{"done",
                     {{"closing", records::closing_line(outcome.record, steps)},
                      {"stopped", outcome.stopped},
-                     {"seconds", outcome.seconds},
+                     {"received_at", received_at},
+                     {"sent_at", clock_seconds()},
                      {"harness_seconds", finite_or_null(outcome.times.harness_seconds)},
                      {"size", journal_.size()},
                      {"digest", journal_.digest()}}}});
@@ -244,6 +253,7 @@ class Worker {
   std::filesystem::path results_;
   std::map<Group, std::shared_ptr<const task::PreparedByIdentity>> prepared_;
   std::optional<TrialRunner> runner_;
+  std::optional<Preparer> preparer_;
 };
 
 }  // namespace

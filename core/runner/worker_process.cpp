@@ -10,6 +10,7 @@
 #include "runner/trial_journal.h"
 #include "runner/trial_log.h"
 #include "runner/trial_runner.h"
+#include "runner/worker.h"
 #include "runner/worker_plan.h"
 
 namespace relign::runner {
@@ -32,10 +33,6 @@ std::size_t session_bytes(pid_t session) {
   std::size_t bytes = 0;
   for (const pid_t process : plugin_host::processes_of_session(session)) bytes += plugin_host::resident_bytes(process);
   return bytes;
-}
-
-std::string after_steps(std::size_t steps) {
-  return steps == 0 ? " before step 0 was over" : " after step " + std::to_string(steps - 1);
 }
 
 // A plugin can write into the worker's connection: nothing in a message is taken for granted.
@@ -67,10 +64,18 @@ struct ProcessWorker::Attempt {
   WorkedTrial worked;
   Fate fate = Fate::finished;
   bool begun = false;
+  bool preparing = false;  // no trial: `trial` says for which
+  std::optional<Preparer::Entries> entries;
   bool babble = false;                     // something other than messages came
   Clock::time_point clock = Clock::now();  // of what is limited: first the lens, then the trial
   Clock::time_point weighed = Clock::now();
   std::optional<Clock::time_point> stop_asked;
+  double sent_at = 0;  // by clock_seconds
+
+  std::string after_steps() const {
+    if (preparing) return "";
+    return worked.steps == 0 ? " before step 0 was over" : " after step " + std::to_string(worked.steps - 1);
+  }
 };
 
 ProcessWorker::ProcessWorker(const PreparedPlan& plan, const LibraryHashes& hashes, std::vector<std::string> program,
@@ -134,14 +139,11 @@ void ProcessWorker::send(const Json& message) {
 
 void ProcessWorker::send_prepared(const suite::PlannedTrial& trial, const Preparer::Entries* prepared) {
   if (!prepared || !told_.insert({trial.scene, trial.level, trial.algorithm}).second) return;
-  Json entries = Json::array();
-  for (const auto& [identity, entry] : *prepared)
-    entries.push_back({{"identity", identity},
-                       {"bytes", entry.data.bytes ? Json(to_hex(*entry.data.bytes)) : Json(nullptr)},
-                       {"hash", entry.data.hash},
-                       {"failure", entry.data.failure}});
   send({{"prepared",
-         {{"scene", trial.scene}, {"level", trial.level}, {"algorithm", trial.algorithm}, {"entries", entries}}}});
+         {{"scene", trial.scene},
+          {"level", trial.level},
+          {"algorithm", trial.algorithm},
+          {"entries", runner::to_json(*prepared)}}}});
 }
 
 WorkedTrial ProcessWorker::run(const suite::PlannedTrial& trial, const Preparer::Entries* prepared) {
@@ -165,6 +167,25 @@ WorkedTrial ProcessWorker::run(const suite::PlannedTrial& trial, const Preparer:
   }
 }
 
+Preparer::Entries ProcessWorker::prepare(const suite::PlannedTrial& trial) {
+  for (int losses = 0;; ++losses) {
+    if (!child_) start();
+    Attempt attempt;
+    attempt.trial = &trial;
+    attempt.preparing = true;
+    clear_journal(child_->pixel_file());
+    send({{"prepare", {{"trial", to_json(trial)}, {"scene_data", plan_.scene_identity[trial.scene]}}}});
+    ++trials_;
+    while (const std::optional<Json> message = receive(attempt))
+      if (take(*message, attempt)) break;
+    if (attempt.worked.stopped) throw Error(ErrorKind::stopped, "stopped while an algorithm was being prepared");
+    if (attempt.entries) return std::move(*attempt.entries);
+    if (attempt.fate == Fate::lost && losses + 1 < kMostLosses) continue;
+    const records::TrialRecord& record = attempt.worked.record;
+    return without_data(plan_.plan.suite.algorithms[trial.algorithm].choice, record.end + ", " + record.message);
+  }
+}
+
 bool ProcessWorker::holds_too_much() const {
   return limits_.spare_bytes > 0 && plugin_host::resident_bytes(child_->process()) > limits_.spare_bytes;
 }
@@ -177,6 +198,7 @@ ProcessWorker::Attempt ProcessWorker::attempt(const suite::PlannedTrial& trial, 
   cut_bytes_ = 0;
   clear_journal(child_->pixel_file());
   send_prepared(trial, prepared);
+  attempt.sent_at = clock_seconds();
   send({{"trial", to_json(trial)}});
   ++trials_;
   while (true) {
@@ -220,8 +242,10 @@ std::optional<Json> ProcessWorker::receive(Attempt& attempt) {
     }
     if (seconds_since(attempt.clock) > limits_.trial_seconds) {
       end_by(attempt, "timeout",
-             std::string(attempt.begun ? "the trial" : "mounting the lens") + " was not done after " +
-                 shortest(limits_.trial_seconds) + " s (\"trial_seconds\" of the suite)");
+             std::string(attempt.preparing ? "one source"
+                         : attempt.begun   ? "the trial"
+                                           : "mounting the lens") +
+                 " was not done after " + shortest(limits_.trial_seconds) + " s (\"trial_seconds\" of the suite)");
       attempt.fate = Fate::finished;  // slow is slow in a new worker, too
       return std::nullopt;
     }
@@ -245,9 +269,18 @@ bool ProcessWorker::take(const Json& message, Attempt& attempt) {
       const Json& mse = message["begun"].at("own_optimum_mse");
       attempt.worked.record.has_own_optimum = !mse.is_null();
       if (!mse.is_null()) attempt.worked.record.own_optimum_mse = mse.get<double>();
+      attempt.worked.record.own_optimum_pose = message["begun"].at("own_optimum_pose").get<std::vector<double>>();
       attempt.begun = true;
       attempt.clock = Clock::now();
       return false;
+    }
+    if (message.contains("source")) {
+      attempt.clock = Clock::now();
+      return false;
+    }
+    if (message.contains("entries")) {
+      attempt.entries = entries_from_json(message["entries"]);
+      return true;
     }
     if (message.contains("runaway")) {
       end_by(attempt, "overspent", "went on asking for steps after the last, and never returned");
@@ -259,6 +292,9 @@ bool ProcessWorker::take(const Json& message, Attempt& attempt) {
     }
   } catch (const Json::exception&) {
     end_by(attempt, "protocol_error", "a message without its members came over the connection of its worker");
+    return true;
+  } catch (const Error&) {
+    end_by(attempt, "protocol_error", "a message with a wrong member came over the connection of its worker");
     return true;
   }
   if (message.contains("error") && message["error"].is_object())
@@ -299,12 +335,12 @@ void ProcessWorker::take_done(const Json& done, Attempt& attempt) {
     attempt.fate = Fate::blamed;
   }
   fill(worked, std::move(journal));
-  // What the trial took here beyond what it took there is the way between the two.
+  // The way there and back. Both sides read the same clock, the system's since it started.
   if (const Json& harness = done.at("harness_seconds"); !harness.is_null())
-    worked.times.harness_seconds =
-        harness.get<double>() + seconds_since(attempt.clock) - done.at("seconds").get<double>();
+    worked.times.harness_seconds = harness.get<double>() + done.at("received_at").get<double>() - attempt.sent_at +
+                                   clock_seconds() - done.at("sent_at").get<double>();
   if (worked.record.end == "out_of_memory") {
-    worked.record.message = memory_message(worked.steps);
+    worked.record.message = memory_message(attempt);
     attempt.fate = Fate::blamed;
   }
   if (worked.record.end == "crashed(SIGKILL)") attempt.fate = Fate::lost;  // a plugin's own process
@@ -316,14 +352,14 @@ void ProcessWorker::end_by(Attempt& attempt, const std::string& end, const std::
   WorkedTrial& worked = attempt.worked;
   fill(worked, read_journal(child_->pixel_file(), attempt.trial->id, true));
   worked.record.end = end;
-  worked.record.message = message + (message.empty() ? "" : after_steps(worked.steps));
-  if (end == "out_of_memory") worked.record.message = memory_message(worked.steps);
+  worked.record.message = message + (message.empty() ? "" : attempt.after_steps());
+  if (end == "out_of_memory") worked.record.message = memory_message(attempt);
   stop_worker(0);
 }
 
-std::string ProcessWorker::memory_message(std::size_t steps) const {
+std::string ProcessWorker::memory_message(const Attempt& attempt) const {
   return "it needs more memory than the " + shortest(static_cast<double>(limits_.memory_bytes / 1'000'000)) +
-         " MB that a trial may have (\"trial_memory_mb\" of the suite)" + after_steps(steps);
+         " MB that a trial may have (\"trial_memory_mb\" of the suite)" + attempt.after_steps();
 }
 
 void ProcessWorker::take_death(Attempt& attempt) {
@@ -336,7 +372,7 @@ void ProcessWorker::take_death(Attempt& attempt) {
   fill(worked, read_journal(journal.get(), attempt.trial->id, true));
   worked.record.end = crash.empty() ? "protocol_error" : crash;
   worked.record.message =
-      "its worker " + (crash.empty() ? std::string("closed the connection") : how) + after_steps(worked.steps);
+      "its worker " + (crash.empty() ? std::string("closed the connection") : how) + attempt.after_steps();
   attempt.fate = lost ? Fate::lost : Fate::blamed;
   stop_worker(0);
 }

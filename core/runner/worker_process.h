@@ -35,6 +35,9 @@ class ProcessWorker final : public TrialWorker {
                 WorkerOptions options);
   ~ProcessWorker() override;
   WorkedTrial run(const suite::PlannedTrial& trial, const Preparer::Entries* prepared) override;
+  // What the trial's algorithm loads: from the cache, or made there, each source within the limits of a trial. What
+  // ends the worker is a failure in the entries, as in Preparer::prepare. Throws Error as that does.
+  Preparer::Entries prepare(const suite::PlannedTrial& trial);
 
  private:
   enum class Fate { finished, blamed, lost, stopped };
@@ -51,7 +54,7 @@ class ProcessWorker final : public TrialWorker {
   void take_done(const Json& done, Attempt& attempt);
   void end_by(Attempt& attempt, const std::string& end, const std::string& message);
   void take_death(Attempt& attempt);
-  std::string memory_message(std::size_t steps) const;
+  std::string memory_message(const Attempt& attempt) const;
   std::optional<Json> receive(Attempt& attempt);
   bool holds_too_much() const;
 

@@ -9,59 +9,44 @@
 namespace relign::stats {
 namespace {
 
-using Key = std::tuple<std::string, std::string, std::string, std::string>;
+double median_of(const TrialTable& table, const Series& series, double (*value)(const TrialRow&)) {
+  std::vector<double> values;
+  values.reserve(series.trials.size());
+  for (const std::uint32_t row : series.trials) values.push_back(value(table.rows[row]));
+  return quantiles(std::move(values)).median;
+}
 
-// Host time of an algorithm per step it made, step 0 (which costs no step) left out of the count but
-// not its time: what an algorithm does before its first move is its own time.
-double milliseconds_per_step(const records::TrialTimes& times) {
-  double sum = 0;
-  for (const double seconds : times.algorithm_seconds)
-    if (std::isfinite(seconds)) sum += seconds;
-  const std::size_t steps = times.algorithm_seconds.size();
-  return 1000 * sum / static_cast<double>(steps > 1 ? steps - 1 : 1);
+Quantiles last_of(const TrialTable& table, const Series& series, Track track) {
+  std::vector<double> values;
+  values.reserve(series.trials.size());
+  for (const std::uint32_t row : series.trials) values.push_back(table.rows[row].last_of(track));
+  return quantiles(std::move(values));
 }
 
 }  // namespace
 
-std::vector<RankingRow> ranking(const std::vector<Curve>& curves, const std::vector<records::TrialRecord>& trials,
-                                const std::vector<records::TrialTimes>& times) {
-  std::map<std::string, double> per_step;
-  for (const records::TrialTimes& of_trial : times)
-    if (!of_trial.algorithm_seconds.empty()) per_step[of_trial.trial] = milliseconds_per_step(of_trial);
-  std::map<Key, std::vector<double>> machine_seconds, algorithm_ms;
-  for (const records::TrialRecord& trial : trials) {
-    if (!records::ended_well(trial.end) || trial.steps.empty()) continue;
-    const Key key(trial.scene, trial.noise_level, trial.protocol, trial.algorithm);
-    const records::StepRecord& last = trial.steps.back();
-    machine_seconds[key].push_back(std::isnan(last.recommended_seconds) ? last.machine_seconds
-                                                                        : last.recommended_seconds);
-    if (const auto found = per_step.find(trial.trial); found != per_step.end())
-      algorithm_ms[key].push_back(found->second);
-  }
-
+std::vector<RankingRow> ranking(const TrialTable& table) {
   std::map<std::tuple<std::string, std::string, std::string>, std::size_t> group;
   std::vector<RankingRow> rows;
-  for (const Curve& curve : curves) {
-    group.emplace(std::make_tuple(curve.scene, curve.noise_level, curve.protocol), group.size());
+  for (const Series& series : table.series) {
+    group.emplace(std::make_tuple(series.scene, series.noise_level, series.protocol), group.size());
     RankingRow row;
-    row.scene = curve.scene;
-    row.noise_level = curve.noise_level;
-    row.protocol = curve.protocol;
-    row.algorithm = curve.algorithm;
-    row.trials = curve.trials;
-    row.failed = curve.failed;
-    row.recommended = row.commanded = row.best_measured = quantiles({});
-    if (!curve.points.empty()) {
-      const CurvePoint& last = curve.points.back();
-      row.step = last.step;
-      row.recommended = last.tracks[static_cast<std::size_t>(Track::recommended)];
-      row.commanded = last.tracks[static_cast<std::size_t>(Track::commanded)];
-      row.best_measured = last.tracks[static_cast<std::size_t>(Track::best)];
-      row.measured_only = row.recommended.n == 0 && row.best_measured.n > 0;
-    }
-    const Key key(curve.scene, curve.noise_level, curve.protocol, curve.algorithm);
-    row.machine_seconds_median = quantiles(machine_seconds[key]).median;
-    row.algorithm_ms_per_step_median = quantiles(algorithm_ms[key]).median;
+    row.scene = series.scene;
+    row.noise_level = series.noise_level;
+    row.protocol = series.protocol;
+    row.algorithm = series.algorithm;
+    row.trials = series.trials.size();
+    row.failed = series.failed;
+    row.step = series.largest_budget;
+    row.recommended = last_of(table, series, Track::recommended);
+    row.commanded = last_of(table, series, Track::commanded);
+    row.best_measured = last_of(table, series, Track::best);
+    row.measured_only = row.recommended.n == 0 && row.best_measured.n > 0;
+    row.machine_seconds_median = median_of(table, series, [](const TrialRow& trial) {
+      return std::isnan(trial.recommended_seconds) ? trial.machine_seconds : trial.recommended_seconds;
+    });
+    row.algorithm_ms_per_step_median =
+        median_of(table, series, [](const TrialRow& trial) { return trial.algorithm_ms_per_step; });
     rows.push_back(std::move(row));
   }
   std::stable_sort(rows.begin(), rows.end(), [&group](const RankingRow& a, const RankingRow& b) {

@@ -9,8 +9,6 @@ namespace {
 
 std::string field(double value) { return std::isfinite(value) ? shortest(value) : ""; }
 
-std::string field(const std::optional<double>& value) { return value ? field(*value) : ""; }
-
 // RFC 4180: quoted when it must be.
 std::string field(const std::string& text) {
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
@@ -80,23 +78,20 @@ Json curves_json(const std::vector<Curve>& curves) {
   return {{"format", records::kFormat}, {"curves", std::move(list)}};
 }
 
-std::string instances_csv(const std::vector<records::TrialRecord>& trials) {
+void instances_csv(const TrialTable& table, const std::function<void(std::string_view)>& write) {
   std::string csv = "trial,scene,noise_level,protocol,algorithm,instance,end,steps,budget";
   for (const Track track : kTracks) csv += std::string(",") + track_name(track);
-  csv += ",machine_seconds,recommended_seconds,recommendation,message\n";
-  for (const records::TrialRecord& trial : trials) {
-    csv += trial.trial + ',' + field(trial.scene) + ',' + field(trial.noise_level) + ',' + field(trial.protocol) + ',' +
-           field(trial.algorithm) + ',' + std::to_string(trial.instance) + ',' + field(trial.end) + ',' +
-           (trial.steps.empty() ? "" : std::to_string(trial.steps.back().step)) + ',' + std::to_string(trial.budget);
-    for (const Track track : kTracks) csv += ',' + field(track_value(trial, track, trial.budget));
-    if (trial.steps.empty())
-      csv += ",,,";
-    else
-      csv += ',' + field(trial.steps.back().machine_seconds) + ',' + field(trial.steps.back().recommended_seconds) +
-             ',' + field(trial.steps.back().recommendation);
-    csv += ',' + field(trial.message) + '\n';
+  write(csv + ",machine_seconds,recommended_seconds,recommendation,message\n");
+  for (const TrialRow& row : table.rows) {
+    const Series& series = table.series_of(row);
+    csv = row.trial + ',' + field(series.scene) + ',' + field(series.noise_level) + ',' + field(series.protocol) + ',' +
+          field(series.algorithm) + ',' + std::to_string(row.instance) + ',' + field(table.text(row.end)) + ',' +
+          (row.steps == 0 ? "" : std::to_string(row.last_step)) + ',' + std::to_string(row.budget);
+    for (const double value : row.last) csv += ',' + field(value);
+    csv += ',' + field(row.machine_seconds) + ',' + field(row.recommended_seconds) + ',' +
+           field(table.text(row.recommendation)) + ',' + field(table.text(row.message)) + '\n';
+    write(csv);
   }
-  return csv;
 }
 
 }  // namespace relign::stats

@@ -36,10 +36,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   fuzz::write_scratch(folder / "times" / "0000.jsonl", part(rest));
   fuzz::write_scratch(folder / "pictures" / "index.json", part(rest));
   fuzz::accepted([&] { records::read_planned_trials(folder); });
-  fuzz::accepted([&] { fuzz::demand(!has_control(report::ranking_table(folder)), "a ranking for a terminal"); });
-  fuzz::accepted([&] { fuzz::demand(!has_control(report::markdown_report(folder)), "a page without control bytes"); });
   fuzz::accepted([&] {
-    const std::string page = report::html_report(folder);
+    const report::Report made(folder);
+    fuzz::demand(!has_control(made.ranking_table()), "a ranking for a terminal");
+    fuzz::demand(!has_control(made.markdown()), "a page without control bytes");
+    const std::string page = made.html();
     for (const char* markup : {"<img src=x", "<script>alert", "<b>bold", "\x1b"})
       fuzz::demand(page.find(markup) == std::string::npos, std::string("a page without ") + markup);
   });

@@ -80,7 +80,7 @@ class Browser : public MadeResults {
 
 TEST_F(Browser, DrawsTheCurvesWithoutErrorOrRequest) {
   write(two_levels());
-  const Seen seen = open(html_report(folder_));
+  const Seen seen = open(Report(folder_).html());
   EXPECT_THAT(seen.root, HasSubstr("data-curves=\"2\""));
   EXPECT_EQ(count(seen.dom, "<canvas"), 4u) << "dygraphs draws each chart on two";
   EXPECT_EQ(seen.console, "");
@@ -91,7 +91,7 @@ TEST_F(Browser, DrawsTheCurvesWithoutErrorOrRequest) {
 // Without this, the test above could not fail.
 TEST_F(Browser, ItsPolicyRefusesWhatSlipsInAndThatIsSeen) {
   write(two_levels());
-  std::string page = html_report(folder_);
+  std::string page = Report(folder_).html();
   page.insert(page.rfind("</body>"),
               "<img src=\"http://127.0.0.1:9/x.png\"><script>document.documentElement.dataset.owned = '1'</script>");
   const Seen seen = open(page);
@@ -102,7 +102,7 @@ TEST_F(Browser, ItsPolicyRefusesWhatSlipsInAndThatIsSeen) {
 
 TEST_F(Browser, ControlsSortSwitchTracksAndHideMethods) {
   write(two_levels());
-  const Seen seen = open(acting(html_report(folder_), R"(
+  const Seen seen = open(acting(Report(folder_).html(), R"(
       const out = document.documentElement.dataset, by = (id) => document.getElementById(id);
       const change = (element, value) => { element.value = value; element.dispatchEvent(new Event('change')); };
       const canvases = document.querySelectorAll('.chart canvas');
@@ -142,7 +142,7 @@ TEST_F(Browser, ManyMethodsOneMethodAndNone) {
   for (int method = 0; method < 40; ++method)
     trials.push_back(trial("method-" + std::to_string(method), 0, {0.1, 0.1 / (method + 2)}));
   write(trials);
-  Seen seen = open(html_report(folder_));
+  Seen seen = open(Report(folder_).html());
   EXPECT_THAT(seen.root, HasSubstr("data-curves=\"1\""));
   EXPECT_EQ(seen.console, "");
   // Colour and dash together tell all forty apart.
@@ -156,7 +156,7 @@ TEST_F(Browser, ManyMethodsOneMethodAndNone) {
   records::TrialRecord failed = trial("broken", 0, {0.1});
   failed.end = "failed";
   write({failed});
-  seen = open(html_report(folder_));
+  seen = open(Report(folder_).html());
   EXPECT_THAT(seen.root, HasSubstr("data-curves=\"0\""));
   EXPECT_GT(count(seen.dom, ">No trial ended well"), 0u);
   EXPECT_EQ(seen.console, "");
@@ -168,7 +168,7 @@ TEST_F(Browser, ManyChartsAreDrawnWhenTheyComeNear) {
     trials.push_back(trial("a", 0, {0.1, 0.05}, "level" + std::to_string(level)));
   write(trials);
   // The event comes by hand: a headless browser need not draw a frame, and so not tell of a scroll, before it ends.
-  const Seen seen = open(acting(html_report(folder_), R"(
+  const Seen seen = open(acting(Report(folder_).html(), R"(
       const out = document.documentElement.dataset, drawn = () => document.querySelectorAll('.chart canvas').length / 2;
       out.before = drawn();
       window.scrollTo(0, document.body.scrollHeight);

@@ -39,7 +39,7 @@ using Page = MadeResults;
 TEST_F(Page, WhereEverythingWasMeasuredOnAStationNothingSpeaksOfTruthOrOfEqualInstances) {
   write({on_station("a", {0.2, 0.15}), on_station("b", {0.12, 0.3})});
   add_to_manifest({{"scenes", {{{"name", "bench"}, {"owns_stage", true}}}}});
-  const std::string station = without_scripts_and_styles(html_report(folder_));
+  const std::string station = without_scripts_and_styles(Report(folder_).html());
   EXPECT_THAT(station, HasSubstr("lenses, start and stage are real"));
   EXPECT_THAT(station, HasSubstr("lowest measured error"));
   for (const char* word : {"was given the same instances", "error when glued", "last pose", "noise level",
@@ -49,7 +49,7 @@ TEST_F(Page, WhereEverythingWasMeasuredOnAStationNothingSpeaksOfTruthOrOfEqualIn
   // Beside a simulated scene both are told, each about its own.
   write({on_station("a", {0.2, 0.15}), trial("a", 0, {0.1, 0.05})});
   add_to_manifest({{"scenes", {{{"name", "bench"}, {"owns_stage", true}}, {{"name", "relign_od"}}}}});
-  const std::string both = without_scripts_and_styles(html_report(folder_));
+  const std::string both = without_scripts_and_styles(Report(folder_).html());
   for (const char* word : {"lenses, start and stage are real", "was given the same instances", "error when glued",
                            "last pose", "without camera noise"})
     EXPECT_THAT(both, HasSubstr(word)) << word;
@@ -67,7 +67,7 @@ TEST_F(Page, AMergedFolderNamesItsSourcesAndWhatTheyTellDifferently) {
             {"other", "theirs"},
             {"difference",
              {{"line", "step"}, {"step", 3}, {"field", "measured"}, {"kept", "0.1"}, {"other", "0.2"}}}}}}}}});
-  const std::string page = without_scripts_and_styles(html_report(folder_));
+  const std::string page = without_scripts_and_styles(Report(folder_).html());
   for (const char* word : {"Merged from 1 results folder", "Not reproducible", "1 trial came out differently",
                            "step 3, measured is 0.1 in ours, 0.2 in theirs", "Abacus", "ours&lt;b&gt;"})
     EXPECT_THAT(page, HasSubstr(word)) << word;
@@ -107,7 +107,7 @@ TEST_F(Page, HostileTextStaysTextEverywhere) {
                                 {"frames", {{{"step", 0}, {"file", kHostile}}}}}}}}
                             .dump());
 
-  const std::string page = html_report(folder_);
+  const std::string page = Report(folder_).html();
   EXPECT_EQ(count(page, "<script"), count(page, "<script>") + 1) << "three scripts and the data";
   EXPECT_EQ(count(page, "</script"), 4u);
   const std::string markup = without_scripts_and_styles(page);
@@ -123,7 +123,7 @@ TEST_F(Page, HostileTextStaysTextEverywhere) {
 
 TEST_F(Page, AllowsItsOwnScriptsAndNoOtherSource) {
   write({trial("a", 0, {0.1, 0.05})});
-  const std::string page = html_report(folder_);
+  const std::string page = Report(folder_).html();
   std::smatch policy;
   ASSERT_TRUE(std::regex_search(page, policy, std::regex("Content-Security-Policy\" content=\"([^\"]*)\"")));
   EXPECT_THAT(policy[1].str(), HasSubstr("default-src 'none'"));
@@ -142,18 +142,18 @@ TEST_F(Page, AllowsItsOwnScriptsAndNoOtherSource) {
 
 TEST_F(Page, CarriesTheChartLibrarysLicence) {
   write({trial("a", 0, {0.1, 0.05})});
-  const std::string page = html_report(folder_);
+  const std::string page = Report(folder_).html();
   EXPECT_THAT(page, HasSubstr("Dan Vanderkam"));
   EXPECT_THAT(page, HasSubstr("The above copyright notice and this permission notice shall be included"));
 }
 
 TEST_F(Page, SaysWhenNothingHasFinished) {
   write({}, "made", 5);
-  std::string page = html_report(folder_);
+  std::string page = Report(folder_).html();
   EXPECT_THAT(page, HasSubstr("0/5 trials ran"));
   EXPECT_THAT(page, HasSubstr("No trial of this run has finished yet"));
   write({}, "made", 0);
-  EXPECT_THAT(html_report(folder_), HasSubstr("This results folder holds no trials"));
+  EXPECT_THAT(Report(folder_).html(), HasSubstr("This results folder holds no trials"));
 }
 
 TEST_F(Page, ShowsFailuresAndTheirMessages) {
@@ -161,7 +161,7 @@ TEST_F(Page, ShowsFailuresAndTheirMessages) {
   failed.end = "failed";
   failed.message = "the stride is NaN";
   write({trial("good", 3, {0.1, 0.05}), failed}, "made", 2);
-  const std::string page = html_report(folder_);
+  const std::string page = Report(folder_).html();
   EXPECT_THAT(page, HasSubstr("1/4 trials ran"));
   EXPECT_THAT(page, HasSubstr("1 failed: broken"));
   EXPECT_THAT(page, HasSubstr("the stride is NaN"));
@@ -182,9 +182,9 @@ TEST_F(Page, AQuickSuitesPageIsUnderAMegabyte) {
         trials.push_back(trial(method, i, errors, level));
       }
   write(trials);
-  const std::size_t bare = html_report(folder_).size();
+  const std::size_t bare = Report(folder_).html().size();
   EXPECT_LT(bare, 400'000u) << "and the pictures' limit is 600,000";
-  write_html_report(folder_, folder_ / "report.html");
+  Report(folder_).write_html(folder_ / "report.html");
   EXPECT_EQ(fs::file_size(folder_ / "report.html"), bare);
 }
 

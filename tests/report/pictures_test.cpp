@@ -105,11 +105,11 @@ TEST_F(Pictures, ADamagedIndexCostsThePicturesOnly) {
   for (const char* index : {"{", "[]", "{\"format\": 9}", "{\"format\": 1, \"trials\": [3, {\"frames\": [7]}]}"}) {
     put("index.json", index);
     std::string page;
-    ASSERT_NO_THROW(page = html_report(folder_)) << index;
+    ASSERT_NO_THROW(page = Report(folder_).html()) << index;
     EXPECT_THAT(page, HasSubstr("<b>x</b> ends with the lowest error")) << index;
   }
   put("index.json", "{");
-  EXPECT_THAT(html_report(folder_), HasSubstr("Pictures that could not be shown"));
+  EXPECT_THAT(Report(folder_).html(), HasSubstr("Pictures that could not be shown"));
 }
 
 }  // namespace

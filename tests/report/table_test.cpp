@@ -19,14 +19,14 @@ using testing::Not;
 const fs::path kGolden = fs::path(RELIGN_TEST_DATA) / "report";
 
 TEST(RankingTable, MatchesTheApprovedOne) {
-  EXPECT_EQ(ranking_table(kGolden / "small"), read_file(kGolden / "ranking.txt"));
+  EXPECT_EQ(Report(kGolden / "small").ranking_table(), read_file(kGolden / "ranking.txt"));
 }
 
 using RankingTableOf = MadeResults;
 
 TEST_F(RankingTableOf, AnEmptyFolderIsASentence) {
   write({}, "made", 3);
-  EXPECT_EQ(ranking_table(folder_), "0 of 3 trials finished: nothing to rank yet.\n");
+  EXPECT_EQ(Report(folder_).ranking_table(), "0 of 3 trials finished: nothing to rank yet.\n");
 }
 
 TEST_F(RankingTableOf, StaysWithinNinetyColumnsAndMovesNoCursor) {
@@ -35,7 +35,7 @@ TEST_F(RankingTableOf, StaysWithinNinetyColumnsAndMovesNoCursor) {
                                               trial("short", 0, {0.1, 0.05, 0.04}, kHostile)};
   trials.push_back(trial(kHostile, 1, {0.1, 0.000022345}, kHostile));
   write(trials);
-  const std::string table = ranking_table(folder_);
+  const std::string table = Report(folder_).ranking_table();
   std::istringstream lines(table);
   for (std::string line; std::getline(lines, line);) EXPECT_LE(columns(line), 90u) << line;
   EXPECT_THAT(table, Not(HasSubstr("\x1b")));
@@ -43,14 +43,14 @@ TEST_F(RankingTableOf, StaysWithinNinetyColumnsAndMovesNoCursor) {
 }
 
 TEST(MarkdownReport, MatchesTheApprovedOne) {
-  EXPECT_EQ(markdown_report(kGolden / "small"), read_file(kGolden / "ranking.md"));
+  EXPECT_EQ(Report(kGolden / "small").markdown(), read_file(kGolden / "ranking.md"));
 }
 
 using MarkdownReportOf = MadeResults;
 
 TEST_F(MarkdownReportOf, AnEmptyFolderIsASentence) {
   write({}, "made", 3);
-  EXPECT_EQ(markdown_report(folder_), "No trial has finished: nothing to rank yet.\n");
+  EXPECT_EQ(Report(folder_).markdown(), "No trial has finished: nothing to rank yet.\n");
 }
 
 TEST_F(MarkdownReportOf, ALevelIsAColumnAndTheBestOverallComesFirst) {
@@ -58,7 +58,7 @@ TEST_F(MarkdownReportOf, ALevelIsAColumnAndTheBestOverallComesFirst) {
   broken.end = "failed";
   write({trial("worse", 0, {0.1, 0.04}, "rho0"), trial("better", 0, {0.1, 0.02}, "rho0"),
          trial("worse", 0, {0.2, 0.06}, "rho0.5"), trial("better", 0, {0.2, 0.05}, "rho0.5"), broken});
-  const std::string text = markdown_report(folder_);
+  const std::string text = Report(folder_).markdown();
   EXPECT_THAT(
       text,
       HasSubstr("steps: 1; at the start 0.100, 0.200.\n\n| method | rho0 | rho0.5 | ms/step |\n|---|---|---|---:|\n"
@@ -67,7 +67,7 @@ TEST_F(MarkdownReportOf, ALevelIsAColumnAndTheBestOverallComesFirst) {
 
 TEST_F(MarkdownReportOf, NamesAreNoMarkup) {
   write({trial("a|b<i>*c*_d_", 0, {0.1, 0.05}), trial("plain_name", 0, {0.1, 0.05})});
-  const std::string text = markdown_report(folder_);
+  const std::string text = Report(folder_).markdown();
   EXPECT_THAT(text, HasSubstr("| a\\|b\\<i\\>\\*c\\*\\_d\\_ |"));
   EXPECT_THAT(text, HasSubstr("| plain_name |"));
 }

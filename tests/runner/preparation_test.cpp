@@ -31,6 +31,11 @@ class PreparationTest : public ToyTest {
     given.cache_folder = folder_ / "cache";
     return given;
   }
+  RunOptions in_processes(const std::string& name) {
+    RunOptions given = options(name);
+    given.worker_program = {RELIGN_PROGRAM, "worker"};
+    return given;
+  }
   Preparer preparer(bool again = false) {
     Preparer::Options given;
     given.cache_folder = folder_ / "cache";
@@ -216,6 +221,43 @@ TEST_F(PreparationTest, AFailureIsThatOfTheTrialsAndTellsWhy) {
   EXPECT_THAT(summary.failures.at(0), HasSubstr("tripped"));
   EXPECT_THAT(summary.failures, Contains(HasSubstr("it saved nothing on any source")));
   EXPECT_FALSE(fs::exists(folder_ / "cache/prepared/toy-learner")) << "half of it is not kept";
+}
+
+TEST_F(PreparationTest, InAProcessOfItsOwnItIsTheSame) {
+  const PreparedPlan of = plan(R"("toy-learner", "toy-walker")");
+  run(of, options("thread"));
+  RunOptions process = in_processes("process");
+  run(of, process);
+  EXPECT_EQ(contents("process"), contents("thread"));
+  EXPECT_FALSE(fs::exists(folder_ / "cache"));
+  process.results = folder_ / "kept";
+  process.cache_folder = folder_ / "cache";
+  run(of, process);
+  EXPECT_EQ(contents("kept"), contents("thread"));
+  EXPECT_TRUE(fs::exists(folder_ / "cache/prepared/toy-learner"));
+}
+
+TEST_F(PreparationTest, ACrashIsThatOfTheAlgorithmsTrials) {
+  ::setenv("ASAN_OPTIONS", "handle_abort=0", 1);
+  const PreparedPlan of = plan(R"({"use": "toy-learner", "name": "crashes", "parameters": {"crashes_on": 1}},
+                                  "toy-walker", "toy-learner")");
+  const RunSummary summary = run(of, in_processes("a"));
+  EXPECT_EQ(summary.finished, of.plan.trials.size());
+  EXPECT_EQ(summary.failed, 12U);
+  EXPECT_THAT(summary.failures.at(0),
+              HasSubstr("preparing toy-learner failed: crashed(SIGABRT), its worker was killed by SIGABRT"));
+  for (const records::TrialRecord& trial : records::read_trials(folder_ / "a"))
+    EXPECT_EQ(records::ended_well(trial.end), trial.algorithm != "crashes") << trial.message;
+}
+
+TEST_F(PreparationTest, ASourceHasTheTimeOfATrial) {
+  const PreparedPlan of =
+      plan(R"({"use": "toy-learner", "name": "hangs", "parameters": {"hangs_on": 1}}, "toy-walker")",
+           R"(, "trial_seconds": 0.5)");
+  const RunSummary summary = run(of, in_processes("a"));
+  EXPECT_EQ(summary.finished, of.plan.trials.size());
+  EXPECT_EQ(summary.failed, 12U);
+  EXPECT_THAT(summary.failures.at(0), HasSubstr("timeout, one source was not done after 0.5 s"));
 }
 
 TEST_F(PreparationTest, AskedToStopItKeepsNothing) {

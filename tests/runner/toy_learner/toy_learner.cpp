@@ -1,14 +1,22 @@
 // Learns beforehand: how often it sampled on which source, and the merits there. In a trial it recommends nothing and
-// logs what it loaded. Parameter "forgets": saves nothing; "trips_on": fails on that source.
+// logs what it loaded. Parameter "forgets": saves nothing; "trips_on": fails on that source; "crashes_on" and
+// "hangs_on": does that there.
+#include <chrono>
+#include <cstdlib>
 #include <relign/plugin.hpp>
 #include <string>
+#include <thread>
 
 namespace {
 
 class ToyLearner final : public relign::Optimizer {
  public:
   explicit ToyLearner(const relign::Parameters& given)
-      : host_(given), forgets_(given.boolean("forgets")), trips_on_(given.integer("trips_on")) {}
+      : host_(given),
+        forgets_(given.boolean("forgets")),
+        trips_on_(given.integer("trips_on")),
+        crashes_on_(given.integer("crashes_on")),
+        hangs_on_(given.integer("hangs_on")) {}
 
   void run(relign::Conversation& talk) override {
     const relign::Prepared prepared = talk.prepared();
@@ -19,6 +27,8 @@ class ToyLearner final : public relign::Optimizer {
       return;
     }
     if (static_cast<int>(prepared.source()) == trips_on_) throw std::runtime_error("tripped");
+    if (static_cast<int>(prepared.source()) == crashes_on_) std::abort();
+    while (static_cast<int>(prepared.source()) == hangs_on_) std::this_thread::sleep_for(std::chrono::seconds(1));
     std::string seen = before + "; source " + std::to_string(prepared.source()) + " of " +
                        std::to_string(prepared.sources()) + " seed " + std::to_string(talk.seed());
     relign::Pose pose(talk.axes(), 0.5);
@@ -30,6 +40,8 @@ class ToyLearner final : public relign::Optimizer {
   relign::Parameters host_;
   bool forgets_;
   std::int64_t trips_on_;
+  std::int64_t crashes_on_;
+  std::int64_t hangs_on_;
 };
 
 }  // namespace

@@ -1,0 +1,52 @@
+#include "base/machine.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+#include <limits>
+#include <string>
+
+namespace relign {
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
+
+// "max", a missing file and anything else that is no number: no limit.
+std::size_t limit_in(const fs::path& file) {
+  std::ifstream stream(file);
+  std::size_t bytes = 0;
+  return stream >> bytes ? bytes : kNoLimit;
+}
+
+// Of the group and all those it is in: each of them may be the tighter one.
+std::size_t tightest(const fs::path& root, fs::path group, const char* file) {
+  std::size_t bytes = limit_in(root / file);
+  for (group = group.relative_path(); !group.empty(); group = group.parent_path())
+    bytes = std::min(bytes, limit_in(root / group / file));
+  return bytes;
+}
+
+}  // namespace
+
+std::size_t usable_memory_bytes(const fs::path& cgroups, const fs::path& own_groups) {
+  std::size_t bytes =
+      static_cast<std::size_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+  // Lines are "number:controllers:path"; version 2 has the one line "0::path" (cgroups(7)).
+  std::ifstream groups(own_groups);
+  for (std::string line; std::getline(groups, line);) {
+    const std::size_t first = line.find(':'), second = line.find(':', first + 1);
+    if (first == std::string::npos || second == std::string::npos) continue;
+    const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",";
+    const fs::path group = line.substr(second + 1);
+    if (controllers == ",,")
+      bytes = std::min(bytes, tightest(cgroups, group, "memory.max"));
+    else if (controllers.find(",memory,") != std::string::npos)
+      bytes = std::min(bytes, tightest(cgroups / "memory", group, "memory.limit_in_bytes"));
+  }
+  return bytes;
+}
+
+}  // namespace relign

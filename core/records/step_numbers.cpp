@@ -1,0 +1,66 @@
+#include "records/step_numbers.h"
+
+#include <simdjson.h>
+
+#include <limits>
+
+#include "records/record.h"
+
+namespace relign::records {
+namespace {
+
+namespace fast = simdjson::ondemand;
+
+// Null is written for what is not finite. False: neither a number nor null.
+bool take(fast::object& object, const char* key, double& number) {
+  fast::value value;
+  if (object.find_field(key).get(value)) return false;
+  fast::json_type type;
+  if (value.type().get(type)) return false;
+  number = std::numeric_limits<double>::quiet_NaN();
+  return type == fast::json_type::null || !value.get_double().get(number);
+}
+
+// Members in the order in which step_line writes them.
+bool take_all(fast::object object, StepNumbers& step) {
+  std::uint64_t number = 0;
+  if (object.find_field("step").get_uint64().get(number)) return false;
+  if (number > std::numeric_limits<unsigned>::max()) return false;
+  step.step = static_cast<unsigned>(number);
+  if (!take(object, "measured", step.measured) || !take(object, "machine_seconds", step.machine_seconds)) return false;
+  std::string_view text;
+  if (object.find_field("recommendation").get_string().get(text)) return false;
+  step.recommendation = text;
+  return take(object, "recommended_seconds", step.recommended_seconds) &&
+         take(object, "commanded_mse", step.commanded_mse) && take(object, "recommended_mse", step.recommended_mse);
+}
+
+}  // namespace
+
+struct StepNumbersReader::Parser {
+  fast::parser parser;
+  std::string line;  // with the room behind it that the parser may read
+};
+
+StepNumbersReader::StepNumbersReader() : parser_(std::make_unique<Parser>()) {}
+StepNumbersReader::~StepNumbersReader() = default;
+StepNumbersReader::StepNumbersReader(StepNumbersReader&&) noexcept = default;
+StepNumbersReader& StepNumbersReader::operator=(StepNumbersReader&&) noexcept = default;
+
+StepNumbers StepNumbersReader::read(std::string_view line, std::string_view place) {
+  StepNumbers step;
+  parser_->line.reserve(line.size() + simdjson::SIMDJSON_PADDING);
+  parser_->line.assign(line);
+  fast::document document;
+  fast::object object;
+  if (!parser_->parser.iterate(parser_->line.data(), line.size(), parser_->line.capacity()).get(document) &&
+      !document.get_object().get(object) && take_all(object, step))
+    return step;
+  // Another order of members, or a damaged line: the reader of whole records knows, and says what is wrong.
+  const ReadLine read = read_trial_line(line, std::string(place));
+  const StepRecord& record = read.step;
+  return {record.step,          record.measured,        record.machine_seconds, record.recommended_seconds,
+          record.commanded_mse, record.recommended_mse, record.recommendation};
+}
+
+}  // namespace relign::records

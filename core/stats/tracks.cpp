@@ -1,0 +1,57 @@
+#include "stats/tracks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace relign::stats {
+namespace {
+
+double displayed(double mse) { return std::isnan(mse) ? mse : std::sqrt(std::max(0.0, mse)); }
+
+}  // namespace
+
+const char* track_name(Track track) {
+  switch (track) {
+    case Track::measured:
+      return "measured";
+    case Track::best:
+      return "best";
+    case Track::commanded:
+      return "commanded";
+    case Track::recommended:
+      return "recommended";
+    case Track::excess:
+      return "excess";
+  }
+  return "";
+}
+
+std::vector<double> track_values(const std::vector<records::StepNumbers>& steps, double own_optimum_mse, Track track) {
+  std::vector<double> values;
+  values.reserve(steps.size());
+  double best = std::numeric_limits<double>::quiet_NaN();
+  for (const records::StepNumbers& step : steps) {
+    switch (track) {
+      case Track::measured:
+        values.push_back(step.measured);
+        break;
+      case Track::best:
+        best = std::fmin(best, step.measured);  // fmin passes over a NaN
+        values.push_back(best);
+        break;
+      case Track::commanded:
+        values.push_back(displayed(step.commanded_mse));
+        break;
+      case Track::recommended:
+        values.push_back(displayed(step.recommended_mse));
+        break;
+      case Track::excess:
+        values.push_back(displayed(step.recommended_mse - own_optimum_mse));
+        break;
+    }
+  }
+  return values;
+}
+
+}  // namespace relign::stats

@@ -1,0 +1,57 @@
+#include "base/machine.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <string>
+
+#include "base/files.h"
+
+namespace relign {
+namespace {
+
+namespace fs = std::filesystem;
+
+class MemoryLimit : public testing::Test {
+ protected:
+  void SetUp() override { fs::create_directories(folder_); }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::size_t found(const std::string& own_groups) {
+    write_file_atomically(folder_ / "own", own_groups);
+    return usable_memory_bytes(folder_ / "groups", folder_ / "own");
+  }
+  void limit(const std::string& file, const std::string& text) {
+    write_file_atomically(folder_ / "groups" / file, text);
+  }
+
+  fs::path folder_ = fs::temp_directory_path() / ("relign-memory-" + std::to_string(::getpid()));
+  std::size_t whole_ =
+      static_cast<std::size_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+};
+
+TEST_F(MemoryLimit, IsTheMachinesWithoutGroups) {
+  EXPECT_EQ(found(""), whole_);
+  EXPECT_EQ(found("nonsense\n0::/job\n"), whole_);
+  limit("job/memory.max", "max\n");
+  EXPECT_EQ(found("0::/job\n"), whole_);
+  limit("job/memory.max", "9000000000000000\n");  // more than there is
+  EXPECT_EQ(found("0::/job\n"), whole_);
+}
+
+TEST_F(MemoryLimit, IsTheTightestOfTheGroupsAroundIt) {
+  limit("slice/memory.max", "3000000\n");
+  limit("slice/job/memory.max", "5000000\n");
+  EXPECT_EQ(found("0::/slice/job\n"), 3000000U);
+  EXPECT_EQ(found("0::/\n"), whole_);
+  limit("memory.max", "2000000\n");  // in a container the own group may be the root
+  EXPECT_EQ(found("0::/\n"), 2000000U);
+}
+
+TEST_F(MemoryLimit, KnowsTheOlderVersion) {
+  limit("memory/job/memory.limit_in_bytes", "4000000\n");
+  EXPECT_EQ(found("5:cpu,cpuacct:/other\n4:memory:/job\n"), 4000000U);
+}
+
+}  // namespace
+}  // namespace relign
