@@ -103,6 +103,11 @@ void JournalWriter::add_step(const std::string& trial, const records::StepRecord
 
 void JournalWriter::add_log(std::string_view text) { write("L" + escaped(text) + "\n"); }
 
+void JournalWriter::write_text(const std::string& text) {
+  begin();
+  write(text);
+}
+
 void JournalWriter::write(const std::string& line) {
   const std::lock_guard<std::mutex> hold(mutex_);
   digest_ = add_to_digest(digest_, line);
@@ -118,6 +123,13 @@ void JournalWriter::write(const std::string& line) {
 
 void clear_journal(int file) {
   if (::ftruncate(file, 0) != 0) fail("emptied");
+}
+
+JournalText read_journal_text(int file) {
+  JournalText read;
+  read.text = all_of(file);
+  read.digest = add_to_digest(kDigestOfNothing, read.text);
+  return read;
 }
 
 Journal read_journal(int file, const std::string& trial, bool checked) {

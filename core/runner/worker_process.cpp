@@ -274,12 +274,15 @@ bool ProcessWorker::take(const Json& message, Attempt& attempt) {
       attempt.clock = Clock::now();
       return false;
     }
-    if (message.contains("source")) {
+    if (attempt.preparing && message.contains("source")) {
       attempt.clock = Clock::now();
       return false;
     }
-    if (message.contains("entries")) {
-      attempt.entries = entries_from_json(message["entries"]);
+    if (attempt.preparing && message.contains("entries")) {
+      const JournalText prepared = read_journal_text(child_->pixel_file());
+      if (message["entries"].at("size") != prepared.text.size() || message["entries"].at("digest") != prepared.digest)
+        throw Error(ErrorKind::bad_input, "");
+      attempt.entries = entries_from_json(Json::parse(prepared.text));
       return true;
     }
     if (message.contains("runaway")) {

@@ -212,6 +212,7 @@ void compare_methods(const TrialTable& table, const Draws& draws, const StudyOpt
       pair.first = ranked[first];
       pair.second = ranked[second];
       pair.comparison = compare_paired(columns[pair.first], columns[pair.second], draws.resampling, paired);
+      if (pair.comparison.difference.n < kFewestCompared) pair.comparison.verdict = Verdict::undecided;
       p.push_back(pair.comparison.test.p);
       group.pairs.push_back(std::move(pair));
     }

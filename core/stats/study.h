@@ -21,6 +21,8 @@ inline constexpr std::size_t kManyTrials = 10'000;
 inline constexpr std::size_t kResamplesOfMany = 1'000;
 // Every pair is compared up to so many methods; of more, the best one with each other.
 inline constexpr std::size_t kMostComparedMethods = 12;
+// On fewer instances no test can come below 5 %, and every comparison is undecided.
+inline constexpr std::size_t kFewestCompared = 6;
 // Noise-free RMSE below this cannot be told apart: it is as large as the error of the truth. What lies below counts as
 // this when ratios are formed.
 inline constexpr double kResolution = 1e-4;
