@@ -17,7 +17,7 @@ namespace {
 
 void print_error(const std::string& text) {
   const bool colours = stderr_has_colours();
-  std::fprintf(stderr, "%serror:%s %s\n", colours ? "\033[31m" : "", colours ? "\033[0m" : "", text.c_str());
+  std::fprintf(stderr, "%serror:%s %s\n", colours ? "\033[31m" : "", colours ? "\033[0m" : "", printable(text).c_str());
 }
 
 int exit_code(ErrorKind kind) {
@@ -215,9 +215,12 @@ void print_result(const std::string& text) {
     throw Error(ErrorKind::io, std::string("cannot write the result to stdout: ") + std::strerror(errno));
 }
 
+void print_text(const std::string& text) { print_result(printable(text)); }
+
 void print_warning(const std::string& text) {
   const bool colours = stderr_has_colours();
-  std::fprintf(stderr, "%swarning:%s %s\n", colours ? "\033[33m" : "", colours ? "\033[0m" : "", text.c_str());
+  std::fprintf(stderr, "%swarning:%s %s\n", colours ? "\033[33m" : "", colours ? "\033[0m" : "",
+               printable(text).c_str());
 }
 
 }  // namespace relign::cli

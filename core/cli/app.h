@@ -81,6 +81,9 @@ int run_program(int argc, const char* const* argv);
 // Text for stdout; throws Error(io) when it cannot be written (a full disk, a closed pipe).
 void print_result(const std::string& text);
 
+// The same for people, with words of strangers in it: printable (base/text.h). JSON stays what it is.
+void print_text(const std::string& text);
+
 // A line for stderr: "warning: ...".
 void print_warning(const std::string& text);
 

@@ -10,7 +10,7 @@
 namespace relign::cli {
 namespace {
 
-// Seconds before the limit at which Slurm gives notice: trials under way should end within them.
+// Seconds before the limit at which Slurm gives notice: steps under way should end within them.
 constexpr const char* kNotice = "120";
 
 // The program runs in the background, because bash looks at signals only between commands and while it waits. A
@@ -44,6 +44,8 @@ do
 done
 
 if [ "$status" -eq 75 ] && [ -n "$time_is_up" ]; then
+  # Slurm ends this task, scontrol too, as soon as it has taken the request: the answer must still be heard.
+  trap '' TERM
   if [ "${SLURM_RESTART_COUNT:-0}" -lt "$requeues" ] &&
     scontrol requeue "${SLURM_ARRAY_JOB_ID}_${SLURM_ARRAY_TASK_ID}"; then
     echo "relign-bench: part $shard goes on when Slurm starts it again" >&2

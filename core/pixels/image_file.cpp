@@ -13,10 +13,31 @@ namespace relign::pixels {
 namespace {
 
 constexpr std::size_t kMostPixels = 100'000'000;
+constexpr std::size_t kMostBytes = std::size_t{256} << 20;
 
-void write_encoded(const std::filesystem::path& path, const char* ending, const cv::Mat& matrix) {
+void refuse_large(const std::filesystem::path& path, std::size_t pixels) {
+  if (pixels > kMostPixels)
+    throw Error(ErrorKind::bad_input, path.string() + ": the image has " + std::to_string(pixels) +
+                                          " pixels; at most " + std::to_string(kMostPixels) + " are read");
+}
+
+// A PNG of a few bytes can be an image of gigabytes, so that its header is looked at before it is unpacked. 0: another
+// kind of file, which OpenCV limits to 2^30 pixels.
+std::size_t told_pixels(const std::string& bytes) {
+  constexpr std::size_t kWidthAt = 16, kHeightAt = 20, kHeader = 24;
+  if (bytes.size() < kHeader || bytes.compare(1, 3, "PNG") != 0) return 0;
+  const auto side = [&bytes](std::size_t at) {
+    std::size_t value = 0;
+    for (std::size_t i = at; i < at + 4; ++i) value = value << 8U | static_cast<unsigned char>(bytes[i]);
+    return value;
+  };
+  return side(kWidthAt) * side(kHeightAt);
+}
+
+void write_encoded(const std::filesystem::path& path, const char* ending, const cv::Mat& matrix,
+                   const std::vector<int>& parameters = {}) {
   std::vector<unsigned char> bytes;
-  if (!cv::imencode(ending, matrix, bytes))
+  if (!cv::imencode(ending, matrix, bytes, parameters))
     throw Error(ErrorKind::internal, "OpenCV cannot write " + std::string(ending) + " files");
   write_file_atomically(path, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
 }
@@ -43,7 +64,8 @@ std::string npy_bytes(const Image& image) {
 }  // namespace
 
 Image read_image(const std::filesystem::path& path) {
-  const std::string bytes = read_file(path);
+  const std::string bytes = read_file(path, kMostBytes);
+  refuse_large(path, told_pixels(bytes));
   const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));
   cv::Mat decoded;
   try {
@@ -54,9 +76,7 @@ Image read_image(const std::filesystem::path& path) {
   if (decoded.empty())
     throw Error(ErrorKind::bad_input,
                 path.string() + ": this is no image that can be read (PNG, TIFF, JPEG, BMP and PGM can)");
-  if (static_cast<std::size_t>(decoded.total()) > kMostPixels)
-    throw Error(ErrorKind::bad_input, path.string() + ": the image has " + std::to_string(decoded.total()) +
-                                          " pixels; at most " + std::to_string(kMostPixels) + " are read");
+  refuse_large(path, decoded.total());
   double scale = 1;
   if (decoded.depth() == CV_8U) scale = 1.0 / 255;
   if (decoded.depth() == CV_16U) scale = 1.0 / 65535;
@@ -87,6 +107,24 @@ void write_preview(const std::filesystem::path& path, const Image& image, float 
   cv::Mat out;
   view(image).convertTo(out, CV_8U, 255.0 / white);
   write_encoded(path, ".png", out);
+}
+
+void write_film(const std::filesystem::path& path, const std::vector<Image>& images, unsigned tile, float white) {
+  constexpr int kQuality = 60;  // of 100: noise is what costs, and nobody looks for it here
+  const auto side = static_cast<int>(tile);
+  cv::Mat film = cv::Mat::zeros(side, side * static_cast<int>(images.size()), CV_8U);
+  for (std::size_t number = 0; number < images.size(); ++number) {
+    const Image& image = images[number];
+    const double scale = tile / static_cast<double>(std::max(image.width, image.height));
+    const cv::Size size(std::max(1, cvRound(scale * static_cast<double>(image.width))),
+                        std::max(1, cvRound(scale * static_cast<double>(image.height))));
+    cv::Mat fitted, grey;
+    cv::resize(view(image), fitted, size, 0, 0, scale < 1 ? cv::INTER_AREA : cv::INTER_NEAREST);
+    fitted.convertTo(grey, CV_8U, 255.0 / white);
+    const cv::Point corner(static_cast<int>(number) * side + (side - size.width) / 2, (side - size.height) / 2);
+    grey.copyTo(film(cv::Rect(corner, size)));
+  }
+  write_encoded(path, ".webp", film, {cv::IMWRITE_WEBP_QUALITY, kQuality});
 }
 
 }  // namespace relign::pixels

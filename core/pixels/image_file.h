@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
 #include "pixels/image.h"
 
@@ -18,5 +19,9 @@ void write_image(const std::filesystem::path& path, const Image& image, float wh
 
 // 8-bit PNG for pages and galleries.
 void write_preview(const std::filesystem::path& path, const Image& image, float white);
+
+// Images side by side in one small picture for pages: each shrunk or enlarged into a square of `tile` pixels, black
+// around what is not square. 8-bit WebP, lossy.
+void write_film(const std::filesystem::path& path, const std::vector<Image>& images, unsigned tile, float white);
 
 }  // namespace relign::pixels

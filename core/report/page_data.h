@@ -2,24 +2,40 @@
 // that draws the curves and the golden test all read this and nothing else. Pictures stand apart.
 //
 // Shape: {suite_name, suite_file, suite_text, seed, command, scenes, noise_levels, protocols, steps [least, most],
-// instances, ran {planned, finished, failed, missing, incomplete, from_other_plans}, methods [...], groups [{scene,
-// noise_level, protocol, label, instances, same_instances, start, rows, curves, measured_only and station (when
-// true)}], verdict, beware, failures, warnings,
-// program, machine, of a merged folder sources [{folder, trials, cpu, program}] and merge}. A group is what can be
-// compared: one scene, noise level and protocol.
+// instances, ran {planned, finished, failed, missing, incomplete, from_other_plans}, methods [...], groups [...],
+// verdict, beware, failures, warnings, program, machine, of a merged folder sources [{folder, trials, cpu, program}]
+// and merge}. A group is what can be compared, one scene, noise level and protocol: {scene, noise_level, protocol,
+// label, instances, same_instances, start, rows, curves, measured_only and station (when true)}.
+//
+// What the statistics add; a member that cannot be had is absent or null, and its part of the page too:
+//   targets        RMSE levels of the suite, falling; spec {rmse, mtf} and spec_text, a sentence
+//   gates          [{name, ok, text}]: whether the numbers may be believed
+//   group.floor    {own_optimum, next_image}: median RMSE of the lenses' own best poses; the Cramer-Rao bound of one
+//                  more image
+//   group.rows[i]  recommended, commanded {n, median, q25, q75, lo95, hi95, iqm, iqm_lo95, iqm_hi95}; yield {in, n,
+//                  share, lo95, hi95}; to_spec {successes, n, steps, lo95, hi95, expected, seconds}; residual {axes
+//                  [{name, unit, median, q90}]} of the recommended pose against the lens's own best one, without sign
+//   group.curves[i].tracks[t]  also lo95, hi95, null where no band was computed; curves[i].machine_seconds and
+//                  .algorithm_seconds: medians by which each step was done
+//   group.ecdf     [{method, steps [], share []}]: how many of all targets of all lenses are reached by which step
+//   group.pairs    [{a, b, n, ratio, lo95, hi95, improvement, p, p_holm, verdict}]: a against b, on the same lenses
+//   training       [{method, hours, steps, machine, pays_after}]
 #pragma once
 
 #include "report/loaded_results.h"
-#include "stats/curves.h"
+#include "stats/study.h"
 
 namespace relign::report {
 
-Json page_data(const LoadedResults& results, const std::vector<stats::Curve>& curves);
-Json page_data(const LoadedResults& results);  // makes the curves
+Json page_data(const LoadedResults& results, const stats::Study& study);
+Json page_data(const LoadedResults& results);  // makes the study
 
 // What ranks a row: the error at the recommended pose, or, where no truth is known ("measured_only" of its
 // group), the lowest measured one. {n, median, q25, q75}.
 const Json& score_of(const Json& row);
+
+// Numbers on the page and in its data agree with the tables to 1e-9.
+inline constexpr int kDataDigits = 10;
 
 // `value` with that many significant digits: pages need no more, and shorter numbers keep them small.
 double rounded(double value, int digits);

@@ -37,6 +37,26 @@ pixels::Image copy(const relign_image& image) {
   return made;
 }
 
+constexpr unsigned kFilmTile = 80;  // pixels
+constexpr std::size_t kFilmFrames = 8;
+
+std::string film_name() { return "film.webp"; }
+
+// Places in the record's steps: the first and the last, and between them more at the beginning, where most happens.
+std::vector<std::size_t> film_frames(std::size_t steps) {
+  std::set<std::size_t> places;
+  const std::size_t frames = std::min(kFilmFrames, steps);
+  for (std::size_t frame = 0; frame < frames; ++frame) {
+    const double share = frames == 1 ? 0 : static_cast<double>(frame) / static_cast<double>(frames - 1);
+    places.insert(static_cast<std::size_t>(std::lround(std::expm1(std::log(static_cast<double>(steps)) * share))));
+  }
+  for (std::size_t place = 0; places.size() < frames; ++place) places.insert(place);  // rounded to the same
+  return {places.begin(), places.end()};
+}
+
+Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+Json rmse(double mse) { return finite_or_null(std::sqrt(std::max(0.0, mse))); }
+
 struct Chosen {
   records::TrialRecord record;
   const char* why;
@@ -161,19 +181,27 @@ class Pictures {
   void capture(const TrialJob& job, const records::TrialRecord& record) {
     const fs::path folder = results_ / "pictures" / record.trial;
     const records::StepRecord& last = record.steps.back();
-    take(job, record, folder / frame_name(0), record.steps.front().true_pose, 0);
-    if (last.step > 0) take(job, record, folder / frame_name(last.step), last.recommended_true_pose, last.step);
+    const auto white = static_cast<float>(job.facts.image_white);
+    const auto preview = [&](unsigned step, const std::vector<double>& true_pose) {
+      const fs::path file = folder / frame_name(step);
+      if (!fs::exists(file)) pixels::write_preview(file, seen(job, record, true_pose, step), white);
+    };
+    preview(0, record.steps.front().true_pose);
+    if (last.step > 0) preview(last.step, last.recommended_true_pose);
+    if (fs::exists(folder / film_name())) return;
+    std::vector<pixels::Image> film;
+    for (const std::size_t place : film_frames(record.steps.size()))
+      film.push_back(seen(job, record, record.steps[place].true_pose, record.steps[place].step));
+    pixels::write_film(folder / film_name(), film, kFilmTile, white);
   }
 
-  void take(const TrialJob& job, const records::TrialRecord& record, const fs::path& file,
-            const std::vector<double>& true_pose, unsigned step) {
-    if (fs::exists(file)) return;
+  pixels::Image seen(const TrialJob& job, const records::TrialRecord& record, const std::vector<double>& true_pose,
+                     unsigned step) {
     const TrialRunner::Placed placed = runner_.place(job);
     pixels::Image frame(job.facts.image_width, job.facts.image_height);
     placed.assembly->capture(true_pose, frame_seed(record.instance_seed, step, FrameStream::capture),
                              frame.values.data());
-    fs::create_directories(file.parent_path());
-    pixels::write_preview(file, frame, static_cast<float>(job.facts.image_white));
+    return frame;
   }
 
   void remove_strangers(const std::vector<Chosen>& chosen) {
@@ -189,6 +217,22 @@ class Pictures {
     for (const fs::path& stranger : strangers) fs::remove_all(stranger, code);
   }
 
+  // With what a reader wants to know of each frame, so that a page need not look for it in the records.
+  static Json film_index(const records::TrialRecord& record) {
+    Json frames = Json::array();
+    for (const std::size_t place : film_frames(record.steps.size())) {
+      const records::StepRecord& step = record.steps[place];
+      frames.push_back({{"step", step.step},
+                        {"commanded_pose", step.commanded_pose},
+                        {"true_pose", step.true_pose},
+                        {"measured", finite_or_null(step.measured)},
+                        {"commanded", rmse(step.commanded_mse)},
+                        {"recommended", rmse(step.recommended_mse)},
+                        {"machine_seconds", finite_or_null(step.machine_seconds)}});
+    }
+    return {{"file", record.trial + "/" + film_name()}, {"tile", kFilmTile}, {"frames", std::move(frames)}};
+  }
+
   void write_index(const std::vector<Chosen>& chosen) {
     Json trials = Json::array();
     for (const Chosen& one : chosen) {
@@ -200,6 +244,8 @@ class Pictures {
       const bool shows_last_capture = prepared_.scenes[planned_.at(one.record.trial)->scene].owns_stage;
       add(0);
       if (one.record.steps.back().step > 0) add(one.record.steps.back().step);
+      Json film = nullptr;
+      if (fs::exists(results_ / "pictures" / one.record.trial / film_name())) film = film_index(one.record);
       trials.push_back({{"trial", one.record.trial},
                         {"scene", one.record.scene},
                         {"noise_level", one.record.noise_level},
@@ -208,7 +254,8 @@ class Pictures {
                         {"instance", one.record.instance},
                         {"why", one.why},
                         {"shows", shows_last_capture ? "last_capture" : "recommended"},
-                        {"frames", std::move(frames)}});
+                        {"frames", std::move(frames)},
+                        {"film", std::move(film)}});
     }
     Json references = Json::array();
     for (const suite::SceneEntry& scene : prepared_.plan.suite.scenes)

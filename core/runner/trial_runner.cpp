@@ -187,7 +187,10 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
   try {
     const Placed placed = place(job);
     record.has_own_optimum = bench_->own_optimum.has_value();
-    if (record.has_own_optimum) record.own_optimum_mse = bench_->own_optimum->truth.mse;
+    if (record.has_own_optimum) {
+      record.own_optimum_mse = bench_->own_optimum->truth.mse;
+      record.own_optimum_pose = bench_->own_optimum->true_pose;
+    }
     if (options_.on_begin) options_.on_begin(record);
     task::TrialSetup setup;
     setup.assembly = placed.assembly;

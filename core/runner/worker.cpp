@@ -187,7 +187,9 @@ class Worker {
     };
     options.on_begin = [this](const records::TrialRecord& record) {
       channel_.send(
-          {{"begun", {{"own_optimum_mse", record.has_own_optimum ? Json(record.own_optimum_mse) : Json(nullptr)}}}});
+          {{"begun",
+            {{"own_optimum_mse", record.has_own_optimum ? Json(record.own_optimum_mse) : Json(nullptr)},
+             {"own_optimum_pose", record.own_optimum_pose}}}});
     };
     Preparer::Options preparing;
     preparing.threads = options.threads;
@@ -216,6 +218,7 @@ class Worker {
   }
 
   void run(const suite::PlannedTrial& trial) {
+    const double received_at = clock_seconds();
     plan_.check_libraries(trial);
     memory_ran_out = false;
     journal_.begin();
@@ -237,7 +240,8 @@ class Worker {
     channel_.send({{"done",
                     {{"closing", records::closing_line(outcome.record, steps)},
                      {"stopped", outcome.stopped},
-                     {"seconds", outcome.seconds},
+                     {"received_at", received_at},
+                     {"sent_at", clock_seconds()},
                      {"harness_seconds", finite_or_null(outcome.times.harness_seconds)},
                      {"size", journal_.size()},
                      {"digest", journal_.digest()}}}});

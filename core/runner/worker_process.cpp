@@ -10,6 +10,7 @@
 #include "runner/trial_journal.h"
 #include "runner/trial_log.h"
 #include "runner/trial_runner.h"
+#include "runner/worker.h"
 #include "runner/worker_plan.h"
 
 namespace relign::runner {
@@ -34,6 +35,20 @@ std::size_t session_bytes(pid_t session) {
   return bytes;
 }
 
+// A plugin can write into the worker's connection: nothing in a message is taken for granted.
+std::string error_text(const Json& error) {
+  const auto text = error.is_object() ? error.find("text") : error.end();
+  return error.is_object() && text != error.end() && text->is_string() ? text->get<std::string>()
+                                                                       : "a worker reports an error and no more";
+}
+
+ErrorKind error_kind(const Json& error) {
+  const auto kind = error.find("kind");
+  const bool known = kind != error.end() && kind->is_number_unsigned() &&
+                     kind->get<std::uint64_t>() <= static_cast<std::uint64_t>(ErrorKind::internal);
+  return known ? static_cast<ErrorKind>(kind->get<int>()) : ErrorKind::internal;
+}
+
 void fill(WorkedTrial& worked, Journal journal) {
   worked.step_lines = std::move(journal.step_lines);
   worked.steps = journal.steps;
@@ -55,6 +70,7 @@ struct ProcessWorker::Attempt {
   Clock::time_point clock = Clock::now();  // of what is limited: first the lens, then the trial
   Clock::time_point weighed = Clock::now();
   std::optional<Clock::time_point> stop_asked;
+  double sent_at = 0;  // by clock_seconds
 
   std::string after_steps() const {
     if (preparing) return "";
@@ -103,13 +119,13 @@ bool ProcessWorker::started() {
           {"memory_bytes", limits_.memory_bytes}}}});
   std::string line;
   const auto got = child_->receive(line, in_seconds(kSecondsToStart));
-  const Json answer = got == ChildProcess::Got::line ? Json::parse(line, nullptr, false) : Json();
+  const Json answer = got == ChildProcess::Got::line ? parsed_json(line) : Json();
   if (answer.is_object() && answer.contains("ready")) return true;
   child_->end(kSecondsToLeave);
   if (child_->was_lost()) return false;
   std::string text = "a worker did not start: ";
   if (answer.is_object() && answer.contains("error"))
-    text += answer["error"].value("text", std::string());
+    text += error_text(answer["error"]);
   else
     text += "its process " + child_->how_it_ended();
   for (const std::string& output : child_->last_output()) text += "\n  " + output;
@@ -182,6 +198,7 @@ ProcessWorker::Attempt ProcessWorker::attempt(const suite::PlannedTrial& trial, 
   cut_bytes_ = 0;
   clear_journal(child_->pixel_file());
   send_prepared(trial, prepared);
+  attempt.sent_at = clock_seconds();
   send({{"trial", to_json(trial)}});
   ++trials_;
   while (true) {
@@ -199,7 +216,7 @@ std::optional<Json> ProcessWorker::receive(Attempt& attempt) {
     std::string line;
     const auto got = child_->receive(line, in_seconds(kSecondsBetweenLooks));
     if (got == ChildProcess::Got::line) {
-      Json message = Json::parse(line, nullptr, false);
+      Json message = parsed_json(line);
       if (message.is_object()) return message;
       // It is waited for: how far a trial came must not depend on when this was read.
       attempt.babble = true;
@@ -252,6 +269,7 @@ bool ProcessWorker::take(const Json& message, Attempt& attempt) {
       const Json& mse = message["begun"].at("own_optimum_mse");
       attempt.worked.record.has_own_optimum = !mse.is_null();
       if (!mse.is_null()) attempt.worked.record.own_optimum_mse = mse.get<double>();
+      attempt.worked.record.own_optimum_pose = message["begun"].at("own_optimum_pose").get<std::vector<double>>();
       attempt.begun = true;
       attempt.clock = Clock::now();
       return false;
@@ -280,8 +298,7 @@ bool ProcessWorker::take(const Json& message, Attempt& attempt) {
     return true;
   }
   if (message.contains("error") && message["error"].is_object())
-    throw Error(static_cast<ErrorKind>(message["error"].value("kind", static_cast<int>(ErrorKind::internal))),
-                message["error"].value("text", std::string("a worker reports an error and no more")));
+    throw Error(error_kind(message["error"]), error_text(message["error"]));
   end_by(attempt, "protocol_error", "a message that no worker sends came over the connection of its worker");
   return true;
 }
@@ -318,10 +335,10 @@ void ProcessWorker::take_done(const Json& done, Attempt& attempt) {
     attempt.fate = Fate::blamed;
   }
   fill(worked, std::move(journal));
-  // What the trial took here beyond what it took there is the way between the two.
+  // The way there and back. Both sides read the same clock, the system's since it started.
   if (const Json& harness = done.at("harness_seconds"); !harness.is_null())
-    worked.times.harness_seconds =
-        harness.get<double>() + seconds_since(attempt.clock) - done.at("seconds").get<double>();
+    worked.times.harness_seconds = harness.get<double>() + done.at("received_at").get<double>() - attempt.sent_at +
+                                   clock_seconds() - done.at("sent_at").get<double>();
   if (worked.record.end == "out_of_memory") {
     worked.record.message = memory_message(attempt);
     attempt.fate = Fate::blamed;

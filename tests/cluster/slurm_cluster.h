@@ -4,45 +4,46 @@
 
 #include <sys/types.h>
 
-#include <memory>
+#include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "cli/program.h"
+#include "keeper.h"
 
 namespace relign::cluster_test {
+
+// Asks until it is so. False after 40 s, which is far longer than anything takes on a shared machine, or when all waits
+// of this program together have had 100 s: then something is wrong that the next test would only wait for again.
+bool wait_for(const std::function<bool()>& holds);
+bool waited_too_long();
 
 class SlurmCluster {
  public:
   SlurmCluster();
-  ~SlurmCluster();  // ends every process that descends from this one
-  SlurmCluster(const SlurmCluster&) = delete;
-  SlurmCluster& operator=(const SlurmCluster&) = delete;
 
   // Why there is no cluster; empty when both nodes are ready.
   const std::string& problem() const { return problem_; }
-  // The environment of sbatch and the others.
-  const cli_test::Options& options() const { return options_; }
+  // A shell script in this folder that finds the cluster's sbatch, squeue and the others.
+  cli_test::Outcome shell(const cli_test::Workplace& place, const std::string& script) const;
+  // The daemons, the jobs, and what these have left behind.
+  std::vector<Process> processes() const { return keeper_.kept(); }
 
-  // Kills a node's daemon and what watches over its jobs, while the jobs go on; the controller is told that it is lost.
-  void lose_node(const std::string& node, const std::vector<std::string>& job_ids);
+  // As when the network has lost a node whose programs go on: its daemon is killed, and what watches over its jobs; the
+  // controller is told.
+  void lose_node(const std::string& node);
+  // Its daemon starts again; the controller learns it by and by.
+  void return_node(const std::string& node);
 
  private:
-  void start_node(const std::string& node);
-  void wait_until_ready();
+  pid_t start(const std::string& program, const std::string& log, const std::vector<std::string>& options) const;
+  std::string said(const std::string& script) const { return shell(place_, script).out; }
 
   cli_test::Workplace place_;
-  cli_test::Options options_;
-  std::string problem_;
-  std::string controller_program_, node_program_, config_;
-  std::unique_ptr<cli_test::Running> controller_, first_, second_;
+  std::string problem_, node_program_, config_;
+  std::map<std::string, pid_t> nodes_;
+  Keeper keeper_;  // the first to go: it ends what writes to the folder
 };
-
-struct Process {
-  pid_t id = 0, parent = 0;
-  std::string command;  // words separated by blanks
-};
-// All processes below this one. Orphans among them are this one's children, once a SlurmCluster was made.
-std::vector<Process> descendants();
 
 }  // namespace relign::cluster_test

@@ -129,6 +129,22 @@ TEST_F(ImageFileTest, PreviewIsAnEightBitPng) {
   EXPECT_EQ(read.values[1], 1);
 }
 
+TEST_F(ImageFileTest, AFilmHasItsImagesSideBySide) {
+  Image white(40, 20), grey(4, 4);
+  std::fill(white.values.begin(), white.values.end(), 2.0F);
+  std::fill(grey.values.begin(), grey.values.end(), 0.5F);
+  write_film(folder_ / "f.webp", {white, grey}, 20, 1);
+  EXPECT_EQ(read_file(folder_ / "f.webp").substr(8, 4), "WEBP");
+  const Image read = read_image(folder_ / "f.webp");
+  ASSERT_EQ(read.width, 40U);
+  ASSERT_EQ(read.height, 20U);
+  const auto at = [&](std::size_t x, std::size_t y) { return read.values[y * read.width + x]; };
+  EXPECT_NEAR(at(10, 10), 1, 0.03) << "twice as wide as high: shrunk to the middle";
+  EXPECT_NEAR(at(10, 2), 0, 0.06);
+  EXPECT_NEAR(at(30, 10), 0.5, 0.03) << "enlarged";
+  EXPECT_NEAR(at(30, 2), 0.5, 0.06);
+}
+
 TEST_F(ImageFileTest, ReadsEightBitAndColourAsGrey) {
   const Image grey = read_image(file("a.pgm", "P5\n2 1\n255\n" + std::string("\x00\xff", 2)));
   EXPECT_EQ(grey.values, (std::vector<float>{0, 1}));

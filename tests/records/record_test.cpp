@@ -58,7 +58,7 @@ TEST(Record, IsWrittenAsTheFormatSays) {
             R"({"format":1,"trial":"4f1c0a9b2d3e4f50","end":"budget_spent","steps":1,"budget":30,)"
             R"("scene":"relign_od","noise_level":"rho0.25","protocol":"paper","algorithm":"nlopt-sbplx",)"
             R"("algorithm_id":"nlopt-sbplx","instance":7,"instance_seed":"1234567890123456789",)"
-            R"("own_optimum_mse":null,"message":"","warnings":[]})");
+            R"("own_optimum_mse":null,"own_optimum_pose":[],"message":"","warnings":[]})");
 }
 
 TEST(Record, ReadsBackBitForBit) {
@@ -67,6 +67,7 @@ TEST(Record, ReadsBackBitForBit) {
   record.warnings = {"compass: left the working directory at /"};
   record.has_own_optimum = true;
   record.own_optimum_mse = -1.1102230246251565e-16;
+  record.own_optimum_pose = {0.1, 1 / 3.0};
   record.steps[1].commanded_pose = {0.1 + 0.2, -0.0};
   record.steps[1].limits_low = 18446744073709551615U;
   record.steps[1].limits_high = 9223372036854775808U;
@@ -89,6 +90,7 @@ TEST(Record, ReadsBackBitForBit) {
   EXPECT_EQ(closing.trial.instance_seed, record.instance_seed);
   EXPECT_TRUE(closing.trial.has_own_optimum);
   EXPECT_EQ(closing.trial.own_optimum_mse, record.own_optimum_mse);
+  EXPECT_EQ(closing.trial.own_optimum_pose, record.own_optimum_pose);
 }
 
 TEST(Record, WhatIsNotFiniteIsNullAndReadsAsNaN) {

@@ -72,6 +72,26 @@ TEST_F(PicturesTest, AreTheFramesOfTheTrial) {
   expect_equal(id + "/step-005.png", final_frame);
 }
 
+TEST_F(PicturesTest, AFilmShowsTheTrialFromItsFirstToItsLastCapture) {
+  const PreparedPlan plan = prepared(R"({"scenes": ["toy-scene"], "noise_levels": ["toy-level"], "instances": 1,
+                                         "steps": 40, "algorithms": ["toy-walker"]})");
+  run(plan, options("a"));
+  const records::TrialRecord record = records::read_trials(folder_ / "a").front();
+  const Json index = Json::parse(read_file(folder_ / "a/pictures/index.json"));
+  const Json& film = index["trials"][0]["film"];
+  ASSERT_TRUE(film.is_object());
+  std::vector<unsigned> steps;
+  for (const Json& frame : film["frames"]) {
+    steps.push_back(frame["step"]);
+    EXPECT_EQ(frame["true_pose"], Json(record.steps[steps.back()].true_pose));
+    EXPECT_EQ(frame["measured"], Json(record.steps[steps.back()].measured));
+  }
+  EXPECT_THAT(steps, testing::ElementsAre(0, 1, 2, 4, 7, 13, 23, 40));
+  const pixels::Image picture = pixels::read_image(folder_ / "a/pictures" / film["file"].get<std::string>());
+  EXPECT_EQ(picture.height, film["tile"]);
+  EXPECT_EQ(picture.width, 8 * picture.height);
+}
+
 TEST_F(PicturesTest, ThatAreThereStay) {
   const PreparedPlan plan = prepared(suite_text("\"toy-walker\""));
   run(plan, options("a"));

@@ -139,6 +139,12 @@ TEST_F(WorkerProcessTest, WritesWhatThreadsWrite) {
   EXPECT_THAT(children(), IsEmpty());
 }
 
+// The way to the worker and back costs something, however late this side wakes up.
+TEST_F(WorkerProcessTest, TheHarnessTakesTime) {
+  run(prepared(suite_text("\"toy-walker\"")), options("a", 4));
+  for (const records::TrialTimes& times : records::read_times(folder_ / "a")) EXPECT_GT(times.harness_seconds, 0);
+}
+
 TEST_F(WorkerProcessTest, WhatAPluginPrintsIsInItsTrialsLog) {
   sabotage("print");
   for (const records::TrialRecord& trial : of_saboteur("print"))

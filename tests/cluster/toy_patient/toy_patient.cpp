@@ -11,7 +11,7 @@ class ToyPatient final : public relign::Optimizer {
   explicit ToyPatient(const relign::Parameters& given) : gate_(given.text("gate")) {}
 
   void run(relign::Conversation& talk) override {
-    while (::access(gate_.c_str(), F_OK) != 0) ::usleep(20000);
+    while (!gate_.empty() && ::access(gate_.c_str(), F_OK) != 0) ::usleep(20000);
     relign::Random random(talk.seed());
     const relign::Box box = talk.box();
     relign::Pose pose = talk.first().pose;

@@ -52,6 +52,8 @@ do
 done
 
 if [ "$status" -eq 75 ] && [ -n "$time_is_up" ]; then
+  # Slurm ends this task, scontrol too, as soon as it has taken the request: the answer must still be heard.
+  trap '' TERM
   if [ "${SLURM_RESTART_COUNT:-0}" -lt "$requeues" ] &&
     scontrol requeue "${SLURM_ARRAY_JOB_ID}_${SLURM_ARRAY_TASK_ID}"; then
     echo "relign-bench: part $shard goes on when Slurm starts it again" >&2

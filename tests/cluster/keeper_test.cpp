@@ -1,0 +1,75 @@
+#include "keeper.h"
+
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace relign::cluster_test {
+namespace {
+
+// A shell with a child, and one that it has left behind as daemons do. Each keeps the pipe open as long as it lives,
+// and writes a letter once it is there.
+std::vector<std::string> a_family(int pipe) {
+  const std::string speaks = "sh -c 'printf x >&" + std::to_string(pipe) + "; sleep 1000' & ";
+  return {"/bin/sh", "-c", speaks + "( setsid " + speaks + ") ; wait"};
+}
+
+bool readable_within_20_s(int pipe) {
+  pollfd waiting = {pipe, POLLIN, 0};
+  return ::poll(&waiting, 1, 20000) == 1;
+}
+
+class TheKeeper : public testing::Test {
+ protected:
+  void SetUp() override { ASSERT_EQ(::pipe(ends_), 0); }
+  void TearDown() override { ::close(ends_[0]); }
+  void expect_two_letters() const {
+    char letter = 0;
+    for (int i = 0; i < 2; ++i) {
+      ASSERT_TRUE(readable_within_20_s(ends_[0]));
+      ASSERT_EQ(::read(ends_[0], &letter, 1), 1);
+    }
+  }
+  void expect_that_all_have_ended() const {
+    char letter = 0;
+    ASSERT_TRUE(readable_within_20_s(ends_[0])) << "something still holds the pipe";
+    EXPECT_EQ(::read(ends_[0], &letter, 1), 0);
+  }
+
+  int ends_[2] = {-1, -1};
+};
+
+TEST_F(TheKeeper, EndsWhatItHasStarted) {
+  {
+    const Keeper keeper;
+    const pid_t shell = keeper.start(a_family(ends_[1]));
+    ::close(ends_[1]);
+    expect_two_letters();
+    EXPECT_TRUE(keeper.alive(shell));
+    EXPECT_GE(keeper.kept().size(), 5U) << "the shell, two others, and what these wait for";
+    ::kill(shell, SIGKILL);
+    while (keeper.alive(shell)) ::usleep(1000);
+    EXPECT_GE(keeper.kept().size(), 4U) << "orphans are its own";
+  }
+  expect_that_all_have_ended();
+}
+
+TEST_F(TheKeeper, OutlivesAKilledTestToEndTheRest) {
+  const pid_t test = ::fork();
+  if (test == 0) {
+    const Keeper keeper;
+    keeper.start(a_family(ends_[1]));
+    ::close(ends_[1]);
+    while (true) ::pause();
+  }
+  ::close(ends_[1]);
+  expect_two_letters();
+  ::kill(test, SIGKILL);
+  ::waitpid(test, nullptr, 0);
+  expect_that_all_have_ended();
+}
+
+}  // namespace
+}  // namespace relign::cluster_test
