@@ -8,7 +8,9 @@
 
 #include "stats/bootstrap.h"
 #include "stats/paired.h"
+#include "stats/proportion.h"
 #include "stats/simulated.h"
+#include "stats/survival.h"
 #include "stats/two_level.h"
 
 namespace relign::stats {
@@ -18,7 +20,7 @@ using test::Algorithm;
 using test::Distribution;
 
 struct Size {
-  int simulations = 1000;
+  int simulations = 800;
   std::size_t resamples = 1000;
 };
 
@@ -30,6 +32,7 @@ Size size() {
 void print(const char* what, const std::string& of, std::size_t n, double percent, double other) {
   if (std::getenv("RELIGN_COVERAGE_TABLE") == nullptr) return;
   std::printf("| %s | %s | %zu | %.1f %% | %.1f %% |\n", what, of.c_str(), n, percent, other);
+  std::fflush(stdout);
 }
 
 // How many of the simulations' bands hold the true value, in percent.
@@ -107,27 +110,75 @@ TEST(Coverage, OneAlgorithmUnderTwoNamesIsNotTwo) {
   }
 }
 
-// Five trainings of 100 instances each: value = training + instance + noise.
-TEST(Coverage, OfTrainings) {
+// How many of the simulations' bands hold 0, in percent: value = training + instance + noise.
+double coverage_of_trainings(std::size_t trainings, double training_sigma, int simulations) {
   constexpr std::size_t kInstances = 100;
-  const int simulations = size().simulations / 4;
-  for (const std::size_t trainings : {5U, 10U}) {
-    const TwoLevelResampling resampling(trainings, kInstances, size().resamples, 7);
-    int held = 0;
-    for (int simulation = 0; simulation < simulations; ++simulation) {
-      Random random(3, static_cast<std::uint64_t>(simulation));
-      std::vector<double> instance(kInstances), values;
-      for (double& value : instance) value = random.normal();
-      for (std::size_t training = 0; training < trainings; ++training) {
-        const double level = 0.3 * random.normal();
-        for (const double value : instance) values.push_back(level + value + 0.5 * random.normal());
-      }
-      const Interval interval = bands(resampling, {values}, OrderStatistic::iqm()).front().interval;
-      held += interval.low <= 0 && 0 <= interval.high ? 1 : 0;
+  const TwoLevelResampling resampling(trainings, kInstances, size().resamples, 7);
+  int held = 0;
+  for (int simulation = 0; simulation < simulations; ++simulation) {
+    Random random(3, static_cast<std::uint64_t>(simulation));
+    std::vector<double> instance(kInstances), values;
+    for (double& value : instance) value = random.normal();
+    for (std::size_t training = 0; training < trainings; ++training) {
+      const double level = training_sigma * random.normal();
+      for (const double value : instance) values.push_back(level + value + 0.5 * random.normal());
     }
-    const double percent = 100.0 * held / simulations;
-    print("coverage: IQM of trainings", "training + instance", trainings, percent, percent);
-    EXPECT_GT(percent, 88) << trainings;
+    const Interval interval = bands(resampling, {values}, OrderStatistic::iqm()).front().interval;
+    held += interval.low <= 0 && 0 <= interval.high ? 1 : 0;
+  }
+  return 100.0 * held / simulations;
+}
+
+// Never too narrow; too wide where instances matter more than trainings.
+TEST(Coverage, OfTrainings) {
+  const int simulations = size().simulations / 4;
+  const double noise = 300 * std::sqrt(0.05 * 0.95 / simulations);
+  for (const std::size_t trainings : {5U, 10U}) {
+    const double alike = coverage_of_trainings(trainings, 0.1, simulations);
+    const double apart = coverage_of_trainings(trainings, 1, simulations);
+    print("coverage: IQM of trainings, sigma 0.1, 1", "100 instances", trainings, alike, apart);
+    EXPECT_GT(alike, 95 - noise) << trainings;
+    EXPECT_GT(apart, 93 - noise) << trainings;
+  }
+}
+
+// Each step gets there with a chance of 4 %, the budget is 30 steps: 25 steps are expected, half are there after 17.
+TEST(Coverage, OfStepsToTarget) {
+  constexpr double kChance = 0.04;
+  constexpr int kBudget = 30;
+  const double noise = 300 * std::sqrt(0.05 * 0.95 / size().simulations);
+  const auto holds = [](const Interval& interval, double truth) {
+    return interval.low <= truth && truth <= interval.high ? 100.0 / size().simulations : 0;
+  };
+  for (const std::size_t n : {100U, 10U}) {
+    const Resampling resampling(n, size().resamples, 7);
+    double expected = 0, median = 0, survival = 0, successes = 0;
+    for (int simulation = 0; simulation < size().simulations; ++simulation) {
+      Random random(4, static_cast<std::uint64_t>(simulation));
+      std::vector<TargetTime> trials(n);
+      for (TargetTime& trial : trials) {
+        while (!trial.reached && trial.steps < kBudget) {
+          ++trial.steps;
+          trial.reached = random.uniform() < kChance;
+        }
+      }
+      const ExpectedSteps steps = expected_steps(trials, resampling);
+      const std::vector<SurvivalPoint> curve = kaplan_meier(trials);
+      const Band rate = success_rate(steps.successes, n);
+      expected += holds(steps.interval, 1 / kChance);
+      median += holds(median_steps(curve).interval, 17);
+      successes += holds(rate.interval, 1 - std::pow(1 - kChance, kBudget));
+      SurvivalPoint at_ten;
+      at_ten.interval = {1, 1};
+      for (const SurvivalPoint& point : curve) at_ten = point.steps <= 10 ? point : at_ten;
+      survival += holds(at_ten.interval, std::pow(1 - kChance, 10));
+    }
+    print("coverage: expected steps, success rate", "4 % a step", n, expected, successes);
+    print("coverage: median steps, Kaplan-Meier at 10", "4 % a step", n, median, survival);
+    for (const double percent : {expected, successes, median, survival}) {
+      EXPECT_GT(percent, (n == 100 ? 93.5 : 88) - noise) << n;
+      EXPECT_LT(percent, (n == 100 ? 97.5 : 100) + noise) << n;
+    }
   }
 }
 

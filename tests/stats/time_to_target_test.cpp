@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "error_text.h"
+#include "stats/bootstrap.h"
 #include "stats/golden.h"
 #include "stats/survival.h"
 
@@ -79,6 +80,16 @@ TEST(RuntimeEcdf, CountsPairs) {
   EXPECT_THAT(runtime_ecdf(pairs, {4, -1, 0, 3.9, 9, 1000}), ElementsAre(0.6, 0, 0.2, 0.2, 0.6, 0.8));
   EXPECT_TRUE(std::isnan(runtime_ecdf({}, {4}).front()));
   EXPECT_THAT(runtime_ecdf(pairs, {}), IsEmpty());
+}
+
+TEST(RuntimeEcdf, HasABandOverInstances) {
+  const std::vector<std::vector<TargetTime>> instances = {{{1, true}, {5, true}}, {{2, true}, {9, false}}, {}};
+  const std::vector<std::vector<double>> columns = shares_reached(instances, {1, 5});
+  EXPECT_THAT(columns[0], ElementsAre(0.5, 0, testing::IsNan()));
+  EXPECT_THAT(columns[1], ElementsAre(1, 0.5, testing::IsNan()));
+  const Band band = bands(Resampling(3, 100, 1), columns, OrderStatistic::mean())[1];
+  EXPECT_EQ(band.n, 2U);
+  EXPECT_EQ(band.estimate, runtime_ecdf({{1, true}, {5, true}, {2, true}, {9, false}}, {5}).front());
 }
 
 std::vector<TargetTime> trials_of(const nlohmann::json& one) {
