@@ -92,6 +92,17 @@ std::string verdict(const runner::VerifySummary& summary) {
   return text;
 }
 
+// The report shows it. Results in a folder that cannot be written are verified all the same.
+void keep(const std::string& results, const runner::VerifySummary& summary) {
+  Json said = to_json(summary);
+  said["format"] = records::kFormat;
+  for (const char* long_list : {"differences", "changes"}) said.erase(long_list);
+  try {
+    write_file_atomically(std::filesystem::path(results) / "verify.json", said.dump(1) + "\n");
+  } catch (const Error&) {
+  }
+}
+
 int run_verify(Context& context, const VerifyArguments& arguments) {
   if (!arguments.frames.empty() && arguments.trial.empty())
     throw Error(ErrorKind::bad_input, "--frames writes the frames of one trial: give --trial ID too");
@@ -131,6 +142,7 @@ int run_verify(Context& context, const VerifyArguments& arguments) {
     std::fprintf(stderr, "Stopped after %zu replays; nothing is kept of them.\n", summary.replayed);
     return stop_exit_code();
   }
+  if (arguments.trial.empty() && summary.replayed > 0) keep(arguments.results, summary);
   if (context.json) {
     Json result = to_json(summary);
     if (!arguments.frames.empty()) result["frames"] = {{"folder", arguments.frames}, {"count", frames}};

@@ -160,6 +160,7 @@ Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, co
                    {"order", std::move(order)},
                    {"command", command},
                    {"spec", suite.spec},
+                   {"targets", suite.targets},
                    {"machine_time", suite::machine_time_json(suite.machine_time)}};
   if (!prepared.shard.is_null()) manifest["shard"] = prepared.shard;
   return manifest;

@@ -53,6 +53,10 @@ class Run {
     writer_.write_manifest(manifest);
     const std::vector<std::size_t> todo = plan_work();
     report_progress("trials");
+    if (!todo.empty()) {  // what was verified is no longer what is there
+      std::error_code code;
+      fs::remove(options_.results / "verify.json", code);
+    }
     work(todo);
 
     std::vector<std::string> order;

@@ -96,6 +96,7 @@ class SuiteReader {
       top_.complain("trial_memory_mb", "a worker needs " + std::to_string(kLeastMemory) + " or more by itself");
     suite.machine_time = machine_time();
     suite.spec = spec();
+    suite.targets = targets();
     top_.refuse_unknown();
     std::stable_sort(problems_.begin(), problems_.end(), [](const Problem& a, const Problem& b) {
       return std::tie(a.file, a.line, a.column) < std::tie(b.file, b.line, b.column);
@@ -250,6 +251,22 @@ class SuiteReader {
     }
     reader.refuse_unknown();
     return *value;
+  }
+
+  std::vector<double> targets() {
+    constexpr std::size_t kMostTargets = 1000;
+    const Json* value = top_.get("targets");
+    if (!value) return {};
+    std::vector<double> targets;
+    if (value->is_array())
+      for (const Json& one : *value)
+        if (one.is_number()) targets.push_back(one.get<double>());
+    const bool falling = std::adjacent_find(targets.begin(), targets.end(), std::less_equal<>()) == targets.end();
+    if (!value->is_array() || value->empty() || value->size() > kMostTargets || targets.size() != value->size() ||
+        !falling || !(targets.back() > 0) || !(targets.front() <= 1))
+      top_.complain("targets", "expected a falling list of 1 to " + std::to_string(kMostTargets) +
+                                   " RMSE levels between 0 and 1, for example [0.02, 0.01, 0.005]");
+    return targets;
   }
 
   // home and random stand in every table, under every protocol that is used: readers see what one move

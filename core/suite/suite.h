@@ -55,6 +55,8 @@ struct Suite {
   unsigned trial_memory_mb = 0;  // of its worker; 0: four fifths of the machine's
   MachineTimeOverride machine_time;
   Json spec;  // null when absent
+  // RMSE levels whose arrival is counted, falling; empty: the statistics' own.
+  std::vector<double> targets;
 };
 
 // Throws Error(bad_input) listing every problem. Adds home and random when they are missing.

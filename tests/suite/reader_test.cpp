@@ -80,6 +80,7 @@ TEST_F(SuiteReaderTest, FillsInTheDefaults) {
   EXPECT_EQ(suite.first_instance, 0U);
   EXPECT_EQ(suite.limits, "soft");
   EXPECT_TRUE(suite.spec.is_null());
+  EXPECT_TRUE(suite.targets.empty());
   EXPECT_FALSE(suite.machine_time.settle_ms.has_value());
   ASSERT_EQ(suite.levels.size(), 2U);
   EXPECT_EQ(suite.levels[1].name, "rho0.5");
@@ -97,7 +98,7 @@ TEST_F(SuiteReaderTest, TakesEveryKey) {
   const Suite suite = read(with(R"({"use": "bo-gp", "name": "bo-bold", "parameters": {"kappa": 5}, "steps": 10,
                                    "protocol": "paper", "merit": "rmse"}, "home")",
                                 R"(, "name": "mine", "seed": 9, "instances": 7, "first_instance": 3, "steps": 30,
-      "protocol": "blind", "limits": "hard", "spec": {"rmse": 0.02, "mtf": {"lp_per_mm": 80, "centre": 0.5}},
+      "protocol": "blind", "limits": "hard", "targets": [0.05, 0.01], "spec": {"rmse": 0.02, "mtf": {"lp_per_mm": 80, "centre": 0.5}},
       "machine_time": {"speed_mm_per_s": 4, "readout_ms": 0})"));
   EXPECT_EQ(suite.name, "mine");
   EXPECT_EQ(suite.seed, 9U);
@@ -105,6 +106,7 @@ TEST_F(SuiteReaderTest, TakesEveryKey) {
   EXPECT_EQ(suite.first_instance, 3U);
   EXPECT_EQ(suite.limits, "hard");
   EXPECT_EQ(suite.spec["mtf"]["centre"], 0.5);
+  EXPECT_EQ(suite.targets, (std::vector<double>{0.05, 0.01}));
   EXPECT_EQ(suite.machine_time.speed_mm_per_s, 4);
   EXPECT_EQ(suite.machine_time.readout_ms, 0);
   EXPECT_FALSE(suite.machine_time.exposure_ms.has_value());
@@ -187,6 +189,9 @@ TEST_F(SuiteReaderTest, EachMistakeIsNamed) {
   EXPECT_THAT(mistakes(with(R"("./missing.so")")), HasSubstr("does not exist"));
   EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "spec": {"rms": 1})")), HasSubstr("did you mean 'rmse'?"));
   EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "spec": {"mtf": {}})")), HasSubstr("\"lp_per_mm\" is missing"));
+  for (const char* targets : {"[]", "0.1", "[0.1, \"0.05\"]", "[0.1, 0.1]", "[0.05, 0.1]", "[0.1, 0]", "[2, 1]"})
+    EXPECT_THAT(mistakes(with("\"bo-gp\"", std::string(R"(, "targets": )") + targets)), HasSubstr("falling list"))
+        << targets;
   EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "machine_time": {"settle": 1})")),
               HasSubstr("/machine_time/settle: unknown key"));
   EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "machine_time": {"speed_mm_per_s": 0})")),
