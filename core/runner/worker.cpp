@@ -128,7 +128,7 @@ class Channel {
   std::deque<std::string> lines_;
 };
 
-void limit_resources(std::size_t memory_bytes) {
+void limit_resources([[maybe_unused]] std::size_t memory_bytes) {
   const rlimit none{0, 0};
   ::setrlimit(RLIMIT_CORE, &none);
 #ifndef RELIGN_SANITIZED  // whose shadow memory is larger than any limit
