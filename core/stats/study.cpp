@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <thread>
 
+#include "base/parallel.h"
 #include "stats/bootstrap.h"
 #include "stats/proportion.h"
 #include "stats/study_groups.h"
@@ -245,6 +247,11 @@ Study make_study(const TrialTable& table, StudyOptions options) {
   if (table.rows.size() > kManyTrials) options.resamples = std::min(options.resamples, kResamplesOfMany);
   if (options.targets.empty()) options.targets = default_targets();
   study.resamples = options.resamples;
+  constexpr unsigned kMostThreads = 8;
+  const unsigned threads =
+      options.threads > 0 ? options.threads : std::clamp(std::thread::hardware_concurrency(), 1U, kMostThreads);
+  options.most_bytes /= threads;
+  Parallel parallel(threads);
   study.groups = groups_of(table);
   study.series.resize(table.series.size());
   for (GroupStudy& group : study.groups) {
@@ -252,8 +259,10 @@ Study make_study(const TrialTable& table, StudyOptions options) {
     group.spec_rmse = spec != options.spec_of_scene.end() ? spec->second : options.spec_rmse;
     find_hopeless(table, group);
     const Draws draws(group.instances, options);
-    for (const std::size_t series : group.series)
+    parallel.for_each(static_cast<int>(group.series.size()), [&](int place, unsigned) {
+      const std::size_t series = group.series[static_cast<std::size_t>(place)];
       study.series[series] = study_series(table, table.series[series], draws, options, group.spec_rmse);
+    });
     if (draws.wanted) compare_methods(table, draws, options, group);
   }
   return study;

@@ -34,7 +34,8 @@ struct StudyOptions {
   double spec_rmse = kMissing;  // for scenes that `spec_of_scene` does not name
   std::map<std::string, double> spec_of_scene;
   double smallest_relevant_ratio = 1.1;  // of RMSE: methods within it are practically equal
-  std::size_t most_bytes = kCurveBytes;
+  std::size_t most_bytes = kCurveBytes;  // of all threads together
+  unsigned threads = 0;                  // 0: one a core. The numbers do not depend on it
 };
 // 31 levels from 0.05 down to 0.0005, equally far apart on a logarithmic scale.
 std::vector<double> default_targets();

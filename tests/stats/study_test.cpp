@@ -111,6 +111,18 @@ TEST_F(StudyTest, BandsHoldTheMedian) {
   EXPECT_THAT(make_study(table(two_methods(2)), none).series.at(0).curve.points.back().bands[track].low, IsNan());
 }
 
+TEST_F(StudyTest, DoesNotDependOnThreads) {
+  const TrialTable trials = table(two_methods(2));
+  const auto csv = [&](unsigned threads) {
+    StudyOptions options;
+    options.threads = threads;
+    std::vector<Curve> curves;
+    for (const SeriesStudy& series : make_study(trials, options).series) curves.push_back(series.curve);
+    return curves_csv(curves);
+  };
+  EXPECT_EQ(csv(1), csv(5));
+}
+
 TEST_F(StudyTest, SaysWhoIsBetterAndWhoIsPracticallyEqual) {
   const auto verdict = [&](double factor) {
     const Study study = make_study(table(two_methods(factor)), {});
