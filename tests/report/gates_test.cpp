@@ -1,0 +1,100 @@
+#include "report/gates.h"
+
+#include <gmock/gmock.h>
+
+#include "report/made_results.h"
+#include "report/page_data.h"
+
+namespace relign::report {
+namespace {
+
+using testing::HasSubstr;
+
+class Gates : public MadeResults {
+ protected:
+  // The gate of this name; null when it is not there.
+  Json gate(const std::string& name) {
+    const Json data = page_data(load_results(folder_));
+    for (const Json& one : data["gates"])
+      if (one["name"] == name) return one;
+    return nullptr;
+  }
+  std::vector<records::TrialRecord> methods(double factor_of_b) const {
+    std::vector<records::TrialRecord> trials;
+    for (std::uint64_t i = 0; i < 10; ++i) {
+      const double lens = 0.01 * (1 + 0.1 * static_cast<double>(i));
+      trials.push_back(trial("a", i, {0.1, lens}));
+      trials.push_back(trial("b", i, {0.1, factor_of_b * lens}));
+    }
+    return trials;
+  }
+  void one_algorithm_under_two_names() {
+    Json algorithms = Json::array();
+    for (const char* name : {"a", "b"})
+      algorithms.push_back({{"name", name}, {"id", "compass"}, {"plugin_hash", "00"}, {"parameters", {{"stride", 1}}}});
+    add_to_manifest({{"algorithms", algorithms}});
+  }
+};
+
+TEST_F(Gates, TellWhetherEverythingRan) {
+  write({trial("a", 0, {0.1, 0.05})});
+  EXPECT_EQ(gate("ran"), Json({{"name", "ran"}, {"ok", true}, {"text", "1/1 ran"}}));
+  write({trial("a", 0, {0.1, 0.05})}, "made", 2);
+  EXPECT_EQ(gate("ran")["ok"], false);
+  EXPECT_EQ(gate("ran")["text"], "Only 1/3 trials have ended.");
+}
+
+TEST_F(Gates, FailWhenOneTrialInTwentyFails) {
+  std::vector<records::TrialRecord> trials;
+  for (std::uint64_t i = 0; i < 20; ++i) trials.push_back(trial("a", i, {0.1, 0.05}));
+  trials[0].end = "timeout";
+  write(trials);
+  EXPECT_TRUE(gate("failures").is_null()) << "5 % are allowed";
+  std::filesystem::remove_all(folder_);
+  trials[1].end = "timeout";
+  write(trials);
+  EXPECT_EQ(gate("failures")["ok"], false);
+  EXPECT_THAT(gate("failures")["text"].get<std::string>(), HasSubstr("10 % of the trials failed"));
+}
+
+TEST_F(Gates, OneAlgorithmUnderTwoNamesMustComeOutAlike) {
+  write(methods(1));
+  EXPECT_TRUE(gate("A/A").is_null()) << "nobody said that they are one";
+  one_algorithm_under_two_names();
+  EXPECT_EQ(gate("A/A")["ok"], true);
+  std::filesystem::remove_all(folder_);
+  write(methods(1.2));
+  one_algorithm_under_two_names();
+  EXPECT_EQ(gate("A/A")["ok"], false);
+  EXPECT_THAT(gate("A/A")["text"].get<std::string>(), HasSubstr("a and b on rho0"));
+}
+
+TEST_F(Gates, TellWhatVerifyFound) {
+  write({trial("a", 0, {0.1, 0.05})});
+  EXPECT_TRUE(gate("replay").is_null());
+  write_file_atomically(folder_ / "verify.json", R"({"format": 1, "replayed": 10, "equal": 10})");
+  EXPECT_EQ(gate("replay"), Json({{"name", "replay"}, {"ok", true}, {"text", "replay 10/10"}}));
+  write_file_atomically(folder_ / "verify.json", R"({"format": 1, "replayed": 10, "equal": 9})");
+  EXPECT_EQ(gate("replay")["ok"], false);
+  for (const char* damaged : {"", "[]", "{\"replayed\": \"many\"}", "{\"replayed\": 0}"}) {
+    write_file_atomically(folder_ / "verify.json", damaged);
+    EXPECT_TRUE(gate("replay").is_null()) << damaged;
+  }
+}
+
+TEST_F(Gates, FailWhenTheHarnessTookTheTime) {
+  const auto with_harness = [&](double seconds) {
+    write({trial("a", 0, {0.1, 0.05})});
+    records::TrialTimes times;
+    times.trial = trial("a", 0, {}).trial;
+    times.algorithm_seconds = times.simulation_seconds = times.truth_seconds = {0.001, 0.001};
+    times.harness_seconds = seconds;
+    write_file_atomically(folder_ / "times" / "0000.jsonl", to_line(times) + "\n");
+    return gate("harness");
+  };
+  EXPECT_TRUE(with_harness(0.0001).is_null());
+  EXPECT_EQ(with_harness(0.001)["ok"], false) << "a quarter of the scene's four milliseconds";
+}
+
+}  // namespace
+}  // namespace relign::report
