@@ -42,7 +42,8 @@ void Report::write_tables() const {
 
 std::string Report::html() const {
   const LoadedResults& results = content_->results;
-  const Gallery gallery = load_gallery(results.folder);
+  Gallery gallery = load_gallery(results.folder);
+  gallery.axes = scene_axes(results.folder, results.manifest);
   std::set<std::string> shown;
   for (const TrialPictures& trial : gallery.trials) shown.insert(trial.trial);
   std::map<std::string, double> rmse;

@@ -84,8 +84,8 @@ TEST_F(Pictures, OnlyPngIsEmbedded) {
   const Gallery gallery = load_gallery(folder_);
   EXPECT_TRUE(gallery.pictures.empty());
   EXPECT_THAT(gallery.problems,
-              ElementsAre(HasSubstr("short.png: this is no PNG"), HasSubstr("page.png: this is no PNG"),
-                          HasSubstr("missing.png: no such picture")));
+              ElementsAre(HasSubstr("short.png: this is no PNG"), HasSubstr("missing.png: no such picture"),
+                          HasSubstr("page.png: this is no PNG")));
 }
 
 TEST_F(Pictures, OverTheLimitTheMedianTrialGoesFirst) {
