@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/files.h"
+#include "report/figures.h"
 #include "report/loaded_results.h"
 #include "report/page.h"
 #include "report/page_data.h"
@@ -56,6 +57,10 @@ std::string Report::html() const {
 }
 
 void Report::write_html(const std::filesystem::path& page) const { write_file_atomically(page, html()); }
+
+std::vector<std::filesystem::path> Report::write_figures(const std::filesystem::path& folder) const {
+  return report::write_figures(content_->data, folder);
+}
 
 std::string Report::ranking_table() const { return report::ranking_table(content_->data); }
 

@@ -54,7 +54,8 @@ Residual residual_of(const Json& row) {
     }
   }
   if (!position && !tilt) return residual;
-  residual.text = (position ? length_text(*position) : "-") + (tilt ? " / " + angle_text(*tilt) : "");
+  if (position) residual.text = length_text(*position) + (tilt ? " / " + angle_text(*tilt) : "");
+  if (!position) residual.text = angle_text(*tilt);
   residual.sort = shortest(position ? *position : *tilt);
   return residual;
 }

@@ -82,11 +82,12 @@ std::string heat_section(const Json& data) {
   const bool by_yield = any_row(data, "yield");
   HtmlWriter html;
   html.element("h2", "Who is good where");
-  html.element("p", {{"class", "quiet"}},
-               by_yield ? "Lenses in spec, %. Dark: nearly all; light: few. Intervals stand in the cells' titles; a "
-                          "click leads to the curves."
-                        : "Median error. Dark: within 10 % of the column's best; light: more than five times it. "
-                          "Intervals stand in the cells' titles; a click leads to the curves.");
+  html.element(
+      "p", {{"class", "quiet"}},
+      by_yield ? "Lenses in spec, %. Strong colour: nearly all; faint: few. Intervals stand in the cells' titles; a "
+                 "click leads to the curves."
+               : "Median error. Strong colour: within 10 % of the column's best; faint: more than five times it. "
+                 "Intervals stand in the cells' titles; a click leads to the curves.");
   html.open("div", {{"class", "scroll"}}).open("table", {{"class", "heat"}});
   head(html, data);
   html.open("tbody");

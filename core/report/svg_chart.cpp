@@ -7,6 +7,7 @@
 #include "base/text.h"
 #include "report/chart_scale.h"
 #include "report/escape.h"
+#include "report/page_data.h"
 
 namespace relign::report {
 namespace {
@@ -14,6 +15,7 @@ namespace {
 constexpr double kLabelHeight = 12, kCharacter = 6.1, kMostLabelCharacters = 20;
 constexpr double kLeft = 54, kBottom = 42, kTitle = 22, kMargin = 8;
 constexpr const char* kInk = "#3a3f47";
+constexpr int kTableDigits = 7;  // hides what 100 * 0.57 loses
 
 bool finite(double value) { return std::isfinite(value); }
 
@@ -278,7 +280,7 @@ class Drawing {
   std::optional<ChartScale> x_, y_;
 };
 
-std::string number_field(double value) { return finite(value) ? shortest(value) : ""; }
+std::string number_field(double value) { return finite(value) ? shortest(rounded(value, kTableDigits)) : ""; }
 
 }  // namespace
 
