@@ -17,6 +17,12 @@ relign_require(Eigen3 libeigen3-dev)
 relign_require(NLopt "libnlopt-cxx-dev libnlopt-dev")
 relign_require(OpenSSL libssl-dev)
 
+# Distribution functions of the statistics: headers of Boost.Math, nothing is linked.
+find_path(RELIGN_BOOST_INCLUDE_DIR boost/math/distributions/students_t.hpp)
+if(NOT RELIGN_BOOST_INCLUDE_DIR)
+  message(FATAL_ERROR "Boost.Math was not found (Debian and Ubuntu: libboost-dev). ${RELIGN_INSTALL_HINT}")
+endif()
+
 # OpenCV's own CMake file comes with libopencv-dev alone, whose other modules weigh 600 MB. The three
 # modules used here are found by themselves; CMAKE_PREFIX_PATH points to an OpenCV elsewhere.
 find_path(RELIGN_OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4)

@@ -4,6 +4,7 @@
 // program; its text says what was found, where, what is allowed and what to do.
 #pragma once
 
+#include <cstddef>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -19,9 +20,14 @@ enum class ErrorKind {
   internal         // a rule of ours was broken: exit code 1
 };
 
+inline constexpr std::size_t kLongestError = 100'000;  // bytes
+inline constexpr std::size_t kMostProblems = 100;
+
+// Messages quote files of strangers: what() is UTF-8 without control characters but line ends and tabs, and is cut
+// after kLongestError bytes.
 class Error : public std::runtime_error {
  public:
-  Error(ErrorKind kind, const std::string& message) : std::runtime_error(message), kind_(kind) {}
+  Error(ErrorKind kind, const std::string& message);
   ErrorKind kind() const { return kind_; }
 
  private:
@@ -40,7 +46,8 @@ struct Problem {
   std::string to_string() const;
 };
 
-// Throws one Error (bad_input) that lists all problems, one a line; does nothing without any.
+// Throws one Error (bad_input) that lists the problems, one a line: the first kMostProblems, and how many more there
+// are. Does nothing without any.
 void throw_if_any(const std::vector<Problem>& problems);
 
 }  // namespace relign

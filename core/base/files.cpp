@@ -20,6 +20,10 @@ namespace {
   throw Error(ErrorKind::io, std::string(what) + " " + path.string() + ": " + std::strerror(code));
 }
 
+std::string megabytes(std::size_t bytes) {
+  return bytes >> 20U > 0 ? std::to_string(bytes >> 20U) + " MB" : std::to_string(bytes) + " bytes";
+}
+
 constexpr std::size_t kPiece = 1 << 16;  // written at a time
 
 }  // namespace
@@ -61,7 +65,7 @@ void AtomicFile::commit() {
   temporary_.clear();
 }
 
-std::string read_file(const fs::path& path) {
+std::string read_file(const fs::path& path, std::size_t most) {
   std::error_code code;
   if (fs::is_directory(path, code)) throw Error(ErrorKind::io, "cannot read " + path.string() + ": it is a folder");
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
@@ -78,6 +82,11 @@ std::string read_file(const fs::path& path) {
     }
     if (got == 0) break;
     content.append(buffer, static_cast<std::size_t>(got));
+    if (content.size() > most) {
+      ::close(descriptor);
+      throw Error(ErrorKind::bad_input, path.string() + ": the file has more than the " + megabytes(most) +
+                                            " that are read; is it the one that was meant?");
+    }
   }
   ::close(descriptor);
   return content;

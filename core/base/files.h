@@ -7,8 +7,11 @@
 
 namespace relign {
 
-// The file's bytes. Throws Error(io) with the path and the system's reason.
-std::string read_file(const std::filesystem::path& path);
+inline constexpr std::size_t kMostFileBytes = std::size_t{1} << 30;
+
+// The file's bytes. Throws Error: io with the path and the system's reason; bad_input when there are more than `most`,
+// of which no more are read: what a stranger's file names may be a device without end.
+std::string read_file(const std::filesystem::path& path, std::size_t most = kMostFileBytes);
 
 // A file written piece by piece into a temporary file in the same folder; commit() flushes it to the disk and renames
 // it. Without commit nothing is left of it. Creates missing folders. Throws Error(io).

@@ -1,11 +1,11 @@
 // JSON from a user's file, with the place of every value, so that errors can point at it.
 //
-// Use it for files people write (suites, scene files, manifests). For text that our own code
-// wrote, nlohmann::json alone is enough.
+// Use it for files people write (suites, scene files, manifests). parsed_json is enough for what our own programs
+// wrote.
 #pragma once
 
 #include <filesystem>
-#include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -17,10 +17,17 @@ namespace relign {
 
 using Json = nlohmann::json;
 
+// Deeper lists and objects in each other are refused: whatever walks over a value calls itself as often.
+inline constexpr std::size_t kDeepestJson = 200;
+
+// The value, or a discarded one for what is no JSON, or nested deeper than kDeepestJson or `deepest`.
+Json parsed_json(std::string_view text, std::size_t deepest = kDeepestJson);
+
 class JsonSource {
  public:
-  // Reads and parses. Throws Error: io when unreadable, bad_input with file:line:column when it is
-  // no JSON, or when an object names a key twice. The root may be of any type.
+  // Reads and parses. Throws Error: io when unreadable, bad_input with file:line:column when it is no JSON or nested
+  // deeper than kDeepestJson, when an object names a key twice, or for a file of more than 256 MB. The root may be of
+  // any type.
   static JsonSource from_file(const std::filesystem::path& path);
   static JsonSource from_text(std::string text, std::string file_name);
 
@@ -32,10 +39,11 @@ class JsonSource {
   Problem problem(const std::string& pointer, const std::string& message) const;
 
  private:
+  struct Places;
   std::string file_;
   std::string text_;
   Json root_;
-  std::map<std::string, std::size_t> offsets_;  // JSON pointer -> first byte of the value
+  std::shared_ptr<const Places> places_;
 };
 
 // Reads the members of one object and remembers every mistake: wrong types, missing or unknown

@@ -13,6 +13,10 @@ std::string shortest(double value);
 // A number for people: `digits` significant digits, no exponent between 1e-4 and 1e6.
 std::string significant(double value, int digits = 3);
 
+// The text as a terminal, a log or a page may have it: control characters but line ends and tabs, marks that turn the
+// direction of writing, and bytes that are no UTF-8 become \x1b or \u202e.
+std::string printable(std::string_view text);
+
 // `-` equals `_` in every name a user types.
 std::string normalised_name(std::string_view name);
 

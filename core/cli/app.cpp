@@ -17,7 +17,7 @@ namespace {
 
 void print_error(const std::string& text) {
   const bool colours = stderr_has_colours();
-  std::fprintf(stderr, "%serror:%s %s\n", colours ? "\033[31m" : "", colours ? "\033[0m" : "", text.c_str());
+  std::fprintf(stderr, "%serror:%s %s\n", colours ? "\033[31m" : "", colours ? "\033[0m" : "", printable(text).c_str());
 }
 
 int exit_code(ErrorKind kind) {
@@ -174,6 +174,7 @@ int run_program(int argc, const char* const* argv) {
     add_describe(app, context);
     add_render(app, context);
     add_report(app, context);
+    add_compare(app, context);
     add_plan(app, context);
     add_merge(app, context);
     add_slurm(app, context);
@@ -215,9 +216,12 @@ void print_result(const std::string& text) {
     throw Error(ErrorKind::io, std::string("cannot write the result to stdout: ") + std::strerror(errno));
 }
 
+void print_text(const std::string& text) { print_result(printable(text)); }
+
 void print_warning(const std::string& text) {
   const bool colours = stderr_has_colours();
-  std::fprintf(stderr, "%swarning:%s %s\n", colours ? "\033[33m" : "", colours ? "\033[0m" : "", text.c_str());
+  std::fprintf(stderr, "%swarning:%s %s\n", colours ? "\033[33m" : "", colours ? "\033[0m" : "",
+               printable(text).c_str());
 }
 
 }  // namespace relign::cli

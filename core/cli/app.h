@@ -61,6 +61,7 @@ void add_list(CLI::App& app, Context& context);
 void add_describe(CLI::App& app, Context& context);
 void add_render(CLI::App& app, Context& context);
 void add_report(CLI::App& app, Context& context);
+void add_compare(CLI::App& app, Context& context);
 void add_merge(CLI::App& app, Context& context);
 void add_plan(CLI::App& app, Context& context);
 void add_slurm(CLI::App& app, Context& context);
@@ -80,6 +81,9 @@ int run_program(int argc, const char* const* argv);
 
 // Text for stdout; throws Error(io) when it cannot be written (a full disk, a closed pipe).
 void print_result(const std::string& text);
+
+// The same for people, with words of strangers in it: printable (base/text.h). JSON stays what it is.
+void print_text(const std::string& text);
 
 // A line for stderr: "warning: ...".
 void print_warning(const std::string& text);

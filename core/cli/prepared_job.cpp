@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/json_source.h"
+#include "base/text.h"
 
 namespace relign::cli {
 
@@ -28,7 +29,7 @@ runner::Preparer::Options preparer_options(const plugin_host::HostServices& serv
   runner::Preparer::Options options;
   options.threads = services.threads;
   options.cache_folder = services.cache_folder;
-  options.on_message = [](const std::string& message) { std::fprintf(stderr, "%s\n", message.c_str()); };
+  options.on_message = [](const std::string& message) { std::fprintf(stderr, "%s\n", printable(message).c_str()); };
   options.stop = services.stop;
   options.again = again;
   return options;

@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "base/text.h"
+
 namespace relign::cli {
 namespace {
 
@@ -80,7 +82,7 @@ void ProgressPrinter::message(const std::string& text) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (painted_) std::fputs("\r\033[K", stderr);
   painted_ = false;
-  std::fprintf(stderr, "%s\n", text.c_str());
+  std::fprintf(stderr, "%s\n", printable(text).c_str());
 }
 
 void ProgressPrinter::finish() {

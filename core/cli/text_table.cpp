@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <utility>
+
+#include "base/text.h"
 
 namespace relign::cli {
 namespace {
@@ -13,6 +16,15 @@ bool is_number(const std::string& cell) {
 }
 
 }  // namespace
+
+void TextTable::add(std::vector<std::string> row) {
+  for (std::string& cell : row) {
+    cell = printable(cell);
+    std::replace_if(
+        cell.begin(), cell.end(), [](char letter) { return letter == '\n' || letter == '\t'; }, ' ');
+  }
+  rows_.push_back(std::move(row));
+}
 
 std::string TextTable::text() const {
   std::vector<std::size_t> widths;

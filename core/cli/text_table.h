@@ -9,7 +9,8 @@ namespace relign::cli {
 class TextTable {
  public:
   explicit TextTable(std::vector<std::string> header) : rows_{std::move(header)} {}
-  void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
+  // What a terminal would obey, and line ends, stand in a cell as text (base/text.h).
+  void add(std::vector<std::string> row);
   // Numbers are right-aligned, everything else left-aligned; no blanks at line ends.
   std::string text() const;
 

@@ -192,7 +192,7 @@ int describe(Context& context, const DescribeArguments& arguments) {
   if (context.json)
     print_result((all.size() == 1 ? all.front() : all).dump(2) + "\n");
   else
-    print_result(join(pages, "\n"));
+    print_text(join(pages, "\n"));
   return kDone;
 }
 

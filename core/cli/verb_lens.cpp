@@ -119,7 +119,7 @@ int info(Context& context, const LensArguments& arguments) {
   text += table.text();
   if (lens.half_field_deg > 0)
     text += "\ndistortion at " + significant(lens.half_field_deg, 4) + " degrees: " + digits(distortion, 2) + " %\n";
-  print_result(text);
+  print_text(text);
   return kDone;
 }
 

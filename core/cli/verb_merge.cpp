@@ -81,7 +81,7 @@ int run_merge(Context& context, const MergeArguments& arguments) {
     result["merged"] = arguments.out;
     print_result(result.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
   } else {
-    print_result(result_text(summary, arguments.out));
+    print_text(result_text(summary, arguments.out));
     std::fprintf(stderr, "Next: relign-bench report %s\n", arguments.out.c_str());
   }
   if (summary.disagreeing == 0) return kDone;

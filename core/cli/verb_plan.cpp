@@ -25,7 +25,7 @@ struct PlanArguments {
 void refuse_other_files(const fs::path& file) {
   std::error_code code;
   if (!fs::exists(file, code)) return;
-  const Json content = Json::parse(read_file(file), nullptr, false);
+  const Json content = parsed_json(read_file(file));
   if (!content.is_object() || !content.contains("blocks") || !content.contains("plan"))
     throw Error(ErrorKind::bad_input, "--out " + file.string() + " is there and is no plan; choose another file");
 }

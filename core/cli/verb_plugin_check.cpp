@@ -62,14 +62,14 @@ int check(Context& context, const Arguments& arguments) {
   plugin_check::InspectionSetup setup;
   setup.program = std::filesystem::read_symlink("/proc/self/exe");
   setup.deadline_s = arguments.deadline_s;
-  if (!context.json) setup.on_result = [](const CheckResult& result) { print_result(result_line(result)); };
+  if (!context.json) setup.on_result = [](const CheckResult& result) { print_text(result_line(result)); };
   bool passed = true;
   Json all = Json::array();
   for (const std::string& plugin : arguments.plugins) {
     const Inspection inspection = plugin_check::inspect(plugin_path(context, plugin), setup);
     passed = passed && inspection.passed();
     all.push_back(to_json(inspection));
-    if (!context.json) print_result(summary_line(inspection));
+    if (!context.json) print_text(summary_line(inspection));
   }
   if (context.json) print_result(all.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
   return passed ? kDone : kPluginRefused;

@@ -92,7 +92,7 @@ void print_made(Context& context, const fs::path& folder, const lens_files::Lens
                      design.file + " (" + design.format + ")\n\n" + table.text() + "\n";
   text += remarks.empty() ? "Everything in the file was understood.\n" : "Remarks:\n";
   for (const std::string& remark : remarks) text += "  " + remark + "\n";
-  print_result(text);
+  print_text(text);
   std::fprintf(stderr,
                "Next:\n  relign-bench lens info --scene %s\n  relign-bench render --scene %s -o reference.png\n"
                "  relign-bench run %s\n",

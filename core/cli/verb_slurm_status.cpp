@@ -93,7 +93,7 @@ int print_status(Context& context, const StatusArguments& arguments) {
     print_result(status_json(plan, shards, results).dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
     return complete ? kDone : kStopped;
   }
-  print_result(status_text(plan, shards));
+  print_text(status_text(plan, shards));
   if (complete)
     std::fprintf(stderr, "Next: relign-bench merge %s -o DIR\n", shell_quoted(results.string()).c_str());
   else

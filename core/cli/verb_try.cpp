@@ -139,7 +139,7 @@ int run_try(Context& context, TryArguments arguments) {
     if (level >= RELIGN_LOG_WARNING)
       warn(level, message);
     else
-      std::fprintf(stderr, "%s\n", message.c_str());  // what a scene prints that is a process
+      std::fprintf(stderr, "%s\n", printable(message).c_str());  // what a scene prints that is a process
   };
   const LoadedScene scene = load_scene(catalog.resolve_or_throw(plugin_host::Kind::scene, arguments.scene), services);
   if (arguments.level.empty()) arguments.level = default_level(scene.facts);
@@ -163,7 +163,9 @@ int run_try(Context& context, TryArguments arguments) {
   plugin_host::NoiseLevel prior(level, services);
   setup.level = &prior;
   setup.services = services;
-  setup.services.log = [](int, const std::string& message) { std::fprintf(stderr, "%s\n", message.c_str()); };
+  setup.services.log = [](int, const std::string& message) {
+    std::fprintf(stderr, "%s\n", printable(message).c_str());
+  };
   setup.protocol = *task::protocol_from_name(arguments.protocol);
   setup.budget = arguments.steps;
   setup.algorithm_seed = algorithm_seed(arguments.suite_seed, algorithm.id, arguments.instance);

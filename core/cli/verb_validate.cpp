@@ -2,6 +2,7 @@
 #include <chrono>
 
 #include "base/seeds.h"
+#include "base/text.h"
 #include "cli/app.h"
 #include "cli/progress.h"
 #include "cli/workbench.h"
@@ -74,11 +75,11 @@ int validate(Context& context, const std::string& file) {
     return kDone;
   }
   if (station) {
-    print_result("suite          " + suite.name + "\ntrials         " + std::to_string(trials) + "\nframes         " +
+    print_result("suite          " + printable(suite.name) + "\ntrials         " + std::to_string(trials) + "\nframes         " +
                  std::to_string(frames) + "\nexpected time  unknown: a station's own (one trial at a time)\n");
     return kDone;
   }
-  print_result("suite          " + suite.name + "\ntrials         " + std::to_string(trials) + "\nframes         " +
+  print_result("suite          " + printable(suite.name) + "\ntrials         " + std::to_string(trials) + "\nframes         " +
                std::to_string(frames) + "\nexpected time  at most " + duration_text(seconds) + " on " +
                std::to_string(cores) + (cores == 1 ? " core" : " cores") +
                " (one capture and one truth just measured; two truths a step; without the algorithms' own time)\n");

@@ -136,9 +136,9 @@ int run_verify(Context& context, const VerifyArguments& arguments) {
     if (!arguments.frames.empty()) result["frames"] = {{"folder", arguments.frames}, {"count", frames}};
     print_result(result.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
   } else {
-    print_result(verdict(summary) + (arguments.frames.empty()
-                                         ? ""
-                                         : "frames     " + std::to_string(frames) + " in " + arguments.frames + "\n"));
+    print_text(verdict(summary) + (arguments.frames.empty()
+                                       ? ""
+                                       : "frames     " + std::to_string(frames) + " in " + arguments.frames + "\n"));
   }
   return summary.all_equal() ? kDone : kGateTripped;
 }

@@ -26,6 +26,7 @@ std::uint64_t bytes_of(const std::string& type) {
 }
 
 constexpr std::uint64_t kFewestCorners = 3;
+constexpr std::size_t kLongestShown = 60;
 
 // One element of the header: "element face 20" and the properties under it.
 struct PlyElement {
@@ -34,13 +35,28 @@ struct PlyElement {
   std::uint64_t least_bytes = 0;  // of one entry, in binary files
 };
 
+// Where the line "end_header" begins. assimp looks for the line, too, and never ends where there is only the word.
+std::size_t end_of_header(const std::string& content) {
+  const std::string line = "\nend_header";
+  const std::size_t found = content.find(line);
+  if (found == std::string::npos) return found;
+  const std::size_t behind = content.find_first_not_of(" \t\r", found + line.size());
+  return behind != std::string::npos && content[behind] == '\n' ? found + 1 : std::string::npos;
+}
+
+bool is_header_word(const std::string& word) {
+  for (const char* known : {"", "ply", "format", "comment", "obj_info", "element", "property"})
+    if (word == known) return true;
+  return false;
+}
+
 }  // namespace
 
 FilePromise promise_of_ply(const std::string& file, const std::string& content) {
   if (content.compare(0, 3, "ply") != 0) refuse(file, "is no PLY file: it does not begin with \"ply\"");
-  const std::size_t end = content.find("end_header");
+  const std::size_t end = end_of_header(content);
   const std::size_t body = end == std::string::npos ? end : content.find('\n', end);
-  if (body == std::string::npos) refuse(file, "the file is truncated: its header has no \"end_header\"");
+  if (body == std::string::npos) refuse(file, "the file is truncated: its header has no line \"end_header\"");
   std::istringstream header(content.substr(0, end));
   std::vector<PlyElement> elements;
   bool text = false;
@@ -51,11 +67,19 @@ FilePromise promise_of_ply(const std::string& file, const std::string& content) 
     if (word == "format") text = first == "ascii";
     if (word == "element") elements.push_back({first, std::strtoull(second.c_str(), nullptr, 10), 0});
     if (word == "property" && !elements.empty()) {
-      const bool corners = first == "list" && elements.back().name == "face";
+      const bool list = first == "list", corners = list && elements.back().name == "face";
+      if (bytes_of(list ? second : first) == 0 || (list && bytes_of(third) == 0))
+        refuse(file,
+               "a property of its element \"" + elements.back().name + "\" is of no type of PLY: \"" + line + "\"");
       elements.back().least_bytes +=
-          first == "list" ? bytes_of(second) + (corners ? kFewestCorners * bytes_of(third) : 0) : bytes_of(first);
+          list ? bytes_of(second) + (corners ? kFewestCorners * bytes_of(third) : 0) : bytes_of(first);
+    } else if (!is_header_word(word)) {
+      refuse(file, "its header has a line that no PLY has: \"" + line.substr(0, kLongestShown) + "\"");
     }
   }
+  for (const PlyElement& element : elements)
+    if (element.least_bytes == 0 && element.count > 0)
+      refuse(file, "its element \"" + element.name + "\" has no properties");
   const auto count_of = [&](const std::string& name) -> std::optional<std::uint64_t> {
     for (const PlyElement& element : elements)
       if (element.name == name) return element.count;

@@ -13,6 +13,26 @@ namespace relign::pixels {
 namespace {
 
 constexpr std::size_t kMostPixels = 100'000'000;
+constexpr std::size_t kMostBytes = std::size_t{256} << 20;
+
+void refuse_large(const std::filesystem::path& path, std::size_t pixels) {
+  if (pixels > kMostPixels)
+    throw Error(ErrorKind::bad_input, path.string() + ": the image has " + std::to_string(pixels) +
+                                          " pixels; at most " + std::to_string(kMostPixels) + " are read");
+}
+
+// A PNG of a few bytes can be an image of gigabytes, so that its header is looked at before it is unpacked. 0: another
+// kind of file, which OpenCV limits to 2^30 pixels.
+std::size_t told_pixels(const std::string& bytes) {
+  constexpr std::size_t kWidthAt = 16, kHeightAt = 20, kHeader = 24;
+  if (bytes.size() < kHeader || bytes.compare(1, 3, "PNG") != 0) return 0;
+  const auto side = [&bytes](std::size_t at) {
+    std::size_t value = 0;
+    for (std::size_t i = at; i < at + 4; ++i) value = value << 8U | static_cast<unsigned char>(bytes[i]);
+    return value;
+  };
+  return side(kWidthAt) * side(kHeightAt);
+}
 
 void write_encoded(const std::filesystem::path& path, const char* ending, const cv::Mat& matrix,
                    const std::vector<int>& parameters = {}) {
@@ -44,7 +64,8 @@ std::string npy_bytes(const Image& image) {
 }  // namespace
 
 Image read_image(const std::filesystem::path& path) {
-  const std::string bytes = read_file(path);
+  const std::string bytes = read_file(path, kMostBytes);
+  refuse_large(path, told_pixels(bytes));
   const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));
   cv::Mat decoded;
   try {
@@ -55,9 +76,7 @@ Image read_image(const std::filesystem::path& path) {
   if (decoded.empty())
     throw Error(ErrorKind::bad_input,
                 path.string() + ": this is no image that can be read (PNG, TIFF, JPEG, BMP and PGM can)");
-  if (static_cast<std::size_t>(decoded.total()) > kMostPixels)
-    throw Error(ErrorKind::bad_input, path.string() + ": the image has " + std::to_string(decoded.total()) +
-                                          " pixels; at most " + std::to_string(kMostPixels) + " are read");
+  refuse_large(path, decoded.total());
   double scale = 1;
   if (decoded.depth() == CV_8U) scale = 1.0 / 255;
   if (decoded.depth() == CV_16U) scale = 1.0 / 65535;

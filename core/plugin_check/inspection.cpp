@@ -120,7 +120,7 @@ Finding read_finding(const std::string& record, const std::string& messages, std
   std::string where;
   std::istringstream lines(record);
   for (std::string line; std::getline(lines, line);) {
-    const Json entry = Json::parse(line, nullptr, false);
+    const Json entry = parsed_json(line);
     if (!entry.is_object()) continue;
     if (entry.contains("at")) where = " " + entry.at("at").get<std::string>();
     if (entry.contains("verdict"))

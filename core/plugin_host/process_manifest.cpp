@@ -57,7 +57,7 @@ std::string ask_script(const fs::path& script) {
   if (got != ChildProcess::Got::line)
     refuse(got_text(got, "it said nothing for " + std::to_string(static_cast<int>(patience_seconds)) + " s") +
            ending_text(child));
-  Json manifest = Json::parse(line, nullptr, false);
+  Json manifest = parsed_json(line);
   if (!manifest.is_object()) refuse("what it wrote is no JSON object" + ending_text(child));
   if (manifest.contains(kFiles)) manifest[kFiles] = hashes_of(manifest[kFiles], module_folder(script));
   return canonical_json(manifest);
@@ -82,7 +82,7 @@ std::string kept_text(const fs::path& kept, const fs::path& folder) {
   if (kept.empty() || !fs::exists(kept, error)) return "";
   try {
     const std::string text = read_file(kept);
-    const Json manifest = Json::parse(text, nullptr, false);
+    const Json manifest = parsed_json(text);
     if (!manifest.is_object()) return "";
     Json names = Json::array();
     const Json files = manifest.value(kFiles, Json::object());
@@ -114,7 +114,7 @@ std::string kind_of(const Json& manifest) {
 }  // namespace
 
 std::string manifest_difference(const Manifest& stated, const Json& said) {
-  const Json manifest = Json::parse(stated.text, nullptr, false);
+  const Json manifest = parsed_json(stated.text);
   const std::string advice = is_plugin_script(stated.source)
                                  ? "; a class must say the same at every start"
                                  : "; make them equal, or leave the manifest out: a Python file is its own";

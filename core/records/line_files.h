@@ -16,6 +16,9 @@ namespace relign::records {
 // How many trials of the plan go into one file.
 inline constexpr std::size_t kTrialsPerFile = 1000;
 
+// Of one file: a thousand trials of 100,000 steps have 60 GB, and are still read where there is the memory.
+inline constexpr std::size_t kMostRecordBytes = std::size_t{100} << 30;
+
 std::string line_file_name(std::size_t number);  // 0 -> "0000.jsonl"
 
 // The folder's .jsonl files by number. Nothing when the folder does not exist.

@@ -21,7 +21,9 @@ const Json& member(const Json& object, const char* key) {
 
 const Json& list(const Json& object, const char* key, const fs::path& folder) {
   const Json& value = member(object, key);
-  if (!value.is_array())
+  const bool of_objects = std::string_view(key) == "algorithms";  // of noise levels the name alone may stand there
+  if (!value.is_array() ||
+      (of_objects && std::any_of(value.begin(), value.end(), [](const Json& entry) { return !entry.is_object(); })))
     throw Error(ErrorKind::bad_input,
                 (folder / "manifest.json").string() + " is damaged: it has no list '" + key + "'");
   return value;
@@ -168,6 +170,8 @@ void ManifestJoin::add_source(const fs::path& folder, const Json& manifest) {
   if (const Json& inner = member(manifest, "sources"); inner.is_array() && !inner.empty()) {
     const Json& inner_suites = member(manifest, "suites");
     for (Json source : inner) {
+      if (!source.is_object())
+        throw Error(ErrorKind::bad_input, (folder / "manifest.json").string() + " is damaged: a source is no object");
       const Json& number = member(source, "suite");
       if (inner_suites.is_array() && number.is_number_unsigned() && number.get<std::size_t>() < inner_suites.size())
         source["suite"] = suite_number(inner_suites[number.get<std::size_t>()]);
@@ -207,7 +211,8 @@ unsigned ManifestJoin::shards() const {
     if (plan.is_null()) plan = shard;
     if (member(shard, "plan") != member(plan, "plan")) return 0;
   }
-  return plan.is_null() ? 0 : plan["of"].get<unsigned>();
+  constexpr std::uint64_t kMost = 10'000'000;  // as many as trials; a file can say anything
+  return plan.is_null() ? 0 : static_cast<unsigned>(std::min(plan["of"].get<std::uint64_t>(), kMost));
 }
 
 std::vector<unsigned> ManifestJoin::missing_shards() const {

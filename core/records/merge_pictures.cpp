@@ -100,7 +100,7 @@ class PictureJoin {
     const fs::path folder = index_.sources[source] / "pictures";
     std::error_code code;
     if (!fs::exists(folder / "index.json", code)) return;
-    const Json pictures = Json::parse(read_file(folder / "index.json"), nullptr, false);
+    const Json pictures = parsed_json(read_file(folder / "index.json"));
     if (pictures.is_discarded())
       throw Error(ErrorKind::bad_input, (folder / "index.json").string() + " is damaged: it is no JSON");
     check_format(pictures, (folder / "index.json").string());

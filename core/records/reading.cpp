@@ -35,11 +35,16 @@ Json read_manifest(const fs::path& folder) {
   const fs::path file = folder / "manifest.json";
   std::error_code code;
   if (!fs::exists(file, code)) return nullptr;
-  Json manifest;
-  try {
-    manifest = Json::parse(read_file(file));
-  } catch (const Json::parse_error& error) {
-    throw Error(ErrorKind::bad_input, file.string() + " is damaged: " + error.what());
+  const std::string text = read_file(file);
+  Json manifest = parsed_json(text);
+  if (manifest.is_discarded()) {
+    std::string why = "it is nested too deep";
+    try {
+      [[maybe_unused]] const Json thrown = Json::parse(text);
+    } catch (const Json::exception& error) {
+      why = error.what();
+    }
+    throw Error(ErrorKind::bad_input, file.string() + " is damaged: " + why);
   }
   check_format(manifest, file.string());
   return manifest;
@@ -51,7 +56,7 @@ std::vector<TrialRecord> read_trials(const fs::path& folder,
   std::vector<TrialRecord> trials;
   std::set<std::string> seen;
   for (const fs::path& file : line_files(folder / "trials")) {
-    const std::string text = read_file(file);
+    const std::string text = read_file(file, kMostRecordBytes);
     const Blocks split = split_trials(text, file.string());
     for (const Block& block : split.blocks)
       if (seen.insert(block.trial).second) trials.push_back(read_block(block, file.string()));
@@ -73,7 +78,7 @@ std::vector<TrialTimes> read_times(const fs::path& folder) {
   std::vector<TrialTimes> times;
   std::map<std::string, std::size_t> place;  // a trial that ran again: its last line counts
   for (const fs::path& file : line_files(folder / "times")) {
-    const std::string text = read_file(file);
+    const std::string text = read_file(file, kMostRecordBytes);
     for (const Block& block : split_times(text, file.string()).blocks) {
       TrialTimes read = read_times_line(block.text, file.string() + ":" + std::to_string(block.line));
       const auto [found, fresh] = place.emplace(block.trial, times.size());

@@ -1,5 +1,8 @@
 #include "records/record.h"
 
+#include <algorithm>
+#include <cctype>
+#include <charconv>
 #include <cmath>
 #include <limits>
 
@@ -67,13 +70,44 @@ std::vector<double> read_numbers(const Json& list) {
   return values;
 }
 
+// A conversion would make 0 of 4294967296, and anything of 1e300.
+template <class Whole>
+Whole read_whole(const Json& value) {
+  if (!value.is_number_unsigned() || value.get<std::uint64_t>() > std::numeric_limits<Whole>::max())
+    throw Error(ErrorKind::bad_input, "the line is damaged: expected a whole number from 0 to " +
+                                          std::to_string(std::numeric_limits<Whole>::max()) + ", found " +
+                                          value.dump().substr(0, 40));
+  return static_cast<Whole>(value.get<std::uint64_t>());
+}
+
+// Files are called by it.
+std::string read_id(const Json& value) {
+  constexpr std::size_t kLongest = 64;
+  const std::string id = value.get<std::string>();
+  const bool plain = !id.empty() && id.size() <= kLongest && id.front() != '.' &&
+                     std::all_of(id.begin(), id.end(), [](unsigned char letter) {
+                       return std::isalnum(letter) || letter == '-' || letter == '_' || letter == '.';
+                     });
+  if (!plain)
+    throw Error(ErrorKind::bad_input, "the line is damaged: '" + id.substr(0, kLongest) + "' is no id of a trial");
+  return id;
+}
+
+std::uint64_t read_seed(const std::string& digits) {
+  std::uint64_t seed = 0;
+  const auto [end, code] = std::from_chars(digits.data(), digits.data() + digits.size(), seed);
+  if (code != std::errc() || end != digits.data() + digits.size())
+    throw Error(ErrorKind::bad_input, "the line is damaged: '" + digits.substr(0, 40) + "' is no seed");
+  return seed;
+}
+
 StepRecord read_step(const Json& line) {
   StepRecord step;
-  step.step = line.at("step").get<unsigned>();
+  step.step = read_whole<unsigned>(line.at("step"));
   step.commanded_pose = read_numbers(line.at("commanded_pose"));
   step.true_pose = read_numbers(line.at("true_pose"));
-  step.limits_low = line.at("limits_low").get<std::uint64_t>();
-  step.limits_high = line.at("limits_high").get<std::uint64_t>();
+  step.limits_low = read_whole<std::uint64_t>(line.at("limits_low"));
+  step.limits_high = read_whole<std::uint64_t>(line.at("limits_high"));
   step.merit = read_number(line.at("merit"));
   step.measured = read_number(line.at("measured"));
   step.machine_seconds = read_number(line.at("machine_seconds"));
@@ -90,16 +124,16 @@ StepRecord read_step(const Json& line) {
 
 TrialRecord read_closing(const Json& line) {
   TrialRecord record;
-  record.trial = line.at("trial").get<std::string>();
+  record.trial = read_id(line.at("trial"));
   record.end = line.at("end").get<std::string>();
-  record.budget = line.at("budget").get<unsigned>();
+  record.budget = read_whole<unsigned>(line.at("budget"));
   record.scene = line.at("scene").get<std::string>();
   record.noise_level = line.at("noise_level").get<std::string>();
   record.protocol = line.at("protocol").get<std::string>();
   record.algorithm = line.at("algorithm").get<std::string>();
   record.algorithm_id = line.at("algorithm_id").get<std::string>();
-  record.instance = line.at("instance").get<std::uint64_t>();
-  record.instance_seed = std::stoull(line.at("instance_seed").get<std::string>());
+  record.instance = read_whole<std::uint64_t>(line.at("instance"));
+  record.instance_seed = read_seed(line.at("instance_seed").get<std::string>());
   const Json& own_optimum = line.at("own_optimum_mse");
   record.has_own_optimum = !own_optimum.is_null();
   if (record.has_own_optimum) record.own_optimum_mse = own_optimum.get<double>();
@@ -213,9 +247,9 @@ ReadLine read_trial_line(std::string_view line, const std::string& place) {
     if (read.closing) {
       check_format(json, "the closing line");
       read.trial = read_closing(json);
-      read.steps = json.at("steps").get<std::size_t>();
+      read.steps = read_whole<std::size_t>(json.at("steps"));
     } else {
-      read.trial.trial = json.at("trial").get<std::string>();
+      read.trial.trial = read_id(json.at("trial"));
       read.step = read_step(json);
     }
     return read;
@@ -227,7 +261,7 @@ TrialTimes read_times_line(std::string_view line, const std::string& place) {
     const Json json = Json::parse(line);
     check_format(json, "the line");
     TrialTimes times;
-    times.trial = json.at("trial").get<std::string>();
+    times.trial = read_id(json.at("trial"));
     times.algorithm_seconds = read_numbers(json.at("algorithm_seconds"));
     times.simulation_seconds = read_numbers(json.at("simulation_seconds"));
     times.truth_seconds = read_numbers(json.at("truth_seconds"));

@@ -44,7 +44,7 @@ struct TrialRecord {
   double own_optimum_mse = 0;
   bool has_own_optimum = false;
   std::vector<double> own_optimum_pose;  // true pose, a share of the travel an axis; empty: not known
-  std::vector<std::string> warnings;  // what the plugin left behind
+  std::vector<std::string> warnings;     // what the plugin left behind
   std::vector<StepRecord> steps;
 };
 

@@ -77,7 +77,7 @@ struct Collected {
 Collected collect(const fs::path& folder, Splitter split) {
   Collected all;
   for (const fs::path& file : line_files(folder)) {
-    const std::string text = read_file(file);
+    const std::string text = read_file(file, kMostRecordBytes);
     for (const Block& block : split(text, file.string()).blocks) {
       const auto [found, fresh] = all.text.insert_or_assign(block.trial, std::string(block.text));
       if (fresh) all.order.push_back(block.trial);
@@ -119,7 +119,7 @@ bool repair(const fs::path& file, const std::string& text, const Blocks& split) 
 
 void remove_blocks(const fs::path& folder, Splitter split, const std::set<std::string>& trials) {
   for (const fs::path& file : line_files(folder)) {
-    const std::string text = read_file(file);
+    const std::string text = read_file(file, kMostRecordBytes);
     std::string kept;
     for (const Block& block : split(text, file.string()).blocks)
       if (!trials.count(block.trial)) kept += block.text;
@@ -140,7 +140,7 @@ ResultsWriter::ResultsWriter(fs::path folder) : folder_(prepared(std::move(folde
   recover_swap(folder_ / "trials");
   recover_swap(folder_ / "times");
   for (const fs::path& file : line_files(folder_ / "trials")) {
-    const std::string text = read_file(file);
+    const std::string text = read_file(file, kMostRecordBytes);
     const Blocks split = split_trials(text, file.string());
     for (const Block& block : split.blocks) {
       const TrialRecord trial = read_trial_line(block.closing, file.string()).trial;
@@ -150,7 +150,7 @@ ResultsWriter::ResultsWriter(fs::path folder) : folder_(prepared(std::move(folde
     if (repair(file, text, split)) ++repaired_;
   }
   for (const fs::path& file : line_files(folder_ / "times")) {
-    const std::string text = read_file(file);
+    const std::string text = read_file(file, kMostRecordBytes);
     const Blocks split = split_times(text, file.string());
     for (const Block& block : split.blocks)
       if (const auto found = finished_.find(block.trial); found != finished_.end())

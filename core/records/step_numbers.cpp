@@ -12,13 +12,16 @@ namespace {
 namespace fast = simdjson::ondemand;
 
 // Null is written for what is not finite. False: neither a number nor null.
-bool take(fast::object& object, const char* key, double& number) {
-  fast::value value;
-  if (object.find_field(key).get(value)) return false;
+bool take(fast::value value, double& number) {
   fast::json_type type;
   if (value.type().get(type)) return false;
   number = std::numeric_limits<double>::quiet_NaN();
   return type == fast::json_type::null || !value.get_double().get(number);
+}
+
+bool take(fast::object& object, const char* key, double& number) {
+  fast::value value;
+  return !object.find_field(key).get(value) && take(value, number);
 }
 
 // Members in the order in which step_line writes them.
@@ -31,8 +34,15 @@ bool take_all(fast::object object, StepNumbers& step) {
   std::string_view text;
   if (object.find_field("recommendation").get_string().get(text)) return false;
   step.recommendation = text;
-  return take(object, "recommended_seconds", step.recommended_seconds) &&
-         take(object, "commanded_mse", step.commanded_mse) && take(object, "recommended_mse", step.recommended_mse);
+  if (!take(object, "recommended_seconds", step.recommended_seconds)) return false;
+  fast::array pose;
+  if (object.find_field("recommended_true_pose").get_array().get(pose)) return false;
+  for (auto element : pose) {
+    fast::value value;
+    step.recommended_true_pose.emplace_back();
+    if (element.get(value) || !take(value, step.recommended_true_pose.back())) return false;
+  }
+  return take(object, "commanded_mse", step.commanded_mse) && take(object, "recommended_mse", step.recommended_mse);
 }
 
 }  // namespace
@@ -60,7 +70,7 @@ StepNumbers StepNumbersReader::read(std::string_view line, std::string_view plac
   const ReadLine read = read_trial_line(line, std::string(place));
   const StepRecord& record = read.step;
   return {record.step,          record.measured,        record.machine_seconds, record.recommended_seconds,
-          record.commanded_mse, record.recommended_mse, record.recommendation};
+          record.commanded_mse, record.recommended_mse, record.recommendation,  record.recommended_true_pose};
 }
 
 }  // namespace relign::records

@@ -15,6 +15,7 @@ struct StepNumbers {  // as in StepRecord
   double machine_seconds = 0, recommended_seconds = 0;
   double commanded_mse = 0, recommended_mse = 0;
   std::string recommendation;
+  std::vector<double> recommended_true_pose;
 };
 
 // Keeps its parser's memory from line to line. Not thread-safe.

@@ -66,6 +66,13 @@ const std::vector<StepNumbers>& StoredSteps::read(const StoredTrial& where) {
   return steps_;
 }
 
+std::vector<double> StoredSteps::own_optimum_pose() const {
+  const std::string_view lines = lines_;
+  const std::size_t before = lines.rfind('\n', lines.size() - 2);
+  const std::string_view closing = lines.substr(before == std::string_view::npos ? 0 : before + 1);
+  return read_trial_line(closing, "trials/" + line_file_name(file_)).trial.own_optimum_pose;
+}
+
 TrialRecord read_stored(const fs::path& folder, const StoredTrial& where, std::string* text) {
   const fs::path file = folder / "trials" / line_file_name(where.file);
   std::string lines(where.size, '\0');

@@ -35,6 +35,8 @@ class StoredSteps {
   explicit StoredSteps(std::filesystem::path folder) : folder_(std::move(folder)) {}
   // Until the next call. Throws Error as read_stored does.
   const std::vector<StepNumbers>& read(const StoredTrial& where);
+  // Of the trial that was read last; empty where nobody knows it.
+  std::vector<double> own_optimum_pose() const;
 
  private:
   std::filesystem::path folder_;

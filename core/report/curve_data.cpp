@@ -98,11 +98,11 @@ Json curve_data(const Json& data) {
       methods.push_back({{"name", method["name"]}, {"oracle", flag_of(method, "oracle")}, {"style", style->second}});
   }
   Json result = {{"methods", methods}, {"groups", Json::array()}};
-  if (const Json& spec = object_of(data, "spec"); spec.contains("rmse")) result["spec"] = spec["rmse"];
   for (const Thinning& thinning : kThinnings) {
     result["groups"] = Json::array();
     for (const Json& group : data["groups"]) {
       Json entry = {{"label", group["label"]}, {"curves", Json::array()}};
+      if (group.contains("spec_rmse")) entry["spec"] = group["spec_rmse"];
       if (!object_of(group, "floor").empty()) entry["floor"] = group["floor"];
       for (const Json& curve : group["curves"]) entry["curves"].push_back(thinned(curve, thinning));
       result["groups"].push_back(std::move(entry));

@@ -123,7 +123,7 @@ std::vector<Figure> curve_figures(const Json& data, std::size_t index) {
     const Json& floor = object_of(group, "floor");
     chart.levels = {{"the lenses' own optimum", number(floor, "own_optimum"), false},
                     {"bound of one more image", number(floor, "next_image"), true},
-                    {"spec", number(object_of(data, "spec"), "rmse"), false}};
+                    {"spec", number(group, "spec_rmse"), false}};
   }
   return {{"curves-" + group_file(group, index),
            std::string("Error after each image: medians over the lenses; bands are ") +
@@ -179,8 +179,8 @@ std::vector<Figure> residual_figures(const Json& data, std::size_t index, std::s
         chart.x.title = "axis";
         chart.y = {"misalignment left" + (unit.empty() ? "" : ", " + unit), true, false, {}};
         figures.push_back({"misalignment-" + file_name(unit) + "-" + group_file(group, index),
-                           "What is left against the lens's own best pose, without sign: median (dot) and 90 % "
-                           "quantile (end of the line).",
+                           "What is left against the lens's own best pose, without sign: median (dot) and upper "
+                           "quartile (end of the line).",
                            chart});
       }
       Chart& chart = figures[found->second].chart;
@@ -191,7 +191,7 @@ std::vector<Figure> residual_figures(const Json& data, std::size_t index, std::s
       if (chart.series.empty() || chart.series.back().name != method)
         chart.series.push_back({method, style_of(styles, method), Drawn::marks, {}});
       const double median = number(axis, "median");
-      chart.series.back().points.push_back({at, median, median, number(axis, "q90")});
+      chart.series.back().points.push_back({at, median, median, number(axis, "q75")});
     }
   }
   for (Figure& figure : figures) figure.chart.height = height_for(figure.chart.series.size());

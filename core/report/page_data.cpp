@@ -11,14 +11,13 @@
 
 #include "base/json_members.h"
 #include "records/results_folder.h"
+#include "report/statistics_data.h"
 #include "report/verdict.h"
-#include "stats/curves.h"
 
 namespace relign::report {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr int kDigits = 5;
 constexpr std::size_t kTrialsNamedPerFailure = 5;
 
 using GroupKey = std::tuple<std::string, std::string, std::string>;  // scene, noise level, protocol
@@ -28,7 +27,7 @@ GroupKey key_of(const Record& record) {
   return {record.scene, record.noise_level, record.protocol};
 }
 
-Json number_or_null(double value) { return std::isfinite(value) ? Json(rounded(value, kDigits)) : Json(); }
+Json number_or_null(double value) { return std::isfinite(value) ? Json(rounded(value, kDataDigits)) : Json(); }
 
 template <typename Value>
 void add_once(std::vector<Value>& list, const Value& value) {
@@ -170,7 +169,7 @@ std::map<GroupKey, Group> gather(const stats::TrialTable& trials, std::vector<Gr
   return groups;
 }
 
-Json groups_json(const LoadedResults& results, const std::vector<stats::Curve>& curves, const Methods& methods) {
+Json groups_json(const LoadedResults& results, const stats::Study& study, const Methods& methods) {
   std::vector<GroupKey> order;
   const std::map<GroupKey, Group> groups = gather(results.trials, order);
   std::set<std::string> scenes, protocols;
@@ -207,8 +206,8 @@ Json groups_json(const LoadedResults& results, const std::vector<stats::Curve>& 
       const stats::Quantiles seen = stats::quantiles(group.measured_start);
       entry["start"] = seen.n > 0 ? number_or_null(seen.median) : Json();
     }
-    for (const stats::Curve& curve : curves)
-      if (key_of(curve) == key && curve.trials > 0) entry["curves"].push_back(curve_json(curve));
+    for (const stats::SeriesStudy& series : study.series)
+      if (key_of(series.curve) == key && series.curve.trials > 0) entry["curves"].push_back(curve_json(series.curve));
     list.push_back(std::move(entry));
   }
   return list;
@@ -288,9 +287,11 @@ double rounded(double value, int digits) {
   return result;
 }
 
-Json page_data(const LoadedResults& results) { return page_data(results, stats::make_curves(results.trials)); }
+Json page_data(const LoadedResults& results) {
+  return page_data(results, stats::make_study(results.trials, study_options(results)));
+}
 
-Json page_data(const LoadedResults& results, const std::vector<stats::Curve>& curves) {
+Json page_data(const LoadedResults& results, const stats::Study& study) {
   const Json& manifest = results.manifest;
   const Methods methods(results);
   std::vector<std::string> scenes, levels, protocols;
@@ -330,9 +331,10 @@ Json page_data(const LoadedResults& results, const std::vector<stats::Curve>& cu
   data["ran"] = ran_json(results);
   if (Json harness = harness_json(results.trials); harness.is_object()) data["ran"]["harness"] = std::move(harness);
   data["methods"] = methods.list;
-  data["groups"] = groups_json(results, curves, methods);
+  data["groups"] = groups_json(results, study, methods);
   data["failures"] = failures_json(results.trials);
   data["warnings"] = warnings_json(results.trials);
+  add_statistics(data, results, study);
   data["verdict"] = verdict(data);
   data["beware"] = beware(data);
   return data;

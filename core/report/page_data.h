@@ -3,9 +3,9 @@
 //
 // Shape: {suite_name, suite_file, suite_text, seed, command, scenes, noise_levels, protocols, steps [least, most],
 // instances, ran {planned, finished, failed, missing, incomplete, from_other_plans}, methods [...], groups [...],
-// verdict, beware, failures, warnings, program, machine, of a merged folder sources [{folder, trials, cpu, program}] and
-// merge}. A group is what can be compared, one scene, noise level and protocol: {scene, noise_level, protocol, label,
-// instances, same_instances, start, rows, curves, measured_only and station (when true)}.
+// verdict, beware, failures, warnings, program, machine, of a merged folder sources [{folder, trials, cpu, program}]
+// and merge}. A group is what can be compared, one scene, noise level and protocol: {scene, noise_level, protocol,
+// label, instances, same_instances, start, rows, curves, measured_only and station (when true)}.
 //
 // What the statistics add; a member that cannot be had is absent or null, and its part of the page too:
 //   targets        RMSE levels of the suite, falling; spec {rmse, mtf} and spec_text, a sentence
@@ -23,16 +23,19 @@
 #pragma once
 
 #include "report/loaded_results.h"
-#include "stats/curves.h"
+#include "stats/study.h"
 
 namespace relign::report {
 
-Json page_data(const LoadedResults& results, const std::vector<stats::Curve>& curves);
-Json page_data(const LoadedResults& results);  // makes the curves
+Json page_data(const LoadedResults& results, const stats::Study& study);
+Json page_data(const LoadedResults& results);  // makes the study
 
 // What ranks a row: the error at the recommended pose, or, where no truth is known ("measured_only" of its
 // group), the lowest measured one. {n, median, q25, q75}.
 const Json& score_of(const Json& row);
+
+// Numbers on the page and in its data agree with the tables to 1e-9.
+inline constexpr int kDataDigits = 10;
 
 // `value` with that many significant digits: pages need no more, and shorter numbers keep them small.
 double rounded(double value, int digits);

@@ -12,16 +12,18 @@
 #include "report/page.h"
 #include "report/page_data.h"
 #include "report/pictures.h"
+#include "report/statistics_data.h"
 #include "report/text_tables.h"
-#include "stats/curves.h"
 
 namespace relign::report {
 
 struct Report::Content {
   explicit Content(const std::filesystem::path& folder)
-      : results(load_results(folder)), curves(stats::make_curves(results.trials)), data(page_data(results, curves)) {}
+      : results(load_results(folder)),
+        study(stats::make_study(results.trials, study_options(results))),
+        data(page_data(results, study)) {}
   LoadedResults results;
-  std::vector<stats::Curve> curves;
+  stats::Study study;
   Json data;
 };
 
@@ -34,8 +36,10 @@ const Json& Report::data() const { return content_->data; }
 
 void Report::write_tables() const {
   const std::filesystem::path& folder = content_->results.folder;
-  write_file_atomically(folder / "curves.csv", stats::curves_csv(content_->curves));
-  write_file_atomically(folder / "curves.json", stats::curves_json(content_->curves).dump(1) + "\n");
+  std::vector<stats::Curve> curves;
+  for (const stats::SeriesStudy& series : content_->study.series) curves.push_back(series.curve);
+  write_file_atomically(folder / "curves.csv", stats::curves_csv(curves));
+  write_file_atomically(folder / "curves.json", stats::curves_json(curves).dump(1) + "\n");
   AtomicFile instances(folder / "instances.csv");
   stats::instances_csv(content_->results.trials, [&](std::string_view text) { instances.write(text); });
   instances.commit();

@@ -46,7 +46,7 @@ Residual residual_of(const Json& row) {
     const std::string unit = text_of(axis, "unit");
     if (!median.is_number()) continue;
     residual.details += (residual.details.empty() ? "" : "; ") + text_of(axis, "name") + " " + number_text(median, 3) +
-                        " " + unit + " (90 % below " + number_text(axis.value("q90", Json()), 3) + ")";
+                        " " + unit + " (75 % below " + number_text(axis.value("q75", Json()), 3) + ")";
     for (const Unit& known : kUnits) {
       if (unit != known.name) continue;
       std::optional<double>& worst = known.angle ? tilt : position;

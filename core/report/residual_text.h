@@ -9,7 +9,7 @@ namespace relign::report {
 
 struct Residual {
   std::string text = "-";  // "0.80 \u00b5m / 0.60\u2032"
-  std::string details;     // every axis: its median and 90 % quantile in the scene's units
+  std::string details;     // every axis: its median and upper quartile in the scene's units
   std::string sort;        // the position in mm, else the tilt in degrees
 };
 

@@ -64,7 +64,8 @@ void images_cell(HtmlWriter& html, const Json& row, const Block&) {
   if (to_spec.empty()) return cell_with_interval(html, "number", "", "-", "");
   const Json steps = to_spec.value("steps", Json()), low = to_spec.value("lo95", Json()),
              high = to_spec.value("hi95", Json());
-  if (!steps.is_number()) return cell_with_interval(html, "number quiet", "", "not reached", "");
+  if (!steps.is_number())  // a word where too few lenses get there
+    return cell_with_interval(html, "number quiet", "", steps.is_string() ? "not reached" : "-", "");
   std::string interval;
   if (low.is_number() && high.is_number())
     interval = images_text(low) + kTo + images_text(high);

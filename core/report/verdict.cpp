@@ -1,6 +1,7 @@
 #include "report/verdict.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <string>
 #include <vector>
@@ -13,6 +14,7 @@ namespace relign::report {
 namespace {
 
 constexpr int kDigits = 3;
+constexpr std::uint64_t kFewInstances = 60;
 
 std::string shown(const Json& number) { return number.is_number() ? significant(number.get<double>(), kDigits) : "-"; }
 
@@ -20,9 +22,59 @@ std::string counted(std::uint64_t count, const std::string& noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
 
-bool ranges_overlap(const Json& a, const Json& b) {
-  return score_of(a)["q25"].get<double>() <= score_of(b)["q75"].get<double>() &&
-         score_of(b)["q25"].get<double>() <= score_of(a)["q75"].get<double>();
+bool has_interval(const Json& score) { return score.contains("lo95") && score["lo95"].is_number(); }
+
+// "0.0110 (95 %: 0.0090 to 0.0130) over 60 instances", or with quartiles where there is no interval.
+std::string median_words(const Json& score) {
+  const std::uint64_t n = score["n"].get<std::uint64_t>();
+  if (n == 1) return shown(score["median"]) + " on its only instance";
+  const std::string spread = has_interval(score)
+                                 ? " (95 %: " + shown(score["lo95"]) + " to " + shown(score["hi95"]) + ")"
+                                 : " (quartiles " + shown(score["q25"]) + " to " + shown(score["q75"]) + ")";
+  return shown(score["median"]) + spread + " over " + counted(n, "instance");
+}
+
+// How the first compares with the second on the same lenses; empty when nobody could tell.
+std::string comparison(const Json& group, const std::string& first, const std::string& second, double relevant) {
+  for (const Json& pair : list_of(group, "pairs")) {
+    const bool turned = text_of(pair, "a") == second && text_of(pair, "b") == first;
+    if (!turned && !(text_of(pair, "a") == first && text_of(pair, "b") == second)) continue;
+    if (!pair["ratio"].is_number() || !pair["lo95"].is_number() || !pair["hi95"].is_number()) return "";
+    const auto ratio = [&](const char* key) {
+      return significant(turned ? 1 / pair[key].get<double>() : pair[key].get<double>(), 2);
+    };
+    const std::string figures = "lens by lens, its error is " + ratio("ratio") + " times that of " + second +
+                                " (95 %: " + ratio(turned ? "hi95" : "lo95") + " to " +
+                                ratio(turned ? "lo95" : "hi95") + ")";
+    const std::string word = text_of(pair, "verdict");
+    if (word == "practically equal")
+      return "The two are practically equal: " + figures + ", within the factor " + significant(relevant, 3) +
+             " that counts as relevant";
+    if (word == "undecided") return "Which of the two is better is undecided: " + figures;
+    return "It is " + (turned ? std::string(word == "better" ? "worse" : "better") : word) + ": " + figures;
+  }
+  return "";
+}
+
+// How many lenses came into specification, how fast.
+std::string spec_words(const Json& group, const Json& row) {
+  const Json& yield = object_of(row, "yield");
+  const Json& arrival = object_of(row, "to_spec");
+  if (yield.empty() || !group.contains("spec_rmse")) return "";
+  const auto percent = [](const Json& share) {
+    return share.is_number() ? std::to_string(static_cast<int>(std::lround(100 * share.get<double>())))
+                             : std::string("-");
+  };
+  std::string text =
+      "It brings " + std::to_string(count_of(yield, "in")) + " of " + counted(count_of(yield, "n"), "lens");
+  if (text.back() == 's' && count_of(yield, "n") != 1) text.replace(text.size() - 1, 1, "es");
+  text += " (95 %: " + percent(yield["lo95"]) + " to " + percent(yield["hi95"]) + " %) into specification (RMSE " +
+          shown(group["spec_rmse"]) + ")";
+  const Json& steps = arrival.value("steps", Json());
+  if (steps.is_number())
+    text += ", half of them within " + counted(static_cast<std::uint64_t>(std::ceil(steps.get<double>())), "step") +
+            (arrival["seconds"].is_number() ? " and " + shown(arrival["seconds"]) + " s of machine time" : "");
+  return text + ". ";
 }
 
 // Rows with a median, oracles apart: who is told the answer cannot win.
@@ -43,7 +95,7 @@ std::string failures_of(const Json& row) {
          " trials failed and do not count in this median)";
 }
 
-std::string sentence(const Json& group, const Ranked& ranked) {
+std::string sentence(const Json& group, const Ranked& ranked, double relevant) {
   if (ranked.methods.empty()) {
     if (!ranked.oracles.empty()) return "only an oracle has finished; nothing can be ranked.";
     const bool any_trial = std::any_of(group["rows"].begin(), group["rows"].end(),
@@ -55,24 +107,19 @@ std::string sentence(const Json& group, const Ranked& ranked) {
   const Json& score = score_of(best);
   const bool measured_only = flag_of(group, "measured_only");
   const std::string error = measured_only ? "measured error" : "error";
-  const std::uint64_t n = score["n"].get<std::uint64_t>();
   std::string text = text_of(best, "method") + " ends with the lowest ";
-  text += n == 1 ? error + ", " + shown(score["median"]) + " on its only instance"
-                 : "median " + error + ", " + shown(score["median"]) + " over " + counted(n, "instance") +
-                       " (quartiles " + shown(score["q25"]) + " to " + shown(score["q75"]) + ")";
+  text += (score["n"] == 1 ? error : "median " + error) + ", " + median_words(score);
   text += failures_of(best);
   if (group["start"].is_number()) text += "; at the start it was " + shown(group["start"]);
-  text += ". ";
+  text += ". " + spec_words(group, best);
   if (ranked.methods.size() > 1) {
     const Json& next = *ranked.methods[1];
     const bool level = shown(score_of(next)["median"]) == shown(score["median"]);
     text += level ? text_of(next, "method") + " ends level with it"
                   : "Next is " + text_of(next, "method") + " with " + shown(score_of(next)["median"]);
-    text += failures_of(next);
-    const bool both_spread = n > 1 && score_of(next)["n"].get<std::uint64_t>() > 1;
-    if (both_spread)
-      text += ranges_overlap(best, next) ? "; their quartile ranges overlap" : "; their quartile ranges do not overlap";
-    text += ". ";
+    text += failures_of(next) + ". ";
+    const std::string words = comparison(group, text_of(best, "method"), text_of(next, "method"), relevant);
+    if (!words.empty()) text += words + ". ";
   } else {
     text += "No other method has a result here. ";
   }
@@ -86,6 +133,22 @@ std::string sentence(const Json& group, const Ranked& ranked) {
   return text;
 }
 
+// " (instances 3, 17)"
+std::string hopeless_words(const Json& group) {
+  constexpr std::size_t kMostNamed = 10;
+  std::vector<std::string> names;
+  for (const Json& instance : list_of(group, "hopeless"))
+    if (names.size() < kMostNamed && instance.is_number()) names.push_back(instance.dump());
+  if (names.empty()) return "";
+  return std::string(names.size() == 1 ? " (instance " : " (instances ") + join(names, ", ") +
+         (list_of(group, "hopeless").size() > kMostNamed ? ", ..." : "") + ")";
+}
+
+double relevant_ratio(const Json& data) {
+  const Json& ratio = data.value("smallest_relevant_ratio", Json());
+  return ratio.is_number() ? ratio.get<double>() : 1;
+}
+
 }  // namespace
 
 Json verdict(const Json& data) {
@@ -94,7 +157,7 @@ Json verdict(const Json& data) {
     const Ranked ranked(group);
     list.push_back({{"label", group["label"]},
                     {"best", ranked.methods.empty() ? "" : text_of(*ranked.methods.front(), "method")},
-                    {"text", sentence(group, ranked)}});
+                    {"text", sentence(group, ranked, relevant_ratio(data))}});
   }
   return list;
 }
@@ -148,11 +211,26 @@ Json beware(const Json& data) {
         "home only moves once, to the nominal pose, which it may know under the paper protocol: nearly the " +
         std::string("answer where lenses and stage are nearly perfect, worthless where they are not."));
   if (count_of(ran, "finished") > 0) {
-    list.push_back(fewest == 1
-                       ? "A single instance says how one lens went, nothing about the next one."
-                       : "Bands and brackets are quartiles (the middle half of the instances), not confidence " +
-                             std::string("intervals. No test of significance has been made") +
-                             (fewest < 60 ? ", and " + std::to_string(fewest) + " instances are few." : "."));
+    const bool intervals = std::any_of(data["groups"].begin(), data["groups"].end(), [](const Json& group) {
+      return std::any_of(group["rows"].begin(), group["rows"].end(),
+                         [](const Json& row) { return has_interval(score_of(row)); });
+    });
+    if (fewest == 1)
+      list.push_back("A single instance says how one lens went, nothing about the next one.");
+    else if (!intervals)
+      list.push_back("Brackets are quartiles (the middle half of the instances), not confidence intervals.");
+    else
+      list.push_back(
+          "95 % intervals are by the bootstrap over instances. Better means that the whole interval lies beyond the "
+          "factor " +
+          significant(relevant_ratio(data), 3) + " that counts as relevant" +
+          (fewest < kFewInstances ? "; " + std::to_string(fewest) + " instances are few, and the intervals wide."
+                                  : "."));
+    for (const Json& group : data["groups"])
+      if (const std::uint64_t hopeless = count_of(group, "cannot_meet_spec"); hopeless > 0)
+        list.push_back(text_of(group, "label") + ": " + std::to_string(hopeless) +
+                       (hopeless == 1 ? " lens" : " lenses") + " cannot meet the specification at any pose" +
+                       hopeless_words(group) + ".");
   }
   return list;
 }

@@ -17,6 +17,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr std::size_t kIdSize = 16;  // of a trial
+
 using Instance = std::tuple<std::size_t, std::size_t, std::uint64_t>;  // scene, level, number
 
 Instance instance_of(const suite::PlannedTrial& trial) { return {trial.scene, trial.level, trial.instance}; }
@@ -58,6 +60,29 @@ Json blocks_of(const PreparedPlan& prepared) {
 std::string hash_of_plan(Json content) {
   for (const char* key : {"format", "plan", "program", "suite_file", "suite_folder"}) content.erase(key);
   return short_hash(canonical_json(content));
+}
+
+// What is wrong with the parts of a plan file that this program takes for granted; empty: nothing. The hash does not
+// tell: whoever writes a file can write its hash, too.
+std::string mistake_of_lists(const Json& content) {
+  const auto is_object = [](const Json& entry) { return entry.is_object(); };
+  for (const char* key : {"scenes", "noise_levels", "algorithms", "blocks"})
+    if (!content.contains(key) || !content[key].is_array() ||
+        !std::all_of(content[key].begin(), content[key].end(), is_object))
+      return std::string("'") + key + "' is no list of objects";
+  const auto program = content.find("program");
+  if (program == content.end() || !program->is_object() || !program->contains("hash") ||
+      !(*program)["hash"].is_string())
+    return "it does not tell which program made it";
+  std::uint64_t trials = 0;
+  for (const Json& block : content["blocks"]) {
+    const std::string ids = text_of(block, "ids");
+    if (ids.empty() || ids.size() % kIdSize != 0) return "the ids of its trials are no ids";
+    trials += ids.size() / kIdSize;
+  }
+  if (trials != content["trials"].get<std::uint64_t>())
+    return "it has " + std::to_string(trials) + " trials and says that there are " + content["trials"].dump();
+  return "";
 }
 
 // Sentences on every member of the two lists' entries that differs, by the entries' names.
@@ -129,7 +154,7 @@ Json freeze(const PreparedPlan& prepared, unsigned shards, const fs::path& folde
 FrozenPlan read_plan(const fs::path& file) {
   FrozenPlan plan;
   plan.file = file;
-  plan.content = Json::parse(read_file(file), nullptr, false);
+  plan.content = parsed_json(read_file(file));
   const Json& content = plan.content;
   const auto refuse = [&file](const std::string& why) {
     throw Error(ErrorKind::bad_input, file.string() + " " + why + "; relign-bench plan SUITE -o FILE writes one");
@@ -146,13 +171,15 @@ FrozenPlan read_plan(const fs::path& file) {
   for (const char* key : {"shards", "trials"})
     if (!content.contains(key) || !content[key].is_number_unsigned())
       refuse(std::string("is damaged: it has no '") + key + "'");
+  if (const std::string mistake = mistake_of_lists(content); !mistake.empty()) refuse("is damaged: " + mistake);
   plan.hash = hash_of_plan(content);
   if (plan.hash != content["plan"]) refuse("is damaged or was changed by hand: its content is not what its hash says");
   plan.name = content["name"].get<std::string>();
-  plan.shards = content["shards"].get<unsigned>();
   plan.trials = content["trials"].get<std::size_t>();
-  if (plan.shards < 1 || plan.shards > std::max<std::size_t>(plan.trials, 1))
-    refuse("is damaged: " + std::to_string(plan.trials) + " trials in " + std::to_string(plan.shards) + " parts");
+  const auto shards = content["shards"].get<std::uint64_t>();
+  if (shards < 1 || shards > std::max<std::size_t>(plan.trials, 1))
+    refuse("is damaged: " + std::to_string(plan.trials) + " trials in " + std::to_string(shards) + " parts");
+  plan.shards = static_cast<unsigned>(shards);
   plan.suite_text = content["suite"].get<std::string>();
   plan.suite_file = content["suite_file"].get<std::string>();
   plan.suite_folder =
@@ -188,9 +215,8 @@ std::vector<std::size_t> places_of_shard(const suite::Plan& plan, unsigned shard
 }
 
 std::vector<std::string> ids_of_shard(const FrozenPlan& plan, unsigned shard) {
-  constexpr std::size_t kIdSize = 16;
   const auto place_of = [&plan](const char* list, const std::string& name) {
-    const Json& entries = plan.content.value(list, Json::array());
+    const Json& entries = plan.content.at(list);
     std::size_t place = 0;
     while (place < entries.size() && text_of(entries[place], "name") != name) ++place;
     return place;

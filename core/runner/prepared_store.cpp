@@ -31,7 +31,7 @@ task::PreparedData PreparedStore::read(std::string& problem) const {
     return task::PreparedData{};
   };
   try {
-    const Json told = Json::parse(read_file(sidecar_), nullptr, false);
+    const Json told = parsed_json(read_file(sidecar_));
     if (!told.is_object()) return refuse(sidecar_.string() + " is no JSON object");
     if (told.value("format", Json()) != kStoreFormat) return refuse(sidecar_.string() + " has another format");
     if (told.value("key", Json()) != key_) return refuse(sidecar_.string() + " belongs to something else");

@@ -12,6 +12,7 @@
 namespace relign::runner {
 namespace {
 
+constexpr std::size_t kMostBytes = std::size_t{1} << 30;
 constexpr std::uint64_t kDigestOfNothing = 14695981039346656037ULL;
 
 std::uint64_t add_to_digest(std::uint64_t digest, std::string_view bytes) {
@@ -33,6 +34,7 @@ std::string all_of(int file) {
     if (got < 0) fail("read");
     if (got == 0) return text;
     text.append(buffer, static_cast<std::size_t>(got));
+    if (text.size() > kMostBytes) return text;  // no trial writes so much: somebody made the file longer
   }
 }
 
@@ -101,6 +103,11 @@ void JournalWriter::add_step(const std::string& trial, const records::StepRecord
 
 void JournalWriter::add_log(std::string_view text) { write("L" + escaped(text) + "\n"); }
 
+void JournalWriter::write_text(const std::string& text) {
+  begin();
+  write(text);
+}
+
 void JournalWriter::write(const std::string& line) {
   const std::lock_guard<std::mutex> hold(mutex_);
   digest_ = add_to_digest(digest_, line);
@@ -118,6 +125,13 @@ void clear_journal(int file) {
   if (::ftruncate(file, 0) != 0) fail("emptied");
 }
 
+JournalText read_journal_text(int file) {
+  JournalText read;
+  read.text = all_of(file);
+  read.digest = add_to_digest(kDigestOfNothing, read.text);
+  return read;
+}
+
 Journal read_journal(int file, const std::string& trial, bool checked) {
   const std::string text = all_of(file);
   Journal journal;
@@ -133,12 +147,9 @@ Journal read_journal(int file, const std::string& trial, bool checked) {
     }
   }
   // A worker may die between the two lines of a step.
-  const std::size_t timed = journal.times.algorithm_seconds.size();
-  if (timed < journal.steps) {
-    for (auto* seconds :
-         {&journal.times.algorithm_seconds, &journal.times.simulation_seconds, &journal.times.truth_seconds})
-      seconds->resize(journal.steps, 0.0);
-  }
+  for (auto* seconds :
+       {&journal.times.algorithm_seconds, &journal.times.simulation_seconds, &journal.times.truth_seconds})
+    seconds->resize(journal.steps, 0.0);
   return journal;
 }
 

@@ -23,6 +23,7 @@ class JournalWriter {
   void add_step(const std::string& trial, const records::StepRecord& step, double algorithm_seconds,
                 double simulation_seconds, double truth_seconds);
   void add_log(std::string_view text);
+  void write_text(const std::string& text);  // instead of entries: what is too long for a message
   std::uint64_t size() const { return size_; }
   std::uint64_t digest() const { return digest_; }  // of all bytes (FNV-1a)
 
@@ -46,5 +47,11 @@ void clear_journal(int file);
 // `checked`: every step line is read, and what follows the first that is no step of this trial is left out, as what a
 // dying process may leave. Else lines are taken as they are: compare size and digest.
 Journal read_journal(int file, const std::string& trial, bool checked);
+
+struct JournalText {
+  std::string text;
+  std::uint64_t digest = 0;
+};
+JournalText read_journal_text(int file);
 
 }  // namespace relign::runner

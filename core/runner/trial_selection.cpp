@@ -27,7 +27,8 @@ std::string answer(const suite::Suite& suite, const suite::PlannedTrial& trial, 
 std::vector<std::size_t> select_trials(const suite::Plan& plan,
                                        const std::vector<std::pair<std::string, std::string>>& only) {
   std::map<std::string, std::set<std::string>> wanted;
-  for (const auto& [given_key, value] : only) {
+  for (const auto& [given_key, given_value] : only) {
+    const std::string& value = given_value;  // which a lambda may capture
     std::string key = given_key;
     std::replace(key.begin(), key.end(), '-', '_');
     if (std::find(kOnlyKeys.begin(), kOnlyKeys.end(), key) == kOnlyKeys.end())

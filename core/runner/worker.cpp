@@ -186,10 +186,9 @@ class Worker {
       while (true) ::pause();
     };
     options.on_begin = [this](const records::TrialRecord& record) {
-      channel_.send(
-          {{"begun",
-            {{"own_optimum_mse", record.has_own_optimum ? Json(record.own_optimum_mse) : Json(nullptr)},
-             {"own_optimum_pose", record.own_optimum_pose}}}});
+      channel_.send({{"begun",
+                      {{"own_optimum_mse", record.has_own_optimum ? Json(record.own_optimum_mse) : Json(nullptr)},
+                       {"own_optimum_pose", record.own_optimum_pose}}}});
     };
     Preparer::Options preparing;
     preparing.threads = options.threads;
@@ -213,8 +212,10 @@ class Worker {
   void prepare(const Json& asked) {
     const suite::PlannedTrial trial = planned_trial_from_json(asked.at("trial"));
     plan_.check_libraries(trial);
-    channel_.send({{"entries", to_json(preparer_->prepare(make_job(plan_.prepared, trial),
-                                                          asked.at("scene_data").get<std::string>()))}});
+    const Preparer::Entries& entries =
+        preparer_->prepare(make_job(plan_.prepared, trial), asked.at("scene_data").get<std::string>());
+    journal_.write_text(to_json(entries).dump(-1, ' ', false, Json::error_handler_t::replace));
+    channel_.send({{"entries", {{"size", journal_.size()}, {"digest", journal_.digest()}}}});
   }
 
   void run(const suite::PlannedTrial& trial) {

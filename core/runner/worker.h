@@ -11,7 +11,7 @@
 //        {"begun": {"own_optimum_mse": 0.1, "own_optimum_pose": [...]}}  the lens is mounted: the trial's time counts
 //        {"message": "..."}                     for the user
 //        {"source": true}                       preparing: one more source is done
-//        {"entries": [...]}                     what was prepared
+//        {"entries": {...}}                     size and digest of what was prepared, which is in the journal
 //        {"done": {...}}                        closing line, size and digest of the journal, times
 //        {"runaway": true}                      the algorithm will never return: the worker wants to be ended
 //        {"error": {"kind": 1, "text": "..."}}  concerns more than the trial

@@ -35,6 +35,20 @@ std::size_t session_bytes(pid_t session) {
   return bytes;
 }
 
+// A plugin can write into the worker's connection: nothing in a message is taken for granted.
+std::string error_text(const Json& error) {
+  const auto text = error.is_object() ? error.find("text") : error.end();
+  return error.is_object() && text != error.end() && text->is_string() ? text->get<std::string>()
+                                                                       : "a worker reports an error and no more";
+}
+
+ErrorKind error_kind(const Json& error) {
+  const auto kind = error.find("kind");
+  const bool known = kind != error.end() && kind->is_number_unsigned() &&
+                     kind->get<std::uint64_t>() <= static_cast<std::uint64_t>(ErrorKind::internal);
+  return known ? static_cast<ErrorKind>(kind->get<int>()) : ErrorKind::internal;
+}
+
 void fill(WorkedTrial& worked, Journal journal) {
   worked.step_lines = std::move(journal.step_lines);
   worked.steps = journal.steps;
@@ -105,13 +119,13 @@ bool ProcessWorker::started() {
           {"memory_bytes", limits_.memory_bytes}}}});
   std::string line;
   const auto got = child_->receive(line, in_seconds(kSecondsToStart));
-  const Json answer = got == ChildProcess::Got::line ? Json::parse(line, nullptr, false) : Json();
+  const Json answer = got == ChildProcess::Got::line ? parsed_json(line) : Json();
   if (answer.is_object() && answer.contains("ready")) return true;
   child_->end(kSecondsToLeave);
   if (child_->was_lost()) return false;
   std::string text = "a worker did not start: ";
   if (answer.is_object() && answer.contains("error"))
-    text += answer["error"].value("text", std::string());
+    text += error_text(answer["error"]);
   else
     text += "its process " + child_->how_it_ended();
   for (const std::string& output : child_->last_output()) text += "\n  " + output;
@@ -202,7 +216,7 @@ std::optional<Json> ProcessWorker::receive(Attempt& attempt) {
     std::string line;
     const auto got = child_->receive(line, in_seconds(kSecondsBetweenLooks));
     if (got == ChildProcess::Got::line) {
-      Json message = Json::parse(line, nullptr, false);
+      Json message = parsed_json(line);
       if (message.is_object()) return message;
       // It is waited for: how far a trial came must not depend on when this was read.
       attempt.babble = true;
@@ -260,12 +274,15 @@ bool ProcessWorker::take(const Json& message, Attempt& attempt) {
       attempt.clock = Clock::now();
       return false;
     }
-    if (message.contains("source")) {
+    if (attempt.preparing && message.contains("source")) {
       attempt.clock = Clock::now();
       return false;
     }
-    if (message.contains("entries")) {
-      attempt.entries = entries_from_json(message["entries"]);
+    if (attempt.preparing && message.contains("entries")) {
+      const JournalText prepared = read_journal_text(child_->pixel_file());
+      if (message["entries"].at("size") != prepared.text.size() || message["entries"].at("digest") != prepared.digest)
+        throw Error(ErrorKind::bad_input, "");
+      attempt.entries = entries_from_json(Json::parse(prepared.text));
       return true;
     }
     if (message.contains("runaway")) {
@@ -284,8 +301,7 @@ bool ProcessWorker::take(const Json& message, Attempt& attempt) {
     return true;
   }
   if (message.contains("error") && message["error"].is_object())
-    throw Error(static_cast<ErrorKind>(message["error"].value("kind", static_cast<int>(ErrorKind::internal))),
-                message["error"].value("text", std::string("a worker reports an error and no more")));
+    throw Error(error_kind(message["error"]), error_text(message["error"]));
   end_by(attempt, "protocol_error", "a message that no worker sends came over the connection of its worker");
   return true;
 }

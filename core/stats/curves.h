@@ -1,5 +1,4 @@
-// Curves and scores from trials: medians and quartiles per step; the bands of the statistics stay empty until they are
-// computed.
+// Curves and scores of trials as tables. The numbers are made in study.h.
 #pragma once
 
 #include <array>
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "base/json_source.h"
+#include "stats/band.h"
 #include "stats/quantiles.h"
 #include "stats/trial_table.h"
 
@@ -17,6 +17,8 @@ namespace relign::stats {
 struct CurvePoint {
   unsigned step = 0;
   std::array<Quantiles, kTracks.size()> tracks;
+  std::array<Interval, kTracks.size()> bands;  // of the medians; missing where none was computed
+  double machine_seconds = kMissing;           // simulated, median
 };
 
 struct Curve {
@@ -26,14 +28,12 @@ struct Curve {
   std::vector<CurvePoint> points;  // step 0 to the largest budget
 };
 
-// One a series, in its order. Holds no more than `most_bytes` of values at a time: what is larger is read again for
-// each track, or for a few steps of it. Throws Error when the folder's files have changed since the table was read.
+// Of the values that a study holds at a time: what is larger is read again for each track, or for a few steps of it.
 inline constexpr std::size_t kCurveBytes = 128'000'000;
-std::vector<Curve> make_curves(const TrialTable& table, std::size_t most_bytes = kCurveBytes);
 
 // curves.csv: scene,noise_level,protocol,algorithm,step,n, then for each track _median,_q25,_q75,_mean,
-// _lo95,_hi95; the last two stay empty until the statistics fill them. Shortest round-trip numbers; a
-// field that cannot have a value is empty. results/README.md has the other two.
+// _lo95,_hi95 (of the median; empty at steps without a band), and at the end machine_seconds_median. Shortest
+// round-trip numbers; a field that cannot have a value is empty. results/README.md has the other two.
 std::string curves_csv(const std::vector<Curve>& curves);
 Json curves_json(const std::vector<Curve>& curves);
 // A row at a time, the head first.

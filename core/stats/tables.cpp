@@ -29,16 +29,18 @@ std::string curves_csv(const std::vector<Curve>& curves) {
   for (const Track track : kTracks)
     for (const char* column : {"_median", "_q25", "_q75", "_mean", "_lo95", "_hi95"})
       csv += std::string(",") + track_name(track) + column;
-  csv += '\n';
+  csv += ",machine_seconds_median\n";
   for (const Curve& curve : curves) {
     const std::string head = field(curve.scene) + ',' + field(curve.noise_level) + ',' + field(curve.protocol) + ',' +
                              field(curve.algorithm) + ',';
     for (const CurvePoint& point : curve.points) {
       csv += head + std::to_string(point.step) + ',' + std::to_string(curve.trials);
-      for (const Quantiles& values : point.tracks)
+      for (std::size_t track = 0; track < kTracks.size(); ++track) {
+        const Quantiles& values = point.tracks[track];
         csv += ',' + field(values.median) + ',' + field(values.q25) + ',' + field(values.q75) + ',' +
-               field(values.mean) + ",,";
-      csv += '\n';
+               field(values.mean) + ',' + field(point.bands[track].low) + ',' + field(point.bands[track].high);
+      }
+      csv += ',' + field(point.machine_seconds) + '\n';
     }
   }
   return csv;
@@ -47,15 +49,16 @@ std::string curves_csv(const std::vector<Curve>& curves) {
 Json curves_json(const std::vector<Curve>& curves) {
   Json list = Json::array();
   for (const Curve& curve : curves) {
-    Json steps = Json::array();
-    for (const CurvePoint& point : curve.points) steps.push_back(point.step);
+    Json steps = Json::array(), seconds = Json::array();
+    for (const CurvePoint& point : curve.points) {
+      steps.push_back(point.step);
+      seconds.push_back(number(point.machine_seconds));
+    }
     Json tracks = Json::object();
     for (std::size_t track = 0; track < kTracks.size(); ++track) {
-      Json columns = {{"n", Json::array()},
-                      {"median", Json::array()},
-                      {"q25", Json::array()},
-                      {"q75", Json::array()},
-                      {"mean", Json::array()}};
+      Json columns = {{"n", Json::array()},   {"median", Json::array()}, {"q25", Json::array()},
+                      {"q75", Json::array()}, {"mean", Json::array()},   {"lo95", Json::array()},
+                      {"hi95", Json::array()}};
       for (const CurvePoint& point : curve.points) {
         const Quantiles& values = point.tracks[track];
         columns["n"].push_back(values.n);
@@ -63,6 +66,8 @@ Json curves_json(const std::vector<Curve>& curves) {
         columns["q25"].push_back(number(values.q25));
         columns["q75"].push_back(number(values.q75));
         columns["mean"].push_back(number(values.mean));
+        columns["lo95"].push_back(number(point.bands[track].low));
+        columns["hi95"].push_back(number(point.bands[track].high));
       }
       tracks[track_name(kTracks[track])] = std::move(columns);
     }
@@ -73,6 +78,7 @@ Json curves_json(const std::vector<Curve>& curves) {
                     {"n", curve.trials},
                     {"failed", curve.failed},
                     {"step", std::move(steps)},
+                    {"machine_seconds", std::move(seconds)},
                     {"tracks", std::move(tracks)}});
   }
   return {{"format", records::kFormat}, {"curves", std::move(list)}};

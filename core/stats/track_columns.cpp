@@ -4,19 +4,26 @@
 
 namespace relign::stats {
 
-TrackColumns::TrackColumns(const TrialTable& table, const Series& series, std::vector<Track> tracks, StepRange steps)
-    : tracks_(std::move(tracks)), steps_(steps), trials_(series.trials.size()) {
-  const std::size_t count = steps.last - steps.first + std::size_t{1};
-  values_.resize(tracks_.size() * count * trials_);
+void for_each_trial(const TrialTable& table, const Series& series, const std::function<void(const ReadTrial&)>& visit) {
   records::StoredSteps stored(table.folder);
-  for (std::size_t trial = 0; trial < trials_; ++trial) {
-    const TrialRow& row = table.rows[series.trials[trial]];
-    const std::vector<records::StepNumbers>& read = stored.read(row.where);
-    for (std::size_t track = 0; track < tracks_.size(); ++track) {
-      const std::vector<double> values = track_values(read, row.own_optimum_mse, tracks_[track]);
-      for (std::size_t step = 0; step < count; ++step)
-        values_[(track * count + step) * trials_ + trial] = values[std::min(steps.first + step, values.size() - 1)];
-    }
+  for (std::size_t place = 0; place < series.trials.size(); ++place) {
+    const TrialRow& row = table.rows[series.trials[place]];
+    visit({place, row, stored.read(row.where), stored});
+  }
+}
+
+TrackColumns::TrackColumns(std::size_t trials, std::vector<Track> tracks, StepRange steps)
+    : tracks_(std::move(tracks)), steps_(steps), trials_(trials) {
+  values_.resize(tracks_.size() * (steps.last - steps.first + std::size_t{1}) * trials_);
+}
+
+void TrackColumns::add(const ReadTrial& trial) {
+  const std::size_t count = steps_.last - steps_.first + std::size_t{1};
+  for (std::size_t track = 0; track < tracks_.size(); ++track) {
+    const std::vector<double> values = track_values(trial.steps, trial.row.own_optimum_mse, tracks_[track]);
+    for (std::size_t step = 0; step < count; ++step)
+      values_[(track * count + step) * trials_ + trial.place] =
+          values[std::min(steps_.first + step, values.size() - 1)];
   }
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "stats/trial_table.h"
@@ -12,12 +13,22 @@ struct StepRange {
   unsigned first = 0, last = 0;  // both included
 };
 
+// One trial of a series as it is read; all of it is gone with the next one.
+struct ReadTrial {
+  std::size_t place = 0;  // in Series::trials
+  const TrialRow& row;
+  const std::vector<records::StepNumbers>& steps;
+  const records::StoredSteps& stored;
+};
+// Every trial of the series, in their order. Throws Error as StoredSteps::read does.
+void for_each_trial(const TrialTable& table, const Series& series, const std::function<void(const ReadTrial&)>& visit);
+
 // Values of some tracks at some steps over the trials of a series, in the order of Series::trials. A trial that ended
 // early carries its last step forward; NaN: the trial has no value there.
 class TrackColumns {
  public:
-  // Reads every trial of the series once. Throws Error as StoredSteps::read does.
-  TrackColumns(const TrialTable& table, const Series& series, std::vector<Track> tracks, StepRange steps);
+  TrackColumns(std::size_t trials, std::vector<Track> tracks, StepRange steps);
+  void add(const ReadTrial& trial);
 
   std::vector<double> at(Track track, unsigned step) const;
 

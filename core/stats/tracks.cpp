@@ -23,6 +23,8 @@ const char* track_name(Track track) {
       return "recommended";
     case Track::excess:
       return "excess";
+    case Track::machine_seconds:
+      return "machine_seconds";
   }
   return "";
 }
@@ -48,6 +50,9 @@ std::vector<double> track_values(const std::vector<records::StepNumbers>& steps,
         break;
       case Track::excess:
         values.push_back(displayed(step.recommended_mse - own_optimum_mse));
+        break;
+      case Track::machine_seconds:
+        values.push_back(step.machine_seconds);
         break;
     }
   }

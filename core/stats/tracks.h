@@ -10,7 +10,8 @@ namespace relign::stats {
 
 // Of the capture; the lowest so far; noise-free at the commanded and at the recommended pose; by how much the
 // recommended pose is worse than the best that the instance allows.
-enum class Track { measured, best, commanded, recommended, excess };
+// Beside them the clock: simulated seconds.
+enum class Track { measured, best, commanded, recommended, excess, machine_seconds };
 inline constexpr std::array<Track, 5> kTracks = {Track::measured, Track::best, Track::commanded, Track::recommended,
                                                  Track::excess};
 const char* track_name(Track track);

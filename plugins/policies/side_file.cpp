@@ -1,6 +1,7 @@
 #include "side_file.hpp"
 
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -15,11 +16,16 @@ constexpr int kLargestSize = 1024;
 constexpr int kMostFrames = 64;
 constexpr int kMostBlocks = 100;
 constexpr std::size_t kMostAxes = 64;
+constexpr std::uintmax_t kLargestFile = 16u << 20;
 
 [[noreturn]] void complain(const std::string& what) { throw std::runtime_error(what); }
 
 int integer(const Json& object, const char* name, int least, int most) {
-  const int value = object.at(name).get<int>();
+  // As double first: a number beyond int has no value there.
+  const double told = object.at(name).get<double>();
+  if (!(std::fabs(told) <= kLargestFile) || told != std::floor(told))
+    complain(std::string(name) + ": expected a whole number");
+  const int value = static_cast<int>(told);
   if (value < least || value > most)
     complain(std::string(name) + ": allowed: " + std::to_string(least) + " to " + std::to_string(most) + ", found " +
              std::to_string(value));
@@ -58,7 +64,7 @@ std::vector<std::uint8_t> bytes_of(const std::string& hex, std::size_t count) {
 
 SideFile parse(const Json& json) {
   SideFile side;
-  if (json.at("format").get<int>() != 1)
+  if (json.at("format").get<double>() != 1)
     complain("format: this program reads format 1, found " + json.at("format").dump());
   side.scene = json.at("scene").get<std::string>();
   side.axes = json.at("axes").get<std::vector<std::string>>();
@@ -107,6 +113,8 @@ SideFile read_side_file(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file)
     throw std::runtime_error(path + " is missing: relign-train writes it beside the network, and both belong together");
+  if (std::filesystem::file_size(path) > kLargestFile)
+    throw std::runtime_error(path + " has more than 16 MiB: no side file of relign-train");
   try {
     return parse(Json::parse(file));
   } catch (const Json::exception& error) {

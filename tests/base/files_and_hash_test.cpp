@@ -46,6 +46,20 @@ TEST_F(FilesTest, ErrorsNamePathAndReason) {
   EXPECT_THROW(write_file_atomically("/dev/full/x", "x"), Error);
 }
 
+TEST_F(FilesTest, ReadsNoMoreThanItIsAllowed) {
+  write_file_atomically(folder_ / "ten", "0123456789");
+  EXPECT_EQ(read_file(folder_ / "ten", 10), "0123456789");
+  for (const fs::path& file : {folder_ / "ten", fs::path("/dev/zero")}) {
+    try {
+      read_file(file, 9);
+      FAIL() << file;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+      EXPECT_THAT(error.what(), HasSubstr("the file has more than the 9 bytes that are read"));
+    }
+  }
+}
+
 TEST_F(FilesTest, CacheFolderFollowsXdg) {
   ::setenv("XDG_CACHE_HOME", folder_.c_str(), 1);
   EXPECT_EQ(cache_folder(), folder_ / "relign-bench");

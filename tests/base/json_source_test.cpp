@@ -66,6 +66,37 @@ TEST(JsonSource, RefusesBottomlessNesting) {
   EXPECT_THAT(failure(std::string(100000, '[')), HasSubstr("nested deeper"));
 }
 
+TEST(JsonSource, LongKeysAreNotRepeatedForEveryValue) {
+  // By pointers the places alone would take 20 GB.
+  std::string text = "{\"" + std::string(200'000, 'k') + "\": [0";
+  for (int i = 0; i < 100'000; ++i) text += ",0";
+  const JsonSource source = JsonSource::from_text(text + "]}", "long.json");
+  const Problem problem = source.problem("/" + std::string(200'000, 'k') + "/99999", "");
+  EXPECT_EQ(problem.column, 1 + 2 + 200'000 + 4 + 2 * 99'999);
+}
+
+TEST(JsonSource, MistakesInEveryLineAreFoundOnce) {
+  // Going through the text for each would be 10^11 bytes.
+  std::string text = "{";
+  for (int i = 0; i < 50'000; ++i) text += "\"unknown key number " + std::to_string(i) + "\": 0,\n";
+  const JsonSource source = JsonSource::from_text(text + "\"known\": 0}", "many.json");
+  std::vector<Problem> problems;
+  ObjectReader reader(source, "", problems);
+  reader.get("known");
+  reader.refuse_unknown();
+  EXPECT_EQ(problems.size(), 50'000u);
+}
+
+TEST(ParsedJson, RefusesWhatIsNoJsonOrNestedTooDeep) {
+  const auto nested = [](std::size_t deep) { return std::string(deep, '[') + std::string(deep, ']'); };
+  EXPECT_EQ(parsed_json("{\"a\": [1]}")["a"][0], 1);
+  EXPECT_TRUE(parsed_json("{").is_discarded());
+  EXPECT_FALSE(parsed_json(nested(kDeepestJson)).is_discarded());
+  EXPECT_TRUE(parsed_json(nested(kDeepestJson + 1)).is_discarded());
+  EXPECT_TRUE(parsed_json(nested(11), 10).is_discarded());
+  EXPECT_FALSE(parsed_json("\"" + nested(5000) + "\\\"[\"").is_discarded()) << "brackets in a text";
+}
+
 TEST(ObjectReader, CollectsEveryMistake) {
   const JsonSource source = JsonSource::from_text(
       R"({"number": "x", "count": 2.5, "list": [1, "2"], "flag": 1, "instence": 3, "$schema": "s"})", "s.json");

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/error.h"
@@ -21,6 +22,38 @@ TEST(Text, SignificantIsForPeople) {
   EXPECT_EQ(significant(1234567.0), "1.23e+06");
   EXPECT_EQ(significant(0), "0");
   EXPECT_EQ(significant(std::nan("")), "-");
+}
+
+TEST(Text, PrintableLeavesNothingThatATerminalObeys) {
+  EXPECT_EQ(printable("plain \xc3\xa4 \xe2\x82\xac \xf0\x9f\x94\xad\n\t"),
+            "plain \xc3\xa4 \xe2\x82\xac \xf0\x9f\x94\xad\n\t");
+  EXPECT_EQ(printable("\x1b[2J"), "\\x1b[2J");
+  EXPECT_EQ(printable(std::string_view("a\0b\r\x7f", 5)), "a\\x00b\\x0d\\x7f");
+  EXPECT_EQ(printable("\xc2\x9b"), "\\x9b") << "a control character of two bytes";
+  EXPECT_EQ(printable("\xe2\x80\xae"), "\\u202e") << "turns the direction of writing";
+  EXPECT_EQ(printable("\xff"), "\\xff");
+  EXPECT_EQ(printable("\xe2\x82"), "\\xe2\\x82") << "cut short";
+  EXPECT_EQ(printable("\xc0\xaf"), "\\xc0\\xaf") << "a slash in too many bytes";
+  EXPECT_EQ(printable("\xed\xa0\x80"), "\\xed\\xa0\\x80") << "half a character of UTF-16";
+}
+
+TEST(ErrorText, IsFitToBeShown) {
+  const Error error(ErrorKind::bad_input, "unknown \x1b[31mname\n" + std::string(2 * kLongestError, 'x'));
+  EXPECT_EQ(std::string(error.what()).rfind("unknown \\x1b[31mname\nxx", 0), 0u);
+  EXPECT_LT(std::string(error.what()).size(), kLongestError + 100);
+}
+
+TEST(ErrorText, NamesTheFirstMistakesAndHowManyMore) {
+  std::vector<Problem> problems(kMostProblems + 7);
+  for (Problem& problem : problems) problem.message = "wrong";
+  try {
+    throw_if_any(problems);
+    FAIL();
+  } catch (const Error& error) {
+    const std::string text = error.what();
+    EXPECT_EQ(static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n')), kMostProblems);
+    EXPECT_EQ(text.substr(text.rfind('\n') + 1), "and 7 mistakes more");
+  }
 }
 
 TEST(Text, NearestNameIgnoresDashAndUnderscore) {

@@ -79,7 +79,7 @@ TEST(PageData, TheVerdictIsHonest) {
   EXPECT_THAT(all_text(data["verdict"]), HasSubstr("home, which is told the design pose, reaches 0.00400"));
   EXPECT_THAT(all_text(data["verdict"]), HasSubstr("1 of its 3 trials failed"));
   const std::string beware = all_text(data["beware"]);
-  EXPECT_THAT(beware, HasSubstr("not confidence intervals"));
+  EXPECT_THAT(beware, HasSubstr("3 instances are few, and the intervals wide"));
   EXPECT_THAT(beware, HasSubstr("2 trials of 15 not finished"));
   EXPECT_THAT(beware, HasSubstr("home is an oracle"));
   EXPECT_THAT(beware, HasSubstr("Not every method has finished the same instances"));
@@ -90,16 +90,48 @@ class Verdict : public MadeResults {
   Json data() { return page_data(load_results(folder_)); }
 };
 
-TEST_F(Verdict, SaysWhetherQuartilesOverlapAndWhenMethodsAreLevel) {
-  write({trial("a", 0, {0.1, 0.010}), trial("a", 1, {0.1, 0.012}), trial("b", 0, {0.1, 0.020}),
-         trial("b", 1, {0.1, 0.022}), trial("a", 0, {0.1, 0.0111}, "rho1"), trial("a", 1, {0.1, 0.013}, "rho1"),
-         trial("b", 0, {0.1, 0.0111}, "rho1"), trial("b", 1, {0.1, 0.013}, "rho1")});
+TEST_F(Verdict, SaysWhoIsBetterLevelOrUndecided) {
+  std::vector<records::TrialRecord> trials;
+  for (std::uint64_t i = 0; i < 8; ++i) {
+    const double lens = 0.01 * (1 + 0.1 * static_cast<double>(i));
+    for (const char* level : {"rho0", "rho0.25", "rho0.5"}) trials.push_back(trial("a", i, {0.1, lens}, level));
+    trials.push_back(trial("b", i, {0.1, 2 * lens}, "rho0"));
+    trials.push_back(trial("b", i, {0.1, 1.001 * lens}, "rho0.25"));
+    trials.push_back(trial("b", i, {0.1, (i % 2 == 0 ? 2 : 0.8) * lens}, "rho0.5"));
+  }
+  write(trials);
   const Json verdict = data()["verdict"];
   EXPECT_EQ(
       verdict[0]["text"],
-      "a ends with the lowest median error, 0.0110 over 2 instances (quartiles 0.0105 to 0.0115); at the start it "
-      "was 0.100. Next is b with 0.0210; their quartile ranges do not overlap.");
-  EXPECT_THAT(verdict[1]["text"].get<std::string>(), HasSubstr("b ends level with it; their quartile ranges overlap."));
+      "a ends with the lowest median error, 0.0135 (95 %: 0.0110 to 0.0160) over 8 instances; at the start it was "
+      "0.100. Next is b with 0.0270. It is better: lens by lens, its error is 0.50 times that of b (95 %: 0.50 to "
+      "0.50).");
+  EXPECT_THAT(verdict[1]["text"].get<std::string>(),
+              HasSubstr("b ends level with it. The two are practically equal: lens by lens, its error is 1.00 times"));
+  EXPECT_THAT(verdict[2]["text"].get<std::string>(), HasSubstr("Which of the two is better is undecided: "));
+}
+
+TEST_F(Verdict, TwoInstancesDecideNothing) {
+  write({trial("a", 0, {0.1, 0.010}), trial("a", 1, {0.1, 0.012}), trial("b", 0, {0.1, 0.020}),
+         trial("b", 1, {0.1, 0.022})});
+  EXPECT_THAT(all_text(data()["verdict"]), HasSubstr("undecided"));
+}
+
+TEST_F(Verdict, TellsWhatCameIntoSpecificationAndWhatNeverCan) {
+  std::vector<records::TrialRecord> trials;
+  for (std::uint64_t i = 0; i < 4; ++i) {
+    trials.push_back(trial("a", i, {0.1, i < 3 ? 0.01 : 0.05}));
+    trials.back().has_own_optimum = true;
+    trials.back().own_optimum_mse = i < 3 ? 0 : 0.03 * 0.03;
+  }
+  write(trials);
+  add_to_manifest({{"spec", {{"rmse", 0.02}}}});
+  EXPECT_THAT(
+      all_text(data()["verdict"]),
+      HasSubstr("It brings 3 of 4 lenses (95 %: 30 to 95 %) into specification (RMSE 0.0200), half of them within "
+                "1 step and 0.500 s of machine time."));
+  EXPECT_THAT(all_text(data()["beware"]),
+              HasSubstr("rho0: 1 lens cannot meet the specification at any pose (instance 3)."));
 }
 
 TEST_F(Verdict, OneInstanceClaimsNothing) {

@@ -237,6 +237,14 @@ TEST_F(PreparationTest, InAProcessOfItsOwnItIsTheSame) {
   EXPECT_TRUE(fs::exists(folder_ / "cache/prepared/toy-learner"));
 }
 
+TEST_F(PreparationTest, InAProcessOfItsOwnItMayBeLarge) {
+  const PreparedPlan of =
+      plan(R"({"use": "toy-learner", "name": "collects", "parameters": {"bytes": 3000000, "sources": 1}})");
+  EXPECT_EQ(run(of, in_processes("process")).failed, 0U);
+  run(of, options("thread"));
+  EXPECT_EQ(contents("process"), contents("thread"));
+}
+
 TEST_F(PreparationTest, ACrashIsThatOfTheAlgorithmsTrials) {
   ::setenv("ASAN_OPTIONS", "handle_abort=0", 1);
   const PreparedPlan of = plan(R"({"use": "toy-learner", "name": "crashes", "parameters": {"crashes_on": 1}},

@@ -10,6 +10,7 @@
 #include "base/files.h"
 #include "error_text.h"
 #include "stats/made_table.h"
+#include "stats/study.h"
 
 namespace relign::stats {
 namespace {
@@ -19,6 +20,16 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+// Without bands, whose numbers have tests of their own.
+std::vector<Curve> make_curves(const TrialTable& table, std::size_t most_bytes = kCurveBytes) {
+  StudyOptions options;
+  options.resamples = 0;
+  options.most_bytes = most_bytes;
+  std::vector<Curve> curves;
+  for (const SeriesStudy& series : make_study(table, options).series) curves.push_back(series.curve);
+  return curves;
+}
 
 using Curves = MadeTable;
 using Instances = MadeTable;

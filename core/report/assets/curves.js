@@ -89,11 +89,10 @@ const relignCurves = (() => {
 
   class Chart {
     // view: {track, clock, log, logx, bands, visible: [bool], styles, dark}; onPoint(methodIndex, place) or onPoint(null).
-    constructor(element, data, group, methods, view, onPoint) {
+    constructor(element, group, methods, view, onPoint) {
       this.element = element;
       this.group = group;
       this.methods = methods;
-      this.spec = data.spec;
       this.names = methods.map((_, i) => 's' + i);
       this.ends = Object.assign(document.createElement('div'), {className: 'ends'});
       this.prepare(view);
@@ -131,7 +130,7 @@ const relignCurves = (() => {
       const floor = this.group.floor || {};
       this.levels = NOISE_FREE.includes(view.track)
         ? [[floor.own_optimum, [7, 4], 'the lenses\u2019 own optimum', 'left'], [floor.next_image, [2, 3], 'bound of one more image', 'center'],
-           [this.spec, [10, 3], 'spec', 'right']].filter(([y]) => Number.isFinite(y) && (!this.log || y > 0))
+           [this.group.spec, [10, 3], 'spec', 'right']].filter(([y]) => Number.isFinite(y) && (!this.log || y > 0))
         : [];
     }
 

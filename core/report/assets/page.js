@@ -76,7 +76,7 @@
         return;
       }
       place.classList.remove('waiting');
-      charts.set(card, new relignCurves.Chart(place, data, group, methods, view,
+      charts.set(card, new relignCurves.Chart(place, group, methods, view,
         (index, step) => readout(card, group, index, step)));
       readout(card, group, null);
       count();

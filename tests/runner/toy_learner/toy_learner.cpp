@@ -16,13 +16,14 @@ class ToyLearner final : public relign::Optimizer {
         forgets_(given.boolean("forgets")),
         trips_on_(given.integer("trips_on")),
         crashes_on_(given.integer("crashes_on")),
-        hangs_on_(given.integer("hangs_on")) {}
+        hangs_on_(given.integer("hangs_on")),
+        bytes_(static_cast<std::size_t>(given.integer("bytes"))) {}
 
   void run(relign::Conversation& talk) override {
     const relign::Prepared prepared = talk.prepared();
     const std::string before = prepared.load().value_or("nothing");
     if (!prepared.preparing()) {
-      host_.warn("loaded " + before);
+      host_.warn("loaded " + before.substr(0, 1000));
       talk.step(relign::Pose(talk.axes(), 0.1));
       return;
     }
@@ -33,7 +34,7 @@ class ToyLearner final : public relign::Optimizer {
                        std::to_string(prepared.sources()) + " seed " + std::to_string(talk.seed());
     relign::Pose pose(talk.axes(), 0.5);
     while (const auto observed = talk.step(pose)) seen += " " + std::to_string(observed->merit);
-    if (!forgets_) prepared.save(seen);
+    if (!forgets_) prepared.save(seen + std::string(bytes_, '.'));
   }
 
  private:
@@ -42,6 +43,7 @@ class ToyLearner final : public relign::Optimizer {
   std::int64_t trips_on_;
   std::int64_t crashes_on_;
   std::int64_t hangs_on_;
+  std::size_t bytes_;
 };
 
 }  // namespace

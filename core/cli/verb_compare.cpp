@@ -1,0 +1,58 @@
+// relign-bench compare: two results folders or two algorithms, for people and for continuous integration.
+#include "base/error.h"
+#include "cli/app.h"
+#include "report/compare.h"
+
+namespace relign::cli {
+namespace {
+
+struct CompareArguments {
+  std::string a, b;
+  std::string track = "recommended";
+  int step = -1;
+  double relevant = 1.1;
+  std::vector<std::string> gates;
+};
+
+int write_comparison(Context& context, const CompareArguments& arguments) {
+  report::CompareOptions options;
+  options.smallest_relevant_ratio = arguments.relevant;
+  options.step = arguments.step;
+  options.track = report::parse_gate(arguments.track + "<=1").track;
+  for (const std::string& gate : arguments.gates) options.gates.push_back(report::parse_gate(gate));
+  const Json result = report::compare(report::compared_side(arguments.a), report::compared_side(arguments.b), options);
+  print_result(context.json ? result.dump(2) + "\n" : report::comparison_text(result));
+  return result["holds"].get<bool>() ? kDone : kGateTripped;
+}
+
+}  // namespace
+
+void add_compare(CLI::App& app, Context& context) {
+  CLI::App& verb =
+      add_verb(app, {"compare", "Say by how much B is better or worse than A on the same lenses, and how surely.",
+                     "relign-bench compare results/before results/after --gate 'recommended@20<=1.02x'\n"
+                     "relign-bench compare results/quick:random results/quick:nlopt-bobyqa",
+                     "report, verify"});
+  auto arguments = std::make_shared<CompareArguments>();
+  verb.add_option("A", arguments->a, "results folder, or FOLDER:METHOD")->required()->type_name("A");
+  verb.add_option("B", arguments->b, "the same, of what is judged")->required()->type_name("B");
+  verb.add_option("--track", arguments->track,
+                  "recommended, commanded, excess (noise-free), best or measured [default: recommended]")
+      ->type_name("TRACK");
+  verb.add_option("--step", arguments->step, "compare after this step [default: the last one that both have]")
+      ->check(CLI::Range(0, 999999))
+      ->type_name("N");
+  verb.add_option("--relevant", arguments->relevant,
+                  "smallest ratio of errors that matters: within it A and B are practically equal [default: 1.1]")
+      ->check(CLI::Range(1.0, 1000.0))
+      ->type_name("RATIO");
+  verb.add_option("--gate", arguments->gates,
+                  "TRACK@STEP<=1.02x: the ratio B / A is at most 1.02; TRACK@STEP<=0.01: B's median is; repeatable; "
+                  "exit code 4 when one does not hold")
+      ->type_name("GATE");
+  verb.callback([&context, arguments] {
+    context.action = [&context, arguments] { return write_comparison(context, *arguments); };
+  });
+}
+
+}  // namespace relign::cli

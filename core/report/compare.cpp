@@ -1,0 +1,282 @@
+#include "report/compare.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <tuple>
+
+#include "base/error.h"
+#include "base/json_members.h"
+#include "base/text.h"
+#include "report/escape.h"
+#include "report/loaded_results.h"
+#include "report/page_data.h"
+#include "report/statistics_data.h"
+#include "stats/paired.h"
+#include "stats/study.h"
+#include "stats/track_columns.h"
+
+namespace relign::report {
+namespace {
+
+namespace fs = std::filesystem;
+
+using Place = std::tuple<std::string, std::string, std::string>;  // scene, noise level, protocol
+
+Place place_of(const stats::Series& series) { return {series.scene, series.noise_level, series.protocol}; }
+
+// One side's values at one step, by instance.
+std::map<std::uint64_t, double> values_at(const LoadedResults& results, const stats::Series& series, stats::Track track,
+                                          unsigned step) {
+  stats::TrackColumns columns(series.trials.size(), {track}, {step, step});
+  stats::for_each_trial(results.trials, series, [&](const stats::ReadTrial& trial) { columns.add(trial); });
+  const std::vector<double> column = columns.at(track, step);
+  std::map<std::uint64_t, double> values;
+  for (std::size_t trial = 0; trial < column.size(); ++trial)
+    values[results.trials.rows[series.trials[trial]].instance] = column[trial];
+  return values;
+}
+
+struct Pair {
+  const stats::Series* a;
+  const stats::Series* b;
+};
+
+struct Compared {
+  unsigned step = 0;
+  double median_a = 0, median_b = 0;
+  stats::PairedComparison difference;  // B minus A, logarithms
+};
+
+class Comparer {
+ public:
+  Comparer(const ComparedSide& a, const ComparedSide& b, const CompareOptions& options)
+      : side_a_(a), side_b_(b), options_(options), a_(load_results(a.folder)), b_(load_results(b.folder)) {
+    check_instances();
+    check_method(side_a_, a_);
+    check_method(side_b_, b_);
+    find_pairs();
+  }
+
+  Json result() {
+    Json pairs = Json::array(), gates = Json::array();
+    bool holds = true;
+    for (const Pair& pair : pairs_) {
+      const Compared compared = compare_at(pair, options_.track, options_.step);
+      pairs.push_back(pair_json(pair, compared));
+      for (const Gate& gate : options_.gates) {
+        gates.push_back(gate_json(pair, gate));
+        holds = holds && gates.back()["holds"].get<bool>();
+      }
+    }
+    return {{"track", stats::track_name(options_.track)},
+            {"smallest_relevant_ratio", options_.smallest_relevant_ratio},
+            {"pairs", std::move(pairs)},
+            {"gates", std::move(gates)},
+            {"unmatched", unmatched_},
+            {"holds", holds}};
+  }
+
+ private:
+  void check_instances() const {
+    const std::string a = text_of(a_.manifest, "instance_set"), b = text_of(b_.manifest, "instance_set");
+    if (!a.empty() && !b.empty() && a != b)
+      throw Error(ErrorKind::bad_input, side_a_.folder.string() + " and " + side_b_.folder.string() +
+                                            " were made on different instances (scenes with their data, noise levels, "
+                                            "seed, numbers); only the same lenses can be compared one by one");
+  }
+
+  static void check_method(const ComparedSide& side, const LoadedResults& results) {
+    if (side.method.empty()) return;
+    std::set<std::string> known;
+    for (const stats::Series& series : results.trials.series) known.insert(series.algorithm);
+    if (known.count(side.method)) return;
+    throw Error(ErrorKind::bad_input,
+                side.folder.string() + " has no method '" + side.method + "'" +
+                    suggestion(side.method, std::vector<std::string>(known.begin(), known.end())));
+  }
+
+  void find_pairs() {
+    std::set<const stats::Series*> used;
+    for (const stats::Series& a : a_.trials.series) {
+      if (!side_a_.method.empty() && a.algorithm != side_a_.method) continue;
+      const std::string wanted = side_b_.method.empty() ? a.algorithm : side_b_.method;
+      const auto b =
+          std::find_if(b_.trials.series.begin(), b_.trials.series.end(), [&](const stats::Series& candidate) {
+            return place_of(candidate) == place_of(a) && candidate.algorithm == wanted;
+          });
+      if (b == b_.trials.series.end())
+        unmatched_.push_back(a.algorithm + " (" + a.scene + ", " + a.noise_level + ", " + a.protocol + ")");
+      else
+        pairs_.push_back({&a, &*b});
+    }
+    if (pairs_.empty())
+      throw Error(ErrorKind::bad_input, "nothing to compare: no method of " + side_a_.folder.string() + " stands in " +
+                                            side_b_.folder.string() +
+                                            " under the same name, on the same scene, noise level and protocol; "
+                                            "FOLDER:METHOD names one of each");
+  }
+
+  Compared compare_at(const Pair& pair, stats::Track track, int wanted_step) {
+    const unsigned last = std::min(pair.a->largest_budget, pair.b->largest_budget);
+    if (wanted_step > static_cast<int>(last))
+      throw Error(ErrorKind::bad_input, "step " + std::to_string(wanted_step) + " is after the last one, " +
+                                            std::to_string(last) + ", of " + pair.a->algorithm + " or " +
+                                            pair.b->algorithm + " on " + pair.a->noise_level);
+    Compared compared;
+    compared.step = wanted_step < 0 ? last : static_cast<unsigned>(wanted_step);
+    const std::map<std::uint64_t, double> a = values_at(a_, *pair.a, track, compared.step);
+    const std::map<std::uint64_t, double> b = values_at(b_, *pair.b, track, compared.step);
+    std::set<std::uint64_t> instances;
+    for (const auto* side : {&a, &b})
+      for (const auto& [instance, value] : *side) instances.insert(instance);
+    std::vector<double> column_a, column_b;
+    for (const std::uint64_t instance : instances) {
+      column_a.push_back(resolved(a, instance));
+      column_b.push_back(resolved(b, instance));
+    }
+    compared.median_a = stats::OrderStatistic::median().of(column_a);
+    compared.median_b = stats::OrderStatistic::median().of(column_b);
+    stats::PairedOptions paired;
+    paired.smallest_relevant = std::log(options_.smallest_relevant_ratio);
+    const stats::StudyOptions study = study_options(a_);
+    compared.difference = stats::compare_paired(
+        column_b, column_a, stats::Resampling(instances.size(), stats::kResamples, study.seed), paired);
+    if (compared.difference.difference.n < stats::kFewestCompared)
+      compared.difference.verdict = stats::Verdict::undecided;
+    return compared;
+  }
+
+  static double resolved(const std::map<std::uint64_t, double>& values, std::uint64_t instance) {
+    const auto found = values.find(instance);
+    return found == values.end() || std::isnan(found->second) ? stats::kMissing
+                                                              : std::max(found->second, stats::kResolution);
+  }
+
+  static Json shown(double value) { return std::isfinite(value) ? Json(rounded(value, kDataDigits)) : Json(); }
+
+  static Json place_json(const Pair& pair) {
+    return {{"scene", pair.a->scene},
+            {"noise_level", pair.a->noise_level},
+            {"protocol", pair.a->protocol},
+            {"a", pair.a->algorithm},
+            {"b", pair.b->algorithm}};
+  }
+
+  static Json pair_json(const Pair& pair, const Compared& compared) {
+    const stats::PairedComparison& difference = compared.difference;
+    Json json = place_json(pair);
+    json.update({{"step", compared.step},
+                 {"n", difference.difference.n},
+                 {"missing", difference.missing},
+                 {"failed_a", pair.a->failed},
+                 {"failed_b", pair.b->failed},
+                 {"median_a", shown(compared.median_a)},
+                 {"median_b", shown(compared.median_b)},
+                 {"ratio", shown(std::exp(difference.difference.estimate))},
+                 {"lo95", shown(std::exp(difference.difference.interval.low))},
+                 {"hi95", shown(std::exp(difference.difference.interval.high))},
+                 {"p", shown(difference.test.p)},
+                 {"improvement", shown(difference.probability_of_improvement.estimate)},
+                 {"verdict", stats::verdict_name(difference.verdict)}});
+    return json;
+  }
+
+  Json gate_json(const Pair& pair, const Gate& gate) {
+    const Compared compared = compare_at(pair, gate.track, gate.step);
+    const double value = gate.relative ? std::exp(compared.difference.difference.estimate) : compared.median_b;
+    Json json = place_json(pair);
+    // What cannot be told does not pass.
+    json.update({{"gate", gate.text}, {"value", shown(value)}, {"holds", value <= gate.limit}});
+    return json;
+  }
+
+  ComparedSide side_a_, side_b_;
+  const CompareOptions& options_;
+  LoadedResults a_, b_;
+  std::vector<Pair> pairs_;
+  std::vector<std::string> unmatched_;
+};
+
+std::string number(const Json& value, int digits = 3) {
+  return value.is_number() ? significant(value.get<double>(), digits) : "-";
+}
+
+std::string heading(const Json& of) {
+  const std::string a = text_of(of, "a"), b = text_of(of, "b");
+  return terminal_text(text_of(of, "scene") + ", " + text_of(of, "noise_level") + ", " + text_of(of, "protocol") +
+                       ": " + (a == b ? a : a + " (A) and " + b + " (B)"));
+}
+
+}  // namespace
+
+ComparedSide compared_side(const std::string& text) {
+  std::error_code code;
+  if (fs::is_directory(text, code)) return {text, ""};
+  const std::size_t colon = text.rfind(':');
+  if (colon != std::string::npos && colon > 0 && fs::is_directory(text.substr(0, colon), code))
+    return {text.substr(0, colon), text.substr(colon + 1)};
+  throw Error(ErrorKind::io, text + ": there is no such results folder (FOLDER or FOLDER:METHOD)");
+}
+
+Gate parse_gate(const std::string& text) {
+  const auto wrong = [&](const std::string& why) {
+    return Error(ErrorKind::bad_input, "--gate '" + text + "': " + why + "; for example 'recommended@20<=1.02x'");
+  };
+  Gate gate;
+  gate.text = text;
+  const std::size_t sign = text.find("<=");
+  if (sign == std::string::npos) throw wrong("there is no <=");
+  std::string left = text.substr(0, sign), right = text.substr(sign + 2);
+  if (const std::size_t at = left.find('@'); at != std::string::npos) {
+    const std::string step = left.substr(at + 1);
+    if (step.empty() || step.size() > 6 || step.find_first_not_of("0123456789") != std::string::npos)
+      throw wrong("'" + step + "' is no step");
+    gate.step = std::stoi(step);
+    left.resize(at);
+  }
+  if (left == "rmse") left = "recommended";
+  std::vector<std::string> known = {"rmse"};
+  bool found = false;
+  for (const stats::Track track : stats::kTracks) {
+    known.emplace_back(stats::track_name(track));
+    if (left != known.back()) continue;
+    gate.track = track;
+    found = true;
+  }
+  if (!found) throw wrong("'" + left + "' is no track" + suggestion(left, known));
+  gate.relative = !right.empty() && right.back() == 'x';
+  if (gate.relative) right.pop_back();
+  char* end = nullptr;
+  gate.limit = std::strtod(right.c_str(), &end);
+  if (right.empty() || *end != '\0' || !std::isfinite(gate.limit) || gate.limit <= 0)
+    throw wrong("'" + right + "' is no positive number");
+  return gate;
+}
+
+Json compare(const ComparedSide& a, const ComparedSide& b, const CompareOptions& options) {
+  return Comparer(a, b, options).result();
+}
+
+std::string comparison_text(const Json& comparison) {
+  std::string out;
+  for (const Json& pair : comparison["pairs"]) {
+    out += heading(pair) + "\n  " + text_of(comparison, "track") + " after step " + text_of(pair, "step") + ": A " +
+           number(pair["median_a"]) + ", B " + number(pair["median_b"]) + " (medians); B / A on the same " +
+           text_of(pair, "n") + " lenses " + number(pair["ratio"]) + " (95 %: " + number(pair["lo95"]) + " to " +
+           number(pair["hi95"]) + ")\n  B is " + text_of(pair, "verdict") + "; it ends lower on " +
+           number(pair["improvement"].is_number() ? Json(100 * pair["improvement"].get<double>()) : Json(), 2) +
+           " % of the lenses, p " + number(pair["p"], 2);
+    if (count_of(pair, "failed_a") + count_of(pair, "failed_b") > 0)
+      out += "; failed trials: A " + text_of(pair, "failed_a") + ", B " + text_of(pair, "failed_b");
+    out += "\n";
+  }
+  for (const Json& name : comparison["unmatched"]) out += "only in A: " + terminal_text(name.get<std::string>()) + "\n";
+  for (const Json& gate : comparison["gates"])
+    out += std::string(gate["holds"].get<bool>() ? "holds    " : "TRIPPED  ") + text_of(gate, "gate") + "  " +
+           number(gate["value"], 4) + "  " + heading(gate) + "\n";
+  return out;
+}
+
+}  // namespace relign::report

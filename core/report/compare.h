@@ -1,0 +1,48 @@
+// Two algorithms, or one algorithm before and after a change, on the same instances: by how much, how surely, and does
+// it pass a limit?
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/json_source.h"
+#include "stats/tracks.h"
+
+namespace relign::report {
+
+// "FOLDER" (all methods) or "FOLDER:METHOD".
+struct ComparedSide {
+  std::filesystem::path folder;
+  std::string method;  // empty: all
+};
+// A folder of this very name goes before the reading with a colon. Throws Error(io) when neither is a folder.
+ComparedSide compared_side(const std::string& text);
+
+// "recommended@20<=1.02x": the ratio of B to A, the estimate of `compare`, is at most 1.02; without the x B's median
+// itself is at most so large. Without "@20": at the last step. rmse is another word for recommended.
+struct Gate {
+  std::string text;
+  stats::Track track = stats::Track::recommended;
+  int step = -1;  // -1: the last
+  double limit = 0;
+  bool relative = true;
+};
+Gate parse_gate(const std::string& text);  // throws Error(bad_input)
+
+struct CompareOptions {
+  stats::Track track = stats::Track::recommended;
+  int step = -1;                         // -1: the last that both have
+  double smallest_relevant_ratio = 1.1;  // more than 1
+  std::vector<Gate> gates;
+};
+
+// {"track", "step", "pairs": [{scene, noise_level, protocol, a, b, step, n, missing, median_a, median_b, ratio, lo95,
+// hi95, p, improvement, verdict}], "gates": [{gate, scene, noise_level, protocol, b, value, holds}], "unmatched":
+// [names], "holds": bool}. B is judged: "better" says that B is. Throws Error: io or bad_input for folders, different
+// instances, unknown methods, steps that nobody made.
+Json compare(const ComparedSide& a, const ComparedSide& b, const CompareOptions& options);
+
+std::string comparison_text(const Json& comparison);
+
+}  // namespace relign::report

@@ -1,0 +1,214 @@
+#include "report/statistics_data.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "base/error.h"
+#include "base/json_members.h"
+#include "report/gates.h"
+#include "report/page_data.h"
+
+namespace relign::report {
+namespace {
+
+namespace fs = std::filesystem;
+
+Json shown(double value) { return std::isfinite(value) ? Json(rounded(value, kDataDigits)) : Json(); }
+
+// Never and "nobody knows" are told apart: "never" where half of the lenses do not get there.
+Json arrival(double value) { return std::isinf(value) ? Json("never") : shown(value); }
+
+void put_interval(Json& object, const stats::Interval& interval, const char* low = "lo95", const char* high = "hi95") {
+  object[low] = shown(interval.low);
+  object[high] = shown(interval.high);
+}
+
+// The axes of a scene: name, unit and travel, as the scene described itself. Empty when it is not there.
+Json axes_of(const LoadedResults& results, const std::string& scene) {
+  for (const Json& entry : list_of(results.manifest, "scenes")) {
+    if (text_of(entry, "name") != scene) continue;
+    const fs::path folder = text_of(entry, "folder");
+    if (folder.empty() || folder.is_absolute() || folder.lexically_normal().string().rfind("..", 0) == 0) return {};
+    try {
+      std::error_code code;
+      const fs::path file = results.folder / folder / "description.json";
+      if (!fs::is_regular_file(file, code)) return {};
+      return list_of(JsonSource::from_file(file).root(), "axes");
+    } catch (const Error&) {
+      return {};  // a damaged description costs its facts only
+    }
+  }
+  return {};
+}
+
+Json residual_json(const std::vector<stats::Quantiles>& residual, const Json& axes) {
+  if (residual.empty() || axes.size() != residual.size()) return nullptr;
+  Json list = Json::array();
+  for (std::size_t axis = 0; axis < residual.size(); ++axis) {
+    const Json lower = axes[axis].value("lower", Json()), upper = axes[axis].value("upper", Json());
+    if (!lower.is_number() || !upper.is_number()) return nullptr;
+    const double travel = upper.get<double>() - lower.get<double>();
+    list.push_back({{"name", text_of(axes[axis], "name")},
+                    {"unit", text_of(axes[axis], "unit")},
+                    {"median", shown(travel * residual[axis].median)},
+                    {"q75", shown(travel * residual[axis].q75)}});
+  }
+  return {{"axes", std::move(list)}};
+}
+
+void add_to_row(Json& row, const stats::SeriesStudy& study, const Json& axes, bool has_spec) {
+  put_interval(row["recommended"], study.recommended_median.interval);
+  row["recommended"]["iqm"] = shown(study.recommended_iqm.estimate);
+  put_interval(row["recommended"], study.recommended_iqm.interval, "iqm_lo95", "iqm_hi95");
+  put_interval(row["commanded"], study.commanded_median.interval);
+  if (Json residual = residual_json(study.residual, axes); !residual.is_null()) row["residual"] = std::move(residual);
+  if (!has_spec || study.yield.n == 0) return;
+  row["yield"] = {{"in", study.in_spec}, {"n", study.yield.n}, {"share", shown(study.yield.estimate)}};
+  put_interval(row["yield"], study.yield.interval);
+  const stats::ExpectedSteps& expected = study.expected_to_spec;
+  row["to_spec"] = {{"successes", expected.successes},
+                    {"n", expected.trials},
+                    {"steps", arrival(study.steps_to_spec.estimate)},
+                    {"lo95", arrival(study.steps_to_spec.interval.low)},
+                    {"hi95", arrival(study.steps_to_spec.interval.high)},
+                    {"expected", arrival(expected.steps)},
+                    {"seconds", arrival(study.seconds_to_spec.estimate)}};
+}
+
+void add_to_curve(Json& curve, const stats::SeriesStudy& study, double algorithm_ms_per_step) {
+  for (std::size_t track = 0; track < stats::kTracks.size(); ++track) {
+    const auto found = curve["tracks"].find(stats::track_name(stats::kTracks[track]));
+    if (found == curve["tracks"].end()) continue;
+    Json low = Json::array(), high = Json::array();
+    bool any = false;
+    for (const stats::CurvePoint& point : study.curve.points) {
+      any = any || point.bands[track].exists();
+      low.push_back(shown(point.bands[track].low));
+      high.push_back(shown(point.bands[track].high));
+    }
+    if (!any) continue;
+    (*found)["lo95"] = std::move(low);
+    (*found)["hi95"] = std::move(high);
+  }
+  Json machine = Json::array(), algorithm = Json::array();
+  for (const stats::CurvePoint& point : study.curve.points) {
+    machine.push_back(shown(point.machine_seconds));
+    algorithm.push_back(shown(0.001 * algorithm_ms_per_step * point.step));
+  }
+  curve["machine_seconds"] = std::move(machine);
+  if (std::isfinite(algorithm_ms_per_step)) curve["algorithm_seconds"] = std::move(algorithm);
+}
+
+// The steps at which the share changes.
+Json ecdf_json(const stats::SeriesStudy& study) {
+  Json steps = Json::array(), share = Json::array();
+  double before = -1;
+  for (std::size_t step = 0; step < study.targets_reached.size(); ++step) {
+    const bool last = step + 1 == study.targets_reached.size();
+    if (study.targets_reached[step] == before && !last) continue;
+    before = study.targets_reached[step];
+    steps.push_back(step);
+    share.push_back(shown(before));
+  }
+  return {{"method", study.curve.algorithm}, {"steps", std::move(steps)}, {"share", std::move(share)}};
+}
+
+Json pair_json(const stats::PairStudy& pair, const stats::Study& study) {
+  const stats::PairedComparison& comparison = pair.comparison;
+  const stats::Interval& interval = comparison.difference.interval;
+  return {{"a", study.series[pair.first].curve.algorithm},
+          {"b", study.series[pair.second].curve.algorithm},
+          {"n", comparison.difference.n},
+          {"ratio", shown(std::exp(comparison.difference.estimate))},
+          {"lo95", shown(std::exp(interval.low))},
+          {"hi95", shown(std::exp(interval.high))},
+          {"improvement", shown(comparison.probability_of_improvement.estimate)},
+          {"p", shown(comparison.test.p)},
+          {"p_holm", shown(pair.corrected_p)},
+          {"verdict", stats::verdict_name(comparison.verdict)}};
+}
+
+const stats::GroupStudy* find_group(const stats::Study& study, const Json& group) {
+  for (const stats::GroupStudy& candidate : study.groups)
+    if (candidate.scene == text_of(group, "scene") && candidate.noise_level == text_of(group, "noise_level") &&
+        candidate.protocol == text_of(group, "protocol"))
+      return &candidate;
+  return nullptr;
+}
+
+const stats::SeriesStudy* find_series(const stats::Study& study, const stats::GroupStudy& group,
+                                      const std::string& method) {
+  for (const std::size_t series : group.series)
+    if (study.series[series].curve.algorithm == method) return &study.series[series];
+  return nullptr;
+}
+
+void add_to_group(Json& group, const stats::GroupStudy& found, const stats::Study& study, const Json& axes) {
+  const bool has_spec = std::isfinite(found.spec_rmse);
+  std::map<std::string, double> algorithm_ms;
+  for (Json& row : group["rows"]) {
+    const std::string method = text_of(row, "method");
+    if (const stats::SeriesStudy* series = find_series(study, found, method)) add_to_row(row, *series, axes, has_spec);
+    algorithm_ms[method] =
+        row["algorithm_ms_per_step"].is_number() ? row["algorithm_ms_per_step"].get<double>() : stats::kMissing;
+  }
+  Json ecdf = Json::array();
+  for (Json& curve : group["curves"]) {
+    const std::string method = text_of(curve, "method");
+    const stats::SeriesStudy* series = find_series(study, found, method);
+    if (!series) continue;
+    add_to_curve(curve, *series, algorithm_ms[method]);
+    if (!flag_of(group, "measured_only")) ecdf.push_back(ecdf_json(*series));
+  }
+  if (!ecdf.empty()) group["ecdf"] = std::move(ecdf);
+  if (found.own_optimum.n > 0) group["floor"] = {{"own_optimum", shown(found.own_optimum.median)}};
+  if (has_spec) {
+    group["spec_rmse"] = shown(found.spec_rmse);
+    group["cannot_meet_spec"] = found.cannot_meet_spec;
+    group["hopeless"] = found.hopeless;
+  }
+  Json pairs = Json::array();
+  for (const stats::PairStudy& pair : found.pairs) pairs.push_back(pair_json(pair, study));
+  if (!pairs.empty()) group["pairs"] = std::move(pairs);
+  if (found.friedman.mean_ranks.size() > 2)
+    group["friedman"] = {{"p", shown(found.friedman.f_p)}, {"instances", found.friedman.instances}};
+}
+
+double spec_rmse_of(const Json& spec) {
+  const Json& rmse = spec.is_object() ? spec.value("rmse", Json()) : Json();
+  return rmse.is_number() ? rmse.get<double>() : stats::kMissing;
+}
+
+}  // namespace
+
+stats::StudyOptions study_options(const LoadedResults& results) {
+  stats::StudyOptions options;
+  const std::string seed = text_of(results.manifest, "seed");
+  if (!seed.empty() && seed.find_first_not_of("0123456789") == std::string::npos && seed.size() < 20)
+    options.seed = std::stoull(seed);
+  for (const Json& target : list_of(results.manifest, "targets"))
+    if (target.is_number()) options.targets.push_back(target.get<double>());
+  const Json& of_suite = object_of(results.manifest, "spec");
+  options.spec_rmse = spec_rmse_of(of_suite);
+  if (of_suite.empty())
+    for (const Json& scene : list_of(results.manifest, "scenes"))
+      if (const double rmse = spec_rmse_of(object_of(scene, "spec")); std::isfinite(rmse))
+        options.spec_of_scene[text_of(scene, "name")] = rmse;
+  return options;
+}
+
+void add_statistics(Json& data, const LoadedResults& results, const stats::Study& study) {
+  const stats::StudyOptions options = study_options(results);
+  data["targets"] = options.targets.empty() ? stats::default_targets() : options.targets;
+  data["resamples"] = study.resamples;
+  data["smallest_relevant_ratio"] = options.smallest_relevant_ratio;
+  for (Json& group : data["groups"])
+    if (const stats::GroupStudy* found = find_group(study, group))
+      add_to_group(group, *found, study, axes_of(results, text_of(group, "scene")));
+  const Json& spec = object_of(results.manifest, "spec");
+  if (!spec.empty()) data["spec"] = spec;
+  data["gates"] = gates_json(data, results);
+}
+
+}  // namespace relign::report

@@ -1,0 +1,85 @@
+// Everything that statistics say of a results folder: curves with bands, arrivals at targets and specification,
+// residual misalignment, and who is better than whom. docs/statistics.md tells what each number means.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "stats/curves.h"
+#include "stats/paired.h"
+#include "stats/ranks.h"
+#include "stats/time_to_target.h"
+
+namespace relign::stats {
+
+// Bands are computed for so many steps of a curve, spread by their logarithm; larger results get fewer resamples, and
+// bands for the recommended pose alone.
+inline constexpr std::size_t kBandSteps = 16;
+inline constexpr std::size_t kManyTrials = 10'000;
+inline constexpr std::size_t kResamplesOfMany = 1'000;
+// Every pair is compared up to so many methods; of more, the best one with each other.
+inline constexpr std::size_t kMostComparedMethods = 12;
+// On fewer instances no test can come below 5 %, and every comparison is undecided.
+inline constexpr std::size_t kFewestCompared = 6;
+// Noise-free RMSE below this cannot be told apart: it is as large as the error of the truth. What lies below counts as
+// this when ratios are formed.
+inline constexpr double kResolution = 1e-4;
+
+struct StudyOptions {
+  std::uint64_t seed = 0;  // of the bootstrap
+  std::size_t resamples = kResamples;
+  std::vector<double> targets;  // RMSE at the recommended pose
+  double spec_rmse = kMissing;  // for scenes that `spec_of_scene` does not name
+  std::map<std::string, double> spec_of_scene;
+  double smallest_relevant_ratio = 1.1;  // of RMSE: methods within it are practically equal
+  std::size_t most_bytes = kCurveBytes;
+};
+// 31 levels from 0.05 down to 0.0005, equally far apart on a logarithmic scale.
+std::vector<double> default_targets();
+// The steps that get bands: 0, the last, and between them up to kBandSteps in all.
+std::vector<unsigned> band_steps(unsigned last);
+
+struct SeriesStudy {
+  Curve curve;
+  // RMSE at the last step.
+  Band recommended_median, recommended_iqm, commanded_median;
+  // Noise-free at the last recommendation against the specification.
+  std::size_t in_spec = 0;
+  Band yield;
+  ExpectedSteps expected_to_spec;
+  Band steps_to_spec, seconds_to_spec;  // median by Kaplan and Meier; infinite when half of the lenses never get there
+  // By each step of the curve, the share of (lens, target) pairs that are reached.
+  std::vector<double> targets_reached;
+  std::vector<Quantiles> residual;  // per axis, a share of the travel, without sign
+};
+
+struct PairStudy {
+  std::size_t first = 0, second = 0;  // of Study::series; the better median first
+  PairedComparison comparison;        // logarithms of RMSE at the last recommendation
+  double corrected_p = kMissing;      // Holm, over the group's pairs
+};
+
+struct GroupStudy {
+  std::string scene, noise_level, protocol;
+  std::vector<std::size_t> series;  // of Study::series
+  std::vector<std::uint64_t> instances;
+  Quantiles own_optimum;  // RMSE at the lenses' own best poses
+  double spec_rmse = kMissing;
+  std::size_t cannot_meet_spec = 0;     // lenses whose own best pose is not in spec
+  std::vector<std::uint64_t> hopeless;  // some of them
+  Friedman friedman;
+  std::vector<PairStudy> pairs;
+};
+
+struct Study {
+  std::vector<SeriesStudy> series;  // in the order of TrialTable::series
+  std::vector<GroupStudy> groups;   // in order of first appearance
+  std::size_t resamples = 0;
+};
+
+// Throws Error as make_curves does.
+Study make_study(const TrialTable& table, StudyOptions options);
+
+}  // namespace relign::stats

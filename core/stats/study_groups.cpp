@@ -1,0 +1,67 @@
+#include "stats/study_groups.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <tuple>
+#include <utility>
+
+namespace relign::stats {
+namespace {
+
+constexpr std::size_t kMostHopelessNamed = 20;
+
+}  // namespace
+
+std::vector<GroupStudy> groups_of(const TrialTable& table) {
+  std::map<std::tuple<std::string, std::string, std::string>, std::size_t> place;
+  std::vector<GroupStudy> groups;
+  std::vector<std::size_t> group_of;
+  for (std::size_t number = 0; number < table.series.size(); ++number) {
+    const Series& series = table.series[number];
+    const auto [found, fresh] =
+        place.emplace(std::make_tuple(series.scene, series.noise_level, series.protocol), groups.size());
+    if (fresh) {
+      groups.emplace_back();
+      groups.back().scene = series.scene;
+      groups.back().noise_level = series.noise_level;
+      groups.back().protocol = series.protocol;
+    }
+    groups[found->second].series.push_back(number);
+    group_of.push_back(found->second);
+  }
+  std::vector<std::vector<std::pair<std::uint64_t, double>>> optima(groups.size());
+  for (const TrialRow& row : table.rows) {
+    GroupStudy& group = groups[group_of[row.series]];
+    group.instances.push_back(row.instance);
+    if (!std::isnan(row.own_optimum_mse))
+      optima[group_of[row.series]].emplace_back(row.instance, std::sqrt(std::max(0.0, row.own_optimum_mse)));
+  }
+  for (std::size_t number = 0; number < groups.size(); ++number) {
+    std::vector<std::uint64_t>& instances = groups[number].instances;
+    std::sort(instances.begin(), instances.end());
+    instances.erase(std::unique(instances.begin(), instances.end()), instances.end());
+    std::sort(optima[number].begin(), optima[number].end());
+    const auto same = [](const auto& a, const auto& b) { return a.first == b.first; };
+    optima[number].erase(std::unique(optima[number].begin(), optima[number].end(), same), optima[number].end());
+    std::vector<double> rmse;
+    for (const auto& [instance, own] : optima[number]) rmse.push_back(own);
+    groups[number].own_optimum = quantiles(std::move(rmse));
+  }
+  return groups;
+}
+
+void find_hopeless(const TrialTable& table, GroupStudy& group) {
+  if (std::isnan(group.spec_rmse)) return;
+  std::set<std::uint64_t> found;
+  for (const std::size_t number : group.series)
+    for (const std::uint32_t row : table.series[number].trials)
+      if (std::sqrt(std::max(0.0, table.rows[row].own_optimum_mse)) > group.spec_rmse)  // false when it is NaN
+        found.insert(table.rows[row].instance);
+  group.cannot_meet_spec = found.size();
+  for (const std::uint64_t instance : found)
+    if (group.hopeless.size() < kMostHopelessNamed) group.hopeless.push_back(instance);
+}
+
+}  // namespace relign::stats

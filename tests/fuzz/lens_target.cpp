@@ -1,0 +1,29 @@
+// Lens files of our own, and element offsets.
+#include <cmath>
+
+#include "optics/assembly.h"
+#include "optics/first_order.h"
+#include "optics/prescription.h"
+#include "target.h"
+
+using namespace relign;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string text = fuzz::text_of(data, size);
+  fuzz::accepted([&] {
+    const JsonSource source = JsonSource::from_text(text, "lens.json");
+    if (source.root().contains("offsets")) {
+      optics::Prescription lens;
+      for (const char* name : {"L1", "L2"}) lens.elements.push_back({name, {optics::Face()}});
+      optics::Assembly(lens, optics::read_offsets(source, "/offsets", lens));
+      return;
+    }
+    const optics::Prescription lens = optics::read_prescription(source);
+    for (const optics::Element& element : lens.elements)
+      for (const optics::Face& face : element.faces)
+        fuzz::demand(std::isfinite(face.z_mm) && std::isfinite(face.curvature) && face.index_after >= 1,
+                     "faces that light can pass");
+    optics::first_order(lens);
+  });
+  return 0;
+}

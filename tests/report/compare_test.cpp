@@ -1,0 +1,120 @@
+#include "report/compare.h"
+
+#include <gmock/gmock.h>
+
+#include "error_text.h"
+#include "report/made_results.h"
+
+namespace relign::report {
+namespace {
+
+using test::error_text;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+class Compare : public MadeResults {
+ protected:
+  // Eight lenses; b ends at `factor` times what a ends at.
+  void write_methods(double factor, const std::string& a = "a", const std::string& b = "b") {
+    std::vector<records::TrialRecord> trials;
+    for (std::uint64_t i = 0; i < 8; ++i) {
+      const double lens = 0.01 * (1 + 0.1 * static_cast<double>(i));
+      trials.push_back(trial(a, i, {0.1, 0.05, lens}));
+      trials.push_back(trial(b, i, {0.1, 0.05, factor * lens}));
+    }
+    write(trials);
+  }
+  ComparedSide side(const std::string& method = "") const { return {folder_, method}; }
+  static CompareOptions gate(const std::string& text) {
+    CompareOptions options;
+    options.gates = {parse_gate(text)};
+    return options;
+  }
+};
+
+TEST_F(Compare, JudgesTheSecondOnTheSameLenses) {
+  write_methods(0.5);
+  const Json result = compare(side("a"), side("b"), {});
+  ASSERT_EQ(result["pairs"].size(), 1U);
+  const Json& pair = result["pairs"][0];
+  EXPECT_EQ(pair["n"], 8);
+  EXPECT_EQ(pair["step"], 2);
+  EXPECT_NEAR(pair["ratio"].get<double>(), 0.5, 1e-9);
+  EXPECT_NEAR(pair["median_a"].get<double>(), 0.0135, 1e-9);
+  EXPECT_EQ(pair["verdict"], "better");
+  EXPECT_EQ(compare(side("b"), side("a"), {})["pairs"][0]["verdict"], "worse");
+  CompareOptions early;
+  early.step = 1;
+  EXPECT_EQ(compare(side("a"), side("b"), early)["pairs"][0]["verdict"], "practically equal");
+  EXPECT_THAT(comparison_text(result), AllOf(HasSubstr("a (A) and b (B)"), HasSubstr("B is better"),
+                                             HasSubstr("B / A on the same 8 lenses 0.500 (95 %: 0.500 to 0.500)")));
+}
+
+TEST_F(Compare, GatesHoldOrTrip) {
+  write_methods(1.05);
+  const auto holds = [&](const std::string& text) { return compare(side("a"), side("b"), gate(text))["holds"]; };
+  EXPECT_EQ(holds("recommended@2<=1.06x"), true);
+  EXPECT_EQ(holds("recommended@2<=1.04x"), false);
+  EXPECT_EQ(holds("rmse<=1.06x"), true) << "the last step, and the other word for it";
+  EXPECT_EQ(holds("recommended@1<=1.001x"), true) << "equal then";
+  EXPECT_EQ(holds("commanded@2<=0.015"), true) << "B's median is 0.0142";
+  EXPECT_EQ(holds("commanded@2<=0.014"), false);
+  EXPECT_EQ(holds("excess<=1x"), false) << "nobody knows the lenses' own optima, so it cannot pass";
+  EXPECT_THAT(comparison_text(compare(side("a"), side("b"), gate("rmse<=1.04x"))),
+              HasSubstr("TRIPPED  rmse<=1.04x  1.050  "));
+}
+
+TEST_F(Compare, OfTwoFoldersTakesTheMethodsThatBothHave) {
+  write_methods(1.5);
+  add_to_manifest({{"instance_set", "same"}});
+  const std::filesystem::path before = folder_.string() + "-before";
+  std::filesystem::remove_all(before);
+  std::filesystem::rename(folder_, before);
+  write_methods(1, "a", "new");
+  add_to_manifest({{"instance_set", "same"}});
+  const Json result = compare({before, ""}, side(), {});
+  ASSERT_EQ(result["pairs"].size(), 1U);
+  EXPECT_EQ(result["pairs"][0]["b"], "a");
+  EXPECT_THAT(result["unmatched"], ElementsAre("b (relign_od, rho0, paper)"));
+  add_to_manifest({{"instance_set", "other"}});
+  EXPECT_THAT(error_text(ErrorKind::bad_input,
+                         [&] {
+                           compare({before, ""}, side(), {});
+                         }),
+              HasSubstr("different instances"));
+  std::filesystem::remove_all(before);
+}
+
+TEST_F(Compare, MistakesAreSentences) {
+  write_methods(1);
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { compare(side("aa"), side("b"), {}); }),
+              HasSubstr("no method 'aa'"));
+  CompareOptions late;
+  late.step = 3;
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { compare(side("a"), side("b"), late); }),
+              HasSubstr("step 3 is after the last one, 2"));
+  EXPECT_THAT(error_text(ErrorKind::io, [&] { compared_side("nowhere:a"); }), HasSubstr("no such results folder"));
+  EXPECT_EQ(compared_side(folder_.string() + ":a").method, "a");
+  for (const auto& [gate, why] : std::vector<std::pair<std::string, std::string>>{{"rmse@20", "no <="},
+                                                                                  {"rmse@x<=1", "no step"},
+                                                                                  {"recomended<=1", "recommended"},
+                                                                                  {"rmse<=0x", "positive number"},
+                                                                                  {"rmse<=1.0.2x", "positive number"},
+                                                                                  {"rmse<=nan", "positive number"}})
+    EXPECT_THAT(error_text(ErrorKind::bad_input, [&, text = gate] { parse_gate(text); }), HasSubstr(why)) << gate;
+}
+
+TEST_F(Compare, FewLensesDecideNothingAndFailuresAreTold) {
+  records::TrialRecord failed = trial("b", 1, {0.1});
+  failed.end = "timeout";
+  write({trial("a", 0, {0.1, 0.01}), trial("b", 0, {0.1, 0.02}), trial("a", 1, {0.1, 0.01}), failed});
+  const Json pair = compare(side("a"), side("b"), {})["pairs"][0];
+  EXPECT_EQ(pair["verdict"], "undecided");
+  EXPECT_EQ(pair["n"], 1);
+  EXPECT_EQ(pair["missing"], 1);
+  EXPECT_EQ(pair["failed_b"], 1);
+}
+
+}  // namespace
+}  // namespace relign::report
