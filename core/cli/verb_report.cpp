@@ -15,6 +15,7 @@ struct ReportArguments {
   std::vector<std::string> folders;
   std::string out;
   std::string format = "html";
+  std::string figures;
 };
 
 // On standard output, or in one file.
@@ -32,11 +33,19 @@ int write_markdown(Context& context, const ReportArguments& arguments) {
 }
 
 int write_reports(Context& context, const ReportArguments& arguments) {
-  if (arguments.format == "md") return write_markdown(context, arguments);
+  if (arguments.format == "md") {
+    if (!arguments.figures.empty())
+      throw Error(ErrorKind::bad_input, "--figures goes with the page; leave out --format md, or call report twice");
+    return write_markdown(context, arguments);
+  }
+  if (!arguments.figures.empty() && arguments.folders.size() > 1)
+    throw Error(ErrorKind::bad_input,
+                "--figures names one folder, but " + std::to_string(arguments.folders.size()) +
+                    " results folders are given; make the figures of each with a call of its own");
   if (!arguments.out.empty() && arguments.folders.size() > 1)
     throw Error(ErrorKind::bad_input, "--out names one page, but " + std::to_string(arguments.folders.size()) +
                                           " results folders are given; leave it out to write a page into each");
-  Json pages = Json::array();
+  Json pages = Json::array(), figures = Json::array();
   std::string text;
   for (const std::string& folder : arguments.folders) {
     const fs::path page = arguments.out.empty() ? fs::path(folder) / "report.html" : fs::path(arguments.out);
@@ -45,8 +54,15 @@ int write_reports(Context& context, const ReportArguments& arguments) {
     if (arguments.out.empty()) report.write_tables();
     pages.push_back(page.string());
     text += page.string() + "\n";
+    if (arguments.figures.empty()) continue;
+    for (const fs::path& file : report.write_figures(arguments.figures)) {
+      figures.push_back(file.string());
+      text += file.string() + "\n";
+    }
   }
-  print_result(context.json ? Json{{"reports", pages}}.dump(2) + "\n" : text);
+  Json result = {{"reports", pages}};
+  if (!arguments.figures.empty()) result["figures"] = figures;
+  print_result(context.json ? result.dump(2) + "\n" : text);
   return kDone;
 }
 
@@ -54,7 +70,9 @@ int write_reports(Context& context, const ReportArguments& arguments) {
 
 void add_report(CLI::App& app, Context& context) {
   CLI::App& verb = add_verb(app, {"report", "Write the page and the tables of results folders again.",
-                                  "relign-bench report results/quick", "run"});
+                                  "relign-bench report results/quick\n"
+                                  "relign-bench report results/quick --figures paper",
+                                  "run"});
   auto arguments = std::make_shared<ReportArguments>();
   verb.add_option("DIR", arguments->folders, "results folder, one or more")->required()->type_name("DIR");
   verb.add_option("-o,--out", arguments->out,
@@ -63,6 +81,10 @@ void add_report(CLI::App& app, Context& context) {
   verb.add_option("--format", arguments->format, "html or md (Markdown tables for a README) [default: html]")
       ->type_name("FORMAT")
       ->check(CLI::IsMember({"html", "md"}));
+  verb.add_option("--figures", arguments->figures,
+                  "besides, every figure as SVG and its numbers as CSV into this folder, for a paper "
+                  "[default: none]")
+      ->type_name("FOLDER");
   verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return write_reports(context, *arguments); }; });
 }

@@ -7,7 +7,9 @@ extern "C" {
 RELIGN_EMBEDDED(page_html)
 RELIGN_EMBEDDED(page_css)
 RELIGN_EMBEDDED(page_js)
+RELIGN_EMBEDDED(sorting_js)
 RELIGN_EMBEDDED(curves_js)
+RELIGN_EMBEDDED(replay_js)
 RELIGN_EMBEDDED(dygraphs_licence)
 RELIGN_EMBEDDED(dygraphs_js)
 RELIGN_EMBEDDED(dygraphs_css)
@@ -34,6 +36,8 @@ std::string_view page_html() { return view(relign_report_page_html, relign_repor
 std::string_view page_css() { return view(relign_report_page_css, relign_report_page_css_size); }
 std::string_view page_js() { return view(relign_report_page_js, relign_report_page_js_size); }
 std::string_view curves_js() { return view(relign_report_curves_js, relign_report_curves_js_size); }
+std::string_view sorting_js() { return view(relign_report_sorting_js, relign_report_sorting_js_size); }
+std::string_view replay_js() { return view(relign_report_replay_js, relign_report_replay_js_size); }
 std::string_view dygraphs_licence() {
   return view(relign_report_dygraphs_licence, relign_report_dygraphs_licence_size);
 }

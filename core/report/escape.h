@@ -22,6 +22,10 @@ std::string terminal_text(std::string_view text);
 // For a cell of a Markdown table: what would be markup is escaped, control characters and line ends become '?'.
 std::string markdown_text(std::string_view text);
 
+// A field of a CSV file (RFC 4180): control characters become '?', and what a spreadsheet would take for a formula
+// (a text that begins with = + - @) gets an apostrophe before it.
+std::string csv_field(std::string_view text);
+
 // Columns the text takes, one per code point; and the text cut to that many with "..." at its end.
 std::size_t columns(std::string_view text);
 std::string clipped(std::string_view text, std::size_t most_columns);

@@ -5,6 +5,7 @@
 #include "base/json_members.h"
 #include "report/assets.h"
 #include "report/escape.h"
+#include "report/picture_html.h"
 #include "report/sections.h"
 
 namespace relign::report {
@@ -17,15 +18,6 @@ std::string script_source(const std::string& script) {
   for (std::size_t i = 0; i + 1 < hex.size(); i += 2)
     bytes += static_cast<char>(std::stoi(hex.substr(i, 2), nullptr, 16));
   return "'sha256-" + base64(bytes) + "'";
-}
-
-// What the script needs of the data; the rest already stands in the page as text.
-Json curve_data(const Json& data) {
-  Json methods = Json::array(), groups = Json::array();
-  for (const Json& method : data["methods"])
-    methods.push_back({{"name", method["name"]}, {"oracle", flag_of(method, "oracle")}});
-  for (const Json& group : data["groups"]) groups.push_back({{"label", group["label"]}, {"curves", group["curves"]}});
-  return {{"methods", methods}, {"groups", groups}};
 }
 
 }  // namespace
@@ -49,30 +41,40 @@ std::string filled(std::string_view page_template, const std::map<std::string, s
 }
 
 std::string page(const Json& data, const Gallery& gallery, const std::map<std::string, double>& rmse) {
-  const std::string dygraphs = assets::dygraphs_js();
-  const std::string curves(assets::curves_js());
-  const std::string script(assets::page_js());
-  const std::string name = text_of(data, "suite_name");
-  return filled(
-      assets::page_html(),
-      {{"script_sources", script_source(dygraphs) + " " + script_source(curves) + " " + script_source(script)},
-       {"document_title", html_escaped((name.empty() ? "results" : name) + " - relign-bench")},
-       {"style", assets::dygraphs_css() + std::string(assets::page_css())},
-       {"title", title_section(data)},
-       {"verdict", verdict_section(data)},
-       {"ranking", ranking_section(data)},
-       {"curve_cards", curve_cards(data, gallery)},
-       {"curves_hidden", data["groups"].empty() ? "hidden" : ""},
-       {"gallery", gallery_section(data, gallery, rmse)},
-       {"ran", ran_section(data, gallery)},
-       {"methods", methods_section(data)},
-       {"provenance", provenance_section(data)},
-       {"picture_definitions", picture_definitions(gallery)},
-       {"dygraphs_licence", html_escaped(assets::dygraphs_licence())},
-       {"data", json_for_script(curve_data(data))},
-       {"dygraphs", dygraphs},
-       {"curves_script", curves},
-       {"script", script}});
+  // The chart library, ours on top of it, and what starts them.
+  std::string sources, scripts;
+  for (const std::string& script :
+       {assets::dygraphs_js(), std::string(assets::sorting_js()), std::string(assets::curves_js()),
+        std::string(assets::replay_js()), std::string(assets::page_js())}) {
+    sources += (sources.empty() ? "" : " ") + script_source(script);
+    scripts += "<script>" + script + "</script>\n";
+  }
+  const std::string name = text_of(data, "suite_name"), replay = replay_section(data, gallery);
+  Json for_scripts = curve_data(data);
+  for_scripts["replay"] = replay_data(data, gallery);
+  return filled(assets::page_html(),
+                {{"script_sources", sources},
+                 {"document_title", html_escaped((name.empty() ? "results" : name) + " - relign-bench")},
+                 {"style", assets::dygraphs_css() + std::string(assets::page_css())},
+                 {"title", title_section(data)},
+                 {"verdict", verdict_section(data)},
+                 {"ranking", ranking_section(data)},
+                 {"levels", levels_section(data)},
+                 {"heat", heat_section(data)},
+                 {"curve_cards", curve_cards(data, gallery)},
+                 {"curves_hidden", data["groups"].empty() ? "hidden" : ""},
+                 {"replay", replay},
+                 {"replay_hidden", replay.empty() ? "hidden" : ""},
+                 {"pairs", pairs_section(data)},
+                 {"training", training_section(data)},
+                 {"gallery", gallery_section(data, gallery, rmse)},
+                 {"ran", ran_section(data, gallery)},
+                 {"methods", methods_section(data)},
+                 {"provenance", provenance_section(data)},
+                 {"picture_definitions", picture_definitions(gallery)},
+                 {"dygraphs_licence", html_escaped(assets::dygraphs_licence())},
+                 {"data", json_for_script(for_scripts)},
+                 {"scripts", scripts}});
 }
 
 }  // namespace relign::report

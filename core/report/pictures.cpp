@@ -1,12 +1,12 @@
 #include "report/pictures.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "base/error.h"
 #include "base/files.h"
 #include "base/json_members.h"
 #include "records/record.h"
-#include "report/escape.h"
 
 namespace relign::report {
 namespace {
@@ -16,23 +16,10 @@ namespace fs = std::filesystem;
 constexpr std::size_t kMostProblems = 10;
 constexpr std::uintmax_t kMostFileBytes = 64'000'000;
 
-unsigned big_endian(const std::string& bytes, std::size_t at) {
-  unsigned value = 0;
-  for (std::size_t i = at; i < at + 4; ++i) value = value << 8 | static_cast<unsigned char>(bytes[i]);
-  return value;
-}
+constexpr std::size_t kMostFilmFrames = 64;
+constexpr std::uint64_t kMostTilePixels = 1024;
 
-// Width and height stand at fixed places of a PNG's first chunk.
-std::optional<Picture> png(const std::string& bytes) {
-  static const std::string kSignature("\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR", 16);
-  if (bytes.size() < 33 || bytes.compare(0, kSignature.size(), kSignature) != 0) return {};
-  Picture picture;
-  picture.width = big_endian(bytes, 16);
-  picture.height = big_endian(bytes, 20);
-  if (picture.width == 0 || picture.height == 0) return {};
-  picture.data_uri = "data:image/png;base64," + base64(bytes);
-  return picture;
-}
+using Read = std::optional<Picture> (*)(const std::string& bytes);
 
 class Loader {
  public:
@@ -40,14 +27,22 @@ class Loader {
       : folder_(folder), most_bytes_(most_bytes), gallery_(gallery) {}
 
   void embed(Frame& frame) {
-    if (frame.file.empty()) return;
-    const auto known = by_file_.find(frame.file);
-    if (known != by_file_.end()) {
-      frame.picture = known->second;
+    if (!frame.file.empty()) frame.picture = once(frame.file, png_picture, "PNG");
+  }
+
+  // A film is one row of square tiles, one for each capture that the index tells of.
+  void embed(Film& film) {
+    if (film.frames.empty()) return;
+    const std::optional<std::size_t> place = once(film.file, webp_picture, "WebP");
+    if (!place) return;
+    const Picture& picture = gallery_.pictures[*place];
+    if (picture.height == film.tile && picture.width == film.tile * film.frames.size()) {
+      film.picture = place;
       return;
     }
-    frame.picture = read(frame.file);
-    by_file_[frame.file] = frame.picture;
+    complain(film.file + ": this film is " + std::to_string(picture.width) + " x " + std::to_string(picture.height) +
+             " pixels, but the index tells of " + std::to_string(film.frames.size()) + " tiles of " +
+             std::to_string(film.tile));
   }
 
   void complain(const std::string& problem) {
@@ -55,7 +50,13 @@ class Loader {
   }
 
  private:
-  std::optional<std::size_t> read(const std::string& file) {
+  std::optional<std::size_t> once(const std::string& file, Read read_picture, const char* format) {
+    const auto known = by_file_.find(file);
+    if (known != by_file_.end()) return known->second;
+    return by_file_[file] = read(file, read_picture, format);
+  }
+
+  std::optional<std::size_t> read(const std::string& file, Read read_picture, const char* format) {
     std::error_code failed;
     const fs::path root = fs::weakly_canonical(folder_ / "pictures", failed);
     const fs::path path = fs::weakly_canonical(folder_ / file, failed);
@@ -75,9 +76,9 @@ class Loader {
       complain(error.what());
       return {};
     }
-    std::optional<Picture> picture = png(bytes);
+    std::optional<Picture> picture = read_picture(bytes);
     if (!picture) {
-      complain(file + ": this is no PNG picture");
+      complain(file + ": this is no " + format + " picture");
       return {};
     }
     // The start frame of one instance is the same for every method.
@@ -110,6 +111,35 @@ Frame frame_of(const Json& entry) {
   return frame;
 }
 
+double number_of(const Json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_number() ? found->get<double>() : std::numeric_limits<double>::quiet_NaN();
+}
+
+std::vector<double> pose_of(const Json& object, const char* key) {
+  std::vector<double> pose;
+  for (const Json& value : list_of(object, key))
+    pose.push_back(value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN());
+  return pose;
+}
+
+Film film_of(const Json& entry) {
+  Film film;
+  const Json& frames = list_of(entry, "frames");
+  const std::string file = text_of(entry, "file");
+  const std::uint64_t tile = count_of(entry, "tile");
+  if (file.empty() || tile == 0 || tile > kMostTilePixels || frames.size() > kMostFilmFrames) return film;
+  film.file = "pictures/" + file;
+  film.tile = static_cast<unsigned>(tile);
+  for (const Json& frame : frames) {
+    if (!frame.is_object()) continue;
+    film.frames.push_back({count_of(frame, "step"), pose_of(frame, "commanded_pose"), pose_of(frame, "true_pose"),
+                           number_of(frame, "measured"), number_of(frame, "commanded"), number_of(frame, "recommended"),
+                           number_of(frame, "machine_seconds")});
+  }
+  return film;
+}
+
 void read_index(const Json& index, Gallery& gallery) {
   for (const Json& entry : list_of(index, "references")) gallery.references[text_of(entry, "scene")] = frame_of(entry);
   for (const Json& entry : list_of(index, "trials")) {
@@ -126,6 +156,7 @@ void read_index(const Json& index, Gallery& gallery) {
     trial.last_capture = text_of(entry, "shows") == "last_capture";
     trial.start = frame_of(frames.front());
     trial.end = frame_of(frames.back());
+    trial.film = film_of(object_of(entry, "film"));
     gallery.trials.push_back(std::move(trial));
   }
 }
@@ -146,14 +177,16 @@ Gallery load_gallery(const fs::path& results, std::size_t most_bytes) {
     loader.complain(error.what());
     return gallery;
   }
-  // What convinces most comes first, should the limit bite.
+  // What convinces most comes first, should the limit bite. A film also shows the start, though smaller.
   for (auto& [scene, reference] : gallery.references) loader.embed(reference);
-  for (const char* why : {"median", "worst", "best"})
-    for (TrialPictures& trial : gallery.trials)
-      if (trial.why == why) {
-        loader.embed(trial.end);
-        loader.embed(trial.start);
-      }
+  const auto each = [&](const auto& embed) {
+    for (const char* why : {"median", "worst", "best"})
+      for (TrialPictures& trial : gallery.trials)
+        if (trial.why == why) embed(trial);
+  };
+  each([&](TrialPictures& trial) { loader.embed(trial.film); });
+  each([&](TrialPictures& trial) { loader.embed(trial.end); });
+  each([&](TrialPictures& trial) { loader.embed(trial.start); });
   return gallery;
 }
 

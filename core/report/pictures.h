@@ -1,7 +1,7 @@
-// The pictures of a results folder, ready to embed: what the sensor saw at the start and at the
-// recommended pose of each method's best, median and worst trial, and each scene's reference.
+// The pictures of a results folder, ready to embed: the films of each method's best, median and worst trial, what the
+// sensor saw at the start and at the recommended pose of each, and each scene's reference.
 //
-// A results folder may come from a stranger: only PNG files inside pictures/ are read, and their
+// A results folder may come from a stranger: only PNG and WebP files inside pictures/ are read, and their
 // sum is limited. What does not fit is named, not embedded.
 #pragma once
 
@@ -12,17 +12,31 @@
 #include <string>
 #include <vector>
 
-namespace relign::report {
+#include "report/picture_file.h"
+#include "report/scene_axes.h"
 
-struct Picture {
-  std::string data_uri;
-  unsigned width = 0, height = 0;
-};
+namespace relign::report {
 
 struct Frame {
   std::uint64_t step = 0;
   std::string file;                    // relative to the results folder
   std::optional<std::size_t> picture;  // index into Gallery::pictures; none when it could not be embedded
+};
+
+// One capture of a film, and what was known of it; NaN and empty where nobody knows.
+struct FilmFrame {
+  std::uint64_t step = 0;
+  std::vector<double> commanded_pose, true_pose;        // shares of the travel
+  double measured = 0, commanded = 0, recommended = 0;  // RMSE
+  double machine_seconds = 0;
+};
+
+// Captures of one trial side by side in one picture, each in a square of `tile` pixels.
+struct Film {
+  std::string file;
+  unsigned tile = 0;
+  std::vector<FilmFrame> frames;       // empty: this trial has no film
+  std::optional<std::size_t> picture;  // index into Gallery::pictures
 };
 
 struct TrialPictures {
@@ -31,17 +45,19 @@ struct TrialPictures {
   std::uint64_t instance = 0;
   bool last_capture = false;  // `end` is the trial's last capture, not one at the recommended pose
   Frame start, end;
+  Film film;
 };
 
 struct Gallery {
   std::vector<Picture> pictures;  // each distinct picture once
   std::vector<TrialPictures> trials;
-  std::map<std::string, Frame> references;  // by scene
-  std::size_t left_out = 0;                 // pictures over the limit
-  std::vector<std::string> problems;        // a damaged index, unreadable or refused files
+  std::map<std::string, Frame> references;             // by scene
+  std::map<std::string, std::vector<SceneAxis>> axes;  // by scene; filled by who knows the manifest
+  std::size_t left_out = 0;                            // pictures over the limit, films among them
+  std::vector<std::string> problems;                   // a damaged index, unreadable or refused files
 };
 
-inline constexpr std::size_t kMostPictureBytes = 600'000;  // of the page, so that a quick suite's stays under 1 MB
+inline constexpr std::size_t kMostPictureBytes = 520'000;  // of the page, so that a quick suite's stays under 1 MB
 
 // Never throws for what is wrong inside the folder: a report without pictures is still a report.
 Gallery load_gallery(const std::filesystem::path& results, std::size_t most_bytes = kMostPictureBytes);

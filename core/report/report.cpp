@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/files.h"
+#include "report/figures.h"
 #include "report/loaded_results.h"
 #include "report/page.h"
 #include "report/page_data.h"
@@ -46,7 +47,8 @@ void Report::write_tables() const {
 
 std::string Report::html() const {
   const LoadedResults& results = content_->results;
-  const Gallery gallery = load_gallery(results.folder);
+  Gallery gallery = load_gallery(results.folder);
+  gallery.axes = scene_axes(results.folder, results.manifest);
   std::set<std::string> shown;
   for (const TrialPictures& trial : gallery.trials) shown.insert(trial.trial);
   std::map<std::string, double> rmse;
@@ -59,6 +61,10 @@ std::string Report::html() const {
 }
 
 void Report::write_html(const std::filesystem::path& page) const { write_file_atomically(page, html()); }
+
+std::vector<std::filesystem::path> Report::write_figures(const std::filesystem::path& folder) const {
+  return report::write_figures(content_->data, folder);
+}
 
 std::string Report::ranking_table() const { return report::ranking_table(content_->data); }
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "base/json_source.h"
 
@@ -27,6 +28,9 @@ class Report {
 
   std::string html() const;
   void write_html(const std::filesystem::path& page) const;
+
+  // Every figure as SVG and its numbers as CSV, for a paper; makes the folder. Returns the files. Throws Error(io).
+  std::vector<std::filesystem::path> write_figures(const std::filesystem::path& folder) const;
 
   // Plain-text ranking for the terminal; empty results give a sentence that says so.
   std::string ranking_table() const;

@@ -1,70 +1,99 @@
-// Title, verdict and ranking table.
+// The ranking table: a block per scene, noise level and protocol, a row per method.
 #include <algorithm>
-#include <map>
+#include <cmath>
+#include <functional>
 #include <vector>
 
 #include "base/json_members.h"
 #include "base/text.h"
 #include "report/html_writer.h"
 #include "report/page_data.h"
+#include "report/residual_text.h"
 #include "report/sections.h"
 
 namespace relign::report {
 namespace {
 
-struct Column {
-  const char* title;
-  const char* unit;
-  const char* hint;
-  const char* kind;  // class of its cells
+// What a cell may need to know of its block.
+struct Block {
+  double scale = 0;       // the largest upper quartile: end of the bars
+  bool explained = true;  // cells have titles
 };
 
-// Where no scene tells a truth, no column speaks of one.
-std::vector<Column> columns_of(const Json& data) {
-  const bool truth = !every_group(data, "measured_only");
-  std::vector<Column> columns = {{"method", "", "The name given in the suite", "name"}};
-  if (truth)
-    columns.push_back({"error when glued", "median (quartiles)",
-                       "Noise-free RMSE against the reference picture at the pose the method recommends after its last "
-                       "step. Lower is better, 0 is identical.",
-                       "number"});
-  else
-    columns.push_back({"lowest measured error", "median (quartiles)",
-                       "Lowest RMSE between a picture that the method saw and the reference picture, camera noise "
-                       "included. Lower is better.",
-                       "number"});
-  columns.push_back(
-      {"", "middle half of the instances",
-       "Dot: median. Bar: from the lower to the upper quartile. Same scale within a block, starting at 0.", "range"});
-  if (truth)
-    columns.push_back({"last pose", "median error",
-                       "Noise-free RMSE at the pose where the method's last commanded move left the lens", "number"});
-  columns.push_back({"machine time", "s",
-                     every_group(data, "station") ? "Of all moves and pictures, as the station tells it; median"
-                                                  : "Simulated travel, settling, exposure, readout and the move to the "
-                                                    "recommended pose; median",
-                     "number"});
-  columns.push_back(
-      {"computing", "ms per step", "The algorithm's own time; compare on one machine only; median", "number"});
-  columns.push_back({"steps", "", "Moves, each followed by one picture; the picture at the start is step 0", "number"});
-  columns.push_back({"failed", "trials", "Trials that ended in an error; left out of the medians", "number"});
-  columns.push_back({"knows", "", "What the method is given beyond its moves", "knows"});
-  return columns;
-}
+struct Column {
+  std::string title, unit, hint;
+  const char* kind;  // class of its head and cells
+  std::function<void(HtmlWriter&, const Json& row, const Block&)> cell;
+};
 
-std::string sort_value(const Json& number) { return number.is_number() ? shortest(number.get<double>()) : ""; }
+constexpr std::size_t kMostRowsExplained = 500;  // more would make the page large
+constexpr const char* kTo = "\u2013";
+
+bool has_score(const Json& row) { return score_of(row)["n"] != 0; }
 
 void number_cell(HtmlWriter& html, const Json& number, int digits) {
-  html.element("td", {{"class", "number"}, {"data-sort", sort_value(number)}}, number_text(number, digits));
+  html.element("td", {{"class", "number"}}, number_text(number, digits));
+}
+
+void cell_with_interval(HtmlWriter& html, const std::string& kind, const std::string& sort, const std::string& value,
+                        const std::string& interval) {
+  html.open("td", {{"class", kind}, {"data-sort", sort}}).element("b", value);
+  if (!interval.empty()) html.text(" ").element("span", {{"class", "quartiles"}}, "(" + interval + ")");
+  html.close();
+}
+
+// Whole percent: an interval of shares of a hundred lenses knows no better.
+std::string whole_percent(const Json& share) {
+  return share.is_number() ? std::to_string(std::lround(100 * share.get<double>())) : "?";
+}
+
+void yield_cell(HtmlWriter& html, const Json& row, const Block&) {
+  const Json& yield = object_of(row, "yield");
+  if (yield.empty() || !yield.value("share", Json()).is_number())
+    return cell_with_interval(html, "number", "", "-", "");
+  cell_with_interval(
+      html, "number", sort_value(yield["share"]), whole_percent(yield["share"]) + " %",
+      yield.value("lo95", Json()).is_number() ? whole_percent(yield["lo95"]) + kTo + whole_percent(yield["hi95"]) : "");
+}
+
+// Whole numbers stay whole.
+std::string images_text(const Json& images) { return shortest(rounded(images.get<double>(), 3)); }
+
+void images_cell(HtmlWriter& html, const Json& row, const Block&) {
+  const Json& to_spec = object_of(row, "to_spec");
+  if (to_spec.empty()) return cell_with_interval(html, "number", "", "-", "");
+  const Json steps = to_spec.value("steps", Json()), low = to_spec.value("lo95", Json()),
+             high = to_spec.value("hi95", Json());
+  if (!steps.is_number())  // a word where too few lenses get there
+    return cell_with_interval(html, "number quiet", "", steps.is_string() ? "not reached" : "-", "");
+  std::string interval;
+  if (low.is_number() && high.is_number())
+    interval = images_text(low) + kTo + images_text(high);
+  else if (low.is_number())
+    interval = images_text(low) + " or more";
+  cell_with_interval(html, "number", sort_value(steps), images_text(steps), interval);
+}
+
+void error_cell(HtmlWriter& html, const Json& row, const Block&) {
+  const Json& error = score_of(row);
+  if (!has_score(row)) return cell_with_interval(html, "number error", "", "-", "");
+  std::string interval;
+  if (const Json low = error.value("lo95", Json()), high = error.value("hi95", Json());
+      low.is_number() && high.is_number())
+    interval = number_text(low, 3) + kTo + number_text(high, 3);
+  else if (error["n"] != 1)
+    interval = number_text(error["q25"], 3) + kTo + number_text(error["q75"], 3);
+  cell_with_interval(html, "number error", sort_value(error["median"]), number_text(error["median"], 3), interval);
 }
 
 // A bar from the lower to the upper quartile with a dot at the median.
-void range_cell(HtmlWriter& html, const Json& error, double scale) {
+void range_cell(HtmlWriter& html, const Json& row, const Block& block) {
   constexpr double kWidth = 150;
-  html.open("td", {{"class", "range"}, {"data-sort", error["n"] == 0 ? "" : sort_value(error["median"])}});
-  if (error["n"] != 0 && scale > 0) {
+  const Json& error = score_of(row);
+  html.open("td", {{"class", "range"}, {"data-sort", has_score(row) ? sort_value(error["median"]) : ""}});
+  if (has_score(row) && block.scale > 0) {
     const auto x = [&](const char* key) {
-      return significant(5 + (kWidth - 10) * error[key].get<double>() / scale, 4);
+      return significant(5 + (kWidth - 10) * error[key].get<double>() / block.scale, 4);
     };
     html.open("svg", {{"viewBox", "0 0 150 14"}, {"width", "150"}, {"height", "14"}, {"aria-hidden", "true"}});
     html.empty("line", {{"x1", "5"}, {"x2", "145"}, {"y1", "7"}, {"y2", "7"}, {"class", "scale"}});
@@ -75,37 +104,106 @@ void range_cell(HtmlWriter& html, const Json& error, double scale) {
   html.close();
 }
 
-void table_row(HtmlWriter& html, const Json& row, bool best, double scale, bool truth_known) {
-  const Json& error = score_of(row);
-  const bool finished = error["n"] != 0;
+void residual_cell(HtmlWriter& html, const Json& row, const Block& block) {
+  const Residual residual = residual_of(row);
+  Attributes attributes = {{"class", "number"}, {"data-sort", residual.sort}};
+  if (block.explained) attributes.emplace_back("title", residual.details);
+  html.element("td", attributes, residual.text);
+}
+
+void failed_cell(HtmlWriter& html, const Json& row, const Block&) {
+  const std::string failed = std::to_string(count_of(row, "failed"));
+  html.element("td", {{"class", failed == "0" ? "number" : "number bad"}}, failed);
+}
+
+std::string error_unit(const Json& data) {
+  std::size_t intervals = 0, quartiles = 0;
+  for (const Json& group : data["groups"])
+    for (const Json& row : group["rows"])
+      if (has_score(row)) ++(score_of(row).value("lo95", Json()).is_number() ? intervals : quartiles);
+  if (intervals == 0) return "median (quartiles)";
+  return quartiles == 0 ? "median (95 % interval)" : "median (95 % interval, else quartiles)";
+}
+
+// Where no scene tells a truth, no column speaks of one; what nobody computed has no column either.
+std::vector<Column> columns_of(const Json& data) {
+  const bool truth = !every_group(data, "measured_only"), spec = any_row(data, "yield");
+  std::vector<Column> columns;
+  if (spec)
+    columns.push_back({"in spec", "of the lenses (95 %)", "Share of the lenses that meet the spec when glued, of all",
+                       "number", yield_cell});
+  if (any_row(data, "to_spec")) {
+    columns.push_back({"images to spec", "median (95 %)",
+                       "Images until a lens is in spec when glued and stays so; 'not reached' where fewer than half of "
+                       "the lenses get there",
+                       "number", images_cell});
+    columns.push_back({"time to spec", "s", "Machine time until then; median", "number",
+                       [](HtmlWriter& html, const Json& row, const Block&) {
+                         number_cell(html, object_of(row, "to_spec").value("seconds", Json()), 3);
+                       }});
+  }
+  columns.push_back(
+      {truth ? "error when glued" : "lowest measured error", error_unit(data),
+       truth ? "Noise-free RMSE against the reference picture at the pose the method recommends after its last step. "
+               "Lower is better, 0 is identical."
+             : "Lowest RMSE between a picture that the method saw and the reference picture, camera noise included. "
+               "Lower is better.",
+       "number", error_cell});
+  if (any_row(data, "residual"))
+    columns.push_back({"position / tilt", "left, worst axis",
+                       "How far the recommended pose is from the lens's own best one, without sign: the axis with the "
+                       "largest median. Each axis stands in the title text.",
+                       "number", residual_cell});
+  if (!spec) {
+    columns.push_back({"", "middle half of the instances",
+                       "Dot: median. Bar: from the lower to the upper quartile. Same scale within a block, starting at "
+                       "0.",
+                       "range", range_cell});
+    if (truth)
+      columns.push_back({"last pose", "median error",
+                         "Noise-free RMSE at the pose where the method's last commanded move left the lens", "number",
+                         [](HtmlWriter& html, const Json& row, const Block&) {
+                           number_cell(html, has_score(row) ? row["commanded"].value("median", Json()) : Json(), 3);
+                         }});
+  }
+  columns.push_back({"machine time", "s",
+                     every_group(data, "station") ? "Of all moves and pictures, as the station tells it; median"
+                                                  : "Simulated travel, settling, exposure, readout and the move to the "
+                                                    "recommended pose; median",
+                     "number", [](HtmlWriter& html, const Json& row, const Block&) {
+                       number_cell(html, row["machine_seconds"], 3);
+                     }});
+  columns.push_back(
+      {"computing", "ms per step", "The algorithm's own time; compare on one machine only; median", "number",
+       [](HtmlWriter& html, const Json& row, const Block&) { number_cell(html, row["algorithm_ms_per_step"], 2); }});
+  columns.push_back({"steps", "", "Moves, each followed by one picture; the picture at the start is step 0", "number",
+                     [](HtmlWriter& html, const Json& row, const Block&) {
+                       number_cell(html, has_score(row) ? row["step"] : Json(), 6);
+                     }});
+  columns.push_back(
+      {"failed", "trials", "Trials that ended in an error; left out of the medians", "number", failed_cell});
+  columns.push_back({"knows", "", "What the method is given beyond its moves", "knows",
+                     [](HtmlWriter& html, const Json& row, const Block&) {
+                       const std::string words = joined(row["knows"], ", ");
+                       html.element("td", {{"class", "knows"}}, words);
+                     }});
+  return columns;
+}
+
+void table_row(HtmlWriter& html, const std::vector<Column>& columns, const Json& row, bool best, const Block& block) {
   html.open("tr", {{"class", best ? "best" : flag_of(row, "oracle") ? "oracle" : "plain"}});
   html.open("th", {{"scope", "row"}, {"class", "name"}, {"data-sort", text_of(row, "method")}});
   html.element("bdi", text_of(row, "method"));
   if (flag_of(row, "oracle")) html.text(" ").element("span", {{"class", "tag"}}, "oracle");
   html.close();
-
-  html.open("td", {{"class", "number error"}, {"data-sort", finished ? sort_value(error["median"]) : ""}});
-  html.element("b", finished ? number_text(error["median"], 3) : "-");
-  if (finished && error["n"] != 1)
-    html.text(" ").element("span", {{"class", "quartiles"}},
-                           "(" + number_text(error["q25"], 3) + "\u2013" + number_text(error["q75"], 3) + ")");
-  html.close();
-  range_cell(html, error, scale);
-  if (truth_known) number_cell(html, finished ? row["commanded"].value("median", Json()) : Json(), 3);
-  number_cell(html, row["machine_seconds"], 3);
-  number_cell(html, row["algorithm_ms_per_step"], 2);
-  number_cell(html, finished ? row["step"] : Json(), 6);
-  html.element("td",
-               {{"class", count_of(row, "failed") > 0 ? "number bad" : "number"},
-                {"data-sort", std::to_string(count_of(row, "failed"))}},
-               std::to_string(count_of(row, "failed")));
-  html.element("td", {{"class", "knows"}, {"data-sort", joined(row["knows"], ", ")}}, joined(row["knows"], ", "));
+  for (const Column& column : columns) column.cell(html, row, block);
   html.close();
 }
 
-void table_group(HtmlWriter& html, const Json& group, const std::string& best, std::size_t columns, bool truth_known) {
+void table_group(HtmlWriter& html, const std::vector<Column>& columns, const Json& group, const std::string& best,
+                 bool explained) {
   html.open("tbody").open("tr", {{"class", "group"}});
-  html.open("th", {{"colspan", std::to_string(columns)}, {"scope", "rowgroup"}});
+  html.open("th", {{"colspan", std::to_string(columns.size() + 1)}, {"scope", "rowgroup"}});
   const bool station = flag_of(group, "station");
   html.element("bdi", text_of(group, station ? "scene" : "noise_level"));
   std::string rest = (station ? " \u00b7 station" : " \u00b7 " + text_of(group, "scene")) + " \u00b7 protocol " +
@@ -115,137 +213,35 @@ void table_group(HtmlWriter& html, const Json& group, const std::string& best, s
     rest += station ? " \u00b7 measured only: a station tells no truth"
                     : " \u00b7 measured only: this scene tells no truth";
   html.element("span", {{"class", "quiet"}}, rest).close().close();
-
-  double scale = 0;
+  Block block;
+  block.explained = explained;
   for (const Json& row : group["rows"])
-    if (score_of(row)["n"] != 0) scale = std::max(scale, score_of(row)["q75"].get<double>());
-  for (const Json& row : group["rows"]) table_row(html, row, text_of(row, "method") == best, scale, truth_known);
+    if (has_score(row)) block.scale = std::max(block.scale, score_of(row)["q75"].get<double>());
+  for (const Json& row : group["rows"]) table_row(html, columns, row, text_of(row, "method") == best, block);
   html.close();
-}
-
-void badge(HtmlWriter& html, const char* kind, const std::string& text) {
-  html.element("span", {{"class", std::string("badge ") + kind}}, text).text(" ");
 }
 
 }  // namespace
 
-std::string number_text(const Json& number, int digits) {
-  if (number.is_number_unsigned()) return std::to_string(number.get<std::uint64_t>());
-  return number.is_number() ? significant(number.get<double>(), digits) : "-";
-}
-
-std::string counted(std::uint64_t count, const std::string& noun) {
-  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
-}
-
-std::string joined(const Json& list, const std::string& separator) {
-  std::string out;
-  for (const Json& item : list)
-    out += (out.empty() ? "" : separator) + (item.is_string() ? item.get<std::string>() : item.dump());
-  return out;
-}
-
-bool any_group(const Json& data, const char* flag) {
-  const Json& groups = data["groups"];
-  return std::any_of(groups.begin(), groups.end(), [flag](const Json& group) { return flag_of(group, flag); });
-}
-
-bool every_group(const Json& data, const char* flag) {
-  const Json& groups = data["groups"];
-  return std::all_of(groups.begin(), groups.end(), [flag](const Json& group) { return flag_of(group, flag); });
-}
-
-std::string title_section(const Json& data) {
-  HtmlWriter html;
-  const Json& ran = data["ran"];
-  const std::uint64_t planned = count_of(ran, "planned"), finished = count_of(ran, "finished"),
-                      failed = count_of(ran, "failed"), missing = count_of(ran, "missing");
-  const std::string name = text_of(data, "suite_name");
-  html.open("h1").element("bdi", name.empty() ? "Results without a name" : name).close();
-  html.open("p", {{"class", "badges"}});
-  badge(html, finished == planned && planned > 0 ? "good" : "bad",
-        planned == 0 ? "no trials" : std::to_string(finished) + "/" + std::to_string(planned) + " trials ran");
-  std::map<std::string, std::uint64_t> failures;  // whatever their messages
-  for (const Json& failure : data["failures"]) failures[text_of(failure, "method")] += count_of(failure, "count");
-  for (const auto& [method, count] : failures) badge(html, "bad", std::to_string(count) + " failed: " + method);
-  if (missing > 0) badge(html, "bad", counted(missing, "trial") + " not finished");
-  html.close();
-  if (data["groups"].empty()) {
-    html.element("p", {{"class", "facts"}},
-                 planned > 0 ? "No trial of this run has finished yet, so there is nothing to compare."
-                             : "This results folder holds no trials, so there is nothing to compare.");
-    return html.take();
-  }
-  const Json& steps = data["steps"];
-  const std::string range = steps[0] == steps[1] ? steps[1].dump() : steps[0].dump() + " to " + steps[1].dump();
-  const std::string levels = (data["noise_levels"].size() == 1 ? " \u00b7 noise level " : " \u00b7 noise levels ") +
-                             joined(data["noise_levels"], ", ");
-  html.element("p", {{"class", "facts"}},
-               joined(data["scenes"], ", ") + (every_group(data, "station") ? "" : levels) + " \u00b7 " +
-                   counted(count_of(data, "instances"), "instance") + " each \u00b7 protocol " +
-                   joined(data["protocols"], " and ") + " \u00b7 " + range + " steps" +
-                   (failed + missing == 0 ? "" : " \u00b7 incomplete"));
-  html.open("p", {{"class", "intro"}});
-  html.text("Which method aligns the lens best? ");
-  if (!every_group(data, "station"))
-    html.text(
-        "Every method was given the same instances (lenses with their own manufacturing errors, start and stage) and "
-        "the same kind of steps: one move, one picture. ");
-  if (any_group(data, "station"))
-    html.text(
-        "On a station lenses, start and stage are real. Every method asked it for the same lenses, one move and one "
-        "picture a step; whether they were the same, the station alone can tell. ");
-  html.element("b", "Error");
-  if (!every_group(data, "measured_only"))
-    html.text(
-        " is how far the picture would be from the reference if the lens were glued where the method then recommends: "
-        "RMSE, without camera noise; 0 is identical, lower is better.");
-  if (any_group(data, "measured_only"))
-    html.text(std::string(every_group(data, "measured_only") ? "" : " marked \u201cmeasured only\u201d") +
-              " is the lowest RMSE between a picture and the reference that the method saw, "
-              "camera noise included: what a station can tell. Nobody knows its truth.");
-  html.close();
-  return html.take();
-}
-
-std::string verdict_section(const Json& data) {
-  HtmlWriter html;
-  if (!data["verdict"].empty()) {
-    html.element("h2", "Verdict").open("ul", {{"class", "verdict"}});
-    for (const Json& entry : data["verdict"]) {
-      html.open("li").element("b", {{"class", "label"}}, text_of(entry, "label")).text(": ");
-      // The winner's name opens the sentence.
-      const std::string best = text_of(entry, "best"), text = text_of(entry, "text");
-      if (!best.empty()) html.element("b", best);
-      html.text(text.substr(best.size())).close();
-    }
-    html.close();
-  }
-  if (!data["beware"].empty()) {
-    html.open("ul", {{"class", "beware"}});
-    for (const Json& text : data["beware"]) html.element("li", text.get<std::string>());
-    html.close();
-  }
-  return html.take();
-}
-
 std::string ranking_section(const Json& data) {
   if (data["groups"].empty()) return "";
   HtmlWriter html;
-  html.element("h2", "Ranking").open("div", {{"class", "scroll"}}).open("table", {{"class", "ranking"}});
+  html.element("h2", "Ranking").open("div", {{"class", "scroll"}}).open("table", {{"class", "ranking sortable"}});
   html.open("thead").open("tr");
   const std::vector<Column> columns = columns_of(data);
-  for (const Column& column : columns) {
-    html.open("th", {{"scope", "col"}, {"class", column.kind}, {"title", column.hint}});
-    html.element("span", {{"class", "title"}}, column.title);
-    if (*column.unit) html.text(" ").element("span", {{"class", "unit"}}, column.unit);
+  const auto head = [&](const char* kind, const std::string& title, const std::string& unit, const std::string& hint) {
+    html.open("th", {{"scope", "col"}, {"class", kind}, {"title", hint}});
+    html.element("span", {{"class", "title"}}, title);
+    if (!unit.empty()) html.text(" ").element("span", {{"class", "unit"}}, unit);
     html.close();
-  }
+  };
+  head("name", "method", "", "The name given in the suite");
+  for (const Column& column : columns) head(column.kind, column.title, column.unit, column.hint);
   html.close().close();
-  std::size_t index = 0;
+  std::size_t index = 0, rows = 0;
+  for (const Json& group : data["groups"]) rows += group["rows"].size();
   for (const Json& group : data["groups"])
-    table_group(html, group, text_of(data["verdict"][index++], "best"), columns.size(),
-                !every_group(data, "measured_only"));
+    table_group(html, columns, group, text_of(data["verdict"][index++], "best"), rows <= kMostRowsExplained);
   html.close().close();
   html.element(
       "p", {{"class", "quiet noprint"}},

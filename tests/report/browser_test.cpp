@@ -7,7 +7,10 @@
 #include <set>
 
 #include "base/files.h"
-#include "report/made_results.h"
+#include "report/made_pictures.h"
+#include "report/made_statistics.h"
+#include "report/page.h"
+#include "report/page_data.h"
 #include "report/report.h"
 
 namespace relign::report {
@@ -23,10 +26,10 @@ struct Seen {
   std::string console;  // one line a message: errors, and refusals by the page's policy
 };
 
-class Browser : public MadeResults {
+class Browser : public MadePictures {
  protected:
   void SetUp() override {
-    MadeResults::SetUp();
+    MadePictures::SetUp();
     if (std::system("command -v chromium >/dev/null 2>&1") != 0)
       GTEST_SKIP() << "chromium is not installed, so nobody has seen the page drawn";
   }
@@ -85,7 +88,7 @@ TEST_F(Browser, DrawsTheCurvesWithoutErrorOrRequest) {
   EXPECT_EQ(count(seen.dom, "<canvas"), 4u) << "dygraphs draws each chart on two";
   EXPECT_EQ(seen.console, "");
   EXPECT_EQ(count(seen.dom, "<img"), 0u) << "the hostile name stayed text in legend and charts, too";
-  EXPECT_EQ(count(seen.dom, "<input type=\"checkbox\""), 3u) << "bands and two methods";
+  EXPECT_EQ(count(seen.dom, "<input type=\"checkbox\""), 2u) << "two methods";
 }
 
 // Without this, the test above could not fail.
@@ -112,7 +115,7 @@ TEST_F(Browser, ControlsSortSwitchTracksAndHideMethods) {
       document.querySelectorAll('.ranking thead button')[1].click();
       document.querySelectorAll('.ranking thead button')[1].click();
       out.firstAfter = firsts();
-      by('bands').click();
+      change(by('bands'), 'none');
       const all = drawn();
       by('none').click();
       const none = drawn();
@@ -135,6 +138,87 @@ TEST_F(Browser, ControlsSortSwitchTracksAndHideMethods) {
   EXPECT_THAT(seen.root, HasSubstr("data-axis-changes=\"true\""));
   EXPECT_THAT(seen.root, HasSubstr("data-track-changes=\"true\""));
   EXPECT_THAT(seen.root, HasSubstr("data-highlights=\"true\""));
+}
+
+TEST_F(Browser, ClocksBandsAndEndsOfTheLines) {
+  write(two_levels());
+  const std::string html = page(with_statistics(page_data(load_results(folder_))), load_gallery(folder_), {});
+  const Seen seen = open(acting(html, R"(
+      const out = document.documentElement.dataset, by = (id) => document.getElementById(id);
+      const change = (element, value) => { element.value = value; element.dispatchEvent(new Event('change')); };
+      const canvas = document.querySelector('.chart canvas');
+      const looks = [canvas.toDataURL()];
+      const labels = () => [...document.querySelector('.chart').querySelectorAll('.dygraph-axis-label-x')].map((l) => l.textContent).join();
+      out.ends = [...document.querySelector('.ends').children].map((end) => end.textContent.slice(0, 4)).sort().join();
+      out.bands = [...by('bands').options].map((o) => o.value).join();
+      out.clocks = [...by('clock').options].map((o) => o.value).join();
+      change(by('bands'), 'quartiles'); looks.push(canvas.toDataURL());
+      change(by('bands'), 'none'); looks.push(canvas.toDataURL());
+      change(by('clock'), 'machine_seconds'); looks.push(canvas.toDataURL());
+      out.seconds = labels();
+      change(by('clock'), 'step'); change(by('xscale'), 'log'); looks.push(canvas.toDataURL());
+      out.logSteps = labels();
+      change(by('xscale'), 'linear');
+      out.looks = String(new Set(looks).size);
+      const box = canvas.getBoundingClientRect(), y = box.top + 60, target = document.querySelectorAll('.chart canvas')[1];
+      const fire = (element, type, x) => element.dispatchEvent(new MouseEvent(type, {bubbles: true, cancelable: true, clientX: x, clientY: y, screenX: x, screenY: y}));
+      const before = labels();
+      fire(target, 'mousedown', box.left + 100); fire(document, 'mousemove', box.left + 260); fire(document, 'mouseup', box.left + 260);
+      out.zooms = String(labels() !== before);
+      const head = document.querySelectorAll('.pairs thead button')[0];
+      head.click(); out.pairsSort = head.parentElement.getAttribute('aria-sort');)"));
+  EXPECT_EQ(seen.console, "");
+  EXPECT_THAT(seen.root, HasSubstr("data-ends=\"&quot;&gt;&lt;i,slow\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-bands=\"interval,quartiles,none\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-clocks=\"step,machine_seconds,algorithm_seconds\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-looks=\"5\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-zooms=\"true\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-log-steps=\"1,2\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-pairs-sort=\"ascending\""));
+  EXPECT_EQ(count(seen.dom, "<img"), 0u);
+}
+
+TEST_F(Browser, TheReplayChoosesMovesAndPlays) {
+  write(two_levels());
+  put("film.webp", made_film());
+  put("other.webp", made_lossy_film());
+  put("end.png", made_png());
+  write_index({with_film(entry("slow", "median", "", "end.png"), "film.webp"),
+               with_film(entry(kHostile, "worst", "", "end.png"), "other.webp")},
+              {{{"scene", "relign_od"}, {"file", "end.png"}}});
+  Gallery gallery = load_gallery(folder_);
+  gallery.axes["relign_od"] = {{kHostile, "mm", -1, 1}};
+  const std::string html = page(page_data(load_results(folder_)), gallery, {});
+  EXPECT_EQ(open(html).console, "");
+  const Seen seen = open(acting(html, R"(
+      const out = document.documentElement.dataset, by = (id) => document.getElementById(id);
+      const key = (name) => by('replay-slider').dispatchEvent(new KeyboardEvent('keydown', {key: name, bubbles: true, cancelable: true}));
+      const view = () => by('replay-picture').getAttribute('viewBox'), words = () => by('replay-caption').textContent;
+      out.open = String(!by('replay-viewer').hidden && !by('film-strips').open);
+      out.tiles = [...by('replay-strip').children].map((tile) => tile.textContent).join();
+      out.first = view() + ';' + words();
+      key('ArrowRight'); out.second = view() + ';' + words();
+      out.pose = by('replay-facts').querySelectorAll('table')[1].rows[1].cells[1].textContent;
+      by('replay-slider').value = 2; by('replay-slider').dispatchEvent(new Event('input')); out.third = view();
+      by('replay-strip').children[3].click(); out.glued = words();
+      key('End'); out.last = words();
+      by('replay-method').value = 'slow'; by('replay-method').dispatchEvent(new Event('change'));
+      out.why = by('replay-why').value;
+      key('Home'); by('replay-play').click(); out.playing = by('replay-play').textContent;
+      setTimeout(() => { out.played = words() + ';' + by('replay-play').textContent; }, 6000);)"));
+  EXPECT_EQ(seen.console, "");
+  EXPECT_THAT(seen.root, HasSubstr("data-open=\"true\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-tiles=\"0,1,9,glued,reference\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-first=\"0 0 2 2;image 0\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-second=\"2 0 2 2;image 1\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-pose=\"-0.800 mm\"")) << "0.1 of the way from -1 to 1";
+  EXPECT_THAT(seen.root, HasSubstr("data-third=\"4 0 2 2\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-glued=\"at the recommended pose, after image 9\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-last=\"the reference\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-why=\"median\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-playing=\"Pause\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-played=\"the reference;Play\""));
+  EXPECT_EQ(count(seen.dom, "<img"), 0u);
 }
 
 TEST_F(Browser, ManyMethodsOneMethodAndNone) {

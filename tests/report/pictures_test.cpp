@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "base/files.h"
-#include "report/made_results.h"
+#include "report/made_pictures.h"
 #include "report/report.h"
 
 namespace relign::report {
@@ -15,42 +15,12 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
-// A 2 x 2 checkerboard; bytes after its end make another file of the same picture.
-std::string png(const std::string& tail = "") {
-  static const unsigned char kBytes[] = {
-      0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0x00, 0x00, 0x0d, 0x49, 0x48, 0x44, 0x52, 0x00, 0x00,
-      0x00, 0x02, 0x00, 0x00, 0x00, 0x02, 0x08, 0x00, 0x00, 0x00, 0x00, 0x57, 0xdd, 0x52, 0xf8, 0x00, 0x00, 0x00,
-      0x0c, 0x49, 0x44, 0x41, 0x54, 0x78, 0xda, 0x63, 0x60, 0xf8, 0x0f, 0x84, 0x00, 0x06, 0x00, 0x01, 0xff, 0xad,
-      0x2c, 0x37, 0x25, 0x00, 0x00, 0x00, 0x00, 0x49, 0x45, 0x4e, 0x44, 0xae, 0x42, 0x60, 0x82};
-  return std::string(reinterpret_cast<const char*>(kBytes), sizeof kBytes) + tail;
-}
-
-class Pictures : public MadeResults {
- protected:
-  void write_index(const Json& trials, const Json& references = Json::array()) {
-    write_file_atomically(folder_ / "pictures" / "index.json",
-                          Json{{"format", 1}, {"trials", trials}, {"references", references}}.dump());
-  }
-  static Json entry(const std::string& algorithm, const std::string& why, const std::string& start,
-                    const std::string& end) {
-    return {{"trial", algorithm + why},
-            {"scene", "relign_od"},
-            {"noise_level", "rho0"},
-            {"protocol", "paper"},
-            {"algorithm", algorithm},
-            {"instance", 1},
-            {"why", why},
-            {"frames", {{{"step", 0}, {"file", start}}, {{"step", 9}, {"file", end}}}}};
-  }
-  void put(const std::string& file, const std::string& bytes) {
-    write_file_atomically(folder_ / "pictures" / file, bytes);
-  }
-};
+using Pictures = MadePictures;
 
 TEST_F(Pictures, EqualPicturesAreEmbeddedOnce) {
-  put("a.png", png());
-  put("b.png", png());
-  put("c.png", png("other"));
+  put("a.png", made_png());
+  put("b.png", made_png());
+  put("c.png", made_png("other"));
   write_index({entry("x", "best", "a.png", "c.png"), entry("y", "best", "b.png", "c.png")},
               {{{"scene", "relign_od"}, {"file", "a.png"}}});
   const Gallery gallery = load_gallery(folder_);
@@ -64,8 +34,8 @@ TEST_F(Pictures, EqualPicturesAreEmbeddedOnce) {
 
 // A folder from a stranger must not carry this machine's files into a page that is passed on.
 TEST_F(Pictures, NothingOutsideThePicturesFolderIsRead) {
-  write_file_atomically(folder_ / "secret.png", png());
-  put("inside.png", png("inside"));
+  write_file_atomically(folder_ / "secret.png", made_png());
+  put("inside.png", made_png("inside"));
   fs::create_symlink(folder_ / "secret.png", folder_ / "pictures" / "link.png");
   write_index({entry("x", "best", "../secret.png", (folder_ / "secret.png").string()),
                entry("y", "best", "link.png", "./deep/../inside.png")});
@@ -79,17 +49,17 @@ TEST_F(Pictures, NothingOutsideThePicturesFolderIsRead) {
 
 TEST_F(Pictures, OnlyPngIsEmbedded) {
   put("page.png", "<svg onload=alert(1)>");
-  put("short.png", png().substr(0, 20));
+  put("short.png", made_png().substr(0, 20));
   write_index({entry("x", "best", "page.png", "short.png"), entry("y", "best", "missing.png", "missing.png")});
   const Gallery gallery = load_gallery(folder_);
   EXPECT_TRUE(gallery.pictures.empty());
   EXPECT_THAT(gallery.problems,
-              ElementsAre(HasSubstr("short.png: this is no PNG"), HasSubstr("page.png: this is no PNG"),
-                          HasSubstr("missing.png: no such picture")));
+              ElementsAre(HasSubstr("short.png: this is no PNG"), HasSubstr("missing.png: no such picture"),
+                          HasSubstr("page.png: this is no PNG")));
 }
 
 TEST_F(Pictures, OverTheLimitTheMedianTrialGoesFirst) {
-  for (const char* name : {"best", "median", "worst"}) put(std::string(name) + ".png", png(name));
+  for (const char* name : {"best", "median", "worst"}) put(std::string(name) + ".png", made_png(name));
   write_index({entry("x", "best", "best.png", "best.png"), entry("x", "median", "median.png", "median.png"),
                entry("x", "worst", "worst.png", "worst.png")});
   const std::size_t one = load_gallery(folder_).pictures[0].data_uri.size();
@@ -98,6 +68,43 @@ TEST_F(Pictures, OverTheLimitTheMedianTrialGoesFirst) {
   EXPECT_TRUE(gallery.trials[1].end.picture);
   EXPECT_FALSE(gallery.trials[2].end.picture);
   EXPECT_EQ(gallery.left_out, 2u);
+}
+
+TEST_F(Pictures, FilmsAreEmbeddedWhereTheyAreWhatTheIndexTells) {
+  put("a.webp", made_film());
+  put("b.webp", made_lossy_film());
+  put("cut.webp", made_lossy_film().substr(0, 60));
+  put("png.webp", made_png());
+  write_index(
+      {with_film(entry("lossless", "best", "", ""), "a.webp"), with_film(entry("lossy", "best", "", ""), "b.webp"),
+       with_film(entry("cut", "best", "", ""), "cut.webp"), with_film(entry("png", "best", "", ""), "png.webp"),
+       with_film(entry("tiles", "best", "", ""), "a.webp", 3), with_film(entry("outside", "best", "", ""), "../a.webp"),
+       with_film(entry("huge", "best", "", ""), "a.webp", 4'000'000)});
+  const Gallery gallery = load_gallery(folder_);
+  ASSERT_EQ(gallery.trials.size(), 7u);
+  for (const std::size_t good : {0u, 1u}) {
+    ASSERT_TRUE(gallery.trials[good].film.picture) << good;
+    const Picture& picture = gallery.pictures[*gallery.trials[good].film.picture];
+    EXPECT_EQ(picture.width, 6u);
+    EXPECT_EQ(picture.height, 2u);
+    EXPECT_EQ(picture.data_uri.rfind("data:image/webp;base64,UklGR", 0), 0u);
+  }
+  EXPECT_EQ(gallery.trials[0].film.frames[2].step, 9u);
+  for (const std::size_t bad : {2u, 3u, 4u, 5u, 6u}) EXPECT_FALSE(gallery.trials[bad].film.picture) << bad;
+  EXPECT_THAT(gallery.problems,
+              testing::IsSupersetOf({HasSubstr("cut.webp: this is no WebP"), HasSubstr("png.webp: this is no WebP"),
+                                     HasSubstr("6 x 2 pixels, but the index tells of 3 tiles of 3"),
+                                     HasSubstr("../a.webp: refused")}));
+}
+
+TEST_F(Pictures, FilmsGoBeforePreviews) {
+  put("film.webp", made_film());
+  put("start.png", made_png());
+  write_index(Json::array({with_film(entry("x", "best", "start.png", "start.png"), "film.webp")}));
+  const Gallery gallery = load_gallery(folder_, 100);
+  EXPECT_TRUE(gallery.trials[0].film.picture);
+  EXPECT_FALSE(gallery.trials[0].start.picture);
+  EXPECT_EQ(gallery.left_out, 1u);
 }
 
 TEST_F(Pictures, ADamagedIndexCostsThePicturesOnly) {

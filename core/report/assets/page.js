@@ -1,4 +1,4 @@
-// The page's own behaviour: sorting, the curves' controls and legend. Text from the results is
+// Starts everything: tables, replay, and the curves with their controls and legend. Text from the results is
 // only ever written with textContent.
 'use strict';
 
@@ -9,36 +9,6 @@
     element.append(...children);
     return element;
   };
-
-  // --- Sorting: each block of the ranking by the clicked column; what has no value comes last. ---
-  function sortTable(table, column, ascending) {
-    const key = (row) => row.cells[column].dataset.sort || '';
-    const compare = (a, b) => {
-      const x = key(a), y = key(b);
-      if (x === '' || y === '') return (x === '') - (y === '');
-      const numeric = Number(x) - Number(y);
-      const order = Number.isNaN(numeric) ? x.localeCompare(y) : numeric;
-      return ascending ? order : -order;
-    };
-    for (const body of table.tBodies) {
-      const [head, ...rows] = body.rows;
-      body.append(head, ...rows.sort(compare));
-    }
-  }
-
-  for (const table of document.querySelectorAll('table.ranking')) {
-    const heads = [...table.tHead.rows[0].cells];
-    heads.forEach((head, column) => {
-      const button = make('button', {type: 'button'}, ...head.childNodes);
-      head.append(button);
-      button.addEventListener('click', () => {
-        const ascending = head.getAttribute('aria-sort') !== 'ascending';
-        heads.forEach((other) => other.removeAttribute('aria-sort'));
-        head.setAttribute('aria-sort', ascending ? 'ascending' : 'descending');
-        sortTable(table, column, ascending);
-      });
-    });
-  }
 
   // --- Curves ---
   const MOST_METHODS_WITH_BANDS = 6;
@@ -52,12 +22,12 @@
     ['excess', 'error beyond the lens\u2019s own optimum'],
   ];
 
+  const CLOCKS = [['step', 'images'], ['machine_seconds', 'machine seconds'], ['algorithm_seconds', 'computing seconds']];
+
   const READOUT_HINT = 'Point at a line to read its values.';
 
-  function drawCurves() {
-    const data = JSON.parse(byId('report-data').textContent);
-    const used = new Set(data.groups.flatMap((group) => group.curves.map((curve) => curve.method)));
-    const methods = data.methods.filter((method) => used.has(method.name));
+  function drawCurves(data) {
+    const methods = data.methods;
     if (methods.length === 0) {
       byId('curves-problem').hidden = false;
       byId('curves-problem').textContent = 'No trial ended well, so there are no curves to draw.';
@@ -65,7 +35,11 @@
       return 0;
     }
     const darkScheme = window.matchMedia('(prefers-color-scheme: dark)');
-    const view = {track: 'recommended', log: true, bands: methods.length <= MOST_METHODS_WITH_BANDS,
+    const everyCurve = data.groups.flatMap((group) => group.curves);
+    const hasBand = (key) => everyCurve.some((curve) => Object.values(curve.tracks).some((track) => (track[key] || []).some((value) => value !== null)));
+    const bands = [['interval', '95 % intervals', 'lo95'], ['quartiles', 'quartiles', 'q25']].filter(([, , key]) => hasBand(key));
+    bands.push(['none', 'no bands']);
+    const view = {track: 'recommended', clock: 'step', log: true, logx: false, bands: methods.length <= MOST_METHODS_WITH_BANDS ? bands[0][0] : 'none',
                   visible: methods.map(() => true), dark: darkScheme.matches, styles: []};
     view.styles = relignCurves.styles(methods, view.dark);
     const charts = new Map();  // card element -> Chart, once drawn
@@ -75,20 +49,22 @@
     const count = () => { document.documentElement.dataset.curves = String(charts.size); };
     const updateAll = () => { for (const chart of charts.values()) chart.update(view); };
 
-    function readout(card, group, index, step) {
+    function readout(card, group, index, place) {
       const line = card.querySelector('.readout');
       [...legend.children].forEach((item, i) => item.classList.toggle('lit', i === index));
-      const nothing = () => { line.replaceChildren(make('span', {className: 'quiet', textContent: READOUT_HINT})); };
-      if (index === null || index < 0) return nothing();
-      const curve = group.curves.find((candidate) => candidate.method === methods[index].name);
+      const curve = index === null || index < 0 ? null : group.curves.find((candidate) => candidate.method === methods[index].name);
       const values = curve && curve.tracks[view.track];
-      const at = curve ? step - curve.first_step : -1;
-      if (!values || at < 0 || at >= values.median.length) return nothing();
+      if (!values || values.median[place] === undefined) {
+        line.replaceChildren(make('span', {className: 'quiet', textContent: READOUT_HINT}));
+        return;
+      }
       const show = relignCurves.number;
-      const lenses = curve.trials === 1 ? '1 instance' : curve.trials + ' instances';
+      const range = (words, low, high) => (low && low[place] !== null ? '; ' + words + ' ' + show(low[place]) + '\u2013' + show(high[place]) : '');
+      const seconds = (key, words) => (curve[key] && curve[key][place] !== null ? '; ' + show(curve[key][place]) + ' s ' + words : '');
       line.replaceChildren(make('b', {textContent: methods[index].name}),
-        ' step ' + step + ': ' + show(values.median[at]) + ' (quartiles ' + show(values.q25[at]) + '\u2013' +
-        show(values.q75[at]) + ', ' + lenses + ')');
+        ' image ' + relignCurves.stepAt(curve, place) + ': ' + show(values.median[place]) + range('95 %', values.lo95, values.hi95) +
+        range('quartiles', values.q25, values.q75) + seconds('machine_seconds', 'of machine') + seconds('algorithm_seconds', 'computing') +
+        '; ' + (curve.trials === 1 ? '1 instance' : curve.trials + ' instances'));
     }
 
     function draw(card) {
@@ -142,8 +118,15 @@
     view.track = present[0][0];
     byId('track').addEventListener('change', (event) => { view.track = event.target.value; updateAll(); });
     byId('scale').addEventListener('change', (event) => { view.log = event.target.value === 'log'; updateAll(); });
-    byId('bands').checked = view.bands;
-    byId('bands').addEventListener('change', (event) => { view.bands = event.target.checked; updateAll(); });
+    byId('xscale').addEventListener('change', (event) => { view.logx = event.target.value === 'log'; updateAll(); });
+    const options = (list) => list.map(([value, textContent]) => make('option', {value, textContent}));
+    byId('bands').replaceChildren(...options(bands));
+    byId('bands').value = view.bands;
+    byId('bands').addEventListener('change', (event) => { view.bands = event.target.value; updateAll(); });
+    const clocks = CLOCKS.filter(([key]) => key === 'step' || everyCurve.some((curve) => curve[key]));
+    byId('clock').replaceChildren(...options(clocks));
+    byId('clock').parentElement.hidden = clocks.length < 2;
+    byId('clock').addEventListener('change', (event) => { view.clock = event.target.value; updateAll(); });
     const showEvery = (visible) => { view.visible.fill(visible); fillLegend(); updateAll(); };
     byId('all').addEventListener('click', () => showEvery(true));
     byId('none').addEventListener('click', () => showEvery(false));
@@ -181,8 +164,11 @@
     return charts.size;
   }
 
+  const data = JSON.parse(byId('report-data').textContent);
+  relignSorting.start();
+  relignReplay.start(data);
   try {
-    document.documentElement.dataset.curves = String(drawCurves());
+    document.documentElement.dataset.curves = String(drawCurves(data));
   } catch (problem) {
     byId('curves-problem').hidden = false;
     byId('curves-problem').textContent = 'The curves could not be drawn (' + problem.message + '). The same numbers lie in curves.csv.';

@@ -1,0 +1,133 @@
+// The trial replay: one trial's captures one after the other, with pose and error, then the picture at the recommended
+// pose and the reference. All pictures are in the page already; names are written as text only.
+'use strict';
+
+const relignReplay = (() => {
+  const TICK_MS = 700;
+  const WHY = {median: 'median lens', worst: 'worst lens', best: 'best lens'};
+  const byId = (id) => document.getElementById(id);
+  const make = (tag, properties = {}, ...children) => {
+    const element = Object.assign(document.createElement(tag), properties);
+    element.append(...children);
+    return element;
+  };
+
+  function show(svg, {picture, x, y, width, height}) {
+    svg.setAttribute('viewBox', [x, y, width, height].join(' '));
+    svg.querySelector('use').setAttribute('href', '#picture-' + picture);
+  }
+
+  function newPicture(place) {
+    const svg = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
+    svg.append(document.createElementNS('http://www.w3.org/2000/svg', 'use'));
+    show(svg, place);
+    return svg;
+  }
+
+  const whole = (picture) => ({...picture, x: 0, y: 0});
+
+  // What can be looked at, in order: the film's captures, the recommended pose, the reference.
+  function scenesOf(trial, reference) {
+    const scenes = trial.frames.map((frame, i) => ({
+      label: String(frame.step), title: 'image ' + frame.step, frame,
+      place: {picture: trial.picture, x: i * trial.tile, y: 0, width: trial.tile, height: trial.tile}}));
+    if (trial.end) scenes.push({label: 'glued', title: 'at the recommended pose, after image ' + trial.end_step, place: whole(trial.end)});
+    if (reference) scenes.push({label: 'reference', title: 'the reference', place: whole(reference)});
+    return scenes;
+  }
+
+  function facts(frame, axes) {
+    if (!frame) return [];
+    const show = relignCurves.number;
+    const errors = make('table', {}, make('tbody', {}, ...[
+      ['error at this pose', frame.commanded, 'noise-free RMSE where the lens is'],
+      ['error if glued now', frame.recommended, 'noise-free RMSE at the pose that the method recommends now'],
+      ['as measured', frame.measured, 'RMSE of this very image, camera noise included'],
+      ['machine time, s', frame.seconds, 'since the start'],
+    ].map(([name, value, title]) => make('tr', {title}, make('th', {scope: 'row', textContent: name}), make('td', {className: 'number', textContent: show(value)})))));
+    const pose = make('table', {}, make('thead', {}, make('tr', {}, make('th', {textContent: 'axis'}), make('th', {className: 'number', textContent: 'true pose'}),
+      make('th', {className: 'number', textContent: 'commanded', title: 'share of the travel'}))),
+    make('tbody', {}, ...frame.told.map((told, i) => {
+      const axis = axes && axes[i], share = frame.true[i];
+      const inUnits = axis && share !== null && share !== undefined ? show(axis[2] + share * (axis[3] - axis[2])) + ' ' + axis[1] : show(share);
+      return make('tr', {}, make('th', {scope: 'row', textContent: axis ? axis[0] : 'axis ' + (i + 1)}), make('td', {className: 'number', textContent: inUnits}),
+        make('td', {className: 'number', textContent: show(told)}));
+    })));
+    return [errors, pose];
+  }
+
+  function start(data) {
+    const {trials, references, axes} = data.replay;
+    if (trials.length === 0) return;
+    const selects = {group: byId('replay-group'), method: byId('replay-method'), why: byId('replay-why')};
+    const slider = byId('replay-slider'), play = byId('replay-play'), strip = byId('replay-strip');
+    let trial = trials[0], scenes = [], at = 0, timer = null;
+
+    const fill = (select, values, text) => {
+      const kept = select.value;
+      select.replaceChildren(...values.map((value) => make('option', {value, textContent: text(value)})));
+      if (values.some((value) => String(value) === kept)) select.value = kept;
+    };
+    const distinct = (list, key) => [...new Set(list.map((one) => one[key]))];
+
+    function stop() {
+      clearInterval(timer);
+      timer = null;
+      play.textContent = 'Play';
+    }
+
+    function go(to) {
+      at = Math.max(0, Math.min(scenes.length - 1, to));
+      const scene = scenes[at];
+      show(byId('replay-picture'), scene.place);
+      byId('replay-caption').textContent = scene.title;
+      byId('replay-facts').replaceChildren(...facts(scene.frame, axes[trial.scene]));
+      slider.value = at;
+      slider.setAttribute('aria-valuetext', scene.title);
+      [...strip.children].forEach((tile, i) => tile.setAttribute('aria-current', i === at));
+    }
+
+    function choose() {
+      const inGroup = trials.filter((one) => String(one.group) === selects.group.value);
+      fill(selects.method, distinct(inGroup, 'method'), (name) => name);
+      const ofMethod = inGroup.filter((one) => one.method === selects.method.value);
+      fill(selects.why, ofMethod.map((one) => one.why), (why) => WHY[why] + ' (instance ' + ofMethod.find((one) => one.why === why).instance + ')');
+      trial = ofMethod.find((one) => one.why === selects.why.value);
+      const reference = references[trial.scene];
+      scenes = scenesOf(trial, reference);
+      slider.max = scenes.length - 1;
+      byId('replay-reference').hidden = !reference;
+      if (reference) show(byId('replay-reference').querySelector('svg'), whole(reference));
+      strip.replaceChildren(...scenes.map((scene, i) => {
+        const tile = make('button', {type: 'button', title: scene.title}, newPicture(scene.place), make('span', {textContent: scene.label}));
+        tile.addEventListener('click', () => { stop(); go(i); });
+        return tile;
+      }));
+      go(Math.min(at, scenes.length - 1));
+    }
+
+    function toggle() {
+      if (timer !== null) return stop();
+      if (at === scenes.length - 1) go(0);
+      play.textContent = 'Pause';
+      timer = setInterval(() => { if (at < scenes.length - 1) go(at + 1); if (at === scenes.length - 1) stop(); }, TICK_MS);
+    }
+
+    for (const select of Object.values(selects)) select.addEventListener('change', () => { stop(); choose(); });
+    slider.addEventListener('input', () => { stop(); go(Number(slider.value)); });
+    play.addEventListener('click', toggle);
+    byId('replay-viewer').addEventListener('keydown', (event) => {
+      if (event.target.tagName === 'SELECT') return;
+      const move = {ArrowLeft: at - 1, ArrowRight: at + 1, Home: 0, End: scenes.length - 1}[event.key];
+      if (move !== undefined) { stop(); go(move); } else if (event.key === ' ' && event.target.tagName !== 'BUTTON') toggle();
+      else return;
+      event.preventDefault();
+    });
+    fill(selects.group, distinct(trials, 'group'), (group) => data.groups[group].label);
+    choose();
+    byId('film-strips').open = false;
+    byId('replay-viewer').hidden = false;
+  }
+
+  return {start};
+})();

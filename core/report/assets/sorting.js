@@ -1,0 +1,44 @@
+// Tables of class "sortable": a click on a column's title sorts each body by it. Rows of class "group" stay on top;
+// what has no value comes last.
+'use strict';
+
+const relignSorting = (() => {
+  function sortTable(table, column, ascending) {
+    const key = ({cells: {[column]: cell}}) => {
+      const text = cell.dataset.sort === undefined ? cell.textContent.trim() : cell.dataset.sort;
+      return text === '-' ? '' : text;
+    };
+    const compare = (a, b) => {
+      const x = key(a), y = key(b);
+      if (x === '' || y === '') return (x === '') - (y === '');
+      const numeric = Number(x) - Number(y);
+      const order = Number.isNaN(numeric) ? x.localeCompare(y) : numeric;
+      return ascending ? order : -order;
+    };
+    for (const body of table.tBodies) {
+      const rows = [...body.rows];
+      body.append(...rows.filter((row) => row.classList.contains('group')),
+                  ...rows.filter((row) => !row.classList.contains('group')).sort(compare));
+    }
+  }
+
+  function start() {
+    for (const table of document.querySelectorAll('table.sortable')) {
+      const heads = [...table.tHead.rows[0].cells];
+      heads.forEach((head, column) => {
+        const button = document.createElement('button');
+        button.type = 'button';
+        button.append(...head.childNodes);
+        head.append(button);
+        button.addEventListener('click', () => {
+          const ascending = head.getAttribute('aria-sort') !== 'ascending';
+          heads.forEach((other) => other.removeAttribute('aria-sort'));
+          head.setAttribute('aria-sort', ascending ? 'ascending' : 'descending');
+          sortTable(table, column, ascending);
+        });
+      });
+    }
+  }
+
+  return {start};
+})();

@@ -1,0 +1,18 @@
+// A row's residual misalignment in one cell: the worst position and the worst tilt, in units of a handy size.
+#pragma once
+
+#include <string>
+
+#include "base/json_source.h"
+
+namespace relign::report {
+
+struct Residual {
+  std::string text = "-";  // "0.80 \u00b5m / 0.60\u2032"
+  std::string details;     // every axis: its median and upper quartile in the scene's units
+  std::string sort;        // the position in mm, else the tilt in degrees
+};
+
+Residual residual_of(const Json& row);
+
+}  // namespace relign::report

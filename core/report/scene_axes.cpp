@@ -1,0 +1,55 @@
+#include "report/scene_axes.h"
+
+#include <algorithm>
+
+#include "base/files.h"
+#include "base/json_members.h"
+
+namespace relign::report {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uintmax_t kMostBytes = 1'000'000;
+constexpr std::size_t kMostAxes = 16;
+
+// A folder from a stranger must not make us read elsewhere.
+bool lies_inside(const fs::path& path, const fs::path& folder) {
+  std::error_code failed;
+  const fs::path inner = fs::weakly_canonical(path, failed), outer = fs::weakly_canonical(folder, failed);
+  return !failed && std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first == outer.end();
+}
+
+std::vector<SceneAxis> axes_of(const fs::path& file) {
+  std::vector<SceneAxis> axes;
+  std::error_code failed;
+  if (!fs::is_regular_file(file, failed) || fs::file_size(file, failed) > kMostBytes || failed) return axes;
+  const Json description = Json::parse(read_file(file), nullptr, false);
+  for (const Json& axis : list_of(description, "axes")) {
+    if (!axis.is_object() || axes.size() >= kMostAxes) continue;
+    const auto number = [&](const char* key) {
+      return axis.contains(key) && axis[key].is_number() ? axis[key].get<double>() : 0.0;
+    };
+    axes.push_back({text_of(axis, "name"), text_of(axis, "unit"), number("lower"), number("upper")});
+  }
+  return axes;
+}
+
+}  // namespace
+
+std::map<std::string, std::vector<SceneAxis>> scene_axes(const fs::path& results, const Json& manifest) {
+  std::map<std::string, std::vector<SceneAxis>> all;
+  for (const Json& scene : list_of(manifest, "scenes")) {
+    const std::string folder = text_of(scene, "folder");
+    const fs::path file = results / folder / "description.json";
+    if (folder.empty() || !lies_inside(file, results / "scenes")) continue;
+    try {
+      std::vector<SceneAxis> axes = axes_of(file);
+      if (!axes.empty()) all[text_of(scene, "name")] = std::move(axes);
+    } catch (const std::exception&) {  // poses are shown as shares, then
+    }
+  }
+  return all;
+}
+
+}  // namespace relign::report

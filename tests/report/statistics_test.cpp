@@ -1,0 +1,166 @@
+// What the page makes of the statistics, and that it is the page of before where there are none.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "report/figures.h"
+#include "report/made_pictures.h"
+#include "report/made_statistics.h"
+#include "report/page.h"
+#include "report/page_data.h"
+#include "report/residual_text.h"
+
+namespace relign::report {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+class Statistics : public MadePictures {
+ protected:
+  void write_two_levels(const std::string& name = "quick") {
+    std::vector<records::TrialRecord> trials;
+    for (const char* level : {"rho0", "rho0.5"})
+      for (std::uint64_t i = 0; i < 3; ++i) {
+        trials.push_back(trial(name, i, {0.1, 0.05, 0.02}, level));
+        trials.push_back(trial("slow", i, {0.1, 0.09, 0.08}, level));
+      }
+    write(trials);
+  }
+  Json data() { return with_statistics(page_data(load_results(folder_))); }
+  std::string html(const Json& data) { return page(data, load_gallery(folder_), {}); }
+};
+
+TEST_F(Statistics, TheFirstScreenTellsSpecGatesAndIntervals) {
+  write_two_levels();
+  const std::string page = html(data());
+  for (const char* words : {"Spec: ", "ok A/A", "ok replay 10/10", "images to spec", "80 %</b>", "(64\u201388)",
+                            "not reached", "median (95 % interval)", "position / tilt", "2.4 \u00b5m / 0.60\u2032",
+                            "Method against method", ">better<", "Training beforehand", "27 min", "740 lenses"})
+    EXPECT_THAT(page, HasSubstr(words)) << words;
+  EXPECT_THAT(page, Not(HasSubstr("not to be believed")));
+}
+
+TEST_F(Statistics, ABrokenGateStandsBeforeTheVerdict) {
+  write_two_levels();
+  Json broken = data();
+  broken["gates"].push_back({{"name", "replay"}, {"ok", false}, {"text", "trial 4f1c came out differently"}});
+  const std::string page = html(broken);
+  EXPECT_THAT(page, HasSubstr("FAILED replay"));
+  ASSERT_NE(page.find("trial 4f1c came out differently</li>"), std::string::npos);
+  EXPECT_LT(page.find("trial 4f1c came out differently</li>"), page.find("<h2>Verdict"));
+}
+
+TEST_F(Statistics, WhereTheyAreAbsentSoAreTheirParts) {
+  write_two_levels();
+  Json bare = page_data(load_results(folder_));
+  for (Json& group : bare["groups"]) {
+    for (const char* key : {"pairs", "ecdf", "floor"}) group.erase(key);
+    for (Json& row : group["rows"])
+      for (const char* key : {"lo95", "hi95"}) row["recommended"].erase(key);
+  }
+  const std::string page = html(bare);
+  for (const char* words : {"Spec: ", "images to spec", "position / tilt", "Method against method", "Targets reached",
+                            "Training beforehand", "In spec, and how soon"})
+    EXPECT_THAT(page, Not(HasSubstr(words))) << words;
+  EXPECT_THAT(page, HasSubstr("median (quartiles)"));
+  EXPECT_THAT(page, HasSubstr("Who is good where"));
+}
+
+TEST_F(Statistics, FiguresForAPaper) {
+  write_two_levels();
+  std::set<std::string> names;
+  for (const fs::path& file : write_figures(data(), folder_ / "paper")) {
+    EXPECT_TRUE(fs::exists(file)) << file;
+    names.insert(file.filename().string());
+  }
+  EXPECT_THAT(names, testing::IsSupersetOf({"curves-1-rho0.svg", "curves-2-rho0.5.csv", "targets-1-rho0.svg",
+                                            "misalignment-mm-1-rho0.svg", "misalignment-deg-1-rho0.csv",
+                                            "yield-1-relign_od-paper.svg", "images-to-spec-1-relign_od-paper.csv"}));
+  EXPECT_THAT(read_file(folder_ / "paper" / "curves-1-rho0.csv"),
+              HasSubstr("series,images,error when glued (RMSE),low,high\nquick,0,0.1,0.08,0.13\n"));
+  EXPECT_THAT(read_file(folder_ / "paper" / "yield-1-relign_od-paper.csv"), HasSubstr("quick,rho0.5,80,64,88\n"));
+}
+
+TEST_F(Statistics, HostileNamesStayTextAndNameNoOtherFile) {
+  write_two_levels(kHostile);
+  Json hostile = data();
+  hostile["spec_text"] = kHostile;
+  hostile["gates"][0] = {{"name", kHostile}, {"ok", false}, {"text", kHostile}};
+  for (Json& group : hostile["groups"]) {
+    group["label"] = "../../" + kHostile;
+    for (Json& row : group["rows"]) row["residual"]["axes"][0]["name"] = row["residual"]["axes"][0]["unit"] = kHostile;
+    for (Json& pair : group["pairs"]) pair["verdict"] = kHostile;
+  }
+  hostile["training"][0]["machine"] = hostile["training"][0]["pays_after"] = kHostile;
+  const std::string page = html(hostile);
+  EXPECT_THAT(page, Not(HasSubstr("<img")));
+  EXPECT_THAT(page, Not(HasSubstr("<script>alert")));
+  EXPECT_THAT(page, Not(HasSubstr("\x1b")));
+  for (const fs::path& file : write_figures(hostile, folder_ / "paper")) {
+    EXPECT_EQ(file.parent_path(), folder_ / "paper");
+    EXPECT_THAT(read_file(file), Not(HasSubstr("\x1b")));
+    if (file.extension() == ".svg") {
+      EXPECT_THAT(read_file(file), Not(HasSubstr("<img")));
+    }
+  }
+}
+
+TEST_F(Statistics, FilmsShowWithoutScripts) {
+  write_two_levels();
+  put("film.webp", made_film());
+  put("end.png", made_png());
+  write_index(Json::array({with_film(entry("quick", "median", "", "end.png"), "film.webp")}));
+  const std::string page = html(data());
+  EXPECT_THAT(page, HasSubstr("id=\"film-strips\" open"));
+  EXPECT_THAT(page, HasSubstr("<span>0</span><span>1</span><span>9</span>"));
+  EXPECT_THAT(page, HasSubstr("viewBox=\"0 0 6 2\""));
+}
+
+TEST(ResidualText, TheWorstAxisInUnitsOfAHandySize) {
+  const auto row = [](const char* unit, double a, double b) {
+    return Json{{"residual",
+                 {{"axes",
+                   {{{"name", "p"}, {"unit", unit}, {"median", a}, {"q75", 1}},
+                    {{"name", "q"}, {"unit", unit}, {"median", b}, {"q75", nullptr}}}}}}};
+  };
+  EXPECT_EQ(residual_of(row("mm", 0.0008, 0.0002)).text, "0.80 \u00b5m");
+  EXPECT_EQ(residual_of(row("mm", 0.1, 0.25)).text, "0.25 mm");
+  EXPECT_EQ(residual_of(row("deg", 0.01, 0.005)).text, "0.60\u2032");
+  EXPECT_EQ(residual_of(row("furlong", 1, 2)).text, "-") << "an unknown unit is no length";
+  EXPECT_EQ(residual_of(Json::object()).text, "-");
+}
+
+// A hundred methods on fifty scenes, curves at 16 steps.
+TEST_F(Statistics, ALargePageIsUnderTenMegabytes) {
+  std::vector<double> errors;
+  for (int step = 0; step < 17; ++step) errors.push_back(0.0123456789 + 0.0987654321 / (1 + step));
+  write({trial("method", 0, errors)});
+  Json small = page_data(load_results(folder_));
+  const Json group = small["groups"][0], method = small["methods"][0];
+  small["methods"] = small["groups"] = small["verdict"] = Json::array();
+  for (int m = 0; m < 100; ++m) {
+    small["methods"].push_back(method);
+    small["methods"].back()["name"] = "method-" + std::to_string(m);
+  }
+  for (int scene = 0; scene < 50; ++scene) {
+    Json one = group;
+    one["scene"] = one["label"] = "scene " + std::to_string(scene);
+    one["rows"] = one["curves"] = Json::array();
+    for (const Json& named : small["methods"]) {
+      for (const char* list : {"rows", "curves"}) {
+        one[list].push_back(group[list][0]);
+        one[list].back()["method"] = named["name"];
+      }
+    }
+    small["verdict"].push_back({{"label", one["label"]}, {"best", "method-0"}, {"text", "method-0 is best."}});
+    small["groups"].push_back(one);
+  }
+  const std::size_t size = html(with_statistics(small)).size();
+  EXPECT_LT(size + kMostPictureBytes, 10'000'000u);
+  EXPECT_GT(size, 3'000'000u) << "thinned more than need be";
+}
+
+}  // namespace
+}  // namespace relign::report
