@@ -14,7 +14,7 @@
 //                  more image
 //   group.rows[i]  recommended, commanded {n, median, q25, q75, lo95, hi95, iqm, iqm_lo95, iqm_hi95}; yield {in, n,
 //                  share, lo95, hi95}; to_spec {successes, n, steps, lo95, hi95, expected, seconds}; residual {axes
-//                  [{name, unit, median, q90}]} of the recommended pose against the lens's own best one, without sign
+//                  [{name, unit, median, q75}]} of the recommended pose against the lens's own best one, without sign
 //   group.curves[i].tracks[t]  also lo95, hi95, null where no band was computed; curves[i].machine_seconds and
 //                  .algorithm_seconds: medians by which each step was done
 //   group.ecdf     [{method, steps [], share []}]: how many of all targets of all lenses are reached by which step

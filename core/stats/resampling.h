@@ -21,7 +21,7 @@ class Resampling {
   // Up to kKeptBytes of counts (one byte an instance and resample) are kept; larger ones are drawn again whenever they
   // are asked for. No instances: every resample is empty. Throws Error (bad_input) without any resample.
   Resampling(std::size_t instances, std::size_t resamples, std::uint64_t seed, std::uint32_t level = 0);
-  static constexpr std::size_t kKeptBytes = 150'000'000;
+  static constexpr std::size_t kKeptBytes = 60'000'000;
 
   std::size_t instances() const { return instances_; }
   std::size_t resamples() const { return resamples_; }
