@@ -72,7 +72,7 @@ std::string spec_words(const Json& group, const Json& row) {
           shown(group["spec_rmse"]) + ")";
   const Json& steps = arrival.value("steps", Json());
   if (steps.is_number())
-    text += ", half of them within " + counted(static_cast<std::uint64_t>(std::ceil(steps.get<double>())), "step") +
+    text += ", half of all within " + counted(static_cast<std::uint64_t>(std::ceil(steps.get<double>())), "step") +
             (arrival["seconds"].is_number() ? " and " + shown(arrival["seconds"]) + " s of machine time" : "");
   return text + ". ";
 }

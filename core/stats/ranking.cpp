@@ -16,13 +16,6 @@ double median_of(const TrialTable& table, const Series& series, double (*value)(
   return quantiles(std::move(values)).median;
 }
 
-Quantiles last_of(const TrialTable& table, const Series& series, Track track) {
-  std::vector<double> values;
-  values.reserve(series.trials.size());
-  for (const std::uint32_t row : series.trials) values.push_back(table.rows[row].last_of(track));
-  return quantiles(std::move(values));
-}
-
 }  // namespace
 
 std::vector<RankingRow> ranking(const TrialTable& table) {
@@ -38,9 +31,9 @@ std::vector<RankingRow> ranking(const TrialTable& table) {
     row.trials = series.trials.size();
     row.failed = series.failed;
     row.step = series.largest_budget;
-    row.recommended = last_of(table, series, Track::recommended);
-    row.commanded = last_of(table, series, Track::commanded);
-    row.best_measured = last_of(table, series, Track::best);
+    row.recommended = quantiles(last_values(table, series, Track::recommended));
+    row.commanded = quantiles(last_values(table, series, Track::commanded));
+    row.best_measured = quantiles(last_values(table, series, Track::best));
     row.measured_only = row.recommended.n == 0 && row.best_measured.n > 0;
     row.machine_seconds_median = median_of(table, series, [](const TrialRow& trial) {
       return std::isnan(trial.recommended_seconds) ? trial.machine_seconds : trial.recommended_seconds;

@@ -59,13 +59,6 @@ struct Draws {
   }
 };
 
-std::vector<double> last_values(const TrialTable& table, const Series& series, Track track) {
-  std::vector<double> values;
-  values.reserve(series.trials.size());
-  for (const std::uint32_t row : series.trials) values.push_back(table.rows[row].last_of(track));
-  return values;
-}
-
 // What is gathered of each trial while its steps are at hand.
 class Arrivals {
  public:

@@ -147,6 +147,13 @@ void read_times(TrialTable& table) {
 
 }  // namespace
 
+std::vector<double> last_values(const TrialTable& table, const Series& series, Track track) {
+  std::vector<double> values;
+  values.reserve(series.trials.size());
+  for (const std::uint32_t row : series.trials) values.push_back(table.rows[row].last_of(track));
+  return values;
+}
+
 ReadTable read_trial_table(const fs::path& folder, const std::function<bool(const std::string&)>& wanted) {
   ReadTable read;
   read.table.folder = folder;

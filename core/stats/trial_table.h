@@ -75,6 +75,9 @@ class TrialTable {
   const Series& series_of(const TrialRow& row) const { return series[row.series]; }
 };
 
+// Of each trial that counts, at its last step.
+std::vector<double> last_values(const TrialTable& table, const Series& series, Track track);
+
 // Reads trials/ and times/ of a folder, a line at a time. `wanted` says which trials belong (all, when empty); of a
 // trial that is there twice the first record counts. `left_out` counts complete trials that are not wanted;
 // `incomplete` gets wanted trials that have steps but no closing line. Throws Error as for_each_with_steps does.

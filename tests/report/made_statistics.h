@@ -14,8 +14,8 @@ inline Json with_statistics(Json data) {
   data["targets"] = {0.1, 0.05, 0.02, 0.01};
   data["spec"] = {{"rmse", 0.0142}, {"mtf", nullptr}};
   data["spec_text"] = "RMSE 0.0142 at the glued pose";
-  data["gates"] = {{{"name", "A/A"}, {"ok", true}, {"text", "two copies of one method differ by chance alone"}},
-                   {{"name", "replay 10/10"}, {"ok", true}, {"text", "ten trials gave the same bytes again"}}};
+  data["gates"] = {{{"name", "A/A"}, {"ok", true}, {"text", "A/A"}},
+                   {{"name", "replay"}, {"ok", true}, {"text", "replay 10/10"}}};
   for (Json& group : data["groups"]) {
     group["spec_rmse"] = 0.0142;
     group["floor"] = {{"own_optimum", 0.0018}, {"next_image", 0.0031}};

@@ -128,7 +128,7 @@ TEST_F(Verdict, TellsWhatCameIntoSpecificationAndWhatNeverCan) {
   add_to_manifest({{"spec", {{"rmse", 0.02}}}});
   EXPECT_THAT(
       all_text(data()["verdict"]),
-      HasSubstr("It brings 3 of 4 lenses (95 %: 30 to 95 %) into specification (RMSE 0.0200), half of them within "
+      HasSubstr("It brings 3 of 4 lenses (95 %: 30 to 95 %) into specification (RMSE 0.0200), half of all within "
                 "1 step and 0.500 s of machine time."));
   EXPECT_THAT(all_text(data()["beware"]),
               HasSubstr("rho0: 1 lens cannot meet the specification at any pose (instance 3)."));
