@@ -168,7 +168,9 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
   arrivals.finish(series.trials.size(), study);
 
   const std::vector<double> recommended = last_values(table, series, Track::recommended);
-  if (!std::isnan(spec)) {
+  const bool truth_is_known =
+      std::any_of(recommended.begin(), recommended.end(), [](double rmse) { return !std::isnan(rmse); });
+  if (!std::isnan(spec) && truth_is_known) {
     for (const double rmse : recommended) study.in_spec += rmse <= spec ? 1 : 0;
     study.yield = success_rate(study.in_spec, series.trials.size() + series.failed);
   }

@@ -82,6 +82,15 @@ TEST_F(StudyTest, TellsWhenLensesCameIntoSpecification) {
   EXPECT_THAT(a.residual[1].median, DoubleNear(0.03, 1e-12));
 }
 
+TEST_F(StudyTest, WithoutTruthNobodyKnowsWhatIsInSpecification) {
+  StudyOptions options;
+  options.spec_rmse = 0.02;
+  std::vector<records::TrialRecord> trials = {trial("a", 0, {0.1, 0.01}, 1), trial("a", 1, {0.1, 0.01}, 1)};
+  for (records::TrialRecord& each : trials)
+    for (records::StepRecord& step : each.steps) step.commanded_mse = step.recommended_mse = kMissing;
+  EXPECT_EQ(make_study(table(trials), options).series.at(0).yield.n, 0U);
+}
+
 TEST_F(StudyTest, WhatFailsEverywhereHasNoLensInSpecification) {
   StudyOptions options;
   options.spec_rmse = 0.02;
