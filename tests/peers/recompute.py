@@ -44,7 +44,8 @@ def read(folder):
             steps.setdefault(line["trial"], []).append(line)
         elif line["trial"] in planned and line["trial"] not in seen:
             seen.add(line["trial"])
-            rows.append({"own_optimum_pose": [], **line, **tracks(steps.get(line["trial"], []), line), "host_seconds": seconds.get(line["trial"], [])})
+            rows.append({"own_optimum_pose": [], **line, **tracks(steps.get(line["trial"], []), line),
+                         "host_seconds": seconds.get(line["trial"], [])})
     return manifest, pd.DataFrame(rows)
 
 
