@@ -67,12 +67,18 @@ def tracks(steps, closing):
     }
 
 
-def axes_of(folder, manifest, scene):
-    for entry in manifest["scenes"]:
-        if entry["name"] == scene:
-            file = pathlib.Path(folder) / entry["folder"] / "description.json"
-            return json.loads(file.read_text())["axes"] if file.exists() else []
-    return []
+def scene_folder(folder, manifest, scene):
+    return next(pathlib.Path(folder) / entry["folder"] for entry in manifest["scenes"] if entry["name"] == scene)
+
+
+def axes_of(folder):
+    file = folder / "description.json"
+    return json.loads(file.read_text())["axes"] if file.exists() else []
+
+
+def excess_of_next_image(folder, noise_level):
+    file = folder / "next_image" / f"{noise_level}.json"
+    return np.mean([lens["excess_mse"] for lens in json.loads(file.read_text())["lenses"]]) if file.exists() else None
 
 
 def spec_of(manifest, scene):
@@ -101,7 +107,8 @@ class Group:
     def __init__(self, folder, manifest, trials, resamples, bands_of):
         self.trials, self.bands_of = trials, bands_of
         self.scene = trials.scene.iloc[0]
-        self.axes = axes_of(folder, manifest, self.scene)
+        of_scene = scene_folder(folder, manifest, self.scene)
+        self.axes, self.excess = axes_of(of_scene), excess_of_next_image(of_scene, trials.noise_level.iloc[0])
         self.targets = manifest.get("targets") or list(0.05 * (0.0005 / 0.05) ** (np.arange(31) / 30))
         self.spec = spec_of(manifest, self.scene)
         self.instances = sorted(trials.instance.unique())
@@ -238,7 +245,10 @@ class Group:
         else:
             group["ecdf"] = [self.ecdf(name) for name in made]
         if len(lenses):
-            group["floor"] = {"own_optimum": lenses.own.median()}
+            best = lenses.own.median()
+            group["floor"] = {"own_optimum": best}
+            if self.excess is not None:
+                group["floor"]["next_image"] = np.sqrt(best**2 + self.excess)
         if self.spec is not None:
             counting = pd.concat([trials for trials, _ in self.by_method.values()])
             hopeless = sorted(int(lens) for lens in counting[counting.own > self.spec].instance.unique())

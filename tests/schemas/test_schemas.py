@@ -176,8 +176,9 @@ class Loser(Optimizer):
 
 serve(Loser)
 '''
-SUITE = {"scenes": ["gaussian_spot"], "noise_levels": ["rho0"], "instances": 7, "steps": 3, "spec": {"rmse": 0.02}, "algorithms": [
-    "./loser.py", {"use": "transfer-gp", "name": "learns", "parameters": {"sources": 2, "source_steps": 5}}]}
+SUITE = {"scenes": [{"use": "relign_od", "name": "small", "parameters": {"pixels": 20}}], "noise_levels": ["rho0"],
+         "algorithms": ["./loser.py", {"use": "transfer-gp", "name": "learns", "parameters": {"sources": 2, "source_steps": 5}}],
+         "instances": 7, "steps": 3, "spec": {"rmse": 0.02}}
 
 
 @unittest.skipIf(program.path() is None, "relign-bench was not built")
@@ -218,7 +219,8 @@ class WrittenFiles(unittest.TestCase):
 
     WRITTEN = {"manifest": ["merged/manifest.json", "results/*/*/manifest.json"], "curves": ["merged/curves.json"],
                "trials": ["merged/trials/*.jsonl"], "times": ["merged/times/*.jsonl"], "pictures": ["merged/pictures/index.json"],
-               "verify": ["merged/verify.json"], "description": ["merged/scenes/*/description.json"], "plan": ["plan.json"],
+               "verify": ["merged/verify.json"], "description": ["merged/scenes/*/description.json"],
+               "next_image": ["merged/scenes/*/next_image/*.json"], "plan": ["plan.json"],
                "prepared": ["cache/*/prepared/*/*.json"], "report": ["report.json"], "compare": ["compare.json"],
                "rays": ["rays.json", "rays_out.json"], "suite": ["new/suite.json", "suite.json"], "scene": ["new/scene.json"],
                "lens": ["new/lens.json"], "tolerances": ["new/tolerances.json"]}
