@@ -20,7 +20,7 @@ function(relign_add_python_file_test name file)
     message(STATUS "no python3: test ${name} is left out")
     return()
   endif()
-  add_test(NAME ${name} COMMAND "${RELIGN_DISTRIBUTION_PYTHON}" -B -m unittest -v "${file}"
+  add_test(NAME ${name} COMMAND "${RELIGN_DISTRIBUTION_PYTHON}" -B -m unittest discover -v -p "${file}"
            WORKING_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}")
   set_tests_properties(${name} PROPERTIES TIMEOUT 300
     ENVIRONMENT "RELIGN_BENCH=${CMAKE_BINARY_DIR}/bin/relign-bench;XDG_CACHE_HOME=${CMAKE_BINARY_DIR}/test-cache")
