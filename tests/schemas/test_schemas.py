@@ -3,6 +3,7 @@
 Needs the distribution's python3-jsonschema.
 """
 
+import ast
 import json
 import os
 import pathlib
@@ -46,7 +47,6 @@ FREE = {
     "plan": {"/scenes/identity", "/scenes/data", "/noise_levels/identity", "/algorithms/identity"},
     "prepared": {f"/key/{of}/{what}" for of in ("algorithm", "scene", "noise_level") for what in ("identity", "algorithms")}
                 | {"/key/scene_data"},
-    "network": {"/trained/recipe"},
     "report": {"/results/program", "/results/machine", "/results/merge", "/results/methods/parameters"},
 }
 
@@ -67,9 +67,21 @@ class Schemas(unittest.TestCase):
     def test_equal_names_mean_equal_things(self):
         seen = {}
         for name in tools.names():
-            for word in ("machine_time", "spec", "program", "machine", "offset"):
+            for word in ("machine_time", "spec", "program", "machine", "offset", "imitation", "ppo"):
                 if word in (definitions := tools.load(name).get("definitions", {})):
                     self.assertEqual(definitions[word], seen.setdefault(word, definitions[word]), f"{word} of {name}")
+
+    def test_recipes_have_the_settings_of_trainings(self):
+        schema, check = tools.load("recipe"), tools.validator("recipe")
+        for name, file, side in (("imitation", "imitate.py", "imitation"), ("ppo", "reinforce.py", "ppo")):
+            module = ast.parse((ROOT / "python/relign_bench/training" / file).read_text())
+            recipe = next(one for one in module.body if isinstance(one, ast.ClassDef) and one.name == "Recipe")
+            fields = {one.target.id for one in recipe.body if isinstance(one, ast.AnnAssign)}
+            self.assertEqual(set(schema["definitions"][name]["properties"]), fields, file)
+            document = json.loads((ROOT / f"plugins/agents/{side}/{side}.json").read_text())["trained"]["recipe"]
+            self.assertEqual(tools.complaints(check, document), [])
+            for what, wrong in tools.wrong_versions(schema, document):
+                self.assertFalse(check.is_valid(wrong), f"{name}: {what}")
 
     def test_the_readme_names_each(self):
         readme = (tools.FOLDER / "README.md").read_text()
