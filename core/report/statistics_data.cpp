@@ -45,6 +45,12 @@ void add_to_row(Json& row, const stats::SeriesStudy& study, const std::vector<Sc
   if (!has_spec || study.yield.n == 0) return;
   row["yield"] = {{"in", study.in_spec}, {"n", study.yield.n}, {"share", shown_number(study.yield.estimate)}};
   put_interval(row["yield"], study.yield.interval);
+  if (study.yield_uncured.n > 0) {
+    row["yield"]["uncured"] = {{"in", study.in_spec_uncured},
+                               {"n", study.yield_uncured.n},
+                               {"share", shown_number(study.yield_uncured.estimate)}};
+    put_interval(row["yield"]["uncured"], study.yield_uncured.interval);
+  }
   const stats::ExpectedSteps& expected = study.expected_to_spec;
   row["to_spec"] = {{"successes", expected.successes},
                     {"n", expected.trials},

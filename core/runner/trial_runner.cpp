@@ -229,6 +229,7 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
     outcome.stopped = result.end == task::End::stopped;
     record.end = result.outcome.empty() || outcome.stopped ? task::end_name(result.end) : result.outcome;
     record.message = result.message;
+    record.uncured_mse = result.uncured_mse;
     for (const std::string& change : result.environment_changes)
       record.warnings.push_back(job.algorithm.id + ": " + change);
     add_steps(result.steps, outcome);
