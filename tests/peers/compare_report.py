@@ -8,7 +8,6 @@ Needs the program (RELIGN_BENCH, or build/release/bin), NumPy, pandas and SciPy.
 """
 
 import argparse
-import copy
 import io
 import json
 import math
@@ -83,15 +82,14 @@ def report_json(differences, groups, document, folder):
     if wanted.keys() != found.keys():
         return differences.add("groups", list(wanted), list(found))
     for place, group in wanted.items():
-        group = copy.deepcopy(group)
-        for curve in group["curves"]:
-            curve["tracks"] = {track: {what: values for what, values in of.items() if what not in ONLY_IN_TABLES}
-                               for track, of in curve["tracks"].items()}
-        differences.value("report.json: " + ", ".join(place), group, found[place])
+        curves = [{**curve, "tracks": {track: {what: values for what, values in of.items() if what not in ONLY_IN_TABLES}
+                                       for track, of in curve["tracks"].items()}} for curve in group["curves"]]
+        differences.value("report.json: " + ", ".join(place), {**group, "curves": curves}, found[place])
 
 
 RANKING = {"in_spec": ("yield", "in"), "in_spec_of": ("yield", "n"), "yield": ("yield", "share"), "yield_lo95": ("yield", "lo95"),
-           "yield_hi95": ("yield", "hi95"), "steps_to_spec": ("to_spec", "steps"), "steps_to_spec_lo95": ("to_spec", "lo95"),
+           "yield_hi95": ("yield", "hi95"), "yield_uncured": ("yield", "uncured", "share"),
+           "yield_uncured_lo95": ("yield", "uncured", "lo95"), "yield_uncured_hi95": ("yield", "uncured", "hi95"), "steps_to_spec": ("to_spec", "steps"), "steps_to_spec_lo95": ("to_spec", "lo95"),
            "steps_to_spec_hi95": ("to_spec", "hi95"), "expected_steps_to_spec": ("to_spec", "expected"),
            "seconds_to_spec": ("to_spec", "seconds"), "machine_seconds_median": ("machine_seconds",),
            "algorithm_ms_per_step_median": ("algorithm_ms_per_step",), "trials": ("trials",), "failed": ("failed",), "step": ("step",)}

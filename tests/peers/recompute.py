@@ -44,7 +44,7 @@ def read(folder):
             steps.setdefault(line["trial"], []).append(line)
         elif line["trial"] in planned and line["trial"] not in seen:
             seen.add(line["trial"])
-            rows.append({"own_optimum_pose": [], **line, **tracks(steps.get(line["trial"], []), line),
+            rows.append({"own_optimum_pose": [], "uncured_mse": np.nan, **line, **tracks(steps.get(line["trial"], []), line),
                          "host_seconds": seconds.get(line["trial"], [])})
     return manifest, pd.DataFrame(rows)
 
@@ -103,6 +103,12 @@ def band_steps(last):
     return steps
 
 
+def yield_of(values, failed, spec, trials):
+    inside, n = int((values <= spec).sum()), trials + failed
+    low, high = stats.binomtest(inside, n).proportion_ci(method="wilson")
+    return {"in": inside, "n": n, "share": inside / n, "lo95": low, "hi95": high}
+
+
 class Group:
     def __init__(self, folder, manifest, trials, resamples, bands_of):
         self.trials, self.bands_of = trials, bands_of
@@ -144,10 +150,10 @@ class Group:
         host = [1000 * sum(of) / max(len(of) - 1, 1) for of in trials.host_seconds if of]
         row["algorithm_ms_per_step"] = np.median(host) if host else None
         if self.spec is not None and (row["recommended"]["n"] or not len(trials)):
-            inside = int((recommended <= self.spec).sum())
-            low, high = stats.binomtest(inside, len(trials) + failed).proportion_ci(method="wilson")
-            row["yield"] = {"in": inside, "n": len(trials) + failed, "share": inside / (len(trials) + failed),
-                            "lo95": low, "hi95": high}
+            row["yield"] = yield_of(recommended, failed, self.spec, len(trials))
+            uncured = [rmse(mse) for mse in trials.uncured_mse if not np.isnan(mse)]
+            if uncured:
+                row["yield"]["uncured"] = yield_of(np.array(uncured), failed, self.spec, len(uncured))
             row["to_spec"] = self.to_spec(trials)
         off = [np.abs(np.subtract(end, best)) for end, best in zip(trials.ended_at, trials.own_optimum_pose) if len(best)]
         if off and self.axes:

@@ -188,9 +188,12 @@ class Loser(Optimizer):
 
 serve(Loser)
 '''
-SUITE = {"scenes": [{"use": "relign_od", "name": "small", "parameters": {"pixels": 20}}], "noise_levels": ["rho0"],
+TOLERANCES = {"use": "tolerances", "elements": {"*": {"shift_um": [20, 20, 20], "tilt_arcmin": [6, 6]}},
+              "start": {"shift_um": [300, 300, 300], "tilt_arcmin": [60, 60]},
+              "cure_shift": {"shift_um": [20, 20, 20], "tilt_arcmin": [3, 3]}}
+SUITE = {"scenes": [{"use": "relign_od", "name": "small", "parameters": {"pixels": 20}}], "noise_levels": ["rho0", "glued.json"],
          "algorithms": ["./loser.py", {"use": "transfer-gp", "name": "learns", "parameters": {"sources": 2, "source_steps": 5}}],
-         "instances": 7, "steps": 3, "spec": {"rmse": 0.02}}
+         "instances": 4, "steps": 3, "spec": {"rmse": 0.02}}
 
 
 @unittest.skipIf(program.path() is None, "relign-bench was not built")
@@ -201,7 +204,7 @@ class WrittenFiles(unittest.TestCase):
         place = cls.folder = pathlib.Path(cls.place.name)
         os.environ["XDG_CACHE_HOME"] = str(place / "cache")
         cls.run_program("plan", "suite.json", "-o", "plan.json", "--shards", "2", needs={
-            "suite.json": json.dumps(SUITE), "loser.py": LOSER})
+            "suite.json": json.dumps(SUITE), "loser.py": LOSER, "glued.json": json.dumps(TOLERANCES)})
         for shard in ("0/2", "1/2"):
             cls.run_program("run", "--plan", "plan.json", "--shard", shard)
         cls.run_program("merge", "results/suite", "-o", "merged")
@@ -235,7 +238,7 @@ class WrittenFiles(unittest.TestCase):
                "next_image": ["merged/scenes/*/next_image/*.json"], "plan": ["plan.json"],
                "prepared": ["cache/*/prepared/*/*.json"], "report": ["report.json"], "compare": ["compare.json"],
                "rays": ["rays.json", "rays_out.json"], "suite": ["new/suite.json", "suite.json"], "scene": ["new/scene.json"],
-               "lens": ["new/lens.json"], "tolerances": ["new/tolerances.json"]}
+               "lens": ["new/lens.json"], "tolerances": ["new/tolerances.json", "glued.json"]}
 
     def documents(self, name):
         for pattern in self.WRITTEN[name]:
