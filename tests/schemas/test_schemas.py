@@ -170,8 +170,8 @@ class Readers(unittest.TestCase):
                     self.assertEqual(set().union(*(found[place] for place in found if expected[place] == kind)), kind, said)
 
     def test_examples_are_read(self):
-        for name in ("suite", "scene", "lens", "rays"):
-            code, said = self.said_of(name, tools.load(name)["examples"][0])
+        for name in ("suite", "scene", "lens", "tolerances", "assembly", "rays"):
+            code, said = self.said_of(name, {"$schema": f"{name}.schema.json", **tools.load(name)["examples"][0]})
             self.assertEqual(code, 0, f"{name}: {said}")
 
 
