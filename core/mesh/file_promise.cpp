@@ -5,6 +5,7 @@
 #include <cstring>
 #include <map>
 #include <sstream>
+#include <string_view>
 #include <vector>
 
 #include "base/error.h"
@@ -33,7 +34,52 @@ struct PlyElement {
   std::string name;
   std::uint64_t count = 0;
   std::uint64_t least_bytes = 0;  // of one entry, in binary files
+  std::vector<bool> lists = {};   // of its properties, which are lists
 };
+
+// Takes what stands before `end` (all, without it) from the front.
+std::string_view take_until(std::string_view& rest, const char* end) {
+  const std::size_t length = std::min(rest.find_first_of(end), rest.size());
+  const std::string_view taken = rest.substr(0, length);
+  rest.remove_prefix(std::min(length + 1, rest.size()));
+  return taken;
+}
+
+// Empty at the line's end.
+std::string_view take_word(std::string_view& line) {
+  line.remove_prefix(std::min(line.find_first_not_of(" \t\r"), line.size()));
+  return take_until(line, " \t\r");
+}
+
+// What assimp would read as the same number: digits, and not so many that it does not end.
+bool is_count(std::string_view word) {
+  constexpr std::size_t kMostDigits = 10;
+  return !word.empty() && word.size() <= kMostDigits && word.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
+// Text: a line for each entry, with as many values as the header says. Where a line has others, assimp loses its place,
+// and takes memory for as many values as the next number that it meets in a list's.
+void check_lines(const std::string& file, const std::vector<PlyElement>& elements, std::string_view body) {
+  for (const PlyElement& element : elements)
+    for (std::uint64_t entry = 0; entry < element.count && !body.empty(); ++entry) {
+      std::string_view line = take_until(body, "\n");
+      const std::string shown = std::string(line.substr(0, kLongestShown));
+      const auto refuse_line = [&](const char* what) {
+        refuse(file, std::string(what) + " in entry " + std::to_string(entry) + " of its element \"" + element.name +
+                         "\": \"" + shown + "\"");
+      };
+      for (const bool list : element.lists) {
+        const std::string_view word = take_word(line);
+        if (word.empty()) refuse_line("fewer values than its header says");
+        if (!list) continue;
+        if (!is_count(word)) refuse_line("expected how many values a list has");
+        unsigned long values = std::strtoul(std::string(word).c_str(), nullptr, 10);
+        while (values > 0 && !take_word(line).empty()) --values;
+        if (values > 0) refuse_line("fewer values than its list says");
+      }
+      if (!take_word(line).empty()) refuse_line("more values than its header says");
+    }
+}
 
 // Where the line "end_header" begins. assimp looks for the line, too, and never ends where there is only the word.
 std::size_t end_of_header(const std::string& content) {
@@ -64,13 +110,22 @@ FilePromise promise_of_ply(const std::string& file, const std::string& content) 
     std::istringstream words(line);
     std::string word, first, second, third;
     words >> word >> first >> second >> third;
-    if (word == "format") text = first == "ascii";
-    if (word == "element") elements.push_back({first, std::strtoull(second.c_str(), nullptr, 10), 0});
+    const auto shown = [&] { return "\"" + line.substr(0, kLongestShown) + "\""; };
+    if (word == "format") {
+      text = first == "ascii";
+      if (!text && first != "binary_little_endian" && first != "binary_big_endian")
+        refuse(file, "its header says " + shown() + "; allowed: ascii, binary_little_endian, binary_big_endian");
+    }
+    if (word == "element") {
+      if (!is_count(second)) refuse(file, "its header says " + shown() + ", expected a number of entries");
+      elements.push_back({first, std::strtoull(second.c_str(), nullptr, 10), 0});
+    }
     if (word == "property" && !elements.empty()) {
       const bool list = first == "list", corners = list && elements.back().name == "face";
       if (bytes_of(list ? second : first) == 0 || (list && bytes_of(third) == 0))
         refuse(file,
                "a property of its element \"" + elements.back().name + "\" is of no type of PLY: \"" + line + "\"");
+      elements.back().lists.push_back(list);
       elements.back().least_bytes +=
           list ? bytes_of(second) + (corners ? kFewestCorners * bytes_of(third) : 0) : bytes_of(first);
     } else if (!is_header_word(word)) {
@@ -98,6 +153,7 @@ FilePromise promise_of_ply(const std::string& file, const std::string& content) 
     refuse(file, "the file is truncated: its header tells of " + std::to_string(*vertices) + " vertices and " +
                      std::to_string(*faces) + " faces, too many for the " + std::to_string(found) +
                      (text ? " lines" : " bytes") + " that follow");
+  if (text) check_lines(file, elements, std::string_view(content).substr(body + 1));
   return {faces};
 }
 

@@ -174,6 +174,26 @@ TEST_F(MeshFileTest, OtherFilesAreRefused) {
   EXPECT_THAT(error_text(ErrorKind::io, [&] { read_mesh(folder_ / "none.ply", Demand::body); }), HasSubstr("none.ply"));
 }
 
+// assimp would look for room, or for the end, for ever.
+TEST_F(MeshFileTest, ListsAndHeadersOfTextAreHeldToTheirWord) {
+  const auto ply = [](const std::string& format, const std::string& faces, const std::string& list) {
+    return "ply\nformat " + format + " 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n" +
+           "element face " + faces + "\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n" +
+           list + "\n";
+  };
+  EXPECT_THAT(refusal("L1.ply", ply("ascii", "1", "2222222222 0 1 2")),
+              HasSubstr("fewer values than its list says in entry 0 of its element \"face\": \"2222222222 0 1 2\""));
+  EXPECT_THAT(refusal("L1.ply", ply("ascii", "1", "4 0 1 2")), HasSubstr("fewer values than its list says"));
+  EXPECT_THAT(refusal("L1.ply", ply("ascii", "1", "3 0 1 2 7")), HasSubstr("more values than its header says"));
+  EXPECT_THAT(refusal("L1.ply", ply("ascii", "1", "\n3 0 1 2")), HasSubstr("fewer values than its header says"));
+  for (const std::string said : {"22222222222222222222222222222222", "3e9", "-3", "three"})
+    EXPECT_THAT(refusal("L1.ply", ply("ascii", "1", said + " 0 1 2")),
+                HasSubstr("expected how many values a list has"));
+  EXPECT_THAT(refusal("L1.ply", ply("ascii", "1e999", "3 0 1 2")), HasSubstr("expected a number of entries"));
+  EXPECT_THAT(refusal("L1.ply", ply(std::string("ascii\0", 6), "1", "3 0 1 2")),
+              HasSubstr("allowed: ascii, binary_little_endian, binary_big_endian"));
+}
+
 TEST_F(MeshFileTest, IndicesOutsideAreNamed) {
   Mesh mesh = tetrahedron();
   mesh.triangles[3][2] = 17;
