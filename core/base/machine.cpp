@@ -6,6 +6,7 @@
 #include <fstream>
 #include <limits>
 #include <string>
+#include <thread>
 
 namespace relign {
 namespace fs = std::filesystem;
@@ -48,5 +49,7 @@ std::size_t usable_memory_bytes(const fs::path& cgroups, const fs::path& own_gro
   }
   return bytes;
 }
+
+unsigned core_count() { return std::max(1U, std::thread::hardware_concurrency()); }
 
 }  // namespace relign

@@ -11,4 +11,7 @@ namespace relign {
 std::size_t usable_memory_bytes(const std::filesystem::path& cgroups = "/sys/fs/cgroup",
                                 const std::filesystem::path& own_groups = "/proc/self/cgroup");
 
+// Processors that this process may run on, at least 1.
+unsigned core_count();
+
 }  // namespace relign

@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
-#include <thread>
 
 #include "base/files.h"
 #include "base/machine.h"
@@ -94,7 +93,7 @@ int look(Context& context) {
                        std::to_string(RELIGN_ABI_MINOR)});
   signs.push_back({"processor", "ok", processor_name()});
   signs.push_back(vector_instructions());
-  signs.push_back({"cores", "ok", std::to_string(std::max(1U, std::thread::hardware_concurrency()))});
+  signs.push_back({"cores", "ok", std::to_string(core_count())});
   signs.push_back(memory());
   signs.push_back(folder("cache folder", cache_folder(),
                          "reference images and what is prepared are made again in every run; XDG_CACHE_HOME may name "

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <sstream>
-#include <thread>
 
 #include "base/error.h"
 #include "task/rig.h"
@@ -43,7 +42,5 @@ std::vector<double> parse_numbers(const std::string& text, const std::string& op
   }
   return numbers;
 }
-
-unsigned core_count() { return std::max(1U, std::thread::hardware_concurrency()); }
 
 }  // namespace relign::cli

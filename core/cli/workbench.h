@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/machine.h"
 #include "cli/app.h"
 #include "plugin_host/objects.h"
 #include "task/instance.h"
@@ -29,8 +30,5 @@ task::Instance draw_instance(const plugin_host::Choice& level, const LoadedScene
 
 // "0.5,0.5,0.4" as numbers; throws Error(bad_input) that names the option.
 std::vector<double> parse_numbers(const std::string& text, const std::string& option);
-
-// Cores of this machine that the process may use.
-unsigned core_count();
 
 }  // namespace relign::cli

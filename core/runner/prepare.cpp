@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <exception>
 #include <set>
-#include <thread>
 #include <utility>
 
 #include "base/hash.h"
+#include "base/machine.h"
 #include "plugin_host/objects.h"
 #include "runner/levels.h"
 #include "runner/run.h"
@@ -23,7 +23,7 @@ PreparedPlan prepare_all(suite::Suite suite, const std::filesystem::path& cache_
   PreparedPlan prepared;
   plugin_host::HostServices services;
   services.stop = stop;
-  services.threads = std::max(1U, std::thread::hardware_concurrency());
+  services.threads = core_count();
   services.cache_folder = cache_folder;
   const auto as = [&services, &on_message](const std::string& name) {
     plugin_host::HostServices own = services;

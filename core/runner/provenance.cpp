@@ -2,12 +2,11 @@
 
 #include <sys/utsname.h>
 
-#include <algorithm>
 #include <fstream>
 #include <functional>
-#include <thread>
 
 #include "base/hash.h"
+#include "base/machine.h"
 #include "plugin_host/objects.h"
 #include "records/record.h"
 
@@ -91,9 +90,7 @@ Json program_json() {
       {"version", RELIGN_VERSION}, {"compiler", RELIGN_COMPILER}, {"flags", RELIGN_FLAGS}, {"hash", program_hash()}};
 }
 
-Json machine_json() {
-  return {{"cpu", cpu_name()}, {"cores", std::max(1U, std::thread::hardware_concurrency())}, {"system", system_name()}};
-}
+Json machine_json() { return {{"cpu", cpu_name()}, {"cores", core_count()}, {"system", system_name()}}; }
 
 Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, const std::string& command,
                    const Json& learnt) {

@@ -67,7 +67,7 @@ class Run {
       report_progress("pictures");
       PictureOptions pictures;
       pictures.cache_folder = options_.cache_folder;
-      pictures.threads = std::max(1U, std::thread::hardware_concurrency());
+      pictures.threads = core_count();
       pictures.stop = options_.stop;
       pictures.on_message = [this](const std::string& message) { tell(message); };
       write_pictures(prepared_, options_.results, pictures);
@@ -102,7 +102,7 @@ class Run {
 
   Preparer::Options preparer_options() {
     Preparer::Options options;
-    options.threads = std::max(1U, std::thread::hardware_concurrency());
+    options.threads = core_count();
     options.cache_folder = options_.cache_folder;
     options.on_message = [this](const std::string& message) { tell(message); };
     options.stop = options_.stop;
@@ -112,8 +112,7 @@ class Run {
   // One worker for all that is prepared: what a plugin does there costs its own trials.
   PlanPreparation::Make in_a_worker() {
     return [this](const suite::PlannedTrial& trial) {
-      if (!preparing_worker_)
-        preparing_worker_ = process_worker(std::max(1U, std::thread::hardware_concurrency()), options_.stop);
+      if (!preparing_worker_) preparing_worker_ = process_worker(core_count(), options_.stop);
       return preparing_worker_->prepare(trial);
     };
   }
@@ -221,7 +220,7 @@ class Run {
 
   void work(const std::vector<std::size_t>& todo) {
     if (todo.empty()) return;
-    const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
+    const unsigned cores = core_count();
     // A station is one machine: its trials run one after the other.
     const bool station = std::any_of(todo.begin(), todo.end(), [this](std::size_t place) {
       return prepared_.scenes[prepared_.plan.trials[place].scene].owns_stage;

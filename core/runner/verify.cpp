@@ -10,6 +10,7 @@
 #include <unordered_map>
 
 #include "base/error.h"
+#include "base/machine.h"
 #include "records/results_folder.h"
 #include "runner/plan_preparation.h"
 #include "runner/provenance.h"
@@ -50,7 +51,7 @@ class Replay {
     for (const std::size_t place : places) compare_plugins(prepared_.plan.trials[place], changes);
     TrialQueue queue(group_by_instance(prepared_.plan, places));
     found_.assign(trials.size(), std::nullopt);
-    const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
+    const unsigned cores = core_count();
     const auto workers = static_cast<unsigned>(std::min<std::size_t>(options_.on_step        ? 1
                                                                      : options_.workers == 0 ? cores
                                                                                              : options_.workers,
@@ -68,7 +69,7 @@ class Replay {
  private:
   Preparer::Options preparer_options() const {
     Preparer::Options options;
-    options.threads = std::max(1U, std::thread::hardware_concurrency());
+    options.threads = core_count();
     options.cache_folder = options_.cache_folder;
     options.on_message = options_.on_message;
     options.stop = options_.stop;

@@ -56,6 +56,11 @@ const char* const kTinySuite = R"({
   "algorithms": ["random", "home", "nlopt-sbplx"], "instances": 2, "steps": 3
 })";
 
+const char* const kSmallestSuite = R"({
+  "name": "tiny", "scenes": ["relign_od"], "noise_levels": ["rho0", "rho0.5"],
+  "algorithms": ["random", "home"], "instances": 2, "steps": 3
+})";
+
 Workplace::Workplace() {
   std::string pattern = (fs::path(testing::TempDir()) / "relign_cli_XXXXXX").string();
   if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("cannot make " + pattern);

@@ -63,5 +63,7 @@ Outcome shell(const Workplace& place, const std::string& script);
 
 // The same suite again and again: 2 instances, 3 steps, two levels, on the paper's lens.
 extern const char* const kTinySuite;
+// Two algorithms of it alone: 8 trials of 4 instances.
+extern const char* const kSmallestSuite;
 
 }  // namespace relign::cli_test

@@ -13,15 +13,9 @@ using nlohmann::json;
 using testing::AllOf;
 using testing::HasSubstr;
 
-// 8 trials of 4 instances.
-const char* const kSuite = R"({
-  "name": "tiny", "scenes": ["relign_od"], "noise_levels": ["rho0", "rho0.5"],
-  "algorithms": ["random", "home"], "instances": 2, "steps": 3
-})";
-
 class CliShards : public testing::Test {
  protected:
-  void SetUp() override { place_.write("suites/tiny.json", kSuite); }
+  void SetUp() override { place_.write("suites/tiny.json", kSmallestSuite); }
   Outcome call(const std::vector<std::string>& arguments) { return relign_bench(place_, arguments); }
   Workplace place_;
 };

@@ -10,15 +10,10 @@ namespace fs = std::filesystem;
 using testing::AllOf;
 using testing::HasSubstr;
 
-const char* const kSuite = R"({
-  "name": "tiny", "scenes": ["relign_od"], "noise_levels": ["rho0", "rho0.5"],
-  "algorithms": ["random", "home"], "instances": 2, "steps": 3
-})";
-
 class CliStorage : public testing::Test {
  protected:
   void SetUp() override {
-    place_.write("suites/tiny.json", kSuite);
+    place_.write("suites/tiny.json", kSmallestSuite);
     ASSERT_EQ(relign_bench(place_, {"run", "suites/tiny.json", "-o", "one"}).exit_code, 0);
   }
   std::map<std::string, std::string> contents(const std::string& folder) const {
