@@ -69,6 +69,7 @@ class Run {
       pictures.threads = std::max(1U, std::thread::hardware_concurrency());
       pictures.stop = options_.stop;
       pictures.on_message = [this](const std::string& message) { tell(message); };
+      pictures.draw_lens = options_.draw_lens;
       write_pictures(prepared_, options_.results, pictures);
     }
     summary_.stopped = asked_to_stop();
