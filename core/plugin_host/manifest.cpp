@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "base/inside.h"
 #include "base/text.h"
 #include "plugin_host/preparation.h"
 
@@ -204,18 +205,6 @@ void read_knowledge(ObjectReader& reader, Manifest& manifest) {
   }
 }
 
-// Whether `file` lies in the manifest's folder, symbolic links followed.
-bool is_inside(const std::filesystem::path& folder, const std::filesystem::path& file) {
-  namespace fs = std::filesystem;
-  const auto below = [](const fs::path& path, const fs::path& root) {
-    const fs::path way = path.lexically_relative(root);
-    return !way.empty() && *way.begin() != "..";
-  };
-  std::error_code code;
-  const fs::path real_folder = fs::weakly_canonical(folder, code), real_file = fs::weakly_canonical(file, code);
-  return below(file, folder) && (code || below(real_file, real_folder));
-}
-
 constexpr const char* kOneFolder =
     ", which lies outside the plugin's folder: a plugin is one folder, which can be copied, hashed and trusted as a "
     "whole";
@@ -226,7 +215,7 @@ void read_way_to_run(ObjectReader& reader, Manifest& manifest) {
   const std::string library = reader.string("library", manifest.id + ".so");
   if (library.empty()) reader.complain("library", "expected the library's file name");
   manifest.library = (manifest.folder / library).lexically_normal();
-  if (!library.empty() && !is_inside(manifest.folder, manifest.library))
+  if (!library.empty() && !lies_inside(manifest.library, manifest.folder))
     reader.complain("library", "found \"" + library + "\"" + kOneFolder);
   if (!reader.has("command")) return;
   if (manifest.command.empty()) reader.complain("command", "expected a program and its arguments");
@@ -240,7 +229,7 @@ void read_way_to_run(ObjectReader& reader, Manifest& manifest) {
     // The program itself may be the system's: "/usr/bin/python3".
     const bool is_systems = std::exchange(is_program, false) && !word.empty() && word.front() == '/';
     if (!is_file || is_systems) continue;
-    if (!is_inside(manifest.folder, file)) reader.complain("command", "found \"" + word + "\"" + kOneFolder);
+    if (!lies_inside(file, manifest.folder)) reader.complain("command", "found \"" + word + "\"" + kOneFolder);
     if (!std::exchange(found, true)) manifest.library = file;
   }
 }

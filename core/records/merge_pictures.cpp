@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/inside.h"
 #include "records/record.h"
 
 namespace relign::records {
@@ -19,18 +20,15 @@ namespace {
   throw Error(ErrorKind::io, "cannot write " + path.string() + ": " + code.message());
 }
 
-// A path from an index, below its folder: one that leaves it is nobody's picture.
-bool stays_inside(const std::string& path) {
-  const fs::path normal = fs::path(path).lexically_normal();
-  return !normal.empty() && !normal.is_absolute() && *normal.begin() != "..";
-}
-
-void copy_once(const fs::path& from, const fs::path& to) {
+// A file from a source's folder `root`; what lies elsewhere, by its name or behind a link, is nobody's picture.
+void copy_once(const fs::path& root, const fs::path& file, const fs::path& to) {
   std::error_code code;
-  if (!fs::is_regular_file(from, code) || fs::exists(to, code)) return;
-  fs::create_directories(to.parent_path(), code);
-  if (code) fail(to.parent_path(), code);
-  if (!fs::copy_file(from, to, code) && code) fail(to, code);
+  const fs::path from = root / file;
+  if (!lies_inside(from, root) || !lies_inside(to / file, to)) return;
+  if (!fs::is_regular_file(from, code) || fs::exists(to / file, code)) return;
+  fs::create_directories((to / file).parent_path(), code);
+  if (code) fail((to / file).parent_path(), code);
+  if (!fs::copy_file(from, to / file, code) && code) fail(to / file, code);
 }
 
 std::string text(const Json& object, const char* key) {
@@ -85,15 +83,14 @@ class PictureJoin {
     std::error_code code;
     for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code))
       if (entry->path().extension() == ".txt" && taken(entry->path().stem().string(), source))
-        copy_once(entry->path(), out_ / "logs" / entry->path().filename());
+        copy_once(folder, entry->path().filename(), out_ / "logs");
   }
 
   void copy_scenes(std::uint32_t source) const {
     const fs::path folder = index_.sources[source] / "scenes";
     std::error_code code;
     for (fs::recursive_directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code))
-      if (entry->is_regular_file(code))
-        copy_once(entry->path(), out_ / "scenes" / entry->path().lexically_relative(folder));
+      if (entry->is_regular_file(code)) copy_once(folder, entry->path().lexically_relative(folder), out_ / "scenes");
   }
 
   void read_pictures(std::uint32_t source) {
@@ -106,8 +103,8 @@ class PictureJoin {
     check_format(pictures, (folder / "index.json").string());
     for (const Json& reference : list(pictures, "references")) {
       const std::string file = text(reference, "file");
-      if (!stays_inside(file)) continue;
-      copy_once(folder / file, out_ / "pictures" / file);
+      if (file.empty() || !lies_inside(folder / file, folder)) continue;
+      copy_once(folder, file, out_ / "pictures");
       if (std::find(references_.begin(), references_.end(), reference) == references_.end())
         references_.push_back(reference);
     }
@@ -131,9 +128,10 @@ class PictureJoin {
         });
         const bool best = std::string_view(why) == "best", worst = std::string_view(why) == "worst";
         const Pictured& one = best ? all.front() : worst ? all.back() : all[(all.size() - 1) / 2];
-        for (const Json& frame : list(one.entry, "frames"))
-          if (const std::string file = text(frame, "file"); stays_inside(file))
-            copy_once(index_.sources[one.source] / "pictures" / file, out_ / "pictures" / file);
+        const fs::path folder = index_.sources[one.source] / "pictures";
+        for (const Json& frame : list(one.entry, "frames")) copy_once(folder, text(frame, "file"), out_ / "pictures");
+        if (const auto film = one.entry.find("film"); film != one.entry.end())
+          copy_once(folder, text(*film, "file"), out_ / "pictures");
         trials.push_back(one.entry);
       }
     if (trials.empty() && references_.empty()) return;

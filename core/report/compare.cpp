@@ -154,7 +154,7 @@ class Comparer {
                                                               : std::max(found->second, stats::kResolution);
   }
 
-  static Json shown(double value) { return std::isfinite(value) ? Json(rounded(value, kDataDigits)) : Json(); }
+
 
   static Json place_json(const Pair& pair) {
     return {{"scene", pair.a->scene},
@@ -172,13 +172,13 @@ class Comparer {
                  {"missing", difference.missing},
                  {"failed_a", pair.a->failed},
                  {"failed_b", pair.b->failed},
-                 {"median_a", shown(compared.median_a)},
-                 {"median_b", shown(compared.median_b)},
-                 {"ratio", shown(std::exp(difference.difference.estimate))},
-                 {"lo95", shown(std::exp(difference.difference.interval.low))},
-                 {"hi95", shown(std::exp(difference.difference.interval.high))},
-                 {"p", shown(difference.test.p)},
-                 {"improvement", shown(difference.probability_of_improvement.estimate)},
+                 {"median_a", shown_number(compared.median_a)},
+                 {"median_b", shown_number(compared.median_b)},
+                 {"ratio", shown_number(std::exp(difference.difference.estimate))},
+                 {"lo95", shown_number(std::exp(difference.difference.interval.low))},
+                 {"hi95", shown_number(std::exp(difference.difference.interval.high))},
+                 {"p", shown_number(difference.test.p)},
+                 {"improvement", shown_number(difference.probability_of_improvement.estimate)},
                  {"verdict", stats::verdict_name(difference.verdict)}});
     return json;
   }
@@ -188,7 +188,7 @@ class Comparer {
     const double value = gate.relative ? std::exp(compared.difference.difference.estimate) : compared.median_b;
     Json json = place_json(pair);
     // What cannot be told does not pass.
-    json.update({{"gate", gate.text}, {"value", shown(value)}, {"holds", value <= gate.limit}});
+    json.update({{"gate", gate.text}, {"value", shown_number(value)}, {"holds", value <= gate.limit}});
     return json;
   }
 

@@ -7,210 +7,21 @@
 #include <limits>
 #include <map>
 #include <set>
-#include <tuple>
 
 #include "base/json_members.h"
 #include "records/results_folder.h"
+#include "report/page_groups.h"
 #include "report/statistics_data.h"
 #include "report/verdict.h"
 
 namespace relign::report {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kTrialsNamedPerFailure = 5;
-
-using GroupKey = std::tuple<std::string, std::string, std::string>;  // scene, noise level, protocol
-
-template <typename Record>
-GroupKey key_of(const Record& record) {
-  return {record.scene, record.noise_level, record.protocol};
-}
-
-Json number_or_null(double value) { return std::isfinite(value) ? Json(rounded(value, kDataDigits)) : Json(); }
 
 template <typename Value>
 void add_once(std::vector<Value>& list, const Value& value) {
   if (std::find(list.begin(), list.end(), value) == list.end()) list.push_back(value);
-}
-
-// The manifest's entry of a method shown under this name, else what its trials tell.
-struct Methods {
-  explicit Methods(const LoadedResults& results) {
-    for (const Json& entry : list_of(results.manifest, "algorithms")) {
-      const std::string name = text_of(entry, "name");
-      if (name.empty() || by_name.count(name) > 0) continue;
-      Json method = {{"name", name}};
-      for (const char* key : {"id", "kind", "protocol", "summary", "reproducible", "plugin_hash"})
-        method[key] = text_of(entry, key);
-      method["knows"] = Json::array();
-      for (const Json& known : list_of(entry, "knows"))
-        if (known.is_string()) method["knows"].push_back(known);
-      method["oracle"] = flag_of(entry, "oracle");
-      method["steps"] = count_of(entry, "steps");
-      method["parameters"] = object_of(entry, "parameters");
-      add(std::move(method));
-    }
-    for (const stats::Series& series : results.trials.series) {
-      if (by_name.count(series.algorithm) > 0) continue;
-      add({{"name", series.algorithm},
-           {"id", series.algorithm_id},
-           {"protocol", series.protocol},
-           {"knows", Json::array()},
-           {"oracle", series.algorithm_id == "home" && series.protocol == "blind"},
-           {"steps", series.largest_budget},
-           {"parameters", Json::object()}});
-    }
-  }
-  void add(Json method) {
-    by_name[text_of(method, "name")] = list.size();
-    list.push_back(std::move(method));
-  }
-  const Json& operator[](const std::string& name) const { return list[by_name.at(name)]; }
-
-  std::vector<Json> list;
-  std::map<std::string, std::size_t> by_name;
-};
-
-Json quantiles_json(const stats::Quantiles& values) {
-  if (values.n == 0) return {{"n", 0}};
-  return {{"n", values.n},
-          {"median", number_or_null(values.median)},
-          {"q25", number_or_null(values.q25)},
-          {"q75", number_or_null(values.q75)}};
-}
-
-Json curve_json(const stats::Curve& curve) {
-  Json tracks = Json::object();
-  for (std::size_t k = 0; k < stats::kTracks.size(); ++k) {
-    Json median = Json::array(), q25 = Json::array(), q75 = Json::array();
-    bool any = false;
-    for (const stats::CurvePoint& point : curve.points) {
-      const stats::Quantiles& values = point.tracks[k];
-      any = any || values.n > 0;
-      median.push_back(values.n > 0 ? number_or_null(values.median) : Json());
-      q25.push_back(values.n > 0 ? number_or_null(values.q25) : Json());
-      q75.push_back(values.n > 0 ? number_or_null(values.q75) : Json());
-    }
-    if (any) tracks[stats::track_name(stats::kTracks[k])] = {{"median", median}, {"q25", q25}, {"q75", q75}};
-  }
-  return {{"method", curve.algorithm},
-          {"trials", curve.trials},
-          {"first_step", curve.points.empty() ? 0u : curve.points.front().step},
-          {"tracks", tracks}};
-}
-
-// What the method was told in these trials: the manifest's words, but the start where nobody tells it.
-Json told(const Json& method, bool start_is_told) {
-  Json words = Json::array();
-  for (const Json& word : method["knows"])
-    if (word != "start" || start_is_told || flag_of(method, "oracle")) words.push_back(word);
-  return words;
-}
-
-Json row_json(const stats::RankingRow& row, const Methods& methods, bool station) {
-  const Json& method = methods[row.algorithm];
-  Json json = {{"method", row.algorithm},
-               {"oracle", method["oracle"]},
-               {"knows", told(method, row.protocol != "blind" && !station)},
-               {"trials", row.trials},
-               {"failed", row.failed},
-               {"step", row.step},
-               {"recommended", quantiles_json(row.recommended)},
-               {"commanded", quantiles_json(row.commanded)},
-               {"machine_seconds", row.score().n > 0 ? number_or_null(row.machine_seconds_median) : Json()},
-               {"algorithm_ms_per_step", number_or_null(row.algorithm_ms_per_step_median)}};
-  if (row.measured_only) json["measured"] = quantiles_json(row.best_measured);
-  return json;
-}
-
-// Names what tells this group from the others, and nothing that is the same everywhere. A station has no noise level.
-std::string group_label(const GroupKey& key, bool station, bool scenes_differ, bool protocols_differ) {
-  const auto& [scene, level, protocol] = key;
-  return (station ? scene : (scenes_differ ? scene + ", " : "") + level) + (protocols_differ ? ", " + protocol : "");
-}
-
-struct Group {
-  std::set<std::uint64_t> instances;          // any trial's
-  bool same_instances = true;                 // every method has finished the same ones
-  std::vector<double> start, measured_start;  // one value an instance
-};
-
-std::vector<std::uint64_t> finished_instances(const stats::TrialTable& trials, const stats::Series& series) {
-  std::vector<std::uint64_t> instances;
-  for (const std::uint32_t row : series.trials) instances.push_back(trials.rows[row].instance);
-  std::sort(instances.begin(), instances.end());
-  return instances;
-}
-
-std::map<GroupKey, Group> gather(const stats::TrialTable& trials, std::vector<GroupKey>& order) {
-  std::map<GroupKey, Group> groups;
-  std::map<GroupKey, std::vector<std::uint64_t>> finished_by_the_first;
-  std::vector<Group*> group_of;
-  for (const stats::Series& series : trials.series) {
-    const GroupKey key = key_of(series);
-    add_once(order, key);
-    Group& group = groups[key];
-    group_of.push_back(&group);
-    std::vector<std::uint64_t> finished = finished_instances(trials, series);
-    const auto [first, is_first] = finished_by_the_first.try_emplace(key, finished);
-    if (!is_first && first->second != finished) group.same_instances = false;
-  }
-  std::map<const Group*, std::set<std::uint64_t>> started;
-  for (const stats::TrialRow& trial : trials.rows) {
-    Group& group = *group_of[trial.series];
-    group.instances.insert(trial.instance);
-    if ((std::isnan(trial.start_commanded) && std::isnan(trial.start_measured)) ||
-        !started[&group].insert(trial.instance).second)
-      continue;
-    group.start.push_back(trial.start_commanded);
-    group.measured_start.push_back(trial.start_measured);
-  }
-  return groups;
-}
-
-Json groups_json(const LoadedResults& results, const stats::Study& study, const Methods& methods) {
-  std::vector<GroupKey> order;
-  const std::map<GroupKey, Group> groups = gather(results.trials, order);
-  std::set<std::string> scenes, protocols;
-  for (const auto& [scene, level, protocol] : order) scenes.insert(scene), protocols.insert(protocol);
-  std::set<std::string> stations;
-  for (const Json& scene : list_of(results.manifest, "scenes"))
-    if (flag_of(scene, "owns_stage")) stations.insert(text_of(scene, "name"));
-  const std::vector<stats::RankingRow> rows = stats::ranking(results.trials);
-
-  Json list = Json::array();
-  for (const GroupKey& key : order) {
-    const Group& group = groups.at(key);
-    const bool station = stations.count(std::get<0>(key)) > 0;
-    Json entry = {{"scene", std::get<0>(key)},
-                  {"noise_level", std::get<1>(key)},
-                  {"protocol", std::get<2>(key)},
-                  {"label", group_label(key, station, scenes.size() > 1, protocols.size() > 1)},
-                  {"instances", group.instances.size()},
-                  {"rows", Json::array()},
-                  {"curves", Json::array()}};
-    if (station) entry["station"] = true;
-    const stats::Quantiles start = stats::quantiles(group.start);
-    entry["start"] = start.n > 0 ? number_or_null(start.median) : Json();
-    entry["same_instances"] = group.same_instances;
-    for (const stats::RankingRow& row : rows)
-      if (key_of(row) == key) entry["rows"].push_back(row_json(row, methods, station));
-    bool measured = false, truth = false;
-    for (const Json& row : entry["rows"]) {
-      measured = measured || row.contains("measured");
-      truth = truth || row["recommended"]["n"] != 0;
-    }
-    if (measured && !truth) {
-      entry["measured_only"] = true;
-      const stats::Quantiles seen = stats::quantiles(group.measured_start);
-      entry["start"] = seen.n > 0 ? number_or_null(seen.median) : Json();
-    }
-    for (const stats::SeriesStudy& series : study.series)
-      if (key_of(series.curve) == key && series.curve.trials > 0) entry["curves"].push_back(curve_json(series.curve));
-    list.push_back(std::move(entry));
-  }
-  return list;
 }
 
 // One entry per method and message, so that a thousand equal failures stay one line.
@@ -255,7 +66,7 @@ Json harness_json(const stats::TrialTable& trials) {
   if (trials.timed_steps == 0) return nullptr;
   const double scene = trials.scene_seconds;
   return {{"microseconds_per_step", rounded(1e6 * trials.harness_seconds / static_cast<double>(trials.timed_steps), 3)},
-          {"share_of_scene_time", scene > 0 ? number_or_null(trials.harness_seconds / scene) : Json()}};
+          {"share_of_scene_time", scene > 0 ? shown_number(trials.harness_seconds / scene) : Json()}};
 }
 
 Json ran_json(const LoadedResults& results) {
@@ -286,6 +97,8 @@ double rounded(double value, int digits) {
   std::from_chars(buffer, end.ptr, result);
   return result;
 }
+
+Json shown_number(double value) { return std::isfinite(value) ? Json(rounded(value, kDataDigits)) : Json(); }
 
 Json page_data(const LoadedResults& results) {
   return page_data(results, stats::make_study(results.trials, study_options(results)));
@@ -330,7 +143,7 @@ Json page_data(const LoadedResults& results, const stats::Study& study) {
   }
   data["ran"] = ran_json(results);
   if (Json harness = harness_json(results.trials); harness.is_object()) data["ran"]["harness"] = std::move(harness);
-  data["methods"] = methods.list;
+  data["methods"] = methods.list();
   data["groups"] = groups_json(results, study, methods);
   data["failures"] = failures_json(results.trials);
   data["warnings"] = warnings_json(results.trials);

@@ -40,4 +40,7 @@ inline constexpr int kDataDigits = 10;
 // `value` with that many significant digits: pages need no more, and shorter numbers keep them small.
 double rounded(double value, int digits);
 
+// Rounded to kDataDigits; null where there is no finite number.
+Json shown_number(double value);
+
 }  // namespace relign::report

@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/inside.h"
 #include "base/json_members.h"
 #include "records/record.h"
 
@@ -58,10 +59,8 @@ class Loader {
 
   std::optional<std::size_t> read(const std::string& file, Read read_picture, const char* format) {
     std::error_code failed;
-    const fs::path root = fs::weakly_canonical(folder_ / "pictures", failed);
     const fs::path path = fs::weakly_canonical(folder_ / file, failed);
-    const auto [root_end, unused] = std::mismatch(root.begin(), root.end(), path.begin(), path.end());
-    if (failed || root_end != root.end()) {
+    if (failed || !lies_inside(path, folder_ / "pictures")) {
       complain(file + ": refused, because it lies outside pictures/");
       return {};
     }

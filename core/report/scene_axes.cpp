@@ -1,8 +1,7 @@
 #include "report/scene_axes.h"
 
-#include <algorithm>
-
 #include "base/files.h"
+#include "base/inside.h"
 #include "base/json_members.h"
 
 namespace relign::report {
@@ -12,13 +11,6 @@ namespace fs = std::filesystem;
 
 constexpr std::uintmax_t kMostBytes = 1'000'000;
 constexpr std::size_t kMostAxes = 16;
-
-// A folder from a stranger must not make us read elsewhere.
-bool lies_inside(const fs::path& path, const fs::path& folder) {
-  std::error_code failed;
-  const fs::path inner = fs::weakly_canonical(path, failed), outer = fs::weakly_canonical(folder, failed);
-  return !failed && std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first == outer.end();
-}
 
 std::vector<SceneAxis> axes_of(const fs::path& file) {
   std::vector<SceneAxis> axes;

@@ -35,7 +35,7 @@ void head(HtmlWriter& html) {
       {"a", "One method"},
       {"b", "Another one, on the same lenses"},
       {"verdict", "What can be said about the two"},
-      {"error of a / error of b", "Geometric mean over the lenses, with its 95 % interval; below 1, a is better"},
+      {"error of a / error of b", "Interquartile mean over the lenses (of logarithms), with its 95 % interval; below 1, a is better"},
       {"a better", "Share of the lenses on which a ends with the lower error; ties count half"},
       {"p", "Probability of a difference at least this large between equally good methods"},
       {"p, Holm", "The same, corrected for the number of comparisons"},

@@ -1,6 +1,5 @@
 // Trial replay: what a method saw on its way. Without scripts all film strips stand here; replay.js makes a viewer of
 // them.
-#include <cmath>
 
 #include "base/json_members.h"
 #include "base/text.h"
@@ -15,11 +14,9 @@ namespace {
 constexpr const char* kWhys[] = {"median", "worst", "best"};
 constexpr int kDigits = 5;
 
-Json finite_or_null(double value) { return std::isfinite(value) ? Json(rounded(value, kDigits)) : Json(); }
-
 Json pose_json(const std::vector<double>& pose) {
   Json list = Json::array();
-  for (const double value : pose) list.push_back(finite_or_null(value));
+  for (const double value : pose) list.push_back(rounded(value, kDigits));
   return list;
 }
 
@@ -55,10 +52,10 @@ Json replay_data(const Json& data, const Gallery& gallery) {
       frames.push_back({{"step", frame.step},
                         {"told", pose_json(frame.commanded_pose)},
                         {"true", pose_json(frame.true_pose)},
-                        {"measured", finite_or_null(frame.measured)},
-                        {"commanded", finite_or_null(frame.commanded)},
-                        {"recommended", finite_or_null(frame.recommended)},
-                        {"seconds", finite_or_null(frame.machine_seconds)}});
+                        {"measured", rounded(frame.measured, kDigits)},
+                        {"commanded", rounded(frame.commanded, kDigits)},
+                        {"recommended", rounded(frame.recommended, kDigits)},
+                        {"seconds", rounded(frame.machine_seconds, kDigits)}});
     trials.push_back({{"group", group},
                       {"scene", trial.scene},
                       {"method", trial.algorithm},

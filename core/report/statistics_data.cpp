@@ -2,69 +2,47 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
+#include <map>
 
-#include "base/error.h"
 #include "base/json_members.h"
 #include "report/gates.h"
 #include "report/page_data.h"
+#include "report/scene_axes.h"
 
 namespace relign::report {
 namespace {
 
-namespace fs = std::filesystem;
-
-Json shown(double value) { return std::isfinite(value) ? Json(rounded(value, kDataDigits)) : Json(); }
-
 // Never and "nobody knows" are told apart: "never" where half of the lenses do not get there.
-Json arrival(double value) { return std::isinf(value) ? Json("never") : shown(value); }
+Json arrival(double value) { return std::isinf(value) ? Json("never") : shown_number(value); }
 
 void put_interval(Json& object, const stats::Interval& interval, const char* low = "lo95", const char* high = "hi95") {
-  object[low] = shown(interval.low);
-  object[high] = shown(interval.high);
+  object[low] = shown_number(interval.low);
+  object[high] = shown_number(interval.high);
 }
 
-// The axes of a scene: name, unit and travel, as the scene described itself. Empty when it is not there.
-Json axes_of(const LoadedResults& results, const std::string& scene) {
-  for (const Json& entry : list_of(results.manifest, "scenes")) {
-    if (text_of(entry, "name") != scene) continue;
-    const fs::path folder = text_of(entry, "folder");
-    if (folder.empty() || folder.is_absolute() || folder.lexically_normal().string().rfind("..", 0) == 0) return {};
-    try {
-      std::error_code code;
-      const fs::path file = results.folder / folder / "description.json";
-      if (!fs::is_regular_file(file, code)) return {};
-      return list_of(JsonSource::from_file(file).root(), "axes");
-    } catch (const Error&) {
-      return {};  // a damaged description costs its facts only
-    }
-  }
-  return {};
-}
-
-Json residual_json(const std::vector<stats::Quantiles>& residual, const Json& axes) {
+// Poses are shares of the travel; `axes` says how long it is.
+Json residual_json(const std::vector<stats::Quantiles>& residual, const std::vector<SceneAxis>& axes) {
   if (residual.empty() || axes.size() != residual.size()) return nullptr;
   Json list = Json::array();
   for (std::size_t axis = 0; axis < residual.size(); ++axis) {
-    const Json lower = axes[axis].value("lower", Json()), upper = axes[axis].value("upper", Json());
-    if (!lower.is_number() || !upper.is_number()) return nullptr;
-    const double travel = upper.get<double>() - lower.get<double>();
-    list.push_back({{"name", text_of(axes[axis], "name")},
-                    {"unit", text_of(axes[axis], "unit")},
-                    {"median", shown(travel * residual[axis].median)},
-                    {"q75", shown(travel * residual[axis].q75)}});
+    const double travel = axes[axis].upper - axes[axis].lower;
+    if (!(travel > 0)) return nullptr;
+    list.push_back({{"name", axes[axis].name},
+                    {"unit", axes[axis].unit},
+                    {"median", shown_number(travel * residual[axis].median)},
+                    {"q75", shown_number(travel * residual[axis].q75)}});
   }
   return {{"axes", std::move(list)}};
 }
 
-void add_to_row(Json& row, const stats::SeriesStudy& study, const Json& axes, bool has_spec) {
+void add_to_row(Json& row, const stats::SeriesStudy& study, const std::vector<SceneAxis>& axes, bool has_spec) {
   put_interval(row["recommended"], study.recommended_median.interval);
-  row["recommended"]["iqm"] = shown(study.recommended_iqm.estimate);
+  row["recommended"]["iqm"] = shown_number(study.recommended_iqm.estimate);
   put_interval(row["recommended"], study.recommended_iqm.interval, "iqm_lo95", "iqm_hi95");
   put_interval(row["commanded"], study.commanded_median.interval);
   if (Json residual = residual_json(study.residual, axes); !residual.is_null()) row["residual"] = std::move(residual);
   if (!has_spec || study.yield.n == 0) return;
-  row["yield"] = {{"in", study.in_spec}, {"n", study.yield.n}, {"share", shown(study.yield.estimate)}};
+  row["yield"] = {{"in", study.in_spec}, {"n", study.yield.n}, {"share", shown_number(study.yield.estimate)}};
   put_interval(row["yield"], study.yield.interval);
   const stats::ExpectedSteps& expected = study.expected_to_spec;
   row["to_spec"] = {{"successes", expected.successes},
@@ -84,8 +62,8 @@ void add_to_curve(Json& curve, const stats::SeriesStudy& study, double algorithm
     bool any = false;
     for (const stats::CurvePoint& point : study.curve.points) {
       any = any || point.bands[track].exists();
-      low.push_back(shown(point.bands[track].low));
-      high.push_back(shown(point.bands[track].high));
+      low.push_back(shown_number(point.bands[track].low));
+      high.push_back(shown_number(point.bands[track].high));
     }
     if (!any) continue;
     (*found)["lo95"] = std::move(low);
@@ -93,8 +71,8 @@ void add_to_curve(Json& curve, const stats::SeriesStudy& study, double algorithm
   }
   Json machine = Json::array(), algorithm = Json::array();
   for (const stats::CurvePoint& point : study.curve.points) {
-    machine.push_back(shown(point.machine_seconds));
-    algorithm.push_back(shown(0.001 * algorithm_ms_per_step * point.step));
+    machine.push_back(shown_number(point.machine_seconds));
+    algorithm.push_back(shown_number(0.001 * algorithm_ms_per_step * point.step));
   }
   curve["machine_seconds"] = std::move(machine);
   if (std::isfinite(algorithm_ms_per_step)) curve["algorithm_seconds"] = std::move(algorithm);
@@ -109,7 +87,7 @@ Json ecdf_json(const stats::SeriesStudy& study) {
     if (study.targets_reached[step] == before && !last) continue;
     before = study.targets_reached[step];
     steps.push_back(step);
-    share.push_back(shown(before));
+    share.push_back(shown_number(before));
   }
   return {{"method", study.curve.algorithm}, {"steps", std::move(steps)}, {"share", std::move(share)}};
 }
@@ -120,12 +98,12 @@ Json pair_json(const stats::PairStudy& pair, const stats::Study& study) {
   return {{"a", study.series[pair.first].curve.algorithm},
           {"b", study.series[pair.second].curve.algorithm},
           {"n", comparison.difference.n},
-          {"ratio", shown(std::exp(comparison.difference.estimate))},
-          {"lo95", shown(std::exp(interval.low))},
-          {"hi95", shown(std::exp(interval.high))},
-          {"improvement", shown(comparison.probability_of_improvement.estimate)},
-          {"p", shown(comparison.test.p)},
-          {"p_holm", shown(pair.corrected_p)},
+          {"ratio", shown_number(std::exp(comparison.difference.estimate))},
+          {"lo95", shown_number(std::exp(interval.low))},
+          {"hi95", shown_number(std::exp(interval.high))},
+          {"improvement", shown_number(comparison.probability_of_improvement.estimate)},
+          {"p", shown_number(comparison.test.p)},
+          {"p_holm", shown_number(pair.corrected_p)},
           {"verdict", stats::verdict_name(comparison.verdict)}};
 }
 
@@ -144,7 +122,8 @@ const stats::SeriesStudy* find_series(const stats::Study& study, const stats::Gr
   return nullptr;
 }
 
-void add_to_group(Json& group, const stats::GroupStudy& found, const stats::Study& study, const Json& axes) {
+void add_to_group(Json& group, const stats::GroupStudy& found, const stats::Study& study,
+                  const std::vector<SceneAxis>& axes) {
   const bool has_spec = std::isfinite(found.spec_rmse);
   std::map<std::string, double> algorithm_ms;
   for (Json& row : group["rows"]) {
@@ -162,9 +141,9 @@ void add_to_group(Json& group, const stats::GroupStudy& found, const stats::Stud
     if (!flag_of(group, "measured_only")) ecdf.push_back(ecdf_json(*series));
   }
   if (!ecdf.empty()) group["ecdf"] = std::move(ecdf);
-  if (found.own_optimum.n > 0) group["floor"] = {{"own_optimum", shown(found.own_optimum.median)}};
+  if (found.own_optimum.n > 0) group["floor"] = {{"own_optimum", shown_number(found.own_optimum.median)}};
   if (has_spec) {
-    group["spec_rmse"] = shown(found.spec_rmse);
+    group["spec_rmse"] = shown_number(found.spec_rmse);
     group["cannot_meet_spec"] = found.cannot_meet_spec;
     group["hopeless"] = found.hopeless;
   }
@@ -172,7 +151,7 @@ void add_to_group(Json& group, const stats::GroupStudy& found, const stats::Stud
   for (const stats::PairStudy& pair : found.pairs) pairs.push_back(pair_json(pair, study));
   if (!pairs.empty()) group["pairs"] = std::move(pairs);
   if (found.friedman.mean_ranks.size() > 2)
-    group["friedman"] = {{"p", shown(found.friedman.f_p)}, {"instances", found.friedman.instances}};
+    group["friedman"] = {{"p", shown_number(found.friedman.f_p)}, {"instances", found.friedman.instances}};
 }
 
 double spec_rmse_of(const Json& spec) {
@@ -203,9 +182,12 @@ void add_statistics(Json& data, const LoadedResults& results, const stats::Study
   data["targets"] = options.targets.empty() ? stats::default_targets() : options.targets;
   data["resamples"] = study.resamples;
   data["smallest_relevant_ratio"] = options.smallest_relevant_ratio;
+  const std::map<std::string, std::vector<SceneAxis>> axes = scene_axes(results.folder, results.manifest);
   for (Json& group : data["groups"])
-    if (const stats::GroupStudy* found = find_group(study, group))
-      add_to_group(group, *found, study, axes_of(results, text_of(group, "scene")));
+    if (const stats::GroupStudy* found = find_group(study, group)) {
+      const auto of_scene = axes.find(text_of(group, "scene"));
+      add_to_group(group, *found, study, of_scene == axes.end() ? std::vector<SceneAxis>() : of_scene->second);
+    }
   const Json& spec = object_of(results.manifest, "spec");
   if (!spec.empty()) data["spec"] = spec;
   data["gates"] = gates_json(data, results);

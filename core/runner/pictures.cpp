@@ -48,8 +48,8 @@ std::vector<std::size_t> film_frames(std::size_t steps) {
   return {places.begin(), places.end()};
 }
 
-Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-Json rmse(double mse) { return finite_or_null(std::sqrt(std::max(0.0, mse))); }
+// NaN, which is written as null, where no truth is known.
+double rmse(double mse) { return std::isnan(mse) ? mse : std::sqrt(std::max(0.0, mse)); }
 
 struct Chosen {
   records::TrialRecord record;
@@ -227,10 +227,10 @@ class Pictures {
       frames.push_back({{"step", step.step},
                         {"commanded_pose", step.commanded_pose},
                         {"true_pose", step.true_pose},
-                        {"measured", finite_or_null(step.measured)},
+                        {"measured", step.measured},
                         {"commanded", rmse(step.commanded_mse)},
                         {"recommended", rmse(step.recommended_mse)},
-                        {"machine_seconds", finite_or_null(step.machine_seconds)}});
+                        {"machine_seconds", step.machine_seconds}});
     }
     return {{"file", record.trial + "/" + film_name()}, {"tile", kFilmTile}, {"frames", std::move(frames)}};
   }

@@ -53,8 +53,6 @@ int descriptor_from_environment(const char* name) {
   return number;
 }
 
-Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
 // Lines from and to the coordinator. A thread of its own reads them, since a plugin may not return.
 class Channel {
  public:
@@ -243,7 +241,7 @@ class Worker {
                      {"stopped", outcome.stopped},
                      {"received_at", received_at},
                      {"sent_at", clock_seconds()},
-                     {"harness_seconds", finite_or_null(outcome.times.harness_seconds)},
+                     {"harness_seconds", outcome.times.harness_seconds},
                      {"size", journal_.size()},
                      {"digest", journal_.digest()}}}});
   }

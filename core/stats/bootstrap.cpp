@@ -30,8 +30,21 @@ std::vector<SortedSample> sort_columns(const std::vector<std::vector<double>>& c
 }
 
 // Resamples outside, columns inside: large draws are made once for all columns.
+std::vector<Replicates> replicate_quantile(const Resampling& resampling, const std::vector<SortedSample>& samples,
+                                           double share) {
+  std::vector<Replicates> result(samples.size(), Replicates(resampling.resamples()));
+  ResampleBlock block(resampling);
+  for (std::size_t first = 0; first < resampling.resamples(); first += ResampleBlock::kLanes) {
+    block.load(first);
+    for (std::size_t column = 0; column < samples.size(); ++column)
+      samples[column].quantiles(block, share, &result[column][first]);
+  }
+  return result;
+}
+
 std::vector<Replicates> replicate(const Resampling& resampling, const std::vector<SortedSample>& samples,
                                   const OrderStatistic& statistic) {
+  if (statistic.is_quantile()) return replicate_quantile(resampling, samples, statistic.share());
   const std::size_t instances = resampling.instances();
   std::vector<double> weights(instances + 1, 0.0);
   for (std::size_t count = 1; count <= instances; ++count) weights[count] = statistic.weight_below(count, instances);
@@ -70,19 +83,6 @@ double sorted_quantile(const std::vector<double>& sorted, double share) {
 }
 
 }  // namespace
-
-SortedSample::SortedSample(const std::vector<double>& values) {
-  for (std::size_t instance = 0; instance < values.size(); ++instance) {
-    if (!std::isnan(values[instance])) instances_.push_back(static_cast<std::uint32_t>(instance));
-  }
-  std::stable_sort(instances_.begin(), instances_.end(),
-                   [&](std::uint32_t left, std::uint32_t right) { return values[left] < values[right]; });
-  values_.reserve(instances_.size());
-  for (const std::uint32_t instance : instances_) values_.push_back(values[instance]);
-  if (values_.empty()) return;
-  finite_ = std::isfinite(values_.front()) && std::isfinite(values_.back());
-  all_equal_ = values_.front() == values_.back();
-}
 
 std::vector<Replicates> resampled(const Resampling& resampling, const std::vector<std::vector<double>>& columns,
                                   const OrderStatistic& statistic) {

@@ -21,6 +21,9 @@ class OrderStatistic {
   // scipy.stats.trim_mean(values, 0.25), which rliable uses (Agarwal et al. 2021); that one cuts whole values only.
   static OrderStatistic iqm() { return {Kind::iqm, 0}; }
 
+  bool is_quantile() const { return kind_ == Kind::quantile; }
+  double share() const { return share_; }  // of a quantile
+
   // The weight of the first `count` of `n` sorted values together: 0 for none, 1 for all.
   double weight_below(std::size_t count, std::size_t n) const;
 

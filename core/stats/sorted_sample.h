@@ -7,6 +7,7 @@
 
 #include "stats/band.h"
 #include "stats/order_statistic.h"
+#include "stats/resample_block.h"
 
 namespace relign::stats {
 
@@ -32,6 +33,9 @@ class SortedSample {
     return n == 0 ? kMissing : sum;
   }
 
+  // A quantile (type 7) of each of the block's resamples, as resampled() gives it with OrderStatistic::quantile(share).
+  void quantiles(const ResampleBlock& block, double share, double* results) const;
+
   // The same for counts that add up to size(), as they do when no value is missing and none is infinite: the weights
   // come from a table of OrderStatistic::weight_below(0 ... size(), size()).
   bool takes_table(std::size_t instances) const { return finite_ && !all_equal_ && values_.size() == instances; }
@@ -54,6 +58,9 @@ class SortedSample {
     for (const std::uint32_t instance : instances_) n += counts[instance];
     return n;
   }
+
+  template <class Count>
+  void walk(const ResampleBlock& block, double share, double* results) const;
 
   std::vector<double> values_;
   std::vector<std::uint32_t> instances_;  // of each sorted value

@@ -51,7 +51,10 @@ TEST_F(MergeTest, MergedFoldersMergeAgainWithTheProvenanceOfTheirSources) {
 
 TEST_F(MergeTest, LogsScenesAndPicturesComeAlong) {
   const auto pictured = [](const std::string& id, const std::string& why) {
-    return Json{{"trial", id}, {"why", why}, {"frames", {{{"step", 0}, {"file", id + "/step-000.png"}}}}};
+    return Json{{"trial", id},
+                {"why", why},
+                {"frames", {{{"step", 0}, {"file", id + "/step-000.png"}}}},
+                {"film", {{"file", id + "/film.webp"}}}};
   };
   const auto with_pictures = [&](const std::string& name, const std::string& id, double mse) {
     TrialRecord record = trial(id);
@@ -63,6 +66,7 @@ TEST_F(MergeTest, LogsScenesAndPicturesComeAlong) {
         {"references", {{{"scene", "toy"}, {"file", "toy/reference.png"}}, {{"scene", "x"}, {"file", "../../x"}}}}};
     write_file_atomically(made / "pictures/index.json", index.dump());
     write_file_atomically(made / "pictures" / id / "step-000.png", "frame of " + id);
+    write_file_atomically(made / "pictures" / id / "film.webp", "film of " + id);
     write_file_atomically(made / "pictures/toy/reference.png", "reference");
     write_file_atomically(made / "scenes/f00/description.json", "{}");
     write_file_atomically(made / "logs" / (id + ".txt"), "log of " + id);
@@ -78,7 +82,38 @@ TEST_F(MergeTest, LogsScenesAndPicturesComeAlong) {
   EXPECT_EQ(index["trials"][1]["trial"], "w0");  // worst
   EXPECT_EQ(index["references"].size(), 1U);
   EXPECT_EQ(bytes("out/pictures/w1/step-000.png"), "frame of w1");
+  EXPECT_EQ(bytes("out/pictures/w1/film.webp"), "film of w1");
   EXPECT_FALSE(fs::exists(folder_ / "out/pictures/w2"));
+}
+
+// A folder from a stranger must not bring files of this machine into what is published.
+TEST_F(MergeTest, LinksThatLeaveTheFolderAreNotFollowed) {
+  write_file_atomically(folder_ / "secret/key.txt", "secret");
+  const fs::path made = make("a", {trial("w0")}, manifest({"walker"}, {"w0"}));
+  const Json index = {
+      {"format", 1},
+      {"trials",
+       {{{"trial", "w0"},
+         {"why", "best"},
+         {"frames", {{{"step", 0}, {"file", "w0/step-000.png"}}, {{"step", 1}, {"file", "w0/inner.png"}}}},
+         {"film", {{"file", "w0/film.webp"}}}}}},
+      {"references", {{{"scene", "toy"}, {"file", "toy/key.txt"}}}}};
+  write_file_atomically(made / "pictures/index.json", index.dump());
+  write_file_atomically(made / "pictures/w0/frame.png", "a frame");
+  write_file_atomically(made / "scenes/f00/description.json", "{}");
+  fs::create_symlink("frame.png", made / "pictures/w0/inner.png");
+  for (const char* link : {"pictures/w0/step-000.png", "pictures/w0/film.webp", "scenes/f00/lens.json"})
+    fs::create_symlink(folder_ / "secret/key.txt", made / link);
+  fs::create_directory_symlink(folder_ / "secret", made / "pictures/toy");
+  fs::create_directories(made / "logs");
+  fs::create_symlink(folder_ / "secret/key.txt", made / "logs/w0.txt");
+  join({made, make("b", {trial("w1")}, manifest({"walker"}, {"w1"}))});
+  EXPECT_EQ(bytes("out/pictures/w0/inner.png"), "a frame");
+  EXPECT_EQ(bytes("out/scenes/f00/description.json"), "{}");
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder_ / "out"))
+    if (entry.is_regular_file()) {
+      EXPECT_EQ(read_file(entry.path()).find("secret"), std::string::npos) << entry.path();
+    }
 }
 
 }  // namespace

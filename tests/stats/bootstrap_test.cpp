@@ -2,10 +2,13 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <numeric>
+#include <relign/random.hpp>
 
 #include "error_text.h"
 #include "stats/golden.h"
+#include "stats/sorted_sample.h"
 #include "stats/two_level.h"
 
 namespace relign::stats {
@@ -178,6 +181,40 @@ TEST(Bootstrap, SaysWhatIsWrong) {
                          }),
               HasSubstr("between 0 and 1"));
   EXPECT_THAT(error_text(ErrorKind::internal, [] { difference({1}, {1, 2}); }), HasSubstr("one Resampling"));
+}
+
+// Many resamples in one walk give what a walk for each gives: values that miss, tie, or never ended, any quantile.
+TEST(Bootstrap, SideBySideResamplesAreThoseOfOneByOne) {
+  Random random(7, 0);
+  for (const std::size_t instances : {1u, 2u, 3u, 10u, 65u, 150u}) {
+    const Resampling resampling(instances, 2 * ResampleBlock::kLanes + 5, 3);
+    for (int kind = 0; kind < 4; ++kind) {
+      std::vector<double> values;
+      for (std::size_t i = 0; i < instances; ++i) {
+        const double value = random.uniform();
+        values.push_back(kind == 1 && value < 0.4   ? kMissing
+                         : kind == 2 && value < 0.4 ? kInfinite
+                         : kind == 3                ? std::floor(3 * value)
+                                                    : value);
+      }
+      const SortedSample sample(values);
+      for (const double share : {0.0, 0.1, 0.5, 0.9, 1.0}) {
+        SCOPED_TRACE(std::to_string(instances) + " instances, kind " + std::to_string(kind) + ", quantile " +
+                     std::to_string(share));
+        const OrderStatistic statistic = OrderStatistic::quantile(share);
+        const Replicates found = resampled(resampling, {values}, statistic).front();
+        std::vector<std::uint8_t> scratch;
+        for (std::size_t resample = 0; resample < resampling.resamples(); ++resample) {
+          const double expected = sample.resampled(resampling.counts(resample, scratch), statistic);
+          if (std::isfinite(expected)) {
+            expect_close(found[resample], expected);
+          } else {
+            EXPECT_TRUE(found[resample] == expected || (std::isnan(found[resample]) && std::isnan(expected)));
+          }
+        }
+      }
+    }
+  }
 }
 
 }  // namespace
