@@ -38,26 +38,30 @@ int write_reports(Context& context, const ReportArguments& arguments) {
       throw Error(ErrorKind::bad_input, "--figures goes with the page; leave out --format md, or call report twice");
     return write_markdown(context, arguments);
   }
-  if (!arguments.figures.empty() && arguments.folders.size() > 1)
+  if (!arguments.figures.empty() && arguments.out.empty() && arguments.folders.size() > 1)
     throw Error(ErrorKind::bad_input,
                 "--figures names one folder, but " + std::to_string(arguments.folders.size()) +
-                    " results folders are given; make the figures of each with a call of its own");
-  if (!arguments.out.empty() && arguments.folders.size() > 1)
-    throw Error(ErrorKind::bad_input, "--out names one page, but " + std::to_string(arguments.folders.size()) +
-                                          " results folders are given; leave it out to write a page into each");
+                    " results folders are given; add --out PAGE for one page and one set of figures of them all, or "
+                    "make the figures of each with a call of its own");
   Json pages = Json::array(), figures = Json::array();
   std::string text;
-  for (const std::string& folder : arguments.folders) {
-    const fs::path page = arguments.out.empty() ? fs::path(folder) / "report.html" : fs::path(arguments.out);
-    const report::Report report(folder);
+  const auto write = [&](const report::Report& report, const fs::path& page) {
     report.write_html(page);
-    if (arguments.out.empty()) report.write_tables();
     pages.push_back(page.string());
     text += page.string() + "\n";
-    if (arguments.figures.empty()) continue;
+    if (arguments.figures.empty()) return;
     for (const fs::path& file : report.write_figures(arguments.figures)) {
       figures.push_back(file.string());
       text += file.string() + "\n";
+    }
+  };
+  if (!arguments.out.empty()) {
+    write(report::Report(std::vector<fs::path>(arguments.folders.begin(), arguments.folders.end())), arguments.out);
+  } else {
+    for (const std::string& folder : arguments.folders) {
+      const report::Report report(folder);
+      report.write_tables();
+      write(report, fs::path(folder) / "report.html");
     }
   }
   Json result = {{"reports", pages}};
@@ -71,12 +75,14 @@ int write_reports(Context& context, const ReportArguments& arguments) {
 void add_report(CLI::App& app, Context& context) {
   CLI::App& verb = add_verb(app, {"report", "Write the page and the tables of results folders again.",
                                   "relign-bench report results/quick\n"
-                                  "relign-bench report results/quick --figures paper",
-                                  "run"});
+                                  "relign-bench report results/quick --figures paper\n"
+                                  "relign-bench report results/mine results/published -o both.html",
+                                  "run, merge, compare"});
   auto arguments = std::make_shared<ReportArguments>();
   verb.add_option("DIR", arguments->folders, "results folder, one or more")->required()->type_name("DIR");
   verb.add_option("-o,--out", arguments->out,
-                  "the page alone, elsewhere [default: DIR/report.html and tables; md: standard output]")
+                  "the page alone, elsewhere; of several folders one page: those with the same instance set are "
+                  "compared, others stand apart [default: DIR/report.html and tables; md: standard output]")
       ->type_name("FILE");
   verb.add_option("--format", arguments->format, "html or md (Markdown tables for a README) [default: html]")
       ->type_name("FORMAT")

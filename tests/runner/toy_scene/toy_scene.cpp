@@ -21,8 +21,8 @@ std::vector<float> spot(double x, double y) {
 
 class ToyAssembly final : public relign::Assembly {
  public:
-  ToyAssembly(double shift, double broken_above, const std::vector<float>& reference)
-      : shift_(shift), broken_above_(broken_above), reference_(reference) {}
+  ToyAssembly(double shift, double broken_above, double blind_above, const std::vector<float>& reference)
+      : shift_(shift), broken_above_(broken_above), blind_above_(blind_above), reference_(reference) {}
 
   void capture(const relign::Pose& pose, std::uint64_t frame_seed, float* pixels) override {
     if (pose[0] > broken_above_) throw std::runtime_error("the camera fell off");
@@ -32,6 +32,7 @@ class ToyAssembly final : public relign::Assembly {
       pixels[index] = image[index] + static_cast<float>(0.01 * random.normal());
   }
   Truth noise_free_mse(const relign::Pose& pose, std::uint64_t seed) override {
+    if (pose[0] > blind_above_) throw std::runtime_error("nothing to see up there");
     const std::vector<float> image = spot(pose[0] + shift_, pose[1]);
     double sum = 0;
     for (std::size_t index = 0; index < image.size(); ++index) {
@@ -43,14 +44,16 @@ class ToyAssembly final : public relign::Assembly {
 
  private:
   double shift_;
-  double broken_above_;
+  double broken_above_, blind_above_;
   const std::vector<float>& reference_;
 };
 
 class ToyScene final : public relign::Scene {
  public:
   explicit ToyScene(const relign::Parameters& given)
-      : broken_above_(given.number("broken_above")), reference_(spot(0.5, 0.5)) {}
+      : broken_above_(given.number("broken_above")),
+        blind_above_(given.number("blind_above")),
+        reference_(spot(0.5, 0.5)) {}
 
   std::string describe() override {
     return R"({"name": "toy", "summary": "A spot.", "nominal_pose": [0.5, 0.5],
@@ -71,11 +74,11 @@ class ToyScene final : public relign::Scene {
   std::unique_ptr<relign::Assembly> mount(std::string_view offsets) override {
     const auto json = nlohmann::json::parse(offsets);
     const double shift = json.contains("L1") ? json["L1"]["shift_mm"][0].get<double>() : 0.0;
-    return std::make_unique<ToyAssembly>(shift, broken_above_, reference_);
+    return std::make_unique<ToyAssembly>(shift, broken_above_, blind_above_, reference_);
   }
 
  private:
-  double broken_above_;
+  double broken_above_, blind_above_;
   std::vector<float> reference_;
 };
 
