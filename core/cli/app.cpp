@@ -80,7 +80,7 @@ void add_global_options(CLI::App& app, Context& context) {
       ->allow_extra_args(false);
   app.add_option("--progress", context.progress_name,
                  "how to show progress on stderr: auto (a line on a terminal, else plain), plain (a line every 10 s), "
-                 "json or none")
+                 "json (an object a line) or none")
       ->type_name("MODE")
       ->check(CLI::IsMember({"auto", "plain", "json", "none"}))
       ->capture_default_str();

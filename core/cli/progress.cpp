@@ -82,7 +82,10 @@ void ProgressPrinter::message(const std::string& text) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (painted_) std::fputs("\r\033[K", stderr);
   painted_ = false;
-  std::fprintf(stderr, "%s\n", printable(text).c_str());
+  if (mode_ == ProgressMode::json)
+    print_line({{"message", text}});
+  else
+    std::fprintf(stderr, "%s\n", printable(text).c_str());
 }
 
 void ProgressPrinter::finish() {
@@ -116,28 +119,56 @@ void ProgressPrinter::paint_line() {
   const int filled = static_cast<int>(share * kBarWidth);
   const std::string bar = std::string(filled, '#') + std::string(kBarWidth - filled, '.');
   std::string text = "[" + bar + "] " + progress_.doing + counts_text(progress_, counted_);
-  const double elapsed = seconds_since(phase_since_);
-  const std::size_t done_here = progress_.done - std::min(progress_.done, done_at_phase_start_);
-  if (done_here >= 3 && progress_.done < progress_.total)
-    text += ", about " + duration_text(elapsed / done_here * (progress_.total - progress_.done)) + " left";
+  text += outlook_text();
   std::fprintf(stderr, "\r\033[K%s", text.c_str());
   std::fflush(stderr);
   painted_ = true;
 }
 
+// Of this phase; 0 until enough is done to tell.
+double ProgressPrinter::per_second() const {
+  constexpr std::size_t kEnough = 3;
+  const std::size_t done_here = progress_.done - std::min(progress_.done, done_at_phase_start_);
+  const double elapsed = seconds_since(phase_since_);
+  return done_here >= kEnough && elapsed > 0 ? static_cast<double>(done_here) / elapsed : 0;
+}
+
+std::string ProgressPrinter::outlook_text() const {
+  const double rate = per_second();
+  if (rate <= 0 || progress_.done >= progress_.total) return "";
+  const std::string speed = rate >= 1 ? significant(rate, 2) + " a second" : significant(60 * rate, 2) + " a minute";
+  return ", " + speed + ", about " + duration_text(static_cast<double>(progress_.total - progress_.done) / rate) +
+         " left";
+}
+
 void ProgressPrinter::print_plain() {
-  std::fprintf(stderr, "%s%s, %s\n", progress_.doing.c_str(), counts_text(progress_, counted_).c_str(),
-               duration_text(std::max(progress_.seconds, seconds_since(phase_since_))).c_str());
+  std::fprintf(stderr, "%s%s, %s%s\n", progress_.doing.c_str(), counts_text(progress_, counted_).c_str(),
+               duration_text(std::max(progress_.seconds, seconds_since(phase_since_))).c_str(),
+               outlook_text().c_str());
   std::fflush(stderr);
   last_printed_ = Clock::now();
 }
 
-void ProgressPrinter::print_json() {
-  const nlohmann::json line = {{"doing", progress_.doing},   {"done", progress_.done},
-                               {"total", progress_.total},   {"failed", progress_.failed},
-                               {"reused", progress_.reused}, {"seconds", progress_.seconds}};
-  std::fprintf(stderr, "%s\n", line.dump().c_str());
+void ProgressPrinter::print_line(const nlohmann::json& line) {
+  std::fprintf(stderr, "%s\n", line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
   std::fflush(stderr);
+}
+
+void ProgressPrinter::print_json() {
+  const double rate = per_second();
+  nlohmann::json line = {{"doing", progress_.doing},
+                         {"done", progress_.done},
+                         {"total", progress_.total},
+                         {"failed", progress_.failed},
+                         {"reused", progress_.reused},
+                         {"seconds", progress_.seconds},
+                         {"per_second", nullptr},
+                         {"seconds_left", nullptr}};
+  if (rate > 0) {
+    line["per_second"] = rate;
+    line["seconds_left"] = static_cast<double>(progress_.total - progress_.done) / rate;
+  }
+  print_line(line);
   last_printed_ = Clock::now();
 }
 

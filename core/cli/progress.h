@@ -1,10 +1,13 @@
 // How far a run is, on stderr: one repainted line on a terminal, a plain line every 10 seconds
-// elsewhere, JSON lines for programs, or nothing.
+// elsewhere, JSON lines for programs, or nothing. A JSON line is {"doing", "done", "total", "failed",
+// "reused", "seconds", "per_second", "seconds_left"}, the last two null until enough is done to tell,
+// or {"message"}.
 #pragma once
 
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <thread>
@@ -38,6 +41,9 @@ class ProgressPrinter {
   void paint_line();
   void print_plain();
   void print_json();
+  static void print_line(const nlohmann::json& line);
+  double per_second() const;
+  std::string outlook_text() const;
 
   const ProgressMode mode_;
   const std::string counted_;

@@ -103,6 +103,7 @@ void compare_closing(const TrialRecord& was, const TrialRecord& is, Comparison& 
   // Records of before it was written have none.
   if (!was.own_optimum_pose.empty() && !is.own_optimum_pose.empty())
     comparison.numbers("own_optimum_pose", was.own_optimum_pose, is.own_optimum_pose);
+  comparison.number("uncured_mse", was.uncured_mse, is.uncured_mse);
   // Replaced as in the file, where bytes that are no UTF-8 cannot stand.
   const auto as_written = [](const Json& value) { return value.dump(-1, ' ', false, Json::error_handler_t::replace); };
   comparison.text("message", as_written(was.message), as_written(is.message));

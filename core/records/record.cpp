@@ -139,6 +139,7 @@ TrialRecord read_closing(const Json& line) {
   if (record.has_own_optimum) record.own_optimum_mse = own_optimum.get<double>();
   if (const auto pose = line.find("own_optimum_pose"); pose != line.end())
     record.own_optimum_pose = read_numbers(*pose);
+  if (const auto uncured = line.find("uncured_mse"); uncured != line.end()) record.uncured_mse = read_number(*uncured);
   record.message = line.at("message").get<std::string>();
   record.warnings = line.at("warnings").get<std::vector<std::string>>();
   return record;
@@ -182,8 +183,8 @@ std::string step_line(const std::string& trial, const StepRecord& step) {
 }
 
 std::string closing_line(const TrialRecord& record, std::size_t steps) {
-  return LineWriter()
-      .add("format", kFormat)
+  LineWriter line;
+  line.add("format", kFormat)
       .add("trial", record.trial)
       .add("end", record.end)
       .add("steps", std::uint64_t{steps})
@@ -196,10 +197,9 @@ std::string closing_line(const TrialRecord& record, std::size_t steps) {
       .add("instance", record.instance)
       .add("instance_seed", std::to_string(record.instance_seed))
       .raw("own_optimum_mse", record.has_own_optimum ? LineWriter::number(record.own_optimum_mse) : "null")
-      .add("own_optimum_pose", record.own_optimum_pose)
-      .add("message", record.message)
-      .add("warnings", record.warnings)
-      .close();
+      .add("own_optimum_pose", record.own_optimum_pose);
+  if (std::isfinite(record.uncured_mse)) line.add("uncured_mse", record.uncured_mse);
+  return line.add("message", record.message).add("warnings", record.warnings).close();
 }
 
 std::string to_lines(const TrialRecord& record) {

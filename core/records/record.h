@@ -44,7 +44,9 @@ struct TrialRecord {
   double own_optimum_mse = 0;
   bool has_own_optimum = false;
   std::vector<double> own_optimum_pose;  // true pose, a share of the travel an axis; empty: not known
-  std::vector<std::string> warnings;     // what the plugin left behind
+  // Noise-free, at the last recommendation before the glue cures; NaN, and not written, where that shifts nothing.
+  double uncured_mse = std::numeric_limits<double>::quiet_NaN();
+  std::vector<std::string> warnings;  // what the plugin left behind
   std::vector<StepRecord> steps;
 };
 

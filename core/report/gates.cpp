@@ -30,7 +30,8 @@ void add_same_methods(Json& gates, const Json& data, const LoadedResults& result
       what[key] = entry.is_object() ? entry.value(key, Json()) : Json();
     names[what.dump()].push_back(text_of(entry, "name"));
   }
-  for (const auto& [what, twins] : names) {
+  for (const auto& entry : names) {
+    const std::vector<std::string>& twins = entry.second;  // by its own name: lambdas capture it
     if (twins.size() < 2) continue;
     std::size_t tested = 0;
     std::string different;

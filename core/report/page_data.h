@@ -13,7 +13,7 @@
 //   group.floor    {own_optimum, next_image}: median RMSE of the lenses' own best poses; the Cramer-Rao bound of one
 //                  more image
 //   group.rows[i]  recommended, commanded {n, median, q25, q75, lo95, hi95, iqm, iqm_lo95, iqm_hi95}; yield {in, n,
-//                  share, lo95, hi95}; to_spec {successes, n, steps, lo95, hi95, expected, seconds}; residual {axes
+//                  share, lo95, hi95, uncured {the same, before the glue cures}}; to_spec {successes, n, steps, lo95, hi95, expected, seconds}; residual {axes
 //                  [{name, unit, median, q75}]} of the recommended pose against the lens's own best one, without sign
 //   group.curves[i].tracks[t]  also lo95, hi95, null where no band was computed; curves[i].machine_seconds and
 //                  .algorithm_seconds: medians by which each step was done

@@ -36,8 +36,10 @@ void number_cell(HtmlWriter& html, const Json& number, int digits) {
 }
 
 void cell_with_interval(HtmlWriter& html, const std::string& kind, const std::string& sort, const std::string& value,
-                        const std::string& interval) {
-  html.open("td", {{"class", kind}, {"data-sort", sort}}).element("b", value);
+                        const std::string& interval, const std::string& title = "") {
+  Attributes attributes = {{"class", kind}, {"data-sort", sort}};
+  if (!title.empty()) attributes.emplace_back("title", title);
+  html.open("td", attributes).element("b", value);
   if (!interval.empty()) html.text(" ").element("span", {{"class", "quartiles"}}, "(" + interval + ")");
   html.close();
 }
@@ -51,9 +53,11 @@ void yield_cell(HtmlWriter& html, const Json& row, const Block&) {
   const Json& yield = object_of(row, "yield");
   if (yield.empty() || !yield.value("share", Json()).is_number())
     return cell_with_interval(html, "number", "", "-", "");
+  const Json& uncured = object_of(yield, "uncured");
   cell_with_interval(
       html, "number", sort_value(yield["share"]), whole_percent(yield["share"]) + " %",
-      yield.value("lo95", Json()).is_number() ? whole_percent(yield["lo95"]) + kTo + whole_percent(yield["hi95"]) : "");
+      yield.value("lo95", Json()).is_number() ? whole_percent(yield["lo95"]) + kTo + whole_percent(yield["hi95"]) : "",
+      uncured.empty() ? "" : "Before the glue cures: " + whole_percent(uncured["share"]) + " %");
 }
 
 // Whole numbers stay whole.

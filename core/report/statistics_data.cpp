@@ -8,6 +8,7 @@
 #include "report/gates.h"
 #include "report/page_data.h"
 #include "report/scene_axes.h"
+#include "report/scene_bounds.h"
 
 namespace relign::report {
 namespace {
@@ -44,6 +45,12 @@ void add_to_row(Json& row, const stats::SeriesStudy& study, const std::vector<Sc
   if (!has_spec || study.yield.n == 0) return;
   row["yield"] = {{"in", study.in_spec}, {"n", study.yield.n}, {"share", shown_number(study.yield.estimate)}};
   put_interval(row["yield"], study.yield.interval);
+  if (study.yield_uncured.n > 0) {
+    row["yield"]["uncured"] = {{"in", study.in_spec_uncured},
+                               {"n", study.yield_uncured.n},
+                               {"share", shown_number(study.yield_uncured.estimate)}};
+    put_interval(row["yield"]["uncured"], study.yield_uncured.interval);
+  }
   const stats::ExpectedSteps& expected = study.expected_to_spec;
   row["to_spec"] = {{"successes", expected.successes},
                     {"n", expected.trials},
@@ -123,7 +130,7 @@ const stats::SeriesStudy* find_series(const stats::Study& study, const stats::Gr
 }
 
 void add_to_group(Json& group, const stats::GroupStudy& found, const stats::Study& study,
-                  const std::vector<SceneAxis>& axes) {
+                  const std::vector<SceneAxis>& axes, double next_image) {
   const bool has_spec = std::isfinite(found.spec_rmse);
   std::map<std::string, double> algorithm_ms;
   for (Json& row : group["rows"]) {
@@ -141,7 +148,11 @@ void add_to_group(Json& group, const stats::GroupStudy& found, const stats::Stud
     if (!flag_of(group, "measured_only")) ecdf.push_back(ecdf_json(*series));
   }
   if (!ecdf.empty()) group["ecdf"] = std::move(ecdf);
-  if (found.own_optimum.n > 0) group["floor"] = {{"own_optimum", shown_number(found.own_optimum.median)}};
+  if (found.own_optimum.n > 0) {
+    const double best = found.own_optimum.median;
+    group["floor"] = {{"own_optimum", shown_number(best)}};
+    if (!std::isnan(next_image)) group["floor"]["next_image"] = shown_number(std::sqrt(best * best + next_image));
+  }
   if (has_spec) {
     group["spec_rmse"] = shown_number(found.spec_rmse);
     group["cannot_meet_spec"] = found.cannot_meet_spec;
@@ -186,7 +197,8 @@ void add_statistics(Json& data, const LoadedResults& results, const stats::Study
   for (Json& group : data["groups"])
     if (const stats::GroupStudy* found = find_group(study, group)) {
       const auto of_scene = axes.find(text_of(group, "scene"));
-      add_to_group(group, *found, study, of_scene == axes.end() ? std::vector<SceneAxis>() : of_scene->second);
+      add_to_group(group, *found, study, of_scene == axes.end() ? std::vector<SceneAxis>() : of_scene->second,
+                   next_image_excess(results.folder, results.manifest, found->scene, found->noise_level));
     }
   const Json& spec = object_of(results.manifest, "spec");
   if (!spec.empty()) data["spec"] = spec;

@@ -74,6 +74,9 @@ std::string spec_words(const Json& group, const Json& row) {
   if (steps.is_number())
     text += ", half of all within " + counted(static_cast<std::uint64_t>(std::ceil(steps.get<double>())), "step") +
             (arrival["seconds"].is_number() ? " and " + shown(arrival["seconds"]) + " s of machine time" : "");
+  if (const Json& uncured = object_of(yield, "uncured"); !uncured.empty())
+    text += "; before the glue cures it is " + std::to_string(count_of(uncured, "in")) + " of " +
+            std::to_string(count_of(uncured, "n"));
   return text + ". ";
 }
 

@@ -112,7 +112,13 @@ struct TrialRunner::Bench {
   std::string mounted_key;  // suite seed and instance
   task::Instance instance;
   std::unique_ptr<plugin_host::MountedAssembly> assembly;
-  std::optional<plugin_host::MountedAssembly::Optimum> own_optimum;  // of the assembly
+  using Optimum = plugin_host::MountedAssembly::Optimum;
+  std::optional<std::optional<Optimum>> own_optimum;  // of the assembly, once it was asked for
+
+  const std::optional<Optimum>& optimum(std::size_t axes) {
+    if (!own_optimum) own_optimum = assembly->own_optimum(frame_seed(instance.seed, 0, FrameStream::own_optimum), axes);
+    return *own_optimum;
+  }
 
   void unmount() {
     assembly.reset();
@@ -169,13 +175,14 @@ TrialRunner::Placed TrialRunner::place(const TrialJob& job) {
     if (!job.facts.owns_stage) {
       bench_->assembly =
           std::make_unique<plugin_host::MountedAssembly>(on.mount(bench_->instance.variances.elements_json));
-      if (job.facts.truth && !job.preparing)
-        bench_->own_optimum = bench_->assembly->own_optimum(
-            frame_seed(bench_->instance.seed, 0, FrameStream::own_optimum), job.facts.axes.size());
     }
     bench_->mounted_key = mounted_key;
   }
-  return {bench_->instance, bench_->assembly.get(), on.reference()};
+  const bool known = bench_->assembly && job.facts.truth && !job.preparing;
+  return {bench_->instance, bench_->assembly.get(), on.reference(),
+          [bench = bench_.get(), known, axes = job.facts.axes.size()] {
+            return known ? bench->optimum(axes) : std::nullopt;
+          }};
 }
 
 TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop, const OnStep& on_step) {
@@ -186,10 +193,10 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
   std::vector<task::Step> made;  // kept apart, so that a failing scene leaves the steps before it
   try {
     const Placed placed = place(job);
-    record.has_own_optimum = bench_->own_optimum.has_value();
-    if (record.has_own_optimum) {
-      record.own_optimum_mse = bench_->own_optimum->truth.mse;
-      record.own_optimum_pose = bench_->own_optimum->true_pose;
+    if (const auto optimum = placed.own_optimum()) {
+      record.has_own_optimum = true;
+      record.own_optimum_mse = optimum->truth.mse;
+      record.own_optimum_pose = optimum->true_pose;
     }
     if (options_.on_begin) options_.on_begin(record);
     task::TrialSetup setup;
@@ -222,6 +229,7 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
     outcome.stopped = result.end == task::End::stopped;
     record.end = result.outcome.empty() || outcome.stopped ? task::end_name(result.end) : result.outcome;
     record.message = result.message;
+    record.uncured_mse = result.uncured_mse;
     for (const std::string& change : result.environment_changes)
       record.warnings.push_back(job.algorithm.id + ": " + change);
     add_steps(result.steps, outcome);

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "plugin_host/objects.h"
@@ -78,6 +79,8 @@ class TrialRunner {
     const task::Instance& instance;
     plugin_host::MountedAssembly* assembly;  // null on a station, which has its own lens
     relign_image reference;
+    // The lens's best pose; nothing where the scene does not know it. Looked for once, when first asked for.
+    std::function<std::optional<plugin_host::MountedAssembly::Optimum>()> own_optimum;
   };
   Placed place(const TrialJob& job);
 

@@ -162,6 +162,13 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
   if (!std::isnan(spec)) {
     for (const double rmse : recommended) study.in_spec += rmse <= spec ? 1 : 0;
     study.yield = success_rate(study.in_spec, series.trials.size() + series.failed);
+    std::size_t told = 0;
+    for (const std::uint32_t trial : series.trials) {
+      const double uncured = table.rows[trial].uncured;
+      told += std::isnan(uncured) ? 0 : 1;
+      study.in_spec_uncured += uncured <= spec ? 1 : 0;
+    }
+    if (told > 0) study.yield_uncured = success_rate(study.in_spec_uncured, told + series.failed);
   }
   if (draws.wanted) {
     const std::vector<std::vector<double>> columns = {

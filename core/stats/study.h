@@ -49,6 +49,9 @@ struct SeriesStudy {
   // Noise-free at the last recommendation against the specification.
   std::size_t in_spec = 0;
   Band yield;
+  // The same before the glue cures, among the trials that tell it; yield_uncured.n is 0 where glue shifts nothing.
+  std::size_t in_spec_uncured = 0;
+  Band yield_uncured;
   ExpectedSteps expected_to_spec;
   Band steps_to_spec, seconds_to_spec;  // median by Kaplan and Meier; infinite when half of the lenses never get there
   // By each step of the curve, the share of (lens, target) pairs that are reached.

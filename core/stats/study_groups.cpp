@@ -36,7 +36,7 @@ std::vector<GroupStudy> groups_of(const TrialTable& table) {
     GroupStudy& group = groups[group_of[row.series]];
     group.instances.push_back(row.instance);
     if (!std::isnan(row.own_optimum_mse))
-      optima[group_of[row.series]].emplace_back(row.instance, std::sqrt(std::max(0.0, row.own_optimum_mse)));
+      optima[group_of[row.series]].emplace_back(row.instance, displayed(row.own_optimum_mse));
   }
   for (std::size_t number = 0; number < groups.size(); ++number) {
     std::vector<std::uint64_t>& instances = groups[number].instances;
@@ -57,7 +57,7 @@ void find_hopeless(const TrialTable& table, GroupStudy& group) {
   std::set<std::uint64_t> found;
   for (const std::size_t number : group.series)
     for (const std::uint32_t row : table.series[number].trials)
-      if (std::sqrt(std::max(0.0, table.rows[row].own_optimum_mse)) > group.spec_rmse)  // false when it is NaN
+      if (displayed(table.rows[row].own_optimum_mse) > group.spec_rmse)  // false when it is NaN
         found.insert(table.rows[row].instance);
   group.cannot_meet_spec = found.size();
   for (const std::uint64_t instance : found)

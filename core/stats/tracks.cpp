@@ -5,11 +5,8 @@
 #include <limits>
 
 namespace relign::stats {
-namespace {
 
 double displayed(double mse) { return std::isnan(mse) ? mse : std::sqrt(std::max(0.0, mse)); }
-
-}  // namespace
 
 const char* track_name(Track track) {
   switch (track) {

@@ -56,6 +56,7 @@ class Maker {
     row.steps = static_cast<unsigned>(steps.size());
     row.ended_well = records::ended_well(closing.end);
     if (closing.has_own_optimum) row.own_optimum_mse = closing.own_optimum_mse;
+    row.uncured = displayed(closing.uncured_mse);
     row.last.fill(std::numeric_limits<double>::quiet_NaN());
     if (!steps.empty()) {
       const records::StepNumbers& last = steps.back();

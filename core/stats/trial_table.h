@@ -28,6 +28,7 @@ struct TrialRow {
   unsigned last_step = 0;  // number of the last one
   bool ended_well = false;
   double own_optimum_mse = std::numeric_limits<double>::quiet_NaN();  // NaN: not known
+  double uncured = std::numeric_limits<double>::quiet_NaN();          // RMSE at the last recommendation before curing
   // RMSE; NaN when there is none.
   double start_measured = std::numeric_limits<double>::quiet_NaN();
   double start_commanded = std::numeric_limits<double>::quiet_NaN();

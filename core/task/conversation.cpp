@@ -237,6 +237,7 @@ void Conversation::close_step() {
   pending_.recommended_seconds = pending_.machine_seconds + move.machine_seconds;
   pending_.commanded_truth = truth_at(pending_.true_pose, FrameStream::truth_commanded);
   pending_.recommended_truth = truth_at(move.true_pose, FrameStream::truth_recommended);
+  uncured_true_pose_ = move.uncured_true_pose;
   pending_.truth_seconds = seconds_since(start);
   steps_.push_back(pending_);
   if (setup_->on_step) setup_->on_step(pending_, pixels_.data());
@@ -262,6 +263,11 @@ Truth Conversation::truth_at(const std::vector<double>& true_pose, FrameStream s
   if (!rig_->tells_truth()) return rig_->truth_at(true_pose, seed);
   if (const auto known = truths_.find(true_pose); known != truths_.end()) return known->second;
   return truths_[true_pose] = rig_->truth_at(true_pose, seed);
+}
+
+Truth Conversation::uncured_truth() {
+  if (uncured_true_pose_.empty()) return {std::numeric_limits<double>::quiet_NaN(), 0};
+  return truth_at(uncured_true_pose_, FrameStream::truth_recommended);
 }
 
 void Conversation::algorithm_ended() { algorithm_seconds_ += seconds_since(left_host_); }

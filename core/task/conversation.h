@@ -46,6 +46,8 @@ class Conversation final : public Seat {
   void close();
 
   std::vector<Step> take_steps() { return std::move(steps_); }
+  // At the last recommendation before the glue cures; NaN where it shifts nothing.
+  Truth uncured_truth();
   double seconds_after_last_step() const { return algorithm_seconds_; }
   bool host_failed() const { return host_failure_ != nullptr; }
   bool was_stopped() const { return stopped_; }  // by TrialSetup::stop
@@ -108,6 +110,7 @@ class Conversation final : public Seat {
   std::optional<std::vector<double>> own_recommendation_;
   std::vector<double> best_measured_pose_;
   double best_merit_ = 0;
+  std::vector<double> uncured_true_pose_;        // of the last recommendation, see Rig::VirtualMove
   std::map<std::vector<double>, Truth> truths_;  // by true pose
 
   Clock::time_point left_host_;

@@ -38,9 +38,10 @@ class SimulatedRig final : public Rig {
     const double settle = arrival.travel_seconds > 0 ? setup_.machine_time.settle_ms / 1000 : 0;
     // No limit of the stage stops glue, but scenes know poses within the travel only.
     const std::vector<double>& cure_shift = setup_.instance->variances.cure_shift;
+    std::vector<double> uncured = cure_shift.empty() ? std::vector<double>() : arrival.true_pose;
     for (std::size_t i = 0; i < cure_shift.size(); ++i)
       arrival.true_pose[i] = std::clamp(arrival.true_pose[i] + cure_shift[i], 0.0, 1.0);
-    return {std::move(arrival.true_pose), arrival.travel_seconds + settle};
+    return {std::move(arrival.true_pose), arrival.travel_seconds + settle, std::move(uncured)};
   }
 
   Truth truth_at(const std::vector<double>& true_pose, std::uint64_t seed) override {

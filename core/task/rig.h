@@ -38,6 +38,7 @@ class Rig {
   struct VirtualMove {
     std::vector<double> true_pose;
     double machine_seconds = 0;
+    std::vector<double> uncured_true_pose = {};  // before the glue cures; empty where it does not shift anything
   };
   virtual VirtualMove would_reach(const std::vector<double>& commanded) const = 0;
 

@@ -116,6 +116,7 @@ TrialResult run_trial(const TrialSetup& setup) {
   else
     result.end = conversation.budget_is_spent() ? End::budget_spent : End::finished;
   result.seconds_after_last_step = conversation.seconds_after_last_step();
+  result.uncured_mse = conversation.uncured_truth().mse;
   result.steps = conversation.take_steps();
   return result;
 }

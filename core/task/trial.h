@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -101,6 +102,8 @@ struct TrialResult {
   std::string outcome;                           // how a plugin's process broke off (PluginEnded); mostly empty
   std::vector<std::string> environment_changes;  // what the plugin left behind, a sentence each
   double seconds_after_last_step = 0;            // algorithm time, host
+  // Noise-free, at the last recommendation before the glue shifts the lens; NaN where it does not.
+  double uncured_mse = std::numeric_limits<double>::quiet_NaN();
 };
 
 // Runs the trial in this thread. Throws Error only for failures of the scene or of ours, and

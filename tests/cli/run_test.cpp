@@ -89,6 +89,15 @@ TEST(CliRun, ProgressAsJsonLines) {
   while (std::getline(lines, line)) ASSERT_NO_THROW(last = json::parse(line)) << line;
   EXPECT_EQ(last.at("total"), 12);
   EXPECT_EQ(last.at("done"), 12);
+  for (const char* key : {"doing", "failed", "reused", "seconds", "per_second", "seconds_left"})
+    EXPECT_TRUE(last.contains(key)) << key;
+  // What is told by the way is an object, too.
+  place.write("results/tiny/trials/0000.jsonl", place.read("results/tiny/trials/0000.jsonl") + "{\"trial\":\"half");
+  const Outcome again = relign_bench(place, {"run", "tiny.json", "--json", "--progress", "json"});
+  std::istringstream first(again.err);
+  bool told = false;
+  while (std::getline(first, line)) told = told || json::parse(line).contains("message");
+  EXPECT_TRUE(told) << again.err;
 }
 
 // Sends a signal once the first trials are written; false when the run was faster.

@@ -68,6 +68,7 @@ TEST(Record, ReadsBackBitForBit) {
   record.has_own_optimum = true;
   record.own_optimum_mse = -1.1102230246251565e-16;
   record.own_optimum_pose = {0.1, 1 / 3.0};
+  record.uncured_mse = 1 / 7.0;
   record.steps[1].commanded_pose = {0.1 + 0.2, -0.0};
   record.steps[1].limits_low = 18446744073709551615U;
   record.steps[1].limits_high = 9223372036854775808U;
@@ -91,6 +92,7 @@ TEST(Record, ReadsBackBitForBit) {
   EXPECT_TRUE(closing.trial.has_own_optimum);
   EXPECT_EQ(closing.trial.own_optimum_mse, record.own_optimum_mse);
   EXPECT_EQ(closing.trial.own_optimum_pose, record.own_optimum_pose);
+  EXPECT_EQ(closing.trial.uncured_mse, record.uncured_mse);
 }
 
 TEST(Record, WhatIsNotFiniteIsNullAndReadsAsNaN) {

@@ -134,6 +134,23 @@ TEST_F(Verdict, TellsWhatCameIntoSpecificationAndWhatNeverCan) {
               HasSubstr("rho0: 1 lens cannot meet the specification at any pose (instance 3)."));
 }
 
+TEST_F(Verdict, TellsTheYieldBeforeTheGlueCured) {
+  std::vector<records::TrialRecord> trials;
+  for (std::uint64_t i = 0; i < 4; ++i) {
+    trials.push_back(trial("a", i, {0.1, i < 2 ? 0.01 : 0.03}));
+    trials.back().uncured_mse = i < 3 ? 0.01 * 0.01 : 0.03 * 0.03;
+  }
+  write(trials);
+  add_to_manifest({{"spec", {{"rmse", 0.02}}}});
+  EXPECT_THAT(
+      all_text(data()["verdict"]),
+      HasSubstr("It brings 2 of 4 lenses (95 %: 15 to 85 %) into specification (RMSE 0.0200), half of all within "
+                "1 step and 0.500 s of machine time; before the glue cures it is 3 of 4."));
+  const Json yield = data()["groups"][0]["rows"][0]["yield"];
+  EXPECT_EQ(yield["uncured"]["in"], 3);
+  EXPECT_EQ(yield["uncured"]["share"], 0.75);
+}
+
 TEST_F(Verdict, OneInstanceClaimsNothing) {
   write({trial("a", 0, {0.1, 0.01}), trial("b", 0, {0.1, 0.02})});
   EXPECT_THAT(all_text(data()["verdict"]), HasSubstr("on its only instance"));

@@ -68,6 +68,31 @@ TEST_F(Statistics, WhereTheyAreAbsentSoAreTheirParts) {
   EXPECT_THAT(page, HasSubstr("Who is good where"));
 }
 
+TEST_F(Statistics, TheBoundOfOneMoreImageLiesAboveTheOwnOptimum) {
+  std::vector<records::TrialRecord> trials;
+  for (std::uint64_t i = 0; i < 3; ++i) {
+    trials.push_back(trial("quick", i, {0.1, 0.05}));
+    trials.back().has_own_optimum = true;
+    trials.back().own_optimum_mse = 9e-6;
+  }
+  write(trials);
+  add_to_manifest({{"scenes", {{{"name", "relign_od"}, {"folder", "scenes/abc"}}}}});
+  const auto floor = [&] { return page_data(load_results(folder_))["groups"][0]["floor"]; };
+  EXPECT_FALSE(floor().contains("next_image"));
+  const fs::path file = folder_ / "scenes/abc/next_image/rho0.json";
+  write_file_atomically(file, R"({"format": 1, "lenses": [{"excess_mse": 1.5e-5}, {"excess_mse": 1.7e-5}]})");
+  EXPECT_NEAR(floor()["own_optimum"].get<double>(), 0.003, 1e-12);
+  EXPECT_NEAR(floor()["next_image"].get<double>(), 0.005, 1e-12);
+  for (const char* damaged : {"", "[", R"({"lenses": []})", R"({"lenses": [{"excess_mse": -1}]})",
+                              R"({"lenses": [{"excess_mse": "1e-5"}, 3]})"}) {
+    write_file_atomically(file, damaged);
+    EXPECT_FALSE(floor().contains("next_image")) << damaged;
+  }
+  write_file_atomically(folder_ / "elsewhere/next_image/rho0.json", R"({"lenses": [{"excess_mse": 1.5e-5}]})");
+  add_to_manifest({{"scenes", {{{"name", "relign_od"}, {"folder", "elsewhere"}}}}});
+  EXPECT_FALSE(floor().contains("next_image")) << "outside scenes/";
+}
+
 TEST_F(Statistics, FiguresForAPaper) {
   write_two_levels();
   std::set<std::string> names;

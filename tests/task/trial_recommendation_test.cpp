@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "task/fakes.h"
 
 namespace relign::task {
@@ -55,6 +57,9 @@ TEST(Recommendation, IsJudgedWhereTheCuredGlueLeavesTheLens) {
   EXPECT_THAT(before.steps[1].recommended_true_pose, ElementsAre(DoubleEq(0.45), DoubleEq(0.5), 0.5));
   EXPECT_THAT(after.steps[1].recommended_true_pose, ElementsAre(DoubleEq(0.5), DoubleEq(0.49), 0.5));
   EXPECT_EQ(after.steps[2].recommended_true_pose[0], 1) << "scenes know the travel only";
+  // What the last recommendation was worth before, is told once.
+  EXPECT_EQ(after.uncured_mse, before.steps[2].recommended_truth.mse);
+  EXPECT_TRUE(std::isnan(before.uncured_mse)) << "nothing cures";
 }
 
 TEST(Recommendation, MayComeAfterTheBudgetIsSpent) {

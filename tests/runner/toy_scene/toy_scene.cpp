@@ -1,4 +1,5 @@
 // A scene that costs nothing: one lens element, two axes, a Gaussian spot.
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <relign/plugin.hpp>
@@ -21,8 +22,13 @@ std::vector<float> spot(double x, double y) {
 
 class ToyAssembly final : public relign::Assembly {
  public:
-  ToyAssembly(double shift, double broken_above, double blind_above, const std::vector<float>& reference)
-      : shift_(shift), broken_above_(broken_above), blind_above_(blind_above), reference_(reference) {}
+  ToyAssembly(double shift, double broken_above, double blind_above, bool tells_optimum,
+              const std::vector<float>& reference)
+      : shift_(shift),
+        broken_above_(broken_above),
+        blind_above_(blind_above),
+        tells_optimum_(tells_optimum),
+        reference_(reference) {}
 
   void capture(const relign::Pose& pose, std::uint64_t frame_seed, float* pixels) override {
     if (pose[0] > broken_above_) throw std::runtime_error("the camera fell off");
@@ -41,10 +47,22 @@ class ToyAssembly final : public relign::Assembly {
     }
     return {sum / static_cast<double>(image.size()) + 1e-9 * relign::Random(seed).normal(), 1e-9};
   }
+  bool render_noise_free(const relign::Pose& pose, float* pixels) override {
+    if (pose[0] > broken_above_) throw std::runtime_error("the camera fell off");
+    const std::vector<float> image = spot(pose[0] + shift_, pose[1]);
+    std::copy(image.begin(), image.end(), pixels);
+    return true;
+  }
+  std::optional<Optimum> own_optimum(std::uint64_t seed) override {
+    if (!tells_optimum_) return std::nullopt;
+    const relign::Pose pose = {0.5 - shift_, 0.5};
+    return Optimum{pose, noise_free_mse(pose, seed)};
+  }
 
  private:
   double shift_;
   double broken_above_, blind_above_;
+  bool tells_optimum_;
   const std::vector<float>& reference_;
 };
 
@@ -53,6 +71,7 @@ class ToyScene final : public relign::Scene {
   explicit ToyScene(const relign::Parameters& given)
       : broken_above_(given.number("broken_above")),
         blind_above_(given.number("blind_above")),
+        tells_optimum_(given.boolean("tells_optimum")),
         reference_(spot(0.5, 0.5)) {}
 
   std::string describe() override {
@@ -74,11 +93,12 @@ class ToyScene final : public relign::Scene {
   std::unique_ptr<relign::Assembly> mount(std::string_view offsets) override {
     const auto json = nlohmann::json::parse(offsets);
     const double shift = json.contains("L1") ? json["L1"]["shift_mm"][0].get<double>() : 0.0;
-    return std::make_unique<ToyAssembly>(shift, broken_above_, blind_above_, reference_);
+    return std::make_unique<ToyAssembly>(shift, broken_above_, blind_above_, tells_optimum_, reference_);
   }
 
  private:
   double broken_above_, blind_above_;
+  bool tells_optimum_;
   std::vector<float> reference_;
 };
 

@@ -1,0 +1,49 @@
+#include "report/scene_bounds.h"
+
+#include <limits>
+
+#include "base/files.h"
+#include "base/inside.h"
+#include "base/json_members.h"
+
+namespace relign::report {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t kMostBytes = 1'000'000;
+
+double mean_excess(const fs::path& file) {
+  std::error_code failed;
+  if (!fs::is_regular_file(file, failed)) return kUnknown;
+  double sum = 0;
+  std::size_t count = 0;
+  const Json bounds = Json::parse(read_file(file, kMostBytes), nullptr, false);
+  for (const Json& lens : list_of(bounds, "lenses")) {
+    const Json excess = lens.is_object() ? lens.value("excess_mse", Json()) : Json();
+    if (!excess.is_number() || !(excess.get<double>() >= 0)) return kUnknown;
+    sum += excess.get<double>();
+    ++count;
+  }
+  return count > 0 ? sum / static_cast<double>(count) : kUnknown;
+}
+
+}  // namespace
+
+double next_image_excess(const fs::path& results, const Json& manifest, const std::string& scene,
+                         const std::string& noise_level) {
+  for (const Json& entry : list_of(manifest, "scenes")) {
+    if (text_of(entry, "name") != scene) continue;
+    const fs::path file = results / text_of(entry, "folder") / "next_image" / (noise_level + ".json");
+    if (!lies_inside(file, results / "scenes")) return kUnknown;
+    try {
+      return mean_excess(file);
+    } catch (const std::exception&) {  // the line is missing, then
+      return kUnknown;
+    }
+  }
+  return kUnknown;
+}
+
+}  // namespace relign::report

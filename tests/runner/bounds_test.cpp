@@ -1,0 +1,79 @@
+// The bound of one more image beside the results.
+#include "runner/bounds.h"
+
+#include <algorithm>
+
+#include "toy_suites.h"
+
+namespace relign::runner {
+namespace {
+
+class BoundsTest : public ToyTest {
+ protected:
+  static std::string suite(const std::string& scene_parameters, const std::string& more = "") {
+    return R"({"scenes": [{"use": "toy-scene", "name": "toy", "parameters": )" + scene_parameters +
+           R"(}], "noise_levels": ["toy-level", "toy-wild"], "instances": 3, "steps": 2, "algorithms": ["toy-walker"])" +
+           more + "}";
+  }
+  std::vector<fs::path> bounds(const std::string& name) const {
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::recursive_directory_iterator(folder_ / name))
+      if (entry.path().parent_path().filename() == "next_image") files.push_back(entry.path());
+    std::sort(files.begin(), files.end());
+    return files;
+  }
+};
+
+TEST_F(BoundsTest, OfEveryLevelOnItsFirstLenses) {
+  run(prepared(suite(R"({"tells_optimum": true})")), options("a"));
+  const std::vector<fs::path> files = bounds("a");
+  ASSERT_EQ(files.size(), 2U);
+  EXPECT_EQ(files[0].filename(), "toy-level.json");
+  const Json written = Json::parse(read_file(files[1]));
+  EXPECT_EQ(written["format"], 1);
+  EXPECT_EQ(written["noise_level"], "toy-wild");
+  ASSERT_EQ(written["lenses"].size(), 2U);
+  EXPECT_EQ(written["lenses"][1]["instance"], 1);
+  // Even noise of 0.01 on 96 pixels, two axes; eight captures tell its variance to some per cent.
+  for (const Json& lens : written["lenses"])
+    EXPECT_NEAR(lens["excess_mse"].get<double>(), 2 * 1e-4 / 96, 0.4 * 2 * 1e-4 / 96) << lens;
+  EXPECT_TRUE(messages_.empty());
+}
+
+TEST_F(BoundsTest, StayUntilTheLensesAreOthers) {
+  run(prepared(suite(R"({"tells_optimum": true})")), options("a"));
+  const fs::path file = bounds("a").front();
+  const std::string before = read_file(file);
+  const auto written = fs::last_write_time(file);
+  run(prepared(suite(R"({"tells_optimum": true})")), options("a"));
+  EXPECT_EQ(fs::last_write_time(file), written);
+  run(prepared(suite(R"({"tells_optimum": true})", R"(, "seed": 5)")), options("b"));
+  EXPECT_NE(read_file(bounds("b").front()), before);
+  fs::copy_file(file, bounds("b").front(), fs::copy_options::overwrite_existing);
+  const std::string other = read_file(bounds("b").back());
+  run(prepared(suite(R"({"tells_optimum": true})", R"(, "seed": 5)")), options("b"));
+  EXPECT_NE(read_file(bounds("b").front()), before) << "of another seed's lenses";
+  EXPECT_EQ(read_file(bounds("b").back()), other);
+}
+
+TEST_F(BoundsTest, OnePartOfManyDoesIt) {
+  const PreparedPlan plan = prepared(suite(R"({"tells_optimum": true})"));
+  RunOptions first = options("first"), second = options("second");
+  first.only = {{"instance", "0"}};
+  second.only = {{"instance", "1"}, {"instance", "2"}};
+  run(plan, first);
+  run(plan, second);
+  EXPECT_EQ(bounds("first").size(), 2U);
+  EXPECT_TRUE(bounds("second").empty());
+}
+
+TEST_F(BoundsTest, AreMissingWhereTheSceneCannot) {
+  run(prepared(suite("{}")), options("silent"));
+  EXPECT_TRUE(bounds("silent").empty());
+  run(prepared(suite(R"({"tells_optimum": true, "broken_above": -1})")), options("broken"));
+  EXPECT_TRUE(bounds("broken").empty());
+  EXPECT_THAT(messages_, testing::Contains(testing::HasSubstr("the bound of one more image is missing for toy")));
+}
+
+}  // namespace
+}  // namespace relign::runner
