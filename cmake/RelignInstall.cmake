@@ -22,6 +22,7 @@ install(DIRECTORY "${PROJECT_SOURCE_DIR}/core/plugin_api/relign" DESTINATION "${
         FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp")
 # Plugins install themselves: see RELIGN_PLUGIN_INSTALL_DIRECTORY in RelignPlugin.cmake.
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/templates" DESTINATION share/relign-bench)
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/docs/schemas" DESTINATION share/relign-bench)
 if(EXISTS "${PROJECT_SOURCE_DIR}/python/relign_bench")
   install(DIRECTORY "${PROJECT_SOURCE_DIR}/python/relign_bench" DESTINATION share/relign-bench/python
           FILES_MATCHING PATTERN "*.py" PATTERN "__pycache__" EXCLUDE)

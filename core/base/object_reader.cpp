@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/json_source.h"
 #include "base/text.h"
@@ -139,6 +140,10 @@ std::vector<double> ObjectReader::numbers(const std::string& key, std::size_t co
 
 void ObjectReader::refuse_unknown() {
   if (!object_) return;
+  std::vector<std::string> once;  // some were asked for twice
+  for (const std::string& key : known_)
+    if (std::find(once.begin(), once.end(), key) == once.end()) once.push_back(key);
+  known_ = std::move(once);
   for (const auto& [key, value] : object_->items()) {
     if (key == "$schema" || std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
     complain(key, "unknown key \"" + key + "\"" + suggestion(key, known_));

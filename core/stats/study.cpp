@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <thread>
 
@@ -73,10 +74,11 @@ class Arrivals {
     if (!std::isnan(spec_)) {
       const TargetTime time = times_to_targets(rmse, {spec_}, watched).front();
       steps_.push_back(time);
-      const std::size_t at = time.reached ? static_cast<std::size_t>(time.steps) : trial.steps.size() - 1;
-      const records::StepNumbers& there = trial.steps[at];
-      seconds_.push_back(
-          {std::isnan(there.recommended_seconds) ? there.machine_seconds : there.recommended_seconds, time.reached});
+      // A lens that does not get there counts as watched for ever: budgets are in steps, and a trial that gave up after
+      // a second would leave the count of those still on their way, as if giving up were success.
+      seconds_.push_back({time.reached ? seconds_at(trial.steps[static_cast<std::size_t>(time.steps)])
+                                       : std::numeric_limits<double>::infinity(),
+                          time.reached});
     }
     const std::vector<double> best = trial.stored.own_optimum_pose();
     const std::vector<double>& ended = trial.steps.back().recommended_true_pose;
@@ -100,6 +102,10 @@ class Arrivals {
   }
 
  private:
+  static double seconds_at(const records::StepNumbers& step) {
+    return std::isnan(step.recommended_seconds) ? step.machine_seconds : step.recommended_seconds;
+  }
+
   const std::vector<double>& targets_;
   double spec_;
   std::vector<std::size_t> reached_by_;  // pairs that are reached at exactly this step
@@ -133,7 +139,10 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
   curve.algorithm = series.algorithm;
   curve.trials = series.trials.size();
   curve.failed = series.failed;
-  if (series.trials.empty()) return study;
+  if (series.trials.empty()) {
+    if (!std::isnan(spec)) study.yield = success_rate(0, series.failed);
+    return study;
+  }
   curve.points.resize(series.largest_budget + std::size_t{1});
   for (std::size_t step = 0; step < curve.points.size(); ++step) curve.points[step].step = static_cast<unsigned>(step);
 
@@ -159,7 +168,9 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
   arrivals.finish(series.trials.size(), study);
 
   const std::vector<double> recommended = last_values(table, series, Track::recommended);
-  if (!std::isnan(spec)) {
+  const bool truth_is_known =
+      std::any_of(recommended.begin(), recommended.end(), [](double rmse) { return !std::isnan(rmse); });
+  if (!std::isnan(spec) && truth_is_known) {
     for (const double rmse : recommended) study.in_spec += rmse <= spec ? 1 : 0;
     study.yield = success_rate(study.in_spec, series.trials.size() + series.failed);
     std::size_t told = 0;

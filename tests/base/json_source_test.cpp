@@ -115,6 +115,18 @@ TEST(ObjectReader, CollectsEveryMistake) {
   EXPECT_THAT(problems[5].to_string(), HasSubstr("unknown key \"instence\"; did you mean 'instances'?"));
 }
 
+TEST(ObjectReader, NamesEachKnownKeyOnce) {
+  const JsonSource source = JsonSource::from_text(R"({"other": 1})", "s.json");
+  std::vector<Problem> problems;
+  ObjectReader reader(source, "", problems);
+  reader.number("a", 0, 0, 1);
+  reader.get("a");
+  reader.get("b");
+  reader.refuse_unknown();
+  ASSERT_EQ(problems.size(), 1u);
+  EXPECT_EQ(problems[0].message, "unknown key \"other\"; known: a, b");
+}
+
 TEST(ObjectReader, RangesAndKinds) {
   const JsonSource source = JsonSource::from_text(R"({"a": 2, "b": 18446744073709551615, "o": [1]})", "s.json");
   std::vector<Problem> problems;

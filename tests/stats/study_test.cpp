@@ -82,6 +82,37 @@ TEST_F(StudyTest, TellsWhenLensesCameIntoSpecification) {
   EXPECT_THAT(a.residual[1].median, DoubleNear(0.03, 1e-12));
 }
 
+TEST_F(StudyTest, WithoutTruthNobodyKnowsWhatIsInSpecification) {
+  StudyOptions options;
+  options.spec_rmse = 0.02;
+  std::vector<records::TrialRecord> trials = {trial("a", 0, {0.1, 0.01}, 1), trial("a", 1, {0.1, 0.01}, 1)};
+  for (records::TrialRecord& each : trials)
+    for (records::StepRecord& step : each.steps) step.commanded_mse = step.recommended_mse = kMissing;
+  EXPECT_EQ(make_study(table(trials), options).series.at(0).yield.n, 0U);
+}
+
+TEST_F(StudyTest, WhatFailsEverywhereHasNoLensInSpecification) {
+  StudyOptions options;
+  options.spec_rmse = 0.02;
+  std::vector<records::TrialRecord> trials = {trial("a", 0, {0.01}, 3), trial("a", 1, {0.01}, 3)};
+  for (records::TrialRecord& each : trials) each.end = "timeout";
+  const Study study = make_study(table(trials), options);
+  EXPECT_EQ(study.series.at(0).yield.n, 2U);
+  EXPECT_EQ(study.series.at(0).yield.estimate, 0);
+  EXPECT_TRUE(std::isnan(study.series.at(0).expected_to_spec.steps));
+}
+
+// One of four is there after a second; the others gave up before it, or ran out of steps after it.
+TEST_F(StudyTest, GivingUpEarlyIsNoWayToBeSoon) {
+  StudyOptions options;
+  options.spec_rmse = 0.02;
+  const Study study = make_study(table({trial("a", 0, {0.1, 0.05, 0.01, 0.01}, 3), trial("a", 1, {0.1, 0.05}, 3),
+                                        trial("a", 2, {0.1, 0.05}, 3), trial("a", 3, {0.1, 0.05, 0.05, 0.05}, 3)}),
+                                 options);
+  EXPECT_TRUE(std::isinf(study.series.at(0).steps_to_spec.estimate));
+  EXPECT_TRUE(std::isinf(study.series.at(0).seconds_to_spec.estimate));
+}
+
 TEST_F(StudyTest, CountsPairsOfLensAndTargetAsTheEcdfDoes) {
   StudyOptions options;
   options.targets = {0.06, 0.03, 0.012};

@@ -1,0 +1,93 @@
+// The ranking as one tidy table, for pandas, R and spreadsheets: a row is one method in one group.
+#include <array>
+#include <string>
+
+#include "base/json_members.h"
+#include "base/text.h"
+#include "report/escape.h"
+#include "report/page_data.h"
+#include "report/text_tables.h"
+
+namespace relign::report {
+namespace {
+
+struct Column {
+  const char* name;
+  const char* member;  // of the row, or of one of its objects: "yield/share"
+};
+// After the columns that say which row it is. results/README.md tells what each means.
+constexpr std::array kNumbers = {Column{"recommended_median", "/recommended/median"},
+                                 Column{"recommended_q25", "/recommended/q25"},
+                                 Column{"recommended_q75", "/recommended/q75"},
+                                 Column{"recommended_lo95", "/recommended/lo95"},
+                                 Column{"recommended_hi95", "/recommended/hi95"},
+                                 Column{"recommended_iqm", "/recommended/iqm"},
+                                 Column{"recommended_iqm_lo95", "/recommended/iqm_lo95"},
+                                 Column{"recommended_iqm_hi95", "/recommended/iqm_hi95"},
+                                 Column{"commanded_median", "/commanded/median"},
+                                 Column{"commanded_q25", "/commanded/q25"},
+                                 Column{"commanded_q75", "/commanded/q75"},
+                                 Column{"commanded_lo95", "/commanded/lo95"},
+                                 Column{"commanded_hi95", "/commanded/hi95"},
+                                 Column{"measured_median", "/measured/median"},
+                                 Column{"measured_q25", "/measured/q25"},
+                                 Column{"measured_q75", "/measured/q75"},
+                                 Column{"in_spec", "/yield/in"},
+                                 Column{"in_spec_of", "/yield/n"},
+                                 Column{"yield", "/yield/share"},
+                                 Column{"yield_lo95", "/yield/lo95"},
+                                 Column{"yield_hi95", "/yield/hi95"},
+                                 Column{"yield_uncured", "/yield/uncured/share"},
+                                 Column{"yield_uncured_lo95", "/yield/uncured/lo95"},
+                                 Column{"yield_uncured_hi95", "/yield/uncured/hi95"},
+                                 Column{"steps_to_spec", "/to_spec/steps"},
+                                 Column{"steps_to_spec_lo95", "/to_spec/lo95"},
+                                 Column{"steps_to_spec_hi95", "/to_spec/hi95"},
+                                 Column{"expected_steps_to_spec", "/to_spec/expected"},
+                                 Column{"seconds_to_spec", "/to_spec/seconds"},
+                                 Column{"machine_seconds_median", "/machine_seconds"},
+                                 Column{"algorithm_ms_per_step_median", "/algorithm_ms_per_step"}};
+
+// "never" becomes what pandas and R read as infinity, so that the column stays one of numbers.
+std::string number(const Json& object, const char* member) {
+  const Json::json_pointer place(member);
+  if (!object.contains(place)) return "";
+  const Json& value = object[place];
+  if (value.is_string() && value == "never") return "inf";
+  if (value.is_number_float()) return shortest(value.get<double>());
+  return value.is_number() ? value.dump() : "";
+}
+
+}  // namespace
+
+std::string ranking_csv_head() {
+  std::string csv =
+      "results,scene,noise_level,protocol,algorithm,rank,ranked_by,oracle,trials,failed,step,"
+      "start_median,own_optimum_median,spec_rmse";
+  for (const Column& column : kNumbers) csv += std::string(",") + column.name;
+  return csv + "\n";
+}
+
+std::string ranking_csv_rows(const Json& data, const std::string& folder) {
+  std::string csv;
+  for (const Json& group : data["groups"]) {
+    std::size_t rank = 0;
+    const std::string place = csv_field(folder) + ',' + csv_field(text_of(group, "scene")) + ',' +
+                              csv_field(text_of(group, "noise_level")) + ',' + csv_field(text_of(group, "protocol")) +
+                              ',';
+    for (const Json& row : group["rows"]) {
+      ++rank;
+      const bool has_result = count_of(score_of(row), "n") > 0;
+      csv += place + csv_field(text_of(row, "method")) + ',' + (has_result ? std::to_string(rank) : "") + ',' +
+             (row.contains("measured") ? "measured" : "recommended") + ',' +
+             (flag_of(row, "oracle") ? "true" : "false") + ',' + number(row, "/trials") + ',' + number(row, "/failed") +
+             ',' + number(row, "/step") + ',' + number(group, "/start") + ',' + number(group, "/floor/own_optimum") +
+             ',' + number(group, "/spec_rmse");
+      for (const Column& column : kNumbers) csv += ',' + number(row, column.member);
+      csv += '\n';
+    }
+  }
+  return csv;
+}
+
+}  // namespace relign::report

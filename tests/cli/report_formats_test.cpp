@@ -1,0 +1,123 @@
+// report --format csv and json, as programs of others read them.
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "cli/program.h"
+
+namespace relign::cli_test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::HasSubstr;
+
+// Fields by column; no text of these tests holds a comma.
+std::vector<std::map<std::string, std::string>> table(const std::string& csv) {
+  std::istringstream lines(csv);
+  std::vector<std::vector<std::string>> rows;
+  for (std::string line; std::getline(lines, line);) {
+    rows.emplace_back();
+    std::istringstream fields(line + ",");
+    for (std::string field; std::getline(fields, field, ',');) rows.back().push_back(field);
+  }
+  std::vector<std::map<std::string, std::string>> named;
+  for (std::size_t row = 1; row < rows.size(); ++row) {
+    EXPECT_EQ(rows[row].size(), rows[0].size()) << "row " << row;
+    named.emplace_back();
+    for (std::size_t i = 0; i < rows[row].size(); ++i) named.back()[rows[0].at(i)] = rows[row][i];
+  }
+  return named;
+}
+
+// One run for all, and the same folder under another name.
+class CliReportFormats : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    place_ = std::make_unique<Workplace>();
+    json suite = json::parse(kTinySuite);
+    suite["name"] = "one";
+    suite["spec"] = {{"rmse", 1e-6}};
+    suite["algorithms"] = {"random", "home", "breaks_down"};
+    place_->write("one.json", suite.dump());
+    const Outcome outcome = relign_bench(*place_, {"run", "one.json", "--plugin", RELIGN_BREAKS_DOWN});
+    ASSERT_EQ(outcome.exit_code, 3) << outcome.err;
+    fs::copy(place_->path("results/one"), place_->path("two"), fs::copy_options::recursive);
+  }
+  static void TearDownTestSuite() { place_.reset(); }
+  static Outcome report(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "report");
+    return relign_bench(*place_, arguments);
+  }
+  static std::unique_ptr<Workplace> place_;
+};
+std::unique_ptr<Workplace> CliReportFormats::place_;
+
+TEST_F(CliReportFormats, CsvHasARowForEachMethodAndJsonTheSameNumbers) {
+  const Outcome csv = report({"results/one", "--format", "csv"});
+  ASSERT_EQ(csv.exit_code, 0) << csv.err;
+  const auto rows = table(csv.out);
+  ASSERT_EQ(rows.size(), 6U) << "two levels, three methods";
+  const json document = json::parse(report({"results/one", "--format", "json"}).out);
+  EXPECT_EQ(document.at("format"), 1);
+  const json& entry = document.at("results").at(0);
+  EXPECT_EQ(entry.at("folder"), "results/one");
+  std::size_t at = 0;
+  for (const json& group : entry.at("groups"))
+    for (const json& row : group.at("rows")) {
+      auto fields = rows.at(at++);
+      EXPECT_EQ(fields["results"], "results/one");
+      EXPECT_EQ(fields["noise_level"], group.at("noise_level"));
+      EXPECT_EQ(fields["algorithm"], row.at("method"));
+      EXPECT_EQ(fields["failed"], row.at("failed").dump());
+      if (fields["algorithm"] == "breaks_down") {
+        EXPECT_EQ(fields["rank"], "") << "nothing came of it";
+        EXPECT_EQ(fields["recommended_median"], "");
+        EXPECT_EQ(fields["trials"], "0");
+        EXPECT_EQ(fields["in_spec_of"], "2") << "a lens whose trial failed is not in specification";
+        continue;
+      }
+      EXPECT_EQ(std::stod(fields["recommended_median"]), row.at("recommended").at("median").get<double>());
+      EXPECT_EQ(std::stod(fields["recommended_hi95"]), row.at("recommended").at("hi95").get<double>());
+      EXPECT_EQ(fields["yield"], "0");
+      EXPECT_EQ(row.at("to_spec").at("steps"), "never");
+      EXPECT_EQ(fields["steps_to_spec"], "inf");
+      EXPECT_EQ(fields["seconds_to_spec"], "inf");
+      EXPECT_EQ(fields["measured_median"], "");
+    }
+}
+
+TEST_F(CliReportFormats, GoToStandardOutputOrIntoAFile) {
+  for (const char* format : {"csv", "json", "md"}) {
+    const std::string shown = report({"results/one", "--format", format}).out;
+    EXPECT_EQ(report({"results/one", "--format", format, "-o", "-"}).out, shown) << format;
+    const Outcome written = report({"results/one", "--format", format, "-o", "written"});
+    EXPECT_EQ(written.out, "written\n") << format << written.err;
+    EXPECT_EQ(place_->read("written"), shown) << format;
+  }
+  const auto rows = table(report({"results/one", "two", "--format", "csv"}).out);
+  ASSERT_EQ(rows.size(), 12U) << "one head for both folders";
+  EXPECT_EQ(rows.front().at("results"), "results/one");
+  EXPECT_EQ(rows.back().at("results"), "two");
+  const json wrapped = json::parse(report({"results/one", "--format", "csv", "--json"}).out);
+  EXPECT_THAT(wrapped.at("csv"), testing::StartsWith("results,scene,"));
+  EXPECT_EQ(json::parse(report({"results/one", "two", "--format", "json"}).out).at("results").size(), 2U);
+  EXPECT_EQ(report({"results/one", "-o", "-"}).out, place_->read("results/one/report.html"));
+}
+
+TEST_F(CliReportFormats, SaysWhatDoesNotGoTogether) {
+  const Outcome figures = report({"results/one", "--format", "csv", "--figures", "paper"});
+  EXPECT_EQ(figures.exit_code, 2);
+  EXPECT_THAT(figures.err, HasSubstr("--figures goes with the page"));
+  EXPECT_EQ(report({"results/one", "-o", "-", "--figures", "paper"}).exit_code, 2);
+  const Outcome unknown = report({"results/one", "--format", "xml"});
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("json"));
+}
+
+}  // namespace
+}  // namespace relign::cli_test

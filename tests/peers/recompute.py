@@ -1,0 +1,271 @@
+"""What a report says of a results folder, computed again from its raw records with pandas and SciPy.
+
+Written from docs/statistics.md and results/README.md alone: nothing here is a translation of core/stats. The result has the
+shape of `relign-bench report --format json`; `compare_report.py` holds the two against each other.
+"""
+
+import json
+import pathlib
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+from scipy_statistics import band, draws, friedman, holm, iqm, kaplan_meier_median, quartiles, signed_rank_p
+
+TRACKS = ("measured", "best", "commanded", "recommended", "excess")
+RESOLUTION = 1e-4  # RMSE below it cannot be told apart
+RELEVANT_RATIO = 1.1
+FEWEST_COMPARED = 6
+MOST_COMPARED = 12
+
+
+# ---- reading -------------------------------------------------------------------------------------
+
+
+def lines(folder):
+    for file in sorted(folder.glob("*.jsonl")):
+        for line in file.read_text().splitlines():
+            yield json.loads(line)
+
+
+def rmse(mse):
+    return np.sqrt(np.maximum(0, mse))
+
+
+def read(folder):
+    """The manifest, and a row for each planned trial; a row's tracks are arrays, a value a step."""
+    folder = pathlib.Path(folder)
+    manifest = json.loads((folder / "manifest.json").read_text())
+    planned = set(manifest["order"])
+    seconds = {line["trial"]: line["algorithm_seconds"] for line in lines(folder / "times")}
+    steps, rows, seen = {}, [], set()
+    for line in lines(folder / "trials"):
+        if "end" not in line:
+            steps.setdefault(line["trial"], []).append(line)
+        elif line["trial"] in planned and line["trial"] not in seen:
+            seen.add(line["trial"])
+            rows.append({"own_optimum_pose": [], "uncured_mse": np.nan, **line, **tracks(steps.get(line["trial"], []), line),
+                         "host_seconds": seconds.get(line["trial"], [])})
+    return manifest, pd.DataFrame(rows)
+
+
+def tracks(steps, closing):
+    of = pd.DataFrame(steps, columns=["measured", "commanded_mse", "recommended_mse", "machine_seconds",
+                                      "recommended_seconds"]).astype(float)
+    own = np.nan if closing["own_optimum_mse"] is None else closing["own_optimum_mse"]
+    return {
+        "made": len(of),
+        "measured": of.measured.to_numpy(),
+        "best": of.measured.cummin().to_numpy(),
+        "commanded": rmse(of.commanded_mse.to_numpy()),
+        "recommended": rmse(of.recommended_mse.to_numpy()),
+        "excess": rmse(of.recommended_mse.to_numpy() - own),
+        "machine": of.machine_seconds.to_numpy(),
+        "until_glued": of.recommended_seconds.fillna(of.machine_seconds).to_numpy(),
+        "own": rmse(own),
+        "ended_at": steps[-1]["recommended_true_pose"] if steps else [],
+    }
+
+
+def scene_folder(folder, manifest, scene):
+    return next(pathlib.Path(folder) / entry["folder"] for entry in manifest["scenes"] if entry["name"] == scene)
+
+
+def axes_of(folder):
+    file = folder / "description.json"
+    return json.loads(file.read_text())["axes"] if file.exists() else []
+
+
+def excess_of_next_image(folder, noise_level):
+    file = folder / "next_image" / f"{noise_level}.json"
+    return np.mean([lens["excess_mse"] for lens in json.loads(file.read_text())["lenses"]]) if file.exists() else None
+
+
+def spec_of(manifest, scene):
+    specs = [manifest["spec"]] if manifest.get("spec") else [e.get("spec") for e in manifest["scenes"] if e["name"] == scene]
+    return next((spec["rmse"] for spec in specs if spec and "rmse" in spec), None)
+
+
+# ---- numbers of a group --------------------------------------------------------------------------
+
+
+def arrival(track, target):
+    hits = np.flatnonzero(track <= target)
+    return hits[0] if hits.size else None
+
+
+def band_steps(last):
+    steps = {0, last, *(int(np.floor(np.expm1(np.log1p(last) * k / 15) + 0.5)) for k in range(16))}
+    for step in range(1, last):
+        if len(steps) >= min(16, last + 1):
+            break
+        steps.add(step)
+    return steps
+
+
+def yield_of(values, failed, spec, trials):
+    inside, n = int((values <= spec).sum()), trials + failed
+    low, high = stats.binomtest(inside, n).proportion_ci(method="wilson")
+    return {"in": inside, "n": n, "share": inside / n, "lo95": low, "hi95": high}
+
+
+class Group:
+    def __init__(self, folder, manifest, trials, resamples, bands_of):
+        self.trials, self.bands_of = trials, bands_of
+        self.scene = trials.scene.iloc[0]
+        of_scene = scene_folder(folder, manifest, self.scene)
+        self.axes, self.excess = axes_of(of_scene), excess_of_next_image(of_scene, trials.noise_level.iloc[0])
+        self.targets = manifest.get("targets") or list(0.05 * (0.0005 / 0.05) ** (np.arange(31) / 30))
+        self.spec = spec_of(manifest, self.scene)
+        self.instances = sorted(trials.instance.unique())
+        self.drawn = draws(len(self.instances), resamples, int(manifest["seed"]))
+        counts = trials.end.isin(["budget_spent", "finished"]) & (trials.made > 0)
+        self.by_method = {name: (of[counts[of.index]], int((~counts[of.index]).sum()))
+                          for name, of in trials.groupby("algorithm", sort=False)}
+
+    def column(self, trials, values):
+        return pd.Series(list(values), index=trials.instance, dtype=float).reindex(self.instances).to_numpy()
+
+    def last(self, trials, track):
+        return self.column(trials, [values[-1] for values in trials[track]])
+
+    def with_bands(self, column, *statistics):
+        found = quartiles(column)
+        if "medians" in statistics and found["n"]:
+            found["lo95"], found["hi95"] = band(column, self.drawn)
+        if "iqm" in statistics and found["n"]:
+            found["iqm"] = iqm(column[None])[0]
+            found["iqm_lo95"], found["iqm_hi95"] = band(column, self.drawn, iqm)
+        return found
+
+    def row(self, name):
+        trials, failed = self.by_method[name]
+        recommended = self.last(trials, "recommended")
+        row = {"method": name, "trials": len(trials), "failed": failed, "step": int(trials.budget.max()) if len(trials) else 0,
+               "recommended": self.with_bands(recommended, "medians", "iqm"),
+               "commanded": self.with_bands(self.last(trials, "commanded"), "medians")}
+        if len(trials) and not row["recommended"]["n"]:
+            row["measured"] = quartiles([values[-1] for values in trials.best])
+        row["machine_seconds"] = np.median([seconds[-1] for seconds in trials.until_glued]) if len(trials) else None
+        host = [1000 * sum(of) / max(len(of) - 1, 1) for of in trials.host_seconds if of]
+        row["algorithm_ms_per_step"] = np.median(host) if host else None
+        if self.spec is not None and (row["recommended"]["n"] or not len(trials)):
+            row["yield"] = yield_of(recommended, failed, self.spec, len(trials))
+            uncured = [rmse(mse) for mse in trials.uncured_mse if not np.isnan(mse)]
+            if uncured:
+                row["yield"]["uncured"] = yield_of(np.array(uncured), failed, self.spec, len(uncured))
+            row["to_spec"] = self.to_spec(trials)
+        off = [np.abs(np.subtract(end, best)) for end, best in zip(trials.ended_at, trials.own_optimum_pose) if len(best)]
+        if off and self.axes:
+            off = np.array(off) * [axis["upper"] - axis["lower"] for axis in self.axes]
+            row["residual"] = {"axes": [{"median": np.median(one), "q75": np.quantile(one, 0.75)} for one in off.T]}
+        return row
+
+    def to_spec(self, trials):
+        if not len(trials):
+            return {"successes": 0, "n": 0, "steps": None, "lo95": None, "hi95": None, "expected": None, "seconds": None}
+        there = [arrival(track, self.spec) for track in trials.recommended]
+        reached = np.array([step is not None for step in there])
+        steps = np.array([budget if step is None else step for step, budget in zip(there, trials.budget)])
+        seconds = [np.inf if step is None else clock[step] for step, clock in zip(there, trials.until_glued)]
+        middle, low, high = kaplan_meier_median(steps, reached)
+        return {"successes": int(reached.sum()), "n": len(trials), "steps": middle, "lo95": low, "hi95": high,
+                "expected": steps.sum() / reached.sum() if reached.any() else np.inf,
+                "seconds": kaplan_meier_median(seconds, reached)[0]}
+
+    def curve(self, name):
+        """Quantiles of every track at every step; a trial that ended early keeps its last value."""
+        trials, _ = self.by_method[name]
+        last = int(trials.budget.max())
+
+        def at(track, step):
+            return np.array([values[min(step, len(values) - 1)] for values in trials[track]])
+
+        of_tracks = {}
+        for track in TRACKS:
+            points = []
+            for step in range(last + 1):
+                values = at(track, step)
+                found = quartiles(values)
+                points.append({"median": np.nan, "q25": np.nan, "q75": np.nan, **found,
+                               "mean": np.mean(values[~np.isnan(values)]) if found["n"] else np.nan, "lo95": np.nan, "hi95": np.nan})
+                if step in band_steps(last) and track in self.bands_of:
+                    points[-1]["lo95"], points[-1]["hi95"] = band(self.column(trials, values), self.drawn)
+            of_tracks[track] = pd.DataFrame(points).to_dict("list")
+        return {"method": name, "trials": len(trials), "first_step": 0, "tracks": of_tracks,
+                "machine_seconds": [np.median(at("machine", step)) for step in range(last + 1)]}
+
+    def ecdf(self, name):
+        trials, _ = self.by_method[name]
+        when = [arrival(track, target) for track in trials.recommended for target in self.targets]
+        steps = np.arange(int(trials.budget.max()) + 1)
+        share = np.array([sum(step is not None and step <= by for step in when) / len(when) for by in steps])
+        shown = np.append(True, np.diff(share) != 0)
+        shown[-1] = True
+        return {"method": name, "steps": steps[shown].tolist(), "share": share[shown].tolist()}
+
+    def score(self, name):
+        trials, _ = self.by_method[name]
+        return np.maximum(self.last(trials, "recommended"), RESOLUTION)
+
+    def comparisons(self):
+        """The pairs, better median first, and Friedman's test."""
+        scores = {name: self.score(name) for name, (trials, _) in self.by_method.items() if len(trials)}
+        scores = {name: score for name, score in scores.items() if not np.isnan(score).all()}
+        ranked = sorted(scores, key=lambda name: np.nanmedian(scores[name]))
+        firsts = ranked if len(ranked) <= MOST_COMPARED else ranked[:1]
+        pairs = [self.pair(a, b, scores) for a in firsts for b in ranked[ranked.index(a) + 1:]]
+        for pair, corrected in zip(pairs, holm([pair["p"] for pair in pairs])):
+            pair["p_holm"] = corrected
+        found = {"pairs": pairs} if pairs else {}
+        if len(ranked) > 2:
+            instances, p = friedman([scores[name] for name in ranked])
+            found["friedman"] = {"instances": instances, "p": p}
+        return found
+
+    def pair(self, a, b, scores):
+        differences = np.log(scores[a]) - np.log(scores[b])
+        there = differences[~np.isnan(differences)]
+        low, high = band(differences, self.drawn, iqm)
+        relevant = np.log(RELEVANT_RATIO)
+        verdict = ("undecided" if there.size < FEWEST_COMPARED else "better" if high < -relevant else
+                   "worse" if low > relevant else "practically equal" if -relevant <= low and high <= relevant else "undecided")
+        return {"a": a, "b": b, "n": int(there.size), "ratio": np.exp(iqm(differences[None])[0]), "lo95": np.exp(low),
+                "hi95": np.exp(high), "improvement": np.mean((there < 0) + 0.5 * (there == 0)) if there.size else np.nan,
+                "p": signed_rank_p(differences), "verdict": verdict}
+
+    def numbers(self):
+        lenses = self.trials.dropna(subset=["own"]).drop_duplicates("instance")
+        started = self.trials[self.trials.made > 0].drop_duplicates("instance")
+        rows = [self.row(name) for name in self.by_method]
+        measured_only = any("measured" in row for row in rows) and not any(row["recommended"]["n"] for row in rows)
+        rows.sort(key=lambda row: row.get("measured", row["recommended"]).get("median", np.inf))
+        finished = [sorted(trials.instance) for trials, _ in self.by_method.values()]
+        made = [name for name, (trials, _) in self.by_method.items() if len(trials)]
+        group = {"scene": self.scene, "noise_level": self.trials.noise_level.iloc[0], "protocol": self.trials.protocol.iloc[0],
+                 "instances": len(self.instances), "same_instances": all(one == finished[0] for one in finished),
+                 "start": np.median([values[0] for values in started["measured" if measured_only else "commanded"]]),
+                 "rows": rows, "curves": [self.curve(name) for name in made], **self.comparisons()}
+        if measured_only:
+            group["measured_only"] = True
+        else:
+            group["ecdf"] = [self.ecdf(name) for name in made]
+        if len(lenses):
+            best = lenses.own.median()
+            group["floor"] = {"own_optimum": best}
+            if self.excess is not None:
+                group["floor"]["next_image"] = np.sqrt(best**2 + self.excess)
+        if self.spec is not None:
+            counting = pd.concat([trials for trials, _ in self.by_method.values()])
+            hopeless = sorted(int(lens) for lens in counting[counting.own > self.spec].instance.unique())
+            group.update(spec_rmse=self.spec, cannot_meet_spec=len(hopeless), hopeless=hopeless[:20])
+        return group
+
+
+def groups(folder):
+    """As `groups` of the report's JSON, with `mean` in the tracks besides."""
+    manifest, trials = read(folder)
+    many = len(trials) > 10_000
+    resamples, bands_of = (1_000, ("recommended",)) if many else (10_000, TRACKS)
+    return [Group(folder, manifest, of, resamples, bands_of).numbers()
+            for _, of in trials.groupby(["scene", "noise_level", "protocol"], sort=False)]
