@@ -13,7 +13,7 @@ namespace {
 
 // One for all poses: what is left of an estimate's error is nearly the same at neighbours, and lines are smooth.
 constexpr std::uint64_t kTruthSeed = 4;
-constexpr int kTimed = 3;
+constexpr int kTimed = 5;
 // Shares of the travel from the nominal pose: dense where the error falls steeply.
 constexpr double kAway[] = {0.01, 0.025, 0.05, 0.1, 0.2, 0.35, 0.5};
 constexpr int kPlaneSteps = 4;  // to each side
