@@ -103,6 +103,7 @@ TEST_F(CliReport, FiguresAreWellFormedFilesNamedInTheHelp) {
     std::string line;
     std::ptrdiff_t commas = 0;
     for (int row = 0; std::getline(lines, line); ++row) {
+      line = std::regex_replace(line, std::regex("\"[^\"]*\""), "quoted");  // may hold commas
       if (row == 0) commas = std::count(line.begin(), line.end(), ',');
       EXPECT_EQ(std::count(line.begin(), line.end(), ','), commas) << name << ": " << line;
     }
