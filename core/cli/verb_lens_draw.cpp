@@ -1,9 +1,7 @@
 // relign-bench lens draw: the cross-section of a lens with rays.
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <memory>
-#include <optional>
 
 #include "base/error.h"
 #include "base/files.h"
@@ -11,11 +9,9 @@
 #include "cli/app.h"
 #include "cli/assembly_file.h"
 #include "cli/lens_files.h"
+#include "cli/lens_section.h"
 #include "cli/workbench.h"
-#include "drawing/lens_drawing.h"
 #include "drawing/png.h"
-#include "imaging/scene_file.h"
-#include "optics/first_order.h"
 
 namespace relign::cli {
 namespace {
@@ -30,58 +26,28 @@ struct DrawArguments {
   std::string scene = "relign_od";
   bool scene_given = false;
   std::string fields;
-  int rays = 7;
+  int rays = kUsualRays;
   std::string assembly;
   bool vertical = false;
   std::string out = "lens.svg";
 };
 
-// What is drawn: a lens, and its surroundings in lens coordinates when it comes from a scene.
-struct Subject {
-  optics::Prescription lens;
-  std::string name;
-  std::optional<double> object_z_mm;
-  std::optional<double> sensor_low_mm, sensor_high_mm;
-};
-
-Subject subject_of(Context& context, const DrawArguments& arguments) {
-  Subject subject;
-  if (!arguments.lens_file.empty()) {
-    subject.lens = optics::read_prescription(arguments.lens_file);
-    subject.name = subject.lens.name;
-    return subject;
-  }
-  const imaging::SceneFile scene = imaging::read_scene_file(scene_file_of(context, arguments.scene), {});
-  subject.lens = scene.lens;
-  subject.name = scene.name == scene.lens.name ? scene.name : scene.name + ", lens " + scene.lens.name;
-  subject.object_z_mm = scene.emitter.z_mm + scene.pivot_behind_first_vertex_mm;
-  subject.sensor_high_mm = scene.sensor.top_mm;
-  subject.sensor_low_mm = scene.sensor.top_mm - scene.sensor.height * scene.sensor.pitch_mm;
+LensSubject subject_of(Context& context, const DrawArguments& arguments) {
+  if (arguments.lens_file.empty()) return subject_of_scene(scene_file_of(context, arguments.scene));
+  LensSubject subject;
+  subject.lens = optics::read_prescription(arguments.lens_file);
+  subject.name = subject.lens.name;
   return subject;
 }
 
 std::vector<double> chosen_fields(const DrawArguments& arguments, const optics::Prescription& lens) {
-  if (arguments.fields.empty()) {
-    if (lens.half_field_deg <= 0) return {0};
-    return {0, std::round(0.7 * lens.half_field_deg), std::floor(lens.half_field_deg)};
-  }
+  if (arguments.fields.empty()) return usual_fields(lens);
   std::vector<double> fields = parse_numbers(arguments.fields, "--fields");
   for (const double field : fields)
     if (!(std::fabs(field) <= kWidestField))
       throw Error(ErrorKind::bad_input, "--fields: " + shortest(field) + " is outside -" + shortest(kWidestField) +
                                             " to " + shortest(kWidestField) + " degrees");
   return fields;
-}
-
-std::string subtitle_of(const Subject& subject, bool as_built) {
-  const optics::FirstOrder data = optics::first_order(subject.lens);
-  std::string text = "f = " + significant(data.focal_length, 4) + " mm, f/" + significant(data.f_number, 3) + ", " +
-                     significant(subject.lens.wavelength_nm, 4) + " nm; ";
-  if (subject.object_z_mm)
-    text += "object " + significant(-*subject.object_z_mm, 4) + " mm before the first vertex";
-  else
-    text += "object far away";
-  return text + (as_built ? "; elements as built" : "");
 }
 
 int draw(Context& context, const DrawArguments& arguments) {
@@ -91,7 +57,7 @@ int draw(Context& context, const DrawArguments& arguments) {
   if (ending != ".svg" && ending != ".png")
     throw Error(ErrorKind::bad_input, "--out: '" + arguments.out + "' must end in .svg or .png");
 
-  const Subject subject = subject_of(context, arguments);
+  const LensSubject subject = subject_of(context, arguments);
   std::map<std::string, optics::ElementOffset> offsets;
   if (!arguments.assembly.empty()) {
     std::vector<std::string> names;
@@ -101,19 +67,11 @@ int draw(Context& context, const DrawArguments& arguments) {
   }
   const optics::Assembly assembly(subject.lens, offsets);
 
-  drawing::LensPicture picture;
-  picture.assembly = &assembly;
-  picture.title = subject.name;
-  picture.subtitle = subtitle_of(subject, !offsets.empty());
+  drawing::LensPicture picture = picture_of(subject, assembly, !offsets.empty());
   picture.vertical = arguments.vertical;
-  picture.sensor_low_mm = subject.sensor_low_mm;
-  picture.sensor_high_mm = subject.sensor_high_mm;
   Json drawn = Json::array();
   for (const double field : chosen_fields(arguments, subject.lens)) {
-    drawing::DrawnFan fan;
-    fan.label = shortest(field) + " deg";
-    fan.series = picture.fans.size();
-    fan.rays = optics::ray_fan(assembly, field, subject.object_z_mm, arguments.rays);
+    drawing::DrawnFan fan = fan_of(subject, assembly, field, picture.fans.size(), arguments.rays);
     if (fan.rays.empty()) print_warning("no ray of the field " + fan.label + " passes the lens; none is drawn");
     drawn.push_back({{"field_deg", field}, {"rays", fan.rays.size()}});
     picture.fans.push_back(std::move(fan));

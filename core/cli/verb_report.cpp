@@ -25,13 +25,13 @@ constexpr const char* kStandardOutput = "-";
 
 // All folders in one text.
 std::string exported(const ReportArguments& arguments) {
+  if (arguments.format == "html")  // one page of them all
+    return report::Report(std::vector<fs::path>(arguments.folders.begin(), arguments.folders.end())).html();
   std::string text = arguments.format == "csv" ? report::ranking_csv_head() : "";
   Json results = Json::array();
   for (const std::string& folder : arguments.folders) {
     const report::Report report(folder);
-    if (arguments.format == "html") {
-      text += report.html();
-    } else if (arguments.format == "md") {
+    if (arguments.format == "md") {
       text += (text.empty() ? "" : "\n") + report.markdown();
     } else if (arguments.format == "csv") {
       text += report::ranking_csv_rows(report.data(), folder);
@@ -69,13 +69,11 @@ int write_reports(Context& context, const ReportArguments& arguments) {
                   "--figures goes with the page; leave out --format " + arguments.format + ", or call report twice");
     return write_text(context, arguments);
   }
-  if (!arguments.figures.empty() && arguments.folders.size() > 1)
+  if (!arguments.figures.empty() && arguments.out.empty() && arguments.folders.size() > 1)
     throw Error(ErrorKind::bad_input,
                 "--figures names one folder, but " + std::to_string(arguments.folders.size()) +
-                    " results folders are given; make the figures of each with a call of its own");
-  if (!arguments.out.empty() && arguments.folders.size() > 1)
-    throw Error(ErrorKind::bad_input, "--out names one page, but " + std::to_string(arguments.folders.size()) +
-                                          " results folders are given; leave it out to write a page into each");
+                    " results folders are given; add --out PAGE for one page and one set of figures of them all, or "
+                    "make the figures of each with a call of its own");
   if (arguments.out == kStandardOutput) {
     if (!arguments.figures.empty())
       throw Error(ErrorKind::bad_input,
@@ -84,17 +82,23 @@ int write_reports(Context& context, const ReportArguments& arguments) {
   }
   Json pages = Json::array(), figures = Json::array();
   std::string text;
-  for (const std::string& folder : arguments.folders) {
-    const fs::path page = arguments.out.empty() ? fs::path(folder) / "report.html" : fs::path(arguments.out);
-    const report::Report report(folder);
+  const auto write = [&](const report::Report& report, const fs::path& page) {
     report.write_html(page);
-    if (arguments.out.empty()) report.write_tables();
     pages.push_back(page.string());
     text += page.string() + "\n";
-    if (arguments.figures.empty()) continue;
+    if (arguments.figures.empty()) return;
     for (const fs::path& file : report.write_figures(arguments.figures)) {
       figures.push_back(file.string());
       text += file.string() + "\n";
+    }
+  };
+  if (!arguments.out.empty()) {
+    write(report::Report(std::vector<fs::path>(arguments.folders.begin(), arguments.folders.end())), arguments.out);
+  } else {
+    for (const std::string& folder : arguments.folders) {
+      const report::Report report(folder);
+      report.write_tables();
+      write(report, fs::path(folder) / "report.html");
     }
   }
   Json result = {{"reports", pages}};
@@ -110,13 +114,16 @@ void add_report(CLI::App& app, Context& context) {
                                   "relign-bench report results/quick\n"
                                   "relign-bench report results/quick --figures paper\n"
                                   "relign-bench report results/quick results/more --format csv -o ranking.csv\n"
-                                  "relign-bench report results/quick --format json | jq '.results[].groups[].rows[]'",
-                                  "run, compare"});
+                                  "relign-bench report results/quick --format json | jq '.results[].groups[].rows[]'\n"
+                                  "relign-bench report results/mine results/published -o both.html",
+                                  "run, merge, compare"});
   auto arguments = std::make_shared<ReportArguments>();
   verb.add_option("DIR", arguments->folders, "results folder, one or more")->required()->type_name("DIR");
-  verb.add_option("-o,--out", arguments->out,
-                  "write this file alone; - is standard output [default: html: DIR/report.html, and tables beside it; "
-                  "md, csv, json: standard output]")
+  verb.add_option(
+          "-o,--out", arguments->out,
+          "write this file alone; - is standard output; of several folders one page: those with the same "
+          "instance set are compared, others stand apart [default: html: DIR/report.html, and tables beside it; "
+          "md, csv, json: standard output]")
       ->type_name("FILE");
   verb.add_option("--format", arguments->format,
                   "html, md (Markdown tables for a README), csv (a row for each method of each scene, noise level and "

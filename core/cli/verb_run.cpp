@@ -10,6 +10,7 @@
 #include "cli/app.h"
 #include "cli/interrupt.h"
 #include "cli/progress.h"
+#include "cli/scene_drawing.h"
 #include "cli/shard_job.h"
 #include "records/results_folder.h"
 #include "report/report.h"
@@ -130,6 +131,7 @@ int run_suite(Context& context, const RunArguments& arguments) {
   if (arguments.isolation == "process") options.worker_program = {"/proc/self/exe", "worker"};
   options.cache_folder = relign::cache_folder();
   options.command = context.typed_command();
+  options.draw_lens = scene_lens_svg;
 
   if (arguments.suite.empty() == arguments.plan.empty())
     throw Error(ErrorKind::bad_input, "SUITE is required, or --plan FILE with --shard i/n");
@@ -184,8 +186,8 @@ int run_suite(Context& context, const RunArguments& arguments) {
                          {"seconds", summary.seconds}};
     print_result(result.dump(2) + "\n");
   } else {
-    print_result(report.ranking_table() + "\nresults  " + options.results.string() + "\nreport   " +
-                 page.string() + "\n");
+    print_result(report.ranking_table() + "\nresults  " + options.results.string() + "\nreport   " + page.string() +
+                 "\n");
     std::fprintf(stderr, "\n%zu trials in %s%s.\nNext: open the report in a browser, or watch one trial:\n  %s\n",
                  summary.trials, duration_text(summary.seconds).c_str(),
                  summary.reused > 0 ? (", " + std::to_string(summary.reused) + " of them from before").c_str() : "",

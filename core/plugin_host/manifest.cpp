@@ -11,6 +11,7 @@
 #include "base/inside.h"
 #include "base/text.h"
 #include "plugin_host/preparation.h"
+#include "plugin_host/training.h"
 
 namespace relign::plugin_host {
 namespace {
@@ -289,6 +290,7 @@ Manifest read_checked(const JsonSource& source, const std::filesystem::path& fil
       manifest.document = parameter->name;
   }
   read_preparation(source, reader, manifest, problems);
+  check_training(source, reader, manifest, problems);
   manifest.check = read_check(reader, manifest);
   reader.refuse_unknown();
   return manifest;

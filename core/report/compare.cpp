@@ -154,8 +154,6 @@ class Comparer {
                                                               : std::max(found->second, stats::kResolution);
   }
 
-
-
   static Json place_json(const Pair& pair) {
     return {{"scene", pair.a->scene},
             {"noise_level", pair.a->noise_level},

@@ -22,22 +22,6 @@ double number(const Json& list, std::size_t at) {
   return list.is_array() && at < list.size() && list[at].is_number() ? list[at].get<double>() : kNone;
 }
 
-// Names are anybody's; files are ours.
-std::string file_name(const std::string& text) {
-  std::string name;
-  for (const char c : text) {
-    const bool kept =
-        (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == '_';
-    if (kept)
-      name += c;
-    else if (!name.empty() && name.back() != '-')
-      name += '-';
-    if (name.size() >= 60) break;
-  }
-  while (!name.empty() && (name.back() == '-' || name.back() == '.')) name.pop_back();
-  return name.empty() ? "unnamed" : name;
-}
-
 const Json* entry_of(const Json& list, const std::string& method) {
   for (const Json& entry : list)
     if (text_of(entry, "method") == method) return &entry;
@@ -53,7 +37,7 @@ int style_of(const std::map<std::string, int>& styles, const std::string& method
 double height_for(std::size_t series) { return std::max(300.0, 90 + 12.0 * static_cast<double>(series)); }
 
 std::string group_file(const Json& group, std::size_t index) {
-  return std::to_string(index + 1) + "-" + file_name(text_of(group, "label"));
+  return std::to_string(index + 1) + "-" + figure_file_name(text_of(group, "label"));
 }
 
 // A group's methods, best first.
@@ -85,6 +69,21 @@ void add_quartiles(ChartSeries& series, const Json& values) {
 }
 
 }  // namespace
+
+std::string figure_file_name(const std::string& text) {
+  std::string name;
+  for (const char c : text) {
+    const bool kept =
+        (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == '_';
+    if (kept)
+      name += c;
+    else if (!name.empty() && name.back() != '-')
+      name += '-';
+    if (name.size() >= 60) break;
+  }
+  while (!name.empty() && (name.back() == '-' || name.back() == '.')) name.pop_back();
+  return name.empty() ? "unnamed" : name;
+}
 
 std::map<std::string, int> method_styles(const Json& data) {
   std::set<std::string> used;
@@ -178,7 +177,7 @@ std::vector<Figure> residual_figures(const Json& data, std::size_t index, std::s
         chart.title = text_of(group, "label");
         chart.x.title = "axis";
         chart.y = {"misalignment left" + (unit.empty() ? "" : ", " + unit), true, false, {}};
-        figures.push_back({"misalignment-" + file_name(unit) + "-" + group_file(group, index),
+        figures.push_back({"misalignment-" + figure_file_name(unit) + "-" + group_file(group, index),
                            "What is left against the lens's own best pose, without sign: median (dot) and upper "
                            "quartile (end of the line).",
                            chart});
@@ -236,7 +235,7 @@ std::vector<Figure> level_figures(const Json& data) {
     }
     yield.y = {"lenses in spec, %", false, false, {}, 0, 100};
     images.y = {"images to spec", true, true, {}};
-    const std::string file = std::to_string(done.size()) + "-" + file_name(scene + "-" + protocol);
+    const std::string file = std::to_string(done.size()) + "-" + figure_file_name(scene + "-" + protocol);
     if (!yield.series.empty())
       figures.push_back(
           {"yield-" + file, "Lenses in spec after the last image; bars are 95 % Wilson intervals.", yield});
@@ -258,6 +257,9 @@ std::vector<Figure> all_figures(const Json& data) {
     add(residual_figures(data, i));
   }
   add(level_figures(data));
+  const Json& scenes = list_of(data, "scene_facts");
+  for (std::size_t i = 0; i < scenes.size(); ++i)
+    if (std::optional<Figure> figure = landscape_figure(scenes[i], i)) figures.push_back(std::move(*figure));
   return figures;
 }
 

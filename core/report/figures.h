@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,12 @@ std::vector<Figure> residual_figures(const Json& data, std::size_t index, std::s
 
 // Yield and images to spec over the noise levels of each scene and protocol.
 std::vector<Figure> level_figures(const Json& data);
+
+// The error of the perfect lens along each axis, of one entry of "scene_facts"; `index` is its place.
+std::optional<Figure> landscape_figure(const Json& facts, std::size_t index);
+
+// A name for a file: of anybody's text only letters, digits, '-', '.', '_'.
+std::string figure_file_name(const std::string& text);
 
 std::vector<Figure> all_figures(const Json& data);
 

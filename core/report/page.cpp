@@ -67,6 +67,7 @@ std::string page(const Json& data, const Gallery& gallery, const std::map<std::s
                  {"replay_hidden", replay.empty() ? "hidden" : ""},
                  {"pairs", pairs_section(data)},
                  {"training", training_section(data)},
+                 {"scene", scene_section(data, gallery)},
                  {"gallery", gallery_section(data, gallery, rmse)},
                  {"ran", ran_section(data, gallery)},
                  {"methods", methods_section(data)},

@@ -11,7 +11,9 @@
 #include "base/json_members.h"
 #include "records/results_folder.h"
 #include "report/page_groups.h"
+#include "report/scene_data.h"
 #include "report/statistics_data.h"
+#include "report/training_data.h"
 #include "report/verdict.h"
 
 namespace relign::report {
@@ -148,6 +150,8 @@ Json page_data(const LoadedResults& results, const stats::Study& study) {
   data["failures"] = failures_json(results.trials);
   data["warnings"] = warnings_json(results.trials);
   add_statistics(data, results, study);
+  data["scene_facts"] = scene_facts(results.folder, manifest);
+  if (Json training = training_data(data, manifest); !training.empty()) data["training"] = std::move(training);
   data["verdict"] = verdict(data);
   data["beware"] = beware(data);
   return data;

@@ -19,7 +19,12 @@
 //                  .algorithm_seconds: medians by which each step was done
 //   group.ecdf     [{method, steps [], share []}]: how many of all targets of all lenses are reached by which step
 //   group.pairs    [{a, b, n, ratio, lo95, hi95, improvement, p, p_holm, verdict}]: a against b, on the same lenses
-//   training       [{method, hours, steps, machine, pays_after}]
+//   training       [{method, hours, steps, machine, pays_after [{group, label, lenses, against, saves}]}]: group is a
+//                  place in groups; lenses a number, "never" or null; saves seconds a lens, against the fastest method
+//                  that learnt nothing
+//   scene_facts    what scene_data.h says of each scene
+// Of folders merged for the page alone: merged_for_this_page, and merge_notes, sentences.
+// Of several folders with different instance sets: parts (several_folders.h), and scenes and labels name their folder.
 #pragma once
 
 #include "report/loaded_results.h"

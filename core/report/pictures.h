@@ -53,6 +53,7 @@ struct Gallery {
   std::vector<TrialPictures> trials;
   std::map<std::string, Frame> references;             // by scene
   std::map<std::string, std::vector<SceneAxis>> axes;  // by scene; filled by who knows the manifest
+  std::map<std::string, std::string> drawings;         // of lenses, data URIs by scene; as axes
   std::size_t left_out = 0;                            // pictures over the limit, films among them
   std::vector<std::string> problems;                   // a damaged index, unreadable or refused files
 };

@@ -16,6 +16,9 @@ class Report {
   // Reads the folder, once for everything below. Throws Error: io when nothing can be read, bad_input when the folder
   // holds no results, damaged ones or a newer format.
   explicit Report(const std::filesystem::path& results);
+  // One page of several folders: those with the same instance set are merged for it, in a temporary folder; others
+  // stand in groups of their own. Throws besides what merge refuses, and where one name means two methods.
+  explicit Report(const std::vector<std::filesystem::path>& folders);
   ~Report();
   Report(Report&&) noexcept;
   Report& operator=(Report&&) noexcept;
@@ -23,7 +26,7 @@ class Report {
   // Everything below in words and numbers, as page_data.h has it.
   const Json& data() const;
 
-  // curves.csv, curves.json and instances.csv into the results folder (tables of the same data).
+  // curves.csv, curves.json and instances.csv into the results folder (tables of the same data). Of one folder only.
   void write_tables() const;
 
   std::string html() const;

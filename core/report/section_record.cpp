@@ -180,21 +180,18 @@ void merged_from(HtmlWriter& html, const Json& data) {
   html.close();
 }
 
-}  // namespace
-
-std::string provenance_section(const Json& data) {
-  HtmlWriter html;
-  html.element("h2", "Where these numbers come from");
-  const std::string command = text_of(data, "command");
-  if (!command.empty()) {
+void reproduced_by(HtmlWriter& html, const Json& part) {
+  const std::string command = text_of(part, "command");
+  if (!command.empty())
     html.element("p", "Reproduce, or go on after an interruption:").open("pre").element("code", command).close();
-    html.element("p", {{"class", "quiet"}},
-                 "Equal suite, program and plugins give equal numbers on any number of workers; host times differ.");
-    if (any_group(data, "station"))
-      html.element("p", {{"class", "quiet"}}, "A station's trials are the exception: they cannot be replayed.");
-  }
-  merged_from(html, data);
-  const Json &program = data["program"], &machine = data["machine"];
+}
+
+// Of one folder, or of several that are one instance set.
+void origin(HtmlWriter& html, const Json& part) {
+  merged_from(html, part);
+  for (const Json& note : list_of(part, "merge_notes"))
+    if (note.is_string()) html.element("p", {{"class", "quiet"}}, note.get<std::string>());
+  const Json &program = object_of(part, "program"), &machine = object_of(part, "machine");
   html.open("dl");
   fact(html, "program", "relign-bench " + text_of(program, "version"));
   fact(html, "program hash", text_of(program, "hash"));
@@ -203,18 +200,42 @@ std::string provenance_section(const Json& data) {
   fact(html, "processor", text_of(machine, "cpu"));
   fact(html, "cores", text_of(machine, "cores"));
   fact(html, "system", text_of(machine, "system"));
-  fact(html, "suite file", text_of(data, "suite_file"));
-  fact(html, "suite seed", text_of(data, "seed"));
-  fact(html, "instance set", text_of(data, "instance_set"));
+  fact(html, "suite file", text_of(part, "suite_file"));
+  fact(html, "suite seed", text_of(part, "seed"));
+  fact(html, "instance set", text_of(part, "instance_set"));
   html.close();
-  const std::string suite = text_of(data, "suite_text");
-  if (!suite.empty()) {
-    html.open("details").element("summary", "The suite, word for word");
-    html.open("pre").element("code", suite).close().close();
+  const std::string suite = text_of(part, "suite_text");
+  if (suite.empty()) return;
+  html.open("details").element("summary", "The suite, word for word");
+  html.open("pre").element("code", suite).close().close();
+}
+
+}  // namespace
+
+std::string provenance_section(const Json& data) {
+  HtmlWriter html;
+  html.element("h2", "Where these numbers come from");
+  const Json& parts = list_of(data, "parts");
+  if (!parts.empty())
+    html.element("p",
+                 "From folders with different instances: only what stands in one group was run on the same lenses.");
+  reproduced_by(html, data);
+  if (!text_of(data, "command").empty()) {
+    html.element("p", {{"class", "quiet"}},
+                 "Equal suite, program and plugins give equal numbers on any number of workers; host times differ.");
+    if (any_group(data, "station"))
+      html.element("p", {{"class", "quiet"}}, "A station's trials are the exception: they cannot be replayed.");
   }
-  html.element("p",
-               "The same numbers lie beside this page: curves.csv, curves.json, instances.csv, and every step in "
-               "trials/.");
+  if (parts.empty()) origin(html, data);
+  for (const Json& part : parts) {
+    html.open("h3").element("bdi", text_of(part, "label")).close();
+    reproduced_by(html, part);
+    origin(html, part);
+  }
+  html.element("p", parts.empty() && !flag_of(data, "merged_for_this_page")
+                        ? "The same numbers lie beside this page: curves.csv, curves.json, instances.csv, and every "
+                          "step in trials/."
+                        : "The same numbers, and every step in trials/, lie in these folders.");
   return html.take();
 }
 

@@ -65,17 +65,18 @@ std::string title_section(const Json& data) {
                              joined(data["noise_levels"], ", ");
   html.element("p", {{"class", "facts"}},
                joined(data["scenes"], ", ") + (every_group(data, "station") ? "" : levels) + " \u00b7 " +
-                   counted(count_of(data, "instances"), "instance") + " each \u00b7 protocol " +
-                   joined(data["protocols"], " and ") + " \u00b7 " + range + " steps" +
+                   (list_of(data, "parts").empty() ? counted(count_of(data, "instances"), "instance") + " each"
+                                                   : counted(data["parts"].size(), "instance set")) +
+                   " \u00b7 protocol " + joined(data["protocols"], " and ") + " \u00b7 " + range + " steps" +
                    (failed + missing == 0 ? "" : " \u00b7 incomplete"));
   if (const std::string spec = text_of(data, "spec_text"); !spec.empty())
     html.open("p", {{"class", "facts"}}).text("Spec: ").element("bdi", spec).close();
   html.open("p", {{"class", "intro"}});
   html.text("Which method aligns the lens best? ");
   if (!every_group(data, "station"))
-    html.text(
-        "Every method was given the same instances (lenses with their own manufacturing errors, start and stage) and "
-        "the same kind of steps: one move, one picture. ");
+    html.text(std::string(list_of(data, "parts").empty() ? "Every" : "Within a folder every") +
+              " method was given the same instances (lenses with their own manufacturing errors, start and stage) and "
+              "the same kind of steps: one move, one picture. ");
   if (any_group(data, "station"))
     html.text(
         "On a station lenses, start and stage are real. Every method asked it for the same lenses, one move and one "

@@ -22,6 +22,7 @@ std::string training_section(const Json& data);
 std::string curve_cards(const Json& data, const Gallery& gallery);  // section_curves.cpp
 std::string replay_section(const Json& data, const Gallery& gallery);
 Json replay_data(const Json& data, const Gallery& gallery);  // what replay.js needs
+std::string scene_section(const Json& data, const Gallery& gallery);
 std::string gallery_section(const Json& data, const Gallery& gallery, const std::map<std::string, double>& rmse);
 
 // section_record.cpp

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <map>
 #include <set>
@@ -14,18 +13,13 @@
 #include "pixels/image_file.h"
 #include "records/results_folder.h"
 #include "records/stored_trials.h"
+#include "runner/scene_files.h"
 #include "runner/trial_runner.h"
 
 namespace relign::runner {
 namespace fs = std::filesystem;
 
 namespace {
-
-std::string frame_name(unsigned step) {
-  char name[32];
-  std::snprintf(name, sizeof name, "step-%03u.png", step);
-  return name;
-}
 
 pixels::Image copy(const relign_image& image) {
   pixels::Image made(image.width, image.height);
@@ -164,11 +158,19 @@ class Pictures {
     const fs::path own = results_ / scene_folder(prepared_, scene);
     const fs::path shown = results_ / "pictures" / entry.name / "reference.png";
     if (!fs::exists(own / "description.json")) write_file_atomically(own / "description.json", facts.text);
+    if (options_.draw_lens && !fs::exists(own / "lens.svg"))
+      if (const std::string drawing = options_.draw_lens(entry.choice); !drawing.empty())
+        write_file_atomically(own / "lens.svg", drawing);
+    TrialJob job;
+    job.scene = entry.choice;
+    job.scene_name = entry.name;
+    if (!fs::exists(own / "landscape.json"))
+      guarded([&] {
+        const Json landscape = measure_landscape(runner_.scene(job), facts, options_.stop);
+        if (!landscape.is_null()) write_file_atomically(own / "landscape.json", landscape.dump() + "\n");
+      });
     if (fs::exists(own / "reference.png") && fs::exists(shown)) return;
     guarded([&] {
-      TrialJob job;
-      job.scene = entry.choice;
-      job.scene_name = entry.name;
       const pixels::Image reference = copy(runner_.scene(job).reference());
       fs::create_directories(shown.parent_path());
       pixels::write_preview(own / "reference.png", reference, static_cast<float>(facts.image_white));
@@ -274,27 +276,6 @@ class Pictures {
 };
 
 }  // namespace
-
-void KeptCaptures::keep(const task::Step& step, const float* pixels) {
-  pixels::Image& image = step.number == 0 ? first_ : last_;
-  image = pixels::Image(scene_.image_width, scene_.image_height);
-  std::copy(pixels, pixels + image.values.size(), image.values.begin());
-  last_step_ = step.number;
-}
-
-void KeptCaptures::write(const fs::path& results, const std::string& trial) const {
-  const fs::path folder = results / "pictures" / trial;
-  const auto white = static_cast<float>(scene_.image_white);
-  try {
-    fs::remove_all(folder);
-    if (first_.values.empty()) return;
-    fs::create_directories(folder);
-    pixels::write_preview(folder / frame_name(0), first_, white);
-    if (last_step_ > 0) pixels::write_preview(folder / frame_name(last_step_), last_, white);
-  } catch (const fs::filesystem_error& error) {
-    throw Error(ErrorKind::io, "cannot write the pictures: " + std::string(error.what()));
-  }
-}
 
 void write_pictures(const PreparedPlan& prepared, const fs::path& results, const PictureOptions& options) {
   try {

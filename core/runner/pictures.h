@@ -20,7 +20,10 @@ struct PictureOptions {
   unsigned threads = 1;
   const std::atomic<bool>* stop = nullptr;
   std::function<void(const std::string&)> on_message;
+  std::function<std::string(const plugin_host::Choice& scene)> draw_lens;  // as in RunOptions
 };
+
+std::string frame_name(unsigned step);  // of a picture's file
 
 // First and last capture of a trial on a station.
 class KeptCaptures {

@@ -8,6 +8,7 @@
 #include "base/hash.h"
 #include "base/machine.h"
 #include "plugin_host/objects.h"
+#include "plugin_host/training.h"
 #include "records/record.h"
 
 namespace relign::runner {
@@ -134,6 +135,8 @@ Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, co
     algorithm["merit"] = suite::effective_merit(entry);
     algorithm["steps"] = entry.steps;
     algorithm["added"] = entry.added;
+    if (Json training = plugin_host::training_of(entry.choice); !training.is_null())
+      algorithm["training"] = std::move(training);
     algorithms.push_back(std::move(algorithm));
   }
   Json order = Json::array();

@@ -70,6 +70,7 @@ class Run {
       pictures.threads = core_count();
       pictures.stop = options_.stop;
       pictures.on_message = [this](const std::string& message) { tell(message); };
+      pictures.draw_lens = options_.draw_lens;
       write_pictures(prepared_, options_.results, pictures);
       BoundOptions bounds;
       bounds.cache_folder = pictures.cache_folder;

@@ -39,6 +39,8 @@ struct RunOptions {
   std::function<void(const Progress&)> on_progress;    // any thread, one at a time
   std::function<void(const std::string&)> on_message;  // warnings, notes such as "compass changed: 30 trials
                                                        // rerun"; any thread, one at a time
+  // The lens of a scene in section, as SVG, for reports; "" where there is none to draw. Optics are not known here.
+  std::function<std::string(const plugin_host::Choice& scene)> draw_lens;
 };
 
 struct RunSummary {

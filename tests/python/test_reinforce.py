@@ -45,6 +45,7 @@ class Folder(unittest.TestCase):
         """The folder of an imitation that has learnt nothing yet."""
         recipe = ImitateRecipe(size=40, levels=(0.0,), optimum_samples=32)
         training = Training(recipe, self.folder / "warm", threads=1, tell=quiet)
+        training.seconds = 1800.0
         training._save(0, 0, None)
         return self.folder / "warm"
 
@@ -119,6 +120,7 @@ class Export(Folder):
                        capture_output=True)
         side = json.loads((self.folder / "tuned.json").read_text())
         self.assertEqual((side["output"], side["observation"]["frames"]), ("way", 1))
+        self.assertEqual(side["trained"]["warm_start"], {"hours": 0.5})  # it counts in what the network has cost
         self.assertEqual(len(side["parity"]["inputs"]), 64)
         self.assertEqual(len(side["reference"]["means"]), 400)
 

@@ -269,5 +269,22 @@ TEST_F(Browser, ManyChartsAreDrawnWhenTheyComeNear) {
   EXPECT_EQ(seen.console, "");
 }
 
+TEST_F(Browser, PaperHasWhatIsFoldedAwayAndTheScreenGetsItBack) {
+  write(two_levels());
+  const Seen seen = open(acting(Report(folder_).html(), R"(
+      const out = document.documentElement.dataset, folded = () => document.querySelectorAll('details:not([open])').length;
+      const mattering = () => document.querySelectorAll('details:not([open]):not(.gallery):not(#licences)').length;
+      out.before = mattering();
+      out.all = folded();
+      window.dispatchEvent(new Event('beforeprint'));
+      out.printed = mattering();
+      window.dispatchEvent(new Event('afterprint'));
+      out.restored = folded() === Number(out.all);)"));
+  EXPECT_THAT(seen.root, Not(HasSubstr("data-before=\"0\""))) << "else this shows nothing";
+  EXPECT_THAT(seen.root, HasSubstr("data-printed=\"0\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-restored=\"true\""));
+  EXPECT_EQ(seen.console, "");
+}
+
 }  // namespace
 }  // namespace relign::report

@@ -118,7 +118,9 @@ TEST_F(Statistics, HostileNamesStayTextAndNameNoOtherFile) {
     for (Json& row : group["rows"]) row["residual"]["axes"][0]["name"] = row["residual"]["axes"][0]["unit"] = kHostile;
     for (Json& pair : group["pairs"]) pair["verdict"] = kHostile;
   }
-  hostile["training"][0]["machine"] = hostile["training"][0]["pays_after"] = kHostile;
+  hostile["training"][0]["machine"] = kHostile;
+  for (const char* key : {"label", "lenses", "against"}) hostile["training"][0]["pays_after"][0][key] = kHostile;
+  hostile["training"][0]["pays_after"][1]["against"] = kHostile;
   const std::string page = html(hostile);
   EXPECT_THAT(page, Not(HasSubstr("<img")));
   EXPECT_THAT(page, Not(HasSubstr("<script>alert")));

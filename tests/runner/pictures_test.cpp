@@ -104,5 +104,75 @@ TEST_F(PicturesTest, ThatAreThereStay) {
   EXPECT_FALSE(fs::exists(folder_ / "a/pictures/0123456789abcdef"));
 }
 
+// What a scene's folder holds besides, as JSON; null where there is no such file.
+Json scene_json(const fs::path& results, const std::string& name) {
+  for (const auto& entry : fs::directory_iterator(results / "scenes"))
+    if (fs::exists(entry.path() / name)) return Json::parse(read_file(entry.path() / name));
+  return nullptr;
+}
+
+TEST_F(PicturesTest, ALandscapeOfThePerfectLensLiesBesideTheReference) {
+  const PreparedPlan plan = prepared(suite_text("\"toy-walker\""));
+  run(plan, options("a"));
+  const Json landscape = scene_json(folder_ / "a", "landscape.json");
+  ASSERT_TRUE(landscape.is_object());
+  EXPECT_EQ(landscape["format"], 1);
+  EXPECT_EQ(landscape["pose"], Json({0.5, 0.5}));
+  ASSERT_EQ(landscape["lines"].size(), 2U);
+  const Json &shares = landscape["lines"][1]["shares"], &mse = landscape["lines"][1]["mse"];
+  EXPECT_EQ(landscape["lines"][1]["axis"], "y");
+  EXPECT_EQ(shares.front(), 0.0);
+  EXPECT_EQ(shares.back(), 1.0);
+  ASSERT_EQ(shares.size(), mse.size());
+  const std::size_t middle = shares.size() / 2;
+  EXPECT_EQ(shares[middle], 0.5);
+  EXPECT_NEAR(mse[middle].get<double>(), 0, 1e-8);
+  // The scene's own number, without an algorithm and whatever the levels draw.
+  TrialRunner runner({1, {}, {}});
+  const TrialJob job = make_job(plan, plan.plan.trials.front());
+  plugin_host::MountedAssembly lens = runner.scene(job).mount("{}");
+  EXPECT_NEAR(mse.front().get<double>(), lens.noise_free_mse({0.5, 0.0}, 1).mse, 1e-7);
+  EXPECT_GT(mse.front().get<double>(), 1e-3);
+  const Json& plane = landscape["plane"];
+  EXPECT_EQ(plane["across"], "x");
+  EXPECT_EQ(plane["up"], "y");
+  ASSERT_EQ(plane["mse"].size(), plane["across_shares"].size() * plane["up_shares"].size());
+  const std::size_t right_end = plane["across_shares"].size() - 1;  // of the lowest row
+  EXPECT_NEAR(plane["mse"][right_end].get<double>(),
+              lens.noise_free_mse({plane["across_shares"].back(), plane["up_shares"].front()}, 1).mse, 1e-7);
+}
+
+TEST_F(PicturesTest, ALensIsDrawnByWhoKnowsOpticsAndOnlyOnce) {
+  const PreparedPlan plan = prepared(suite_text("\"toy-walker\""));
+  int asked = 0;
+  RunOptions with_drawing = options("a");
+  with_drawing.draw_lens = [&asked](const plugin_host::Choice& scene) {
+    ++asked;
+    return "<svg>" + scene.id + "</svg>";
+  };
+  run(plan, with_drawing);
+  run(plan, with_drawing);
+  EXPECT_EQ(asked, 1);
+  std::string drawing;
+  for (const auto& entry : fs::directory_iterator(folder_ / "a/scenes")) drawing = read_file(entry.path() / "lens.svg");
+  EXPECT_EQ(drawing, "<svg>toy-scene</svg>");
+  run(plan, options("b"));
+  for (const auto& entry : fs::directory_iterator(folder_ / "b/scenes"))
+    EXPECT_FALSE(fs::exists(entry.path() / "lens.svg"));
+}
+
+// The camera falls off on the way along x: no landscape, and nothing else is lost.
+TEST_F(PicturesTest, ASceneThatFailsOnTheWayCostsItsLandscapeAlone) {
+  const PreparedPlan plan =
+      prepared(R"({"scenes": [{"use": "toy-scene", "name": "fragile", "parameters": {"blind_above": 0.99}}],
+    "noise_levels": ["toy-level"], "instances": 2, "steps": 3, "algorithms": ["toy-walker"]})");
+  const RunSummary summary = run(plan, options("a"));
+  EXPECT_EQ(summary.failed, 0U);
+  EXPECT_TRUE(scene_json(folder_ / "a", "landscape.json").is_null());
+  EXPECT_TRUE(scene_json(folder_ / "a", "description.json").is_object());
+  EXPECT_TRUE(fs::exists(folder_ / "a/pictures/index.json"));
+  EXPECT_THAT(messages_, testing::Contains(testing::HasSubstr("nothing to see up there")));
+}
+
 }  // namespace
 }  // namespace relign::runner

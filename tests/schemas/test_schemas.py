@@ -235,7 +235,8 @@ class WrittenFiles(unittest.TestCase):
     WRITTEN = {"manifest": ["merged/manifest.json", "results/*/*/manifest.json"], "curves": ["merged/curves.json"],
                "trials": ["merged/trials/*.jsonl"], "times": ["merged/times/*.jsonl"], "pictures": ["merged/pictures/index.json"],
                "verify": ["merged/verify.json"], "description": ["merged/scenes/*/description.json"],
-               "next_image": ["merged/scenes/*/next_image/*.json"], "plan": ["plan.json"],
+               "next_image": ["merged/scenes/*/next_image/*.json"], "landscape": ["merged/scenes/*/landscape.json"],
+               "plan": ["plan.json"],
                "prepared": ["cache/*/prepared/*/*.json"], "report": ["report.json"], "compare": ["compare.json"],
                "rays": ["rays.json", "rays_out.json"], "suite": ["new/suite.json", "suite.json"], "scene": ["new/scene.json"],
                "lens": ["new/lens.json"], "tolerances": ["new/tolerances.json", "glued.json"]}

@@ -164,6 +164,18 @@
     return charts.size;
   }
 
+  // Nothing can be opened on paper. The gallery's many pictures stay closed: the cards show those that matter.
+  const closed = [];
+  window.addEventListener('beforeprint', () => {
+    for (const part of document.querySelectorAll('details:not([open]):not(.gallery):not(#licences)')) {
+      part.open = true;
+      closed.push(part);
+    }
+  });
+  window.addEventListener('afterprint', () => {
+    for (const part of closed.splice(0)) part.open = false;
+  });
+
   const data = JSON.parse(byId('report-data').textContent);
   relignSorting.start();
   relignReplay.start(data);

@@ -176,6 +176,8 @@ def export_reinforcement(training, path):
     recipe = training.recipe
     steps = training.load_best()
     trained = trained_of(recipe, training.seconds, training.threads, steps)
+    if training.warm_seconds > 0:
+        trained["warm_start"] = {"hours": round(training.warm_seconds / 3600, 3)}
     if recipe.preset == "tuned":
         return export.write(training.model.policy.net, path, recipe.scene, recipe.size, 1, "way", trained,
                             f"relign-train ppo --scene {recipe.scene} --warm-start FOLDER_OF_IMITATE -o FOLDER")

@@ -98,6 +98,7 @@ class Reinforcement:
         if threads:
             torch.set_num_threads(threads)
         self.done, self.seconds, self.rows, self.best = 0, 0.0, [], None  # stretches; rows of the curve
+        self.warm_seconds = 0.0  # that the training of its first weights took
         torch.manual_seed(recipe.seed)
         (self._make_tuned if recipe.preset == "tuned" else self._make_paper)()
         self._open_log()
@@ -140,7 +141,9 @@ class Reinforcement:
         self._learner(GuidedPolicy, dict(size=recipe.size, directions=self.directions.vectors, spread=self.env.spread,
                                          log_std_init=recipe.first_log_std))
         if self._warm:
-            self.model.policy.net.load_state_dict(torch.load(self._warm, weights_only=True)["net"])
+            begun_with = torch.load(self._warm, weights_only=True)
+            self.model.policy.net.load_state_dict(begun_with["net"])
+            self.warm_seconds = begun_with.get("seconds", 0.0)
 
     def _learner(self, policy, policy_arguments):
         recipe = self.recipe
@@ -255,7 +258,7 @@ class Reinforcement:
     def _save(self):
         state = {"policy": self.model.policy.state_dict(), "optimizer": self.model.policy.optimizer.state_dict(),
                  "steps": self.model.num_timesteps, "updates": self.model._n_updates, "done": self.done,
-                 "seconds": self.seconds, "rows": self.rows, "best": self.best}
+                 "seconds": self.seconds, "warm_seconds": self.warm_seconds, "rows": self.rows, "best": self.best}
         score = self.rows[-1]["score"]
         if self.done > self.recipe.warm_up and (self.best is None or score < self.best):
             self.best = state["best"] = score
@@ -273,6 +276,7 @@ class Reinforcement:
         self.model.policy.optimizer.load_state_dict(state["optimizer"])
         self.model.num_timesteps, self.model._n_updates = state["steps"], state["updates"]
         self.done, self.seconds, self.rows, self.best = state["done"], state["seconds"], state["rows"], state["best"]
+        self.warm_seconds = state.get("warm_seconds", 0.0)
         self.tell(f"goes on at step {self.model.num_timesteps}")
 
     def load_best(self):

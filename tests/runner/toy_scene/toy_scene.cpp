@@ -22,8 +22,13 @@ std::vector<float> spot(double x, double y) {
 
 class ToyAssembly final : public relign::Assembly {
  public:
-  ToyAssembly(double shift, double broken_above, bool tells_optimum, const std::vector<float>& reference)
-      : shift_(shift), broken_above_(broken_above), tells_optimum_(tells_optimum), reference_(reference) {}
+  ToyAssembly(double shift, double broken_above, double blind_above, bool tells_optimum,
+              const std::vector<float>& reference)
+      : shift_(shift),
+        broken_above_(broken_above),
+        blind_above_(blind_above),
+        tells_optimum_(tells_optimum),
+        reference_(reference) {}
 
   void capture(const relign::Pose& pose, std::uint64_t frame_seed, float* pixels) override {
     if (pose[0] > broken_above_) throw std::runtime_error("the camera fell off");
@@ -33,6 +38,7 @@ class ToyAssembly final : public relign::Assembly {
       pixels[index] = image[index] + static_cast<float>(0.01 * random.normal());
   }
   Truth noise_free_mse(const relign::Pose& pose, std::uint64_t seed) override {
+    if (pose[0] > blind_above_) throw std::runtime_error("nothing to see up there");
     const std::vector<float> image = spot(pose[0] + shift_, pose[1]);
     double sum = 0;
     for (std::size_t index = 0; index < image.size(); ++index) {
@@ -55,7 +61,7 @@ class ToyAssembly final : public relign::Assembly {
 
  private:
   double shift_;
-  double broken_above_;
+  double broken_above_, blind_above_;
   bool tells_optimum_;
   const std::vector<float>& reference_;
 };
@@ -64,6 +70,7 @@ class ToyScene final : public relign::Scene {
  public:
   explicit ToyScene(const relign::Parameters& given)
       : broken_above_(given.number("broken_above")),
+        blind_above_(given.number("blind_above")),
         tells_optimum_(given.boolean("tells_optimum")),
         reference_(spot(0.5, 0.5)) {}
 
@@ -86,11 +93,11 @@ class ToyScene final : public relign::Scene {
   std::unique_ptr<relign::Assembly> mount(std::string_view offsets) override {
     const auto json = nlohmann::json::parse(offsets);
     const double shift = json.contains("L1") ? json["L1"]["shift_mm"][0].get<double>() : 0.0;
-    return std::make_unique<ToyAssembly>(shift, broken_above_, tells_optimum_, reference_);
+    return std::make_unique<ToyAssembly>(shift, broken_above_, blind_above_, tells_optimum_, reference_);
   }
 
  private:
-  double broken_above_;
+  double broken_above_, blind_above_;
   bool tells_optimum_;
   std::vector<float> reference_;
 };

@@ -1,0 +1,103 @@
+#include "plugin_host/training.h"
+
+#include <cmath>
+#include <limits>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "base/json_members.h"
+
+namespace relign::plugin_host {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr std::size_t kLargestSideFile = std::size_t{16} << 20;
+constexpr std::size_t kLongestMachine = 200;
+
+Json amount(const Json& object, const char* key) {
+  const Json value = object.is_object() ? object.value(key, Json()) : Json();
+  return value.is_number() && std::isfinite(value.get<double>()) && value.get<double>() >= 0 ? value : Json();
+}
+
+Json read_facts(const Json& told) {
+  Json facts = {{"hours", amount(told, "hours")}, {"steps", amount(told, "steps")}};
+  facts["machine"] = text_of(told, "machine").substr(0, kLongestMachine);
+  const Json before = amount(object_of(told, "warm_start"), "hours");
+  if (facts["hours"].is_number() && before.is_number())
+    facts["hours"] = facts["hours"].get<double>() + before.get<double>();
+  return facts;
+}
+
+Json beside(const Choice& choice, const std::string& parameter) {
+  const Json unknown = read_facts(Json::object());
+  if (!choice.parameters.is_object()) return unknown;
+  const Json file = choice.parameters.value(parameter, Json());
+  if (!file.is_string()) return unknown;
+  try {
+    const std::filesystem::path side = std::filesystem::path(file.get<std::string>()).replace_extension(".json");
+    return read_facts(object_of(Json::parse(read_file(side, kLargestSideFile), nullptr, false), "trained"));
+  } catch (const Error&) {
+    return unknown;
+  }
+}
+
+// What the manifest states, with the parameter's name as the manifest spells it.
+Json stated(const Manifest& manifest) {
+  const Json root = Json::parse(manifest.text, nullptr, false);
+  return root.is_object() ? root.value("training", Json()) : Json();
+}
+
+Json sum(const Json& a, const Json& b) {
+  if (!a.is_number() || !b.is_number()) return nullptr;
+  if (a.is_number_unsigned() && b.is_number_unsigned()) return a.get<std::uint64_t>() + b.get<std::uint64_t>();
+  return a.get<double>() + b.get<double>();
+}
+
+}  // namespace
+
+Json training_of(const Choice& choice) {
+  Json all;
+  const auto add = [&all](const Json& facts) {
+    if (!facts.is_object()) return;
+    if (all.is_null()) {
+      all = facts;
+      return;
+    }
+    for (const char* key : {"hours", "steps"}) all[key] = sum(all[key], facts[key]);
+    const std::string known = text_of(all, "machine"), other = text_of(facts, "machine");
+    if (known != other) all["machine"] = known.empty() || other.empty() ? known + other : known + ", " + other;
+  };
+  const Json own = stated(*choice.plugin);
+  if (own.is_object()) add(read_facts(own));
+  if (own.is_string())
+    if (const Parameter* parameter = choice.plugin->parameter(own.get<std::string>()))
+      add(beside(choice, parameter->name));
+  for (const auto& [parameter, inner] : choice.algorithms) add(training_of(*inner));
+  return all;
+}
+
+void check_training(const JsonSource& source, ObjectReader& reader, const Manifest& manifest,
+                    std::vector<Problem>& problems) {
+  const Json* given = reader.get("training");
+  if (!given) return;
+  if (!is_algorithm(manifest.kind)) reader.complain("training", "only optimizers and agents are trained");
+  if (given->is_string()) {
+    const Parameter* parameter = manifest.parameter(given->get<std::string>());
+    if (!parameter || parameter->type != ParameterType::file)
+      reader.complain("training",
+                      "expected the name of a parameter of type file, found \"" + given->get<std::string>() + "\"");
+    return;
+  }
+  if (!given->is_object()) {
+    reader.complain("training",
+                    "expected an object with \"hours\", \"steps\", \"machine\", or the name of a file parameter");
+    return;
+  }
+  ObjectReader facts(source, "/training", problems);
+  facts.number("hours", 0, 0, kInfinity);
+  facts.integer("steps", 0, 0, std::numeric_limits<std::int64_t>::max());
+  facts.string("machine", "");
+  facts.refuse_unknown();
+}
+
+}  // namespace relign::plugin_host

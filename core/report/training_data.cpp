@@ -1,0 +1,110 @@
+#include "report/training_data.h"
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+#include <string>
+
+#include "base/json_members.h"
+#include "report/page_data.h"
+
+namespace relign::report {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+double number(const Json& object, const char* key) {
+  const auto found = object.is_object() ? object.find(key) : object.end();
+  return found != object.end() && found->is_number() ? found->get<double>() : kNone;
+}
+
+// Machine and algorithm until half of the lenses are in specification.
+double seconds_to_spec(const Json& row) {
+  const Json& arrival = object_of(row, "to_spec");
+  if (text_of(arrival, "seconds") == "never" || text_of(arrival, "steps") == "never") return kNever;
+  return number(arrival, "seconds") + number(arrival, "steps") * number(row, "algorithm_ms_per_step") / 1000;
+}
+
+// By method: what the manifest tells, or the images of its source instances, which the harness itself let it see.
+std::map<std::string, Json> learners(const Json& manifest) {
+  std::map<std::string, Json> all;
+  for (const Json& entry : list_of(manifest, "prepared")) {
+    const std::string method = text_of(entry, "algorithm");
+    if (method.empty() || !text_of(entry, "failure").empty()) continue;
+    const std::uint64_t images = count_of(entry, "sources") * count_of(entry, "steps");
+    Json& known = all[method];
+    if (known.is_null()) known = {{"hours", nullptr}, {"steps", 0u}, {"machine", ""}};
+    known["steps"] = std::max(known["steps"].get<std::uint64_t>(), images);  // of one scene and noise level
+  }
+  for (const Json& entry : list_of(manifest, "algorithms")) {
+    const Json& told = object_of(entry, "training");
+    if (told.empty()) continue;
+    const double hours = number(told, "hours"), steps = number(told, "steps");
+    all[text_of(entry, "name")] = {{"hours", hours >= 0 ? shown_number(hours) : Json()},
+                                   {"steps", steps >= 0 && steps < 1e18 ? Json(std::llround(steps)) : Json()},
+                                   {"machine", text_of(told, "machine")}};
+  }
+  return all;
+}
+
+// The one that brings a lens into specification soonest, of those that learnt nothing. Who is told the answer is no
+// alternative.
+const Json* best_untrained(const Json& group, const std::map<std::string, Json>& trained) {
+  const Json* best = nullptr;
+  for (const Json& row : group["rows"]) {
+    if (flag_of(row, "oracle") || trained.count(text_of(row, "method")) > 0) continue;
+    const double seconds = seconds_to_spec(row);
+    if (!std::isfinite(seconds)) continue;
+    if (!best || seconds < seconds_to_spec(*best)) best = &row;
+  }
+  return best;
+}
+
+Json repaid(const Json& data, const std::string& method, double hours, const std::map<std::string, Json>& trained) {
+  Json list = Json::array();
+  for (std::size_t index = 0; index < data["groups"].size(); ++index) {
+    const Json& group = data["groups"][index];
+    const Json* own = nullptr;
+    for (const Json& row : group["rows"])
+      if (text_of(row, "method") == method) own = &row;
+    if (!own || object_of(*own, "to_spec").empty()) continue;
+    const Json* other = best_untrained(group, trained);
+    const double with = seconds_to_spec(*own), without = other ? seconds_to_spec(*other) : kNever;
+    const double lenses = pays_after(hours, with, without);
+    Json entry = {{"group", index}, {"label", text_of(group, "label")}};
+    entry["lenses"] = std::isinf(lenses) ? Json("never") : shown_number(lenses);
+    entry["against"] = other ? text_of(*other, "method") : "";
+    entry["saves"] = shown_number(without - with);
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
+}  // namespace
+
+double pays_after(double hours, double seconds_trained, double seconds_untrained) {
+  if (seconds_trained == kNever) return kNever;
+  if (std::isnan(hours) || std::isnan(seconds_trained) || !std::isfinite(seconds_untrained)) return kNone;
+  const double saved = seconds_untrained - seconds_trained;
+  return saved > 0 ? std::ceil(3600 * hours / saved) : kNever;
+}
+
+Json training_data(const Json& data, const Json& manifest) {
+  const std::map<std::string, Json> trained = learners(manifest);
+  Json list = Json::array();
+  std::set<std::string> done;
+  for (const Json& method : data["methods"]) {
+    const std::string name = text_of(method, "name");
+    const auto found = trained.find(name);
+    if (found == trained.end() || !done.insert(name).second) continue;
+    Json entry = found->second;
+    entry["method"] = name;
+    entry["pays_after"] = repaid(data, name, number(entry, "hours"), trained);
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
+}  // namespace relign::report
