@@ -66,10 +66,9 @@ class Values {
   const std::atomic<bool>* stop_;
 };
 
-Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(); }
-
 }  // namespace
 
+// What is not finite is written as null.
 Json measure_landscape(plugin_host::Scene& scene, const task::SceneFacts& facts, const std::atomic<bool>* stop) {
   if (facts.owns_stage || !facts.truth || facts.axes.empty()) return nullptr;
   try {
@@ -83,7 +82,7 @@ Json measure_landscape(plugin_host::Scene& scene, const task::SceneFacts& facts,
       for (const double share : shares) {
         std::vector<double> pose = nominal;
         pose[axis] = share;
-        mse.push_back(finite_or_null(values.mse(pose)));
+        mse.push_back(values.mse(pose));
       }
       lines.push_back({{"axis", facts.axes[axis].name}, {"shares", shares}, {"mse", std::move(mse)}});
     }
@@ -98,7 +97,7 @@ Json measure_landscape(plugin_host::Scene& scene, const task::SceneFacts& facts,
         std::vector<double> pose = nominal;
         pose[across] = column;
         pose[up] = row;
-        mse.push_back(finite_or_null(values.mse(pose)));
+        mse.push_back(values.mse(pose));
       }
     landscape["plane"] = {{"across", facts.axes[across].name},
                           {"up", facts.axes[up].name},

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <chrono>
 
 #include "base/seeds.h"
 
@@ -12,6 +13,9 @@ namespace {
 constexpr double kDifference = 0.001;
 constexpr double kSmallestShare = 1e-10;  // of the largest eigenvalue; below it a direction changes nothing
 constexpr double kLeastVariance = 1e-3;   // of the mean one: no pixel knows everything
+
+// A line of a picture is not worth minutes.
+constexpr std::chrono::seconds kLongestRender{3};
 
 }  // namespace
 
@@ -50,7 +54,9 @@ std::optional<double> next_image_excess(plugin_host::MountedAssembly& lens, cons
   const auto pixels = static_cast<Eigen::Index>(scene.image_width) * static_cast<Eigen::Index>(scene.image_height);
   const auto axes = static_cast<Eigen::Index>(optimum.size());
   Eigen::VectorXf image(pixels);
+  const auto begin = std::chrono::steady_clock::now();
   if (!lens.render_noise_free(optimum, image.data())) return std::nullopt;
+  if (std::chrono::steady_clock::now() - begin > kLongestRender) return std::nullopt;
   const Eigen::VectorXd mean = image.cast<double>();
   Eigen::MatrixXd jacobian(pixels, axes);
   for (Eigen::Index axis = 0; axis < axes; ++axis) {

@@ -29,7 +29,7 @@ Eigen::VectorXd noise_law(const Eigen::VectorXd& mean, const Eigen::VectorXd& va
 
 // Of a mounted lens at the true pose `optimum`: J by differences of noise-free images, the noise law of
 // kCaptures captures whose seeds follow from `instance_seed`. 0 without noise; nothing where the scene renders no
-// noise-free images.
+// noise-free images, or takes longer than 3 s for one.
 inline constexpr unsigned kCaptures = 8;
 std::optional<double> next_image_excess(plugin_host::MountedAssembly& lens, const SceneFacts& scene,
                                         const std::vector<double>& optimum, std::uint64_t instance_seed);

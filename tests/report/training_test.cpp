@@ -70,11 +70,11 @@ TEST_F(Training, IsRepaidByTheSecondsSavedAgainstTheFastestThatLearntNothing) {
   EXPECT_EQ(agent["hours"], 0.5);
   EXPECT_EQ(agent["steps"], 9000);
   ASSERT_EQ(agent["pays_after"].size(), 1U);
-  // One step instead of search's three: 2 * (0.5 + 0.001) s; the learner's two steps do not count, nor the oracle's
-  // one.
+  // One step instead of search's three: 2 * (0.5 + 0.004 / 3) s, as four times of 1 ms are spread over three steps; the
+  // learner's two steps do not count, nor the oracle's one.
   EXPECT_EQ(agent["pays_after"][0]["against"], "search");
-  EXPECT_NEAR(agent["pays_after"][0]["saves"].get<double>(), 1.002, 1e-9);
-  EXPECT_EQ(agent["pays_after"][0]["lenses"], 1797.0);  // 1800 / 1.002 = 1796.4
+  EXPECT_NEAR(agent["pays_after"][0]["saves"].get<double>(), 2 * (0.5 + 0.004 / 3), 1e-9);
+  EXPECT_EQ(agent["pays_after"][0]["lenses"], 1796.0);  // 1800 / 1.00267 = 1795.2
   EXPECT_EQ(of("learner")["steps"], 200);
   EXPECT_TRUE(of("learner")["hours"].is_null());
   EXPECT_TRUE(of("learner")["pays_after"][0]["lenses"].is_null());
