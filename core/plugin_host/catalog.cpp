@@ -77,24 +77,6 @@ void add_problem(std::vector<Problem>& problems, const std::string& message) {
   problems.push_back(problem);
 }
 
-// An algorithm inside another is told no more than the other one. Without start or box it does what it can; without
-// these it cannot begin, and would fail in every trial.
-void refuse_untold(const Manifest& outer, const Manifest& inner, const std::string& pointer,
-                   std::vector<Problem>& problems) {
-  const auto knows = [](const Manifest& manifest, const char* word) {
-    return std::find(manifest.knows.begin(), manifest.knows.end(), word) != manifest.knows.end();
-  };
-  for (const char* word : {"images", "design", "level"})
-    if (knows(inner, word) && !knows(outer, word))
-      problems.push_back({{},
-                          0,
-                          0,
-                          pointer,
-                          "'" + inner.id + "' must be told \"" + word + "\", which '" + outer.id +
-                              "' is not told itself (\"knows\": " + join(outer.knows, ", ") +
-                              "); choose an algorithm that does without"});
-}
-
 }  // namespace
 
 // What a name or path leads to, before parameters.
@@ -276,7 +258,6 @@ Choice Catalog::choose(const Found& found, const Json& given, const fs::path& re
     const auto inner = choose_inner(effective.values.at(parameter.name), own ? relative_to : plugin.folder,
                                     "/parameters/" + pointer_token(parameter.name), problems, depth + 1);
     if (!inner) continue;
-    refuse_untold(plugin, *inner->plugin, "/parameters/" + pointer_token(parameter.name), problems);
     effective.identity[parameter.name] = Json::parse(inner->identity);
     algorithms[parameter.name] = inner;
   }

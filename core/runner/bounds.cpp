@@ -44,7 +44,7 @@ bool holds(const fs::path& file, const std::string& key) {
 }  // namespace
 
 void write_bounds(const PreparedPlan& prepared, const std::vector<std::size_t>& selected, const fs::path& results,
-                  const BoundOptions& options) {
+                  const PictureOptions& options) {
   std::set<std::string> ran;
   for (const std::size_t place : selected) ran.insert(prepared.plan.trials[place].id);
   TrialRunner runner({options.threads, options.cache_folder, {}, options.stop});

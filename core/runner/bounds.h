@@ -2,22 +2,12 @@
 // can draw it: scenes/<hash>/next_image/<noise level>.json.
 #pragma once
 
-#include <atomic>
 #include <filesystem>
-#include <functional>
-#include <string>
 #include <vector>
 
-#include "runner/run.h"
+#include "runner/pictures.h"
 
 namespace relign::runner {
-
-struct BoundOptions {
-  std::filesystem::path cache_folder;
-  unsigned threads = 1;
-  const std::atomic<bool>* stop = nullptr;
-  std::function<void(const std::string&)> on_message;
-};
 
 // For every scene and noise level of the plan, on its first lenses, two at most and one where images are large. The
 // same bytes whichever part of the plan ran, but only where the first trial of the first lens is among `selected`
@@ -25,6 +15,6 @@ struct BoundOptions {
 // without noise-free images or with a stage of its own has none; one that fails costs its file and a message. Throws
 // Error(io).
 void write_bounds(const PreparedPlan& prepared, const std::vector<std::size_t>& selected,
-                  const std::filesystem::path& results, const BoundOptions& options);
+                  const std::filesystem::path& results, const PictureOptions& options);
 
 }  // namespace relign::runner

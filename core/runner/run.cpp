@@ -72,12 +72,7 @@ class Run {
       pictures.on_message = [this](const std::string& message) { tell(message); };
       pictures.draw_lens = options_.draw_lens;
       write_pictures(prepared_, options_.results, pictures);
-      BoundOptions bounds;
-      bounds.cache_folder = pictures.cache_folder;
-      bounds.threads = pictures.threads;
-      bounds.stop = options_.stop;
-      bounds.on_message = pictures.on_message;
-      write_bounds(prepared_, selected_, options_.results, bounds);
+      write_bounds(prepared_, selected_, options_.results, pictures);
     }
     summary_.stopped = asked_to_stop();
     summary_.seconds = seconds_since(begin_);

@@ -106,22 +106,6 @@ TEST_F(CatalogTest, MistakesAreToldAllAtOnceWithTheNearestName) {
               HasSubstr("/parameters/then: unknown algorithm 'compas'"));
 }
 
-// What would fail in every trial is refused before the first.
-TEST_F(CatalogTest, AnAlgorithmInsideAnotherIsToldNoMore) {
-  plugin("more/hand", R"({"id": "hand", "kind": "optimizer", "summary": "s", "knows": ["images", "merit"],
-    "parameters": {"then": {"type": "algorithm", "default": "compass"}}})",
-         "hand.so");
-  plugin("more/seer", R"({"id": "seer", "kind": "agent", "summary": "s", "knows": ["images"]})", "seer.so");
-  plugin("more/jacobian", R"({"id": "jacobian", "kind": "agent", "summary": "s", "knows": ["images", "design"]})",
-         "jacobian.so");
-  catalog_.scan(folder_ / "more");
-  resolve(Kind::optimizer, "hand", {{"then", "seer"}});
-  EXPECT_THAT(problems_, IsEmpty());
-  EXPECT_THAT(problems(Kind::optimizer, "hand", {{"then", "jacobian"}}),
-              HasSubstr("/parameters/then: 'jacobian' must be told \"design\", which 'hand' is not told itself "
-                        "(\"knows\": images, merit); choose an algorithm that does without"));
-}
-
 TEST_F(CatalogTest, ResolvesTheAlgorithmsThatParametersName) {
   write("m.onnx", "m");
   const Choice plain = resolve(Kind::agent, "policy", {{"model", "m.onnx"}});
