@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/text.h"
+#include "records/limits.h"
 
 namespace relign::records {
 namespace {
@@ -101,9 +102,17 @@ std::uint64_t read_seed(const std::string& digits) {
   return seed;
 }
 
+unsigned read_steps(const Json& value) {
+  const auto steps = read_whole<unsigned>(value);
+  if (steps > kMostSteps)
+    throw Error(ErrorKind::bad_input,
+                "found step " + std::to_string(steps) + ", a trial has " + std::to_string(kMostSteps) + " at most");
+  return steps;
+}
+
 StepRecord read_step(const Json& line) {
   StepRecord step;
-  step.step = read_whole<unsigned>(line.at("step"));
+  step.step = read_steps(line.at("step"));
   step.commanded_pose = read_numbers(line.at("commanded_pose"));
   step.true_pose = read_numbers(line.at("true_pose"));
   step.limits_low = read_whole<std::uint64_t>(line.at("limits_low"));
@@ -126,7 +135,7 @@ TrialRecord read_closing(const Json& line) {
   TrialRecord record;
   record.trial = read_id(line.at("trial"));
   record.end = line.at("end").get<std::string>();
-  record.budget = read_whole<unsigned>(line.at("budget"));
+  record.budget = read_steps(line.at("budget"));
   record.scene = line.at("scene").get<std::string>();
   record.noise_level = line.at("noise_level").get<std::string>();
   record.protocol = line.at("protocol").get<std::string>();

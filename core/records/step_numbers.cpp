@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "records/limits.h"
 #include "records/record.h"
 
 namespace relign::records {
@@ -42,7 +43,7 @@ bool take(fast::object& object, const char* key, double& number) {
 bool take_all(fast::object object, StepNumbers& step) {
   std::uint64_t number = 0;
   if (object.find_field("step").get_uint64().get(number)) return false;
-  if (number > std::numeric_limits<unsigned>::max()) return false;
+  if (number > kMostSteps) return false;
   step.step = static_cast<unsigned>(number);
   if (!take(object, "measured", step.measured) || !take(object, "machine_seconds", step.machine_seconds)) return false;
   std::string_view text;

@@ -126,6 +126,18 @@ TEST(Record, NewerFormatsAndDamageAreRefusedWithThePlace) {
               HasSubstr("commanded_pose"));
 }
 
+// A report takes room for every step of the budget.
+TEST(Record, MoreStepsThanATrialCanHaveAreRefused) {
+  TrialRecord record = sample_trial("0123456789abcdef", 0);
+  record.budget = 4'000'000'000U;
+  EXPECT_THAT(
+      error_text(ErrorKind::bad_input, [&] { read_trial_line(lines_of(to_lines(record))[1], "f:2"); }),
+      testing::AllOf(testing::StartsWith("f:2"), HasSubstr("found step 4000000000, a trial has 100000 at most")));
+  record.steps[0].step = 100'001;
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { read_trial_line(lines_of(to_lines(record))[0], "f:1"); }),
+              HasSubstr("found step 100001"));
+}
+
 TEST(Times, ReadBack) {
   const TrialTimes times = read_times_line(to_line(sample_times("0123456789abcdef")), "x:1");
   EXPECT_EQ(times.trial, "0123456789abcdef");
