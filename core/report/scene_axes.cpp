@@ -15,7 +15,7 @@ constexpr std::size_t kMostAxes = 16;
 std::vector<SceneAxis> axes_of(const fs::path& file) {
   std::vector<SceneAxis> axes;
   std::error_code failed;
-  if (!fs::is_regular_file(file, failed) || fs::file_size(file, failed) > kMostBytes || failed) return axes;
+  if (fs::file_size(file, failed) > kMostBytes || failed) return axes;
   const Json description = Json::parse(read_file(file), nullptr, false);
   for (const Json& axis : list_of(description, "axes")) {
     if (!axis.is_object() || axes.size() >= kMostAxes) continue;
@@ -29,12 +29,19 @@ std::vector<SceneAxis> axes_of(const fs::path& file) {
 
 }  // namespace
 
+fs::path scene_file(const fs::path& results, const Json& scene, const std::string& name) {
+  const std::string folder = text_of(scene, "folder");
+  const fs::path file = results / folder / name;
+  std::error_code failed;
+  const bool found = !folder.empty() && lies_inside(file, results / "scenes") && fs::is_regular_file(file, failed);
+  return found ? file : fs::path();
+}
+
 std::map<std::string, std::vector<SceneAxis>> scene_axes(const fs::path& results, const Json& manifest) {
   std::map<std::string, std::vector<SceneAxis>> all;
   for (const Json& scene : list_of(manifest, "scenes")) {
-    const std::string folder = text_of(scene, "folder");
-    const fs::path file = results / folder / "description.json";
-    if (folder.empty() || !lies_inside(file, results / "scenes")) continue;
+    const fs::path file = scene_file(results, scene, "description.json");
+    if (file.empty()) continue;
     try {
       std::vector<SceneAxis> axes = axes_of(file);
       if (!axes.empty()) all[text_of(scene, "name")] = std::move(axes);

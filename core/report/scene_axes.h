@@ -16,6 +16,10 @@ struct SceneAxis {
   double lower = 0, upper = 0;
 };
 
+// The file `name` of a scene (an entry of the manifest) in the results folder; empty where it is no file inside
+// scenes/.
+std::filesystem::path scene_file(const std::filesystem::path& results, const Json& scene, const std::string& name);
+
 // By the scene's name. A scene whose description is absent, damaged or outside scenes/ has none; never throws.
 std::map<std::string, std::vector<SceneAxis>> scene_axes(const std::filesystem::path& results, const Json& manifest);
 

@@ -3,8 +3,8 @@
 #include <limits>
 
 #include "base/files.h"
-#include "base/inside.h"
 #include "base/json_members.h"
+#include "report/scene_axes.h"
 
 namespace relign::report {
 namespace {
@@ -15,8 +15,6 @@ constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kMostBytes = 1'000'000;
 
 double mean_excess(const fs::path& file) {
-  std::error_code failed;
-  if (!fs::is_regular_file(file, failed)) return kUnknown;
   double sum = 0;
   std::size_t count = 0;
   const Json bounds = Json::parse(read_file(file, kMostBytes), nullptr, false);
@@ -35,8 +33,8 @@ double next_image_excess(const fs::path& results, const Json& manifest, const st
                          const std::string& noise_level) {
   for (const Json& entry : list_of(manifest, "scenes")) {
     if (text_of(entry, "name") != scene) continue;
-    const fs::path file = results / text_of(entry, "folder") / "next_image" / (noise_level + ".json");
-    if (!lies_inside(file, results / "scenes")) return kUnknown;
+    const fs::path file = scene_file(results, entry, "next_image/" + noise_level + ".json");
+    if (file.empty()) return kUnknown;
     try {
       return mean_excess(file);
     } catch (const std::exception&) {  // the line is missing, then

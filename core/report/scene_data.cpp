@@ -4,7 +4,6 @@
 
 #include "base/error.h"
 #include "base/files.h"
-#include "base/inside.h"
 #include "base/json_members.h"
 #include "records/record.h"
 #include "report/escape.h"
@@ -24,10 +23,8 @@ constexpr int kDigits = 4;
 
 // "" where it is not there, or not inside scenes/.
 std::string content(const fs::path& results, const Json& scene, const char* name) {
-  const std::string folder = text_of(scene, "folder");
-  const fs::path file = results / folder / name;
-  std::error_code failed;
-  if (folder.empty() || !lies_inside(file, results / "scenes") || !fs::is_regular_file(file, failed)) return "";
+  const fs::path file = scene_file(results, scene, name);
+  if (file.empty()) return "";
   try {
     return read_file(file, kMostBytes);
   } catch (const Error&) {

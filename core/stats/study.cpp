@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 #include <set>
-#include <thread>
 
+#include "base/machine.h"
 #include "base/parallel.h"
 #include "stats/bootstrap.h"
 #include "stats/proportion.h"
@@ -259,8 +259,7 @@ Study make_study(const TrialTable& table, StudyOptions options) {
   if (options.targets.empty()) options.targets = default_targets();
   study.resamples = options.resamples;
   constexpr unsigned kMostThreads = 8;
-  const unsigned threads =
-      options.threads > 0 ? options.threads : std::clamp(std::thread::hardware_concurrency(), 1U, kMostThreads);
+  const unsigned threads = options.threads > 0 ? options.threads : std::min(core_count(), kMostThreads);
   options.most_bytes /= threads;
   Parallel parallel(threads);
   study.groups = groups_of(table);
