@@ -28,7 +28,8 @@ if(EXISTS "${PROJECT_SOURCE_DIR}/python/relign_bench")
           FILES_MATCHING PATTERN "*.py" PATTERN "__pycache__" EXCLUDE)
 endif()
 
-install(FILES LICENSE CITATION.cff DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+install(FILES LICENSE CITATION.cff cmake/copyright DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+install(DIRECTORY suites examples DESTINATION share/relign-bench PATTERN "__pycache__" EXCLUDE)
 
 # Where shells look for completions. The distribution's zsh has a folder of its own for packages, which have prefix /usr.
 set(completions "${PROJECT_SOURCE_DIR}/core/cli/completion")
