@@ -28,7 +28,19 @@ if(EXISTS "${PROJECT_SOURCE_DIR}/python/relign_bench")
           FILES_MATCHING PATTERN "*.py" PATTERN "__pycache__" EXCLUDE)
 endif()
 
-install(FILES LICENSE CITATION.cff DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+install(FILES LICENSE CITATION.cff cmake/copyright DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+install(DIRECTORY suites examples DESTINATION share/relign-bench PATTERN "__pycache__" EXCLUDE)
+
+# Where shells look for completions. The distribution's zsh has a folder of its own for packages, which have prefix /usr.
+set(completions "${PROJECT_SOURCE_DIR}/core/cli/completion")
+install(FILES "${completions}/relign-bench.bash" DESTINATION share/bash-completion/completions RENAME relign-bench)
+install(FILES "${completions}/relign-bench.fish" DESTINATION share/fish/vendor_completions.d)
+install(CODE "
+  set(folder site-functions)
+  if(\"\${CMAKE_INSTALL_PREFIX}\" MATCHES \"/usr$\")
+    set(folder vendor-completions)
+  endif()
+  file(INSTALL \"${completions}/_relign-bench\" DESTINATION \"\${CMAKE_INSTALL_PREFIX}/share/zsh/\${folder}\")")
 
 # The package lies in the build folder as it does in an installation: -DCMAKE_PREFIX_PATH=BUILD_FOLDER works too.
 set(package_here "${PROJECT_BINARY_DIR}/${package_folder}")

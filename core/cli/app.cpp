@@ -59,7 +59,8 @@ std::string explain_parse_error(const CLI::App& app, const CLI::ParseError& erro
     }
     const auto verbs = verb->get_subcommands([](const CLI::App*) { return true; });
     if (verbs.empty()) return "unexpected argument '" + extra + "'";
-    for (const CLI::App* known_verb : verbs) known.push_back(known_verb->get_name());
+    for (const CLI::App* known_verb : verbs)
+      if (!known_verb->get_group().empty()) known.push_back(known_verb->get_name());
     return "unknown verb '" + extra + "'" + suggestion(extra, known);
   }
   return error.what();
@@ -183,6 +184,7 @@ int run_program(int argc, const char* const* argv) {
     add_scene(app, context);
     add_plugin(app, context);
     add_doctor(app, context);
+    add_completion(app, context);
     add_worker(app, context);
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {

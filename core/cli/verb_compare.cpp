@@ -38,7 +38,7 @@ void add_compare(CLI::App& app, Context& context) {
   verb.add_option("B", arguments->b, "the same, of what is judged")->required()->type_name("B");
   verb.add_option("--track", arguments->track,
                   "recommended, commanded, excess (noise-free), best or measured [default: recommended]")
-      ->type_name("TRACK");
+      ->type_name("TRACK:{recommended,commanded,excess,best,measured}");
   verb.add_option("--step", arguments->step, "compare after this step [default: the last one that both have]")
       ->check(CLI::Range(0, 999999))
       ->type_name("N");

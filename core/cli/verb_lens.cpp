@@ -151,8 +151,9 @@ void add_lens(CLI::App& app, Context& context) {
   CLI::App& info_verb =
       add_verb(lens, {"info", "Print a lens: surfaces, first-order data beside published values, distortion.",
                       "relign-bench lens info --scene relign_od", "lens trace, describe"});
-  info_verb.add_option("--scene", arguments->scene,
-                       "scene whose lens is meant: id, preset or path [default: relign_od]");
+  info_verb
+      .add_option("--scene", arguments->scene, "scene whose lens is meant: id, preset or path [default: relign_od]")
+      ->type_name("SCENE");
   info_verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return info(context, *arguments); }; });
 
@@ -166,12 +167,14 @@ void add_lens(CLI::App& app, Context& context) {
       .add_option("RAYS", arguments->rays,
                   "file with {\"rays\": [{\"start_mm\", \"direction\", \"elements\"}]}; mm, degrees")
       ->required();
-  trace_verb.add_option("--scene", arguments->scene,
-                        "scene whose lens is meant: id, preset or path [default: relign_od]");
+  trace_verb
+      .add_option("--scene", arguments->scene, "scene whose lens is meant: id, preset or path [default: relign_od]")
+      ->type_name("SCENE");
   trace_verb
       .add_option(
           "--apertures", arguments->apertures,
           "what stops rays: none, mesh (the scene's clear radii), listing (the design program's) [default: none]")
+      ->type_name("NAME")
       ->check(CLI::IsMember({"none", "mesh", "listing"}));
   trace_verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return trace_rays(context, *arguments); }; });

@@ -154,11 +154,14 @@ void add_lens_mesh(CLI::App& lens, Context& context) {
   CLI::App& export_verb = add_verb(
       lens, {"export-mesh", "Write the elements of a lens as closed triangle meshes, one PLY file each.",
              "relign-bench lens export-mesh --scene relign_od --pitch 0.1 -o meshes", "lens fit-mesh, render"});
-  export_verb.add_option("--scene", arguments->scene,
-                         "scene whose lens is meant: id, preset or path [default: relign_od]");
+  export_verb
+      .add_option("--scene", arguments->scene, "scene whose lens is meant: id, preset or path [default: relign_od]")
+      ->type_name("SCENE");
   export_verb.add_option("--pitch", arguments->pitch_mm, "length of the triangles' edges, mm [default: 0.1]")
+      ->type_name("MM")
       ->check(CLI::Range(1e-4, 1e3));
-  export_verb.add_option("-o,--output", arguments->output, "folder for L1.ply and so on, in lens coordinates, mm")
+  export_verb.add_option("-o,--out", arguments->output, "folder for L1.ply and so on, in lens coordinates, mm")
+      ->type_name("DIR")
       ->required();
   export_verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return export_meshes(context, *arguments); }; });
@@ -169,10 +172,12 @@ void add_lens_mesh(CLI::App& lens, Context& context) {
   fit_verb
       .add_option("FILE", arguments->files, "meshes of one element each (PLY, STL, OBJ): closed, around the z axis, mm")
       ->required();
-  fit_verb.add_option("--scene", arguments->scene,
-                      "scene whose lens file gives -o what meshes do not tell: indices, stops, mount, image plane "
-                      "[default: relign_od]");
-  fit_verb.add_option("-o,--output", arguments->output, "also write a lens file");
+  fit_verb
+      .add_option("--scene", arguments->scene,
+                  "scene whose lens file gives -o what meshes do not tell: indices, stops, mount, image plane "
+                  "[default: relign_od]")
+      ->type_name("SCENE");
+  fit_verb.add_option("-o,--out", arguments->output, "also write a lens file")->type_name("FILE");
   fit_verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return fit_meshes(context, *arguments); }; });
 }

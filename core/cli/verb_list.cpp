@@ -55,7 +55,8 @@ void add_list(CLI::App& app, Context& context) {
   CLI::App& verb = add_verb(app, {"list", "List the plugins that can be used, with their presets.",
                                   "relign-bench list algorithms", "describe, try"});
   auto kind = std::make_shared<std::string>();
-  verb.add_option("KIND", *kind, "scenes, noise-levels, algorithms, optimizers or agents [default: all]");
+  verb.add_option("KIND", *kind, "scenes, noise-levels, algorithms, optimizers or agents [default: all]")
+      ->type_name("KIND:{scenes,noise-levels,algorithms,optimizers,agents}");
   verb.callback([&context, kind] { context.action = [&context, kind] { return list(context, *kind); }; });
 }
 

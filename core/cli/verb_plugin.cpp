@@ -72,7 +72,7 @@ void add_new(CLI::App& plugin, Context& context) {
   auto arguments = std::make_shared<NewArguments>();
   verb.add_option("NAME", arguments->name, "the plugin's id: letters, digits, '-', '_' or '.'")->required();
   verb.add_option("--kind", arguments->kind, "what it is: optimizer, agent, scene or noise-level; must be given")
-      ->type_name("KIND")
+      ->type_name("KIND:{optimizer,agent,scene,noise-level}")
       ->required();
   verb.add_option("--lang", arguments->language, "cpp or python")
       ->type_name("LANGUAGE")

@@ -128,16 +128,17 @@ void add_render(CLI::App& app, Context& context) {
   verb.add_option("--scene", given.scene, "id, preset or path of a scene")->type_name("SCENE")->capture_default_str();
   verb.add_option("--pose", given.pose,
                   "true pose: nominal, start, or one number per axis, shares of the travel, 0 to 1")
-      ->type_name("POSE")
+      ->type_name("POSE:{nominal,start}")
       ->capture_default_str();
   add_lens_options(verb, given.lens);
   verb.add_option("--target", given.target,
                   "show the lens this: an image file, or a name such as chessboard or slanted_edges:angle_deg=3 "
                   "[default: the scene's]")
       ->type_name("TARGET");
-  verb.add_option("--sampler", given.sampler, "paper, hemisphere or pupil [default: the scene's]")->type_name("NAME");
+  verb.add_option("--sampler", given.sampler, "paper, hemisphere or pupil [default: the scene's]")
+      ->type_name("NAME:{paper,hemisphere,pupil}");
   verb.add_option("--transport", given.transport, "refract, fresnel or ghost [default: the scene's]")
-      ->type_name("NAME");
+      ->type_name("NAME:{refract,fresnel,ghost}");
   verb.add_option("--samples", given.samples, "rays a pixel [default: the scene's]")
       ->type_name("COUNT")
       ->check(whole_number());

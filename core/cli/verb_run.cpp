@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/app.h"
 #include "cli/interrupt.h"
@@ -90,6 +91,15 @@ std::string plugin_option(const plugin_host::Manifest& plugin) {
   return " --plugin " + typed.lexically_proximate(fs::current_path()).string();
 }
 
+// What to type for it: its id, or the file with "use" that it was read from.
+std::string typed_choice(const plugin_host::Choice& choice) {
+  const plugin_host::Manifest& plugin = *choice.plugin;
+  if (plugin.preset(choice.id) != nullptr || !choice.parameters.contains(plugin.document)) return choice.id;
+  const fs::path document = choice.parameters.at(plugin.document).get<std::string>();
+  if (document.stem() != choice.id) return choice.id;
+  return shell_quoted(document.lexically_proximate(fs::current_path()).string());
+}
+
 // A trial to watch. home and random, which we may have added, stand last and show little.
 std::string trial_to_watch(const suite::Suite& suite) {
   const suite::AlgorithmEntry* shown = &suite.algorithms.back();
@@ -98,8 +108,8 @@ std::string trial_to_watch(const suite::Suite& suite) {
   const plugin_host::Choice &scene = suite.scenes.back().choice, &level = suite.levels.back().choice;
   std::set<std::string> plugins;
   for (const plugin_host::Choice* used : {&shown->choice, &scene, &level}) plugins.insert(plugin_option(*used->plugin));
-  return "relign-bench try " + shown->choice.id + (scene.id == "relign_od" ? "" : " --scene " + scene.id) +
-         " --noise-level " + level.id + join({plugins.begin(), plugins.end()}, "");
+  return "relign-bench try " + shown->choice.id + (scene.id == "relign_od" ? "" : " --scene " + typed_choice(scene)) +
+         " --noise-level " + typed_choice(level) + join({plugins.begin(), plugins.end()}, "");
 }
 
 // A part of a plan has no report: its few instances of everything would say little.

@@ -147,7 +147,7 @@ void add_scene(CLI::App& app, Context& context) {
   verb.add_option("--pose", given.pose,
                   "true pose that all planes pass through: nominal, start, or one number per axis, shares of the "
                   "travel, 0 to 1")
-      ->type_name("POSE")
+      ->type_name("POSE:{nominal,start}")
       ->capture_default_str();
   add_lens_options(verb, given.lens);
   verb.add_option("--points", given.points,

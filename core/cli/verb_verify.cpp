@@ -173,7 +173,8 @@ void add_verify(CLI::App& app, Context& context) {
       ->type_name("SEED")
       ->check(whole_number())
       ->capture_default_str();
-  verb.add_option("--trial", arguments->trial, "replay this trial alone; instances.csv lists the ids")->type_name("ID");
+  verb.add_option("--trial", arguments->trial, "replay this trial alone; instances.csv lists the ids")
+      ->type_name("TRIAL");
   verb.add_option("--frames", arguments->frames, "with --trial: write its captures there as step-NNN.png")
       ->type_name("DIR");
   verb.add_option("--suite-folder", arguments->suite_folder,

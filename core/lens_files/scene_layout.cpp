@@ -158,7 +158,7 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
     if (choices.target_is_named) layout.scene["emitter"]["texels"] = kTexels;
     layout.tolerances = tolerances_of(lens, travel);
     layout.suite = {{"name", choices.name},
-                    {"scenes", {"scene.json"}},
+                    {"scenes", OrderedJson::array({{{"use", "scene.json"}, {"name", choices.name}}})},
                     {"noise_levels", {"tolerances.json"}},
                     {"algorithms", {"home", "random", "nlopt-sbplx"}},
                     {"protocol", "blind"},

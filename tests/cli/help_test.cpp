@@ -1,9 +1,12 @@
-// Every --help, compared with approved texts in tests/cli/golden. After a wanted change:
+// Every --help, compared with approved texts in tests/cli/golden, and docs/commands.md, which is made of them. After a
+// wanted change:
 //   RELIGN_UPDATE_GOLDEN=1 ctest --test-dir build/release -R cli_help
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <map>
 #include <set>
 #include <sstream>
 
@@ -17,13 +20,16 @@ using testing::HasSubstr;
 
 const fs::path kGolden = fs::path(RELIGN_SOURCE_DIR) / "tests/cli/golden";
 
-std::string help(const std::vector<std::string>& verb) {
+// Asked once a verb, however many tests look at it.
+const std::string& help(const std::vector<std::string>& verb) {
+  static std::map<std::vector<std::string>, std::string> known;
+  if (const auto found = known.find(verb); found != known.end()) return found->second;
   std::vector<std::string> arguments = verb;
   arguments.push_back("--help");
   const Outcome outcome = relign_bench(Workplace(), arguments);
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_EQ(outcome.err, "");
-  return outcome.out;
+  return known[verb] = outcome.out;
 }
 
 // The verbs that a help text lists.
@@ -83,19 +89,49 @@ TEST(CliHelp, IsAsApprovedForEveryVerb) {
     EXPECT_EQ(expected_files.count(entry.path().filename()), 1U) << entry.path() << " belongs to no verb";
 }
 
-TEST(CliHelp, HasAnExampleThatNamesTheVerbAndASeeAlso) {
-  for (const std::string& verb : listed_verbs(help({}))) {
-    const std::string text = help({verb});
-    if (!listed_verbs(text).empty()) continue;  // a group of verbs
-    EXPECT_THAT(text, HasSubstr("\nExample:\n  relign-bench " + verb)) << verb;
-    EXPECT_THAT(text, HasSubstr("\nSee also: ")) << verb;
+// docs/commands.md: every help text, the global options once.
+std::string document(const std::vector<std::vector<std::string>>& verbs) {
+  std::string text =
+      "# The command line\n\nWhat `relign-bench VERB --help` prints, for every verb. Every verb takes the global "
+      "options of the "
+      "first block, too.\nThis page is made by a test (`RELIGN_UPDATE_GOLDEN=1 ctest --test-dir build/release -R "
+      "cli_help`), "
+      "and another run of it fails when it is stale.\n";
+  for (const std::vector<std::string>& verb : verbs) {
+    std::string name = "relign-bench";
+    for (const std::string& word : verb) name += " " + word;
+    std::string shown = help(verb);
+    const std::size_t global = shown.find("\nGlobal options:\n");
+    if (global != std::string::npos) shown.erase(global, shown.find("\n\n", global) + 1 - global);
+    text += "\n## " + name + "\n\n```text\n" + shown + "```\n";
   }
+  return text;
 }
 
-TEST(CliHelp, ListsNothingThatIsNotThere) {
-  const std::string text = help({});
-  for (const char* later : {"completion"})
-    EXPECT_THAT(listed_verbs(text), testing::Not(testing::Contains(later)));
+TEST(CliHelp, IsWhatTheDocumentOfCommandsSays) {
+  std::vector<std::vector<std::string>> verbs;
+  collect({}, verbs);
+  const fs::path file = fs::path(RELIGN_SOURCE_DIR) / "docs/commands.md";
+  const std::string text = document(verbs);
+  if (std::getenv("RELIGN_UPDATE_GOLDEN") != nullptr) std::ofstream(file) << text;
+  std::ifstream stream(file);
+  std::ostringstream written;
+  written << stream.rdbuf();
+  EXPECT_EQ(text, written.str()) << file << ": approve a wanted change with RELIGN_UPDATE_GOLDEN=1";
+}
+
+TEST(CliHelp, HasAnExampleThatNamesTheVerbAndASeeAlso) {
+  std::vector<std::vector<std::string>> verbs;
+  collect({}, verbs);
+  for (const std::vector<std::string>& verb : verbs) {
+    if (verb.empty()) continue;
+    const std::string text = help(verb);
+    std::string command = "relign-bench";
+    for (const std::string& word : verb) command += " " + word;
+    const std::string example = text.substr(std::min(text.find("\nExample:\n"), text.size()));
+    EXPECT_THAT(example, HasSubstr("  " + command)) << command;
+    EXPECT_THAT(text, HasSubstr("\nSee also: ")) << command;
+  }
 }
 
 TEST(CliHelp, WithoutArgumentsItGoesToStderrAndIsAMistake) {

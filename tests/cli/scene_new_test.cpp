@@ -39,7 +39,12 @@ TEST(CliSceneNew, FromAListingToASuiteThatRuns) {
   ASSERT_EQ(valid.exit_code, 0) << valid.err;
   const Outcome ran = relign_bench(place, {"run", "od/suite.json", "-o", "results", "--workers", "2"});
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
-  EXPECT_THAT(place.read("results/curves.csv"), HasSubstr("nlopt-sbplx"));
+  EXPECT_THAT(place.read("results/curves.csv"), HasSubstr("\nrelign_od,tolerances,blind,nlopt-sbplx,"));
+  // What it names to watch can be typed.
+  const std::string watch = "try nlopt-sbplx --scene od/scene.json --noise-level od/tolerances.json";
+  EXPECT_THAT(ran.err, HasSubstr("relign-bench " + watch));
+  const Outcome watched = shell(place, "\"$RELIGN_BENCH\" " + watch + " --steps 1");
+  EXPECT_EQ(watched.exit_code, 0) << watched.err;
 }
 
 TEST(CliSceneNew, TheImageIsSharpAndLit) {

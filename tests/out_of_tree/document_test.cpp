@@ -1,7 +1,14 @@
-// docs/plugins.md as its reader meets it: every ```sh block is run, in order, in one shell, with an installed program;
-// every listing behind a comment <!-- file --> is compared with that file.
+// The tutorials as their reader meets them: every ```sh block is run, in order, in one shell, in a folder that looks
+// like a clone that was built; every listing behind a comment <!-- file --> is compared with that file.
+//
+// docs/tutorial_policy.md trains for a minute or two where RELIGN_TRAINING is set and torch is there. Elsewhere
+// relign-train only reads its arguments, and puts the shipped network where the trained one would be, so that all the
+// rest is run.
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+#include <fstream>
+#include <regex>
 #include <sstream>
 #include <vector>
 
@@ -12,6 +19,8 @@ namespace relign::cli_test {
 namespace {
 
 namespace fs = std::filesystem;
+
+const fs::path kSource = RELIGN_SOURCE_DIR;
 
 struct Block {
   std::string language;
@@ -38,30 +47,120 @@ std::vector<Block> blocks_of(const std::string& document) {
   return blocks;
 }
 
-TEST(PluginsDocument, EveryCommandRunsAndEveryListingIsTheFile) {
-  const Workplace place;
-  std::string script = "set -eu\nexport HOME='" + place.folder().string() + "'\n";
+// What the documents speak of: build/release, examples/.
+void look_like_a_clone(const Workplace& place) {
+  fs::create_directories(place.path("build"));
+  fs::create_directory_symlink(RELIGN_BUILD_DIR, place.path("build/release"));
+  fs::create_directory_symlink(kSource / "examples", place.path("examples"));
+}
+
+// Runs all commands of the document, `before` first; returns what they printed.
+std::string follow(const Workplace& place, const std::string& document, const std::string& before = "") {
+  look_like_a_clone(place);
+  std::string script = "set -eu\nexport HOME='" + place.folder().string() + "'\n" + before;
   std::vector<Block> listings;
   int commands = 0;
-  for (const Block& block : blocks_of(read_file(fs::path(RELIGN_SOURCE_DIR) / "docs/plugins.md"))) {
+  for (const Block& block : blocks_of(read_file(kSource / "docs" / document))) {
     if (block.language == "sh") {
       script += block.text;
       ++commands;
     } else {
-      ASSERT_NE(block.file, "") << "a listing without a file, or a block that nothing runs:\n" << block.text;
+      EXPECT_NE(block.file, "") << "a listing without a file, or a block that nothing runs:\n" << block.text;
       listings.push_back(block);
     }
   }
-  ASSERT_GE(commands, 5);
-  ASSERT_GE(listings.size(), 3U);
-
-  // The document speaks of build/release in a clone.
-  fs::create_directories(place.path("build"));
-  fs::create_directory_symlink(RELIGN_BUILD_DIR, place.path("build/release"));
+  EXPECT_GE(commands, 5);
   const Outcome outcome = shell(place, script);
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
   for (const Block& listing : listings) EXPECT_EQ(listing.text, place.read(listing.file)) << listing.file;
-  EXPECT_TRUE(fs::exists(place.path("my_search/results/report.html"))) << outcome.out << outcome.err;
+  return outcome.out + outcome.err;
+}
+
+TEST(PluginsDocument, EveryCommandRunsAndEveryListingIsTheFile) {
+  const Workplace place;
+  const std::string said = follow(place, "plugins.md");
+  EXPECT_TRUE(fs::exists(place.path("my_search/my_search.cpp"))) << said;
+  EXPECT_TRUE(fs::exists(place.path("my_search/results/report.html"))) << said;
+}
+
+TEST(LensTutorial, EveryCommandRunsAndTheReportIsAsItSays) {
+  const Workplace place;
+  const std::string said = follow(place, "tutorial_lens.md");
+  const std::string page = place.read("results/triplet/report.html");
+  ASSERT_NE(page, "") << said;
+  const std::string document = read_file(kSource / "docs/tutorial_lens.md");
+  const std::string reading = document.substr(document.find("## 5."));
+  for (const std::string section : {"Verdict", "Ranking", "Error after each step", "Method against method", "Pictures",
+                                    "Did everything run?", "Methods", "Where these numbers come from"}) {
+    EXPECT_NE(page.find("<h2>" + section + "<"), std::string::npos) << "the page has no section " << section;
+    EXPECT_NE(reading.find("**" + section + "**"), std::string::npos) << "the tutorial does not explain " << section;
+  }
+  // The picture in the tutorial is of this report: the same suite on the same lenses.
+  EXPECT_NE(page.find("<b>through-focus-quick</b> ends with the lowest median error, 0.00148"),
+            std::string::npos)
+      << "docs/images/triplet_report.png and what the tutorial says of it are of another run";
+}
+
+// Reads its arguments with the program's own parser, and puts the shipped network where the trained one would be.
+const char* const kStandIn = R"(
+import pathlib, shutil, sys
+from relign_bench.training.cli import make_parser
+
+given = make_parser().parse_args(sys.argv[1:])
+out = pathlib.Path(given.out)
+if given.verb == "export":
+    assert pathlib.Path(given.folder).is_dir(), given.folder
+else:
+    out.mkdir(parents=True, exist_ok=True)
+    out = out / ("imitation.onnx" if given.verb == "imitate" else "ppo.onnx")
+for ending in (".onnx", ".json"):
+    shutil.copyfile(f"{sys.path[0]}/shipped{ending}", out.with_suffix(ending))
+)";
+
+// relign-train on the PATH, as pip would install it: the package of the build, or its stand-in.
+std::string training_program(const Workplace& place, bool trains) {
+  place.write("bin/stand_in.py", kStandIn);
+  for (const std::string ending : {".onnx", ".json"})
+    fs::copy_file(kSource / ("plugins/agents/imitation/imitation" + ending), place.path("bin/shipped" + ending));
+  place.write("bin/relign-train",
+              "#!/bin/sh\nexport PYTHONPATH='" RELIGN_BUILD_DIR
+              "/python' PYTHONDONTWRITEBYTECODE=1\nexec '" RELIGN_TRAINING_PYTHON "' " +
+                  (trains ? "-m relign_bench.training" : "'" + place.path("bin/stand_in.py").string() + "'") +
+                  " \"$@\"\n");
+  fs::permissions(place.path("bin/relign-train"), fs::perms::owner_all);
+  return "export PATH=\"$PWD/bin:$PATH\"\n";
+}
+
+TEST(PolicyTutorial, EveryCommandRunsWithTheShippedNetworkInsteadOfTraining) {
+  const Workplace place;
+  const std::string said = follow(place, "tutorial_policy.md", training_program(place, false));
+  EXPECT_TRUE(fs::exists(place.path("results/policy/report.html"))) << said;
+  EXPECT_TRUE(fs::exists(place.path("my_agent.json")));
+}
+
+TEST(PolicyTutorial, EveryCommandRunsWithTraining) {
+  if (std::getenv("RELIGN_TRAINING") == nullptr) GTEST_SKIP() << "RELIGN_TRAINING is not set: trains for minutes";
+  if (std::system("'" RELIGN_TRAINING_PYTHON "' -c 'import torch, onnx' 2>/dev/null") != 0)
+    GTEST_SKIP() << "training needs torch and onnx, from the Python index";
+  const Workplace place;
+  const std::string said = follow(place, "tutorial_policy.md", training_program(place, true));
+  EXPECT_TRUE(fs::exists(place.path("training/small/tuning.csv"))) << said;
+  EXPECT_TRUE(fs::exists(place.path("results/policy/report.html"))) << said;
+}
+
+// [text](path) and [text](path#place) of every document lead to a file of the tree.
+TEST(Documents, LinksLeadSomewhere) {
+  std::vector<fs::path> documents = {kSource / "README.md", kSource / "CONTRIBUTING.md"};
+  for (const char* root : {"docs", "core", "plugins", "examples", "python", "results", "tests"})
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(kSource / root))
+      if (entry.path().extension() == ".md") documents.push_back(entry.path());
+  ASSERT_GE(documents.size(), 30U);
+  const std::regex link(R"(\]\(([^)#:\s]+)(#[^)\s]*)?\))");
+  for (const fs::path& document : documents) {
+    const std::string text = read_file(document);
+    for (std::sregex_iterator found(text.begin(), text.end(), link), end; found != end; ++found)
+      EXPECT_TRUE(fs::exists(document.parent_path() / (*found)[1].str())) << document << " links to " << (*found)[1];
+  }
 }
 
 }  // namespace

@@ -1,0 +1,19 @@
+# fish completion for relign-bench: what `relign-bench completion fish` prints. The program itself says what may
+# stand where the cursor is; this file asks it.
+function __relign_bench_complete
+    set -l before (commandline -opc)
+    set -l program $before[1]
+    set -e before[1]
+    set -l word (commandline -ct)
+    for line in ($program complete -- $before "$word" 2>/dev/null)
+        switch $line
+            case ':files'
+                __fish_complete_path "$word"
+            case ':folders'
+                __fish_complete_directories "$word"
+            case '*'
+                printf '%s\n' $line
+        end
+    end
+end
+complete -c relign-bench -f -a '(__relign_bench_complete)'
