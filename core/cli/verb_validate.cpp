@@ -7,6 +7,7 @@
 #include "cli/progress.h"
 #include "cli/workbench.h"
 #include "runner/levels.h"
+#include "runner/mtf_check.h"
 #include "runner/stations.h"
 #include "suite/suite.h"
 
@@ -44,9 +45,18 @@ int validate(Context& context, const std::string& file) {
   double seconds = 0;
   std::vector<task::SceneFacts> facts;
   bool station = false;
+  std::string mistakes, design_mtf;
   for (const suite::SceneEntry& entry : suite.scenes) {
     const LoadedScene scene = load_scene(entry.choice, context.services(1));
     facts.push_back(scene.facts);
+    try {
+      if (const auto mtf = runner::check_mtf(suite, entry.name, *scene.scene, scene.facts))
+        design_mtf += "MTF            " + printable(entry.name) + " as designed, at its nominal pose: centre " +
+                      significant(mtf->centre, 3) + ", corner " + significant(mtf->corner, 3) + "\n";
+    } catch (const Error& error) {
+      if (error.kind() != ErrorKind::bad_input) throw;
+      mistakes += (mistakes.empty() ? "" : "\n") + std::string(error.what());
+    }
     station = station || scene.facts.owns_stage;
     // Validating moves no machine.
     const FrameCost cost = scene.facts.owns_stage ? FrameCost{} : measure(scene);
@@ -58,6 +68,7 @@ int validate(Context& context, const std::string& file) {
       seconds += static_cast<double>(captures) * (cost.capture_seconds + 2 * cost.truth_seconds);
     }
   }
+  if (!mistakes.empty()) throw Error(ErrorKind::bad_input, mistakes);
   runner::check_stations(suite, facts);
   runner::check_levels(suite, facts, [&context](const std::string&) { return context.services(1); });
   suite::Suite runnable = suite;
@@ -75,14 +86,16 @@ int validate(Context& context, const std::string& file) {
     return kDone;
   }
   if (station) {
-    print_result("suite          " + printable(suite.name) + "\ntrials         " + std::to_string(trials) + "\nframes         " +
-                 std::to_string(frames) + "\nexpected time  unknown: a station's own (one trial at a time)\n");
+    print_result("suite          " + printable(suite.name) + "\ntrials         " + std::to_string(trials) +
+                 "\nframes         " + std::to_string(frames) +
+                 "\nexpected time  unknown: a station's own (one trial at a time)\n");
     return kDone;
   }
-  print_result("suite          " + printable(suite.name) + "\ntrials         " + std::to_string(trials) + "\nframes         " +
-               std::to_string(frames) + "\nexpected time  at most " + duration_text(seconds) + " on " +
-               std::to_string(cores) + (cores == 1 ? " core" : " cores") +
-               " (one capture and one truth just measured; two truths a step; without the algorithms' own time)\n");
+  print_result("suite          " + printable(suite.name) + "\ntrials         " + std::to_string(trials) +
+               "\nframes         " + std::to_string(frames) + "\nexpected time  at most " + duration_text(seconds) +
+               " on " + std::to_string(cores) + (cores == 1 ? " core" : " cores") +
+               " (one capture and one truth just measured; two truths a step; without the algorithms' own time)\n" +
+               design_mtf);
   return kDone;
 }
 

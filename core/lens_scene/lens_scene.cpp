@@ -44,6 +44,13 @@ class LensScene::Mounted final : public relign::Assembly {
     imaging::OwnOptimum found = shared_.optimum.find(lens_, seed);
     return Optimum{std::move(found.true_pose), {found.error.mse, found.error.standard_error}};
   }
+  std::optional<FieldMtf> mtf(const Pose& true_pose, double lp_per_mm) override {
+    if (of_.tracer_) return std::nullopt;  // which leads rays from the sensor to the target only
+    const std::lock_guard<std::mutex> lock(shared_.mutex);
+    if (!of_.mtf_) of_.mtf_.emplace(of_.scene_, of_.settings_.transport != imaging::Transport::refract);
+    const imaging::FieldMtf found = of_.mtf_->measure(lens_.assembly(), true_pose, lp_per_mm);
+    return FieldMtf{found.centre, found.corner};
+  }
 
  private:
   LensScene& of_;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "imaging/camera.h"
+#include "imaging/field_mtf.h"
 #include "imaging/own_optimum.h"
 #include "imaging/reference.h"
 #include "imaging/scene_file.h"
@@ -52,6 +53,7 @@ class LensScene : public Scene {
   std::unique_ptr<optics::BlockTracer> tracer_;
   Parallel parallel_;
   imaging::Reference reference_;
+  std::optional<imaging::FieldMtfMeter> mtf_;  // once it was asked for
   SharedCamera shared_;
 };
 

@@ -14,6 +14,7 @@ namespace {
 struct Travelling {
   Vec3 at;
   Vec3 direction;  // unit
+  double transmittance = 1;
 };
 
 std::string face_name(const Element& element, std::size_t face) {
@@ -40,7 +41,13 @@ std::string refract(Travelling& ray, const Face& face, double index_before, cons
   const double ratio = index_before / face.index_after;
   const double refracted = 1 - ratio * ratio * (1 - cosine * cosine);
   if (!(refracted > 0)) return "total reflection";
-  const double g = std::sqrt(refracted) - ratio * cosine;
+  const double cosine_behind = std::sqrt(refracted);
+  const double across = (index_before * cosine - face.index_after * cosine_behind) /
+                        (index_before * cosine + face.index_after * cosine_behind);
+  const double along = (index_before * cosine_behind - face.index_after * cosine) /
+                       (index_before * cosine_behind + face.index_after * cosine);
+  ray.transmittance *= 1 - (across * across + along * along) / 2;
+  const double g = cosine_behind - ratio * cosine;
   const Vec3 turned = ratio * l + g * met->normal;
   hit_in_lens = placement.point(hit + Vec3{0, 0, face.z_mm});
   ray.at = hit_in_lens;
@@ -97,6 +104,7 @@ TracedRay trace(const Assembly& assembly, const Ray& start, Apertures apertures)
   result.passed = true;
   result.image = at_plane(ray, lens.image_z_mm);
   result.exit_direction = ray.direction;
+  result.transmittance = ray.transmittance;
   return result;
 }
 

@@ -16,10 +16,11 @@ struct Ray {
 
 struct TracedRay {
   bool passed = false;
-  std::string lost_at;     // "L3 front: outside the clear radius", empty when it passed
-  std::vector<Vec3> hits;  // on each face, in order, lens coordinates
-  Vec3 image;              // on the image plane; valid if passed
-  Vec3 exit_direction;     // unit; valid if passed
+  std::string lost_at;       // "L3 front: outside the clear radius", empty when it passed
+  std::vector<Vec3> hits;    // on each face, in order, lens coordinates
+  Vec3 image;                // on the image plane; valid if passed
+  Vec3 exit_direction;       // unit; valid if passed
+  double transmittance = 1;  // of the faces, uncoated glass, unpolarised; valid if passed
 };
 
 // Faces in their order, stops between them, then the image plane at the prescription's image_z_mm.

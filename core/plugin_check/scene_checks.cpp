@@ -194,6 +194,28 @@ Finding check_optimum(const Subject& subject) {
   return ok();
 }
 
+Finding check_mtf(const Subject& subject) {
+  constexpr double kCoarse = 1e-3, kFine = 1000;  // lp/mm
+  Opened opened(subject.choice());
+  if (opened.facts.owns_stage) return skipped(kStation);
+  MountedAssembly assembly = opened.scene.mount(opened.offsets());
+  const std::vector<double> pose = opened.pose_near_nominal(0.02);
+  const auto coarse = assembly.mtf(pose, kCoarse);
+  if (!coarse) return skipped("it does not offer " RELIGN_SCENE_MTF);
+  const auto fine = assembly.mtf(pose, kFine);
+  assembly.mtf(opened.facts.nominal_pose, kCoarse);
+  const auto again = assembly.mtf(pose, kCoarse);
+  Opened second(subject.choice(), 3);
+  MountedAssembly twin = second.scene.mount(second.offsets());
+  const auto elsewhere = twin.mtf(pose, kCoarse);
+  for (const auto& other : {again, elsewhere})
+    if (!other || other->centre != coarse->centre || other->corner != coarse->corner)
+      return failed("the same lens, pose and frequency have another MTF when asked again");
+  if (!fine || fine->centre > coarse->centre || fine->corner > coarse->corner)
+    return failed("lines of " + significant(kFine) + " lp/mm come out better than those of " + significant(kCoarse));
+  return ok();
+}
+
 Finding check_elements(const Subject& subject) {
   Opened opened(subject.choice());
   if (opened.facts.owns_stage) return skipped(kStation);

@@ -26,12 +26,13 @@ std::uint32_t axes_of(const std::vector<double>& pose) { return static_cast<std:
 struct Abilities {
   const relign_scene_noise_free* noise_free = nullptr;
   const relign_scene_optimum* optimum = nullptr;
+  const relign_scene_mtf* mtf = nullptr;
 };
 
 class LibraryAssembly final : public AssemblyBackend {
  public:
   LibraryAssembly(SceneObject& scene, const Abilities& can, const std::string& offsets_json)
-      : scene_(scene), noise_free_(can.noise_free), optimum_(can.optimum) {
+      : scene_(scene), can_(can) {
     scene_.demand("mount", "it mounted nothing and gives no reason", [&] {
       const relign_status status =
           scene_.table().mount(scene_.get(), {offsets_json.data(), offsets_json.size()}, &object_);
@@ -58,31 +59,44 @@ class LibraryAssembly final : public AssemblyBackend {
   }
 
   bool render_noise_free(const std::vector<double>& true_pose, float* pixels) override {
-    if (!noise_free_) return false;
+    if (!can_.noise_free) return false;
     return scene_.host().call("render_noise_free", [&](const FloatingPointState&) {
-      return noise_free_->render(object_, true_pose.data(), axes_of(true_pose), pixels);
+      return can_.noise_free->render(object_, true_pose.data(), axes_of(true_pose), pixels);
     }) == RELIGN_OK;
   }
 
   std::optional<MountedAssembly::Optimum> own_optimum(std::uint64_t seed, std::size_t axes) override {
-    if (!optimum_) return std::nullopt;
+    if (!can_.optimum) return std::nullopt;
     MountedAssembly::Optimum found;
     found.true_pose.resize(axes);
     bool offered = true;
     scene_.demand("own_optimum", "it found nothing and gives no reason", [&] {
       const relign_status status =
-          optimum_->find(object_, seed, found.true_pose.data(), static_cast<std::uint32_t>(axes), &found.truth.mse,
-                         &found.truth.standard_error);
+          can_.optimum->find(object_, seed, found.true_pose.data(), static_cast<std::uint32_t>(axes), &found.truth.mse,
+                             &found.truth.standard_error);
       offered = status != RELIGN_UNSUPPORTED;
       return offered ? status : RELIGN_OK;
     });
     return offered ? std::optional(found) : std::nullopt;
   }
 
+  std::optional<MountedAssembly::FieldMtf> mtf(const std::vector<double>& true_pose, double lp_per_mm) override {
+    if (!can_.mtf) return std::nullopt;
+    relign_field_mtf told{};
+    told.struct_size = sizeof told;
+    bool offered = true;
+    scene_.demand("mtf", "it told nothing and gives no reason", [&] {
+      const relign_status status = can_.mtf->measure(object_, true_pose.data(), axes_of(true_pose), lp_per_mm, &told);
+      offered = status != RELIGN_UNSUPPORTED;
+      return offered ? status : RELIGN_OK;
+    });
+    if (!offered) return std::nullopt;
+    return MountedAssembly::FieldMtf{told.centre, told.corner};
+  }
+
  private:
   SceneObject& scene_;
-  const relign_scene_noise_free* noise_free_;
-  const relign_scene_optimum* optimum_;
+  const Abilities can_;
   relign_assembly* object_ = nullptr;
 };
 
@@ -96,12 +110,14 @@ class LibraryScene final : public SceneBackend {
       const auto ask = [&](const char* id) { return table.get_extension(object_.get(), {id, std::strlen(id)}); };
       can_.noise_free = static_cast<const relign_scene_noise_free*>(ask(RELIGN_SCENE_NOISE_FREE));
       can_.optimum = static_cast<const relign_scene_optimum*>(ask(RELIGN_SCENE_OPTIMUM));
+      can_.mtf = static_cast<const relign_scene_mtf*>(ask(RELIGN_SCENE_MTF));
       stage_ = static_cast<const relign_scene_stage*>(ask(RELIGN_SCENE_STAGE));
       return RELIGN_OK;
     });
     if (can_.noise_free && (!RELIGN_HAS_MEMBER(can_.noise_free, render) || !can_.noise_free->render))
       can_.noise_free = nullptr;
     if (can_.optimum && (!RELIGN_HAS_MEMBER(can_.optimum, find) || !can_.optimum->find)) can_.optimum = nullptr;
+    if (can_.mtf && (!RELIGN_HAS_MEMBER(can_.mtf, measure) || !can_.mtf->measure)) can_.mtf = nullptr;
     if (!stage_) return;
     if (!RELIGN_HAS_MEMBER(stage_, capture) || !stage_->begin || !stage_->move_by || !stage_->capture)
       refuse("get_extension", std::string(RELIGN_SCENE_STAGE) + " lacks begin, move_by or capture");

@@ -102,6 +102,11 @@ class MountedAssembly {
   };
   // The pose at which this lens is best; nothing when the scene does not look for it.
   std::optional<Optimum> own_optimum(std::uint64_t seed, std::size_t axes);
+  struct FieldMtf {
+    double centre = 0, corner = 0;
+  };
+  // The lens's geometric MTF (relign_scene_mtf); nothing when the scene does not tell it.
+  std::optional<FieldMtf> mtf(const std::vector<double>& true_pose, double lp_per_mm);
 
  private:
   friend class Scene;

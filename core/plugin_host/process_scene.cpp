@@ -110,6 +110,16 @@ class ProcessAssembly final : public AssemblyBackend {
     return scene_.ask_for_image(about_pose(what, true_pose), "ok", what, pixels, "unsupported")["message"] == "ok";
   }
 
+  std::optional<MountedAssembly::FieldMtf> mtf(const std::vector<double>& true_pose, double lp_per_mm) override {
+    const char* what = "mtf";
+    std::string line = about_pose(what, true_pose) + ",\"lp_per_mm\":";
+    append_number(line, lp_per_mm);
+    const Json answer = scene_.plugin().ask_line(line + "}\n", "measured", what, "unsupported");
+    if (answer["message"] != "measured") return std::nullopt;
+    return MountedAssembly::FieldMtf{scene_.plugin().number(answer, "centre", what),
+                                     scene_.plugin().number(answer, "corner", what)};
+  }
+
  private:
   std::string about_this(const char* name) const { return request(name) + ",\"assembly\":" + std::to_string(number_); }
   std::string about_pose(const char* name, const std::vector<double>& true_pose) const {

@@ -118,4 +118,13 @@ std::optional<MountedAssembly::Optimum> MountedAssembly::own_optimum(std::uint64
   return found;
 }
 
+std::optional<MountedAssembly::FieldMtf> MountedAssembly::mtf(const std::vector<double>& true_pose, double lp_per_mm) {
+  const std::optional<FieldMtf> found = implementation_->backend->mtf(true_pose, lp_per_mm);
+  if (!found) return found;
+  for (const double value : {found->centre, found->corner})
+    if (!(value >= 0 && value <= 1))
+      implementation_->scene->backend->refuse("mtf", "it tells " + shortest(value) + "; expected a number from 0 to 1");
+  return found;
+}
+
 }  // namespace relign::plugin_host

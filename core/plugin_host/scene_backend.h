@@ -23,6 +23,7 @@ class AssemblyBackend {
   virtual MountedAssembly::Truth noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed) = 0;
   virtual bool render_noise_free(const std::vector<double>& true_pose, float* pixels) = 0;
   virtual std::optional<MountedAssembly::Optimum> own_optimum(std::uint64_t, std::size_t) { return std::nullopt; }
+  virtual std::optional<MountedAssembly::FieldMtf> mtf(const std::vector<double>& true_pose, double lp_per_mm) = 0;
 };
 
 // Every function throws Error(plugin_failed) when the plugin reports a failure, or cannot be understood.

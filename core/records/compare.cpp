@@ -104,6 +104,13 @@ void compare_closing(const TrialRecord& was, const TrialRecord& is, Comparison& 
   if (!was.own_optimum_pose.empty() && !is.own_optimum_pose.empty())
     comparison.numbers("own_optimum_pose", was.own_optimum_pose, is.own_optimum_pose);
   comparison.number("uncured_mse", was.uncured_mse, is.uncured_mse);
+  const auto mtf = [&comparison](const char* centre, const char* corner, const MtfRecord& a, const MtfRecord& b) {
+    comparison.number(centre, a.centre, b.centre);
+    comparison.number(corner, a.corner, b.corner);
+  };
+  mtf("mtf_centre", "mtf_corner", was.mtf, is.mtf);
+  mtf("uncured_mtf_centre", "uncured_mtf_corner", was.uncured_mtf, is.uncured_mtf);
+  mtf("own_optimum_mtf_centre", "own_optimum_mtf_corner", was.own_optimum_mtf, is.own_optimum_mtf);
   // Replaced as in the file, where bytes that are no UTF-8 cannot stand.
   const auto as_written = [](const Json& value) { return value.dump(-1, ' ', false, Json::error_handler_t::replace); };
   comparison.text("message", as_written(was.message), as_written(is.message));

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <tuple>
 
@@ -22,7 +23,12 @@ bool begins_alike(TrialRecord whole, TrialRecord early, double tolerance) {
   whole.end = early.end;
   whole.message = early.message;
   whole.warnings = early.warnings;
-  if (!early.has_own_optimum) whole.has_own_optimum = false;  // it ended before that was known
+  // It ended before these were known.
+  if (!early.has_own_optimum) whole.has_own_optimum = false;
+  if (std::isnan(early.own_optimum_mtf.centre)) whole.own_optimum_mtf = {};
+  whole.uncured_mse = early.uncured_mse;
+  whole.mtf = early.mtf;
+  whole.uncured_mtf = early.uncured_mtf;
   return !first_difference(whole, early, tolerance);
 }
 

@@ -131,6 +131,18 @@ StepRecord read_step(const Json& line) {
   return step;
 }
 
+MtfRecord read_mtf(const Json& line, const std::string& prefix) {
+  MtfRecord mtf;
+  if (const auto centre = line.find(prefix + "centre"); centre != line.end()) mtf.centre = read_number(*centre);
+  if (const auto corner = line.find(prefix + "corner"); corner != line.end()) mtf.corner = read_number(*corner);
+  return mtf;
+}
+
+void add_mtf(LineWriter& line, const std::string& prefix, const MtfRecord& mtf) {
+  if (std::isfinite(mtf.centre)) line.add((prefix + "centre").c_str(), mtf.centre);
+  if (std::isfinite(mtf.corner)) line.add((prefix + "corner").c_str(), mtf.corner);
+}
+
 TrialRecord read_closing(const Json& line) {
   TrialRecord record;
   record.trial = read_id(line.at("trial"));
@@ -149,6 +161,9 @@ TrialRecord read_closing(const Json& line) {
   if (const auto pose = line.find("own_optimum_pose"); pose != line.end())
     record.own_optimum_pose = read_numbers(*pose);
   if (const auto uncured = line.find("uncured_mse"); uncured != line.end()) record.uncured_mse = read_number(*uncured);
+  record.mtf = read_mtf(line, "mtf_");
+  record.uncured_mtf = read_mtf(line, "uncured_mtf_");
+  record.own_optimum_mtf = read_mtf(line, "own_optimum_mtf_");
   record.message = line.at("message").get<std::string>();
   record.warnings = line.at("warnings").get<std::vector<std::string>>();
   return record;
@@ -207,7 +222,10 @@ std::string closing_line(const TrialRecord& record, std::size_t steps) {
       .add("instance_seed", std::to_string(record.instance_seed))
       .raw("own_optimum_mse", record.has_own_optimum ? LineWriter::number(record.own_optimum_mse) : "null")
       .add("own_optimum_pose", record.own_optimum_pose);
+  add_mtf(line, "own_optimum_mtf_", record.own_optimum_mtf);
   if (std::isfinite(record.uncured_mse)) line.add("uncured_mse", record.uncured_mse);
+  add_mtf(line, "mtf_", record.mtf);
+  add_mtf(line, "uncured_mtf_", record.uncured_mtf);
   return line.add("message", record.message).add("warnings", record.warnings).close();
 }
 

@@ -32,6 +32,12 @@ struct StepRecord {
   double recommended_mse = 0, recommended_mse_error = 0;
 };
 
+// The lens's MTF at points of the field, at the frequency of the specification; NaN, and not written, where nobody
+// asked.
+struct MtfRecord {
+  double centre = std::numeric_limits<double>::quiet_NaN(), corner = centre;
+};
+
 struct TrialRecord {
   std::string trial;                                    // id
   std::string scene, noise_level, protocol, algorithm;  // names shown
@@ -46,6 +52,8 @@ struct TrialRecord {
   std::vector<double> own_optimum_pose;  // true pose, a share of the travel an axis; empty: not known
   // Noise-free, at the last recommendation before the glue cures; NaN, and not written, where that shifts nothing.
   double uncured_mse = std::numeric_limits<double>::quiet_NaN();
+  // At the last recommendation where the glue leaves the lens, before it cures, and at the lens's own best pose.
+  MtfRecord mtf, uncured_mtf, own_optimum_mtf;
   std::vector<std::string> warnings;  // what the plugin left behind
   std::vector<StepRecord> steps;
 };

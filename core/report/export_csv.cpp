@@ -46,7 +46,13 @@ constexpr std::array kNumbers = {Column{"recommended_median", "/recommended/medi
                                  Column{"expected_steps_to_spec", "/to_spec/expected"},
                                  Column{"seconds_to_spec", "/to_spec/seconds"},
                                  Column{"machine_seconds_median", "/machine_seconds"},
-                                 Column{"algorithm_ms_per_step_median", "/algorithm_ms_per_step"}};
+                                 Column{"algorithm_ms_per_step_median", "/algorithm_ms_per_step"},
+                                 Column{"mtf_centre_median", "/mtf/centre/median"},
+                                 Column{"mtf_corner_median", "/mtf/corner/median"}};
+// Of the group, after all those of the row.
+constexpr std::array kSpecMtf = {Column{"spec_mtf_lp_per_mm", "/spec_mtf/lp_per_mm"},
+                                 Column{"spec_mtf_centre", "/spec_mtf/centre"},
+                                 Column{"spec_mtf_corner", "/spec_mtf/corner"}};
 
 // "never" becomes what pandas and R read as infinity, so that the column stays one of numbers.
 std::string number(const Json& object, const char* member) {
@@ -65,6 +71,7 @@ std::string ranking_csv_head() {
       "results,scene,noise_level,protocol,algorithm,rank,ranked_by,oracle,trials,failed,step,"
       "start_median,own_optimum_median,spec_rmse";
   for (const Column& column : kNumbers) csv += std::string(",") + column.name;
+  for (const Column& column : kSpecMtf) csv += std::string(",") + column.name;
   return csv + "\n";
 }
 
@@ -84,6 +91,7 @@ std::string ranking_csv_rows(const Json& data, const std::string& folder) {
              ',' + number(row, "/step") + ',' + number(group, "/start") + ',' + number(group, "/floor/own_optimum") +
              ',' + number(group, "/spec_rmse");
       for (const Column& column : kNumbers) csv += ',' + number(row, column.member);
+      for (const Column& column : kSpecMtf) csv += ',' + number(group, column.member);
       csv += '\n';
     }
   }

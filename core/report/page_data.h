@@ -8,12 +8,16 @@
 // label, instances, same_instances, start, rows, curves, measured_only and station (when true)}.
 //
 // What the statistics add; a member that cannot be had is absent or null, and its part of the page too:
-//   targets        RMSE levels of the suite, falling; spec {rmse, mtf} and spec_text, a sentence
+//   targets        RMSE levels of the suite, falling; spec {rmse, mtf} of the suite, and spec_text, a sentence, where
+//   all
+//                  groups have the same
+//   group.spec_rmse, group.spec_mtf {lp_per_mm, centre, corner}: what counts as good enough there
 //   gates          [{name, ok, text}]: whether the numbers may be believed
 //   group.floor    {own_optimum, next_image}: median RMSE of the lenses' own best poses; the Cramer-Rao bound of one
 //                  more image
 //   group.rows[i]  recommended, commanded {n, median, q25, q75, lo95, hi95, iqm, iqm_lo95, iqm_hi95}; yield {in, n,
-//                  share, lo95, hi95, uncured {the same, before the glue cures}}; to_spec {successes, n, steps, lo95, hi95, expected, seconds}; residual {axes
+//                  share, lo95, hi95, uncured {the same, before the glue cures}}; mtf {centre, corner {n, median, q25,
+//                  q75}}; to_spec {successes, n, steps, lo95, hi95, expected, seconds}; residual {axes
 //                  [{name, unit, median, q75}]} of the recommended pose against the lens's own best one, without sign
 //   group.curves[i].tracks[t]  also lo95, hi95, null where no band was computed; curves[i].machine_seconds and
 //                  .algorithm_seconds: medians by which each step was done

@@ -115,6 +115,14 @@ void residual_cell(HtmlWriter& html, const Json& row, const Block& block) {
   html.element("td", attributes, residual.text);
 }
 
+void mtf_cell(HtmlWriter& html, const Json& row, const Block&) {
+  const Json& mtf = object_of(row, "mtf");
+  if (mtf.empty()) return cell_with_interval(html, "number", "", "-", "");
+  const auto median = [&mtf](const char* point) { return object_of(mtf, point).value("median", Json()); };
+  html.element("td", {{"class", "number"}, {"data-sort", sort_value(median("corner"))}},
+               number_text(median("centre"), 2) + " / " + number_text(median("corner"), 2));
+}
+
 void failed_cell(HtmlWriter& html, const Json& row, const Block&) {
   const std::string failed = std::to_string(count_of(row, "failed"));
   html.element("td", {{"class", failed == "0" ? "number" : "number bad"}}, failed);
@@ -129,6 +137,11 @@ std::string error_unit(const Json& data) {
   return quartiles == 0 ? "median (95 % interval)" : "median (95 % interval, else quartiles)";
 }
 
+bool any_group_has(const Json& data, const char* key) {
+  return std::any_of(data["groups"].begin(), data["groups"].end(),
+                     [key](const Json& group) { return group.contains(key); });
+}
+
 // Where no scene tells a truth, no column speaks of one; what nobody computed has no column either.
 std::vector<Column> columns_of(const Json& data) {
   const bool truth = !every_group(data, "measured_only"), spec = any_row(data, "yield");
@@ -137,10 +150,14 @@ std::vector<Column> columns_of(const Json& data) {
     columns.push_back({"in spec", "of the lenses (95 %)", "Share of the lenses that meet the spec when glued, of all",
                        "number", yield_cell});
   if (any_row(data, "to_spec")) {
-    columns.push_back({"images to spec", "median (95 %)",
-                       "Images until a lens is in spec when glued and stays so; 'not reached' where fewer than half of "
-                       "the lenses get there",
-                       "number", images_cell});
+    const bool mtf = any_group_has(data, "spec_mtf");
+    columns.push_back(
+        {"images to spec", "median (95 %)",
+         mtf ? "Images until a lens's error is in spec when glued; a lens whose MTF misses the spec at its "
+               "end never got there. 'not reached' where fewer than half of the lenses get there"
+             : "Images until a lens is in spec when glued and stays so; 'not reached' where fewer than "
+               "half of the lenses get there",
+         "number", images_cell});
     columns.push_back({"time to spec", "s", "Machine time until then; median", "number",
                        [](HtmlWriter& html, const Json& row, const Block&) {
                          number_cell(html, object_of(row, "to_spec").value("seconds", Json()), 3);
@@ -153,6 +170,11 @@ std::vector<Column> columns_of(const Json& data) {
              : "Lowest RMSE between a picture that the method saw and the reference picture, camera noise included. "
                "Lower is better.",
        "number", error_cell});
+  if (any_row(data, "mtf"))
+    columns.push_back({"MTF", "centre / corner, median",
+                       "The lens's own MTF, by geometry, at the frequency of the spec where the last recommendation "
+                       "leaves it: in the middle of the field, and in the worst of its corners. Higher is better.",
+                       "number", mtf_cell});
   if (any_row(data, "residual"))
     columns.push_back({"position / tilt", "left, worst axis",
                        "How far the recommended pose is from the lens's own best one, without sign: the axis with the "

@@ -9,6 +9,7 @@
 #include "report/page_data.h"
 #include "report/scene_axes.h"
 #include "report/scene_bounds.h"
+#include "report/spec_words.h"
 
 namespace relign::report {
 namespace {
@@ -36,13 +37,23 @@ Json residual_json(const std::vector<stats::Quantiles>& residual, const std::vec
   return {{"axes", std::move(list)}};
 }
 
-void add_to_row(Json& row, const stats::SeriesStudy& study, const std::vector<SceneAxis>& axes, bool has_spec) {
+Json quartiles_json(const stats::Quantiles& values) {
+  return {{"n", values.n},
+          {"median", shown_number(values.median)},
+          {"q25", shown_number(values.q25)},
+          {"q75", shown_number(values.q75)}};
+}
+
+void add_to_row(Json& row, const stats::SeriesStudy& study, const std::vector<SceneAxis>& axes,
+                const records::Specification& spec) {
   put_interval(row["recommended"], study.recommended_median.interval);
   row["recommended"]["iqm"] = shown_number(study.recommended_iqm.estimate);
   put_interval(row["recommended"], study.recommended_iqm.interval, "iqm_lo95", "iqm_hi95");
   put_interval(row["commanded"], study.commanded_median.interval);
   if (Json residual = residual_json(study.residual, axes); !residual.is_null()) row["residual"] = std::move(residual);
-  if (!has_spec || study.yield.n == 0) return;
+  if (study.mtf_centre.n > 0)
+    row["mtf"] = {{"centre", quartiles_json(study.mtf_centre)}, {"corner", quartiles_json(study.mtf_corner)}};
+  if (!spec.limits_anything() || study.yield.n == 0) return;
   row["yield"] = {{"in", study.in_spec}, {"n", study.yield.n}, {"share", shown_number(study.yield.estimate)}};
   put_interval(row["yield"], study.yield.interval);
   if (study.yield_uncured.n > 0) {
@@ -51,6 +62,7 @@ void add_to_row(Json& row, const stats::SeriesStudy& study, const std::vector<Sc
                                {"share", shown_number(study.yield_uncured.estimate)}};
     put_interval(row["yield"]["uncured"], study.yield_uncured.interval);
   }
+  if (std::isnan(spec.rmse)) return;  // nobody knows when it came there
   const stats::ExpectedSteps& expected = study.expected_to_spec;
   row["to_spec"] = {{"successes", expected.successes},
                     {"n", expected.trials},
@@ -131,11 +143,11 @@ const stats::SeriesStudy* find_series(const stats::Study& study, const stats::Gr
 
 void add_to_group(Json& group, const stats::GroupStudy& found, const stats::Study& study,
                   const std::vector<SceneAxis>& axes, double next_image) {
-  const bool has_spec = std::isfinite(found.spec_rmse);
   std::map<std::string, double> algorithm_ms;
   for (Json& row : group["rows"]) {
     const std::string method = text_of(row, "method");
-    if (const stats::SeriesStudy* series = find_series(study, found, method)) add_to_row(row, *series, axes, has_spec);
+    if (const stats::SeriesStudy* series = find_series(study, found, method))
+      add_to_row(row, *series, axes, found.spec);
     algorithm_ms[method] =
         row["algorithm_ms_per_step"].is_number() ? row["algorithm_ms_per_step"].get<double>() : stats::kMissing;
   }
@@ -153,8 +165,15 @@ void add_to_group(Json& group, const stats::GroupStudy& found, const stats::Stud
     group["floor"] = {{"own_optimum", shown_number(best)}};
     if (!std::isnan(next_image)) group["floor"]["next_image"] = shown_number(std::sqrt(best * best + next_image));
   }
-  if (has_spec) {
-    group["spec_rmse"] = shown_number(found.spec_rmse);
+  const records::Specification& spec = found.spec;
+  if (std::isfinite(spec.rmse)) group["spec_rmse"] = shown_number(spec.rmse);
+  if (spec.measures_mtf()) {
+    Json mtf = {{"lp_per_mm", shown_number(spec.lp_per_mm)}};
+    if (std::isfinite(spec.mtf_centre)) mtf["centre"] = shown_number(spec.mtf_centre);
+    if (std::isfinite(spec.mtf_corner)) mtf["corner"] = shown_number(spec.mtf_corner);
+    group["spec_mtf"] = std::move(mtf);
+  }
+  if (spec.limits_anything()) {
     group["cannot_meet_spec"] = found.cannot_meet_spec;
     group["hopeless"] = found.hopeless;
   }
@@ -163,11 +182,6 @@ void add_to_group(Json& group, const stats::GroupStudy& found, const stats::Stud
   if (!pairs.empty()) group["pairs"] = std::move(pairs);
   if (found.friedman.mean_ranks.size() > 2)
     group["friedman"] = {{"p", shown_number(found.friedman.f_p)}, {"instances", found.friedman.instances}};
-}
-
-double spec_rmse_of(const Json& spec) {
-  const Json& rmse = spec.is_object() ? spec.value("rmse", Json()) : Json();
-  return rmse.is_number() ? rmse.get<double>() : stats::kMissing;
 }
 
 }  // namespace
@@ -180,11 +194,10 @@ stats::StudyOptions study_options(const LoadedResults& results) {
   for (const Json& target : list_of(results.manifest, "targets"))
     if (target.is_number()) options.targets.push_back(target.get<double>());
   const Json& of_suite = object_of(results.manifest, "spec");
-  options.spec_rmse = spec_rmse_of(of_suite);
+  options.spec = records::specification_of(of_suite, Json());
   if (of_suite.empty())
     for (const Json& scene : list_of(results.manifest, "scenes"))
-      if (const double rmse = spec_rmse_of(object_of(scene, "spec")); std::isfinite(rmse))
-        options.spec_of_scene[text_of(scene, "name")] = rmse;
+      options.spec_of_scene[text_of(scene, "name")] = records::specification_of(of_suite, object_of(scene, "spec"));
   return options;
 }
 
@@ -202,6 +215,7 @@ void add_statistics(Json& data, const LoadedResults& results, const stats::Study
     }
   const Json& spec = object_of(results.manifest, "spec");
   if (!spec.empty()) data["spec"] = spec;
+  if (std::string words = spec_sentence(data["groups"]); !words.empty()) data["spec_text"] = std::move(words);
   data["gates"] = gates_json(data, results);
 }
 

@@ -9,6 +9,7 @@
 #include "base/json_members.h"
 #include "base/text.h"
 #include "report/page_data.h"
+#include "report/spec_words.h"
 
 namespace relign::report {
 namespace {
@@ -56,11 +57,17 @@ std::string comparison(const Json& group, const std::string& first, const std::s
   return "";
 }
 
+bool judges_mtf(const Json& group) {
+  const Json& mtf = object_of(group, "spec_mtf");
+  return mtf.contains("centre") || mtf.contains("corner");
+}
+
 // How many lenses came into specification, how fast.
-std::string spec_words(const Json& group, const Json& row) {
+std::string yield_words(const Json& group, const Json& row) {
   const Json& yield = object_of(row, "yield");
   const Json& arrival = object_of(row, "to_spec");
-  if (yield.empty() || !group.contains("spec_rmse")) return "";
+  const std::string spec = spec_words(group);
+  if (yield.empty() || spec.empty()) return "";
   const auto percent = [](const Json& share) {
     return share.is_number() ? std::to_string(static_cast<int>(std::lround(100 * share.get<double>())))
                              : std::string("-");
@@ -68,11 +75,12 @@ std::string spec_words(const Json& group, const Json& row) {
   std::string text =
       "It brings " + std::to_string(count_of(yield, "in")) + " of " + counted(count_of(yield, "n"), "lens");
   if (text.back() == 's' && count_of(yield, "n") != 1) text.replace(text.size() - 1, 1, "es");
-  text += " (95 %: " + percent(yield["lo95"]) + " to " + percent(yield["hi95"]) + " %) into specification (RMSE " +
-          shown(group["spec_rmse"]) + ")";
+  text +=
+      " (95 %: " + percent(yield["lo95"]) + " to " + percent(yield["hi95"]) + " %) into specification (" + spec + ")";
   const Json& steps = arrival.value("steps", Json());
   if (steps.is_number())
-    text += ", half of all within " + counted(static_cast<std::uint64_t>(std::ceil(steps.get<double>())), "step") +
+    text += std::string(judges_mtf(group) ? ", by their RMSE" : ",") + " half of all within " +
+            counted(static_cast<std::uint64_t>(std::ceil(steps.get<double>())), "step") +
             (arrival["seconds"].is_number() ? " and " + shown(arrival["seconds"]) + " s of machine time" : "");
   if (const Json& uncured = object_of(yield, "uncured"); !uncured.empty())
     text += "; before the glue cures it is " + std::to_string(count_of(uncured, "in")) + " of " +
@@ -114,7 +122,7 @@ std::string sentence(const Json& group, const Ranked& ranked, double relevant) {
   text += (score["n"] == 1 ? error : "median " + error) + ", " + median_words(score);
   text += failures_of(best);
   if (group["start"].is_number()) text += "; at the start it was " + shown(group["start"]);
-  text += ". " + spec_words(group, best);
+  text += ". " + yield_words(group, best);
   if (ranked.methods.size() > 1) {
     const Json& next = *ranked.methods[1];
     const bool level = shown(score_of(next)["median"]) == shown(score["median"]);
@@ -231,9 +239,11 @@ Json beware(const Json& data) {
                                   : "."));
     for (const Json& group : data["groups"])
       if (const std::uint64_t hopeless = count_of(group, "cannot_meet_spec"); hopeless > 0)
-        list.push_back(text_of(group, "label") + ": " + std::to_string(hopeless) +
-                       (hopeless == 1 ? " lens" : " lenses") + " cannot meet the specification at any pose" +
-                       hopeless_words(group) + ".");
+        list.push_back(
+            text_of(group, "label") + ": " + std::to_string(hopeless) + (hopeless == 1 ? " lens" : " lenses") +
+            (judges_mtf(group) ? " met the specification neither at its own best pose nor where any method left it"
+                               : " cannot meet the specification at any pose") +
+            hopeless_words(group) + ".");
   }
   return list;
 }

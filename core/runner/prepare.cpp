@@ -7,6 +7,7 @@
 #include "base/machine.h"
 #include "plugin_host/objects.h"
 #include "runner/levels.h"
+#include "runner/mtf_check.h"
 #include "runner/run.h"
 #include "runner/stations.h"
 #include "task/rig.h"
@@ -34,13 +35,21 @@ PreparedPlan prepare_all(suite::Suite suite, const std::filesystem::path& cache_
     return own;
   };
 
+  std::string mistakes;
   for (const suite::SceneEntry& entry : suite.scenes) {
     check_stop(stop);
     plugin_host::Scene scene(entry.choice, as(entry.name));
     prepared.scenes.push_back(task::facts_of(scene, entry.choice.id));
     prepared.scene_identity.push_back(data_identity(prepared.scenes.back()));
     scene.reference();
+    try {
+      check_mtf(suite, entry.name, scene, prepared.scenes.back());
+    } catch (const Error& error) {
+      if (error.kind() != ErrorKind::bad_input) throw;
+      mistakes += (mistakes.empty() ? "" : "\n") + std::string(error.what());
+    }
   }
+  if (!mistakes.empty()) throw Error(ErrorKind::bad_input, mistakes);
   check_stations(suite, prepared.scenes);
   for (const std::string& note : leave_out_told_methods(suite, prepared.scenes))
     if (on_message) on_message(note);

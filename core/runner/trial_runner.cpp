@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/seeds.h"
+#include "records/specification.h"
 
 namespace relign::runner {
 namespace {
@@ -33,6 +34,10 @@ double plugin_seconds(const records::TrialTimes& times) {
   for (const auto* of_step : {&times.algorithm_seconds, &times.simulation_seconds, &times.truth_seconds})
     seconds = std::accumulate(of_step->begin(), of_step->end(), seconds);
   return seconds;
+}
+
+records::MtfRecord to_record(const std::optional<plugin_host::MountedAssembly::FieldMtf>& mtf) {
+  return mtf ? records::MtfRecord{mtf->centre, mtf->corner} : records::MtfRecord();
 }
 
 // Equal keys: the same library with the same parameters and data.
@@ -99,6 +104,8 @@ TrialJob make_job(const PreparedPlan& prepared, const suite::PlannedTrial& trial
   job.limits = suite.limits == "hard" ? task::Limits::hard : task::Limits::soft;
   job.machine_time = machine_time(suite.machine_time, job.facts.machine_time);
   job.budget = algorithm.steps;
+  const records::Specification spec = records::specification_of(suite.spec, job.facts.spec);
+  if (spec.measures_mtf()) job.mtf_lp_per_mm = spec.lp_per_mm;
   job.suite_seed = suite.seed;
   job.instance = trial.instance;
   return job;
@@ -113,16 +120,24 @@ struct TrialRunner::Bench {
   task::Instance instance;
   std::unique_ptr<plugin_host::MountedAssembly> assembly;
   using Optimum = plugin_host::MountedAssembly::Optimum;
-  std::optional<std::optional<Optimum>> own_optimum;  // of the assembly, once it was asked for
+  std::optional<std::optional<Optimum>> own_optimum;      // of the assembly, once it was asked for
+  std::pair<double, records::MtfRecord> own_optimum_mtf;  // with its frequency; of the assembly, once it was asked for
 
   const std::optional<Optimum>& optimum(std::size_t axes) {
     if (!own_optimum) own_optimum = assembly->own_optimum(frame_seed(instance.seed, 0, FrameStream::own_optimum), axes);
     return *own_optimum;
   }
 
+  const records::MtfRecord& optimum_mtf(const Optimum& at, double lp_per_mm) {
+    if (own_optimum_mtf.first != lp_per_mm)
+      own_optimum_mtf = {lp_per_mm, to_record(assembly->mtf(at.true_pose, lp_per_mm))};
+    return own_optimum_mtf.second;
+  }
+
   void unmount() {
     assembly.reset();
     own_optimum.reset();
+    own_optimum_mtf = {};
     mounted_key.clear();
   }
 };
@@ -197,6 +212,7 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
       record.has_own_optimum = true;
       record.own_optimum_mse = optimum->truth.mse;
       record.own_optimum_pose = optimum->true_pose;
+      if (job.mtf_lp_per_mm > 0) record.own_optimum_mtf = bench_->optimum_mtf(*optimum, job.mtf_lp_per_mm);
     }
     if (options_.on_begin) options_.on_begin(record);
     task::TrialSetup setup;
@@ -217,6 +233,7 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
     setup.budget = job.budget;
     setup.algorithm_seed = algorithm_seed(job.suite_seed, job.algorithm_name, job.instance);
     setup.machine_time = job.machine_time;
+    setup.mtf_lp_per_mm = job.mtf_lp_per_mm;
     setup.stop = stop;
     setup.on_runaway = options_.on_runaway;
     setup.on_step = [&made, &on_step](const task::Step& step, const float* pixels) {
@@ -230,11 +247,14 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
     record.end = result.outcome.empty() || outcome.stopped ? task::end_name(result.end) : result.outcome;
     record.message = result.message;
     record.uncured_mse = result.uncured_mse;
+    record.mtf = to_record(result.mtf);
+    record.uncured_mtf = to_record(result.uncured_mtf);
     for (const std::string& change : result.environment_changes)
       record.warnings.push_back(job.algorithm.id + ": " + change);
     add_steps(result.steps, outcome);
     outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    outcome.times.harness_seconds = outcome.seconds - result.seconds_after_last_step - plugin_seconds(outcome.times);
+    outcome.times.harness_seconds =
+        outcome.seconds - result.seconds_after_last_step - result.judging_seconds - plugin_seconds(outcome.times);
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::plugin_failed) throw;
     bench_ = std::make_unique<Bench>();  // nobody knows what state the scene is in

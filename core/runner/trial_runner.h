@@ -31,6 +31,7 @@ struct TrialJob {
   task::Limits limits = task::Limits::soft;
   task::MachineTime machine_time;  // the suite's values over the scene's
   unsigned budget = 50;            // steps after step 0
+  double mtf_lp_per_mm = 0;        // of the specification; 0: no MTF is asked for
   std::uint64_t suite_seed = 1;
   std::uint64_t instance = 0;
   std::shared_ptr<const task::PreparedByIdentity> prepared = nullptr;  // what its algorithms load

@@ -184,9 +184,11 @@ class Worker {
       while (true) ::pause();
     };
     options.on_begin = [this](const records::TrialRecord& record) {
+      const records::MtfRecord& mtf = record.own_optimum_mtf;
       channel_.send({{"begun",
                       {{"own_optimum_mse", record.has_own_optimum ? Json(record.own_optimum_mse) : Json(nullptr)},
-                       {"own_optimum_pose", record.own_optimum_pose}}}});
+                       {"own_optimum_pose", record.own_optimum_pose},
+                       {"own_optimum_mtf", std::isfinite(mtf.centre) ? Json{mtf.centre, mtf.corner} : Json()}}}});
     };
     Preparer::Options preparing;
     preparing.threads = options.threads;

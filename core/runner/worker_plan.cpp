@@ -49,6 +49,7 @@ Json to_json(const PreparedPlan& prepared, const LibraryHashes& hashes) {
   }
   return {{"seed", suite.seed},
           {"limits", suite.limits},
+          {"spec", suite.spec},
           {"machine_time", suite::machine_time_json(suite.machine_time)},
           {"scenes", std::move(scenes)},
           {"levels", std::move(levels)},
@@ -61,6 +62,7 @@ WorkerPlan worker_plan_from_json(const Json& json) {
   suite::Suite& suite = plan.prepared.plan.suite;
   suite.seed = json.at("seed").get<std::uint64_t>();
   suite.limits = json.at("limits").get<std::string>();
+  suite.spec = json.at("spec");
   const Json& times = json.at("machine_time");
   suite.machine_time = {number(times, "speed_mm_per_s"), number(times, "speed_deg_per_s"), number(times, "settle_ms"),
                         number(times, "exposure_ms"), number(times, "readout_ms")};

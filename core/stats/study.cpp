@@ -63,16 +63,19 @@ struct Draws {
 // What is gathered of each trial while its steps are at hand.
 class Arrivals {
  public:
-  Arrivals(const Series& series, const std::vector<double>& targets, double spec)
-      : targets_(targets), spec_(spec), reached_by_(series.largest_budget + std::size_t{1}, 0) {}
+  Arrivals(const TrialTable& table, const Series& series, const std::vector<double>& targets,
+           const records::Specification& spec)
+      : table_(table), targets_(targets), spec_(spec), reached_by_(series.largest_budget + std::size_t{1}, 0) {}
 
   void add(const ReadTrial& trial) {
     const std::vector<double> rmse = track_values(trial.steps, trial.row.own_optimum_mse, Track::recommended);
     const double watched = std::max<double>(trial.row.budget, static_cast<double>(rmse.size() - 1));
     for (const TargetTime& time : times_to_targets(rmse, targets_, watched))
       if (time.reached) ++reached_by_[std::min(static_cast<std::size_t>(time.steps), reached_by_.size() - 1)];
-    if (!std::isnan(spec_)) {
-      const TargetTime time = times_to_targets(rmse, {spec_}, watched).front();
+    if (!std::isnan(spec_.rmse)) {
+      TargetTime time = times_to_targets(rmse, {spec_.rmse}, watched).front();
+      const records::MtfRecord& mtf = table_.mtf_of(trial.row).glued;
+      if (!spec_.mtf_met_by(mtf.centre, mtf.corner)) time = {watched, false};
       steps_.push_back(time);
       // A lens that does not get there counts as watched for ever: budgets are in steps, and a trial that gave up after
       // a second would leave the count of those still on their way, as if giving up were success.
@@ -106,8 +109,9 @@ class Arrivals {
     return std::isnan(step.recommended_seconds) ? step.machine_seconds : step.recommended_seconds;
   }
 
+  const TrialTable& table_;
   const std::vector<double>& targets_;
-  double spec_;
+  records::Specification spec_;
   std::vector<std::size_t> reached_by_;  // pairs that are reached at exactly this step
   std::vector<TargetTime> steps_, seconds_;
   std::vector<std::vector<double>> residual_;
@@ -129,8 +133,24 @@ void add_bands(Curve& curve, const TrialTable& table, const Series& series, cons
   for (std::size_t i = 0; i < found.size(); ++i) *places[i] = found[i].interval;
 }
 
+// Lenses in specification at the last recommendation, where the glue leaves them and before it cures.
+void count_yield(const TrialTable& table, const Series& series, const records::Specification& spec,
+                 SeriesStudy& study) {
+  std::size_t told = 0;
+  for (const std::uint32_t trial : series.trials) {
+    const TrialRow& row = table.rows[trial];
+    const TrialMtf& mtf = table.mtf_of(row);
+    study.in_spec += spec.met_by(row.last_of(Track::recommended), mtf.glued.centre, mtf.glued.corner) ? 1 : 0;
+    if (std::isnan(row.uncured)) continue;
+    ++told;
+    study.in_spec_uncured += spec.met_by(row.uncured, mtf.uncured.centre, mtf.uncured.corner) ? 1 : 0;
+  }
+  study.yield = success_rate(study.in_spec, series.trials.size() + series.failed);
+  if (told > 0) study.yield_uncured = success_rate(study.in_spec_uncured, told + series.failed);
+}
+
 SeriesStudy study_series(const TrialTable& table, const Series& series, const Draws& draws, const StudyOptions& options,
-                         double spec) {
+                         const records::Specification& spec) {
   SeriesStudy study;
   Curve& curve = study.curve;
   curve.scene = series.scene;
@@ -140,13 +160,13 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
   curve.trials = series.trials.size();
   curve.failed = series.failed;
   if (series.trials.empty()) {
-    if (!std::isnan(spec)) study.yield = success_rate(0, series.failed);
+    if (spec.limits_anything()) study.yield = success_rate(0, series.failed);
     return study;
   }
   curve.points.resize(series.largest_budget + std::size_t{1});
   for (std::size_t step = 0; step < curve.points.size(); ++step) curve.points[step].step = static_cast<unsigned>(step);
 
-  Arrivals arrivals(series, options.targets, spec);
+  Arrivals arrivals(table, series, options.targets, spec);
   bool first = true;
   for (const Piece& piece : pieces(series.trials.size(), series.largest_budget, options.most_bytes)) {
     TrackColumns columns(series.trials.size(), piece.tracks, piece.steps);
@@ -170,17 +190,15 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
   const std::vector<double> recommended = last_values(table, series, Track::recommended);
   const bool truth_is_known =
       std::any_of(recommended.begin(), recommended.end(), [](double rmse) { return !std::isnan(rmse); });
-  if (!std::isnan(spec) && truth_is_known) {
-    for (const double rmse : recommended) study.in_spec += rmse <= spec ? 1 : 0;
-    study.yield = success_rate(study.in_spec, series.trials.size() + series.failed);
-    std::size_t told = 0;
-    for (const std::uint32_t trial : series.trials) {
-      const double uncured = table.rows[trial].uncured;
-      told += std::isnan(uncured) ? 0 : 1;
-      study.in_spec_uncured += uncured <= spec ? 1 : 0;
-    }
-    if (told > 0) study.yield_uncured = success_rate(study.in_spec_uncured, told + series.failed);
+  std::vector<double> centre, corner;
+  for (const std::uint32_t trial : series.trials) {
+    centre.push_back(table.mtf_of(table.rows[trial]).glued.centre);
+    corner.push_back(table.mtf_of(table.rows[trial]).glued.corner);
   }
+  study.mtf_centre = quantiles(centre);
+  study.mtf_corner = quantiles(corner);
+  const bool mtf_is_known = !spec.limits_mtf() || study.mtf_centre.n > 0;
+  if (spec.limits_anything() && truth_is_known && mtf_is_known) count_yield(table, series, spec, study);
   if (draws.wanted) {
     const std::vector<std::vector<double>> columns = {
         draws.by_instance(table, series, recommended),
@@ -266,12 +284,12 @@ Study make_study(const TrialTable& table, StudyOptions options) {
   study.series.resize(table.series.size());
   for (GroupStudy& group : study.groups) {
     const auto spec = options.spec_of_scene.find(group.scene);
-    group.spec_rmse = spec != options.spec_of_scene.end() ? spec->second : options.spec_rmse;
+    group.spec = spec != options.spec_of_scene.end() ? spec->second : options.spec;
     find_hopeless(table, group);
     const Draws draws(group.instances, options);
     parallel.for_each(static_cast<int>(group.series.size()), [&](int place, unsigned) {
       const std::size_t series = group.series[static_cast<std::size_t>(place)];
-      study.series[series] = study_series(table, table.series[series], draws, options, group.spec_rmse);
+      study.series[series] = study_series(table, table.series[series], draws, options, group.spec);
     });
     if (draws.wanted) compare_methods(table, draws, options, group);
   }

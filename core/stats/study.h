@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "records/specification.h"
 #include "stats/curves.h"
 #include "stats/paired.h"
 #include "stats/ranks.h"
@@ -31,8 +32,8 @@ struct StudyOptions {
   std::uint64_t seed = 0;  // of the bootstrap
   std::size_t resamples = kResamples;
   std::vector<double> targets;  // RMSE at the recommended pose
-  double spec_rmse = kMissing;  // for scenes that `spec_of_scene` does not name
-  std::map<std::string, double> spec_of_scene;
+  records::Specification spec;  // for scenes that `spec_of_scene` does not name
+  std::map<std::string, records::Specification> spec_of_scene;
   double smallest_relevant_ratio = 1.1;  // of RMSE: methods within it are practically equal
   std::size_t most_bytes = kCurveBytes;  // of all threads together
   unsigned threads = 0;                  // 0: one a core. The numbers do not depend on it
@@ -52,6 +53,8 @@ struct SeriesStudy {
   // The same before the glue cures, among the trials that tell it; yield_uncured.n is 0 where glue shifts nothing.
   std::size_t in_spec_uncured = 0;
   Band yield_uncured;
+  Quantiles mtf_centre, mtf_corner;  // at the last recommendation, as glued; n is 0 where nobody asked
+  // Of RMSE step by step; a trial whose MTF misses at its end never got there. Without a limit of RMSE there are none.
   ExpectedSteps expected_to_spec;
   Band steps_to_spec, seconds_to_spec;  // median by Kaplan and Meier; infinite when half of the lenses never get there
   // By each step of the curve, the share of (lens, target) pairs that are reached.
@@ -70,8 +73,9 @@ struct GroupStudy {
   std::vector<std::size_t> series;  // of Study::series
   std::vector<std::uint64_t> instances;
   Quantiles own_optimum;  // RMSE at the lenses' own best poses
-  double spec_rmse = kMissing;
-  std::size_t cannot_meet_spec = 0;     // lenses whose own best pose is not in spec
+  records::Specification spec;
+  // Lenses whose own best pose (of RMSE) is not in spec; where MTF counts, and no method's last recommendation either.
+  std::size_t cannot_meet_spec = 0;
   std::vector<std::uint64_t> hopeless;  // some of them
   Friedman friedman;
   std::vector<PairStudy> pairs;

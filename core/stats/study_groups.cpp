@@ -53,12 +53,22 @@ std::vector<GroupStudy> groups_of(const TrialTable& table) {
 }
 
 void find_hopeless(const TrialTable& table, GroupStudy& group) {
-  if (std::isnan(group.spec_rmse)) return;
-  std::set<std::uint64_t> found;
+  const records::Specification& spec = group.spec;
+  if (!spec.limits_anything()) return;
+  std::set<std::uint64_t> found, met;
   for (const std::size_t number : group.series)
-    for (const std::uint32_t row : table.series[number].trials)
-      if (displayed(table.rows[row].own_optimum_mse) > group.spec_rmse)  // false when it is NaN
-        found.insert(table.rows[row].instance);
+    for (const std::uint32_t place : table.series[number].trials) {
+      const TrialRow& row = table.rows[place];
+      const TrialMtf& mtf = table.mtf_of(row);
+      const bool told = !std::isnan(mtf.own_optimum.centre);
+      if (displayed(row.own_optimum_mse) > spec.rmse ||  // false when one is NaN
+          (told && !spec.mtf_met_by(mtf.own_optimum.centre, mtf.own_optimum.corner)))
+        found.insert(row.instance);
+      // Sharpest need not be where the error is least: only what nobody found is hopeless.
+      if (spec.limits_mtf() && spec.met_by(row.last_of(Track::recommended), mtf.glued.centre, mtf.glued.corner))
+        met.insert(row.instance);
+    }
+  for (const std::uint64_t instance : met) found.erase(instance);
   group.cannot_meet_spec = found.size();
   for (const std::uint64_t instance : found)
     if (group.hopeless.size() < kMostHopelessNamed) group.hopeless.push_back(instance);

@@ -8,7 +8,7 @@ namespace relign::stats {
 // One a scene, noise level and protocol, with its series, its instances and their own best poses.
 std::vector<GroupStudy> groups_of(const TrialTable& table);
 
-// Lenses that are not in specification even at their own best pose; spec_rmse is there.
+// Lenses that are not in specification even at their own best pose; its specification is there.
 void find_hopeless(const TrialTable& table, GroupStudy& group);
 
 }  // namespace relign::stats

@@ -57,6 +57,11 @@ class Maker {
     row.ended_well = records::ended_well(closing.end);
     if (closing.has_own_optimum) row.own_optimum_mse = closing.own_optimum_mse;
     row.uncured = displayed(closing.uncured_mse);
+    const TrialMtf mtf{closing.mtf, closing.uncured_mtf, closing.own_optimum_mtf};
+    if (std::isfinite(mtf.glued.centre) || std::isfinite(mtf.own_optimum.centre)) {
+      row.mtf = static_cast<std::uint32_t>(table_.mtf.size());
+      table_.mtf.push_back(mtf);
+    }
     row.last.fill(std::numeric_limits<double>::quiet_NaN());
     if (!steps.empty()) {
       const records::StepNumbers& last = steps.back();

@@ -29,6 +29,7 @@ struct TrialRow {
   bool ended_well = false;
   double own_optimum_mse = std::numeric_limits<double>::quiet_NaN();  // NaN: not known
   double uncured = std::numeric_limits<double>::quiet_NaN();          // RMSE at the last recommendation before curing
+  std::uint32_t mtf = 0;                                              // of TrialTable::mtf
   // RMSE; NaN when there is none.
   double start_measured = std::numeric_limits<double>::quiet_NaN();
   double start_commanded = std::numeric_limits<double>::quiet_NaN();
@@ -40,6 +41,11 @@ struct TrialRow {
 
   bool counts() const { return ended_well && steps > 0; }  // enters curves and medians; else it is a failure
   double last_of(Track track) const { return last[static_cast<std::size_t>(track)]; }
+};
+
+// What a trial tells of its lens's MTF, where the specification asked for it; NaN where it does not.
+struct TrialMtf {
+  records::MtfRecord glued, uncured, own_optimum;
 };
 
 // The trials of one algorithm on one scene, noise level and protocol.
@@ -57,6 +63,7 @@ class TrialTable {
   std::deque<TrialRow> rows;   // in the folder's order; they stay where they are while it grows
   std::vector<Series> series;  // in order of first appearance
   std::vector<std::string> texts = {""};
+  std::vector<TrialMtf> mtf = {{}};  // the first is of the trials that tell none
 
   struct Warning {
     std::uint32_t series = 0, text = 0;
@@ -73,6 +80,8 @@ class TrialTable {
   std::size_t timed_steps = 0;
 
   const std::string& text(std::uint32_t number) const { return texts[number]; }
+  const TrialMtf& mtf_of(const TrialRow& row) const { return mtf[row.mtf]; }
+  bool tells_mtf() const { return mtf.size() > 1; }
   const Series& series_of(const TrialRow& row) const { return series[row.series]; }
 };
 

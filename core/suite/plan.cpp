@@ -19,6 +19,12 @@ Json identity_json(const std::string& identity) {
   return parsed.is_discarded() ? Json(identity) : parsed;
 }
 
+// A scene's own specification is in its data; the suite's decides what is measured, its limits do not.
+Json measured_mtf(const Suite& suite) {
+  const auto mtf = suite.spec.is_object() ? suite.spec.find("mtf") : suite.spec.end();
+  return mtf != suite.spec.end() && mtf->is_object() ? mtf->value("lp_per_mm", Json()) : Json();
+}
+
 std::string instance_set_hash(const Suite& suite, const std::vector<std::string>& scene_identity) {
   std::vector<std::string> scenes, levels;
   for (std::size_t index = 0; index < suite.scenes.size(); ++index)
@@ -47,7 +53,7 @@ Plan make_plan(Suite suite, const std::vector<std::string>& scene_identity) {
     throw Error(ErrorKind::internal, "make_plan: one identity per scene is needed");
   Plan plan;
   plan.instance_set = instance_set_hash(suite, scene_identity);
-  const Json machine_time = machine_time_json(suite.machine_time);
+  const Json machine_time = machine_time_json(suite.machine_time), mtf = measured_mtf(suite);
   for (std::size_t scene = 0; scene < suite.scenes.size(); ++scene) {
     for (std::size_t level = 0; level < suite.levels.size(); ++level) {
       for (std::size_t algorithm = 0; algorithm < suite.algorithms.size(); ++algorithm) {
@@ -64,6 +70,7 @@ Plan make_plan(Suite suite, const std::vector<std::string>& scene_identity) {
                             {"protocol", entry.protocol},
                             {"merit", effective_merit(entry)},
                             {"budget", entry.steps}};
+        if (!mtf.is_null()) ingredients["mtf_lp_per_mm"] = mtf;
         for (unsigned count = 0; count < suite.instances; ++count) {
           PlannedTrial trial;
           trial.scene = scene;

@@ -244,7 +244,8 @@ class SuiteReader {
     reader.number("rmse", 0, 0, kInfinity);
     if (reader.get("mtf")) {
       ObjectReader mtf(source_, reader.pointer_to("mtf"), problems_);
-      mtf.required_number("lp_per_mm", 0, kInfinity);
+      constexpr double kCoarsest = 1e-6, kFinest = 1e6;
+      mtf.required_number("lp_per_mm", kCoarsest, kFinest);
       mtf.number("centre", 0, 0, 1);
       mtf.number("corner", 0, 0, 1);
       mtf.refuse_unknown();

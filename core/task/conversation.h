@@ -57,6 +57,8 @@ class Conversation final : public Seat {
     return stopped_;
   }
   bool budget_is_spent() const { return pending_.number >= setup_->budget; }
+  // Where the last recommendation leaves the lens before the glue shifts it; empty where it does not.
+  const std::vector<double>& uncured_true_pose() const { return uncured_true_pose_; }
   const std::string& refusal() const { return refusal_; }  // why the host gave up answering; mostly empty
 
   // For the services and for algorithms that the trial's algorithm runs.

@@ -1,5 +1,6 @@
 #include "task/trial.h"
 
+#include <chrono>
 #include <utility>
 
 #include "base/error.h"
@@ -116,8 +117,15 @@ TrialResult run_trial(const TrialSetup& setup) {
   else
     result.end = conversation.budget_is_spent() ? End::budget_spent : End::finished;
   result.seconds_after_last_step = conversation.seconds_after_last_step();
+  const auto begin = std::chrono::steady_clock::now();
   result.uncured_mse = conversation.uncured_truth().mse;
   result.steps = conversation.take_steps();
+  if (setup.mtf_lp_per_mm > 0 && setup.assembly && !result.steps.empty() && result.end != End::stopped) {
+    result.mtf = setup.assembly->mtf(result.steps.back().recommended_true_pose, setup.mtf_lp_per_mm);
+    if (const std::vector<double>& uncured = conversation.uncured_true_pose(); !uncured.empty())
+      result.uncured_mtf = setup.assembly->mtf(uncured, setup.mtf_lp_per_mm);
+  }
+  result.judging_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return result;
 }
 

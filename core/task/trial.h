@@ -81,6 +81,7 @@ struct TrialSetup {
   unsigned budget = 50;  // steps after step 0
   std::uint64_t algorithm_seed = 0;
   MachineTime machine_time;
+  double mtf_lp_per_mm = 0;                 // over 0: the lens's MTF is measured once the trial has ended
   const std::atomic<bool>* stop = nullptr;  // may be null; checked before every step and while a process is waited for
   // Called when an algorithm goes on asking even after it was told, again and again, that it failed: it will never
   // return. May end the process, or return and let it go on for ever. May be empty.
@@ -104,6 +105,9 @@ struct TrialResult {
   double seconds_after_last_step = 0;            // algorithm time, host
   // Noise-free, at the last recommendation before the glue shifts the lens; NaN where it does not.
   double uncured_mse = std::numeric_limits<double>::quiet_NaN();
+  // At the last recommendation, where the glue leaves the lens and before it shifts it.
+  std::optional<plugin_host::MountedAssembly::FieldMtf> mtf, uncured_mtf;
+  double judging_seconds = 0;  // what these three took, host
 };
 
 // Runs the trial in this thread. Throws Error only for failures of the scene or of ours, and

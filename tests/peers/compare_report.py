@@ -92,7 +92,8 @@ RANKING = {"in_spec": ("yield", "in"), "in_spec_of": ("yield", "n"), "yield": ("
            "yield_uncured_lo95": ("yield", "uncured", "lo95"), "yield_uncured_hi95": ("yield", "uncured", "hi95"), "steps_to_spec": ("to_spec", "steps"), "steps_to_spec_lo95": ("to_spec", "lo95"),
            "steps_to_spec_hi95": ("to_spec", "hi95"), "expected_steps_to_spec": ("to_spec", "expected"),
            "seconds_to_spec": ("to_spec", "seconds"), "machine_seconds_median": ("machine_seconds",),
-           "algorithm_ms_per_step_median": ("algorithm_ms_per_step",), "trials": ("trials",), "failed": ("failed",), "step": ("step",)}
+           "algorithm_ms_per_step_median": ("algorithm_ms_per_step",), "mtf_centre_median": ("mtf", "centre", "median"),
+           "mtf_corner_median": ("mtf", "corner", "median"), "trials": ("trials",), "failed": ("failed",), "step": ("step",)}
 
 
 def ranking_csv(differences, groups, text):
@@ -112,7 +113,9 @@ def ranking_csv(differences, groups, text):
                     value = (value or {}).get(key)
                 differences.number(f"{name}, {column}", value, fields[column])
             for column, value in (("start_median", group["start"]), ("spec_rmse", group.get("spec_rmse")),
-                                  ("own_optimum_median", group.get("floor", {}).get("own_optimum"))):
+                                  ("own_optimum_median", group.get("floor", {}).get("own_optimum")),
+                                  *(("spec_mtf_" + what, group.get("spec_mtf", {}).get(what))
+                                    for what in ("lp_per_mm", "centre", "corner"))):
                 differences.number(f"{name}, {column}", value, fields[column])
 
 
@@ -155,6 +158,9 @@ def instances_csv(differences, folder, file):
     for trial, row in trials.iterrows():
         for column, values in ((track, row[track]) for track in recompute.TRACKS):
             differences.number(f"instances.csv: {trial}, {column}", values[-1] if row.made else None, table.loc[trial, column])
+        for column in recompute.MTF:
+            if column in table.columns:
+                differences.number(f"instances.csv: {trial}, {column}", row[column], table.loc[trial, column])
 
 
 def page(differences, groups, file):

@@ -13,6 +13,7 @@ from scipy import stats
 from scipy_statistics import band, draws, friedman, holm, iqm, kaplan_meier_median, quartiles, signed_rank_p
 
 TRACKS = ("measured", "best", "commanded", "recommended", "excess")
+MTF = [of + point for of in ("mtf_", "uncured_mtf_", "own_optimum_mtf_") for point in ("centre", "corner")]
 RESOLUTION = 1e-4  # RMSE below it cannot be told apart
 RELEVANT_RATIO = 1.1
 FEWEST_COMPARED = 6
@@ -44,7 +45,7 @@ def read(folder):
             steps.setdefault(line["trial"], []).append(line)
         elif line["trial"] in planned and line["trial"] not in seen:
             seen.add(line["trial"])
-            rows.append({"own_optimum_pose": [], "uncured_mse": np.nan, **line, **tracks(steps.get(line["trial"], []), line),
+            rows.append({"own_optimum_pose": [], "uncured_mse": np.nan, **dict.fromkeys(MTF, np.nan), **line, **tracks(steps.get(line["trial"], []), line),
                          "host_seconds": seconds.get(line["trial"], [])})
     return manifest, pd.DataFrame(rows)
 
@@ -83,7 +84,7 @@ def excess_of_next_image(folder, noise_level):
 
 def spec_of(manifest, scene):
     specs = [manifest["spec"]] if manifest.get("spec") else [e.get("spec") for e in manifest["scenes"] if e["name"] == scene]
-    return next((spec["rmse"] for spec in specs if spec and "rmse" in spec), None)
+    return next((spec for spec in specs if spec), {})
 
 
 # ---- numbers of a group --------------------------------------------------------------------------
@@ -92,6 +93,10 @@ def spec_of(manifest, scene):
 def arrival(track, target):
     hits = np.flatnonzero(track <= target)
     return hits[0] if hits.size else None
+
+
+def ends_of(trials):
+    return np.array([values[-1] for values in trials.recommended], dtype=float)
 
 
 def band_steps(last):
@@ -103,8 +108,8 @@ def band_steps(last):
     return steps
 
 
-def yield_of(values, failed, spec, trials):
-    inside, n = int((values <= spec).sum()), trials + failed
+def yield_of(met, failed):
+    inside, n = int(met.sum()), len(met) + failed
     low, high = stats.binomtest(inside, n).proportion_ci(method="wilson")
     return {"in": inside, "n": n, "share": inside / n, "lo95": low, "hi95": high}
 
@@ -116,7 +121,10 @@ class Group:
         of_scene = scene_folder(folder, manifest, self.scene)
         self.axes, self.excess = axes_of(of_scene), excess_of_next_image(of_scene, trials.noise_level.iloc[0])
         self.targets = manifest.get("targets") or list(0.05 * (0.0005 / 0.05) ** (np.arange(31) / 30))
-        self.spec = spec_of(manifest, self.scene)
+        spec = spec_of(manifest, self.scene)
+        self.spec, self.mtf = spec.get("rmse"), spec.get("mtf") or {}
+        self.limits = {point: self.mtf[point] for point in ("centre", "corner") if point in self.mtf}
+        self.judges = self.spec is not None or bool(self.limits)
         self.instances = sorted(trials.instance.unique())
         self.drawn = draws(len(self.instances), resamples, int(manifest["seed"]))
         counts = trials.end.isin(["budget_spent", "finished"]) & (trials.made > 0)
@@ -149,22 +157,35 @@ class Group:
         row["machine_seconds"] = np.median([seconds[-1] for seconds in trials.until_glued]) if len(trials) else None
         host = [1000 * sum(of) / max(len(of) - 1, 1) for of in trials.host_seconds if of]
         row["algorithm_ms_per_step"] = np.median(host) if host else None
-        if self.spec is not None and (row["recommended"]["n"] or not len(trials)):
-            row["yield"] = yield_of(recommended, failed, self.spec, len(trials))
-            uncured = [rmse(mse) for mse in trials.uncured_mse if not np.isnan(mse)]
-            if uncured:
-                row["yield"]["uncured"] = yield_of(np.array(uncured), failed, self.spec, len(uncured))
-            row["to_spec"] = self.to_spec(trials)
+        if trials.mtf_centre.notna().any():
+            row["mtf"] = {point: quartiles(trials["mtf_" + point].to_numpy()) for point in ("centre", "corner")}
+        if self.judges and (not len(trials) or row["recommended"]["n"] and (not self.limits or "mtf" in row)):
+            row["yield"] = yield_of(self.met(trials, ends_of(trials), "mtf_"), failed)
+            glued = trials[trials.uncured_mse.notna()]
+            if len(glued):
+                row["yield"]["uncured"] = yield_of(self.met(glued, rmse(glued.uncured_mse.to_numpy()), "uncured_mtf_"), failed)
+            if self.spec is not None:
+                row["to_spec"] = self.to_spec(trials)
         off = [np.abs(np.subtract(end, best)) for end, best in zip(trials.ended_at, trials.own_optimum_pose) if len(best)]
         if off and self.axes:
             off = np.array(off) * [axis["upper"] - axis["lower"] for axis in self.axes]
             row["residual"] = {"axes": [{"median": np.median(one), "q75": np.quantile(one, 0.75)} for one in off.T]}
         return row
 
+    def mtf_met(self, trials, of):
+        met = np.full(len(trials), True)
+        for point, limit in self.limits.items():
+            met &= trials[of + point].to_numpy() >= limit
+        return met
+
+    def met(self, trials, errors, of):
+        return self.mtf_met(trials, of) & ((errors <= self.spec) if self.spec is not None else True)
+
     def to_spec(self, trials):
         if not len(trials):
             return {"successes": 0, "n": 0, "steps": None, "lo95": None, "hi95": None, "expected": None, "seconds": None}
-        there = [arrival(track, self.spec) for track in trials.recommended]
+        there = [arrival(track, self.spec) if sharp else None
+                 for track, sharp in zip(trials.recommended, self.mtf_met(trials, "mtf_"))]
         reached = np.array([step is not None for step in there])
         steps = np.array([budget if step is None else step for step, budget in zip(there, trials.budget)])
         seconds = [np.inf if step is None else clock[step] for step, clock in zip(there, trials.until_glued)]
@@ -256,9 +277,18 @@ class Group:
             if self.excess is not None:
                 group["floor"]["next_image"] = np.sqrt(best**2 + self.excess)
         if self.spec is not None:
+            group["spec_rmse"] = self.spec
+        if self.mtf:
+            group["spec_mtf"] = self.mtf
+        if self.judges:
             counting = pd.concat([trials for trials, _ in self.by_method.values()])
-            hopeless = sorted(int(lens) for lens in counting[counting.own > self.spec].instance.unique())
-            group.update(spec_rmse=self.spec, cannot_meet_spec=len(hopeless), hopeless=hopeless[:20])
+            misses = counting.own_optimum_mtf_centre.notna() & ~self.mtf_met(counting, "own_optimum_mtf_")
+            if self.spec is not None:
+                misses |= counting.own > self.spec
+            hopeless = set(counting[misses].instance)
+            if self.limits:  # the least error need not be the sharpest: what a method brought into spec is not hopeless
+                hopeless -= set(counting[self.met(counting, ends_of(counting), "mtf_")].instance)
+            group.update(cannot_meet_spec=len(hopeless), hopeless=sorted(int(lens) for lens in hopeless)[:20])
         return group
 
 

@@ -68,6 +68,7 @@ const Misdeed kMisdeeds[] = {
     {"scene_biased", "truth", kFailed, "the truth is biased"},
     {"scene_overconfident", "truth", kFailed, "times the standard error they tell"},
     {"scene_optimum", "optimum", kFailed, "less than at its optimum"},
+    {"scene_mtf", "mtf", kFailed, "lines of 1000 lp/mm come out better"},
     {"scene_any_element", "elements", kFailed, "it mounts offsets of an element"},
     {"scene_afraid_of_ends", "travel", kFailed, "with every axis at 1, inside the travel"},
     {"station_moves_nan", "stage", kFailed, "it tells that axis 1 moved by nan"},

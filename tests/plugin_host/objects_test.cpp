@@ -49,6 +49,7 @@ TEST(SceneObject, FailuresSayWhatAndWhy) {
       test::error_text(ErrorKind::plugin_failed, [] { Scene(tiny("truth"), {}).mount("{}").noise_free_mse({0}, 1); }),
       HasSubstr("failed in noise_free_mse: value or standard error"));
   EXPECT_FALSE(Scene(tiny("no picture"), {}).mount("{}").render_noise_free({0}, pixels.data()));
+  EXPECT_FALSE(Scene(tiny(), {}).mount("{}").mtf({0}, 20));
 }
 
 TEST(SceneObject, AssembliesMoveAndOutliveTheirSceneObject) {

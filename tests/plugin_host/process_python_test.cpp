@@ -142,6 +142,7 @@ def mount(self, offsets):
     lens = self.Lens()
     lens.offsets = offsets
     if self.picture: lens.render_noise_free = lambda pose: [[7] * 3] * 2
+    if self.picture: lens.mtf = lambda pose, lp_per_mm: (pose[1] / lp_per_mm, pose[0])
     return lens
 class Lens(Assembly):
     def __del__(self): print("unmounted", self.offsets)
@@ -164,14 +165,25 @@ class Lens(Assembly):
     EXPECT_EQ(truth.standard_error, 2);
     EXPECT_TRUE(other.render_noise_free({0.5, 0.5}, pixels.data()));
     EXPECT_THAT(pixels, Each(7.0f));
+    const auto mtf = other.mtf({0.25, 0.5}, 20);
+    ASSERT_TRUE(mtf);
+    EXPECT_EQ(mtf->centre, 0.025);
+    EXPECT_EQ(mtf->corner, 0.25);
   }
   EXPECT_THAT(test::error_text(ErrorKind::plugin_failed, [&] { scene.mount(R"({"L9": {"shift_mm": [0, 0, 0]}})"); }),
               HasSubstr("failed in mount: ValueError: no element L9"));
   EXPECT_THAT(logged_, AllOf(Contains("at (0.5, nan)"), Contains("at (1.0, 2.0)"),
                              Contains(HasSubstr("unmounted {'L1': {'shift_mm': [0.0, 0.0, 0.25]"))));
 
+  EXPECT_THAT(test::error_text(ErrorKind::plugin_failed,
+                               [&] {
+                                 Scene(choice(Kind::scene, file), services_).mount("{}").mtf({1.5, 0.5}, 20);
+                               }),
+              HasSubstr("failed in mtf: it tells 1.5; expected a number from 0 to 1"));
+
   Scene plain(choice(Kind::scene, file, {{"picture", false}}), services_);
   EXPECT_FALSE(plain.mount("{}").render_noise_free({0.5, 0.5}, pixels.data()));
+  EXPECT_FALSE(plain.mount("{}").mtf({0.5, 0.5}, 20));
 }
 
 TEST_F(ProcessPythonTest, ANoiseLevelDraws) {

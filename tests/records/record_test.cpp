@@ -26,6 +26,27 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
+// What a specification asked for stands in the closing line; where none did, nothing of it does.
+TEST(Record, TheMtfIsWrittenWhereItWasMeasured) {
+  TrialRecord record = sample_trial("0123456789abcdef");
+  EXPECT_THAT(to_lines(record), testing::Not(HasSubstr("mtf")));
+  const auto read_back = [&record] { return read_trial_line(lines_of(to_lines(record)).back(), "here").trial; };
+  EXPECT_TRUE(std::isnan(read_back().mtf.centre));
+  record.mtf = {0.75, 0.5};
+  record.uncured_mse = 1e-4;
+  record.uncured_mtf = {0.8, 0.625};
+  record.own_optimum_mtf = {0.875, 1};
+  EXPECT_THAT(to_lines(record),
+              HasSubstr(R"("own_optimum_mtf_centre":0.875,"own_optimum_mtf_corner":1,"uncured_mse":1e-04,)"
+                        R"("mtf_centre":0.75,"mtf_corner":0.5,"uncured_mtf_centre":0.8,"uncured_mtf_corner":0.625,)"
+                        R"("message")"));
+  const TrialRecord again = read_back();
+  EXPECT_EQ(again.mtf.centre, 0.75);
+  EXPECT_EQ(again.mtf.corner, 0.5);
+  EXPECT_EQ(again.uncured_mtf.corner, 0.625);
+  EXPECT_EQ(again.own_optimum_mtf.corner, 1);
+}
+
 // The examples of results/README.md, byte for byte.
 TEST(Record, IsWrittenAsTheFormatSays) {
   TrialRecord record;

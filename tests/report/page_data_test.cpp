@@ -134,6 +134,37 @@ TEST_F(Verdict, TellsWhatCameIntoSpecificationAndWhatNeverCan) {
               HasSubstr("rho0: 1 lens cannot meet the specification at any pose (instance 3)."));
 }
 
+TEST_F(Verdict, TellsWhatTheMtfDecided) {
+  std::vector<records::TrialRecord> trials;
+  for (std::uint64_t i = 0; i < 4; ++i) {
+    trials.push_back(trial("a", i, {0.1, 0.01}));
+    trials.back().has_own_optimum = true;
+    trials.back().mtf = {0.8, i < 2 ? 0.5 : 0.1};
+    trials.back().own_optimum_mtf = {0.8, i < 3 ? 0.5 : 0.2};
+  }
+  write(trials);
+  add_to_manifest({{"spec", {{"rmse", 0.02}, {"mtf", {{"lp_per_mm", 80}, {"centre", 0.5}, {"corner", 0.35}}}}}});
+  const Json data = this->data();
+  EXPECT_THAT(all_text(data["verdict"]),
+              HasSubstr("It brings 2 of 4 lenses (95 %: 15 to 85 %) into specification (RMSE 0.0200, MTF at 80.0 lp/mm "
+                        "0.500 in the centre and 0.350 in the corners)"));
+  EXPECT_THAT(all_text(data["beware"]), HasSubstr("1 lens met the specification neither at its own best pose nor where "
+                                                  "any method left it (instance 3)."));
+  EXPECT_THAT(data["spec_text"].get<std::string>(),
+              HasSubstr("0.350 in the corners at the glued pose; MTF is the lens's own"));
+  const Json& row = data["groups"][0]["rows"][0];
+  EXPECT_EQ(row["mtf"]["centre"]["median"], 0.8);
+  EXPECT_EQ(row["mtf"]["corner"]["n"], 4);
+  EXPECT_EQ(row["to_spec"]["successes"], 2);
+  EXPECT_EQ(data["groups"][0]["spec_mtf"], (Json{{"lp_per_mm", 80}, {"centre", 0.5}, {"corner", 0.35}}));
+
+  add_to_manifest({{"spec", {{"mtf", {{"lp_per_mm", 80}, {"corner", 0.35}}}}}});
+  const Json alone = this->data();
+  EXPECT_THAT(all_text(alone["verdict"]), HasSubstr("into specification (MTF at 80.0 lp/mm 0.350 in the corners)."));
+  EXPECT_FALSE(alone["groups"][0]["rows"][0].contains("to_spec"));
+  EXPECT_FALSE(alone["groups"][0].contains("spec_rmse"));
+}
+
 TEST_F(Verdict, TellsTheYieldBeforeTheGlueCured) {
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 4; ++i) {

@@ -69,6 +69,8 @@ SUITE = {"scenes": [{"use": "relign_od", "name": "small", "parameters": {"pixels
 
 
 class Recompute(unittest.TestCase):
+    suite = SUITE
+
     @classmethod
     def setUpClass(cls):
         cls.place = tempfile.TemporaryDirectory()
@@ -76,7 +78,7 @@ class Recompute(unittest.TestCase):
         (place / "stumbler.py").write_text(STUMBLER)
         (place / "loser.py").write_text(LOSER)
         (place / "glued.json").write_text(json.dumps(TOLERANCES))
-        (place / "suite.json").write_text(json.dumps(SUITE))
+        (place / "suite.json").write_text(json.dumps(cls.suite))
         cls.folder = place / "results"
         try:
             program.call("run", place / "suite.json", "-o", cls.folder)
@@ -182,6 +184,32 @@ class Recompute(unittest.TestCase):
             file.write_text("".join(json.dumps(line) + "\n" for line in lines))
             groups = recompute.groups(pathlib.Path(place) / "results")
         self.assertTrue(self.found_in(compare_report.report_json, groups, self.document, self.folder).found)
+
+
+class RecomputeMtf(unittest.TestCase):
+    """A specification of error and MTF: numbers agree, and the MTF decides for some of the lenses."""
+
+    suite = {**SUITE, "spec": {"rmse": 0.03, "mtf": {"lp_per_mm": 5, "centre": 0.9, "corner": 0.9}}}
+    setUpClass = classmethod(Recompute.setUpClass.__func__)
+    tearDownClass = classmethod(Recompute.tearDownClass.__func__)
+    found_in = Recompute.found_in
+    test_all_tables_and_the_page_agree = Recompute.test_all_tables_and_the_page_agree
+
+    def test_the_mtf_decides(self):
+        trials = recompute.read(self.folder)[1]
+        trials = trials[trials.end.isin(["budget_spent", "finished"])]
+        sharp = (trials.mtf_centre >= 0.9) & (trials.mtf_corner >= 0.9)
+        near = recompute.ends_of(trials) <= 0.03
+        self.assertTrue((near & ~sharp).any(), "the error is in spec, the MTF is not")
+        self.assertTrue((near & sharp).any(), "both are in spec")
+        glued = trials[trials.noise_level == "glued"]
+        self.assertTrue((glued.uncured_mtf_corner != glued.mtf_corner).all())
+        self.assertTrue(trials.own_optimum_mtf_centre.notna().all())
+        groups = [group for group in self.groups for _ in group["rows"]]
+        rows = [row for group in self.groups for row in group["rows"]]
+        self.assertTrue(all(group["spec_mtf"]["lp_per_mm"] == 5 for group in groups))
+        self.assertTrue(any(0 < row["yield"]["share"] for row in rows))
+        self.assertIn("MTF at 5.00 lp/mm 0.900 in the centre and 0.900 in the corners", (self.folder / "report.html").read_text())
 
 
 if __name__ == "__main__":

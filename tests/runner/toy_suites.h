@@ -38,6 +38,13 @@ class ToyTest : public testing::Test {
                "algorithms": [)" +
            algorithms + "]" + more + "}";
   }
+  // A scene that tells where lenses are best and how fine lines they carry, and a specification that asks for it.
+  static std::string mtf_suite(const std::string& spec, bool tells = true) {
+    return R"({"scenes": [{"use": "toy-scene", "name": "sharp", "parameters": {"tells_optimum": true, "tells_mtf": )" +
+           std::string(tells ? "true" : "false") +
+           R"(}}], "noise_levels": ["toy-level"], "instances": 3, "steps": 4, "algorithms": ["toy-walker"], "spec": )" +
+           spec + "}";
+  }
   static constexpr const char* kWalkers =
       R"("toy-walker", "toy-stumbler", {"use": "toy-walker", "name": "short-walker", "steps": 3})";
 

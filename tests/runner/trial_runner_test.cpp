@@ -1,6 +1,7 @@
 #include "runner/trial_runner.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "toy_suites.h"
 
@@ -66,6 +67,36 @@ TEST_F(TrialRunnerTest, JobsCarryTheSuitesChoices) {
   EXPECT_EQ(job.suite_seed, 5U);
   EXPECT_EQ(job.instance, 1U);
   EXPECT_EQ(job.budget, 5U);
+}
+
+TEST_F(TrialRunnerTest, MeasuresTheMtfThatTheSpecificationAsksFor) {
+  const PreparedPlan plan = prepared(mtf_suite(R"({"mtf": {"lp_per_mm": 4, "centre": 0.5}})"));
+  const PreparedPlan without = prepared(mtf_suite(R"({"rmse": 0.1})"));
+  ASSERT_EQ(plan.plan.trials.size(), without.plan.trials.size());
+  TrialRunner runner({1, {}, {}});
+  for (const suite::PlannedTrial& trial : plan.plan.trials) {
+    const records::TrialRecord record = runner.run(make_job(plan, trial)).record;
+    const double shift = 0.5 - record.own_optimum_pose.at(0);
+    const std::vector<double>& glued = record.steps.back().recommended_true_pose;
+    const double centre = 1 / (1 + 4 * std::fabs(glued[0] + shift - 0.5));
+    EXPECT_NEAR(record.mtf.centre, centre, 1e-12);
+    EXPECT_NEAR(record.mtf.corner, centre / (1 + 4 * std::fabs(glued[1] - 0.5)), 1e-12);
+    EXPECT_NEAR(record.own_optimum_mtf.corner, 1, 1e-12);
+    EXPECT_TRUE(std::isnan(record.uncured_mtf.centre)) << "no glue shifts it";
+  }
+  for (std::size_t index = 0; index < plan.plan.trials.size(); ++index) {
+    EXPECT_NE(plan.plan.trials[index].id, without.plan.trials[index].id);
+    const records::TrialRecord record = runner.run(make_job(without, without.plan.trials[index])).record;
+    EXPECT_THAT(records::to_lines(record), testing::Not(testing::HasSubstr("mtf")));
+  }
+}
+
+TEST_F(TrialRunnerTest, ASceneThatCannotTellTheMtfIsRefused) {
+  const std::string told = error_text(
+      ErrorKind::bad_input, [] { prepared(mtf_suite(R"({"mtf": {"lp_per_mm": 80, "corner": 0.35}})", false)); });
+  EXPECT_THAT(told,
+              testing::HasSubstr("the suite's \"spec\" asks for the MTF at 80 lp/mm, which the scene 'sharp' cannot "
+                                 "tell: it does not offer it; leave \"mtf\" out"));
 }
 
 // The user of services of tests/task; the toy walker takes over.

@@ -76,6 +76,16 @@ class WorkerProcessTest : public ToyTest {
   }
 };
 
+TEST_F(WorkerProcessTest, MeasuresTheMtfAsAThreadDoes) {
+  const PreparedPlan plan = prepared(mtf_suite(R"({"rmse": 0.1, "mtf": {"lp_per_mm": 4}})"));
+  run(plan, options("process", 2));
+  run(plan, ToyTest::options("thread"));
+  const std::string lines = read_file(folder_ / "process/trials/0000.jsonl");
+  EXPECT_THAT(lines, HasSubstr("\"mtf_centre\":"));
+  EXPECT_THAT(lines, HasSubstr("\"own_optimum_mtf_corner\":"));
+  EXPECT_EQ(lines, read_file(folder_ / "thread/trials/0000.jsonl"));
+}
+
 struct Deed {
   const char* name;
   const char* end;

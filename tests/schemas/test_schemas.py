@@ -193,7 +193,7 @@ TOLERANCES = {"use": "tolerances", "elements": {"*": {"shift_um": [20, 20, 20], 
               "cure_shift": {"shift_um": [20, 20, 20], "tilt_arcmin": [3, 3]}}
 SUITE = {"scenes": [{"use": "relign_od", "name": "small", "parameters": {"pixels": 20}}], "noise_levels": ["rho0", "glued.json"],
          "algorithms": ["./loser.py", {"use": "transfer-gp", "name": "learns", "parameters": {"sources": 2, "source_steps": 5}}],
-         "instances": 4, "steps": 3, "spec": {"rmse": 0.02}}
+         "instances": 4, "steps": 3, "spec": {"rmse": 0.02, "mtf": {"lp_per_mm": 5, "centre": 0.5, "corner": 0.5}}}
 
 
 @unittest.skipIf(program.path() is None, "relign-bench was not built")

@@ -58,7 +58,7 @@ class StudyTest : public MadeTable {
 
 TEST_F(StudyTest, TellsWhenLensesCameIntoSpecification) {
   StudyOptions options;
-  options.spec_rmse = 0.02;
+  options.spec.rmse = 0.02;
   records::TrialRecord failed = trial("a", 3, {0.1}, 4);
   failed.end = "timeout";
   const Study study = make_study(table({trial("a", 0, {0.1, 0.05, 0.02, 0.01, 0.01}, 4), trial("a", 1, {0.1, 0.015}, 4),
@@ -82,9 +82,61 @@ TEST_F(StudyTest, TellsWhenLensesCameIntoSpecification) {
   EXPECT_THAT(a.residual[1].median, DoubleNear(0.03, 1e-12));
 }
 
+TEST_F(StudyTest, TheMtfDecidesTooWhereTheSpecificationSaysSo) {
+  StudyOptions options;
+  options.spec.rmse = 0.02;
+  options.spec.lp_per_mm = 20;
+  options.spec.mtf_centre = 0.5;
+  options.spec.mtf_corner = 0.3;
+  std::vector<records::TrialRecord> trials;
+  for (std::uint64_t i = 0; i < 5; ++i) trials.push_back(trial("a", i, {0.1, 0.05, 0.01}, 4));
+  trials[0].mtf = {0.5, 0.3};   // just
+  trials[1].mtf = {0.49, 0.9};  // not in the centre
+  trials[2].mtf = {0.9, 0.29};  // not in the corners
+  trials[3].mtf = {0.9, 0.9};
+  trials[3].steps.back().recommended_mse = 0.03 * 0.03;  // the error is not in spec
+  // The last tells no MTF: what nobody measured is not in spec.
+  for (std::size_t i = 0; i < 4; ++i) {
+    trials[i].uncured_mse = 1e-4;
+    trials[i].uncured_mtf = {0.6, 0.6};
+    trials[i].own_optimum_mtf = {0.6, i == 0 || i == 2 ? 0.2 : 0.6};
+  }
+  const Study study = make_study(table(trials), options);
+  const SeriesStudy& a = study.series.at(0);
+  EXPECT_EQ(a.in_spec, 1U);
+  EXPECT_EQ(a.yield.n, 5U);
+  EXPECT_EQ(a.in_spec_uncured, 4U);
+  EXPECT_EQ(a.yield_uncured.n, 4U);
+  EXPECT_EQ(a.mtf_centre.n, 4U);
+  EXPECT_DOUBLE_EQ(a.mtf_centre.median, 0.7);
+  EXPECT_DOUBLE_EQ(a.mtf_corner.median, 0.6);
+  EXPECT_EQ(a.expected_to_spec.successes, 1U) << "of those whose MTF misses nobody says that they got there";
+  EXPECT_EQ(study.groups.at(0).cannot_meet_spec, 1U)
+      << "lens 0 misses at its own best pose, and a method brought it in";
+  EXPECT_THAT(study.groups.at(0).hopeless, ElementsAre(2));
+
+  options.spec.rmse = kMissing;
+  const Study of_mtf_alone = make_study(table(trials), options);
+  EXPECT_EQ(of_mtf_alone.series.at(0).in_spec, 2U);
+  EXPECT_EQ(of_mtf_alone.series.at(0).expected_to_spec.trials, 0U) << "nobody knows when it came there";
+
+  options.spec = {};
+  options.spec.rmse = 0.02;
+  options.spec.lp_per_mm = 20;  // measured, without a limit
+  EXPECT_EQ(make_study(table(trials), options).series.at(0).in_spec, 4U);
+}
+
+TEST_F(StudyTest, WithoutTheMtfThatItAsksForNobodyKnowsWhatIsInSpecification) {
+  StudyOptions options;
+  options.spec.rmse = 0.02;
+  options.spec.lp_per_mm = 20;
+  options.spec.mtf_centre = 0.5;
+  EXPECT_EQ(make_study(table({trial("a", 0, {0.1, 0.01}, 1)}), options).series.at(0).yield.n, 0U);
+}
+
 TEST_F(StudyTest, WithoutTruthNobodyKnowsWhatIsInSpecification) {
   StudyOptions options;
-  options.spec_rmse = 0.02;
+  options.spec.rmse = 0.02;
   std::vector<records::TrialRecord> trials = {trial("a", 0, {0.1, 0.01}, 1), trial("a", 1, {0.1, 0.01}, 1)};
   for (records::TrialRecord& each : trials)
     for (records::StepRecord& step : each.steps) step.commanded_mse = step.recommended_mse = kMissing;
@@ -93,7 +145,7 @@ TEST_F(StudyTest, WithoutTruthNobodyKnowsWhatIsInSpecification) {
 
 TEST_F(StudyTest, WhatFailsEverywhereHasNoLensInSpecification) {
   StudyOptions options;
-  options.spec_rmse = 0.02;
+  options.spec.rmse = 0.02;
   std::vector<records::TrialRecord> trials = {trial("a", 0, {0.01}, 3), trial("a", 1, {0.01}, 3)};
   for (records::TrialRecord& each : trials) each.end = "timeout";
   const Study study = make_study(table(trials), options);
@@ -105,7 +157,7 @@ TEST_F(StudyTest, WhatFailsEverywhereHasNoLensInSpecification) {
 // One of four is there after a second; the others gave up before it, or ran out of steps after it.
 TEST_F(StudyTest, GivingUpEarlyIsNoWayToBeSoon) {
   StudyOptions options;
-  options.spec_rmse = 0.02;
+  options.spec.rmse = 0.02;
   const Study study = make_study(table({trial("a", 0, {0.1, 0.05, 0.01, 0.01}, 3), trial("a", 1, {0.1, 0.05}, 3),
                                         trial("a", 2, {0.1, 0.05}, 3), trial("a", 3, {0.1, 0.05, 0.05, 0.05}, 3)}),
                                  options);

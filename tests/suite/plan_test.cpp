@@ -100,6 +100,14 @@ TEST(Plan, EveryIngredientChangesTheId) {
       {"merit", [](Suite& s) { s.algorithms[0].merit = "rmse"; }},
       {"budget", [](Suite& s) { s.algorithms[0].steps = 6; }},
       {"limits", [](Suite& s) { s.limits = "hard"; }},
+      {"measured MTF",
+       [](Suite& s) {
+         s.spec = {{"mtf", {{"lp_per_mm", 20}}}};
+       }},
+      {"another MTF",
+       [](Suite& s) {
+         s.spec = {{"mtf", {{"lp_per_mm", 40}}}};
+       }},
       {"machine time", [](Suite& s) { s.machine_time.settle_ms = 41; }},
       {"another machine time", [](Suite& s) { s.machine_time.exposure_ms = 41; }},
       {"algorithm", [](Suite& s) { s.algorithms[0].choice.identity = R"({"kind":"optimizer","plugin":"x"})"; }},
@@ -114,6 +122,18 @@ TEST(Plan, EveryIngredientChangesTheId) {
   EXPECT_TRUE(
       ids.insert(make_plan(small_suite(), {R"({"files":[{"name":"lens.json","sha256":"01"}]})"}).trials[0].id).second)
       << "data files";
+}
+
+// What counts as good enough may be changed when trials have run.
+TEST(Plan, LimitsOfTheSpecificationAreNoIngredient) {
+  const auto id = [](const Json& spec) {
+    Suite suite = small_suite();
+    suite.spec = spec;
+    return make_plan(suite, kData).trials[0].id;
+  };
+  EXPECT_EQ(id({{"rmse", 0.01}}), id(nullptr));
+  EXPECT_EQ(id({{"rmse", 0.02}, {"mtf", {{"lp_per_mm", 20}, {"centre", 0.5}}}}),
+            id({{"mtf", {{"lp_per_mm", 20}, {"corner", 0.3}}}}));
 }
 
 TEST(Plan, TheInstanceSetIsWhatAlgorithmsAreComparedOn) {

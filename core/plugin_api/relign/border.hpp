@@ -141,6 +141,23 @@ inline const relign_scene_optimum* scene_optimum() {
   return &table;
 }
 
+inline const relign_scene_mtf* scene_mtf() {
+  static const relign_scene_mtf table = {sizeof(relign_scene_mtf), 0,
+                                         [](relign_assembly* raw, const double* pose, std::uint32_t axes,
+                                            double lp_per_mm, relign_field_mtf* mtf) -> relign_status {
+                                           auto* mine = handle<Assembly>(raw);
+                                           return guard(mine->host, [&] {
+                                             const std::optional<Assembly::FieldMtf> found =
+                                                 mine->object->mtf(Pose(pose, pose + axes), lp_per_mm);
+                                             if (!found) return RELIGN_UNSUPPORTED;
+                                             mtf->centre = found->centre;
+                                             mtf->corner = found->corner;
+                                             return RELIGN_OK;
+                                           });
+                                         }};
+  return &table;
+}
+
 inline Station& station(relign_scene* self) { return static_cast<Station&>(*handle<Scene>(self)->object); }
 
 inline const relign_scene_stage* scene_stage() {
@@ -231,6 +248,7 @@ const relign_scene_interface* scene_interface() {
           return to_view(id) == RELIGN_SCENE_STAGE ? scene_stage() : nullptr;
         } else {
           if (to_view(id) == RELIGN_SCENE_OPTIMUM) return scene_optimum();
+          if (to_view(id) == RELIGN_SCENE_MTF) return scene_mtf();
           return to_view(id) == RELIGN_SCENE_NOISE_FREE ? scene_noise_free() : nullptr;
         }
       }};

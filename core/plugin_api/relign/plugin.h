@@ -44,7 +44,7 @@ extern "C" {
 #endif
 
 #define RELIGN_ABI_MAJOR 1
-#define RELIGN_ABI_MINOR 2
+#define RELIGN_ABI_MINOR 3
 
 /* ---- plain types ------------------------------------------------------------------------ */
 
@@ -439,6 +439,33 @@ typedef struct relign_scene_optimum {
   relign_status (*find)(relign_assembly* assembly, uint64_t seed, double* true_pose, uint32_t axes, double* mse,
                         double* standard_error);
 } relign_scene_optimum;
+
+/* Optional ability of a scene, since 1.3: how well a lens as built carries fine lines, for specifications such as
+ * {"mtf": {"lp_per_mm": 80, "centre": 0.5, "corner": 0.35}}. Algorithms are never told.
+ *
+ * This MTF is the lens's own, by geometry, from rays: without noise, diffraction, pixels and reflections. At a point of
+ * the field it is that of the light as it arrives in the plane of the sensor, for lines of lp_per_mm line pairs per
+ * millimetre there, over all wavelengths that the scene has; the lower one of sagittal and tangential lines. Points of
+ * the field are places of the target, the same for every lens and pose:
+ *   "centre"   in the middle of that part of the target whose ideal (undistorted) image lies on the sensor
+ *   "corner"   0.8 of the way from there to each of the part's four corners, and of the four the lowest value: a tilted
+ *              lens blurs each of them in another way
+ * It is 0 where no light arrives. */
+#define RELIGN_SCENE_MTF "relign.scene.mtf/1"
+typedef struct relign_field_mtf {
+  uint32_t struct_size;
+  uint32_t reserved;
+  double centre; /* 0 to 1 */
+  double corner; /* 0 to 1 */
+} relign_field_mtf;
+
+typedef struct relign_scene_mtf {
+  uint32_t struct_size;
+  uint32_t reserved;
+  /* lp_per_mm: positive. A pure function of its arguments. RELIGN_UNSUPPORTED: not for this scene. */
+  relign_status (*measure)(relign_assembly* assembly, const double* true_pose, uint32_t axes, double lp_per_mm,
+                           relign_field_mtf* mtf);
+} relign_scene_mtf;
 
 /* ---- the library ---------------------------------------------------------------------------- */
 

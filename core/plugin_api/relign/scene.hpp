@@ -32,6 +32,13 @@ class Assembly {
   };
   // Optional: the pose at which this lens is best, with its error; nothing when the scene does not look for it.
   virtual std::optional<Optimum> own_optimum(std::uint64_t /*seed*/) { return std::nullopt; }
+  struct FieldMtf {
+    double centre;
+    double corner;
+  };
+  // Optional: the lens's geometric MTF at that many line pairs a millimetre of the sensor's plane, as relign_scene_mtf
+  // defines it; nothing when the scene cannot tell.
+  virtual std::optional<FieldMtf> mtf(const Pose& /*true_pose*/, double /*lp_per_mm*/) { return std::nullopt; }
 };
 
 class Scene {

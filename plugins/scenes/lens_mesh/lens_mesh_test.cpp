@@ -75,6 +75,8 @@ class LensMeshTest : public testing::Test {
 
 // The same rays through both: what differs is the mesh. Rays are led astray by the square of the pitch
 // (mesh_lens_meshes); the share of the light that moves follows, down to what floats leave.
+TEST_F(LensMeshTest, TellsNoMtf) { EXPECT_FALSE(scene("relign_od_mesh", {}).mount("{}").mtf(kPose, 10)); }
+
 TEST_F(LensMeshTest, ImagesComeCloserWithThePitch) {
   imaging::SceneChoices choices;
   choices.pixels = 50;

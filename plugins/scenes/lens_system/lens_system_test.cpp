@@ -113,6 +113,25 @@ TEST_F(LensSystemTest, TruthAgreesWithTheImages) {
   EXPECT_NEAR(truth.mse, mse, 4 * truth.standard_error + 3e-7) << "the picture has a little noise left";
 }
 
+TEST_F(LensSystemTest, TellsItsMtfWhateverItsPixelsAre) {
+  const std::vector<double> nominal(5, 0.5);
+  std::vector<MountedAssembly::FieldMtf> found;
+  for (const int pixels : {20, 40}) {
+    Scene scene(catalog_.resolve_or_throw(Kind::scene, "relign_od", {{"pixels", pixels}}), services_);
+    const auto mtf = scene.mount("{}").mtf(nominal, 10);
+    ASSERT_TRUE(mtf);
+    found.push_back(*mtf);
+  }
+  EXPECT_NEAR(found[0].centre, 0.81, 0.01) << "of rays, by imaging_field_mtf";
+  EXPECT_NEAR(found[0].corner, 0.91, 0.01);
+  EXPECT_NEAR(found[0].centre, found[1].centre, 1e-9);
+  EXPECT_NEAR(found[0].corner, found[1].corner, 1e-9);
+  Scene scene(catalog_.resolve_or_throw(Kind::scene, "relign_od", {{"pixels", 20}}), services_);
+  const auto tilted = scene.mount(R"({"L3": {"tilt_deg": [1, 0]}})").mtf(nominal, 10);
+  ASSERT_TRUE(tilted);
+  EXPECT_LT(tilted->corner, found[0].corner - 0.002);
+}
+
 TEST_F(LensSystemTest, ThePackagesSceneHasAVeil) {
   Scene scene(catalog_.resolve_or_throw(Kind::scene, "relign_od-package", {{"pixels", 40}}), services_);
   const relign_image image = scene.reference();

@@ -96,6 +96,17 @@ class SimulatorAnswers(_AnySceneAnswers):
         self._share(render(_pose(message["pose"])), "render_noise_free()")
         return {"message": "ok"}
 
+    def on_mtf(self, message):
+        measure = getattr(self._mounted[message["assembly"]], "mtf", None)
+        if measure is None:
+            return {"message": "unsupported"}
+        centre, corner = _pair(measure(_pose(message["pose"]), message["lp_per_mm"]), "mtf()", "(centre, corner)")
+        return {
+            "message": "measured",
+            "centre": _number(centre, "the centre of mtf()"),
+            "corner": _number(corner, "the corner of mtf()"),
+        }
+
 
 class StationAnswers(_AnySceneAnswers):
     def on_begin(self, message):

@@ -38,6 +38,9 @@ class Assembly:
         raise NotImplementedError("%s has no noise_free_mse(self, true_pose, seed)" % type(self).__name__)
 
     render_noise_free = None  # optional: render_noise_free(self, true_pose) gives pixels
+    # optional: mtf(self, true_pose, lp_per_mm) gives (centre, corner), the lens's geometric MTF as relign_scene_mtf in
+    # plugin.h defines it; suites whose spec has "mtf" need it
+    mtf = None
 
 
 class Station(Scene):

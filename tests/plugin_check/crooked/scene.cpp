@@ -69,6 +69,12 @@ class CrookedAssembly final : public relign::Assembly {
     std::copy(clean.begin(), clean.end(), pixels);
     return true;
   }
+#ifdef CROOKED_MTF
+  std::optional<FieldMtf> mtf(const relign::Pose&, double lp_per_mm) override {
+    const double share = lp_per_mm / (1 + lp_per_mm);  // the wrong way round
+    return FieldMtf{share, share};
+  }
+#endif
 #ifdef CROOKED_OPTIMUM
   std::optional<Optimum> own_optimum(std::uint64_t seed) override {
     const relign::Pose corner(3, 1.0);

@@ -22,12 +22,13 @@ std::vector<float> spot(double x, double y) {
 
 class ToyAssembly final : public relign::Assembly {
  public:
-  ToyAssembly(double shift, double broken_above, double blind_above, bool tells_optimum,
+  ToyAssembly(double shift, double broken_above, double blind_above, bool tells_optimum, bool tells_mtf,
               const std::vector<float>& reference)
       : shift_(shift),
         broken_above_(broken_above),
         blind_above_(blind_above),
         tells_optimum_(tells_optimum),
+        tells_mtf_(tells_mtf),
         reference_(reference) {}
 
   void capture(const relign::Pose& pose, std::uint64_t frame_seed, float* pixels) override {
@@ -58,11 +59,16 @@ class ToyAssembly final : public relign::Assembly {
     const relign::Pose pose = {0.5 - shift_, 0.5};
     return Optimum{pose, noise_free_mse(pose, seed)};
   }
+  std::optional<FieldMtf> mtf(const relign::Pose& pose, double lp_per_mm) override {
+    if (!tells_mtf_) return std::nullopt;
+    const double centre = 1 / (1 + lp_per_mm * std::fabs(pose[0] + shift_ - 0.5));
+    return FieldMtf{centre, centre / (1 + lp_per_mm * std::fabs(pose[1] - 0.5))};
+  }
 
  private:
   double shift_;
   double broken_above_, blind_above_;
-  bool tells_optimum_;
+  bool tells_optimum_, tells_mtf_;
   const std::vector<float>& reference_;
 };
 
@@ -72,6 +78,7 @@ class ToyScene final : public relign::Scene {
       : broken_above_(given.number("broken_above")),
         blind_above_(given.number("blind_above")),
         tells_optimum_(given.boolean("tells_optimum")),
+        tells_mtf_(given.boolean("tells_mtf")),
         reference_(spot(0.5, 0.5)) {}
 
   std::string describe() override {
@@ -93,12 +100,12 @@ class ToyScene final : public relign::Scene {
   std::unique_ptr<relign::Assembly> mount(std::string_view offsets) override {
     const auto json = nlohmann::json::parse(offsets);
     const double shift = json.contains("L1") ? json["L1"]["shift_mm"][0].get<double>() : 0.0;
-    return std::make_unique<ToyAssembly>(shift, broken_above_, blind_above_, tells_optimum_, reference_);
+    return std::make_unique<ToyAssembly>(shift, broken_above_, blind_above_, tells_optimum_, tells_mtf_, reference_);
   }
 
  private:
   double broken_above_, blind_above_;
-  bool tells_optimum_;
+  bool tells_optimum_, tells_mtf_;
   std::vector<float> reference_;
 };
 

@@ -1,0 +1,42 @@
+#include "report/spec_words.h"
+
+#include "base/json_members.h"
+#include "base/text.h"
+
+namespace relign::report {
+namespace {
+
+constexpr int kDigits = 3;
+
+std::string shown(const Json& object, const char* key) {
+  const Json value = object.value(key, Json());
+  return value.is_number() ? significant(value.get<double>(), kDigits) : "";
+}
+
+}  // namespace
+
+std::string spec_words(const Json& group) {
+  std::string words;
+  if (const std::string rmse = shown(group, "spec_rmse"); !rmse.empty()) words = "RMSE " + rmse;
+  const Json& mtf = object_of(group, "spec_mtf");
+  const std::string centre = shown(mtf, "centre"), corner = shown(mtf, "corner");
+  if (centre.empty() && corner.empty()) return words;
+  words += (words.empty() ? "MTF at " : ", MTF at ") + shown(mtf, "lp_per_mm") + " lp/mm ";
+  if (!centre.empty()) words += centre + " in the centre";
+  if (!corner.empty()) words += (centre.empty() ? "" : " and ") + corner + " in the corners";
+  return words;
+}
+
+std::string spec_sentence(const Json& groups) {
+  std::string common;
+  for (const Json& group : groups) {
+    const std::string words = spec_words(group);
+    if (words.empty() || (!common.empty() && words != common)) return "";
+    common = words;
+  }
+  if (common.empty()) return "";
+  const bool mtf = !object_of(groups.front(), "spec_mtf").empty();
+  return common + " at the glued pose" + (mtf ? "; MTF is the lens's own, by geometry, judged once, at the end" : "");
+}
+
+}  // namespace relign::report

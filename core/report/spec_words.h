@@ -1,0 +1,17 @@
+// A specification in words, wherever the page names it.
+#pragma once
+
+#include <string>
+
+#include "report/page_data.h"
+
+namespace relign::report {
+
+// What counts as good enough in a group: "RMSE 0.0142, MTF at 20 lp/mm 0.5 in the centre and 0.35 in the corners".
+// Empty where nothing does.
+std::string spec_words(const Json& group);
+
+// The same for the head of the page: one sentence where all groups have the same, else empty.
+std::string spec_sentence(const Json& groups);
+
+}  // namespace relign::report

@@ -1,0 +1,19 @@
+// Whether the scenes of a suite can tell the MTF that its specification asks for.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "plugin_host/objects.h"
+#include "suite/suite.h"
+#include "task/scene_facts.h"
+
+namespace relign::runner {
+
+// What the perfect lens has at the nominal pose; nothing when no MTF is asked for. Throws Error(bad_input) when the
+// scene does not tell it.
+std::optional<plugin_host::MountedAssembly::FieldMtf> check_mtf(const suite::Suite& suite, const std::string& name,
+                                                                plugin_host::Scene& scene,
+                                                                const task::SceneFacts& facts);
+
+}  // namespace relign::runner
