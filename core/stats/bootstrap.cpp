@@ -97,16 +97,6 @@ Replicates ratio(const Replicates& left, const Replicates& right) {
   return combined(left, right, [](double a, double b) { return a / b; });
 }
 
-Replicates average(const std::vector<Replicates>& cells) {
-  if (cells.empty()) return {};
-  Replicates sum = cells.front();
-  for (std::size_t cell = 1; cell < cells.size(); ++cell) {
-    sum = combined(sum, cells[cell], [](double a, double b) { return a + b; });
-  }
-  for (double& value : sum) value /= static_cast<double>(cells.size());
-  return sum;
-}
-
 Interval expanded_percentile(const Replicates& replicates, std::size_t n, double confidence) {
   if (!(confidence > 0 && confidence < 1)) {
     throw Error(ErrorKind::bad_input, "an interval of confidence " + std::to_string(confidence) +

@@ -25,7 +25,6 @@ std::vector<Replicates> resampled(const Resampling& resampling, const std::vecto
 // Element by element, so that what the resamples have in common cancels. Throw Error (internal) for different lengths.
 Replicates difference(const Replicates& left, const Replicates& right);
 Replicates ratio(const Replicates& left, const Replicates& right);  // x / 0 is infinite, 0 / 0 missing
-Replicates average(const std::vector<Replicates>& cells);  // of independent cells: resampled within each (strata)
 
 // Expanded percentile interval (Hesterberg, The American Statistician 69 (2015)): the quantiles (type 7)
 // of the replicates at P = Phi(-sqrt(n / (n - 1)) t) and 1 - P, where t is the upper (1 - confidence) / 2 quantile of

@@ -90,18 +90,4 @@ std::vector<double> holm(const std::vector<double>& p) {
   return corrected;
 }
 
-std::vector<TestedPair> test_pairs(const std::vector<std::vector<double>>& columns, Scale scale) {
-  std::vector<TestedPair> pairs;
-  std::vector<double> p;
-  for (std::size_t first = 0; first < columns.size(); ++first) {
-    for (std::size_t second = first + 1; second < columns.size(); ++second) {
-      pairs.push_back({first, second, signed_rank(paired_differences(columns[first], columns[second], scale)), 1});
-      p.push_back(pairs.back().test.p);
-    }
-  }
-  const std::vector<double> corrected = holm(p);
-  for (std::size_t pair = 0; pair < pairs.size(); ++pair) pairs[pair].corrected_p = corrected[pair];
-  return pairs;
-}
-
 }  // namespace relign::stats

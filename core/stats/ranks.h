@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <vector>
 
-#include "stats/paired.h"
 #include "stats/signed_rank.h"
 
 namespace relign::stats {
@@ -32,14 +31,5 @@ Friedman friedman(const std::vector<std::vector<double>>& columns);
 // p values corrected for their number (Holm, Scandinavian Journal of Statistics 6 (1979)), in their order. Rejecting
 // those at or below 0.05 is wrong about any of them in at most 5 % of all studies. NaN stays and does not count.
 std::vector<double> holm(const std::vector<double>& p);
-
-struct TestedPair {
-  std::size_t first = 0, second = 0;  // columns, first < second
-  SignedRank test;                    // of first minus second
-  double corrected_p = 1;             // Holm, over all pairs
-};
-
-// All pairs: (0, 1), (0, 2) ... (1, 2) ... Throws Error as paired_differences does.
-std::vector<TestedPair> test_pairs(const std::vector<std::vector<double>>& columns, Scale scale);
 
 }  // namespace relign::stats

@@ -75,14 +75,4 @@ std::vector<double> runtime_ecdf(const std::vector<TargetTime>& pairs, const std
   return shares;
 }
 
-std::vector<std::vector<double>> shares_reached(const std::vector<std::vector<TargetTime>>& instances,
-                                                const std::vector<double>& at) {
-  std::vector<std::vector<double>> columns(at.size(), std::vector<double>(instances.size()));
-  for (std::size_t instance = 0; instance < instances.size(); ++instance) {
-    const std::vector<double> shares = runtime_ecdf(instances[instance], at);
-    for (std::size_t step = 0; step < at.size(); ++step) columns[step][instance] = shares[step];
-  }
-  return columns;
-}
-
 }  // namespace relign::stats

@@ -45,10 +45,4 @@ ExpectedSteps expected_steps(const std::vector<TargetTime>& trials, const Resamp
 // profile (Moré and Wild 2009) at once. One value for each of `at`, which need not be sorted; without pairs missing.
 std::vector<double> runtime_ecdf(const std::vector<TargetTime>& pairs, const std::vector<double>& at);
 
-// The same apart for each instance, so that bands() with the mean gives the ECDF and its band over instances (targets
-// are given, not drawn, and are not resampled). instances: of each, its times to all targets. Result: [step of `at`]
-// [instance]; NaN for an instance without targets.
-std::vector<std::vector<double>> shares_reached(const std::vector<std::vector<TargetTime>>& instances,
-                                                const std::vector<double>& at);
-
 }  // namespace relign::stats

@@ -26,10 +26,6 @@ plugin_host::HostServices algorithm_services(const TrialSetup& setup) {
   return services;
 }
 
-namespace {
-constexpr End kEnds[] = {End::budget_spent, End::finished, End::failed, End::overspent, End::stopped};
-}
-
 const char* end_name(End end) {
   switch (end) {
     case End::budget_spent:
@@ -44,12 +40,6 @@ const char* end_name(End end) {
       return "stopped";
   }
   return "";
-}
-
-std::optional<End> end_from_name(const std::string& name) {
-  for (const End end : kEnds)
-    if (name == end_name(end)) return end;
-  return std::nullopt;
 }
 
 namespace {

@@ -57,7 +57,6 @@ enum class End {
   stopped        // the run was asked to stop; the trial is not a result
 };
 const char* end_name(End end);  // "budget_spent", ...
-std::optional<End> end_from_name(const std::string& name);
 
 struct PreparedData;
 struct Preparing;

@@ -15,3 +15,11 @@ endforeach()
 if(said)
   message(FATAL_ERROR "the installed program says: ${said}")
 endif()
+
+# Shells find their completions below the prefix.
+foreach(file bash-completion/completions/relign-bench zsh/site-functions/_relign-bench
+        fish/vendor_completions.d/relign-bench.fish)
+  if(NOT EXISTS "${PLACE}/moved/share/${file}")
+    message(FATAL_ERROR "there is no share/${file}")
+  endif()
+endforeach()

@@ -83,19 +83,5 @@ TEST(Holm, IsThatByHand) {
   EXPECT_EQ(gap[1], 0.03);
 }
 
-TEST(Pairs, AreTestedByTheirOwnDifferences) {
-  const std::vector<double> one = {1, 2, 3, 4, 5, 6, 7}, low = {0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5};
-  const std::vector<TestedPair> pairs = test_pairs({one, low, one}, Scale::raw);
-  ASSERT_EQ(pairs.size(), 3U);
-  EXPECT_EQ(pairs[1].first, 0U);
-  EXPECT_EQ(pairs[1].second, 2U);
-  EXPECT_DOUBLE_EQ(pairs[0].test.p, 2.0 / 128);
-  EXPECT_DOUBLE_EQ(pairs[0].corrected_p, 6.0 / 128);
-  EXPECT_EQ(pairs[1].corrected_p, 1);
-  EXPECT_DOUBLE_EQ(pairs[2].corrected_p, 6.0 / 128);
-  EXPECT_GT(pairs[0].test.above, pairs[0].test.below);
-  EXPECT_TRUE(test_pairs({one}, Scale::logarithmic).empty());
-}
-
 }  // namespace
 }  // namespace relign::stats

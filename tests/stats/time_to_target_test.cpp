@@ -82,16 +82,6 @@ TEST(RuntimeEcdf, CountsPairs) {
   EXPECT_THAT(runtime_ecdf(pairs, {}), IsEmpty());
 }
 
-TEST(RuntimeEcdf, HasABandOverInstances) {
-  const std::vector<std::vector<TargetTime>> instances = {{{1, true}, {5, true}}, {{2, true}, {9, false}}, {}};
-  const std::vector<std::vector<double>> columns = shares_reached(instances, {1, 5});
-  EXPECT_THAT(columns[0], ElementsAre(0.5, 0, testing::IsNan()));
-  EXPECT_THAT(columns[1], ElementsAre(1, 0.5, testing::IsNan()));
-  const Band band = bands(Resampling(3, 100, 1), columns, OrderStatistic::mean())[1];
-  EXPECT_EQ(band.n, 2U);
-  EXPECT_EQ(band.estimate, runtime_ecdf({{1, true}, {5, true}, {2, true}, {9, false}}, {5}).front());
-}
-
 std::vector<TargetTime> trials_of(const nlohmann::json& one) {
   std::vector<TargetTime> trials;
   for (std::size_t trial = 0; trial < one["steps"].size(); ++trial) {
