@@ -13,7 +13,7 @@
 namespace relign::drawing {
 namespace {
 
-constexpr int kFacePoints = 49;
+constexpr int kFacePoints = 25;
 constexpr Colour kGlass{214, 230, 244};
 constexpr Colour kGlassEdge{62, 84, 110};
 constexpr Colour kMount{176, 180, 186};

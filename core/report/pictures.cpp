@@ -162,7 +162,7 @@ void read_index(const Json& index, Gallery& gallery) {
 
 }  // namespace
 
-Gallery load_gallery(const fs::path& results, std::size_t most_bytes) {
+Gallery load_gallery(const fs::path& results, std::size_t most_bytes, const std::vector<ShownFirst>& first) {
   Gallery gallery;
   Loader loader(results, most_bytes, gallery);
   const fs::path index_path = results / "pictures" / "index.json";
@@ -178,6 +178,16 @@ Gallery load_gallery(const fs::path& results, std::size_t most_bytes) {
   }
   // What convinces most comes first, should the limit bite. A film also shows the start, though smaller.
   for (auto& [scene, reference] : gallery.references) loader.embed(reference);
+  for (const ShownFirst& shown : first)
+    for (const char* why : {"median", "worst"})
+      for (TrialPictures& trial : gallery.trials) {
+        if (trial.why != why || trial.scene != shown.scene || trial.noise_level != shown.noise_level ||
+            trial.protocol != shown.protocol || trial.algorithm != shown.algorithm)
+          continue;
+        loader.embed(trial.end);
+        loader.embed(trial.film);
+        if (!trial.film.picture) loader.embed(trial.start);
+      }
   const auto each = [&](const auto& embed) {
     for (const char* why : {"median", "worst", "best"})
       for (TrialPictures& trial : gallery.trials)

@@ -58,9 +58,16 @@ struct Gallery {
   std::vector<std::string> problems;                   // a damaged index, unreadable or refused files
 };
 
+// Whose pictures stand beside the curves, where readers look first: of each group its best method.
+struct ShownFirst {
+  std::string scene, noise_level, protocol, algorithm;
+};
+
 inline constexpr std::size_t kMostPictureBytes = 520'000;  // of the page, so that a quick suite's stays under 1 MB
 
-// Never throws for what is wrong inside the folder: a report without pictures is still a report.
-Gallery load_gallery(const std::filesystem::path& results, std::size_t most_bytes = kMostPictureBytes);
+// Pictures of `first` are embedded before all others, should the limit bite. Never throws for what is wrong inside the
+// folder: a report without pictures is still a report.
+Gallery load_gallery(const std::filesystem::path& results, std::size_t most_bytes = kMostPictureBytes,
+                     const std::vector<ShownFirst>& first = {});
 
 }  // namespace relign::report

@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/json_members.h"
 #include "records/merge.h"
 #include "report/figures.h"
 #include "report/loaded_results.h"
@@ -53,10 +54,20 @@ struct Part {
   Json data;
 };
 
-Gallery gallery_of(const LoadedResults& results, std::size_t most_bytes) {
+std::vector<ShownFirst> shown_first(const Json& data) {
+  std::vector<ShownFirst> first;
+  for (std::size_t i = 0; i < data["groups"].size(); ++i) {
+    const Json& group = data["groups"][i];
+    first.push_back({text_of(group, "scene"), text_of(group, "noise_level"), text_of(group, "protocol"),
+                     text_of(data["verdict"][i], "best")});
+  }
+  return first;
+}
+
+Gallery gallery_of(const LoadedResults& results, const Json& data, std::size_t most_bytes) {
   std::map<std::string, std::string> drawings = scene_drawings(results.folder, results.manifest);
   for (const auto& [scene, uri] : drawings) most_bytes -= std::min(most_bytes, uri.size());
-  Gallery gallery = load_gallery(results.folder, most_bytes);
+  Gallery gallery = load_gallery(results.folder, most_bytes, shown_first(data));
   gallery.axes = scene_axes(results.folder, results.manifest);
   gallery.drawings = std::move(drawings);
   return gallery;
@@ -114,7 +125,8 @@ std::string Report::html() const {
   const std::size_t parts = content_->parts.size();
   std::size_t left = kMostPictureBytes;
   for (std::size_t k = 0; k < parts; ++k) {
-    Gallery one = gallery_of(content_->parts[k]->results, left / (parts - k));  // what one does not use, others may
+    const Part& part = *content_->parts[k];
+    Gallery one = gallery_of(part.results, part.data, left / (parts - k));  // what one does not use, others may
     left -= std::min(left, bytes_of(one));
     if (parts == 1)
       gallery = std::move(one);

@@ -10,6 +10,7 @@
 #include "base/json_members.h"
 #include "base/seeds.h"
 #include "records/record.h"
+#include "runner/kept_result.h"
 #include "runner/trial_runner.h"
 #include "task/next_image.h"
 
@@ -59,18 +60,27 @@ void write_bounds(const PreparedPlan& prepared, const std::vector<std::size_t>& 
       if (holds(file, key)) continue;
       const auto first = first_lenses(prepared, scene, level);
       if (first.empty() || !ran.count(first.begin()->second->id)) continue;
-      Json lenses = Json::array();
+      Json known_by = key_of_scene(prepared, scene);
+      known_by["level"] = {plugin_host::plugin_hash(*suite.levels[level].choice.plugin),
+                           suite.levels[level].choice.identity, suite.seed};
+      for (const auto& [instance, trial] : first) known_by["instances"].push_back(instance);
+      const KeptResult kept(options.cache_folder, "next_image", std::move(known_by));
+      Json lenses = kept.read();
+      const bool is_new = lenses.is_null();
+      if (is_new) lenses = Json::array();
       try {
-        for (const auto& [instance, trial] : first) {
-          if (options.stop && options.stop->load()) return;
-          const TrialRunner::Placed placed = runner.place(make_job(prepared, *trial));
-          const auto optimum = placed.own_optimum();
-          if (!optimum) break;
-          const std::optional<double> excess =
-              task::next_image_excess(*placed.assembly, facts, optimum->true_pose, placed.instance.seed);
-          if (!excess) break;
-          lenses.push_back({{"instance", instance}, {"own_optimum_mse", optimum->truth.mse}, {"excess_mse", *excess}});
-        }
+        if (is_new)
+          for (const auto& [instance, trial] : first) {
+            if (options.stop && options.stop->load()) return;
+            const TrialRunner::Placed placed = runner.place(make_job(prepared, *trial));
+            const auto optimum = placed.own_optimum();
+            if (!optimum) break;
+            const std::optional<double> excess =
+                task::next_image_excess(*placed.assembly, facts, optimum->true_pose, placed.instance.seed);
+            if (!excess) break;
+            lenses.push_back(
+                {{"instance", instance}, {"own_optimum_mse", optimum->truth.mse}, {"excess_mse", *excess}});
+          }
       } catch (const Error& error) {
         if (error.kind() != ErrorKind::plugin_failed) throw;
         if (options.on_message)
@@ -78,6 +88,7 @@ void write_bounds(const PreparedPlan& prepared, const std::vector<std::size_t>& 
                              ": " + error.what());
         continue;
       }
+      if (is_new && lenses.size() == first.size()) kept.write(lenses);
       if (!lenses.empty())
         write_file_atomically(
             file,

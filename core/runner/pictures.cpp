@@ -13,6 +13,7 @@
 #include "pixels/image_file.h"
 #include "records/results_folder.h"
 #include "records/stored_trials.h"
+#include "runner/kept_result.h"
 #include "runner/scene_files.h"
 #include "runner/trial_runner.h"
 
@@ -166,7 +167,12 @@ class Pictures {
     job.scene_name = entry.name;
     if (!fs::exists(own / "landscape.json"))
       guarded([&] {
-        const Json landscape = measure_landscape(runner_.scene(job), facts, options_.stop);
+        const KeptResult kept(options_.cache_folder, "landscape", key_of_scene(prepared_, scene));
+        Json landscape = kept.read();
+        if (landscape.is_null()) {
+          landscape = measure_landscape(runner_.scene(job), facts, options_.stop);
+          kept.write(landscape);
+        }
         if (!landscape.is_null()) write_file_atomically(own / "landscape.json", landscape.dump() + "\n");
       });
     if (fs::exists(own / "reference.png") && fs::exists(shown)) return;

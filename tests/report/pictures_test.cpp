@@ -70,6 +70,21 @@ TEST_F(Pictures, OverTheLimitTheMedianTrialGoesFirst) {
   EXPECT_EQ(gallery.left_out, 2u);
 }
 
+// Beside the curves stand the best method's median and worst trial: their pictures are never the ones left out.
+TEST_F(Pictures, WhatStandsBesideTheCurvesGoesBeforeEverythingElse) {
+  put("film.webp", made_film());
+  for (const char* name : {"a", "b", "c", "d"}) put(std::string(name) + ".png", made_png(name));
+  write_index(
+      {with_film(entry("other", "median", "a.png", "b.png"), "film.webp"), entry("mine", "worst", "c.png", "d.png")});
+  const std::size_t one = load_gallery(folder_).pictures.back().data_uri.size();
+  const Gallery gallery = load_gallery(folder_, 2 * one, {{"relign_od", "rho0", "paper", "mine"}});
+  EXPECT_TRUE(gallery.trials[1].end.picture);
+  EXPECT_TRUE(gallery.trials[1].start.picture) << "no film shows it";
+  EXPECT_FALSE(gallery.trials[0].film.picture);
+  EXPECT_EQ(gallery.left_out, 3u);
+  EXPECT_FALSE(load_gallery(folder_, 2 * one).trials[1].end.picture);
+}
+
 TEST_F(Pictures, FilmsAreEmbeddedWhereTheyAreWhatTheIndexTells) {
   put("a.webp", made_film());
   put("b.webp", made_lossy_film());

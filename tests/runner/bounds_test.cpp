@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "base/hash.h"
 #include "toy_suites.h"
 
 namespace relign::runner {
@@ -54,6 +55,45 @@ TEST_F(BoundsTest, StayUntilTheLensesAreOthers) {
   run(prepared(suite(R"({"tells_optimum": true})", R"(, "seed": 5)")), options("b"));
   EXPECT_NE(read_file(bounds("b").front()), before) << "of another seed's lenses";
   EXPECT_EQ(read_file(bounds("b").back()), other);
+}
+
+// What was kept is taken where it is whole and of the same scene, level and lenses; else it is made again.
+TEST_F(BoundsTest, AndLandscapesAreKeptFromOneRunToTheNext) {
+  const PreparedPlan plan = prepared(suite(R"({"tells_optimum": true})"));
+  const auto run_into = [&](const std::string& name) {
+    RunOptions with_cache = options(name);
+    with_cache.cache_folder = folder_ / "cache";
+    run(plan, with_cache);
+    std::map<std::string, std::string> files;
+    for (const auto& [file, bytes] : contents(name))
+      if (file.rfind("scenes/", 0) == 0) files[fs::path(file).filename().string()] = bytes;
+    return files;
+  };
+  const auto first = run_into("a");
+  EXPECT_EQ(run_into("b"), first);
+  std::map<std::string, fs::path> kept;  // by kind
+  for (const char* kind : {"landscape", "next_image"})
+    for (const auto& entry : fs::directory_iterator(folder_ / "cache" / kind)) {
+      kept[kind] = entry.path();
+      Json changed = Json::parse(read_file(entry.path()));
+      Json& value = changed["value"];
+      (kind == std::string("landscape") ? value["lines"][0]["mse"][0] : value[0]["excess_mse"]) = 42.5;
+      changed["sha256"] = sha256_hex(canonical_json(value));
+      write_file_atomically(entry.path(), changed.dump());
+    }
+  ASSERT_EQ(kept.size(), 2U);
+  const auto of_changed = run_into("c");
+  EXPECT_THAT(of_changed.at("landscape.json"), testing::HasSubstr("42.5"));
+  EXPECT_THAT(of_changed.at("toy-level.json"), testing::HasSubstr("42.5"));
+  for (const char* kind : {"landscape", "next_image"})
+    for (const auto& entry : fs::directory_iterator(folder_ / "cache" / kind)) {
+      std::string damaged = read_file(entry.path());
+      damaged.replace(damaged.find("42.5"), 4, "43.5");
+      write_file_atomically(entry.path(), damaged);
+    }
+  EXPECT_EQ(run_into("d"), first);
+  write_file_atomically(kept["landscape"], "{");
+  EXPECT_EQ(run_into("e"), first);
 }
 
 TEST_F(BoundsTest, OnePartOfManyDoesIt) {
