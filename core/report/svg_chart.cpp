@@ -250,7 +250,12 @@ class Drawing {
     group("axis", kInk);
     path("M" + pixels_text(kLeft) + " " + pixels_text(y) + "H" + pixels_text(right_),
          {{"stroke", "currentColor"}, {"stroke-dasharray", level.dotted ? "1.5 3" : "7 4"}});
-    text(kLeft + 4, y - 3, level.label, "start", {{"font-size", "10"}});
+    // Below its line where another one runs close above it, whose label stands between them.
+    const bool crowded = std::any_of(chart_.levels.begin(), chart_.levels.end(), [&](const ChartLevel& other) {
+      const double gap = finite(other.y) ? y - (*y_)(other.y) : 0;
+      return gap > 0 && gap < kLabelHeight;
+    });
+    text(kLeft + 4, crowded ? y + 10 : y - 3, level.label, "start", {{"font-size", "10"}});
     html_.close();
   }
 

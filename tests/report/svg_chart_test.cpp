@@ -85,6 +85,24 @@ TEST(SvgChart, LinesBandsStepsAndLevels) {
   EXPECT_THAT(inside, Not(HasSubstr("#"))) << "its colours are the page's";
 }
 
+// Where the text with this content stands, from above.
+double height_of(const std::string& svg, const std::string& text) {
+  const std::size_t end = svg.find(">" + text + "</text>");
+  const std::size_t y = svg.rfind(" y=\"", end);
+  return end == std::string::npos || y == std::string::npos ? kNone : std::stod(svg.substr(y + 4));
+}
+
+TEST(SvgChart, NamesOfCloseLevelsStandApart) {
+  Chart chart = chart_of("method");
+  chart.levels = {{"upper", 0.0121, true}, {"lower", 0.012, false}};
+  const std::string close = chart_svg(chart);
+  EXPECT_GT(height_of(close, "lower"), height_of(close, "upper") + 10);
+  std::swap(chart.levels[0], chart.levels[1]);
+  EXPECT_GT(height_of(chart_svg(chart), "lower"), height_of(close, "upper") + 10) << "whichever comes first";
+  chart.levels[1].y = 0.05;
+  EXPECT_LT(height_of(chart_svg(chart), "lower"), height_of(close, "lower")) << "alone it stands above its line";
+}
+
 TEST(SvgChart, NothingToDrawIsNoFailure) {
   EXPECT_THAT(chart_svg(Chart{}), HasSubstr("</svg>"));
   Chart chart = chart_of("a");
