@@ -1,9 +1,11 @@
 #include "plugin_host/choice_json.h"
 
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "base/error.h"
+#include "base/json_members.h"
 #include "plugin_host/process_manifest.h"
 
 namespace relign::plugin_host {
@@ -26,6 +28,13 @@ Choice read(const Json& json) {
   return choice;
 }
 
+constexpr std::size_t kShownHash = std::string_view("sha256:0123456789abcdef").size();
+
+std::string name_below(const std::filesystem::path& folder, const std::filesystem::path& file) {
+  const std::filesystem::path inside = file.lexically_relative(std::filesystem::absolute(folder).lexically_normal());
+  return inside.empty() || *inside.begin() == ".." ? file.filename().string() : inside.generic_string();
+}
+
 }  // namespace
 
 Json to_json(const Choice& choice) {
@@ -45,6 +54,19 @@ Choice choice_from_json(const Json& json) {
   } catch (const Json::exception& error) {
     throw Error(ErrorKind::internal, std::string("a choice sent to a worker cannot be read: ") + error.what());
   }
+}
+
+Json recorded_parameters(const Choice& choice) {
+  Json recorded = choice.parameters;
+  const Json identity = Json::parse(choice.identity).at("parameters");
+  for (const Parameter& parameter : choice.plugin->parameters) {
+    if (parameter.type != ParameterType::file || !recorded.contains(parameter.name)) continue;
+    Json& value = recorded[parameter.name];
+    const std::string content = text_of(identity, parameter.name.c_str());
+    if (value.is_string() && !content.empty())  // none was given
+      value = name_below(choice.plugin->folder, value.get<std::string>()) + " (" + content.substr(0, kShownHash) + ")";
+  }
+  return recorded;
 }
 
 }  // namespace relign::plugin_host

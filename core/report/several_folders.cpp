@@ -32,16 +32,6 @@ void add_missing(Json& all, const Json& more) {
     if (std::find(all.begin(), all.end(), value) == all.end()) all.push_back(value);
 }
 
-// Files of a parameter lie elsewhere on another machine; their names tell.
-Json comparable(const Json& parameters) {
-  Json made = parameters;
-  for (auto& [name, value] : made.items())
-    if (value.is_string() && !value.get_ref<const std::string&>().empty() &&
-        value.get_ref<const std::string&>().front() == '/')
-      value = fs::path(value.get<std::string>()).filename().string();
-  return made;
-}
-
 class Join {
  public:
   void add(const FolderSet& set, Json data) {
@@ -134,7 +124,7 @@ class Join {
       }
       std::string what;
       if (text_of(method, "id") != text_of(known->second.method, "id")) what = "another algorithm";
-      if (what.empty() && comparable(method["parameters"]) != comparable(known->second.method["parameters"]))
+      if (what.empty() && method["parameters"] != known->second.method["parameters"])
         what = "its parameters are others";
       if (!what.empty())
         throw Error(ErrorKind::bad_input, "the method '" + name + "' is not the same in " + known->second.label +

@@ -7,6 +7,7 @@
 
 #include "base/hash.h"
 #include "base/machine.h"
+#include "plugin_host/choice_json.h"
 #include "plugin_host/objects.h"
 #include "plugin_host/training.h"
 #include "records/record.h"
@@ -101,7 +102,7 @@ Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, co
                 {"id", choice.id},
                 {"plugin", choice.plugin->id},
                 {"kind", plugin_host::kind_name(choice.plugin->kind)},
-                {"parameters", choice.parameters},
+                {"parameters", plugin_host::recorded_parameters(choice)},
                 {"summary", choice.plugin->summary},
                 {"reproducible", choice.plugin->reproducible},
                 {"plugin_hash", hash_of(choice, hashes)}};

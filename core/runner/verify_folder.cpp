@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "base/hash.h"
 #include "base/json_members.h"
+#include "plugin_host/choice_json.h"
 #include "records/results_folder.h"
 #include "runner/provenance.h"
 
@@ -102,8 +103,9 @@ void compare_machines(const Json& manifest, std::set<Change>& changes) {
 
 void compare_definitions(const Json& manifest, const PreparedPlan& prepared, std::set<Change>& changes) {
   const suite::Suite& suite = prepared.plan.suite;
-  const auto compare = [&](const char* key, const std::string& what, const std::string& name, const Json& parameters,
-                           const std::string& protocol) {
+  const auto compare = [&](const char* key, const std::string& what, const std::string& name,
+                           const plugin_host::Choice& choice, const std::string& protocol) {
+    const Json parameters = plugin_host::recorded_parameters(choice);
     for (const Json& entry : list_of(manifest, key)) {
       if (text_of(entry, "name") != name || (!protocol.empty() && text_of(entry, "protocol") != protocol)) continue;
       if (member(entry, "parameters") != parameters)
@@ -112,16 +114,16 @@ void compare_definitions(const Json& manifest, const PreparedPlan& prepared, std
   };
   for (std::size_t index = 0; index < suite.scenes.size(); ++index) {
     const std::string& name = suite.scenes[index].name;
-    compare("scenes", "scene", name, suite.scenes[index].choice.parameters, "");
+    compare("scenes", "scene", name, suite.scenes[index].choice, "");
     for (const Json& entry : list_of(manifest, "scenes"))
       if (const std::string was = member(entry, "data").dump();
           text_of(entry, "name") == name && was != prepared.scene_identity[index])
         changes.insert({"scene " + name + " data files", was, prepared.scene_identity[index]});
   }
   for (const suite::LevelEntry& level : suite.levels)
-    compare("noise_levels", "noise level", level.name, level.choice.parameters, "");
+    compare("noise_levels", "noise level", level.name, level.choice, "");
   for (const suite::AlgorithmEntry& algorithm : suite.algorithms)
-    compare("algorithms", "algorithm", algorithm.name, algorithm.choice.parameters, algorithm.protocol);
+    compare("algorithms", "algorithm", algorithm.name, algorithm.choice, algorithm.protocol);
 }
 
 }  // namespace relign::runner

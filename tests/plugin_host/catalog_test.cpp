@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 
+#include "plugin_host/choice_json.h"
 #include "plugin_host/objects.h"
 #include "test_folder.h"
 
@@ -157,6 +158,22 @@ TEST_F(CatalogTest, FilesAreAbsoluteAndIdentifiedByContent) {
   // printf weights | sha256sum
   EXPECT_THAT(a.identity,
               HasSubstr("\"model\":\"sha256:9a129038d9a00aed0cf6a7ea059ca50a813449061ab87848cf1a13eafdf33b2c\""));
+}
+
+TEST_F(CatalogTest, RecordedParametersTellFilesByNameAndContent) {
+  write("a/m.onnx", "weights");
+  write("b/m.onnx", "weights");
+  write("c/m.onnx", "other weights");
+  const auto recorded = [&](const char* model) {
+    return recorded_parameters(resolve(Kind::agent, "policy", {{"model", model}}));
+  };
+  EXPECT_EQ(recorded("a/m.onnx"),
+            (Json{{"model", "m.onnx (sha256:9a129038d9a00aed)"}, {"notes", ""}, {"then", "compass"}}));
+  EXPECT_EQ(recorded("a/m.onnx"), recorded("b/m.onnx")) << "wherever it lies";
+  EXPECT_NE(recorded("a/m.onnx"), recorded("c/m.onnx"));
+  EXPECT_THAT(recorded_parameters(resolve(Kind::scene, "relign_od")).at("scene").get<std::string>(),
+              testing::StartsWith("relign_od/scene.json (sha256:"))
+      << "below the plugin's folder";
 }
 
 TEST_F(CatalogTest, EqualValuesHaveEqualIdentities) {
