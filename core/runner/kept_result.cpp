@@ -50,7 +50,7 @@ Json key_of_scene(const PreparedPlan& prepared, std::size_t scene) {
   Json key = {{"plugin", plugin_host::plugin_hash(*choice.plugin)},
               {"scene", choice.identity},
               {"data", prepared.scene_identity.at(scene)}};
-  if (choice.plugin->reproducible != "anywhere") key["cpu"] = machine_json()["cpu"];
+  if (reproducible_of(choice) != "anywhere") key["cpu"] = machine_json()["cpu"];
   return key;
 }
 

@@ -92,6 +92,12 @@ Json program_json() {
       {"version", RELIGN_VERSION}, {"compiler", RELIGN_COMPILER}, {"flags", RELIGN_FLAGS}, {"hash", program_hash()}};
 }
 
+std::string reproducible_of(const plugin_host::Choice& choice) {
+  for (const auto& [parameter, inner] : choice.algorithms)
+    if (reproducible_of(*inner) != "anywhere") return "this_cpu";
+  return choice.plugin->reproducible;
+}
+
 Json machine_json() { return {{"cpu", cpu_name()}, {"cores", core_count()}, {"system", system_name()}}; }
 
 Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, const std::string& command,
@@ -104,7 +110,7 @@ Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, co
                 {"kind", plugin_host::kind_name(choice.plugin->kind)},
                 {"parameters", plugin_host::recorded_parameters(choice)},
                 {"summary", choice.plugin->summary},
-                {"reproducible", choice.plugin->reproducible},
+                {"reproducible", reproducible_of(choice)},
                 {"plugin_hash", hash_of(choice, hashes)}};
   };
   Json scenes = Json::array();

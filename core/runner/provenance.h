@@ -15,6 +15,9 @@ LibraryHashes hash_libraries(const suite::Suite& suite);
 // Of a plugin with the algorithms it runs: when any of them changes, its trials run again.
 std::string hash_of(const plugin_host::Choice& choice, const LibraryHashes& hashes);
 
+// "anywhere" or "this_cpu": where its numbers are equal, by what the plugin and the algorithms it runs promise.
+std::string reproducible_of(const plugin_host::Choice& choice);
+
 // Of the running program: version, compiler, flags, hash (empty where the system does not show it).
 Json program_json();
 // cpu, cores, system.

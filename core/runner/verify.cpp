@@ -24,11 +24,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-bool promises_this_cpu(const plugin_host::Choice& choice) {
-  return choice.plugin->reproducible == "this_cpu" ||
-         std::any_of(choice.algorithms.begin(), choice.algorithms.end(),
-                     [](const auto& inner) { return promises_this_cpu(*inner.second); });
-}
+bool promises_this_cpu(const plugin_host::Choice& choice) { return reproducible_of(choice) == "this_cpu"; }
 
 // The replays of one suite's trials.
 class Replay {

@@ -1,0 +1,188 @@
+"""The tables of docs/reproduction.md and of README.md, from the files beside this script.
+
+    python3 reports/paper/tables.py           prints them
+    python3 reports/paper/tables.py --write   puts them into the two pages
+    python3 reports/paper/tables.py --check   says where they are stale
+
+Standard library only.
+"""
+
+import csv
+import pathlib
+import re
+import sys
+
+HERE = pathlib.Path(__file__).resolve().parent
+TREE = HERE.parent.parent
+PAGES = (TREE / "docs" / "reproduction.md", TREE / "README.md")
+IN_SHORT = ("sensitivity", "ppo", "through-focus", "nlopt-bobyqa", "bo-gp", "home", "random")
+LEVELS = ("rho0", "rho0.25", "rho0.5")
+STEPS = (1, 2, 4, 10, 20, 50)
+TARGETS = (0.01, 0.005, 0.002)
+NO_VALUE = "-"
+
+
+def read(name):
+    """Rows of both protocols' files."""
+    rows = []
+    for folder in (HERE, HERE / "blind"):
+        with (folder / name).open(newline="") as file:
+            rows += csv.DictReader(file)
+    return rows
+
+
+def number(text):
+    return float(text) if text else None
+
+
+def rounded(value, digits=4):
+    return NO_VALUE if value is None else f"{value:.{digits}f}"
+
+
+def table(head, rows):
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    return "\n".join(lines + ["| " + " | ".join(map(str, row)) + " |" for row in rows])
+
+
+class Study:
+    """Curves and ranking, found by protocol, algorithm and noise level."""
+
+    def __init__(self):
+        self.curves, self.ranking, self.thresholds = {}, {}, {}
+        for row in read("curves.csv"):
+            self.curves.setdefault((row["protocol"], row["algorithm"], row["noise_level"]), []).append(row)
+        for row in read("ranking.csv"):
+            self.ranking[row["protocol"], row["algorithm"], row["noise_level"]] = row
+        for row in read("thresholds.csv"):
+            self.thresholds[row["protocol"], row["algorithm"], row["noise_level"]] = row
+
+    def algorithms(self, protocol):
+        """Best first, by the sum of the ranks at the three levels."""
+        names = {key[1] for key in self.ranking if key[0] == protocol}
+        return sorted(names, key=lambda name: (sum(self._rank(protocol, name, level) for level in LEVELS), name))
+
+    def _rank(self, protocol, name, level):
+        row = self.ranking.get((protocol, name, level))
+        return float(row["rank"]) if row and row["rank"] else 1e9
+
+    def at(self, protocol, name, level, step):
+        """The row of a curve at a step; after its last step the last one stands."""
+        rows = self.curves.get((protocol, name, level), [])
+        return next((row for row in reversed(rows) if int(row["step"]) <= step), None)
+
+    def arrival(self, protocol, name, level, target):
+        """First step from which on the median excess stays under the target."""
+        first = None
+        for row in self.curves.get((protocol, name, level), []):
+            value = number(row["excess_median"])
+            if value is None or value >= target:
+                first = None
+            elif first is None:
+                first = int(row["step"])
+        return first
+
+
+def short(study, protocol):
+    """Medians after the last image, of some methods."""
+    return table(("",) + LEVELS,
+                 [(f"`{name}`", *(rounded(number(study.ranking[protocol, name, level]["recommended_median"])) for level in LEVELS))
+                  for name in IN_SHORT])
+
+
+def final(study, protocol):
+    """Noise-free RMSE at the last recommendation: median, its 95 % band, and what the method costs."""
+    def cell(name, level):
+        row = study.ranking.get((protocol, name, level))
+        if not row or not row["recommended_median"]:
+            return NO_VALUE
+        low, high = rounded(number(row["recommended_lo95"])), rounded(number(row["recommended_hi95"]))
+        return f"{rounded(number(row['recommended_median']))} ({low} to {high})"
+
+    def milliseconds(name):
+        values = sorted(number(study.ranking[protocol, name, level]["algorithm_ms_per_step_median"]) or 0
+                        for level in LEVELS if (protocol, name, level) in study.ranking)
+        return f"{values[len(values) // 2]:.2g}"
+
+    def label(name):
+        row = next(study.ranking[protocol, name, level] for level in LEVELS if (protocol, name, level) in study.ranking)
+        steps = row["step"]
+        return name + (" (oracle)" if row["oracle"] == "true" else "") + ("" if steps == "50" else f", {steps} steps")
+
+    return table(("method",) + LEVELS + ("ms a step",),
+                 [(label(name), *(cell(name, level) for level in LEVELS), milliseconds(name))
+                  for name in study.algorithms(protocol)])
+
+
+def curves(study, protocol, level):
+    """Median noise-free RMSE after so many images."""
+    rows = []
+    for name in study.algorithms(protocol):
+        at = [study.at(protocol, name, level, step) for step in STEPS]
+        if at[0]:
+            rows.append((name, *(rounded(number(row["recommended_median"])) for row in at)))
+    return table(("method",) + tuple(f"{step} image{'s' if step > 1 else ''}" for step in STEPS), rows)
+
+
+def arrivals(study, protocol):
+    """Images from which on half of the lenses are within so much of their own optimum."""
+    def cell(name, level):
+        return " / ".join(str(NO_VALUE if step is None else step)
+                          for step in (study.arrival(protocol, name, level, target) for target in TARGETS))
+
+    return table(("method",) + LEVELS,
+                 [(name, *(cell(name, level) for level in LEVELS)) for name in study.algorithms(protocol)])
+
+
+def thresholds(study, protocol):
+    """Who meets the thresholds of the package: lenses of all at the start, after one move, ever."""
+    def cell(name, level):
+        row = study.thresholds.get((protocol, name, level))
+        return NO_VALUE if not row else f"{row['met_at_start']} / {row['met_after_1']} / {row['met_ever']} of {row['n']}"
+
+    return table(("method",) + LEVELS,
+                 [(name, *(cell(name, level) for level in LEVELS)) for name in study.algorithms(protocol)])
+
+
+def tables():
+    study = Study()
+    made = {"short": short(study, "paper")}
+    for protocol in ("paper", "blind"):
+        made[f"final {protocol}"] = final(study, protocol)
+        made[f"arrivals {protocol}"] = arrivals(study, protocol)
+        made[f"thresholds {protocol}"] = thresholds(study, protocol)
+        for level in LEVELS:
+            made[f"curves {protocol} {level}"] = curves(study, protocol, level)
+    return made
+
+
+def replaced(name, page, made):
+    """The page with every `<!-- table NAME -->` ... `<!-- end -->` filled."""
+    def fill(match):
+        if match["name"] not in made:
+            raise SystemExit(f"{name} asks for the table '{match['name']}'; there are: {', '.join(made)}")
+        return f"<!-- table {match['name']} -->\n\n{made[match['name']]}\n\n<!-- end -->"
+
+    return re.sub(r"<!-- table (?P<name>[^>]+?) -->.*?<!-- end -->", fill, page, flags=re.DOTALL)
+
+
+def main(arguments):
+    made = tables()
+    if not arguments:
+        for name, text in made.items():
+            print(f"{name}\n\n{text}\n")
+        return 0
+    if arguments not in (["--write"], ["--check"]):
+        print(__doc__)
+        return 2
+    stale = [page for page in PAGES if page.read_text() != replaced(page.name, page.read_text(), made)]
+    if arguments == ["--check"]:
+        for page in stale:
+            print(f"{page}: its tables are not those of {HERE}; python3 reports/paper/tables.py --write mends it")
+        return 1 if stale else 0
+    for page in stale:
+        page.write_text(replaced(page.name, page.read_text(), made))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

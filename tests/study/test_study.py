@@ -1,0 +1,67 @@
+"""What reports/ publishes: the tables of docs/reproduction.md come from it, its raw sample replays, and the quick suite still
+has the numbers that are published."""
+
+import csv
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+TREE = pathlib.Path(__file__).resolve().parents[2]
+PAPER = TREE / "reports" / "paper"
+QUICK = TREE / "reports" / "quick" / "instances.csv"
+REPLAYED = 8  # trials of the sample; all of them: relign-bench verify reports/paper/sample
+QUICK_LENS = "3"
+
+
+def rows(file, **wanted):
+    with open(file, newline="") as table:
+        return [row for row in csv.DictReader(table) if all(row[key] == value for key, value in wanted.items())]
+
+
+def relign_bench(*arguments):
+    done = subprocess.run([os.environ["RELIGN_BENCH"], "--progress", "none", *map(str, arguments)], capture_output=True,
+                          text=True, cwd=TREE)
+    if done.returncode != 0:
+        raise AssertionError(f"relign-bench {' '.join(map(str, arguments))}: exit code {done.returncode}\n{done.stderr}")
+    return done.stdout
+
+
+class Published(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def test_tables_of_the_document_are_those_of_the_files(self):
+        done = subprocess.run([sys.executable, "-B", PAPER / "tables.py", "--check"], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+    def test_what_is_published_is_the_suite_of_the_tree(self):
+        manifest = json.loads((PAPER / "sample" / "manifest.json").read_text())
+        self.assertEqual(json.loads(manifest["suite"]), json.loads((TREE / "suites" / "paper.json").read_text()))
+
+    def test_the_sample_belongs_to_the_study(self):
+        published = {row["trial"]: row for row in rows(PAPER / "instances.csv")}
+        sample = rows(PAPER / "sample" / "instances.csv")
+        self.assertGreater(len(sample), 10)
+        for row in sample:
+            self.assertEqual(row, published[row["trial"]])
+
+    def test_the_sample_replays_bit_for_bit(self):
+        copy = shutil.copytree(PAPER / "sample", self.folder / "sample")  # verify writes what it found
+        relign_bench("verify", copy, "--sample", REPLAYED, "--suite-folder", TREE / "suites")
+
+    def test_the_quick_suite_has_the_published_numbers(self):
+        relign_bench("run", TREE / "suites" / "quick.json", "-o", self.folder / "quick", "--only", f"instance={QUICK_LENS}")
+        found = rows(self.folder / "quick" / "instances.csv")
+        self.assertEqual(len(found), 12)
+        self.assertEqual(found, rows(QUICK, instance=QUICK_LENS))
+
+
+if __name__ == "__main__":
+    unittest.main()
