@@ -14,13 +14,20 @@ import unittest
 TREE = pathlib.Path(__file__).resolve().parents[2]
 PAPER = TREE / "reports" / "paper"
 QUICK = TREE / "reports" / "quick" / "instances.csv"
-REPLAYED = 8  # trials of the sample; all of them: relign-bench verify reports/paper/sample
+REPLAYED = 5  # trials of the sample; all of them: relign-bench verify reports/paper/sample
 QUICK_LENS = "3"
+OTHER_CPU = 1e-6  # what verify allows there
 
 
 def rows(file, **wanted):
     with open(file, newline="") as table:
         return [row for row in csv.DictReader(table) if all(row[key] == value for key, value in wanted.items())]
+
+
+def equal_anywhere(folder):
+    """Methods that promise equal numbers on every processor; the others do on one kind, which this machine need not have."""
+    manifest = json.loads((folder / "manifest.json").read_text())
+    return {entry["name"] for entry in manifest["algorithms"] if entry["reproducible"] == "anywhere"}
 
 
 def relign_bench(*arguments):
@@ -54,13 +61,23 @@ class Published(unittest.TestCase):
 
     def test_the_sample_replays_bit_for_bit(self):
         copy = shutil.copytree(PAPER / "sample", self.folder / "sample")  # verify writes what it found
-        relign_bench("verify", copy, "--sample", REPLAYED, "--suite-folder", TREE / "suites")
+        anywhere = equal_anywhere(copy)
+        trials = [row["trial"] for row in rows(copy / "instances.csv") if row["algorithm"] in anywhere]
+        self.assertGreaterEqual(len(trials), REPLAYED)
+        for trial in trials[:REPLAYED]:
+            relign_bench("verify", copy, "--trial", trial, "--suite-folder", TREE / "suites")
 
     def test_the_quick_suite_has_the_published_numbers(self):
         relign_bench("run", TREE / "suites" / "quick.json", "-o", self.folder / "quick", "--only", f"instance={QUICK_LENS}")
-        found = rows(self.folder / "quick" / "instances.csv")
+        found, published = rows(self.folder / "quick" / "instances.csv"), rows(QUICK, instance=QUICK_LENS)
         self.assertEqual(len(found), 12)
-        self.assertEqual(found, rows(QUICK, instance=QUICK_LENS))
+        self.assertEqual([row["trial"] for row in found], [row["trial"] for row in published])
+        anywhere = equal_anywhere(self.folder / "quick")
+        for row, wanted in zip(found, published):
+            if row["algorithm"] in anywhere:
+                self.assertEqual(row, wanted)
+            for key in ("commanded", "recommended", "excess"):
+                self.assertAlmostEqual(float(row[key]), float(wanted[key]), delta=OTHER_CPU, msg=(row["trial"], key))
 
 
 if __name__ == "__main__":
