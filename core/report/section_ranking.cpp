@@ -10,6 +10,7 @@
 #include "report/page_data.h"
 #include "report/residual_text.h"
 #include "report/sections.h"
+#include "report/spec_words.h"
 
 namespace relign::report {
 namespace {
@@ -137,11 +138,6 @@ std::string error_unit(const Json& data) {
   return quartiles == 0 ? "median (95 % interval)" : "median (95 % interval, else quartiles)";
 }
 
-bool any_group_has(const Json& data, const char* key) {
-  return std::any_of(data["groups"].begin(), data["groups"].end(),
-                     [key](const Json& group) { return group.contains(key); });
-}
-
 // Where no scene tells a truth, no column speaks of one; what nobody computed has no column either.
 std::vector<Column> columns_of(const Json& data) {
   const bool truth = !every_group(data, "measured_only"), spec = any_row(data, "yield");
@@ -150,7 +146,7 @@ std::vector<Column> columns_of(const Json& data) {
     columns.push_back({"in spec", "of the lenses (95 %)", "Share of the lenses that meet the spec when glued, of all",
                        "number", yield_cell});
   if (any_row(data, "to_spec")) {
-    const bool mtf = any_group_has(data, "spec_mtf");
+    const bool mtf = std::any_of(data["groups"].begin(), data["groups"].end(), judges_mtf);
     columns.push_back(
         {"images to spec", "median (95 %)",
          mtf ? "Images until a lens's error is in spec when glued; a lens whose MTF misses the spec at its "

@@ -35,8 +35,13 @@ std::string spec_sentence(const Json& groups) {
     common = words;
   }
   if (common.empty()) return "";
-  const bool mtf = !object_of(groups.front(), "spec_mtf").empty();
-  return common + " at the glued pose" + (mtf ? "; MTF is the lens's own, by geometry, judged once, at the end" : "");
+  return common + " at the glued pose" +
+         (judges_mtf(groups.front()) ? "; MTF is the lens's own, by geometry, judged once, at the end" : "");
+}
+
+bool judges_mtf(const Json& group) {
+  const Json& mtf = object_of(group, "spec_mtf");
+  return mtf.contains("centre") || mtf.contains("corner");
 }
 
 }  // namespace relign::report

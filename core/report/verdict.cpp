@@ -57,11 +57,6 @@ std::string comparison(const Json& group, const std::string& first, const std::s
   return "";
 }
 
-bool judges_mtf(const Json& group) {
-  const Json& mtf = object_of(group, "spec_mtf");
-  return mtf.contains("centre") || mtf.contains("corner");
-}
-
 // How many lenses came into specification, how fast.
 std::string yield_words(const Json& group, const Json& row) {
   const Json& yield = object_of(row, "yield");
