@@ -47,6 +47,8 @@ FREE = {
     "plan": {"/scenes/identity", "/scenes/data", "/noise_levels/identity", "/algorithms/identity"},
     "prepared": {f"/key/{of}/{what}" for of in ("algorithm", "scene", "noise_level") for what in ("identity", "algorithms")}
                 | {"/key/scene_data"},
+    "printed": {"/image/elements", "/list/presets/parameters", "/page/presets/parameters", "/verify/differences/is",
+                "/verify/differences/was", "/merge/disagreements/difference/kept", "/merge/disagreements/difference/other"},
     "report": {"/results/program", "/results/machine", "/results/merge", "/results/methods/parameters"},
 }
 
@@ -281,6 +283,66 @@ class WrittenFiles(unittest.TestCase):
             for document in documents[:1] if name != "trials" else [documents[0], next(one for one in documents if "end" in one)]:
                 for what, wrong in tools.wrong_versions(schema, document, most=150):
                     self.assertFalse(check.is_valid(wrong), f"{name}: {what}")
+
+
+PLAIN = {"scenes": [{"use": "relign_od", "name": "small", "parameters": {"pixels": 20}}], "noise_levels": ["rho0"],
+         "algorithms": ["random"], "instances": 2, "steps": 3}
+
+
+@unittest.skipIf(program.path() is None, "relign-bench was not built")
+class PrintedResults(unittest.TestCase):
+    """What the verbs print with --json."""
+
+    # In this order: later ones need what earlier ones have made. A name may stand for several calls.
+    CALLS = (
+        ("run", "run suite.json"), ("plan", "plan suite.json -o plan.json --shards 2"), ("run", "run --plan plan.json --shard 0/2"),
+        ("slurm_status", "slurm status --plan plan.json"), ("slurm_script", "slurm script --plan plan.json"),
+        ("merge", "merge results/suite -o merged"), ("merge", "merge merged -o again"), ("verify", "verify merged"),
+        ("verify", "verify merged --trial {trial} --frames frames"), ("report", "report merged"), ("report", "report merged --format md"),
+        ("report", "report merged --format csv"), ("report", "report merged --format csv -o ranking.csv"),
+        ("try", "try random --scene gaussian_spot --noise-level none --steps 2"), ("validate", "validate suite.json"), ("list", "list"),
+        ("describe", "describe relign_od --noise-level rho0.25 --instances 2"), ("describe", "describe transfer-gp"),
+        ("describe", "describe tolerances"), ("doctor", "doctor"), ("render", "render --scene gaussian_spot -o one.png"),
+        ("render", "render --noise-level rho0.25 --animate start->nominal --frames 2 -o film.gif"),
+        ("scene_landscape", "scene landscape --scene gaussian_spot --points 5 -o spot.csv"),
+        ("scene_new", f"scene new {ROOT}/tests/golden/lenses/cooke_triplet_utf8.zmx -o new"), ("lens_info", "lens info"),
+        ("lens_info", "lens info --scene new/scene.json"), ("lens_draw", "lens draw -o lens.svg"),
+        ("lens_export_mesh", "lens export-mesh -o meshes"), ("lens_fit_mesh", "lens fit-mesh {meshes} -o fitted.json"),
+        ("plugin_new", "plugin new mine --kind optimizer --lang python"), ("plugin_check", "plugin check nothing random"),
+        ("plugin_prepare", "plugin prepare transfer-gp --scene gaussian_spot --parameters "
+                           '{"sources":2,"source_steps":3}'))
+
+    def test_each_is_valid_and_its_mistakes_are_found(self):
+        schema = tools.load("printed")
+        verbs = [one["$ref"].rsplit("/", 1)[1] for one in schema["anyOf"]]
+        self.assertEqual(sorted({name for name, _ in self.CALLS}), sorted(verbs))
+        with tempfile.TemporaryDirectory() as place:
+            folder = pathlib.Path(place)
+            (folder / "suite.json").write_text(json.dumps(PLAIN))
+            for name, call in self.CALLS:
+                with self.subTest(call):
+                    document = self.printed(folder, call)
+                    one = {**schema["definitions"][name], "definitions": schema["definitions"]}
+                    check = tools.Draft7Validator(one)
+                    self.assertEqual(tools.complaints(check, document), [])
+                    for what, wrong in tools.wrong_versions(one, document, most=60):
+                        self.assertFalse(check.is_valid(wrong), what)
+
+    def printed(self, folder, call):
+        words = []
+        for word in call.split():
+            if word == "{trial}":
+                words.append(json.loads(next(folder.glob("merged/trials/*")).read_text().splitlines()[0])["trial"])
+            elif word == "{meshes}":
+                words += sorted(map(str, folder.glob("meshes/*.ply")))
+            else:
+                words.append(word)
+        done = subprocess.run([str(program.path()), *words, "--json", "--progress", "none"], capture_output=True, text=True, cwd=folder,
+                              env={**os.environ, "XDG_CACHE_HOME": str(folder / "cache")})
+        if "was built without" in done.stderr:
+            self.skipTest(done.stderr)
+        self.assertTrue(done.stdout, f"{call}: {done.stderr}")
+        return json.loads(done.stdout)
 
 
 if __name__ == "__main__":
