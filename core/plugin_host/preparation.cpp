@@ -42,8 +42,6 @@ void read_preparation(const JsonSource& source, ObjectReader& reader, Manifest& 
   const Json* stated = reader.get("prepare");
   if (!stated) return;
   if (!is_algorithm(manifest.kind)) reader.complain("prepare", "only optimizers and agents are prepared");
-  if (!manifest.command.empty())
-    reader.complain("prepare", "a plugin that is a process is not prepared yet: only a library is");
   if (!stated->is_object()) {
     reader.complain("prepare", "expected an object with \"sources\" and \"steps\"");
     return;

@@ -1,5 +1,6 @@
 #include "plugin_host/process_services.h"
 
+#include <cstring>
 #include <limits>
 #include <optional>
 #include <vector>
@@ -9,6 +10,9 @@
 
 namespace relign::plugin_host {
 namespace {
+
+constexpr const char* kNoMemoryForData = "the host has no memory for the prepared data that it would share";
+constexpr std::uint64_t kMostData = std::uint64_t{1} << 30;  // as relign/plugin.h says
 
 Json refused(const std::string& text) { return {{"message", "refused"}, {"text", text}}; }
 
@@ -93,15 +97,19 @@ ProcessServices::ProcessServices(const relign_conversation& talk, SharedPixels& 
 
 Json ProcessServices::answer(const Json& request) {
   const std::string id = text_of(request, "service");
-  const void* service = talk_.get_service ? talk_.get_service(talk_.context, view(id)) : nullptr;
-  if (service && id == RELIGN_SERVICE_MEASURES)
-    return ask_measures(request, *static_cast<const relign_measures_service*>(service));
-  if (service && id == RELIGN_SERVICE_PRIOR)
-    return ask_prior(request, *static_cast<const relign_prior_service*>(service));
-  if (service && id == RELIGN_SERVICE_RUN) return ask_run(request, *static_cast<const relign_run_service*>(service));
-  if (service && id == RELIGN_SERVICE_MODEL)
-    return ask_model(request, *static_cast<const relign_model_service*>(service));
+  const void* asked = service(id.c_str());
+  if (asked && id == RELIGN_SERVICE_MEASURES)
+    return ask_measures(request, *static_cast<const relign_measures_service*>(asked));
+  if (asked && id == RELIGN_SERVICE_PRIOR) return ask_prior(request, *static_cast<const relign_prior_service*>(asked));
+  if (asked && id == RELIGN_SERVICE_RUN) return ask_run(request, *static_cast<const relign_run_service*>(asked));
+  if (asked && id == RELIGN_SERVICE_MODEL) return ask_model(request, *static_cast<const relign_model_service*>(asked));
+  if (asked && id == RELIGN_SERVICE_PREPARED)
+    return ask_prepared(request, *static_cast<const relign_prepared_service*>(asked));
   return unsupported("\"" + id + "\"");
+}
+
+const void* ProcessServices::service(const char* id) const {
+  return talk_.get_service ? talk_.get_service(talk_.context, {id, std::strlen(id)}) : nullptr;
 }
 
 // ---- run --------------------------------------------------------------------------------------
@@ -189,6 +197,47 @@ Json ProcessServices::ask_lens(const Json& request, const relign_model_service& 
     status = model.capture(model.context, known->second, pose.data(), axes, *seed, pixels_.at(offset));
   }
   return status == RELIGN_OK ? Json{{"message", "result"}} : not_done(status, model);
+}
+
+// ---- prepared ---------------------------------------------------------------------------------
+
+// The data, any bytes, lie in the shared file behind what the model may write, so that neither disturbs the other.
+Json ProcessServices::ask_prepared(const Json& request, const relign_prepared_service& prepared) {
+  const std::string call = text_of(request, "call");
+  if (call == "source")
+    return {{"message", "result"},
+            {"preparing", prepared.preparing != 0},
+            {"source", prepared.source},
+            {"sources", prepared.sources}};
+  if (call != "load" && call != "room" && call != "save") return unsupported("\"" + call + "\"");
+  std::size_t offset = 2 * image_bytes_;
+  if (const auto* model = static_cast<const relign_model_service*>(service(RELIGN_SERVICE_MODEL)))
+    offset += std::size_t{model->image_width} * model->image_height * sizeof(float);
+  const auto place = [&](const Json& bytes) -> Json {
+    return {{"message", "result"}, {"bytes", bytes}, {"file", ChildProcess::pixel_path()}, {"offset", offset}};
+  };
+  if (call == "load") {
+    TextSink data;
+    const relign_status status = prepared.load(prepared.context, data.sink());
+    if (status == RELIGN_UNSUPPORTED) return place(nullptr);  // there is none
+    if (status != RELIGN_OK) return not_done(status, prepared);
+    if (!pixels_.grow(offset + data.text().size())) return {{"message", "failed"}, {"text", kNoMemoryForData}};
+    if (!data.text().empty()) std::memcpy(pixels_.at(offset), data.text().data(), data.text().size());
+    return place(data.text().size());
+  }
+  const auto bytes = whole_number(request, "bytes");
+  if (!bytes) return no_whole_number("bytes");
+  if (call == "room") {
+    if (!prepared.preparing) return refused("this is a trial: data are saved while an algorithm is prepared");
+    if (*bytes > kMostData) return refused("at most 1 GiB can be saved");
+    if (!pixels_.grow(offset + *bytes)) return {{"message", "failed"}, {"text", kNoMemoryForData}};
+    data_room_ = *bytes;
+    return place(*bytes);
+  }
+  if (*bytes > data_room_) return refused("ask for \"room\" first: its answer tells where the data are to lie");
+  const char* data = *bytes > 0 ? reinterpret_cast<const char*>(pixels_.at(offset)) : "";
+  const relign_status status = prepared.save(prepared.context, {data, *bytes});
+  return status == RELIGN_OK ? Json{{"message", "result"}} : not_done(status, prepared);
 }
 
 }  // namespace relign::plugin_host

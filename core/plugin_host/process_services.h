@@ -31,12 +31,15 @@ class ProcessServices {
   Json ask_run(const Json& request, const relign_run_service& run);
   Json ask_model(const Json& request, const relign_model_service& model);
   Json ask_lens(const Json& request, const relign_model_service& model, const std::string& call);
+  Json ask_prepared(const Json& request, const relign_prepared_service& prepared);
+  const void* service(const char* id) const;  // null when it is not offered
 
   const relign_conversation& talk_;
   SharedPixels& pixels_;
   std::size_t image_bytes_;
   std::map<std::uint64_t, relign_model_lens*> lenses_;  // by the number that the process knows
   std::uint64_t lenses_made_ = 0;
+  std::size_t data_room_ = 0;  // bytes behind the model's pixels that the process may fill, to save them
 };
 
 }  // namespace relign::plugin_host

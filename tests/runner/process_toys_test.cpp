@@ -81,5 +81,34 @@ TEST_F(ProcessToysTest, AStationThatDiesCostsItsTrialAndTheNextGetsAFreshProcess
   EXPECT_EQ(messages.size(), 3U);
 }
 
+TEST_F(ProcessToysTest, WhatALearnerSavesAndLoadsEqualsThatOfTheLibrary) {
+  const std::string suite = suite_text(
+      R"("toy-learner", {"use": "toy-learner", "name": "collects", "parameters": {"bytes": 3000000, "sources": 1}})");
+  const auto learnt = [&](const fs::path& learner, const std::string& name) {
+    RunOptions given = options(name, 2);
+    given.cache_folder = folder_ / (name + " cache");
+    given.worker_program = {RELIGN_PROGRAM, "worker"};
+    const RunSummary summary = run(plan_with({kToys / "toy_scene", kToys / "toy_level", learner}, suite), given);
+    EXPECT_EQ(summary.failed, 0U) << (summary.failures.empty() ? "" : summary.failures.front());
+    std::multiset<std::string> data;
+    for (const fs::directory_entry& file : fs::directory_iterator(given.cache_folder / "prepared/toy-learner"))
+      if (file.path().extension() == ".data") data.insert(read_file(file.path()));
+    return data;
+  };
+  const std::multiset<std::string> libraries = learnt(kToys / "toy_learner", "libraries");
+  ASSERT_EQ(libraries.size(), 4U) << "two algorithms, two levels";
+  EXPECT_TRUE(learnt(kPythonToys / "toy_learner.py", "python") == libraries);
+  EXPECT_EQ(trials("python"), trials("libraries"));
+}
+
+TEST_F(ProcessToysTest, ALearnerThatFailsFailsItsTrialsWithItsSentence) {
+  const RunSummary summary = run(plan_with({kToys / "toy_scene", kToys / "toy_level", kPythonToys / "toy_learner.py"},
+                                           suite_text(R"({"use": "toy-learner", "name": "trips", "parameters": {"trips_on": 1}})")),
+                                 options("trips"));
+  EXPECT_EQ(summary.failed, 12U);
+  ASSERT_FALSE(summary.failures.empty());
+  EXPECT_THAT(summary.failures.front(), AllOf(HasSubstr("preparing toy-learner failed on source 1"), HasSubstr("tripped")));
+}
+
 }  // namespace
 }  // namespace relign::runner

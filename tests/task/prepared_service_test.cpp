@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <cstdlib>
 
 #include "task/fakes.h"
 
@@ -32,36 +33,57 @@ struct LearnerTrial : TrialWithServices {
   PreparedByIdentity prepared;
 };
 
-TEST(PreparedService, ATrialLoadsAndDoesNotSave) {
+// The same algorithm as a library and as a process.
+class PreparedService : public testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    if (std::string(GetParam()).find("python") != std::string::npos &&
+        std::system("python3 -c 'import sys; sys.exit(sys.version_info < (3, 9))' >/dev/null 2>&1") != 0)
+      GTEST_SKIP() << "python3 (3.9 or later) is not installed";
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Learners, PreparedService,
+                         testing::Values("service_user_learner", "service_user_python/service_user_learner.py"),
+                         [](const auto& learner) { return learner.index == 0 ? "Library" : "Process"; });
+
+TEST_P(PreparedService, ATrialLoadsAndDoesNotSave) {
   const std::string bytes("a\0b", 3);
-  LearnerTrial trial(R"([["load"], ["save", "mine"], ["load"]])");
+  LearnerTrial trial(R"([["load"], ["save", "mine"], ["load"]])", GetParam());
   trial.give(trial.algorithm, bytes);
-  EXPECT_EQ(trial.run().end, End::finished);
+  const TrialResult result = trial.run();
+  EXPECT_EQ(result.end, End::finished) << result.message;
   EXPECT_EQ(trial.answer("load"), Json({false, bytes}));
   EXPECT_THAT(trial.answer("refused").get<std::string>(), HasSubstr("this is a trial"));
   EXPECT_EQ(trial.answer("load", 1), Json({false, bytes}));
 }
 
-TEST(PreparedService, NothingIsNoFailureAndAFailureIsTold) {
-  LearnerTrial nothing(R"([["load"]])");
+TEST_P(PreparedService, NothingIsNoFailureAndAFailureIsTold) {
+  LearnerTrial nothing(R"([["load"]])", GetParam());
   nothing.run();
   EXPECT_EQ(nothing.answer("load"), Json({false, nullptr}));
-  LearnerTrial failed(R"([["load"]])");
+  LearnerTrial empty(R"([["load"]])", GetParam());
+  empty.give(empty.algorithm, "");
+  empty.run();
+  EXPECT_EQ(empty.answer("load"), Json({false, ""}));
+  LearnerTrial failed(R"([["load"]])", GetParam());
   failed.prepared[failed.algorithm.identity].failure = "it rained on source 3";
   failed.run();
   EXPECT_THAT(failed.answer("refused").get<std::string>(), HasSubstr("it rained on source 3"));
 }
 
-TEST(PreparedService, AnAlgorithmThatDoesNotDeclareItHasNone) {
-  LearnerTrial trial(R"([["load"], ["save", "x"]])", "service_user");
+TEST_P(PreparedService, AnAlgorithmThatDoesNotDeclareItHasNone) {
+  const bool library = std::string(GetParam()) == "service_user_learner";
+  LearnerTrial trial(R"([["load"], ["save", "x"]])", library ? "service_user" : "service_user_python/service_user.py");
   trial.give(trial.algorithm, "not for it");
   trial.run();
   EXPECT_EQ(trial.answer("load"), Json({false, nullptr}));
   EXPECT_THAT(trial.answer("refused").get<std::string>(), HasSubstr("this host prepares nothing"));
 }
 
-TEST(PreparedService, WhilePreparingWhatWasSavedIsLoadedAndNoTruthIsAsked) {
-  LearnerTrial trial(R"([["load"], ["save", "one"], ["load"], ["step", [0.5, 0.5, 0.5]], ["save", "two"]])");
+TEST_P(PreparedService, WhilePreparingWhatWasSavedIsLoadedAndNoTruthIsAsked) {
+  LearnerTrial trial(R"([["load"], ["save", "one"], ["load"], ["step", [0.5, 0.5, 0.5]], ["save", "two"]])",
+                     GetParam());
   trial.give(trial.algorithm, "of trials");
   Preparing preparing;
   preparing.sources = 2;
@@ -76,10 +98,10 @@ TEST(PreparedService, WhilePreparingWhatWasSavedIsLoadedAndNoTruthIsAsked) {
   EXPECT_TRUE(trial.seeds("truth").empty()) << "truths are costly, and nobody reads these";
 }
 
-TEST(PreparedService, TheInnerAlgorithmLoadsItsOwnAndNeverSaves) {
+TEST_P(PreparedService, TheInnerAlgorithmLoadsItsOwnAndNeverSaves) {
   const std::string inner =
       R"({"use": "../service_user_learner", "parameters": {"script": [["load"], ["save", "x"]]}})";
-  LearnerTrial trial(R"([["run", "then", 1], ["load"]])", "service_user_learner", Json::parse(inner));
+  LearnerTrial trial(R"([["run", "then", 1], ["load"]])", GetParam(), Json::parse(inner));
   ASSERT_EQ(trial.algorithm.algorithms.size(), 1U);
   trial.give(*trial.algorithm.algorithms.at("then"), "inner");
   Preparing preparing;

@@ -7,6 +7,7 @@
 
 #include "plugin_host/test_folder.h"
 #include "task/fakes.h"
+#include "task/prepared_service.h"
 
 namespace relign::task {
 namespace {
@@ -47,11 +48,12 @@ class ProcessServices : public test::FolderTest {
       GTEST_SKIP() << "python3 (3.9 or later) is not installed";
   }
   // A Python plugin with this body of run(self, talk).
-  std::string python(const std::string& body, const std::string& knows = R"("images", "merit", "design")") {
+  std::string python(const std::string& body, const std::string& knows = R"("images", "merit", "design")",
+                     const std::string& prepare = "None") {
     std::string text =
         "\"\"\"Tries what the test wants.\"\"\"\nimport json, os\n"
         "from relign_bench.plugin import Optimizer, parameter, serve\nclass Guess(Optimizer):\n    knows = (" +
-        knows + ",)\n    then = parameter(\"" + std::string(RELIGN_TASK_TEST_PLUGINS) +
+        knows + ",)\n    prepare = " + prepare + "\n    then = parameter(\"" + std::string(RELIGN_TASK_TEST_PLUGINS) +
         "/fake_optimizer\", type=\"algorithm\")\n    def run(self, talk):\n";
     std::istringstream lines(body);
     for (std::string line; std::getline(lines, line);) text += "        " + line + "\n";
@@ -189,6 +191,41 @@ assert float(image[0, 0]) > 0.59, "what was looked at is kept")py";
                                   "assert float(wanted[0, 0]) == 0.5"),
                            Json::object());
   EXPECT_EQ(with_images.run().message, "");
+}
+
+// What a process asks for by itself is looked at; and the data disturb neither the images nor the model's.
+TEST_F(ProcessServices, PreparedDataHaveRoomOfTheirOwn) {
+  const std::string body = R"py(seen, wanted, prepared = talk.first, talk.reference, talk.prepared()
+lens = talk.model().mount()
+before = float(lens.capture([0.5, 0.5, 0.5], 1)[0, 0])
+def ask(call, **arguments):
+    try: return talk._service("relign.prepared/1", call, **arguments)
+    except ValueError as error: print("refused", json.dumps(str(error)))
+ask("save", bytes=5)
+ask("room", bytes=(1 << 30) + 1)
+ask("room", bytes=-1)
+ask("room")
+prepared.save(bytes(range(256)) * 1000)
+assert prepared.load() == bytes(range(256)) * 1000
+assert float(seen.image[0, 0]) == float(talk.first.image[0, 0]) and float(talk.reference[0, 0]) == 0.5
+assert float(lens.capture([0.5, 0.5, 0.5], 1)[0, 0]) == before
+assert prepared.load() == bytes(range(256)) * 1000
+ask("save", bytes=256001)
+prepared.save(memoryview(b""))
+assert prepared.load() == b""
+prepared.save(b"last"))py";
+  ServiceTrial trial(python(body, R"("images", "design")", R"({"sources": 3, "steps": 4})"), Json::object());
+  Preparing preparing;
+  preparing.sources = 3;
+  trial.setup.preparing = &preparing;
+  EXPECT_EQ(trial.run().message, "");
+  ASSERT_THAT(trial.logged("refused"), SizeIs(5));
+  EXPECT_THAT(trial.refusal(0), HasSubstr("ask for \"room\" first"));
+  EXPECT_THAT(trial.refusal(1), HasSubstr("at most 1 GiB"));
+  EXPECT_THAT(trial.refusal(2), HasSubstr("whole number \"bytes\""));
+  EXPECT_THAT(trial.refusal(4), HasSubstr("ask for \"room\" first"));
+  ASSERT_TRUE(preparing.bytes);
+  EXPECT_EQ(*preparing.bytes, "last");
 }
 
 TEST_F(ProcessServices, NamesWhatTheManifestLacks) {

@@ -17,6 +17,7 @@ the summary, and these class attributes say the rest:
 
     knows         what an algorithm is shown: "images", "merit", "start", "box", "design", "level"
     presets       {"guess-wide": {"first_stride": 0.3}}
+    prepare       {"sources": 10, "steps": 100}: an algorithm that learns beforehand on other instances (talk.prepared())
     id, summary, license, citation, reproducible ("anywhere" or "this_cpu")
 
 Optimizer and Agent are algorithms; Scene is a simulator, Station a scene that owns its stage; NoiseLevel draws the
@@ -34,7 +35,7 @@ from .noise_levels import NoiseLevel
 from .parameters import Parameter, parameter
 from .process import serve
 from .scenes import Assembly, Moved, Scene, Station
-from .services import Lens, Model, Outcome, Stopped
+from .services import Lens, Model, Outcome, Prepared, Stopped
 from .talk import Observation, Talk
 
 __all__ = [
@@ -49,6 +50,7 @@ __all__ = [
     "Observation",
     "Optimizer",
     "Outcome",
+    "Prepared",
     "Parameter",
     "Scene",
     "Station",

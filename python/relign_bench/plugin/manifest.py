@@ -26,7 +26,7 @@ def manifest_of(cls):
         manifest["knows"] = list(cls.knows)
     if cls.presets:
         manifest["presets"] = {name: {"parameters": dict(values)} for name, values in cls.presets.items()}
-    for key in ("license", "citation", "reproducible", "oracle", "training"):
+    for key in ("license", "citation", "reproducible", "oracle", "training", "prepare"):
         value = getattr(cls, key, None)
         if value is not None:
             manifest[key] = value

@@ -55,7 +55,11 @@ class ImageFile:
         self._descriptor = os.open(path, os.O_WRONLY | os.O_CLOEXEC)
 
     def write(self, data):
-        data = memoryview(data)
-        written = 0
-        while written < len(data):
-            written += os.pwrite(self._descriptor, data[written:], written)
+        write_all(self._descriptor, memoryview(data), 0)
+
+
+def write_all(descriptor, data, offset):
+    """`data`, a memoryview of bytes, to an open file from byte `offset` on."""
+    written = 0
+    while written < len(data):
+        written += os.pwrite(descriptor, data[written:], offset + written)

@@ -1,6 +1,9 @@
 """What a trial offers besides moving and looking (docs/services.md)."""
 
+import os
+
 from .images import SharedImage
+from .pixels import write_all
 
 
 class Stopped(BaseException):
@@ -100,3 +103,48 @@ class Lens:
             return None
         model._talk._offered(answer)
         return model._pixels.image()
+
+
+class Prepared:
+    """What this algorithm learnt beforehand, on source instances that are no trial's. Where the host prepares nothing
+    (no `prepare` in the class), preparing is False and nothing can be loaded.
+
+    preparing  True: this conversation is on a source instance; look around and save
+    source     number of this source, from 0; sources: how many there are. While preparing, else 0
+    """
+
+    SERVICE = "relign.prepared/1"
+
+    def __init__(self, talk):
+        self._talk = talk
+        answer = talk._answer(self.SERVICE, "source", {})
+        self._offered = answer["message"] != "unsupported"
+        self.preparing = answer["preparing"] if self._offered else False
+        self.source = answer["source"] if self._offered else 0
+        self.sources = answer["sources"] if self._offered else 0
+
+    def load(self):
+        """bytes: in a trial the prepared data, while preparing what the sources before left. None when there are none;
+        a RuntimeError when the preparation failed. They come from a file that anybody may have touched: check them."""
+        if not self._offered:
+            return None
+        place = self._talk._service(self.SERVICE, "load")
+        if place["bytes"] is None:
+            return None
+        with open(place["file"], "rb") as file:
+            file.seek(place["offset"])
+            return file.read(place["bytes"])
+
+    def save(self, data):
+        """Keeps these bytes (at most 1 GiB) in the place of what was there. Only while preparing: a ValueError in a
+        trial."""
+        data = memoryview(data).cast("B")
+        if not self._offered:
+            raise ValueError("this host prepares nothing for a class without `prepare`: look at preparing first")
+        place = self._talk._service(self.SERVICE, "room", bytes=len(data))
+        descriptor = os.open(place["file"], os.O_WRONLY | os.O_CLOEXEC)
+        try:
+            write_all(descriptor, data, place["offset"])
+        finally:
+            os.close(descriptor)
+        self._talk._service(self.SERVICE, "save", bytes=len(data))

@@ -4,7 +4,7 @@ import json
 import math
 
 from .images import Box, SharedImage, as_image
-from .services import Model, Outcome, Stopped
+from .services import Model, Outcome, Prepared, Stopped
 
 
 class Observation:
@@ -75,6 +75,7 @@ class Talk:
         self._reference = None
         self._latest = 0
         self._model = None
+        self._prepared = None
         self._pixels = SharedImage(task["image"]) if task.get("image") else None
 
     @property
@@ -132,6 +133,12 @@ class Talk:
         if self._model is None:
             self._model = Model(self, self._service("relign.model/1", "scene"))
         return self._model
+
+    def prepared(self):
+        """What was learnt beforehand on other instances (Prepared). Needs `prepare` in the class."""
+        if self._prepared is None:
+            self._prepared = Prepared(self)
+        return self._prepared
 
     def run(self, parameter, steps, /, **parameters):
         """Hand-over: the algorithm that your parameter of type "algorithm" names drives for at most so many of your

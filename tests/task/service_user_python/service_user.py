@@ -82,6 +82,13 @@ class ServiceUser(Optimizer):
             },
         )
 
+    def on_load(self, talk):
+        data = talk.prepared().load()
+        log("load", [talk.prepared().preparing, None if data is None else data.decode("latin-1")])
+
+    def on_save(self, talk, text):
+        talk.prepared().save(text.encode("latin-1"))
+
     def on_step(self, talk, pose):
         log("step", shown(talk.step(pose)))
 

@@ -1,0 +1,30 @@
+"""Learns beforehand what merits look like: ../toy_learner in Python, byte for byte."""
+
+from relign_bench.plugin import Optimizer, parameter, serve
+
+
+class ToyLearner(Optimizer):
+    id = "toy-learner"
+    prepare = {"sources": "sources", "steps": 3}
+    sources = parameter(2, minimum=1, maximum=4, description="How many")
+    bytes = parameter(0, description="So many are saved besides")
+    trips_on = parameter(-1, description="The source on which it fails")
+
+    def run(self, talk):
+        prepared = talk.prepared()
+        before = prepared.load()
+        if not prepared.preparing:
+            print("loaded", "nothing" if before is None else before.decode()[:1000])
+            talk.step([0.1] * len(talk.axes))
+            return
+        if prepared.source == self.trips_on:
+            raise RuntimeError("tripped")
+        seen = b"nothing" if before is None else before
+        seen += b"; source %d of %d seed %d" % (prepared.source, prepared.sources, talk.seed)
+        while (observed := talk.step([0.5] * len(talk.axes))) is not None:
+            seen += b" %f" % observed.merit
+        prepared.save(seen + b"." * self.bytes)
+
+
+if __name__ == "__main__":
+    serve(ToyLearner)

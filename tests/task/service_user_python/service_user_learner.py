@@ -1,0 +1,13 @@
+"""Uses the services as its script says, and learns beforehand."""
+from relign_bench.plugin import serve
+from service_user import ServiceUser
+
+
+class ServiceUserLearner(ServiceUser):
+    id = "service_user_learner_python"
+    knows = ("merit", "start", "box")
+    prepare = {"sources": 2, "steps": 4}
+
+
+if __name__ == "__main__":
+    serve(ServiceUserLearner)
