@@ -1,6 +1,7 @@
 #include "cli/lens_files.h"
 
 #include "base/error.h"
+#include "imaging/scene_file.h"
 
 namespace relign::cli {
 
@@ -18,11 +19,8 @@ fs::path scene_file_of(Context& context, const std::string& scene_id) {
 
 fs::path lens_file_of_scene(Context& context, const std::string& scene_id) {
   const fs::path scene_file = scene_file_of(context, scene_id);
-  const JsonSource source = JsonSource::from_file(scene_file);
-  const Json& root = source.root();
-  if (!root.is_object() || !root.contains("lens") || !root.at("lens").is_string())
-    throw_if_any({source.problem("", "the key \"lens\" is missing (the lens file, relative to this one)")});
-  return scene_file.parent_path() / root.at("lens").get<std::string>();
+  imaging::read_scene_file(scene_file, {});  // with every mistake, though the lens alone is wanted
+  return scene_file.parent_path() / JsonSource::from_file(scene_file).root().at("lens").get<std::string>();
 }
 
 optics::Prescription lens_of(Context& context, const std::string& scene_id) {

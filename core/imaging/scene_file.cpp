@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/shared_keys.h"
 #include "imaging/target.h"
 
 namespace relign::imaging {
@@ -73,8 +74,14 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
     if (rz <= 0) travel.complain("", "rotation_z is switched on but \"rotation_z_deg\" gives it no travel");
     scene.travel.tilt_deg.push_back(rz);
   }
-  if (const Json* value = top.get("machine_time")) scene.machine_time = *value;
-  if (const Json* value = top.get("spec")) scene.spec = *value;
+  if (const Json* value = top.get("machine_time")) {
+    read_machine_time(source, "/machine_time", problems);
+    scene.machine_time = *value;
+  }
+  if (const Json* value = top.get("spec")) {
+    check_specification(source, "/spec", problems);
+    scene.spec = *value;
+  }
   if (const Json* value = top.get("meshes")) scene.meshes = *value;
 
   ObjectReader emitter(source, "/emitter", problems);

@@ -11,15 +11,6 @@
 namespace relign::runner {
 namespace {
 
-task::MachineTime machine_time(const suite::MachineTimeOverride& wanted, task::MachineTime times) {
-  times.speed_mm_per_s = wanted.speed_mm_per_s.value_or(times.speed_mm_per_s);
-  times.speed_deg_per_s = wanted.speed_deg_per_s.value_or(times.speed_deg_per_s);
-  times.settle_ms = wanted.settle_ms.value_or(times.settle_ms);
-  times.exposure_ms = wanted.exposure_ms.value_or(times.exposure_ms);
-  times.readout_ms = wanted.readout_ms.value_or(times.readout_ms);
-  return times;
-}
-
 void add_steps(const std::vector<task::Step>& steps, TrialOutcome& outcome) {
   for (const task::Step& step : steps) {
     outcome.record.steps.push_back(to_record(step));
@@ -102,7 +93,7 @@ TrialJob make_job(const PreparedPlan& prepared, const suite::PlannedTrial& trial
   const bool rmse = suite::effective_merit(algorithm) == "rmse" || job.facts.owns_stage;
   job.merit = rmse ? task::Merit::rmse : task::Merit::combined;
   job.limits = suite.limits == "hard" ? task::Limits::hard : task::Limits::soft;
-  job.machine_time = machine_time(suite.machine_time, job.facts.machine_time);
+  job.machine_time = task::changed_by(suite.machine_time, job.facts.machine_time);
   job.budget = algorithm.steps;
   const records::Specification spec = records::specification_of(suite.spec, job.facts.spec);
   if (spec.measures_mtf()) job.mtf_lp_per_mm = spec.lp_per_mm;

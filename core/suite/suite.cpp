@@ -11,7 +11,6 @@
 namespace relign::suite {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::int64_t kMostInstances = 1'000'000;
 constexpr std::int64_t kMostSteps = 100'000;
 constexpr double kLongestTrial = 1e7;      // seconds
@@ -217,40 +216,15 @@ class SuiteReader {
     }
   }
 
-  MachineTimeOverride machine_time() {
-    MachineTimeOverride found;
-    if (!top_.get("machine_time")) return found;
-    ObjectReader reader(source_, top_.pointer_to("machine_time"), problems_);
-    const auto number = [&reader](const char* key, double smallest) -> std::optional<double> {
-      if (!reader.has(key)) {
-        reader.get(key);  // known, though absent
-        return std::nullopt;
-      }
-      return reader.number(key, smallest, smallest, 1e9);
-    };
-    found.speed_mm_per_s = number("speed_mm_per_s", 1e-9);
-    found.speed_deg_per_s = number("speed_deg_per_s", 1e-9);
-    found.settle_ms = number("settle_ms", 0);
-    found.exposure_ms = number("exposure_ms", 0);
-    found.readout_ms = number("readout_ms", 0);
-    reader.refuse_unknown();
-    return found;
+  MachineTimeKeys machine_time() {
+    if (!top_.get("machine_time")) return {};
+    return read_machine_time(source_, top_.pointer_to("machine_time"), problems_);
   }
 
   Json spec() {
     const Json* value = top_.get("spec");
     if (!value) return nullptr;
-    ObjectReader reader(source_, top_.pointer_to("spec"), problems_);
-    reader.number("rmse", 0, 0, kInfinity);
-    if (reader.get("mtf")) {
-      ObjectReader mtf(source_, reader.pointer_to("mtf"), problems_);
-      constexpr double kCoarsest = 1e-6, kFinest = 1e6;
-      mtf.required_number("lp_per_mm", kCoarsest, kFinest);
-      mtf.number("centre", 0, 0, 1);
-      mtf.number("corner", 0, 0, 1);
-      mtf.refuse_unknown();
-    }
-    reader.refuse_unknown();
+    check_specification(source_, top_.pointer_to("spec"), problems_);
     return *value;
   }
 
@@ -315,7 +289,7 @@ Suite read_suite(const JsonSource& source, const std::filesystem::path& relative
   return SuiteReader(source, relative_to, catalog).read();
 }
 
-Json machine_time_json(const MachineTimeOverride& times) {
+Json machine_time_json(const MachineTimeKeys& times) {
   Json json = Json::object();
   const auto add = [&json](const char* key, const std::optional<double>& value) {
     if (value) json[key] = *value;

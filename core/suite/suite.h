@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/json_source.h"
+#include "base/shared_keys.h"
 #include "plugin_host/catalog.h"
 
 namespace relign::suite {
@@ -32,13 +33,8 @@ struct AlgorithmEntry {
   bool added = false;    // home or random, added by us
 };
 
-// Overrides of the scene's machine times; what is absent stays the scene's.
-struct MachineTimeOverride {
-  std::optional<double> speed_mm_per_s, speed_deg_per_s, settle_ms, exposure_ms, readout_ms;
-};
-
 // What was given, by the names of the suite file.
-Json machine_time_json(const MachineTimeOverride& times);
+Json machine_time_json(const MachineTimeKeys& times);
 
 struct Suite {
   std::string name;  // "name" of the file, else its stem
@@ -53,7 +49,7 @@ struct Suite {
   std::vector<AlgorithmEntry> algorithms;
   double trial_seconds = 3600;   // a trial that takes longer is ended
   unsigned trial_memory_mb = 0;  // of its worker; 0: four fifths of the machine's
-  MachineTimeOverride machine_time;
+  MachineTimeKeys machine_time;  // what is absent stays the scene's
   Json spec;  // null when absent
   // RMSE levels whose arrival is counted, falling; empty: the statistics' own.
   std::vector<double> targets;

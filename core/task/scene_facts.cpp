@@ -50,19 +50,6 @@ std::vector<std::string> read_texts(ObjectReader& reader, const std::string& key
   return list->get<std::vector<std::string>>();
 }
 
-MachineTime read_machine_time(const JsonSource& source, std::vector<Problem>& problems) {
-  constexpr double slowest = 1e-6;
-  MachineTime time;
-  ObjectReader reader(source, "/machine_time", problems);
-  time.speed_mm_per_s = reader.number("speed_mm_per_s", time.speed_mm_per_s, slowest, kInfinity);
-  time.speed_deg_per_s = reader.number("speed_deg_per_s", time.speed_deg_per_s, slowest, kInfinity);
-  time.settle_ms = reader.number("settle_ms", time.settle_ms, 0, kInfinity);
-  time.exposure_ms = reader.number("exposure_ms", time.exposure_ms, 0, kInfinity);
-  time.readout_ms = reader.number("readout_ms", time.readout_ms, 0, kInfinity);
-  reader.refuse_unknown();
-  return time;
-}
-
 SceneFacts read(const JsonSource& source) {
   std::vector<Problem> problems;
   SceneFacts facts;
@@ -106,9 +93,10 @@ SceneFacts read(const JsonSource& source) {
     if (std::find(facts.elements.begin(), name, *name) != name)
       top.complain("elements", "the element \"" + *name + "\" stands twice");
   facts.files = read_texts(top, "files", false);
-  if (top.has("machine_time")) facts.machine_time = read_machine_time(source, problems);
+  if (top.get("machine_time"))
+    facts.machine_time = changed_by(read_machine_time(source, "/machine_time", problems), facts.machine_time);
   if (const Json* spec = top.get("spec"); spec && !spec->is_null()) {
-    if (!spec->is_object()) top.complain("spec", std::string("expected an object, found ") + spec->type_name());
+    check_specification(source, "/spec", problems);
     facts.spec = *spec;
   }
   throw_if_any(problems);
@@ -116,6 +104,15 @@ SceneFacts read(const JsonSource& source) {
 }
 
 }  // namespace
+
+MachineTime changed_by(const MachineTimeKeys& given, MachineTime times) {
+  times.speed_mm_per_s = given.speed_mm_per_s.value_or(times.speed_mm_per_s);
+  times.speed_deg_per_s = given.speed_deg_per_s.value_or(times.speed_deg_per_s);
+  times.settle_ms = given.settle_ms.value_or(times.settle_ms);
+  times.exposure_ms = given.exposure_ms.value_or(times.exposure_ms);
+  times.readout_ms = given.readout_ms.value_or(times.readout_ms);
+  return times;
+}
 
 SceneFacts read_scene_facts(const std::string& description, const std::string& scene_id) {
   try {

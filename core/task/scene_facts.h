@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/json_source.h"
+#include "base/shared_keys.h"
 
 namespace relign::task {
 
@@ -25,6 +26,9 @@ struct MachineTime {
   double exposure_ms = 15;
   double readout_ms = 30;
 };
+
+// `times` with what was given in their place.
+MachineTime changed_by(const MachineTimeKeys& given, MachineTime times);
 
 struct SceneFacts {
   std::string name;

@@ -13,6 +13,10 @@ namespace {
 using nlohmann::json;
 using testing::HasSubstr;
 
+// Without its closing brace.
+const std::string kSceneOfALens = R"({"use": "lens_system", "name": "s", "lens": "lens.json",
+    "pivot_behind_first_vertex_mm": 0, "sensor": {"z_mm": 20, "pixels": [20, 20], "pitch_um": 100},
+    "emitter": {"z_mm": -50, "side_mm": 100}, "travel": {"shift_mm": [1, 1, 1], "tilt_deg": [3, 3]})";
 const std::string kGolden = std::string(RELIGN_TEST_DATA) + "/golden_rays_relign_od.json";
 
 double largest_difference(const json& a, const json& b) {
@@ -63,11 +67,16 @@ TEST(CliLens, MistakesAreNamed) {
   EXPECT_EQ(relign_bench(place, {"lens", "trace", "none.json"}).exit_code, 2);
   EXPECT_EQ(relign_bench(place, {"lens", "trace", "rays.json", "--apertures", "wide"}).exit_code, 2);
   // A scene file whose lens cannot be read.
-  place.write("scene.json", R"({"use": "lens_system", "lens": "lens.json"})");
+  place.write("scene.json", kSceneOfALens + "}");
   place.write("lens.json", "{\"format\": 1,\n \"elements\": 5}");
   const Outcome broken = relign_bench(place, {"lens", "info", "--scene", "scene.json"});
   EXPECT_EQ(broken.exit_code, 2);
   EXPECT_THAT(broken.err, HasSubstr("lens.json:2:14: /elements: expected a list"));
+  // The rest of the scene file counts too: it is looked at to see whether it was understood.
+  place.write("scene.json", kSceneOfALens + R"(, "colour": "red"})");
+  const Outcome unknown = relign_bench(place, {"lens", "info", "--scene", "scene.json"});
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("/colour: unknown key \"colour\""));
 }
 
 TEST(CliLens, SaysWhereARayIsLost) {
@@ -98,7 +107,7 @@ TEST(CliLens, MeshesGoOutAndComeBackAsALens) {
   EXPECT_THAT(relign_bench(place, fit).out, HasSubstr("L2.ply back"));
 
   // The lens file is one: the same focal length, without published values to compare with.
-  place.write("scene.json", R"({"use": "lens_system", "lens": "lens.json"})");
+  place.write("scene.json", kSceneOfALens + "}");
   const Outcome info = relign_bench(place, {"lens", "info", "--scene", "scene.json", "--json"});
   ASSERT_EQ(info.exit_code, 0) << info.err;
   EXPECT_NEAR(json::parse(info.out).at("first_order").at("focal_length").get<double>(), 2.895, 1e-4);

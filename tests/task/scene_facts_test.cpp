@@ -97,6 +97,7 @@ TEST(SceneFacts, RefusesEveryMistakeWithASentence) {
   EXPECT_THAT(refusal(with("\"speed_mm_per_s\": 2", "\"speed_mm_per_s\": 0")), HasSubstr("/machine_time/speed"));
   EXPECT_THAT(refusal(with("\"settle_ms\": 0", "\"settle_mss\": 0")), HasSubstr("did you mean 'settle_ms'"));
   EXPECT_THAT(refusal(with("{\"rmse\": 0.02}", "3")), HasSubstr("/spec: expected an object"));
+  EXPECT_THAT(refusal(with("{\"rmse\": 0.02}", "{\"rsme\": 0.02}")), HasSubstr("did you mean 'rmse'"));
 }
 
 TEST(SceneFacts, LimitsTheNumberOfAxes) {

@@ -1,0 +1,47 @@
+#include "base/shared_keys.h"
+
+#include <limits>
+
+namespace relign {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+}  // namespace
+
+MachineTimeKeys read_machine_time(const JsonSource& source, const std::string& pointer,
+                                  std::vector<Problem>& problems) {
+  constexpr double kSlowest = 1e-9, kLargest = 1e9;
+  ObjectReader reader(source, pointer, problems);
+  const auto number = [&reader](const char* key, double smallest) -> std::optional<double> {
+    if (!reader.has(key)) {
+      reader.get(key);  // known, though absent
+      return std::nullopt;
+    }
+    return reader.number(key, smallest, smallest, kLargest);
+  };
+  MachineTimeKeys found;
+  found.speed_mm_per_s = number("speed_mm_per_s", kSlowest);
+  found.speed_deg_per_s = number("speed_deg_per_s", kSlowest);
+  found.settle_ms = number("settle_ms", 0);
+  found.exposure_ms = number("exposure_ms", 0);
+  found.readout_ms = number("readout_ms", 0);
+  reader.refuse_unknown();
+  return found;
+}
+
+void check_specification(const JsonSource& source, const std::string& pointer, std::vector<Problem>& problems) {
+  ObjectReader reader(source, pointer, problems);
+  reader.number("rmse", 0, 0, kInfinity);
+  if (reader.get("mtf")) {
+    ObjectReader mtf(source, reader.pointer_to("mtf"), problems);
+    constexpr double kCoarsest = 1e-6, kFinest = 1e6;
+    mtf.required_number("lp_per_mm", kCoarsest, kFinest);
+    mtf.number("centre", 0, 0, 1);
+    mtf.number("corner", 0, 0, 1);
+    mtf.refuse_unknown();
+  }
+  reader.refuse_unknown();
+}
+
+}  // namespace relign
