@@ -11,6 +11,12 @@ void require_results(const fs::path& folder) {
     throw Error(ErrorKind::io, "cannot read " + folder.string() + ": there is no such folder");
   if (!fs::exists(folder / "manifest.json", code))
     throw Error(ErrorKind::bad_input, folder.string() + " is no results folder: it has no manifest.json");
+  // Without this, a study as it is published would be taken for one that has not begun, and its tables written over.
+  if (!fs::exists(folder / "trials", code) && fs::exists(folder / "instances.csv", code))
+    throw Error(ErrorKind::bad_input, folder.string() +
+                                          " was published without its raw trials (there is no folder trials in it): "
+                                          "nothing can be ranked, replayed or written again. Its numbers stand in "
+                                          "instances.csv and curves.csv; its suite, run again, makes the trials");
   read_manifest(folder);  // refuses a newer format
 }
 

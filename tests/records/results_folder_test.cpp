@@ -20,6 +20,7 @@ namespace fs = std::filesystem;
 using test::error_text;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
 
 class ResultsFolderTest : public testing::Test {
  protected:
@@ -269,6 +270,19 @@ TEST_F(ResultsFolderTest, AFullDeviceIsAnError) {
   EXPECT_THAT(error_text(ErrorKind::io, [&] { add(writer, 0, "aa"); }), HasSubstr("No space left"));
   EXPECT_TRUE(writer.finished_trials().empty());
   fs::remove(folder_ / "times" / "0000.jsonl");
+}
+
+TEST_F(ResultsFolderTest, WhatWasPublishedWithoutItsTrialsIsNoEmptyStudy) {
+  {
+    ResultsWriter writer(folder_);
+    writer.write_manifest({{"format", 1}});
+  }
+  EXPECT_THAT(read_trials(folder_), IsEmpty());
+  fs::remove_all(folder_ / "trials");
+  EXPECT_THAT(read_trials(folder_), IsEmpty()) << "nothing that could be lost";
+  write_file_atomically(folder_ / "instances.csv", "trial\n");
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { read_trials(folder_); }),
+              HasSubstr("was published without its raw trials"));
 }
 
 }  // namespace
