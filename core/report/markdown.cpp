@@ -34,6 +34,8 @@ std::string cell(const std::map<std::string, const Json*>& rows, const std::stri
   if (error["n"] == 0) return "failed";
   std::string text = shown(error["median"], 3);
   if (error["n"] != 1) text += " (" + shown(error["q25"], 3) + " - " + shown(error["q75"], 3) + ")";
+  if (const Json& share = object_of(row, "yield").value("share", Json()); share.is_number())
+    text += ", " + std::to_string(std::lround(100 * share.get<double>())) + " % in spec";
   if (const std::uint64_t failed = count_of(row, "failed"); failed > 0)
     text += ", " + std::to_string(failed) + " failed";
   return text;

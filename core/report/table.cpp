@@ -1,5 +1,7 @@
 // The ranking for the terminal: plain text, at most 90 columns, a block per scene, noise level and protocol.
 #include <algorithm>
+#include <cmath>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -7,6 +9,7 @@
 #include "base/text.h"
 #include "report/escape.h"
 #include "report/page_data.h"
+#include "report/spec_words.h"
 #include "report/text_tables.h"
 
 namespace relign::report {
@@ -27,28 +30,56 @@ std::string shown(const Json& number, int digits) {
 
 using Cells = std::vector<std::string>;
 
-Cells row_cells(const Json& row, bool show_steps) {
+// Columns that not every table has.
+struct Extra {
+  bool yield = false, lenses = false, steps = false;
+};
+
+std::string yield_text(const Json& row) {
+  const Json& share = object_of(row, "yield").value("share", Json());
+  return share.is_number() ? std::to_string(std::lround(100 * share.get<double>())) + " %" : "-";
+}
+
+// Trials that have not been made yet, as of a run that was stopped; failures have a column of their own.
+bool over_different_lenses(const Json& group) {
+  std::set<std::uint64_t> counts;
+  for (const Json& row : group["rows"]) counts.insert(count_of(score_of(row), "n") + count_of(row, "failed"));
+  return counts.size() > 1;
+}
+
+Cells row_cells(const Json& row, const Extra& extra) {
   const Json& error = score_of(row);
   const bool finished = error["n"] != 0;
-  Cells cells = {terminal_text(text_of(row, "method")),
-                 finished ? shown(error["median"], 3) : "-",
-                 finished && error["n"] != 1 ? "(" + shown(error["q25"], 3) + " - " + shown(error["q75"], 3) + ")" : "",
-                 finished ? shown(row["commanded"].value("median", Json()), 3) : "-",
-                 shown(row["machine_seconds"], 3),
-                 shown(row["algorithm_ms_per_step"], 2)};
-  if (show_steps) cells.push_back(std::to_string(count_of(row, "step")));
+  Cells cells = {terminal_text(text_of(row, "method"))};
+  cells.insert(cells.end(),
+               {finished ? shown(error["median"], 3) : "-",
+                finished && error["n"] != 1 ? "(" + shown(error["q25"], 3) + " - " + shown(error["q75"], 3) + ")" : "",
+                shown(row["machine_seconds"], 3), shown(row["algorithm_ms_per_step"], 2)});
+  // There is room for one of them.
+  if (!extra.yield && !extra.lenses)
+    cells.insert(cells.begin() + 3, finished ? shown(row["commanded"].value("median", Json()), 3) : "-");
+  if (extra.yield) cells.push_back(yield_text(row));
+  if (extra.lenses) cells.push_back(std::to_string(count_of(error, "n")));
+  if (extra.steps) cells.push_back(std::to_string(count_of(row, "step")));
   cells.push_back(std::to_string(count_of(row, "failed")));
   return cells;
 }
 
 std::string group_lines(const Json& group, bool show_steps) {
-  Cells head = {"method", "error", "(quartiles)", "commanded", "machine s", "ms/step"};
-  if (show_steps) head.emplace_back("steps");
+  Extra extra;
+  extra.steps = show_steps;
+  extra.lenses = over_different_lenses(group);
+  for (const Json& row : group["rows"]) extra.yield = extra.yield || !object_of(row, "yield").empty();
+  Cells head = {"method", "error", "(quartiles)", "machine s", "ms/step"};
+  if (!extra.yield && !extra.lenses) head.insert(head.begin() + 3, "commanded");
+  if (extra.yield) head.emplace_back("in spec");
+  if (extra.lenses) head.emplace_back("lenses");
+  if (extra.steps) head.emplace_back("steps");
   head.emplace_back("failed");
   std::vector<Cells> lines = {head};
   std::vector<std::string> marks = {""};  // behind the name, and never clipped
   for (const Json& row : group["rows"]) {
-    lines.push_back(row_cells(row, show_steps));
+    lines.push_back(row_cells(row, extra));
     marks.emplace_back(flag_of(row, "oracle") ? " (oracle)" : "");
   }
 
@@ -77,6 +108,9 @@ std::string group_lines(const Json& group, bool show_steps) {
     text.erase(text.find_last_not_of(' ') + 1);
     out += text + "\n";
   }
+  if (extra.lenses) out += "  the medians are over different lenses: no ranking before all have the same\n";
+  if (const std::string spec = spec_words(group); extra.yield && !spec.empty())
+    out += clipped("  spec: " + terminal_text(spec), kMostColumns) + "\n";
   return out;
 }
 
@@ -94,9 +128,9 @@ std::string ranking_table(const Json& data) {
   const Json& groups = data["groups"];
   std::string out;
   if (!std::all_of(groups.begin(), groups.end(), measured_only))
-    out += "error: noise-free RMSE at the recommended pose after the last step, median over instances\n";
+    out += "Error is noise-free RMSE at the recommended pose after the last step, median of instances\n";
   if (std::any_of(groups.begin(), groups.end(), measured_only))
-    out += "error where measured only: lowest measured RMSE; a station tells no truth\n";
+    out += "Where measured only, error is the lowest measured RMSE: a station tells no truth\n";
   if (least == most) out += "steps: " + std::to_string(most) + "   ";
   out += counts + "\n";
   for (const Json& group : data["groups"]) out += "\n" + group_lines(group, least != most);

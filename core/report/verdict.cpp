@@ -94,6 +94,22 @@ struct Ranked {
   std::vector<const Json*> methods, oracles;
 };
 
+double yield_of(const Json& row) {
+  const Json& share = object_of(row, "yield").value("share", Json());
+  return share.is_number() ? share.get<double>() : -1;
+}
+
+// Who wants good lenses does not ask for the lowest median.
+std::string highest_yield_words(const Ranked& ranked) {
+  const Json* most = ranked.methods.front();
+  for (const Json* row : ranked.methods)
+    if (yield_of(*row) > yield_of(*most)) most = row;
+  if (most == ranked.methods.front()) return "";
+  const Json& yield = object_of(*most, "yield");
+  return "Most into specification brings " + text_of(*most, "method") + ": " + std::to_string(count_of(yield, "in")) +
+         " of " + std::to_string(count_of(yield, "n")) + ". ";
+}
+
 std::string failures_of(const Json& row) {
   const std::uint64_t failed = count_of(row, "failed");
   if (failed == 0) return "";
@@ -117,7 +133,7 @@ std::string sentence(const Json& group, const Ranked& ranked, double relevant) {
   text += (score["n"] == 1 ? error : "median " + error) + ", " + median_words(score);
   text += failures_of(best);
   if (group["start"].is_number()) text += "; at the start it was " + shown(group["start"]);
-  text += ". " + yield_words(group, best);
+  text += ". " + yield_words(group, best) + highest_yield_words(ranked);
   if (ranked.methods.size() > 1) {
     const Json& next = *ranked.methods[1];
     const bool level = shown(score_of(next)["median"]) == shown(score["median"]);
@@ -197,7 +213,7 @@ Json beware(const Json& data) {
   }
   if (uneven)
     list.push_back("Not every method has finished the same instances, so some medians are over different lenses.");
-  if (uneven_steps) list.push_back("Methods were given different numbers of steps; see the column 'steps'.");
+  if (uneven_steps) list.push_back("Methods were given different numbers of steps; see the column 'after step'.");
   for (const std::string& oracle : oracles)
     list.push_back(oracle + " is an oracle: it is told the design pose, which no method may know under the blind " +
                    "protocol. It shows what that knowledge is worth and is not ranked.");

@@ -16,6 +16,7 @@ namespace relign::report {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -132,6 +133,21 @@ TEST_F(Verdict, TellsWhatCameIntoSpecificationAndWhatNeverCan) {
                 "1 step and 0.500 s of machine time."));
   EXPECT_THAT(all_text(data()["beware"]),
               HasSubstr("rho0: 1 lens cannot meet the specification at any pose (instance 3)."));
+}
+
+TEST_F(Verdict, NamesWhoBringsMoreIntoSpecificationThanTheLowestMedian) {
+  std::vector<records::TrialRecord> trials;
+  for (std::uint64_t i = 0; i < 4; ++i) {
+    trials.push_back(trial("precise", i, {0.1, i < 3 ? 0.01 : 0.05}));
+    trials.push_back(trial("steady", i, {0.1, 0.015}));
+  }
+  write(trials);
+  add_to_manifest({{"spec", {{"rmse", 0.02}}}});
+  EXPECT_THAT(all_text(data()["verdict"]), AllOf(HasSubstr("precise ends with the lowest median error"),
+                                                 HasSubstr("Most into specification brings steady: 4 of 4.")));
+  write({trials[1], trials[3]});
+  add_to_manifest({{"spec", {{"rmse", 0.02}}}});
+  EXPECT_THAT(all_text(data()["verdict"]), Not(HasSubstr("Most into specification")));
 }
 
 TEST_F(Verdict, TellsWhatTheMtfDecided) {

@@ -13,6 +13,7 @@ namespace relign::report {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -40,6 +41,25 @@ TEST_F(RankingTableOf, StaysWithinNinetyColumnsAndMovesNoCursor) {
   for (std::string line; std::getline(lines, line);) EXPECT_LE(columns(line), 90u) << line;
   EXPECT_THAT(table, Not(HasSubstr("\x1b")));
   EXPECT_THAT(table, HasSubstr("steps")) << "budgets differ, so they have a column";
+}
+
+TEST_F(RankingTableOf, HasTheYieldWhereThereIsASpecification) {
+  std::vector<records::TrialRecord> trials;
+  for (std::uint64_t i = 0; i < 4; ++i) trials.push_back(trial("a", i, {0.1, i < 3 ? 0.01 : 0.05}));
+  write(trials);
+  EXPECT_THAT(Report(folder_).ranking_table(), Not(HasSubstr("in spec")));
+  Json manifest = Json::parse(read_file(folder_ / "manifest.json"));
+  manifest["spec"] = {{"rmse", 0.02}};
+  write_file_atomically(folder_ / "manifest.json", manifest.dump());
+  EXPECT_THAT(Report(folder_).ranking_table(), AllOf(HasSubstr("in spec"), HasSubstr("75 %"), HasSubstr("spec: RMSE 0.0200")));
+  EXPECT_THAT(Report(folder_).markdown(), HasSubstr(", 75 % in spec |"));
+}
+
+TEST_F(RankingTableOf, SaysWhenTheMediansAreOverDifferentLenses) {
+  write({trial("a", 0, {0.1, 0.01}), trial("a", 1, {0.1, 0.02}), trial("b", 0, {0.1, 0.005})});
+  EXPECT_THAT(Report(folder_).ranking_table(), AllOf(HasSubstr("lenses"), HasSubstr("the medians are over different lenses")));
+  write({trial("a", 0, {0.1, 0.01}), trial("b", 0, {0.1, 0.005})});
+  EXPECT_THAT(Report(folder_).ranking_table(), Not(HasSubstr("different lenses")));
 }
 
 TEST(MarkdownReport, MatchesTheApprovedOne) {
