@@ -18,9 +18,10 @@ int write_comparison(Context& context, const CompareArguments& arguments) {
   report::CompareOptions options;
   options.smallest_relevant_ratio = arguments.relevant;
   options.step = arguments.step;
-  options.track = report::parse_gate(arguments.track + "<=1").track;
+  options.track = report::parse_track(arguments.track);
   for (const std::string& gate : arguments.gates) options.gates.push_back(report::parse_gate(gate));
-  const Json result = report::compare(report::compared_side(arguments.a), report::compared_side(arguments.b), options);
+  const report::ComparedSide a = report::compared_side(arguments.a), b = report::compared_side(arguments.b);
+  const Json result = report::compare(a, b, options);
   print_result(context.json ? result.dump(2) + "\n" : report::comparison_text(result));
   return result["holds"].get<bool>() ? kDone : kGateTripped;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <set>
 #include <tuple>
 
@@ -207,6 +208,19 @@ std::string heading(const Json& of) {
                        ": " + (a == b ? a : a + " (A) and " + b + " (B)"));
 }
 
+std::vector<std::string> track_names() {
+  std::vector<std::string> names = {"rmse"};  // another word for recommended
+  for (const stats::Track track : stats::kTracks) names.emplace_back(stats::track_name(track));
+  return names;
+}
+
+std::optional<stats::Track> track_named(const std::string& name) {
+  for (const stats::Track track : stats::kTracks)
+    if (name == stats::track_name(track)) return track;
+  if (name == "rmse") return stats::Track::recommended;
+  return std::nullopt;
+}
+
 }  // namespace
 
 ComparedSide compared_side(const std::string& text) {
@@ -216,6 +230,13 @@ ComparedSide compared_side(const std::string& text) {
   if (colon != std::string::npos && colon > 0 && fs::is_directory(text.substr(0, colon), code))
     return {text.substr(0, colon), text.substr(colon + 1)};
   throw Error(ErrorKind::io, text + ": there is no such results folder (FOLDER or FOLDER:METHOD)");
+}
+
+stats::Track parse_track(const std::string& name) {
+  const auto track = track_named(name);
+  if (!track)
+    throw Error(ErrorKind::bad_input, "--track: '" + name + "' is no track" + suggestion(name, track_names()));
+  return *track;
 }
 
 Gate parse_gate(const std::string& text) {
@@ -234,16 +255,9 @@ Gate parse_gate(const std::string& text) {
     gate.step = std::stoi(step);
     left.resize(at);
   }
-  if (left == "rmse") left = "recommended";
-  std::vector<std::string> known = {"rmse"};
-  bool found = false;
-  for (const stats::Track track : stats::kTracks) {
-    known.emplace_back(stats::track_name(track));
-    if (left != known.back()) continue;
-    gate.track = track;
-    found = true;
-  }
-  if (!found) throw wrong("'" + left + "' is no track" + suggestion(left, known));
+  const auto track = track_named(left);
+  if (!track) throw wrong("'" + left + "' is no track" + suggestion(left, track_names()));
+  gate.track = *track;
   gate.relative = !right.empty() && right.back() == 'x';
   if (gate.relative) right.pop_back();
   char* end = nullptr;

@@ -103,6 +103,10 @@ TEST_F(Compare, MistakesAreSentences) {
                                                                                   {"rmse<=1.0.2x", "positive number"},
                                                                                   {"rmse<=nan", "positive number"}})
     EXPECT_THAT(error_text(ErrorKind::bad_input, [&, text = gate] { parse_gate(text); }), HasSubstr(why)) << gate;
+  EXPECT_EQ(parse_track("rmse"), stats::Track::recommended);
+  EXPECT_EQ(parse_track("best"), stats::Track::best);
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [] { parse_track("recomended"); }),
+              HasSubstr("--track: 'recomended' is no track; did you mean 'recommended'?"));
 }
 
 TEST_F(Compare, FewLensesDecideNothingAndFailuresAreTold) {
