@@ -1,6 +1,7 @@
 #include "plugin_host/catalog.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cstdlib>
 #include <set>
 #include <tuple>
@@ -75,6 +76,39 @@ void add_problem(std::vector<Problem>& problems, const std::string& message) {
   Problem problem;
   problem.message = message;
   problems.push_back(problem);
+}
+
+// "tolerance.json" is a file that is not there, "rho0.3" an id that is not known.
+bool ends_as_files_do(const std::string& name) {
+  const std::string ending = fs::path(name).extension().string();
+  constexpr std::size_t kLongest = 6;
+  return ending.size() > 1 && ending.size() <= kLongest &&
+         std::all_of(ending.begin() + 1, ending.end(), [](unsigned char letter) { return std::isalpha(letter) != 0; });
+}
+
+std::string missing_text(const fs::path& path) {
+  std::vector<std::string> beside;
+  std::error_code error;
+  for (fs::directory_iterator entry(path.parent_path(), error), end; !error && entry != end; entry.increment(error))
+    beside.push_back(entry->path().filename().string());
+  const std::string nearest = nearest_name(path.filename().string(), beside);
+  return path.string() + " does not exist" + (nearest.empty() ? "" : "; did you mean '" + nearest + "'?");
+}
+
+// What people name who mean the scene that is made from it, or the document that lies in it.
+void refuse_what_leads_to_a_document(Kind kind, const fs::path& path) {
+  std::error_code error;
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  if (ending == ".zmx" || ending == ".seq" || ending == ".len")
+    throw Error(ErrorKind::bad_input, path.string() +
+                                          " is a lens file; make a scene of it first: relign-bench scene new " +
+                                          path.filename().string() + ", and name its scene.json");
+  if (!fs::is_directory(path, error) || fs::exists(path / kManifestName, error)) return;
+  const fs::path document = path / (kind == Kind::scene ? "scene.json" : "tolerances.json");
+  if (!is_algorithm(kind) && fs::exists(document, error))
+    throw Error(ErrorKind::bad_input, path.string() + " is no plugin folder: it holds no " + kManifestName +
+                                          ". Name the file that is meant: " + document.string());
 }
 
 }  // namespace
@@ -195,9 +229,10 @@ Catalog::Found Catalog::find(Kind kind, const std::string& id_or_path, const fs:
   const fs::path path = absolute_path(relative_to / id_or_path);
   std::error_code error;
   if (id_or_path.empty() || !fs::exists(path, error)) {
-    if (names_a_path) throw Error(ErrorKind::bad_input, path.string() + " does not exist");
+    if (names_a_path || ends_as_files_do(id_or_path)) throw Error(ErrorKind::bad_input, missing_text(path));
     throw Error(ErrorKind::bad_input, unknown_text(kind, id_or_path));
   }
+  refuse_what_leads_to_a_document(kind, path);
 
   if (path.extension() == ".json" && path.filename() != kManifestName) {
     const JsonSource source = JsonSource::from_file(path);
