@@ -7,16 +7,18 @@
 namespace relign::cli {
 
 void add_lens_options(CLI::App& verb, LensChoice& choice) {
-  verb.add_option("--noise-level", choice.level,
-                  "mount the lens of an instance of this level [default: a perfect lens]")
-      ->type_name("LEVEL");
+  CLI::Option* level = verb.add_option("--noise-level", choice.level,
+                                       "mount the lens of an instance of this level [default: a perfect lens]");
+  level->type_name("LEVEL");
   verb.add_option("--instance", choice.instance, "number of the instance, from 0")
       ->type_name("NUMBER")
       ->check(whole_number())
+      ->needs(level)
       ->capture_default_str();
   verb.add_option("--suite-seed", choice.suite_seed, "seed of the suite that the instance belongs to")
       ->type_name("SEED")
       ->check(whole_number())
+      ->needs(level)
       ->capture_default_str();
   verb.add_option("--assembly", choice.assembly, "mount this lens: JSON with shift_mm and tilt_deg per element")
       ->type_name("FILE");

@@ -100,16 +100,32 @@ std::string typed_choice(const plugin_host::Choice& choice) {
   return shell_quoted(document.lexically_proximate(fs::current_path()).string());
 }
 
-// A trial to watch. home and random, which we may have added, stand last and show little.
-std::string trial_to_watch(const suite::Suite& suite) {
+// The method to watch: the best of the last table where its parameters are an id's own, which `try` can be told in a
+// word; else the last such one of the suite. home and random, which we may have added, show little.
+const suite::AlgorithmEntry& method_to_watch(const suite::Suite& suite, const std::string& best) {
   const suite::AlgorithmEntry* shown = &suite.algorithms.back();
   for (const suite::AlgorithmEntry& entry : suite.algorithms)
-    if (!entry.added) shown = &entry;
+    if (!entry.added && entry.name == entry.choice.id) shown = &entry;
+  for (const suite::AlgorithmEntry& entry : suite.algorithms)
+    if (!entry.added && entry.name == best && entry.name == entry.choice.id) shown = &entry;
+  return *shown;
+}
+
+// A trial of the suite, as `try` makes it again.
+std::string trial_to_watch(const suite::Suite& suite, const std::string& best) {
+  const suite::AlgorithmEntry& method = method_to_watch(suite, best);
   const plugin_host::Choice &scene = suite.scenes.back().choice, &level = suite.levels.back().choice;
   std::set<std::string> plugins;
-  for (const plugin_host::Choice* used : {&shown->choice, &scene, &level}) plugins.insert(plugin_option(*used->plugin));
-  return "relign-bench try " + shown->choice.id + (scene.id == "relign_od" ? "" : " --scene " + typed_choice(scene)) +
-         " --noise-level " + typed_choice(level) + join({plugins.begin(), plugins.end()}, "");
+  for (const plugin_host::Choice* used : {&method.choice, &scene, &level}) plugins.insert(plugin_option(*used->plugin));
+  std::string command = "relign-bench try " + method.choice.id;
+  if (scene.id != "relign_od") command += " --scene " + typed_choice(scene);
+  command += " --noise-level " + typed_choice(level);
+  if (method.protocol != "paper") command += " --protocol " + method.protocol;
+  constexpr unsigned kStepsOfTry = 50, kSeedOfTry = 1;
+  if (method.steps != kStepsOfTry) command += " --steps " + std::to_string(method.steps);
+  if (suite.first_instance != 0) command += " --instance " + std::to_string(suite.first_instance);
+  if (suite.seed != kSeedOfTry) command += " --suite-seed " + std::to_string(suite.seed);
+  return command + join({plugins.begin(), plugins.end()}, "");
 }
 
 // A part of a plan has no report: its few instances of everything would say little.
@@ -150,7 +166,6 @@ int run_suite(Context& context, const RunArguments& arguments) {
   suite::Suite suite = job ? job->read_suite(context.catalog()) : suite::read_suite(arguments.suite, context.catalog());
   options.results = arguments.out.empty() ? fs::path("results") / suite.name : fs::path(arguments.out);
   refuse_merged(options.results);
-  const std::string hint = trial_to_watch(suite);
 
   ProgressPrinter progress(context.progress_mode());
   options.on_progress = [&](const runner::Progress& now) { progress.update(now); };
@@ -196,6 +211,9 @@ int run_suite(Context& context, const RunArguments& arguments) {
                          {"seconds", summary.seconds}};
     print_result(result.dump(2) + "\n");
   } else {
+    const Json& verdict = report.data()["verdict"];
+    const std::string best = verdict.empty() ? "" : verdict.back().value("best", "");
+    const std::string hint = trial_to_watch(prepared.plan.suite, best);
     print_result(report.ranking_table() + "\nresults  " + options.results.string() + "\nreport   " + page.string() +
                  "\n");
     std::fprintf(stderr, "\n%zu trials in %s%s.\nNext: open the report in a browser, or watch one trial:\n  %s\n",

@@ -1,6 +1,10 @@
 // relign-bench try: one trial in this process, step by step, so that prints and debuggers work.
+#include <signal.h>
+#include <unistd.h>
+
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <optional>
 
@@ -38,8 +42,11 @@ std::string rmse_text(double rmse) {
   return buffer;
 }
 
+// Noise-free errors are known to 1e-4.
 std::string truth_text(const task::Truth& truth) {
-  return std::isnan(truth.mse) ? "unknown" : rmse_text(pixels::displayed_rmse(truth.mse));
+  if (std::isnan(truth.mse)) return "unknown";
+  const double rmse = pixels::displayed_rmse(truth.mse);
+  return rmse < 1e-4 ? "<0.0001" : rmse_text(rmse);
 }
 
 std::string header(std::size_t axes) {
@@ -129,6 +136,41 @@ std::shared_ptr<const task::PreparedByIdentity> prepared_for(const LoadedScene& 
       preparer.prepare(job_for(scene, level, algorithm, protocol), runner::data_identity(scene.facts)));
 }
 
+// While the trial runs in this process: what a plugin does to the process, it does to us.
+bool trial_under_way = false;
+
+void tell_of_exit() {
+  if (!trial_under_way) return;
+  std::fputs("error: a plugin ended this process (exit) during the trial; an algorithm ends by returning from run\n",
+             stderr);
+  ::_exit(kTrialsFailed);
+}
+
+void tell_of_crash(int) {
+  constexpr char kText[] =
+      "error: a plugin crashed during the trial, and this program with it; relign-bench run gives each a process of "
+      "its own, and goes on\n";
+  [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, kText, sizeof kText - 1);
+}  // the handler is gone by now: what crashed crashes again, and the shell sees it
+
+task::TrialResult run_watched(const task::TrialSetup& setup) {
+  static const bool registered = std::atexit(tell_of_exit) == 0;
+  for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) {
+    struct sigaction before {}, ours {};
+    // A sanitizer's own handler knows more.
+    if (::sigaction(number, nullptr, &before) != 0 || before.sa_handler != SIG_DFL) continue;
+    ours.sa_handler = tell_of_crash;
+    ours.sa_flags = SA_RESETHAND;
+    ::sigaction(number, &ours, nullptr);
+  }
+  struct UnderWay {
+    explicit UnderWay(bool told) { trial_under_way = told; }
+    ~UnderWay() { trial_under_way = false; }
+  };
+  const UnderWay under_way(registered);
+  return task::run_trial(setup);
+}
+
 int run_try(Context& context, TryArguments arguments) {
   plugin_host::Catalog& catalog = context.catalog();
   const plugin_host::Choice algorithm = catalog.resolve_or_throw(plugin_host::Kind::optimizer, arguments.algorithm,
@@ -177,7 +219,7 @@ int run_try(Context& context, TryArguments arguments) {
     if (!context.json) print_result((step.number == 0 ? header(scene.facts.axes.size()) : "") + row(step));
     if (!arguments.frames.empty()) save_frame(arguments.frames, step.number, scene.facts, pixels);
   };
-  return end_of_trial(context, arguments, task::run_trial(setup), scene.facts.truth);
+  return end_of_trial(context, arguments, run_watched(setup), scene.facts.truth);
 }
 
 int try_or_stop(Context& context, const TryArguments& arguments) {

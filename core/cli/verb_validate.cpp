@@ -6,6 +6,7 @@
 #include "cli/app.h"
 #include "cli/progress.h"
 #include "cli/workbench.h"
+#include "records/specification.h"
 #include "runner/levels.h"
 #include "runner/mtf_check.h"
 #include "runner/stations.h"
@@ -49,8 +50,16 @@ int validate(Context& context, const std::string& file) {
   for (const suite::SceneEntry& entry : suite.scenes) {
     const LoadedScene scene = load_scene(entry.choice, context.services(1));
     facts.push_back(scene.facts);
+    const records::Specification spec = records::specification_of(suite.spec, scene.facts.spec);
+    constexpr double kKnownTo = 1e-4;
+    if (spec.rmse < kKnownTo)
+      print_warning(entry.name + ": the specification asks for an RMSE of " + significant(spec.rmse, 2) +
+                    ", and noise-free errors are known to 0.0001");
     try {
-      if (const auto mtf = runner::check_mtf(suite, entry.name, *scene.scene, scene.facts))
+      const auto mtf = runner::check_mtf(suite, entry.name, *scene.scene, scene.facts);
+      if (mtf && !spec.mtf_met_by(mtf->centre, mtf->corner))
+        print_warning(entry.name + ": the lens as designed, at its nominal pose, misses the MTF of the specification");
+      if (mtf)
         design_mtf += "MTF            " + printable(entry.name) + " as designed, at its nominal pose: centre " +
                       significant(mtf->centre, 3) + ", corner " + significant(mtf->corner, 3) + "\n";
     } catch (const Error& error) {

@@ -189,9 +189,14 @@ class Run {
     if (kept > 0 && !was.empty() && !is.empty() && was != is)
       tell("relign-bench itself changed since these results were begun; " + std::to_string(kept) +
            " finished trials are kept (choose a new folder with --out to run all of them again)");
-    if (extra > 0)
-      tell(std::to_string(extra) + " finished trials in " + options_.results.string() +
-           " belong to an earlier form of the suite; they are kept but not shown");
+    if (extra == 0) return;
+    const std::string file = before.value("suite_file", std::string());
+    const bool same_file = file.empty() || file == suite_.file;
+    tell(std::to_string(extra) + (extra == 1 ? " finished trial in " : " finished trials in ") +
+         options_.results.string() + (extra == 1 ? " belongs to " : " belong to ") +
+         (same_file ? "an earlier form of the suite" : "another suite, " + file + " (this one is " + suite_.file + ")") +
+         (extra == 1 ? "; it is kept but not shown" : "; they are kept but not shown") +
+         (same_file ? "" : ". Give the suites different names, or one of them --out"));
   }
 
   std::vector<std::size_t> plan_work() {

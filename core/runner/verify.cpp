@@ -164,6 +164,12 @@ suite::Suite read_suite(const StoredSuite& stored, const VerifyOptions& options,
     suite.name = stored.name;
     return suite;
   } catch (const Error& error) {
+    std::error_code code;
+    if (!folder.empty() && !fs::is_directory(folder, code))
+      throw Error(error.kind(), "the suite of these results was read from " + stored.file +
+                                    " and names files beside it; there is no folder " + folder.string() +
+                                    " here. Say where they are by --suite-folder DIR. What is missing without them:\n" +
+                                    error.what());
     throw Error(error.kind(), std::string("the suite that the results keep cannot be read here:\n") + error.what() +
                                   "\nIts files are looked for below " +
                                   (folder.empty() ? "this folder" : folder.string()) +

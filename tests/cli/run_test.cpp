@@ -145,6 +145,8 @@ TEST(CliRun, CompassFromAPluginFolderRunsInASuite) {
   const Outcome outcome = relign_bench(place, {"run", "own.json", "--plugin", kCompass});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, AllOf(HasSubstr("compass"), HasSubstr("wide"), HasSubstr("home")));
+  EXPECT_THAT(outcome.err, HasSubstr("relign-bench try compass --noise-level rho0 --steps 6 --plugin "))
+      << "the trial to watch is one of the suite's";
 }
 
 TEST(CliRun, AFailingAlgorithmIsCodeThreeAndTheOthersFinish) {
@@ -157,6 +159,22 @@ TEST(CliRun, AFailingAlgorithmIsCodeThreeAndTheOthersFinish) {
   EXPECT_EQ(json::parse(outcome.out).at("trials"), 6);
   EXPECT_THAT(outcome.err, AllOf(HasSubstr("breaks_down"), HasSubstr("the gripper let go")));
   EXPECT_TRUE(fs::exists(place.path("results/fails/report.html")));
+}
+
+TEST(CliRun, TryTellsOfAPluginThatTakesTheProgramAlong) {
+  ::setenv("ASAN_OPTIONS", "handle_abort=0", 1);
+  const Workplace place;
+  const auto tried = [&](const char* how) {
+    return relign_bench(place, {"try", "breaks_down", "--plugin", RELIGN_BREAKS_DOWN, "--parameters",
+                                std::string(R"({"how": ")") + how + "\"}"});
+  };
+  const Outcome left = tried("exit");
+  EXPECT_EQ(left.exit_code, 3) << "not 0: there is no result";
+  EXPECT_THAT(left.err, HasSubstr("ended this process (exit) during the trial"));
+  const Outcome crashed = tried("crash");
+  EXPECT_EQ(crashed.exit_code, 128 + SIGABRT);
+  EXPECT_THAT(crashed.err, HasSubstr("crashed during the trial"));
+  EXPECT_EQ(tried("throw").exit_code, 3);
 }
 
 }  // namespace

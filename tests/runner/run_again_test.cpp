@@ -7,6 +7,8 @@
 namespace relign::runner {
 namespace {
 
+using testing::AllOf;
+using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using RunAgainTest = ToyTest;
@@ -111,6 +113,13 @@ TEST_F(RunAgainTest, TrialsOfAnEarlierFormOfTheSuiteAreKeptButNotShown) {
   const auto shown = records::read_planned_trials(folder_ / "a");
   ASSERT_EQ(shown.size(), 12U);
   EXPECT_EQ(shown[0].trial, longer.plan.trials[0].id);
+  EXPECT_THAT(messages_[0], HasSubstr("an earlier form of the suite"));
+  // The same folder for the suite of another file.
+  messages_.clear();
+  PreparedPlan other = prepared(suite_text("\"toy-walker\"", R"(, "seed": 3)"));
+  other.plan.suite.file = "elsewhere/toy.json";
+  run(other, options("a"));
+  EXPECT_THAT(messages_, Contains(AllOf(HasSubstr("belong to another suite, "), HasSubstr("(this one is elsewhere/toy.json)"))));
   // Back again: nothing is lost.
   EXPECT_EQ(run(prepared(suite_text("\"toy-walker\"")), options("a")).reused, 12U);
 }

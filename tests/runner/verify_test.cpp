@@ -184,6 +184,8 @@ TEST_F(VerifyTest, ASuiteThatGivesOtherTrialsNowIsNoReproduction) {
   EXPECT_FALSE(summary.all_equal());
   edit_manifest([](Json& manifest) { manifest["suite"] = "{}"; });
   EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { check("a"); }), HasSubstr("cannot be read here"));
+  edit_manifest([](Json& manifest) { manifest["suite_file"] = "gone/toy.json"; });
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { check("a"); }), HasSubstr("there is no folder gone here"));
 }
 
 }  // namespace

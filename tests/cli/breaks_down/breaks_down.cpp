@@ -1,16 +1,23 @@
-// An optimizer that fails after its first step.
+// An optimizer that fails after its first step, or takes its process along.
+#include <cstdlib>
 #include <relign/plugin.hpp>
 #include <stdexcept>
+#include <string>
 
 namespace {
 
 class BreaksDown final : public relign::Optimizer {
  public:
-  explicit BreaksDown(const relign::Parameters&) {}
+  explicit BreaksDown(const relign::Parameters& given) : how_(given.text("how")) {}
   void run(relign::Conversation& talk) override {
     talk.step(talk.box().centre());
+    if (how_ == "exit") std::exit(0);
+    if (how_ == "crash") std::abort();
     throw std::runtime_error("the gripper let go");
   }
+
+ private:
+  std::string how_;
 };
 
 }  // namespace
