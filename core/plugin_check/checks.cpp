@@ -46,7 +46,7 @@ const std::vector<Check>& all_checks() {
       {"creates", "defaults and every preset make an object", {"interface"}, any, check_creates},
 
       {"runs", "a trial of 30 steps ends without failure", {"creates"}, algorithm, check_runs},
-      {"stop", "returns promptly when stopped at any of 41 requests", {"runs"}, algorithm, check_stop},
+      {"stop", "returns promptly when stopped, at whatever request", {"runs"}, algorithm, check_stop},
       {"poses", "every pose it sends is finite and complete", {"stop"}, algorithm, check_poses},
       {"presets", "every preset runs a trial", {"poses"}, algorithm, check_presets},
       {"dimensions", "runs with 1, 2, 5, 6 and 10 axes", {"poses"}, algorithm, check_dimensions},
