@@ -27,9 +27,21 @@ PolicyAgent::PolicyAgent(const Parameters& given)
   frames_.assign(static_cast<std::size_t>(about.frames) * size * size, 0.0F);
 }
 
+namespace {
+
+// The command that trained it names its own scene, and an algorithm is not told what the other one is called.
+std::string command_for_another(const SideFile& about) {
+  std::string command = about.command;
+  const std::string own = "--scene " + about.scene;
+  if (const std::size_t at = command.find(own); at != std::string::npos) command.replace(at, own.size(), "--scene SCENE");
+  return command;
+}
+
+}  // namespace
+
 void PolicyAgent::check_scene(const Conversation& talk) const {
   const SideFile& about = model_.about();
-  const std::string another = "; train one for this scene: " + about.command;
+  const std::string another = "; train one for this scene: " + command_for_another(about);
   if (talk.axes() != about.axes.size())
     throw std::invalid_argument("the network was trained to move " + std::to_string(about.axes.size()) +
                                 " axes, this scene has " + std::to_string(talk.axes()) + another);

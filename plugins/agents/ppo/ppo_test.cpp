@@ -10,6 +10,7 @@
 namespace relign {
 namespace {
 
+using testing::AllOf;
 using testing::DoubleNear;
 using testing::Each;
 using testing::HasSubstr;
@@ -56,7 +57,8 @@ TEST(Ppo, TheShippedNetworkIsForTheScenesFiveAxes) {
   test::FakeConversation conversation(trial.setup);
   const std::string shipped = std::string(RELIGN_PLUGIN_DIR) + "/ppo/ppo.onnx";
   EXPECT_THAT(test::refusal("ppo", conversation, {{"model", shipped}}),
-              HasSubstr("trained to move 5 axes, this scene has 2"));
+              AllOf(HasSubstr("trained to move 5 axes, this scene has 2"), HasSubstr("--scene SCENE")))
+      << "the command is for another scene than the network's";
 }
 
 }  // namespace
