@@ -1,6 +1,7 @@
 #include "plugin_host/process_manifest.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <vector>
 
 #include "base/files.h"
@@ -13,7 +14,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
-const char* const kInterpreter = "python3";
+// A virtual environment's Python says so by RELIGN_PYTHON: what the script imports may be there alone.
+std::string interpreter() {
+  const char* chosen = std::getenv("RELIGN_PYTHON");
+  return chosen && *chosen ? chosen : "python3";
+}
+
 const char* const kFiles = "files";  // from the script a list of modules; as kept an object with their hashes
 
 // Where Python looks for a script's modules first: beside the file itself, not beside a link to it.
@@ -40,11 +46,11 @@ Json hashes_of(const Json& names, const fs::path& folder) {
 // The JSON object that the script writes, on one line.
 std::string ask_script(const fs::path& script) {
   const auto refuse = [&](const std::string& sentence) {
-    throw Error(ErrorKind::plugin_refused, script.string() + " is no plugin: `" + kInterpreter + " " +
+    throw Error(ErrorKind::plugin_refused, script.string() + " is no plugin: `" + interpreter() + " " +
                                                script.filename().string() + " --manifest` failed: " + sentence);
   };
   ChildProcess::Options options;
-  options.command = {kInterpreter, script.filename().string(), "--manifest"};
+  options.command = {interpreter(), script.filename().string(), "--manifest"};
   options.folder = script.parent_path();
   options.environment = process_environment();
   ChildProcess child(std::move(options));
@@ -52,8 +58,13 @@ std::string ask_script(const fs::path& script) {
   const double patience_seconds = ProcessPatience::from_environment().handshake_seconds;
   const ChildProcess::Got got = child.receive(line, in_seconds(patience_seconds));
   child.end(got == ChildProcess::Got::late ? 0 : 2);
-  if (got == ChildProcess::Got::end)
-    refuse("it wrote none; end the file with serve(YourClass) of relign_bench.plugin" + ending_text(child));
+  if (got == ChildProcess::Got::end) {
+    // An import that is missing, a mistake of syntax: the last line names it, and the traceback follows.
+    const bool raised = child.crash() != "crashed(exit 0)" && !child.last_output().empty();
+    refuse((raised ? child.last_output().back()
+                   : "it wrote none; end the file with serve(YourClass) of relign_bench.plugin") +
+           ending_text(child));
+  }
   if (got != ChildProcess::Got::line)
     refuse(got_text(got, "it said nothing for " + std::to_string(static_cast<int>(patience_seconds)) + " s") +
            ending_text(child));
@@ -149,7 +160,7 @@ Manifest script_manifest_of(const std::string& text, const fs::path& script) {
   stated.erase(kFiles);
   Manifest manifest = read_manifest_text(canonical_json(stated), script);
   manifest.text = text;
-  manifest.command = {kInterpreter, script.filename().string()};
+  manifest.command = {interpreter(), script.filename().string()};
   manifest.library = script;
   return manifest;
 }

@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import sys
 import threading
 
 try:
@@ -12,6 +13,9 @@ except ImportError as problem:
         "relign_bench's compiled part is missing. From a clone: `pip install ./python`, or build with CMake and put "
         "BUILD_FOLDER/python on PYTHONPATH. (" + str(problem) + ")"
     ) from problem
+
+# Plugins in Python see what is installed beside this package.
+os.environ.setdefault("RELIGN_PYTHON", sys.executable or "python3")
 
 _catalog = None
 _lock = threading.Lock()

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <thread>
 
 #include "cli/program.h"
@@ -68,6 +69,39 @@ if __name__ == "__main__": serve(Dies)
   const json manifest = json::parse(place.read("out/manifest.json"));
   EXPECT_EQ(manifest["algorithms"][0]["name"], "compass");
   EXPECT_EQ(manifest["algorithms"][0]["plugin_hash"].get<std::string>().size(), 64U);
+}
+
+TEST(CliProcessPlugins, AnEndlessLoopEndsWithTheProgramThatIsKilled) {
+  RELIGN_NEEDS_PYTHON();
+  const Workplace place;
+  place.write("loops.py", R"("""Never looks at the host again."""
+import os, subprocess
+from relign_bench.plugin import Optimizer, serve
+class Loops(Optimizer):
+    def run(self, talk):
+        talk.step(talk.box.centre())
+        other = subprocess.Popen(["sleep", "1000"])
+        with open("pids.part", "w") as out: print(os.getpid(), other.pid, file=out)
+        os.rename("pids.part", "pids")
+        while True: pass
+if __name__ == "__main__": serve(Loops)
+)");
+  const auto within_30_s = [](const auto& happens) {
+    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    while (!happens() && std::chrono::steady_clock::now() < until)
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    return happens();
+  };
+  Running program(place, {RELIGN_PROGRAM, "try", "./loops.py"});
+  ASSERT_TRUE(within_30_s([&] { return fs::exists(place.path("pids")); })) << program.wait().err;
+  std::istringstream pids(place.read("pids"));
+  pid_t loop = 0, other = 0;
+  pids >> loop >> other;
+  ASSERT_EQ(::kill(loop, 0), 0);
+  program.send(SIGKILL);
+  program.wait();
+  for (const pid_t process : {loop, other})
+    EXPECT_TRUE(within_30_s([&] { return ::kill(process, 0) != 0; })) << "process " << process << " is still there";
 }
 
 TEST(CliProcessPlugins, ScenesStationsAndNoiseLevelsArePathsToo) {

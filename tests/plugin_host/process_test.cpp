@@ -170,7 +170,13 @@ TEST_F(ProcessTest, AManifestThatDoesNotFitItsClassIsRefused) {
 TEST_F(ProcessTest, WhatIsNoPluginIsRefusedWithItsWords) {
   const fs::path broken = write("broken.py", "raise RuntimeError('nobody is at home')\n");
   EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { run(broken); }),
-              AllOf(HasSubstr("broken.py is no plugin"), HasSubstr("nobody is at home"), HasSubstr("status 1")));
+              AllOf(HasSubstr("broken.py is no plugin"), HasSubstr("failed: RuntimeError: nobody is at home"),
+                    HasSubstr("status 1"), Not(HasSubstr("serve(YourClass)"))));
+  const fs::path misspelt = write("misspelt.py", "\"\"\"Says know.\"\"\"\nfrom relign_bench.plugin import Optimizer, serve\n"
+                                                 "class Guess(Optimizer):\n    know = ('images',)\n"
+                                                 "    def run(self, talk): pass\nserve(Guess)\n");
+  EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { run(misspelt); }),
+              HasSubstr("Guess has the attribute 'know'; did you mean 'knows'?"));
   const fs::path silent = write("silent.py", "print('hello')\n");
   EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { run(silent); }),
               AllOf(HasSubstr("end the file with serve(YourClass)"), HasSubstr("hello")));
@@ -181,6 +187,18 @@ TEST_F(ProcessTest, WhatIsNoPluginIsRefusedWithItsWords) {
   write("both/relign-plugin.json", R"({"id": "both", "kind": "scene", "summary": "Both.", "library": "both.so",
                                        "command": ["sh"]})");
   EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { run(folder_ / "both"); }), HasSubstr("not both"));
+}
+
+TEST_F(ProcessTest, AnotherPythonMayRunIt) {
+  const fs::path guess = write("guess.py", "\"\"\"Ends at once.\"\"\"\nfrom relign_bench.plugin import Optimizer, serve\n"
+                                           "class Guess(Optimizer):\n    def run(self, talk): pass\nserve(Guess)\n");
+  const fs::path own = write("own_python", "#!/bin/sh\necho \"$1\" >> '" + (folder_ / "asked").string() +
+                                               "'\nexec python3 \"$@\"\n");
+  fs::permissions(own, fs::perms::owner_all);
+  ::setenv("RELIGN_PYTHON", own.c_str(), 1);
+  run(guess);
+  ::unsetenv("RELIGN_PYTHON");
+  EXPECT_THAT(read_file(folder_ / "asked"), HasSubstr("guess.py"));
 }
 
 TEST_F(ProcessTest, SeesTheWholeTask) {

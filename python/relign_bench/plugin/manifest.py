@@ -5,11 +5,26 @@ import os
 import re
 import sys
 
-from .parameters import parameters_of
+from .parameters import Parameter, parameters_of
+
+# What a class says of itself besides its parameters.
+WORDS = ("id", "kind", "summary", "knows", "presets", "license", "citation", "reproducible", "oracle", "training", "prepare")
+
+
+def refuse_misspelt_words(cls):
+    """A manifest's mistakes are told, and a class is one: `know` for `knows` would change nothing, silently."""
+    for name, value in vars(cls).items():
+        if name.startswith("_") or name in WORDS or callable(value) or isinstance(value, (Parameter, property)):
+            continue
+        from difflib import get_close_matches  # slow to import, and rarely needed
+
+        for meant in get_close_matches(name, WORDS, 1, 0.85):
+            raise TypeError("%s has the attribute '%s'; did you mean '%s'?" % (cls.__name__, name, meant))
 
 
 def manifest_of(cls):
-    """The manifest that the class is, as a dictionary (see docs/plugins.md)."""
+    """The manifest that the class is, as a dictionary (see docs/plugins.md). Raises TypeError for what is none."""
+    refuse_misspelt_words(cls)
     summary = getattr(cls, "summary", None) or cls.__dict__.get("__doc__")
     if not summary:
         summary = getattr(sys.modules.get(cls.__module__), "__doc__", None)

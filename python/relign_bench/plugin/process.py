@@ -2,7 +2,11 @@
 
 import json
 import os
+import select
+import signal
 import sys
+import threading
+import time
 import traceback
 
 from .answers import answers_of
@@ -12,6 +16,7 @@ from .parameters import create
 PROTOCOL = 1
 TO_HOST_FD = "RELIGN_TO_HOST_FD"
 FROM_HOST_FD = "RELIGN_FROM_HOST_FD"
+SECONDS_ALONE = 5  # to tidy up, once the host is gone
 
 
 class _Host:
@@ -110,6 +115,17 @@ def _talk_to_host(cls, host):
             return 1
 
 
+def _end_after_host(from_host):
+    """Who waits for the host's next message hears that it is gone; an author's endless loop does not, and would stay."""
+    gone = select.poll()
+    gone.register(from_host, 0)  # a hang-up is told unasked
+    gone.poll()
+    time.sleep(SECONDS_ALONE)
+    if os.getpgrp() == os.getpid():  # as the host starts it: with all that it has started
+        os.killpg(0, signal.SIGKILL)
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
 def serve(cls):
     """Makes this file a plugin: answers the host that started it. Call it under `if __name__ == "__main__":`."""
     to_host = os.environ.pop(TO_HOST_FD, None)
@@ -126,6 +142,7 @@ def serve(cls):
         sys.exit(2)
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(line_buffering=True)  # what a process that dies has printed is in its log
+    threading.Thread(target=_end_after_host, args=(int(from_host),), daemon=True).start()
     try:
         status = _talk_to_host(cls, _Host(int(to_host), int(from_host)))
     except BrokenPipeError:
