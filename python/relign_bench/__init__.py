@@ -23,6 +23,8 @@ _LAZY = {
     "register": "registration",
 }
 
+_MODULES = ("batch", "bench", "environment", "plugin", "rewards", "training", "vector_environment")
+
 __all__ = sorted(_LAZY)
 
 
@@ -31,7 +33,15 @@ def __getattr__(name):
     if name in _LAZY:
         from importlib import import_module
 
+        try:  # who asks for these has no plugin's start to pay for
+            import_module(".registration", __name__).register()
+        except ImportError:  # no gymnasium: no environment
+            pass
         return getattr(import_module("." + _LAZY[name], __name__), name)
+    if name in _MODULES:
+        from importlib import import_module
+
+        return import_module("." + name, __name__)
     raise AttributeError(f"module 'relign_bench' has no attribute '{name}'")
 
 

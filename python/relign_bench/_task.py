@@ -11,6 +11,8 @@ FLOAT_WHITES = 30.0  # float32 observations: the space's upper bound, in white p
 
 OBSERVATIONS = ("uint8", "float32")
 ACTIONS = ("unit", "move", "absolute")
+FAMILIES = ("training", "tuning", "benchmark")
+MAX_EPISODE_STEPS = 200  # of the package
 
 
 class AlignmentTask:
@@ -18,7 +20,7 @@ class AlignmentTask:
 
     def __init__(self, slots, scene="relign_od", noise_level="rho0.25", reward="paper", score="combined",
                  observation="uint8", size=None, frame_stack=1, include_actions=False, action="unit", clipping="soft",
-                 goal=None, max_episode_steps=200, noise_free=True, instances="training", suite_seed=1,
+                 goal=None, max_episode_steps=MAX_EPISODE_STEPS, noise_free=True, instances="training", suite_seed=1,
                  scene_parameters=None, noise_level_parameters=None, threads=None, observation_size=None):
         _rewards.check_name(reward, _rewards.REWARDS, "reward")
         _rewards.check_name(score, _rewards.SCORES, "score")
@@ -28,11 +30,14 @@ class AlignmentTask:
             raise ValueError("reward 'minus_one_plus' counts from a goal; give one, such as goal=0.05")
         if int(frame_stack) < 1:
             raise ValueError(f"frame_stack={frame_stack}: allowed: 1 or more")
-        if int(max_episode_steps) < 1:
-            raise ValueError(f"max_episode_steps={max_episode_steps}: allowed: 1 or more")
+        if max_episode_steps is not None and int(max_episode_steps) < 1:
+            raise ValueError(f"max_episode_steps={max_episode_steps}: allowed: 1 or more, or None")
+        if instances not in FAMILIES:
+            raise ValueError(f"there are no instances '{instances}'; instances: {', '.join(FAMILIES)}")
         self.reward, self.score, self.observation, self.action = reward, score, observation, action
         self.frame_stack, self.include_actions = int(frame_stack), bool(include_actions)
-        self.goal, self.max_episode_steps = goal, int(max_episode_steps)
+        self.goal = goal
+        self.max_episode_steps = np.inf if max_episode_steps is None else int(max_episode_steps)
         self.noise_free, self.instances = bool(noise_free), instances
         self.batch = Batch(slots, scene, noise_level, clipping, suite_seed, size, scene_parameters,
                            noise_level_parameters, threads)

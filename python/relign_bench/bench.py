@@ -1,6 +1,7 @@
 """Scenes, lenses, trials and results without an environment."""
 
 import json
+import operator
 import pathlib
 from dataclasses import dataclass, field
 
@@ -50,6 +51,7 @@ class Bench:
     def run(self, algorithm, instance=0, steps=50, protocol="paper", merit=None, parameters=None, keep_frames=False):
         """One trial of an installed algorithm (id, preset or path) on a benchmark instance, as `relign-bench run` makes
         it. A failure of the algorithm is a trial whose `end` is "failed". Raises ValueError for what cannot be run."""
+        instance, steps = whole(instance, "instance", 0), whole(steps, "steps", 1)
         if self._trials is None:
             chosen = self._chosen
             scene_parameters = _native.sized_parameters(chosen["scene"], chosen["scene_parameters"], chosen["size"])
@@ -57,8 +59,8 @@ class Bench:
                 _native.catalog(), str(chosen["scene"]), _native.parameters_text(scene_parameters),
                 str(chosen["noise_level"]), _native.parameters_text(chosen["noise_level_parameters"]),
                 int(chosen["suite_seed"]), self._threads, _native._core.cache_folder())
-        lines, frames = self._trials.run(str(algorithm), _native.parameters_text(parameters), int(instance), protocol,
-                                         merit or "", self._chosen["clipping"], int(steps), bool(keep_frames))
+        lines, frames = self._trials.run(str(algorithm), _native.parameters_text(parameters), instance, protocol,
+                                         merit or "", self._chosen["clipping"], steps, bool(keep_frames))
         *made, closing, times = [json.loads(line) for line in lines.splitlines()]
         if frames is not None:
             frames = np.frombuffer(frames, np.float32).reshape(-1, *self.reference.shape)
@@ -70,6 +72,7 @@ class Lens:
 
     def __init__(self, batch, instance, instances):
         self._batch = batch
+        instance = whole(instance, "instance", 0)
         batch.reset([0], [instance], instances)
         drawn = batch.instance(0)
         self.number, self.seed = drawn["number"], drawn["seed"]
@@ -80,12 +83,17 @@ class Lens:
     def capture(self, true_pose, frame=0):
         """What the sensor sees with the lens at a true pose in [0, 1]: float32, height x width. Other frames have other
         noise."""
-        pose = np.asarray(true_pose, np.float64)[None]
-        return self._batch.capture_at([0], pose, [_frame_seed(self.seed, frame)])[0]
+        return self._batch.capture_at([0], self._pose(true_pose), [_frame_seed(self.seed, frame)])[0]
 
     def render(self, true_pose):
         """The same without noise. Raises ValueError where the scene offers none."""
-        return self._batch.render_at([0], np.asarray(true_pose, np.float64)[None])[0]
+        return self._batch.render_at([0], self._pose(true_pose))[0]
+
+    def _pose(self, true_pose):
+        pose, axes = np.asarray(true_pose, np.float64), len(self.start)
+        if pose.shape != (axes,) or not ((pose >= 0) & (pose <= 1)).all():
+            raise ValueError(f"a true pose is {axes} numbers from 0 to 1, this is {true_pose!r}")
+        return pose[None]
 
     def move_by(self, move):
         """Moves the stage as commanded, in shares of the travel, and gives what the sensor sees then."""
@@ -108,6 +116,17 @@ class Lens:
         """(true pose, noise-free RMSE) at which this lens is best; None where the scene does not look for it."""
         found = self._batch.optima([0])[0]
         return None if found is None else (found[0], float(np.sqrt(max(0.0, found[1]))))
+
+
+def whole(number, name, least):
+    """A whole number of at least `least`; ValueError with its name for anything else."""
+    try:
+        value = operator.index(number)
+    except TypeError:
+        value = None
+    if value is None or value < least:
+        raise ValueError(f"{name}={number!r}: allowed: whole numbers from {least}")
+    return value
 
 
 def _frame_seed(seed, frame):
@@ -135,6 +154,8 @@ class Trial:
     def rmse(self, track="recommended"):
         """Noise-free RMSE after every step, shape (steps + 1,), of the "recommended" or "commanded" pose; "measured"
         is that of the captures."""
+        if track not in ("recommended", "commanded", "measured"):
+            raise ValueError(f"there is no track '{track}' of a trial; tracks: recommended, commanded, measured")
         if track == "measured":
             return np.array([_number(step["measured"]) for step in self.steps])
         return np.sqrt(np.maximum(0.0, [_number(step[track + "_mse"]) for step in self.steps]))
@@ -168,6 +189,8 @@ def read_results(folder, what="curves"):
         return pandas.read_csv(table)
     if what != "steps":
         raise ValueError(f"there is no table '{what}'; tables: curves, instances, steps")
+    if not (folder / "trials").is_dir():
+        raise FileNotFoundError(f"{folder} was published without its raw trials: there is no folder trials in it")
     rows, closing = [], {}
     for path in sorted((folder / "trials").glob("*.jsonl")):
         for line in path.read_text().splitlines():

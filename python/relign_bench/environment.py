@@ -26,7 +26,7 @@ class AlignmentEnv(gymnasium.Env):
                          travel in [-0.2, 0.2]; "absolute": poses in [0, 1] that count from the true start
     clipping             "soft": every axis stops at its own limit; "hard": the whole move stops at the first one
     goal                 an episode ends (terminated) once the score is below it; None: never
-    max_episode_steps    then it is truncated
+    max_episode_steps    then it is truncated, 200 unless given; None: never
     noise_free           tell info["noise_free_rmse"]; costs some ten captures a step
     instances            "training", "tuning" or "benchmark": which family of lenses. Suites use "benchmark"; train on
                          "training", choose checkpoints on "tuning"
@@ -92,6 +92,12 @@ class AlignmentEnv(gymnasium.Env):
         if self._window is not None:
             self._window.close()
             self._window = None
+
+
+def made_by_gymnasium(**arguments):
+    """An AlignmentEnv for gymnasium.make, which keeps max_episode_steps for a wrapper of its own: two limits would be the
+    smaller one."""
+    return AlignmentEnv(max_episode_steps=None, **arguments)
 
 
 def chosen_instance(options, task, random):

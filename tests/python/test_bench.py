@@ -18,7 +18,7 @@ class Lenses(unittest.TestCase):
         self.assertEqual(lens.capture(pose).shape, (20, 20))
         np.testing.assert_array_equal(lens.capture(pose, frame=1), lens.capture(pose, frame=1))
         self.assertFalse(np.array_equal(lens.capture(pose, frame=1), lens.capture(pose, frame=2)))
-        with self.assertRaisesRegex(ValueError, "outside"):
+        with self.assertRaisesRegex(ValueError, "from 0 to 1"):
             lens.capture([0.5, 0.5, 1.5, 0.5, 0.5])
 
     def test_pictures_without_noise_are_the_mean_of_captures(self):
@@ -76,6 +76,18 @@ class Trials(unittest.TestCase):
             bench.run("random", protocol="pape")
         with self.assertRaisesRegex(ValueError, "first_stride"):
             bench.run("nlopt-sbplx", parameters={"first_strid": 0.1})
+        for wrong, why in (({"steps": 0}, "steps=0: allowed: whole numbers from 1"), ({"instance": -1}, "instance=-1"),
+                           ({"instance": 1.5}, "instance=1.5")):
+            with self.assertRaisesRegex(ValueError, why):
+                bench.run("random", **wrong)
+        lens = bench.lens(0)
+        for pose in ([0.5] * 4, [0.5, 0.5, 0.5, 0.5, float("nan")], [0.5, 0.5, 0.5, 0.5, 1.5]):
+            with self.assertRaisesRegex(ValueError, "a true pose is 5 numbers from 0 to 1"):
+                lens.capture(pose)
+        with self.assertRaisesRegex(ValueError, "tracks: recommended, commanded, measured"):
+            bench.run("random", steps=1).rmse("excess")
+        with self.assertRaisesRegex(ValueError, "instances: training, tuning, benchmark"):
+            relign_bench.AlignmentEnv("gaussian_spot", "rho0", instances="bench")
 
 
 class Results(unittest.TestCase):
@@ -97,10 +109,16 @@ class Results(unittest.TestCase):
 
 class Imports(unittest.TestCase):
     def test_the_environment_is_registered_in_either_order(self):
-        for code in ("import gymnasium, relign_bench", "import relign_bench, gymnasium; relign_bench.register()"):
+        for code in ("import gymnasium, relign_bench", "import relign_bench, gymnasium; relign_bench.register()",
+                     "from relign_bench import Bench; import gymnasium"):
             told = subprocess.run([sys.executable, "-c", code + "; print(gymnasium.spec('relign_bench/Alignment-v0').id)"],
                                   capture_output=True, check=True, text=True).stdout
             self.assertEqual(told.strip(), "relign_bench/Alignment-v0")
+
+    def test_modules_are_there_without_an_import(self):
+        code = "import relign_bench; print(relign_bench.rewards.__name__, hasattr(relign_bench, 'reward'))"
+        told = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, text=True).stdout
+        self.assertEqual(told.strip(), "relign_bench.rewards False")
 
     def test_plugins_need_neither_numpy_nor_the_compiled_part(self):
         code = ("import sys; import relign_bench.plugin; "

@@ -140,6 +140,11 @@ class Episodes(unittest.TestCase):
             env.reset(seed=1)
             ends = [env.step(np.zeros(5, np.float32))[2:4] for _ in range(3)]
             self.assertEqual(ends, [(False, False), (False, False), (False, True)])
+        # Longer than the package's 200, too: one limit, not the smaller of two.
+        env = gymnasium.make(ID, max_episode_steps=203, **{**SMALL, "scene": "gaussian_spot", "noise_level": "rho0", "size": None})
+        env.reset(seed=1)
+        still = np.zeros(env.action_space.shape, np.float32)
+        self.assertEqual([env.step(still)[3] for _ in range(203)], [False] * 202 + [True])
         env = make(goal=100.0)
         env.reset(seed=1)
         self.assertEqual(env.step(np.zeros(5, np.float32))[2:4], (True, False))
