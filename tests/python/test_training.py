@@ -18,6 +18,7 @@ except ImportError as problem:
     raise unittest.SkipTest(f"{problem}: training needs torch, from the Python index")
 
 from relign_bench.training import cli, policy
+from relign_bench.training.folder import RunFolder
 from relign_bench.training.imitate import Recipe, Training, near_poses
 
 TINY = dict(size=40, levels="0,0.5", lenses=40, pictures=10, passes=2, rounds=1, round_lenses=40, round_moves=3,
@@ -62,8 +63,19 @@ class Imitation(unittest.TestCase):
         told = subprocess.run(command(self.folder, lensez=3), capture_output=True, text=True)
         self.assertEqual(told.returncode, 2)
         self.assertIn("--set lensez=3: allowed: NAME=VALUE", told.stderr)
-        with self.assertRaisesRegex(ValueError, "'x' is no int"):
-            cli.changed(Recipe(), ["lenses=x"])
+        for setting, why in (("lenses=x", "'x' is no whole number"), ("levels=0,", "no list of numbers with commas"),
+                             ("lenses=0", "allowed: more than 0"), ("rate=-1", "allowed: more than 0"),
+                             ("near=1.5", "allowed: 0 to 1"), ("levels=-0.5", "allowed: 0 or more")):
+            with self.assertRaisesRegex(ValueError, why):
+                cli.changed(Recipe(), [setting])
+        self.assertEqual(cli.changed(Recipe(), ["rounds=0"]).rounds, 0)
+
+    def test_another_recipe_in_the_folder_is_told_by_its_settings(self):
+        folder = self.folder / "kept"
+        RunFolder(folder, Recipe())
+        RunFolder(folder, Recipe())
+        with self.assertRaisesRegex(ValueError, "another recipe \\(rate 0.001 there, 0.1 here\\)"):
+            RunFolder(folder, Recipe(rate=0.1))
 
 
 class Parts(unittest.TestCase):

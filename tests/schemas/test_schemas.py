@@ -75,11 +75,16 @@ class Schemas(unittest.TestCase):
 
     def test_recipes_have_the_settings_of_trainings(self):
         schema, check = tools.load("recipe"), tools.validator("recipe")
+        readme = (ROOT / "python/README.md").read_text().split("### Recipes", 1)[1]
         for name, file, side in (("imitation", "imitate.py", "imitation"), ("ppo", "reinforce.py", "ppo")):
             module = ast.parse((ROOT / "python/relign_bench/training" / file).read_text())
             recipe = next(one for one in module.body if isinstance(one, ast.ClassDef) and one.name == "Recipe")
             fields = {one.target.id for one in recipe.body if isinstance(one, ast.AnnAssign)}
             self.assertEqual(set(schema["definitions"][name]["properties"]), fields, file)
+            table = readme.split(f"\n`{name.replace('imitation', 'imitate')}`", 1)[1].split("\n\n`", 1)[0]
+            told = {word for row in re.findall(r"^\| (`[^|]*) \|", table, re.M) for word in re.findall(r"`(\w+)`", row)}
+            options = {"scene", "seed", "preset", "algorithm", "warm_start"}  # of their own
+            self.assertEqual(told | (options & fields), fields, f"python/README.md of {file}")
             document = json.loads((ROOT / f"plugins/agents/{side}/{side}.json").read_text())["trained"]["recipe"]
             self.assertEqual(tools.complaints(check, document), [])
             for what, wrong in tools.wrong_versions(schema, document):

@@ -3,6 +3,7 @@
 import argparse
 import dataclasses
 import json
+import math
 import os
 import pathlib
 import sys
@@ -72,7 +73,7 @@ def make_parser():
                           help="decides lenses, poses and weights [default: %(default)s]")
         made.add_argument("--threads", type=int, metavar="N", help="[default: all cores]")
         made.add_argument("--set", action="append", default=[], metavar="NAME=VALUE",
-                          help="another value of the recipe, such as --set size=50; recipe.json lists them; repeatable")
+                          help="another value of the recipe, such as --set rate=3e-5; python/README.md lists them; repeatable")
 
     training(verb("imitate", "regression on simulated misalignments, then rounds on what the policy meets",
                   "Learn from pictures of misaligned lenses where the optimum is; then from what the policy meets.",
@@ -144,6 +145,7 @@ def _export(given):
         raise ValueError(f"{folder} holds no training: it has no recipe.json")
     if out.suffix != ".onnx":
         raise ValueError(f"--out {out}: expected a name that ends with .onnx")
+    out.parent.mkdir(parents=True, exist_ok=True)
     recipe = json.loads(kept.read_text())
     if "preset" in recipe:
         need("stable_baselines3", "stable-baselines3")
@@ -210,8 +212,28 @@ def changed(recipe, settings):
         try:
             values[name] = tuple(float(part) for part in text.split(",")) if kind is tuple else kind(text)
         except ValueError:
-            raise ValueError(f"--set {setting}: '{text}' is no {kind.__name__}") from None
+            what = {tuple: "no list of numbers with commas, such as 0,0.25", int: "no whole number", float: "no number"}
+            raise ValueError(f"--set {setting}: '{text}' is {what.get(kind, 'no ' + kind.__name__)}") from None
+        check_value(setting, name, values[name])
     return dataclasses.replace(recipe, **values)
+
+
+MAY_BE_ZERO = ("seed", "warm_up", "rounds", "level", "levels", "goal", "entropy", "target_kl", "last_rate", "near", "gamma",
+               "gae_lambda")
+MAY_BE_NEGATIVE = ("first_log_std",)
+SHARES = ("near", "gamma", "gae_lambda")
+
+
+def check_value(setting, name, value):
+    """Raises ValueError for numbers with which no training can go on. The recipe's own classes know the rest."""
+    for number in value if isinstance(value, tuple) else (value,):
+        if isinstance(number, str) or name in MAY_BE_NEGATIVE:
+            continue
+        if not math.isfinite(number) or number < 0 or (number == 0 and name not in MAY_BE_ZERO):
+            allowed = "0 or more" if name in MAY_BE_ZERO else "more than 0"
+            raise ValueError(f"--set {setting}: allowed: {allowed}")
+        if name in SHARES and number > 1:
+            raise ValueError(f"--set {setting}: allowed: 0 to 1")
 
 
 def write_tuning(folder, levels, rmse):

@@ -15,7 +15,8 @@ class RunFolder:
         text = json.dumps(asdict(recipe), indent=1) + "\n"
         kept = self.path / "recipe.json"
         if kept.is_file() and kept.read_text() != text:
-            raise ValueError(f"{path} holds a training by another recipe; give another folder, or remove it")
+            raise ValueError(f"{path} holds a training by another recipe{_differences(kept, json.loads(text))}; give "
+                             "another folder, or remove it")
         kept.write_text(text)
 
     def __truediv__(self, name):
@@ -32,3 +33,15 @@ class RunFolder:
 
     def keep_text(self, name, text):
         self.keep(name, lambda out: out.write(text.encode()))
+
+
+def _differences(kept, wanted):
+    """" (rate 0.0001 there, 0.0003 here)"; nothing where what is there cannot be read."""
+    try:
+        there = json.loads(kept.read_text())
+    except ValueError:
+        return ""
+    if not isinstance(there, dict):
+        return ""
+    names = [name for name in {**there, **wanted} if there.get(name) != wanted.get(name)]
+    return " (" + ", ".join(f"{name} {there.get(name)!r} there, {wanted.get(name)!r} here" for name in names) + ")"

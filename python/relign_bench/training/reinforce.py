@@ -92,6 +92,9 @@ class Reinforcement:
             if recipe.algorithm != "ppo":
                 raise ValueError("preset tuned is made for ppo; the others go with --preset paper")
             self._warm = pathlib.Path(warm_start) / "checkpoint.pt"
+            if not self._warm.is_file():
+                raise ValueError(f"--warm-start {warm_start}: there is no checkpoint.pt in it; expected a folder of "
+                                 "relign-train imitate")
             recipe = replace(recipe, warm_start=weights_hash(self._warm))
         self.recipe, self.threads, self.tell = recipe, threads, tell
         self.folder = RunFolder(folder, recipe)
