@@ -57,11 +57,15 @@ void ProcessAlgorithm::begin(const relign_conversation& talk) {
 void ProcessAlgorithm::run(const relign_conversation& talk) {
   begin(talk);
   Deadline stop_deadline;
-  while (true) {
-    const Json request = plugin_.receive(kRun, stop_deadline, "it was told to stop and did not return in time");
+  std::string late = "it was told to stop and did not return in time";
+  for (std::size_t stops = 0;;) {
+    const Json request = plugin_.receive(kRun, stop_deadline, late.c_str());
     if (request["message"] == "done") return;
-    if (answer(request, talk) == RELIGN_STOP && !stop_deadline)
-      stop_deadline = in_seconds(plugin_.patience().stop_seconds);
+    if (answer(request, talk) != RELIGN_STOP) continue;
+    if (!stop_deadline) stop_deadline = in_seconds(plugin_.patience().stop_seconds);
+    if (++stops > 1)
+      late = "it was told " + std::to_string(stops) +
+             " times that there are no more steps (step() gives None then) and did not return from run in time";
   }
 }
 

@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "base/json_members.h"
 #include "base/text.h"
+#include "records/instances.h"
 #include "records/record.h"
 
 namespace relign::records {
@@ -30,41 +31,6 @@ const Json& list(const Json& object, const char* key, const fs::path& folder) {
 }
 
 std::string algorithm_key(const Json& entry) { return text_of(entry, "name") + "\n" + text_of(entry, "protocol"); }
-
-// "seed: 1 in a, 2 in b" for every member of `keys` that differs.
-std::vector<std::string> differing(const Json& a, const Json& b, const std::vector<const char*>& keys,
-                                   const std::string& in_a, const std::string& in_b) {
-  std::vector<std::string> sentences;
-  for (const char* key : keys)
-    if (member(a, key) != member(b, key))
-      sentences.push_back(std::string(key) + ": " + member(a, key).dump() + " in " + in_a + ", " +
-                          member(b, key).dump() + " in " + in_b);
-  return sentences;
-}
-
-const Json* named(const Json& entries, const std::string& name) {
-  for (const Json& entry : entries)
-    if (text_of(entry, "name") == name) return &entry;
-  return nullptr;
-}
-
-// What makes two instance sets different, by the entries of one list of the manifests.
-void compare_lists(const char* what, const Json& a, const Json& b, const std::string& in_a, const std::string& in_b,
-                   std::vector<std::string>& sentences) {
-  for (const Json& entry : a) {
-    const std::string name = text_of(entry, "name");
-    const Json* other = named(b, name);
-    if (!other)
-      sentences.push_back(std::string(what) + " '" + name + "' is in " + in_a + " alone");
-    else
-      for (const std::string& sentence :
-           differing(entry, *other, {"plugin", "parameters", "identity", "data"}, in_a, in_b))
-        sentences.push_back(std::string(what) + " '" + name + "', " + sentence);
-  }
-  for (const Json& entry : b)
-    if (!named(a, text_of(entry, "name")))
-      sentences.push_back(std::string(what) + " '" + text_of(entry, "name") + "' is in " + in_b + " alone");
-}
 
 std::string counted(const std::map<std::string, std::size_t>& values) {
   std::vector<std::string> parts;
@@ -109,8 +75,8 @@ void ManifestJoin::join_lists(const fs::path& folder, const Json& manifest) {
   std::vector<std::string> different;
   if (text_of(first_, "instance_set") != text_of(manifest, "instance_set"))
     different = differing(first_, manifest, {"instance_set", "seed", "first_instance", "instances"}, a, b);
-  compare_lists("scene", first_["scenes"], manifest["scenes"], a, b, different);
-  compare_lists("noise level", first_["noise_levels"], manifest["noise_levels"], a, b, different);
+  for (const std::string& sentence : different_scenes_and_levels(first_, manifest, true, a, b))
+    different.push_back(sentence);
   // These are no part of the set, but whoever compares takes them for equal.
   for (const std::string& sentence : differing(first_, manifest, {"limits", "machine_time"}, a, b))
     different.push_back(sentence);

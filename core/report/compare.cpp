@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "base/json_members.h"
 #include "base/text.h"
+#include "records/instances.h"
 #include "report/escape.h"
 #include "report/loaded_results.h"
 #include "report/page_data.h"
@@ -81,11 +82,15 @@ class Comparer {
 
  private:
   void check_instances() const {
-    const std::string a = text_of(a_.manifest, "instance_set"), b = text_of(b_.manifest, "instance_set");
-    if (!a.empty() && !b.empty() && a != b)
-      throw Error(ErrorKind::bad_input, side_a_.folder.string() + " and " + side_b_.folder.string() +
-                                            " were made on different instances (scenes with their data, noise levels, "
-                                            "seed, numbers); only the same lenses can be compared one by one");
+    if (text_of(a_.manifest, "instance_set") == text_of(b_.manifest, "instance_set")) return;
+    const std::string a = side_a_.folder.string(), b = side_b_.folder.string();
+    // One may have more lenses than the other: those that both have are compared.
+    const std::vector<std::string> different = records::different_lenses(a_.manifest, b_.manifest, a, b);
+    if (!different.empty())
+      throw Error(ErrorKind::bad_input, a + " and " + b +
+                                            " were made on different lenses, and only the same can be compared one by "
+                                            "one:\n  " +
+                                            join(different, "\n  "));
   }
 
   static void check_method(const ComparedSide& side, const LoadedResults& results) {

@@ -99,6 +99,18 @@ Json landscape_of(const std::string& text, const std::vector<SceneAxis>& axes) {
   return landscape;
 }
 
+// The simulated clock of a scene's trials: its own, with what the suite set in its place. Null where nobody tells it.
+Json clock_of(const Json& scene, const Json& manifest) {
+  if (flag_of(scene, "owns_stage")) return nullptr;
+  const Json &own = object_of(scene, "machine_time"), &suites = object_of(manifest, "machine_time");
+  Json clock;
+  for (const char* key : {"speed_mm_per_s", "speed_deg_per_s", "settle_ms", "exposure_ms", "readout_ms"}) {
+    const Json value = suites.contains(key) ? suites[key] : own.value(key, Json());
+    if (value.is_number()) clock[key] = shown_number(value.get<double>());
+  }
+  return clock;
+}
+
 }  // namespace
 
 Json scene_facts(const fs::path& results, const Json& manifest) {
@@ -114,6 +126,7 @@ Json scene_facts(const fs::path& results, const Json& manifest) {
     const Json& image = object_of(description, "image");
     facts["width"] = count_of(image, "width");
     facts["height"] = count_of(image, "height");
+    if (Json clock = clock_of(scene, manifest); !clock.is_null()) facts["machine_time"] = std::move(clock);
     const auto axes = all_axes.find(name);
     facts["axes"] = Json::array();
     if (axes != all_axes.end()) {

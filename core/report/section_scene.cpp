@@ -20,6 +20,21 @@ std::string travel_of(const Json& facts) {
   return text;
 }
 
+// What machine times rest on.
+std::string clock_of(const Json& facts) {
+  const Json& clock = object_of(facts, "machine_time");
+  const std::pair<const char*, const char*> parts[] = {{"speed_mm_per_s", " mm/s"},
+                                                       {"speed_deg_per_s", " degrees/s"},
+                                                       {"settle_ms", " ms to settle"},
+                                                       {"exposure_ms", " ms exposure"},
+                                                       {"readout_ms", " ms readout"}};
+  std::string text;
+  for (const auto& [key, unit] : parts)
+    if (const Json value = clock.value(key, Json()); value.is_number())
+      text += (text.empty() ? "" : ", ") + sort_value(value) + unit;
+  return text;
+}
+
 bool is_shown(const Json& facts, const std::map<std::string, std::string>& drawings) {
   return !list_of(facts, "axes").empty() || drawings.count(text_of(facts, "scene")) > 0;
 }
@@ -62,7 +77,9 @@ std::string scene_section(const Json& data, const Gallery& gallery) {
     std::string quiet;
     if (const std::string travel = travel_of(facts); !travel.empty()) quiet = "Travel: " + travel + ". ";
     if (count_of(facts, "width") > 0)
-      quiet += "Images of " + text_of(facts, "width") + " x " + text_of(facts, "height") + " pixels.";
+      quiet += "Images of " + text_of(facts, "width") + " x " + text_of(facts, "height") + " pixels. ";
+    if (const std::string clock = clock_of(facts); !clock.empty())
+      quiet += "Stage and camera of the simulated clock: " + clock + ".";
     if (!quiet.empty()) html.element("p", {{"class", "quiet"}}, quiet);
     html.open("div", {{"class", "figures"}});
     const auto found = gallery.drawings.find(name);

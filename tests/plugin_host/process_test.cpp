@@ -344,6 +344,9 @@ TEST_F(ProcessTest, WhoHangsIsKilledWithItsWholeGroup) {
                              "print('child', child.pid)\n"
                              "time.sleep(100)")),
               HasSubstr("it was told to stop and did not return in time"));
+  // The commonest loop of all: it never looks at what step gives.
+  EXPECT_THAT(failure(script("while True: talk.step([0.5, 0.5])")),
+              AllOf(HasSubstr("times that there are no more steps (step() gives None then)"), HasSubstr("was killed")));
   ASSERT_THAT(logged_, Contains(HasSubstr("child ")));
   const std::string process = logged_.back().substr(6);
   const auto lives = [&] {

@@ -77,12 +77,14 @@ TEST_F(Compare, OfTwoFoldersTakesTheMethodsThatBothHave) {
   ASSERT_EQ(result["pairs"].size(), 1U);
   EXPECT_EQ(result["pairs"][0]["b"], "a");
   EXPECT_THAT(result["unmatched"], ElementsAre("b (relign_od, rho0, paper)"));
-  add_to_manifest({{"instance_set", "other"}});
+  add_to_manifest({{"instance_set", "longer"}, {"instances", 7}});
+  EXPECT_EQ(compare({before, ""}, side(), {})["pairs"].size(), 1U) << "the same lenses, and more of them";
+  add_to_manifest({{"instance_set", "other"}, {"seed", 2}});
   EXPECT_THAT(error_text(ErrorKind::bad_input,
                          [&] {
                            compare({before, ""}, side(), {});
                          }),
-              HasSubstr("different instances"));
+              AllOf(HasSubstr("made on different lenses"), HasSubstr("seed: null in ")));
   std::filesystem::remove_all(before);
 }
 
