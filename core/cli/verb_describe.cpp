@@ -160,6 +160,20 @@ Json to_json(const Manifest& plugin, const Preset* preset) {
           {"presets", presets}};
 }
 
+// The id; of a path, that of the plugin which lies there.
+std::string id_of(Context& context, const std::string& given) {
+  std::error_code error;
+  if (given.find('/') == std::string::npos && !std::filesystem::is_regular_file(given, error)) return given;
+  if (std::filesystem::path(given).extension() == ".json" && std::filesystem::exists(given, error)) {
+    const Json document = JsonSource::from_file(given).root();
+    if (document.is_object() && document.contains("use") && document["use"].is_string())
+      throw Error(ErrorKind::bad_input, given + " is a file that '" + document["use"].get<std::string>() +
+                                            "' reads; describe that. relign-bench lens info --scene FILE prints the "
+                                            "lens of a scene");
+  }
+  return context.catalog().add(given)->id;
+}
+
 struct DescribeArguments {
   std::string id;
   std::vector<std::string> levels;
@@ -167,7 +181,7 @@ struct DescribeArguments {
 };
 
 int describe(Context& context, const DescribeArguments& arguments) {
-  const std::string& id = arguments.id;
+  const std::string id = id_of(context, arguments.id);
   std::vector<std::string> known, pages;
   Json all = Json::array();
   for (const auto& plugin : context.catalog().plugins()) {
@@ -206,7 +220,7 @@ void add_describe(CLI::App& app, Context& context) {
                      "list, try"});
   auto arguments = std::make_shared<DescribeArguments>();
   DescribeArguments& given = *arguments;
-  verb.add_option("ID", given.id, "id of a plugin or preset")->required();
+  verb.add_option("ID", given.id, "id of a plugin or preset, or a plugin's path")->required();
   verb.add_option(
           "--noise-level", given.levels,
           "of a scene: how far the own optima of this level's lenses lie from the nominal pose; may be repeated")

@@ -153,7 +153,7 @@ void tell_of_crash(int) {
   [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, kText, sizeof kText - 1);
 }  // the handler is gone by now: what crashed crashes again, and the shell sees it
 
-task::TrialResult run_watched(const task::TrialSetup& setup) {
+task::TrialResult run_watched(const task::TrialSetup& setup, bool as_document) {
   static const bool registered = std::atexit(tell_of_exit) == 0;
   for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) {
     struct sigaction before {}, ours {};
@@ -168,6 +168,20 @@ task::TrialResult run_watched(const task::TrialSetup& setup) {
     ~UnderWay() { trial_under_way = false; }
   };
   const UnderWay under_way(registered);
+  // With --json stdout is a document, and what plugins print goes where the log goes.
+  struct Redirected {
+    explicit Redirected(bool wanted) : before(wanted ? ::dup(STDOUT_FILENO) : -1) {
+      if (before >= 0) ::dup2(STDERR_FILENO, STDOUT_FILENO);
+    }
+    ~Redirected() {
+      if (before < 0) return;
+      std::fflush(stdout);
+      ::dup2(before, STDOUT_FILENO);
+      ::close(before);
+    }
+    int before;
+  };
+  const Redirected redirected(as_document);
   return task::run_trial(setup);
 }
 
@@ -219,7 +233,7 @@ int run_try(Context& context, TryArguments arguments) {
     if (!context.json) print_result((step.number == 0 ? header(scene.facts.axes.size()) : "") + row(step));
     if (!arguments.frames.empty()) save_frame(arguments.frames, step.number, scene.facts, pixels);
   };
-  return end_of_trial(context, arguments, run_watched(setup), scene.facts.truth);
+  return end_of_trial(context, arguments, run_watched(setup, context.json), scene.facts.truth);
 }
 
 int try_or_stop(Context& context, const TryArguments& arguments) {

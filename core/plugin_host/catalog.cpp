@@ -121,7 +121,7 @@ struct Catalog::Found {
   fs::path document;  // empty: none
 };
 
-void Catalog::add(const fs::path& plugin) { add_plugin(plugin); }
+std::shared_ptr<const Manifest> Catalog::add(const fs::path& plugin) { return add_plugin(plugin); }
 
 std::shared_ptr<const Manifest> Catalog::add_plugin(const fs::path& plugin) {
   const fs::path file = manifest_of(absolute_path(plugin));

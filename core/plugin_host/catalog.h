@@ -32,7 +32,7 @@ class Catalog {
   // Adds one plugin folder, a library, a Python script, or a manifest file. Throws Error(plugin_refused), also
   // when an id or preset of the same namespace (scenes; noise levels; algorithms) exists already.
   // Adding the same folder again does nothing.
-  void add(const std::filesystem::path& plugin);
+  std::shared_ptr<const Manifest> add(const std::filesystem::path& plugin);
 
   // Adds every folder below `root` that holds a relign-plugin.json. One bad plugin never spoils
   // the scan: what was refused is kept as text in refused().

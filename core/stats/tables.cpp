@@ -22,6 +22,12 @@ std::string field(const std::string& text) {
 
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
+// A traceback in a table: tools that read lines see a row each. The record keeps it as it was.
+std::string one_line(std::string text) {
+  for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos; at += 3) text.replace(at, 1, " / ");
+  return text;
+}
+
 }  // namespace
 
 std::string curves_csv(const std::vector<Curve>& curves) {
@@ -98,7 +104,7 @@ void instances_csv(const TrialTable& table, const std::function<void(std::string
           (row.steps == 0 ? "" : std::to_string(row.last_step)) + ',' + std::to_string(row.budget);
     for (const double value : row.last) csv += ',' + field(value);
     csv += ',' + field(row.machine_seconds) + ',' + field(row.recommended_seconds) + ',' +
-           field(table.text(row.recommendation)) + ',' + field(table.text(row.message));
+           field(table.text(row.recommendation)) + ',' + field(one_line(table.text(row.message)));
     if (table.tells_mtf()) {
       const TrialMtf& mtf = table.mtf_of(row);
       for (const double value : {mtf.glued.centre, mtf.glued.corner, mtf.own_optimum.centre, mtf.own_optimum.corner})

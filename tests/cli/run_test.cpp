@@ -174,7 +174,13 @@ TEST(CliRun, TryTellsOfAPluginThatTakesTheProgramAlong) {
   const Outcome crashed = tried("crash");
   EXPECT_EQ(crashed.exit_code, 128 + SIGABRT);
   EXPECT_THAT(crashed.err, HasSubstr("crashed during the trial"));
-  EXPECT_EQ(tried("throw").exit_code, 3);
+  const Outcome thrown = relign_bench(place, {"try", "breaks_down", "--plugin", RELIGN_BREAKS_DOWN, "--json"});
+  EXPECT_EQ(thrown.exit_code, 3);
+  EXPECT_EQ(json::parse(thrown.out).at("end"), "failed") << "what the plugin prints is no part of the document";
+  EXPECT_THAT(thrown.err, HasSubstr("the gripper slips"));
+  const Outcome page = relign_bench(place, {"describe", RELIGN_BREAKS_DOWN, "--json"});
+  EXPECT_EQ(page.exit_code, 0) << page.err;
+  EXPECT_EQ(json::parse(page.out).at("id"), "breaks_down") << "a path stands for the plugin";
 }
 
 }  // namespace

@@ -72,7 +72,7 @@ std::vector<records::TrialRecord> sample() {
       trial("jumper, \"quick\"", 0, {0.5, 0.25, 0.5}, {0.5, 0.25, 0.5}, {0.5, 0.25, 0.25}),
   };
   trials[4].end = "failed";
-  trials[4].message = "lost, for good";
+  trials[4].message = "lost,\nfor good";
   for (std::size_t index = 0; index < 4; ++index) {
     trials[index].has_own_optimum = true;
     // Excess of the last recommendation of trial 3: below its own optimum, shown as 0.
@@ -143,7 +143,7 @@ TEST_F(Instances, HaveOneRowATrial) {
                                        "recommendation,message\n"));
   EXPECT_THAT(csv, HasSubstr("\nwalker2,toy,calm,paper,walker,2,finished,1,2,0.25,0.25,0.25,0.25,0.25,1,1.5,own,\n"));
   EXPECT_THAT(csv, HasSubstr("\"jumper, \"\"quick\"\"\",0,budget_spent,2,2,0.5,0.25,0.5,0.25,,2,2.5,own,\n"));
-  EXPECT_THAT(csv, HasSubstr("failed,0,2,0.5,0.5,0.5,0.5,,0,0.5,own,\"lost, for good\"\n"));
+  EXPECT_THAT(csv, HasSubstr("failed,0,2,0.5,0.5,0.5,0.5,,0,0.5,own,\"lost, / for good\"\n"));
 }
 
 TEST_F(Ranking, PutsTheBestMedianFirstWithinItsGroup) {

@@ -66,16 +66,23 @@ def _plain(value):
     raise TypeError("%r cannot be written as JSON: its class is %s" % (value, type(value).__name__))
 
 
+def _is_own(frame):
+    return os.path.dirname(os.path.abspath(frame.filename)) != os.path.dirname(os.path.abspath(__file__))
+
+
+def _own_traceback(error):
+    """As Python prints it, without the frames of this package."""
+    told = traceback.TracebackException.from_exception(error)
+    told.stack[:] = [frame for frame in told.stack if _is_own(frame)] or told.stack
+    return "".join(told.format())
+
+
 def _sentence(error):
     """What went wrong in one line, with the place in the author's file."""
     text = "".join(traceback.format_exception_only(type(error), error)).strip().splitlines()[-1]
     if isinstance(error, SystemExit):
         text = "it called sys.exit(%r) during the trial" % (error.code,)
-    own = [
-        frame
-        for frame in traceback.extract_tb(error.__traceback__)
-        if os.path.dirname(os.path.abspath(frame.filename)) != os.path.dirname(os.path.abspath(__file__))
-    ]
+    own = [frame for frame in traceback.extract_tb(error.__traceback__) if _is_own(frame)]
     if own:
         text += " (%s, line %d)" % (os.path.basename(own[-1].filename), own[-1].lineno)
     return text
@@ -108,7 +115,7 @@ def _talk_to_host(cls, host):
             host.tell(**answer)
         except BaseException as error:  # SystemExit and KeyboardInterrupt too: the host must hear of it
             if not isinstance(error, SystemExit):
-                traceback.print_exc()
+                print(_own_traceback(error), end="", file=sys.stderr)
             sys.stdout.flush()
             sys.stderr.flush()
             host.tell(message="failed", text=_sentence(error))

@@ -1,4 +1,5 @@
 // An optimizer that fails after its first step, or takes its process along.
+#include <cstdio>
 #include <cstdlib>
 #include <relign/plugin.hpp>
 #include <stdexcept>
@@ -11,6 +12,7 @@ class BreaksDown final : public relign::Optimizer {
   explicit BreaksDown(const relign::Parameters& given) : how_(given.text("how")) {}
   void run(relign::Conversation& talk) override {
     talk.step(talk.box().centre());
+    std::printf("the gripper slips\n");
     if (how_ == "exit") std::exit(0);
     if (how_ == "crash") std::abort();
     throw std::runtime_error("the gripper let go");
