@@ -13,11 +13,10 @@ bool CodeVSystem::take(int line, const std::vector<std::string>& words) {
                                                         "WTA", "CRA", "PTP", "POR", "PFR", "PUX", "PUY", "PUI"};
   static const std::set<std::string> kVignetting = {"VUX", "VLX", "VUY", "VLY"};
   static const std::set<std::string> kFields = {"XAN", "YAN", "XOB", "YOB", "XIM", "YIM", "XRI", "YRI"};
-  LensDesign& design = reading_.design;
   const std::string keyword = upper_case(words[0]);
   const std::string value = words.size() > 1 ? words[1] : "";
   const auto aperture = [&](SystemAperture::Kind kind) {
-    design.aperture = {kind, reading_.number(line, value, keyword)};
+    reading_.aperture(line, keyword, kind, value);
     return true;
   };
   if (kWithoutMeaning.count(keyword) > 0) return true;

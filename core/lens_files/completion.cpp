@@ -61,9 +61,7 @@ class Completion {
   Completion(LensDesign& design, LensDraft draft) : design_(design), draft_(std::move(draft)) {}
 
   CompleteLens run() {
-    OrderedJson& stop = draft_.json["stops"][0];
-    opening_told_ = stop["opening_radius_mm"].get<double>() > 0;
-    if (!opening_told_) stop["opening_radius_mm"] = kProvisional_mm;
+    draft_.json["stops"][0]["opening_radius_mm"] = kProvisional_mm;
     std::vector<bool> told;
     each_face(draft_.json, [&](OrderedJson& face) {
       told.push_back(face["clear_radius_mm"].get<double>() > 0);
@@ -71,10 +69,13 @@ class Completion {
     });
     set_image();
     set_field();
-    set_aperture();
+    const bool all_told = std::find(told.begin(), told.end(), false) == told.end();
+    set_aperture(told);
     if (std::find(told.begin(), told.end(), false) != told.end()) set_clear_radii(told);
+    if (!all_told)
+      assume("assumed: clear radii of faces where the file tells none, 3 % more than the rays of the field need");
     check_stop();
-    return {draft_.json, read_back(draft_, design_)};
+    return {draft_.json, read_back(draft_, design_), opening_why_};
   }
 
  private:
@@ -119,40 +120,103 @@ class Completion {
     draft_.json["half_field_deg"] = std::round(half_deg * 1e6) / 1e6;
   }
 
-  // The entrance pupil that the file specifies, and the stop's opening from it where that is not told.
-  void set_aperture() {
-    const optics::FirstOrder data = optics::first_order(read_back(draft_, design_));
+  // The diameter of the paraxial entrance pupil that the file's system aperture states; 0 where it states none.
+  double stated_pupil(const optics::FirstOrder& data) const {
+    constexpr double kWidest_mm = 1e5, kNarrowest_mm = 1e-6;
+    const SystemAperture& aperture = design_.aperture;
     const double object_mm = design_.surfaces.front().thickness_mm;
-    const double value = std::fabs(design_.aperture.value);
     double pupil_mm = 0;
-    switch (design_.aperture.kind) {
+    switch (aperture.kind) {
       case SystemAperture::entrance_pupil_diameter:
-        pupil_mm = value;
+        pupil_mm = aperture.value;
         break;
       case SystemAperture::f_number:
-        if (value > 0) pupil_mm = std::fabs(data.focal_length) / value;
+        pupil_mm = std::fabs(data.focal_length) / aperture.value;
         break;
       case SystemAperture::image_na:
-        pupil_mm = 2 * std::fabs(data.focal_length) * value;
+        pupil_mm = 2 * std::fabs(data.focal_length) * aperture.value;
         break;
       case SystemAperture::object_na:
-        if (object_mm < kInfinite && value < 1)
-          pupil_mm = 2 * std::fabs(object_mm + data.entrance_pupil_z) * value / std::sqrt(1 - value * value);
+        if (object_mm >= kInfinite)
+          refuse(aperture.line, aperture.word + " is an aperture at the object, but the object is infinitely far");
+        if (aperture.value >= 1)
+          refuse(aperture.line, aperture.word + ": a numerical aperture of " + shortest(aperture.value) +
+                                    "; allowed are numbers below 1");
+        pupil_mm = 2 * std::fabs(object_mm + data.entrance_pupil_z) * aperture.value /
+                   std::sqrt(1 - aperture.value * aperture.value);
         break;
       case SystemAperture::stop_size:
       case SystemAperture::none:
-        break;
+        return 0;
     }
-    if (!std::isfinite(pupil_mm) || pupil_mm > 1e5)
-      refuse(0, "the system aperture makes an entrance pupil of " + shortest(pupil_mm) + " mm; allowed are up to 1e5");
-    if (pupil_mm > 1e-9) draft_.json["entrance_pupil_diameter_mm"] = pupil_mm;
-    if (opening_told_) return;
-    const double opening = kProvisional_mm * pupil_mm / std::fabs(data.entrance_pupil_diameter);
-    if (!(opening > kProvisional_mm && opening < 1e6))
+    if (!(pupil_mm >= kNarrowest_mm && pupil_mm <= kWidest_mm))
+      refuse(aperture.line,
+             stated() + " makes an entrance pupil of " + shortest(pupil_mm) + " mm; allowed are 1e-6 to 1e5");
+    return pupil_mm;
+  }
+  std::string stated() const {
+    const SystemAperture& aperture = design_.aperture;  // in mm by now, whatever the file's unit
+    return aperture.word + " " + shortest(aperture.value) +
+           (aperture.kind == SystemAperture::entrance_pupil_diameter ? " mm" : "");
+  }
+  std::string stated_with_line() const { return stated() + " (line " + std::to_string(design_.aperture.line) + ")"; }
+
+  // The system aperture decides how wide the stop opens, as design programs have it; the stop surface's own
+  // semi-diameter is what they draw. It counts where no aperture is stated, or where the file says that it does.
+  void set_aperture(std::vector<bool>& told) {
+    constexpr double kDiffers = 0.01;
+    OrderedJson& stop = draft_.json["stops"][0];
+    const double own = stop_surface().clear_radius_mm;
+    stop["opening_radius_mm"] = kProvisional_mm;
+    const optics::FirstOrder data = optics::first_order(read_back(draft_, design_));
+    const double pupil_mm = stated_pupil(data);
+    const double pupil_per_opening = std::fabs(data.entrance_pupil_diameter) / kProvisional_mm;
+    const double opening = pupil_mm > 0 ? pupil_mm / pupil_per_opening : own;
+    if (!(opening >= kProvisional_mm && opening < 1e6))
       refuse(stop_surface().line,
              "the file tells neither how wide the stop opens nor a system aperture; write one of "
              "them (Zemax: ENPD or FNUM, CODE V: EPD or FNO)");
-    draft_.json["stops"][0]["opening_radius_mm"] = std::round(opening * 1e9) / 1e9;
+    stop["opening_radius_mm"] = std::round(opening * 1e9) / 1e9;
+    if (!(pupil_mm > 0)) {
+      opening_why_ = "radius; the stop surface's own, " +
+                     (design_.aperture.kind == SystemAperture::stop_size
+                          ? "as " + design_.aperture.word + " says (line " + std::to_string(design_.aperture.line) + ")"
+                          : "the file states no system aperture");
+      return;
+    }
+    draft_.json["entrance_pupil_diameter_mm"] = pupil_mm;
+    opening_why_ = "radius; from " + stated_with_line();
+    open_face_of_stop(opening, told);
+    if (own <= 0 || std::fabs(opening - own) <= kDiffers * own) return;
+    const auto f_number = [&](double radius) {
+      return "f/" + significant(std::fabs(data.focal_length) / (radius * pupil_per_opening), 3);
+    };
+    opening_why_ += ", not " + significant(own, 6) + " mm of the stop surface";
+    design_.remarks.push_back({stop_surface().line,
+                               "not used: the clear radius of the stop, surface " + stop_surface().label + ", " +
+                                   significant(own, 4) + " mm (" + f_number(own) + "), " +
+                                   (own < opening ? "narrower" : "wider") + " than " + stated_with_line() +
+                                   " asks for, which opens the stop to " + significant(opening, 4) + " mm (" +
+                                   f_number(opening) + "); if the radius is meant, " +
+                                   (design_.format == "Zemax" ? "write FLOA instead of " + design_.aperture.word
+                                                              : "take the line " + design_.aperture.word + " out"),
+                               0});
+  }
+
+  // A face that is the stop itself must not be narrower than what it opens to.
+  void open_face_of_stop(double opening, std::vector<bool>& told) {
+    std::size_t i = 0;
+    for (std::size_t e = 0; e < draft_.json["elements"].size(); ++e) {
+      OrderedJson& faces = draft_.json["elements"][e]["faces"];
+      for (std::size_t f = 0; f < faces.size(); ++f, ++i) {
+        const std::size_t surface =
+            draft_.surface_of.at("/elements/" + std::to_string(e) + "/faces/" + std::to_string(f));
+        if (surface != draft_.surface_of.at("/stops/0") || faces[f]["clear_radius_mm"].get<double>() >= opening)
+          continue;
+        faces[f]["clear_radius_mm"] = kProvisional_mm;
+        told[i] = false;
+      }
+    }
   }
 
   // As wide as rays of the whole field through the whole stop need, and a little more.
@@ -176,7 +240,6 @@ class Completion {
       }
       ++i;
     });
-    assume("assumed: clear radii of faces where the file tells none, 3 % more than the rays of the field need");
   }
 
   void check_stop() {
@@ -184,16 +247,18 @@ class Completion {
     each_face(draft_.json,
               [&](OrderedJson& face) { widest = std::max(widest, face["clear_radius_mm"].get<double>()); });
     const double opening = draft_.json["stops"][0]["opening_radius_mm"].get<double>();
-    if (opening > widest)
-      refuse(stop_surface().line, "the stop opens to a radius of " + significant(opening, 6) +
-                                      " mm, wider than every face of the lens (" + significant(widest, 6) + " mm)");
+    if (opening <= widest) return;
+    const bool stated_aperture = draft_.json.contains("entrance_pupil_diameter_mm");
+    refuse(stated_aperture ? design_.aperture.line : stop_surface().line,
+           (stated_aperture ? stated() + " opens the stop" : "the stop opens") + std::string(" to a radius of ") +
+               significant(opening, 6) + " mm, wider than every face of the lens (" + significant(widest, 6) + " mm)");
   }
 
   const Surface& stop_surface() const { return design_.surfaces[draft_.surface_of.at("/stops/0")]; }
 
   LensDesign& design_;
   LensDraft draft_;
-  bool opening_told_ = false;
+  std::string opening_why_;
 };
 
 // Names of files and titles may hold bytes that are no UTF-8.

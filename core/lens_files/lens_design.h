@@ -38,7 +38,9 @@ struct Surface {
 struct SystemAperture {
   enum Kind { none, entrance_pupil_diameter, f_number, object_na, image_na, stop_size };
   Kind kind = none;
-  double value = 0;
+  double value = 0;  // above 0; 0 for stop_size
+  int line = 0;
+  std::string word;  // what the file calls it: "ENPD"
 };
 
 struct FieldSize {
@@ -81,6 +83,8 @@ class Reading {
   // The number in a word; a problem and 0 when it is none, or beyond +-limit.
   double number(int line, const std::string& word, const std::string& what, double limit = 1e30);
   int integer(int line, const std::string& word, const std::string& what);
+  // The system aperture as the file states it; a problem when it is 0 or less. The last one counts, others are listed.
+  void aperture(int line, const std::string& keyword, SystemAperture::Kind kind, const std::string& value);
   // A new surface at the end; throws all problems at once when there are too many.
   Surface& add_surface(int line, const std::string& label);
 

@@ -171,6 +171,7 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
     line("f-number", data.f_number, "", "focal length / entrance pupil");
     line("entrance pupil", data.entrance_pupil_diameter, "mm",
          significant(data.entrance_pupil_z, 6) + " mm behind the first vertex");
+    line("stop's opening", lens.aperture_stop().opening_radius_mm, "mm", complete.opening_why);
     line("exit pupil", data.exit_pupil_diameter, "mm",
          significant(data.exit_pupil_from_last, 6) + " mm from the last vertex");
     line("half field", field_deg, "degrees", "the file's largest field");

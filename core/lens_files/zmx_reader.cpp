@@ -66,7 +66,7 @@ class ZmxReader {
   bool system_line(const std::string& keyword) {
     LensDesign& design = reading_.design;
     const auto aperture = [&](SystemAperture::Kind kind) {
-      design.aperture = {kind, kind == SystemAperture::stop_size ? 0 : number(1, keyword)};
+      reading_.aperture(line_, keyword, kind, word(1));
       return true;
     };
     if (keyword == "MODE") {

@@ -93,8 +93,78 @@ TEST(Completion, StopFromTheSystemAperture) {
   EXPECT_NEAR(optics::first_order(lens).entrance_pupil_diameter, 10, 1e-6);
   const optics::Prescription fast = complete(replaced(no_diameter, "ENPD 10", "FNUM 4 0")).lens;
   EXPECT_NEAR(optics::first_order(fast).f_number, 4, 1e-6);
-  EXPECT_THAT(refusal(replaced(no_diameter, "ENPD 10", "ENPD 0")),
-              HasSubstr("a.zmx:19: the file tells neither how wide"));
+  EXPECT_THAT(refusal(replaced(no_diameter, "ENPD 10\n", "")), HasSubstr("a.zmx:18: the file tells neither how wide"));
+}
+
+// What a lens file says of its aperture, and what its stop makes of it.
+double opened_f_number(optics::Prescription lens) {
+  lens.entrance_pupil_diameter_mm = 0;
+  return optics::first_order(lens).f_number;
+}
+
+TEST(Completion, TheStatedApertureOpensTheStopWhateverTheStopSurfaceSays) {
+  for (const std::string own : {"DIAM 5\n", "DIAM 4.5\n", "DIAM 2\n", ""}) {
+    LensDesign design = read_zmx(replaced(small_zmx(), "  DIAM 5\n", own.empty() ? "" : "  " + own), "a.zmx");
+    const optics::Prescription lens = complete(design).lens;
+    EXPECT_NEAR(optics::first_order(lens).entrance_pupil_diameter, 10, 1e-6) << own;
+    EXPECT_NEAR(opened_f_number(lens), optics::first_order(lens).f_number, 1e-6) << own;
+  }
+  // A ray at height 1 is at 0.9536 by the stop: 5 mm against 4.768 mm.
+  LensDesign design = read_zmx(small_zmx(), "a.zmx");
+  const CompleteLens lens = complete(design);
+  EXPECT_THAT(lens.opening_why, HasSubstr("from ENPD 10 mm (line 3), not 5.00000 mm of the stop surface"));
+  EXPECT_THAT(design.remarks.back().text,
+              HasSubstr("not used: the clear radius of the stop, surface 3, 5.000 mm (f/4.83), wider than ENPD 10 mm "
+                        "(line 3) asks for, which opens the stop to 4.768 mm (f/5.07)"));
+  EXPECT_EQ(design.remarks.back().line, 19);
+  LensDesign narrow = read_zmx(replaced(small_zmx(), "DIAM 5\n", "DIAM 2\n"), "a.zmx");
+  complete(narrow);
+  EXPECT_THAT(narrow.remarks.back().text, HasSubstr("2.000 mm (f/12.1), narrower than ENPD 10 mm (line 3) asks for"));
+  LensDesign fits = read_zmx(replaced(small_zmx(), "DIAM 5\n", "DIAM 4.75\n"), "a.zmx");
+  complete(fits);
+  EXPECT_TRUE(fits.remarks.empty());
+}
+
+TEST(Completion, TheStopSurfaceDecidesWhereTheFileSaysSoOrStatesNoAperture) {
+  for (const std::string aperture : {"FLOA\n", ""}) {
+    LensDesign design = read_zmx(replaced(small_zmx(), "ENPD 10\n", aperture), "a.zmx");
+    const CompleteLens lens = complete(design);
+    EXPECT_EQ(lens.lens.aperture_stop().opening_radius_mm, 5);
+    EXPECT_FALSE(lens.json.contains("entrance_pupil_diameter_mm"));
+    EXPECT_TRUE(design.remarks.empty());
+    EXPECT_THAT(lens.opening_why, HasSubstr(aperture.empty() ? "states no system aperture" : "as FLOA says (line 3)"));
+  }
+}
+
+TEST(Completion, AStopOnAFaceIsOpenedWithIt) {
+  std::string text = replaced(small_zmx(), "  STOP\n", "");
+  text = replaced(replaced(text, "SURF 2\n", "SURF 2\n  STOP\n"), "  DISZ 1\n  DIAM 12\n", "  DISZ 1\n  DIAM 3\n");
+  LensDesign design = read_zmx(text, "a.zmx");
+  const optics::Prescription lens = complete(design).lens;
+  EXPECT_GT(lens.aperture_stop().opening_radius_mm, 4);
+  EXPECT_GT(lens.elements[0].faces[1].clear_radius_mm, lens.aperture_stop().opening_radius_mm);
+  ASSERT_EQ(design.remarks.size(), 1U);
+  EXPECT_THAT(design.remarks[0].text, HasSubstr("surface 2, 3.000 mm"));
+}
+
+TEST(Completion, AperturesThatCannotBe) {
+  EXPECT_THAT(refusal(replaced(small_zmx(), "ENPD 10", "ENPD 0")),
+              HasSubstr("a.zmx:3: ENPD: an aperture of 0; a system aperture is larger than 0"));
+  EXPECT_THAT(refusal(replaced(small_zmx(), "ENPD 10", "FNUM -5 0")), HasSubstr("a.zmx:3: FNUM: an aperture of -5"));
+  EXPECT_THAT(refusal(replaced(small_zmx(), "ENPD 10", "ENPD nan")), HasSubstr("a.zmx:3: ENPD: expected a number"));
+  EXPECT_THAT(refusal(replaced(small_zmx(), "ENPD 10", "ENPD 1e9")),
+              HasSubstr("a.zmx:3: ENPD 1e+09 mm makes an entrance pupil of"));
+  EXPECT_THAT(refusal(replaced(small_zmx(), "ENPD 10", "OBNA 0.1")),
+              HasSubstr("a.zmx:3: OBNA is an aperture at the object, but the object is infinitely far"));
+  EXPECT_THAT(refusal(replaced(small_zmx(), "ENPD 10", "ENPD 40")),
+              HasSubstr("a.zmx:3: ENPD 40 mm opens the stop to a radius of 19.07"));
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [] { read_design(small_seq("", "FNO -2"), "a.seq"); }),
+              HasSubstr("a.seq:7: FNO: an aperture of -2"));
+  // Of two the last counts, and the other is named.
+  const LensDesign two = read_zmx(small_zmx("", "FNUM 4\n"), "a.zmx");
+  EXPECT_EQ(two.aperture.kind, SystemAperture::f_number);
+  ASSERT_EQ(two.remarks.size(), 1U);
+  EXPECT_EQ(two.remarks[0].text, "not used: ENPD; line 8 states FNUM");
 }
 
 TEST(Completion, ClearRadiiLetTheWholeFieldThrough) {
@@ -116,7 +186,7 @@ TEST(Completion, ImagePlaneAndFieldThatTheFileLacks) {
   const optics::FirstOrder data = optics::first_order(lens.lens);
   EXPECT_NEAR(data.image_distance, data.back_focal_length, 1e-9);
   EXPECT_EQ(lens.lens.half_field_deg, 10);
-  ASSERT_EQ(design.remarks.size(), 2U);
+  ASSERT_EQ(design.remarks.size(), 3U);  // and of the stop
   EXPECT_THAT(design.remarks[0].text, HasSubstr("paraxial focus"));
   EXPECT_THAT(design.remarks[1].text, HasSubstr("half field of 10 degrees"));
 }
@@ -138,7 +208,7 @@ TEST(Completion, MistakesAreToldByTheDesignsLines) {
               HasSubstr("a.zmx:15: surface 2: the face crosses"));
   EXPECT_THAT(refusal(replaced(small_zmx(), "DISZ 4\n", "DISZ -4\n")),
               HasSubstr("a.zmx:15: surface 2: the face at z = -4"));
-  EXPECT_THAT(refusal(replaced(small_zmx(), "DIAM 5\n", "DIAM 13\n")),
+  EXPECT_THAT(refusal(replaced(replaced(small_zmx(), "DIAM 5\n", "DIAM 13\n"), "ENPD 10", "FLOA")),
               HasSubstr("a.zmx:19: the stop opens to a radius of 13.0000 mm, wider than every face"));
 }
 
