@@ -75,6 +75,7 @@ class Completion {
     if (!all_told)
       assume("assumed: clear radii of faces where the file tells none, 3 % more than the rays of the field need");
     check_stop();
+    check_axial_beam(told);
     return {draft_.json, read_back(draft_, design_), opening_why_};
   }
 
@@ -177,6 +178,7 @@ class Completion {
              "the file tells neither how wide the stop opens nor a system aperture; write one of "
              "them (Zemax: ENPD or FNUM, CODE V: EPD or FNO)");
     stop["opening_radius_mm"] = std::round(opening * 1e9) / 1e9;
+    open_face_of_stop(opening, told);
     if (!(pupil_mm > 0)) {
       opening_why_ = "radius; the stop surface's own, " +
                      (design_.aperture.kind == SystemAperture::stop_size
@@ -186,7 +188,6 @@ class Completion {
     }
     draft_.json["entrance_pupil_diameter_mm"] = pupil_mm;
     opening_why_ = "radius; from " + stated_with_line();
-    open_face_of_stop(opening, told);
     if (own <= 0 || std::fabs(opening - own) <= kDiffers * own) return;
     const auto f_number = [&](double radius) {
       return "f/" + significant(std::fabs(data.focal_length) / (radius * pupil_per_opening), 3);
@@ -203,20 +204,16 @@ class Completion {
                                0});
   }
 
-  // A face that is the stop itself must not be narrower than what it opens to.
+  // A face that is the stop itself must not be narrower than what it opens to: the opening is measured on the plane of
+  // the vertex, which rays meet a little nearer to the axis or further off than the face.
   void open_face_of_stop(double opening, std::vector<bool>& told) {
-    std::size_t i = 0;
-    for (std::size_t e = 0; e < draft_.json["elements"].size(); ++e) {
-      OrderedJson& faces = draft_.json["elements"][e]["faces"];
-      for (std::size_t f = 0; f < faces.size(); ++f, ++i) {
-        const std::size_t surface =
-            draft_.surface_of.at("/elements/" + std::to_string(e) + "/faces/" + std::to_string(f));
-        if (surface != draft_.surface_of.at("/stops/0") || faces[f]["clear_radius_mm"].get<double>() >= opening)
-          continue;
-        faces[f]["clear_radius_mm"] = kProvisional_mm;
-        told[i] = false;
-      }
-    }
+    constexpr double kMargin = 1.05;
+    each_surface([&](OrderedJson& face, std::size_t index, std::size_t i) {
+      if (index != draft_.surface_of.at("/stops/0") || face["clear_radius_mm"].get<double>() >= kMargin * opening)
+        return;
+      face["clear_radius_mm"] = kProvisional_mm;
+      told[i] = false;
+    });
   }
 
   // As wide as rays of the whole field through the whole stop need, and a little more.
@@ -252,6 +249,38 @@ class Completion {
     refuse(stated_aperture ? design_.aperture.line : stop_surface().line,
            (stated_aperture ? stated() + " opens the stop" : "the stop opens") + std::string(" to a radius of ") +
                significant(opening, 6) + " mm, wider than every face of the lens (" + significant(widest, 6) + " mm)");
+  }
+
+  // Clear radii of the file that stop light which its own aperture lets through.
+  void check_axial_beam(const std::vector<bool>& told) {
+    constexpr double kRounding = 0.99;  // files print semi-diameters of the axial beam with few digits
+    const optics::Prescription lens = read_back(draft_, design_);
+    const double object_mm = design_.surfaces.front().thickness_mm;
+    std::vector<double> needed(told.size(), 0);
+    for (const FanRay& ray : beam(lens, 0, object_mm < kInfinite && object_mm > 0 ? object_mm : 0))
+      for (std::size_t i = 0; i < needed.size(); ++i) needed[i] = std::max(needed[i], std::fabs(ray.traced.hits[i].y));
+    each_surface([&](const OrderedJson& face, std::size_t index, std::size_t i) {
+      const double clear = face["clear_radius_mm"].get<double>();
+      if (!told[i] || clear >= kRounding * needed[i]) return;
+      const Surface& surface = design_.surfaces[index];
+      design_.remarks.push_back({surface.line,
+                                 "the clear radius of surface " + surface.label + ", " + significant(clear, 4) +
+                                     " mm, stops light on the axis: the beam through the opened stop needs " +
+                                     significant(needed[i], 4) + " mm there, so that f/" +
+                                     significant(optics::first_order(lens).f_number, 3) + " is not reached",
+                                 0});
+    });
+  }
+
+  // Faces with their surfaces in the design, by number from the front.
+  template <class Body>
+  void each_surface(Body&& body) {
+    std::size_t i = 0;
+    for (std::size_t e = 0; e < draft_.json["elements"].size(); ++e) {
+      OrderedJson& faces = draft_.json["elements"][e]["faces"];
+      for (std::size_t f = 0; f < faces.size(); ++f, ++i)
+        body(faces[f], draft_.surface_of.at("/elements/" + std::to_string(e) + "/faces/" + std::to_string(f)), i);
+    }
   }
 
   const Surface& stop_surface() const { return design_.surfaces[draft_.surface_of.at("/stops/0")]; }

@@ -64,7 +64,9 @@ struct LensDesign {
   std::vector<Surface> surfaces;  // the object's first, the image's last
   SystemAperture aperture;
   FieldSize field;
-  double wavelength_nm = 0;                 // the reference wavelength
+  double wavelength_nm = 0;                // the reference wavelength
+  std::vector<double> all_wavelengths_nm;  // those that the design is for
+  int wavelengths_line = 0;
   std::map<std::string, double> published;  // first-order values, by the names of lens.json
   std::vector<Remark> remarks;
 };

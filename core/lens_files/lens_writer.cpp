@@ -242,7 +242,32 @@ class Writer {
 
 }  // namespace
 
+namespace {
+
+// A scene has one wavelength: the file's others change nothing, and who reads on must know.
+void tell_wavelengths(LensDesign& design, double wavelength_nm) {
+  std::vector<std::string> others;
+  for (const double other : design.all_wavelengths_nm) {
+    const std::string text = shortest(rounded(other, 9));
+    if (std::fabs(other - wavelength_nm) > 1e-6 * wavelength_nm &&
+        std::find(others.begin(), others.end(), text) == others.end())
+      others.push_back(text);
+  }
+  if (others.empty()) return;
+  std::string text;
+  for (const std::string& other : others) text += (text.empty() ? "" : ", ") + other;
+  const bool the_files = std::fabs(design.wavelength_nm - wavelength_nm) <= 1e-6 * wavelength_nm;
+  design.remarks.push_back({design.wavelengths_line,
+                            "not used: the wavelength" + std::string(others.size() > 1 ? "s " : " ") + text +
+                                " nm; images are made with one, " + shortest(rounded(wavelength_nm, 9)) + " nm, " +
+                                (the_files ? "the file's reference (--wavelength takes another)" : "of --wavelength"),
+                            0});
+}
+
+}  // namespace
+
 LensDraft draft_lens(LensDesign& design, const GlassSources& sources, const std::string& name, double wavelength_nm) {
+  tell_wavelengths(design, wavelength_nm > 0 ? wavelength_nm : design.wavelength_nm);
   return Writer(design, sources, wavelength_nm > 0 ? wavelength_nm : design.wavelength_nm).write(name);
 }
 

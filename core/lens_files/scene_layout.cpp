@@ -187,6 +187,15 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
     line("half travel, sideways", sideways, "mm", "0.15 of the sensor's shorter side");
     line("half travel, along the axis", along, "mm", "the same, at most half of the way to the sensor");
     line("half travel, tilts", kTravelTilt_deg, "degrees", "the paper's");
+    const double design_z = lens.image_z_mm, off = std::fabs(design_z - focus);
+    if (off > along)  // the travel takes at most half of the way to the sensor
+      design.remarks.push_back({0,
+                                "the design's image plane lies " + significant(design_z - last, 4) +
+                                    " mm behind the last face, the best focus of an emitter at " +
+                                    significant(distance, 4) + " mm " + significant(focus - last, 4) +
+                                    " mm: the sensor is put there, further off than the travel along the axis, " +
+                                    significant(along, 4) + " mm; is the file's last distance right?",
+                                0});
     if (2 * height > side)
       design.remarks.push_back({0,
                                 "the image of the field, " + significant(2 * height, 4) +

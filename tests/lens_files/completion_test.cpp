@@ -147,6 +147,26 @@ TEST(Completion, AStopOnAFaceIsOpenedWithIt) {
   EXPECT_THAT(design.remarks[0].text, HasSubstr("surface 2, 3.000 mm"));
 }
 
+TEST(Completion, ClearRadiiThatStopTheAxialBeamAreSaid) {
+  // The axial beam fills 5 mm of the first face, all but; a face that is the stop itself never stops it.
+  LensDesign narrow = read_zmx(replaced(small_zmx(), "DIAM 12\n", "DIAM 4.5\n"), "a.zmx");
+  complete(narrow);
+  ASSERT_EQ(narrow.remarks.size(), 2U);
+  EXPECT_EQ(narrow.remarks[1].line, 10);
+  EXPECT_THAT(narrow.remarks[1].text,
+              HasSubstr("the clear radius of surface 1, 4.500 mm, stops light on the axis: the beam through the opened "
+                        "stop needs 5.000 mm"));
+  EXPECT_THAT(narrow.remarks[1].text, HasSubstr("so that f/5.07 is not reached"));
+  LensDesign wide = read_zmx(replaced(small_zmx(), "DIAM 12\n", "DIAM 5\n"), "a.zmx");
+  complete(wide);
+  EXPECT_EQ(wide.remarks.size(), 1U);
+  std::string on_face = replaced(replaced(small_zmx(), "  STOP\n", ""), "SURF 2\n", "SURF 2\n  STOP\n");
+  on_face = replaced(replaced(on_face, "  DISZ 1\n  DIAM 12\n", "  DISZ 1\n  DIAM 4\n"), "ENPD 10", "FLOA");
+  LensDesign floating = read_zmx(on_face, "a.zmx");
+  EXPECT_GT(complete(floating).lens.elements[0].faces[1].clear_radius_mm, 4.05);
+  EXPECT_TRUE(floating.remarks.empty());
+}
+
 TEST(Completion, AperturesThatCannotBe) {
   EXPECT_THAT(refusal(replaced(small_zmx(), "ENPD 10", "ENPD 0")),
               HasSubstr("a.zmx:3: ENPD: an aperture of 0; a system aperture is larger than 0"));

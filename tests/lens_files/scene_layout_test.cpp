@@ -78,6 +78,26 @@ TEST(SceneLayout, SaysWhatDoesNotFit) {
   EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { made("relign_od.lis", close); }), HasSubstr("relign_od.lis: "));
 }
 
+LensDesign laid_out(const std::string& zmx) {
+  LensDesign design = read_zmx(zmx, "a.zmx");
+  const CompleteLens lens = complete_lens(design, draft_lens(design, {}, "a", 0));
+  lay_out(design, lens, choices_of());
+  return design;
+}
+bool says(const LensDesign& design, const std::string& text) {
+  const std::vector<std::string> lines = remark_lines(design);
+  return std::any_of(lines.begin(), lines.end(),
+                     [&](const std::string& line) { return line.find(text) != std::string::npos; });
+}
+
+TEST(SceneLayout, AnImagePlaneFarFromBestFocusIsSaid) {
+  EXPECT_FALSE(says(laid_out(small_zmx()), "the design's image plane"));
+  std::string text = small_zmx();
+  text.replace(text.find("DISZ 47.6"), 9, "DISZ 80");
+  EXPECT_TRUE(
+      says(laid_out(text), "a.zmx: the design's image plane lies 81.00 mm behind the last face, the best focus"));
+}
+
 TEST(SceneLayout, ValuesThatTheFilePrintsAreCompared) {
   LensDesign design = golden_design("relign_od.lis");
   design.published["focal_length"] = 3.1;
