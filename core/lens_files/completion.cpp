@@ -76,6 +76,7 @@ class Completion {
       assume("assumed: clear radii of faces where the file tells none, 3 % more than the rays of the field need");
     check_stop();
     check_axial_beam(told);
+    tell_plates();
     return {draft_.json, read_back(draft_, design_), opening_why_};
   }
 
@@ -270,6 +271,28 @@ class Completion {
                                      significant(optics::first_order(lens).f_number, 3) + " is not reached",
                                  0});
     });
+  }
+
+  // Plates of cover glass and filters usually sit on the sensor; here everything of glass moves with the lens.
+  void tell_plates() {
+    const OrderedJson& elements = draft_.json["elements"];
+    for (std::size_t e = elements.size(); e-- > 1;) {
+      const OrderedJson& faces = elements[e]["faces"];
+      const bool plate = std::all_of(faces.begin(), faces.end(), [](const OrderedJson& face) {
+        return face["radius_mm"].is_null() && !face.contains("even_asphere");
+      });
+      if (!plate) return;
+      const std::string at = "/elements/" + std::to_string(e) + "/faces/", name = elements[e]["name"];
+      const Surface& first = design_.surfaces[draft_.surface_of.at(at + "0")];
+      const Surface& last = design_.surfaces[draft_.surface_of.at(at + std::to_string(faces.size() - 1))];
+      design_.remarks.push_back(
+          {first.line,
+           "surfaces " + first.label + "-" + last.label + " (" + name +
+               ") are a plane plate before the image: it moves with the lens here and has "
+               "tolerances like an element; if it sits on the sensor (cover glass, filter), take " +
+               name + " out of tolerances.json: shifts of a plate change nothing, tilts little",
+           0});
+    }
   }
 
   // Faces with their surfaces in the design, by number from the front.

@@ -167,6 +167,17 @@ TEST(Completion, ClearRadiiThatStopTheAxialBeamAreSaid) {
   EXPECT_TRUE(floating.remarks.empty());
 }
 
+TEST(Completion, PlanePlatesBeforeTheImageAreSaid) {
+  const std::string plate =
+      "SURF 4\n  DISZ 1\n  GLAS ___BLANK 1 0 1.5 0\n  DIAM 9\nSURF 5\n  DISZ 0.5\n  DIAM 9\nSURF 6\n  DISZ 0\n";
+  LensDesign design = read_zmx(replaced(small_zmx(), "SURF 4\n  DISZ 0\n", plate), "a.zmx");
+  const CompleteLens lens = complete(design);
+  ASSERT_EQ(lens.lens.elements.size(), 2U);
+  ASSERT_EQ(design.remarks.size(), 2U);
+  EXPECT_EQ(design.remarks[1].line, 23);
+  EXPECT_THAT(design.remarks[1].text, HasSubstr("surfaces 4-5 (L2) are a plane plate before the image: it moves with"));
+}
+
 TEST(Completion, AperturesThatCannotBe) {
   EXPECT_THAT(refusal(replaced(small_zmx(), "ENPD 10", "ENPD 0")),
               HasSubstr("a.zmx:3: ENPD: an aperture of 0; a system aperture is larger than 0"));
