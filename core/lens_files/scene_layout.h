@@ -33,6 +33,7 @@ struct LayoutLine {
 struct Layout {
   OrderedJson scene, tolerances, suite;
   std::vector<LayoutLine> lines;
+  std::string grade;  // of the tolerances: "10 um, 3 arcmin"
 };
 
 // "1920x1280@3.45" (columns, rows, pitch in um) or "4.8" (a square's side in mm, 200 pixels). Throws Error(bad_input)
