@@ -30,16 +30,38 @@ struct NewArguments {
   double wavelength_nm = 0;
 };
 
-// "Cooke 50 mm" -> "Cooke_50_mm": names stand in tables and in names of folders.
-std::string plain_name(std::string name) {
+// "Cooke 50 mm" -> "Cooke_50_mm": names stand in tables and in names of folders. One '_' a character, however many
+// bytes of UTF-8 it has.
+std::string plain_name(const std::string& name) {
   constexpr std::size_t kLongest = 64;
-  name = name.substr(0, kLongest);
-  for (char& letter : name) {
+  std::string plain_name;
+  for (const char letter : name) {
     const bool plain = (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') ||
                        (letter >= '0' && letter <= '9') || letter == '-' || letter == '.';
-    if (!plain) letter = '_';
+    const bool goes_on = (static_cast<unsigned char>(letter) & 0xc0U) == 0x80U;
+    if (!goes_on && plain_name.size() < kLongest) plain_name += plain ? letter : '_';
   }
+  return plain_name;
+}
+
+// Of a file without a name: what stands for blanks and the like at the end says nothing.
+std::string name_of_file(const fs::path& file) {
+  std::string name = plain_name(file.stem().string());
+  while (!name.empty() && name.back() == '_') name.pop_back();
   return name;
+}
+
+// Said with the unit: who writes 0.55 for green light must see why not.
+CLI::Validator from_to(double least, double most, const std::string& unit) {
+  return CLI::Validator(
+      [least, most, unit](std::string& text) {
+        double value = 0;
+        const bool number = CLI::detail::lexical_cast(text, value);
+        return number && value >= least && value <= most
+                   ? std::string()
+                   : "'" + text + "' is no number from " + shortest(least) + " to " + shortest(most) + " " + unit;
+      },
+      "");
 }
 
 lens_files::GlassSources glass_sources(const NewArguments& arguments) {
@@ -101,7 +123,7 @@ void print_made(Context& context, const fs::path& folder, const lens_files::Lens
 
 int new_scene(Context& context, const NewArguments& arguments) {
   lens_files::LayoutChoices choices;
-  choices.name = arguments.name.empty() ? plain_name(fs::path(arguments.lens_file).stem().string()) : arguments.name;
+  choices.name = arguments.name.empty() ? name_of_file(arguments.lens_file) : arguments.name;
   if (choices.name.empty() || choices.name[0] == '.' || choices.name != plain_name(choices.name))
     throw Error(ErrorKind::bad_input, "'" + choices.name +
                                           "' is no name for a scene: expected up to 64 letters, digits, '-', '_' or "
@@ -157,13 +179,13 @@ void add_scene_new(CLI::App& scene, Context& context) {
   verb.add_option("--distance", given.distance_mm,
                   "first vertex to emitter, mm [default: the file's object distance; else far enough to be sharp]")
       ->type_name("MM")
-      ->check(CLI::Range(1e-3, 1e6));
+      ->check(from_to(1e-3, 1e6, "mm"));
   verb.add_option("--glass", given.glass_files, "glass catalogue (.agf) to look names up in; repeatable")
       ->type_name("FILE")
       ->allow_extra_args(false);
   verb.add_option("--wavelength", given.wavelength_nm, "wavelength, nm [default: the file's reference wavelength]")
       ->type_name("NM")
-      ->check(CLI::Range(100.0, 1e5));
+      ->check(from_to(100, 1e5, "nm"));
   verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return new_scene(context, *arguments); }; });
 }

@@ -94,6 +94,17 @@ TEST(CliSceneNew, GlassesAreBuiltInOrFromCataloguesOrMistakes) {
   EXPECT_FALSE(fs::exists(place.path("new")));
 }
 
+TEST(CliSceneNew, NamesOfFilesBecomeNamesOfFolders) {
+  const Workplace place;
+  for (const auto& [file, folder] : {std::pair{"my lens \u00e9.zmx", "my_lens"}, {"\u00fc\u00df 5.zmx", "___5"}}) {
+    fs::copy_file(golden("cooke_triplet_utf8.zmx"), place.path(file));
+    const Outcome made = relign_bench(place, {"scene", "new", file});
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+    EXPECT_TRUE(fs::exists(place.path(std::string(folder) + "/scene.json"))) << folder;
+    EXPECT_EQ(parsed(place, std::string(folder) + "/scene.json").at("name"), folder);
+  }
+}
+
 TEST(CliSceneNew, TargetsAreNamesOrFilesThatAreCopied) {
   const Workplace place;
   ASSERT_EQ(relign_bench(place, {"render", "--noise-free", "-o", "star.png"}).exit_code, 0);
@@ -120,7 +131,9 @@ TEST(CliSceneNew, MistakesAreNamedAndNothingIsWritten) {
   };
   const std::string lens = golden("relign_od.lis");
   EXPECT_THAT(refused({golden("cooke_triplet_utf16.zmx"), "-o", "new", "--wavelength", "50"}),
-              HasSubstr("--wavelength"));
+              HasSubstr("--wavelength: '50' is no number from 100 to 100000 nm"));
+  EXPECT_THAT(refused({lens, "-o", "new", "--wavelength", "0.55"}), HasSubstr("from 100 to 100000 nm"));
+  EXPECT_THAT(refused({lens, "-o", "new", "--distance", "0"}), HasSubstr("from 0.001 to 1e+06 mm"));
   EXPECT_THAT(refused({lens, "-o", "new", "--sensor", "100@5"}), HasSubstr("--sensor '100@5': not COLUMNSxROWS@PITCH"));
   EXPECT_THAT(refused({lens, "-o", "new", "--target", "siemens_sta"}), HasSubstr("siemens_sta"));
   EXPECT_THAT(refused({lens, "-o", "new", "--name", "a b"}), HasSubstr("'a b' is no name for a scene"));
