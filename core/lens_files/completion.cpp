@@ -7,6 +7,7 @@
 #include "base/text.h"
 #include "lens_files/axial_rays.h"
 #include "lens_files/text_lines.h"
+#include "optics/face_shape.h"
 #include "optics/first_order.h"
 
 namespace relign::lens_files {
@@ -61,7 +62,8 @@ class Completion {
   Completion(LensDesign& design, LensDraft draft) : design_(design), draft_(std::move(draft)) {}
 
   CompleteLens run() {
-    draft_.json["stops"][0]["opening_radius_mm"] = kProvisional_mm;
+    provisional_opening_mm_ = provisional_opening();
+    draft_.json["stops"][0]["opening_radius_mm"] = provisional_opening_mm_;
     std::vector<bool> told;
     each_face(draft_.json, [&](OrderedJson& face) {
       told.push_back(face["clear_radius_mm"].get<double>() > 0);
@@ -85,6 +87,36 @@ class Completion {
   [[noreturn]] void refuse(int line, const std::string& message) const {
     throw_if_any({{design_.file, line, 0, "", message}});
     throw Error(ErrorKind::internal, message);
+  }
+
+  // Any opening does for first order, but a stop behind the vertex of a bulging face must be as wide as the bulge there
+  // to be a stop at all.
+  double provisional_opening() const {
+    constexpr int kSteps = 4000;
+    const double z = draft_.json["stops"][0]["z_mm"];
+    for (const OrderedJson& element : draft_.json["elements"]) {
+      const OrderedJson& front = element["faces"].front();
+      const double behind = z - front["z_mm"].get<double>();
+      if (behind <= 0 || z >= element["faces"].back()["z_mm"].get<double>()) continue;
+      optics::Face face;
+      if (!front["radius_mm"].is_null()) face.curvature = 1 / front["radius_mm"].get<double>();
+      face.conic = front.value("conic", 0.0);
+      face.even_asphere = front.value("even_asphere", std::vector<double>());
+      const double told = front["clear_radius_mm"].get<double>(),
+                   widest = told > 0 ? told : 1 / std::fabs(face.curvature);
+      double reaches = 0;
+      for (int i = 1; i <= kSteps && face.curvature != 0; ++i) {
+        const double radius = widest * i / kSteps, sag = optics::sag(face, radius);
+        if (sag >= behind) return radius;
+        if (sag > reaches) reaches = sag;
+      }
+      refuse(stop_surface().line, "the stop (surface " + stop_surface().label + ") lies inside the glass of " +
+                                      element["name"].get<std::string>() + ", " + significant(behind, 4) +
+                                      " mm behind its front vertex; the face falls back by " + significant(reaches, 4) +
+                                      " mm up to its rim, radius " + significant(widest, 4) +
+                                      " mm, and no further in may a stop before it stand");
+    }
+    return kProvisional_mm;
   }
 
   void set_image() {
@@ -169,10 +201,10 @@ class Completion {
     constexpr double kDiffers = 0.01;
     OrderedJson& stop = draft_.json["stops"][0];
     const double own = stop_surface().clear_radius_mm;
-    stop["opening_radius_mm"] = kProvisional_mm;
+    stop["opening_radius_mm"] = provisional_opening_mm_;
     const optics::FirstOrder data = optics::first_order(read_back(draft_, design_));
     const double pupil_mm = stated_pupil(data);
-    const double pupil_per_opening = std::fabs(data.entrance_pupil_diameter) / kProvisional_mm;
+    const double pupil_per_opening = std::fabs(data.entrance_pupil_diameter) / provisional_opening_mm_;
     const double opening = pupil_mm > 0 ? pupil_mm / pupil_per_opening : own;
     if (!(opening >= kProvisional_mm && opening < 1e6))
       refuse(stop_surface().line,
@@ -311,6 +343,7 @@ class Completion {
   LensDesign& design_;
   LensDraft draft_;
   std::string opening_why_;
+  double provisional_opening_mm_ = kProvisional_mm;
 };
 
 // Names of files and titles may hold bytes that are no UTF-8.

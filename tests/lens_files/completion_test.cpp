@@ -178,6 +178,59 @@ TEST(Completion, PlanePlatesBeforeTheImageAreSaid) {
   EXPECT_THAT(design.remarks[1].text, HasSubstr("surfaces 4-5 (L2) are a plane plate before the image: it moves with"));
 }
 
+// The stop's plane cuts the bulge of the first face, its rim is in the air: at radius r the glass begins r^2 / 100
+// behind the vertex.
+std::string stop_in_front(const std::string& distance, const std::string& aperture, const std::string& diameter) {
+  return "UNIT MM\n" + aperture +
+         "\nFTYP 0 0 1 1\nYFLN 5\nWAVM 1 0.55 1\nPWAV 1\nSURF 0\n  DISZ INFINITY\n"
+         "SURF 1\n  STOP\n  DISZ " +
+         distance + "\n" + diameter +
+         "SURF 2\n  CURV 0.02\n  DISZ 4\n  GLAS ___BLANK 1 0 1.5 0\n  DIAM 12\n"
+         "SURF 3\n  CURV -0.02\n  DISZ 48.6\n  DIAM 12\nSURF 4\n  DISZ 0\n";
+}
+
+TEST(Completion, AStopBeforeABulgeMayStandBehindItsVertex) {
+  for (const std::string aperture : {"ENPD 16", "FLOA"}) {
+    LensDesign design = read_zmx(stop_in_front("-0.6", aperture, "  DIAM 8\n"), "a.zmx");
+    const optics::Prescription lens = complete(design).lens;
+    EXPECT_TRUE(design.remarks.empty()) << design.remarks[0].text;
+    EXPECT_EQ(lens.aperture_stop().z_mm, 0.6);
+    const optics::FirstOrder data = optics::first_order(lens);
+    EXPECT_EQ(data.entrance_pupil_z, 0.6);
+    EXPECT_NEAR(data.entrance_pupil_diameter, 16, 1e-9);
+    // The plane on which rays are judged is the stop's: 8 mm from the axis there, by the line on which they came.
+    for (const double field : {0.0, 5.0})
+      for (const FanRay& ray : beam(lens, field, 0)) EXPECT_LE(std::fabs(ray.stop_height_mm), 8.05);
+    const double slope = std::tan(5 / 57.29577951308232);
+    const auto passes = [&](double height) {
+      return optics::trace(optics::Assembly(lens), {{0, height - 1.6 * slope, -1}, {0, slope, 1}},
+                           optics::Apertures::mesh)
+          .lost_at;
+    };
+    EXPECT_EQ(passes(7.999), "");
+    EXPECT_EQ(passes(-7.999), "");
+    EXPECT_EQ(passes(8.001), "aperture stop: outside the opening");
+    EXPECT_EQ(passes(-8.001), "aperture stop: outside the opening");
+  }
+}
+
+TEST(Completion, AStopWithItsRimInTheGlassIsRefused) {
+  EXPECT_THAT(
+      refusal(stop_in_front("-0.6", "ENPD 10", "  DIAM 8\n")),
+      HasSubstr("a.zmx:9: surface 1: the stop 'aperture stop' lies inside the glass of L1: its plane is 0.6000 mm "
+                "behind the front vertex, and at the rim of its opening, radius 5.000 mm, the glass begins "
+                "0.2506 mm behind it"));
+  EXPECT_THAT(
+      refusal(stop_in_front("-2", "ENPD 10", "  DIAM 8\n")),
+      HasSubstr("a.zmx:9: the stop (surface 1) lies inside the glass of L1, 2.000 mm behind its front vertex; the "
+                "face falls back by 1.461 mm up to its rim, radius 12.00 mm"));
+  EXPECT_THAT(refusal(stop_in_front("-60", "ENPD 10", "  DIAM 8\n")),
+              HasSubstr("a.zmx:9: the stop (surface 1) comes before L1 in the file and lies behind it on the axis"));
+  EXPECT_THAT(
+      refusal(replaced(small_zmx(), "  DISZ 1\n", "  DISZ -0.2\n")),
+      HasSubstr("a.zmx:19: the stop (surface 3) comes behind L1 in the file and lies 0.2000 mm before its last"));
+}
+
 TEST(Completion, AperturesThatCannotBe) {
   EXPECT_THAT(refusal(replaced(small_zmx(), "ENPD 10", "ENPD 0")),
               HasSubstr("a.zmx:3: ENPD: an aperture of 0; a system aperture is larger than 0"));
