@@ -8,11 +8,13 @@
 #include "cli/app.h"
 #include "cli/new_folder.h"
 #include "cli/text_table.h"
+#include "cli/workbench.h"
 #include "imaging/scene_file.h"
 #include "imaging/target.h"
 #include "lens_files/read_design.h"
 #include "lens_files/scene_layout.h"
 #include "optics/glass.h"
+#include "pixels/score.h"
 
 namespace relign::cli {
 namespace {
@@ -52,14 +54,12 @@ std::string name_of_file(const fs::path& file) {
 }
 
 // Said with the unit: who writes 0.55 for green light must see why not.
-CLI::Validator from_to(double least, double most, const std::string& unit) {
+CLI::Validator from_to(double least, double most, const std::string& range) {
   return CLI::Validator(
-      [least, most, unit](std::string& text) {
+      [least, most, range](std::string& text) {
         double value = 0;
         const bool number = CLI::detail::lexical_cast(text, value);
-        return number && value >= least && value <= most
-                   ? std::string()
-                   : "'" + text + "' is no number from " + shortest(least) + " to " + shortest(most) + " " + unit;
+        return number && value >= least && value <= most ? std::string() : "'" + text + "' is no number from " + range;
       },
       "");
 }
@@ -94,6 +94,20 @@ void check_draft(const fs::path& draft, const fs::path& wanted) {
       text.replace(at, draft.string().size(), wanted.string());
     throw Error(error.kind(), text + "\nnothing was written");
   }
+}
+
+// RMSE of the noise-free image of the perfect lens one pixel sideways of its nominal pose, as trials are judged.
+double rmse_off_by_one_pixel(Context& context, const fs::path& scene_file, double pitch_mm) {
+  constexpr std::uint64_t kLooks = 4;
+  const LoadedScene loaded =
+      load_scene(context.catalog().resolve_or_throw(plugin_host::Kind::scene, scene_file.string()),
+                 context.services(core_count()));
+  std::vector<double> pose = loaded.facts.nominal_pose;
+  pose.front() += pitch_mm / loaded.facts.axes.front().travel();
+  plugin_host::MountedAssembly assembly = loaded.scene->mount("{}");
+  double mse = 0;
+  for (std::uint64_t seed = 1; seed <= kLooks; ++seed) mse += assembly.noise_free_mse(pose, seed).mse / kLooks;
+  return pixels::displayed_rmse(mse);
 }
 
 void print_made(Context& context, const fs::path& folder, const lens_files::LensDesign& design,
@@ -139,15 +153,18 @@ int new_scene(Context& context, const NewArguments& arguments) {
       lens_files::complete_lens(design, lens_files::draft_lens(design, sources, choices.name, arguments.wavelength_nm));
   NewFiles files;
   choose_target(arguments.target, choices, files);
-  const lens_files::Layout layout = lens_files::lay_out(design, lens, choices);
+  lens_files::Layout layout = lens_files::lay_out(design, lens, choices);
 
   files.emplace_back("lens.json", lens_files::pretty(lens.json));
   files.emplace_back("scene.json", lens_files::pretty(layout.scene));
   files.emplace_back("tolerances.json", lens_files::pretty(layout.tolerances));
   files.emplace_back("suite.json", lens_files::pretty(layout.suite));
-  files.emplace_back("README.md", lens_files::readme(design, lens, choices, layout));
   NewFolder folder(wanted);
-  check_draft(folder.write(files), wanted);
+  const fs::path draft = folder.write(files);
+  check_draft(draft, wanted);
+  lens_files::set_specification(layout, rmse_off_by_one_pixel(context, draft / "scene.json", layout.pitch_mm));
+  folder.write({{"scene.json", lens_files::pretty(layout.scene)},
+                {"README.md", lens_files::readme(design, lens, choices, layout)}});
   folder.keep();
   print_made(context, wanted, design, lens, layout);
   return kDone;
@@ -179,13 +196,13 @@ void add_scene_new(CLI::App& scene, Context& context) {
   verb.add_option("--distance", given.distance_mm,
                   "first vertex to emitter, mm [default: the file's object distance; else far enough to be sharp]")
       ->type_name("MM")
-      ->check(from_to(1e-3, 1e6, "mm"));
+      ->check(from_to(1e-3, 1e6, "0.001 to 1000000 mm"));
   verb.add_option("--glass", given.glass_files, "glass catalogue (.agf) to look names up in; repeatable")
       ->type_name("FILE")
       ->allow_extra_args(false);
   verb.add_option("--wavelength", given.wavelength_nm, "wavelength, nm [default: the file's reference wavelength]")
       ->type_name("NM")
-      ->check(from_to(100, 1e5, "nm"));
+      ->check(from_to(100, 1e5, "100 to 100000 nm"));
   verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return new_scene(context, *arguments); }; });
 }

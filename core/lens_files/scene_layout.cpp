@@ -180,10 +180,11 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
     const Grade grade = grade_of(data.focal_length);
     layout.tolerances = tolerances_of(lens, grade, travel);
     layout.grade = grade.text();
+    layout.pitch_mm = side / (square ? kPixels : std::min(sensor.columns, sensor.rows));
     layout.suite = {{"name", choices.name},
                     {"scenes", OrderedJson::array({{{"use", "scene.json"}, {"name", choices.name}}})},
                     {"noise_levels", {"tolerances.json"}},
-                    {"algorithms", {"home", "random", "nlopt-sbplx"}},
+                    {"algorithms", {"home", "random", "nlopt-sbplx", "through-focus-quick"}},
                     {"protocol", "blind"},
                     {"instances", 20},
                     {"steps", 40}};
@@ -236,6 +237,13 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
     throw Error(error.kind(), design.file + ": " + error.what());
   }
   return layout;
+}
+
+void set_specification(Layout& layout, double rmse) {
+  const double limit = rounded(rmse, 2);
+  layout.scene["spec"] = {{"rmse", limit}};
+  layout.lines.push_back({"spec, RMSE", shortest(limit),
+                          "of a noise-free image off by one pixel sideways; a place to begin, not your product's"});
 }
 
 std::vector<std::string> remark_lines(const LensDesign& design) {
