@@ -235,9 +235,10 @@ class Writer {
                            " in the file and lies behind it on the axis; the distance between "
                            "them is too negative");
     else if (stop >= back && z < to)
-      problem(surface, which + "comes behind " + name + " in the file and lies " + significant(to - z, 4) +
-                           " mm before its last vertex; in front of a bulging face a stop may lie so, behind one light "
-                           "is not traced through it here: move it to the vertex or behind");
+      problem(surface,
+              which + "comes behind " + name + " in the file and lies " + significant(to - z, 4) +
+                  " mm before its last vertex; only in front of a bulging face may a stop reach into the bulge here: "
+                  "move it to the vertex or behind");
   }
 
   double image_z(LensDraft& draft) const {
