@@ -85,9 +85,11 @@ void choose_target(const std::string& target, lens_files::LayoutChoices& choices
   files.emplace_back(choices.target, read_file(target));
 }
 
-void check_draft(const fs::path& draft, const fs::path& wanted) {
+// Mistakes that only the written files show name the folder that was asked for, not the draft.
+template <class Body>
+void look_at_draft(const fs::path& draft, const fs::path& wanted, Body&& body) {
   try {
-    imaging::read_scene_file(draft / "scene.json", {});
+    body();
   } catch (const Error& error) {
     std::string text = error.what();
     for (std::size_t at = text.find(draft.string()); at != std::string::npos; at = text.find(draft.string(), at))
@@ -161,8 +163,10 @@ int new_scene(Context& context, const NewArguments& arguments) {
   files.emplace_back("suite.json", lens_files::pretty(layout.suite));
   NewFolder folder(wanted);
   const fs::path draft = folder.write(files);
-  check_draft(draft, wanted);
-  lens_files::set_specification(layout, rmse_off_by_one_pixel(context, draft / "scene.json", layout.pitch_mm));
+  look_at_draft(draft, wanted, [&] {
+    imaging::read_scene_file(draft / "scene.json", {});
+    lens_files::set_specification(layout, rmse_off_by_one_pixel(context, draft / "scene.json", layout.pitch_mm));
+  });
   folder.write({{"scene.json", lens_files::pretty(layout.scene)},
                 {"README.md", lens_files::readme(design, lens, choices, layout)}});
   folder.keep();
