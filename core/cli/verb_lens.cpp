@@ -30,17 +30,27 @@ struct NamedValue {
 
 std::vector<NamedValue> first_order_values(const optics::Prescription& lens) {
   const optics::FirstOrder data = optics::first_order(lens);
-  return {{"focal_length", "mm", "effective focal length", data.focal_length},
-          {"back_focal_length", "mm", "last vertex to rear focal point", data.back_focal_length},
-          {"front_focal_length", "mm", "first vertex to front focal point", data.front_focal_length},
-          {"f_number", "", "focal length / entrance pupil diameter", data.f_number},
-          {"image_distance", "mm", "last vertex to image plane", data.image_distance},
-          {"overall_length", "mm", "first to last vertex", data.overall_length},
-          {"paraxial_image_height", "mm", "focal length x tan(half field)", data.paraxial_image_height},
-          {"entrance_pupil_diameter", "mm", "", data.entrance_pupil_diameter},
-          {"entrance_pupil_z", "mm", "from the first vertex", data.entrance_pupil_z},
-          {"exit_pupil_diameter", "mm", "", data.exit_pupil_diameter},
-          {"exit_pupil_from_last", "mm", "from the last vertex", data.exit_pupil_from_last}};
+  std::vector<NamedValue> values = {
+      {"focal_length", "mm", "effective focal length", data.focal_length},
+      {"back_focal_length", "mm", "last vertex to rear focal point", data.back_focal_length},
+      {"front_focal_length", "mm", "first vertex to front focal point", data.front_focal_length},
+      {"f_number", "", "focal length / entrance pupil diameter", data.f_number},
+      {"image_distance", "mm", "last vertex to image plane", data.image_distance},
+      {"overall_length", "mm", "first to last vertex", data.overall_length},
+      {"paraxial_image_height", "mm", "focal length x tan(half field)", data.paraxial_image_height},
+      {"entrance_pupil_diameter", "mm", "", data.entrance_pupil_diameter},
+      {"entrance_pupil_z", "mm", "from the first vertex", data.entrance_pupil_z},
+      {"exit_pupil_diameter", "mm", "", data.exit_pupil_diameter},
+      {"exit_pupil_from_last", "mm", "from the last vertex", data.exit_pupil_from_last}};
+  // The design's specification and the stop may tell different apertures; images are made with the stop.
+  constexpr double kDiffers = 0.01;
+  optics::Prescription as_it_opens = lens;
+  as_it_opens.entrance_pupil_diameter_mm = 0;
+  const double opens_to = optics::first_order(as_it_opens).f_number;
+  if (std::fabs(opens_to - data.f_number) > kDiffers * std::fabs(data.f_number))
+    values.push_back(
+        {"f_number_of_opening", "", "as the stop opens, and as images are made; f_number is the design's", opens_to});
+  return values;
 }
 
 // Not a number where the chief ray is lost.

@@ -8,11 +8,13 @@
 #include "cli/app.h"
 #include "cli/new_folder.h"
 #include "cli/text_table.h"
+#include "cli/workbench.h"
 #include "imaging/scene_file.h"
 #include "imaging/target.h"
 #include "lens_files/read_design.h"
 #include "lens_files/scene_layout.h"
 #include "optics/glass.h"
+#include "pixels/score.h"
 
 namespace relign::cli {
 namespace {
@@ -30,16 +32,36 @@ struct NewArguments {
   double wavelength_nm = 0;
 };
 
-// "Cooke 50 mm" -> "Cooke_50_mm": names stand in tables and in names of folders.
-std::string plain_name(std::string name) {
+// "Cooke 50 mm" -> "Cooke_50_mm": names stand in tables and in names of folders. One '_' a character, however many
+// bytes of UTF-8 it has.
+std::string plain_name(const std::string& name) {
   constexpr std::size_t kLongest = 64;
-  name = name.substr(0, kLongest);
-  for (char& letter : name) {
+  std::string plain_name;
+  for (const char letter : name) {
     const bool plain = (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') ||
                        (letter >= '0' && letter <= '9') || letter == '-' || letter == '.';
-    if (!plain) letter = '_';
+    const bool goes_on = (static_cast<unsigned char>(letter) & 0xc0U) == 0x80U;
+    if (!goes_on && plain_name.size() < kLongest) plain_name += plain ? letter : '_';
   }
+  return plain_name;
+}
+
+// Of a file without a name: what stands for blanks and the like at the end says nothing.
+std::string name_of_file(const fs::path& file) {
+  std::string name = plain_name(file.stem().string());
+  while (!name.empty() && name.back() == '_') name.pop_back();
   return name;
+}
+
+// Said with the unit: who writes 0.55 for green light must see why not.
+CLI::Validator from_to(double least, double most, const std::string& range) {
+  return CLI::Validator(
+      [least, most, range](std::string& text) {
+        double value = 0;
+        const bool number = CLI::detail::lexical_cast(text, value);
+        return number && value >= least && value <= most ? std::string() : "'" + text + "' is no number from " + range;
+      },
+      "");
 }
 
 lens_files::GlassSources glass_sources(const NewArguments& arguments) {
@@ -63,15 +85,31 @@ void choose_target(const std::string& target, lens_files::LayoutChoices& choices
   files.emplace_back(choices.target, read_file(target));
 }
 
-void check_draft(const fs::path& draft, const fs::path& wanted) {
+// Mistakes that only the written files show name the folder that was asked for, not the draft.
+template <class Body>
+void look_at_draft(const fs::path& draft, const fs::path& wanted, Body&& body) {
   try {
-    imaging::read_scene_file(draft / "scene.json", {});
+    body();
   } catch (const Error& error) {
     std::string text = error.what();
     for (std::size_t at = text.find(draft.string()); at != std::string::npos; at = text.find(draft.string(), at))
       text.replace(at, draft.string().size(), wanted.string());
     throw Error(error.kind(), text + "\nnothing was written");
   }
+}
+
+// RMSE of the noise-free image of the perfect lens one pixel sideways of its nominal pose, as trials are judged.
+double rmse_off_by_one_pixel(Context& context, const fs::path& scene_file, double pitch_mm) {
+  constexpr std::uint64_t kLooks = 4;
+  const LoadedScene loaded =
+      load_scene(context.catalog().resolve_or_throw(plugin_host::Kind::scene, scene_file.string()),
+                 context.services(core_count()));
+  std::vector<double> pose = loaded.facts.nominal_pose;
+  pose.front() += pitch_mm / loaded.facts.axes.front().travel();
+  plugin_host::MountedAssembly assembly = loaded.scene->mount("{}");
+  double mse = 0;
+  for (std::uint64_t seed = 1; seed <= kLooks; ++seed) mse += assembly.noise_free_mse(pose, seed).mse / kLooks;
+  return pixels::displayed_rmse(mse);
 }
 
 void print_made(Context& context, const fs::path& folder, const lens_files::LensDesign& design,
@@ -101,7 +139,7 @@ void print_made(Context& context, const fs::path& folder, const lens_files::Lens
 
 int new_scene(Context& context, const NewArguments& arguments) {
   lens_files::LayoutChoices choices;
-  choices.name = arguments.name.empty() ? plain_name(fs::path(arguments.lens_file).stem().string()) : arguments.name;
+  choices.name = arguments.name.empty() ? name_of_file(arguments.lens_file) : arguments.name;
   if (choices.name.empty() || choices.name[0] == '.' || choices.name != plain_name(choices.name))
     throw Error(ErrorKind::bad_input, "'" + choices.name +
                                           "' is no name for a scene: expected up to 64 letters, digits, '-', '_' or "
@@ -117,15 +155,20 @@ int new_scene(Context& context, const NewArguments& arguments) {
       lens_files::complete_lens(design, lens_files::draft_lens(design, sources, choices.name, arguments.wavelength_nm));
   NewFiles files;
   choose_target(arguments.target, choices, files);
-  const lens_files::Layout layout = lens_files::lay_out(design, lens, choices);
+  lens_files::Layout layout = lens_files::lay_out(design, lens, choices);
 
   files.emplace_back("lens.json", lens_files::pretty(lens.json));
   files.emplace_back("scene.json", lens_files::pretty(layout.scene));
   files.emplace_back("tolerances.json", lens_files::pretty(layout.tolerances));
   files.emplace_back("suite.json", lens_files::pretty(layout.suite));
-  files.emplace_back("README.md", lens_files::readme(design, lens, choices, layout));
   NewFolder folder(wanted);
-  check_draft(folder.write(files), wanted);
+  const fs::path draft = folder.write(files);
+  look_at_draft(draft, wanted, [&] {
+    imaging::read_scene_file(draft / "scene.json", {});
+    lens_files::set_specification(layout, rmse_off_by_one_pixel(context, draft / "scene.json", layout.pitch_mm));
+  });
+  folder.write({{"scene.json", lens_files::pretty(layout.scene)},
+                {"README.md", lens_files::readme(design, lens, choices, layout)}});
   folder.keep();
   print_made(context, wanted, design, lens, layout);
   return kDone;
@@ -157,13 +200,13 @@ void add_scene_new(CLI::App& scene, Context& context) {
   verb.add_option("--distance", given.distance_mm,
                   "first vertex to emitter, mm [default: the file's object distance; else far enough to be sharp]")
       ->type_name("MM")
-      ->check(CLI::Range(1e-3, 1e6));
+      ->check(from_to(1e-3, 1e6, "0.001 to 1000000 mm"));
   verb.add_option("--glass", given.glass_files, "glass catalogue (.agf) to look names up in; repeatable")
       ->type_name("FILE")
       ->allow_extra_args(false);
   verb.add_option("--wavelength", given.wavelength_nm, "wavelength, nm [default: the file's reference wavelength]")
       ->type_name("NM")
-      ->check(CLI::Range(100.0, 1e5));
+      ->check(from_to(100, 1e5, "100 to 100000 nm"));
   verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return new_scene(context, *arguments); }; });
 }

@@ -21,7 +21,7 @@ double stop_height(const optics::Prescription& lens, const Vec3& start, const op
   const double z = lens.aperture_stop().z_mm;
   std::size_t before = 0;
   for (const optics::Element& element : lens.elements)
-    for (const optics::Face& face : element.faces) before += face.z_mm <= z ? 1 : 0;
+    before += optics::stands_before(lens.aperture_stop(), element) ? 0 : element.faces.size();
   const Vec3& a = before == 0 ? start : ray.hits[before - 1];
   const Vec3& b = before == ray.hits.size() ? ray.image : ray.hits[before];
   return height_at(a, b, z);

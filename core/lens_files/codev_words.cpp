@@ -13,11 +13,11 @@ bool CodeVSystem::take(int line, const std::vector<std::string>& words) {
                                                         "WTA", "CRA", "PTP", "POR", "PFR", "PUX", "PUY", "PUI"};
   static const std::set<std::string> kVignetting = {"VUX", "VLX", "VUY", "VLY"};
   static const std::set<std::string> kFields = {"XAN", "YAN", "XOB", "YOB", "XIM", "YIM", "XRI", "YRI"};
-  LensDesign& design = reading_.design;
+  constexpr double kShortest_nm = 100, kLongest_nm = 1e5;
   const std::string keyword = upper_case(words[0]);
   const std::string value = words.size() > 1 ? words[1] : "";
   const auto aperture = [&](SystemAperture::Kind kind) {
-    design.aperture = {kind, reading_.number(line, value, keyword)};
+    reading_.aperture(line, keyword, kind, value);
     return true;
   };
   if (kWithoutMeaning.count(keyword) > 0) return true;
@@ -32,12 +32,16 @@ bool CodeVSystem::take(int line, const std::vector<std::string>& words) {
     const auto factor = millimetres(unit == "M" ? "MM" : unit == "C" ? "CM" : unit == "I" ? "IN" : unit);
     if (!factor) reading_.problem(line, "DIM: '" + shown(value, 20) + "' is none of M, C, I (mm, cm, inches)");
     unit_mm_ = factor.value_or(1);
+    unit_told_ = true;
   } else if (keyword == "WL") {
     wavelengths_nm_.clear();
     for (std::size_t i = 1; i < words.size(); ++i)
       wavelengths_nm_.push_back(reading_.number(line, words[i], "WL, nanometres", 1e6));
     for (const double wavelength : wavelengths_nm_)
-      if (wavelength <= 0) reading_.problem(line, "WL: a wavelength of " + shortest(wavelength) + " nm");
+      if (!(wavelength >= kShortest_nm && wavelength <= kLongest_nm))
+        reading_.problem(line, "WL: a wavelength of " + shortest(wavelength) +
+                                   " nm; WL is in nanometres, 100 to 100000 (green: 550)");
+    reading_.design.wavelengths_line = line;
   } else if (keyword == "REF") {
     reference_ = reading_.integer(line, value, "REF");
     reference_line_ = line;
@@ -84,6 +88,8 @@ LensDesign CodeVSystem::finish() {
                                           ", but there are " + std::to_string(wavelengths_nm_.size()));
   }
   design.wavelength_nm = reference_wavelength_nm();
+  design.all_wavelengths_nm = wavelengths_nm_;
+  if (!unit_told_) reading_.remark(0, "unit", "assumed: lengths in mm; the file has no DIM");
   LensDesign result = reading_.finish();
   scale(result, unit_mm_);
   return result;

@@ -7,6 +7,7 @@
 #include "base/text.h"
 #include "lens_files/axial_rays.h"
 #include "lens_files/text_lines.h"
+#include "optics/face_shape.h"
 #include "optics/first_order.h"
 
 namespace relign::lens_files {
@@ -61,9 +62,8 @@ class Completion {
   Completion(LensDesign& design, LensDraft draft) : design_(design), draft_(std::move(draft)) {}
 
   CompleteLens run() {
-    OrderedJson& stop = draft_.json["stops"][0];
-    opening_told_ = stop["opening_radius_mm"].get<double>() > 0;
-    if (!opening_told_) stop["opening_radius_mm"] = kProvisional_mm;
+    provisional_opening_mm_ = provisional_opening();
+    draft_.json["stops"][0]["opening_radius_mm"] = provisional_opening_mm_;
     std::vector<bool> told;
     each_face(draft_.json, [&](OrderedJson& face) {
       told.push_back(face["clear_radius_mm"].get<double>() > 0);
@@ -71,10 +71,15 @@ class Completion {
     });
     set_image();
     set_field();
-    set_aperture();
+    const bool all_told = std::find(told.begin(), told.end(), false) == told.end();
+    set_aperture(told);
     if (std::find(told.begin(), told.end(), false) != told.end()) set_clear_radii(told);
+    if (!all_told)
+      assume("assumed: clear radii of faces where the file tells none, 3 % more than the rays of the field need");
     check_stop();
-    return {draft_.json, read_back(draft_, design_)};
+    check_axial_beam(told);
+    tell_plates();
+    return {draft_.json, read_back(draft_, design_), opening_why_};
   }
 
  private:
@@ -82,6 +87,36 @@ class Completion {
   [[noreturn]] void refuse(int line, const std::string& message) const {
     throw_if_any({{design_.file, line, 0, "", message}});
     throw Error(ErrorKind::internal, message);
+  }
+
+  // Any opening does for first order, but a stop behind the vertex of a bulging face must be as wide as the bulge there
+  // to be a stop at all.
+  double provisional_opening() const {
+    constexpr int kSteps = 4000;
+    const double z = draft_.json["stops"][0]["z_mm"];
+    for (const OrderedJson& element : draft_.json["elements"]) {
+      const OrderedJson& front = element["faces"].front();
+      const double behind = z - front["z_mm"].get<double>();
+      if (behind <= 0 || z >= element["faces"].back()["z_mm"].get<double>()) continue;
+      optics::Face face;
+      if (!front["radius_mm"].is_null()) face.curvature = 1 / front["radius_mm"].get<double>();
+      face.conic = front.value("conic", 0.0);
+      face.even_asphere = front.value("even_asphere", std::vector<double>());
+      const double told = front["clear_radius_mm"].get<double>(),
+                   widest = told > 0 ? told : 1 / std::fabs(face.curvature);
+      double reaches = 0;
+      for (int i = 1; i <= kSteps && face.curvature != 0; ++i) {
+        const double radius = widest * i / kSteps, sag = optics::sag(face, radius);
+        if (sag >= behind) return radius;
+        if (sag > reaches) reaches = sag;
+      }
+      refuse(stop_surface().line, "the stop (surface " + stop_surface().label + ") lies inside the glass of " +
+                                      element["name"].get<std::string>() + ", " + significant(behind, 4) +
+                                      " mm behind its front vertex; the face falls back by " + significant(reaches, 4) +
+                                      " mm up to its rim, radius " + significant(widest, 4) +
+                                      " mm, and no further in may a stop before it stand");
+    }
+    return kProvisional_mm;
   }
 
   void set_image() {
@@ -119,40 +154,99 @@ class Completion {
     draft_.json["half_field_deg"] = std::round(half_deg * 1e6) / 1e6;
   }
 
-  // The entrance pupil that the file specifies, and the stop's opening from it where that is not told.
-  void set_aperture() {
-    const optics::FirstOrder data = optics::first_order(read_back(draft_, design_));
+  // The diameter of the paraxial entrance pupil that the file's system aperture states; 0 where it states none.
+  double stated_pupil(const optics::FirstOrder& data) const {
+    constexpr double kWidest_mm = 1e5, kNarrowest_mm = 1e-6;
+    const SystemAperture& aperture = design_.aperture;
     const double object_mm = design_.surfaces.front().thickness_mm;
-    const double value = std::fabs(design_.aperture.value);
     double pupil_mm = 0;
-    switch (design_.aperture.kind) {
+    switch (aperture.kind) {
       case SystemAperture::entrance_pupil_diameter:
-        pupil_mm = value;
+        pupil_mm = aperture.value;
         break;
       case SystemAperture::f_number:
-        if (value > 0) pupil_mm = std::fabs(data.focal_length) / value;
+        pupil_mm = std::fabs(data.focal_length) / aperture.value;
         break;
       case SystemAperture::image_na:
-        pupil_mm = 2 * std::fabs(data.focal_length) * value;
+        pupil_mm = 2 * std::fabs(data.focal_length) * aperture.value;
         break;
       case SystemAperture::object_na:
-        if (object_mm < kInfinite && value < 1)
-          pupil_mm = 2 * std::fabs(object_mm + data.entrance_pupil_z) * value / std::sqrt(1 - value * value);
+        if (object_mm >= kInfinite)
+          refuse(aperture.line, aperture.word + " is an aperture at the object, but the object is infinitely far");
+        if (aperture.value >= 1)
+          refuse(aperture.line, aperture.word + ": a numerical aperture of " + shortest(aperture.value) +
+                                    "; allowed are numbers below 1");
+        pupil_mm = 2 * std::fabs(object_mm + data.entrance_pupil_z) * aperture.value /
+                   std::sqrt(1 - aperture.value * aperture.value);
         break;
       case SystemAperture::stop_size:
       case SystemAperture::none:
-        break;
+        return 0;
     }
-    if (!std::isfinite(pupil_mm) || pupil_mm > 1e5)
-      refuse(0, "the system aperture makes an entrance pupil of " + shortest(pupil_mm) + " mm; allowed are up to 1e5");
-    if (pupil_mm > 1e-9) draft_.json["entrance_pupil_diameter_mm"] = pupil_mm;
-    if (opening_told_) return;
-    const double opening = kProvisional_mm * pupil_mm / std::fabs(data.entrance_pupil_diameter);
-    if (!(opening > kProvisional_mm && opening < 1e6))
+    if (!(pupil_mm >= kNarrowest_mm && pupil_mm <= kWidest_mm))
+      refuse(aperture.line,
+             stated() + " makes an entrance pupil of " + shortest(pupil_mm) + " mm; allowed are 1e-6 to 1e5");
+    return pupil_mm;
+  }
+  std::string stated() const {
+    const SystemAperture& aperture = design_.aperture;  // in mm by now, whatever the file's unit
+    return aperture.word + " " + shortest(aperture.value) +
+           (aperture.kind == SystemAperture::entrance_pupil_diameter ? " mm" : "");
+  }
+  std::string stated_with_line() const { return stated() + " (line " + std::to_string(design_.aperture.line) + ")"; }
+
+  // The system aperture decides how wide the stop opens, as design programs have it; the stop surface's own
+  // semi-diameter is what they draw. It counts where no aperture is stated, or where the file says that it does.
+  void set_aperture(std::vector<bool>& told) {
+    constexpr double kDiffers = 0.01;
+    OrderedJson& stop = draft_.json["stops"][0];
+    const double own = stop_surface().clear_radius_mm;
+    stop["opening_radius_mm"] = provisional_opening_mm_;
+    const optics::FirstOrder data = optics::first_order(read_back(draft_, design_));
+    const double pupil_mm = stated_pupil(data);
+    const double pupil_per_opening = std::fabs(data.entrance_pupil_diameter) / provisional_opening_mm_;
+    const double opening = pupil_mm > 0 ? pupil_mm / pupil_per_opening : own;
+    if (!(opening >= kProvisional_mm && opening < 1e6))
       refuse(stop_surface().line,
              "the file tells neither how wide the stop opens nor a system aperture; write one of "
              "them (Zemax: ENPD or FNUM, CODE V: EPD or FNO)");
-    draft_.json["stops"][0]["opening_radius_mm"] = std::round(opening * 1e9) / 1e9;
+    stop["opening_radius_mm"] = std::round(opening * 1e9) / 1e9;
+    open_face_of_stop(opening, told);
+    if (!(pupil_mm > 0)) {
+      opening_why_ = "radius; the stop surface's own, " +
+                     (design_.aperture.kind == SystemAperture::stop_size
+                          ? "as " + design_.aperture.word + " says (line " + std::to_string(design_.aperture.line) + ")"
+                          : "the file states no system aperture");
+      return;
+    }
+    draft_.json["entrance_pupil_diameter_mm"] = pupil_mm;
+    opening_why_ = "radius; from " + stated_with_line();
+    if (own <= 0 || std::fabs(opening - own) <= kDiffers * own) return;
+    const auto f_number = [&](double radius) {
+      return "f/" + significant(std::fabs(data.focal_length) / (radius * pupil_per_opening), 3);
+    };
+    opening_why_ += ", not " + significant(own, 6) + " mm of the stop surface";
+    design_.remarks.push_back({stop_surface().line,
+                               "not used: the clear radius of the stop, surface " + stop_surface().label + ", " +
+                                   significant(own, 4) + " mm (" + f_number(own) + "), " +
+                                   (own < opening ? "narrower" : "wider") + " than " + stated_with_line() +
+                                   " asks for, which opens the stop to " + significant(opening, 4) + " mm (" +
+                                   f_number(opening) + "); if the radius is meant, " +
+                                   (design_.format == "Zemax" ? "write FLOA instead of " + design_.aperture.word
+                                                              : "take the line " + design_.aperture.word + " out"),
+                               0});
+  }
+
+  // A face that is the stop itself must not be narrower than what it opens to: the opening is measured on the plane of
+  // the vertex, which rays meet a little nearer to the axis or further off than the face.
+  void open_face_of_stop(double opening, std::vector<bool>& told) {
+    constexpr double kMargin = 1.05;
+    each_surface([&](OrderedJson& face, std::size_t index, std::size_t i) {
+      if (index != draft_.surface_of.at("/stops/0") || face["clear_radius_mm"].get<double>() >= kMargin * opening)
+        return;
+      face["clear_radius_mm"] = kProvisional_mm;
+      told[i] = false;
+    });
   }
 
   // As wide as rays of the whole field through the whole stop need, and a little more.
@@ -176,7 +270,6 @@ class Completion {
       }
       ++i;
     });
-    assume("assumed: clear radii of faces where the file tells none, 3 % more than the rays of the field need");
   }
 
   void check_stop() {
@@ -184,16 +277,73 @@ class Completion {
     each_face(draft_.json,
               [&](OrderedJson& face) { widest = std::max(widest, face["clear_radius_mm"].get<double>()); });
     const double opening = draft_.json["stops"][0]["opening_radius_mm"].get<double>();
-    if (opening > widest)
-      refuse(stop_surface().line, "the stop opens to a radius of " + significant(opening, 6) +
-                                      " mm, wider than every face of the lens (" + significant(widest, 6) + " mm)");
+    if (opening <= widest) return;
+    const bool stated_aperture = draft_.json.contains("entrance_pupil_diameter_mm");
+    refuse(stated_aperture ? design_.aperture.line : stop_surface().line,
+           (stated_aperture ? stated() + " opens the stop" : "the stop opens") + std::string(" to a radius of ") +
+               significant(opening, 6) + " mm, wider than every face of the lens (" + significant(widest, 6) + " mm)");
+  }
+
+  // Clear radii of the file that stop light which its own aperture lets through.
+  void check_axial_beam(const std::vector<bool>& told) {
+    constexpr double kRounding = 0.99;  // files print semi-diameters of the axial beam with few digits
+    const optics::Prescription lens = read_back(draft_, design_);
+    const double object_mm = design_.surfaces.front().thickness_mm;
+    std::vector<double> needed(told.size(), 0);
+    for (const FanRay& ray : beam(lens, 0, object_mm < kInfinite && object_mm > 0 ? object_mm : 0))
+      for (std::size_t i = 0; i < needed.size(); ++i) needed[i] = std::max(needed[i], std::fabs(ray.traced.hits[i].y));
+    each_surface([&](const OrderedJson& face, std::size_t index, std::size_t i) {
+      const double clear = face["clear_radius_mm"].get<double>();
+      if (!told[i] || clear >= kRounding * needed[i]) return;
+      const Surface& surface = design_.surfaces[index];
+      design_.remarks.push_back({surface.line,
+                                 "the clear radius of surface " + surface.label + ", " + significant(clear, 4) +
+                                     " mm, stops light on the axis: the beam through the opened stop needs " +
+                                     significant(needed[i], 4) + " mm there, so that f/" +
+                                     significant(optics::first_order(lens).f_number, 3) + " is not reached",
+                                 0});
+    });
+  }
+
+  // Plates of cover glass and filters usually sit on the sensor; here everything of glass moves with the lens.
+  void tell_plates() {
+    const OrderedJson& elements = draft_.json["elements"];
+    for (std::size_t e = elements.size(); e-- > 1;) {
+      const OrderedJson& faces = elements[e]["faces"];
+      const bool plate = std::all_of(faces.begin(), faces.end(), [](const OrderedJson& face) {
+        return face["radius_mm"].is_null() && !face.contains("even_asphere");
+      });
+      if (!plate) return;
+      const std::string at = "/elements/" + std::to_string(e) + "/faces/", name = elements[e]["name"];
+      const Surface& first = design_.surfaces[draft_.surface_of.at(at + "0")];
+      const Surface& last = design_.surfaces[draft_.surface_of.at(at + std::to_string(faces.size() - 1))];
+      design_.remarks.push_back(
+          {first.line,
+           "surfaces " + first.label + "-" + last.label + " (" + name +
+               ") are a plane plate before the image: it moves with the lens here and has "
+               "tolerances like an element; if it sits on the sensor (cover glass, filter), take " +
+               name + " out of tolerances.json: shifts of a plate change nothing, tilts little",
+           0});
+    }
+  }
+
+  // Faces with their surfaces in the design, by number from the front.
+  template <class Body>
+  void each_surface(Body&& body) {
+    std::size_t i = 0;
+    for (std::size_t e = 0; e < draft_.json["elements"].size(); ++e) {
+      OrderedJson& faces = draft_.json["elements"][e]["faces"];
+      for (std::size_t f = 0; f < faces.size(); ++f, ++i)
+        body(faces[f], draft_.surface_of.at("/elements/" + std::to_string(e) + "/faces/" + std::to_string(f)), i);
+    }
   }
 
   const Surface& stop_surface() const { return design_.surfaces[draft_.surface_of.at("/stops/0")]; }
 
   LensDesign& design_;
   LensDraft draft_;
-  bool opening_told_ = false;
+  std::string opening_why_;
+  double provisional_opening_mm_ = kProvisional_mm;
 };
 
 // Names of files and titles may hold bytes that are no UTF-8.

@@ -1,4 +1,4 @@
-// What a design leaves to rays: the stop's opening from the system's aperture, clear radii that the file does not tell,
+// What a design leaves to rays: the stop's opening from the system aperture, clear radii that the file does not tell,
 // the image plane, the field. Ends in a lens that optics reads.
 #pragma once
 
@@ -10,6 +10,7 @@ namespace relign::lens_files {
 struct CompleteLens {
   OrderedJson json;  // lens.json
   optics::Prescription lens;
+  std::string opening_why;  // what decided how wide the stop opens, for people
 };
 
 // Adds remarks to the design for everything that it had to assume. Throws Error(bad_input) with the design's file and

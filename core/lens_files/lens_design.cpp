@@ -49,6 +49,19 @@ int Reading::integer(int line, const std::string& word, const std::string& what)
   return static_cast<int>(value);
 }
 
+void Reading::aperture(int line, const std::string& keyword, SystemAperture::Kind kind, const std::string& value) {
+  SystemAperture& known = design.aperture;
+  if (known.kind != SystemAperture::none)
+    remark(known.line, "aperture", "not used: " + known.word + "; line " + std::to_string(line) + " states " + keyword);
+  known = {kind, 0, line, keyword};
+  if (kind == SystemAperture::stop_size) return;
+  const std::optional<double> given = parse_number(value);
+  known.value = number(line, value, keyword);
+  // What is no number has been told by number() already.
+  if (given && std::isfinite(*given) && *given <= 0)
+    problem(line, keyword + ": an aperture of " + shortest(*given) + "; a system aperture is larger than 0");
+}
+
 Surface& Reading::add_surface(int line, const std::string& label) {
   if (design.surfaces.size() >= kMostSurfaces) {
     problem(line, "more than " + std::to_string(kMostSurfaces) + " surfaces; no lens for this program has so many");

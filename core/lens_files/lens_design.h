@@ -38,7 +38,9 @@ struct Surface {
 struct SystemAperture {
   enum Kind { none, entrance_pupil_diameter, f_number, object_na, image_na, stop_size };
   Kind kind = none;
-  double value = 0;
+  double value = 0;  // above 0; 0 for stop_size
+  int line = 0;
+  std::string word;  // what the file calls it: "ENPD"
 };
 
 struct FieldSize {
@@ -62,7 +64,9 @@ struct LensDesign {
   std::vector<Surface> surfaces;  // the object's first, the image's last
   SystemAperture aperture;
   FieldSize field;
-  double wavelength_nm = 0;                 // the reference wavelength
+  double wavelength_nm = 0;                // the reference wavelength
+  std::vector<double> all_wavelengths_nm;  // those that the design is for
+  int wavelengths_line = 0;
   std::map<std::string, double> published;  // first-order values, by the names of lens.json
   std::vector<Remark> remarks;
 };
@@ -81,6 +85,8 @@ class Reading {
   // The number in a word; a problem and 0 when it is none, or beyond +-limit.
   double number(int line, const std::string& word, const std::string& what, double limit = 1e30);
   int integer(int line, const std::string& word, const std::string& what);
+  // The system aperture as the file states it; a problem when it is 0 or less. The last one counts, others are listed.
+  void aperture(int line, const std::string& keyword, SystemAperture::Kind kind, const std::string& value);
   // A new surface at the end; throws all problems at once when there are too many.
   Surface& add_surface(int line, const std::string& label);
 

@@ -208,12 +208,7 @@ class Writer {
       if (!straight(frames_[i]) || !on_axis(frames_[i]))
         problem(surface, "the stop (surface " + surface.label + ") is tilted or off the axis; stops stay on it here");
       const double z = tidy(frames_[i].translation.z - first_z_);
-      for (const OrderedJson& element : elements) {
-        const double from = element["faces"].front()["z_mm"], to = element["faces"].back()["z_mm"];
-        if (z > from && z < to)
-          problem(surface, "the stop (surface " + surface.label + ") lies inside the glass of " +
-                               element["name"].get<std::string>() + "; move it to one of the outer faces");
-      }
+      for (std::size_t e = 0; e < elements.size(); ++e) check_order(i, z, elements[e], e, draft);
       draft.surface_of["/stops/0"] = i;
       stops.push_back({{"name", "aperture stop"},
                        {"z_mm", z},
@@ -221,6 +216,29 @@ class Writer {
                        {"in_listing", true},
                        {"aperture", true}});
     }
+  }
+
+  // Where light meets the stop must be the same in the file's order and along the axis. (How far a stop may reach into
+  // the bulge of the face behind it depends on its opening: completion.h.)
+  void check_order(std::size_t stop, double z, const OrderedJson& element, std::size_t e, const LensDraft& draft) {
+    const OrderedJson& faces = element["faces"];
+    const std::string at = "/elements/" + std::to_string(e) + "/faces/";
+    const std::size_t front = draft.surface_of.at(at + "0");
+    const std::size_t back = draft.surface_of.at(at + std::to_string(faces.size() - 1));
+    const double to = faces.back()["z_mm"];
+    const Surface& surface = design_.surfaces[stop];
+    const std::string which = "the stop (surface " + surface.label + ") ", name = element["name"];
+    if (stop > front && stop < back)
+      problem(surface, which + "lies inside the glass of " + name + "; move it to one of the outer faces");
+    else if (stop <= front && z >= to)
+      problem(surface, which + "comes before " + name +
+                           " in the file and lies behind it on the axis; the distance between "
+                           "them is too negative");
+    else if (stop >= back && z < to)
+      problem(surface,
+              which + "comes behind " + name + " in the file and lies " + significant(to - z, 4) +
+                  " mm before its last vertex; only in front of a bulging face may a stop reach into the bulge here: "
+                  "move it to the vertex or behind");
   }
 
   double image_z(LensDraft& draft) const {
@@ -242,7 +260,32 @@ class Writer {
 
 }  // namespace
 
+namespace {
+
+// A scene has one wavelength: the file's others change nothing, and who reads on must know.
+void tell_wavelengths(LensDesign& design, double wavelength_nm) {
+  std::vector<std::string> others;
+  for (const double other : design.all_wavelengths_nm) {
+    const std::string text = shortest(rounded(other, 9));
+    if (std::fabs(other - wavelength_nm) > 1e-6 * wavelength_nm &&
+        std::find(others.begin(), others.end(), text) == others.end())
+      others.push_back(text);
+  }
+  if (others.empty()) return;
+  std::string text;
+  for (const std::string& other : others) text += (text.empty() ? "" : ", ") + other;
+  const bool the_files = std::fabs(design.wavelength_nm - wavelength_nm) <= 1e-6 * wavelength_nm;
+  design.remarks.push_back({design.wavelengths_line,
+                            "not used: the wavelength" + std::string(others.size() > 1 ? "s " : " ") + text +
+                                " nm; images are made with one, " + shortest(rounded(wavelength_nm, 9)) + " nm, " +
+                                (the_files ? "the file's reference (--wavelength takes another)" : "of --wavelength"),
+                            0});
+}
+
+}  // namespace
+
 LensDraft draft_lens(LensDesign& design, const GlassSources& sources, const std::string& name, double wavelength_nm) {
+  tell_wavelengths(design, wavelength_nm > 0 ? wavelength_nm : design.wavelength_nm);
   return Writer(design, sources, wavelength_nm > 0 ? wavelength_nm : design.wavelength_nm).write(name);
 }
 

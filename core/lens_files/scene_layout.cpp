@@ -23,10 +23,31 @@ constexpr double kWidestTarget_deg = 60;  // a flat emitter for wider fields wou
                   "; write columns, rows and the pitch in um, 1920x1280@3.45, or the side of a square in mm, 4.8");
 }
 
-OrderedJson tolerances_of(const optics::Prescription& lens, const OrderedJson& travel) {
+// What makers of lenses of this size hold: 10 um and 3 arcmin at 5 mm of focal length, 100 um and 12 arcmin at 50 mm.
+struct Grade {
+  double shift_um = 0, tilt_arcmin = 0;
+  std::string text() const { return shortest(shift_um) + " um, " + shortest(tilt_arcmin) + " arcmin"; }
+};
+
+double nearest_of(const std::vector<double>& friendly, double value) {
+  return *std::min_element(friendly.begin(), friendly.end(),
+                           [&](double a, double b) { return std::fabs(a - value) < std::fabs(b - value); });
+}
+
+Grade grade_of(double focal_length_mm) {
+  constexpr double kSmall_mm = 5, kFactor = 10;
+  // 0 for lenses of a few millimetres, 1 from 50 mm on, even in between on a logarithmic scale.
+  const double size = std::clamp(std::log(focal_length_mm / kSmall_mm) / std::log(kFactor), 0.0, 1.0);
+  return {nearest_of({10, 15, 20, 25, 30, 40, 50, 60, 80, 100}, 10 * std::pow(10, size)),
+          nearest_of({3, 4, 5, 6, 8, 10, 12}, 3 * std::pow(4, size))};
+}
+
+OrderedJson tolerances_of(const optics::Prescription& lens, const Grade& grade, const OrderedJson& travel) {
   OrderedJson elements = OrderedJson::object();
+  const double shift = grade.shift_um, tilt = grade.tilt_arcmin;
   for (const optics::Element& element : lens.elements)
-    elements[element.name] = {{"shift_um", {100, 100, 100}}, {"tilt_arcmin", {12, 12}}, {"pivot", "own_front"}};
+    elements[element.name] = {
+        {"shift_um", {shift, shift, shift}}, {"tilt_arcmin", {tilt, tilt}}, {"pivot", "own_front"}};
   const auto half_um = [&](std::size_t i) { return rounded(500 * travel["shift_mm"][i].get<double>(), 3); };
   const double half_arcmin = 30 * kTravelTilt_deg;
   return {{"use", "tolerances"},
@@ -156,11 +177,14 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
       of_sensor["pixels"] = {sensor.columns, sensor.rows};
     }
     if (choices.target_is_named) layout.scene["emitter"]["texels"] = kTexels;
-    layout.tolerances = tolerances_of(lens, travel);
+    const Grade grade = grade_of(data.focal_length);
+    layout.tolerances = tolerances_of(lens, grade, travel);
+    layout.grade = grade.text();
+    layout.pitch_mm = side / (square ? kPixels : std::min(sensor.columns, sensor.rows));
     layout.suite = {{"name", choices.name},
                     {"scenes", OrderedJson::array({{{"use", "scene.json"}, {"name", choices.name}}})},
                     {"noise_levels", {"tolerances.json"}},
-                    {"algorithms", {"home", "random", "nlopt-sbplx"}},
+                    {"algorithms", {"home", "random", "nlopt-sbplx", "through-focus-quick"}},
                     {"protocol", "blind"},
                     {"instances", 20},
                     {"steps", 40}};
@@ -171,6 +195,7 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
     line("f-number", data.f_number, "", "focal length / entrance pupil");
     line("entrance pupil", data.entrance_pupil_diameter, "mm",
          significant(data.entrance_pupil_z, 6) + " mm behind the first vertex");
+    line("stop's opening", lens.aperture_stop().opening_radius_mm, "mm", complete.opening_why);
     line("exit pupil", data.exit_pupil_diameter, "mm",
          significant(data.exit_pupil_from_last, 6) + " mm from the last vertex");
     line("half field", field_deg, "degrees", "the file's largest field");
@@ -186,6 +211,18 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
     line("half travel, sideways", sideways, "mm", "0.15 of the sensor's shorter side");
     line("half travel, along the axis", along, "mm", "the same, at most half of the way to the sensor");
     line("half travel, tilts", kTravelTilt_deg, "degrees", "the paper's");
+    layout.lines.push_back(
+        {"tolerances", layout.grade,
+         "each element, 3 sigma; by focal length (5 mm: 10 um, 3 arcmin; 50 mm: 100 um, 12 arcmin)"});
+    const double design_z = lens.image_z_mm, off = std::fabs(design_z - focus);
+    if (off > along)  // the travel takes at most half of the way to the sensor
+      design.remarks.push_back({0,
+                                "the design's image plane lies " + significant(design_z - last, 4) +
+                                    " mm behind the last face, the best focus of an emitter at " +
+                                    significant(distance, 4) + " mm " + significant(focus - last, 4) +
+                                    " mm: the sensor is put there, further off than the travel along the axis, " +
+                                    significant(along, 4) + " mm; is the file's last distance right?",
+                                0});
     if (2 * height > side)
       design.remarks.push_back({0,
                                 "the image of the field, " + significant(2 * height, 4) +
@@ -200,6 +237,13 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
     throw Error(error.kind(), design.file + ": " + error.what());
   }
   return layout;
+}
+
+void set_specification(Layout& layout, double rmse) {
+  const double limit = rounded(rmse, 2);
+  layout.scene["spec"] = {{"rmse", limit}};
+  layout.lines.push_back({"spec, RMSE", shortest(limit),
+                          "of a noise-free image off by one pixel sideways; a place to begin, not your product's"});
 }
 
 std::vector<std::string> remark_lines(const LensDesign& design) {
@@ -223,8 +267,10 @@ std::string readme(const LensDesign& design, const CompleteLens& lens, const Lay
       std::to_string(lens.lens.elements.size()) +
       " elements and the stop\n"
       "* `scene.json`: sensor, emitter, travel, machine times\n"
-      "* `tolerances.json`: how far elements and start are off, 3 sigma; commercial grades to begin with "
-      "(0.1 mm, 12 arcmin): replace them by your suppliers'\n"
+      "* `tolerances.json`: how far elements and start are off, 3 sigma; a grade by the lens's size to begin with "
+      "(" +
+      layout.grade +
+      "): replace it by your suppliers'\n"
       "* `suite.json`: what is compared\n\n"
       "    relign-bench render --scene scene.json -o reference.png\n"
       "    relign-bench validate suite.json\n"

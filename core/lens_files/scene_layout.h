@@ -33,6 +33,8 @@ struct LayoutLine {
 struct Layout {
   OrderedJson scene, tolerances, suite;
   std::vector<LayoutLine> lines;
+  std::string grade;    // of the tolerances: "10 um, 3 arcmin"
+  double pitch_mm = 0;  // of the sensor's pixels
 };
 
 // "1920x1280@3.45" (columns, rows, pitch in um) or "4.8" (a square's side in mm, 200 pixels). Throws Error(bad_input)
@@ -41,6 +43,10 @@ SensorSize parse_sensor(const std::string& text);
 
 // Adds remarks to the design. Throws Error(bad_input) where no image is formed.
 Layout lay_out(LensDesign& design, const CompleteLens& lens, const LayoutChoices& choices);
+
+// The specification to begin with: the RMSE of a noise-free image that is off by one pixel sideways, which only who can
+// render the scene knows. Two digits of it go into the scene file.
+void set_specification(Layout& layout, double rmse);
 
 // README.md of the new folder.
 std::string readme(const LensDesign& design, const CompleteLens& lens, const LayoutChoices& choices,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "base/text.h"
 #include "lens_files/codev_words.h"
@@ -193,10 +194,12 @@ class SeqReader {
   // A private glass is known where the reference wavelength is among its own; else its name stays, for catalogues.
   void use_private_glasses() {
     const double wavelength = system_.reference_wavelength_nm();
+    std::set<std::string> used;
     for (Surface& surface : reading_.design.surfaces) {
       const auto glass = private_indices_.find(upper_case(surface.glass));
       if (glass == private_indices_.end()) continue;
       const PrivateGlass& own = glass->second;
+      used.insert(glass->first);
       for (std::size_t i = 0; i < std::min(own.wavelengths.size(), own.indices.size()); ++i)
         if (std::fabs(own.wavelengths[i] - wavelength) < 0.05) surface.index = own.indices[i];
       if (surface.index == 0)
@@ -204,6 +207,10 @@ class SeqReader {
                         "not used: private glass '" + shown(surface.glass, 40) +
                             "' has no index at the reference wavelength, " + shortest(wavelength) + " nm");
     }
+    for (const auto& [name, own] : private_indices_)
+      if (used.count(name) == 0)
+        reading_.remark(own.line, "private glass " + name,
+                        "not used: private glass '" + shown(name, 40) + "'; no surface is made of it");
   }
 
   struct PrivateGlass {

@@ -66,7 +66,7 @@ class ZmxReader {
   bool system_line(const std::string& keyword) {
     LensDesign& design = reading_.design;
     const auto aperture = [&](SystemAperture::Kind kind) {
-      design.aperture = {kind, kind == SystemAperture::stop_size ? 0 : number(1, keyword)};
+      reading_.aperture(line_, keyword, kind, word(1));
       return true;
     };
     if (keyword == "MODE") {
@@ -79,6 +79,7 @@ class ZmxReader {
       const auto unit = millimetres(upper_case(word(1)));
       if (!unit) reading_.problem(line_, "UNIT: '" + shown(word(1), 20) + "' is none of MM, CM, IN, METER");
       unit_mm_ = unit.value_or(1);
+      unit_told_ = true;
     } else if (keyword == "ENPD") {
       return aperture(SystemAperture::entrance_pupil_diameter);
     } else if (keyword == "FNUM") {
@@ -90,6 +91,7 @@ class ZmxReader {
     } else if (keyword == "FTYP") {
       field_type_ = reading_.integer(line_, word(1), "FTYP");
       if (words_.size() > 3) fields_used_ = reading_.integer(line_, word(3), "FTYP, number of fields");
+      if (words_.size() > 4) wavelengths_used_ = reading_.integer(line_, word(4), "FTYP, number of wavelengths");
       design.field.line = line_;
     } else if (keyword == "XFLN" || keyword == "YFLN" || keyword == "YFLD") {
       std::vector<double>& field = keyword == "XFLN" ? x_fields_ : y_fields_;
@@ -126,11 +128,40 @@ class ZmxReader {
         return;
       }
       wavelengths_um_.resize(std::max(wavelengths_um_.size(), static_cast<std::size_t>(index)));
+      wavelength_lines_.resize(wavelengths_um_.size());
       wavelengths_um_[static_cast<std::size_t>(index) - 1] = number(2, "WAVM, micrometres", 1000);
+      wavelength_lines_[static_cast<std::size_t>(index) - 1] = line_;
       return;
     }
     wavelengths_um_.clear();
     for (std::size_t i = 1; i < words_.size(); ++i) wavelengths_um_.push_back(number(i, "WAVL, micrometres", 1000));
+    wavelength_lines_.assign(wavelengths_um_.size(), line_);
+  }
+
+  // The primary one, and the others that the design is for: WAVM goes up to 24, of which FTYP says how many are used.
+  void choose_wavelength() {
+    constexpr double kShortest_um = 0.1, kLongest_um = 100;
+    LensDesign& design = reading_.design;
+    if (wavelengths_um_.empty()) {
+      reading_.problem(0, "no wavelength (WAVM) found");
+      return;
+    }
+    if (primary_ < 1 || static_cast<std::size_t>(primary_) > wavelengths_um_.size()) {
+      reading_.problem(primary_line_, "PWAV: the primary wavelength is number " + std::to_string(primary_) +
+                                          ", but there are " + std::to_string(wavelengths_um_.size()));
+      return;
+    }
+    const auto primary = static_cast<std::size_t>(primary_) - 1;
+    const double wavelength_um = wavelengths_um_[primary];
+    design.wavelengths_line = wavelength_lines_[primary];
+    if (!(wavelength_um >= kShortest_um && wavelength_um <= kLongest_um))
+      reading_.problem(design.wavelengths_line, "a wavelength of " + shortest(wavelength_um) +
+                                                    " um; WAVM and WAVL are in micrometres, 0.1 to 100 (green: 0.55)");
+    design.wavelength_nm = wavelength_um * 1000;
+    const std::size_t used =
+        wavelengths_used_ > 0 ? static_cast<std::size_t>(wavelengths_used_) : wavelengths_um_.size();
+    for (std::size_t i = 0; i < std::min(used, wavelengths_um_.size()); ++i)
+      design.all_wavelengths_nm.push_back(wavelengths_um_[i] * 1000);
   }
 
   bool surface_line(const std::string& keyword) {
@@ -219,17 +250,10 @@ class ZmxReader {
   }
 
   LensDesign whole() {
-    LensDesign& design = reading_.design;
     if (!surfaces_seen_) reading_.problem(0, "no surfaces (SURF) found; is this a Zemax lens file, and is it whole?");
     read_fields();
-    if (wavelengths_um_.empty()) {
-      reading_.problem(0, "no wavelength (WAVM) found");
-    } else if (primary_ < 1 || static_cast<std::size_t>(primary_) > wavelengths_um_.size()) {
-      reading_.problem(primary_line_, "PWAV: the primary wavelength is number " + std::to_string(primary_) +
-                                          ", but there are " + std::to_string(wavelengths_um_.size()));
-    } else {
-      design.wavelength_nm = wavelengths_um_[static_cast<std::size_t>(primary_) - 1] * 1000;
-    }
+    choose_wavelength();
+    if (!unit_told_) reading_.remark(0, "unit", "assumed: lengths in mm; the file has no UNIT");
     LensDesign result = reading_.finish();
     scale(result, unit_mm_);
     return result;
@@ -275,8 +299,10 @@ class ZmxReader {
   bool surfaces_seen_ = false, asphere_ = false, clear_from_aperture_ = false;
   Break break_;
   double unit_mm_ = 1;
-  int field_type_ = 0, fields_used_ = 0;
+  bool unit_told_ = false;
+  int field_type_ = 0, fields_used_ = 0, wavelengths_used_ = 0;
   std::vector<double> x_fields_, y_fields_, wavelengths_um_;
+  std::vector<int> wavelength_lines_;
   int primary_ = 1, primary_line_ = 0;
 };
 

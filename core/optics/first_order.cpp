@@ -17,16 +17,14 @@ Matrix then(const Matrix& later, const Matrix& earlier) {
           later.c * earlier.a + later.d * earlier.c, later.c * earlier.b + later.d * earlier.d};
 }
 
-// From the vertex of the first face with z >= from_z to just behind the last face with z < to_z, with
-// transfers from from_z and to to_z.
-Matrix between(const Prescription& lens, double from_z, double to_z) {
+// Through the elements from `first` to before `end`, in air at both ends, with transfers from from_z and to to_z; a
+// stop in front of a bulge lies behind the vertex that follows it, which makes a transfer backwards.
+Matrix through(const Prescription& lens, std::size_t first, std::size_t end, double from_z, double to_z) {
   Matrix system;
   double z = from_z;
   double index = 1;
-  for (const Element& element : lens.elements)
-    for (const Face& face : element.faces) {
-      if (face.z_mm < from_z) continue;
-      if (face.z_mm > to_z) break;
+  for (std::size_t e = first; e < end; ++e)
+    for (const Face& face : lens.elements[e].faces) {
       system = then({1, (face.z_mm - z) / index, 0, 1}, system);
       system = then({1, 0, -(face.index_after - index) * face.curvature, 1}, system);
       index = face.index_after;
@@ -41,7 +39,10 @@ FirstOrder first_order(const Prescription& lens) {
   const double first = lens.elements.front().faces.front().z_mm;
   const double last = lens.elements.back().faces.back().z_mm;
   const Stop& stop = lens.aperture_stop();
-  const Matrix whole = between(lens, first, last);
+  const std::size_t count = lens.elements.size();
+  std::size_t before_stop = 0;  // elements
+  while (before_stop < count && !stands_before(stop, lens.elements[before_stop])) ++before_stop;
+  const Matrix whole = through(lens, 0, count, first, last);
   FirstOrder data;
   data.focal_length = -1 / whole.c;
   data.back_focal_length = -whole.a / whole.c;
@@ -53,8 +54,8 @@ FirstOrder first_order(const Prescription& lens) {
   // Entrance pupil: the stop imaged to the front. A ray (y, u) before the lens meets the stop at
   // a y + b u; the chief ray at 0.
   double stop_radius = stop.opening_radius_mm;
-  if (stop.z_mm > first) {
-    const Matrix front = between(lens, first, stop.z_mm);
+  if (before_stop > 0) {
+    const Matrix front = through(lens, 0, before_stop, first, stop.z_mm);
     data.entrance_pupil_z = first + front.b / front.a;
     if (lens.entrance_pupil_diameter_mm > 0) stop_radius = front.a * lens.entrance_pupil_diameter_mm / 2;
     data.entrance_pupil_diameter = 2 * stop_radius / front.a;
@@ -64,8 +65,8 @@ FirstOrder first_order(const Prescription& lens) {
     data.entrance_pupil_diameter = 2 * stop_radius;
   }
   // Exit pupil: the stop's centre and rim imaged to the back.
-  if (stop.z_mm < last) {
-    const Matrix rear = between(lens, stop.z_mm, last);
+  if (before_stop < count) {
+    const Matrix rear = through(lens, before_stop, count, stop.z_mm, last);
     data.exit_pupil_from_last = -rear.b / rear.d;
     data.exit_pupil_diameter = 2 * stop_radius * (rear.a + data.exit_pupil_from_last * rear.c);
   } else {

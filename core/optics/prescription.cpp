@@ -221,15 +221,27 @@ class Reader {
     for (std::size_t s = 0; s < lens_.stops.size(); ++s) {
       const Stop& stop = lens_.stops[s];
       apertures += stop.aperture ? 1 : 0;
-      for (const Element& element : lens_.elements)
-        if (stop.z_mm > element.faces.front().z_mm && stop.z_mm < element.faces.back().z_mm)
-          complain("/stops/" + std::to_string(s) + "/z_mm",
-                   "the stop '" + stop.name + "' lies inside the glass of " + element.name);
+      for (const Element& element : lens_.elements) check_stop(stop, element, "/stops/" + std::to_string(s) + "/z_mm");
       if (lens_.mount && stop.opening_radius_mm > lens_.mount->bore_radius_mm)
         complain("/stops/" + std::to_string(s) + "/opening_radius_mm", "the opening is larger than the mount's bore");
     }
     if (apertures != 1)
       complain("/stops", "exactly one stop must say \"aperture\": true, found " + std::to_string(apertures));
+  }
+
+  // The stop's rim must be in the air; the plane within its opening may cut the glass that bulges through it.
+  void check_stop(const Stop& stop, const Element& element, const std::string& at) {
+    const Face& front = element.faces.front();
+    const double behind = stop.z_mm - front.z_mm;
+    if (behind <= 0 || !stands_before(stop, element)) return;
+    const double fallen_back = sag(front, stop.opening_radius_mm);
+    if (behind <= fallen_back) return;
+    complain(at, "the stop '" + stop.name + "' lies inside the glass of " + element.name + ": its plane is " +
+                     significant(behind, 4) + " mm behind the front vertex, and at the rim of its opening, radius " +
+                     significant(stop.opening_radius_mm, 4) + " mm, the glass begins " +
+                     (std::isfinite(fallen_back) ? significant(fallen_back, 4) + " mm behind it" : "nowhere") +
+                     "; move it to a place where its rim is in the air before or behind the glass (a stop behind an "
+                     "element stands at its last vertex or later)");
   }
 
   void check_pair(const Face& before, const Face& face, const std::string& at) {
@@ -257,6 +269,8 @@ class Reader {
 };
 
 }  // namespace
+
+bool stands_before(const Stop& stop, const Element& element) { return stop.z_mm < element.faces.back().z_mm; }
 
 const Stop& Prescription::aperture_stop() const {
   return *std::find_if(stops.begin(), stops.end(), [](const Stop& stop) { return stop.aperture; });

@@ -41,6 +41,10 @@ struct Element {
   Motion placement = {};    // how the design itself places the element, off the axis or tilted
 };
 
+// A plane with an opening in the air. Rays pass it before every element of which the last vertex lies behind it: a stop
+// close in front of a convex face may stand behind its vertex, with its rim still in the air around the bulge. Where
+// the ray has met the glass before the stop's plane, the line that it came on is followed to the plane, as design
+// programs do.
 struct Stop {
   std::string name;
   double z_mm = 0;
@@ -48,6 +52,8 @@ struct Stop {
   bool in_listing = false;  // the design program's listing has it too
   bool aperture = false;    // the aperture stop: defines the pupils
 };
+
+bool stands_before(const Stop& stop, const Element& element);
 
 // The black tube around the lens; everything that meets it is absorbed.
 struct Mount {

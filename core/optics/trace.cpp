@@ -67,10 +67,13 @@ TracedRay trace(const Assembly& assembly, const Ray& start, Apertures apertures)
     result.lost_at = "the start: the ray does not travel towards +z";
     return result;
   }
-  const auto pass_stops = [&](double from_z, double to_z) -> bool {
+  // Those that stand before the element and not before an earlier one.
+  const auto pass_stops_before = [&](std::size_t next) -> bool {
     if (apertures == Apertures::none) return true;
     for (const Stop& stop : lens.stops) {
-      if (stop.z_mm < from_z || stop.z_mm >= to_z || (apertures == Apertures::listing && !stop.in_listing)) continue;
+      const bool here = (next == lens.elements.size() || stands_before(stop, lens.elements[next])) &&
+                        (next == 0 || !stands_before(stop, lens.elements[next - 1]));
+      if (!here || (apertures == Apertures::listing && !stop.in_listing)) continue;
       const Vec3 hit = at_plane(ray, stop.z_mm);
       if (hit.x * hit.x + hit.y * hit.y > stop.opening_radius_mm * stop.opening_radius_mm) {
         result.lost_at = stop.name + ": outside the opening";
@@ -80,10 +83,9 @@ TracedRay trace(const Assembly& assembly, const Ray& start, Apertures apertures)
     return true;
   };
   double index = 1;
-  double previous_z = -1e300;
   for (std::size_t e = 0; e < lens.elements.size(); ++e) {
     const Element& element = lens.elements[e];
-    if (!pass_stops(previous_z, element.faces.front().z_mm)) return result;
+    if (!pass_stops_before(e)) return result;
     for (std::size_t f = 0; f < element.faces.size(); ++f) {
       Vec3 hit;
       const std::string lost = refract(ray, element.faces[f], index, assembly.placement(e), apertures, hit);
@@ -94,9 +96,8 @@ TracedRay trace(const Assembly& assembly, const Ray& start, Apertures apertures)
       result.hits.push_back(hit);
       index = element.faces[f].index_after;
     }
-    previous_z = element.faces.back().z_mm;
   }
-  if (!pass_stops(previous_z, 1e300)) return result;
+  if (!pass_stops_before(lens.elements.size())) return result;
   if (!(ray.direction.z > 0)) {
     result.lost_at = "behind the last face: the ray does not travel towards +z";
     return result;

@@ -57,6 +57,35 @@ TEST(CliLens, InfoHasPublishedAndOwnValues) {
     EXPECT_NEAR(info.at("first_order").at(name).get<double>(), value.get<double>(), 0.5e-4) << name;
 }
 
+// Shipped lenses of which the stop opens wider than the design's specification say both, imported ones have one number.
+TEST(CliLens, InfoTellsBothFNumbersWhereTheyDiffer) {
+  const Workplace place;
+  const auto f_numbers = [&](const std::string& scene) {
+    const Outcome outcome = relign_bench(place, {"lens", "info", "--scene", scene, "--json"});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return json::parse(outcome.out).at("first_order");
+  };
+  EXPECT_NEAR(f_numbers("relign_od").at("f_number").get<double>(), 2.1, 1e-4);
+  EXPECT_NEAR(f_numbers("relign_od").at("f_number_of_opening").get<double>(), 2.0636, 1e-4);
+  EXPECT_FALSE(f_numbers("cooke_triplet").contains("f_number_of_opening"));
+  const std::string lens = std::string(RELIGN_TEST_DATA) + "/lenses/cooke_triplet.seq";
+  const Outcome made = relign_bench(place, {"scene", "new", lens, "-o", "new", "--json"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_EQ(json::parse(made.out).at("layout").at("f-number"), "4.99998");
+  EXPECT_NEAR(f_numbers("new/scene.json").at("f_number").get<double>(), 4.99998, 5e-6);
+  EXPECT_FALSE(f_numbers("new/scene.json").contains("f_number_of_opening"));
+  // What is simulated: on the axis rays pass up to 5 mm from it, and no further.
+  const json rays = {{{"start_mm", {0, 4.95, -1}}, {"direction", {0, 0, 1}}},
+                     {{"start_mm", {0, 5.05, -1}}, {"direction", {0, 0, 1}}}};
+  place.write("rays.json", json({{"rays", rays}}).dump());
+  const Outcome traced =
+      relign_bench(place, {"lens", "trace", "rays.json", "--scene", "new/scene.json", "--apertures", "mesh"});
+  ASSERT_EQ(traced.exit_code, 0) << traced.err;
+  const json found = json::parse(traced.out).at("rays");
+  EXPECT_EQ(found.at(0).value("lost_at", ""), "") << found.at(0);
+  EXPECT_EQ(found.at(1).value("lost_at", ""), "aperture stop: outside the opening") << found.at(1);
+}
+
 TEST(CliLens, MistakesAreNamed) {
   const Workplace place;
   EXPECT_EQ(relign_bench(place, {"lens"}).exit_code, 2);

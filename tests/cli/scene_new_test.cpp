@@ -1,6 +1,7 @@
 // relign-bench scene new: from a design program's file to a suite that runs, and what users get wrong.
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -29,9 +30,14 @@ TEST(CliSceneNew, FromAListingToASuiteThatRuns) {
   EXPECT_THAT(made.err, HasSubstr("relign-bench run od/suite.json"));
   EXPECT_THAT(place.read("od/README.md"), HasSubstr("relign-bench run suite.json"));
 
+  const double spec = parsed(place, "od/scene.json").at("spec").at("rmse");
+  EXPECT_GT(spec, 0.001);
+
   // The suite as it is, only shorter.
   json suite = parsed(place, "od/suite.json");
   EXPECT_EQ(suite.at("protocol"), "blind");
+  EXPECT_THAT(suite.at("algorithms").dump(), HasSubstr("through-focus-quick"));
+  EXPECT_THAT(made.out, HasSubstr("of a noise-free image off by one pixel sideways"));
   suite["instances"] = 1;
   suite["steps"] = 3;
   place.write("od/suite.json", suite.dump());
@@ -40,8 +46,12 @@ TEST(CliSceneNew, FromAListingToASuiteThatRuns) {
   const Outcome ran = relign_bench(place, {"run", "od/suite.json", "-o", "results", "--workers", "2"});
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_THAT(place.read("results/curves.csv"), HasSubstr("\nrelign_od,tolerances,blind,nlopt-sbplx,"));
+  // The generated scene's specification makes a yield.
+  const Outcome table = relign_bench(place, {"report", "results", "--format", "csv", "-o", "table.csv"});
+  ASSERT_EQ(table.exit_code, 0) << table.err;
+  EXPECT_THAT(place.read("table.csv"), HasSubstr("," + std::to_string(spec).substr(0, 5)));
   // What it names to watch can be typed.
-  const std::string watch = "try nlopt-sbplx --scene od/scene.json --noise-level od/tolerances.json";
+  const std::string watch = "try through-focus-quick --scene od/scene.json --noise-level od/tolerances.json";
   EXPECT_THAT(ran.err, HasSubstr("relign-bench " + watch));
   const Outcome watched = shell(place, "\"$RELIGN_BENCH\" " + watch + " --steps 1");
   EXPECT_EQ(watched.exit_code, 0) << watched.err;
@@ -56,7 +66,7 @@ TEST(CliSceneNew, TheImageIsSharpAndLit) {
   for (const auto& [name, value] : lens.at("published").items())
     EXPECT_NEAR(lens.at("first_order").at(name).get<double>(), value.get<double>(), 0.5e-4) << name;
   // Away from best focus on either side the star's noise-free image is further from the reference.
-  const auto truth = [&](const std::string& pose) {
+  const auto image_at = [&](const std::string& pose) {
     const Outcome image =
         relign_bench(place, {"render", "--scene", "od/scene.json", "--pose", pose, "--noise-free", "-o", "image.npy"});
     EXPECT_EQ(image.exit_code, 0) << image.err;
@@ -65,8 +75,11 @@ TEST(CliSceneNew, TheImageIsSharpAndLit) {
     const std::size_t count = 200 * 200;
     std::vector<float> values(count);
     std::memcpy(values.data(), bytes.data() + bytes.size() - count * sizeof(float), count * sizeof(float));
+    return values;
+  };
+  const auto truth = [&](const std::string& pose) {
     double sum = 0, squares = 0;
-    for (const float value : values) {
+    for (const float value : image_at(pose)) {
       sum += value;
       squares += static_cast<double>(value) * value;
     }
@@ -76,6 +89,15 @@ TEST(CliSceneNew, TheImageIsSharpAndLit) {
   EXPECT_GT(nominal, 0.05);
   EXPECT_GT(nominal, 1.02 * truth("0.5,0.5,0.4,0.5,0.5"));
   EXPECT_GT(nominal, 1.02 * truth("0.5,0.5,0.6,0.5,0.5"));
+  // The specification: what one pixel sideways makes of the picture.
+  const json scene = parsed(place, "od/scene.json");
+  const double pixel_mm = scene.at("sensor").at("side_mm").get<double>() / 200;
+  const double share = 0.5 + pixel_mm / (2 * scene.at("travel").at("shift_mm").at(0).get<double>());
+  const std::vector<float> here = image_at("nominal"), beside = image_at(std::to_string(share) + ",0.5,0.5,0.5,0.5");
+  double squares = 0;
+  for (std::size_t i = 0; i < here.size(); ++i) squares += std::pow(static_cast<double>(here[i]) - beside[i], 2);
+  const double rmse = std::sqrt(squares / static_cast<double>(here.size()));
+  EXPECT_NEAR(scene.at("spec").at("rmse").get<double>(), rmse, 0.06 * rmse);
 }
 
 TEST(CliSceneNew, GlassesAreBuiltInOrFromCataloguesOrMistakes) {
@@ -92,6 +114,17 @@ TEST(CliSceneNew, GlassesAreBuiltInOrFromCataloguesOrMistakes) {
   EXPECT_EQ(unknown.exit_code, 2);
   EXPECT_THAT(unknown.err, HasSubstr("odd.seq:1: surface S1: unknown glass 'XK99'"));
   EXPECT_FALSE(fs::exists(place.path("new")));
+}
+
+TEST(CliSceneNew, NamesOfFilesBecomeNamesOfFolders) {
+  const Workplace place;
+  for (const auto& [file, folder] : {std::pair{"my lens \u00e9.zmx", "my_lens"}, {"\u00fc\u00df 5.zmx", "___5"}}) {
+    fs::copy_file(golden("cooke_triplet_utf8.zmx"), place.path(file));
+    const Outcome made = relign_bench(place, {"scene", "new", file});
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+    EXPECT_TRUE(fs::exists(place.path(std::string(folder) + "/scene.json"))) << folder;
+    EXPECT_EQ(parsed(place, std::string(folder) + "/scene.json").at("name"), folder);
+  }
 }
 
 TEST(CliSceneNew, TargetsAreNamesOrFilesThatAreCopied) {
@@ -120,7 +153,9 @@ TEST(CliSceneNew, MistakesAreNamedAndNothingIsWritten) {
   };
   const std::string lens = golden("relign_od.lis");
   EXPECT_THAT(refused({golden("cooke_triplet_utf16.zmx"), "-o", "new", "--wavelength", "50"}),
-              HasSubstr("--wavelength"));
+              HasSubstr("--wavelength: '50' is no number from 100 to 100000 nm"));
+  EXPECT_THAT(refused({lens, "-o", "new", "--wavelength", "0.55"}), HasSubstr("from 100 to 100000 nm"));
+  EXPECT_THAT(refused({lens, "-o", "new", "--distance", "0"}), HasSubstr("from 0.001 to 1000000 mm"));
   EXPECT_THAT(refused({lens, "-o", "new", "--sensor", "100@5"}), HasSubstr("--sensor '100@5': not COLUMNSxROWS@PITCH"));
   EXPECT_THAT(refused({lens, "-o", "new", "--target", "siemens_sta"}), HasSubstr("siemens_sta"));
   EXPECT_THAT(refused({lens, "-o", "new", "--name", "a b"}), HasSubstr("'a b' is no name for a scene"));

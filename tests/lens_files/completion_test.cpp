@@ -93,8 +93,162 @@ TEST(Completion, StopFromTheSystemAperture) {
   EXPECT_NEAR(optics::first_order(lens).entrance_pupil_diameter, 10, 1e-6);
   const optics::Prescription fast = complete(replaced(no_diameter, "ENPD 10", "FNUM 4 0")).lens;
   EXPECT_NEAR(optics::first_order(fast).f_number, 4, 1e-6);
-  EXPECT_THAT(refusal(replaced(no_diameter, "ENPD 10", "ENPD 0")),
-              HasSubstr("a.zmx:19: the file tells neither how wide"));
+  EXPECT_THAT(refusal(replaced(no_diameter, "ENPD 10\n", "")), HasSubstr("a.zmx:18: the file tells neither how wide"));
+}
+
+// What a lens file says of its aperture, and what its stop makes of it.
+double opened_f_number(optics::Prescription lens) {
+  lens.entrance_pupil_diameter_mm = 0;
+  return optics::first_order(lens).f_number;
+}
+
+TEST(Completion, TheStatedApertureOpensTheStopWhateverTheStopSurfaceSays) {
+  for (const std::string own : {"DIAM 5\n", "DIAM 4.5\n", "DIAM 2\n", ""}) {
+    LensDesign design = read_zmx(replaced(small_zmx(), "  DIAM 5\n", own.empty() ? "" : "  " + own), "a.zmx");
+    const optics::Prescription lens = complete(design).lens;
+    EXPECT_NEAR(optics::first_order(lens).entrance_pupil_diameter, 10, 1e-6) << own;
+    EXPECT_NEAR(opened_f_number(lens), optics::first_order(lens).f_number, 1e-6) << own;
+  }
+  // A ray at height 1 is at 0.9536 by the stop: 5 mm against 4.768 mm.
+  LensDesign design = read_zmx(small_zmx(), "a.zmx");
+  const CompleteLens lens = complete(design);
+  EXPECT_THAT(lens.opening_why, HasSubstr("from ENPD 10 mm (line 3), not 5.00000 mm of the stop surface"));
+  EXPECT_THAT(design.remarks.back().text,
+              HasSubstr("not used: the clear radius of the stop, surface 3, 5.000 mm (f/4.83), wider than ENPD 10 mm "
+                        "(line 3) asks for, which opens the stop to 4.768 mm (f/5.07)"));
+  EXPECT_EQ(design.remarks.back().line, 19);
+  LensDesign narrow = read_zmx(replaced(small_zmx(), "DIAM 5\n", "DIAM 2\n"), "a.zmx");
+  complete(narrow);
+  EXPECT_THAT(narrow.remarks.back().text, HasSubstr("2.000 mm (f/12.1), narrower than ENPD 10 mm (line 3) asks for"));
+  LensDesign fits = read_zmx(replaced(small_zmx(), "DIAM 5\n", "DIAM 4.75\n"), "a.zmx");
+  complete(fits);
+  EXPECT_TRUE(fits.remarks.empty());
+}
+
+TEST(Completion, TheStopSurfaceDecidesWhereTheFileSaysSoOrStatesNoAperture) {
+  for (const std::string aperture : {"FLOA\n", ""}) {
+    LensDesign design = read_zmx(replaced(small_zmx(), "ENPD 10\n", aperture), "a.zmx");
+    const CompleteLens lens = complete(design);
+    EXPECT_EQ(lens.lens.aperture_stop().opening_radius_mm, 5);
+    EXPECT_FALSE(lens.json.contains("entrance_pupil_diameter_mm"));
+    EXPECT_TRUE(design.remarks.empty());
+    EXPECT_THAT(lens.opening_why, HasSubstr(aperture.empty() ? "states no system aperture" : "as FLOA says (line 3)"));
+  }
+}
+
+TEST(Completion, AStopOnAFaceIsOpenedWithIt) {
+  std::string text = replaced(small_zmx(), "  STOP\n", "");
+  text = replaced(replaced(text, "SURF 2\n", "SURF 2\n  STOP\n"), "  DISZ 1\n  DIAM 12\n", "  DISZ 1\n  DIAM 3\n");
+  LensDesign design = read_zmx(text, "a.zmx");
+  const optics::Prescription lens = complete(design).lens;
+  EXPECT_GT(lens.aperture_stop().opening_radius_mm, 4);
+  EXPECT_GT(lens.elements[0].faces[1].clear_radius_mm, lens.aperture_stop().opening_radius_mm);
+  ASSERT_EQ(design.remarks.size(), 1U);
+  EXPECT_THAT(design.remarks[0].text, HasSubstr("surface 2, 3.000 mm"));
+}
+
+TEST(Completion, ClearRadiiThatStopTheAxialBeamAreSaid) {
+  // The axial beam fills 5 mm of the first face, all but; a face that is the stop itself never stops it.
+  LensDesign narrow = read_zmx(replaced(small_zmx(), "DIAM 12\n", "DIAM 4.5\n"), "a.zmx");
+  complete(narrow);
+  ASSERT_EQ(narrow.remarks.size(), 2U);
+  EXPECT_EQ(narrow.remarks[1].line, 10);
+  EXPECT_THAT(narrow.remarks[1].text,
+              HasSubstr("the clear radius of surface 1, 4.500 mm, stops light on the axis: the beam through the opened "
+                        "stop needs 5.000 mm"));
+  EXPECT_THAT(narrow.remarks[1].text, HasSubstr("so that f/5.07 is not reached"));
+  LensDesign wide = read_zmx(replaced(small_zmx(), "DIAM 12\n", "DIAM 5\n"), "a.zmx");
+  complete(wide);
+  EXPECT_EQ(wide.remarks.size(), 1U);
+  std::string on_face = replaced(replaced(small_zmx(), "  STOP\n", ""), "SURF 2\n", "SURF 2\n  STOP\n");
+  on_face = replaced(replaced(on_face, "  DISZ 1\n  DIAM 12\n", "  DISZ 1\n  DIAM 4\n"), "ENPD 10", "FLOA");
+  LensDesign floating = read_zmx(on_face, "a.zmx");
+  EXPECT_GT(complete(floating).lens.elements[0].faces[1].clear_radius_mm, 4.05);
+  EXPECT_TRUE(floating.remarks.empty());
+}
+
+TEST(Completion, PlanePlatesBeforeTheImageAreSaid) {
+  const std::string plate =
+      "SURF 4\n  DISZ 1\n  GLAS ___BLANK 1 0 1.5 0\n  DIAM 9\nSURF 5\n  DISZ 0.5\n  DIAM 9\nSURF 6\n  DISZ 0\n";
+  LensDesign design = read_zmx(replaced(small_zmx(), "SURF 4\n  DISZ 0\n", plate), "a.zmx");
+  const CompleteLens lens = complete(design);
+  ASSERT_EQ(lens.lens.elements.size(), 2U);
+  ASSERT_EQ(design.remarks.size(), 2U);
+  EXPECT_EQ(design.remarks[1].line, 23);
+  EXPECT_THAT(design.remarks[1].text, HasSubstr("surfaces 4-5 (L2) are a plane plate before the image: it moves with"));
+}
+
+// The stop's plane cuts the bulge of the first face, its rim is in the air: at radius r the glass begins r^2 / 100
+// behind the vertex.
+std::string stop_in_front(const std::string& distance, const std::string& aperture, const std::string& diameter) {
+  return "UNIT MM\n" + aperture +
+         "\nFTYP 0 0 1 1\nYFLN 5\nWAVM 1 0.55 1\nPWAV 1\nSURF 0\n  DISZ INFINITY\n"
+         "SURF 1\n  STOP\n  DISZ " +
+         distance + "\n" + diameter +
+         "SURF 2\n  CURV 0.02\n  DISZ 4\n  GLAS ___BLANK 1 0 1.5 0\n  DIAM 12\n"
+         "SURF 3\n  CURV -0.02\n  DISZ 48.6\n  DIAM 12\nSURF 4\n  DISZ 0\n";
+}
+
+TEST(Completion, AStopBeforeABulgeMayStandBehindItsVertex) {
+  for (const std::string aperture : {"ENPD 16", "FLOA"}) {
+    LensDesign design = read_zmx(stop_in_front("-0.6", aperture, "  DIAM 8\n"), "a.zmx");
+    const optics::Prescription lens = complete(design).lens;
+    EXPECT_TRUE(design.remarks.empty()) << design.remarks[0].text;
+    EXPECT_EQ(lens.aperture_stop().z_mm, 0.6);
+    const optics::FirstOrder data = optics::first_order(lens);
+    EXPECT_EQ(data.entrance_pupil_z, 0.6);
+    EXPECT_NEAR(data.entrance_pupil_diameter, 16, 1e-9);
+    // The plane on which rays are judged is the stop's: 8 mm from the axis there, by the line on which they came.
+    for (const double field : {0.0, 5.0})
+      for (const FanRay& ray : beam(lens, field, 0)) EXPECT_LE(std::fabs(ray.stop_height_mm), 8.05);
+    const double slope = std::tan(5 / 57.29577951308232);
+    const auto passes = [&](double height) {
+      return optics::trace(optics::Assembly(lens), {{0, height - 1.6 * slope, -1}, {0, slope, 1}},
+                           optics::Apertures::mesh)
+          .lost_at;
+    };
+    EXPECT_EQ(passes(7.999), "");
+    EXPECT_EQ(passes(-7.999), "");
+    EXPECT_EQ(passes(8.001), "aperture stop: outside the opening");
+    EXPECT_EQ(passes(-8.001), "aperture stop: outside the opening");
+  }
+}
+
+TEST(Completion, AStopWithItsRimInTheGlassIsRefused) {
+  EXPECT_THAT(
+      refusal(stop_in_front("-0.6", "ENPD 10", "  DIAM 8\n")),
+      HasSubstr("a.zmx:9: surface 1: the stop 'aperture stop' lies inside the glass of L1: its plane is 0.6000 mm "
+                "behind the front vertex, and at the rim of its opening, radius 5.000 mm, the glass begins "
+                "0.2506 mm behind it"));
+  EXPECT_THAT(
+      refusal(stop_in_front("-2", "ENPD 10", "  DIAM 8\n")),
+      HasSubstr("a.zmx:9: the stop (surface 1) lies inside the glass of L1, 2.000 mm behind its front vertex; the "
+                "face falls back by 1.461 mm up to its rim, radius 12.00 mm"));
+  EXPECT_THAT(refusal(stop_in_front("-60", "ENPD 10", "  DIAM 8\n")),
+              HasSubstr("a.zmx:9: the stop (surface 1) comes before L1 in the file and lies behind it on the axis"));
+  EXPECT_THAT(
+      refusal(replaced(small_zmx(), "  DISZ 1\n", "  DISZ -0.2\n")),
+      HasSubstr("a.zmx:19: the stop (surface 3) comes behind L1 in the file and lies 0.2000 mm before its last"));
+}
+
+TEST(Completion, AperturesThatCannotBe) {
+  EXPECT_THAT(refusal(replaced(small_zmx(), "ENPD 10", "ENPD 0")),
+              HasSubstr("a.zmx:3: ENPD: an aperture of 0; a system aperture is larger than 0"));
+  EXPECT_THAT(refusal(replaced(small_zmx(), "ENPD 10", "FNUM -5 0")), HasSubstr("a.zmx:3: FNUM: an aperture of -5"));
+  EXPECT_THAT(refusal(replaced(small_zmx(), "ENPD 10", "ENPD nan")), HasSubstr("a.zmx:3: ENPD: expected a number"));
+  EXPECT_THAT(refusal(replaced(small_zmx(), "ENPD 10", "ENPD 1e9")),
+              HasSubstr("a.zmx:3: ENPD 1e+09 mm makes an entrance pupil of"));
+  EXPECT_THAT(refusal(replaced(small_zmx(), "ENPD 10", "OBNA 0.1")),
+              HasSubstr("a.zmx:3: OBNA is an aperture at the object, but the object is infinitely far"));
+  EXPECT_THAT(refusal(replaced(small_zmx(), "ENPD 10", "ENPD 40")),
+              HasSubstr("a.zmx:3: ENPD 40 mm opens the stop to a radius of 19.07"));
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [] { read_design(small_seq("", "FNO -2"), "a.seq"); }),
+              HasSubstr("a.seq:7: FNO: an aperture of -2"));
+  // Of two the last counts, and the other is named.
+  const LensDesign two = read_zmx(small_zmx("", "FNUM 4\n"), "a.zmx");
+  EXPECT_EQ(two.aperture.kind, SystemAperture::f_number);
+  ASSERT_EQ(two.remarks.size(), 1U);
+  EXPECT_EQ(two.remarks[0].text, "not used: ENPD; line 8 states FNUM");
 }
 
 TEST(Completion, ClearRadiiLetTheWholeFieldThrough) {
@@ -116,7 +270,7 @@ TEST(Completion, ImagePlaneAndFieldThatTheFileLacks) {
   const optics::FirstOrder data = optics::first_order(lens.lens);
   EXPECT_NEAR(data.image_distance, data.back_focal_length, 1e-9);
   EXPECT_EQ(lens.lens.half_field_deg, 10);
-  ASSERT_EQ(design.remarks.size(), 2U);
+  ASSERT_EQ(design.remarks.size(), 3U);  // and of the stop
   EXPECT_THAT(design.remarks[0].text, HasSubstr("paraxial focus"));
   EXPECT_THAT(design.remarks[1].text, HasSubstr("half field of 10 degrees"));
 }
@@ -138,7 +292,7 @@ TEST(Completion, MistakesAreToldByTheDesignsLines) {
               HasSubstr("a.zmx:15: surface 2: the face crosses"));
   EXPECT_THAT(refusal(replaced(small_zmx(), "DISZ 4\n", "DISZ -4\n")),
               HasSubstr("a.zmx:15: surface 2: the face at z = -4"));
-  EXPECT_THAT(refusal(replaced(small_zmx(), "DIAM 5\n", "DIAM 13\n")),
+  EXPECT_THAT(refusal(replaced(replaced(small_zmx(), "DIAM 5\n", "DIAM 13\n"), "ENPD 10", "FLOA")),
               HasSubstr("a.zmx:19: the stop opens to a radius of 13.0000 mm, wider than every face"));
 }
 

@@ -86,8 +86,31 @@ TEST(LensWriter, RangesOfCataloguesAreSaid) {
   LensDesign design = golden_design("cooke_triplet_utf8.zmx");
   const std::size_t before = design.remarks.size();
   draft_lens(design, cooke_glasses(), "cooke", 3000);
-  EXPECT_EQ(design.remarks.size(), before + 3);
+  EXPECT_EQ(design.remarks.size(), before + 4);  // and the file's wavelengths
   EXPECT_THAT(design.remarks.back().text, HasSubstr("from 0.31 to 2.5 um, used at 3 um"));
+}
+
+TEST(LensWriter, WavelengthsThatAreNotUsedAreSaid) {
+  LensDesign design = golden_design("cooke_triplet_utf8.zmx");
+  draft_lens(design, cooke_glasses(), "cooke", 0);
+  EXPECT_EQ(
+      design.remarks[1].text,
+      "not used: the wavelengths 480, 650 nm; images are made with one, 550 nm, the file's reference (--wavelength "
+      "takes another)");
+  EXPECT_EQ(design.remarks[1].line, 20);
+  LensDesign other = golden_design("cooke_triplet_utf8.zmx");
+  draft_lens(other, cooke_glasses(), "cooke", 650);
+  EXPECT_THAT(other.remarks[1].text,
+              HasSubstr("the wavelengths 480, 550 nm; images are made with one, 650 nm, of --wavelength"));
+  // FTYP: one wavelength is used; the others are what Zemax fills its list with.
+  LensDesign filled = read_zmx(small_zmx("", "WAVM 2 0.65 1\nWAVM 3 0.55 1\n"), "a.zmx");
+  draft_lens(filled, {}, "a", 0);
+  EXPECT_TRUE(filled.remarks.empty());
+  LensDesign three =
+      read_zmx(replaced(small_zmx("", "WAVM 2 0.65 1\nWAVM 3 0.55 1\n"), "FTYP 0 0 1 1", "FTYP 0 0 1 3"), "a.zmx");
+  draft_lens(three, {}, "a", 0);
+  ASSERT_EQ(three.remarks.size(), 1U);
+  EXPECT_THAT(three.remarks[0].text, HasSubstr("not used: the wavelength 650 nm;"));
 }
 
 TEST(LensWriter, CementedElementsAndDummies) {
@@ -169,7 +192,8 @@ TEST(LensWriter, RefusesWithFileAndLine) {
   EXPECT_THAT(refusal(replaced(small_zmx(), "  GLAS ___BLANK 1 0 1.5 0\n", "")),
               HasSubstr("there is no lens in this file"));
   EXPECT_THAT(refusal(replaced(small_zmx(), "DIAM 12", "DIAM -12")), HasSubstr("a negative clear radius"));
-  EXPECT_THAT(refusal(replaced(small_zmx(), "0.55", "0.00055")), HasSubstr("a wavelength of 0.55 nm"));
+  EXPECT_THAT(refusal(replaced(small_zmx(), "0.55", "0.00055")),
+              HasSubstr("a.zmx:6: a wavelength of 0.00055 um; WAVM and WAVL are in micrometres, 0.1 to 100"));
   const std::string inside =
       "ENPD 10\nWAVM 1 0.55 1\nSURF 0\n DISZ INFINITY\nSURF 1\n DISZ 4\n GLAS A\nSURF 2\n STOP\n DISZ 4\n GLAS B\n"
       "SURF 3\n DISZ 50\nSURF 4\n";

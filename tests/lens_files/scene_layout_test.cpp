@@ -70,12 +70,62 @@ TEST(SceneLayout, TolerancesNameEveryElement) {
   EXPECT_EQ(one.layout.suite["noise_levels"][0], "tolerances.json");
 }
 
+TEST(SceneLayout, TolerancesGrowWithTheLens) {
+  const auto first_element = [](const std::string& zmx) {
+    LensDesign design = read_zmx(zmx, "a.zmx");
+    const CompleteLens lens = complete_lens(design, draft_lens(design, {}, "a", 0));
+    const Layout layout = lay_out(design, lens, choices_of());
+    EXPECT_TRUE(std::any_of(layout.lines.begin(), layout.lines.end(),
+                            [&](const LayoutLine& line) { return line.value == layout.grade; }));
+    return layout.tolerances["elements"]["L1"];
+  };
+  // 50.7 mm.
+  EXPECT_EQ(first_element(small_zmx())["shift_um"], OrderedJson({100, 100, 100}));
+  EXPECT_EQ(first_element(small_zmx())["tilt_arcmin"], OrderedJson({12, 12}));
+  // A tenth of it, and between.
+  const auto scaled = [&](const std::string& factor) {
+    std::string text = small_zmx();
+    text.replace(text.find("UNIT MM"), 7, "UNIT " + factor);
+    return first_element(text);
+  };
+  EXPECT_EQ(scaled("METER")["shift_um"], OrderedJson({100, 100, 100}));
+  const Made paper = made("relign_od.lis", choices_of());  // 2.9 mm
+  EXPECT_EQ(paper.layout.tolerances["elements"]["L1"]["shift_um"], OrderedJson({10, 10, 10}));
+  EXPECT_EQ(paper.layout.tolerances["elements"]["L1"]["tilt_arcmin"], OrderedJson({3, 3}));
+  std::string middle = small_zmx();  // half the radii: 25 mm
+  middle.replace(middle.find("CURV 0.02"), 9, "CURV 0.04");
+  middle.replace(middle.find("CURV -0.02"), 10, "CURV -0.04");
+  middle.replace(middle.find("DISZ 4\n"), 7, "DISZ 7\n");
+  EXPECT_EQ(first_element(middle)["shift_um"], OrderedJson({50, 50, 50}));
+  EXPECT_EQ(first_element(middle)["tilt_arcmin"], OrderedJson({8, 8}));
+}
+
 TEST(SceneLayout, SaysWhatDoesNotFit) {
   const Made small = made("relign_od.lis", choices_of("2"));
   EXPECT_THAT(small.design.remarks.back().text, HasSubstr("wider than the sensor, 2.000 mm"));
   LayoutChoices close = choices_of();
   close.distance_mm = 1e-3;
   EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { made("relign_od.lis", close); }), HasSubstr("relign_od.lis: "));
+}
+
+LensDesign laid_out(const std::string& zmx) {
+  LensDesign design = read_zmx(zmx, "a.zmx");
+  const CompleteLens lens = complete_lens(design, draft_lens(design, {}, "a", 0));
+  lay_out(design, lens, choices_of());
+  return design;
+}
+bool says(const LensDesign& design, const std::string& text) {
+  const std::vector<std::string> lines = remark_lines(design);
+  return std::any_of(lines.begin(), lines.end(),
+                     [&](const std::string& line) { return line.find(text) != std::string::npos; });
+}
+
+TEST(SceneLayout, AnImagePlaneFarFromBestFocusIsSaid) {
+  EXPECT_FALSE(says(laid_out(small_zmx()), "the design's image plane"));
+  std::string text = small_zmx();
+  text.replace(text.find("DISZ 47.6"), 9, "DISZ 80");
+  EXPECT_TRUE(
+      says(laid_out(text), "a.zmx: the design's image plane lies 81.00 mm behind the last face, the best focus"));
 }
 
 TEST(SceneLayout, ValuesThatTheFilePrintsAreCompared) {

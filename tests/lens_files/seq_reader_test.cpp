@@ -29,7 +29,9 @@ TEST(SeqReader, ReadsTheCookeTriplet) {
   EXPECT_TRUE(lens.surfaces[4].stop);
   EXPECT_EQ(lens.wavelength_nm, 550);  // the list of wavelengths goes on in a second line
   EXPECT_EQ(lens.field.value, 20);
-  EXPECT_TRUE(lens.remarks.empty());
+  ASSERT_EQ(lens.remarks.size(), 1U);
+  EXPECT_EQ(lens.remarks[0].line, 15);
+  EXPECT_EQ(lens.remarks[0].text, "not used: private glass 'MYSK16'; no surface is made of it");
 }
 
 TEST(SeqReader, WordsBehindASurface) {
@@ -82,6 +84,14 @@ TEST(SeqReader, ListsWhatItDoesNotUnderstand) {
   EXPECT_EQ(lens.surfaces[1].clear_radius_mm, 12);
 }
 
+TEST(SeqReader, SaysWhatUnitItAssumes) {
+  std::string text = small_seq();
+  text.replace(text.find("DIM M\n"), 6, "");
+  const LensDesign lens = read(text);
+  ASSERT_EQ(lens.remarks.size(), 1U);
+  EXPECT_EQ(lens.remarks[0].text, "assumed: lengths in mm; the file has no DIM");
+}
+
 TEST(SeqReader, RefusesWithFileAndLine) {
   EXPECT_THAT(refusal("RDM; LEN\n"), HasSubstr("a.seq: no surfaces (SO, S, SI) found"));
   EXPECT_THAT(refusal("WL 550\nSO 0 1e13\nS 50 4 F2\n"), HasSubstr("a.seq:3: the image surface (SI) is missing"));
@@ -92,6 +102,8 @@ TEST(SeqReader, RefusesWithFileAndLine) {
   EXPECT_THAT(refusal(small_seq("ADE 720")), HasSubstr("ADE: expected a number from -360 to 360"));
   EXPECT_THAT(refusal(small_seq("", "REF 9")), HasSubstr("a.seq:7: REF: the reference wavelength is number 9"));
   EXPECT_THAT(refusal(small_seq("", "DIM FOOT")), HasSubstr("DIM: 'FOOT'"));
+  EXPECT_THAT(refusal(small_seq("", "WL 0.55")),
+              HasSubstr("a.seq:7: WL: a wavelength of 0.55 nm; WL is in nanometres, 100 to 100000 (green: 550)"));
   EXPECT_THAT(refusal(small_seq("", "WL -5")), HasSubstr("WL: a wavelength of -5 nm"));
 }
 

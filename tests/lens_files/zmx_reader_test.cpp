@@ -107,7 +107,17 @@ TEST(ZmxReader, ListsWhatItDoesNotUnderstand) {
   EXPECT_EQ(lens.remarks[2].more_lines, 1);
 }
 
+TEST(ZmxReader, SaysWhatUnitItAssumes) {
+  std::string text = small_zmx();
+  text.replace(text.find("UNIT MM\n"), 8, "");
+  const LensDesign lens = read(text);
+  ASSERT_EQ(lens.remarks.size(), 1U);
+  EXPECT_EQ(lens.remarks[0].text, "assumed: lengths in mm; the file has no UNIT");
+}
+
 TEST(ZmxReader, RefusesWithFileAndLine) {
+  EXPECT_THAT(refusal(small_zmx("", "WAVM 1 550 1\n")),
+              HasSubstr("a.zmx:8: a wavelength of 550 um; WAVM and WAVL are in micrometres, 0.1 to 100 (green: 0.55)"));
   EXPECT_THAT(refusal("MODE NSC\n" + small_zmx()), HasSubstr("a.zmx:1: mode 'NSC'; only sequential"));
   EXPECT_THAT(refusal("hello\n"), HasSubstr("a.zmx: no surfaces (SURF) found"));
   EXPECT_THAT(refusal(small_zmx("  TYPE TOROIDAL\n")),

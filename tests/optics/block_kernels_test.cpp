@@ -6,6 +6,7 @@
 #include <memory>
 #include <relign/random.hpp>
 
+#include "base/json_source.h"
 #include "lens_under_test.h"
 #include "optics/backward_path.h"
 #include "optics/ray_block.h"
@@ -99,6 +100,47 @@ TEST(BlockKernels, ReturnThemThroughConicsAndAspheres) {
   EXPECT_LT(errors.rms_tangent, 2e-6) << "object tangent";
   EXPECT_LT(errors.worst_tangent, 1e-5);
   EXPECT_LT(errors.worst_mm, 2e-5);
+}
+
+// A stop in front of a convex face, behind its vertex: its rim is in the air, the glass bulges through its opening.
+TEST(BlockKernels, StopTheSameRaysBeforeABulge) {
+  const Prescription lens = read_prescription(JsonSource::from_text(R"({"format": 1, "name": "bulge", "image_z_mm": 52,
+    "elements": [{"name": "L1", "faces": [{"z_mm": 0, "radius_mm": 50, "index_after": 1.5, "clear_radius_mm": 12},
+                                          {"z_mm": 4, "radius_mm": -50, "clear_radius_mm": 12}]}],
+    "stops": [{"name": "stop", "z_mm": 0.6, "opening_radius_mm": 8, "aperture": true}]})",
+                                                                    "bulge.json"));
+  const Assembly assembly(lens);
+  const BackwardPath path = backward_path(assembly, {});
+  auto block = std::make_unique<RayBlock>();
+  std::vector<double> height_on_stop;
+  Random random(3);
+  for (int i = 0; i < kBlockRays; ++i) {
+    const Vec3 direction = unit({random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2), 1});
+    const Vec3 at_stop{random.uniform(-7.5, 7.5), random.uniform(-7.5, 7.5), 0.6};
+    const Vec3 start = at_stop - (1.6 / direction.z) * direction;
+    height_on_stop.push_back(std::hypot(at_stop.x, at_stop.y));
+    const TracedRay free = trace(assembly, {start, direction}, Apertures::none);
+    ASSERT_TRUE(free.passed);
+    EXPECT_EQ(trace(assembly, {start, direction}, Apertures::mesh).passed, height_on_stop.back() < 8) << i;
+    const Vec3 p = path.into_first_frame.point(free.image);
+    const Vec3 d = path.into_first_frame.direction(-1.0 * free.exit_direction);
+    block->x[i] = static_cast<float>(p.x);
+    block->y[i] = static_cast<float>(p.y);
+    block->z[i] = static_cast<float>(p.z);
+    block->lx[i] = static_cast<float>(d.x);
+    block->ly[i] = static_cast<float>(d.y);
+    block->lz[i] = static_cast<float>(d.z);
+    block->above[i] = block->below[i] = block->margin[i] = 1;
+  }
+  block_kernels().trace(*block, path.ops.data(), static_cast<int>(path.ops.size()), true, kBlockRays);
+  int lost = 0;
+  for (int i = 0; i < kBlockRays; ++i) {
+    const double height = height_on_stop[static_cast<std::size_t>(i)];
+    if (std::fabs(height - 8) < 1e-3) continue;
+    EXPECT_EQ(block->margin[i] > 0, height < 8) << i << " " << height;
+    lost += height > 8 ? 1 : 0;
+  }
+  EXPECT_GT(lost, 3);
 }
 
 // Lost rays too: whatever the numbers become, they become the same.

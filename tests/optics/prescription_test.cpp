@@ -51,7 +51,7 @@ TEST(Prescription, EveryMistakeHasItsPlace) {
   EXPECT_THAT(complaint("\"z_mm\": 12.877042", "\"z_mm\": 12.6"), HasSubstr("accepted"));
   EXPECT_THAT(complaint("\"radius_mm\": 8.08098", "\"radius_mm\": -3.5"),
               HasSubstr("the face crosses the one before it"));
-  EXPECT_THAT(complaint("\"z_mm\": 10.363930", "\"z_mm\": 11"), HasSubstr("lies inside the glass of L2"));
+  EXPECT_THAT(complaint("\"z_mm\": 10.363930", "\"z_mm\": 11"), HasSubstr("lies inside the glass of L2: its plane is"));
   EXPECT_THAT(complaint(", \"aperture\": true", ""), HasSubstr("exactly one stop must say"));
   EXPECT_THAT(complaint("\"opening_radius_mm\": 2.77", "\"opening_radius_mm\": 5"),
               HasSubstr("larger than the mount's bore"));
