@@ -156,7 +156,8 @@ void tell_of_crash(int) {
 task::TrialResult run_watched(const task::TrialSetup& setup, bool as_document) {
   static const bool registered = std::atexit(tell_of_exit) == 0;
   for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) {
-    struct sigaction before {}, ours {};
+    struct sigaction before {
+    }, ours{};
     // A sanitizer's own handler knows more.
     if (::sigaction(number, nullptr, &before) != 0 || before.sa_handler != SIG_DFL) continue;
     ours.sa_handler = tell_of_crash;

@@ -127,7 +127,9 @@ Finding read_finding(const std::string& record, const std::string& messages, std
       if (const auto verdict = verdict_from_name(entry.at("verdict").get<std::string>()))
         finding = Finding{*verdict, entry.value("reason", "")};
   }
-  if (!status) return failed("it was not done after " + shortest(deadline_s) + " s" + where + " and was ended (--deadline gives it longer)");
+  if (!status)
+    return failed("it was not done after " + shortest(deadline_s) + " s" + where +
+                  " and was ended (--deadline gives it longer)");
   if (WIFSIGNALED(*status))
     return failed((finding ? "it crashed when the process ended, with " : "it crashed" + where + " with ") +
                   signal_text(WTERMSIG(*status)));

@@ -28,7 +28,7 @@ struct Gate {
   double limit = 0;
   bool relative = true;
 };
-Gate parse_gate(const std::string& text);            // throws Error(bad_input)
+Gate parse_gate(const std::string& text);           // throws Error(bad_input)
 stats::Track parse_track(const std::string& name);  // of --track; throws Error(bad_input)
 
 struct CompareOptions {

@@ -201,8 +201,7 @@ std::vector<Column> columns_of(const Json& data) {
   columns.push_back({"after step", "",
                      "The step that the error is of, the last of the budget: moves, each followed by one picture; the "
                      "picture at the start is step 0. A method that was finished earlier keeps its last recommendation",
-                     "number",
-                     [](HtmlWriter& html, const Json& row, const Block&) {
+                     "number", [](HtmlWriter& html, const Json& row, const Block&) {
                        number_cell(html, has_score(row) ? row["step"] : Json(), 6);
                      }});
   columns.push_back(

@@ -192,11 +192,12 @@ class Run {
     if (extra == 0) return;
     const std::string file = before.value("suite_file", std::string());
     const bool same_file = file.empty() || file == suite_.file;
-    tell(std::to_string(extra) + (extra == 1 ? " finished trial in " : " finished trials in ") +
-         options_.results.string() + (extra == 1 ? " belongs to " : " belong to ") +
-         (same_file ? "an earlier form of the suite" : "another suite, " + file + " (this one is " + suite_.file + ")") +
-         (extra == 1 ? "; it is kept but not shown" : "; they are kept but not shown") +
-         (same_file ? "" : ". Give the suites different names, or one of them --out"));
+    tell(
+        std::to_string(extra) + (extra == 1 ? " finished trial in " : " finished trials in ") +
+        options_.results.string() + (extra == 1 ? " belongs to " : " belong to ") +
+        (same_file ? "an earlier form of the suite" : "another suite, " + file + " (this one is " + suite_.file + ")") +
+        (extra == 1 ? "; it is kept but not shown" : "; they are kept but not shown") +
+        (same_file ? "" : ". Give the suites different names, or one of them --out"));
   }
 
   std::vector<std::size_t> plan_work() {

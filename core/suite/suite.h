@@ -50,7 +50,7 @@ struct Suite {
   double trial_seconds = 3600;   // a trial that takes longer is ended
   unsigned trial_memory_mb = 0;  // of its worker; 0: four fifths of the machine's
   MachineTimeKeys machine_time;  // what is absent stays the scene's
-  Json spec;  // null when absent
+  Json spec;                     // null when absent
   // RMSE levels whose arrival is counted, falling; empty: the statistics' own.
   std::vector<double> targets;
 };

@@ -33,7 +33,8 @@ namespace {
 std::string command_for_another(const SideFile& about) {
   std::string command = about.command;
   const std::string own = "--scene " + about.scene;
-  if (const std::size_t at = command.find(own); at != std::string::npos) command.replace(at, own.size(), "--scene SCENE");
+  if (const std::size_t at = command.find(own); at != std::string::npos)
+    command.replace(at, own.size(), "--scene SCENE");
   return command;
 }
 

@@ -72,13 +72,15 @@ TEST(SceneFile, WhatASuiteWouldRefuseIsRefusedWithItsPlace) {
     write_file_atomically(file, scene.dump(1));
     return test::error_text(ErrorKind::bad_input, [&] { read_scene_file(file, {}); });
   };
-  EXPECT_THAT(mistake("spec", R"({"rsme": 0.1})"),
-              testing::AllOf(testing::HasSubstr("scene_file_test_keys.json:"), testing::HasSubstr("did you mean 'rmse'?")));
+  EXPECT_THAT(mistake("spec", R"({"rsme": 0.1})"), testing::AllOf(testing::HasSubstr("scene_file_test_keys.json:"),
+                                                                  testing::HasSubstr("did you mean 'rmse'?")));
   EXPECT_THAT(mistake("spec", R"({"rmse": "0.01"})"), testing::HasSubstr("/spec/rmse: expected a number"));
   EXPECT_THAT(mistake("spec", R"({"rmse": -1})"), testing::HasSubstr("/spec/rmse"));
-  EXPECT_THAT(mistake("spec", R"({"mtf": {"lp_per_mm": 20, "center": 0.6}})"), testing::HasSubstr("did you mean 'centre'?"));
+  EXPECT_THAT(mistake("spec", R"({"mtf": {"lp_per_mm": 20, "center": 0.6}})"),
+              testing::HasSubstr("did you mean 'centre'?"));
   EXPECT_THAT(mistake("machine_time", R"({"speed_mm_s": 3})"),
-              testing::AllOf(testing::HasSubstr("scene_file_test_keys.json:"), testing::HasSubstr("/machine_time/speed_mm_s: unknown key")));
+              testing::AllOf(testing::HasSubstr("scene_file_test_keys.json:"),
+                             testing::HasSubstr("/machine_time/speed_mm_s: unknown key")));
 }
 
 }  // namespace

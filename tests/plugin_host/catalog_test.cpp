@@ -90,10 +90,12 @@ TEST_F(CatalogTest, MistakesAreToldAllAtOnceWithTheNearestName) {
   EXPECT_THAT(problems(Kind::optimizer, ""), HasSubstr("unknown algorithm ''"));
   EXPECT_THAT(problems(Kind::optimizer, "./none"), HasSubstr("none does not exist"));
   write("limits.json", "{}");
-  EXPECT_THAT(problems(Kind::noise_level, "limit.json"), HasSubstr("limit.json does not exist; did you mean 'limits.json'?"));
+  EXPECT_THAT(problems(Kind::noise_level, "limit.json"),
+              HasSubstr("limit.json does not exist; did you mean 'limits.json'?"));
   EXPECT_THAT(problems(Kind::noise_level, "rho0.3"), HasSubstr("unknown noise level 'rho0.3'"));
   write("triplet.ZMX", "VERS");
-  EXPECT_THAT(problems(Kind::scene, "triplet.ZMX"), HasSubstr("is a lens file; make a scene of it first: relign-bench scene new"));
+  EXPECT_THAT(problems(Kind::scene, "triplet.ZMX"),
+              HasSubstr("is a lens file; make a scene of it first: relign-bench scene new"));
   write("my_lens/scene.json", "{}");
   EXPECT_THAT(problems(Kind::scene, "./my_lens"), HasSubstr("Name the file that is meant: "));
   EXPECT_THAT(

@@ -172,9 +172,10 @@ TEST_F(ProcessTest, WhatIsNoPluginIsRefusedWithItsWords) {
   EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { run(broken); }),
               AllOf(HasSubstr("broken.py is no plugin"), HasSubstr("failed: RuntimeError: nobody is at home"),
                     HasSubstr("status 1"), Not(HasSubstr("serve(YourClass)"))));
-  const fs::path misspelt = write("misspelt.py", "\"\"\"Says know.\"\"\"\nfrom relign_bench.plugin import Optimizer, serve\n"
-                                                 "class Guess(Optimizer):\n    know = ('images',)\n"
-                                                 "    def run(self, talk): pass\nserve(Guess)\n");
+  const fs::path misspelt = write("misspelt.py",
+                                  "\"\"\"Says know.\"\"\"\nfrom relign_bench.plugin import Optimizer, serve\n"
+                                  "class Guess(Optimizer):\n    know = ('images',)\n"
+                                  "    def run(self, talk): pass\nserve(Guess)\n");
   EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { run(misspelt); }),
               HasSubstr("Guess has the attribute 'know'; did you mean 'knows'?"));
   const fs::path silent = write("silent.py", "print('hello')\n");
@@ -190,10 +191,11 @@ TEST_F(ProcessTest, WhatIsNoPluginIsRefusedWithItsWords) {
 }
 
 TEST_F(ProcessTest, AnotherPythonMayRunIt) {
-  const fs::path guess = write("guess.py", "\"\"\"Ends at once.\"\"\"\nfrom relign_bench.plugin import Optimizer, serve\n"
-                                           "class Guess(Optimizer):\n    def run(self, talk): pass\nserve(Guess)\n");
-  const fs::path own = write("own_python", "#!/bin/sh\necho \"$1\" >> '" + (folder_ / "asked").string() +
-                                               "'\nexec python3 \"$@\"\n");
+  const fs::path guess = write("guess.py",
+                               "\"\"\"Ends at once.\"\"\"\nfrom relign_bench.plugin import Optimizer, serve\n"
+                               "class Guess(Optimizer):\n    def run(self, talk): pass\nserve(Guess)\n");
+  const fs::path own =
+      write("own_python", "#!/bin/sh\necho \"$1\" >> '" + (folder_ / "asked").string() + "'\nexec python3 \"$@\"\n");
   fs::permissions(own, fs::perms::owner_all);
   ::setenv("RELIGN_PYTHON", own.c_str(), 1);
   run(guess);

@@ -70,13 +70,19 @@ TEST_F(ScenePart, ShowsLensTravelAndTheErrorAroundTheNominalPose) {
 
 TEST_F(ScenePart, SaysWhatMachineTimesRestOn) {
   EXPECT_THAT(Report(folder_).html(), Not(HasSubstr("simulated clock: ")));
-  const Json own = {{"speed_mm_per_s", 5}, {"speed_deg_per_s", 4}, {"settle_ms", 40}, {"exposure_ms", 15}, {"readout_ms", 30}};
+  const Json own = {
+      {"speed_mm_per_s", 5}, {"speed_deg_per_s", 4}, {"settle_ms", 40}, {"exposure_ms", 15}, {"readout_ms", 30}};
   const auto scene = [&](bool station) {
-    return Json::array({{{"name", "relign_od"}, {"id", "relign_od"}, {"folder", "scenes/1f"}, {"owns_stage", station}, {"machine_time", own}}});
+    return Json::array({{{"name", "relign_od"},
+                         {"id", "relign_od"},
+                         {"folder", "scenes/1f"},
+                         {"owns_stage", station},
+                         {"machine_time", own}}});
   };
   add_to_manifest({{"scenes", scene(false)}, {"machine_time", {{"settle_ms", 7.5}}}});
-  EXPECT_THAT(Report(folder_).html(), HasSubstr("Stage and camera of the simulated clock: 5 mm/s, 4 degrees/s, 7.5 ms to "
-                                                "settle, 15 ms exposure, 30 ms readout."));
+  EXPECT_THAT(Report(folder_).html(),
+              HasSubstr("Stage and camera of the simulated clock: 5 mm/s, 4 degrees/s, 7.5 ms to "
+                        "settle, 15 ms exposure, 30 ms readout."));
   add_to_manifest({{"scenes", scene(true)}});
   EXPECT_FALSE(facts().contains("machine_time")) << "a station's clock is its own";
 }

@@ -51,13 +51,15 @@ TEST_F(RankingTableOf, HasTheYieldWhereThereIsASpecification) {
   Json manifest = Json::parse(read_file(folder_ / "manifest.json"));
   manifest["spec"] = {{"rmse", 0.02}};
   write_file_atomically(folder_ / "manifest.json", manifest.dump());
-  EXPECT_THAT(Report(folder_).ranking_table(), AllOf(HasSubstr("in spec"), HasSubstr("75 %"), HasSubstr("spec: RMSE 0.0200")));
+  EXPECT_THAT(Report(folder_).ranking_table(),
+              AllOf(HasSubstr("in spec"), HasSubstr("75 %"), HasSubstr("spec: RMSE 0.0200")));
   EXPECT_THAT(Report(folder_).markdown(), HasSubstr(", 75 % in spec |"));
 }
 
 TEST_F(RankingTableOf, SaysWhenTheMediansAreOverDifferentLenses) {
   write({trial("a", 0, {0.1, 0.01}), trial("a", 1, {0.1, 0.02}), trial("b", 0, {0.1, 0.005})});
-  EXPECT_THAT(Report(folder_).ranking_table(), AllOf(HasSubstr("lenses"), HasSubstr("the medians are over different lenses")));
+  EXPECT_THAT(Report(folder_).ranking_table(),
+              AllOf(HasSubstr("lenses"), HasSubstr("the medians are over different lenses")));
   write({trial("a", 0, {0.1, 0.01}), trial("b", 0, {0.1, 0.005})});
   EXPECT_THAT(Report(folder_).ranking_table(), Not(HasSubstr("different lenses")));
 }

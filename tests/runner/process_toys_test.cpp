@@ -102,12 +102,14 @@ TEST_F(ProcessToysTest, WhatALearnerSavesAndLoadsEqualsThatOfTheLibrary) {
 }
 
 TEST_F(ProcessToysTest, ALearnerThatFailsFailsItsTrialsWithItsSentence) {
-  const RunSummary summary = run(plan_with({kToys / "toy_scene", kToys / "toy_level", kPythonToys / "toy_learner.py"},
-                                           suite_text(R"({"use": "toy-learner", "name": "trips", "parameters": {"trips_on": 1}})")),
-                                 options("trips"));
+  const RunSummary summary =
+      run(plan_with({kToys / "toy_scene", kToys / "toy_level", kPythonToys / "toy_learner.py"},
+                    suite_text(R"({"use": "toy-learner", "name": "trips", "parameters": {"trips_on": 1}})")),
+          options("trips"));
   EXPECT_EQ(summary.failed, 12U);
   ASSERT_FALSE(summary.failures.empty());
-  EXPECT_THAT(summary.failures.front(), AllOf(HasSubstr("preparing toy-learner failed on source 1"), HasSubstr("tripped")));
+  EXPECT_THAT(summary.failures.front(),
+              AllOf(HasSubstr("preparing toy-learner failed on source 1"), HasSubstr("tripped")));
 }
 
 }  // namespace

@@ -119,7 +119,8 @@ TEST_F(RunAgainTest, TrialsOfAnEarlierFormOfTheSuiteAreKeptButNotShown) {
   PreparedPlan other = prepared(suite_text("\"toy-walker\"", R"(, "seed": 3)"));
   other.plan.suite.file = "elsewhere/toy.json";
   run(other, options("a"));
-  EXPECT_THAT(messages_, Contains(AllOf(HasSubstr("belong to another suite, "), HasSubstr("(this one is elsewhere/toy.json)"))));
+  EXPECT_THAT(messages_,
+              Contains(AllOf(HasSubstr("belong to another suite, "), HasSubstr("(this one is elsewhere/toy.json)"))));
   // Back again: nothing is lost.
   EXPECT_EQ(run(prepared(suite_text("\"toy-walker\"")), options("a")).reused, 12U);
 }
