@@ -147,6 +147,9 @@ int new_scene(Context& context, const NewArguments& arguments) {
   choices.distance_mm = arguments.distance_mm;
   if (!arguments.sensor.empty()) choices.sensor = lens_files::parse_sensor(arguments.sensor);
   const fs::path wanted = arguments.out.empty() ? choices.name : arguments.out;
+  // Two imports of one lens are two products: their results must not lie in one folder.
+  choices.suite_name = plain_name(fs::absolute(wanted / "").lexically_normal().parent_path().filename().string());
+  if (choices.suite_name[0] == '.' || choices.suite_name[0] == '-') choices.suite_name.clear();
 
   lens_files::LensDesign design =
       lens_files::read_design(lens_files::bytes_of(arguments.lens_file), arguments.lens_file);

@@ -181,7 +181,7 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
     layout.tolerances = tolerances_of(lens, grade, travel);
     layout.grade = grade.text();
     layout.pitch_mm = side / (square ? kPixels : std::min(sensor.columns, sensor.rows));
-    layout.suite = {{"name", choices.name},
+    layout.suite = {{"name", choices.suite_name.empty() ? choices.name : choices.suite_name},
                     {"scenes", OrderedJson::array({{{"use", "scene.json"}, {"name", choices.name}}})},
                     {"noise_levels", {"tolerances.json"}},
                     {"algorithms", {"home", "random", "nlopt-sbplx", "through-focus-quick"}},

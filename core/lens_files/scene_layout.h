@@ -17,6 +17,7 @@ struct SensorSize {
 
 struct LayoutChoices {
   std::string name;
+  std::string suite_name;               // its results lie under it; empty: name
   std::optional<SensorSize> sensor;     // absent: one that holds the image
   double distance_mm = 0;               // first vertex to emitter; 0: the file's, else by the paper's formula
   std::string target = "siemens_star";  // as the scene file will name it

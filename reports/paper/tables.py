@@ -14,6 +14,7 @@ import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
 TREE = HERE.parent.parent
+FOLDERS = (HERE, HERE / "blind", HERE / "tolerance_fit")  # told what the paper told, told nothing, one method under both
 PAGES = (TREE / "docs" / "reproduction.md", TREE / "README.md")
 IN_SHORT = ("sensitivity", "ppo", "through-focus", "nlopt-bobyqa", "bo-gp", "home", "random")
 LEVELS = ("rho0", "rho0.25", "rho0.5")
@@ -23,9 +24,9 @@ NO_VALUE = "-"
 
 
 def read(name):
-    """Rows of both protocols' files."""
+    """Rows of all folders' files."""
     rows = []
-    for folder in (HERE, HERE / "blind"):
+    for folder in FOLDERS:
         with (folder / name).open(newline="") as file:
             rows += csv.DictReader(file)
     return rows
@@ -57,13 +58,19 @@ class Study:
             self.thresholds[row["protocol"], row["algorithm"], row["noise_level"]] = row
 
     def algorithms(self, protocol):
-        """Best first, by the sum of the ranks at the three levels."""
+        """Best first, by the sum of the ranks at the three levels: those of equal medians are the same."""
         names = {key[1] for key in self.ranking if key[0] == protocol}
         return sorted(names, key=lambda name: (sum(self._rank(protocol, name, level) for level in LEVELS), name))
 
     def _rank(self, protocol, name, level):
-        row = self.ranking.get((protocol, name, level))
-        return float(row["rank"]) if row and row["rank"] else 1e9
+        """Counted here: a method that has a folder of its own has no rank among the others there."""
+        def median(of):
+            row = self.ranking.get((protocol, of, level))
+            return number(row["recommended_median"]) if row else None
+
+        own = median(name)
+        others = (median(of) for key, of, at in self.ranking if key == protocol and at == level)
+        return 1e9 if own is None else sum(other is not None and other < own for other in others)
 
     def at(self, protocol, name, level, step):
         """The row of a curve at a step; after its last step the last one stands."""
@@ -105,8 +112,10 @@ def final(study, protocol):
 
     def label(name):
         row = next(study.ranking[protocol, name, level] for level in LEVELS if (protocol, name, level) in study.ranking)
-        steps = row["step"]
-        return name + (" (oracle)" if row["oracle"] == "true" else "") + ("" if steps == "50" else f", {steps} steps")
+        steps, lenses = row["step"], row["trials"]
+        name = name.removesuffix(", blind")
+        return name + (" (oracle)" if row["oracle"] == "true" else "") + ("" if steps == "50" else f", {steps} steps") + (
+            "" if lenses == "100" else f", {lenses} lenses")
 
     return table(("method",) + LEVELS + ("ms a step",),
                  [(label(name), *(cell(name, level) for level in LEVELS), milliseconds(name))

@@ -43,6 +43,7 @@ TEST(CliSceneNew, FromAListingToASuiteThatRuns) {
   place.write("od/suite.json", suite.dump());
   const Outcome valid = relign_bench(place, {"validate", "od/suite.json"});
   ASSERT_EQ(valid.exit_code, 0) << valid.err;
+  EXPECT_EQ(json::parse(place.read("od/suite.json")).at("name"), "od") << "its results lie in a folder of its own";
   const Outcome ran = relign_bench(place, {"run", "od/suite.json", "-o", "results", "--workers", "2"});
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_THAT(place.read("results/curves.csv"), HasSubstr("\nrelign_od,tolerances,blind,nlopt-sbplx,"));
