@@ -14,7 +14,8 @@ import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
 TREE = HERE.parent.parent
-FOLDERS = (HERE, HERE / "blind", HERE / "tolerance_fit")  # told what the paper told, told nothing, one method under both
+# Told what the paper told, told nothing, and a method that was run by itself under both.
+FOLDERS = tuple(folder for folder in (HERE, HERE / "blind", HERE / "tolerance_fit") if folder.is_dir())
 PAGES = (TREE / "docs" / "reproduction.md", TREE / "README.md")
 IN_SHORT = ("sensitivity", "ppo", "through-focus", "nlopt-bobyqa", "bo-gp", "home", "random")
 LEVELS = ("rho0", "rho0.25", "rho0.5")

@@ -177,7 +177,11 @@ TEST_F(ManifestTest, PreparationIsCountedByNumbersOrParameters) {
   EXPECT_THAT(refused(R"({"sources": 1, "steps": "much"})"), HasSubstr("the name of an integer parameter"));
   EXPECT_THAT(refused(R"({"sources": 1, "steps": 1, "step": 1})"), HasSubstr("step"));
   EXPECT_THAT(refused("7"), HasSubstr("expected an object"));
-  EXPECT_THAT(refused(R"({"sources": 1, "steps": 1}, "command": ["python3", "a.py"])"), HasSubstr("only a library"));
+  EXPECT_EQ(
+      preparation(read(R"({"sources": 3, "steps": 1}, "command": ["python3", "a.py"])"), {{"much", 7}, {"any", 7}})
+          ->sources,
+      3U)
+      << "a process learns beforehand, too";
   EXPECT_THAT(refusal(R"({"id": "a", "kind": "scene", "summary": "One.", "prepare": {"sources": 1, "steps": 1}})"),
               HasSubstr("only optimizers and agents are prepared"));
   EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { read(R"({"sources": "any", "steps": 1})"); }),

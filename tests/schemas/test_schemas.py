@@ -139,7 +139,7 @@ class Readers(unittest.TestCase):
     """The readers tell which keys they know; the schemas must know the same."""
 
     # Read by another reader than the one that is asked here, or handed on as it stands.
-    ELSEWHERE = {"scene": {"/machine_time", "/spec", "/spec/mtf", "/meshes"}}
+    ELSEWHERE = {"scene": {"/meshes"}}
 
     def said_of(self, name, document):
         """What the program says of a user's file with this content."""
