@@ -5,13 +5,6 @@
 namespace relign::records {
 namespace {
 
-const Json& member(const Json& object, const char* key) {
-  static const Json kNone;
-  if (!object.is_object()) return kNone;
-  const auto found = object.find(key);
-  return found == object.end() ? kNone : *found;
-}
-
 const Json* named(const Json& entries, const std::string& name) {
   for (const Json& entry : entries)
     if (text_of(entry, "name") == name) return &entry;
@@ -38,6 +31,13 @@ void compare_lists(const std::string& what, const Json& a, const Json& b, bool a
 }
 
 }  // namespace
+
+const Json& member(const Json& object, const char* key) {
+  static const Json kNone;
+  if (!object.is_object()) return kNone;
+  const auto found = object.find(key);
+  return found == object.end() ? kNone : *found;
+}
 
 std::vector<std::string> differing(const Json& a, const Json& b, const std::vector<const char*>& keys,
                                    const std::string& in_a, const std::string& in_b) {

@@ -13,13 +13,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-const Json& member(const Json& object, const char* key) {
-  static const Json kNone;
-  if (!object.is_object()) return kNone;
-  const auto found = object.find(key);
-  return found == object.end() ? kNone : *found;
-}
-
 const Json& list(const Json& object, const char* key, const fs::path& folder) {
   const Json& value = member(object, key);
   const bool of_objects = std::string_view(key) == "algorithms";  // of noise levels the name alone may stand there
