@@ -24,7 +24,7 @@ fs::path lens_file_of_scene(Context& context, const std::string& scene_id) {
 }
 
 optics::Prescription lens_of(Context& context, const std::string& scene_id) {
-  return optics::read_prescription(lens_file_of_scene(context, scene_id));
+  return imaging::read_scene_file(scene_file_of(context, scene_id), {}).lens;
 }
 
 }  // namespace relign::cli
