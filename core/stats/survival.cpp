@@ -13,10 +13,14 @@ namespace {
 
 Interval log_log(double survival, double greenwood_sum, double z) {
   if (survival == 1) return {1, 1};
-  if (survival == 0) return {};
   const double log_survival = std::log(survival);
   const double spread = z * std::sqrt(greenwood_sum) / -log_survival;
   return {std::exp(log_survival * std::exp(spread)), std::exp(log_survival * std::exp(-spread))};
+}
+
+// Clopper and Pearson's upper limit for a share of which none of n was seen.
+double most_of_none(std::size_t n, double confidence) {
+  return 1 - std::pow((1 - confidence) / 2, 1 / static_cast<double>(n));
 }
 
 double first_at_half(const std::vector<SurvivalPoint>& curve, double (*value)(const SurvivalPoint&)) {
@@ -49,11 +53,13 @@ std::vector<SurvivalPoint> kaplan_meier(const std::vector<TargetTime>& trials, d
       ++(sorted[first].reached ? point.reached : point.censored);
     }
     const auto at_risk = static_cast<double>(point.at_risk), reached = static_cast<double>(point.reached);
+    const double before = survival;
     survival *= (at_risk - reached) / at_risk;
     if (point.reached > 0) greenwood_sum += reached / (at_risk * (at_risk - reached));
     point.survival = survival;
     point.standard_error = survival == 0 ? kMissing : survival * std::sqrt(greenwood_sum);
-    point.interval = log_log(survival, greenwood_sum, z);
+    point.interval = survival == 0 ? Interval{0, before * most_of_none(point.at_risk, confidence)}
+                                   : log_log(survival, greenwood_sum, z);
     curve.push_back(point);
   }
   return curve;
@@ -61,11 +67,10 @@ std::vector<SurvivalPoint> kaplan_meier(const std::vector<TargetTime>& trials, d
 
 Band median_steps(const std::vector<SurvivalPoint>& curve) {
   if (curve.empty()) return {};
-  return {
-      curve.front().at_risk,
-      first_at_half(curve, [](const SurvivalPoint& point) { return point.survival; }),
-      {first_at_half(curve, [](const SurvivalPoint& point) { return point.survival == 0 ? 0 : point.interval.low; }),
-       first_at_half(curve, [](const SurvivalPoint& point) { return point.interval.high; })}};
+  return {curve.front().at_risk,
+          first_at_half(curve, [](const SurvivalPoint& point) { return point.survival; }),
+          {first_at_half(curve, [](const SurvivalPoint& point) { return point.interval.low; }),
+           first_at_half(curve, [](const SurvivalPoint& point) { return point.interval.high; })}};
 }
 
 }  // namespace relign::stats

@@ -17,7 +17,9 @@ struct SurvivalPoint {
   std::size_t censored = 0;  // at this step, after those that reached it
   double survival = 1;       // share not yet there after this step
   // Greenwood's standard error of it, and the log-log interval (Kalbfleisch and Prentice 1980), which stays inside 0 to
-  // 1. Before the first success both ends are 1; at survival 0 error and interval are missing.
+  // 1. Before the first success both ends are 1. At survival 0, where neither exists, the error is missing and the
+  // interval ends at the survival before times the exact upper limit of none of those at risk (Clopper and Pearson,
+  // Biometrika 26 (1934)): else a hundred trials that are all there at once would have no upper end.
   double standard_error = 0;
   Interval interval;
 };

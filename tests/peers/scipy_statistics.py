@@ -80,7 +80,8 @@ def band(column, drawn, statistic=medians):
 
 
 def kaplan_meier_median(times, reached):
-    """The median time and Brookmeyer and Crowley's interval, from the log-log interval of the survival."""
+    """The median time and Brookmeyer and Crowley's interval, from the log-log interval of the survival; where nobody is
+    left, from the exact limit of none of those at risk."""
     at = pd.DataFrame({"time": times, "reached": reached}).groupby("time").reached.agg(["sum", "count"]).sort_index()
     at_risk = len(times) - at["count"].cumsum().shift(fill_value=0)
     survival = (1 - at["sum"] / at_risk).cumprod()
@@ -88,8 +89,10 @@ def kaplan_meier_median(times, reached):
         greenwood = (at["sum"] / (at_risk * (at_risk - at["sum"]))).cumsum()
         spread = stats.norm.ppf(0.975) * np.sqrt(greenwood) / -np.log(survival)
         low, high = survival ** np.exp(spread), survival ** np.exp(-spread)
-    low[survival == 0], high[survival == 1] = 0, 1
-    low[survival == 1] = 1
+    low[survival == 1] = high[survival == 1] = 1
+    low[survival == 0] = 0
+    ends = survival.shift(fill_value=1) * (1 - 0.025 ** (1 / at_risk))
+    high[survival == 0] = ends[survival == 0]
 
     def first(share):
         return next(iter(share.index[share <= 0.5 + 1e-12]), np.inf)

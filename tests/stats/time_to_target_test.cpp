@@ -139,7 +139,25 @@ TEST(KaplanMeier, CountsCensoredTrialsAsAtRisk) {
   EXPECT_DOUBLE_EQ(curve[1].survival, 2.0 / 3);
   EXPECT_EQ(curve[2].survival, 0);
   EXPECT_TRUE(std::isnan(curve[2].standard_error));
-  EXPECT_FALSE(curve[2].interval.exists());
+  EXPECT_EQ(curve[2].interval.low, 0);
+  EXPECT_DOUBLE_EQ(curve[2].interval.high, 2.0 / 3 * 0.975);  // of none of one
+}
+
+// With trials that are all there at the same step, the interval of a median exists from six on: it is that of the order
+// statistics, which hold 1 - 2 / 2^n, 93.8 % of five and 96.9 % of six.
+TEST(KaplanMeier, ClosesWhereAllArriveAtOnce) {
+  for (const auto& [n, high] : {std::pair{5, kInfinite}, {6, 3.0}, {100, 3.0}}) {
+    const Band median = median_steps(kaplan_meier(std::vector<TargetTime>(n, {3, true})));
+    EXPECT_EQ(median.estimate, 3);
+    EXPECT_EQ(median.interval.low, 3);
+    EXPECT_EQ(median.interval.high, high) << n;
+  }
+}
+
+TEST(KaplanMeier, ClosesWhereTheLastArriveTogether) {
+  // Of six, four at step 2 and two at 4: 1/3 times 1 - sqrt(0.025) are under one half.
+  const Band median = median_steps(kaplan_meier({{2, true}, {2, true}, {2, true}, {2, true}, {4, true}, {4, true}}));
+  EXPECT_EQ(median.interval.high, 4);
 }
 
 TEST(KaplanMeier, OfNoneOneAndEqual) {
