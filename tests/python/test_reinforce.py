@@ -17,6 +17,7 @@ except ImportError as problem:
     raise unittest.SkipTest(f"{problem}: this training needs torch and stable-baselines3, from the Python index")
 
 from relign_bench.training import export
+from relign_bench.training.cli import changed, with_goal
 from relign_bench.training.directions import Directions
 from relign_bench.training.guided import EPISODE, FLOOR, GuidedEnv, exploration
 from relign_bench.training.imitate import Recipe as ImitateRecipe
@@ -96,6 +97,17 @@ class Stretches(Folder):
                 training = Reinforcement(recipe, self.folder / algorithm, threads=1, tell=quiet)
                 training.run()
                 self.assertEqual(training.rows[-1]["steps"], 40)
+
+    def test_the_goal_is_the_packages_at_each_of_its_levels(self):
+        def goal(*settings, preset="paper"):
+            return with_goal(changed(PRESETS[preset], settings), settings).goal
+
+        self.assertEqual([goal(f"level={level}") for level in (0, 0.25, 0.5)], [0.051, 0.0555, 0.06])
+        self.assertEqual(goal("level=0.5", "goal=0.02"), 0.02)
+        self.assertEqual(goal("level=0.5", "goal=0"), 0)
+        self.assertEqual(goal("level=0.3", preset="tuned"), 0)
+        with self.assertRaisesRegex(ValueError, "goals for 0, 0.25, 0.5 alone; add --set goal="):
+            goal("level=0.3")
 
     def test_mistakes(self):
         with self.assertRaisesRegex(ValueError, "size=40.*needs 64 columns"):

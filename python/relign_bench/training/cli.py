@@ -30,7 +30,7 @@ TensorBoard log where tensorboard is installed, and the network as ppo.onnx with
 tuning lenses.
 
 examples:
-  relign-train ppo --preset paper --set level=0.5 --set goal=0.06 -o training/ppo-paper-0.5
+  relign-train ppo --preset paper --set level=0.5 -o training/ppo-paper-0.5
   relign-train ppo --preset paper --algorithm recurrent-ppo -o training/recurrent
 """
 
@@ -128,7 +128,7 @@ def _ppo(given):
     from .reinforce import PRESETS, Reinforcement
 
     recipe = dataclasses.replace(PRESETS[given.preset], scene=given.scene, seed=given.seed, algorithm=given.algorithm)
-    training = Reinforcement(changed(recipe, given.set), given.out, given.warm_start, given.threads, tell)
+    training = Reinforcement(with_goal(changed(recipe, given.set), given.set), given.out, given.warm_start, given.threads, tell)
     training.run(given.until)
     if training.recurrent:
         tell(f"Not exported: {NO_MEMORY}.")
@@ -216,6 +216,19 @@ def changed(recipe, settings):
             raise ValueError(f"--set {setting}: '{text}' is {what.get(kind, 'no ' + kind.__name__)}") from None
         check_value(setting, name, values[name])
     return dataclasses.replace(recipe, **values)
+
+
+def with_goal(recipe, settings):
+    """The recipe with the package's goal for its noise level, where one is wanted and none was set. Raises ValueError at
+    levels that the package has no goal for."""
+    from .reinforce import GOALS, PRESETS
+
+    if recipe.goal == 0 or recipe.level == PRESETS[recipe.preset].level or any(text.startswith("goal=") for text in settings):
+        return recipe
+    if recipe.level not in GOALS:
+        raise ValueError(f"--set level={recipe.level:g}: the package has goals for {', '.join(f'{level:g}' for level in GOALS)} "
+                         "alone; add --set goal=SCORE, below which an episode ends (0: never)")
+    return dataclasses.replace(recipe, goal=GOALS[recipe.level])
 
 
 MAY_BE_ZERO = ("seed", "warm_up", "rounds", "level", "levels", "goal", "entropy", "target_kl", "last_rate", "near", "gamma",

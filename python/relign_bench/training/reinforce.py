@@ -54,7 +54,7 @@ class Recipe:
     seed: int = 0
 
 
-GOALS = {0.0: 0.051, 0.25: 0.0555, 0.5: 0.060}  # of the package
+GOALS = {0.0: 0.051, 0.25: 0.0555, 0.5: 0.060}  # of the package, by noise level
 
 PRESETS = {
     "paper": Recipe(),
