@@ -10,10 +10,10 @@
 #include <cstdio>
 #include <relign/random.hpp>
 
+#include "base/displayed_rmse.h"
 #include "base/error.h"
 #include "base/json_source.h"
 #include "base/seeds.h"
-#include "pixels/score.h"
 #include "task/rig.h"
 #include "task/trial.h"
 
@@ -55,7 +55,7 @@ Lens draw_near(plugin_host::Scene& scene, const task::SceneFacts& facts, plugin_
   for (std::size_t axis = 0; axis < facts.axes.size(); ++axis)
     instance.variances.start[axis] =
         std::clamp(optimum->true_pose[axis] + given.radius * random.uniform(-1, 1), 0.0, 1.0);
-  return {std::move(instance), std::move(assembly), pixels::displayed_rmse(optimum->truth.mse)};
+  return {std::move(instance), std::move(assembly), displayed_rmse(optimum->truth.mse)};
 }
 
 // What gluing after each step would be worse by than the lens's best pose; an early end is carried forward.
@@ -76,7 +76,7 @@ std::vector<double> excess(Lens& lens, const relign_image& reference, const task
   if (result.end == task::End::failed) throw Error(ErrorKind::plugin_failed, algorithm.id + ": " + result.message);
   std::vector<double> worse;
   for (const task::Step& step : result.steps)
-    worse.push_back(pixels::displayed_rmse(step.recommended_truth.mse) - lens.optimum_rmse);
+    worse.push_back(displayed_rmse(step.recommended_truth.mse) - lens.optimum_rmse);
   worse.resize(given.steps + 1, worse.back());
   return worse;
 }

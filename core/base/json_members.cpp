@@ -2,6 +2,13 @@
 
 namespace relign {
 
+const Json& member(const Json& object, const char* key) {
+  static const Json kNone;
+  if (!object.is_object()) return kNone;
+  const auto found = object.find(key);
+  return found == object.end() ? kNone : *found;
+}
+
 std::string text_of(const Json& object, const char* key) {
   if (!object.is_object()) return "";
   const auto found = object.find(key);

@@ -10,7 +10,8 @@ namespace relign {
 
 using Json = nlohmann::json;
 
-// Members that may be missing or, in a damaged file, of another type.
+// Members that may be missing or, in a damaged file, of another type. References are borrowed from the object.
+const Json& member(const Json& object, const char* key);      // null without
 std::string text_of(const Json& object, const char* key);     // "" without; numbers as text
 std::uint64_t count_of(const Json& object, const char* key);  // 0 without
 bool flag_of(const Json& object, const char* key);            // false without

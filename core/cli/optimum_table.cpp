@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "base/displayed_rmse.h"
 #include "base/error.h"
 #include "base/seeds.h"
 #include "cli/text_table.h"
@@ -53,8 +54,8 @@ std::vector<LevelOptima> level_optima(Context& context, const std::string& scene
                     "--noise-level: scene '" + scene + "' does not look for the best pose of a lens");
       shifts.push_back(distance(loaded.facts, found->true_pose, "mm"));
       tilts.push_back(distance(loaded.facts, found->true_pose, "deg"));
-      own.push_back(std::sqrt(std::max(0.0, found->truth.mse)));
-      nominal.push_back(std::sqrt(std::max(0.0, lens.noise_free_mse(loaded.facts.nominal_pose, seed).mse)));
+      own.push_back(displayed_rmse(found->truth.mse));
+      nominal.push_back(displayed_rmse(lens.noise_free_mse(loaded.facts.nominal_pose, seed).mse));
     }
     table.push_back({name, own.size(), spread(shifts), spread(tilts), spread(own), spread(nominal)});
   }

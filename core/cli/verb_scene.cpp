@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "base/displayed_rmse.h"
 #include "base/error.h"
 #include "base/files.h"
 #include "base/text.h"
@@ -12,7 +13,6 @@
 #include "cli/workbench.h"
 #include "drawing/landscape.h"
 #include "drawing/png.h"
-#include "pixels/score.h"
 
 namespace relign::cli {
 namespace {
@@ -55,7 +55,7 @@ void measure(drawing::Landscape& landscape, plugin_host::MountedAssembly& assemb
       std::vector<double> here = pose;
       here[across] = static_cast<double>(place % points) / static_cast<double>(points - 1);
       here[up] = static_cast<double>(place / points) / static_cast<double>(points - 1);
-      plane.values.push_back(pixels::displayed_rmse(assembly.noise_free_mse(here, kTruthSeed).mse));
+      plane.values.push_back(displayed_rmse(assembly.noise_free_mse(here, kTruthSeed).mse));
       ++progress.done;
     }
     landscape.planes.push_back(std::move(plane));

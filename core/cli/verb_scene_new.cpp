@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "base/displayed_rmse.h"
 #include "base/error.h"
 #include "base/files.h"
 #include "base/text.h"
@@ -14,7 +15,6 @@
 #include "lens_files/read_design.h"
 #include "lens_files/scene_layout.h"
 #include "optics/glass.h"
-#include "pixels/score.h"
 
 namespace relign::cli {
 namespace {
@@ -109,7 +109,7 @@ double rmse_off_by_one_pixel(Context& context, const fs::path& scene_file, doubl
   plugin_host::MountedAssembly assembly = loaded.scene->mount("{}");
   double mse = 0;
   for (std::uint64_t seed = 1; seed <= kLooks; ++seed) mse += assembly.noise_free_mse(pose, seed).mse / kLooks;
-  return pixels::displayed_rmse(mse);
+  return displayed_rmse(mse);
 }
 
 void print_made(Context& context, const fs::path& folder, const lens_files::LensDesign& design,

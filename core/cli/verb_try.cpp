@@ -1,23 +1,20 @@
 // relign-bench try: one trial in this process, step by step, so that prints and debuggers work.
-#include <signal.h>
-#include <unistd.h>
-
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <optional>
 
+#include "base/displayed_rmse.h"
 #include "base/error.h"
 #include "base/json_source.h"
 #include "base/seeds.h"
 #include "base/text.h"
 #include "cli/app.h"
 #include "cli/frames.h"
+#include "cli/guarded_trial.h"
 #include "cli/interrupt.h"
 #include "cli/prepared_job.h"
 #include "cli/workbench.h"
-#include "pixels/score.h"
 #include "plugin_host/preparation.h"
 #include "task/trial.h"
 
@@ -45,7 +42,7 @@ std::string rmse_text(double rmse) {
 // Noise-free errors are known to 1e-4.
 std::string truth_text(const task::Truth& truth) {
   if (std::isnan(truth.mse)) return "unknown";
-  const double rmse = pixels::displayed_rmse(truth.mse);
+  const double rmse = displayed_rmse(truth.mse);
   return rmse < 1e-4 ? "<0.0001" : rmse_text(rmse);
 }
 
@@ -136,56 +133,6 @@ std::shared_ptr<const task::PreparedByIdentity> prepared_for(const LoadedScene& 
       preparer.prepare(job_for(scene, level, algorithm, protocol), runner::data_identity(scene.facts)));
 }
 
-// While the trial runs in this process: what a plugin does to the process, it does to us.
-bool trial_under_way = false;
-
-void tell_of_exit() {
-  if (!trial_under_way) return;
-  std::fputs("error: a plugin ended this process (exit) during the trial; an algorithm ends by returning from run\n",
-             stderr);
-  ::_exit(kTrialsFailed);
-}
-
-void tell_of_crash(int) {
-  constexpr char kText[] =
-      "error: a plugin crashed during the trial, and this program with it; relign-bench run gives each a process of "
-      "its own, and goes on\n";
-  [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, kText, sizeof kText - 1);
-}  // the handler is gone by now: what crashed crashes again, and the shell sees it
-
-task::TrialResult run_watched(const task::TrialSetup& setup, bool as_document) {
-  static const bool registered = std::atexit(tell_of_exit) == 0;
-  for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) {
-    struct sigaction before {
-    }, ours{};
-    // A sanitizer's own handler knows more.
-    if (::sigaction(number, nullptr, &before) != 0 || before.sa_handler != SIG_DFL) continue;
-    ours.sa_handler = tell_of_crash;
-    ours.sa_flags = SA_RESETHAND;
-    ::sigaction(number, &ours, nullptr);
-  }
-  struct UnderWay {
-    explicit UnderWay(bool told) { trial_under_way = told; }
-    ~UnderWay() { trial_under_way = false; }
-  };
-  const UnderWay under_way(registered);
-  // With --json stdout is a document, and what plugins print goes where the log goes.
-  struct Redirected {
-    explicit Redirected(bool wanted) : before(wanted ? ::dup(STDOUT_FILENO) : -1) {
-      if (before >= 0) ::dup2(STDERR_FILENO, STDOUT_FILENO);
-    }
-    ~Redirected() {
-      if (before < 0) return;
-      std::fflush(stdout);
-      ::dup2(before, STDOUT_FILENO);
-      ::close(before);
-    }
-    int before;
-  };
-  const Redirected redirected(as_document);
-  return task::run_trial(setup);
-}
-
 int run_try(Context& context, TryArguments arguments) {
   plugin_host::Catalog& catalog = context.catalog();
   const plugin_host::Choice algorithm = catalog.resolve_or_throw(plugin_host::Kind::optimizer, arguments.algorithm,
@@ -234,7 +181,7 @@ int run_try(Context& context, TryArguments arguments) {
     if (!context.json) print_result((step.number == 0 ? header(scene.facts.axes.size()) : "") + row(step));
     if (!arguments.frames.empty()) save_frame(arguments.frames, step.number, scene.facts, pixels);
   };
-  return end_of_trial(context, arguments, run_watched(setup, context.json), scene.facts.truth);
+  return end_of_trial(context, arguments, run_guarded(setup, context.json), scene.facts.truth);
 }
 
 int try_or_stop(Context& context, const TryArguments& arguments) {

@@ -14,6 +14,4 @@ double rmse(const float* a, const float* b, std::size_t count) {
   return std::sqrt(((sums[0] + sums[1]) + (sums[2] + sums[3])) / static_cast<double>(count));
 }
 
-double displayed_rmse(double mse) { return mse > 0 ? std::sqrt(mse) : 0.0; }
-
 }  // namespace relign::pixels

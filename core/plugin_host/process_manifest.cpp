@@ -6,6 +6,7 @@
 
 #include "base/files.h"
 #include "base/hash.h"
+#include "base/json_members.h"
 #include "base/text.h"
 #include "plugin_host/process_plugin.h"
 
@@ -102,12 +103,6 @@ std::string kept_text(const fs::path& kept, const fs::path& folder) {
   } catch (const Error&) {
     return "";
   }
-}
-
-// A member of a manifest as it counts: what is absent is null.
-Json member(const Json& manifest, const char* name) {
-  const auto found = manifest.find(name);
-  return found == manifest.end() ? Json() : *found;
 }
 
 // The order of "knows" means nothing.

@@ -32,13 +32,6 @@ void compare_lists(const std::string& what, const Json& a, const Json& b, bool a
 
 }  // namespace
 
-const Json& member(const Json& object, const char* key) {
-  static const Json kNone;
-  if (!object.is_object()) return kNone;
-  const auto found = object.find(key);
-  return found == object.end() ? kNone : *found;
-}
-
 std::vector<std::string> differing(const Json& a, const Json& b, const std::vector<const char*>& keys,
                                    const std::string& in_a, const std::string& in_b) {
   std::vector<std::string> sentences;

@@ -8,9 +8,6 @@
 
 namespace relign::records {
 
-// null without; borrowed.
-const Json& member(const Json& object, const char* key);
-
 // "seed: 1 in a, 2 in b" for every member of `keys` that differs.
 std::vector<std::string> differing(const Json& a, const Json& b, const std::vector<const char*>& keys,
                                    const std::string& in_a, const std::string& in_b);

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "base/displayed_rmse.h"
 #include "base/error.h"
 #include "base/files.h"
 #include "base/json_members.h"
@@ -40,7 +41,7 @@ const SceneAxis* named(const std::vector<SceneAxis>& axes, const std::string& na
 
 Json rmse(const Json& mse) {
   if (!mse.is_number()) return nullptr;
-  return rounded(std::sqrt(std::max(0.0, mse.get<double>())), kDigits);
+  return rounded(displayed_rmse(mse.get<double>()), kDigits);
 }
 
 // Shares of the travel in the axis's unit; empty where one of them is no share, or they do not rise.

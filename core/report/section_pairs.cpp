@@ -9,8 +9,6 @@ namespace {
 
 constexpr std::size_t kMostPairs = 66;  // of a group: twelve methods; with more, those of the best method
 
-Json member(const Json& object, const char* key) { return object.value(key, Json()); }
-
 void pair_row(HtmlWriter& html, const Json& pair) {
   const auto number = [&](const std::string& text) { html.element("td", {{"class", "number"}}, text); };
   html.open("tr");

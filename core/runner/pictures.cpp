@@ -8,6 +8,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/displayed_rmse.h"
 #include "base/files.h"
 #include "base/seeds.h"
 #include "pixels/image_file.h"
@@ -48,9 +49,6 @@ std::vector<std::size_t> film_frames(std::size_t steps) {
   for (std::size_t place = 0; places.size() < frames; ++place) places.insert(place);  // rounded to the same
   return {places.begin(), places.end()};
 }
-
-// NaN, which is written as null, where no truth is known.
-double rmse(double mse) { return std::isnan(mse) ? mse : std::sqrt(std::max(0.0, mse)); }
 
 struct Chosen {
   records::TrialRecord record;
@@ -234,8 +232,8 @@ class Pictures {
                         {"commanded_pose", step.commanded_pose},
                         {"true_pose", step.true_pose},
                         {"measured", step.measured},
-                        {"commanded", rmse(step.commanded_mse)},
-                        {"recommended", rmse(step.recommended_mse)},
+                        {"commanded", displayed_rmse(step.commanded_mse)},
+                        {"recommended", displayed_rmse(step.recommended_mse)},
                         {"machine_seconds", step.machine_seconds}});
     }
     return {{"file", record.trial + "/" + film_name()}, {"tile", kFilmTile}, {"frames", std::move(frames)}};

@@ -19,8 +19,6 @@ std::vector<Json> sources_of(const Json& manifest) {
   return {manifest};
 }
 
-Json member(const Json& object, const char* key) { return object.is_object() ? object.value(key, Json()) : Json(); }
-
 std::string shortened(const std::string& hash) { return hash.substr(0, 16); }
 
 }  // namespace

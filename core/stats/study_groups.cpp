@@ -7,6 +7,8 @@
 #include <tuple>
 #include <utility>
 
+#include "base/displayed_rmse.h"
+
 namespace relign::stats {
 namespace {
 
@@ -36,7 +38,7 @@ std::vector<GroupStudy> groups_of(const TrialTable& table) {
     GroupStudy& group = groups[group_of[row.series]];
     group.instances.push_back(row.instance);
     if (!std::isnan(row.own_optimum_mse))
-      optima[group_of[row.series]].emplace_back(row.instance, displayed(row.own_optimum_mse));
+      optima[group_of[row.series]].emplace_back(row.instance, displayed_rmse(row.own_optimum_mse));
   }
   for (std::size_t number = 0; number < groups.size(); ++number) {
     std::vector<std::uint64_t>& instances = groups[number].instances;
@@ -61,7 +63,7 @@ void find_hopeless(const TrialTable& table, GroupStudy& group) {
       const TrialRow& row = table.rows[place];
       const TrialMtf& mtf = table.mtf_of(row);
       const bool told = !std::isnan(mtf.own_optimum.centre);
-      if (displayed(row.own_optimum_mse) > spec.rmse ||  // false when one is NaN
+      if (displayed_rmse(row.own_optimum_mse) > spec.rmse ||  // false when one is NaN
           (told && !spec.mtf_met_by(mtf.own_optimum.centre, mtf.own_optimum.corner)))
         found.insert(row.instance);
       // Sharpest need not be where the error is least: only what nobody found is hopeless.

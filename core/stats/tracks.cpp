@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
-namespace relign::stats {
+#include "base/displayed_rmse.h"
 
-double displayed(double mse) { return std::isnan(mse) ? mse : std::sqrt(std::max(0.0, mse)); }
+namespace relign::stats {
 
 const char* track_name(Track track) {
   switch (track) {
@@ -40,13 +40,13 @@ std::vector<double> track_values(const std::vector<records::StepNumbers>& steps,
         values.push_back(best);
         break;
       case Track::commanded:
-        values.push_back(displayed(step.commanded_mse));
+        values.push_back(displayed_rmse(step.commanded_mse));
         break;
       case Track::recommended:
-        values.push_back(displayed(step.recommended_mse));
+        values.push_back(displayed_rmse(step.recommended_mse));
         break;
       case Track::excess:
-        values.push_back(displayed(step.recommended_mse - own_optimum_mse));
+        values.push_back(displayed_rmse(step.recommended_mse - own_optimum_mse));
         break;
       case Track::machine_seconds:
         values.push_back(step.machine_seconds);

@@ -16,9 +16,6 @@ inline constexpr std::array<Track, 5> kTracks = {Track::measured, Track::best, T
                                                  Track::excess};
 const char* track_name(Track track);
 
-// RMSE as shown: the root of a noise-free MSE, whose estimate may lie below 0. NaN stays.
-double displayed(double mse);
-
 // All values of a track, one a step; NaN where a step has none. Noise-free RMSE and excess are sqrt(max(0, MSE)): the
 // unbiased MSE may be slightly negative. `own_optimum_mse`: of the instance; NaN when it is not known, then there is no
 // excess.

@@ -7,6 +7,8 @@
 #include <tuple>
 #include <unordered_set>
 
+#include "base/displayed_rmse.h"
+
 namespace relign::stats {
 namespace {
 
@@ -56,7 +58,7 @@ class Maker {
     row.steps = static_cast<unsigned>(steps.size());
     row.ended_well = records::ended_well(closing.end);
     if (closing.has_own_optimum) row.own_optimum_mse = closing.own_optimum_mse;
-    row.uncured = displayed(closing.uncured_mse);
+    row.uncured = displayed_rmse(closing.uncured_mse);
     const TrialMtf mtf{closing.mtf, closing.uncured_mtf, closing.own_optimum_mtf};
     if (std::isfinite(mtf.glued.centre) || std::isfinite(mtf.own_optimum.centre)) {
       row.mtf = static_cast<std::uint32_t>(table_.mtf.size());

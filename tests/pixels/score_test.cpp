@@ -30,11 +30,5 @@ TEST(Rmse, OfPixelsThatAreNoNumbersIsNoNumber) {
   EXPECT_TRUE(std::isnan(rmse(a, b, 2)));
 }
 
-TEST(DisplayedRmse, ClipsTheSignedMse) {
-  EXPECT_EQ(displayed_rmse(0.25), 0.5);
-  EXPECT_EQ(displayed_rmse(0), 0);
-  EXPECT_EQ(displayed_rmse(-1e-7), 0);
-}
-
 }  // namespace
 }  // namespace relign::pixels
