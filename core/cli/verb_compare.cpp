@@ -48,8 +48,9 @@ void add_compare(CLI::App& app, Context& context) {
       ->check(CLI::Range(1.0, 1000.0))
       ->type_name("RATIO");
   verb.add_option("--gate", arguments->gates,
-                  "TRACK@STEP<=1.02x: the ratio B / A is at most 1.02; TRACK@STEP<=0.01: B's median is; repeatable; "
-                  "exit code 4 when one does not hold")
+                  "TRACK@STEP<=1.02x: the ratio B / A is at most 1.02; TRACK@STEP<=0.01: B's median is; "
+                  "yield>=0.95: B's yield is at least so; yield>=A-0.02: or at most 0.02 under A's; repeatable; exit "
+                  "code 4 when one does not hold")
       ->type_name("GATE");
   verb.callback([&context, arguments] {
     context.action = [&context, arguments] { return write_comparison(context, *arguments); };

@@ -5,12 +5,14 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <string_view>
 #include <tuple>
 
 #include "base/error.h"
 #include "base/json_members.h"
 #include "base/text.h"
 #include "records/instances.h"
+#include "report/compare_yield.h"
 #include "report/escape.h"
 #include "report/loaded_results.h"
 #include "report/page_data.h"
@@ -67,6 +69,7 @@ class Comparer {
     for (const Pair& pair : pairs_) {
       const Compared compared = compare_at(pair, options_.track, options_.step);
       pairs.push_back(pair_json(pair, compared));
+      pairs.back()["yield"] = yield_json(yield_of(pair));
       for (const Gate& gate : options_.gates) {
         gates.push_back(gate_json(pair, gate));
         holds = holds && gates.back()["holds"].get<bool>();
@@ -154,6 +157,8 @@ class Comparer {
     return compared;
   }
 
+  stats::PairedShares yield_of(const Pair& pair) const { return compare_yield({a_, *pair.a}, {b_, *pair.b}); }
+
   static double resolved(const std::map<std::uint64_t, double>& values, std::uint64_t instance) {
     const auto found = values.find(instance);
     return found == values.end() || std::isnan(found->second) ? stats::kMissing
@@ -187,14 +192,27 @@ class Comparer {
     return json;
   }
 
+  // What cannot be told does not pass.
   Json gate_json(const Pair& pair, const Gate& gate) {
-    const Compared compared = compare_at(pair, gate.track, gate.step);
-    const double value = gate.relative ? std::exp(compared.difference.difference.estimate) : compared.median_b;
+    double value = stats::kMissing;
+    bool holds = false;
+    if (gate.of == Gate::Of::yield || gate.of == Gate::Of::yield_against_a) {
+      const stats::PairedShares yield = yield_of(pair);
+      const auto n = static_cast<double>(yield.n);
+      if (yield.n > 0) value = static_cast<double>(yield.second) / n;
+      const double limit = gate.of == Gate::Of::yield ? gate.limit : static_cast<double>(yield.first) / n + gate.limit;
+      holds = value >= limit - kRounding;
+    } else {
+      const Compared compared = compare_at(pair, gate.track, gate.step);
+      value = gate.of == Gate::Of::ratio ? std::exp(compared.difference.difference.estimate) : compared.median_b;
+      holds = value <= gate.limit;
+    }
     Json json = place_json(pair);
-    // What cannot be told does not pass.
-    json.update({{"gate", gate.text}, {"value", shown_number(value)}, {"holds", value <= gate.limit}});
+    json.update({{"gate", gate.text}, {"value", shown_number(value)}, {"holds", holds}});
     return json;
   }
+
+  static constexpr double kRounding = 1e-12;  // 0.97 - 0.02 of 100 lenses is 95
 
   ComparedSide side_a_, side_b_;
   const CompareOptions& options_;
@@ -226,6 +244,38 @@ std::optional<stats::Track> track_named(const std::string& name) {
   return std::nullopt;
 }
 
+// The whole text as a finite number.
+std::optional<double> number_in(const std::string& text) {
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  if (text.empty() || *end != '\0' || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+// "yield>=0.95", "yield>=A", "yield>=A-0.02".
+Gate yield_gate(Gate gate) {
+  const auto wrong = [&](const std::string& why) {
+    return Error(ErrorKind::bad_input,
+                 "--gate '" + gate.text + "': " + why +
+                     "; for example 'yield>=0.95', or 'yield>=A-0.02' for at most 0.02 less than A");
+  };
+  constexpr std::string_view kBegin = "yield>=";
+  if (gate.text.rfind(kBegin, 0) != 0) throw wrong("a yield is at least (>=) something, after the last step");
+  std::string right = gate.text.substr(kBegin.size());
+  const bool against_a = !right.empty() && right.front() == 'A';
+  gate.of = against_a ? Gate::Of::yield_against_a : Gate::Of::yield;
+  if (against_a) {
+    right.erase(0, 1);
+    if (right.empty()) return gate;
+    if (right.front() != '-') throw wrong("after A there is no -");
+    right.erase(0, 1);
+  }
+  const std::optional<double> share = number_in(right);
+  if (!share || *share < 0 || *share > 1) throw wrong("'" + right + "' is no share from 0 to 1");
+  gate.limit = against_a ? -*share : *share;
+  return gate;
+}
+
 }  // namespace
 
 ComparedSide compared_side(const std::string& text) {
@@ -250,6 +300,7 @@ Gate parse_gate(const std::string& text) {
   };
   Gate gate;
   gate.text = text;
+  if (text.rfind("yield", 0) == 0) return yield_gate(gate);
   const std::size_t sign = text.find("<=");
   if (sign == std::string::npos) throw wrong("there is no <=");
   std::string left = text.substr(0, sign), right = text.substr(sign + 2);
@@ -263,12 +314,11 @@ Gate parse_gate(const std::string& text) {
   const auto track = track_named(left);
   if (!track) throw wrong("'" + left + "' is no track" + suggestion(left, track_names()));
   gate.track = *track;
-  gate.relative = !right.empty() && right.back() == 'x';
-  if (gate.relative) right.pop_back();
-  char* end = nullptr;
-  gate.limit = std::strtod(right.c_str(), &end);
-  if (right.empty() || *end != '\0' || !std::isfinite(gate.limit) || gate.limit <= 0)
-    throw wrong("'" + right + "' is no positive number");
+  gate.of = !right.empty() && right.back() == 'x' ? Gate::Of::ratio : Gate::Of::median;
+  if (gate.of == Gate::Of::ratio) right.pop_back();
+  const std::optional<double> limit = number_in(right);
+  if (!limit || *limit <= 0) throw wrong("'" + right + "' is no positive number");
+  gate.limit = *limit;
   return gate;
 }
 
@@ -288,6 +338,7 @@ std::string comparison_text(const Json& comparison) {
     if (count_of(pair, "failed_a") + count_of(pair, "failed_b") > 0)
       out += "; failed trials: A " + text_of(pair, "failed_a") + ", B " + text_of(pair, "failed_b");
     out += "\n";
+    if (pair["yield"].is_object()) out += "  " + yield_text(pair["yield"]) + "\n";
   }
   for (const Json& name : comparison["unmatched"]) out += "only in A: " + terminal_text(name.get<std::string>()) + "\n";
   for (const Json& gate : comparison["gates"])

@@ -21,12 +21,14 @@ ComparedSide compared_side(const std::string& text);
 
 // "recommended@20<=1.02x": the ratio of B to A, the estimate of `compare`, is at most 1.02; without the x B's median
 // itself is at most so large. Without "@20": at the last step. rmse is another word for recommended.
+// "yield>=0.95": B's yield is at least so large; "yield>=A-0.02": it is at most 0.02 under A's.
 struct Gate {
+  enum class Of { ratio, median, yield, yield_against_a };
   std::string text;
+  Of of = Of::ratio;
   stats::Track track = stats::Track::recommended;
   int step = -1;  // -1: the last
   double limit = 0;
-  bool relative = true;
 };
 Gate parse_gate(const std::string& text);           // throws Error(bad_input)
 stats::Track parse_track(const std::string& name);  // of --track; throws Error(bad_input)
@@ -39,9 +41,9 @@ struct CompareOptions {
 };
 
 // {"track", "step", "pairs": [{scene, noise_level, protocol, a, b, step, n, missing, median_a, median_b, ratio, lo95,
-// hi95, p, improvement, verdict}], "gates": [{gate, scene, noise_level, protocol, b, value, holds}], "unmatched":
-// [names], "holds": bool}. B is judged: "better" says that B is. Throws Error: io or bad_input for folders, different
-// instances, unknown methods, steps that nobody made.
+// hi95, p, improvement, verdict, yield}], "gates": [{gate, scene, noise_level, protocol, b, value, holds}],
+// "unmatched": [names], "holds": bool}. B is judged: "better" says that B is. Throws Error: io or bad_input for
+// folders, different instances, unknown methods, steps that nobody made.
 Json compare(const ComparedSide& a, const ComparedSide& b, const CompareOptions& options);
 
 std::string comparison_text(const Json& comparison);

@@ -1,5 +1,6 @@
 #include "stats/distributions.h"
 
+#include <boost/math/distributions/binomial.hpp>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <boost/math/distributions/normal.hpp>
@@ -66,6 +67,11 @@ double fisher_f_upper(double value, double numerator, double denominator) {
   if (value <= 0) return 1;
   if (std::isinf(value)) return 0;
   return boost::math::cdf(boost::math::complement(boost::math::fisher_f(numerator, denominator), value));
+}
+
+double fair_coin_lower(std::size_t heads, std::size_t throws) {
+  if (heads >= throws) return 1;
+  return boost::math::cdf(boost::math::binomial(static_cast<double>(throws), 0.5), static_cast<double>(heads));
 }
 
 }  // namespace relign::stats

@@ -4,6 +4,8 @@
 // (internal): a rule of the caller's was broken.
 #pragma once
 
+#include <cstddef>
+
 namespace relign::stats {
 
 double normal_lower(double z);               // P(Z <= z)
@@ -11,5 +13,8 @@ double normal_quantile(double probability);  // z with P(Z <= z) = probability; 
 double student_t_quantile(double probability, double degrees);
 double chi_squared_upper(double value, double degrees);                     // P(X > value); 1 for value <= 0
 double fisher_f_upper(double value, double numerator, double denominator);  // P(F > value), degrees of freedom
+
+// P(at most so many heads of so many throws); 1 of no throw.
+double fair_coin_lower(std::size_t heads, std::size_t throws);
 
 }  // namespace relign::stats

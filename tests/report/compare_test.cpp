@@ -65,6 +65,51 @@ TEST_F(Compare, GatesHoldOrTrip) {
               HasSubstr("TRIPPED  rmse<=1.04x  1.050  "));
 }
 
+TEST_F(Compare, CountsTheLensesInSpecification) {
+  // a's lenses end at 0.0100, 0.0110, ..., 0.0170; b's at nine tenths of it.
+  write_methods(0.9);
+  EXPECT_EQ(compare(side("a"), side("b"), {})["pairs"][0]["yield"], nullptr) << "nothing is asked for";
+  EXPECT_EQ(compare(side("a"), side("b"), gate("yield>=0"))["holds"], false) << "what cannot be told does not pass";
+  add_to_manifest({{"spec", {{"rmse", 0.01305}}}});
+  const Json result = compare(side("a"), side("b"), {});
+  EXPECT_EQ(result["pairs"][0]["yield"],
+            Json({{"n", 8}, {"a", 4}, {"b", 5}, {"a_alone", 0}, {"b_alone", 1}, {"p", 1.0}}));
+  EXPECT_THAT(comparison_text(result),
+              HasSubstr("in specification: A 4, B 5 of 8 lenses; with A alone 0, with B alone 1, p 1"));
+  const auto holds = [&](const char* a, const char* b, const std::string& text) {
+    return compare(side(a), side(b), gate(text))["holds"];
+  };
+  EXPECT_EQ(holds("a", "b", "yield>=0.625"), true);
+  EXPECT_EQ(holds("a", "b", "yield>=0.626"), false);
+  EXPECT_EQ(holds("a", "b", "yield>=A"), true);
+  EXPECT_EQ(holds("b", "a", "yield>=A"), false);
+  EXPECT_EQ(holds("b", "a", "yield>=A-0.125"), true) << "4 of 8 are 0.125 under 5 of 8";
+  EXPECT_EQ(holds("b", "a", "yield>=A-0.12"), false);
+}
+
+TEST_F(Compare, AFailedTrialIsALensMissed) {
+  records::TrialRecord failed = trial("b", 1, {0.001});
+  failed.end = "timeout";
+  write({trial("a", 0, {0.01}), trial("b", 0, {0.01}), trial("a", 1, {0.01}), failed, trial("a", 2, {0.01})});
+  add_to_manifest({{"spec", {{"rmse", 0.02}}}});
+  const Json yield = compare(side("a"), side("b"), {})["pairs"][0]["yield"];
+  EXPECT_EQ(yield["n"], 2) << "the third lens is A's alone";
+  EXPECT_EQ(yield["a"], 2);
+  EXPECT_EQ(yield["b"], 1);
+}
+
+TEST_F(Compare, YieldsOfTwoSpecificationsAreNotCompared) {
+  write_methods(1);
+  add_to_manifest({{"spec", {{"rmse", 0.02}}}});
+  const std::filesystem::path before = folder_.string() + "-before";
+  std::filesystem::remove_all(before);
+  std::filesystem::copy(folder_, before, std::filesystem::copy_options::recursive);
+  EXPECT_EQ(compare({before, "a"}, side("a"), {})["pairs"][0]["yield"]["b"], 8);
+  add_to_manifest({{"spec", {{"rmse", 0.01}}}});
+  EXPECT_EQ(compare({before, "a"}, side("a"), {})["pairs"][0]["yield"], nullptr);
+  std::filesystem::remove_all(before);
+}
+
 TEST_F(Compare, OfTwoFoldersTakesTheMethodsThatBothHave) {
   write_methods(1.5);
   add_to_manifest({{"instance_set", "same"}});
@@ -103,7 +148,13 @@ TEST_F(Compare, MistakesAreSentences) {
                                                                                   {"recomended<=1", "recommended"},
                                                                                   {"rmse<=0x", "positive number"},
                                                                                   {"rmse<=1.0.2x", "positive number"},
-                                                                                  {"rmse<=nan", "positive number"}})
+                                                                                  {"rmse<=nan", "positive number"},
+                                                                                  {"yield<=0.9", "at least (>=)"},
+                                                                                  {"yield@3>=0.9", "at least (>=)"},
+                                                                                  {"yield>=95", "no share from 0 to 1"},
+                                                                                  {"yield>=", "no share from 0 to 1"},
+                                                                                  {"yield>=A+0.1", "no -"},
+                                                                                  {"yield>=A-", "no share"}})
     EXPECT_THAT(error_text(ErrorKind::bad_input, [&, text = gate] { parse_gate(text); }), HasSubstr(why)) << gate;
   EXPECT_EQ(parse_track("rmse"), stats::Track::recommended);
   EXPECT_EQ(parse_track("best"), stats::Track::best);
