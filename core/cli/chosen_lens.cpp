@@ -7,8 +7,9 @@
 namespace relign::cli {
 
 void add_lens_options(CLI::App& verb, LensChoice& choice) {
-  CLI::Option* level = verb.add_option("--noise-level", choice.level,
-                                       "mount the lens of an instance of this level [default: a perfect lens]");
+  CLI::Option* level = verb.add_option(
+      "--noise-level", choice.level,
+      "mount the lens of an instance of this level, which may be an object as in a suite [default: a perfect lens]");
   level->type_name("LEVEL");
   verb.add_option("--instance", choice.instance, "number of the instance, from 0")
       ->type_name("NUMBER")
@@ -29,7 +30,8 @@ ChosenLens choose_lens(Context& context, const LensChoice& choice, const LoadedS
     throw Error(ErrorKind::bad_input, "--assembly and --noise-level both say which lens to mount; give one of them");
   ChosenLens lens;
   if (!choice.level.empty()) {
-    const plugin_host::Choice level = context.catalog().resolve_or_throw(plugin_host::Kind::noise_level, choice.level);
+    const plugin_host::Choice level =
+        named_choice(context.catalog(), plugin_host::Kind::noise_level, choice.level, "--noise-level");
     lens.instance = draw_instance(level, scene, context.services(1), choice.suite_seed, choice.instance);
     lens.offsets = lens.instance->variances.elements_json;
   }

@@ -38,11 +38,12 @@ std::string figure(const char* format, double value) {
 
 std::vector<LevelOptima> level_optima(Context& context, const std::string& scene,
                                       const std::vector<std::string>& levels, unsigned instances) {
-  const LoadedScene loaded =
-      load_scene(context.catalog().resolve_or_throw(plugin_host::Kind::scene, scene), context.services(core_count()));
+  const LoadedScene loaded = load_scene(named_choice(context.catalog(), plugin_host::Kind::scene, scene, "--scene"),
+                                        context.services(core_count()));
   std::vector<LevelOptima> table;
   for (const std::string& name : levels) {
-    const plugin_host::Choice level = context.catalog().resolve_or_throw(plugin_host::Kind::noise_level, name);
+    const plugin_host::Choice level =
+        named_choice(context.catalog(), plugin_host::Kind::noise_level, name, "--noise-level");
     std::vector<double> shifts, tilts, own, nominal;
     for (std::uint64_t number = 0; number < instances; ++number) {
       const task::Instance instance = draw_instance(level, loaded, context.services(1), 1, number);

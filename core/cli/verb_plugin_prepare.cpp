@@ -36,19 +36,20 @@ std::string line_of(const runner::PreparedEntry& entry) {
 
 int prepare(Context& context, const Arguments& arguments) {
   plugin_host::Catalog& catalog = context.catalog();
-  const plugin_host::Choice algorithm = catalog.resolve_or_throw(plugin_host::Kind::optimizer, arguments.algorithm,
-                                                                 read_parameters(arguments.parameters));
+  const plugin_host::Choice algorithm = named_choice(catalog, plugin_host::Kind::optimizer, arguments.algorithm,
+                                                     "ALGORITHM", read_parameters(arguments.parameters));
   if (!plugin_host::is_prepared(algorithm))
     throw Error(ErrorKind::bad_input,
                 "'" + algorithm.id + "' learns nothing beforehand: its manifest has no \"prepare\"");
   plugin_host::HostServices services = context.services(core_count());
   services.stop = &watch_for_stop();
-  const LoadedScene scene = load_scene(catalog.resolve_or_throw(plugin_host::Kind::scene, arguments.scene), services);
+  const LoadedScene scene =
+      load_scene(named_choice(catalog, plugin_host::Kind::scene, arguments.scene, "--scene"), services);
   if (scene.facts.owns_stage)
     throw Error(ErrorKind::bad_input,
                 "'" + arguments.scene + "' is a station: its lenses are its own, so there are no source instances");
   const std::string level_name = arguments.level.empty() ? default_level(scene.facts) : arguments.level;
-  const plugin_host::Choice level = catalog.resolve_or_throw(plugin_host::Kind::noise_level, level_name);
+  const plugin_host::Choice level = named_choice(catalog, plugin_host::Kind::noise_level, level_name, "--noise-level");
   const runner::TrialJob job = job_for(scene, level, algorithm, *task::protocol_from_name(arguments.protocol));
 
   runner::Preparer preparer(preparer_options(services, arguments.again));
@@ -92,10 +93,10 @@ void add_plugin_prepare(CLI::App& plugin, Context& context) {
                   "JSON object of the algorithm's parameters, as its trials will have them; describe lists them "
                   "[default: the plugin's]")
       ->type_name("JSON");
-  verb.add_option("--scene", arguments->scene, "id, preset or path of a scene")
+  verb.add_option("--scene", arguments->scene, "id, preset or path of a scene, or an object as in a suite")
       ->type_name("SCENE")
       ->capture_default_str();
-  verb.add_option("--noise-level", arguments->level, "id, preset or path of a noise level")
+  verb.add_option("--noise-level", arguments->level, "id, preset or path of a noise level, or an object as in a suite")
       ->default_str("rho0.25; rho0 for a scene of fewer than two elements")
       ->type_name("LEVEL");
   verb.add_option("--protocol", arguments->protocol, "what the algorithm is told: paper or blind")

@@ -52,10 +52,10 @@ Json scene_parameters(const RenderArguments& arguments, const plugin_host::Manif
 
 LoadedScene load_chosen_scene(Context& context, const RenderArguments& arguments) {
   plugin_host::Catalog& catalog = context.catalog();
-  plugin_host::Choice plain = catalog.resolve_or_throw(plugin_host::Kind::scene, arguments.scene);
+  plugin_host::Choice plain = named_choice(catalog, plugin_host::Kind::scene, arguments.scene, "--scene");
   const Json given = scene_parameters(arguments, *plain.plugin, arguments.scene);
   if (given.empty()) return load_scene(std::move(plain), context.services(core_count()));
-  return load_scene(catalog.resolve_or_throw(plugin_host::Kind::scene, arguments.scene, given),
+  return load_scene(named_choice(catalog, plugin_host::Kind::scene, arguments.scene, "--scene", given),
                     context.services(core_count()));
 }
 
@@ -125,7 +125,9 @@ void add_render(CLI::App& app, Context& context) {
                   "or .mp4 (by the program ffmpeg)")
       ->type_name("FILE")
       ->capture_default_str();
-  verb.add_option("--scene", given.scene, "id, preset or path of a scene")->type_name("SCENE")->capture_default_str();
+  verb.add_option("--scene", given.scene, "id, preset or path of a scene, or an object as in a suite")
+      ->type_name("SCENE")
+      ->capture_default_str();
   verb.add_option("--pose", given.pose,
                   "true pose: nominal, start, or one number per axis, shares of the travel, 0 to 1")
       ->type_name("POSE:{nominal,start}")

@@ -91,23 +91,46 @@ std::string plugin_option(const plugin_host::Manifest& plugin) {
   return " --plugin " + typed.lexically_proximate(fs::current_path()).string();
 }
 
-// What to type for it: its id, or the file with "use" that it was read from.
-std::string typed_choice(const plugin_host::Choice& choice) {
+// Its id, or the file with "use" that it was read from.
+std::string typed_name(const plugin_host::Choice& choice) {
   const plugin_host::Manifest& plugin = *choice.plugin;
   if (plugin.preset(choice.id) != nullptr || !choice.parameters.contains(plugin.document)) return choice.id;
   const fs::path document = choice.parameters.at(plugin.document).get<std::string>();
-  if (document.stem() != choice.id) return choice.id;
-  return shell_quoted(document.lexically_proximate(fs::current_path()).string());
+  return document.stem() == choice.id ? document.lexically_proximate(fs::current_path()).string() : choice.id;
 }
 
-// The method to watch: the best of the last table where its parameters are an id's own, which `try` can be told in a
-// word; else the last such one of the suite. home and random, which we may have added, show little.
+// Parameters that its id alone does not give.
+Json own_parameters(const plugin_host::Choice& choice) {
+  const plugin_host::Preset* preset = choice.plugin->preset(choice.id);
+  Json own = Json::object();
+  for (const plugin_host::Parameter& parameter : choice.plugin->parameters) {
+    if (parameter.name == choice.plugin->document || !choice.parameters.contains(parameter.name)) continue;
+    Json usual = parameter.default_value;
+    if (preset != nullptr && preset->parameters.contains(parameter.name)) usual = preset->parameters[parameter.name];
+    if (parameter.type == plugin_host::ParameterType::file && usual.is_string() && usual != "")
+      usual = (choice.plugin->folder / usual.get<std::string>()).lexically_normal().string();
+    if (const Json& value = choice.parameters.at(parameter.name); value != usual) own[parameter.name] = value;
+  }
+  return own;
+}
+
+// What to type for it.
+std::string typed_choice(const plugin_host::Choice& choice) {
+  const std::string name = typed_name(choice);
+  const Json parameters = own_parameters(choice);
+  if (parameters.empty()) return shell_quoted(name);
+  return shell_quoted("{\"use\": " + Json(name).dump() + ", \"parameters\": " + parameters.dump() + "}");
+}
+
+// The method to watch: the best of the last table, else the last one of the suite; home and random, which we may have
+// added, show little. `try` knows no other merit than the protocol's own.
 const suite::AlgorithmEntry& method_to_watch(const suite::Suite& suite, const std::string& best) {
   const suite::AlgorithmEntry* shown = &suite.algorithms.back();
-  for (const suite::AlgorithmEntry& entry : suite.algorithms)
-    if (!entry.added && entry.name == entry.choice.id) shown = &entry;
-  for (const suite::AlgorithmEntry& entry : suite.algorithms)
-    if (!entry.added && entry.name == best && entry.name == entry.choice.id) shown = &entry;
+  for (const suite::AlgorithmEntry& entry : suite.algorithms) {
+    if (entry.added || !entry.merit.empty()) continue;
+    shown = &entry;
+    if (entry.name == best) break;
+  }
   return *shown;
 }
 
@@ -117,8 +140,8 @@ std::string trial_to_watch(const suite::Suite& suite, const std::string& best) {
   const plugin_host::Choice &scene = suite.scenes.back().choice, &level = suite.levels.back().choice;
   std::set<std::string> plugins;
   for (const plugin_host::Choice* used : {&method.choice, &scene, &level}) plugins.insert(plugin_option(*used->plugin));
-  std::string command = "relign-bench try " + method.choice.id;
-  if (scene.id != "relign_od") command += " --scene " + typed_choice(scene);
+  std::string command = "relign-bench try " + typed_choice(method.choice);
+  if (typed_choice(scene) != "relign_od") command += " --scene " + typed_choice(scene);
   command += " --noise-level " + typed_choice(level);
   if (method.protocol != "paper") command += " --protocol " + method.protocol;
   constexpr unsigned kStepsOfTry = 50, kSeedOfTry = 1;

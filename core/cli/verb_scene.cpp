@@ -97,7 +97,7 @@ int landscape(Context& context, const LandscapeArguments& arguments) {
   plugin_host::HostServices services = context.services(core_count());
   services.stop = &watch_for_stop();
   const LoadedScene scene =
-      load_scene(context.catalog().resolve_or_throw(plugin_host::Kind::scene, arguments.scene), services);
+      load_scene(named_choice(context.catalog(), plugin_host::Kind::scene, arguments.scene, "--scene"), services);
   refuse_station(scene, arguments.scene);
   if (!scene.facts.truth)
     throw Error(ErrorKind::bad_input, "--scene: '" + arguments.scene + "' tells no noise-free errors");
@@ -143,7 +143,9 @@ void add_scene(CLI::App& app, Context& context) {
                   "folder for landscape.png, .html and .csv, or one file with one of these endings")
       ->type_name("PATH")
       ->capture_default_str();
-  verb.add_option("--scene", given.scene, "id, preset or path of a scene")->type_name("SCENE")->capture_default_str();
+  verb.add_option("--scene", given.scene, "id, preset or path of a scene, or an object as in a suite")
+      ->type_name("SCENE")
+      ->capture_default_str();
   verb.add_option("--pose", given.pose,
                   "true pose that all planes pass through: nominal, start, or one number per axis, shares of the "
                   "travel, 0 to 1")

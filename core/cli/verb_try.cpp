@@ -135,8 +135,8 @@ std::shared_ptr<const task::PreparedByIdentity> prepared_for(const LoadedScene& 
 
 int run_try(Context& context, TryArguments arguments) {
   plugin_host::Catalog& catalog = context.catalog();
-  const plugin_host::Choice algorithm = catalog.resolve_or_throw(plugin_host::Kind::optimizer, arguments.algorithm,
-                                                                 read_parameters(arguments.parameters));
+  const plugin_host::Choice algorithm = named_choice(catalog, plugin_host::Kind::optimizer, arguments.algorithm,
+                                                     "ALGORITHM", read_parameters(arguments.parameters));
   plugin_host::HostServices services = context.services(core_count());
   services.stop = &watch_for_stop();
   services.log = [warn = services.log](int level, const std::string& message) {
@@ -145,9 +145,11 @@ int run_try(Context& context, TryArguments arguments) {
     else
       std::fprintf(stderr, "%s\n", printable(message).c_str());  // what a scene prints that is a process
   };
-  const LoadedScene scene = load_scene(catalog.resolve_or_throw(plugin_host::Kind::scene, arguments.scene), services);
+  const LoadedScene scene =
+      load_scene(named_choice(catalog, plugin_host::Kind::scene, arguments.scene, "--scene"), services);
   if (arguments.level.empty()) arguments.level = default_level(scene.facts);
-  const plugin_host::Choice level = catalog.resolve_or_throw(plugin_host::Kind::noise_level, arguments.level);
+  const plugin_host::Choice level =
+      named_choice(catalog, plugin_host::Kind::noise_level, arguments.level, "--noise-level");
   if (scene.facts.owns_stage && level.plugin->id != "none")
     throw Error(ErrorKind::bad_input, "noise level '" + arguments.level + "' cannot be used with the station '" +
                                           arguments.scene +
@@ -198,19 +200,24 @@ int try_or_stop(Context& context, const TryArguments& arguments) {
 }  // namespace
 
 void add_try(CLI::App& app, Context& context) {
-  CLI::App& verb = add_verb(app, {"try", "Run one trial in this process and print every step.",
-                                  "relign-bench try nlopt-sbplx --noise-level rho0.5 --instance 3 --frames frames\n"
-                                  "relign-bench try nlopt-sbplx --parameters '{\"first_stride\": 0.1}'",
-                                  "list, describe, run"});
+  CLI::App& verb =
+      add_verb(app, {"try", "Run one trial in this process and print every step.",
+                     "relign-bench try nlopt-sbplx --noise-level rho0.5 --instance 3 --frames frames\n"
+                     "relign-bench try nlopt-sbplx --parameters '{\"first_stride\": 0.1}'\n"
+                     "relign-bench try ppo --noise-level '{\"use\": \"rho\", \"parameters\": {\"level\": 0.75}}'",
+                     "list, describe, run"});
   auto arguments = std::make_shared<TryArguments>();
-  verb.add_option("ALGORITHM", arguments->algorithm, "id, preset or path of an algorithm")->required();
+  verb.add_option("ALGORITHM", arguments->algorithm,
+                  "id, preset or path of an algorithm, or an object with \"use\" and \"parameters\" as in a suite")
+      ->required();
   verb.add_option("--parameters", arguments->parameters,
                   "JSON object of the algorithm's parameters; describe lists them [default: the plugin's]")
       ->type_name("JSON");
-  verb.add_option("--scene", arguments->scene, "id, preset or path of a scene")
+  verb.add_option("--scene", arguments->scene, "id, preset or path of a scene, or an object as in a suite")
       ->type_name("SCENE")
       ->capture_default_str();
-  verb.add_option("--noise-level", arguments->level, "id, preset or path of a noise level; a station takes none alone")
+  verb.add_option("--noise-level", arguments->level,
+                  "id, preset or path of a noise level, or an object as in a suite; a station takes none alone")
       ->default_str("rho0.25; rho0 for a scene of fewer than two elements")
       ->type_name("LEVEL");
   verb.add_option("--instance", arguments->instance, "number of the instance, from 0")

@@ -4,9 +4,28 @@
 #include <sstream>
 
 #include "base/error.h"
+#include "base/json_source.h"
 #include "task/rig.h"
 
 namespace relign::cli {
+
+plugin_host::Choice named_choice(plugin_host::Catalog& catalog, plugin_host::Kind kind, const std::string& text,
+                                 const std::string& option, const Json& parameters) {
+  if (text.empty() || text.front() != '{') return catalog.resolve_or_throw(kind, text, parameters);
+  const JsonSource source = JsonSource::from_text(text, option);
+  std::vector<Problem> problems;
+  ObjectReader reader(source, "", problems);
+  const std::string use = reader.required_string("use");
+  reader.string("name", "");
+  const Json* own = reader.get("parameters");
+  if (own && !own->is_object())
+    reader.complain("parameters", std::string("expected an object, found ") + own->type_name());
+  if (own && !parameters.empty())
+    reader.complain("parameters", "an option of its own gives some, too; give them in one of the two places");
+  reader.refuse_unknown();
+  throw_if_any(problems);
+  return catalog.resolve_or_throw(kind, use, own ? *own : parameters);
+}
 
 LoadedScene load_scene(plugin_host::Choice choice, const plugin_host::HostServices& services) {
   LoadedScene loaded;

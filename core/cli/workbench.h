@@ -14,6 +14,11 @@
 
 namespace relign::cli {
 
+// What an argument names: an id, a preset, a path, or an object with "use" and "parameters" as in a suite (its "name"
+// is not needed here). `parameters`: of its own option; null without. Throws Error(bad_input) that names `option`.
+plugin_host::Choice named_choice(plugin_host::Catalog& catalog, plugin_host::Kind kind, const std::string& text,
+                                 const std::string& option, const Json& parameters = {});
+
 struct LoadedScene {
   plugin_host::Choice choice;
   std::unique_ptr<plugin_host::Scene> scene;

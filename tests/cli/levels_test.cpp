@@ -44,6 +44,23 @@ TEST(CliLevels, AFileOfLimitsIsALevelInSuitesAndOnTheCommandLine) {
   EXPECT_NE(mine.at("steps").at(1).at("measured"), grade.at("steps").at(1).at("measured"));
 }
 
+TEST(CliLevels, AnObjectAsInASuiteIsALevelOnTheCommandLine) {
+  const Workplace place;
+  const auto steps = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"--json", "try", "home", "--steps", "1"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome outcome = relign_bench(place, arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return outcome.exit_code == 0 ? json::parse(outcome.out).at("steps") : json();
+  };
+  const json named = steps({"--noise-level", "rho0.5"});
+  EXPECT_EQ(steps({"--noise-level", R"({"use": "rho", "name": "half", "parameters": {"level": 0.5}})"}), named);
+  EXPECT_EQ(steps({"--noise-level", R"({"use": "rho0.5"})"}), named);
+  EXPECT_NE(steps({"--noise-level", R"({"use": "rho", "parameters": {"level": 0.75}})"}), named);
+  EXPECT_NE(steps({"--noise-level", "rho0.5", "--scene", R"({"use": "relign_od", "parameters": {"samples": 16}})"}),
+            named);
+}
+
 TEST(CliLevels, AWrongElementHasItsPlaceInTheFileWhateverTheVerb) {
   const Workplace place;
   place.write("limits.json", limits("L9"));

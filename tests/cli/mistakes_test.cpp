@@ -47,6 +47,19 @@ TEST(CliMistakes, UnknownPluginsAndPresets) {
   expect_mistake(place, with_parameters(R"({"first_stride": 90})"), 2, HasSubstr("from 1e-04 to 0.5"));
   expect_mistake(place, with_parameters("[0.2]"), 2, HasSubstr("--parameters: '[0.2]' is no object"));
   expect_mistake(place, with_parameters("{first_stride: 0.2}"), 2, HasSubstr("--parameters:1:"));
+  const auto with_level = [](const char* json) {
+    return std::vector<std::string>{"try", "random", "--noise-level", json};
+  };
+  expect_mistake(place, with_level(R"({"use": "rho", "parameters": {"lvel": 1}})"), 2,
+                 HasSubstr("did you mean 'level'?"));
+  expect_mistake(place, with_level(R"({"parameters": 3, "steps": 1})"), 2,
+                 AllOf(HasSubstr("--noise-level:1:1: the key \"use\" is missing"), HasSubstr("/parameters: expected an object"),
+                       HasSubstr("unknown key \"steps\"")));
+  expect_mistake(place, with_level(R"({"use": "rho")"), 2, HasSubstr("--noise-level:1:14: this is no valid JSON"));
+  expect_mistake(place,
+                 {"try", R"({"use": "nlopt-sbplx", "parameters": {"first_stride": 0.2}})", "--parameters",
+                  R"({"first_stride": 0.1})"},
+                 2, HasSubstr("give them in one of the two places"));
   expect_mistake(place, {"render", "--scene", "relign_do"}, 2, HasSubstr("did you mean 'relign_od'?"));
   expect_mistake(place, {"describe", "randon"}, 2, HasSubstr("did you mean 'random'?"));
   EXPECT_FALSE(fs::exists(place.path("render.png")));

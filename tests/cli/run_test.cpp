@@ -14,6 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 using testing::AllOf;
+using testing::AnyOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -145,8 +146,21 @@ TEST(CliRun, CompassFromAPluginFolderRunsInASuite) {
   const Outcome outcome = relign_bench(place, {"run", "own.json", "--plugin", kCompass});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, AllOf(HasSubstr("compass"), HasSubstr("wide"), HasSubstr("home")));
-  EXPECT_THAT(outcome.err, HasSubstr("relign-bench try compass --noise-level rho0 --steps 6 --plugin "))
+  EXPECT_THAT(outcome.err,
+              AnyOf(HasSubstr("relign-bench try compass --noise-level rho0 --steps 6 --plugin "),
+                    HasSubstr(R"(relign-bench try '{"use": "compass", "parameters": {"first_stride":0.3}}' )"
+                              "--noise-level rho0 --steps 6 --plugin ")))
       << "the trial to watch is one of the suite's";
+}
+
+TEST(CliRun, TheTrialToWatchHasTheSuitesParameters) {
+  const Workplace place;
+  place.write("own.json", R"({"scenes": ["relign_od"], "instances": 2, "steps": 2, "algorithms": ["nlopt-sbplx"],
+      "noise_levels": [{"use": "rho", "name": "three quarters", "parameters": {"level": 0.75}}]})");
+  const Outcome outcome = relign_bench(place, {"run", "own.json"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("relign-bench try nlopt-sbplx --noise-level "
+                                     R"('{"use": "rho", "parameters": {"level":0.75}}' --steps 2)"));
 }
 
 TEST(CliRun, AFailingAlgorithmIsCodeThreeAndTheOthersFinish) {
