@@ -16,8 +16,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kMostFailed = 0.05;
-constexpr double kMostHarness = 0.05;           // of the time that the scene takes
-constexpr double kFewHarnessMicroseconds = 50;  // a step: no scene is fast enough for it to matter
 
 Json gate(const char* name, bool ok, const std::string& text) { return {{"name", name}, {"ok", ok}, {"text", text}}; }
 
@@ -93,13 +91,6 @@ Json gates_json(const Json& data, const LoadedResults& results) {
   }
   add_same_methods(gates, data, results);
   add_replay(gates, results);
-  if (const Json& harness = object_of(ran, "harness"); !harness.empty() && harness["share_of_scene_time"].is_number()) {
-    const double of_scene = harness["share_of_scene_time"].get<double>();
-    if (of_scene > kMostHarness && harness["microseconds_per_step"].get<double>() > kFewHarnessMicroseconds)
-      gates.push_back(gate("harness", false,
-                           "The harness itself took " + significant(100 * of_scene, 2) +
-                               " % of the scene's time: do not compare computing times from here."));
-  }
   return gates;
 }
 

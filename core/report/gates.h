@@ -9,7 +9,6 @@ namespace relign::report {
 //   ran       every planned trial has ended            failures  at most 5 % of them failed
 //   A/A       one algorithm under two names, when the suite has that, came out alike
 //   replay    what 'verify' replayed had the same numbers
-//   harness   the harness itself took little of the time
 Json gates_json(const Json& data, const LoadedResults& results);
 
 }  // namespace relign::report

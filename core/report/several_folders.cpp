@@ -63,6 +63,8 @@ class Join {
       all_["failures"].push_back(std::move(failure));
     }
     for (const Json& warning : data["warnings"]) all_["warnings"].push_back(warning);
+    if (const std::string note = computing_time_note(data); !note.empty())
+      time_notes_.push_back(set.label + ": " + note);
     for (Json gate : list_of(data, "gates")) {
       if (!flag_of(gate, "ok")) gate["text"] = set.label + ": " + text_of(gate, "text");
       all_["gates"].push_back(std::move(gate));
@@ -85,6 +87,7 @@ class Join {
     all_["suite_name"] = title;
     all_["verdict"] = verdict(all_);
     all_["beware"] = beware(all_);
+    for (std::string& note : time_notes_) all_["beware"].push_back(std::move(note));
     return std::move(all_);
   }
 
@@ -158,6 +161,7 @@ class Join {
   };
   Json all_;
   std::map<std::string, Known> methods_;
+  std::vector<std::string> time_notes_;
 };
 
 }  // namespace

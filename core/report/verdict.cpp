@@ -184,6 +184,19 @@ Json verdict(const Json& data) {
   return list;
 }
 
+std::string computing_time_note(const Json& data) {
+  constexpr double kMostHarness = 0.05;           // of the time that the scene takes
+  constexpr double kFewHarnessMicroseconds = 50;  // a step: no scene is fast enough for it to matter
+  const Json& harness = object_of(data["ran"], "harness");
+  const Json& share = member(harness, "share_of_scene_time");
+  if (!share.is_number() || share.get<double>() <= kMostHarness ||
+      harness["microseconds_per_step"].get<double>() <= kFewHarnessMicroseconds)
+    return "";
+  return "Between scene and algorithm " + significant(100 * share.get<double>(), 2) +
+         " % of the scene's time went by, on a busy machine mostly in waiting for a core: do not compare computing "
+         "times from here. Errors and images are not concerned.";
+}
+
 Json beware(const Json& data) {
   Json list = Json::array();
   const Json& ran = data["ran"];
@@ -211,6 +224,7 @@ Json beware(const Json& data) {
       if (row["step"] != group["rows"].front()["step"]) uneven_steps = true;
     }
   }
+  if (std::string note = computing_time_note(data); !note.empty()) list.push_back(std::move(note));
   if (uneven)
     list.push_back("Not every method has finished the same instances, so some medians are over different lenses.");
   if (uneven_steps) list.push_back("Methods were given different numbers of steps; see the column 'after step'.");

@@ -12,4 +12,7 @@ Json verdict(const Json& data);
 // Sentences a reader must see before trusting the ranking: list of texts.
 Json beware(const Json& data);
 
+// Where computing times of this folder say little, a sentence; else empty. Errors and images are not concerned.
+std::string computing_time_note(const Json& data);
+
 }  // namespace relign::report

@@ -8,7 +8,9 @@
 namespace relign::report {
 namespace {
 
+using testing::Contains;
 using testing::HasSubstr;
+using testing::Not;
 
 class Gates : public MadeResults {
  protected:
@@ -82,7 +84,8 @@ TEST_F(Gates, TellWhatVerifyFound) {
   }
 }
 
-TEST_F(Gates, FailWhenTheHarnessTookTheTime) {
+// A busy machine makes times useless and spoils no error: a word of warning, and no failed check.
+TEST_F(Gates, TimesThatSayLittleAreNoReasonToDoubtTheErrors) {
   const auto with_harness = [&](double seconds) {
     write({trial("a", 0, {0.1, 0.05})});
     records::TrialTimes times;
@@ -90,10 +93,13 @@ TEST_F(Gates, FailWhenTheHarnessTookTheTime) {
     times.algorithm_seconds = times.simulation_seconds = times.truth_seconds = {0.001, 0.001};
     times.harness_seconds = seconds;
     write_file_atomically(folder_ / "times" / "0000.jsonl", to_line(times) + "\n");
-    return gate("harness");
+    return page_data(load_results(folder_));
   };
-  EXPECT_TRUE(with_harness(0.0001).is_null());
-  EXPECT_EQ(with_harness(0.001)["ok"], false) << "a quarter of the scene's four milliseconds";
+  const auto warns = Contains(HasSubstr("25 % of the scene's time went by"));
+  EXPECT_THAT(with_harness(0.0001)["beware"].get<std::vector<std::string>>(), Not(warns));
+  const Json busy = with_harness(0.001);  // a quarter of the scene's four milliseconds
+  EXPECT_THAT(busy["beware"].get<std::vector<std::string>>(), warns);
+  for (const Json& one : busy["gates"]) EXPECT_EQ(one["ok"], true) << one;
 }
 
 }  // namespace
