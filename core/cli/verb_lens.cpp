@@ -5,6 +5,7 @@
 #include "base/files.h"
 #include "base/text.h"
 #include "cli/app.h"
+#include "cli/design_file.h"
 #include "cli/lens_files.h"
 #include "cli/text_table.h"
 #include "optics/first_order.h"
@@ -16,6 +17,8 @@ namespace relign::cli {
 namespace {
 
 struct LensArguments {
+  std::string lens_file;
+  DesignOptions design;
   std::string scene = "relign_od";
   std::string rays;
   std::string apertures = "none";
@@ -105,7 +108,9 @@ std::string surfaces_table(const optics::Prescription& lens) {
 }
 
 int info(Context& context, const LensArguments& arguments) {
-  const optics::Prescription lens = lens_of(context, arguments.scene);
+  if (arguments.lens_file.empty()) refuse_design_options(arguments.design);
+  const optics::Prescription lens = arguments.lens_file.empty() ? lens_of(context, arguments.scene)
+                                                                : lens_of_file(arguments.lens_file, arguments.design);
   const std::vector<NamedValue> values = first_order_values(lens);
   const double distortion = distortion_percent(lens);
   if (context.json) {
@@ -160,10 +165,17 @@ void add_lens(CLI::App& app, Context& context) {
 
   CLI::App& info_verb =
       add_verb(lens, {"info", "Print a lens: surfaces, first-order data beside published values, distortion.",
-                      "relign-bench lens info --scene relign_od", "lens trace, describe"});
+                      "relign-bench lens info --scene relign_od\n"
+                      "relign-bench lens info my_lens.zmx",
+                      "lens draw, lens trace, scene new"});
+  CLI::Option* file =
+      info_verb.add_option("LENSFILE", arguments->lens_file,
+                           "a lens file: ours, Zemax .zmx, CODE V .seq or its listing [default: the scene's lens]");
   info_verb
       .add_option("--scene", arguments->scene, "scene whose lens is meant: id, preset or path [default: relign_od]")
-      ->type_name("SCENE");
+      ->type_name("SCENE")
+      ->excludes(file);
+  add_design_options(info_verb, arguments->design);
   info_verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return info(context, *arguments); }; });
 

@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "cli/app.h"
 #include "cli/assembly_file.h"
+#include "cli/design_file.h"
 #include "cli/lens_files.h"
 #include "cli/lens_section.h"
 #include "cli/workbench.h"
@@ -23,6 +24,7 @@ constexpr double kWidestField = 89;  // degrees
 
 struct DrawArguments {
   std::string lens_file;
+  DesignOptions design;
   std::string scene = "relign_od";
   bool scene_given = false;
   std::string fields;
@@ -33,9 +35,12 @@ struct DrawArguments {
 };
 
 LensSubject subject_of(Context& context, const DrawArguments& arguments) {
-  if (arguments.lens_file.empty()) return subject_of_scene(scene_file_of(context, arguments.scene));
+  if (arguments.lens_file.empty()) {
+    refuse_design_options(arguments.design);
+    return subject_of_scene(scene_file_of(context, arguments.scene));
+  }
   LensSubject subject;
-  subject.lens = optics::read_prescription(arguments.lens_file);
+  subject.lens = lens_of_file(arguments.lens_file, arguments.design);
   subject.name = subject.lens.name;
   return subject;
 }
@@ -94,7 +99,10 @@ void add_lens_draw(CLI::App& lens, Context& context) {
                                    "relign-bench lens draw --fields 0,20,42 -o lens.svg\n"
                                    "relign-bench lens draw my_lens.json --assembly tilted.json --vertical -o lens.png",
                                    "lens info, scene landscape, render"});
-  verb.add_option("LENSFILE", given.lens_file, "a lens file; its object is far away [default: the scene's lens]");
+  verb.add_option("LENSFILE", given.lens_file,
+                  "a lens file: ours, Zemax .zmx, CODE V .seq or its listing; its object is far away [default: the "
+                  "scene's lens]");
+  add_design_options(verb, given.design);
   verb.add_option_function<std::string>(
           "--scene",
           [arguments](const std::string& scene) {

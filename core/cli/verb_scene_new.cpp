@@ -7,6 +7,7 @@
 #include "base/files.h"
 #include "base/text.h"
 #include "cli/app.h"
+#include "cli/design_file.h"
 #include "cli/new_folder.h"
 #include "cli/text_table.h"
 #include "cli/workbench.h"
@@ -27,9 +28,8 @@ struct NewArguments {
   std::string name;
   std::string sensor;
   std::string target = "siemens_star";
-  std::vector<std::string> glass_files;
   double distance_mm = 0;
-  double wavelength_nm = 0;
+  DesignOptions design;
 };
 
 // "Cooke 50 mm" -> "Cooke_50_mm": names stand in tables and in names of folders. One '_' a character, however many
@@ -51,27 +51,6 @@ std::string name_of_file(const fs::path& file) {
   std::string name = plain_name(file.stem().string());
   while (!name.empty() && name.back() == '_') name.pop_back();
   return name;
-}
-
-// Said with the unit: who writes 0.55 for green light must see why not.
-CLI::Validator from_to(double least, double most, const std::string& range) {
-  return CLI::Validator(
-      [least, most, range](std::string& text) {
-        double value = 0;
-        const bool number = CLI::detail::lexical_cast(text, value);
-        return number && value >= least && value <= most ? std::string() : "'" + text + "' is no number from " + range;
-      },
-      "");
-}
-
-lens_files::GlassSources glass_sources(const NewArguments& arguments) {
-  lens_files::GlassSources sources;
-  sources.is_known = [](const std::string& name) {
-    return optics::find_glass(name) != nullptr || optics::glass_of_code(name).has_value();
-  };
-  for (const std::string& file : arguments.glass_files)
-    sources.catalogues.push_back({file, lens_files::read_agf(lens_files::bytes_of(file), file)});
-  return sources;
 }
 
 // A named target stays a name; an image file is copied into the folder, so that it can be moved.
@@ -151,11 +130,9 @@ int new_scene(Context& context, const NewArguments& arguments) {
   choices.suite_name = plain_name(fs::absolute(wanted / "").lexically_normal().parent_path().filename().string());
   if (choices.suite_name[0] == '.' || choices.suite_name[0] == '-') choices.suite_name.clear();
 
-  lens_files::LensDesign design =
-      lens_files::read_design(lens_files::bytes_of(arguments.lens_file), arguments.lens_file);
-  const lens_files::GlassSources sources = glass_sources(arguments);
-  const lens_files::CompleteLens lens =
-      lens_files::complete_lens(design, lens_files::draft_lens(design, sources, choices.name, arguments.wavelength_nm));
+  DesignLens made = read_design_lens(arguments.lens_file, arguments.design, choices.name);
+  lens_files::LensDesign& design = made.design;
+  const lens_files::CompleteLens& lens = made.lens;
   NewFiles files;
   choose_target(arguments.target, choices, files);
   lens_files::Layout layout = lens_files::lay_out(design, lens, choices);
@@ -204,12 +181,7 @@ void add_scene_new(CLI::App& scene, Context& context) {
                   "first vertex to emitter, mm [default: the file's object distance; else far enough to be sharp]")
       ->type_name("MM")
       ->check(from_to(1e-3, 1e6, "0.001 to 1000000 mm"));
-  verb.add_option("--glass", given.glass_files, "glass catalogue (.agf) to look names up in; repeatable")
-      ->type_name("FILE")
-      ->allow_extra_args(false);
-  verb.add_option("--wavelength", given.wavelength_nm, "wavelength, nm [default: the file's reference wavelength]")
-      ->type_name("NM")
-      ->check(from_to(100, 1e5, "100 to 100000 nm"));
+  add_design_options(verb, given.design);
   verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return new_scene(context, *arguments); }; });
 }

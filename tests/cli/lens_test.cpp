@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -84,6 +85,30 @@ TEST(CliLens, InfoTellsBothFNumbersWhereTheyDiffer) {
   const json found = json::parse(traced.out).at("rays");
   EXPECT_EQ(found.at(0).value("lost_at", ""), "") << found.at(0);
   EXPECT_EQ(found.at(1).value("lost_at", ""), "aperture stop: outside the opening") << found.at(1);
+}
+
+TEST(CliLens, InfoAndDrawTakeADesignProgramsFile) {
+  const Workplace place;
+  const std::string file = std::string(RELIGN_TEST_DATA) + "/lenses/cooke_triplet_utf8.zmx";
+  ASSERT_EQ(relign_bench(place, {"scene", "new", file, "-o", "made"}).exit_code, 0);
+  const Outcome scene = relign_bench(place, {"lens", "info", "--json", "--scene", "made/scene.json"});
+  const Outcome direct = relign_bench(place, {"lens", "info", "--json", file});
+  ASSERT_EQ(direct.exit_code, 0) << direct.err;
+  for (const char* key : {"first_order", "wavelength_nm", "half_field_deg", "distortion_percent"})
+    EXPECT_EQ(json::parse(direct.out).at(key), json::parse(scene.out).at(key)) << key;
+  EXPECT_EQ(relign_bench(place, {"lens", "info", "made/lens.json"}).exit_code, 0);
+  ASSERT_EQ(relign_bench(place, {"lens", "draw", file, "-o", "lens.svg"}).exit_code, 0);
+  EXPECT_TRUE(std::filesystem::exists(place.path("lens.svg")));
+  EXPECT_EQ(relign_bench(place, {"lens", "info", file, "--scene", "relign_od"}).exit_code, 2);
+  const Outcome red = relign_bench(place, {"lens", "info", "--json", file, "--wavelength", "650"});
+  EXPECT_GT(json::parse(red.out).at("first_order").at("focal_length"),
+            json::parse(direct.out).at("first_order").at("focal_length"));
+  for (const std::vector<std::string>& ours :
+       {std::vector<std::string>{"lens", "info"}, {"lens", "info", "made/lens.json"}, {"lens", "draw"}}) {
+    std::vector<std::string> arguments = ours;
+    arguments.insert(arguments.end(), {"--wavelength", "650"});
+    EXPECT_THAT(relign_bench(place, arguments).err, HasSubstr("--wavelength: is for the file of a design program"));
+  }
 }
 
 TEST(CliLens, MistakesAreNamed) {

@@ -1,0 +1,75 @@
+#include "cli/design_file.h"
+
+#include <cstdio>
+#include <filesystem>
+
+#include "base/error.h"
+#include "base/text.h"
+#include "lens_files/read_design.h"
+#include "lens_files/scene_layout.h"
+#include "optics/glass.h"
+
+namespace relign::cli {
+namespace {
+
+lens_files::GlassSources glass_sources(const std::vector<std::string>& files) {
+  lens_files::GlassSources sources;
+  sources.is_known = [](const std::string& name) {
+    return optics::find_glass(name) != nullptr || optics::glass_of_code(name).has_value();
+  };
+  for (const std::string& file : files)
+    sources.catalogues.push_back({file, lens_files::read_agf(lens_files::bytes_of(file), file)});
+  return sources;
+}
+
+}  // namespace
+
+CLI::Validator from_to(double least, double most, const std::string& range) {
+  return CLI::Validator(
+      [least, most, range](std::string& text) {
+        double value = 0;
+        const bool number = CLI::detail::lexical_cast(text, value);
+        return number && value >= least && value <= most ? std::string() : "'" + text + "' is no number from " + range;
+      },
+      "");
+}
+
+void add_design_options(CLI::App& verb, DesignOptions& options) {
+  verb.add_option("--glass", options.glass_files, "glass catalogue (.agf) to look names up in; repeatable")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  verb.add_option("--wavelength", options.wavelength_nm, "wavelength, nm [default: the file's reference wavelength]")
+      ->type_name("NM")
+      ->check(from_to(100, 1e5, "100 to 100000 nm"));
+}
+
+DesignLens read_design_lens(const std::string& file, const DesignOptions& options, const std::string& name) {
+  DesignLens made;
+  made.design = lens_files::read_design(lens_files::bytes_of(file), file);
+  const lens_files::GlassSources sources = glass_sources(options.glass_files);
+  made.lens =
+      lens_files::complete_lens(made.design, lens_files::draft_lens(made.design, sources, name, options.wavelength_nm));
+  return made;
+}
+
+void refuse_design_options(const DesignOptions& options) {
+  const char* option = !options.glass_files.empty() ? "--glass" : options.wavelength_nm > 0 ? "--wavelength" : nullptr;
+  if (option)
+    throw Error(ErrorKind::bad_input, std::string(option) +
+                                          ": is for the file of a design program; a lens file of ours has its glasses "
+                                          "and its wavelength in it");
+}
+
+optics::Prescription lens_of_file(const std::string& file, const DesignOptions& options) {
+  const std::filesystem::path path = file;
+  if (path.extension() == ".json") {
+    refuse_design_options(options);
+    return optics::read_prescription(path);
+  }
+  DesignLens made = read_design_lens(file, options, path.stem().string());
+  for (const std::string& remark : lens_files::remark_lines(made.design))
+    std::fprintf(stderr, "%s\n", printable(remark).c_str());
+  return std::move(made.lens.lens);
+}
+
+}  // namespace relign::cli
