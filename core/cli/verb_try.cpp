@@ -7,6 +7,7 @@
 #include "base/displayed_rmse.h"
 #include "base/error.h"
 #include "base/json_source.h"
+#include "base/limits.h"
 #include "base/seeds.h"
 #include "base/text.h"
 #include "cli/app.h"
@@ -234,7 +235,7 @@ void add_try(CLI::App& app, Context& context) {
       ->capture_default_str();
   verb.add_option("--steps", arguments->steps, "budget: moves with a capture after step 0")
       ->type_name("COUNT")
-      ->check(CLI::Range(1U, 100000U))
+      ->check(CLI::Range(1U, kMostSteps))
       ->capture_default_str();
   verb.add_option("--frames", arguments->frames, "write every capture there as step-NNN.png [default: none]")
       ->type_name("DIR");

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/limits.h"
 #include "base/text.h"
-#include "records/limits.h"
 
 namespace relign::records {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "records/limits.h"
+#include "base/limits.h"
 #include "records/record.h"
 
 namespace relign::records {

@@ -6,13 +6,13 @@
 #include <tuple>
 #include <utility>
 
+#include "base/limits.h"
 #include "base/text.h"
 
 namespace relign::suite {
 namespace {
 
 constexpr std::int64_t kMostInstances = 1'000'000;
-constexpr std::int64_t kMostSteps = 100'000;
 constexpr double kLongestTrial = 1e7;      // seconds
 constexpr std::int64_t kLeastMemory = 64;  // MB
 const std::vector<std::string> kProtocols = {"paper", "blind"};
