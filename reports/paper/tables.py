@@ -14,8 +14,8 @@ import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
 TREE = HERE.parent.parent
-# Told what the paper told, told nothing, and a method that was run by itself under both.
-FOLDERS = tuple(folder for folder in (HERE, HERE / "blind", HERE / "tolerance_fit") if folder.is_dir())
+# Told what the paper told, told nothing, and methods that were run by themselves under both.
+FOLDERS = tuple(folder for folder in (HERE, HERE / "blind", HERE / "ppo_paper", HERE / "tolerance_fit") if folder.is_dir())
 PAGES = (TREE / "docs" / "reproduction.md", TREE / "README.md")
 IN_SHORT = ("sensitivity", "ppo", "through-focus", "nlopt-bobyqa", "bo-gp", "home", "random")
 LEVELS = ("rho0", "rho0.25", "rho0.5")
@@ -25,11 +25,12 @@ NO_VALUE = "-"
 
 
 def read(name):
-    """Rows of all folders' files."""
-    rows = []
+    """Rows of all folders' files. `home` and `random`, which every suite has, are the first folder's that has them."""
+    rows, owners = [], {}
     for folder in FOLDERS:
         with (folder / name).open(newline="") as file:
-            rows += csv.DictReader(file)
+            rows += [row for row in csv.DictReader(file)
+                     if owners.setdefault((row["protocol"], row["algorithm"]), folder) == folder]
     return rows
 
 
@@ -109,7 +110,7 @@ def final(study, protocol):
     def milliseconds(name):
         values = sorted(number(study.ranking[protocol, name, level]["algorithm_ms_per_step_median"]) or 0
                         for level in LEVELS if (protocol, name, level) in study.ranking)
-        return f"{values[len(values) // 2]:.2g}"
+        return f"{float(f'{values[len(values) // 2]:.2g}'):g}"  # two digits, and 1000 for 1e+03
 
     def label(name):
         row = next(study.ranking[protocol, name, level] for level in LEVELS if (protocol, name, level) in study.ranking)
@@ -153,6 +154,35 @@ def thresholds(study, protocol):
                  [(name, *(cell(name, level) for level in LEVELS)) for name in study.algorithms(protocol)])
 
 
+def trainings():
+    """Reward and error of the trainings side by side at the step that all have reached, and at their ends. The reward is
+    the mean of three stretches, over which it wavers."""
+    runs = {}
+    with (HERE / "training.csv").open(newline="") as file:
+        for row in csv.DictReader(file):
+            runs.setdefault(row["training"], []).append(row)
+    common = min(int(run[-1]["steps"]) for run in runs.values())
+
+    def cells(run, steps):
+        so_far = [row for row in run if int(row["steps"]) <= steps][-3:]
+        return (f"{sum(float(row['reward']) for row in so_far) / len(so_far):.2f}",
+                f"{rounded(float(so_far[-1]['rmse_6']))}, {rounded(float(so_far[-1]['rmse_12']))}")
+
+    def thousands(steps):
+        return f"{int(steps):,}"
+
+    head = ("algorithm", "N", "rate", "entropy", f"reward a step at {thousands(common)}", "error after 6, 12 moves",
+            "steps in all", "reward a step", "error after 6, 12 moves", "hours")
+    rows = []
+    for run in runs.values():
+        first, last = run[0], run[-1]
+        end = cells(run, int(last["steps"])) if int(last["steps"]) > common else (NO_VALUE, NO_VALUE)
+        rows.append((first["algorithm"], f"{float(first['level']):g}", f"{float(first['rate']):g}",
+                     f"{float(first['entropy']):g}", *cells(run, common), thousands(last["steps"]), *end,
+                     f"{float(last['hours']):.1f}"))
+    return table(head, rows)
+
+
 def tables():
     study = Study()
     made = {"short": short(study, "paper")}
@@ -162,6 +192,7 @@ def tables():
         made[f"thresholds {protocol}"] = thresholds(study, protocol)
         for level in LEVELS:
             made[f"curves {protocol} {level}"] = curves(study, protocol, level)
+    made["training"] = trainings()
     return made
 
 
