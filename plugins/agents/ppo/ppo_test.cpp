@@ -52,14 +52,18 @@ TEST(Ppo, RecommendsWhereTheNextMoveLeads) {
   EXPECT_NEAR(conversation.recommendations[1].pose[0], 0.4, 1e-12);
 }
 
-TEST(Ppo, TheShippedNetworkIsForTheScenesFiveAxes) {
+class ShippedNetwork : public testing::TestWithParam<const char*> {};
+
+TEST_P(ShippedNetwork, IsForTheScenesFiveAxes) {
   test::GreyTrial trial(0.1);
   test::FakeConversation conversation(trial.setup);
-  const std::string shipped = std::string(RELIGN_PLUGIN_DIR) + "/ppo/ppo.onnx";
+  const std::string shipped = std::string(RELIGN_PLUGIN_DIR) + "/ppo/" + GetParam();
   EXPECT_THAT(test::refusal("ppo", conversation, {{"model", shipped}}),
               AllOf(HasSubstr("trained to move 5 axes, this scene has 2"), HasSubstr("--scene SCENE")))
       << "the command is for another scene than the network's";
 }
+
+INSTANTIATE_TEST_SUITE_P(Ppo, ShippedNetwork, testing::Values("ppo.onnx", "ppo-paper.onnx"));
 
 }  // namespace
 }  // namespace relign
