@@ -1,5 +1,7 @@
 // relign-bench describe: one page on a plugin or preset, from its manifest alone.
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 
@@ -70,12 +72,27 @@ std::string readme_of(const Manifest& plugin) {
   return std::filesystem::exists(readme) ? readme.string() : "";
 }
 
-// How to try one of the parameters with another value; empty when there is none whose value can be shown.
+// Half of the value, or twice as much where half is not allowed, or the other truth value; null where there is none.
+Json another_value(const Parameter& parameter, const Json& value) {
+  if (value.is_boolean()) return !value.get<bool>();
+  if (!value.is_number()) return nullptr;
+  const double now = value.get<double>();
+  for (const double other : {now / 2, now * 2}) {
+    const bool allowed = other != now && other >= parameter.minimum.value_or(other) &&
+                         other <= parameter.maximum.value_or(other);
+    if (!allowed) continue;
+    if (!value.is_number_integer()) return other;
+    if (other == std::floor(other)) return static_cast<std::int64_t>(other);
+  }
+  return nullptr;
+}
+
+// How to try one of the parameters with another value; empty when there is none with a number or a truth value.
 std::string try_command(const Manifest& plugin, const Preset* preset) {
   if (!plugin_host::is_algorithm(plugin.kind)) return "";
   for (const Parameter& parameter : plugin.parameters) {
-    const Json value = shown_value(parameter, preset);
-    if (!value.is_number() && !value.is_boolean()) continue;
+    const Json value = another_value(parameter, shown_value(parameter, preset));
+    if (value.is_null()) continue;
     return "relign-bench try " + (preset == nullptr ? plugin.id : preset->id) + " --parameters '" +
            Json{{parameter.name, value}}.dump() + "'";
   }

@@ -117,7 +117,7 @@ TEST(CliList, ShowsKindsAndPresets) {
 TEST(CliDescribe, APresetShowsItsOwnValues) {
   const Workplace place;
   const Outcome page = relign_bench(place, {"describe", "nlopt_bobyqa"});
-  EXPECT_THAT(page.out, HasSubstr("relign-bench try nlopt-bobyqa --parameters '{\"first_stride\":0.2}'"));
+  EXPECT_THAT(page.out, HasSubstr("relign-bench try nlopt-bobyqa --parameters '{\"first_stride\":0.1}'"));  // half of its own
   ASSERT_EQ(page.exit_code, 0) << page.err;
   EXPECT_THAT(page.out,
               AllOf(HasSubstr("preset of nlopt"), HasSubstr("merit, start, box"), HasSubstr("share of the travel")));
