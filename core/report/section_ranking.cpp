@@ -149,10 +149,10 @@ std::vector<Column> columns_of(const Json& data) {
     const bool mtf = std::any_of(data["groups"].begin(), data["groups"].end(), judges_mtf);
     columns.push_back(
         {"images to spec", "median (95 %)",
-         mtf ? "Images until a lens's error is in spec when glued; a lens whose MTF misses the spec at its "
-               "end never got there. 'not reached' where fewer than half of the lenses get there"
-             : "Images until a lens is in spec when glued and stays so; 'not reached' where fewer than "
-               "half of the lenses get there",
+         mtf ? "Images until a lens's error would be in spec when glued, for the first time; a lens whose MTF misses "
+               "the spec at its end never got there. 'not reached' where fewer than half of the lenses get there"
+             : "Images until a lens would be in spec when glued, for the first time: it may leave again, 'in spec' "
+               "counts the end. 'not reached' where fewer than half of the lenses get there",
          "number", images_cell});
     columns.push_back({"time to spec", "s", "Machine time until then; median", "number",
                        [](HtmlWriter& html, const Json& row, const Block&) {

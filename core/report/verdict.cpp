@@ -73,10 +73,14 @@ std::string yield_words(const Json& group, const Json& row) {
   text +=
       " (95 %: " + percent(yield["lo95"]) + " to " + percent(yield["hi95"]) + " %) into specification (" + spec + ")";
   const Json& steps = arrival.value("steps", Json());
-  if (steps.is_number())
+  if (steps.is_number()) {
+    // Who got there and left again, or whom the glue moved out, is told apart: 13 in the end are not half of all.
+    if (const std::uint64_t once = count_of(arrival, "successes"); once > count_of(yield, "in"))
+      text += "; " + std::to_string(once) + " would have been in it after some step";
     text += std::string(judges_mtf(group) ? ", by their RMSE" : ",") + " half of all within " +
             counted(static_cast<std::uint64_t>(std::ceil(steps.get<double>())), "step") +
             (arrival["seconds"].is_number() ? " and " + shown(arrival["seconds"]) + " s of machine time" : "");
+  }
   if (const Json& uncured = object_of(yield, "uncured"); !uncured.empty())
     text += "; before the glue cures it is " + std::to_string(count_of(uncured, "in")) + " of " +
             std::to_string(count_of(uncured, "n"));

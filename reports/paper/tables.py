@@ -155,31 +155,28 @@ def thresholds(study, protocol):
 
 
 def trainings():
-    """Reward and error of the trainings side by side at the step that all have reached, and at their ends. The reward is
-    the mean of three stretches, over which it wavers."""
+    """Reward and error of each training where it ended, and of the usual recipe after as many steps. The reward is the mean of
+    three stretches, over which it wavers."""
     runs = {}
     with (HERE / "training.csv").open(newline="") as file:
         for row in csv.DictReader(file):
             runs.setdefault(row["training"], []).append(row)
-    common = min(int(run[-1]["steps"]) for run in runs.values())
+    usual = runs["ppo-paper"]
 
     def cells(run, steps):
         so_far = [row for row in run if int(row["steps"]) <= steps][-3:]
         return (f"{sum(float(row['reward']) for row in so_far) / len(so_far):.2f}",
                 f"{rounded(float(so_far[-1]['rmse_6']))}, {rounded(float(so_far[-1]['rmse_12']))}")
 
-    def thousands(steps):
-        return f"{int(steps):,}"
-
-    head = ("algorithm", "N", "rate", "entropy", f"reward a step at {thousands(common)}", "error after 6, 12 moves",
-            "steps in all", "reward a step", "error after 6, 12 moves", "hours")
+    head = ("algorithm", "N", "rate", "entropy", "seed", "steps", "hours", "reward a step", "error after 6, 12 moves",
+            "usual recipe: reward", "error")
     rows = []
     for run in runs.values():
-        first, last = run[0], run[-1]
-        end = cells(run, int(last["steps"])) if int(last["steps"]) > common else (NO_VALUE, NO_VALUE)
-        rows.append((first["algorithm"], f"{float(first['level']):g}", f"{float(first['rate']):g}",
-                     f"{float(first['entropy']):g}", *cells(run, common), thousands(last["steps"]), *end,
-                     f"{float(last['hours']):.1f}"))
+        last = run[-1]
+        steps = int(last["steps"])
+        rows.append((last["algorithm"], f"{float(last['level']):g}", f"{float(last['rate']):g}", f"{float(last['entropy']):g}",
+                     last["seed"], f"{steps:,}", f"{float(last['hours']):.1f}", *cells(run, steps),
+                     *((NO_VALUE, NO_VALUE) if run is usual else cells(usual, steps))))
     return table(head, rows)
 
 

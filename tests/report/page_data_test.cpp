@@ -135,6 +135,17 @@ TEST_F(Verdict, TellsWhatCameIntoSpecificationAndWhatNeverCan) {
               HasSubstr("rho0: 1 lens cannot meet the specification at any pose (instance 3)."));
 }
 
+TEST_F(Verdict, TellsArrivalsThatDidNotStayApart) {
+  std::vector<records::TrialRecord> trials;
+  for (std::uint64_t i = 0; i < 4; ++i)
+    trials.push_back(trial("a", i, {0.1, i < 3 ? 0.01 : 0.05, i < 1 ? 0.01 : 0.05}));
+  write(trials);
+  add_to_manifest({{"spec", {{"rmse", 0.02}}}});
+  EXPECT_THAT(all_text(data()["verdict"]),
+              HasSubstr("It brings 1 of 4 lenses (95 %: 5 to 70 %) into specification (RMSE 0.0200); 3 would have been "
+                        "in it after some step, half of all within 1 step and 0.500 s of machine time."));
+}
+
 TEST_F(Verdict, NamesWhoBringsMoreIntoSpecificationThanTheLowestMedian) {
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 4; ++i) {
