@@ -56,4 +56,16 @@ void to_bytes(std::vector<float>& picture, double white, double byte_whites) {
   }
 }
 
+double rmse(const ImageView& one, const ImageView& other) {
+  double sum = 0;
+  for (std::size_t y = 0; y < one.height(); ++y) {
+    const float *here = one.row(y), *there = other.row(y);
+    for (std::size_t x = 0; x < one.width(); ++x) {
+      const double off = static_cast<double>(here[x]) - static_cast<double>(there[x]);
+      sum += off * off;
+    }
+  }
+  return std::sqrt(sum / (static_cast<double>(one.width()) * static_cast<double>(one.height())));
+}
+
 }  // namespace relign::policies

@@ -13,4 +13,7 @@ std::vector<float> resampled(const ImageView& image, int columns);
 // Rounded to bytes, as training does: 255 is `byte_whites` times `white` and all above; what is not finite is 0.
 void to_bytes(std::vector<float>& picture, double white, double byte_whites);
 
+// Root of the mean squared difference of two images of one size.
+double rmse(const ImageView& one, const ImageView& other);
+
 }  // namespace relign::policies

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "picture.hpp"
@@ -73,22 +74,49 @@ void PolicyAgent::look(const ImageView& image) {
   std::copy(picture.begin(), picture.end(), frames_.end() - one);
 }
 
-void PolicyAgent::run(Conversation& talk) {
-  check_scene(talk);
-  const double most = talk.largest_move();
+namespace {
+
+void cut(Pose& move, double most) {
+  for (double& along : move) along = std::clamp(along, -most, most);
+}
+
+}  // namespace
+
+void PolicyAgent::follow_guesses(Conversation& talk) {
   std::optional<Observation> seen = talk.first();
   for (unsigned step = 1; seen; ++step) {
     look(seen->image());
-    Pose way = model_.answer(frames_);
-    // A network that says moves was trained with moves that are cut.
-    const bool guesses = model_.about().guesses;
-    for (double& along : way) along = guesses ? along * gain(step, whole_guesses_) : std::clamp(along, -most, most);
+    Pose move = model_.answer(frames_);
+    for (double& along : move) along *= gain(step, whole_guesses_);
     Pose there = seen->pose;
-    for (std::size_t axis = 0; axis < way.size(); ++axis) there[axis] += way[axis];
+    for (std::size_t axis = 0; axis < move.size(); ++axis) there[axis] += move[axis];
     talk.recommend(there);
-    for (double& along : way) along = std::clamp(along, -most, most);
-    seen = talk.move(way);
+    cut(move, talk.largest_move());
+    seen = talk.move(move);
   }
+}
+
+void PolicyAgent::follow_moves(Conversation& talk) {
+  double lowest = std::numeric_limits<double>::infinity();
+  std::optional<Observation> seen = talk.first();
+  while (seen) {
+    if (const double measured = rmse(seen->image(), talk.reference()); measured < lowest) {
+      lowest = measured;
+      talk.recommend(seen->pose);
+    }
+    look(seen->image());
+    Pose move = model_.answer(frames_);
+    cut(move, talk.largest_move());
+    seen = talk.move(move);
+  }
+}
+
+void PolicyAgent::run(Conversation& talk) {
+  check_scene(talk);
+  if (model_.about().guesses)
+    follow_guesses(talk);
+  else
+    follow_moves(talk);
 }
 
 }  // namespace relign::policies

@@ -12,7 +12,9 @@ namespace relign::policies {
 //
 // A network that says the way to the optimum is followed whole for the first steps, which a far start needs, then by a
 // share of 1/2, 1/3, ...: the pose becomes the mean of all later guesses and their noise falls as one over the root of
-// their number. A network that says the next move is followed as it is.
+// their number, and the recommendation is where it leads. A network that says the next move is followed as it is; its
+// moves never become smaller, so that it walks around the optimum: the recommendation is where the capture was nearest
+// to the reference image.
 class PolicyAgent : public Agent {
  public:
   explicit PolicyAgent(const Parameters& given);
@@ -21,6 +23,8 @@ class PolicyAgent : public Agent {
  private:
   void check_scene(const Conversation& talk) const;
   void look(const ImageView& image);
+  void follow_guesses(Conversation& talk);
+  void follow_moves(Conversation& talk);
 
   Model model_;
   std::int64_t whole_guesses_;

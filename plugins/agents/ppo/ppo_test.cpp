@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
@@ -43,13 +45,21 @@ TEST(Ppo, MovesAreFollowedWholeAtEveryStep) {
   EXPECT_THAT(moves, Each(DoubleNear(0.12, 0.002)));
 }
 
-TEST(Ppo, RecommendsWhereTheNextMoveLeads) {
-  test::GreyTrial trial(0.8);
+TEST(Ppo, OfMovesRecommendsWhereTheCaptureWasNearestToTheReference) {
+  test::GreyTrial trial(0, 0.03F);
+  trial.setup.merit = [](const std::vector<double>& pose, std::uint32_t) { return std::fabs(pose[0] - 0.3); };
+  trial.setup.paint = [](double away, float* pixels) {  // moves of 0.1 and more, and the reference's grey at 0.3
+    std::fill(pixels, pixels + 1600, static_cast<float>(0.3 * (0.1 + 0.5 * away)));
+  };
   test::FakeConversation conversation(trial.setup);
-  test::run_policy("ppo", conversation, {{"model", network_of_moves()}});
-  ASSERT_GE(conversation.recommendations.size(), 2u);
-  EXPECT_NEAR(conversation.recommendations[0].pose[0], 0.2, 1e-12);
-  EXPECT_NEAR(conversation.recommendations[1].pose[0], 0.4, 1e-12);
+  test::run_policy("ppo", conversation, {{"model", network_of_moves()}, {"other_scenes", true}});
+  std::vector<double> at = {0};
+  for (const auto& visit : conversation.steps) at.push_back(visit.pose[0]);
+  ASSERT_GT(at.back(), 0.6) << "walks past";
+  const double nearest = *std::min_element(
+      at.begin(), at.end(), [](double one, double other) { return std::fabs(one - 0.3) < std::fabs(other - 0.3); });
+  EXPECT_EQ(conversation.recommendations.front().steps_made, 0u);
+  EXPECT_EQ(conversation.recommendations.back().pose[0], nearest);
 }
 
 class ShippedNetwork : public testing::TestWithParam<const char*> {};
