@@ -17,7 +17,7 @@ TREE = HERE.parent.parent
 # Told what the paper told, told nothing, and methods that were run by themselves under both.
 FOLDERS = tuple(folder for folder in (HERE, HERE / "blind", HERE / "ppo_paper", HERE / "tolerance_fit") if folder.is_dir())
 PAGES = (TREE / "docs" / "reproduction.md", TREE / "README.md")
-IN_SHORT = ("sensitivity", "ppo", "through-focus", "nlopt-bobyqa", "bo-gp", "home", "random")
+IN_SHORT = ("sensitivity", "ppo", "through-focus", "nlopt-bobyqa", "ppo-paper", "bo-gp", "home", "random")
 LEVELS = ("rho0", "rho0.25", "rho0.5")
 STEPS = (1, 2, 4, 10, 20, 50)
 TARGETS = (0.01, 0.005, 0.002)
