@@ -70,6 +70,21 @@ class Stretches(Folder):
         self.assertEqual((self.folder / "whole/curve.csv").read_text().count("\n"), 4)
         self.assertTrue((self.folder / "whole/curve.png").read_bytes().startswith(b"\x89PNG"))
 
+    def test_goes_on_beyond_its_end_when_the_rate_does_not_fall(self):
+        whole = Reinforcement(PAPER, self.folder / "whole", threads=1, tell=quiet)
+        whole.run()
+        less = dataclasses.replace(PAPER, total=80)
+        Reinforcement(less, self.folder / "longer", threads=1, tell=quiet).run()
+        longer = Reinforcement(PAPER, self.folder / "longer", threads=1, tell=quiet)
+        self.assertEqual((longer.done, json.loads((self.folder / "longer/recipe.json").read_text())["total"]), (2, PAPER.total))
+        longer.run()
+        self.expect_same(whole, longer)
+        with self.assertRaisesRegex(ValueError, "another recipe \\(total 120 there, 80 here\\)"):
+            Reinforcement(less, self.folder / "longer", threads=1, tell=quiet)
+        Reinforcement(dataclasses.replace(less, last_rate=0.0), self.folder / "falls", threads=1, tell=quiet)
+        with self.assertRaisesRegex(ValueError, "another recipe \\(total 80 there, 120 here\\)"):
+            Reinforcement(dataclasses.replace(PAPER, last_rate=0.0), self.folder / "falls", threads=1, tell=quiet)
+
     def test_the_tuned_recipe_goes_on_to_the_same_weights_and_warms_up_its_critic(self):
         warm = self.warm_start()
         whole = Reinforcement(TUNED, self.folder / "whole", warm, threads=1, tell=quiet)

@@ -7,17 +7,21 @@ from dataclasses import asdict
 
 
 class RunFolder:
-    """Raises ValueError when the folder holds a training by another recipe (a dataclass)."""
+    """Raises ValueError when the folder holds a training by another recipe (a dataclass). The numbers in may_grow may be larger
+    than in the recipe that is there, which is then the new one."""
 
-    def __init__(self, path, recipe):
+    def __init__(self, path, recipe, may_grow=()):
         self.path = pathlib.Path(path)
         self.path.mkdir(parents=True, exist_ok=True)
-        text = json.dumps(asdict(recipe), indent=1) + "\n"
+        wanted = json.loads(json.dumps(asdict(recipe)))
         kept = self.path / "recipe.json"
-        if kept.is_file() and kept.read_text() != text:
-            raise ValueError(f"{path} holds a training by another recipe{_differences(kept, json.loads(text))}; give "
-                             "another folder, or remove it")
-        kept.write_text(text)
+        if kept.is_file():
+            there = _read(kept)
+            other = [name for name in {**there, **wanted} if there.get(name) != wanted.get(name)]
+            if not all(name in may_grow and _grew(there.get(name), wanted.get(name)) for name in other):
+                raise ValueError(f"{path} holds a training by another recipe{_told(other, there, wanted)}; give another "
+                                 "folder, or remove it")
+        self.keep_text("recipe.json", json.dumps(wanted, indent=1) + "\n")
 
     def __truediv__(self, name):
         return self.path / name
@@ -35,13 +39,21 @@ class RunFolder:
         self.keep(name, lambda out: out.write(text.encode()))
 
 
-def _differences(kept, wanted):
-    """" (rate 0.0001 there, 0.0003 here)"; nothing where what is there cannot be read."""
+def _read(kept):
+    """The recipe; an empty one where it cannot be read."""
     try:
         there = json.loads(kept.read_text())
     except ValueError:
+        return {}
+    return there if isinstance(there, dict) else {}
+
+
+def _grew(before, now):
+    return isinstance(before, int) and isinstance(now, int) and before < now
+
+
+def _told(names, there, wanted):
+    """" (rate 0.0001 there, 0.0003 here)"; nothing where what is there could not be read."""
+    if not there:
         return ""
-    if not isinstance(there, dict):
-        return ""
-    names = [name for name in {**there, **wanted} if there.get(name) != wanted.get(name)]
     return " (" + ", ".join(f"{name} {there.get(name)!r} there, {wanted.get(name)!r} here" for name in names) + ")"

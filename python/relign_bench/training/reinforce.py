@@ -97,7 +97,8 @@ class Reinforcement:
                                  "relign-train imitate")
             recipe = replace(recipe, warm_start=weights_hash(self._warm))
         self.recipe, self.threads, self.tell = recipe, threads, tell
-        self.folder = RunFolder(folder, recipe)
+        # A rate that falls to the end has another course when the end is another.
+        self.folder = RunFolder(folder, recipe, may_grow=("total",) if recipe.rate == recipe.last_rate else ())
         if threads:
             torch.set_num_threads(threads)
         self.done, self.seconds, self.rows, self.best = 0, 0.0, [], None  # stretches; rows of the curve
