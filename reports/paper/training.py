@@ -24,6 +24,15 @@ def rows_of(folder):
             yield {"training": folder.name, **{key: recipe[key] for key in RECIPE}, **{key: row[key] for key in CURVE}}
 
 
+def named(label, value):
+    return label.format(value).replace("e-0", "e-")
+
+
+def curve(panel, run, most_steps, **style):
+    shown = [row for row in run if not most_steps or int(row["steps"]) <= most_steps]
+    panel.plot([int(row["steps"]) for row in shown], [float(row["reward"]) for row in shown], **style)
+
+
 def draw(rows, out):
     import matplotlib
 
@@ -33,7 +42,7 @@ def draw(rows, out):
     trainings = {}
     for row in rows:
         trainings.setdefault(row["training"], []).append(row)
-    figure, panels = pyplot.subplots(1, len(PANELS), figsize=(13, 3.2), sharey=True, constrained_layout=True)
+    figure, panels = pyplot.subplots(1, len(PANELS), figsize=(13, 4.2), sharey=True, constrained_layout=True)
     usual = [run for run in trainings.values() if all(run[0][key] == value for key, value in USUAL.items())]
     again = [run for run in usual if run[0]["seed"] != usual[0][0]["seed"]]
     for panel, (varied, label) in zip(panels, PANELS):
@@ -41,16 +50,13 @@ def draw(rows, out):
                  and all(run[0][key] == value for key, value in USUAL.items() if key != varied)]
         compared = max((int(run[-1]["steps"]) for run in alike if run[0][varied] != USUAL[varied]), default=0)
         for colour, run in zip(COLOURS, sorted(alike, key=lambda run: (run[0][varied] != USUAL[varied], run[0][varied]))):
-            shown = [row for row in run if not compared or int(row["steps"]) <= compared]
-            panel.plot([int(row["steps"]) for row in shown], [float(row["reward"]) for row in shown], color=colour, marker=".",
-                       label=label.format(run[0][varied]))
+            curve(panel, run, compared, color=colour, marker=".", label=named(label, run[0][varied]))
         for run in again:  # how far two trainings lie apart that differ by chance alone
-            panel.plot([int(row["steps"]) for row in run], [float(row["reward"]) for row in run], color="0.7", zorder=1,
-                       label=f"{label.format(USUAL[varied])}, seed {run[0]['seed']}")
+            curve(panel, run, compared, color="0.7", zorder=1, label=f"{named(label, USUAL[varied])}, seed {run[0]['seed']}")
         panel.set_xlabel("steps")
         panel.xaxis.set_major_formatter(ticker.EngFormatter(sep=""))
         panel.spines[["top", "right"]].set_visible(False)
-        panel.legend(frameon=False)
+        panel.legend(frameon=False, loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0)
     panels[0].set_ylabel("reward a step, training")
     figure.savefig(out, dpi=100)
 
