@@ -97,10 +97,11 @@ void PolicyAgent::follow_guesses(Conversation& talk) {
 }
 
 void PolicyAgent::follow_moves(Conversation& talk) {
+  const ImageView reference = talk.reference();
   double lowest = std::numeric_limits<double>::infinity();
   std::optional<Observation> seen = talk.first();
   while (seen) {
-    if (const double measured = rmse(seen->image(), talk.reference()); measured < lowest) {
+    if (const double measured = rmse(seen->image(), reference); measured < lowest) {
       lowest = measured;
       talk.recommend(seen->pose);
     }

@@ -43,8 +43,7 @@ def draw(rows, out):
     for row in rows:
         trainings.setdefault(row["training"], []).append(row)
     figure, panels = pyplot.subplots(1, len(PANELS), figsize=(13, 4.2), sharey=True, constrained_layout=True)
-    usual = [run for run in trainings.values() if all(run[0][key] == value for key, value in USUAL.items())]
-    again = [run for run in usual if run[0]["seed"] != usual[0][0]["seed"]]
+    again = [run for run in trainings.values() if all(run[0][key] == value for key, value in USUAL.items())][1:]
     for panel, (varied, label) in zip(panels, PANELS):
         alike = [run for run in trainings.values() if run not in again
                  and all(run[0][key] == value for key, value in USUAL.items() if key != varied)]
