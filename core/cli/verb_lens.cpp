@@ -97,8 +97,14 @@ std::string surfaces_table(const optics::Prescription& lens) {
     for (const optics::Face& face : element.faces)
       if (!face.is_sphere()) {
         shapes += "asphere at z = " + digits(face.z_mm, 6) + " mm: conic " + shortest(face.conic);
-        for (std::size_t i = 0; i < face.even_asphere.size(); ++i)
-          shapes += ", a" + std::to_string(2 * i + 4) + " " + shortest(face.even_asphere[i]);
+        const auto add = [&](const std::string& letter, std::size_t first_power, const std::vector<double>& terms) {
+          for (std::size_t i = 0; i < terms.size(); ++i)
+            shapes += ", " + letter + std::to_string(2 * i + first_power) + " " + shortest(terms[i]);
+        };
+        if (face.r2_term != 0) add("a", 2, {face.r2_term});
+        add("a", 4, face.even_asphere);
+        add("a", 3, face.odd_asphere);
+        add("b", 2, face.over_root);
         shapes += "\n";
       }
   std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.z < b.z; });

@@ -17,8 +17,14 @@ constexpr double kPi = 3.14159265358979323846;
 // dice: a ray survives with the product of all probabilities.
 constexpr double kRouletteSurvival = 0.95 * 0.95 * 0.95 * 0.95;
 
-// Walks meet a face from either side and a second time, which is solved for spheres alone.
-void refuse_aspheres(const optics::Prescription& lens) {
+// Walks meet a face from either side and a second time, which is solved for spheres alone, and stops where they are.
+void refuse_ghosts(const optics::Prescription& lens) {
+  for (const optics::Stop& stop : lens.stops)
+    if (stop.before_face)
+      throw Error(ErrorKind::bad_input, "lens '" + lens.name + "': the stop '" + stop.name + "' has a \"" +
+                                            (stop.on_face ? "on_face" : "before_face") +
+                                            "\", and transport ghost follows light among stops in the air only; use "
+                                            "transport fresnel");
   for (const optics::Element& element : lens.elements)
     for (std::size_t f = 0; f < element.faces.size(); ++f)
       if (!element.faces[f].is_sphere())
@@ -71,7 +77,7 @@ Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel
   sums_.resize(tiles_.tiles().size());
   emitter_ = scene.emitter.plane();
   if (settings.transport != Transport::ghost) return;
-  refuse_aspheres(scene.lens);
+  refuse_ghosts(scene.lens);
   ghosts_.emplace(scene, settings.sensor_albedo);
 }
 

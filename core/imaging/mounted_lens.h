@@ -1,6 +1,7 @@
 // A lens as built, in front of a scene's sensor: what the camera needs of it from capture to capture.
 #pragma once
 
+#include <memory>
 #include <mutex>
 
 #include "imaging/scene_file.h"
@@ -8,6 +9,9 @@
 #include "optics/passing_table.h"
 
 namespace relign::imaging {
+
+// How the pupil of a scene's lens is found, for all places that its sensor can take.
+optics::PupilSearch search_pupil(const SceneFile& scene);
 
 class MountedLens {
  public:
@@ -23,6 +27,7 @@ class MountedLens {
 
  private:
   optics::Assembly assembly_;
+  std::shared_ptr<const optics::PupilSearch> search_;
   optics::PassingTable table_;
   std::mutex table_mutex_;
 };

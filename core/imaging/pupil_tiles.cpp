@@ -29,6 +29,8 @@ constexpr double kHullMarginShare = 0.005;  // of the emitter's side
 constexpr double kAnywhere = 1e300;         // mm: farther than any ray goes
 constexpr int kCellPixels = 3;              // a side: of the steps in which a tile's seen pixels are found
 
+constexpr double kMostSine = 0.999;  // against the axis
+
 double length(double a, double b) { return std::sqrt(a * a + b * b); }
 
 // Where rays met the emitter's plane, as a box.
@@ -105,6 +107,7 @@ void PupilTiles::fill_table(MountedLens& lens, const optics::Motion& lens_to_wor
   const std::lock_guard<std::mutex> lock(lens.table_mutex());
   optics::PassingTable& table = lens.table();
   table_ = &table;
+  points_ = table.search().on_plane() ? kSupports : 2 * kSupports;
   missing_.reserve(table.grid_places());
   missing_.clear();
   const optics::Motion to_lens = optics::inverse(lens_to_world);
@@ -117,11 +120,51 @@ void PupilTiles::fill_table(MountedLens& lens, const optics::Motion& lens_to_wor
   });
 }
 
+namespace {
+
+// Directions (of any length) that hold a region told on a plane: from a place to where the support lines k and k + 1
+// meet.
+void directions_on_plane(const optics::PassingRegion& region, const Vec3& place, double plane_z, Vec3* directions) {
+  const double one_step = optics::support_direction(1, kSupports)[1];  // sine of the angle between supports
+  for (std::size_t k = 0; k < kSupports; ++k) {
+    const std::size_t next = (k + 1) % kSupports;
+    const auto a = optics::support_direction(static_cast<int>(k), kSupports),
+               b = optics::support_direction(static_cast<int>(next), kSupports);
+    const double ha = region.supports[k], hb = region.supports[next];
+    const double dx = region.middle[0] + (ha * b[1] - hb * a[1]) / one_step - place.x;
+    const double dy = region.middle[1] + (hb * a[0] - ha * b[0]) / one_step - place.y;
+    const double dz = plane_z - place.z;
+    directions[k] = {dx, dy, dz};
+  }
+}
+
+// The same for a region of direction cosines. Supports widened one by one need not be those of a convex region: the
+// border is where the first support line ends each of twice as many azimuths, a little farther for what lies between.
+void directions_of_cosines(const optics::PassingRegion& region, Vec3* directions) {
+  constexpr int kAzimuths = 2 * kSupports;
+  constexpr double kBetween = 1.005;  // 1 / cos(pi / 32)
+  for (int k = 0; k < kAzimuths; ++k) {
+    const auto azimuth = optics::support_direction(k, kAzimuths);
+    double reach = 2;
+    for (int j = 0; j < kSupports; ++j) {
+      const auto support = optics::support_direction(j, kSupports);
+      const double along = azimuth[0] * support[0] + azimuth[1] * support[1];
+      if (along > 1e-6) reach = std::min(reach, region.supports[static_cast<std::size_t>(j)] / along);
+    }
+    double a = region.middle[0] + kBetween * reach * azimuth[0], b = region.middle[1] + kBetween * reach * azimuth[1];
+    const double shrink = std::min(1.0, kMostSine / std::max(length(a, b), 1e-12));
+    a *= shrink;
+    b *= shrink;
+    directions[k] = {a, b, -std::sqrt(1 - a * a - b * b)};
+  }
+}
+
+}  // namespace
+
 void PupilTiles::fit_corners(int row, const optics::Motion& lens_to_world) {
   const optics::Motion to_lens = optics::inverse(lens_to_world);
-  std::array<std::array<double, 2>, kSupports> supports{};
-  for (int k = 0; k < kSupports; ++k) supports[static_cast<std::size_t>(k)] = optics::support_direction(k, kSupports);
-  const double one_step = supports[1][1];  // sine of the angle between supports
+  const optics::PupilSearch& search = table_->search();
+  std::array<Vec3, 2 * kSupports> directions{};
   for (int column = 0; column <= across_; ++column) {
     Corner& corner = corners_[static_cast<std::size_t>(row * (across_ + 1) + column)];
     const Vec3 place = to_lens.point(corner_place(column, row));
@@ -131,21 +174,21 @@ void PupilTiles::fit_corners(int row, const optics::Motion& lens_to_world) {
     corner.hit.fill(false);
     corner.centre_p = corner.centre_q = 0;
     if (region.empty) continue;
+    if (search.on_plane())
+      directions_on_plane(region, place, search.plane_z(), directions.data());
+    else
+      directions_of_cosines(region, directions.data());
     const auto& r = lens_to_world.rotation;
-    for (std::size_t k = 0; k < kSupports; ++k) {
-      // Where the support lines k and k + 1 meet.
-      const std::size_t next = (k + 1) % kSupports;
-      const double ha = region.supports[k], hb = region.supports[next];
-      const double dx = region.middle[0] + (ha * supports[next][1] - hb * supports[k][1]) / one_step - place.x;
-      const double dy = region.middle[1] + (hb * supports[k][0] - ha * supports[next][0]) / one_step - place.y;
-      const double dz = table_->pupil_z() - place.z;
-      const double scale = 1 / std::sqrt(dx * dx + dy * dy + dz * dz);
-      corner.p[k] = (r[0] * dx + r[1] * dy + r[2] * dz) * scale;
-      corner.q[k] = (r[3] * dx + r[4] * dy + r[5] * dz) * scale;
+    for (std::size_t k = 0; k < points_; ++k) {
+      const Vec3& d = directions[k];
+      const double scale = 1 / std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z);
+      corner.p[k] = (r[0] * d.x + r[1] * d.y + r[2] * d.z) * scale;
+      corner.q[k] = (r[3] * d.x + r[4] * d.y + r[5] * d.z) * scale;
     }
-    for (std::size_t k = 0; k < kSupports; ++k) {
-      corner.centre_p += corner.p[k] / kSupports;
-      corner.centre_q += corner.q[k] / kSupports;
+    const auto count = static_cast<double>(points_);
+    for (std::size_t k = 0; k < points_; ++k) {
+      corner.centre_p += corner.p[k] / count;
+      corner.centre_q += corner.q[k] / count;
     }
   }
 }
@@ -188,8 +231,9 @@ void PupilTiles::probe_emitter(int row, const optics::BackwardPath& path, const 
     for (int probe = 0; probe < kProbes; ++probe) {
       double p = corner.centre_p, q = corner.centre_q;
       if (probe > 0) {
-        p += kProbeScale * (corner.p[2 * (probe - 1)] - p);
-        q += kProbeScale * (corner.q[2 * (probe - 1)] - q);
+        const std::size_t point = points_ / (kProbes - 1) * static_cast<std::size_t>(probe - 1);
+        p += kProbeScale * (corner.p[point] - p);
+        q += kProbeScale * (corner.q[point] - q);
       }
       const double rest = 1 - p * p - q * q;
       if (!(rest > 0)) continue;
@@ -356,13 +400,13 @@ void PupilTiles::fit_tile(Tile& tile, const optics::BackwardPath& path) const {
   // Residuals of all polygon vertices from the moving centre, then the ellipse of their covariance
   // blown up until it holds them all.
   double pp = 0, pq = 0, qq = 0;
-  const auto residual = [&](int j, int k, double& dp, double& dq) {
+  const auto residual = [&](int j, std::size_t k, double& dp, double& dq) {
     dp = corners[j]->p[k] - (centre[0] + slope[0] * at_x[j] + slope[1] * at_y[j]);
     dq = corners[j]->q[k] - (centre[1] + slope[2] * at_x[j] + slope[3] * at_y[j]);
   };
   for (int j = 0; j < 4; ++j) {
     if (corners[j]->empty) continue;
-    for (int k = 0; k < kSupports; ++k) {
+    for (std::size_t k = 0; k < points_; ++k) {
       double dp = 0, dq = 0;
       residual(j, k, dp, dq);
       pp += dp * dp;
@@ -376,7 +420,7 @@ void PupilTiles::fit_tile(Tile& tile, const optics::BackwardPath& path) const {
   double largest = 0;
   for (int j = 0; j < 4; ++j) {
     if (corners[j]->empty) continue;
-    for (int k = 0; k < kSupports; ++k) {
+    for (std::size_t k = 0; k < points_; ++k) {
       double dp = 0, dq = 0;
       residual(j, k, dp, dq);
       const double a = dp / l00, b = (dq - l10 * a) / l11;
@@ -393,7 +437,8 @@ void PupilTiles::fit_tile(Tile& tile, const optics::BackwardPath& path) const {
                               std::fabs(slope[2]) * half_x + std::fabs(slope[3]) * half_y) +
                        length(axes[0], length(axes[2], axes[3]));
   tile.area = kPi * axes[0] * axes[3];
-  tile.whole_disc = !(reach < 0.999) || tile.area > 0.5 * kPi;
+  // Directions that B has beyond the disc are lost like any other: only a large B is worth no ellipse.
+  tile.whole_disc = tile.area > 0.5 * kPi || (table_->search().on_plane() && !(reach < 0.999));
   if (tile.whole_disc) tile.area = kPi;
 
   for (int i = 0; i < 2; ++i) start.centre[i] = static_cast<float>(centre[i]);

@@ -58,7 +58,7 @@ class PupilTiles {
   // What is known at one corner of tiles.
   struct Corner {
     bool empty = true;
-    double p[optics::kSupports], q[optics::kSupports];  // vertices of the polygon of passing directions
+    double p[2 * optics::kSupports], q[2 * optics::kSupports];  // vertices of the polygon of passing directions
     double centre_p = 0, centre_q = 0;
     // Where probing rays met the emitter's plane, and whether they did.
     int hits = 0;
@@ -85,8 +85,9 @@ class PupilTiles {
   const SceneFile* scene_;
   const optics::PassingTable* table_ = nullptr;  // of the lens in place
   Parallel* parallel_;
-  int tile_pixels_;    // a side; fewer than kTilePixels when the sensor has few
-  int across_, down_;  // tiles
+  int tile_pixels_;         // a side; fewer than kTilePixels when the sensor has few
+  int across_, down_;       // tiles
+  std::size_t points_ = 0;  // vertices of each corner's polygon
   std::vector<Corner> corners_;
   std::vector<Tile> tiles_;
   bool blurry_ = false;                                    // over a large part of the emitter

@@ -64,9 +64,14 @@ std::string scene_content_hash(const SceneFile& scene, const CaptureSettings& se
     for (const optics::Face& face : element.faces) {
       content["faces"].push_back({element.name, face.z_mm, face.curvature, face.index_after, face.clear_radius_mm});
       if (!face.is_sphere()) content["shapes"].push_back({content["faces"].size(), face.conic, face.even_asphere});
+      if (face.r2_term != 0 || !face.odd_asphere.empty() || !face.over_root.empty())
+        content["more_shapes"].push_back({content["faces"].size(), face.r2_term, face.odd_asphere, face.over_root});
     }
   }
-  for (const optics::Stop& stop : scene.lens.stops) content["stops"].push_back({stop.z_mm, stop.opening_radius_mm});
+  for (const optics::Stop& stop : scene.lens.stops) {
+    content["stops"].push_back({stop.z_mm, stop.opening_radius_mm});
+    if (stop.before_face) content["placed_stops"].push_back({content["stops"].size(), *stop.before_face, stop.on_face});
+  }
   if (scene.lens.mount)
     content["mount"] = {scene.lens.mount->bore_radius_mm, scene.lens.mount->from_z_mm, scene.lens.mount->to_z_mm};
   if (settings.transport == Transport::ghost) content["sensor_albedo"] = settings.sensor_albedo;

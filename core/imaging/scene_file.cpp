@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/shared_keys.h"
+#include "imaging/mounted_lens.h"
 #include "imaging/target.h"
 
 namespace relign::imaging {
@@ -97,6 +98,7 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
   scene.lens = optics::read_prescription(folder / lens_name);
   for (optics::Element& element : scene.lens.elements)
     for (std::size_t f = 0; f + 1 < element.faces.size(); ++f) element.faces[f].index_after /= choices.ambient_index;
+  scene.pupil = std::make_shared<optics::PupilSearch>(search_pupil(scene));
   return scene;
 }
 

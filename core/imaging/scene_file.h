@@ -3,6 +3,7 @@
 
 #include <array>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "base/json_source.h"
 #include "imaging/sensor.h"
 #include "optics/prescription.h"
+#include "optics/pupil_search.h"
 #include "optics/ray_block.h"
 #include "optics/rigid.h"
 #include "pixels/image.h"
@@ -51,6 +53,8 @@ struct SceneFile {
   Json spec;
   Json meshes;                               // where scenes of meshes find them; as written, null when absent
   std::vector<std::filesystem::path> files;  // all that were read
+  // Of this lens, sensor and travel: whoever changes them resets it, and mounted lenses search anew.
+  std::shared_ptr<const optics::PupilSearch> pupil;
 
   std::size_t axes() const { return 3 + travel.tilt_deg.size(); }
   // Lens coordinates to world coordinates at a true pose (axes() values):

@@ -19,9 +19,8 @@ double height_at(const Vec3& a, const Vec3& b, double z) {
 
 double stop_height(const optics::Prescription& lens, const Vec3& start, const optics::TracedRay& ray) {
   const double z = lens.aperture_stop().z_mm;
-  std::size_t before = 0;
-  for (const optics::Element& element : lens.elements)
-    before += optics::stands_before(lens.aperture_stop(), element) ? 0 : element.faces.size();
+  if (lens.aperture_stop().on_face) return ray.hits[*lens.aperture_stop().before_face].y;
+  const std::size_t before = lens.faces_before(lens.aperture_stop());
   const Vec3& a = before == 0 ? start : ray.hits[before - 1];
   const Vec3& b = before == ray.hits.size() ? ray.image : ray.hits[before];
   return height_at(a, b, z);

@@ -7,7 +7,6 @@
 #include "base/text.h"
 #include "lens_files/axial_rays.h"
 #include "lens_files/text_lines.h"
-#include "optics/face_shape.h"
 #include "optics/first_order.h"
 
 namespace relign::lens_files {
@@ -62,8 +61,7 @@ class Completion {
   Completion(LensDesign& design, LensDraft draft) : design_(design), draft_(std::move(draft)) {}
 
   CompleteLens run() {
-    provisional_opening_mm_ = provisional_opening();
-    draft_.json["stops"][0]["opening_radius_mm"] = provisional_opening_mm_;
+    draft_.json["stops"][0]["opening_radius_mm"] = kProvisional_mm;
     std::vector<bool> told;
     each_face(draft_.json, [&](OrderedJson& face) {
       told.push_back(face["clear_radius_mm"].get<double>() > 0);
@@ -72,7 +70,7 @@ class Completion {
     set_image();
     set_field();
     const bool all_told = std::find(told.begin(), told.end(), false) == told.end();
-    set_aperture(told);
+    set_aperture();
     if (std::find(told.begin(), told.end(), false) != told.end()) set_clear_radii(told);
     if (!all_told)
       assume("assumed: clear radii of faces where the file tells none, 3 % more than the rays of the field need");
@@ -87,36 +85,6 @@ class Completion {
   [[noreturn]] void refuse(int line, const std::string& message) const {
     throw_if_any({{design_.file, line, 0, "", message}});
     throw Error(ErrorKind::internal, message);
-  }
-
-  // Any opening does for first order, but a stop behind the vertex of a bulging face must be as wide as the bulge there
-  // to be a stop at all.
-  double provisional_opening() const {
-    constexpr int kSteps = 4000;
-    const double z = draft_.json["stops"][0]["z_mm"];
-    for (const OrderedJson& element : draft_.json["elements"]) {
-      const OrderedJson& front = element["faces"].front();
-      const double behind = z - front["z_mm"].get<double>();
-      if (behind <= 0 || z >= element["faces"].back()["z_mm"].get<double>()) continue;
-      optics::Face face;
-      if (!front["radius_mm"].is_null()) face.curvature = 1 / front["radius_mm"].get<double>();
-      face.conic = front.value("conic", 0.0);
-      face.even_asphere = front.value("even_asphere", std::vector<double>());
-      const double told = front["clear_radius_mm"].get<double>(),
-                   widest = told > 0 ? told : 1 / std::fabs(face.curvature);
-      double reaches = 0;
-      for (int i = 1; i <= kSteps && face.curvature != 0; ++i) {
-        const double radius = widest * i / kSteps, sag = optics::sag(face, radius);
-        if (sag >= behind) return radius;
-        if (sag > reaches) reaches = sag;
-      }
-      refuse(stop_surface().line, "the stop (surface " + stop_surface().label + ") lies inside the glass of " +
-                                      element["name"].get<std::string>() + ", " + significant(behind, 4) +
-                                      " mm behind its front vertex; the face falls back by " + significant(reaches, 4) +
-                                      " mm up to its rim, radius " + significant(widest, 4) +
-                                      " mm, and no further in may a stop before it stand");
-    }
-    return kProvisional_mm;
   }
 
   void set_image() {
@@ -197,21 +165,20 @@ class Completion {
 
   // The system aperture decides how wide the stop opens, as design programs have it; the stop surface's own
   // semi-diameter is what they draw. It counts where no aperture is stated, or where the file says that it does.
-  void set_aperture(std::vector<bool>& told) {
+  void set_aperture() {
     constexpr double kDiffers = 0.01;
     OrderedJson& stop = draft_.json["stops"][0];
     const double own = stop_surface().clear_radius_mm;
-    stop["opening_radius_mm"] = provisional_opening_mm_;
     const optics::FirstOrder data = optics::first_order(read_back(draft_, design_));
     const double pupil_mm = stated_pupil(data);
-    const double pupil_per_opening = std::fabs(data.entrance_pupil_diameter) / provisional_opening_mm_;
+    const double pupil_per_opening = std::fabs(data.entrance_pupil_diameter) / kProvisional_mm;
     const double opening = pupil_mm > 0 ? pupil_mm / pupil_per_opening : own;
     if (!(opening >= kProvisional_mm && opening < 1e6))
       refuse(stop_surface().line,
              "the file tells neither how wide the stop opens nor a system aperture; write one of "
              "them (Zemax: ENPD or FNUM, CODE V: EPD or FNO)");
     stop["opening_radius_mm"] = std::round(opening * 1e9) / 1e9;
-    open_face_of_stop(opening, told);
+    open_face_of_stop(stop["opening_radius_mm"].get<double>());
     if (!(pupil_mm > 0)) {
       opening_why_ = "radius; the stop surface's own, " +
                      (design_.aperture.kind == SystemAperture::stop_size
@@ -237,15 +204,11 @@ class Completion {
                                0});
   }
 
-  // A face that is the stop itself must not be narrower than what it opens to: the opening is measured on the plane of
-  // the vertex, which rays meet a little nearer to the axis or further off than the face.
-  void open_face_of_stop(double opening, std::vector<bool>& told) {
-    constexpr double kMargin = 1.05;
-    each_surface([&](OrderedJson& face, std::size_t index, std::size_t i) {
-      if (index != draft_.surface_of.at("/stops/0") || face["clear_radius_mm"].get<double>() >= kMargin * opening)
-        return;
-      face["clear_radius_mm"] = kProvisional_mm;
-      told[i] = false;
+  // A face that is the stop itself is as wide as what it opens to.
+  void open_face_of_stop(double opening) {
+    each_surface([&](OrderedJson& face, std::size_t index, std::size_t) {
+      if (index != draft_.surface_of.at("/stops/0") || face["clear_radius_mm"].get<double>() >= opening) return;
+      face["clear_radius_mm"] = opening;
     });
   }
 
@@ -266,7 +229,8 @@ class Completion {
       if (!told[i]) {
         if (needed[i] < kProvisional_mm) refuse(0, "no ray of the field comes through the stop to the image");
         const double clear = std::min(kMargin * needed[i], kLargestPartOfSphere * radius);
-        face["clear_radius_mm"] = std::round(clear * 1e6) / 1e6;
+        // A face that is the stop is open as wide as the stop at least.
+        face["clear_radius_mm"] = std::max(face["clear_radius_mm"].get<double>(), std::round(clear * 1e6) / 1e6);
       }
       ++i;
     });
@@ -343,7 +307,6 @@ class Completion {
   LensDesign& design_;
   LensDraft draft_;
   std::string opening_why_;
-  double provisional_opening_mm_ = kProvisional_mm;
 };
 
 // Names of files and titles may hold bytes that are no UTF-8.

@@ -201,6 +201,8 @@ class Writer {
                             {"shift_mm", {tidy(front.translation.x), tidy(front.translation.y), 0}}};
   }
 
+  // Where light meets the stop is told where its place on the axis does not tell: on a face, inside glass, or in front
+  // of a vertex that comes earlier in the file.
   void write_stop(const OrderedJson& elements, OrderedJson& stops, LensDraft& draft) {
     for (std::size_t i = 1; i < design_.surfaces.size(); ++i) {
       const Surface& surface = design_.surfaces[i];
@@ -208,37 +210,30 @@ class Writer {
       if (!straight(frames_[i]) || !on_axis(frames_[i]))
         problem(surface, "the stop (surface " + surface.label + ") is tilted or off the axis; stops stay on it here");
       const double z = tidy(frames_[i].translation.z - first_z_);
-      for (std::size_t e = 0; e < elements.size(); ++e) check_order(i, z, elements[e], e, draft);
       draft.surface_of["/stops/0"] = i;
-      stops.push_back({{"name", "aperture stop"},
-                       {"z_mm", z},
-                       {"opening_radius_mm", tidy(surface.clear_radius_mm)},
-                       {"in_listing", true},
-                       {"aperture", true}});
+      OrderedJson stop = {{"name", "aperture stop"},
+                          {"z_mm", z},
+                          {"opening_radius_mm", tidy(surface.clear_radius_mm)},
+                          {"in_listing", true},
+                          {"aperture", true}};
+      std::size_t before = 0;  // faces that light passes before the stop
+      bool in_glass = false, on_face = false, in_order = true;
+      for (std::size_t e = 0; e < elements.size(); ++e) {
+        const OrderedJson& faces = elements[e]["faces"];
+        for (std::size_t f = 0; f < faces.size(); ++f) {
+          const std::size_t own = draft.surface_of.at("/elements/" + std::to_string(e) + "/faces/" + std::to_string(f));
+          on_face = on_face || own == i;
+          before += own < i ? 1 : 0;
+          in_glass = own < i ? f + 1 < faces.size() : in_glass;
+          in_order = in_order && (own < i ? faces[f]["z_mm"] <= z : own == i || faces[f]["z_mm"] >= z);
+        }
+      }
+      if (on_face)
+        stop["on_face"] = before + 1;
+      else if (in_glass || !in_order)
+        stop["before_face"] = before + 1;
+      stops.push_back(std::move(stop));
     }
-  }
-
-  // Where light meets the stop must be the same in the file's order and along the axis. (How far a stop may reach into
-  // the bulge of the face behind it depends on its opening: completion.h.)
-  void check_order(std::size_t stop, double z, const OrderedJson& element, std::size_t e, const LensDraft& draft) {
-    const OrderedJson& faces = element["faces"];
-    const std::string at = "/elements/" + std::to_string(e) + "/faces/";
-    const std::size_t front = draft.surface_of.at(at + "0");
-    const std::size_t back = draft.surface_of.at(at + std::to_string(faces.size() - 1));
-    const double to = faces.back()["z_mm"];
-    const Surface& surface = design_.surfaces[stop];
-    const std::string which = "the stop (surface " + surface.label + ") ", name = element["name"];
-    if (stop > front && stop < back)
-      problem(surface, which + "lies inside the glass of " + name + "; move it to one of the outer faces");
-    else if (stop <= front && z >= to)
-      problem(surface, which + "comes before " + name +
-                           " in the file and lies behind it on the axis; the distance between "
-                           "them is too negative");
-    else if (stop >= back && z < to)
-      problem(surface,
-              which + "comes behind " + name + " in the file and lies " + significant(to - z, 4) +
-                  " mm before its last vertex; only in front of a bulging face may a stop reach into the bulge here: "
-                  "move it to the vertex or behind");
   }
 
   double image_z(LensDraft& draft) const {

@@ -31,6 +31,18 @@ Assembly::Assembly(const Prescription& lens, const std::map<std::string, Element
     const Motion off = about(pivot, offset.tilt_deg, {offset.shift_mm[0], offset.shift_mm[1], offset.shift_mm[2]});
     placement = placement.is_nothing() ? off : after(off, placement);
   }
+  find_bounds();
+}
+
+void Assembly::find_bounds() {
+  for (const Element& element : lens_->elements) {
+    polynomials_.emplace_back(element.faces.size());
+    for (std::size_t f = 0; f < element.faces.size(); ++f) {
+      const Face& face = element.faces[f];
+      if (!face.is_conic())
+        polynomials_.back()[f] = {bounds_of(face, face.clear_radius_mm), bounds_of(face, sound_radius(face))};
+    }
+  }
 }
 
 Assembly Assembly::placed(const Prescription& lens, std::vector<Motion> placements) {

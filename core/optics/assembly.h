@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "optics/face_shape.h"
 #include "optics/prescription.h"
 #include "optics/rigid.h"
 
@@ -30,10 +31,22 @@ class Assembly {
   const Prescription& lens() const { return *lens_; }
   // Element coordinates (those of the undisturbed lens) to lens coordinates.
   const Motion& placement(std::size_t element) const { return placements_[element]; }
+  // Of a polynomial face: within its clear radius (mesh), or as far as its polynomial is sound. Nothing for conics.
+  const FaceBounds& bounds(std::size_t element, std::size_t face, Apertures apertures) const {
+    const PolynomialFace& own = polynomials_[element][face];
+    return apertures == Apertures::mesh ? own.clear : own.sound;
+  }
 
  private:
+  struct PolynomialFace {
+    FaceBounds clear, sound;
+  };
+
+  void find_bounds();
+
   const Prescription* lens_;
   std::vector<Motion> placements_;
+  std::vector<std::vector<PolynomialFace>> polynomials_;  // by element and face
 };
 
 // {"L2": {"tilt_deg": [rx, ry], "shift_mm": [x, y, z]}, ...} at `pointer` of a file or text.

@@ -15,11 +15,13 @@ Op frame_op(const Motion& motion) {
   return op;
 }
 
-Op face_op(const Face& face, double index_before) {
+// `opening`: of the stop on this face, if there is one.
+Op face_op(const Face& face, const FaceBounds& bounds, double index_before, double opening) {
   Op op{};
   op.kind = Op::face;
   op.curvature = static_cast<float>(face.curvature);
-  op.clear_radius2 = static_cast<float>(face.clear_radius_mm * face.clear_radius_mm);
+  const double clear = std::min(face.clear_radius_mm, opening);
+  op.clear_radius2 = static_cast<float>(clear * clear);
   // Backwards the ray comes from the medium behind the face.
   op.index_before = static_cast<float>(face.index_after);
   op.index_after = static_cast<float>(index_before);
@@ -27,17 +29,32 @@ Op face_op(const Face& face, double index_before) {
   if (face.is_sphere()) return op;
   op.kind = Op::asphere;
   op.conic_plus_1 = static_cast<float>(1 + face.conic);
-  const double clear2 = face.clear_radius_mm * face.clear_radius_mm;
-  op.per_clear_radius2 = static_cast<float>(1 / clear2);
-  op.terms = static_cast<std::int32_t>(face.even_asphere.size());
-  double scale = clear2;
-  for (std::size_t i = 0; i < face.even_asphere.size(); ++i) {
-    scale *= clear2;
-    op.term[i] = static_cast<float>(face.even_asphere[i] * scale);
+  const double radius = face.clear_radius_mm, radius2 = radius * radius;
+  op.shape_radius = static_cast<float>(radius);
+  op.per_shape_radius2 = static_cast<float>(1 / radius2);
+  op.lowest = static_cast<float>(bounds.lowest);
+  op.highest = static_cast<float>(bounds.highest);
+  op.steepest = static_cast<float>(bounds.steepest);
+  op.most_bent = static_cast<float>(bounds.most_bent);
+  op.over_root = face.over_root.empty() ? 0 : 1;
+  // A face of Forbes's mild polynomial has no even terms besides: prescriptions refuse both together.
+  const std::vector<double>& even = op.over_root ? face.over_root : face.even_asphere;
+  double scale = radius2;
+  if (!op.over_root) {
+    op.even[0] = static_cast<float>(face.r2_term * scale);
+    op.even_terms = face.r2_term != 0 ? 1 : 0;
+    scale *= radius2;
   }
+  for (std::size_t i = 0; i < even.size(); ++i, scale *= radius2)
+    op.even[i + (op.over_root ? 0 : 1)] = static_cast<float>(even[i] * scale);
+  if (!even.empty()) op.even_terms = static_cast<std::int32_t>(even.size()) + (op.over_root ? 0 : 1);
+  scale = radius2 * radius;
+  for (std::size_t i = 0; i < face.odd_asphere.size(); ++i, scale *= radius2)
+    op.odd[i] = static_cast<float>(face.odd_asphere[i] * scale);
+  op.odd_terms = static_cast<std::int32_t>(face.odd_asphere.size());
   return op;
 }
-static_assert(kAsphereTerms == kMostAsphereTerms);
+static_assert(kEvenTerms == kMostEvenTerms + 1 && kOddTerms == kMostOddTerms);
 
 // At normal incidence.
 double highest_transmittance(double index_before, double index_after) {
@@ -114,31 +131,41 @@ void set_backward_path(BackwardPath& path, const Assembly& assembly, const Motio
     builder.start_at(unmoved, lens.mount->to_z_mm);
     builder.look_at(lens.mount->to_z_mm, stop_op(Op::bore, lens.mount->bore_radius_mm));
   }
-  // The stops at z or behind it that have not been passed yet, from the image on.
-  double passed = 1e300;
-  const auto pass_stops_behind = [&](double z) {
-    while (true) {
-      const Stop* next = nullptr;
-      for (const Stop& stop : lens.stops)
-        if (stop.z_mm >= z && stop.z_mm < passed && (!next || stop.z_mm > next->z_mm)) next = &stop;
-      if (!next) return;
-      builder.enter(unmoved, next->z_mm, stop_op(Op::stop, next->opening_radius_mm));
-      if (next->aperture) path.through_aperture = path.ops.size();
-      passed = next->z_mm;
+  std::size_t number = lens.face_count();  // of the face behind which light is
+  std::vector<const Stop*>& here = path.stops_in_place;
+  const auto pass_stops_before = [&](std::size_t face) {
+    here.clear();
+    for (const Stop& stop : lens.stops)
+      if (!stop.on_face && lens.faces_before(stop) == face) here.push_back(&stop);
+    std::sort(here.begin(), here.end(), [](const Stop* a, const Stop* b) { return a->z_mm > b->z_mm; });
+    for (const Stop* stop : here) {
+      builder.enter(unmoved, stop->z_mm, stop_op(Op::stop, stop->opening_radius_mm));
+      if (stop->aperture) path.through_aperture = path.ops.size();
     }
   };
+  pass_stops_before(number);
   for (std::size_t e = lens.elements.size(); e-- > 0;) {
     const Element& element = lens.elements[e];
-    pass_stops_behind(element.faces.back().z_mm);
     for (std::size_t f = element.faces.size(); f-- > 0;) {
       const double index_before = f == 0 ? 1.0 : element.faces[f - 1].index_after;
-      builder.enter(assembly.placement(e), element.faces[f].z_mm, face_op(element.faces[f], index_before));
+      --number;
+      double opening = 1e300;
+      bool is_aperture = false;
+      for (const Stop& stop : lens.stops)
+        if (stop.on_face && *stop.before_face == number) {
+          opening = std::min(opening, stop.opening_radius_mm);
+          is_aperture = is_aperture || stop.aperture;
+        }
+      builder.enter(assembly.placement(e), element.faces[f].z_mm,
+                    face_op(element.faces[f], assembly.bounds(e, f, Apertures::mesh), index_before, opening));
+      if (is_aperture) path.through_aperture = path.ops.size();
       path.highest_transmittance *= highest_transmittance(index_before, element.faces[f].index_after);
+      pass_stops_before(number);
     }
   }
-  pass_stops_behind(-1e300);
-  constexpr double kRounding = 1e-5;  // of float products over some dozens of faces
-  path.highest_transmittance = std::min(1.0, path.highest_transmittance * (1 + kRounding));
+  // Of float products over some dozens of faces, and over more.
+  const double rounding = std::max(1e-5, 1e-6 * static_cast<double>(lens.face_count()) / 3);
+  path.highest_transmittance = std::min(1.0, path.highest_transmittance * (1 + rounding));
   path.into_first_frame = inverse(after(lens_to_world, builder.first()));
   path.world_of_last_frame = after(lens_to_world, builder.current());
 }

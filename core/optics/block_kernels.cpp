@@ -264,9 +264,26 @@ void meet_bore(RayBlock& block, const Op& op, int count) {
   }
 }
 
+// Fresnel's products grow with every face (25-fold for germanium) and must stay finite in float: after so many faces
+// the transmittance so far is written as its quotient.
+constexpr int kFacesAProduct = 12;
+
+void divide_products(RayBlock& block, int count) {
+  RELIGN_LOOP
+  for (int i = 0; i < count; ++i) {
+    block.above[i] /= block.below[i] * block.below[i];
+    block.below[i] = 1.0F;
+  }
+}
+
 void trace(RayBlock& block, const Op* ops, int op_count, bool fresnel, int count) {
+  int faces = 0;
   for (int k = 0; k < op_count; ++k) {
     const Op op = ops[k];
+    if (fresnel && (op.kind == Op::face || op.kind == Op::asphere) && ++faces > kFacesAProduct) {
+      divide_products(block, count);
+      faces = 1;
+    }
     switch (op.kind) {
       case Op::frame:
         apply_frame(block, op, count);

@@ -1,6 +1,7 @@
 #include "optics/first_order.h"
 
 #include <cmath>
+#include <vector>
 
 #include "optics/elementary.h"
 
@@ -17,19 +18,19 @@ Matrix then(const Matrix& later, const Matrix& earlier) {
           later.c * earlier.a + later.d * earlier.c, later.c * earlier.b + later.d * earlier.d};
 }
 
-// Through the elements from `first` to before `end`, in air at both ends, with transfers from from_z and to to_z; a
-// stop in front of a bulge lies behind the vertex that follows it, which makes a transfer backwards.
-Matrix through(const Prescription& lens, std::size_t first, std::size_t end, double from_z, double to_z) {
+// Through the faces from `first` to before `end`, with transfers from from_z and to to_z in the media there; a stop in
+// front of a bulge lies behind the vertex that follows it, which makes a transfer backwards.
+Matrix through(const std::vector<const Face*>& faces, std::size_t first, std::size_t end, double from_z, double to_z) {
   Matrix system;
   double z = from_z;
-  double index = 1;
-  for (std::size_t e = first; e < end; ++e)
-    for (const Face& face : lens.elements[e].faces) {
-      system = then({1, (face.z_mm - z) / index, 0, 1}, system);
-      system = then({1, 0, -(face.index_after - index) * face.curvature, 1}, system);
-      index = face.index_after;
-      z = face.z_mm;
-    }
+  double index = first == 0 ? 1 : faces[first - 1]->index_after;
+  for (std::size_t f = first; f < end; ++f) {
+    const Face& face = *faces[f];
+    system = then({1, (face.z_mm - z) / index, 0, 1}, system);
+    system = then({1, 0, -(face.index_after - index) * face.vertex_curvature(), 1}, system);
+    index = face.index_after;
+    z = face.z_mm;
+  }
   return then({1, (to_z - z) / index, 0, 1}, system);
 }
 
@@ -39,10 +40,11 @@ FirstOrder first_order(const Prescription& lens) {
   const double first = lens.elements.front().faces.front().z_mm;
   const double last = lens.elements.back().faces.back().z_mm;
   const Stop& stop = lens.aperture_stop();
-  const std::size_t count = lens.elements.size();
-  std::size_t before_stop = 0;  // elements
-  while (before_stop < count && !stands_before(stop, lens.elements[before_stop])) ++before_stop;
-  const Matrix whole = through(lens, 0, count, first, last);
+  std::vector<const Face*> faces;
+  for (const Element& element : lens.elements)
+    for (const Face& face : element.faces) faces.push_back(&face);
+  const std::size_t count = faces.size(), before_stop = lens.faces_before(stop);
+  const Matrix whole = through(faces, 0, count, first, last);
   FirstOrder data;
   data.focal_length = -1 / whole.c;
   data.back_focal_length = -whole.a / whole.c;
@@ -55,7 +57,7 @@ FirstOrder first_order(const Prescription& lens) {
   // a y + b u; the chief ray at 0.
   double stop_radius = stop.opening_radius_mm;
   if (before_stop > 0) {
-    const Matrix front = through(lens, 0, before_stop, first, stop.z_mm);
+    const Matrix front = through(faces, 0, before_stop, first, stop.z_mm);
     data.entrance_pupil_z = first + front.b / front.a;
     if (lens.entrance_pupil_diameter_mm > 0) stop_radius = front.a * lens.entrance_pupil_diameter_mm / 2;
     data.entrance_pupil_diameter = 2 * stop_radius / front.a;
@@ -66,7 +68,7 @@ FirstOrder first_order(const Prescription& lens) {
   }
   // Exit pupil: the stop's centre and rim imaged to the back.
   if (before_stop < count) {
-    const Matrix rear = through(lens, before_stop, count, stop.z_mm, last);
+    const Matrix rear = through(faces, before_stop, count, stop.z_mm, last);
     data.exit_pupil_from_last = -rear.b / rear.d;
     data.exit_pupil_diameter = 2 * stop_radius * (rear.a + data.exit_pupil_from_last * rear.c);
   } else {

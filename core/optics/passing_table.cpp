@@ -5,7 +5,6 @@
 #include <memory>
 
 #include "optics/backward_path.h"
-#include "optics/first_order.h"
 
 namespace relign::optics {
 namespace {
@@ -16,11 +15,12 @@ constexpr int kBisections = 10;
 constexpr double kGridStep = 0.5;         // mm between places, for a lens whose pupil is so far from its image:
 constexpr double kPupilOfGridStep = 8.5;  // mm
 constexpr int kLeastHeights = 5;
-// A pupil farther from the image than so many image distances stands nearly still in angle and swells on its plane
-// with aberrations: what passes is then told on the plane of the last vertex.
-constexpr double kFarPupil = 6;
-constexpr double kReachOfLastFace = 1.3;  // clear radii on that plane
 constexpr double kRelativeMargin = 0.03;  // of the supports
+// Of tables of direction cosines:
+constexpr int kHalfGrid = 20;          // places from the axis to the end of the range
+constexpr double kSpreadMargin = 0.5;  // of what neighbours differ by
+constexpr int kMostLooks = 6;
+constexpr double kWindowWidening = 1.25, kWiderLook = 1.6;
 static_assert(kCoarse * kCoarse == kBlockRays);
 
 // Traces rays from one place to points of the pupil plane.
@@ -113,28 +113,24 @@ std::array<double, 2> support_direction(int k, int n) {
   return table[static_cast<std::size_t>(k * (kAzimuths / n))];
 }
 
-PassingTable::PassingTable(const Assembly& assembly, const Range& range) : path_(backward_path(assembly, {})) {
-  const Prescription& lens = assembly.lens();
-  const FirstOrder data = first_order(lens);
-  const Face& last = lens.elements.back().faces.back();
-  const double pupil_from_image = lens.image_z_mm - data.exit_pupil_z;
-  if (pupil_from_image > 0 && pupil_from_image < kFarPupil * data.image_distance) {
-    pupil_z_ = data.exit_pupil_z;
-    // Pupils grow off the axis and with tilts; twice the paraxial radius holds them with room to spare.
-    reach_ = std::fabs(data.exit_pupil_diameter);
+PassingTable::PassingTable(const Assembly& assembly, const PupilSearch& search)
+    : path_(backward_path(assembly, {})), search_(&search) {
+  const PlaceRange& range = search.range();
+  int half = kHalfGrid;
+  if (search.on_plane()) {
+    // Halved or doubled with the size of the lens.
+    step_ = kGridStep;
+    const double distance = assembly.lens().image_z_mm - search.plane_z();
+    while (step_ / kGridStep < distance / kPupilOfGridStep) step_ *= 2;
+    while (step_ / kGridStep >= 2 * distance / kPupilOfGridStep) step_ /= 2;
+    half = static_cast<int>(std::ceil(range.half_width / step_));
+    count_z_ = std::max(kLeastHeights, 1 + static_cast<int>(std::ceil((range.z_high - range.z_low) / (2 * step_))));
   } else {
-    pupil_z_ = last.z_mm;
-    reach_ = kReachOfLastFace * last.clear_radius_mm;
+    step_ = range.half_width / half;
+    count_z_ = kLeastHeights;
   }
-  // Halved or doubled with the size of the lens.
-  step_ = kGridStep;
-  const double distance = lens.image_z_mm - pupil_z_;
-  while (step_ / kGridStep < distance / kPupilOfGridStep) step_ *= 2;
-  while (step_ / kGridStep >= 2 * distance / kPupilOfGridStep) step_ /= 2;
-  const int half = static_cast<int>(std::ceil(range.half_width / step_));
   count_ = 2 * half + 1;
   low_ = -half * step_;
-  count_z_ = std::max(kLeastHeights, 1 + static_cast<int>(std::ceil((range.z_high - range.z_low) / (2 * step_))));
   low_z_ = range.z_low;
   step_z_ = (range.z_high - range.z_low) / (count_z_ - 1);
   nodes_.resize(static_cast<std::size_t>(count_ * count_ * count_z_));
@@ -167,9 +163,99 @@ void PassingTable::add_missing(const Vec3& place, std::vector<int>& missing) {
 
 void PassingTable::fill(int missing, RayBlock& block) {
   const int ix = missing % count_, iy = missing / count_ % count_, iz = missing / count_ / count_;
-  Prober prober(path_, pupil_z_, block);
-  nodes_[static_cast<std::size_t>(missing)] =
-      probe_region(prober, {low_ + ix * step_, low_ + iy * step_, low_z_ + iz * step_z_}, reach_);
+  const Vec3 place{low_ + ix * step_, low_ + iy * step_, low_z_ + iz * step_z_};
+  PassingRegion& node = nodes_[static_cast<std::size_t>(missing)];
+  if (!search_->on_plane()) {
+    node = directions_from(place, block);
+    return;
+  }
+  Prober prober(path_, search_->plane_z(), block);
+  node = probe_region(prober, place, search_->reach());
+}
+
+// As probe_region, in direction cosines, and with a window that follows what passes: a lens as built sends light
+// elsewhere than the design.
+PassingRegion PassingTable::directions_from(const Vec3& place, RayBlock& block) const {
+  PassingRegion region;
+  const DirectionWindow window = search_->window(place);
+  if (window.empty) return region;
+  const double radius = std::sqrt(place.x * place.x + place.y * place.y);
+  const double cosine = radius > 0 ? place.x / radius : 1, sine = radius > 0 ? place.y / radius : 0;
+  double middle[2], half[2];
+  for (int axis = 0; axis < 2; ++axis) {
+    middle[axis] = (window.low[axis] + window.high[axis]) / 2;
+    half[axis] = kWindowWidening * (window.high[axis] - window.low[axis]) / 2;
+  }
+  std::array<double, kBlockRays> p{}, q{};
+  std::array<bool, kBlockRays> passed{};
+  int count = 0;
+  for (int look = 0; look < kMostLooks; ++look) {
+    for (std::size_t i = 0; i < kBlockRays; ++i) {
+      const double away = middle[0] + half[0] * (2 * (static_cast<double>(i % kCoarse) + 0.5) / kCoarse - 1);
+      const double across = middle[1] + half[1] * (2 * (static_cast<double>(i / kCoarse) + 0.5) / kCoarse - 1);
+      p[i] = cosine * away - sine * across;
+      q[i] = sine * away + cosine * across;
+    }
+    probe_directions(path_, place, p.data(), q.data(), kBlockRays, passed.data(), block);
+    count = 0;
+    int low[2] = {kCoarse, kCoarse}, high[2] = {-1, -1};
+    for (int i = 0; i < kBlockRays; ++i) {
+      if (!passed[static_cast<std::size_t>(i)]) continue;
+      ++count;
+      const int at[2] = {i % kCoarse, i / kCoarse};
+      for (int axis = 0; axis < 2; ++axis) {
+        low[axis] = std::min(low[axis], at[axis]);
+        high[axis] = std::max(high[axis], at[axis]);
+      }
+    }
+    if (count == 0) {
+      for (double& side : half) side *= kWiderLook;
+      continue;
+    }
+    bool holds_all = true;
+    for (int axis = 0; axis < 2; ++axis) {
+      if (low[axis] > 0 && high[axis] < kCoarse - 1) continue;
+      holds_all = false;
+      middle[axis] += half[axis] * ((low[axis] + high[axis] + 1.0) / kCoarse - 1);
+      half[axis] *= kWiderLook;
+    }
+    if (holds_all) break;
+  }
+  if (count == 0) return region;
+  region.empty = false;
+  for (std::size_t i = 0; i < kBlockRays; ++i)
+    if (passed[i]) {
+      region.middle[0] += p[i] / count;
+      region.middle[1] += q[i] / count;
+    }
+  const auto widen = [&](double a, double b) {
+    for (int k = 0; k < kSupports; ++k) {
+      const auto direction = support_direction(k, kSupports);
+      region.supports[static_cast<std::size_t>(k)] =
+          std::max(region.supports[static_cast<std::size_t>(k)],
+                   (a - region.middle[0]) * direction[0] + (b - region.middle[1]) * direction[1]);
+    }
+  };
+  for (std::size_t i = 0; i < kBlockRays; ++i)
+    if (passed[i]) widen(p[i], q[i]);
+  std::array<double, kAzimuths> inner{}, outer{};
+  outer.fill(2 * std::sqrt(half[0] * half[0] + half[1] * half[1]));
+  for (int step = 0; step < kBisections; ++step) {
+    for (int k = 0; k < kAzimuths; ++k) {
+      const auto direction = support_direction(k, kAzimuths);
+      const auto at = static_cast<std::size_t>(k);
+      p[at] = region.middle[0] + 0.5 * (inner[at] + outer[at]) * direction[0];
+      q[at] = region.middle[1] + 0.5 * (inner[at] + outer[at]) * direction[1];
+    }
+    probe_directions(path_, place, p.data(), q.data(), kAzimuths, passed.data(), block);
+    for (std::size_t k = 0; k < kAzimuths; ++k) (passed[k] ? inner : outer)[k] = 0.5 * (inner[k] + outer[k]);
+  }
+  for (int k = 0; k < kAzimuths; ++k) {
+    const auto direction = support_direction(k, kAzimuths);
+    const double length = outer[static_cast<std::size_t>(k)];
+    widen(region.middle[0] + length * direction[0], region.middle[1] + length * direction[1]);
+  }
+  return region;
 }
 
 PassingRegion PassingTable::at(const Vec3& place) const {
@@ -179,6 +265,8 @@ PassingRegion PassingTable::at(const Vec3& place) const {
 
   // Weighted over the corners where something passes.
   double total = 0;
+  std::array<double, kSupports> lowest{}, highest{};
+  lowest.fill(1e300);
   for (int corner = 0; corner < 8; ++corner) {
     const PassingRegion& region = nodes_[static_cast<std::size_t>(
         node_index(cell.ix + (corner & 1), cell.iy + (corner >> 1 & 1), cell.iz + (corner >> 2)))];
@@ -188,7 +276,11 @@ PassingRegion PassingTable::at(const Vec3& place) const {
                           1e-9;
     total += weight;
     for (int axis = 0; axis < 2; ++axis) result.middle[axis] += weight * region.middle[axis];
-    for (int k = 0; k < kSupports; ++k) result.supports[k] += weight * region.supports[k];
+    for (int k = 0; k < kSupports; ++k) {
+      result.supports[k] += weight * region.supports[k];
+      lowest[k] = std::min(lowest[k], region.supports[k]);
+      highest[k] = std::max(highest[k], region.supports[k]);
+    }
   }
   if (total == 0) return result;
   result.empty = false;
@@ -199,6 +291,8 @@ PassingRegion PassingTable::at(const Vec3& place) const {
     largest = std::max(largest, value);
   }
   for (double& value : result.supports) value += kRelativeMargin * largest;
+  if (!search_->on_plane())
+    for (int k = 0; k < kSupports; ++k) result.supports[k] += kSpreadMargin * (highest[k] - lowest[k]);
   return result;
 }
 

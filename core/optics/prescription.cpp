@@ -10,6 +10,8 @@
 namespace relign::optics {
 namespace {
 
+bool stands_before(const Stop& stop, const Element& element) { return stop.z_mm < element.faces.back().z_mm; }
+
 class Reader {
  public:
   explicit Reader(const JsonSource& source) : source_(source) {}
@@ -135,7 +137,7 @@ class Reader {
         face.curvature = 1 / value;
     }
     face.conic = reader.number("conic", 0, -1e6, 1e6);
-    if (const Json* terms = reader.get("even_asphere")) read_asphere(reader, *terms, face);
+    read_polynomials(reader, face);
     face.index_after = reader.number("index_after", 1, 1, 5);
     face.glass = reader.string("glass_after", "");
     if (!face.glass.empty()) {
@@ -150,21 +152,55 @@ class Reader {
       reader.complain("clear_radius_mm", "the clear radius " + shortest(largest) + " mm is larger than the " +
                                              (face.conic == 0 ? "sphere's radius " : "largest radius of the conic ") +
                                              shortest(1 / steepest) + " mm");
+    else if (!(std::fabs(sag(face, largest)) < kDeepest_mm))
+      reader.complain("clear_radius_mm", "the polynomial reaches no finite height at the clear radius " +
+                                             shortest(largest) + " mm; check the coefficients and their unit");
     reader.refuse_unknown();
     return face;
   }
 
-  void read_asphere(ObjectReader& reader, const Json& terms, Face& face) {
-    bool numbers = terms.is_array() && !terms.empty() && terms.size() <= kMostAsphereTerms;
+  static constexpr double kDeepest_mm = 1e6;
+
+  // Trailing zeros change nothing and are dropped.
+  std::vector<double> read_terms(ObjectReader& reader, const std::string& key, std::size_t most,
+                                 const std::string& what) {
+    const Json* terms = reader.get(key);
+    if (!terms) return {};
+    bool numbers = terms->is_array() && !terms->empty() && terms->size() <= most;
     if (numbers)
-      for (const Json& term : terms) numbers = numbers && term.is_number() && std::isfinite(term.get<double>());
+      for (const Json& term : *terms) numbers = numbers && term.is_number() && std::isfinite(term.get<double>());
     if (!numbers) {
-      reader.complain("even_asphere", "expected a list of 1 to " + std::to_string(kMostAsphereTerms) +
-                                          " numbers: the coefficients of r^4, r^6, ... in mm");
-      return;
+      reader.complain(key, "expected a list of 1 to " + std::to_string(most) + " numbers: " + what);
+      return {};
     }
-    face.even_asphere = terms.get<std::vector<double>>();
-    while (!face.even_asphere.empty() && face.even_asphere.back() == 0) face.even_asphere.pop_back();
+    std::vector<double> values = terms->get<std::vector<double>>();
+    while (!values.empty() && values.back() == 0) values.pop_back();
+    return values;
+  }
+
+  // {"radius_mm": where u is 1, "coefficients": [a0, a1, ...]}
+  template <class Convert>
+  std::vector<double> read_q_terms(ObjectReader& face, const std::string& key, const Convert& convert) {
+    if (!face.get(key)) return {};
+    ObjectReader reader(source_, face.pointer_to(key), problems_);
+    const double radius = reader.required_number("radius_mm", 1e-6, 1e6);
+    if (!reader.get("coefficients")) reader.complain("", "the key \"coefficients\" is missing (a list of numbers)");
+    const std::vector<double> coefficients =
+        read_terms(reader, "coefficients", kMostQTerms, "Forbes's a0, a1, ... in mm");
+    reader.refuse_unknown();
+    return radius > 0 ? convert(coefficients, radius) : std::vector<double>();
+  }
+
+  void read_polynomials(ObjectReader& reader, Face& face) {
+    face.r2_term = reader.number("r2", 0, -1e6, 1e6);
+    face.even_asphere = read_terms(reader, "even_asphere", kMostEvenTerms, "the coefficients of r^4, r^6, ... in mm");
+    face.odd_asphere = read_terms(reader, "odd_asphere", kMostOddTerms, "the coefficients of r^3, r^5, ... in mm");
+    const std::vector<double> q_con = read_q_terms(reader, "q_con", even_terms_of_q_con);
+    face.even_asphere.resize(std::max(face.even_asphere.size(), q_con.size()));
+    for (std::size_t i = 0; i < q_con.size(); ++i) face.even_asphere[i] += q_con[i];
+    face.over_root = read_q_terms(reader, "q_bfs", over_root_terms_of_q_bfs);
+    if (!face.over_root.empty() && (face.conic != 0 || face.r2_term != 0 || !face.even_asphere.empty()))
+      reader.complain("q_bfs", "the base of \"q_bfs\" is a sphere; take \"conic\" and the other even polynomials out");
   }
 
   // About the element's own front vertex.
@@ -186,6 +222,15 @@ class Reader {
     stop.opening_radius_mm = reader.required_number("opening_radius_mm", 1e-9, 1e6);
     stop.in_listing = reader.boolean("in_listing", false);
     stop.aperture = reader.boolean("aperture", false);
+    const auto faces = static_cast<std::int64_t>(lens_.face_count());
+    if (reader.has("before_face") && reader.has("on_face"))
+      reader.complain("on_face", "give either \"before_face\" or \"on_face\"");
+    if (reader.has("before_face"))
+      stop.before_face = static_cast<std::size_t>(reader.integer("before_face", 1, 1, faces + 1) - 1);
+    if (reader.has("on_face")) {
+      stop.on_face = true;
+      stop.before_face = static_cast<std::size_t>(reader.integer("on_face", 1, 1, faces) - 1);
+    }
     reader.refuse_unknown();
     lens_.stops.push_back(stop);
   }
@@ -221,12 +266,35 @@ class Reader {
     for (std::size_t s = 0; s < lens_.stops.size(); ++s) {
       const Stop& stop = lens_.stops[s];
       apertures += stop.aperture ? 1 : 0;
-      for (const Element& element : lens_.elements) check_stop(stop, element, "/stops/" + std::to_string(s) + "/z_mm");
+      if (stop.on_face)
+        check_face_of_stop(stop, "/stops/" + std::to_string(s));
+      else if (!stop.before_face)
+        for (const Element& element : lens_.elements)
+          check_stop(stop, element, "/stops/" + std::to_string(s) + "/z_mm");
       if (lens_.mount && stop.opening_radius_mm > lens_.mount->bore_radius_mm)
         complain("/stops/" + std::to_string(s) + "/opening_radius_mm", "the opening is larger than the mount's bore");
     }
     if (apertures != 1)
       complain("/stops", "exactly one stop must say \"aperture\": true, found " + std::to_string(apertures));
+  }
+
+  void check_face_of_stop(const Stop& stop, const std::string& at) {
+    std::size_t before = *stop.before_face;
+    for (const Element& element : lens_.elements) {
+      if (before >= element.faces.size()) {
+        before -= element.faces.size();
+        continue;
+      }
+      const Face& face = element.faces[before];
+      if (std::fabs(stop.z_mm - face.z_mm) > 1e-9)
+        complain(at + "/z_mm", "the stop '" + stop.name + "' is the edge of a face of " + element.name +
+                                   " and lies at its vertex, z = " + shortest(face.z_mm) + " mm, found " +
+                                   shortest(stop.z_mm));
+      if (stop.opening_radius_mm > face.clear_radius_mm)
+        complain(at + "/opening_radius_mm",
+                 "the opening is larger than the clear radius of its face, " + shortest(face.clear_radius_mm) + " mm");
+      return;
+    }
   }
 
   // The stop's rim must be in the air; the plane within its opening may cut the glass that bulges through it.
@@ -240,8 +308,8 @@ class Reader {
                      significant(behind, 4) + " mm behind the front vertex, and at the rim of its opening, radius " +
                      significant(stop.opening_radius_mm, 4) + " mm, the glass begins " +
                      (std::isfinite(fallen_back) ? significant(fallen_back, 4) + " mm behind it" : "nowhere") +
-                     "; move it to a place where its rim is in the air before or behind the glass (a stop behind an "
-                     "element stands at its last vertex or later)");
+                     "; move it to a place where its rim is in the air before or behind the glass, or say in which "
+                     "order light meets it with \"before_face\"");
   }
 
   void check_pair(const Face& before, const Face& face, const std::string& at) {
@@ -270,7 +338,19 @@ class Reader {
 
 }  // namespace
 
-bool stands_before(const Stop& stop, const Element& element) { return stop.z_mm < element.faces.back().z_mm; }
+std::size_t Prescription::face_count() const {
+  std::size_t count = 0;
+  for (const Element& element : elements) count += element.faces.size();
+  return count;
+}
+
+std::size_t Prescription::faces_before(const Stop& stop) const {
+  if (stop.before_face) return *stop.before_face;
+  std::size_t before = 0;
+  for (const Element& element : elements)
+    if (!stands_before(stop, element)) before += element.faces.size();
+  return before;
+}
 
 const Stop& Prescription::aperture_stop() const {
   return *std::find_if(stops.begin(), stops.end(), [](const Stop& stop) { return stop.aperture; });

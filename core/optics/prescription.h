@@ -17,19 +17,31 @@ namespace relign::optics {
 // listing (its own checks), or none (first-order and golden rays).
 enum class Apertures { mesh, listing, none };
 
-inline constexpr std::size_t kMostAsphereTerms = 9;  // r^4 to r^20
+inline constexpr std::size_t kMostEvenTerms = 15;  // r^4 to r^32
+inline constexpr std::size_t kMostOddTerms = 8;    // r^3 to r^17
+inline constexpr std::size_t kMostQTerms = 14;     // of Forbes's sums: with them no power is beyond r^32
 
 struct Face {
-  double z_mm = 0;                   // vertex
-  double curvature = 0;              // 1 / radius, 1/mm; positive: centre on the image side; 0: plane
-  double conic = 0;                  // k: 0 sphere, -1 paraboloid
-  std::vector<double> even_asphere;  // a4, a6, ...: the sag grows by a4 r^4 + a6 r^6 + ...; 1/mm^3, 1/mm^5, ...
+  double z_mm = 0;       // vertex
+  double curvature = 0;  // 1 / radius, 1/mm; positive: centre on the image side; 0: plane
+  double conic = 0;      // k: 0 sphere, -1 paraboloid
+  // What the sag has besides the conic (face_shape.h). Forbes's "q_con" is read into `even_asphere`, his "q_bfs" into
+  // `over_root`: both are the same polynomials in powers of r.
+  double r2_term = 0;                // a2, 1/mm
+  std::vector<double> even_asphere;  // a4, a6, ...; 1/mm^3, 1/mm^5, ...
+  std::vector<double> odd_asphere;   // a3, a5, ...; 1/mm^2, 1/mm^4, ...
+  std::vector<double> over_root;     // b2, b4, ...; 1/mm, 1/mm^3, ...
   double index_after = 1;            // relative to the ambient medium; the ambient's own (1) behind the last face
   std::string glass;                 // its name where the file gives one, else empty
   double clear_radius_mm = 0;
   double listing_clear_radius_mm = 0;
 
-  bool is_sphere() const { return conic == 0 && even_asphere.empty(); }  // or plane
+  bool is_conic() const {  // or sphere or plane: no polynomial
+    return r2_term == 0 && even_asphere.empty() && odd_asphere.empty() && over_root.empty();
+  }
+  bool is_sphere() const { return conic == 0 && is_conic(); }  // or plane
+  // Of the sphere that fits the vertex: what first order sees.
+  double vertex_curvature() const { return curvature + 2 * (r2_term + (over_root.empty() ? 0 : over_root.front())); }
   double clear_radius(Apertures apertures) const {
     return apertures == Apertures::listing ? listing_clear_radius_mm : clear_radius_mm;
   }
@@ -41,19 +53,21 @@ struct Element {
   Motion placement = {};    // how the design itself places the element, off the axis or tilted
 };
 
-// A plane with an opening in the air. Rays pass it before every element of which the last vertex lies behind it: a stop
-// close in front of a convex face may stand behind its vertex, with its rim still in the air around the bulge. Where
-// the ray has met the glass before the stop's plane, the line that it came on is followed to the plane, as design
-// programs do.
+// A plane with an opening, or the clear edge of a face. Rays meet it in the order of surfaces, as in design programs:
+// the line on which the ray comes is followed to the stop's plane, also where the plane cuts a face or lies inside the
+// glass behind it.
 struct Stop {
   std::string name;
   double z_mm = 0;
   double opening_radius_mm = 0;
   bool in_listing = false;  // the design program's listing has it too
   bool aperture = false;    // the aperture stop: defines the pupils
+  // Faces are counted over all elements from the front, from 0. The stop comes before this face (their number: behind
+  // the last). Without a value: before the first element of which the last vertex lies behind it.
+  std::optional<std::size_t> before_face = std::nullopt;
+  // The edge of the face `before_face` itself, which may be curved: z_mm is its vertex.
+  bool on_face = false;
 };
-
-bool stands_before(const Stop& stop, const Element& element);
 
 // The black tube around the lens; everything that meets it is absorbed.
 struct Mount {
@@ -84,6 +98,8 @@ struct Prescription {
   std::vector<Published> published;
 
   const Stop& aperture_stop() const;
+  std::size_t face_count() const;
+  std::size_t faces_before(const Stop& stop) const;       // how many faces light passes before the stop
   const Element* element(const std::string& name) const;  // null when there is none
 };
 

@@ -27,7 +27,7 @@ struct alignas(64) RayBlock {
   float radiance[kBlockRays];
 };
 
-constexpr int kAsphereTerms = 9;  // at most: r^4 to r^20
+constexpr int kEvenTerms = 16, kOddTerms = 8;  // at most: r^2 to r^32, r^3 to r^17
 
 // One thing a ray meets on its way from the sensor to the emitter (it travels towards -z).
 struct Op {
@@ -44,13 +44,20 @@ struct Op {
   float index_after;
   float index_ratio;    // before / after
   float clear_radius2;  // face, stop, bore: square of the radius that lets light through
-  // asphere: 1 + k; 1 / clear_radius2; and the polynomial's terms over (r / clear radius)^2, in mm: the first is
-  // that of its square.
+  // asphere: 1 + k; the polynomial's terms over q = (r / shape radius)^2, in mm: of q, q^2, ... and of q^1.5, q^2.5,
+  // ...; whether the even ones are over the conic's root s (face_shape.h). The terms describe the face up to
+  // shape_radius, where it keeps the bounds of face_shape.h.
   float conic_plus_1;
-  float per_clear_radius2;
-  std::int32_t terms;
-  float term[kAsphereTerms];
+  float shape_radius, per_shape_radius2;
+  std::int32_t even_terms, odd_terms, over_root;
+  float even[kEvenTerms], odd[kOddTerms];
+  float lowest, highest, steepest, most_bent;
 };
+
+// How far along its direction a ray first passes through an asphere within its shape radius, as light travels; in
+// double, and sure to find it. False when it does not. p: relative to the vertex. For rays that the kernels' own steps
+// do not settle.
+bool meet_asphere_exactly(const Op& op, const float (&p)[3], const float (&l)[3], float& t);
 
 // Uniform directions in an ellipse of direction cosines whose centre moves with the place on the
 // sensor: (p, q) = centre + slope (x, y) + axes (unit disc). p, q along world x, y; light comes from -z.

@@ -1,5 +1,6 @@
 #include "optics/trace.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/error.h"
@@ -24,13 +25,15 @@ std::string face_name(const Element& element, std::size_t face) {
 }
 
 // Returns what stopped the ray, or empty.
-std::string refract(Travelling& ray, const Face& face, double index_before, const Motion& placement,
-                    Apertures apertures, Vec3& hit_in_lens) {
+std::string refract(Travelling& ray, const Face& face, const FaceBounds& bounds, double index_before,
+                    const Motion& placement, Apertures apertures, double stop_radius, Vec3& hit_in_lens) {
   const Motion into = inverse(placement);
   const Vec3 p = into.point(ray.at) - Vec3{0, 0, face.z_mm};
   const Vec3 l = into.direction(ray.direction);
-  const std::optional<FacePoint> met = meet(face, p, l);
-  if (!met) return "misses the face";
+  const std::optional<FacePoint> met = meet(face, bounds, p, l);
+  if (!met)
+    return apertures == Apertures::mesh && !face.is_conic() ? "misses the face within its clear radius"
+                                                            : "misses the face";
   const double cosine = dot(l, met->normal);
   if (!(cosine > 0)) return "misses the face";
   const Vec3& hit = met->at;
@@ -38,6 +41,7 @@ std::string refract(Travelling& ray, const Face& face, double index_before, cons
     const double clear = face.clear_radius(apertures);
     if (hit.x * hit.x + hit.y * hit.y > clear * clear) return "outside the clear radius";
   }
+  if (hit.x * hit.x + hit.y * hit.y > stop_radius * stop_radius) return "outside the opening of the stop on it";
   const double ratio = index_before / face.index_after;
   const double refracted = 1 - ratio * ratio * (1 - cosine * cosine);
   if (!(refracted > 0)) return "total reflection";
@@ -67,13 +71,12 @@ TracedRay trace(const Assembly& assembly, const Ray& start, Apertures apertures)
     result.lost_at = "the start: the ray does not travel towards +z";
     return result;
   }
-  // Those that stand before the element and not before an earlier one.
-  const auto pass_stops_before = [&](std::size_t next) -> bool {
-    if (apertures == Apertures::none) return true;
+  const auto looked_at = [&](const Stop& stop) {
+    return apertures == Apertures::mesh || (apertures == Apertures::listing && stop.in_listing);
+  };
+  const auto pass_stops_before = [&](std::size_t face) -> bool {
     for (const Stop& stop : lens.stops) {
-      const bool here = (next == lens.elements.size() || stands_before(stop, lens.elements[next])) &&
-                        (next == 0 || !stands_before(stop, lens.elements[next - 1]));
-      if (!here || (apertures == Apertures::listing && !stop.in_listing)) continue;
+      if (stop.on_face || !looked_at(stop) || lens.faces_before(stop) != face) continue;
       const Vec3 hit = at_plane(ray, stop.z_mm);
       if (hit.x * hit.x + hit.y * hit.y > stop.opening_radius_mm * stop.opening_radius_mm) {
         result.lost_at = stop.name + ": outside the opening";
@@ -82,13 +85,22 @@ TracedRay trace(const Assembly& assembly, const Ray& start, Apertures apertures)
     }
     return true;
   };
+  const auto stop_on = [&](std::size_t face) {
+    double radius = 1e300;
+    for (const Stop& stop : lens.stops)
+      if (stop.on_face && looked_at(stop) && *stop.before_face == face)
+        radius = std::min(radius, stop.opening_radius_mm);
+    return radius;
+  };
   double index = 1;
+  std::size_t number = 0;  // of the face, over all elements
   for (std::size_t e = 0; e < lens.elements.size(); ++e) {
     const Element& element = lens.elements[e];
-    if (!pass_stops_before(e)) return result;
-    for (std::size_t f = 0; f < element.faces.size(); ++f) {
+    for (std::size_t f = 0; f < element.faces.size(); ++f, ++number) {
+      if (!pass_stops_before(number)) return result;
       Vec3 hit;
-      const std::string lost = refract(ray, element.faces[f], index, assembly.placement(e), apertures, hit);
+      const std::string lost = refract(ray, element.faces[f], assembly.bounds(e, f, apertures), index,
+                                       assembly.placement(e), apertures, stop_on(number), hit);
       if (!lost.empty()) {
         result.lost_at = face_name(element, f) + ": " + lost;
         return result;
@@ -97,7 +109,7 @@ TracedRay trace(const Assembly& assembly, const Ray& start, Apertures apertures)
       index = element.faces[f].index_after;
     }
   }
-  if (!pass_stops_before(lens.elements.size())) return result;
+  if (!pass_stops_before(number)) return result;
   if (!(ray.direction.z > 0)) {
     result.lost_at = "behind the last face: the ray does not travel towards +z";
     return result;

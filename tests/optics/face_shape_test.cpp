@@ -72,7 +72,7 @@ TEST(FaceShape, APolynomialSaysASphere) {
       face.conic = -1;
       face.even_asphere.clear();
       double term = c / 2;  // binomial series of (1 - sqrt(1 - c^2 r^2)) / c
-      for (std::size_t i = 2; i < 2 + kMostAsphereTerms; ++i) {
+      for (std::size_t i = 2; i < 2 + kMostEvenTerms; ++i) {
         const auto order = static_cast<double>(i);
         term *= c * c * (2 * order - 3) / (2 * order);
         face.even_asphere.push_back(term);
@@ -103,7 +103,7 @@ TEST(FaceShape, PointsLieOnTheFace) {
         const double way = i % 2 == 0 ? 1 : -1;
         const Vec3 l = unit({random.uniform(-0.4, 0.4), random.uniform(-0.4, 0.4), way});
         const Vec3 through{random.uniform(-1.5, 1.5), random.uniform(-1.5, 1.5), 0};
-        const auto met = meet(face, through - 30 * l, l);
+        const auto met = meet(face, bounds_of(face, sound_radius(face)), through - 30 * l, l);
         ASSERT_TRUE(met);
         const double r = std::hypot(met->at.x, met->at.y);
         EXPECT_NEAR(met->at.z, sag(face, r), 1e-11);
@@ -115,13 +115,13 @@ TEST(FaceShape, PointsLieOnTheFace) {
 }
 
 TEST(FaceShape, MissesWhatIsNotThere) {
-  EXPECT_FALSE(meet(conic(3, 0), {0, 3.1, -1}, {0, 0, 1}));
-  EXPECT_TRUE(meet(conic(3, 0), {0, 2.9, -1}, {0, 0, 1}));
-  EXPECT_TRUE(meet(conic(3, -1), {0, 3.1, -1}, {0, 0, 1})) << "a paraboloid goes on";
-  EXPECT_FALSE(meet(conic(3, 1), {0, 2.9, -1}, {0, 0, 1})) << "an oblate ellipsoid ends before";
+  EXPECT_FALSE(meet(conic(3, 0), {}, {0, 3.1, -1}, {0, 0, 1}));
+  EXPECT_TRUE(meet(conic(3, 0), {}, {0, 2.9, -1}, {0, 0, 1}));
+  EXPECT_TRUE(meet(conic(3, -1), {}, {0, 3.1, -1}, {0, 0, 1})) << "a paraboloid goes on";
+  EXPECT_FALSE(meet(conic(3, 1), {}, {0, 2.9, -1}, {0, 0, 1})) << "an oblate ellipsoid ends before";
   Face bent = conic(3, 0);
   bent.even_asphere = {1e-3};
-  EXPECT_FALSE(meet(bent, {0, 3.1, -1}, {0, 0, 1}));
+  EXPECT_FALSE(meet(bent, bounds_of(bent, sound_radius(bent)), {0, 3.1, -1}, {0, 0, 1}));
 }
 
 }  // namespace

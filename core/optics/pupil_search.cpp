@@ -1,0 +1,147 @@
+#include "optics/pupil_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "optics/first_order.h"
+
+namespace relign::optics {
+namespace {
+
+// A pupil farther from the image than so many image distances stands nearly still in angle and swells on its plane
+// with aberrations: what passes is then told on the plane of the last vertex.
+constexpr double kFarPupil = 6;
+constexpr double kReachOfLastFace = 1.3;  // clear radii on that plane
+constexpr int kFan = 4 * kBlockRays;      // rays from edge to edge of the half space: f/200 is two of them wide
+constexpr int kCoarse = 16;               // places per side of a table's first look (passing_table.cpp)
+constexpr double kLeastPlaces = 3;        // of them, that the widest region takes up on a plane that is of use
+constexpr double kWithinReach = 0.95;
+
+}  // namespace
+
+void probe_directions(const BackwardPath& path, const Vec3& place, const double* p, const double* q, int count,
+                      bool* passed, RayBlock& block) {
+  const Vec3 start = path.into_first_frame.point(place);
+  for (int i = 0; i < count; ++i) {
+    const double rest = std::max(1 - p[i] * p[i] - q[i] * q[i], 1e-9);
+    const Vec3 direction = path.into_first_frame.direction(unit(Vec3{p[i], q[i], -std::sqrt(rest)}));
+    block.x[i] = static_cast<float>(start.x);
+    block.y[i] = static_cast<float>(start.y);
+    block.z[i] = static_cast<float>(start.z);
+    block.lx[i] = static_cast<float>(direction.x);
+    block.ly[i] = static_cast<float>(direction.y);
+    block.lz[i] = static_cast<float>(direction.z);
+    block.margin[i] = p[i] * p[i] + q[i] * q[i] < 1 ? 1.0F : -1.0F;
+  }
+  block_kernels().trace(block, path.ops.data(), static_cast<int>(path.through_aperture), false, count);
+  for (int i = 0; i < count; ++i) passed[i] = block.margin[i] > 0;
+}
+
+PupilSearch::PupilSearch(const Prescription& lens, const PlaceRange& range) : range_(range) {
+  const double last_z = lens.elements.back().faces.back().z_mm;
+  choose_plane(lens);
+  const BackwardPath path = backward_path(Assembly(lens), {});
+  const auto block = std::make_unique<RayBlock>();
+  // No place lies inside the lens, whatever the travel says.
+  constexpr double kLeastGap_mm = 1e-3;
+  range_.z_high = std::max(range_.z_high, last_z + kLeastGap_mm);
+  const double low = std::max(range_.z_low, last_z + kLeastGap_mm);
+  radius_step_ = 1.4143 * range_.half_width / (kRadii - 1);
+  z_step_ = (range_.z_high - low) / (kHeights - 1);
+  samples_.resize(static_cast<std::size_t>(kRadii * kHeights));
+  for (int height = 0; height < kHeights; ++height)
+    for (int radius = 0; radius < kRadii; ++radius)
+      sample(radius, height) = look(path, radius * radius_step_, low + height * z_step_, *block);
+  for (const double width : widest_) on_plane_ = on_plane_ && width > kLeastPlaces * 2 * reach_ / kCoarse;
+  if (on_plane_) return;
+  range_.z_low = low;
+}
+
+void PupilSearch::choose_plane(const Prescription& lens) {
+  const FirstOrder data = first_order(lens);
+  const Face& last = lens.elements.back().faces.back();
+  const double pupil_from_image = lens.image_z_mm - data.exit_pupil_z;
+  if (pupil_from_image > 0 && pupil_from_image < kFarPupil * data.image_distance) {
+    plane_z_ = data.exit_pupil_z;
+    // Pupils grow off the axis and with tilts; twice the paraxial radius holds them with room to spare.
+    reach_ = std::fabs(data.exit_pupil_diameter);
+  } else {
+    plane_z_ = last.z_mm;
+    reach_ = kReachOfLastFace * last.clear_radius_mm;
+  }
+}
+
+DirectionWindow PupilSearch::look(const BackwardPath& path, double radius, double z, RayBlock& block) {
+  const Vec3 place{radius, 0, z};
+  std::array<double, kBlockRays> p{}, q{};
+  std::array<bool, kBlockRays> passed{};
+  constexpr double kStep = 2.0 / kFan;
+  double plane[2][2] = {{1e300, -1e300}, {1e300, -1e300}};
+  const auto see = [&](double a, double b) {
+    const double away = plane_z_ - z, down = -std::sqrt(std::max(1 - a * a - b * b, 1e-9));
+    const double at[2] = {radius + a * away / down, b * away / down};
+    for (int axis = 0; axis < 2; ++axis) {
+      plane[axis][0] = std::min(plane[axis][0], at[axis]);
+      plane[axis][1] = std::max(plane[axis][1], at[axis]);
+    }
+  };
+  // A fan in the plane of the axis, then fans across through a quarter, half and three quarters of what passes.
+  double low = 1e300, high = -1e300;
+  for (int first = 0; first < kFan; first += kBlockRays) {
+    for (int i = 0; i < kBlockRays; ++i) p[static_cast<std::size_t>(i)] = -1 + kStep * (first + i + 0.5);
+    q.fill(0);
+    probe_directions(path, place, p.data(), q.data(), kBlockRays, passed.data(), block);
+    for (std::size_t i = 0; i < kBlockRays; ++i)
+      if (passed[i]) {
+        low = std::min(low, p[i]);
+        high = std::max(high, p[i]);
+        see(p[i], 0);
+      }
+  }
+  DirectionWindow window;
+  if (!(low <= high)) return window;
+  double widest = 0;
+  for (const double share : {0.25, 0.5, 0.75}) {
+    p.fill(low + share * (high - low));
+    for (int first = 0; first < kFan / 2; first += kBlockRays) {  // the other half is its mirror image
+      for (int i = 0; i < kBlockRays; ++i) q[static_cast<std::size_t>(i)] = kStep * (first + i);
+      probe_directions(path, place, p.data(), q.data(), kBlockRays, passed.data(), block);
+      for (std::size_t i = 0; i < kBlockRays; ++i)
+        if (passed[i]) {
+          widest = std::max(widest, q[i]);
+          see(p[i], q[i]);
+          see(p[i], -q[i]);
+        }
+    }
+  }
+  window.empty = false;
+  window.low = {low - kStep, -widest - kStep};
+  window.high = {high + kStep, widest + kStep};
+  for (int axis = 0; axis < 2; ++axis) {
+    widest_[axis] = std::max(widest_[axis], plane[axis][1] - plane[axis][0]);
+    on_plane_ = on_plane_ && plane[axis][0] > -kWithinReach * reach_ && plane[axis][1] < kWithinReach * reach_;
+  }
+  return window;
+}
+
+DirectionWindow PupilSearch::window(const Vec3& place) const {
+  const double u = std::sqrt(place.x * place.x + place.y * place.y) / radius_step_;
+  const double w = z_step_ > 0 ? std::clamp((place.z - range_.z_low) / z_step_, 0.0, kHeights - 1.0) : 0;
+  // Of the samples around it, and of the next ones farther in: light ends somewhere between two of them.
+  DirectionWindow hull;
+  const int from = std::max(0, static_cast<int>(u) - 1), to = std::min(kRadii - 1, static_cast<int>(u) + 1);
+  for (int radius = from; radius <= to; ++radius)
+    for (int height = static_cast<int>(w); height <= std::min(kHeights - 1, static_cast<int>(w) + 1); ++height) {
+      const DirectionWindow& one = samples_[static_cast<std::size_t>(height * kRadii + radius)];
+      if (one.empty) continue;
+      for (std::size_t axis = 0; axis < 2; ++axis) {
+        hull.low[axis] = hull.empty ? one.low[axis] : std::min(hull.low[axis], one.low[axis]);
+        hull.high[axis] = hull.empty ? one.high[axis] : std::max(hull.high[axis], one.high[axis]);
+      }
+      hull.empty = false;
+    }
+  return hull;
+}
+
+}  // namespace relign::optics
