@@ -1,7 +1,7 @@
 """Zemax files read a second time, for the checks of corpus.py: surfaces, model glasses and first-order values.
 
-Written from what the format's keywords mean, not from the program's reader. What it does not understand is None, and the
-checks that need it are left out.
+Written from what the format's keywords mean, not from the program's reader. `Design.unread` names what it does not
+understand; the checks that need it are left out.
 """
 
 import dataclasses
@@ -23,6 +23,7 @@ class Surface:
     nd: float = 0.0  # of a model glass
     vd: float = 0.0
     is_stop: bool = False
+    clear_radius: float = 0.0  # 0: not in the file
 
 
 @dataclass
@@ -48,8 +49,7 @@ def text_of(path):
 
 
 def number(word):
-    value = float(word.replace(",", "."))
-    return value
+    return float(word.replace(",", "."))
 
 
 def read(path):
@@ -96,6 +96,8 @@ def read(path):
             surface.conic = number(rest[0])
         elif key == "DISZ":
             surface.thickness = math.inf if rest[0].upper() == "INFINITY" else number(rest[0])
+        elif key == "DIAM":
+            surface.clear_radius = number(rest[0])
         elif key in ("PARM", "XDAT"):
             extra[len(design.surfaces) - 1][key, int(rest[0])] = number(rest[1])
         elif key == "GLAS":
@@ -131,6 +133,7 @@ def finish_surface(design, surface, extra, unit):
         design.unread.append("MIRROR")
     surface.curvature /= unit
     surface.thickness *= unit
+    surface.clear_radius *= unit
     surface.even = {power: value / unit ** (power - 1) for power, value in even.items() if value != 0}
 
 
@@ -168,9 +171,6 @@ def faces(design, wavelength_um):
         index = behind
         z += surface.thickness
     first = found[0][1] if found else 0.0
-    stop_is_face = False
-    for surface, _, _ in found:
-        stop_is_face |= surface.is_stop
     return (
         [(surface, at - first, behind) for surface, at, behind in found],
         (stop[0], stop[1] - first) if stop else None,
@@ -206,8 +206,8 @@ def first_order(design, indices):
     else:
         pupil_z, per_stop = math.nan, math.nan
     kind, value = design.aperture
-    number_ = {"FNUM": value, "ENPD": focal / value if value else math.nan}.get(kind, math.nan)
-    return FirstOrder(focal, back, pupil_z, abs(per_stop), number_)
+    f_number = {"FNUM": value, "ENPD": focal / value if value else math.nan}.get(kind, math.nan)
+    return FirstOrder(focal, back, pupil_z, abs(per_stop), f_number)
 
 
 def half_field_deg(design, first):
