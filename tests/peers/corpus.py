@@ -667,6 +667,7 @@ def main():
             what = row["failed"] or row["kind"] or row["reason"]
             line = f"{done}/{len(left)} ({minutes:.0f} min left) {row['verdict']}: {row['file']} {what}"
             print(line[:200], flush=True)
+        pool.shutdown()
     except KeyboardInterrupt:
         print("stopped; the same command resumes", flush=True)
         pool.shutdown(wait=False, cancel_futures=True)
