@@ -98,6 +98,12 @@ void Camera::place(MountedLens& lens, const std::vector<double>& true_pose) {
   if (tracer_) tracer_->place(lens.assembly(), lens_to_world, path_);
 }
 
+void Camera::certify(MountedLens& lens, const std::vector<double>& true_pose, const CertificateRays& rays,
+                     std::uint64_t seed) {
+  place(lens, true_pose);
+  imaging::certify(*scene_, tiles_, path_, ops_, tracer_, rays, seed, *parallel_);
+}
+
 namespace {
 
 void fill_with_black(const PixelBox& box, int width, float* pixels) {

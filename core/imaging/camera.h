@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/parallel.h"
+#include "imaging/certificate.h"
 #include "imaging/ghost_image.h"
 #include "imaging/mounted_lens.h"
 #include "imaging/pupil_tiles.h"
@@ -70,6 +71,10 @@ class Camera {
   Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel& parallel,
          optics::BlockTracer* tracer = nullptr);
   ~Camera();
+
+  // Throws Error(internal) where images of the lens at the pose would miss light: see certificate.h.
+  void certify(MountedLens& lens, const std::vector<double>& true_pose, const CertificateRays& rays,
+               std::uint64_t seed);
 
   // Each writes sensor.pixels() values. Captures are read out by the sensor's electronics, if it has any (read_out.h);
   // noise-free renders and truth are the light itself.

@@ -78,6 +78,24 @@ std::string scene_content_hash(const SceneFile& scene, const CaptureSettings& se
   return short_hash(canonical_json(content));
 }
 
+namespace {
+
+// The design, at the nominal pose and at some others. A reference that is found in the cache was made by this renderer
+// of this scene, and after this.
+void certify(Camera& camera, MountedLens& lens, const SceneFile& scene) {
+  constexpr int kPoses = 6, kPixels = 64;
+  constexpr std::uint64_t kSeed = 0x63657274;
+  std::vector<double> pose(scene.axes(), 0.5);
+  camera.certify(lens, pose, {}, kSeed);
+  Random random(kSeed, 1);
+  for (int i = 0; i < kPoses; ++i) {
+    for (double& value : pose) value = random.uniform();
+    camera.certify(lens, pose, {0, kPixels}, kSeed + 1 + static_cast<std::uint64_t>(i));
+  }
+}
+
+}  // namespace
+
 Reference make_reference(const SceneFile& scene, const CaptureSettings& settings, Parallel& parallel,
                          const ReferenceCache& cache, const std::function<void(const std::string&)>& warn,
                          optics::BlockTracer* tracer) {
@@ -93,6 +111,7 @@ Reference make_reference(const SceneFile& scene, const CaptureSettings& settings
     Camera camera(scene, settings, parallel, tracer);
     const int samples = reference_samples(scene, tracer);
     MountedLens lens(scene);
+    certify(camera, lens, scene);
     camera.render_noise_free(lens, nominal, 1, samples, reference.first.data());
     camera.render_noise_free(lens, nominal, 2, samples, reference.second.data());
     if (!file.empty()) {
