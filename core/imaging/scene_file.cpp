@@ -95,6 +95,7 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
 
   scene.files.push_back(folder / lens_name);
   scene.lens = optics::read_prescription(folder / lens_name);
+  scene.ambient_index = choices.ambient_index;
   for (optics::Element& element : scene.lens.elements)
     for (std::size_t f = 0; f + 1 < element.faces.size(); ++f) element.faces[f].index_after /= choices.ambient_index;
   return scene;

@@ -47,6 +47,7 @@ struct SceneFile {
   Sensor sensor;
   Emitter emitter;
   Travel travel;
+  double ambient_index = 1;  // as chosen; wavelengths are shorter by it
   Json machine_time;  // as written, null when absent
   Json spec;
   Json meshes;                               // where scenes of meshes find them; as written, null when absent
