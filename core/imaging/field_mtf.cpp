@@ -79,7 +79,9 @@ Modulation FieldMtfMeter::modulation_at(const FieldPoint& point, const optics::A
   if (!(window.low_u < window.high_u)) return {};
   if (diffraction_) {
     const WavePupil pupil(bundle, window, fresnel_, {point.radial_x, point.radial_y});
-    return {pupil.modulation(lp_per_mm, WavePupil::along), pupil.modulation(lp_per_mm, WavePupil::across)};
+    const double light = pupil.light();
+    return {pupil.modulation(lp_per_mm, WavePupil::along, light),
+            pupil.modulation(lp_per_mm, WavePupil::across, light)};
   }
   const double per_cell_u = (window.high_u - window.low_u) / kCells;
   const double per_cell_v = (window.high_v - window.low_v) / kCells;

@@ -54,6 +54,7 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
   scene.summary = top.string("summary", "");
   const std::string lens_name = top.required_string("lens");
   scene.pivot_behind_first_vertex_mm = top.required_number("pivot_behind_first_vertex_mm", -1e6, 1e6);
+  scene.diffraction = top.boolean("diffraction", false);
   for (const char* key : {"sensor", "emitter", "travel"})
     if (!top.get(key)) top.complain("", std::string("the key \"") + key + "\" is missing (an object)");
 
@@ -81,6 +82,8 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
   if (const Json* value = top.get("spec")) {
     check_specification(source, "/spec", problems);
     scene.spec = *value;
+    if (problems.empty() && value->contains("mtf"))
+      scene.diffraction_in_mtf = (*value)["mtf"].value("diffraction", false);
   }
   if (const Json* value = top.get("meshes")) scene.meshes = *value;
 

@@ -48,8 +48,10 @@ struct SceneFile {
   Emitter emitter;
   Travel travel;
   double ambient_index = 1;  // as chosen; wavelengths are shorter by it
-  Json machine_time;  // as written, null when absent
+  Json machine_time;         // as written, null when absent
   Json spec;
+  bool diffraction = false;                  // in images: diffraction.h
+  bool diffraction_in_mtf = false;           // "diffraction" of the spec's "mtf": field_mtf.h
   Json meshes;                               // where scenes of meshes find them; as written, null when absent
   std::vector<std::filesystem::path> files;  // all that were read
 

@@ -64,7 +64,6 @@ WavePupil::WavePupil(const RayBundle& bundle, const Window& window, bool fresnel
   // The rim lies up to a cell beyond the outermost ray.
   const double rim = 4 * half_ / kFitCells;
   box_ = {found.low_r - rim, found.high_r + rim, found.low_t - rim, found.high_t + rim};
-  light_ = light();
 }
 
 void WavePupil::fit_aims(const std::vector<std::array<double, 4>>& rays) {
@@ -123,6 +122,7 @@ WavePupil::Sample WavePupil::at(double r, double t) const {
 }
 
 double WavePupil::light() const {
+  if (of_u_.empty()) return 0;
   double sum = 0;
   for (int i = 0; i < kCells; ++i)
     for (int j = 0; j < kCells; ++j) {
@@ -134,8 +134,8 @@ double WavePupil::light() const {
   return sum * (box_.high_r - box_.low_r) * (box_.high_t - box_.low_t) / (kCells * kCells);
 }
 
-double WavePupil::modulation(double lp_per_mm, Axis axis) const {
-  if (!(light_ > 0)) return 0;
+double WavePupil::modulation(double lp_per_mm, Axis axis, double light) const {
+  if (!(light > 0)) return 0;
   const double wavelength = bundle_.wavelength_mm(), shear = lp_per_mm * wavelength;
   const double dr = axis == along ? shear / 2 : 0, dt = axis == across ? shear / 2 : 0;
   const double low_r = box_.low_r + dr, side_r = box_.high_r - dr - low_r;
@@ -158,7 +158,7 @@ double WavePupil::modulation(double lp_per_mm, Axis axis) const {
       sine += amplitude * phase.sine;
     }
   const double sum = std::sqrt(cosine * cosine + sine * sine) * side_r * side_t / (kCells * kCells);
-  return std::min(1.0, sum / light_);
+  return std::min(1.0, sum / light);
 }
 
 }  // namespace relign::imaging

@@ -38,8 +38,10 @@ class WavePupil {
   const Box& box() const { return box_; }
 
   enum Axis { along, across };
-  // The autocorrelation at this frequency along r or t over that at none: 0 to 1.
-  double modulation(double lp_per_mm, Axis axis) const;
+  // All of it.
+  double light() const;
+  // The autocorrelation at this frequency along r or t over that at none, which is light(): 0 to 1.
+  double modulation(double lp_per_mm, Axis axis, double light) const;
 
  private:
   // What an aim and its area are for a direction: sums of powers of r and t.
@@ -49,7 +51,6 @@ class WavePupil {
   };
   Aim aim_for(double r, double t) const;
   void fit_aims(const std::vector<std::array<double, 4>>& rays);
-  double light() const;
 
   const RayBundle& bundle_;
   bool fresnel_;
@@ -59,7 +60,6 @@ class WavePupil {
   int degree_ = 0;
   double middle_r_ = 0, middle_t_ = 0, half_ = 1;  // powers are of (r - middle) / half
   std::vector<double> of_u_, of_v_;
-  double light_ = 0;
 };
 
 }  // namespace relign::imaging
