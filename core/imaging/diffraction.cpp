@@ -104,9 +104,9 @@ struct Diffraction::Shape {
         double sum = 0;
         for (int row = 0; row + down < kRaster; ++row) {
           const double* one = amplitude.data() + row * kRaster;
-          const double* other = amplitude.data() + (row + down) * kRaster + right;
+          const double* other = amplitude.data() + (row + down) * kRaster;
           for (int column = std::max(0, -right); column < std::min(kRaster, kRaster - right); ++column)
-            sum += one[column] * other[column];
+            sum += one[column] * other[column + right];
         }
         table[static_cast<std::size_t>(down * side + right + lags)] = sum;
       }

@@ -6,6 +6,7 @@
 
 #include "hyperboloids.h"
 #include "imaging/field_mtf.h"
+#include "optics/trace.h"
 #include "scene_under_test.h"
 
 namespace relign::imaging {
@@ -16,6 +17,21 @@ const double kSine = kStopRadius_mm / std::hypot(kStopRadius_mm, kFocus_mm);  //
 constexpr double kWavelength_mm = 550e-6;
 
 double circular_pupil_mtf(double s) { return s < 1 ? 2 / kPi * (std::acos(s) - s * std::sqrt(1 - s * s)) : 0; }
+
+TEST(OpticalPath, OfAllRaysOfAPerfectLensIsOne) {
+  const SceneFile scene = hyperbolic_scene();
+  const optics::Assembly lens(scene.lens);
+  const double on_axis = kFocus_mm + 10 * kIndex + kFocus_mm;
+  double largest = 0;
+  for (const double height : {0.0, 0.3, -1.1, 1.9}) {
+    const optics::TracedRay ray =
+        optics::trace(lens, {{0, 0, -kFocus_mm}, {height, 0.2, kFocus_mm}}, optics::Apertures::none);
+    ASSERT_TRUE(ray.passed) << ray.lost_at;
+    EXPECT_NEAR(ray.optical_path_mm, on_axis, 1e-11) << height;
+    largest = std::max(largest, std::fabs(ray.optical_path_mm - on_axis));
+  }
+  std::printf("largest difference of paths: %.1e mm\n", largest);
+}
 
 TEST(DiffractionMtf, OfAPerfectLensIsThatOfACircularPupil) {
   const SceneFile scene = hyperbolic_scene();
