@@ -39,6 +39,7 @@ void check_specification(const JsonSource& source, const std::string& pointer, s
     mtf.required_number("lp_per_mm", kCoarsest, kFinest);
     mtf.number("centre", 0, 0, 1);
     mtf.number("corner", 0, 0, 1);
+    mtf.boolean("diffraction", false);
     mtf.refuse_unknown();
   }
   reader.refuse_unknown();

@@ -61,7 +61,8 @@ int validate(Context& context, const std::string& file) {
         print_warning(entry.name + ": the lens as designed, at its nominal pose, misses the MTF of the specification");
       if (mtf)
         design_mtf += "MTF            " + printable(entry.name) + " as designed, at its nominal pose: centre " +
-                      significant(mtf->centre, 3) + ", corner " + significant(mtf->corner, 3) + "\n";
+                      significant(mtf->centre, 3) + ", corner " + significant(mtf->corner, 3) +
+                      (spec.diffraction ? " (with diffraction)" : "") + "\n";
     } catch (const Error& error) {
       if (error.kind() != ErrorKind::bad_input) throw;
       mistakes += (mistakes.empty() ? "" : "\n") + std::string(error.what());

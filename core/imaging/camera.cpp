@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "base/error.h"
+#include "imaging/diffracted_truth.h"
 #include "imaging/ray_source.h"
 #include "imaging/read_out.h"
 
@@ -76,6 +77,7 @@ Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel
   for (unsigned thread = 0; thread < parallel.threads(); ++thread) workspaces_.push_back(std::make_unique<Workspace>());
   sums_.resize(tiles_.tiles().size());
   emitter_ = scene.emitter.plane();
+  if (scene.diffraction) diffraction_.emplace(scene);
   if (settings.transport != Transport::ghost) return;
   refuse_ghosts(scene.lens);
   ghosts_.emplace(scene, settings.sensor_albedo);
@@ -160,12 +162,12 @@ void Camera::play_ghosts(std::uint64_t seed, float* pixels) {
   });
 }
 
-void Camera::add_ghosts(std::uint64_t seed, int samples, float* pixels) {
+void Camera::add_ghosts(std::uint64_t seed, std::uint32_t group, int samples, float* pixels) {
   if (!ghosts_) return;
   parallel_->for_each(static_cast<int>(tiles_.tiles().size()), [&](int index, unsigned thread) {
     const PixelBox& box = tiles_.tiles()[static_cast<std::size_t>(index)].box;
     Workspace& work = *workspaces_[thread];
-    ghosts_->ghost_part(box, seed, 0, samples, work.paths, work.ghosts[0]);
+    ghosts_->ghost_part(box, seed, group, samples, work.paths, work.ghosts[0]);
     const float* value = work.ghosts[0];
     for (int row = box.row; row < box.row + box.rows; ++row)
       for (int column = box.column; column < box.column + box.columns; ++column)
@@ -176,6 +178,7 @@ void Camera::add_ghosts(std::uint64_t seed, int samples, float* pixels) {
 void Camera::capture(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, float* pixels) {
   place(lens, true_pose);
   catch_light(seed, pixels);
+  add_diffraction(pixels);
   if (!scene_->sensor.electronics) return;
   const ShotNoise shot_noise = settings_.sampler == Sampler::pupil ? ShotNoise::added : ShotNoise::in_the_light;
   const int width = scene_->sensor.width;
@@ -213,19 +216,28 @@ void Camera::catch_light(std::uint64_t seed, float* pixels) {
       write_pixels(tile.seen, work.sums[0], tile.area / settings_.samples, width, pixels);
     }
   });
-  add_ghosts(seed, settings_.samples, pixels);
+  add_ghosts(seed, 0, settings_.samples, pixels);
 }
 
 void Camera::render_noise_free(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, int samples,
                                float* pixels) {
   place(lens, true_pose);
+  render_rays(seed, 0, samples, std::max(1, samples / kRaysPerGhost), pixels);
+  add_diffraction(pixels);
+}
+
+void Camera::render_rays(std::uint64_t seed, std::uint32_t group, int samples, int ghosts, float* pixels) {
   const RayPath way = this->way();
   for_seen_tiles(pixels, [&](const Tile& tile, Workspace& work) {
     work.source.start_tile(*scene_, path_, tile, tile.seen, work.sums[0]);
-    work.source.lattice_directions(way, seed, 0, samples);
+    work.source.lattice_directions(way, seed, group, samples);
     write_pixels(tile.seen, work.sums[0], tile.area / samples, scene_->sensor.width, pixels);
   });
-  add_ghosts(seed, std::max(1, samples / kRaysPerGhost), pixels);
+  add_ghosts(seed, group, ghosts, pixels);
+}
+
+void Camera::add_diffraction(float* pixels) {
+  if (diffraction_) diffraction_->blur(pixels, pixels, *parallel_, blurring_);
 }
 
 // What one pixel adds, from one value of each group.
@@ -257,6 +269,14 @@ void Camera::add_truth(const double (&seen)[kTruthGroups], double o1, double o2,
 MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
                                    const Reference& reference) {
   place(lens, true_pose);
+  if (diffraction_) {
+    if (!diffracted_truth_)
+      diffracted_truth_ = std::make_unique<DiffractedTruth>(*diffraction_, scene_->sensor.width, scene_->sensor.height);
+    for (int group = 0; group < kTruthGroups; ++group)
+      render_rays(seed, static_cast<std::uint32_t>(group), kTruthSamples, kTruthGhosts,
+                  diffracted_truth_->group(group));
+    return diffracted_truth_->estimate(reference, *parallel_);
+  }
   const RayPath way = this->way();
   const int width = scene_->sensor.width;
   constexpr int groups = kTruthGroups;

@@ -12,6 +12,8 @@
 
 #include "base/parallel.h"
 #include "imaging/certificate.h"
+
+#include "imaging/diffraction.h"
 #include "imaging/ghost_image.h"
 #include "imaging/mounted_lens.h"
 #include "imaging/pupil_tiles.h"
@@ -22,6 +24,7 @@
 namespace relign::imaging {
 
 struct RayPath;
+class DiffractedTruth;
 
 enum class Transport {
   refract,  // every face lets all light through
@@ -99,9 +102,12 @@ class Camera {
   void place(MountedLens& lens, const std::vector<double>& true_pose);
   RayPath way() const;
   void catch_light(std::uint64_t seed, float* pixels);
+  // A render by rays alone of the lens in place: direct light of one group, and ghosts.
+  void render_rays(std::uint64_t seed, std::uint32_t group, int samples, int ghosts, float* pixels);
+  void add_diffraction(float* pixels);
   // Of transport ghost: light at the paper's noise, and what edges, reflections and scattering add to an image.
   void play_ghosts(std::uint64_t seed, float* pixels);
-  void add_ghosts(std::uint64_t seed, int samples, float* pixels);
+  void add_ghosts(std::uint64_t seed, std::uint32_t group, int samples, float* pixels);
   template <class Body>
   void for_seen_tiles(float* pixels, const Body& body);
 
@@ -111,6 +117,10 @@ class Camera {
   optics::BlockTracer* tracer_;
   PupilTiles tiles_;
   std::optional<GhostImage> ghosts_;  // transport ghost
+  // of scenes with diffraction
+  std::optional<Diffraction> diffraction_;
+  Diffraction::Workspace blurring_;
+  std::unique_ptr<DiffractedTruth> diffracted_truth_;  // once it was asked for
   // of the pose in place
   optics::BackwardPath path_;
   std::vector<optics::Op> ops_;

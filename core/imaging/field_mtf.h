@@ -1,12 +1,14 @@
-// How fine lines a lens as built carries, at points of the field: its geometric MTF, from rays in double.
+// How fine lines a lens as built carries, at points of the field: its MTF, from rays in double. Geometric, or with the
+// diffraction at the lens's own pupil (wave_pupil.h).
 //
-// For judging lenses against a specification. It is of the lens alone: no noise, no diffraction, no pixels, none of the
-// light that faces reflect. What images show has the pixel's and the target's share besides (pixels/measures.h).
+// For judging lenses against a specification. It is of the lens alone: no noise, no pixels, none of the light that
+// faces reflect. What images show has the pixel's and the target's share besides (pixels/measures.h).
 #pragma once
 
 #include <array>
 #include <vector>
 
+#include "imaging/ray_bundle.h"
 #include "imaging/scene_file.h"
 #include "optics/assembly.h"
 
@@ -30,10 +32,16 @@ struct FieldMtf {
   double corner = 0;  // the lowest of the four
 };
 
+// Of waves along the radial direction (tangential lines) and across it (sagittal lines).
+struct Modulation {
+  double tangential = 0, sagittal = 0;
+};
+
 class FieldMtfMeter {
  public:
-  // `scene` outlives it. fresnel: rays are weighed by what uncoated faces let through.
-  FieldMtfMeter(const SceneFile& scene, bool fresnel);
+  // `scene` outlives it. fresnel: rays are weighed by what uncoated faces let through. diffraction: at the wavelength
+  // of the lens file.
+  FieldMtfMeter(const SceneFile& scene, bool fresnel, bool diffraction = false);
 
   // Where light of a field point meets the sensor's plane (also beside the sensor): of waves of lp_per_mm along the
   // radial direction and across it the modulation that is left, the lower one. 0 where no light arrives. A pure
@@ -41,14 +49,15 @@ class FieldMtfMeter {
   FieldMtf measure(const optics::Assembly& assembly, const std::vector<double>& true_pose, double lp_per_mm) const;
   double measure_at(const FieldPoint& point, const optics::Assembly& assembly, const std::vector<double>& true_pose,
                     double lp_per_mm) const;
+  // Both directions; measure_at is the lower one.
+  Modulation modulation_at(const FieldPoint& point, const optics::Assembly& assembly,
+                           const std::vector<double>& true_pose, double lp_per_mm) const;
 
  private:
   const SceneFile* scene_;
-  bool fresnel_;
+  bool fresnel_, diffraction_;
   std::array<FieldPoint, 5> points_;
-  double pupil_z_ = 0;       // lens coordinates; rays are aimed at this plane
-  double pupil_radius_ = 0;  // as first order has it
-  double reach_ = 0;         // no ray farther off the axis can pass
+  PupilAim aim_;
 };
 
 }  // namespace relign::imaging

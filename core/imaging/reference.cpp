@@ -74,6 +74,7 @@ std::string scene_content_hash(const SceneFile& scene, const CaptureSettings& se
   }
   if (scene.lens.mount)
     content["mount"] = {scene.lens.mount->bore_radius_mm, scene.lens.mount->from_z_mm, scene.lens.mount->to_z_mm};
+  if (scene.diffraction) content["diffraction"] = {scene.lens.wavelength_nm, scene.ambient_index};
   if (settings.transport == Transport::ghost) content["sensor_albedo"] = settings.sensor_albedo;
   return short_hash(canonical_json(content));
 }

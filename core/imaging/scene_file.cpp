@@ -55,6 +55,7 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
   scene.summary = top.string("summary", "");
   const std::string lens_name = top.required_string("lens");
   scene.pivot_behind_first_vertex_mm = top.required_number("pivot_behind_first_vertex_mm", -1e6, 1e6);
+  scene.diffraction = top.boolean("diffraction", false);
   for (const char* key : {"sensor", "emitter", "travel"})
     if (!top.get(key)) top.complain("", std::string("the key \"") + key + "\" is missing (an object)");
 
@@ -82,6 +83,8 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
   if (const Json* value = top.get("spec")) {
     check_specification(source, "/spec", problems);
     scene.spec = *value;
+    if (problems.empty() && value->contains("mtf"))
+      scene.diffraction_in_mtf = (*value)["mtf"].value("diffraction", false);
   }
   if (const Json* value = top.get("meshes")) scene.meshes = *value;
 
@@ -96,6 +99,7 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
 
   scene.files.push_back(folder / lens_name);
   scene.lens = optics::read_prescription(folder / lens_name);
+  scene.ambient_index = choices.ambient_index;
   for (optics::Element& element : scene.lens.elements)
     for (std::size_t f = 0; f + 1 < element.faces.size(); ++f) element.faces[f].index_after /= choices.ambient_index;
   scene.pupil = std::make_shared<optics::PupilSearch>(search_pupil(scene));

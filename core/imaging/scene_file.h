@@ -49,8 +49,11 @@ struct SceneFile {
   Sensor sensor;
   Emitter emitter;
   Travel travel;
-  Json machine_time;  // as written, null when absent
+  double ambient_index = 1;  // as chosen; wavelengths are shorter by it
+  Json machine_time;         // as written, null when absent
   Json spec;
+  bool diffraction = false;                  // in images: diffraction.h
+  bool diffraction_in_mtf = false;           // "diffraction" of the spec's "mtf": field_mtf.h
   Json meshes;                               // where scenes of meshes find them; as written, null when absent
   std::vector<std::filesystem::path> files;  // all that were read
   // Of this lens, sensor and travel: whoever changes them resets it, and mounted lenses search anew.

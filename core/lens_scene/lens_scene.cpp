@@ -50,7 +50,9 @@ class LensScene::Mounted final : public relign::Assembly {
   std::optional<FieldMtf> mtf(const Pose& true_pose, double lp_per_mm) override {
     if (of_.tracer_) return std::nullopt;  // which leads rays from the sensor to the target only
     const std::lock_guard<std::mutex> lock(shared_.mutex);
-    if (!of_.mtf_) of_.mtf_.emplace(of_.scene_, of_.settings_.transport != imaging::Transport::refract);
+    if (!of_.mtf_)
+      of_.mtf_.emplace(of_.scene_, of_.settings_.transport != imaging::Transport::refract,
+                       of_.scene_.diffraction_in_mtf);
     const imaging::FieldMtf found = of_.mtf_->measure(lens_.assembly(), true_pose, lp_per_mm);
     return FieldMtf{found.centre, found.corner};
   }

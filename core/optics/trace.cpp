@@ -16,6 +16,7 @@ struct Travelling {
   Vec3 at;
   Vec3 direction;  // unit
   double transmittance = 1;
+  double optical_path_mm = 0;
 };
 
 std::string face_name(const Element& element, std::size_t face) {
@@ -54,6 +55,7 @@ std::string refract(Travelling& ray, const Face& face, const FaceBounds& bounds,
   const double g = cosine_behind - ratio * cosine;
   const Vec3 turned = ratio * l + g * met->normal;
   hit_in_lens = placement.point(hit + Vec3{0, 0, face.z_mm});
+  ray.optical_path_mm += index_before * dot(hit_in_lens - ray.at, ray.direction);
   ray.at = hit_in_lens;
   ray.direction = placement.direction(turned);
   return "";
@@ -118,6 +120,7 @@ TracedRay trace(const Assembly& assembly, const Ray& start, Apertures apertures)
   result.image = at_plane(ray, lens.image_z_mm);
   result.exit_direction = ray.direction;
   result.transmittance = ray.transmittance;
+  result.optical_path_mm = ray.optical_path_mm + dot(result.image - ray.at, ray.direction);
   return result;
 }
 

@@ -21,6 +21,9 @@ struct TracedRay {
   Vec3 image;                // on the image plane; valid if passed
   Vec3 exit_direction;       // unit; valid if passed
   double transmittance = 1;  // of the faces, uncoated glass, unpolarised; valid if passed
+  // From the start to `image`: lengths times indices relative to the ambient medium, negative where the ray is followed
+  // backwards to a face or to the image plane; valid if passed.
+  double optical_path_mm = 0;
 };
 
 // Faces in their order, stops between them, then the image plane at the prescription's image_z_mm.

@@ -12,6 +12,7 @@ struct Specification {
   double rmse = std::numeric_limits<double>::quiet_NaN();       // noise-free, at most
   double lp_per_mm = std::numeric_limits<double>::quiet_NaN();  // of the MTF that is measured, with limits or without
   double mtf_centre = std::numeric_limits<double>::quiet_NaN(), mtf_corner = mtf_centre;  // at least
+  bool diffraction = false;  // the MTF that is measured includes it
 
   bool measures_mtf() const { return lp_per_mm > 0; }
   bool limits_mtf() const;
@@ -20,7 +21,8 @@ struct Specification {
   bool met_by(double of_rmse, double centre, double corner) const;
 };
 
-// The suite's where it has one, else the scene's. What is no specification asks for nothing.
+// The suite's where it has one, else the scene's. What is no specification asks for nothing. Whether the MTF includes
+// diffraction is the scene's to choose, whoever sets the limits (runner/mtf_check.h).
 Specification specification_of(const Json& of_suite, const Json& of_scene);
 
 }  // namespace relign::records

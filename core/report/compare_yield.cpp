@@ -23,7 +23,7 @@ bool equal(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b
 
 bool equal(const records::Specification& a, const records::Specification& b) {
   return equal(a.rmse, b.rmse) && equal(a.lp_per_mm, b.lp_per_mm) && equal(a.mtf_centre, b.mtf_centre) &&
-         equal(a.mtf_corner, b.mtf_corner);
+         equal(a.mtf_corner, b.mtf_corner) && a.diffraction == b.diffraction;
 }
 
 // Whether each lens is in specification; empty where nobody can know.

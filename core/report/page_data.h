@@ -11,7 +11,7 @@
 //   targets        RMSE levels of the suite, falling; spec {rmse, mtf} of the suite, and spec_text, a sentence, where
 //   all
 //                  groups have the same
-//   group.spec_rmse, group.spec_mtf {lp_per_mm, centre, corner}: what counts as good enough there
+//   group.spec_rmse, group.spec_mtf {lp_per_mm, centre, corner, diffraction}: what counts as good enough there
 //   gates          [{name, ok, text}]: whether the numbers may be believed
 //   group.floor    {own_optimum, next_image}: median RMSE of the lenses' own best poses; the Cramer-Rao bound of one
 //                  more image

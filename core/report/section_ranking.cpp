@@ -168,8 +168,9 @@ std::vector<Column> columns_of(const Json& data) {
        "number", error_cell});
   if (any_row(data, "mtf"))
     columns.push_back({"MTF", "centre / corner, median",
-                       "The lens's own MTF, by geometry, at the frequency of the spec where the last recommendation "
-                       "leaves it: in the middle of the field, and in the worst of its corners. Higher is better.",
+                       "The lens's own MTF, " + mtf_kind(data["groups"].front()) +
+                           ", at the frequency of the spec where the last recommendation leaves it: in the middle of "
+                           "the field, and in the worst of its corners. Higher is better.",
                        "number", mtf_cell});
   if (any_row(data, "residual"))
     columns.push_back({"position / tilt", "left, worst axis",

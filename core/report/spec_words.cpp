@@ -35,8 +35,13 @@ std::string spec_sentence(const Json& groups) {
     common = words;
   }
   if (common.empty()) return "";
-  return common + " at the glued pose" +
-         (judges_mtf(groups.front()) ? "; MTF is the lens's own, by geometry, judged once, at the end" : "");
+  if (!judges_mtf(groups.front())) return common + " at the glued pose";
+  return common + " at the glued pose; MTF is the lens's own, " + mtf_kind(groups.front()) +
+         ", judged once, at the end";
+}
+
+std::string mtf_kind(const Json& group) {
+  return flag_of(object_of(group, "spec_mtf"), "diffraction") ? "with diffraction" : "by geometry";
 }
 
 bool judges_mtf(const Json& group) {

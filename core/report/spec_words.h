@@ -14,6 +14,8 @@ std::string spec_words(const Json& group);
 // The same for the head of the page: one sentence where all groups have the same, else empty.
 std::string spec_sentence(const Json& groups);
 
+// How the MTF of a group is meant: "by geometry" or "with diffraction".
+std::string mtf_kind(const Json& group);
 // Whether the specification of a group has a limit of MTF; one that is measured alone decides nothing.
 bool judges_mtf(const Json& group);
 

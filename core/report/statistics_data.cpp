@@ -171,6 +171,7 @@ void add_to_group(Json& group, const stats::GroupStudy& found, const stats::Stud
     Json mtf = {{"lp_per_mm", shown_number(spec.lp_per_mm)}};
     if (std::isfinite(spec.mtf_centre)) mtf["centre"] = shown_number(spec.mtf_centre);
     if (std::isfinite(spec.mtf_corner)) mtf["corner"] = shown_number(spec.mtf_corner);
+    if (spec.diffraction) mtf["diffraction"] = true;
     group["spec_mtf"] = std::move(mtf);
   }
   if (spec.limits_anything()) {

@@ -20,6 +20,16 @@ std::optional<plugin_host::MountedAssembly::FieldMtf> check_mtf(const suite::Sui
                                           RELIGN_SCENE_MTF + ", such as those of lens_system");
   };
   if (facts.owns_stage) refuse("it is a station, and nobody knows where its lens is");
+  if (suites_own) {
+    const Json& mtf = suite.spec["mtf"];
+    const bool scene_has_it = records::specification_of(facts.spec, Json()).diffraction;
+    if (mtf.contains("diffraction") && mtf["diffraction"].get<bool>() != scene_has_it)
+      throw Error(ErrorKind::bad_input,
+                  std::string("the suite's \"spec\" asks for an MTF ") + (scene_has_it ? "without" : "with") +
+                      " diffraction, and that of the scene '" + name + "' is " + (scene_has_it ? "with" : "without") +
+                      " it; set \"diffraction\" in the \"mtf\" of the scene file's own \"spec\", or leave it out of "
+                      "the suite's");
+  }
   try {
     const auto found = scene.mount("{}").mtf(facts.nominal_pose, spec.lp_per_mm);
     if (!found) refuse("it does not offer it");

@@ -11,7 +11,7 @@
 namespace relign::runner {
 
 // What the perfect lens has at the nominal pose; nothing when no MTF is asked for. Throws Error(bad_input) when the
-// scene does not tell it.
+// scene does not tell it, or when the suite's spec asks for diffraction and the scene's MTF has none, or the reverse.
 std::optional<plugin_host::MountedAssembly::FieldMtf> check_mtf(const suite::Suite& suite, const std::string& name,
                                                                 plugin_host::Scene& scene,
                                                                 const task::SceneFacts& facts);

@@ -1,6 +1,7 @@
 // A specification of MTF through the program: measured, judged, told; refused where a scene cannot tell it.
 #include <gmock/gmock.h>
 
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -65,6 +66,34 @@ TEST(CliMtfSpec, SomeLensesMeetItAndSomeDoNot) {
   suite["spec"]["mtf"]["centre"] = 0.9;
   place.write("suite.json", suite.dump());
   EXPECT_EQ(json::parse(relign_bench(place, {"--json", "run", "suite.json"}).out).at("reused"), 8);
+}
+
+TEST(CliMtfSpec, IncludesDiffractionWhereTheSceneSaysSo) {
+  const Workplace place;
+  const std::string folder = std::string(RELIGN_SOURCE_DIR) + "/plugins/scenes/lens_system/relign_od/";
+  json scene = json::parse(std::ifstream(folder + "scene.json"));
+  scene["lens"] = folder + "lens.json";
+  scene["sensor"]["pixels"] = 40;
+  scene["spec"] = {{"mtf", {{"lp_per_mm", 10}, {"centre", 0.5}, {"corner", 0.4}, {"diffraction", true}}}};
+  place.write("scene.json", scene.dump());
+  json suite = json::parse(kSuite);
+  suite["scenes"] = {"scene.json"};
+  suite["instances"] = 1;
+  suite.erase("spec");
+  place.write("suite.json", suite.dump());
+  const Outcome valid = relign_bench(place, {"validate", "suite.json"});
+  EXPECT_THAT(valid.out, HasSubstr("centre 0.800, corner 0.897 (with diffraction)")) << valid.err;
+  ASSERT_EQ(relign_bench(place, {"run", "suite.json"}).exit_code, 0);
+  EXPECT_THAT(place.read("results/mtf/report.html"), HasSubstr("with diffraction, judged once, at the end"));
+  // The limits may be the suite's; the kind of MTF is the scene's.
+  suite["spec"] = {{"mtf", {{"lp_per_mm", 10}, {"diffraction", false}}}};
+  place.write("suite.json", suite.dump());
+  const Outcome other = relign_bench(place, {"validate", "suite.json"});
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.err, HasSubstr("asks for an MTF without diffraction, and that of the scene"));
+  suite["spec"]["mtf"].erase("diffraction");
+  place.write("suite.json", suite.dump());
+  EXPECT_THAT(relign_bench(place, {"validate", "suite.json"}).out, HasSubstr("(with diffraction)"));
 }
 
 TEST(CliMtfSpec, WithoutItRecordsAreThoseOfBefore) {

@@ -55,3 +55,34 @@ def first_order(lens):
         "exit_pupil_diameter": float(paraxial.XPD()),
         "exit_pupil_from_last": float(paraxial.XPL()) + last_to_image,
     }
+
+
+def fft_mtf(lens, scene, height_mm, behind_mm, frequencies):
+    """The lower one of tangential and sagittal MTF with diffraction, for an object point so far off the axis; all faces clip."""
+    from optiland.materials import IdealMaterial
+    from optiland.mtf import FFTMTF
+    from optiland.optic import Optic
+
+    optic = Optic()
+    optic.surfaces.add(index=0, radius=np.inf, z=scene["emitter"]["z_mm"] + scene["pivot_behind_first_vertex_mm"])
+    stop = next(stop for stop in lens["stops"] if stop.get("aperture"))
+    index, placed = 1, False
+    for face in (face for element in lens["elements"] for face in element["faces"]):
+        if not placed and stop["z_mm"] < face["z_mm"]:
+            opening = 2 * stop["opening_radius_mm"]
+            optic.surfaces.add(index=index, radius=np.inf, z=stop["z_mm"], is_stop=True, aperture=opening)
+            index, placed = index + 1, True
+        material = IdealMaterial(n=face.get("index_after", 1.0))
+        clear = 2 * face["clear_radius_mm"]
+        optic.surfaces.add(index=index, radius=face["radius_mm"], z=face["z_mm"], material=material, aperture=clear)
+        index += 1
+    optic.surfaces.add(index=index, radius=np.inf, z=lens["image_z_mm"] + behind_mm)
+    optic.set_aperture("float_by_stop_size", 2 * stop["opening_radius_mm"])
+    optic.fields.set_type("object_height")
+    optic.fields.add(y=max(height_mm, 1e-6))
+    optic.wavelengths.add(value=lens["wavelength_nm"] / 1000, is_primary=True)
+    optic.ray_tracer.set_aiming("robust")
+    mtf = FFTMTF(optic, fields=[(0, 1 if height_mm else 0)], num_rays=256, grid_size=2048, max_freq=400)
+    tangential, sagittal = (np.asarray(curve) for curve in mtf.mtf[0])
+    along, across = np.asarray(mtf.freq_tang[0]), np.asarray(mtf.freq_sag[0])
+    return [float(min(np.interp(f, along, tangential), np.interp(f, across, sagittal))) for f in frequencies]

@@ -1,0 +1,71 @@
+#include "imaging/diffracted_truth.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace relign::imaging {
+
+DiffractedTruth::DiffractedTruth(const Diffraction& diffraction, int width, int height)
+    : diffraction_(&diffraction),
+      width_(width),
+      height_(height),
+      overlap_(diffraction.overlap()),
+      rows_(static_cast<std::size_t>(height)) {
+  for (Images* images : {&groups_, &blurred_, &twice_})
+    for (std::vector<float>& image : *images)
+      image.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+}
+
+MseEstimate DiffractedTruth::estimate(const Reference& reference, Parallel& parallel) {
+  constexpr int groups = kTruthGroups;
+  static_assert(groups == 4, "pairs of groups are paired off below");
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    diffraction_->blur(groups_[g].data(), blurred_[g].data(), parallel, work_);
+    for (std::size_t at = 0; at < blurred_[g].size(); ++at)
+      twice_[g][at] = 2 * blurred_[g][at] - reference.first[at] - reference.second[at];
+    diffraction_->blur(twice_[g].data(), twice_[g].data(), parallel, work_);
+  }
+  parallel.for_each(height_, [&](int row, unsigned) {
+    RowSum sum;
+    for (int column = 0; column < width_; ++column) {
+      const auto at = static_cast<std::size_t>(row * width_ + column);
+      const double o1 = static_cast<double>(reference.first[at]), o2 = static_cast<double>(reference.second[at]);
+      double total = 0, crossed = 0;
+      for (const std::vector<float>& image : blurred_) {
+        const double a = static_cast<double>(image[at]);
+        total += a;
+        crossed += (a - o1) * (a - o2);
+      }
+      sum.product += ((total - groups * o1) * (total - groups * o2) - crossed) / (groups * (groups - 1));
+      // As without diffraction (Camera::add_truth), of the pixels before the blur, which vary independently: a pixel
+      // acts on the mean by what the differences from the references are around it, which is their blur, and squares of
+      // it by the kernel's overlap with itself.
+      constexpr int pairings[3][4] = {{0, 1, 2, 3}, {0, 2, 1, 3}, {0, 3, 1, 2}};
+      double linear = 0, square = 0;
+      for (const auto& [i, j, k, l] : pairings) {
+        const auto value = [at](const Images& images, int m) {
+          return static_cast<double>(images[static_cast<std::size_t>(m)][at]);
+        };
+        const auto both = [&](int m, int n) { return value(twice_, m) * value(twice_, n); };
+        const auto scatter = [&](int m, int n) {
+          const double difference = value(groups_, m) - value(groups_, n);
+          return 0.5 * difference * difference;
+        };
+        const double one = scatter(i, j), other = scatter(k, l);
+        linear += (both(i, j) * other + both(k, l) * one) / 6;
+        square += one * other / 3;
+      }
+      sum.variance += linear / groups + 2 * overlap_ * square / (groups * (groups - 1));
+    }
+    rows_[static_cast<std::size_t>(row)] = sum;
+  });
+  double product = 0, variance = 0;
+  for (const RowSum& sum : rows_) {
+    product += sum.product;
+    variance += sum.variance;
+  }
+  const auto count = static_cast<double>(width_) * static_cast<double>(height_);
+  return {product / count, std::sqrt(std::max(0.0, variance)) / count};
+}
+
+}  // namespace relign::imaging

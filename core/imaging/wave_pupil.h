@@ -1,0 +1,65 @@
+// The pupil function of a lens as built, for one place of the emitter, from the same rays as its geometric MTF.
+//
+// Light that arrives is a sum of plane waves, told apart by their direction cosines in the plane of the sensor: of each
+// the intensity is the rays' light per area of direction cosines, the phase their optical path to a plane through one
+// point of the image, across the ray (a reference sphere of endless radius: no exit pupil is needed, which vignetting,
+// a tilted lens or a telecentric image side would leave undefined). In these coordinates the MTF is the autocorrelation
+// of the pupil function at any field angle, exactly so for scalar waves of one wavelength: a wave of `lp_per_mm` on the
+// sensor couples directions whose cosines differ by lp_per_mm times the wavelength.
+//
+// Each direction has one ray. Where an uncorrected lens sends two rays of one point into one direction, as close to the
+// rim of relign_l3 at its corners (2 % of the light), one of them is left out.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "imaging/ray_bundle.h"
+
+namespace relign::imaging {
+
+class WavePupil {
+ public:
+  // bundle outlives it; window: passing(bundle). direction: unit, a direction on the sensor; r counts along it, t
+  // across.
+  WavePupil(const RayBundle& bundle, const Window& window, bool fresnel, const std::array<double, 2>& direction);
+
+  // Of light that goes along r, t (direction cosines).
+  struct Sample {
+    double intensity = 0;  // light per area of direction cosines; 0: none
+    double path_mm = 0;    // optical path
+  };
+  Sample at(double r, double t) const;
+
+  // Holds all directions that pass; empty (low > high) where hardly any ray does.
+  struct Box {
+    double low_r = 1, high_r = -1, low_t = 1, high_t = -1;
+  };
+  const Box& box() const { return box_; }
+
+  enum Axis { along, across };
+  // All of it.
+  double light() const;
+  // The autocorrelation at this frequency along r or t over that at none, which is light(): 0 to 1.
+  double modulation(double lp_per_mm, Axis axis, double light) const;
+
+ private:
+  // What an aim and its area are for a direction: sums of powers of r and t.
+  struct Aim {
+    double u_mm = 0, v_mm = 0;
+    double area = 0;  // of the aiming plane per area of direction cosines
+  };
+  Aim aim_for(double r, double t) const;
+  void fit_aims(const std::vector<std::array<double, 4>>& rays);
+
+  const RayBundle& bundle_;
+  bool fresnel_;
+  std::array<double, 2> along_;
+  Box box_;
+  double x0_mm_ = 0, y0_mm_ = 0;  // where the rays meet the sensor on average
+  int degree_ = 0;
+  double middle_r_ = 0, middle_t_ = 0, half_ = 1;  // powers are of (r - middle) / half
+  std::vector<double> of_u_, of_v_;
+};
+
+}  // namespace relign::imaging
