@@ -12,7 +12,6 @@
 
 #include "base/parallel.h"
 #include "imaging/certificate.h"
-
 #include "imaging/diffraction.h"
 #include "imaging/ghost_image.h"
 #include "imaging/mounted_lens.h"
