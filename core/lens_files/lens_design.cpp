@@ -96,6 +96,16 @@ void scale(LensDesign& design, double factor) {
       coefficient /= power;
       power *= factor * factor;
     }
+    power = factor * factor;  // r^3 has 1/mm^2
+    for (double& coefficient : surface.odd_asphere) {
+      coefficient /= power;
+      power *= factor * factor;
+    }
+    for (std::optional<QAsphere>* asphere : {&surface.q_bfs, &surface.q_con}) {
+      if (!*asphere) continue;
+      (*asphere)->radius_mm *= factor;
+      for (double& coefficient : (*asphere)->coefficients) coefficient *= factor;
+    }
     if (std::fabs(surface.thickness_mm) < kInfinite) surface.thickness_mm *= factor;
     surface.clear_radius_mm *= factor;
     for (std::optional<optics::Motion>* motion : {&surface.before, &surface.after})

@@ -16,6 +16,14 @@ namespace relign::lens_files {
 constexpr double kInfinite = 1e10;
 constexpr std::size_t kMostSurfaces = 1000;
 constexpr std::size_t kMostBytes = 16 << 20;
+constexpr int kHighestPower = 32;  // of an asphere's polynomial
+constexpr int kMostQTerms = 30;
+
+// Terms of Forbes' orthogonal polynomials, Q_bfs or Q_con; coefficients are lengths.
+struct QAsphere {
+  double radius_mm = 0;  // at which u is 1
+  std::vector<double> coefficients;
+};
 
 struct Surface {
   int line = 0;       // where its description begins
@@ -23,6 +31,8 @@ struct Surface {
   double curvature = 0;
   double conic = 0;
   std::vector<double> even_asphere;  // of r^2, r^4, r^6 ...; 1/mm^(2i-1)
+  std::vector<double> odd_asphere;   // of r^3, r^5, r^7 ...
+  std::optional<QAsphere> q_bfs, q_con;
   double thickness_mm = 0;
   std::string glass;  // empty: air. The name or code as the file has it
   int glass_line = 0;

@@ -6,6 +6,7 @@
 
 #include "base/text.h"
 #include "lens_files/text_lines.h"
+#include "lens_files/zmx_shape.h"
 
 namespace relign::lens_files {
 namespace {
@@ -53,13 +54,13 @@ class ZmxReader {
   }
 
   bool begin_surface() {
+    end_surface();
     surfaces_seen_ = true;
     const int expected = static_cast<int>(reading_.design.surfaces.size());
     if (reading_.integer(line_, word(1), "SURF") != expected)
       reading_.problem(line_, "surface '" + shown(word(1), 20) + "' where surface " + std::to_string(expected) +
                                   " comes next; surfaces are missing or out of order");
     reading_.add_surface(line_, std::to_string(expected));
-    break_ = Break();
     return true;
   }
 
@@ -168,18 +169,15 @@ class ZmxReader {
     if (reading_.design.surfaces.empty()) return false;
     Surface& surface = reading_.design.surfaces.back();
     if (keyword == "TYPE") {
-      const std::string type = upper_case(word(1));
-      surface.break_only = type == "COORDBRK";
-      asphere_ = type == "EVENASPH";
-      if (!surface.break_only && !asphere_ && type != "STANDARD")
-        reading_.problem(line_, "surface " + surface.label + " is of type '" + shown(word(1), 20) +
-                                    "'; read are STANDARD, EVENASPH and COORDBRK");
+      shape_.set_type(line_, word(1));
     } else if (keyword == "CURV") {
       surface.curvature = number(1, "CURV");
     } else if (keyword == "CONI") {
       surface.conic = number(1, "CONI", 1e6);
     } else if (keyword == "PARM") {
-      read_parameter(surface);
+      read_entry(&ZmxShape::set_parameter);
+    } else if (keyword == "XDAT") {
+      read_entry(&ZmxShape::set_extra);
     } else if (keyword == "DISZ") {
       surface.thickness_mm = upper_case(word(1)) == "INFINITY" ? kInfinite : number(1, "DISZ");
     } else if (keyword == "GLAS") {
@@ -200,35 +198,15 @@ class ZmxReader {
     return true;
   }
 
-  void read_parameter(Surface& surface) {
-    constexpr int kMost = 8;
-    const int index = reading_.integer(line_, word(1), "PARM");
-    const double value = number(2, "PARM " + shown(word(1), 20));
-    if (index < 1 || index > kMost) {
-      if (value != 0) reading_.not_understood(line_, "PARM", text_);
-    } else if (surface.break_only) {
-      read_break(surface, index, value);
-    } else if (asphere_) {
-      const auto place = static_cast<std::size_t>(index);
-      if (surface.even_asphere.size() < place) surface.even_asphere.resize(place);
-      surface.even_asphere[place - 1] = value;
-    } else if (value != 0) {
-      reading_.not_understood(line_, "PARM", text_);
-    }
+  void read_entry(void (ZmxShape::*set)(int, int, double)) {
+    const std::string keyword = upper_case(word(0));
+    const int index = reading_.integer(line_, word(1), keyword);
+    (shape_.*set)(line_, index, number(2, keyword + " " + shown(word(1), 20)));
   }
 
-  // 1, 2: decentre x, y; 3, 4, 5: tilt about x, y, z, right-handed; 6: order.
-  void read_break(Surface& surface, int index, double value) {
-    if (index <= 2) break_.shift[index - 1] = value;
-    if (index >= 3 && index <= 5) {
-      if (std::fabs(value) > 360)
-        reading_.problem(line_, "a tilt of " + shortest(value) + " degrees; allowed are -360 to 360");
-      else
-        break_.tilt_deg[index - 3] = value;
-    }
-    if (index == 6) break_.tilt_first = value != 0;
-    surface.before = coordinate_break({break_.shift[0], break_.shift[1], 0}, break_.tilt_deg[0], break_.tilt_deg[1],
-                                      break_.tilt_deg[2], break_.tilt_first);
+  void end_surface() {
+    if (!reading_.design.surfaces.empty()) shape_.apply(reading_, reading_.design.surfaces.back());
+    shape_ = ZmxShape();
   }
 
   // GLAS name kind _ nd Vd: kind 1 is a model glass, told by nd and Vd; of a catalogue's glass Zemax writes any
@@ -250,6 +228,7 @@ class ZmxReader {
   }
 
   LensDesign whole() {
+    end_surface();
     if (!surfaces_seen_) reading_.problem(0, "no surfaces (SURF) found; is this a Zemax lens file, and is it whole?");
     read_fields();
     choose_wavelength();
@@ -285,19 +264,13 @@ class ZmxReader {
     }
   }
 
-  struct Break {
-    double shift[2] = {0, 0};
-    double tilt_deg[3] = {0, 0, 0};
-    bool tilt_first = false;
-  };
-
   const std::vector<TextLine> lines_;
   Reading reading_;
   int line_ = 0;
   std::string text_;
   std::vector<std::string> words_;
-  bool surfaces_seen_ = false, asphere_ = false, clear_from_aperture_ = false;
-  Break break_;
+  bool surfaces_seen_ = false, clear_from_aperture_ = false;
+  ZmxShape shape_;
   double unit_mm_ = 1;
   bool unit_told_ = false;
   int field_type_ = 0, fields_used_ = 0, wavelengths_used_ = 0;

@@ -1,5 +1,5 @@
-// Zemax / OpticStudio sequential lens files (.zmx): surfaces STANDARD, EVENASPH and COORDBRK, system aperture, fields,
-// wavelengths. docs/lens_files.md lists what is read.
+// Zemax / OpticStudio sequential lens files (.zmx): surfaces (zmx_shape.h), system aperture, fields, wavelengths.
+// docs/lens_files.md lists what is read.
 #pragma once
 
 #include <string_view>

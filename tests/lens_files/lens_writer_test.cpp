@@ -177,7 +177,27 @@ TEST(LensWriter, AspheresAndTheTermOfR2) {
       lens_of(small_zmx("  TYPE EVENASPH\n  CURV 0\n  PARM 1 0.01\n"))["elements"][0]["faces"][0];
   EXPECT_EQ(parabola["radius_mm"], 50);
   EXPECT_EQ(parabola["conic"], -1);
-  EXPECT_THAT(refusal(small_zmx("  TYPE EVENASPH\n  PARM 1 0.01\n")), HasSubstr("a curvature and a term of r^2"));
+  // Beside a curvature the term stays one of its own, unless the face is a paraboloid anyway.
+  const OrderedJson beside = lens_of(small_zmx("  TYPE EVENASPH\n  PARM 1 0.01\n"))["elements"][0]["faces"][0];
+  EXPECT_EQ(beside["radius_mm"], 50);
+  EXPECT_EQ(beside["r2"], 0.01);
+  EXPECT_FALSE(beside.contains("even_asphere"));
+  const OrderedJson folded =
+      lens_of(small_zmx("  TYPE EVENASPH\n  CONI -1\n  PARM 1 0.01\n"))["elements"][0]["faces"][0];
+  EXPECT_EQ(folded["radius_mm"], 25);
+  EXPECT_FALSE(folded.contains("r2"));
+}
+
+TEST(LensWriter, WritesOddAndQTypeTerms) {
+  const OrderedJson odd =
+      lens_of(small_zmx("  TYPE ODDASPHE\n  PARM 3 1e-4\n  PARM 4 2e-5\n  PARM 7 3e-8\n"
+                        "  PARM 8 0\n"))["elements"][0]["faces"][0];
+  EXPECT_EQ(odd["odd_asphere"], OrderedJson({1e-4, 0, 3e-8}));
+  EXPECT_EQ(odd["even_asphere"], OrderedJson({2e-5}));
+  const std::string q = "  TYPE QED_TYPE\n  XDAT 2 2\n  XDAT 3 12\n  XDAT 4 -0.5\n  XDAT 5 0.25\n";
+  const OrderedJson face = lens_of(small_zmx(q))["elements"][0]["faces"][0];
+  EXPECT_EQ(face["q_bfs"], OrderedJson({{"radius_mm", 12.0}, {"coefficients", {-0.5, 0.25}}}));
+  EXPECT_THAT(refusal(small_zmx(q + "  CONI -0.5\n")), HasSubstr("surface 1 has Q_bfs terms on a conic, -0.5;"));
 }
 
 TEST(LensWriter, RefusesWithFileAndLine) {

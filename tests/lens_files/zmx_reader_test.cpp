@@ -103,7 +103,7 @@ TEST(ZmxReader, ListsWhatItDoesNotUnderstand) {
   EXPECT_EQ(lens.remarks[0].text, "not used: vignetting factors; clear radii stop the light here");
   EXPECT_EQ(lens.remarks[1].text, "not understood: BLAH 1 2");
   EXPECT_EQ(lens.remarks[1].line, 9);
-  EXPECT_EQ(lens.remarks[2].text, "not understood: XDAT 1 5");
+  EXPECT_EQ(lens.remarks[2].text, "not understood: XDAT 1 5 of surface 1, type STANDARD");
   EXPECT_EQ(lens.remarks[2].more_lines, 1);
 }
 
@@ -121,7 +121,7 @@ TEST(ZmxReader, RefusesWithFileAndLine) {
   EXPECT_THAT(refusal("MODE NSC\n" + small_zmx()), HasSubstr("a.zmx:1: mode 'NSC'; only sequential"));
   EXPECT_THAT(refusal("hello\n"), HasSubstr("a.zmx: no surfaces (SURF) found"));
   EXPECT_THAT(refusal(small_zmx("  TYPE TOROIDAL\n")),
-              HasSubstr("a.zmx:15: surface 1 is of type 'TOROIDAL'; read are"));
+              HasSubstr("a.zmx:15: surface 1 is of type 'TOROIDAL'; supported are"));
   EXPECT_THAT(refusal(small_zmx("  GLAS MIRROR\n")), HasSubstr("a.zmx:15: surface 1 is a mirror"));
   EXPECT_THAT(refusal(small_zmx("  CURV x1\n")), HasSubstr("a.zmx:15: CURV: expected a number, found 'x1'"));
   EXPECT_THAT(refusal(small_zmx("  GLAS ___BLANK 1 0 0.9 50\n")), HasSubstr("a model glass of index 0.9"));
