@@ -6,6 +6,7 @@
 #include "base/json_source.h"
 #include "base/text.h"
 #include "lens_files/axial_rays.h"
+#include "lens_files/field_beams.h"
 #include "lens_files/text_lines.h"
 #include "optics/face_shape.h"
 #include "optics/first_order.h"
@@ -249,27 +250,33 @@ class Completion {
     });
   }
 
-  // As wide as rays of the whole field through the whole stop need, and a little more.
+  // As wide as rays of the fields through the stop need, and a little more where faces do not cross for it.
   void set_clear_radii(const std::vector<bool>& told) {
     constexpr double kMargin = 1.03, kLargestPartOfSphere = 0.98;
-    const optics::Prescription lens = read_back(draft_, design_);
-    const double object_mm = design_.surfaces.front().thickness_mm;
-    const double distance = object_mm < kInfinite && object_mm > 0 ? object_mm : 0;
-    std::vector<double> needed(told.size(), 0);
-    for (const double part : {0.0, 0.5, 0.7, 0.85, 1.0})
-      for (const FanRay& ray : beam(lens, part * lens.half_field_deg, distance))
-        for (std::size_t i = 0; i < needed.size(); ++i)
-          needed[i] = std::max(needed[i], std::fabs(ray.traced.hits[i].y));
-    std::size_t i = 0;
-    each_face(draft_.json, [&](OrderedJson& face) {
-      const double radius = face["radius_mm"].is_null() ? 1e6 : std::fabs(face["radius_mm"].get<double>());
-      if (!told[i]) {
-        if (needed[i] < kProvisional_mm) refuse(0, "no ray of the field comes through the stop to the image");
-        const double clear = std::min(kMargin * needed[i], kLargestPartOfSphere * radius);
-        face["clear_radius_mm"] = std::round(clear * 1e6) / 1e6;
+    const std::vector<double> needed = needed_radii(design_, read_back(draft_, design_));
+    for (std::size_t i = 0; i < needed.size(); ++i)
+      if (!told[i] && needed[i] < kProvisional_mm) refuse(0, "no ray of the field comes through the stop to the image");
+    const auto set = [&](double margin) {
+      std::size_t i = 0;
+      each_face(draft_.json, [&](OrderedJson& face) {
+        const double radius = face["radius_mm"].is_null() ? 1e6 : std::fabs(face["radius_mm"].get<double>());
+        const double clear = std::min(margin * needed[i], kLargestPartOfSphere * radius);
+        if (!told[i]) face["clear_radius_mm"] = std::round(clear * 1e6) / 1e6;
+        ++i;
+      });
+    };
+    for (const double margin : {kMargin, 1.02, 1.01, 1.005, 1.0}) {
+      set(margin);
+      try {
+        read_back(draft_, design_);
+        if (margin < kMargin)
+          assume("clear radii that the file does not state are only " + significant(100 * (margin - 1), 2) +
+                 " % larger than the rays need; with more, faces would cross");
+        return;
+      } catch (const Error&) {  // told with the margin, where no smaller one helps
       }
-      ++i;
-    });
+    }
+    set(kMargin);
   }
 
   void check_stop() {

@@ -87,6 +87,13 @@ std::optional<double> millimetres(const std::string& unit) {
   return known == kUnits.end() ? std::nullopt : std::optional<double>(known->second);
 }
 
+void set_term(Surface& surface, int power, double coefficient) {
+  std::vector<double>& terms = power % 2 == 0 ? surface.even_asphere : surface.odd_asphere;
+  const auto place = static_cast<std::size_t>(power - 2) / 2;
+  if (terms.size() <= place) terms.resize(place + 1);
+  terms[place] = coefficient;
+}
+
 void scale(LensDesign& design, double factor) {
   if (factor == 1) return;
   for (Surface& surface : design.surfaces) {

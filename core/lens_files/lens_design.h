@@ -60,6 +60,14 @@ struct FieldSize {
   int line = 0;
 };
 
+// One field of the design, and the parts of the entrance pupil's radius that vignetting takes from its beam: 0 nothing,
+// 1 up to the centre. Below and above, left and right as seen from the object.
+struct FieldBeam {
+  double x = 0, y = 0;  // as parts of the largest field
+  double cut_below = 0, cut_above = 0, cut_left = 0, cut_right = 0;
+  bool is_cut() const { return cut_below != 0 || cut_above != 0 || cut_left != 0 || cut_right != 0; }
+};
+
 // Something in the file that was not used; several alike are one.
 struct Remark {
   int line = 0;
@@ -74,12 +82,17 @@ struct LensDesign {
   std::vector<Surface> surfaces;  // the object's first, the image's last
   SystemAperture aperture;
   FieldSize field;
+  std::vector<FieldBeam> fields;
   double wavelength_nm = 0;                // the reference wavelength
   std::vector<double> all_wavelengths_nm;  // those that the design is for
   int wavelengths_line = 0;
   std::map<std::string, double> published;  // first-order values, by the names of lens.json
   std::vector<Remark> remarks;
 };
+
+constexpr const char* kVignettingRemark =
+    "vignetting factors are used only for clear radii that the file does not state; images have the light that clear "
+    "radii let through";
 
 // What every reader collects while it goes through the lines.
 class Reading {
@@ -111,6 +124,8 @@ class Reading {
 
 // A millimetre's multiple by its name: MM, CM, IN, M and METER. Nothing for others.
 std::optional<double> millimetres(const std::string& unit);
+// The coefficient of r^power, power from 2 up.
+void set_term(Surface& surface, int power, double coefficient);
 // Multiplies every length.
 void scale(LensDesign& design, double factor);
 

@@ -74,6 +74,7 @@ class SeqReader {
       reading_.problem(reading_.design.surfaces.back().line, "the image surface (SI) is missing; is the file whole?");
     finish_surface();
     use_private_glasses();
+    check_curvatures();
     return system_.finish();
   }
 
@@ -96,13 +97,29 @@ class SeqReader {
     Surface& surface = reading_.add_surface(command.line, label);
     if (command.words.size() > 1) surface.curvature = curvature(command.line, word(command, 1));
     if (command.words.size() > 2) surface.thickness_mm = thickness(command.line, word(command, 2));
-    if (command.words.size() > 3) take_glass(reading_, surface, command.line, word(command, 3));
-    if (command.words.size() > 4) reading_.not_understood(command.line, "S", command.text);
+    const bool model = take_model_glass(command, surface);
+    if (command.words.size() > 3 && !model) take_glass(reading_, surface, command.line, word(command, 3));
+    if (command.words.size() > (model ? 5U : 4U)) reading_.not_understood(command.line, "S", command.text);
+    return true;
+  }
+
+  // nd and Vd instead of a name. (A code such as 517642 is one number, and a large one.)
+  bool take_model_glass(const Command& command, Surface& surface) {
+    const auto nd = parse_number(word(command, 3)), vd = parse_number(word(command, 4));
+    if (!nd || !vd || !(*nd >= 1 && *nd < 5) || !(*vd > 0)) return false;
+    surface.glass_line = command.line;
+    surface.nd = *nd;
+    surface.vd = *vd;
     return true;
   }
 
   double curvature(int line, const std::string& text) {
     const double value = reading_.number(line, text, radius_mode_ ? "radius" : "curvature");
+    if (!radius_mode_ && !mode_stated_ && value != 0) {
+      assumed_curvatures_ = true;
+      reading_.remark(line, "curvatures",
+                      "assumed: surface values are curvatures, CODE V's default; the file has no RDM before them");
+    }
     if (!radius_mode_) return value;
     return value == 0 || std::fabs(value) >= kInfinite ? 0 : 1 / value;
   }
@@ -143,10 +160,13 @@ class SeqReader {
       decentre_.returns = is_current;
       return is_current;
     } else if (keyword == "BEN" || keyword == "REV" || keyword == "RET" || keyword == "GLB" || keyword == "CYL" ||
-               keyword == "YTO" || keyword == "XTO" || keyword == "SPS" || keyword == "DIF" || keyword == "GRX") {
-      reading_.problem(command.line, "surface " + surface->label + ": " + keyword +
-                                         " is not read; read are spheres, conics, even aspheres and decentres with or "
-                                         "without DAR");
+               keyword == "YTO" || keyword == "XTO" || keyword == "DIF" || keyword == "GRX") {
+      reading_.problem(command.line,
+                       "surface " + surface->label + ": " + keyword +
+                           " is not supported; supported are spheres, conics, aspheres and decentres with or "
+                           "without DAR");
+    } else if (is_current && special_.take(reading_, *surface, command.line, command.words, at)) {
+      return true;
     } else if (is_current && decentre_.take(reading_, command.line, keyword, value)) {
       return true;
     } else {
@@ -159,6 +179,7 @@ class SeqReader {
     if (keyword == "RDM") {
       const std::string value = upper_case(word(command, 1));
       radius_mode_ = value.empty() || value[0] != 'N';
+      mode_stated_ = true;
     } else if (keyword == "TITLE" || keyword == "TIT") {
       reading_.design.title = word(command, 1);
     } else if (keyword == "PRV") {
@@ -187,8 +208,29 @@ class SeqReader {
   }
 
   void finish_surface() {
-    if (!reading_.design.surfaces.empty()) decentre_.apply(reading_.design.surfaces.back());
+    if (!reading_.design.surfaces.empty()) {
+      decentre_.apply(reading_.design.surfaces.back());
+      special_.apply(reading_, reading_.design.surfaces.back());
+    }
     decentre_ = Decentre();
+    special_ = SpecialSurface();
+  }
+
+  // Radii in a file without RDM make spheres smaller than their clear radii, or than the entrance pupil.
+  void check_curvatures() {
+    if (!assumed_curvatures_) return;
+    const SystemAperture& aperture = reading_.design.aperture;
+    double pupil = aperture.kind == SystemAperture::entrance_pupil_diameter ? aperture.value / 2 : 0;
+    for (const Surface& surface : reading_.design.surfaces) {
+      const double reach = std::max(surface.clear_radius_mm, pupil);
+      if (surface.curvature == 0) continue;
+      pupil = 0;  // that is where light enters: only the first curved face is this wide for certain
+      if (std::fabs(surface.curvature) * reach <= 1 || surface.conic <= -1) continue;
+      reading_.problem(surface.line, "surface " + surface.label + ": a curvature of " + shortest(surface.curvature) +
+                                         " is a sphere smaller than the light there; without RDM, values are "
+                                         "curvatures; if these are radii, write RDM before the surfaces");
+      return;
+    }
   }
 
   // A private glass is known where the reference wavelength is among its own; else its name stays, for catalogues.
@@ -221,8 +263,11 @@ class SeqReader {
   const std::vector<Command> commands_;
   Reading reading_;
   CodeVSystem system_;
-  bool radius_mode_ = true, image_seen_ = false, in_private_glasses_ = false;
+  // CODE V itself starts in curvature mode; most sequence files that it writes begin with RDM.
+  bool radius_mode_ = false, mode_stated_ = false, assumed_curvatures_ = false, image_seen_ = false,
+       in_private_glasses_ = false;
   Decentre decentre_;
+  SpecialSurface special_;
   std::vector<double> private_wavelengths_;
   std::map<std::string, PrivateGlass> private_indices_;
 };

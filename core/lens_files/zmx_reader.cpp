@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "base/text.h"
@@ -105,11 +106,7 @@ class ZmxReader {
       primary_line_ = line_;
     } else if (keyword.size() == 4 &&
                (keyword.compare(0, 2, "VD") == 0 || keyword.compare(0, 2, "VC") == 0 || keyword == "VANN")) {
-      for (std::size_t i = 1; i < words_.size(); ++i)
-        if (parse_number(words_[i]).value_or(0) != 0) {
-          reading_.remark(line_, "vignetting", "not used: vignetting factors; clear radii stop the light here");
-          break;
-        }
+      read_vignetting(keyword);
     } else if (keyword == "MNUM") {
       if (parse_number(word(1)).value_or(1) > 1)
         reading_.remark(line_, "configurations",
@@ -118,6 +115,32 @@ class ZmxReader {
       return false;
     }
     return true;
+  }
+
+  void read_vignetting(const std::string& keyword) {
+    std::vector<double>& factors = vignetting_[keyword.substr(0, 3)];
+    factors.clear();
+    for (std::size_t i = 1; i < words_.size(); ++i) {
+      factors.push_back(number(i, keyword, 10));
+      if (factors.back() != 0) reading_.remark(line_, "vignetting", kVignettingRemark);
+    }
+  }
+
+  // Decentre and compression of a field's beam, as parts of the pupil; a turned one (VAN) is used as if it were round.
+  FieldBeam field_beam(std::size_t i, double x, double y) const {
+    const auto factor = [&](const char* word) {
+      const auto list = vignetting_.find(word);
+      return list == vignetting_.end() || i >= list->second.size() ? 0 : list->second[i];
+    };
+    FieldBeam beam;
+    beam.x = x;
+    beam.y = y;
+    if (factor("VAN") != 0) return beam;
+    beam.cut_below = factor("VCY") + factor("VDY");
+    beam.cut_above = factor("VCY") - factor("VDY");
+    beam.cut_left = factor("VCX") + factor("VDX");
+    beam.cut_right = factor("VCX") - factor("VDX");
+    return beam;
   }
 
   // WAVM: number, micrometres, weight. WAVL: micrometres of all.
@@ -246,6 +269,9 @@ class ZmxReader {
       field.value = std::max(
           field.value, std::hypot(i < x_fields_.size() ? x_fields_[i] : 0, i < y_fields_.size() ? y_fields_[i] : 0));
     if (field.value == 0) return;
+    for (std::size_t i = 0; i < used; ++i)
+      reading_.design.fields.push_back(field_beam(i, (i < x_fields_.size() ? x_fields_[i] : 0) / field.value,
+                                                  (i < y_fields_.size() ? y_fields_[i] : 0) / field.value));
     switch (field_type_) {
       case 0:
         field.kind = FieldSize::angle_deg;
@@ -275,6 +301,7 @@ class ZmxReader {
   bool unit_told_ = false;
   int field_type_ = 0, fields_used_ = 0, wavelengths_used_ = 0;
   std::vector<double> x_fields_, y_fields_, wavelengths_um_;
+  std::map<std::string, std::vector<double>> vignetting_;  // VDX, VDY, VCX, VCY, VAN of the fields
   std::vector<int> wavelength_lines_;
   int primary_ = 1, primary_line_ = 0;
 };

@@ -11,14 +11,6 @@ namespace {
 constexpr int kPolynomialTerms = 8;      // PARM 1 to 8 of EVENASPH and ODDASPHE
 constexpr int kMostExtendedTerms = 240;  // of XASPHERE and XOSPHERE
 
-// The coefficient of r^power, power from 2 up.
-void add_term(Surface& surface, int power, double coefficient) {
-  std::vector<double>& terms = power % 2 == 0 ? surface.even_asphere : surface.odd_asphere;
-  const auto place = static_cast<std::size_t>(power / 2) - 1;
-  if (terms.size() <= place) terms.resize(place + 1);
-  terms[place] = coefficient;
-}
-
 }  // namespace
 
 void ZmxShape::set_type(int line, const std::string& name) {
@@ -96,7 +88,7 @@ void ZmxShape::apply_terms(Reading& reading, Surface& surface, const Entries& en
       reading.problem(entry.line, "surface " + surface.label + " has a term of r^" + std::to_string(power) +
                                       "; terms up to r^" + std::to_string(kHighestPower) + " are supported");
     } else {
-      add_term(surface, power, entry.value / std::pow(radius, power));
+      set_term(surface, power, entry.value / std::pow(radius, power));
     }
   }
   if (unused > 0 && before > 0)

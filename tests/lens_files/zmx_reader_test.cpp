@@ -97,10 +97,19 @@ TEST(ZmxReader, SystemWords) {
   EXPECT_EQ(read(small_zmx("  CLAP 0 7 0\n  DIAM 6\n")).surfaces[1].clear_radius_mm, 7);
 }
 
+TEST(ZmxReader, ReadsVignettingOfFields) {
+  const LensDesign lens = read(small_zmx("", "FTYP 0 0 2 1\nYFLN 0 20\nVDYN 0 -0.167\nVCYN 0 0.4315\nVCXN 0 0.1\n"));
+  ASSERT_EQ(lens.fields.size(), 2U);
+  // The upper edge of the beam is at VDY + 1 - VCY, the lower one at VDY - 1 + VCY.
+  EXPECT_DOUBLE_EQ(lens.fields[1].cut_above, 0.5985);
+  EXPECT_DOUBLE_EQ(lens.fields[1].cut_below, 0.2645);
+  EXPECT_EQ(lens.fields[1].cut_left, 0.1);
+}
+
 TEST(ZmxReader, ListsWhatItDoesNotUnderstand) {
   const LensDesign lens = read(small_zmx("  XDAT 1 5\n  XDAT 2 6\n", "VCYN 0 0.3 0.1\nBLAH 1 2\n"));
   ASSERT_EQ(lens.remarks.size(), 3U);
-  EXPECT_EQ(lens.remarks[0].text, "not used: vignetting factors; clear radii stop the light here");
+  EXPECT_EQ(lens.remarks[0].text, kVignettingRemark);
   EXPECT_EQ(lens.remarks[1].text, "not understood: BLAH 1 2");
   EXPECT_EQ(lens.remarks[1].line, 9);
   EXPECT_EQ(lens.remarks[2].text, "not understood: XDAT 1 5 of surface 1, type STANDARD");
