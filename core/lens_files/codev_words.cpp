@@ -113,8 +113,15 @@ void take_glass(Reading& reading, Surface& surface, int line, const std::string&
     return;
   }
   surface.glass_line = line;
-  const std::size_t catalogue = word.rfind('_');
-  surface.glass = catalogue == std::string::npos || catalogue == 0 ? word : word.substr(0, catalogue);
+  if (const std::size_t colon = word.find(':'); colon != std::string::npos) {
+    const auto nd = parse_number(word.substr(0, colon)), vd = parse_number(word.substr(colon + 1));
+    if (nd && vd && *nd >= 1 && *nd < 5 && *vd > 0) {
+      surface.nd = *nd;
+      surface.vd = *vd;
+      return;
+    }
+  }
+  surface.glass = word;
 }
 
 Surface* surface_of(Reading& reading, const std::string& qualifier) {

@@ -33,7 +33,7 @@ class CodeVSystem {
   std::map<std::string, std::vector<double>> vignetting_;  // VUX, VLX, VUY, VLY of the fields
 };
 
-// The glass of a surface, from a word such as N-BK7_SCHOTT (catalogue: what follows the last "_"), 517642,
+// The glass of a surface, from a word such as NBK7_SCHOTT (glasses.h finds it), 1.5168:64.17 (nd and Vd), 517642,
 // 517000.642000, AIR or REFL (a problem: only lenses are read).
 void take_glass(Reading& reading, Surface& surface, int line, const std::string& word);
 

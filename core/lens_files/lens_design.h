@@ -36,9 +36,10 @@ struct Surface {
   double thickness_mm = 0;
   std::string glass;  // empty: air. The name or code as the file has it
   int glass_line = 0;
-  double nd = 0, vd = 0;       // of a model glass, which has no other name; vd 0: no dispersion
-  double index = 0;            // told by the file for the reference wavelength; 0: not told
-  double clear_radius_mm = 0;  // 0: not told
+  double stated_nd = 0, stated_vd = 0;  // beside a glass's name in the file; 0: none
+  double nd = 0, vd = 0;                // of a model glass, which has no other name; vd 0: no dispersion
+  double index = 0;                     // told by the file for the reference wavelength; 0: not told
+  double clear_radius_mm = 0;           // 0: not told
   bool stop = false;
   bool break_only = false;  // a coordinate break without a face
   // The frame of this surface in the one before, and the frame of the next in this one.

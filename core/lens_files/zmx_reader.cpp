@@ -66,6 +66,7 @@ class ZmxReader {
   }
 
   bool system_line(const std::string& keyword) {
+    static const std::set<std::string> kVignetting = {"VDXN", "VDYN", "VCXN", "VCYN", "VANN"};
     LensDesign& design = reading_.design;
     const auto aperture = [&](SystemAperture::Kind kind) {
       reading_.aperture(line_, keyword, kind, word(1));
@@ -104,8 +105,7 @@ class ZmxReader {
     } else if (keyword == "PWAV") {
       primary_ = reading_.integer(line_, word(1), "PWAV");
       primary_line_ = line_;
-    } else if (keyword.size() == 4 &&
-               (keyword.compare(0, 2, "VD") == 0 || keyword.compare(0, 2, "VC") == 0 || keyword == "VANN")) {
+    } else if (kVignetting.count(keyword) > 0) {
       read_vignetting(keyword);
     } else if (keyword == "MNUM") {
       if (parse_number(word(1)).value_or(1) > 1)
@@ -232,16 +232,27 @@ class ZmxReader {
     shape_ = ZmxShape();
   }
 
-  // GLAS name kind _ nd Vd: kind 1 is a model glass, told by nd and Vd; of a catalogue's glass Zemax writes any
-  // numbers there (1.5 and 40 where it did not find the glass), so that they are not used.
+  // GLAS name kind surface nd Vd. Kind 1 is a model glass of nd and Vd, whatever it is called; kind 2 is picked up from
+  // another surface, and where that is a model glass, the name is ___BLANK and nd and Vd are its. Beside a catalogue's
+  // name nd and Vd count only with --glass-from-file: Zemax writes 1.5 and 40 where it does not find the glass.
   void read_glass(Surface& surface) {
+    constexpr double kUnknown_nd = 1.5, kUnknown_vd = 40;
     surface.glass_line = line_;
     surface.glass = word(1);
     if (surface.glass.empty()) reading_.problem(line_, "GLAS: the name of the glass is missing");
     if (upper_case(surface.glass) == "MIRROR")
       reading_.problem(line_, "surface " + surface.label + " is a mirror; only lenses are read");
-    const bool model = parse_number(word(2)).value_or(0) == 1 || surface.glass == "___BLANK";
-    if (!model) return;
+    const double kind = parse_number(word(2)).value_or(0);
+    if (kind != 1 && surface.glass != "___BLANK") {
+      if (kind > 2)
+        reading_.remark(line_, "glass solve",
+                        "not used: the solve of glass " + shown(surface.glass, 40) + ", kind " + shortest(kind));
+      const double nd = parse_number(word(4)).value_or(0), vd = parse_number(word(5)).value_or(0);
+      if (!(nd > 1 && nd < 5 && vd > 0) || (nd == kUnknown_nd && vd == kUnknown_vd)) return;
+      surface.stated_nd = nd;
+      surface.stated_vd = vd;
+      return;
+    }
     surface.glass.clear();
     surface.nd = number(4, "GLAS, nd of a model glass", 10);
     surface.vd = words_.size() > 5 ? number(5, "GLAS, Vd of a model glass", 1e4) : 0;

@@ -67,7 +67,7 @@ TEST(LensWriter, OtherSpellingsAreSaid) {
   built_in.is_known = [](const std::string& name) { return name == "N-BK7"; };
   EXPECT_EQ(draft_lens(design, built_in, "a", 0).json["elements"][0]["faces"][0]["glass_after"], "N-BK7");
   ASSERT_EQ(design.remarks.size(), 1U);
-  EXPECT_EQ(design.remarks[0].text, "glass NBK7 is read as N-BK7");
+  EXPECT_EQ(design.remarks[0].text, "glass NBK7_SCHOTT is read as N-BK7");
 }
 
 TEST(LensWriter, ModelGlassesAndIndices) {
@@ -125,6 +125,45 @@ TEST(LensWriter, CementedElementsAndDummies) {
   EXPECT_EQ(lens["elements"][0]["faces"][0]["z_mm"], 0);  // the dummy before it counts for nothing
   EXPECT_EQ(lens["elements"][0]["faces"][1]["glass_after"], "B");
   EXPECT_EQ(lens["stops"][0]["z_mm"], 6);
+}
+
+std::string glass_zmx(const std::string& glass) { return replaced(small_zmx(), "___BLANK 1 0 1.5 0", glass); }
+
+TEST(LensWriter, AliasesNameOtherGlasses) {
+  GlassSources sources;
+  sources.is_known = [](const std::string& name) { return name == "N-BK7"; };
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { lens_of(glass_zmx("BK7 0 0 1.5 40"), sources); }),
+              HasSubstr("surface 1: unknown glass 'BK7'; give the catalogue that has it with --glass FILE.agf, name a "
+                        "glass of the same kind with --alias BK7=NAME, or write its code"));
+  sources.aliases = {parse_alias("bk7=N-BK7")};
+  LensDesign design = read_zmx(glass_zmx("BK7 0 0 1.5 40"), "a.zmx");
+  EXPECT_EQ(draft_lens(design, sources, "a", 0).json["elements"][0]["faces"][0]["glass_after"], "N-BK7");
+  EXPECT_EQ(design.remarks.back().text, "glass BK7 is read as N-BK7 (--alias)");
+  for (const char* wrong : {"BK7", "=N-BK7", "BK7= ", ""})
+    EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { parse_alias(wrong); }), HasSubstr("is not NAME=NAME"));
+}
+
+TEST(LensWriter, GlassFromFileUsesStatedIndex) {
+  GlassSources sources;
+  const std::string text = glass_zmx("S-FPL55 0 0 1.43875 94.66");
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { lens_of(text, sources); }),
+              HasSubstr("or use nd 1.43875 and Vd 94.66 of the file with --glass-from-file"));
+  sources.from_file = true;
+  LensDesign design = read_zmx(text, "a.zmx");
+  const OrderedJson lens = draft_lens(design, sources, "a", 0).json;
+  EXPECT_EQ(lens["elements"][0]["faces"][0]["glass_after"], "S-FPL55");
+  EXPECT_EQ(lens["glasses"]["S-FPL55"], OrderedJson({{"nd", 1.43875}, {"vd", 94.66}}));
+  EXPECT_THAT(design.remarks.back().text, HasSubstr("glass S-FPL55 has the index and Abbe number that the file"));
+  // 1.5 and 40 are what Zemax writes for a glass that it does not know.
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { lens_of(glass_zmx("X 0 0 1.5 40"), sources); }),
+              HasSubstr("unknown glass 'X'"));
+}
+
+TEST(LensWriter, ModelGlassesKeepTheirNumbers) {
+  for (const char* glass : {"APL5014CL_14_BLANK 1 0 1.544 56", "___BLANK 2 3 1.544 56"}) {
+    const OrderedJson lens = lens_of(glass_zmx(glass));
+    EXPECT_EQ(lens["glasses"]["nd1.544-Vd56"], OrderedJson({{"nd", 1.544}, {"vd", 56.0}})) << glass;
+  }
 }
 
 // A lens behind a break, another break that takes it back.

@@ -24,7 +24,7 @@ TEST(SeqReader, ReadsTheCookeTriplet) {
   ASSERT_EQ(lens.surfaces.size(), 8U);
   EXPECT_EQ(lens.surfaces[0].thickness_mm, kInfinite);
   EXPECT_DOUBLE_EQ(1 / lens.surfaces[1].curvature, 22.01359);
-  EXPECT_EQ(lens.surfaces[1].glass, "SK16");
+  EXPECT_EQ(lens.surfaces[1].glass, "SK16_SCHOTT");
   EXPECT_EQ(lens.surfaces[1].clear_radius_mm, 9.5);
   EXPECT_TRUE(lens.surfaces[4].stop);
   EXPECT_EQ(lens.wavelength_nm, 550);  // the list of wavelengths goes on in a second line

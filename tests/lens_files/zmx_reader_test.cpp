@@ -104,6 +104,8 @@ TEST(ZmxReader, ReadsVignettingOfFields) {
   EXPECT_DOUBLE_EQ(lens.fields[1].cut_above, 0.5985);
   EXPECT_DOUBLE_EQ(lens.fields[1].cut_below, 0.2645);
   EXPECT_EQ(lens.fields[1].cut_left, 0.1);
+  // Other words that begin alike are no vignetting factors.
+  EXPECT_NO_THROW(read(small_zmx("", "VDSZ 0 -1e10 1e10\nVCON name\n")));
 }
 
 TEST(ZmxReader, ListsWhatItDoesNotUnderstand) {
