@@ -56,7 +56,7 @@ void add_design_options(CLI::App& verb, DesignOptions& options) {
 
 DesignLens read_design_lens(const std::string& file, const DesignOptions& options, const std::string& name) {
   DesignLens made;
-  made.design = lens_files::read_design(lens_files::bytes_of(file), file);
+  made.design = lens_files::read_design_with_problems(lens_files::bytes_of(file), file);
   const lens_files::GlassSources sources = glass_sources(options);
   made.lens =
       lens_files::complete_lens(made.design, lens_files::draft_lens(made.design, sources, name, options.wavelength_nm));

@@ -76,7 +76,9 @@ class Completion {
     set_aperture(told);
     if (std::find(told.begin(), told.end(), false) != told.end()) set_clear_radii(told);
     if (!all_told)
-      assume("assumed: clear radii of faces where the file tells none, 3 % more than the rays of the field need");
+      assume("assumed: clear radii of faces where the file tells none, " + shortest(clear_margin_percent_) +
+             " % more than the rays of the field need" +
+             (clear_margin_percent_ < 3 ? "; with more, faces would cross" : ""));
     check_stop();
     check_axial_beam(told);
     tell_plates();
@@ -269,9 +271,7 @@ class Completion {
       set(margin);
       try {
         read_back(draft_, design_);
-        if (margin < kMargin)
-          assume("clear radii that the file does not state are only " + significant(100 * (margin - 1), 2) +
-                 " % larger than the rays need; with more, faces would cross");
+        clear_margin_percent_ = std::round(1000 * (margin - 1)) / 10;
         return;
       } catch (const Error&) {  // told with the margin, where no smaller one helps
       }
@@ -351,6 +351,7 @@ class Completion {
   LensDraft draft_;
   std::string opening_why_;
   double provisional_opening_mm_ = kProvisional_mm;
+  double clear_margin_percent_ = 3;
 };
 
 // Names of files and titles may hold bytes that are no UTF-8.

@@ -65,7 +65,7 @@ void Reading::aperture(int line, const std::string& keyword, SystemAperture::Kin
 Surface& Reading::add_surface(int line, const std::string& label) {
   if (design.surfaces.size() >= kMostSurfaces) {
     problem(line, "more than " + std::to_string(kMostSurfaces) + " surfaces; no lens for this program has so many");
-    finish();
+    throw_if_any(finish().problems);
   }
   design.surfaces.emplace_back();
   design.surfaces.back().line = line;
@@ -76,7 +76,7 @@ Surface& Reading::add_surface(int line, const std::string& label) {
 LensDesign Reading::finish() {
   if (untold_problems_ > 0)
     problems_.push_back({design.file, 0, 0, "", "and " + std::to_string(untold_problems_) + " mistakes more"});
-  throw_if_any(problems_);
+  design.problems = problems_;
   return std::move(design);
 }
 

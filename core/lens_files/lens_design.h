@@ -89,6 +89,7 @@ struct LensDesign {
   int wavelengths_line = 0;
   std::map<std::string, double> published;  // first-order values, by the names of lens.json
   std::vector<Remark> remarks;
+  std::vector<Problem> problems;  // for which the file is refused, once its surfaces and glasses are looked at too
 };
 
 constexpr const char* kVignettingRemark =
@@ -114,7 +115,7 @@ class Reading {
   // A new surface at the end; throws all problems at once when there are too many.
   Surface& add_surface(int line, const std::string& label);
 
-  // Throws Error(bad_input) with every problem; else the design.
+  // The design with every problem.
   LensDesign finish();
 
  private:

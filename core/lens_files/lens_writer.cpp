@@ -35,16 +35,16 @@ class Writer {
 
   LensDraft write(const std::string& name) {
     check_surfaces();
-    throw_if_any(problems_);
+    throw_problems();
     place_surfaces();
-    throw_if_any(problems_);
+    throw_problems();
     LensDraft draft;
     OrderedJson elements = OrderedJson::array();
     group(elements, draft);
     OrderedJson stops = OrderedJson::array();
     write_stop(elements, stops, draft);
     for (const Problem& problem : glasses_.problems()) problems_.push_back(problem);
-    throw_if_any(problems_);
+    throw_in_order();
 
     OrderedJson& lens = draft.json;
     lens["format"] = 1;
@@ -67,9 +67,27 @@ class Writer {
     problems_.push_back({design_.file, surface.line, 0, "", message});
   }
 
+  // All that is wrong with surfaces, and with glasses, which group() has not come to yet.
+  void throw_problems() {
+    if (problems_.empty()) return;
+    for (const Surface& surface : design_.surfaces) {
+      OrderedJson face;
+      if (!surface.glass.empty()) glasses_.write(surface, face);
+    }
+    for (const Problem& problem : glasses_.problems()) problems_.push_back(problem);
+    throw_in_order();
+  }
+  void throw_in_order() {
+    std::stable_sort(problems_.begin(), problems_.end(),
+                     [](const Problem& a, const Problem& b) { return a.line < b.line; });
+    throw_if_any(problems_);
+  }
+
   void check_surfaces() {
     constexpr double kShortest_nm = 100, kLongest_nm = 1e5;
-    if (!(wavelength_nm_ >= kShortest_nm && wavelength_nm_ <= kLongest_nm))
+    problems_ = design_.problems;
+    // A wavelength that the file does not state properly is among its problems.
+    if (!(wavelength_nm_ >= kShortest_nm && wavelength_nm_ <= kLongest_nm) && design_.problems.empty())
       problems_.push_back(
           {design_.file, 0, 0, "", "a wavelength of " + shortest(wavelength_nm_) + " nm; allowed are 100 to 100000"});
     if (design_.surfaces.size() < 4) {

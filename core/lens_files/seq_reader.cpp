@@ -274,6 +274,14 @@ class SeqReader {
 
 }  // namespace
 
-LensDesign read_seq(std::string_view bytes, const std::string& file) { return SeqReader(bytes, file).read(); }
+LensDesign read_seq_with_problems(std::string_view bytes, const std::string& file) {
+  return SeqReader(bytes, file).read();
+}
+
+LensDesign read_seq(std::string_view bytes, const std::string& file) {
+  LensDesign design = read_seq_with_problems(bytes, file);
+  throw_if_any(design.problems);
+  return design;
+}
 
 }  // namespace relign::lens_files

@@ -240,8 +240,11 @@ class ZmxReader {
     surface.glass_line = line_;
     surface.glass = word(1);
     if (surface.glass.empty()) reading_.problem(line_, "GLAS: the name of the glass is missing");
-    if (upper_case(surface.glass) == "MIRROR")
+    if (upper_case(surface.glass) == "MIRROR") {
       reading_.problem(line_, "surface " + surface.label + " is a mirror; only lenses are read");
+      surface.glass.clear();
+      return;
+    }
     const double kind = parse_number(word(2)).value_or(0);
     if (kind != 1 && surface.glass != "___BLANK") {
       if (kind > 2)
@@ -319,6 +322,14 @@ class ZmxReader {
 
 }  // namespace
 
-LensDesign read_zmx(std::string_view bytes, const std::string& file) { return ZmxReader(bytes, file).read(); }
+LensDesign read_zmx_with_problems(std::string_view bytes, const std::string& file) {
+  return ZmxReader(bytes, file).read();
+}
+
+LensDesign read_zmx(std::string_view bytes, const std::string& file) {
+  LensDesign design = read_zmx_with_problems(bytes, file);
+  throw_if_any(design.problems);
+  return design;
+}
 
 }  // namespace relign::lens_files

@@ -127,6 +127,16 @@ TEST(LensWriter, CementedElementsAndDummies) {
   EXPECT_EQ(lens["stops"][0]["z_mm"], 6);
 }
 
+TEST(LensWriter, TellsAllProblemsOfReadingWritingAndGlassesAtOnce) {
+  const std::string text = replaced(small_zmx("  TYPE TOROIDAL\n"), "___BLANK 1 0 1.5 0", "X 0 0 1.5 40");
+  LensDesign design = read_design_with_problems(replaced(text, "  STOP\n", ""), "a.zmx");
+  const std::string all = error_text(ErrorKind::bad_input, [&] { draft_lens(design, {}, "a", 0); });
+  EXPECT_THAT(all, HasSubstr("a.zmx: exactly one surface must be the stop, found 0"));
+  EXPECT_THAT(all, HasSubstr("a.zmx:13: surface 1: unknown glass 'X'"));
+  EXPECT_THAT(all, HasSubstr("a.zmx:15: surface 1 is of type 'TOROIDAL'"));
+  EXPECT_LT(all.find("unknown glass"), all.find("TOROIDAL"));  // by line
+}
+
 std::string glass_zmx(const std::string& glass) { return replaced(small_zmx(), "___BLANK 1 0 1.5 0", glass); }
 
 TEST(LensWriter, AliasesNameOtherGlasses) {
