@@ -49,6 +49,10 @@ void add_design_options(CLI::App& verb, DesignOptions& options) {
       ->allow_extra_args(false);
   verb.add_flag("--glass-from-file", options.glass_from_file,
                 "use the index and Abbe number that a Zemax file states beside a glass name that is unknown");
+  verb.add_option("--configuration", options.configuration,
+                  "configuration (Zemax) or zoom position (CODE V), from 1 [default: as the file stands]")
+      ->type_name("N")
+      ->check(from_to(1, 1000, "1 to 1000"));
   verb.add_option("--wavelength", options.wavelength_nm, "wavelength, nm [default: the file's reference wavelength]")
       ->type_name("NM")
       ->check(from_to(100, 1e5, "100 to 100000 nm"));
@@ -56,7 +60,7 @@ void add_design_options(CLI::App& verb, DesignOptions& options) {
 
 DesignLens read_design_lens(const std::string& file, const DesignOptions& options, const std::string& name) {
   DesignLens made;
-  made.design = lens_files::read_design_with_problems(lens_files::bytes_of(file), file);
+  made.design = lens_files::read_design_with_problems(lens_files::bytes_of(file), file, options.configuration);
   const lens_files::GlassSources sources = glass_sources(options);
   made.lens =
       lens_files::complete_lens(made.design, lens_files::draft_lens(made.design, sources, name, options.wavelength_nm));
@@ -67,6 +71,7 @@ void refuse_design_options(const DesignOptions& options) {
   const char* option = !options.glass_files.empty() ? "--glass"
                        : !options.aliases.empty()   ? "--alias"
                        : options.glass_from_file    ? "--glass-from-file"
+                       : options.configuration > 0  ? "--configuration"
                        : options.wavelength_nm > 0  ? "--wavelength"
                                                     : nullptr;
   if (option)

@@ -56,14 +56,20 @@ std::vector<Command> commands_of(const std::vector<TextLine>& lines) {
 
 class SeqReader {
  public:
-  SeqReader(std::string_view bytes, const std::string& file)
-      : commands_(commands_of(text_lines(bytes, file))), reading_(file, "CODE V"), system_(reading_) {}
+  SeqReader(std::string_view bytes, const std::string& file, int position)
+      : position_(std::max(1, position)),
+        position_chosen_(position > 0),
+        commands_(commands_of(text_lines(bytes, file))),
+        reading_(file, "CODE V"),
+        system_(reading_) {}
 
   LensDesign read() {
-    for (const Command& command : commands_) {
+    for (Command command : commands_) {
       const std::string keyword = upper_case(command.words[0]);
       if (in_private_glasses_)
         private_glass(command, keyword);
+      else if (!is_of_position(command))
+        continue;
       else if (!is_surface(command, keyword) && !surface_property(command, keyword) && !global(command, keyword) &&
                !system_.take(command.line, command.words))
         reading_.not_understood(command.line, keyword, command.text);
@@ -75,6 +81,9 @@ class SeqReader {
     finish_surface();
     use_private_glasses();
     check_curvatures();
+    if (position_ > positions_)
+      reading_.problem(
+          0, "there is no zoom position " + std::to_string(position_) + "; the file has " + std::to_string(positions_));
     return system_.finish();
   }
 
@@ -184,12 +193,60 @@ class SeqReader {
       reading_.design.title = word(command, 1);
     } else if (keyword == "PRV") {
       in_private_glasses_ = true;
-    } else if (keyword == "ZOO" || keyword == "POS") {
-      reading_.remark(command.line, "zoom", "not used: further zoom positions; the lens is read as it stands above");
+    } else if (keyword == "ZOO") {
+      zoom(command);
+    } else if (keyword == "POS") {
+      return true;
     } else {
       return keyword == "LEN" || keyword == "GO" || keyword == "CA" || keyword == "EOS";
     }
     return true;
+  }
+
+  // "THI S5 Z2 12.5" is of one zoom position: without the Z word where that is the one, else of no use.
+  bool is_of_position(Command& command) const {
+    for (std::size_t i = 1; i < command.words.size() && i < 3; ++i) {
+      const std::string text = upper_case(command.words[i]);
+      if (text.size() < 2 || text.size() > 4 || text[0] != 'Z' ||
+          text.find_first_not_of("0123456789", 1) != std::string::npos)
+        continue;
+      if (std::stoi(text.substr(1)) != position_) return false;
+      command.words.erase(command.words.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+    return true;
+  }
+
+  // ZOO 3; ZOO THI S5 1.0 2.0 3.0; ZOO EPD 5 4 3: the value of the position as a command of its own.
+  void zoom(const Command& command) {
+    static const std::set<std::string> kSupported = {"THI", "RDY", "CUY", "GLA", "K", "A",   "B",   "C",  "D",
+                                                     "E",   "F",   "G",   "H",   "J", "EPD", "FNO", "NA", "NAO"};
+    static const std::set<std::string> kWithoutMeaning = {"TIT", "WTF", "WTW", "THC", "CCY", "GLC", "KC",
+                                                          "VUX", "VLX", "VUY", "VLY", "STA", "PFR", "WTZ"};
+    const std::string operand = upper_case(word(command, 1));
+    if (const auto count = parse_number(operand); count && *count >= 1 && *count <= 1000) {
+      positions_ = static_cast<int>(*count);
+      if (positions_ > 1 && !position_chosen_)
+        reading_.remark(command.line, "zoom",
+                        "not used: further zoom positions; the lens is read as its position 1 of " +
+                            std::to_string(positions_) + " (--configuration takes another)");
+      return;
+    }
+    if (kWithoutMeaning.count(operand) > 0) return;
+    Command own = {command.line, command.text, {operand}};
+    std::size_t first = 2;
+    if (first < command.words.size() && !parse_number(word(command, first)) && operand != "GLA")
+      own.words.push_back(word(command, first++));
+    else if (operand == "GLA" && surface_of(reading_, word(command, first)))
+      own.words.push_back(word(command, first++));
+    const std::string base = word(command, first),
+                      value = word(command, first + static_cast<std::size_t>(position_) - 1);
+    if (position_ == 1 || value == base) return;
+    own.words.push_back(value);
+    if (kSupported.count(operand) == 0)
+      reading_.problem(command.line, "ZOO " + shown(operand, 20) + " differs between zoom position " +
+                                         std::to_string(position_) + " and 1; it is not supported");
+    else if (!surface_property(own, operand) && !system_.take(own.line, own.words))
+      reading_.not_understood(command.line, "ZOO", command.text);
   }
 
   // PRV; PWL wavelengths; 'name' indices; END.
@@ -260,6 +317,8 @@ class SeqReader {
     std::vector<double> wavelengths, indices;
   };
 
+  int position_ = 1, positions_ = 1;  // of the zoom
+  bool position_chosen_ = false;
   const std::vector<Command> commands_;
   Reading reading_;
   CodeVSystem system_;
@@ -274,8 +333,8 @@ class SeqReader {
 
 }  // namespace
 
-LensDesign read_seq_with_problems(std::string_view bytes, const std::string& file) {
-  return SeqReader(bytes, file).read();
+LensDesign read_seq_with_problems(std::string_view bytes, const std::string& file, int configuration) {
+  return SeqReader(bytes, file, configuration).read();
 }
 
 LensDesign read_seq(std::string_view bytes, const std::string& file) {

@@ -7,6 +7,7 @@
 
 #include "base/text.h"
 #include "lens_files/text_lines.h"
+#include "lens_files/zmx_configurations.h"
 #include "lens_files/zmx_shape.h"
 
 namespace relign::lens_files {
@@ -18,14 +19,16 @@ const std::set<std::string>& without_meaning() {
       "VERS", "PFIL", "LANG", "NOTE", "ENVD", "GFAC", "RAIM", "PUSH", "SDMA", "ROPD", "PICB", "FWGN", "FWGT", "FWGL",
       "POLS", "GLRS", "GSTD", "NSCD", "COFN", "GCAT", "HIDE", "MIRR", "SLAB", "POPS", "MAZH", "COMM", "WAVN", "WWGN",
       "WWGT", "BLNK", "DBDT", "HYPR", "XFLD", "FIMP", "OEMA", "STAR", "SDIA", "RCPL", "PRIM", "EFFL", "COOR", "UNIQ",
-      "TOLR", "WWAV", "CLMB", "SCBD", "GLCZ", "VPAR", "PZUP", "LTTP", "RSCE", "RWRE", "MEMA"};
+      "TOLR", "WWAV", "CLMB", "SCBD", "GLCZ", "VPAR", "PZUP", "LTTP", "RSCE", "RWRE", "MEMA", "MNUM"};
   return kKeywords;
 }
 
 class ZmxReader {
  public:
-  ZmxReader(std::string_view bytes, const std::string& file)
-      : lines_(text_lines(bytes, file)), reading_(file, "Zemax") {}
+  ZmxReader(std::string_view bytes, const std::string& file, int configuration)
+      : lines_(text_lines(bytes, file)), reading_(file, "Zemax") {
+    choose_configuration(lines_, reading_, configuration);
+  }
 
   LensDesign read() {
     for (const TextLine& line : lines_) {
@@ -107,10 +110,6 @@ class ZmxReader {
       primary_line_ = line_;
     } else if (kVignetting.count(keyword) > 0) {
       read_vignetting(keyword);
-    } else if (keyword == "MNUM") {
-      if (parse_number(word(1)).value_or(1) > 1)
-        reading_.remark(line_, "configurations",
-                        "not used: further configurations; the lens is read as it stands above");
     } else {
       return false;
     }
@@ -304,7 +303,7 @@ class ZmxReader {
     }
   }
 
-  const std::vector<TextLine> lines_;
+  std::vector<TextLine> lines_;
   Reading reading_;
   int line_ = 0;
   std::string text_;
@@ -322,8 +321,8 @@ class ZmxReader {
 
 }  // namespace
 
-LensDesign read_zmx_with_problems(std::string_view bytes, const std::string& file) {
-  return ZmxReader(bytes, file).read();
+LensDesign read_zmx_with_problems(std::string_view bytes, const std::string& file, int configuration) {
+  return ZmxReader(bytes, file, configuration).read();
 }
 
 LensDesign read_zmx(std::string_view bytes, const std::string& file) {

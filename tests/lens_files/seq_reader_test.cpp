@@ -97,6 +97,22 @@ TEST(SeqReader, ReadsOddPolynomials) {
   EXPECT_THAT(refusal(small_seq("SPS QCN 10")), HasSubstr("a.seq:11: surface S1: SPS QCN is not supported"));
 }
 
+TEST(SeqReader, ReadsOneOfItsZoomPositions) {
+  const std::string text =
+      small_seq() + "ZOO 3\nZOO TIT\nZOO THI S1 4 5 6\nTHI S3 Z2 40\nZOO EPD 10 8 6\nZOO YAN F1 5 5 9\nGO\n";
+  const LensDesign second = read_seq_with_problems(text, "a.seq", 2);
+  EXPECT_TRUE(second.problems.empty());
+  EXPECT_EQ(second.surfaces[1].thickness_mm, 5);
+  EXPECT_EQ(second.surfaces[3].thickness_mm, 40);
+  EXPECT_EQ(second.aperture.value, 8);
+  const LensDesign first = read(text);
+  EXPECT_EQ(first.surfaces[1].thickness_mm, 4);
+  EXPECT_EQ(first.surfaces[3].thickness_mm, 47.6);
+  EXPECT_THAT(first.remarks[0].text, HasSubstr("read as its position 1 of 3 (--configuration takes another)"));
+  EXPECT_THAT(read_seq_with_problems(text, "a.seq", 3).problems[0].message, HasSubstr("ZOO YAN differs between zoom"));
+  EXPECT_THAT(read_seq_with_problems(text, "a.seq", 4).problems.back().message, HasSubstr("no zoom position 4"));
+}
+
 TEST(SeqReader, ReadsModelGlasses) {
   std::string text = small_seq();
   text.replace(text.find("517642"), 6, "1.5168 64.17");

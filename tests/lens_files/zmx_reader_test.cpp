@@ -108,6 +108,30 @@ TEST(ZmxReader, ReadsVignettingOfFields) {
   EXPECT_NO_THROW(read(small_zmx("", "VDSZ 0 -1e10 1e10\nVCON name\n")));
 }
 
+TEST(ZmxReader, ReadsOneOfItsConfigurations) {
+  const std::string rest = " 0 0 0 1 1 1 0 0 \"\" 0\n";
+  const std::string text = small_zmx() + "MNUM 3 1\nLTTL 0 1 \"far\" 0\nLTTL 0 2 \"near\" 0\nTHIC 0 1 1e10" + rest +
+                           "THIC 0 2 300" + rest + "THIC 2 1 1" + rest + "THIC 2 2 2.5" + rest + "CRVT 1 1 0.02" +
+                           rest + "CRVT 1 2 0.03" + rest + "CONN 1 2 -0.5" + rest + "APER 0 1 10" + rest +
+                           "APER 0 2 8" + rest + "YFIE 1 2 4" + rest + "PRAM 1 1 0" + rest + "PRAM 1 2 0" + rest +
+                           "PRAM 1 3 1" + rest;
+  const LensDesign near = read_zmx_with_problems(text, "a.zmx", 2);
+  EXPECT_TRUE(near.problems.empty());
+  EXPECT_EQ(near.surfaces[0].thickness_mm, 300);
+  EXPECT_EQ(near.surfaces[2].thickness_mm, 2.5);
+  EXPECT_EQ(near.surfaces[1].curvature, 0.03);
+  EXPECT_EQ(near.surfaces[1].conic, -0.5);
+  EXPECT_EQ(near.aperture.value, 8);
+  EXPECT_EQ(near.field.value, 4);
+  const LensDesign stands = read(text);
+  EXPECT_EQ(stands.surfaces[2].thickness_mm, 1);
+  EXPECT_THAT(stands.remarks[0].text, HasSubstr("as it stands above, configuration 1 of 3 (--configuration takes"));
+  const LensDesign third = read_zmx_with_problems(text, "a.zmx", 3);
+  ASSERT_EQ(third.problems.size(), 1U);
+  EXPECT_THAT(third.problems[0].message, HasSubstr("operand PRAM 1 differs between configuration 3 and 1"));
+  EXPECT_THAT(read_zmx_with_problems(text, "a.zmx", 4).problems[0].message, HasSubstr("there is no configuration 4"));
+}
+
 TEST(ZmxReader, ListsWhatItDoesNotUnderstand) {
   const LensDesign lens = read(small_zmx("  XDAT 1 5\n  XDAT 2 6\n", "VCYN 0 0.3 0.1\nBLAH 1 2\n"));
   ASSERT_EQ(lens.remarks.size(), 3U);
