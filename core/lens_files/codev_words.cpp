@@ -236,8 +236,11 @@ void SpecialSurface::apply(Reading& reading, Surface& surface) const {
     if (power == 1)
       reading.problem(term.first, "surface " + surface.label + " has a term of r, " + shortest(term.second) +
                                       ": its vertex is a cone's tip; only terms from r^2 up are supported");
+    else if (const double coefficient = term.second / std::pow(radius, power); std::isfinite(coefficient))
+      set_term(surface, power, coefficient);
     else if (radius > 0)
-      set_term(surface, power, term.second / std::pow(radius, power));
+      reading.problem(term.first, "surface " + surface.label + ": the term of r^" + std::to_string(power) +
+                                      " is too large with a normalisation radius of " + shortest(radius));
   }
 }
 

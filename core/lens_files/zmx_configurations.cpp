@@ -8,6 +8,8 @@
 namespace relign::lens_files {
 namespace {
 
+constexpr std::size_t kMostOperands = 1000;
+
 // One row: operand, surface or field or wavelength, configuration, value.
 struct Operand {
   int line = 0;
@@ -37,6 +39,11 @@ class Configurations {
     if (wanted > count_) {
       reading_.problem(
           line_, "there is no configuration " + std::to_string(wanted) + "; the file has " + std::to_string(count_));
+      return;
+    }
+    if (operands_.size() > kMostOperands) {
+      reading_.problem(line_, std::to_string(operands_.size()) + " operands of configurations; allowed are " +
+                                  std::to_string(kMostOperands));
       return;
     }
     for (const auto& [key, rows] : operands_) {

@@ -232,8 +232,9 @@ class ZmxReader {
   }
 
   // GLAS name kind surface nd Vd. Kind 1 is a model glass of nd and Vd, whatever it is called; kind 2 is picked up from
-  // another surface, and where that is a model glass, the name is ___BLANK and nd and Vd are its. Beside a catalogue's
-  // name nd and Vd count only with --glass-from-file: Zemax writes 1.5 and 40 where it does not find the glass.
+  // another surface, and where that is a model glass, the name ends in _BLANK and nd and Vd are its. Beside a
+  // catalogue's name nd and Vd count only with --glass-from-file: Zemax writes 1.5 and 40 where it does not find the
+  // glass.
   void read_glass(Surface& surface) {
     constexpr double kUnknown_nd = 1.5, kUnknown_vd = 40;
     surface.glass_line = line_;
@@ -245,7 +246,10 @@ class ZmxReader {
       return;
     }
     const double kind = parse_number(word(2)).value_or(0);
-    if (kind != 1 && surface.glass != "___BLANK") {
+    constexpr std::string_view kBlank = "_BLANK";  // how names of model glasses end
+    const bool blank = surface.glass.size() > kBlank.size() &&
+                       surface.glass.compare(surface.glass.size() - kBlank.size(), kBlank.size(), kBlank) == 0;
+    if (kind != 1 && !blank) {
       if (kind > 2)
         reading_.remark(line_, "glass solve",
                         "not used: the solve of glass " + shown(surface.glass, 40) + ", kind " + shortest(kind));

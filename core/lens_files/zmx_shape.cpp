@@ -87,8 +87,11 @@ void ZmxShape::apply_terms(Reading& reading, Surface& surface, const Entries& en
     } else if (power > kHighestPower) {
       reading.problem(entry.line, "surface " + surface.label + " has a term of r^" + std::to_string(power) +
                                       "; terms up to r^" + std::to_string(kHighestPower) + " are supported");
+    } else if (const double coefficient = entry.value / std::pow(radius, power); std::isfinite(coefficient)) {
+      set_term(surface, power, coefficient);
     } else {
-      set_term(surface, power, entry.value / std::pow(radius, power));
+      reading.problem(entry.line, "surface " + surface.label + ": the term of r^" + std::to_string(power) +
+                                      " is too large with a normalisation radius of " + shortest(radius));
     }
   }
   if (unused > 0 && before > 0)

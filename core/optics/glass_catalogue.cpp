@@ -61,7 +61,7 @@ std::vector<PublishedGlass> all_rows() {
   add(glasses, "SUMITA", kSumita);
   add(glasses, "SCHOTT", kOlderSchott);
   add(glasses, "ZEON", kZeon);
-  add(glasses, "", kOther);
+  add(glasses, "SPECIAL", kOther);  // as CODE V calls its catalogue of such materials
   return glasses;
 }
 

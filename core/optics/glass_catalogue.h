@@ -12,7 +12,7 @@
 namespace relign::optics {
 
 struct PublishedGlass {
-  std::string vendor;  // "SCHOTT"; empty: several, or no catalogue
+  std::string vendor;  // "SCHOTT"; "SPECIAL" for materials of no vendor
   Glass glass;
 };
 

@@ -170,7 +170,7 @@ TEST(LensWriter, GlassFromFileUsesStatedIndex) {
 }
 
 TEST(LensWriter, ModelGlassesKeepTheirNumbers) {
-  for (const char* glass : {"APL5014CL_14_BLANK 1 0 1.544 56", "___BLANK 2 3 1.544 56"}) {
+  for (const char* glass : {"APL5014CL_14_BLANK 1 0 1.544 56", "___BLANK 2 3 1.544 56", "APL5514_BLANK 2 3 1.544 56"}) {
     const OrderedJson lens = lens_of(glass_zmx(glass));
     EXPECT_EQ(lens["glasses"]["nd1.544-Vd56"], OrderedJson({{"nd", 1.544}, {"vd", 56.0}})) << glass;
   }

@@ -55,7 +55,7 @@ TEST(Glass, HoldsTheVendorsCatalogues) {
   const std::map<std::string, std::pair<double, double>> printed = {
       {"BK7", {1.51680, 64.17}},    {"SF6", {1.80518, 25.43}},   {"S-FPL53", {1.43875, 94.93}},
       {"FCD1", {1.49700, 81.61}},   {"H-K9L", {1.51680, 64.20}}, {"H-LaK51A", {1.69680, 55.53}},
-      {"J-BK7A", {1.51680, 64.13}}, {"PMMA", {1.49176, 57.44}},    {"SILICA", {1.45846, 67.82}}};
+      {"J-BK7A", {1.51680, 64.13}}, {"PMMA", {1.49176, 57.44}},  {"SILICA", {1.45846, 67.82}}};
   for (const auto& [name, numbers] : printed) {
     ASSERT_NE(find_glass(name), nullptr) << name;
     EXPECT_NEAR(refractive_index(*find_glass(name), kD), numbers.first, 1.5e-4) << name;
@@ -80,6 +80,7 @@ TEST(Glass, FindsNamesAsProgramsWriteThem) {
   EXPECT_EQ(found("bk7"), "BK7");
   EXPECT_EQ(found("BK7_SCHOTT"), "BK7");
   EXPECT_EQ(found("E48R_ZEON"), "E48R");
+  EXPECT_EQ(found("silica_special"), "SILICA");
   EXPECT_EQ(found("SFPL53_OHARA"), "S-FPL53");
   EXPECT_EQ(found("HLAK53A_CDGM"), "H-LaK53A");
   EXPECT_EQ(found("SK16_SCHOTT"), "SK16");
