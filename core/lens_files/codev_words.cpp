@@ -66,6 +66,7 @@ bool CodeVSystem::take_fields(int line, const std::string& keyword, const std::v
   field.line = line;
   field.kind = keyword.compare(1, 2, "AN") == 0   ? FieldSize::angle_deg
                : keyword.compare(1, 2, "OB") == 0 ? FieldSize::object_height_mm
+               : keyword.compare(1, 2, "RI") == 0 ? FieldSize::real_image_height_mm
                                                   : FieldSize::image_height_mm;
   return true;
 }

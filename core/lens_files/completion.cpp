@@ -147,6 +147,14 @@ class Completion {
       half_deg = angle(field.value, object_mm + data.entrance_pupil_z);
     } else if (field.kind == FieldSize::image_height_mm) {
       half_deg = angle(field.value, data.focal_length);
+    } else if (field.kind == FieldSize::real_image_height_mm) {
+      const double paraxial = angle(field.value, data.focal_length);
+      const auto real = field_of_real_height(design_, read_back(draft_, design_), field.value, paraxial);
+      half_deg = real.value_or(paraxial);
+      if (!real)
+        assume("assumed: a half field of " + significant(paraxial, 4) +
+               " degrees, the paraxial one; no chief ray meets " + "the image at the real height of " +
+               significant(field.value, 4) + " mm");
     } else if (field.kind == FieldSize::none) {
       half_deg = kAssumed_deg;
       assume("assumed: a half field of 10 degrees; the file tells no field off the axis");

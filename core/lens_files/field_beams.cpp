@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "lens_files/axial_rays.h"
 
@@ -34,12 +35,37 @@ double angle_of(const FieldBeam& field, FieldSize::Kind kind, double half_field_
                                       : std::atan(part * std::tan(half_field_deg / kDegrees)) * kDegrees;
 }
 
+double object_distance(const LensDesign& design) {
+  const double object_mm = design.surfaces.front().thickness_mm;
+  return object_mm < kInfinite && object_mm > 0 ? object_mm : 0;
+}
+
 }  // namespace
+
+std::optional<double> field_of_real_height(const LensDesign& design, const optics::Prescription& lens, double height_mm,
+                                           double paraxial_deg) {
+  constexpr int kSteps = 40;
+  constexpr double kWidest_deg = 89, kClose = 1e-6;
+  const double distance = object_distance(design);
+  const auto height = [&](double field_deg) {
+    try {
+      return image_height(lens, field_deg, distance, lens.image_z_mm);
+    } catch (const Error&) {  // no chief ray: too far out
+      return std::numeric_limits<double>::infinity();
+    }
+  };
+  double low = 0, high = std::min(1.5 * paraxial_deg, kWidest_deg);
+  for (int i = 0; i < kSteps; ++i) {
+    const double middle = (low + high) / 2;
+    (height(middle) < height_mm ? low : high) = middle;
+  }
+  if (std::fabs(height(low) - height_mm) > kClose * height_mm) return std::nullopt;
+  return low;
+}
 
 std::vector<double> needed_radii(const LensDesign& design, const optics::Prescription& lens) {
   constexpr double kEdge = 1e-3;  // of the pupil's radius: what lies between two rays of a fan
-  const double object_mm = design.surfaces.front().thickness_mm;
-  const double distance = object_mm < kInfinite && object_mm > 0 ? object_mm : 0;
+  const double distance = object_distance(design);
   std::vector<double> needed;
   for (const optics::Element& element : lens.elements) needed.resize(needed.size() + element.faces.size());
   const auto add = [&](double field_deg, const PupilRange& range) {

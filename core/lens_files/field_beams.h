@@ -1,6 +1,7 @@
 // How large faces must be for the light of the design's fields, vignetted as the file states it.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "lens_files/lens_design.h"
@@ -12,5 +13,10 @@ namespace relign::lens_files {
 // vignetting factors these are five fields from the axis to the full one, through the whole stop; with factors they are
 // the file's own fields, each through its part of the pupil.
 std::vector<double> needed_radii(const LensDesign& design, const optics::Prescription& lens);
+
+// The field in degrees of which the chief ray meets the image plane at this distance from the axis, looked for up to
+// one and a half times the paraxial one. Nothing where no chief ray gets there.
+std::optional<double> field_of_real_height(const LensDesign& design, const optics::Prescription& lens, double height_mm,
+                                           double paraxial_deg);
 
 }  // namespace relign::lens_files

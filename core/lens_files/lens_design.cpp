@@ -119,8 +119,7 @@ void scale(LensDesign& design, double factor) {
       if (*motion) (*motion)->translation = factor * (*motion)->translation;
   }
   if (design.aperture.kind == SystemAperture::entrance_pupil_diameter) design.aperture.value *= factor;
-  if (design.field.kind == FieldSize::object_height_mm || design.field.kind == FieldSize::image_height_mm)
-    design.field.value *= factor;
+  if (design.field.kind != FieldSize::angle_deg && design.field.kind != FieldSize::none) design.field.value *= factor;
   for (auto& [name, value] : design.published)
     if (name != "f_number") value *= factor;
 }

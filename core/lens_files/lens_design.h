@@ -55,7 +55,8 @@ struct SystemAperture {
 };
 
 struct FieldSize {
-  enum Kind { none, angle_deg, object_height_mm, image_height_mm };
+  // An image height is paraxial, or where the real chief ray meets the image.
+  enum Kind { none, angle_deg, object_height_mm, image_height_mm, real_image_height_mm };
   Kind kind = none;
   double value = 0;  // the largest
   int line = 0;

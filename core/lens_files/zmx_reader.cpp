@@ -297,13 +297,15 @@ class ZmxReader {
         field.kind = FieldSize::object_height_mm;
         break;
       case 2:
-      case 3:
         field.kind = FieldSize::image_height_mm;
+        break;
+      case 3:
+        field.kind = FieldSize::real_image_height_mm;
         break;
       default:
         reading_.remark(field.line, "field type",
                         "not used: fields of type " + std::to_string(field_type_) +
-                            " (read are 0 angle, 1 object, 2 and 3 image height)");
+                            " (read are 0 angle, 1 object, 2 paraxial and 3 real image height)");
     }
   }
 

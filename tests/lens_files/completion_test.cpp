@@ -344,5 +344,19 @@ TEST(Completion, FindsClearRadiiOfVignettedBeams) {
   EXPECT_NEAR(full - found_radius("VCYN 0.25\nVDYN -0.25\n", "-10"), 1.03 * 2.5, 0.05);
 }
 
+TEST(Completion, RealImageHeightsAreWhereTheChiefRayMeetsTheImage) {
+  const auto half_field = [](const std::string& type) {
+    return complete(replaced(replaced(small_zmx(), "FTYP 0", "FTYP " + type), "YFLN 5", "YFLN 15")).lens.half_field_deg;
+  };
+  const double paraxial = half_field("2"), real = half_field("3");
+  EXPECT_GT(std::fabs(paraxial - real), 1e-3);
+  const optics::Prescription lens = complete(small_zmx()).lens;
+  EXPECT_NEAR(image_height(lens, real, 0, lens.image_z_mm), 15, 1e-4);
+  // No chief ray gets that far: the paraxial field, with a remark.
+  LensDesign far = read_zmx(replaced(replaced(small_zmx(), "FTYP 0", "FTYP 3"), "YFLN 5", "YFLN 400"), "a.zmx");
+  EXPECT_NEAR(complete(far).lens.half_field_deg, 82.9, 0.5);
+  EXPECT_THAT(far.remarks[0].text, HasSubstr("no chief ray meets the image at the real height of 400.0 mm"));
+}
+
 }  // namespace
 }  // namespace relign::lens_files

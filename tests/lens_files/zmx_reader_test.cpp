@@ -88,7 +88,7 @@ TEST(ZmxReader, SystemWords) {
   const auto field = [](const std::string& system) { return read(small_zmx("", system)).field; };
   EXPECT_EQ(field("FTYP 1 0 1 1\n").kind, FieldSize::object_height_mm);
   EXPECT_EQ(field("FTYP 2 0 1 1\n").kind, FieldSize::image_height_mm);
-  EXPECT_EQ(field("FTYP 3 0 1 1\n").kind, FieldSize::image_height_mm);
+  EXPECT_EQ(field("FTYP 3 0 1 1\n").kind, FieldSize::real_image_height_mm);
   EXPECT_EQ(field("FTYP 0 0 2 1\nXFLN 0 3\nYFLN 0 4 99\n").value, 5);  // the third is not used
   EXPECT_EQ(read(small_zmx("", "FNUM 2.8 0\n")).aperture.kind, SystemAperture::f_number);
   EXPECT_EQ(read(small_zmx("", "OBNA 0.1 0\n")).aperture.kind, SystemAperture::object_na);
