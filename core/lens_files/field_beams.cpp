@@ -44,18 +44,27 @@ double object_distance(const LensDesign& design) {
 
 std::optional<double> field_of_real_height(const LensDesign& design, const optics::Prescription& lens, double height_mm,
                                            double paraxial_deg) {
-  constexpr int kSteps = 40;
+  constexpr int kMarch = 48, kHalvings = 30;
   constexpr double kWidest_deg = 89, kClose = 1e-6;
   const double distance = object_distance(design);
   const auto height = [&](double field_deg) {
-    try {
-      return image_height(lens, field_deg, distance, lens.image_z_mm);
-    } catch (const Error&) {  // no chief ray: too far out
-      return std::numeric_limits<double>::infinity();
+    const std::vector<FanRay> rays = beam(lens, field_deg, distance);
+    for (std::size_t i = 0; i + 1 < rays.size(); ++i) {
+      const double a = rays[i].stop_height_mm, b = rays[i + 1].stop_height_mm;
+      if ((a <= 0) != (b <= 0))
+        return std::fabs(rays[i].traced.image.y + (rays[i + 1].traced.image.y - rays[i].traced.image.y) * a / (a - b));
     }
+    return std::numeric_limits<double>::infinity();  // no chief ray: too far out
   };
-  double low = 0, high = std::min(1.5 * paraxial_deg, kWidest_deg);
-  for (int i = 0; i < kSteps; ++i) {
+  // Beyond the design's field heights may fall again: the first place counts.
+  const double widest = std::min(1.5 * paraxial_deg, kWidest_deg);
+  double low = 0, high = widest;
+  for (int i = 1; i <= kMarch; ++i) {
+    high = widest * i / kMarch;
+    if (!(height(high) < height_mm)) break;
+    low = high;
+  }
+  for (int i = 0; i < kHalvings; ++i) {
     const double middle = (low + high) / 2;
     (height(middle) < height_mm ? low : high) = middle;
   }
