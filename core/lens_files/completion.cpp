@@ -177,8 +177,15 @@ class Completion {
       assume("assumed: a half field of 10 degrees; the file tells no field off the axis");
     }
     half_deg = std::fabs(half_deg);
-    if (half_deg > kWidest_deg || !std::isfinite(half_deg))
-      refuse(field.line, "a half field of " + shortest(half_deg) + " degrees; allowed are 0 to 89");
+    if (half_deg >= 180 || !std::isfinite(half_deg))
+      refuse(field.line, "a half field of " + shortest(half_deg) + " degrees; allowed are 0 to 180");
+    if (half_deg > kWidest_deg) {
+      design_.remarks.push_back({field.line,
+                                 "not used: the half field beyond " + shortest(kWidest_deg) + " degrees, of " +
+                                     shortest(half_deg) + "; targets are flat and in front of the lens",
+                                 0});
+      half_deg = kWidest_deg;
+    }
     draft_.json["half_field_deg"] = std::round(half_deg * 1e6) / 1e6;
   }
 

@@ -16,7 +16,7 @@ double rounded_down(double radius) { return std::floor(radius * 1e6) / 1e6; }
 double room_between(const optics::Face& before, const optics::Face& behind, double radius) {
   constexpr int kPlaces = 512, kBisections = 40;
   const auto open = [&](double r) {
-    return before.z_mm + optics::sag(before, r) < behind.z_mm + optics::sag(behind, r);
+    return before.z_mm + optics::sag(before, r) <= behind.z_mm + optics::sag(behind, r);
   };
   for (int i = 1; i <= kPlaces; ++i) {
     double outside = radius * i / kPlaces;
@@ -51,7 +51,7 @@ std::vector<Trim> trim_clear_radii(const optics::Prescription& lens, std::vector
   }
   for (std::size_t i = 0; i + 1 < faces.size(); ++i) {
     const double radius = std::min(clear_radii[i], clear_radii[i + 1]);
-    if (!(radius > 0) || !(faces[i]->z_mm < faces[i + 1]->z_mm)) continue;
+    if (!(radius > 0) || !(faces[i]->z_mm <= faces[i + 1]->z_mm)) continue;
     const double room = room_between(*faces[i], *faces[i + 1], radius);
     if (room >= radius || room < kLeastRoom * radius) continue;
     trim(i, rounded_down(kShare * room), "reaches where the next face crosses it");
