@@ -47,11 +47,12 @@ std::vector<NamedValue> first_order_values(const optics::Prescription& lens) {
       {"exit_pupil_diameter", "mm", "", data.exit_pupil_diameter},
       {"exit_pupil_from_last", "mm", "from the last vertex", data.exit_pupil_from_last}};
   // The design's specification and the stop may tell different apertures; images are made with the stop.
-  constexpr double kDiffers = 0.01;
+  // The edge of a curved face is where real rays meet it, first order has it on the vertex's plane.
+  const double differs = lens.aperture_stop().on_face ? 0.1 : 0.01;
   optics::Prescription as_it_opens = lens;
   as_it_opens.entrance_pupil_diameter_mm = 0;
   const double opens_to = optics::first_order(as_it_opens).f_number;
-  if (std::fabs(opens_to - data.f_number) > kDiffers * std::fabs(data.f_number))
+  if (std::fabs(opens_to - data.f_number) > differs * std::fabs(data.f_number))
     values.push_back(
         {"f_number_of_opening", "", "as the stop opens, and as images are made; f_number is the design's", opens_to});
   return values;

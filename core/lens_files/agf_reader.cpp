@@ -44,7 +44,7 @@ std::vector<CatalogueGlass> read_agf(std::string_view bytes, const std::string& 
   for (const CatalogueGlass& glass : glasses)
     if (glass.coefficients.empty())
       reading.problem(glass.line, "glass '" + shown(glass.name, 40) + "' has no coefficients (CD); is the file whole?");
-  reading.finish();
+  throw_if_any(reading.finish().problems);
   return glasses;
 }
 

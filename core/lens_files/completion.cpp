@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/json_source.h"
 #include "base/text.h"
@@ -10,6 +11,7 @@
 #include "lens_files/field_beams.h"
 #include "lens_files/text_lines.h"
 #include "optics/first_order.h"
+#include "optics/trace.h"
 
 namespace relign::lens_files {
 namespace {
@@ -239,7 +241,9 @@ class Completion {
     const optics::FirstOrder data = optics::first_order(read_back(draft_, design_));
     const double pupil_mm = stated_pupil(data);
     const double pupil_per_opening = std::fabs(data.entrance_pupil_diameter) / kProvisional_mm;
-    const double opening = pupil_mm > 0 ? pupil_mm / pupil_per_opening : own;
+    double opening = pupil_mm > 0 ? pupil_mm / pupil_per_opening : own;
+    // On a curved face rays keep to the face, not to its vertex's plane: the real marginal ray tells.
+    if (pupil_mm > 0 && stop.contains("on_face")) opening = marginal_height(pupil_mm / 2).value_or(opening);
     if (!(opening >= kProvisional_mm && opening < 1e6))
       refuse(stop_surface().line,
              "the file tells neither how wide the stop opens nor a system aperture; write one of "
@@ -269,6 +273,19 @@ class Completion {
                                    (design_.format == "Zemax" ? "write FLOA instead of " + design_.aperture.word
                                                               : "take the line " + design_.aperture.word + " out"),
                                0});
+  }
+
+  // Where the axial ray at the rim of the entrance pupil meets the face that is the stop.
+  std::optional<double> marginal_height(double pupil_radius_mm) const {
+    const optics::Prescription lens = read_back(draft_, design_);
+    const double object_mm = design_.surfaces.front().thickness_mm;
+    optics::Ray ray{{0, pupil_radius_mm, -1 - pupil_radius_mm}, {0, 0, 1}};
+    if (object_mm < kInfinite && object_mm > 0)
+      ray = {{0, 0, -object_mm}, {0, pupil_radius_mm, optics::first_order(lens).entrance_pupil_z + object_mm}};
+    const optics::TracedRay traced = optics::trace(optics::Assembly(lens), ray, optics::Apertures::none);
+    const std::size_t face = *lens.aperture_stop().before_face;
+    if (traced.hits.size() <= face) return std::nullopt;
+    return std::hypot(traced.hits[face].x, traced.hits[face].y);
   }
 
   // A face that is the stop itself is as wide as what it opens to.

@@ -6,6 +6,7 @@
 #include "base/text.h"
 #include "lens_files/axial_rays.h"
 #include "lens_files/text_lines.h"
+#include "optics/face_shape.h"
 #include "optics/first_order.h"
 
 namespace relign::lens_files {
@@ -42,6 +43,27 @@ Grade grade_of(double focal_length_mm) {
           nearest_of({3, 4, 5, 6, 8, 10, 12}, 3 * std::pow(4, size))};
 }
 
+// How far the lens may tilt and shift along the axis without meeting the sensor: phone lenses end a fraction of a
+// millimetre before it.
+struct Clearance {
+  double along_mm = 0, tilt_deg = 0;
+};
+
+Clearance clearance_of(const optics::Prescription& lens, double focus, double wanted_along_mm) {
+  constexpr double kShare = 0.9, kFineness_deg = 0.1;
+  const optics::Face& last = lens.elements.back().faces.back();
+  double rear = last.z_mm;
+  for (int i = 1; i <= 32; ++i) rear = std::max(rear, last.z_mm + optics::sag(last, last.clear_radius_mm * i / 32));
+  const double gap = focus - rear;
+  Clearance clearance{rounded(std::min({wanted_along_mm, 0.5 * (focus - last.z_mm), 0.5 * gap}), 3), kTravelTilt_deg};
+  const double sine = (kShare * gap - clearance.along_mm) / last.clear_radius_mm;
+  const double limit_deg = sine < 1 ? std::asin(std::max(0.0, sine)) * 57.29577951308232 : kTravelTilt_deg;
+  if (limit_deg < kTravelTilt_deg)
+    clearance.tilt_deg = std::max(kFineness_deg, std::floor(limit_deg / kFineness_deg) * kFineness_deg);
+  clearance.tilt_deg = rounded(clearance.tilt_deg, 6);
+  return clearance;
+}
+
 OrderedJson tolerances_of(const optics::Prescription& lens, const Grade& grade, const OrderedJson& travel) {
   OrderedJson elements = OrderedJson::object();
   const double shift = grade.shift_um, tilt = grade.tilt_arcmin;
@@ -49,7 +71,7 @@ OrderedJson tolerances_of(const optics::Prescription& lens, const Grade& grade, 
     elements[element.name] = {
         {"shift_um", {shift, shift, shift}}, {"tilt_arcmin", {tilt, tilt}}, {"pivot", "own_front"}};
   const auto half_um = [&](std::size_t i) { return rounded(500 * travel["shift_mm"][i].get<double>(), 3); };
-  const double half_arcmin = 30 * kTravelTilt_deg;
+  const double half_arcmin = 30 * travel["tilt_deg"][0].get<double>();
   return {{"use", "tolerances"},
           {"limits_are_sigmas", 3},
           {"elements", elements},
@@ -149,10 +171,14 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
       throw Error(ErrorKind::bad_input, "an emitter at " + significant(distance, 6) +
                                             " mm lies behind the entrance pupil; take a larger --distance");
     const double sideways = rounded(kTravelShare * side, 3);
-    const double along = rounded(std::min(sideways, 0.5 * (focus - last)), 3);
+    const Clearance clearance = clearance_of(lens, focus, sideways);
+    const double along = clearance.along_mm, tilt_deg = clearance.tilt_deg;
+    if (!(along > 0))
+      throw Error(ErrorKind::bad_input, "the last face reaches the sensor at " + significant(focus - last, 4) +
+                                            " mm behind its vertex; a lens needs room to move");
 
     const OrderedJson travel = {{"shift_mm", {sideways, sideways, along}},
-                                {"tilt_deg", {kTravelTilt_deg, kTravelTilt_deg}},
+                                {"tilt_deg", {tilt_deg, tilt_deg}},
                                 {"rotation_z_deg", kTravelTilt_deg}};
     layout.scene = {
         {"use", "lens_system"},
@@ -210,7 +236,8 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
     line("design's image plane", lens.image_z_mm - last, "mm", "behind the last face, as the file has it");
     line("half travel, sideways", sideways, "mm", "0.15 of the sensor's shorter side");
     line("half travel, along the axis", along, "mm", "the same, at most half of the way to the sensor");
-    line("half travel, tilts", kTravelTilt_deg, "degrees", "the paper's");
+    line("half travel, tilts", tilt_deg, "degrees",
+         tilt_deg < kTravelTilt_deg ? "as far as the lens does not meet the sensor" : "the paper's");
     layout.lines.push_back(
         {"tolerances", layout.grade,
          "each element, 3 sigma; by focal length (5 mm: 10 um, 3 arcmin; 50 mm: 100 um, 12 arcmin)"});

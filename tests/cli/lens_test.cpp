@@ -84,7 +84,7 @@ TEST(CliLens, InfoTellsBothFNumbersWhereTheyDiffer) {
   ASSERT_EQ(traced.exit_code, 0) << traced.err;
   const json found = json::parse(traced.out).at("rays");
   EXPECT_EQ(found.at(0).value("lost_at", ""), "") << found.at(0);
-  EXPECT_EQ(found.at(1).value("lost_at", ""), "aperture stop: outside the opening") << found.at(1);
+  EXPECT_EQ(found.at(1).value("lost_at", ""), "L2 back: outside the opening of the stop on it") << found.at(1);
 }
 
 TEST(CliLens, InfoAndDrawTakeADesignProgramsFile) {
