@@ -12,12 +12,18 @@
 namespace relign::cli {
 namespace {
 
-lens_files::GlassSources glass_sources(const std::vector<std::string>& files) {
+lens_files::GlassSources glass_sources(const DesignOptions& options) {
   lens_files::GlassSources sources;
   sources.is_known = [](const std::string& name) {
     return optics::find_glass(name) != nullptr || optics::glass_of_code(name).has_value();
   };
-  for (const std::string& file : files)
+  sources.known_like = [](const std::string& name) {
+    const optics::Glass* glass = optics::find_glass_like(name);
+    return glass ? glass->name : std::string();
+  };
+  sources.from_file = options.glass_from_file;
+  for (const std::string& alias : options.aliases) sources.aliases.push_back(lens_files::parse_alias(alias));
+  for (const std::string& file : options.glass_files)
     sources.catalogues.push_back({file, lens_files::read_agf(lens_files::bytes_of(file), file)});
   return sources;
 }
@@ -38,6 +44,15 @@ void add_design_options(CLI::App& verb, DesignOptions& options) {
   verb.add_option("--glass", options.glass_files, "glass catalogue (.agf) to look names up in; repeatable")
       ->type_name("FILE")
       ->allow_extra_args(false);
+  verb.add_option("--alias", options.aliases, "read a glass name of the file as another, such as BK7=N-BK7; repeatable")
+      ->type_name("NAME=NAME")
+      ->allow_extra_args(false);
+  verb.add_flag("--glass-from-file", options.glass_from_file,
+                "use the index and Abbe number that a Zemax file states beside a glass name that is unknown");
+  verb.add_option("--configuration", options.configuration,
+                  "configuration (Zemax) or zoom position (CODE V), from 1 [default: as the file stands]")
+      ->type_name("N")
+      ->check(from_to(1, 1000, "1 to 1000"));
   verb.add_option("--wavelength", options.wavelength_nm, "wavelength, nm [default: the file's reference wavelength]")
       ->type_name("NM")
       ->check(from_to(100, 1e5, "100 to 100000 nm"));
@@ -45,15 +60,20 @@ void add_design_options(CLI::App& verb, DesignOptions& options) {
 
 DesignLens read_design_lens(const std::string& file, const DesignOptions& options, const std::string& name) {
   DesignLens made;
-  made.design = lens_files::read_design(lens_files::bytes_of(file), file);
-  const lens_files::GlassSources sources = glass_sources(options.glass_files);
+  made.design = lens_files::read_design_with_problems(lens_files::bytes_of(file), file, options.configuration);
+  const lens_files::GlassSources sources = glass_sources(options);
   made.lens =
       lens_files::complete_lens(made.design, lens_files::draft_lens(made.design, sources, name, options.wavelength_nm));
   return made;
 }
 
 void refuse_design_options(const DesignOptions& options) {
-  const char* option = !options.glass_files.empty() ? "--glass" : options.wavelength_nm > 0 ? "--wavelength" : nullptr;
+  const char* option = !options.glass_files.empty() ? "--glass"
+                       : !options.aliases.empty()   ? "--alias"
+                       : options.glass_from_file    ? "--glass-from-file"
+                       : options.configuration > 0  ? "--configuration"
+                       : options.wavelength_nm > 0  ? "--wavelength"
+                                                    : nullptr;
   if (option)
     throw Error(ErrorKind::bad_input, std::string(option) +
                                           ": is for the file of a design program; a lens file of ours has its glasses "

@@ -13,9 +13,13 @@ namespace relign::cli {
 // How a design program's file is read.
 struct DesignOptions {
   std::vector<std::string> glass_files;  // catalogues (.agf) to look names up in
-  double wavelength_nm = 0;              // 0: the file's reference wavelength
+  std::vector<std::string> aliases;      // NAME=NAME
+  bool glass_from_file = false;
+  int configuration = 0;     // 0: as the file stands
+  double wavelength_nm = 0;  // 0: the file's reference wavelength
 };
-// --glass FILE, repeatable, and --wavelength NM.
+// --glass FILE and --alias NAME=NAME, both repeatable, --glass-from-file, --configuration N and
+// --wavelength NM.
 void add_design_options(CLI::App& verb, DesignOptions& options);
 
 // A number in this range; `range` says it with the unit: who writes 0.55 for green light must see why not.

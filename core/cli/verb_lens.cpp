@@ -1,4 +1,5 @@
 // relign-bench lens info, lens trace: one lens by itself. lens draw: verb_lens_draw.cpp. Meshes: verb_lens_mesh.cpp.
+#include <cmath>
 #include <memory>
 
 #include "base/error.h"
@@ -56,14 +57,32 @@ std::vector<NamedValue> first_order_values(const optics::Prescription& lens) {
   return values;
 }
 
-// Not a number where the chief ray is lost.
-double distortion_percent(const optics::Prescription& lens) {
-  if (lens.half_field_deg <= 0) return std::nan("");
-  try {
-    return 100 * optics::distortion(lens, lens.half_field_deg);
-  } catch (const Error&) {
-    return std::nan("");
+// A number, or the reason why there is none.
+struct Distortion {
+  double percent = std::nan("");
+  std::string reason;
+};
+
+Distortion distortion_of(const optics::Prescription& lens) {
+  Distortion distortion;
+  if (lens.half_field_deg <= 0) {
+    distortion.reason = "the lens has no field off the axis";
+    return distortion;
   }
+  try {
+    distortion.percent = 100 * optics::distortion(lens, lens.half_field_deg);
+    if (!std::isfinite(distortion.percent))
+      distortion.reason = "no chief ray passes under " + significant(lens.half_field_deg, 4) + " degrees";
+  } catch (const Error& error) {
+    distortion.reason = error.what();
+  }
+  return distortion;
+}
+
+// First-order values are quotients: without power there is no focus, with a stop in a focus no pupil.
+std::string reason_without(const std::string& name) {
+  return name.find("pupil") != std::string::npos ? "the stop is at a focus, so that its image is infinitely far"
+                                                 : "the lens has no power";
 }
 
 std::string digits(double value, int decimals) {
@@ -118,13 +137,19 @@ int info(Context& context, const LensArguments& arguments) {
   const optics::Prescription lens = arguments.lens_file.empty() ? lens_of(context, arguments.scene)
                                                                 : lens_of_file(arguments.lens_file, arguments.design);
   const std::vector<NamedValue> values = first_order_values(lens);
-  const double distortion = distortion_percent(lens);
+  const Distortion distortion = distortion_of(lens);
   if (context.json) {
     Json result = {{"lens", lens.name}, {"source", lens.source}, {"wavelength_nm", lens.wavelength_nm}};
-    for (const NamedValue& value : values) result["first_order"][value.name] = value.value;
+    for (const NamedValue& value : values) {
+      const bool defined = std::isfinite(value.value);
+      result["first_order"][value.name] = defined ? Json(value.value) : Json();
+      if (!defined) result["not_defined"][value.name] = reason_without(value.name);
+    }
     for (const optics::Published& published : lens.published) result["published"][published.name] = published.value;
     result["half_field_deg"] = lens.half_field_deg;
-    result["distortion_percent"] = distortion;
+    const bool distorts = std::isfinite(distortion.percent);
+    result["distortion_percent"] = distorts ? Json(distortion.percent) : Json();
+    if (!distorts) result["not_defined"]["distortion_percent"] = distortion.reason;
     print_result(result.dump(2) + "\n");
     return kDone;
   }
@@ -135,11 +160,17 @@ int info(Context& context, const LensArguments& arguments) {
     std::string published = "-";
     for (const optics::Published& known : lens.published)
       if (known.name == value.name) published = digits(known.value, 4);
-    table.add({value.name, digits(value.value, 4), published, value.unit, value.meaning});
+    if (std::isfinite(value.value))
+      table.add({value.name, digits(value.value, 4), published, value.unit, value.meaning});
+    else
+      table.add({value.name, "not defined", published, "", reason_without(value.name)});
   }
   text += table.text();
-  if (lens.half_field_deg > 0)
-    text += "\ndistortion at " + significant(lens.half_field_deg, 4) + " degrees: " + digits(distortion, 2) + " %\n";
+  if (lens.half_field_deg > 0) {
+    const bool distorts = std::isfinite(distortion.percent);
+    text += "\ndistortion at " + significant(lens.half_field_deg, 4) + " degrees: " +
+            (distorts ? digits(distortion.percent, 2) + " %" : "not defined (" + distortion.reason + ")") + "\n";
+  }
   print_text(text);
   return kDone;
 }

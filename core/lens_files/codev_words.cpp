@@ -46,11 +46,12 @@ bool CodeVSystem::take(int line, const std::vector<std::string>& words) {
     reference_ = reading_.integer(line, value, "REF");
     reference_line_ = line;
   } else if (kVignetting.count(keyword) > 0) {
-    for (std::size_t i = 1; i < words.size(); ++i)
-      if (parse_number(words[i]).value_or(1) != 0) {
-        reading_.remark(line, "vignetting", "not used: vignetting factors; clear radii stop the light here");
-        break;
-      }
+    std::vector<double>& factors = vignetting_[keyword];
+    factors.clear();
+    for (std::size_t i = 1; i < words.size(); ++i) {
+      factors.push_back(reading_.number(line, words[i], keyword, 10));
+      if (factors.back() != 0) reading_.remark(line, "vignetting", kVignettingRemark);
+    }
   } else {
     return false;
   }
@@ -65,6 +66,7 @@ bool CodeVSystem::take_fields(int line, const std::string& keyword, const std::v
   field.line = line;
   field.kind = keyword.compare(1, 2, "AN") == 0   ? FieldSize::angle_deg
                : keyword.compare(1, 2, "OB") == 0 ? FieldSize::object_height_mm
+               : keyword.compare(1, 2, "RI") == 0 ? FieldSize::real_image_height_mm
                                                   : FieldSize::image_height_mm;
   return true;
 }
@@ -81,6 +83,15 @@ LensDesign CodeVSystem::finish() {
     field.value = std::max(
         field.value, std::hypot(i < x_fields_.size() ? x_fields_[i] : 0, i < y_fields_.size() ? y_fields_[i] : 0));
   if (field.value == 0) field.kind = FieldSize::none;
+  for (std::size_t i = 0; field.value != 0 && i < std::max(x_fields_.size(), y_fields_.size()); ++i) {
+    const auto factor = [&](const char* word) {
+      const auto list = vignetting_.find(word);
+      return list == vignetting_.end() || i >= list->second.size() ? 0 : list->second[i];
+    };
+    design.fields.push_back({(i < x_fields_.size() ? x_fields_[i] : 0) / field.value,
+                             (i < y_fields_.size() ? y_fields_[i] : 0) / field.value, factor("VLY"), factor("VUY"),
+                             factor("VLX"), factor("VUX")});
+  }
   if (wavelengths_nm_.empty()) {
     reading_.problem(0, "no wavelength (WL) found");
   } else if (reference_wavelength_nm() == 0) {
@@ -103,8 +114,15 @@ void take_glass(Reading& reading, Surface& surface, int line, const std::string&
     return;
   }
   surface.glass_line = line;
-  const std::size_t catalogue = word.rfind('_');
-  surface.glass = catalogue == std::string::npos || catalogue == 0 ? word : word.substr(0, catalogue);
+  if (const std::size_t colon = word.find(':'); colon != std::string::npos) {
+    const auto nd = parse_number(word.substr(0, colon)), vd = parse_number(word.substr(colon + 1));
+    if (nd && vd && *nd >= 1 && *nd < 5 && *vd > 0) {
+      surface.nd = *nd;
+      surface.vd = *vd;
+      return;
+    }
+  }
+  surface.glass = word;
 }
 
 Surface* surface_of(Reading& reading, const std::string& qualifier) {
@@ -160,11 +178,71 @@ bool take_asphere(Reading& reading, Surface& surface, int line, const std::strin
     surface.conic = reading.number(line, value, "K", 1e6);
     return true;
   }
-  if (keyword.size() != 1 || keyword[0] < 'A' || keyword[0] > 'H') return false;
-  const auto place = static_cast<std::size_t>(keyword[0] - 'A') + 2;  // even_asphere begins with r^2
-  if (surface.even_asphere.size() < place) surface.even_asphere.resize(place);
-  surface.even_asphere[place - 1] = reading.number(line, value, keyword);
+  // I is not a coefficient: J follows H.
+  static const std::string kLetters = "ABCDEFGHJ";
+  const std::size_t letter = keyword.size() == 1 ? kLetters.find(keyword) : std::string::npos;
+  if (letter == std::string::npos) return false;
+  set_term(surface, 2 * static_cast<int>(letter) + 4, reading.number(line, value, keyword));
   return true;
+}
+
+bool SpecialSurface::take(Reading& reading, const Surface& surface, int line, const std::vector<std::string>& words,
+                          std::size_t at) {
+  const auto word = [&](std::size_t i) { return i < words.size() ? upper_case(words[i]) : std::string(); };
+  const std::string keyword = word(0);
+  if (keyword == "SCC") return kind_ != none;  // control codes of the coefficients, for optimisation
+  if (keyword == "SPS") {
+    kind_ = word(at) == "ODD" ? odd : none;
+    line_ = line;
+    terms_.clear();
+    radius_ = words.size() > at + 1 ? reading.number(line, words[at + 1], "SPS ODD, normalisation radius") : 0;
+    if (kind_ == none)
+      reading.problem(line, "surface " + surface.label + ": SPS " + shown(word(at), 20) +
+                                " is not supported; of the special surfaces, SPS ODD is");
+    return true;
+  }
+  if (keyword != "SCO" || kind_ == none) return false;
+  constexpr int kMostTerms = 30, kRadius = 33;
+  const std::string name = word(at);
+  const double value = reading.number(line, word(at + 1), "SCO " + shown(name, 20));
+  const auto counted = [&](std::size_t letters) {
+    return name.size() > letters && name.size() < letters + 3 &&
+                   name.find_first_not_of("0123456789", letters) == std::string::npos
+               ? std::stoi(name.substr(letters))
+               : 0;
+  };
+  int number = name == "K" ? 1 : name == "NRADIUS" ? kRadius : 0;
+  if (name.compare(0, 2, "AR") == 0) number = counted(2) > 0 ? counted(2) + 1 : 0;
+  if (name.compare(0, 1, "C") == 0) number = counted(1);
+  if (number == 1)
+    conic_ = reading.number(line, word(at + 1), "SCO K", 1e6);
+  else if (number == kRadius)
+    radius_ = value;
+  else if (number >= 2 && number <= kMostTerms + 1)
+    terms_[number - 1] = {line, value};
+  else
+    reading.not_understood(line, "SCO", keyword + " " + name);
+  return true;
+}
+
+void SpecialSurface::apply(Reading& reading, Surface& surface) const {
+  if (kind_ == none) return;
+  surface.conic = conic_;
+  const double radius = radius_ == 0 ? 1 : radius_;  // 0: not normalised
+  if (!(radius > 0))
+    reading.problem(line_, "surface " + surface.label + ": a normalisation radius of " + shortest(radius_) +
+                               "; it must be larger than 0, or 0 for none");
+  for (const auto& [power, term] : terms_) {
+    if (term.second == 0) continue;
+    if (power == 1)
+      reading.problem(term.first, "surface " + surface.label + " has a term of r, " + shortest(term.second) +
+                                      ": its vertex is a cone's tip; only terms from r^2 up are supported");
+    else if (const double coefficient = term.second / std::pow(radius, power); std::isfinite(coefficient))
+      set_term(surface, power, coefficient);
+    else if (radius > 0)
+      reading.problem(term.first, "surface " + surface.label + ": the term of r^" + std::to_string(power) +
+                                      " is too large with a normalisation radius of " + shortest(radius));
+  }
 }
 
 }  // namespace relign::lens_files

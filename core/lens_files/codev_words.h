@@ -1,6 +1,7 @@
 // What CODE V's sequence files (.seq) and its listings share: system data, glass names, clear apertures.
 #pragma once
 
+#include <map>
 #include <set>
 #include <string>
 #include <vector>
@@ -29,9 +30,10 @@ class CodeVSystem {
   std::vector<double> wavelengths_nm_;
   int reference_ = 1, reference_line_ = 0;
   std::vector<double> x_fields_, y_fields_;
+  std::map<std::string, std::vector<double>> vignetting_;  // VUX, VLX, VUY, VLY of the fields
 };
 
-// The glass of a surface, from a word such as N-BK7_SCHOTT (catalogue: what follows the last "_"), 517642,
+// The glass of a surface, from a word such as NBK7_SCHOTT (glasses.h finds it), 1.5168:64.17 (nd and Vd), 517642,
 // 517000.642000, AIR or REFL (a problem: only lenses are read).
 void take_glass(Reading& reading, Surface& surface, int line, const std::string& word);
 
@@ -50,7 +52,23 @@ struct Decentre {
   void apply(Surface& surface) const;
 };
 
-// The coefficient that K, A ... H mean on an asphere: conic or r^4 ... r^18. False for others.
+// The coefficient that K, A ... H, J mean on an asphere: conic or r^4 ... r^18, r^20. False for others.
 bool take_asphere(Reading& reading, Surface& surface, int line, const std::string& keyword, const std::string& value);
+
+// Special surfaces (SPS) and their coefficients (SCO): K or C1 is the conic, ARn or C(n+1) the coefficient of r^n,
+// NRADIUS or C33 the radius that r is divided by. SPS ODD is supported.
+class SpecialSurface {
+ public:
+  // Takes SPS, SCO and SCC; the word `at` is the first behind the keyword and the surface. False for other words.
+  bool take(Reading& reading, const Surface& surface, int line, const std::vector<std::string>& words, std::size_t at);
+  void apply(Reading& reading, Surface& surface) const;
+
+ private:
+  enum Kind { none, odd };
+  Kind kind_ = none;
+  int line_ = 0;
+  double conic_ = 0, radius_ = 0;
+  std::map<int, std::pair<int, double>> terms_;  // by power: line and coefficient
+};
 
 }  // namespace relign::lens_files

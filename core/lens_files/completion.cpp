@@ -6,6 +6,8 @@
 #include "base/json_source.h"
 #include "base/text.h"
 #include "lens_files/axial_rays.h"
+#include "lens_files/face_room.h"
+#include "lens_files/field_beams.h"
 #include "lens_files/text_lines.h"
 #include "optics/first_order.h"
 
@@ -67,13 +69,17 @@ class Completion {
       told.push_back(face["clear_radius_mm"].get<double>() > 0);
       if (!told.back()) face["clear_radius_mm"] = kProvisional_mm;
     });
+    keep_faces_apart(told);
     set_image();
     set_field();
     const bool all_told = std::find(told.begin(), told.end(), false) == told.end();
     set_aperture();
+    limit_field();
     if (std::find(told.begin(), told.end(), false) != told.end()) set_clear_radii(told);
     if (!all_told)
-      assume("assumed: clear radii of faces where the file tells none, 3 % more than the rays of the field need");
+      assume("assumed: clear radii of faces where the file tells none, " + shortest(clear_margin_percent_) +
+             " % more than the rays of the field need" +
+             (clear_margin_percent_ < 3 ? "; with more, faces would cross" : ""));
     check_stop();
     check_axial_beam(told);
     tell_plates();
@@ -85,6 +91,52 @@ class Completion {
   [[noreturn]] void refuse(int line, const std::string& message) const {
     throw_if_any({{design_.file, line, 0, "", message}});
     throw Error(ErrorKind::internal, message);
+  }
+
+  void keep_faces_apart(const std::vector<bool>& told) {
+    LensDraft shapes = draft_;
+    std::vector<double> stated;
+    each_face(shapes.json, [&](OrderedJson& face) {
+      stated.push_back(told[stated.size()] ? face["clear_radius_mm"].get<double>() : 0);
+      face["clear_radius_mm"] = kProvisional_mm;
+    });
+    const std::vector<Trim> trims = trim_clear_radii(read_back(shapes, design_), stated);
+    trimmed_.assign(told.size(), false);
+    for (const Trim& trim : trims) trimmed_[trim.face] = true;
+    each_surface([&](OrderedJson& face, std::size_t index, std::size_t i) {
+      if (!trimmed_[i]) return;
+      face["clear_radius_mm"] = stated[i];
+      const auto last = std::find_if(trims.rbegin(), trims.rend(), [&](const Trim& trim) { return trim.face == i; });
+      const Surface& surface = design_.surfaces[index];
+      design_.remarks.push_back({surface.line,
+                                 "the clear radius of surface " + surface.label + ", " +
+                                     significant(surface.clear_radius_mm, 6) + " mm, " + last->why + ": trimmed to " +
+                                     significant(stated[i], 6) + " mm",
+                                 0});
+    });
+  }
+
+  // Fields are laid out by their chief rays. Where the largest has none, the largest that has one takes its place.
+  void limit_field() {
+    constexpr int kSteps = 100;
+    constexpr double kLeast = 0.5;  // of the field: with less the file means another lens
+    const optics::Prescription lens = read_back(draft_, design_);
+    const double object_mm = design_.surfaces.front().thickness_mm;
+    const double distance = object_mm < kInfinite && object_mm > 0 ? object_mm : 0;
+    for (int i = kSteps; i >= kLeast * kSteps; --i) {
+      const double field_deg = lens.half_field_deg * i / kSteps;
+      if (beam(lens, field_deg, distance).empty()) continue;
+      if (i == kSteps) return;
+      draft_.json["half_field_deg"] = std::floor(field_deg * 1e6) / 1e6;
+      design_.remarks.push_back({design_.field.line,
+                                 "no light comes through the stop's centre under the file's half field of " +
+                                     shortest(lens.half_field_deg) +
+                                     " degrees; taken is the largest under which it "
+                                     "does, " +
+                                     significant(field_deg, 4) + " degrees",
+                                 0});
+      return;
+    }
   }
 
   void set_image() {
@@ -112,13 +164,28 @@ class Completion {
       half_deg = angle(field.value, object_mm + data.entrance_pupil_z);
     } else if (field.kind == FieldSize::image_height_mm) {
       half_deg = angle(field.value, data.focal_length);
+    } else if (field.kind == FieldSize::real_image_height_mm) {
+      const double paraxial = angle(field.value, data.focal_length);
+      const auto real = field_of_real_height(design_, read_back(draft_, design_), field.value, paraxial);
+      half_deg = real.value_or(paraxial);
+      if (!real)
+        assume("assumed: a half field of " + significant(paraxial, 4) +
+               " degrees, the paraxial one; no chief ray meets " + "the image at the real height of " +
+               significant(field.value, 4) + " mm");
     } else if (field.kind == FieldSize::none) {
       half_deg = kAssumed_deg;
       assume("assumed: a half field of 10 degrees; the file tells no field off the axis");
     }
     half_deg = std::fabs(half_deg);
-    if (half_deg > kWidest_deg || !std::isfinite(half_deg))
-      refuse(field.line, "a half field of " + shortest(half_deg) + " degrees; allowed are 0 to 89");
+    if (half_deg >= 180 || !std::isfinite(half_deg))
+      refuse(field.line, "a half field of " + shortest(half_deg) + " degrees; allowed are 0 to 180");
+    if (half_deg > kWidest_deg) {
+      design_.remarks.push_back({field.line,
+                                 "not used: the half field beyond " + shortest(kWidest_deg) + " degrees, of " +
+                                     shortest(half_deg) + "; targets are flat and in front of the lens",
+                                 0});
+      half_deg = kWidest_deg;
+    }
     draft_.json["half_field_deg"] = std::round(half_deg * 1e6) / 1e6;
   }
 
@@ -212,28 +279,33 @@ class Completion {
     });
   }
 
-  // As wide as rays of the whole field through the whole stop need, and a little more.
+  // As wide as rays of the fields through the stop need, and a little more where faces do not cross for it.
   void set_clear_radii(const std::vector<bool>& told) {
     constexpr double kMargin = 1.03, kLargestPartOfSphere = 0.98;
-    const optics::Prescription lens = read_back(draft_, design_);
-    const double object_mm = design_.surfaces.front().thickness_mm;
-    const double distance = object_mm < kInfinite && object_mm > 0 ? object_mm : 0;
-    std::vector<double> needed(told.size(), 0);
-    for (const double part : {0.0, 0.5, 0.7, 0.85, 1.0})
-      for (const FanRay& ray : beam(lens, part * lens.half_field_deg, distance))
-        for (std::size_t i = 0; i < needed.size(); ++i)
-          needed[i] = std::max(needed[i], std::fabs(ray.traced.hits[i].y));
-    std::size_t i = 0;
-    each_face(draft_.json, [&](OrderedJson& face) {
-      const double radius = face["radius_mm"].is_null() ? 1e6 : std::fabs(face["radius_mm"].get<double>());
-      if (!told[i]) {
-        if (needed[i] < kProvisional_mm) refuse(0, "no ray of the field comes through the stop to the image");
-        const double clear = std::min(kMargin * needed[i], kLargestPartOfSphere * radius);
-        // A face that is the stop is open as wide as the stop at least.
-        face["clear_radius_mm"] = std::max(face["clear_radius_mm"].get<double>(), std::round(clear * 1e6) / 1e6);
+    const std::vector<double> needed = needed_radii(design_, read_back(draft_, design_));
+    for (std::size_t i = 0; i < needed.size(); ++i)
+      if (!told[i] && needed[i] < kProvisional_mm) refuse(0, "no ray of the field comes through the stop to the image");
+    std::vector<double> least;  // a face that is the stop is open as wide as the stop
+    each_face(draft_.json, [&](OrderedJson& face) { least.push_back(face["clear_radius_mm"].get<double>()); });
+    const auto set = [&](double margin) {
+      std::size_t i = 0;
+      each_face(draft_.json, [&](OrderedJson& face) {
+        const double radius = face["radius_mm"].is_null() ? 1e6 : std::fabs(face["radius_mm"].get<double>());
+        const double clear = std::min(margin * needed[i], kLargestPartOfSphere * radius);
+        if (!told[i]) face["clear_radius_mm"] = std::max(least[i], std::round(clear * 1e6) / 1e6);
+        ++i;
+      });
+    };
+    for (const double margin : {kMargin, 1.02, 1.01, 1.005, 1.0}) {
+      set(margin);
+      try {
+        read_back(draft_, design_);
+        clear_margin_percent_ = std::round(1000 * (margin - 1)) / 10;
+        return;
+      } catch (const Error&) {  // told with the margin, where no smaller one helps
       }
-      ++i;
-    });
+    }
+    set(kMargin);
   }
 
   void check_stop() {
@@ -260,6 +332,10 @@ class Completion {
       const double clear = face["clear_radius_mm"].get<double>();
       if (!told[i] || clear >= kRounding * needed[i]) return;
       const Surface& surface = design_.surfaces[index];
+      if (trimmed_[i])
+        refuse(surface.line, "surface " + surface.label + " crosses its neighbour where light of the axis passes, " +
+                                 significant(clear, 4) + " mm from the axis of the " + significant(needed[i], 4) +
+                                 " mm that the aperture needs; the numbers are no lens that can be made");
       design_.remarks.push_back({surface.line,
                                  "the clear radius of surface " + surface.label + ", " + significant(clear, 4) +
                                      " mm, stops light on the axis: the beam through the opened stop needs " +
@@ -275,7 +351,9 @@ class Completion {
     for (std::size_t e = elements.size(); e-- > 1;) {
       const OrderedJson& faces = elements[e]["faces"];
       const bool plate = std::all_of(faces.begin(), faces.end(), [](const OrderedJson& face) {
-        return face["radius_mm"].is_null() && !face.contains("even_asphere");
+        const bool shaped = face.contains("even_asphere") || face.contains("odd_asphere") || face.contains("r2") ||
+                            face.contains("q_bfs") || face.contains("q_con");
+        return face["radius_mm"].is_null() && !shaped;
       });
       if (!plate) return;
       const std::string at = "/elements/" + std::to_string(e) + "/faces/", name = elements[e]["name"];
@@ -307,6 +385,8 @@ class Completion {
   LensDesign& design_;
   LensDraft draft_;
   std::string opening_why_;
+  double clear_margin_percent_ = 3;
+  std::vector<bool> trimmed_;  // which faces
 };
 
 // Names of files and titles may hold bytes that are no UTF-8.

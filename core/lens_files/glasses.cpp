@@ -9,17 +9,33 @@
 namespace relign::lens_files {
 namespace {
 
-// CODE V writes N-BK7 as NBK7: spellings of one name, the file's own first.
+// Names that an unadorned one may have in the user's catalogues: as it stands, without the vendor that CODE V writes
+// behind "_", and with the hyphen that CODE V leaves out (NBK7).
 std::vector<std::string> spellings(const std::string& name) {
   std::vector<std::string> names = {name};
+  if (const std::size_t vendor = name.rfind('_'); vendor != std::string::npos && vendor > 0)
+    names.push_back(name.substr(0, vendor));
   static const std::vector<std::string> kPrefixes = {"N", "P", "S", "J", "L", "H", "E", "K", "D"};
+  const std::string stem = names.back();
   for (const std::string& prefix : kPrefixes)
-    if (name.size() > 2 && name.compare(0, 1, prefix) == 0 && name[1] != '-')
-      names.push_back(prefix + "-" + name.substr(1));
+    if (stem.size() > 2 && upper_case(stem.substr(0, 1)) == prefix && stem[1] != '-')
+      names.push_back(prefix + "-" + upper_case(stem.substr(1)));
   return names;
 }
 
 }  // namespace
+
+GlassAlias parse_alias(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  GlassAlias alias;
+  if (equals != std::string::npos) {
+    alias.from = trimmed(text.substr(0, equals));
+    alias.to = trimmed(text.substr(equals + 1));
+  }
+  if (alias.from.empty() || alias.to.empty())
+    throw Error(ErrorKind::bad_input, "--alias: '" + text + "' is not NAME=NAME, such as BK7=N-BK7");
+  return alias;
+}
 
 GlassChoice::GlassChoice(LensDesign& design, const GlassSources& sources, double wavelength_nm)
     : design_(design), sources_(sources), wavelength_nm_(wavelength_nm) {}
@@ -64,17 +80,52 @@ void GlassChoice::write(const Surface& surface, OrderedJson& face) {
     face["glass_after"] = name;
     return;
   }
-  for (const std::string& name : spellings(surface.glass))
-    if (from_catalogue(surface, name) || (sources_.is_known && sources_.is_known(name))) {
-      face["glass_after"] = name;
-      if (name != surface.glass)
-        design_.remarks.push_back({surface.glass_line, "glass " + surface.glass + " is read as " + name, 0});
-      return;
-    }
-  problems_.push_back({design_.file, surface.glass_line, 0, "",
-                       "surface " + surface.label + ": unknown glass '" + shown(surface.glass, 40) +
-                           "'; give the catalogue that has it with --glass FILE.agf, or write its code of nd and Vd, "
-                           "such as 517642, into the lens file"});
+  if (const std::string name = resolved(surface); !name.empty()) {
+    face["glass_after"] = name;
+    return;
+  }
+  const std::string shown_name = shown(surface.glass, 40);
+  if (sources_.from_file && surface.stated_nd > 0) {
+    own_[surface.glass] = {{"nd", surface.stated_nd}, {"vd", surface.stated_vd}};
+    face["glass_after"] = surface.glass;
+    remark(surface, "glass " + shown_name + " has the index and Abbe number that the file states, nd " +
+                        shortest(surface.stated_nd) + " and Vd " + shortest(surface.stated_vd) +
+                        " (--glass-from-file)");
+    return;
+  }
+  problems_.push_back(
+      {design_.file, surface.glass_line, 0, "",
+       "surface " + surface.label + ": unknown glass '" + shown_name +
+           "'; give the catalogue that has it with --glass FILE.agf, name a glass of the same kind " + "with --alias " +
+           shown_name + "=NAME, or " +
+           (surface.stated_nd > 0 ? "use nd " + shortest(surface.stated_nd) + " and Vd " + shortest(surface.stated_vd) +
+                                        " of the file with --glass-from-file"
+                                  : "write its code of nd and Vd, such as 517642, into the lens file")});
+}
+
+void GlassChoice::remark(const Surface& surface, const std::string& text) {
+  for (const Remark& known : design_.remarks)
+    if (known.text == text) return;
+  design_.remarks.push_back({surface.glass_line, text, 0});
+}
+
+std::string GlassChoice::resolved(const Surface& surface) {
+  std::string wanted = surface.glass;
+  for (const GlassAlias& alias : sources_.aliases)
+    if (upper_case(alias.from) == upper_case(surface.glass)) wanted = alias.to;
+  std::string found;
+  for (const std::string& name : spellings(wanted))
+    if (found.empty() && from_catalogue(surface, name)) found = name;
+  if (found.empty() && sources_.is_known && sources_.is_known(wanted)) found = wanted;
+  if (found.empty() && sources_.known_like) found = sources_.known_like(wanted);
+  if (found.empty())
+    for (const std::string& name : spellings(wanted))
+      if (found.empty() && !sources_.known_like && sources_.is_known && sources_.is_known(name)) found = name;
+  const std::string plain = surface.glass.substr(0, surface.glass.rfind('_'));
+  if (!found.empty() && found != surface.glass && found != plain)
+    remark(surface, "glass " + shown(surface.glass, 40) + " is read as " + found +
+                        (wanted == surface.glass ? "" : " (--alias)"));
+  return found;
 }
 
 }  // namespace relign::lens_files

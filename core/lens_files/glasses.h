@@ -19,10 +19,21 @@ struct GlassCatalogue {
   std::vector<CatalogueGlass> glasses;
 };
 
+struct GlassAlias {
+  std::string from, to;
+};
+
 struct GlassSources {
   std::vector<GlassCatalogue> catalogues;            // the user's, looked through first
   std::function<bool(const std::string&)> is_known;  // built in, and codes such as 517642; may be empty
+  // The built-in glass that a name means with its vendor, in lower case or without hyphens; empty: none. May be empty.
+  std::function<std::string(const std::string&)> known_like;
+  std::vector<GlassAlias> aliases;  // the user's; names count in any case
+  bool from_file = false;           // nd and Vd beside a name in the lens file count where the name is unknown
 };
+
+// "BK7=N-BK7". Throws Error(bad_input) for other texts.
+GlassAlias parse_alias(const std::string& text);
 
 // Decides for one lens at one wavelength.
 class GlassChoice {
@@ -37,6 +48,9 @@ class GlassChoice {
 
  private:
   bool from_catalogue(const Surface& surface, const std::string& name);
+  // The name under which lens.json has the glass; empty for an unknown one.
+  std::string resolved(const Surface& surface);
+  void remark(const Surface& surface, const std::string& text);
 
   LensDesign& design_;
   const GlassSources& sources_;

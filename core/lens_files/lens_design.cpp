@@ -65,7 +65,7 @@ void Reading::aperture(int line, const std::string& keyword, SystemAperture::Kin
 Surface& Reading::add_surface(int line, const std::string& label) {
   if (design.surfaces.size() >= kMostSurfaces) {
     problem(line, "more than " + std::to_string(kMostSurfaces) + " surfaces; no lens for this program has so many");
-    finish();
+    throw_if_any(finish().problems);
   }
   design.surfaces.emplace_back();
   design.surfaces.back().line = line;
@@ -76,7 +76,7 @@ Surface& Reading::add_surface(int line, const std::string& label) {
 LensDesign Reading::finish() {
   if (untold_problems_ > 0)
     problems_.push_back({design.file, 0, 0, "", "and " + std::to_string(untold_problems_) + " mistakes more"});
-  throw_if_any(problems_);
+  design.problems = problems_;
   return std::move(design);
 }
 
@@ -85,6 +85,13 @@ std::optional<double> millimetres(const std::string& unit) {
                                                        {"M", 1000}, {"METER", 1000}, {"INCHES", 25.4}};
   const auto known = kUnits.find(unit);
   return known == kUnits.end() ? std::nullopt : std::optional<double>(known->second);
+}
+
+void set_term(Surface& surface, int power, double coefficient) {
+  std::vector<double>& terms = power % 2 == 0 ? surface.even_asphere : surface.odd_asphere;
+  const auto place = static_cast<std::size_t>(power - 2) / 2;
+  if (terms.size() <= place) terms.resize(place + 1);
+  terms[place] = coefficient;
 }
 
 void scale(LensDesign& design, double factor) {
@@ -96,14 +103,23 @@ void scale(LensDesign& design, double factor) {
       coefficient /= power;
       power *= factor * factor;
     }
+    power = factor * factor;  // r^3 has 1/mm^2
+    for (double& coefficient : surface.odd_asphere) {
+      coefficient /= power;
+      power *= factor * factor;
+    }
+    for (std::optional<QAsphere>* asphere : {&surface.q_bfs, &surface.q_con}) {
+      if (!*asphere) continue;
+      (*asphere)->radius_mm *= factor;
+      for (double& coefficient : (*asphere)->coefficients) coefficient *= factor;
+    }
     if (std::fabs(surface.thickness_mm) < kInfinite) surface.thickness_mm *= factor;
     surface.clear_radius_mm *= factor;
     for (std::optional<optics::Motion>* motion : {&surface.before, &surface.after})
       if (*motion) (*motion)->translation = factor * (*motion)->translation;
   }
   if (design.aperture.kind == SystemAperture::entrance_pupil_diameter) design.aperture.value *= factor;
-  if (design.field.kind == FieldSize::object_height_mm || design.field.kind == FieldSize::image_height_mm)
-    design.field.value *= factor;
+  if (design.field.kind != FieldSize::angle_deg && design.field.kind != FieldSize::none) design.field.value *= factor;
   for (auto& [name, value] : design.published)
     if (name != "f_number") value *= factor;
 }

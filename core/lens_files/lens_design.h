@@ -16,6 +16,14 @@ namespace relign::lens_files {
 constexpr double kInfinite = 1e10;
 constexpr std::size_t kMostSurfaces = 1000;
 constexpr std::size_t kMostBytes = 16 << 20;
+constexpr int kHighestPower = 32;  // of an asphere's polynomial
+constexpr int kMostQTerms = 30;
+
+// Terms of Forbes' orthogonal polynomials, Q_bfs or Q_con; coefficients are lengths.
+struct QAsphere {
+  double radius_mm = 0;  // at which u is 1
+  std::vector<double> coefficients;
+};
 
 struct Surface {
   int line = 0;       // where its description begins
@@ -23,12 +31,15 @@ struct Surface {
   double curvature = 0;
   double conic = 0;
   std::vector<double> even_asphere;  // of r^2, r^4, r^6 ...; 1/mm^(2i-1)
+  std::vector<double> odd_asphere;   // of r^3, r^5, r^7 ...
+  std::optional<QAsphere> q_bfs, q_con;
   double thickness_mm = 0;
   std::string glass;  // empty: air. The name or code as the file has it
   int glass_line = 0;
-  double nd = 0, vd = 0;       // of a model glass, which has no other name; vd 0: no dispersion
-  double index = 0;            // told by the file for the reference wavelength; 0: not told
-  double clear_radius_mm = 0;  // 0: not told
+  double stated_nd = 0, stated_vd = 0;  // beside a glass's name in the file; 0: none
+  double nd = 0, vd = 0;                // of a model glass, which has no other name; vd 0: no dispersion
+  double index = 0;                     // told by the file for the reference wavelength; 0: not told
+  double clear_radius_mm = 0;           // 0: not told
   bool stop = false;
   bool break_only = false;  // a coordinate break without a face
   // The frame of this surface in the one before, and the frame of the next in this one.
@@ -44,10 +55,19 @@ struct SystemAperture {
 };
 
 struct FieldSize {
-  enum Kind { none, angle_deg, object_height_mm, image_height_mm };
+  // An image height is paraxial, or where the real chief ray meets the image.
+  enum Kind { none, angle_deg, object_height_mm, image_height_mm, real_image_height_mm };
   Kind kind = none;
   double value = 0;  // the largest
   int line = 0;
+};
+
+// One field of the design, and the parts of the entrance pupil's radius that vignetting takes from its beam: 0 nothing,
+// 1 up to the centre. Below and above, left and right as seen from the object.
+struct FieldBeam {
+  double x = 0, y = 0;  // as parts of the largest field
+  double cut_below = 0, cut_above = 0, cut_left = 0, cut_right = 0;
+  bool is_cut() const { return cut_below != 0 || cut_above != 0 || cut_left != 0 || cut_right != 0; }
 };
 
 // Something in the file that was not used; several alike are one.
@@ -64,12 +84,18 @@ struct LensDesign {
   std::vector<Surface> surfaces;  // the object's first, the image's last
   SystemAperture aperture;
   FieldSize field;
+  std::vector<FieldBeam> fields;
   double wavelength_nm = 0;                // the reference wavelength
   std::vector<double> all_wavelengths_nm;  // those that the design is for
   int wavelengths_line = 0;
   std::map<std::string, double> published;  // first-order values, by the names of lens.json
   std::vector<Remark> remarks;
+  std::vector<Problem> problems;  // for which the file is refused, once its surfaces and glasses are looked at too
 };
+
+constexpr const char* kVignettingRemark =
+    "vignetting factors are used only for clear radii that the file does not state; images have the light that clear "
+    "radii let through";
 
 // What every reader collects while it goes through the lines.
 class Reading {
@@ -90,7 +116,7 @@ class Reading {
   // A new surface at the end; throws all problems at once when there are too many.
   Surface& add_surface(int line, const std::string& label);
 
-  // Throws Error(bad_input) with every problem; else the design.
+  // The design with every problem.
   LensDesign finish();
 
  private:
@@ -101,6 +127,8 @@ class Reading {
 
 // A millimetre's multiple by its name: MM, CM, IN, M and METER. Nothing for others.
 std::optional<double> millimetres(const std::string& unit);
+// The coefficient of r^power, power from 2 up.
+void set_term(Surface& surface, int power, double coefficient);
 // Multiplies every length.
 void scale(LensDesign& design, double factor);
 

@@ -35,16 +35,16 @@ class Writer {
 
   LensDraft write(const std::string& name) {
     check_surfaces();
-    throw_if_any(problems_);
+    throw_problems();
     place_surfaces();
-    throw_if_any(problems_);
+    throw_problems();
     LensDraft draft;
     OrderedJson elements = OrderedJson::array();
     group(elements, draft);
     OrderedJson stops = OrderedJson::array();
     write_stop(elements, stops, draft);
     for (const Problem& problem : glasses_.problems()) problems_.push_back(problem);
-    throw_if_any(problems_);
+    throw_in_order();
 
     OrderedJson& lens = draft.json;
     lens["format"] = 1;
@@ -67,9 +67,27 @@ class Writer {
     problems_.push_back({design_.file, surface.line, 0, "", message});
   }
 
+  // All that is wrong with surfaces, and with glasses, which group() has not come to yet.
+  void throw_problems() {
+    if (problems_.empty()) return;
+    for (const Surface& surface : design_.surfaces) {
+      OrderedJson face;
+      if (!surface.glass.empty()) glasses_.write(surface, face);
+    }
+    for (const Problem& problem : glasses_.problems()) problems_.push_back(problem);
+    throw_in_order();
+  }
+  void throw_in_order() {
+    std::stable_sort(problems_.begin(), problems_.end(),
+                     [](const Problem& a, const Problem& b) { return a.line < b.line; });
+    throw_if_any(problems_);
+  }
+
   void check_surfaces() {
     constexpr double kShortest_nm = 100, kLongest_nm = 1e5;
-    if (!(wavelength_nm_ >= kShortest_nm && wavelength_nm_ <= kLongest_nm))
+    problems_ = design_.problems;
+    // A wavelength that the file does not state properly is among its problems.
+    if (!(wavelength_nm_ >= kShortest_nm && wavelength_nm_ <= kLongest_nm) && design_.problems.empty())
       problems_.push_back(
           {design_.file, 0, 0, "", "a wavelength of " + shortest(wavelength_nm_) + " nm; allowed are 100 to 100000"});
     if (design_.surfaces.size() < 4) {
@@ -96,19 +114,22 @@ class Writer {
                                "; mark it (Zemax: STOP, CODE V: STO)"});
   }
 
-  // The r^2 term belongs to the curvature where there is none; a sphere and a paraboloid on top are no conic.
+  // A plane or paraboloid with a term of r^2 is a paraboloid; on any other face the term stays one of its own.
   void tidy_asphere(Surface& surface) {
     std::vector<double>& terms = surface.even_asphere;
-    if (!terms.empty() && terms[0] != 0) {
-      if (surface.curvature == 0) {
-        surface.curvature = 2 * terms[0];
-        surface.conic = -1;
-      } else {
-        problem(surface, "surface " + surface.label + " has a curvature and a term of r^2 (PARM 1); write one of them");
-      }
+    if (!terms.empty() && terms[0] != 0 && (surface.curvature == 0 || surface.conic == -1)) {
+      surface.curvature += 2 * terms[0];
+      surface.conic = -1;
       terms[0] = 0;
     }
-    while (!terms.empty() && terms.back() == 0) terms.pop_back();
+    for (std::vector<double>* list : {&terms, &surface.odd_asphere})
+      while (!list->empty() && list->back() == 0) list->pop_back();
+    if (surface.q_bfs && surface.conic != 0)
+      problem(surface, "surface " + surface.label + " has Q_bfs terms on a conic, " + shortest(surface.conic) +
+                           "; Q_bfs terms are supported on spheres only");
+    const bool polynomial = !terms.empty() || !surface.odd_asphere.empty();
+    if ((surface.q_bfs || surface.q_con) && (polynomial || (surface.q_bfs && surface.q_con)))
+      problem(surface, "surface " + surface.label + " has Q-type terms and others; one kind of terms is supported");
   }
 
   // The surface whose glass follows surface i, null in air.
@@ -174,11 +195,22 @@ class Writer {
     face["radius_mm"] = nullptr;
     if (std::fabs(surface.curvature) > kFlat) face["radius_mm"] = radius_of(surface.curvature);
     if (surface.conic != 0) face["conic"] = surface.conic;
-    if (!surface.even_asphere.empty())
-      face["even_asphere"] = std::vector<double>(surface.even_asphere.begin() + 1, surface.even_asphere.end());
+    write_terms(surface, face);
     if (behind != nullptr) glasses_.write(*behind, face);
     face["clear_radius_mm"] = tidy(surface.clear_radius_mm);
     return face;
+  }
+
+  static void write_terms(const Surface& surface, OrderedJson& face) {
+    const std::vector<double>& even = surface.even_asphere;
+    if (!even.empty() && even[0] != 0) face["r2"] = even[0];
+    if (even.size() > 1) face["even_asphere"] = std::vector<double>(even.begin() + 1, even.end());
+    if (!surface.odd_asphere.empty()) face["odd_asphere"] = surface.odd_asphere;
+    const auto write = [&](const char* key, const std::optional<QAsphere>& asphere) {
+      if (asphere) face[key] = {{"radius_mm", asphere->radius_mm}, {"coefficients", asphere->coefficients}};
+    };
+    write("q_bfs", surface.q_bfs);
+    write("q_con", surface.q_con);
   }
 
   // Files that tell a curvature mean a radius: the nearest of 13 digits if it gives the same curvature.

@@ -235,6 +235,14 @@ class ListingReader {
 
 }  // namespace
 
-LensDesign read_listing(std::string_view bytes, const std::string& file) { return ListingReader(bytes, file).read(); }
+LensDesign read_listing_with_problems(std::string_view bytes, const std::string& file) {
+  return ListingReader(bytes, file).read();
+}
+
+LensDesign read_listing(std::string_view bytes, const std::string& file) {
+  LensDesign design = read_listing_with_problems(bytes, file);
+  throw_if_any(design.problems);
+  return design;
+}
 
 }  // namespace relign::lens_files

@@ -16,9 +16,15 @@ bool ends_with(const std::string& name, const std::string& ending) {
 }  // namespace
 
 LensDesign read_design(std::string_view bytes, const std::string& file) {
+  LensDesign design = read_design_with_problems(bytes, file);
+  throw_if_any(design.problems);
+  return design;
+}
+
+LensDesign read_design_with_problems(std::string_view bytes, const std::string& file, int configuration) {
   const std::string name = upper_case(file);
-  if (ends_with(name, ".ZMX")) return read_zmx(bytes, file);
-  if (ends_with(name, ".SEQ")) return read_seq(bytes, file);
+  if (ends_with(name, ".ZMX")) return read_zmx_with_problems(bytes, file, configuration);
+  if (ends_with(name, ".SEQ")) return read_seq_with_problems(bytes, file, configuration);
   if (ends_with(name, ".ZAR") || ends_with(name, ".ZOS") || ends_with(name, ".LEN"))
     throw Error(ErrorKind::bad_input, file +
                                           ": archives and binary lens files are not read; save the lens as .zmx "
@@ -27,10 +33,15 @@ LensDesign read_design(std::string_view bytes, const std::string& file) {
     const std::vector<std::string> words = words_of(line.text);
     if (words.empty()) continue;
     const std::string first = upper_case(words[0]), text = upper_case(line.text);
-    if (first == "RDY" && text.find("THI") != std::string::npos) return read_listing(bytes, file);
-    if (first == "SURF") return read_zmx(bytes, file);
+    if (first == "RDY" && text.find("THI") != std::string::npos) {
+      if (configuration > 1)
+        throw Error(ErrorKind::bad_input,
+                    file + ": a listing has one configuration; --configuration is for .zmx and .seq");
+      return read_listing_with_problems(bytes, file);
+    }
+    if (first == "SURF") return read_zmx_with_problems(bytes, file, configuration);
     if (first == "SO" || first == "S" || first == "RDM" || first == "RDM;" || first == "LEN")
-      return read_seq(bytes, file);
+      return read_seq_with_problems(bytes, file, configuration);
   }
   throw Error(ErrorKind::bad_input, file +
                                         ": this is no lens file that is known here; known are Zemax .zmx, CODE V "

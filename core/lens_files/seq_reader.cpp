@@ -56,14 +56,20 @@ std::vector<Command> commands_of(const std::vector<TextLine>& lines) {
 
 class SeqReader {
  public:
-  SeqReader(std::string_view bytes, const std::string& file)
-      : commands_(commands_of(text_lines(bytes, file))), reading_(file, "CODE V"), system_(reading_) {}
+  SeqReader(std::string_view bytes, const std::string& file, int position)
+      : position_(std::max(1, position)),
+        position_chosen_(position > 0),
+        commands_(commands_of(text_lines(bytes, file))),
+        reading_(file, "CODE V"),
+        system_(reading_) {}
 
   LensDesign read() {
-    for (const Command& command : commands_) {
+    for (Command command : commands_) {
       const std::string keyword = upper_case(command.words[0]);
       if (in_private_glasses_)
         private_glass(command, keyword);
+      else if (!is_of_position(command))
+        continue;
       else if (!is_surface(command, keyword) && !surface_property(command, keyword) && !global(command, keyword) &&
                !system_.take(command.line, command.words))
         reading_.not_understood(command.line, keyword, command.text);
@@ -74,6 +80,10 @@ class SeqReader {
       reading_.problem(reading_.design.surfaces.back().line, "the image surface (SI) is missing; is the file whole?");
     finish_surface();
     use_private_glasses();
+    check_curvatures();
+    if (position_ > positions_)
+      reading_.problem(
+          0, "there is no zoom position " + std::to_string(position_) + "; the file has " + std::to_string(positions_));
     return system_.finish();
   }
 
@@ -96,13 +106,29 @@ class SeqReader {
     Surface& surface = reading_.add_surface(command.line, label);
     if (command.words.size() > 1) surface.curvature = curvature(command.line, word(command, 1));
     if (command.words.size() > 2) surface.thickness_mm = thickness(command.line, word(command, 2));
-    if (command.words.size() > 3) take_glass(reading_, surface, command.line, word(command, 3));
-    if (command.words.size() > 4) reading_.not_understood(command.line, "S", command.text);
+    const bool model = take_model_glass(command, surface);
+    if (command.words.size() > 3 && !model) take_glass(reading_, surface, command.line, word(command, 3));
+    if (command.words.size() > (model ? 5U : 4U)) reading_.not_understood(command.line, "S", command.text);
+    return true;
+  }
+
+  // nd and Vd instead of a name. (A code such as 517642 is one number, and a large one.)
+  bool take_model_glass(const Command& command, Surface& surface) {
+    const auto nd = parse_number(word(command, 3)), vd = parse_number(word(command, 4));
+    if (!nd || !vd || !(*nd >= 1 && *nd < 5) || !(*vd > 0)) return false;
+    surface.glass_line = command.line;
+    surface.nd = *nd;
+    surface.vd = *vd;
     return true;
   }
 
   double curvature(int line, const std::string& text) {
     const double value = reading_.number(line, text, radius_mode_ ? "radius" : "curvature");
+    if (!radius_mode_ && !mode_stated_ && value != 0) {
+      assumed_curvatures_ = true;
+      reading_.remark(line, "curvatures",
+                      "assumed: surface values are curvatures, CODE V's default; the file has no RDM before them");
+    }
     if (!radius_mode_) return value;
     return value == 0 || std::fabs(value) >= kInfinite ? 0 : 1 / value;
   }
@@ -143,10 +169,13 @@ class SeqReader {
       decentre_.returns = is_current;
       return is_current;
     } else if (keyword == "BEN" || keyword == "REV" || keyword == "RET" || keyword == "GLB" || keyword == "CYL" ||
-               keyword == "YTO" || keyword == "XTO" || keyword == "SPS" || keyword == "DIF" || keyword == "GRX") {
-      reading_.problem(command.line, "surface " + surface->label + ": " + keyword +
-                                         " is not read; read are spheres, conics, even aspheres and decentres with or "
-                                         "without DAR");
+               keyword == "YTO" || keyword == "XTO" || keyword == "DIF" || keyword == "GRX") {
+      reading_.problem(command.line,
+                       "surface " + surface->label + ": " + keyword +
+                           " is not supported; supported are spheres, conics, aspheres and decentres with or "
+                           "without DAR");
+    } else if (is_current && special_.take(reading_, *surface, command.line, command.words, at)) {
+      return true;
     } else if (is_current && decentre_.take(reading_, command.line, keyword, value)) {
       return true;
     } else {
@@ -159,16 +188,65 @@ class SeqReader {
     if (keyword == "RDM") {
       const std::string value = upper_case(word(command, 1));
       radius_mode_ = value.empty() || value[0] != 'N';
+      mode_stated_ = true;
     } else if (keyword == "TITLE" || keyword == "TIT") {
       reading_.design.title = word(command, 1);
     } else if (keyword == "PRV") {
       in_private_glasses_ = true;
-    } else if (keyword == "ZOO" || keyword == "POS") {
-      reading_.remark(command.line, "zoom", "not used: further zoom positions; the lens is read as it stands above");
+    } else if (keyword == "ZOO") {
+      zoom(command);
+    } else if (keyword == "POS") {
+      return true;
     } else {
       return keyword == "LEN" || keyword == "GO" || keyword == "CA" || keyword == "EOS";
     }
     return true;
+  }
+
+  // "THI S5 Z2 12.5" is of one zoom position: without the Z word where that is the one, else of no use.
+  bool is_of_position(Command& command) const {
+    for (std::size_t i = 1; i < command.words.size() && i < 3; ++i) {
+      const std::string text = upper_case(command.words[i]);
+      if (text.size() < 2 || text.size() > 4 || text[0] != 'Z' ||
+          text.find_first_not_of("0123456789", 1) != std::string::npos)
+        continue;
+      if (std::stoi(text.substr(1)) != position_) return false;
+      command.words.erase(command.words.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+    return true;
+  }
+
+  // ZOO 3; ZOO THI S5 1.0 2.0 3.0; ZOO EPD 5 4 3: the value of the position as a command of its own.
+  void zoom(const Command& command) {
+    static const std::set<std::string> kSupported = {"THI", "RDY", "CUY", "GLA", "K", "A",   "B",   "C",  "D",
+                                                     "E",   "F",   "G",   "H",   "J", "EPD", "FNO", "NA", "NAO"};
+    static const std::set<std::string> kWithoutMeaning = {"TIT", "WTF", "WTW", "THC", "CCY", "GLC", "KC",
+                                                          "VUX", "VLX", "VUY", "VLY", "STA", "PFR", "WTZ"};
+    const std::string operand = upper_case(word(command, 1));
+    if (const auto count = parse_number(operand); count && *count >= 1 && *count <= 1000) {
+      positions_ = static_cast<int>(*count);
+      if (positions_ > 1 && !position_chosen_)
+        reading_.remark(command.line, "zoom",
+                        "not used: further zoom positions; the lens is read as its position 1 of " +
+                            std::to_string(positions_) + " (--configuration takes another)");
+      return;
+    }
+    if (kWithoutMeaning.count(operand) > 0) return;
+    Command own = {command.line, command.text, {operand}};
+    std::size_t first = 2;
+    if (first < command.words.size() && !parse_number(word(command, first)) && operand != "GLA")
+      own.words.push_back(word(command, first++));
+    else if (operand == "GLA" && surface_of(reading_, word(command, first)))
+      own.words.push_back(word(command, first++));
+    const std::string base = word(command, first),
+                      value = word(command, first + static_cast<std::size_t>(position_) - 1);
+    if (position_ == 1 || value == base) return;
+    own.words.push_back(value);
+    if (kSupported.count(operand) == 0)
+      reading_.problem(command.line, "ZOO " + shown(operand, 20) + " differs between zoom position " +
+                                         std::to_string(position_) + " and 1; it is not supported");
+    else if (!surface_property(own, operand) && !system_.take(own.line, own.words))
+      reading_.not_understood(command.line, "ZOO", command.text);
   }
 
   // PRV; PWL wavelengths; 'name' indices; END.
@@ -187,8 +265,29 @@ class SeqReader {
   }
 
   void finish_surface() {
-    if (!reading_.design.surfaces.empty()) decentre_.apply(reading_.design.surfaces.back());
+    if (!reading_.design.surfaces.empty()) {
+      decentre_.apply(reading_.design.surfaces.back());
+      special_.apply(reading_, reading_.design.surfaces.back());
+    }
     decentre_ = Decentre();
+    special_ = SpecialSurface();
+  }
+
+  // Radii in a file without RDM make spheres smaller than their clear radii, or than the entrance pupil.
+  void check_curvatures() {
+    if (!assumed_curvatures_) return;
+    const SystemAperture& aperture = reading_.design.aperture;
+    double pupil = aperture.kind == SystemAperture::entrance_pupil_diameter ? aperture.value / 2 : 0;
+    for (const Surface& surface : reading_.design.surfaces) {
+      const double reach = std::max(surface.clear_radius_mm, pupil);
+      if (surface.curvature == 0) continue;
+      pupil = 0;  // that is where light enters: only the first curved face is this wide for certain
+      if (std::fabs(surface.curvature) * reach <= 1 || surface.conic <= -1) continue;
+      reading_.problem(surface.line, "surface " + surface.label + ": a curvature of " + shortest(surface.curvature) +
+                                         " is a sphere smaller than the light there; without RDM, values are "
+                                         "curvatures; if these are radii, write RDM before the surfaces");
+      return;
+    }
   }
 
   // A private glass is known where the reference wavelength is among its own; else its name stays, for catalogues.
@@ -218,17 +317,30 @@ class SeqReader {
     std::vector<double> wavelengths, indices;
   };
 
+  int position_ = 1, positions_ = 1;  // of the zoom
+  bool position_chosen_ = false;
   const std::vector<Command> commands_;
   Reading reading_;
   CodeVSystem system_;
-  bool radius_mode_ = true, image_seen_ = false, in_private_glasses_ = false;
+  // CODE V itself starts in curvature mode; most sequence files that it writes begin with RDM.
+  bool radius_mode_ = false, mode_stated_ = false, assumed_curvatures_ = false, image_seen_ = false,
+       in_private_glasses_ = false;
   Decentre decentre_;
+  SpecialSurface special_;
   std::vector<double> private_wavelengths_;
   std::map<std::string, PrivateGlass> private_indices_;
 };
 
 }  // namespace
 
-LensDesign read_seq(std::string_view bytes, const std::string& file) { return SeqReader(bytes, file).read(); }
+LensDesign read_seq_with_problems(std::string_view bytes, const std::string& file, int configuration) {
+  return SeqReader(bytes, file, configuration).read();
+}
+
+LensDesign read_seq(std::string_view bytes, const std::string& file) {
+  LensDesign design = read_seq_with_problems(bytes, file);
+  throw_if_any(design.problems);
+  return design;
+}
 
 }  // namespace relign::lens_files

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "base/text.h"
 #include "lens_files/text_lines.h"
+#include "lens_files/zmx_configurations.h"
+#include "lens_files/zmx_shape.h"
 
 namespace relign::lens_files {
 namespace {
@@ -16,14 +19,16 @@ const std::set<std::string>& without_meaning() {
       "VERS", "PFIL", "LANG", "NOTE", "ENVD", "GFAC", "RAIM", "PUSH", "SDMA", "ROPD", "PICB", "FWGN", "FWGT", "FWGL",
       "POLS", "GLRS", "GSTD", "NSCD", "COFN", "GCAT", "HIDE", "MIRR", "SLAB", "POPS", "MAZH", "COMM", "WAVN", "WWGN",
       "WWGT", "BLNK", "DBDT", "HYPR", "XFLD", "FIMP", "OEMA", "STAR", "SDIA", "RCPL", "PRIM", "EFFL", "COOR", "UNIQ",
-      "TOLR", "WWAV", "CLMB", "SCBD", "GLCZ", "VPAR", "PZUP", "LTTP", "RSCE", "RWRE", "MEMA"};
+      "TOLR", "WWAV", "CLMB", "SCBD", "GLCZ", "VPAR", "PZUP", "LTTP", "RSCE", "RWRE", "MEMA", "MNUM"};
   return kKeywords;
 }
 
 class ZmxReader {
  public:
-  ZmxReader(std::string_view bytes, const std::string& file)
-      : lines_(text_lines(bytes, file)), reading_(file, "Zemax") {}
+  ZmxReader(std::string_view bytes, const std::string& file, int configuration)
+      : lines_(text_lines(bytes, file)), reading_(file, "Zemax") {
+    choose_configuration(lines_, reading_, configuration);
+  }
 
   LensDesign read() {
     for (const TextLine& line : lines_) {
@@ -53,17 +58,18 @@ class ZmxReader {
   }
 
   bool begin_surface() {
+    end_surface();
     surfaces_seen_ = true;
     const int expected = static_cast<int>(reading_.design.surfaces.size());
     if (reading_.integer(line_, word(1), "SURF") != expected)
       reading_.problem(line_, "surface '" + shown(word(1), 20) + "' where surface " + std::to_string(expected) +
                                   " comes next; surfaces are missing or out of order");
     reading_.add_surface(line_, std::to_string(expected));
-    break_ = Break();
     return true;
   }
 
   bool system_line(const std::string& keyword) {
+    static const std::set<std::string> kVignetting = {"VDXN", "VDYN", "VCXN", "VCYN", "VANN"};
     LensDesign& design = reading_.design;
     const auto aperture = [&](SystemAperture::Kind kind) {
       reading_.aperture(line_, keyword, kind, word(1));
@@ -102,21 +108,38 @@ class ZmxReader {
     } else if (keyword == "PWAV") {
       primary_ = reading_.integer(line_, word(1), "PWAV");
       primary_line_ = line_;
-    } else if (keyword.size() == 4 &&
-               (keyword.compare(0, 2, "VD") == 0 || keyword.compare(0, 2, "VC") == 0 || keyword == "VANN")) {
-      for (std::size_t i = 1; i < words_.size(); ++i)
-        if (parse_number(words_[i]).value_or(0) != 0) {
-          reading_.remark(line_, "vignetting", "not used: vignetting factors; clear radii stop the light here");
-          break;
-        }
-    } else if (keyword == "MNUM") {
-      if (parse_number(word(1)).value_or(1) > 1)
-        reading_.remark(line_, "configurations",
-                        "not used: further configurations; the lens is read as it stands above");
+    } else if (kVignetting.count(keyword) > 0) {
+      read_vignetting(keyword);
     } else {
       return false;
     }
     return true;
+  }
+
+  void read_vignetting(const std::string& keyword) {
+    std::vector<double>& factors = vignetting_[keyword.substr(0, 3)];
+    factors.clear();
+    for (std::size_t i = 1; i < words_.size(); ++i) {
+      factors.push_back(number(i, keyword, 10));
+      if (factors.back() != 0) reading_.remark(line_, "vignetting", kVignettingRemark);
+    }
+  }
+
+  // Decentre and compression of a field's beam, as parts of the pupil; a turned one (VAN) is used as if it were round.
+  FieldBeam field_beam(std::size_t i, double x, double y) const {
+    const auto factor = [&](const char* word) {
+      const auto list = vignetting_.find(word);
+      return list == vignetting_.end() || i >= list->second.size() ? 0 : list->second[i];
+    };
+    FieldBeam beam;
+    beam.x = x;
+    beam.y = y;
+    if (factor("VAN") != 0) return beam;
+    beam.cut_below = factor("VCY") + factor("VDY");
+    beam.cut_above = factor("VCY") - factor("VDY");
+    beam.cut_left = factor("VCX") + factor("VDX");
+    beam.cut_right = factor("VCX") - factor("VDX");
+    return beam;
   }
 
   // WAVM: number, micrometres, weight. WAVL: micrometres of all.
@@ -168,18 +191,15 @@ class ZmxReader {
     if (reading_.design.surfaces.empty()) return false;
     Surface& surface = reading_.design.surfaces.back();
     if (keyword == "TYPE") {
-      const std::string type = upper_case(word(1));
-      surface.break_only = type == "COORDBRK";
-      asphere_ = type == "EVENASPH";
-      if (!surface.break_only && !asphere_ && type != "STANDARD")
-        reading_.problem(line_, "surface " + surface.label + " is of type '" + shown(word(1), 20) +
-                                    "'; read are STANDARD, EVENASPH and COORDBRK");
+      shape_.set_type(line_, word(1));
     } else if (keyword == "CURV") {
       surface.curvature = number(1, "CURV");
     } else if (keyword == "CONI") {
       surface.conic = number(1, "CONI", 1e6);
     } else if (keyword == "PARM") {
-      read_parameter(surface);
+      read_entry(&ZmxShape::set_parameter);
+    } else if (keyword == "XDAT") {
+      read_entry(&ZmxShape::set_extra);
     } else if (keyword == "DISZ") {
       surface.thickness_mm = upper_case(word(1)) == "INFINITY" ? kInfinite : number(1, "DISZ");
     } else if (keyword == "GLAS") {
@@ -200,47 +220,45 @@ class ZmxReader {
     return true;
   }
 
-  void read_parameter(Surface& surface) {
-    constexpr int kMost = 8;
-    const int index = reading_.integer(line_, word(1), "PARM");
-    const double value = number(2, "PARM " + shown(word(1), 20));
-    if (index < 1 || index > kMost) {
-      if (value != 0) reading_.not_understood(line_, "PARM", text_);
-    } else if (surface.break_only) {
-      read_break(surface, index, value);
-    } else if (asphere_) {
-      const auto place = static_cast<std::size_t>(index);
-      if (surface.even_asphere.size() < place) surface.even_asphere.resize(place);
-      surface.even_asphere[place - 1] = value;
-    } else if (value != 0) {
-      reading_.not_understood(line_, "PARM", text_);
-    }
+  void read_entry(void (ZmxShape::*set)(int, int, double)) {
+    const std::string keyword = upper_case(word(0));
+    const int index = reading_.integer(line_, word(1), keyword);
+    (shape_.*set)(line_, index, number(2, keyword + " " + shown(word(1), 20)));
   }
 
-  // 1, 2: decentre x, y; 3, 4, 5: tilt about x, y, z, right-handed; 6: order.
-  void read_break(Surface& surface, int index, double value) {
-    if (index <= 2) break_.shift[index - 1] = value;
-    if (index >= 3 && index <= 5) {
-      if (std::fabs(value) > 360)
-        reading_.problem(line_, "a tilt of " + shortest(value) + " degrees; allowed are -360 to 360");
-      else
-        break_.tilt_deg[index - 3] = value;
-    }
-    if (index == 6) break_.tilt_first = value != 0;
-    surface.before = coordinate_break({break_.shift[0], break_.shift[1], 0}, break_.tilt_deg[0], break_.tilt_deg[1],
-                                      break_.tilt_deg[2], break_.tilt_first);
+  void end_surface() {
+    if (!reading_.design.surfaces.empty()) shape_.apply(reading_, reading_.design.surfaces.back());
+    shape_ = ZmxShape();
   }
 
-  // GLAS name kind _ nd Vd: kind 1 is a model glass, told by nd and Vd; of a catalogue's glass Zemax writes any
-  // numbers there (1.5 and 40 where it did not find the glass), so that they are not used.
+  // GLAS name kind surface nd Vd. Kind 1 is a model glass of nd and Vd, whatever it is called; kind 2 is picked up from
+  // another surface, and where that is a model glass, the name ends in _BLANK and nd and Vd are its. Beside a
+  // catalogue's name nd and Vd count only with --glass-from-file: Zemax writes 1.5 and 40 where it does not find the
+  // glass.
   void read_glass(Surface& surface) {
+    constexpr double kUnknown_nd = 1.5, kUnknown_vd = 40;
     surface.glass_line = line_;
     surface.glass = word(1);
     if (surface.glass.empty()) reading_.problem(line_, "GLAS: the name of the glass is missing");
-    if (upper_case(surface.glass) == "MIRROR")
+    if (upper_case(surface.glass) == "MIRROR") {
       reading_.problem(line_, "surface " + surface.label + " is a mirror; only lenses are read");
-    const bool model = parse_number(word(2)).value_or(0) == 1 || surface.glass == "___BLANK";
-    if (!model) return;
+      surface.glass.clear();
+      return;
+    }
+    const double kind = parse_number(word(2)).value_or(0);
+    constexpr std::string_view kBlank = "_BLANK";  // how names of model glasses end
+    const bool blank = surface.glass.size() > kBlank.size() &&
+                       surface.glass.compare(surface.glass.size() - kBlank.size(), kBlank.size(), kBlank) == 0;
+    if (kind != 1 && !blank) {
+      if (kind > 2)
+        reading_.remark(line_, "glass solve",
+                        "not used: the solve of glass " + shown(surface.glass, 40) + ", kind " + shortest(kind));
+      const double nd = parse_number(word(4)).value_or(0), vd = parse_number(word(5)).value_or(0);
+      if (!(nd > 1 && nd < 5 && vd > 0) || (nd == kUnknown_nd && vd == kUnknown_vd)) return;
+      surface.stated_nd = nd;
+      surface.stated_vd = vd;
+      return;
+    }
     surface.glass.clear();
     surface.nd = number(4, "GLAS, nd of a model glass", 10);
     surface.vd = words_.size() > 5 ? number(5, "GLAS, Vd of a model glass", 1e4) : 0;
@@ -250,6 +268,7 @@ class ZmxReader {
   }
 
   LensDesign whole() {
+    end_surface();
     if (!surfaces_seen_) reading_.problem(0, "no surfaces (SURF) found; is this a Zemax lens file, and is it whole?");
     read_fields();
     choose_wavelength();
@@ -267,6 +286,9 @@ class ZmxReader {
       field.value = std::max(
           field.value, std::hypot(i < x_fields_.size() ? x_fields_[i] : 0, i < y_fields_.size() ? y_fields_[i] : 0));
     if (field.value == 0) return;
+    for (std::size_t i = 0; i < used; ++i)
+      reading_.design.fields.push_back(field_beam(i, (i < x_fields_.size() ? x_fields_[i] : 0) / field.value,
+                                                  (i < y_fields_.size() ? y_fields_[i] : 0) / field.value));
     switch (field_type_) {
       case 0:
         field.kind = FieldSize::angle_deg;
@@ -275,39 +297,44 @@ class ZmxReader {
         field.kind = FieldSize::object_height_mm;
         break;
       case 2:
-      case 3:
         field.kind = FieldSize::image_height_mm;
+        break;
+      case 3:
+        field.kind = FieldSize::real_image_height_mm;
         break;
       default:
         reading_.remark(field.line, "field type",
                         "not used: fields of type " + std::to_string(field_type_) +
-                            " (read are 0 angle, 1 object, 2 and 3 image height)");
+                            " (read are 0 angle, 1 object, 2 paraxial and 3 real image height)");
     }
   }
 
-  struct Break {
-    double shift[2] = {0, 0};
-    double tilt_deg[3] = {0, 0, 0};
-    bool tilt_first = false;
-  };
-
-  const std::vector<TextLine> lines_;
+  std::vector<TextLine> lines_;
   Reading reading_;
   int line_ = 0;
   std::string text_;
   std::vector<std::string> words_;
-  bool surfaces_seen_ = false, asphere_ = false, clear_from_aperture_ = false;
-  Break break_;
+  bool surfaces_seen_ = false, clear_from_aperture_ = false;
+  ZmxShape shape_;
   double unit_mm_ = 1;
   bool unit_told_ = false;
   int field_type_ = 0, fields_used_ = 0, wavelengths_used_ = 0;
   std::vector<double> x_fields_, y_fields_, wavelengths_um_;
+  std::map<std::string, std::vector<double>> vignetting_;  // VDX, VDY, VCX, VCY, VAN of the fields
   std::vector<int> wavelength_lines_;
   int primary_ = 1, primary_line_ = 0;
 };
 
 }  // namespace
 
-LensDesign read_zmx(std::string_view bytes, const std::string& file) { return ZmxReader(bytes, file).read(); }
+LensDesign read_zmx_with_problems(std::string_view bytes, const std::string& file, int configuration) {
+  return ZmxReader(bytes, file, configuration).read();
+}
+
+LensDesign read_zmx(std::string_view bytes, const std::string& file) {
+  LensDesign design = read_zmx_with_problems(bytes, file);
+  throw_if_any(design.problems);
+  return design;
+}
 
 }  // namespace relign::lens_files

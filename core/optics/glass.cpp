@@ -1,10 +1,12 @@
 #include "optics/glass.h"
 
+#include <cctype>
 #include <charconv>
 #include <cmath>
 
 #include "base/error.h"
 #include "base/text.h"
+#include "optics/glass_catalogue.h"
 
 namespace relign::optics {
 namespace {
@@ -93,6 +95,15 @@ bool digits_only(const std::string& text) {
   return !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
 }
 
+// Letters and digits alone, in upper case: programs write N-BK7 as NBK7 or n-bk7.
+std::string letters_of(const std::string& name) {
+  std::string letters;
+  for (const char letter : name)
+    if (std::isalnum(static_cast<unsigned char>(letter)))
+      letters += static_cast<char>(std::toupper(static_cast<unsigned char>(letter)));
+  return letters;
+}
+
 // Of digits and a point; independent of the locale.
 double number(const std::string& text) {
   double value = 0;
@@ -122,12 +133,44 @@ double refractive_index(const Glass& glass, double wavelength_nm) {
 const Glass* find_glass(const std::string& name) {
   for (const Glass& glass : built_in())
     if (glass.name == name) return &glass;
+  for (const PublishedGlass& published : published_glasses())
+    if (published.glass.name == name) return &published.glass;
   return nullptr;
+}
+
+const Glass* find_glass_like(const std::string& name) {
+  std::string stem = name, vendor;
+  if (const std::size_t at = name.find_last_of("_- "); at != std::string::npos && at > 0) {
+    for (const char letter : name.substr(at + 1))
+      vendor += static_cast<char>(std::toupper(static_cast<unsigned char>(letter)));
+    if (is_glass_vendor(vendor))
+      stem.resize(at);
+    else
+      vendor.clear();
+  }
+  const std::string wanted = letters_of(stem);
+  const Glass* found = nullptr;
+  for (const PublishedGlass& published : published_glasses()) {
+    if (!vendor.empty() && published.vendor != vendor) continue;
+    const std::string letters = letters_of(published.glass.name);
+    if (letters == wanted || letters == wanted + vendor) {
+      found = &published.glass;
+      break;
+    }
+  }
+  // The glasses built in first have Schott's names, whoever melts them; they keep their own coefficients.
+  for (const Glass& glass : built_in())
+    if (letters_of(glass.name) == wanted &&
+        (vendor.empty() || vendor == "SCHOTT" || (found && found->name == glass.name)))
+      return &glass;
+  return found;
 }
 
 std::vector<std::string> glass_names() {
   std::vector<std::string> names;
   for (const Glass& glass : built_in()) names.push_back(glass.name);
+  for (const PublishedGlass& published : published_glasses())
+    if (find_glass(published.glass.name) == &published.glass) names.push_back(published.glass.name);
   return names;
 }
 

@@ -1,7 +1,8 @@
 // Glasses: refractive indices from dispersion formulas, as AGF catalogues number them.
 //
-// Indices are relative to air at standard conditions, as catalogues give them. Built in are the glasses
-// of the shipped lenses and a few common ones; any other comes with its own numbers in the lens file.
+// Indices are relative to air at standard conditions, as catalogues give them. Built in are the glasses of the shipped
+// lenses and those of the vendors' catalogues (glass_catalogue.h); any other comes with its own numbers in the lens
+// file.
 #pragma once
 
 #include <optional>
@@ -32,6 +33,9 @@ double refractive_index(const Glass& glass, double wavelength_nm);
 
 // Null when there is no built-in glass of that name.
 const Glass* find_glass(const std::string& name);
+// The built-in glass that a name means: with its vendor behind "_" or "-", in lower case, or without hyphens and blanks
+// (NBK7, "n-bk7 schott", SF5_SCHOTT). Null where there is none, or not of that vendor.
+const Glass* find_glass_like(const std::string& name);
 std::vector<std::string> glass_names();
 
 // Fictitious glasses, nd and Vd in digits: 517642 is nd 1.517, Vd 64.2; 487490.704058 is nd 1.487490, Vd 70.4058.

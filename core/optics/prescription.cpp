@@ -265,7 +265,7 @@ class Reader {
       for (std::size_t f = 0; f < lens_.elements[e].faces.size(); ++f) {
         const Face& face = lens_.elements[e].faces[f];
         const std::string at = "/elements/" + std::to_string(e) + "/faces/" + std::to_string(f);
-        if (previous) check_pair(*previous, face, at);
+        if (previous) check_pair(*previous, face, f == 0, at);
         previous = &face;
       }
     if (previous && lens_.image_z_mm <= previous->z_mm)
@@ -320,8 +320,9 @@ class Reader {
                      "order light meets it with \"before_face\"");
   }
 
-  void check_pair(const Face& before, const Face& face, const std::string& at) {
-    if (face.z_mm <= before.z_mm) {
+  // Elements may touch: two faces at one vertex with no air between them.
+  void check_pair(const Face& before, const Face& face, bool across_air, const std::string& at) {
+    if (across_air ? face.z_mm < before.z_mm : face.z_mm <= before.z_mm) {
       complain(at + "/z_mm", "the face at z = " + shortest(face.z_mm) + " mm does not come after the one before it (" +
                                  shortest(before.z_mm) + " mm)");
       return;

@@ -111,6 +111,24 @@ TEST(CliLens, InfoAndDrawTakeADesignProgramsFile) {
   }
 }
 
+TEST(CliLens, InfoSaysWhyAValueIsNotDefined) {
+  const Workplace place;
+  // A plane plate has no focus.
+  place.write("plate.json", R"({"format": 1, "name": "plate", "source": "", "wavelength_nm": 550, "image_z_mm": 9,
+    "pivot_z_mm": 0, "half_field_deg": 0, "elements": [{"name": "P", "faces": [
+      {"z_mm": 0, "radius_mm": null, "index_after": 1.5, "clear_radius_mm": 5},
+      {"z_mm": 2, "radius_mm": null, "clear_radius_mm": 5}]}],
+    "stops": [{"name": "s", "z_mm": -1, "opening_radius_mm": 2, "aperture": true}]})");
+  const Outcome text = relign_bench(place, {"lens", "info", "plate.json"});
+  ASSERT_EQ(text.exit_code, 0) << text.err;
+  EXPECT_THAT(text.out, testing::ContainsRegex("focal_length +not defined +- +the lens has no power"));
+  EXPECT_THAT(text.out, testing::Not(testing::ContainsRegex("nan|inf ")));
+  const json info = json::parse(relign_bench(place, {"lens", "info", "plate.json", "--json"}).out);
+  EXPECT_TRUE(info.at("first_order").at("focal_length").is_null());
+  EXPECT_EQ(info.at("not_defined").at("focal_length"), "the lens has no power");
+  EXPECT_EQ(info.at("not_defined").at("distortion_percent"), "the lens has no field off the axis");
+}
+
 TEST(CliLens, MistakesAreNamed) {
   const Workplace place;
   EXPECT_EQ(relign_bench(place, {"lens"}).exit_code, 2);

@@ -26,7 +26,7 @@ TEST(CliSceneNew, FromAListingToASuiteThatRuns) {
       relign_bench(place, {"scene", "new", golden("relign_od.lis"), "-o", "od", "--sensor", "60x40@85"});
   ASSERT_EQ(made.exit_code, 0) << made.err;
   EXPECT_THAT(made.out, HasSubstr("focal length                 2.89501 mm"));
-  EXPECT_THAT(made.out, HasSubstr("relign_od.lis:25: not used: vignetting factors"));
+  EXPECT_THAT(made.out, HasSubstr("relign_od.lis:25: vignetting factors are used only"));
   EXPECT_THAT(made.err, HasSubstr("relign-bench run od/suite.json"));
   EXPECT_THAT(place.read("od/README.md"), HasSubstr("relign-bench run suite.json"));
 

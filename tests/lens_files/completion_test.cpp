@@ -324,5 +324,39 @@ TEST(Pretty, ReadsBackAndKeepsQuotes) {
   EXPECT_THAT(pretty(json), HasSubstr("\"a\": [1, 2.5, null],\n"));
 }
 
+// Clear radius of the first face, far before the stop: found by the importer.
+double found_radius(const std::string& vignetting, const std::string& field = "10") {
+  const std::string text =
+      "UNIT MM\nENPD 10\nFTYP 0 0 1 1\nYFLN " + field + "\nWAVM 1 0.55 1\nPWAV 1\n" + vignetting +
+      "SURF 0\n  DISZ INFINITY\nSURF 1\n  DISZ 2\n  GLAS ___BLANK 1 0 1.5 0\nSURF 2\n  DISZ 40\nSURF 3\n  STOP\n"
+      "  CURV 0.01\n  DISZ 2\n  GLAS ___BLANK 1 0 1.5 0\nSURF 4\n  DISZ 195\nSURF 5\n";
+  LensDesign design = read_zmx(text, "a.zmx");
+  return complete_lens(design, draft_lens(design, {}, "a", 0)).lens.elements[0].faces[0].clear_radius_mm;
+}
+
+TEST(Completion, FindsClearRadiiOfVignettedBeams) {
+  const double full = found_radius("");
+  // The beam goes upwards: its lower edge is the far one 40 mm before the stop.
+  EXPECT_NEAR(full - found_radius("VCYN 0.5\n"), 1.03 * 2.5, 0.05);
+  EXPECT_NEAR(full - found_radius("VCYN 0.25\nVDYN 0.25\n"), 1.03 * 2.5, 0.05);
+  EXPECT_NEAR(found_radius("VCYN 0.25\nVDYN -0.25\n"), full, 0.05);
+  // The same seen upside down.
+  EXPECT_NEAR(full - found_radius("VCYN 0.25\nVDYN -0.25\n", "-10"), 1.03 * 2.5, 0.05);
+}
+
+TEST(Completion, RealImageHeightsAreWhereTheChiefRayMeetsTheImage) {
+  const auto half_field = [](const std::string& type) {
+    return complete(replaced(replaced(small_zmx(), "FTYP 0", "FTYP " + type), "YFLN 5", "YFLN 15")).lens.half_field_deg;
+  };
+  const double paraxial = half_field("2"), real = half_field("3");
+  EXPECT_GT(std::fabs(paraxial - real), 1e-3);
+  const optics::Prescription lens = complete(small_zmx()).lens;
+  EXPECT_NEAR(image_height(lens, real, 0, lens.image_z_mm), 15, 1e-4);
+  // No chief ray gets that far: the paraxial field, with a remark.
+  LensDesign far = read_zmx(replaced(replaced(small_zmx(), "FTYP 0", "FTYP 3"), "YFLN 5", "YFLN 400"), "a.zmx");
+  EXPECT_NEAR(complete(far).lens.half_field_deg, 82.9, 0.5);
+  EXPECT_THAT(far.remarks[0].text, HasSubstr("no chief ray meets the image at the real height of 400.0 mm"));
+}
+
 }  // namespace
 }  // namespace relign::lens_files

@@ -67,7 +67,7 @@ TEST(LensWriter, OtherSpellingsAreSaid) {
   built_in.is_known = [](const std::string& name) { return name == "N-BK7"; };
   EXPECT_EQ(draft_lens(design, built_in, "a", 0).json["elements"][0]["faces"][0]["glass_after"], "N-BK7");
   ASSERT_EQ(design.remarks.size(), 1U);
-  EXPECT_EQ(design.remarks[0].text, "glass NBK7 is read as N-BK7");
+  EXPECT_EQ(design.remarks[0].text, "glass NBK7_SCHOTT is read as N-BK7");
 }
 
 TEST(LensWriter, ModelGlassesAndIndices) {
@@ -127,6 +127,55 @@ TEST(LensWriter, CementedElementsAndDummies) {
   EXPECT_EQ(lens["stops"][0]["z_mm"], 6);
 }
 
+TEST(LensWriter, TellsAllProblemsOfReadingWritingAndGlassesAtOnce) {
+  const std::string text = replaced(small_zmx("  TYPE TOROIDAL\n"), "___BLANK 1 0 1.5 0", "X 0 0 1.5 40");
+  LensDesign design = read_design_with_problems(replaced(text, "  STOP\n", ""), "a.zmx");
+  const std::string all = error_text(ErrorKind::bad_input, [&] { draft_lens(design, {}, "a", 0); });
+  EXPECT_THAT(all, HasSubstr("a.zmx: exactly one surface must be the stop, found 0"));
+  EXPECT_THAT(all, HasSubstr("a.zmx:13: surface 1: unknown glass 'X'"));
+  EXPECT_THAT(all, HasSubstr("a.zmx:15: surface 1 is of type 'TOROIDAL'"));
+  EXPECT_LT(all.find("unknown glass"), all.find("TOROIDAL"));  // by line
+}
+
+std::string glass_zmx(const std::string& glass) { return replaced(small_zmx(), "___BLANK 1 0 1.5 0", glass); }
+
+TEST(LensWriter, AliasesNameOtherGlasses) {
+  GlassSources sources;
+  sources.is_known = [](const std::string& name) { return name == "N-BK7"; };
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { lens_of(glass_zmx("BK7 0 0 1.5 40"), sources); }),
+              HasSubstr("surface 1: unknown glass 'BK7'; give the catalogue that has it with --glass FILE.agf, name a "
+                        "glass of the same kind with --alias BK7=NAME, or write its code"));
+  sources.aliases = {parse_alias("bk7=N-BK7")};
+  LensDesign design = read_zmx(glass_zmx("BK7 0 0 1.5 40"), "a.zmx");
+  EXPECT_EQ(draft_lens(design, sources, "a", 0).json["elements"][0]["faces"][0]["glass_after"], "N-BK7");
+  EXPECT_EQ(design.remarks.back().text, "glass BK7 is read as N-BK7 (--alias)");
+  for (const char* wrong : {"BK7", "=N-BK7", "BK7= ", ""})
+    EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { parse_alias(wrong); }), HasSubstr("is not NAME=NAME"));
+}
+
+TEST(LensWriter, GlassFromFileUsesStatedIndex) {
+  GlassSources sources;
+  const std::string text = glass_zmx("S-FPL55 0 0 1.43875 94.66");
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { lens_of(text, sources); }),
+              HasSubstr("or use nd 1.43875 and Vd 94.66 of the file with --glass-from-file"));
+  sources.from_file = true;
+  LensDesign design = read_zmx(text, "a.zmx");
+  const OrderedJson lens = draft_lens(design, sources, "a", 0).json;
+  EXPECT_EQ(lens["elements"][0]["faces"][0]["glass_after"], "S-FPL55");
+  EXPECT_EQ(lens["glasses"]["S-FPL55"], OrderedJson({{"nd", 1.43875}, {"vd", 94.66}}));
+  EXPECT_THAT(design.remarks.back().text, HasSubstr("glass S-FPL55 has the index and Abbe number that the file"));
+  // 1.5 and 40 are what Zemax writes for a glass that it does not know.
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { lens_of(glass_zmx("X 0 0 1.5 40"), sources); }),
+              HasSubstr("unknown glass 'X'"));
+}
+
+TEST(LensWriter, ModelGlassesKeepTheirNumbers) {
+  for (const char* glass : {"APL5014CL_14_BLANK 1 0 1.544 56", "___BLANK 2 3 1.544 56", "APL5514_BLANK 2 3 1.544 56"}) {
+    const OrderedJson lens = lens_of(glass_zmx(glass));
+    EXPECT_EQ(lens["glasses"]["nd1.544-Vd56"], OrderedJson({{"nd", 1.544}, {"vd", 56.0}})) << glass;
+  }
+}
+
 // A lens behind a break, another break that takes it back.
 std::string tilted(const std::string& there, const std::string& back) {
   return "ENPD 10\nWAVM 1 0.55 1\nSURF 0\n DISZ INFINITY\nSURF 1\n CURV 0.02\n DISZ 4\n GLAS A\nSURF 2\n DISZ 3\n"
@@ -177,7 +226,27 @@ TEST(LensWriter, AspheresAndTheTermOfR2) {
       lens_of(small_zmx("  TYPE EVENASPH\n  CURV 0\n  PARM 1 0.01\n"))["elements"][0]["faces"][0];
   EXPECT_EQ(parabola["radius_mm"], 50);
   EXPECT_EQ(parabola["conic"], -1);
-  EXPECT_THAT(refusal(small_zmx("  TYPE EVENASPH\n  PARM 1 0.01\n")), HasSubstr("a curvature and a term of r^2"));
+  // Beside a curvature the term stays one of its own, unless the face is a paraboloid anyway.
+  const OrderedJson beside = lens_of(small_zmx("  TYPE EVENASPH\n  PARM 1 0.01\n"))["elements"][0]["faces"][0];
+  EXPECT_EQ(beside["radius_mm"], 50);
+  EXPECT_EQ(beside["r2"], 0.01);
+  EXPECT_FALSE(beside.contains("even_asphere"));
+  const OrderedJson folded =
+      lens_of(small_zmx("  TYPE EVENASPH\n  CONI -1\n  PARM 1 0.01\n"))["elements"][0]["faces"][0];
+  EXPECT_EQ(folded["radius_mm"], 25);
+  EXPECT_FALSE(folded.contains("r2"));
+}
+
+TEST(LensWriter, WritesOddAndQTypeTerms) {
+  const OrderedJson odd =
+      lens_of(small_zmx("  TYPE ODDASPHE\n  PARM 3 1e-4\n  PARM 4 2e-5\n  PARM 7 3e-8\n"
+                        "  PARM 8 0\n"))["elements"][0]["faces"][0];
+  EXPECT_EQ(odd["odd_asphere"], OrderedJson({1e-4, 0, 3e-8}));
+  EXPECT_EQ(odd["even_asphere"], OrderedJson({2e-5}));
+  const std::string q = "  TYPE QED_TYPE\n  XDAT 2 2\n  XDAT 3 12\n  XDAT 4 -0.5\n  XDAT 5 0.25\n";
+  const OrderedJson face = lens_of(small_zmx(q))["elements"][0]["faces"][0];
+  EXPECT_EQ(face["q_bfs"], OrderedJson({{"radius_mm", 12.0}, {"coefficients", {-0.5, 0.25}}}));
+  EXPECT_THAT(refusal(small_zmx(q + "  CONI -0.5\n")), HasSubstr("surface 1 has Q_bfs terms on a conic, -0.5;"));
 }
 
 TEST(LensWriter, RefusesWithFileAndLine) {

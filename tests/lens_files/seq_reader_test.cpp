@@ -24,7 +24,7 @@ TEST(SeqReader, ReadsTheCookeTriplet) {
   ASSERT_EQ(lens.surfaces.size(), 8U);
   EXPECT_EQ(lens.surfaces[0].thickness_mm, kInfinite);
   EXPECT_DOUBLE_EQ(1 / lens.surfaces[1].curvature, 22.01359);
-  EXPECT_EQ(lens.surfaces[1].glass, "SK16");
+  EXPECT_EQ(lens.surfaces[1].glass, "SK16_SCHOTT");
   EXPECT_EQ(lens.surfaces[1].clear_radius_mm, 9.5);
   EXPECT_TRUE(lens.surfaces[4].stop);
   EXPECT_EQ(lens.wavelength_nm, 550);  // the list of wavelengths goes on in a second line
@@ -64,6 +64,73 @@ TEST(SeqReader, CurvaturesUnitsAndAperture) {
   EXPECT_EQ(read(small_seq("", "YOB 3")).field.kind, FieldSize::object_height_mm);
 }
 
+TEST(SeqReader, ReadsCurvaturesWithoutRdm) {
+  std::string text = small_seq();
+  text.replace(text.find("RDM; LEN"), 8, "LEN");
+  text.replace(text.find("S 50 4"), 6, "S 0.02 4");
+  text.replace(text.find("S -50 1"), 7, "S -0.02 1");
+  const LensDesign lens = read(text);
+  EXPECT_EQ(lens.surfaces[1].curvature, 0.02);
+  ASSERT_EQ(lens.remarks.size(), 1U);
+  EXPECT_EQ(lens.remarks[0].text,
+            "assumed: surface values are curvatures, CODE V's default; the file has no RDM before them");
+  text.replace(text.find("S 0.02 4"), 8, "S 50 4");
+  EXPECT_THAT(refusal(text), HasSubstr("surface S1: a curvature of 50 is a sphere smaller than the light there"));
+}
+
+TEST(SeqReader, ReadsAspheresUpToR20) {
+  const Surface surface = read(small_seq("ASP; A 1e-5; H 2e-19; J 3e-22")).surfaces[1];
+  ASSERT_EQ(surface.even_asphere.size(), 10U);
+  EXPECT_EQ(surface.even_asphere[8], 2e-19);
+  EXPECT_EQ(surface.even_asphere[9], 3e-22);
+}
+
+TEST(SeqReader, ReadsOddPolynomials) {
+  const Surface surface =
+      read(small_seq("SPS ODD 2.0\n SCO K -0.5; SCC K 100\n SCO AR3 8e-3\n SCO C5 16e-4; SCO AR2 0.04")).surfaces[1];
+  EXPECT_EQ(surface.conic, -0.5);
+  EXPECT_THAT(surface.odd_asphere, ElementsAre(1e-3));
+  EXPECT_THAT(surface.even_asphere, ElementsAre(0.01, 1e-4));
+  EXPECT_EQ(read(small_seq("SPS ODD 0.0\n SCO AR5 1e-6")).surfaces[1].odd_asphere[1], 1e-6);
+  EXPECT_THAT(refusal(small_seq("SPS ODD\n SCO AR1 0.1")), HasSubstr("a.seq:12: surface S1 has a term of r, 0.1"));
+  EXPECT_THAT(refusal(small_seq("SPS XYP 10")), HasSubstr("a.seq:11: surface S1: SPS XYP is not supported"));
+  EXPECT_THAT(refusal(small_seq("SPS QCN 10")), HasSubstr("a.seq:11: surface S1: SPS QCN is not supported"));
+}
+
+TEST(SeqReader, ReadsOneOfItsZoomPositions) {
+  const std::string text =
+      small_seq() + "ZOO 3\nZOO TIT\nZOO THI S1 4 5 6\nTHI S3 Z2 40\nZOO EPD 10 8 6\nZOO YAN F1 5 5 9\nGO\n";
+  const LensDesign second = read_seq_with_problems(text, "a.seq", 2);
+  EXPECT_TRUE(second.problems.empty());
+  EXPECT_EQ(second.surfaces[1].thickness_mm, 5);
+  EXPECT_EQ(second.surfaces[3].thickness_mm, 40);
+  EXPECT_EQ(second.aperture.value, 8);
+  const LensDesign first = read(text);
+  EXPECT_EQ(first.surfaces[1].thickness_mm, 4);
+  EXPECT_EQ(first.surfaces[3].thickness_mm, 47.6);
+  EXPECT_THAT(first.remarks[0].text, HasSubstr("read as its position 1 of 3 (--configuration takes another)"));
+  EXPECT_THAT(read_seq_with_problems(text, "a.seq", 3).problems[0].message, HasSubstr("ZOO YAN differs between zoom"));
+  EXPECT_THAT(read_seq_with_problems(text, "a.seq", 4).problems.back().message, HasSubstr("no zoom position 4"));
+}
+
+TEST(SeqReader, ReadsModelGlasses) {
+  std::string text = small_seq();
+  text.replace(text.find("517642"), 6, "1.5168 64.17");
+  const Surface surface = read(text).surfaces[1];
+  EXPECT_EQ(surface.nd, 1.5168);
+  EXPECT_EQ(surface.vd, 64.17);
+  EXPECT_EQ(surface.glass, "");
+}
+
+TEST(SeqReader, ReadsVignettingOfFields) {
+  const LensDesign lens = read(small_seq("", "YAN 0 10; VUY 0 0.4; VLY 0 0.25; VUX 0 0.1; VLX 0 0.1"));
+  ASSERT_EQ(lens.fields.size(), 2U);
+  EXPECT_FALSE(lens.fields[0].is_cut());
+  EXPECT_EQ(lens.fields[1].y, 1);
+  EXPECT_EQ(lens.fields[1].cut_above, 0.4);
+  EXPECT_EQ(lens.fields[1].cut_below, 0.25);
+}
+
 TEST(SeqReader, PrivateGlasses) {
   const std::string glass = "PRV\nPWL 650 550 480\n'MINE' 1.61 1.62 1.63\nEND";
   const LensDesign known = read(small_seq("GLA MINE", glass));
@@ -96,7 +163,7 @@ TEST(SeqReader, RefusesWithFileAndLine) {
   EXPECT_THAT(refusal("RDM; LEN\n"), HasSubstr("a.seq: no surfaces (SO, S, SI) found"));
   EXPECT_THAT(refusal("WL 550\nSO 0 1e13\nS 50 4 F2\n"), HasSubstr("a.seq:3: the image surface (SI) is missing"));
   EXPECT_THAT(refusal(small_seq("GLA REFL")), HasSubstr("a.seq:11: surface S1 is a mirror"));
-  EXPECT_THAT(refusal(small_seq("BEN")), HasSubstr("a.seq:11: surface S1: BEN is not read"));
+  EXPECT_THAT(refusal(small_seq("BEN")), HasSubstr("a.seq:11: surface S1: BEN is not supported"));
   EXPECT_THAT(refusal(small_seq("CIR S77 3")), HasSubstr("a.seq:11: CIR: there is no surface 'S77'"));
   EXPECT_THAT(refusal(small_seq("THI 4mm")), HasSubstr("a.seq:11: thickness: expected a number, found '4mm'"));
   EXPECT_THAT(refusal(small_seq("ADE 720")), HasSubstr("ADE: expected a number from -360 to 360"));

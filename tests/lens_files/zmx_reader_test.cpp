@@ -88,7 +88,7 @@ TEST(ZmxReader, SystemWords) {
   const auto field = [](const std::string& system) { return read(small_zmx("", system)).field; };
   EXPECT_EQ(field("FTYP 1 0 1 1\n").kind, FieldSize::object_height_mm);
   EXPECT_EQ(field("FTYP 2 0 1 1\n").kind, FieldSize::image_height_mm);
-  EXPECT_EQ(field("FTYP 3 0 1 1\n").kind, FieldSize::image_height_mm);
+  EXPECT_EQ(field("FTYP 3 0 1 1\n").kind, FieldSize::real_image_height_mm);
   EXPECT_EQ(field("FTYP 0 0 2 1\nXFLN 0 3\nYFLN 0 4 99\n").value, 5);  // the third is not used
   EXPECT_EQ(read(small_zmx("", "FNUM 2.8 0\n")).aperture.kind, SystemAperture::f_number);
   EXPECT_EQ(read(small_zmx("", "OBNA 0.1 0\n")).aperture.kind, SystemAperture::object_na);
@@ -97,13 +97,48 @@ TEST(ZmxReader, SystemWords) {
   EXPECT_EQ(read(small_zmx("  CLAP 0 7 0\n  DIAM 6\n")).surfaces[1].clear_radius_mm, 7);
 }
 
+TEST(ZmxReader, ReadsVignettingOfFields) {
+  const LensDesign lens = read(small_zmx("", "FTYP 0 0 2 1\nYFLN 0 20\nVDYN 0 -0.167\nVCYN 0 0.4315\nVCXN 0 0.1\n"));
+  ASSERT_EQ(lens.fields.size(), 2U);
+  // The upper edge of the beam is at VDY + 1 - VCY, the lower one at VDY - 1 + VCY.
+  EXPECT_DOUBLE_EQ(lens.fields[1].cut_above, 0.5985);
+  EXPECT_DOUBLE_EQ(lens.fields[1].cut_below, 0.2645);
+  EXPECT_EQ(lens.fields[1].cut_left, 0.1);
+  // Other words that begin alike are no vignetting factors.
+  EXPECT_NO_THROW(read(small_zmx("", "VDSZ 0 -1e10 1e10\nVCON name\n")));
+}
+
+TEST(ZmxReader, ReadsOneOfItsConfigurations) {
+  const std::string rest = " 0 0 0 1 1 1 0 0 \"\" 0\n";
+  const std::string text = small_zmx() + "MNUM 3 1\nLTTL 0 1 \"far\" 0\nLTTL 0 2 \"near\" 0\nTHIC 0 1 1e10" + rest +
+                           "THIC 0 2 300" + rest + "THIC 2 1 1" + rest + "THIC 2 2 2.5" + rest + "CRVT 1 1 0.02" +
+                           rest + "CRVT 1 2 0.03" + rest + "CONN 1 2 -0.5" + rest + "APER 0 1 10" + rest +
+                           "APER 0 2 8" + rest + "YFIE 1 2 4" + rest + "PRAM 1 1 0" + rest + "PRAM 1 2 0" + rest +
+                           "PRAM 1 3 1" + rest;
+  const LensDesign near = read_zmx_with_problems(text, "a.zmx", 2);
+  EXPECT_TRUE(near.problems.empty());
+  EXPECT_EQ(near.surfaces[0].thickness_mm, 300);
+  EXPECT_EQ(near.surfaces[2].thickness_mm, 2.5);
+  EXPECT_EQ(near.surfaces[1].curvature, 0.03);
+  EXPECT_EQ(near.surfaces[1].conic, -0.5);
+  EXPECT_EQ(near.aperture.value, 8);
+  EXPECT_EQ(near.field.value, 4);
+  const LensDesign stands = read(text);
+  EXPECT_EQ(stands.surfaces[2].thickness_mm, 1);
+  EXPECT_THAT(stands.remarks[0].text, HasSubstr("as it stands above, configuration 1 of 3 (--configuration takes"));
+  const LensDesign third = read_zmx_with_problems(text, "a.zmx", 3);
+  ASSERT_EQ(third.problems.size(), 1U);
+  EXPECT_THAT(third.problems[0].message, HasSubstr("operand PRAM 1 differs between configuration 3 and 1"));
+  EXPECT_THAT(read_zmx_with_problems(text, "a.zmx", 4).problems[0].message, HasSubstr("there is no configuration 4"));
+}
+
 TEST(ZmxReader, ListsWhatItDoesNotUnderstand) {
   const LensDesign lens = read(small_zmx("  XDAT 1 5\n  XDAT 2 6\n", "VCYN 0 0.3 0.1\nBLAH 1 2\n"));
   ASSERT_EQ(lens.remarks.size(), 3U);
-  EXPECT_EQ(lens.remarks[0].text, "not used: vignetting factors; clear radii stop the light here");
+  EXPECT_EQ(lens.remarks[0].text, kVignettingRemark);
   EXPECT_EQ(lens.remarks[1].text, "not understood: BLAH 1 2");
   EXPECT_EQ(lens.remarks[1].line, 9);
-  EXPECT_EQ(lens.remarks[2].text, "not understood: XDAT 1 5");
+  EXPECT_EQ(lens.remarks[2].text, "not understood: XDAT 1 5 of surface 1, type STANDARD");
   EXPECT_EQ(lens.remarks[2].more_lines, 1);
 }
 
@@ -121,7 +156,7 @@ TEST(ZmxReader, RefusesWithFileAndLine) {
   EXPECT_THAT(refusal("MODE NSC\n" + small_zmx()), HasSubstr("a.zmx:1: mode 'NSC'; only sequential"));
   EXPECT_THAT(refusal("hello\n"), HasSubstr("a.zmx: no surfaces (SURF) found"));
   EXPECT_THAT(refusal(small_zmx("  TYPE TOROIDAL\n")),
-              HasSubstr("a.zmx:15: surface 1 is of type 'TOROIDAL'; read are"));
+              HasSubstr("a.zmx:15: surface 1 is of type 'TOROIDAL'; supported are"));
   EXPECT_THAT(refusal(small_zmx("  GLAS MIRROR\n")), HasSubstr("a.zmx:15: surface 1 is a mirror"));
   EXPECT_THAT(refusal(small_zmx("  CURV x1\n")), HasSubstr("a.zmx:15: CURV: expected a number, found 'x1'"));
   EXPECT_THAT(refusal(small_zmx("  GLAS ___BLANK 1 0 0.9 50\n")), HasSubstr("a model glass of index 0.9"));

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <relign/random.hpp>
 
 #include "lens_under_test.h"
@@ -122,6 +123,128 @@ TEST(FaceShape, MissesWhatIsNotThere) {
   Face bent = conic(3, 0);
   bent.even_asphere = {1e-3};
   EXPECT_FALSE(meet(bent, bounds_of(bent, sound_radius(bent)), {0, 3.1, -1}, {0, 0, 1}));
+}
+
+// A face as phone lenses have them: steep, bent back at the rim, with a polynomial that means nothing outside.
+Face gull_wing() {
+  Face face;
+  face.curvature = -0.35;
+  face.conic = -6;
+  face.even_asphere = {-0.21, 0.14, -0.052, 0.011, -0.0012, 0.00006};
+  face.clear_radius_mm = 1.9;
+  return face;
+}
+
+Face with_odd_terms() {
+  Face face = gull_wing();
+  face.r2_term = 0.08;
+  face.odd_asphere = {-0.05, 0.012};
+  return face;
+}
+
+Face of_forbes() {
+  Face face;
+  face.curvature = 0.3;
+  face.clear_radius_mm = 1.9;
+  face.over_root = over_root_terms_of_q_bfs({0.4, -0.1, 0.05, 0.02}, 2.0);
+  return face;
+}
+
+// The first crossing within the clear radius by looking everywhere along the line, then bisection: nothing but sag().
+std::optional<double> first_crossing(const Face& face, const Vec3& p, const Vec3& l) {
+  constexpr int kPlaces = 2000;
+  const double across = l.x * l.x + l.y * l.y, along = p.x * l.x + p.y * l.y, radius = face.clear_radius_mm;
+  const double discriminant = along * along - across * (p.x * p.x + p.y * p.y - radius * radius);
+  if (discriminant < 0) return std::nullopt;
+  const double from = (-along - std::sqrt(discriminant)) / across, to = (-along + std::sqrt(discriminant)) / across;
+  const auto behind = [&](double t) {
+    const Vec3 at = p + t * l;
+    return (l.z < 0 ? -1 : 1) * (at.z - sag(face, std::min(radius, std::hypot(at.x, at.y))));
+  };
+  double before = from;
+  for (int i = 1; i <= kPlaces; ++i) {
+    double here = from + (to - from) * i / kPlaces;
+    if (behind(before) < 0 && behind(here) >= 0) {
+      for (int k = 0; k < 80; ++k) {
+        const double middle = (before + here) / 2;
+        (behind(middle) < 0 ? before : here) = middle;
+      }
+      return here;
+    }
+    before = here;
+  }
+  return std::nullopt;
+}
+
+// No hit is lost and none is found that is not there: over steep rays from both sides, against bisection. By hand with
+// RELIGN_FULL=1 over ten million rays; 1e-12 mm.
+TEST(FaceShape, FindsTheFirstHitThatThereIs) {
+  const bool full = std::getenv("RELIGN_FULL") != nullptr;
+  const int rays = full ? 3400000 : 4000;
+  Random random(21);
+  int hits = 0, misses = 0, several = 0, grazing = 0;
+  for (const Face& face : {gull_wing(), with_odd_terms(), of_forbes()}) {
+    const FaceBounds bounds = bounds_of(face, face.clear_radius_mm);
+    for (int i = 0; i < rays; ++i) {
+      const double way = i % 2 == 0 ? 1 : -1;
+      const Vec3 l = unit({random.uniform(-2, 2), random.uniform(-2, 2), way});
+      const Vec3 p{random.uniform(-2.2, 2.2), random.uniform(-2.2, 2.2), random.uniform(-1, 1)};
+      const std::optional<double> expected = first_crossing(face, p, l);
+      const std::optional<FacePoint> met = meet(face, bounds, p, l);
+      // Between two of the places looked at a ray may pass in and out: a hit that is there all the same, and first.
+      if (met && (!expected || dot(met->at - p, l) < *expected - 1e-9)) {
+        const double r = std::hypot(met->at.x, met->at.y);
+        ASSERT_LT(std::fabs(met->at.z - sag(face, r)), 1e-12) << "ray " << i;
+        ASSERT_LE(r, face.clear_radius_mm + 1e-9);
+        ++grazing;
+        continue;
+      }
+      ASSERT_EQ(expected.has_value(), met.has_value()) << "ray " << i;
+      if (!met) {
+        ++misses;
+        continue;
+      }
+      ++hits;
+      const Vec3 off = met->at - (p + *expected * l);
+      ASSERT_LT(std::sqrt(dot(off, off)), 1e-12) << "ray " << i;
+      // Backwards along the same line the first crossing is the last of those.
+      const std::optional<FacePoint> last = meet(face, bounds, p, -1.0 * l);
+      several += last && std::fabs(dot(last->at - met->at, l)) > 1e-6 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(hits, rays / 2);
+  EXPECT_LE(grazing, 3 * rays / 1000);
+  EXPECT_GT(misses, rays / 10);
+  EXPECT_GT(several, rays / 1000) << "rays that pass through a face more than once are among them";
+}
+
+// Forbes's first terms, as he prints them: Q_0 = 1, Q_1 = (13 - 16 x) / sqrt(19), Q_2 = sqrt(2 / 95) (29 - 4 x (25 - 19
+// x)) of the mild ones; 1, -(5 - 6 x), 15 - 14 x (3 - 2 x) of the strong ones, x = u^2.
+TEST(FaceShape, ReadsForbesPolynomials) {
+  const double radius = 2.5;
+  Face mild;
+  mild.curvature = 0.1;
+  mild.over_root = over_root_terms_of_q_bfs({0.3, -0.2, 0.1}, radius);
+  Face strong;
+  strong.even_asphere = even_terms_of_q_con({0.3, -0.2, 0.1}, radius);
+  for (double r = 0.1; r < radius; r += 0.3) {
+    const double x = r * r / (radius * radius), c = mild.curvature;
+    const double root = std::sqrt(1 - c * c * r * r);
+    const double q =
+        0.3 - 0.2 * (13 - 16 * x) / std::sqrt(19.0) + 0.1 * std::sqrt(2.0 / 95) * (29 - 4 * x * (25 - 19 * x));
+    EXPECT_NEAR(sag(mild, r), c * r * r / (1 + root) + x * (1 - x) / root * q, 1e-14);
+    EXPECT_NEAR(sag(strong, r), x * x * (0.3 + 0.2 * (5 - 6 * x) + 0.1 * (15 - 14 * x * (3 - 2 * x))), 1e-14);
+  }
+}
+
+// The vertex's sphere is what first order sees, whatever terms it is written in.
+TEST(FaceShape, FirstOrderSeesTheR2Term) {
+  Prescription lens = body(conic(20, 0), conic(0, 0), 1.5);
+  const double focal_length = first_order(lens).focal_length;
+  Face& front = lens.elements[0].faces[0];
+  front.curvature = 0.02;
+  front.r2_term = 0.015;
+  EXPECT_NEAR(first_order(lens).focal_length, focal_length, 1e-12);
 }
 
 }  // namespace

@@ -284,7 +284,10 @@ class Examination:
         if not math.isnan(expected.f_number) and math.isfinite(opening) and "on_face" not in self.aperture():
             deviations["opening of the stop"] = relative(found["focal_length"] / opening, expected.f_number)
         half_field = zemax_file.half_field_deg(self.design, expected) if self.followed() else math.nan
-        if half_field > 0:
+        if half_field > info["half_field_deg"] * 1.005:
+            # With a remark: beyond it no chief ray passes, or the target would have no end.
+            row.notes.append(f"half field {info['half_field_deg']:.4g} of {half_field:.4g} degrees")
+        elif half_field > 0:
             deviations["half field"] = relative(info["half_field_deg"], half_field)
         elif self.followed():
             row.notes.append("half field not checked")

@@ -214,7 +214,7 @@ def half_field_deg(design, first):
     """As the file states it; NaN where that needs more than first order."""
     if design.field_type == 0:
         return design.field
-    if design.field_type in (2, 3):
+    if design.field_type == 2:
         return math.degrees(math.atan(design.field / first.focal_length))
     return math.nan
 

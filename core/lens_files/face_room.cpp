@@ -1,0 +1,63 @@
+#include "lens_files/face_room.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "optics/face_shape.h"
+
+namespace relign::lens_files {
+namespace {
+
+constexpr double kShare = 0.999;  // of the radius at which faces meet
+
+double rounded_down(double radius) { return std::floor(radius * 1e6) / 1e6; }
+
+// Where the gap between two faces closes on the way out to `radius`; `radius` where it does not.
+double room_between(const optics::Face& before, const optics::Face& behind, double radius) {
+  constexpr int kPlaces = 512, kBisections = 40;
+  const auto open = [&](double r) {
+    return before.z_mm + optics::sag(before, r) <= behind.z_mm + optics::sag(behind, r);
+  };
+  for (int i = 1; i <= kPlaces; ++i) {
+    double outside = radius * i / kPlaces;
+    if (open(outside)) continue;
+    double inside = radius * (i - 1) / kPlaces;
+    for (int k = 0; k < kBisections; ++k) {
+      const double middle = (inside + outside) / 2;
+      (open(middle) ? inside : outside) = middle;
+    }
+    return inside;
+  }
+  return radius;
+}
+
+}  // namespace
+
+std::vector<Trim> trim_clear_radii(const optics::Prescription& lens, std::vector<double>& clear_radii) {
+  std::vector<const optics::Face*> faces;
+  for (const optics::Element& element : lens.elements)
+    for (const optics::Face& face : element.faces) faces.push_back(&face);
+  std::vector<Trim> trims;
+  const auto trim = [&](std::size_t face, double radius, const char* why) {
+    if (!(clear_radii[face] > radius)) return;
+    trims.push_back({face, clear_radii[face], radius, why});
+    clear_radii[face] = radius;
+  };
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    const double steepest = std::sqrt(std::max(0.0, 1 + faces[i]->conic)) * std::fabs(faces[i]->curvature);
+    if (steepest * clear_radii[i] > kShare && steepest * clear_radii[i] < 1 / kLeastRoom)
+      trim(i, rounded_down(kShare / steepest),
+           faces[i]->conic == 0 ? "is larger than the sphere's radius" : "is larger than the conic");
+  }
+  for (std::size_t i = 0; i + 1 < faces.size(); ++i) {
+    const double radius = std::min(clear_radii[i], clear_radii[i + 1]);
+    if (!(radius > 0) || !(faces[i]->z_mm <= faces[i + 1]->z_mm)) continue;
+    const double room = room_between(*faces[i], *faces[i + 1], radius);
+    if (room >= radius || room < kLeastRoom * radius) continue;
+    trim(i, rounded_down(kShare * room), "reaches where the next face crosses it");
+    trim(i + 1, rounded_down(kShare * room), "reaches where the face before crosses it");
+  }
+  return trims;
+}
+
+}  // namespace relign::lens_files
