@@ -90,6 +90,40 @@ void capture_2mp(benchmark::State& state) {
 }
 BENCHMARK(capture_2mp)->Arg(1)->Arg(2)->ArgName("threads")->Unit(benchmark::kMillisecond)->UseRealTime();
 
+// A phone lens of six steep aspheres, 120 x 120 pixels (tests/imaging/phone), and its rays through all faces.
+void capture_phone(benchmark::State& state) {
+  const imaging::SceneFile phone = imaging::read_scene_file(RELIGN_PHONE_SCENE, {});
+  relign::Parallel parallel(static_cast<unsigned>(state.range(0)));
+  imaging::Camera camera(phone, {}, parallel);
+  imaging::MountedLens lens(phone);
+  std::vector<float> image(phone.sensor.pixels());
+  std::uint64_t seed = 0;
+  camera.capture(lens, pose(), seed, image.data());  // finds what passes the lens
+  for (auto _ : state) camera.capture(lens, pose(), seed++, image.data());
+}
+BENCHMARK(capture_phone)->Arg(1)->Arg(2)->ArgName("threads")->Unit(benchmark::kMillisecond)->UseRealTime();
+
+// What is found out once for a lens as built, and the check of its first image.
+void mount_phone(benchmark::State& state) {
+  const imaging::SceneFile phone = imaging::read_scene_file(RELIGN_PHONE_SCENE, {});
+  relign::Parallel parallel(static_cast<unsigned>(state.range(0)));
+  imaging::Camera camera(phone, {}, parallel);
+  for (auto _ : state) {
+    imaging::MountedLens lens(phone);
+    camera.certify(lens, pose(), {0, 24, 512}, 1);
+  }
+}
+BENCHMARK(mount_phone)->Arg(1)->Arg(2)->ArgName("threads")->Unit(benchmark::kMillisecond)->UseRealTime();
+
+// The check of a lens's first image, without what it finds out: part of the cost of every trial.
+void certify(benchmark::State& state) {
+  relign::Parallel parallel(1);
+  imaging::Camera camera(scene(), {}, parallel);
+  imaging::MountedLens lens(scene(), tilted());
+  for (auto _ : state) camera.certify(lens, pose(), {0, 24, 512}, 1);
+}
+BENCHMARK(certify)->Unit(benchmark::kMillisecond)->UseRealTime();
+
 // The best pose of a lens as built, and its error.
 void own_optimum(benchmark::State& state) {
   relign::Parallel parallel(static_cast<unsigned>(state.range(0)));

@@ -53,6 +53,9 @@ PupilSearch::PupilSearch(const Prescription& lens, const PlaceRange& range) : ra
   for (int height = 0; height < kHeights; ++height)
     for (int radius = 0; radius < kRadii; ++radius)
       sample(radius, height) = look(path, radius * radius_step_, low + height * z_step_, *block);
+  // Polynomials bend pupils: what passes is told by directions at once.
+  for (const Element& element : lens.elements)
+    for (const Face& face : element.faces) on_plane_ = on_plane_ && face.is_conic();
   for (const double width : widest_) on_plane_ = on_plane_ && width > kLeastPlaces * 2 * reach_ / kCoarse;
   if (on_plane_) return;
   range_.z_low = low;

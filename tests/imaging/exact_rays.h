@@ -49,11 +49,17 @@ inline optics::Prescription turned_round(const SceneFile& scene) {
       optics::Face& face = behind.faces[f];
       face.z_mm = sensor_z - face.z_mm;
       face.curvature = -face.curvature;
+      face.r2_term = -face.r2_term;
+      for (std::vector<double>* terms : {&face.even_asphere, &face.odd_asphere, &face.over_root})
+        for (double& term : *terms) term = -term;
       face.index_after = f + 1 < behind.faces.size() ? behind.faces[f + 1].index_after : 1;
     }
     turned.elements.push_back(behind);
   }
-  for (optics::Stop& stop : turned.stops) stop.z_mm = sensor_z - stop.z_mm;
+  for (optics::Stop& stop : turned.stops) {
+    stop.z_mm = sensor_z - stop.z_mm;
+    if (stop.before_face) stop.before_face = lens.face_count() - *stop.before_face - (stop.on_face ? 1 : 0);
+  }
   turned.image_z_mm = sensor_z - (scene.emitter.z_mm + scene.pivot_behind_first_vertex_mm);
   return turned;
 }

@@ -9,10 +9,13 @@
 #include "base/files.h"
 #include "lens_under_test.h"
 #include "optics/assembly.h"
+#include "optics/first_order.h"
+#include "optics/trace.h"
 
 namespace relign::optics {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 
 std::string complaint(const std::string& from, const std::string& to) {
@@ -81,13 +84,81 @@ TEST(Prescription, ReadsConicsAndAspheres) {
   EXPECT_FALSE(face.is_sphere());
   EXPECT_THAT(complaint("\"radius_mm\": 2.95545,", R"("radius_mm": 2.95545, "conic": 0.5,)"),
               HasSubstr("larger than the largest radius of the conic 2.413"));
-  const std::string ten = R"("even_asphere": [1, 2, 3, 4, 5, 6, 7, 8, 9, 10],)";
-  EXPECT_THAT(complaint("\"radius_mm\": 2.95545,", "\"radius_mm\": 2.95545, " + ten),
-              HasSubstr("/elements/0/faces/1/even_asphere: expected a list of 1 to 9 numbers"));
+  const std::string sixteen = R"("even_asphere": [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16],)";
+  EXPECT_THAT(complaint("\"radius_mm\": 2.95545,", "\"radius_mm\": 2.95545, " + sixteen),
+              HasSubstr("/elements/0/faces/1/even_asphere: expected a list of 1 to 15 numbers"));
   EXPECT_THAT(complaint("\"radius_mm\": 2.95545,", R"("radius_mm": 2.95545, "even_asphere": [0.01],)"),
               HasSubstr("accepted"));
   EXPECT_THAT(complaint("\"radius_mm\": 2.95545,", R"("radius_mm": 2.95545, "even_asphere": [-0.5],)"),
               HasSubstr("the face crosses the one before it"));
+}
+
+TEST(Prescription, ReadsOddAndForbesTerms) {
+  const std::string radius = "\"radius_mm\": 2.95545,";
+  const auto face = [&](const std::string& keys) { return with_keys(radius, radius + keys).elements[0].faces[1]; };
+  const Face odd = face(R"("r2": 1e-3, "odd_asphere": [1e-4, -2e-5],)");
+  EXPECT_EQ(odd.r2_term, 1e-3);
+  EXPECT_EQ(odd.odd_asphere, (std::vector<double>{1e-4, -2e-5}));
+  EXPECT_NEAR(odd.vertex_curvature(), 1 / 2.95545 + 2e-3, 1e-15);
+  const Face strong = face(R"("q_con": {"radius_mm": 2, "coefficients": [0.016]},)");
+  ASSERT_EQ(strong.even_asphere.size(), 1u);
+  EXPECT_NEAR(strong.even_asphere[0], 1e-3, 1e-18);
+  const Face mild = face(R"("q_bfs": {"radius_mm": 2, "coefficients": [0.004]},)");
+  ASSERT_EQ(mild.over_root.size(), 2u);
+  EXPECT_NEAR(mild.over_root[0], 1e-3, 1e-18);
+  EXPECT_NEAR(mild.over_root[1], -2.5e-4, 1e-18);
+  EXPECT_THAT(complaint(radius, radius + R"("conic": -0.5, "q_bfs": {"radius_mm": 2, "coefficients": [0.004]},)"),
+              HasSubstr("the base of \"q_bfs\" is a sphere"));
+  EXPECT_THAT(complaint(radius, radius + R"("q_con": {"coefficients": "many"},)"),
+              AllOf(HasSubstr("radius_mm"), HasSubstr("expected a list of 1 to 14 numbers")));
+}
+
+// Where light meets a stop follows from its place, or is said: inside glass, and as the edge of a curved face.
+TEST(Prescription, PutsStopsAnywhereAlongTheWayOfLight) {
+  const auto lens = [](const std::string& stop) {
+    return read_prescription(JsonSource::from_text(R"({"format": 1, "name": "doublet", "image_z_mm": 60,
+      "elements": [{"name": "L1", "faces": [{"z_mm": 0, "radius_mm": 30, "index_after": 1.5, "clear_radius_mm": 9},
+                                            {"z_mm": 5, "radius_mm": -40, "index_after": 1.7, "clear_radius_mm": 9},
+                                            {"z_mm": 8, "radius_mm": -90, "clear_radius_mm": 9}]}],
+      "stops": [{"name": "stop", "opening_radius_mm": 6, "aperture": true, )" +
+                                                       stop + "}]}",
+                                                   "doublet.json"));
+  };
+  const Prescription inside = lens(R"("z_mm": 4, "before_face": 2)");
+  EXPECT_EQ(inside.faces_before(inside.stops[0]), 1u);
+  const Prescription edge = lens(R"("z_mm": 0, "on_face": 1)");
+  EXPECT_TRUE(edge.stops[0].on_face);
+  EXPECT_EQ(edge.faces_before(edge.stops[0]), 0u);
+  // A ray 6.2 mm off the axis on the bulging front meets its edge; on the vertex's plane it would be 5.9 mm off.
+  const double slope = -0.45;
+  const double at_edge = 6.2, sag = 30 - std::sqrt(900 - at_edge * at_edge);
+  const Ray ray{{0, at_edge - slope * (sag + 1), -1}, {0, slope, 1}};
+  EXPECT_LT(at_edge - slope * sag, 6.6);
+  EXPECT_THAT(trace(Assembly(edge), ray, Apertures::mesh).lost_at, HasSubstr("outside the opening of the stop on it"));
+  EXPECT_TRUE(trace(Assembly(edge), {{0, 5.9, -1}, {0, 0, 1}}, Apertures::mesh).passed);
+  // Inside glass the line within the glass counts: a ray at 6.3 mm in front comes to 6.0 mm at the stop.
+  const auto height = [&](double y) {
+    const TracedRay traced = trace(Assembly(inside), {{0, y, -1}, {0, 0, 1}}, Apertures::none);
+    return traced.hits[0].y +
+           (4 - traced.hits[0].z) * (traced.hits[1].y - traced.hits[0].y) / (traced.hits[1].z - traced.hits[0].z);
+  };
+  for (const double y : {5.5, 6.1, 6.2, 6.25, 6.4})
+    EXPECT_EQ(trace(Assembly(inside), {{0, y, -1}, {0, 0, 1}}, Apertures::mesh).passed, height(y) <= 6) << y;
+  EXPECT_LT(height(6.1), 6);
+  EXPECT_GT(height(6.4), 6);
+  EXPECT_NEAR(first_order(inside).entrance_pupil_diameter, 12 * 0.01 / height(0.01), 1e-4);
+  const auto refused = [&](const std::string& stop) -> std::string {
+    try {
+      lens(stop);
+      return "accepted";
+    } catch (const Error& error) {
+      return error.what();
+    }
+  };
+  EXPECT_THAT(refused(R"("z_mm": 4)"), HasSubstr("say in which order light meets it with \"before_face\""));
+  EXPECT_THAT(refused(R"("z_mm": 4, "before_face": 5)"), HasSubstr("1 to 4"));
+  EXPECT_THAT(refused(R"("z_mm": 0.1, "on_face": 1)"), HasSubstr("lies at its vertex, z = 0 mm, found 0.1"));
+  EXPECT_THAT(refused(R"("z_mm": 0, "on_face": 1, "before_face": 1)"), HasSubstr("give either"));
 }
 
 TEST(Prescription, ReadsGlassesByName) {
