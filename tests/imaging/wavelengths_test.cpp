@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "../error_text.h"
+#include "imaging/own_optimum.h"
 #include "imaging/sequences.h"
 #include "optics/glass.h"
 #include "wavelengths_under_test.h"
@@ -249,6 +250,16 @@ TEST(Wavelengths, RefusesWhatIsMadeForOne) {
   } tracer;
   EXPECT_THAT(test::error_text(ErrorKind::bad_input, [&] { Camera(scene, {}, parallel, &tracer); }),
               HasSubstr("meshes"));
+}
+
+TEST(Wavelengths, ThePerfectLensIsItsOwnOptimum) {
+  const SceneFile scene = scene_with_wavelengths("petzval", kThreeWavelengths, 60);
+  Parallel parallel(2);
+  const Reference reference = make_reference(scene, {}, parallel, {}, {});
+  Camera camera(scene, {}, parallel);
+  MountedLens lens(scene);
+  const OwnOptimum best = OptimumFinder(scene, {}, camera, parallel, reference).find(lens, 1);
+  EXPECT_LT(best.error.mse, 5 * best.error.standard_error + 1e-7);
 }
 
 // Images hold all light at every wavelength, however far it is from the lens's own.
