@@ -62,8 +62,8 @@ DesignLens read_design_lens(const std::string& file, const DesignOptions& option
   DesignLens made;
   made.design = lens_files::read_design_with_problems(lens_files::bytes_of(file), file, options.configuration);
   const lens_files::GlassSources sources = glass_sources(options);
-  made.lens =
-      lens_files::complete_lens(made.design, lens_files::draft_lens(made.design, sources, name, options.wavelength_nm));
+  made.lens = lens_files::complete_lens(
+      made.design, lens_files::draft_lens(made.design, sources, name, options.wavelength_nm, options.polychromatic));
   return made;
 }
 

@@ -15,8 +15,9 @@ struct DesignOptions {
   std::vector<std::string> glass_files;  // catalogues (.agf) to look names up in
   std::vector<std::string> aliases;      // NAME=NAME
   bool glass_from_file = false;
-  int configuration = 0;     // 0: as the file stands
-  double wavelength_nm = 0;  // 0: the file's reference wavelength
+  int configuration = 0;       // 0: as the file stands
+  double wavelength_nm = 0;    // 0: the file's reference wavelength
+  bool polychromatic = false;  // an option of `scene new` alone
 };
 // --glass FILE and --alias NAME=NAME, both repeatable, --glass-from-file, --configuration N and
 // --wavelength NM.

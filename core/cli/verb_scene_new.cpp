@@ -124,6 +124,7 @@ int new_scene(Context& context, const NewArguments& arguments) {
                                           "' is no name for a scene: expected up to 64 letters, digits, '-', '_' or "
                                           "'.'; give one with --name");
   choices.distance_mm = arguments.distance_mm;
+  choices.polychromatic = arguments.design.polychromatic;
   if (!arguments.sensor.empty()) choices.sensor = lens_files::parse_sensor(arguments.sensor);
   const fs::path wanted = arguments.out.empty() ? choices.name : arguments.out;
   // Two imports of one lens are two products: their results must not lie in one folder.
@@ -182,6 +183,8 @@ void add_scene_new(CLI::App& scene, Context& context) {
       ->type_name("MM")
       ->check(from_to(1e-3, 1e6, "0.001 to 1000000 mm"));
   add_design_options(verb, given.design);
+  verb.add_flag("--polychromatic", given.design.polychromatic,
+                "make images with all wavelengths of the file, by its weights [default: one wavelength]");
   verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return new_scene(context, *arguments); }; });
 }

@@ -8,6 +8,7 @@
 #include "imaging/diffracted_truth.h"
 #include "imaging/ray_source.h"
 #include "imaging/read_out.h"
+#include "imaging/sequences.h"
 
 namespace relign::imaging {
 namespace {
@@ -34,6 +35,20 @@ void refuse_ghosts(const optics::Prescription& lens) {
                                               " is aspheric, and transport ghost follows light among spheres and "
                                               "planes only; use transport fresnel");
 }
+
+// What is made for one wavelength at a time, and for a scene of several not yet.
+void refuse_wavelengths(const SceneFile& scene, const CaptureSettings& settings, bool traced) {
+  const std::size_t count = scene.wavelengths.size();
+  if (count == 0) return;
+  const std::string several = "scene '" + scene.name + "': the key \"wavelengths\" lists " + std::to_string(count);
+  if (traced)
+    throw Error(ErrorKind::bad_input,
+                several + ", and a lens of meshes is traced at one; list one, or use lens_system");
+  if (settings.transport == Transport::ghost)
+    throw Error(ErrorKind::bad_input, several + ", and transport ghost follows light of one; use transport fresnel");
+}
+
+constexpr std::uint32_t kStreamsOfAView = 32;  // of a frame seed; the first view has those below, the read-out too
 
 }  // namespace
 
@@ -67,15 +82,26 @@ std::optional<Sampler> sampler_from_name(const std::string& name) {
 struct Camera::Workspace {
   RaySource source;
   optics::RayBlock words;  // of the read-out
-  float sums[kTruthGroups][kTilePixels * kTilePixels];
+  float sums[kTilePixels * kTilePixels];
+  double light[kTruthGroups][kTilePixels * kTilePixels];  // all views' together
   float ghosts[kTruthGroups][kTilePixels * kTilePixels];
   GhostImage::Workspace paths;
 };
 
 Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel& parallel, optics::BlockTracer* tracer)
-    : scene_(&scene), settings_(settings), parallel_(&parallel), tracer_(tracer), tiles_(scene, parallel) {
+    : scene_(&scene), settings_(settings), parallel_(&parallel), tracer_(tracer) {
+  refuse_wavelengths(scene, settings, tracer != nullptr);
+  views_.emplace_back(scene, parallel);
+  for (std::size_t i = 0; i < scene.wavelengths.size(); ++i) {
+    if (i > 0) views_.emplace_back(scene, parallel);
+    views_[i].which = i + 1;
+    views_[i].weight = scene.wavelengths[i].weight;
+    views_[i].streams = kStreamsOfAView * static_cast<std::uint32_t>(i);
+  }
+  set_capture(settings.sampler, settings.samples);
+  truth_shares_ = shared_out(kTruthSamples);
   for (unsigned thread = 0; thread < parallel.threads(); ++thread) workspaces_.push_back(std::make_unique<Workspace>());
-  sums_.resize(tiles_.tiles().size());
+  sums_.resize(tiles().size());
   emitter_ = scene.emitter.plane();
   if (scene.diffraction) diffraction_.emplace(scene);
   if (settings.transport != Transport::ghost) return;
@@ -86,24 +112,39 @@ Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel
 Camera::~Camera() = default;
 
 void Camera::set_capture(Sampler sampler, int samples) {
+  if (samples < static_cast<int>(views_.size()))
+    throw Error(ErrorKind::bad_input, "scene '" + scene_->name + "': each of its " + std::to_string(views_.size()) +
+                                          " wavelengths needs a sample of every pixel, found samples " +
+                                          std::to_string(samples) + "; raise \"samples\" or list fewer wavelengths");
   settings_.sampler = sampler;
   settings_.samples = samples;
+  capture_shares_ = shared_out(samples);
+}
+
+std::vector<int> Camera::shared_out(int samples) const {
+  std::vector<double> weights;
+  for (const View& view : views_) weights.push_back(view.weight);
+  return imaging::shared_out(std::max(samples, static_cast<int>(views_.size())), weights);
 }
 
 void Camera::place(MountedLens& lens, const std::vector<double>& true_pose) {
   const optics::Motion lens_to_world = scene_->lens_to_world(true_pose);
   if (ghosts_) ghosts_->place(lens.assembly(), lens_to_world);
-  optics::set_backward_path(path_, lens.assembly(), lens_to_world);
-  ops_.assign(path_.ops.begin(), path_.ops.end());
-  ops_.push_back(optics::last_frame_to_world(path_));
-  tiles_.fit(lens, lens_to_world, path_, ops_, emitter_);
-  if (tracer_) tracer_->place(lens.assembly(), lens_to_world, path_);
+  for (View& view : views_) {
+    optics::set_backward_path(view.path, lens.assembly(view.which), lens_to_world);
+    view.ops.assign(view.path.ops.begin(), view.path.ops.end());
+    view.ops.push_back(optics::last_frame_to_world(view.path));
+    view.tiles.fit(lens, lens_to_world, view.path, view.ops, emitter_, view.which);
+  }
+  if (tracer_) tracer_->place(lens.assembly(), lens_to_world, views_.front().path);
 }
 
 void Camera::certify(MountedLens& lens, const std::vector<double>& true_pose, const CertificateRays& rays,
                      std::uint64_t seed) {
   place(lens, true_pose);
-  imaging::certify(*scene_, tiles_, path_, ops_, tracer_, rays, seed, *parallel_);
+  for (const View& view : views_)
+    imaging::certify(*scene_, view.tiles, view.path, view.ops, tracer_, rays, seed, *parallel_,
+                     view.which > 0 ? lens.assembly(view.which).lens().wavelength_nm : 0);
 }
 
 namespace {
@@ -113,47 +154,46 @@ void fill_with_black(const PixelBox& box, int width, float* pixels) {
     std::fill_n(pixels + row * width + box.column, box.columns, 0.0F);
 }
 
-// The place of a pixel in a box, row by row; -1 outside.
-int place_in(const PixelBox& box, int column, int row) {
-  const bool inside =
-      column >= box.column && column < box.column + box.columns && row >= box.row && row < box.row + box.rows;
-  return inside ? (row - box.row) * box.columns + column - box.column : -1;
-}
-
-void write_pixels(const PixelBox& box, const float* sums, double factor, int width, float* pixels) {
+void add_to_pixels(const PixelBox& box, const float* sums, double factor, int width, float* pixels) {
   for (int row = box.row; row < box.row + box.rows; ++row)
     for (int column = box.column; column < box.column + box.columns; ++column)
-      pixels[row * width + column] = static_cast<float>(factor * static_cast<double>(*sums++));
+      pixels[row * width + column] += static_cast<float>(factor * static_cast<double>(*sums++));
 }
 
 }  // namespace
 
-RayPath Camera::way() const {
+RayPath Camera::way(const View& view) const {
   const bool fresnel = settings_.transport != Transport::refract;
-  return {ops_.data(), static_cast<int>(ops_.size()), &emitter_, fresnel, fresnel ? path_.highest_transmittance : 1.0,
-          tracer_};
+  return {view.ops.data(),
+          static_cast<int>(view.ops.size()),
+          &emitter_,
+          fresnel,
+          fresnel ? view.path.highest_transmittance : 1.0,
+          tracer_,
+          view.streams};
 }
 
-// Runs body(tile, workspace) for every tile that sees the emitter; the others become black.
 template <class Body>
-void Camera::for_seen_tiles(float* pixels, const Body& body) {
-  const std::vector<Tile>& tiles = tiles_.tiles();
+void Camera::for_tiles(float* pixels, Pixels which, const std::vector<int>& shares, const Body& body) {
   const int width = scene_->sensor.width;
-  parallel_->for_each(static_cast<int>(tiles.size()), [&](int index, unsigned thread) {
-    const Tile& tile = tiles[static_cast<std::size_t>(index)];
-    if (!tile.blind) {
-      if (tile.seen.columns < tile.box.columns || tile.seen.rows < tile.box.rows)
-        fill_with_black(tile.box, width, pixels);
-      body(tile, *workspaces_[thread]);
-    } else if (pixels) {
-      fill_with_black(tile.box, width, pixels);
+  parallel_->for_each(static_cast<int>(tiles().size()), [&](int index, unsigned thread) {
+    const auto at = static_cast<std::size_t>(index);
+    Workspace& work = *workspaces_[thread];
+    fill_with_black(tiles()[at].box, width, pixels);
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      const Tile& tile = views_[i].tiles.tiles()[at];
+      if (which == Pixels::that_see && tile.blind) continue;
+      const PixelBox& box = which == Pixels::all ? tile.box : tile.seen;
+      work.source.start_tile(*scene_, views_[i].path, tile, box, work.sums);
+      const double scale = body(work.source, way(views_[i]), tile, shares[i]);
+      add_to_pixels(box, work.sums, views_[i].weight * scale, width, pixels);
     }
   });
 }
 
 void Camera::play_ghosts(std::uint64_t seed, float* pixels) {
-  parallel_->for_each(static_cast<int>(tiles_.tiles().size()), [&](int index, unsigned thread) {
-    const PixelBox& box = tiles_.tiles()[static_cast<std::size_t>(index)].box;
+  parallel_->for_each(static_cast<int>(tiles().size()), [&](int index, unsigned thread) {
+    const PixelBox& box = tiles()[static_cast<std::size_t>(index)].box;
     GhostImage::Workspace& work = workspaces_[thread]->paths;
     if (settings_.sampler == Sampler::hemisphere)
       ghosts_->capture_everywhere(box, seed, settings_.samples, work, pixels);
@@ -164,8 +204,8 @@ void Camera::play_ghosts(std::uint64_t seed, float* pixels) {
 
 void Camera::add_ghosts(std::uint64_t seed, std::uint32_t group, int samples, float* pixels) {
   if (!ghosts_) return;
-  parallel_->for_each(static_cast<int>(tiles_.tiles().size()), [&](int index, unsigned thread) {
-    const PixelBox& box = tiles_.tiles()[static_cast<std::size_t>(index)].box;
+  parallel_->for_each(static_cast<int>(tiles().size()), [&](int index, unsigned thread) {
+    const PixelBox& box = tiles()[static_cast<std::size_t>(index)].box;
     Workspace& work = *workspaces_[thread];
     ghosts_->ghost_part(box, seed, group, samples, work.paths, work.ghosts[0]);
     const float* value = work.ghosts[0];
@@ -193,29 +233,26 @@ void Camera::catch_light(std::uint64_t seed, float* pixels) {
     play_ghosts(seed, pixels);
     return;
   }
-  const int width = scene_->sensor.width;
-  const RayPath way = this->way();
+  const auto everywhere = [&](RaySource& source, const RayPath& way, const Tile&, int samples) {
+    source.all_directions(way, seed, samples, kRouletteSurvival);
+    return kPi / samples / kRouletteSurvival;
+  };
+  const auto paper = [&](RaySource& source, const RayPath& way, const Tile&, int samples) {
+    source.binomial_directions(way, seed, samples, kRouletteSurvival);
+    return kPi / samples / kRouletteSurvival;
+  };
+  const auto pupil = [&](RaySource& source, const RayPath& way, const Tile& tile, int samples) {
+    source.random_directions(way, seed, samples);
+    return tile.area / samples;
+  };
   if (settings_.sampler == Sampler::hemisphere) {
-    // Every tile, blind or not: this sampler assumes nothing.
-    parallel_->for_each(static_cast<int>(tiles_.tiles().size()), [&](int index, unsigned thread) {
-      const Tile& tile = tiles_.tiles()[static_cast<std::size_t>(index)];
-      Workspace& work = *workspaces_[thread];
-      work.source.start_tile(*scene_, path_, tile, tile.box, work.sums[0]);
-      work.source.all_directions(way, seed, settings_.samples, kRouletteSurvival);
-      write_pixels(tile.box, work.sums[0], kPi / settings_.samples / kRouletteSurvival, width, pixels);
-    });
+    for_tiles(pixels, Pixels::all, capture_shares_, everywhere);  // blind or not: this sampler assumes nothing
     return;
   }
-  for_seen_tiles(pixels, [&](const Tile& tile, Workspace& work) {
-    work.source.start_tile(*scene_, path_, tile, tile.seen, work.sums[0]);
-    if (settings_.sampler == Sampler::paper) {
-      work.source.binomial_directions(way, seed, settings_.samples, kRouletteSurvival);
-      write_pixels(tile.seen, work.sums[0], kPi / settings_.samples / kRouletteSurvival, width, pixels);
-    } else {
-      work.source.random_directions(way, seed, settings_.samples);
-      write_pixels(tile.seen, work.sums[0], tile.area / settings_.samples, width, pixels);
-    }
-  });
+  if (settings_.sampler == Sampler::paper)
+    for_tiles(pixels, Pixels::that_see, capture_shares_, paper);
+  else
+    for_tiles(pixels, Pixels::that_see, capture_shares_, pupil);
   add_ghosts(seed, 0, settings_.samples, pixels);
 }
 
@@ -227,12 +264,11 @@ void Camera::render_noise_free(MountedLens& lens, const std::vector<double>& tru
 }
 
 void Camera::render_rays(std::uint64_t seed, std::uint32_t group, int samples, int ghosts, float* pixels) {
-  const RayPath way = this->way();
-  for_seen_tiles(pixels, [&](const Tile& tile, Workspace& work) {
-    work.source.start_tile(*scene_, path_, tile, tile.seen, work.sums[0]);
-    work.source.lattice_directions(way, seed, group, samples);
-    write_pixels(tile.seen, work.sums[0], tile.area / samples, scene_->sensor.width, pixels);
-  });
+  for_tiles(pixels, Pixels::that_see, shared_out(samples),
+            [&](RaySource& source, const RayPath& way, const Tile& tile, int share) {
+              source.lattice_directions(way, seed, group, share);
+              return tile.area / share;
+            });
   add_ghosts(seed, group, ghosts, pixels);
 }
 
@@ -277,41 +313,43 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
                   diffracted_truth_->group(group));
     return diffracted_truth_->estimate(reference, *parallel_);
   }
-  const RayPath way = this->way();
   const int width = scene_->sensor.width;
   constexpr int groups = kTruthGroups;
-  parallel_->for_each(static_cast<int>(tiles_.tiles().size()), [&](int index, unsigned thread) {
-    const Tile& tile = tiles_.tiles()[static_cast<std::size_t>(index)];
+  parallel_->for_each(static_cast<int>(tiles().size()), [&](int index, unsigned thread) {
+    const auto at_tile = static_cast<std::size_t>(index);
+    const PixelBox& box = tiles()[at_tile].box;
     Workspace& work = *workspaces_[thread];
-    double scale = 0;
-    if (!tile.blind) {
-      scale = tile.area / kTruthSamples;
+    for (double(&light)[kTilePixels * kTilePixels] : work.light) std::fill_n(light, box.columns * box.rows, 0.0);
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      const Tile& tile = views_[i].tiles.tiles()[at_tile];
+      if (tile.blind) continue;
+      const double scale = views_[i].weight * (tile.area / truth_shares_[i]);
       for (int group = 0; group < groups; ++group) {
-        work.source.start_tile(*scene_, path_, tile, tile.seen, work.sums[group]);
-        work.source.lattice_directions(way, seed, static_cast<std::uint32_t>(group), kTruthSamples);
+        work.source.start_tile(*scene_, views_[i].path, tile, tile.seen, work.sums);
+        work.source.lattice_directions(way(views_[i]), seed, static_cast<std::uint32_t>(group), truth_shares_[i]);
+        const float* value = work.sums;
+        for (int row = tile.seen.row; row < tile.seen.row + tile.seen.rows; ++row)
+          for (int column = tile.seen.column; column < tile.seen.column + tile.seen.columns; ++column)
+            work.light[group][(row - box.row) * box.columns + column - box.column] +=
+                scale * static_cast<double>(*value++);
       }
     }
     if (ghosts_)
       for (int group = 0; group < groups; ++group)
-        ghosts_->ghost_part(tile.box, seed, static_cast<std::uint32_t>(group), kTruthGhosts, work.paths,
-                            work.ghosts[group]);
+        ghosts_->ghost_part(box, seed, static_cast<std::uint32_t>(group), kTruthGhosts, work.paths, work.ghosts[group]);
     TileSum sum;
-    int ghost_at = 0;
-    for (int row = tile.box.row; row < tile.box.row + tile.box.rows; ++row)
-      for (int column = tile.box.column; column < tile.box.column + tile.box.columns; ++column) {
+    int in_tile = 0;
+    for (int row = box.row; row < box.row + box.rows; ++row)
+      for (int column = box.column; column < box.column + box.columns; ++column) {
         const auto at = static_cast<std::size_t>(row * width + column);
-        // Where among the tile's sums; negative: this pixel sees nothing.
-        const int sum_at = tile.blind ? -1 : place_in(tile.seen, column, row);
         const double o1 = static_cast<double>(reference.first[at]), o2 = static_cast<double>(reference.second[at]);
         double seen[kTruthGroups];
-        for (int group = 0; group < groups; ++group) {
-          const double direct = sum_at < 0 ? 0 : scale * static_cast<double>(work.sums[group][sum_at]);
-          seen[group] = direct + (ghosts_ ? static_cast<double>(work.ghosts[group][ghost_at]) : 0);
-        }
-        ++ghost_at;
+        for (int group = 0; group < groups; ++group)
+          seen[group] = work.light[group][in_tile] + (ghosts_ ? static_cast<double>(work.ghosts[group][in_tile]) : 0);
+        ++in_tile;
         add_truth(seen, o1, o2, sum);
       }
-    sums_[static_cast<std::size_t>(index)] = sum;
+    sums_[at_tile] = sum;
   });
   double product = 0, variance = 0;
   for (const TileSum& sum : sums_) {

@@ -98,8 +98,22 @@ class Camera {
     double product = 0, variance = 0;
   };
   static void add_truth(const double (&seen)[kTruthGroups], double o1, double o2, TileSum& sum);
+  // The lens in place at one wavelength: of the scene's list, or the lens's own.
+  struct View {
+    View(const SceneFile& scene, Parallel& parallel) : tiles(scene, parallel) {}
+    std::size_t which = 0;  // of MountedLens
+    double weight = 1;      // of the light
+    std::uint32_t streams = 0;
+    PupilTiles tiles;
+    // of the pose in place
+    optics::BackwardPath path;
+    std::vector<optics::Op> ops;
+  };
+  // How many of a pixel's samples are each view's. Fewer samples than views: one each.
+  std::vector<int> shared_out(int samples) const;
+  const std::vector<Tile>& tiles() const { return views_.front().tiles.tiles(); }  // boxes are the same in all views
   void place(MountedLens& lens, const std::vector<double>& true_pose);
-  RayPath way() const;
+  RayPath way(const View& view) const;
   void catch_light(std::uint64_t seed, float* pixels);
   // A render by rays alone of the lens in place: direct light of one group, and ghosts.
   void render_rays(std::uint64_t seed, std::uint32_t group, int samples, int ghosts, float* pixels);
@@ -107,22 +121,23 @@ class Camera {
   // Of transport ghost: light at the paper's noise, and what edges, reflections and scattering add to an image.
   void play_ghosts(std::uint64_t seed, float* pixels);
   void add_ghosts(std::uint64_t seed, std::uint32_t group, int samples, float* pixels);
+  // An image from each view's share of a pixel's samples: body(source, way, tile, samples) sends the rays of a
+  // tile and returns what the sum of a pixel's is multiplied with.
+  enum class Pixels { that_see, all };
   template <class Body>
-  void for_seen_tiles(float* pixels, const Body& body);
+  void for_tiles(float* pixels, Pixels which, const std::vector<int>& shares, const Body& body);
 
   const SceneFile* scene_;
   CaptureSettings settings_;
   Parallel* parallel_;
   optics::BlockTracer* tracer_;
-  PupilTiles tiles_;
+  std::vector<View> views_;  // one a wavelength
+  std::vector<int> capture_shares_, truth_shares_;
   std::optional<GhostImage> ghosts_;  // transport ghost
   // of scenes with diffraction
   std::optional<Diffraction> diffraction_;
   Diffraction::Workspace blurring_;
   std::unique_ptr<DiffractedTruth> diffracted_truth_;  // once it was asked for
-  // of the pose in place
-  optics::BackwardPath path_;
-  std::vector<optics::Op> ops_;
   optics::EmitterPlane emitter_{};
   std::vector<std::unique_ptr<Workspace>> workspaces_;  // one a thread
   std::vector<TileSum> sums_;                           // one a tile

@@ -93,23 +93,24 @@ class Look {
   optics::EmitterPlane emitter_;
 };
 
-[[noreturn]] void disagree(const SceneFile& scene, const PixelCount& pixel, int missing, int arrived) {
+[[noreturn]] void disagree(const SceneFile& scene, const PixelCount& pixel, int missing, int arrived,
+                           double wavelength_nm) {
   const optics::Vec3 place = scene.sensor.place(pixel.column + 0.5, pixel.row + 0.5);
   throw Error(ErrorKind::internal,
               "scene '" + scene.name + "': images of this lens would be too dark, and none is made: of " +
-                  std::to_string(arrived) + " rays in all directions that reach the target, " +
-                  std::to_string(missing) + " lie where images do not look; most at column " +
-                  std::to_string(pixel.column) + ", row " + std::to_string(pixel.row) + " (x = " +
-                  significant(place.x, 4) + " mm, y = " + significant(place.y, 4) + " mm on the sensor), " +
-                  std::to_string(pixel.missing) + " of " + std::to_string(pixel.arrived) +
-                  "; please report the lens file");
+                  std::to_string(arrived) + " rays in all directions that reach the target" +
+                  (wavelength_nm > 0 ? " at " + shortest(wavelength_nm) + " nm, " : ", ") + std::to_string(missing) +
+                  " lie where images do not look; most at column " + std::to_string(pixel.column) + ", row " +
+                  std::to_string(pixel.row) + " (x = " + significant(place.x, 4) +
+                  " mm, y = " + significant(place.y, 4) + " mm on the sensor), " + std::to_string(pixel.missing) +
+                  " of " + std::to_string(pixel.arrived) + "; please report the lens file");
 }
 
 }  // namespace
 
 void certify(const SceneFile& scene, const PupilTiles& tiles, const optics::BackwardPath& path,
              const std::vector<optics::Op>& ops, const optics::BlockTracer* tracer, const CertificateRays& rays,
-             std::uint64_t seed, Parallel& parallel) {
+             std::uint64_t seed, Parallel& parallel, double wavelength_nm) {
   constexpr std::uint64_t kPlaces = ~std::uint64_t{0};
   const std::vector<Tile>& all = tiles.tiles();
   std::vector<std::pair<const Tile*, PixelCount>> chosen;
@@ -143,7 +144,8 @@ void certify(const SceneFile& scene, const PupilTiles& tiles, const optics::Back
   if (!worst || missing == 0) return;
   const double allowed = kMostMissing * arrived;
   const bool dark_pixel = worst->missing >= kEnoughInAPixel && 2 * worst->missing > worst->arrived;
-  if (dark_pixel || missing > allowed + 4 * std::sqrt(allowed) + 2) disagree(scene, *worst, missing, arrived);
+  if (dark_pixel || missing > allowed + 4 * std::sqrt(allowed) + 2)
+    disagree(scene, *worst, missing, arrived, wavelength_nm);
 }
 
 }  // namespace relign::imaging

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "imaging/ray_bundle.h"
 #include "imaging/wave_pupil.h"
@@ -33,8 +34,9 @@ int mirrored(int place, int count) {
 // The place of the emitter's plane whose light meets the sensor's plane at `wanted`, by rays of the perfect lens.
 class PlaceFinder {
  public:
-  explicit PlaceFinder(const SceneFile& scene)
-      : scene_(scene), lens_(scene.lens), pose_(scene.axes(), 0.5), aim_(pupil_aim(scene)) {
+  // lens: of the scene, at one of its wavelengths.
+  PlaceFinder(const SceneFile& scene, const optics::Prescription& lens)
+      : scene_(scene), lens_(lens), pose_(scene.axes(), 0.5), aim_(pupil_aim(scene)) {
     const optics::FirstOrder data = optics::first_order(scene.lens);
     const double first_z = scene.lens.elements.front().faces.front().z_mm;
     const double object_z = scene.emitter.z_mm + scene.pivot_behind_first_vertex_mm;
@@ -51,7 +53,9 @@ class PlaceFinder {
     }
     return from;
   }
-  RayBundle bundle(const std::array<double, 2>& from) const { return RayBundle(scene_, lens_, pose_, from, aim_.z_mm); }
+  RayBundle bundle(const std::array<double, 2>& from) const {
+    return RayBundle(scene_, lens_, pose_, from, aim_.z_mm, lens_.lens().wavelength_nm);
+  }
   Window window(const RayBundle& bundle) const { return passing(bundle, aim_); }
 
  private:
@@ -111,6 +115,7 @@ struct Diffraction::Shape {
         table[static_cast<std::size_t>(down * side + right + lags)] = sum;
       }
     const double all = table[static_cast<std::size_t>(lags)];
+    light = all * cell * cell;
     if (all > 0)
       for (double& value : table) value /= all;
     else
@@ -159,8 +164,40 @@ struct Diffraction::Shape {
   }
 
   double cells_per_cycle = 0;
+  double light = 0;
   int lags = 0;
   std::vector<double> table;  // lags down from 0, right from -lags
+};
+
+// Of one place: the shapes that light of several wavelengths meets, each with its share of the light.
+struct Diffraction::Shapes {
+  std::vector<Shape> shapes;
+  std::vector<double> shares;
+
+  void add(Shape shape, double weight) {
+    shares.push_back(weight * shape.light);
+    shapes.push_back(std::move(shape));
+  }
+  // Alone, or without light: all of what is there.
+  void settle() {
+    double sum = 0;
+    for (const double share : shares) sum += share;
+    for (double& share : shares) share = shares.size() > 1 && sum > 0 ? share / sum : 1.0 / shares.size();
+  }
+  double transfer(double cycles_x, double cycles_y) const {
+    double sum = 0;
+    for (std::size_t i = 0; i < shapes.size(); ++i) sum += shares[i] * shapes[i].transfer(cycles_x, cycles_y);
+    return sum;
+  }
+  Kernel kernel(int radius) const {
+    Kernel sum;
+    for (std::size_t i = 0; i < shapes.size(); ++i) {
+      const Kernel one = shapes[i].kernel(radius);
+      sum.resize(one.size());
+      for (std::size_t k = 0; k < one.size(); ++k) sum[k] += shares[i] * one[k];
+    }
+    return sum;
+  }
 };
 
 namespace {
@@ -178,24 +215,37 @@ double transfer_of(const std::vector<double>& kernel, int radius, double cycles_
 }  // namespace
 
 Diffraction::Diffraction(const SceneFile& scene) : width_(scene.sensor.width), height_(scene.sensor.height) {
-  const PlaceFinder finder(scene);
-  std::vector<Shape> shapes;
-  for (int zone_row = 0; zone_row < kZones; ++zone_row)
-    for (int zone_column = 0; zone_column < kZones; ++zone_column) {
+  std::vector<const optics::Prescription*> lenses;
+  std::vector<double> weights;
+  for (const SceneWavelength& one : scene.wavelengths) {
+    lenses.push_back(&one.lens);
+    weights.push_back(one.weight);
+  }
+  if (lenses.empty()) {
+    lenses.push_back(&scene.lens);
+    weights.push_back(1);
+  }
+  std::vector<Shapes> zones(static_cast<std::size_t>(kZones * kZones));
+  for (std::size_t i = 0; i < lenses.size(); ++i) {
+    const PlaceFinder finder(scene, *lenses[i]);
+    for (int zone = 0; zone < kZones * kZones; ++zone) {
       const optics::Vec3 place =
-          scene.sensor.place(width_ * zone_column / (kZones - 1.0), height_ * zone_row / (kZones - 1.0));
+          scene.sensor.place(width_ * (zone % kZones) / (kZones - 1.0), height_ * (zone / kZones) / (kZones - 1.0));
+      Shapes& shapes = zones[static_cast<std::size_t>(zone)];
       // Where a zone is dark, the nearest light towards the axis.
       std::optional<std::array<double, 2>> from;
       for (double share = 1; share >= 0 && !from; share -= 0.25) from = finder.find({share * place.x, share * place.y});
       if (!from) {
-        shapes.emplace_back();
+        shapes.add({}, weights[i]);
         continue;
       }
       const RayBundle bundle = finder.bundle(*from);
       const WavePupil pupil(bundle, finder.window(bundle), false, {1, 0});
-      shapes.emplace_back(pupil, bundle.wavelength_mm() / scene.sensor.pitch_mm, 0.5);
+      shapes.add({pupil, bundle.wavelength_mm() / scene.sensor.pitch_mm, 0.5}, weights[i]);
     }
-  const auto largest_miss = [&](const Shape& shape, const Kernel& kernel) {
+  }
+  for (Shapes& shapes : zones) shapes.settle();
+  const auto largest_miss = [&](const Shapes& shape, const Kernel& kernel) {
     const int side = 2 * radius_ + 1;
     double miss = 0;
     for (int k = 0; k < radius_; ++k) {
@@ -207,11 +257,11 @@ Diffraction::Diffraction(const SceneFile& scene) : width_(scene.sensor.width), h
   };
   for (radius_ = 1; radius_ <= kMostRadius; ++radius_) {
     double miss = 0;
-    for (const Shape& shape : shapes) miss = std::max(miss, largest_miss(shape, shape.kernel(radius_)));
+    for (const Shapes& shapes : zones) miss = std::max(miss, largest_miss(shapes, shapes.kernel(radius_)));
     if (miss <= kCloseTo) break;
   }
   radius_ = std::min(radius_, kMostRadius);
-  for (const Shape& shape : shapes) kernels_.push_back(shape.kernel(radius_));
+  for (const Shapes& shapes : zones) kernels_.push_back(shapes.kernel(radius_));
 }
 
 namespace {

@@ -6,7 +6,8 @@
 // obliquity included), and its diffraction-limited transfer is the autocorrelation of that shape. A kernel of
 // (2 R + 1)^2 pixels has exactly this transfer at (2 R + 1)^2 frequencies, so that its sum is 1 and what the point
 // spread has beyond R pixels is not lost; R is the smallest that keeps other frequencies close, too. Kernels are
-// blended between zones. The light outside the image is taken for its mirror image.
+// blended between zones. Of several wavelengths, each zone has one kernel: the mean of theirs by weight and light. The
+// light outside the image is taken for its mirror image.
 #pragma once
 
 #include <vector>
@@ -34,6 +35,7 @@ class Diffraction {
 
  private:
   struct Shape;
+  struct Shapes;
   using Kernel = std::vector<double>;  // row by row
   Kernel blended(double column, double row) const;
   void blend(double column, double row, float* kernel) const;

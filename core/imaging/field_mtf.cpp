@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/error.h"
+#include "imaging/mounted_lens.h"
 #include "imaging/ray_bundle.h"
 #include "imaging/wave_pupil.h"
 #include "optics/first_order.h"
@@ -24,15 +26,54 @@ class Wave {
   void add(const RayBundle::Light& light) {
     const double turns = per_x_ * light.x_mm + per_y_ * light.y_mm;
     const optics::SineCosine phase = optics::sine_cosine_of_degrees(360 * (turns - std::floor(turns)));
-    cosine_ += light.weight * phase.cosine;
-    sine_ += light.weight * phase.sine;
+    sum_.cosine += light.weight * phase.cosine;
+    sum_.sine += light.weight * phase.sine;
   }
-  double length() const { return length_of(cosine_, sine_); }
+  const WavePupil::Transfer& sum() const { return sum_; }
 
  private:
   double per_x_, per_y_;
-  double cosine_ = 0, sine_ = 0;
+  WavePupil::Transfer sum_;
 };
+
+// Of waves along the radial direction and across it.
+struct Transfers {
+  double light = 0;
+  WavePupil::Transfer radial, across;
+
+  void add(const Transfers& other, double factor) {
+    light += factor * other.light;
+    for (const auto member : {&Transfers::radial, &Transfers::across}) {
+      (this->*member).cosine += factor * (other.*member).cosine;
+      (this->*member).sine += factor * (other.*member).sine;
+    }
+  }
+  Modulation modulation() const {
+    if (!(light > 0)) return {};
+    return {std::min(1.0, length_of(radial.cosine, radial.sine) / light),
+            std::min(1.0, length_of(across.cosine, across.sine) / light)};
+  }
+};
+
+// By rays, one a cell of the window: in units of a cell's light.
+Transfers geometric(const FieldPoint& point, const RayBundle& bundle, const Window& window, double lp_per_mm,
+                    bool fresnel) {
+  const double per_cell_u = (window.high_u - window.low_u) / kCells;
+  const double per_cell_v = (window.high_v - window.low_v) / kCells;
+  double light = 0;
+  Wave radial(point.radial_x, point.radial_y, lp_per_mm), across(-point.radial_y, point.radial_x, lp_per_mm);
+  for (int i = 0; i < kCells; ++i)
+    for (int j = 0; j < kCells; ++j) {
+      const int cell = i * kCells + j;
+      const RayBundle::Light ray = bundle.at(window.low_u + (i + scattered(cell, 0)) * per_cell_u,
+                                             window.low_v + (j + scattered(cell, 1)) * per_cell_v, fresnel);
+      if (!(ray.weight > 0)) continue;
+      light += ray.weight;
+      radial.add(ray);
+      across.add(ray);
+    }
+  return {light, radial.sum(), across.sum()};
+}
 
 }  // namespace
 
@@ -74,6 +115,7 @@ FieldMtfMeter::FieldMtfMeter(const SceneFile& scene, bool fresnel, bool diffract
 
 Modulation FieldMtfMeter::modulation_at(const FieldPoint& point, const optics::Assembly& assembly,
                                         const std::vector<double>& true_pose, double lp_per_mm) const {
+  if (!scene_->wavelengths.empty()) return of_all_wavelengths(point, assembly, true_pose, lp_per_mm);
   const RayBundle bundle(*scene_, assembly, true_pose, {point.x_mm, point.y_mm}, aim_.z_mm);
   const Window window = passing(bundle, aim_);
   if (!(window.low_u < window.high_u)) return {};
@@ -83,22 +125,32 @@ Modulation FieldMtfMeter::modulation_at(const FieldPoint& point, const optics::A
     return {pupil.modulation(lp_per_mm, WavePupil::along, light),
             pupil.modulation(lp_per_mm, WavePupil::across, light)};
   }
-  const double per_cell_u = (window.high_u - window.low_u) / kCells;
-  const double per_cell_v = (window.high_v - window.low_v) / kCells;
-  double light = 0;
-  Wave radial(point.radial_x, point.radial_y, lp_per_mm), across(-point.radial_y, point.radial_x, lp_per_mm);
-  for (int i = 0; i < kCells; ++i)
-    for (int j = 0; j < kCells; ++j) {
-      const int cell = i * kCells + j;
-      const RayBundle::Light ray = bundle.at(window.low_u + (i + scattered(cell, 0)) * per_cell_u,
-                                             window.low_v + (j + scattered(cell, 1)) * per_cell_v, fresnel_);
-      if (!(ray.weight > 0)) continue;
-      light += ray.weight;
-      radial.add(ray);
-      across.add(ray);
+  return geometric(point, bundle, window, lp_per_mm, fresnel_).modulation();
+}
+
+Modulation FieldMtfMeter::of_all_wavelengths(const FieldPoint& point, const optics::Assembly& assembly,
+                                             const std::vector<double>& true_pose, double lp_per_mm) const {
+  const std::vector<optics::Assembly> lenses = at_wavelengths(*scene_, assembly);
+  Transfers sum;
+  std::optional<std::array<double, 2>> origin;
+  for (std::size_t i = 0; i < lenses.size(); ++i) {
+    const double weight = scene_->wavelengths[i].weight;
+    const RayBundle bundle(*scene_, lenses[i], true_pose, {point.x_mm, point.y_mm}, aim_.z_mm,
+                           scene_->wavelengths[i].lens.wavelength_nm);
+    const Window window = passing(bundle, aim_);
+    if (!(window.low_u < window.high_u)) continue;
+    if (!diffraction_) {
+      const double area = (window.high_u - window.low_u) * (window.high_v - window.low_v);
+      sum.add(geometric(point, bundle, window, lp_per_mm, fresnel_), weight * area);
+      continue;
     }
-  if (!(light > 0)) return {};
-  return {std::min(1.0, radial.length() / light), std::min(1.0, across.length() / light)};
+    WavePupil pupil(bundle, window, fresnel_, {point.radial_x, point.radial_y});
+    if (!origin) origin = pupil.origin();
+    pupil.set_origin(*origin);
+    sum.add({pupil.light(), pupil.transfer(lp_per_mm, WavePupil::along), pupil.transfer(lp_per_mm, WavePupil::across)},
+            weight);
+  }
+  return sum.modulation();
 }
 
 double FieldMtfMeter::measure_at(const FieldPoint& point, const optics::Assembly& assembly,

@@ -39,13 +39,14 @@ struct Modulation {
 
 class FieldMtfMeter {
  public:
-  // `scene` outlives it. fresnel: rays are weighed by what uncoated faces let through. diffraction: at the wavelength
-  // of the lens file.
+  // `scene` outlives it. fresnel: rays are weighed by what uncoated faces let through. diffraction: at the wavelengths
+  // of the scene, or the one of the lens file.
   FieldMtfMeter(const SceneFile& scene, bool fresnel, bool diffraction = false);
 
   // Where light of a field point meets the sensor's plane (also beside the sensor): of waves of lp_per_mm along the
-  // radial direction and across it the modulation that is left, the lower one. 0 where no light arrives. A pure
-  // function of its arguments.
+  // radial direction and across it the modulation that is left, the lower one. 0 where no light arrives. Where the
+  // scene has several wavelengths, waves of all of them are added with their phases, by weight and transmittance. A
+  // pure function of its arguments. assembly: at the lens's own wavelength.
   FieldMtf measure(const optics::Assembly& assembly, const std::vector<double>& true_pose, double lp_per_mm) const;
   double measure_at(const FieldPoint& point, const optics::Assembly& assembly, const std::vector<double>& true_pose,
                     double lp_per_mm) const;
@@ -54,6 +55,8 @@ class FieldMtfMeter {
                            const std::vector<double>& true_pose, double lp_per_mm) const;
 
  private:
+  Modulation of_all_wavelengths(const FieldPoint& point, const optics::Assembly& assembly,
+                                const std::vector<double>& true_pose, double lp_per_mm) const;
   const SceneFile* scene_;
   bool fresnel_, diffraction_;
   std::array<FieldPoint, 5> points_;

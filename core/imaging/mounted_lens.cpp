@@ -1,6 +1,7 @@
 #include "imaging/mounted_lens.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace relign::imaging {
 namespace {
@@ -23,12 +24,33 @@ optics::PlaceRange reachable(const SceneFile& scene) {
 
 }  // namespace
 
-optics::PupilSearch search_pupil(const SceneFile& scene) { return {scene.lens, reachable(scene)}; }
+optics::PupilSearch search_pupil(const SceneFile& scene, const optics::Prescription& lens) {
+  return {lens, reachable(scene)};
+}
 
-MountedLens::MountedLens(const SceneFile& scene, const optics::Assembly& assembly)
-    : assembly_(assembly),
-      search_(scene.pupil ? scene.pupil : std::make_shared<optics::PupilSearch>(search_pupil(scene))),
-      table_(assembly, *search_) {}
+std::vector<optics::Assembly> at_wavelengths(const SceneFile& scene, const optics::Assembly& assembly) {
+  std::vector<optics::Motion> placements;
+  for (std::size_t e = 0; e < assembly.lens().elements.size(); ++e) placements.push_back(assembly.placement(e));
+  std::vector<optics::Assembly> all;
+  for (const SceneWavelength& wavelength : scene.wavelengths)
+    all.push_back(optics::Assembly::placed(wavelength.lens, placements));
+  return all;
+}
+
+MountedLens::Look::Look(const optics::Assembly& of, std::shared_ptr<const optics::PupilSearch> how)
+    : assembly(of), search(std::move(how)), table(assembly, *search) {}
+
+MountedLens::MountedLens(const SceneFile& scene, const optics::Assembly& assembly) {
+  const auto search = [&](const std::shared_ptr<const optics::PupilSearch>& known, const optics::Prescription& lens) {
+    return known ? known : std::make_shared<optics::PupilSearch>(search_pupil(scene, lens));
+  };
+  looks_.push_back(std::make_unique<Look>(assembly, search(scene.pupil, scene.lens)));
+  const std::vector<optics::Assembly> others = at_wavelengths(scene, assembly);
+  for (std::size_t i = 0; i < others.size(); ++i) {
+    const SceneWavelength& one = scene.wavelengths[i];
+    looks_.push_back(std::make_unique<Look>(others[i], search(one.pupil, one.lens)));
+  }
+}
 
 MountedLens::MountedLens(const SceneFile& scene) : MountedLens(scene, optics::Assembly(scene.lens)) {}
 

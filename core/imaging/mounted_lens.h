@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <mutex>
+#include <vector>
 
 #include "imaging/scene_file.h"
 #include "optics/assembly.h"
@@ -10,8 +11,11 @@
 
 namespace relign::imaging {
 
-// How the pupil of a scene's lens is found, for all places that its sensor can take.
-optics::PupilSearch search_pupil(const SceneFile& scene);
+// How the pupil of a scene's lens (at one of its wavelengths) is found, for all places that its sensor can take.
+optics::PupilSearch search_pupil(const SceneFile& scene, const optics::Prescription& lens);
+
+// The same lens as built at each of the scene's wavelengths; empty when it has but one.
+std::vector<optics::Assembly> at_wavelengths(const SceneFile& scene, const optics::Assembly& assembly);
 
 class MountedLens {
  public:
@@ -20,15 +24,20 @@ class MountedLens {
   // The perfect lens.
   explicit MountedLens(const SceneFile& scene);
 
-  const optics::Assembly& assembly() const { return assembly_; }
+  // `which`: 0 is the lens at its own wavelength; a scene of several has them from 1 on, in its order.
+  const optics::Assembly& assembly(std::size_t which = 0) const { return looks_[which]->assembly; }
   // Which directions can pass; filled under the mutex, and read by whoever held it since.
-  optics::PassingTable& table() { return table_; }
+  optics::PassingTable& table(std::size_t which = 0) { return looks_[which]->table; }
   std::mutex& table_mutex() { return table_mutex_; }
 
  private:
-  optics::Assembly assembly_;
-  std::shared_ptr<const optics::PupilSearch> search_;
-  optics::PassingTable table_;
+  struct Look {
+    Look(const optics::Assembly& of, std::shared_ptr<const optics::PupilSearch> how);
+    optics::Assembly assembly;
+    std::shared_ptr<const optics::PupilSearch> search;
+    optics::PassingTable table;
+  };
+  std::vector<std::unique_ptr<Look>> looks_;
   std::mutex table_mutex_;
 };
 

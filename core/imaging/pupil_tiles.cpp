@@ -103,9 +103,9 @@ Vec3 PupilTiles::corner_place(int tile_column, int tile_row) const {
 }
 
 // What passes from the places that this pose needs. Other threads may look through the same lens.
-void PupilTiles::fill_table(MountedLens& lens, const optics::Motion& lens_to_world) {
+void PupilTiles::fill_table(MountedLens& lens, std::size_t which, const optics::Motion& lens_to_world) {
   const std::lock_guard<std::mutex> lock(lens.table_mutex());
-  optics::PassingTable& table = lens.table();
+  optics::PassingTable& table = lens.table(which);
   table_ = &table;
   points_ = table.search().on_plane() ? kSupports : 2 * kSupports;
   missing_.reserve(table.grid_places());
@@ -450,8 +450,8 @@ void PupilTiles::fit_tile(Tile& tile, const optics::BackwardPath& path) const {
 }
 
 void PupilTiles::fit(MountedLens& lens, const optics::Motion& lens_to_world, const optics::BackwardPath& path,
-                     const std::vector<optics::Op>& ops, const optics::EmitterPlane& emitter) {
-  fill_table(lens, lens_to_world);
+                     const std::vector<optics::Op>& ops, const optics::EmitterPlane& emitter, std::size_t which) {
+  fill_table(lens, which, lens_to_world);
   parallel_->for_each(down_ + 1, [&](int row, unsigned thread) {
     fit_corners(row, lens_to_world);
     probe_emitter(row, path, ops, emitter, *blocks_[thread]);

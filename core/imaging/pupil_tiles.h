@@ -49,9 +49,10 @@ class PupilTiles {
   // Both outlive the tiles.
   PupilTiles(const SceneFile& scene, Parallel& parallel);
 
-  // Fits all tiles to a lens at a pose. Allocates nothing after the first time.
+  // Fits all tiles to a lens at a pose, at one of its wavelengths (`which` of MountedLens). Allocates nothing after the
+  // first time.
   void fit(MountedLens& lens, const optics::Motion& lens_to_world, const optics::BackwardPath& path,
-           const std::vector<optics::Op>& ops, const optics::EmitterPlane& emitter);
+           const std::vector<optics::Op>& ops, const optics::EmitterPlane& emitter, std::size_t which = 0);
   const std::vector<Tile>& tiles() const { return tiles_; }
 
  private:
@@ -66,7 +67,7 @@ class PupilTiles {
     std::array<double, kProbes> hit_x{}, hit_y{};
   };
 
-  void fill_table(MountedLens& lens, const optics::Motion& lens_to_world);
+  void fill_table(MountedLens& lens, std::size_t which, const optics::Motion& lens_to_world);
   // Of one row of corners.
   void fit_corners(int row, const optics::Motion& lens_to_world);
   void probe_emitter(int row, const optics::BackwardPath& path, const std::vector<optics::Op>& ops,

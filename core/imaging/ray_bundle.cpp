@@ -38,13 +38,14 @@ PupilAim pupil_aim(const SceneFile& scene) {
 }
 
 RayBundle::RayBundle(const SceneFile& scene, const optics::Assembly& assembly, const std::vector<double>& true_pose,
-                     const std::array<double, 2>& from, double pupil_z)
+                     const std::array<double, 2>& from, double pupil_z, double wavelength_nm)
     : scene_(scene),
       assembly_(assembly),
       to_world_(scene.lens_to_world(true_pose)),
       into_lens_(optics::inverse(to_world_)),
       start_(into_lens_.point({from[0], from[1], scene.emitter.z_mm})),
-      pupil_z_(pupil_z) {}
+      pupil_z_(pupil_z),
+      wavelength_nm_(wavelength_nm > 0 ? wavelength_nm : scene.lens.wavelength_nm) {}
 
 RayBundle::Light RayBundle::at(double u_mm, double v_mm, bool fresnel) const {
   Light light;

@@ -20,9 +20,9 @@ PupilAim pupil_aim(const SceneFile& scene);
 
 class RayBundle {
  public:
-  // scene and assembly outlive it. from: a place of the emitter, mm.
+  // scene and assembly outlive it. from: a place of the emitter, mm. wavelength_nm: 0 for that of the scene's lens.
   RayBundle(const SceneFile& scene, const optics::Assembly& assembly, const std::vector<double>& true_pose,
-            const std::array<double, 2>& from, double pupil_z);
+            const std::array<double, 2>& from, double pupil_z, double wavelength_nm = 0);
 
   struct Light {
     double x_mm = 0, y_mm = 0;  // where it meets the sensor's plane, world
@@ -34,7 +34,7 @@ class RayBundle {
   bool passes(double u_mm, double v_mm) const { return at(u_mm, v_mm, false).weight > 0; }
 
   // In the ambient medium.
-  double wavelength_mm() const { return scene_.lens.wavelength_nm * 1e-6 / scene_.ambient_index; }
+  double wavelength_mm() const { return wavelength_nm_ * 1e-6 / scene_.ambient_index; }
 
  private:
   bool passes_bore(const optics::Vec3& last, const optics::Vec3& direction) const;
@@ -43,7 +43,7 @@ class RayBundle {
   const optics::Assembly& assembly_;
   optics::Motion to_world_, into_lens_;
   optics::Vec3 start_;
-  double pupil_z_;
+  double pupil_z_, wavelength_nm_;
 };
 
 struct Window {

@@ -10,7 +10,7 @@ namespace {
 
 using optics::kBlockRays;
 
-// Random streams of one frame seed; they separate the draws that a pixel makes.
+// Random streams of one frame seed, from RayPath::streams on; they separate the draws that a pixel makes.
 enum Stream : std::uint32_t { kCounts = 0, kDirections = 1, kLattice = 2 };
 
 constexpr double kPi = 3.14159265358979323846;
@@ -108,11 +108,13 @@ void RaySource::equal_runs(const RayPath& way, int samples, Weight weight, doubl
 
 void RaySource::all_directions(const RayPath& way, std::uint64_t seed, int samples, double survival) {
   whole_ = true;
-  equal_runs(way, samples, Weight::dice, 1 / survival, [&](int count) { draw_words(seed, kDirections, count); });
+  equal_runs(way, samples, Weight::dice, 1 / survival,
+             [&](int count) { draw_words(seed, way.streams + kDirections, count); });
 }
 
 void RaySource::random_directions(const RayPath& way, std::uint64_t seed, int samples) {
-  equal_runs(way, samples, Weight::transmittance, 1, [&](int count) { draw_words(seed, kDirections, count); });
+  equal_runs(way, samples, Weight::transmittance, 1,
+             [&](int count) { draw_words(seed, way.streams + kDirections, count); });
 }
 
 void RaySource::lattice_directions(const RayPath& way, std::uint64_t seed, std::uint32_t group, int samples) {
@@ -120,7 +122,7 @@ void RaySource::lattice_directions(const RayPath& way, std::uint64_t seed, std::
   for (int from = 0; from < pixels_; from += kBlockRays) {
     const int count = std::min(kBlockRays, pixels_ - from);
     one_each(from, count);
-    draw_words(seed, kLattice, padded(count));
+    draw_words(seed, way.streams + kLattice, padded(count));
     const std::uint32_t* const words[4] = {block_.u0, block_.u1, block_.u2, block_.u3};
     for (int k = 0; k < 4; ++k) std::copy_n(words[k], count, shift_[k] + from);
   }
@@ -130,7 +132,7 @@ void RaySource::lattice_directions(const RayPath& way, std::uint64_t seed, std::
 }
 
 // How many rays each pixel gets: its random word against the distribution function.
-void RaySource::draw_counts(std::uint64_t seed, int samples, double probability) {
+void RaySource::draw_counts(std::uint64_t seed, std::uint32_t streams, int samples, double probability) {
   const optics::BlockKernels& kernels = optics::block_kernels();
   std::uint32_t thresholds[kMostSamples];
   const int levels = probability < 1 ? binomial_thresholds(samples, probability, thresholds) : 0;
@@ -138,7 +140,7 @@ void RaySource::draw_counts(std::uint64_t seed, int samples, double probability)
   for (int from = 0; from < pixels_; from += kBlockRays) {
     const int count = std::min(kBlockRays, pixels_ - from);
     one_each(from, count);
-    draw_words(seed, kCounts, padded(count));
+    draw_words(seed, streams + kCounts, padded(count));
     kernels.count_reached(block_.u0, thresholds, levels, drawn_ + from, padded(count));
   }
   if (probability >= 1) std::fill_n(drawn_, pixels_, static_cast<std::uint32_t>(samples));
@@ -146,11 +148,11 @@ void RaySource::draw_counts(std::uint64_t seed, int samples, double probability)
 
 void RaySource::binomial_directions(const RayPath& way, std::uint64_t seed, int samples, double survival) {
   const double clearest = survival * way.highest_transmittance;
-  draw_counts(seed, samples, area_ / kPi * clearest);
+  draw_counts(seed, way.streams, samples, area_ / kPi * clearest);
   const auto flush = [&](int count) {
     for (int i = count; i < padded(count); ++i) owner_[i] = 0;
     take_pixels(padded(count));
-    draw_words(seed, kDirections, padded(count));
+    draw_words(seed, way.streams + kDirections, padded(count));
     trace_and_weigh(way, Weight::dice, way.highest_transmittance, padded(count));
     add_by_owner(count);
   };

@@ -18,6 +18,7 @@ struct RayPath {
   bool fresnel;
   double highest_transmittance;                 // of any ray; 1 for transport refract
   const optics::BlockTracer* tracer = nullptr;  // in place of the operations, if there is one
+  std::uint32_t streams = 0;                    // the first of the frame seed's random streams that are this path's own
 };
 
 class RaySource {
@@ -55,7 +56,7 @@ class RaySource {
   // `samples` rays for each pixel, block by block; words(count) draws their words.
   template <class Words>
   void equal_runs(const RayPath& way, int samples, Weight weight, double bound, const Words& words);
-  void draw_counts(std::uint64_t seed, int samples, double probability);
+  void draw_counts(std::uint64_t seed, std::uint32_t streams, int samples, double probability);
 
   float* sums_ = nullptr;
   optics::TileStart start_{};

@@ -74,6 +74,12 @@ std::string scene_content_hash(const SceneFile& scene, const CaptureSettings& se
   }
   if (scene.lens.mount)
     content["mount"] = {scene.lens.mount->bore_radius_mm, scene.lens.mount->from_z_mm, scene.lens.mount->to_z_mm};
+  for (const SceneWavelength& wavelength : scene.wavelengths) {
+    Json indices = Json::array();
+    for (const optics::Element& element : wavelength.lens.elements)
+      for (const optics::Face& face : element.faces) indices.push_back(face.index_after);
+    content["wavelengths"].push_back({wavelength.lens.wavelength_nm, wavelength.weight, indices});
+  }
   if (scene.diffraction) content["diffraction"] = {scene.lens.wavelength_nm, scene.ambient_index};
   if (settings.transport == Transport::ghost) content["sensor_albedo"] = settings.sensor_albedo;
   return short_hash(canonical_json(content));

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/shared_keys.h"
+#include "base/text.h"
 #include "imaging/mounted_lens.h"
 #include "imaging/target.h"
 
@@ -39,6 +40,41 @@ void read_emitter(ObjectReader& reader, const fs::path& folder, const SceneChoic
   scene.files.push_back(file);
 }
 
+struct WeightedWavelength {
+  double nm = 0, weight = 0;
+};
+
+std::vector<WeightedWavelength> read_wavelengths(const JsonSource& source, ObjectReader& top,
+                                                 std::vector<Problem>& problems) {
+  std::vector<WeightedWavelength> found;
+  const Json* list = top.get("wavelengths");
+  if (!list) return found;
+  if (!list->is_array() || list->empty() || list->size() > kMostWavelengths) {
+    top.complain("wavelengths", "expected a list of 1 to " + std::to_string(kMostWavelengths) +
+                                    " wavelengths, each {\"nm\": ..., \"weight\": ...}");
+    return found;
+  }
+  double sum = 0;
+  for (std::size_t i = 0; i < list->size(); ++i) {
+    ObjectReader reader(source, top.pointer_to("wavelengths") + "/" + std::to_string(i), problems);
+    WeightedWavelength one;
+    one.nm = reader.required_number("nm", 1, 1e6);
+    one.weight = reader.number("weight", 1, 1e-9, 1e9);
+    reader.refuse_unknown();
+    for (const WeightedWavelength& other : found)
+      if (other.nm == one.nm) reader.complain("nm", "the wavelength " + shortest(one.nm) + " nm is listed twice");
+    sum += one.weight;
+    found.push_back(one);
+  }
+  for (WeightedWavelength& one : found) one.weight /= sum;
+  return found;
+}
+
+void divide_indices(optics::Prescription& lens, double ambient_index) {
+  for (optics::Element& element : lens.elements)
+    for (std::size_t f = 0; f + 1 < element.faces.size(); ++f) element.faces[f].index_after /= ambient_index;
+}
+
 }  // namespace
 
 SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
@@ -56,6 +92,7 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
   const std::string lens_name = top.required_string("lens");
   scene.pivot_behind_first_vertex_mm = top.required_number("pivot_behind_first_vertex_mm", -1e6, 1e6);
   scene.diffraction = top.boolean("diffraction", false);
+  const std::vector<WeightedWavelength> wavelengths = read_wavelengths(source, top, problems);
   for (const char* key : {"sensor", "emitter", "travel"})
     if (!top.get(key)) top.complain("", std::string("the key \"") + key + "\" is missing (an object)");
 
@@ -98,11 +135,21 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
   throw_if_any(problems);
 
   scene.files.push_back(folder / lens_name);
-  scene.lens = optics::read_prescription(folder / lens_name);
+  const JsonSource lens_source = JsonSource::from_file(folder / lens_name);
+  if (wavelengths.size() == 1)
+    scene.lens = optics::read_prescription_at(lens_source, wavelengths.front().nm);
+  else
+    scene.lens = optics::read_prescription(lens_source);
   scene.ambient_index = choices.ambient_index;
-  for (optics::Element& element : scene.lens.elements)
-    for (std::size_t f = 0; f + 1 < element.faces.size(); ++f) element.faces[f].index_after /= choices.ambient_index;
-  scene.pupil = std::make_shared<optics::PupilSearch>(search_pupil(scene));
+  divide_indices(scene.lens, choices.ambient_index);
+  scene.pupil = std::make_shared<optics::PupilSearch>(search_pupil(scene, scene.lens));
+  if (wavelengths.size() > 1)
+    for (const auto& [nm, weight] : wavelengths) {
+      SceneWavelength one{weight, optics::read_prescription_at(lens_source, nm), nullptr};
+      divide_indices(one.lens, choices.ambient_index);
+      one.pupil = std::make_shared<optics::PupilSearch>(search_pupil(scene, one.lens));
+      scene.wavelengths.push_back(std::move(one));
+    }
   return scene;
 }
 

@@ -41,10 +41,22 @@ struct Travel {
   std::vector<double> tilt_deg;  // Rx, Ry, optionally Rz
 };
 
+// The scene's lens at one of several wavelengths: the same geometry, other indices.
+struct SceneWavelength {
+  double weight = 0;  // of all, whose sum is 1
+  optics::Prescription lens;
+  std::shared_ptr<const optics::PupilSearch> pupil;  // as SceneFile's
+};
+
+inline constexpr std::size_t kMostWavelengths = 24;
+
 struct SceneFile {
   std::string name;
   std::string summary;
-  optics::Prescription lens;
+  optics::Prescription lens;  // at its own wavelength, or the only one of "wavelengths"
+  // Images and MTF are the weighted sum over these, 2 to kMostWavelengths; empty: of `lens` alone. Field points, poses
+  // of the coarse optimum and everything of first order are those of `lens`.
+  std::vector<SceneWavelength> wavelengths;
   double pivot_behind_first_vertex_mm = 0;  // world origin, on the axis
   Sensor sensor;
   Emitter emitter;

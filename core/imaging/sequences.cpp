@@ -1,6 +1,7 @@
 #include "imaging/sequences.h"
 
 #include <cmath>
+#include <cstddef>
 
 namespace relign::imaging {
 
@@ -52,6 +53,23 @@ int binomial_thresholds(int n, double p, std::uint32_t* thresholds) {
     term *= (n - k) * p / ((k + 1) * (1 - p));
   }
   return levels;
+}
+
+std::vector<int> shared_out(int total, const std::vector<double>& weights) {
+  // One after the other to whoever lacks most: nobody gets more than the next whole number above its share.
+  std::vector<int> counts(weights.size(), 1);
+  for (int given = static_cast<int>(weights.size()); given < total; ++given) {
+    std::size_t next = 0;
+    double most = -1e300;
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+      const double lacks = total * weights[i] - counts[i];
+      if (lacks <= most) continue;
+      most = lacks;
+      next = i;
+    }
+    ++counts[next];
+  }
+  return counts;
 }
 
 }  // namespace relign::imaging

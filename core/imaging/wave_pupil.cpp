@@ -134,13 +134,12 @@ double WavePupil::light() const {
   return sum * (box_.high_r - box_.low_r) * (box_.high_t - box_.low_t) / (kCells * kCells);
 }
 
-double WavePupil::modulation(double lp_per_mm, Axis axis, double light) const {
-  if (!(light > 0)) return 0;
+WavePupil::Overlap WavePupil::overlap(double lp_per_mm, Axis axis) const {
   const double wavelength = bundle_.wavelength_mm(), shear = lp_per_mm * wavelength;
   const double dr = axis == along ? shear / 2 : 0, dt = axis == across ? shear / 2 : 0;
   const double low_r = box_.low_r + dr, side_r = box_.high_r - dr - low_r;
   const double low_t = box_.low_t + dt, side_t = box_.high_t - dt - low_t;
-  if (!(side_r > 0 && side_t > 0)) return 0;
+  if (!(side_r > 0 && side_t > 0)) return {};
   double cosine = 0, sine = 0;
   for (int i = 0; i < kCells; ++i)
     for (int j = 0; j < kCells; ++j) {
@@ -157,8 +156,20 @@ double WavePupil::modulation(double lp_per_mm, Axis axis, double light) const {
       cosine += amplitude * phase.cosine;
       sine += amplitude * phase.sine;
     }
+  return {cosine, sine, side_r, side_t};
+}
+
+double WavePupil::modulation(double lp_per_mm, Axis axis, double light) const {
+  if (!(light > 0)) return 0;
+  const auto [cosine, sine, side_r, side_t] = overlap(lp_per_mm, axis);
   const double sum = std::sqrt(cosine * cosine + sine * sine) * side_r * side_t / (kCells * kCells);
   return std::min(1.0, sum / light);
+}
+
+WavePupil::Transfer WavePupil::transfer(double lp_per_mm, Axis axis) const {
+  const auto [cosine, sine, side_r, side_t] = overlap(lp_per_mm, axis);
+  const double cell = side_r * side_t / (kCells * kCells);
+  return {cosine * cell, sine * cell};
 }
 
 }  // namespace relign::imaging

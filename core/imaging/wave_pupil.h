@@ -42,6 +42,18 @@ class WavePupil {
   double light() const;
   // The autocorrelation at this frequency along r or t over that at none, which is light(): 0 to 1.
   double modulation(double lp_per_mm, Axis axis, double light) const;
+  // The autocorrelation itself, in units of light(). Its phase counts from the origin.
+  struct Transfer {
+    double cosine = 0, sine = 0;
+  };
+  Transfer transfer(double lp_per_mm, Axis axis) const;
+  // The point of the image that phases count from: where the rays meet the sensor on average, or what was set. Sums
+  // over several wavelengths need one for all.
+  std::array<double, 2> origin() const { return {x0_mm_, y0_mm_}; }
+  void set_origin(const std::array<double, 2>& place) {
+    x0_mm_ = place[0];
+    y0_mm_ = place[1];
+  }
 
  private:
   // What an aim and its area are for a direction: sums of powers of r and t.
@@ -50,13 +62,19 @@ class WavePupil {
     double area = 0;  // of the aiming plane per area of direction cosines
   };
   Aim aim_for(double r, double t) const;
+  // The sum over cells of the region that both of two sheared pupils have, and that region's sides.
+  struct Overlap {
+    double cosine = 0, sine = 0;
+    double side_r = 0, side_t = 0;
+  };
+  Overlap overlap(double lp_per_mm, Axis axis) const;
   void fit_aims(const std::vector<std::array<double, 4>>& rays);
 
   const RayBundle& bundle_;
   bool fresnel_;
   std::array<double, 2> along_;
   Box box_;
-  double x0_mm_ = 0, y0_mm_ = 0;  // where the rays meet the sensor on average
+  double x0_mm_ = 0, y0_mm_ = 0;
   int degree_ = 0;
   double middle_r_ = 0, middle_t_ = 0, half_ = 1;  // powers are of (r - middle) / half
   std::vector<double> of_u_, of_v_;

@@ -9,8 +9,8 @@
 namespace relign::lens_files {
 
 bool CodeVSystem::take(int line, const std::vector<std::string>& words) {
-  static const std::set<std::string> kWithoutMeaning = {"WTW", "WTF", "INI", "POL", "RDM", "TEM", "PRE", "PIM",
-                                                        "WTA", "CRA", "PTP", "POR", "PFR", "PUX", "PUY", "PUI"};
+  static const std::set<std::string> kWithoutMeaning = {"WTF", "INI", "POL", "RDM", "TEM", "PRE", "PIM", "WTA",
+                                                        "CRA", "PTP", "POR", "PFR", "PUX", "PUY", "PUI"};
   static const std::set<std::string> kVignetting = {"VUX", "VLX", "VUY", "VLY"};
   static const std::set<std::string> kFields = {"XAN", "YAN", "XOB", "YOB", "XIM", "YIM", "XRI", "YRI"};
   constexpr double kShortest_nm = 100, kLongest_nm = 1e5;
@@ -42,6 +42,9 @@ bool CodeVSystem::take(int line, const std::vector<std::string>& words) {
         reading_.problem(line, "WL: a wavelength of " + shortest(wavelength) +
                                    " nm; WL is in nanometres, 100 to 100000 (green: 550)");
     reading_.design.wavelengths_line = line;
+  } else if (keyword == "WTW") {
+    weights_.clear();
+    for (std::size_t i = 1; i < words.size(); ++i) weights_.push_back(parse_number(words[i]).value_or(1));
   } else if (keyword == "REF") {
     reference_ = reading_.integer(line, value, "REF");
     reference_line_ = line;
@@ -100,6 +103,8 @@ LensDesign CodeVSystem::finish() {
   }
   design.wavelength_nm = reference_wavelength_nm();
   design.all_wavelengths_nm = wavelengths_nm_;
+  design.wavelength_weights = weights_;
+  design.wavelength_weights.resize(wavelengths_nm_.size(), 1);
   if (!unit_told_) reading_.remark(0, "unit", "assumed: lengths in mm; the file has no DIM");
   LensDesign result = reading_.finish();
   scale(result, unit_mm_);

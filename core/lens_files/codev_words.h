@@ -27,7 +27,7 @@ class CodeVSystem {
   Reading& reading_;
   double unit_mm_ = 1;
   bool unit_told_ = false;
-  std::vector<double> wavelengths_nm_;
+  std::vector<double> wavelengths_nm_, weights_;
   int reference_ = 1, reference_line_ = 0;
   std::vector<double> x_fields_, y_fields_;
   std::map<std::string, std::vector<double>> vignetting_;  // VUX, VLX, VUY, VLY of the fields

@@ -87,6 +87,7 @@ struct LensDesign {
   std::vector<FieldBeam> fields;
   double wavelength_nm = 0;                // the reference wavelength
   std::vector<double> all_wavelengths_nm;  // those that the design is for
+  std::vector<double> wavelength_weights;  // of each of them; 1 where the file does not state it
   int wavelengths_line = 0;
   std::map<std::string, double> published;  // first-order values, by the names of lens.json
   std::vector<Remark> remarks;

@@ -289,7 +289,7 @@ class Writer {
 
 namespace {
 
-// A scene has one wavelength: the file's others change nothing, and who reads on must know.
+// A scene has one wavelength unless it is polychromatic: the file's others change nothing, and who reads on must know.
 void tell_wavelengths(LensDesign& design, double wavelength_nm) {
   std::vector<std::string> others;
   for (const double other : design.all_wavelengths_nm) {
@@ -305,14 +305,17 @@ void tell_wavelengths(LensDesign& design, double wavelength_nm) {
   design.remarks.push_back({design.wavelengths_line,
                             "not used: the wavelength" + std::string(others.size() > 1 ? "s " : " ") + text +
                                 " nm; images are made with one, " + shortest(rounded(wavelength_nm, 9)) + " nm, " +
-                                (the_files ? "the file's reference (--wavelength takes another)" : "of --wavelength"),
+                                (the_files ? "the file's reference (--wavelength takes another, scene new "
+                                             "--polychromatic all of them)"
+                                           : "of --wavelength"),
                             0});
 }
 
 }  // namespace
 
-LensDraft draft_lens(LensDesign& design, const GlassSources& sources, const std::string& name, double wavelength_nm) {
-  tell_wavelengths(design, wavelength_nm > 0 ? wavelength_nm : design.wavelength_nm);
+LensDraft draft_lens(LensDesign& design, const GlassSources& sources, const std::string& name, double wavelength_nm,
+                     bool polychromatic) {
+  if (!polychromatic) tell_wavelengths(design, wavelength_nm > 0 ? wavelength_nm : design.wavelength_nm);
   return Writer(design, sources, wavelength_nm > 0 ? wavelength_nm : design.wavelength_nm).write(name);
 }
 

@@ -18,7 +18,9 @@ struct LensDraft {
 };
 
 // Adds remarks to the design. Throws Error(bad_input) with file and line of every mistake. `wavelength_nm` 0: the
-// design's.
-LensDraft draft_lens(LensDesign& design, const GlassSources& sources, const std::string& name, double wavelength_nm);
+// design's. polychromatic: the scene will have all wavelengths of the design (scene_layout.h), so that none is left
+// out.
+LensDraft draft_lens(LensDesign& design, const GlassSources& sources, const std::string& name, double wavelength_nm,
+                     bool polychromatic = false);
 
 }  // namespace relign::lens_files

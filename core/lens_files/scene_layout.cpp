@@ -96,6 +96,28 @@ void compare_published(LensDesign& design, const optics::Prescription& lens) {
   }
 }
 
+// "wavelengths" of a scene file. A weight of 0 switches a wavelength off; one that stands twice has both weights.
+OrderedJson wavelengths_of(const LensDesign& design) {
+  constexpr std::size_t kMost = 24;
+  std::vector<std::pair<double, double>> found;
+  for (std::size_t i = 0; i < design.all_wavelengths_nm.size(); ++i) {
+    const double nm = rounded(design.all_wavelengths_nm[i], 9), weight = design.wavelength_weights[i];
+    if (!(weight > 0)) continue;
+    const auto same = std::find_if(found.begin(), found.end(), [nm](const auto& one) { return one.first == nm; });
+    if (same == found.end())
+      found.emplace_back(nm, weight);
+    else
+      same->second += weight;
+  }
+  if (found.empty() || found.size() > kMost)
+    throw Error(ErrorKind::bad_input, "--polychromatic: found " + std::to_string(found.size()) +
+                                          " wavelengths with a weight above 0 in the file, allowed are 1 to " +
+                                          std::to_string(kMost));
+  OrderedJson list = OrderedJson::array();
+  for (const auto& [nm, weight] : found) list.push_back({{"nm", nm}, {"weight", weight}});
+  return list;
+}
+
 }  // namespace
 
 SensorSize parse_sensor(const std::string& text) {
@@ -194,6 +216,7 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
         {"travel", travel},
         {"machine_time",
          {{"speed_mm_per_s", 5}, {"speed_deg_per_s", 5}, {"settle_ms", 40}, {"exposure_ms", 15}, {"readout_ms", 30}}}};
+    if (choices.polychromatic) layout.scene["wavelengths"] = wavelengths_of(design);
     OrderedJson& of_sensor = layout.scene["sensor"];
     if (square) {
       of_sensor["side_mm"] = rounded(side, 12);
@@ -216,6 +239,14 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
                     {"steps", 40}};
 
     line("wavelength", lens.wavelength_nm, "nm", "of the file's reference, or --wavelength");
+    if (choices.polychromatic) {
+      std::string all, weights;
+      for (const OrderedJson& one : layout.scene["wavelengths"]) {
+        all += (all.empty() ? "" : ", ") + shortest(one["nm"].get<double>());
+        weights += (weights.empty() ? "" : ", ") + shortest(one["weight"].get<double>());
+      }
+      layout.lines.push_back({"wavelengths of images", all + " nm", "the file's; weights " + weights});
+    }
     line("focal length", data.focal_length, "mm", "first order");
     line("back focal length", data.back_focal_length, "mm", "first order");
     line("f-number", data.f_number, "", "focal length / entrance pupil");

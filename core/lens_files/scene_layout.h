@@ -22,6 +22,7 @@ struct LayoutChoices {
   double distance_mm = 0;               // first vertex to emitter; 0: the file's, else by the paper's formula
   std::string target = "siemens_star";  // as the scene file will name it
   bool target_is_named = true;          // false: a file
+  bool polychromatic = false;           // all wavelengths of the design, with its weights
 };
 
 // One number of the layout with the reason for it.

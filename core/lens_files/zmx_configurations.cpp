@@ -132,7 +132,8 @@ class Configurations {
     for (TextLine& line : lines_) {
       const std::vector<std::string> words = words_of(line.text);
       if (words.size() < 3 || upper_case(words[0]) != "WAVM" || whole_number(words[1]) != wavelength) continue;
-      line = {row.line, "WAVM " + std::to_string(wavelength) + " " + row.value + " 1"};
+      line = {row.line,
+              "WAVM " + std::to_string(wavelength) + " " + row.value + " " + (words.size() > 3 ? words[3] : "1")};
       return true;
     }
     return false;

@@ -152,6 +152,8 @@ class ZmxReader {
       }
       wavelengths_um_.resize(std::max(wavelengths_um_.size(), static_cast<std::size_t>(index)));
       wavelength_lines_.resize(wavelengths_um_.size());
+      wavelength_weights_.resize(wavelengths_um_.size(), 1);
+      wavelength_weights_[static_cast<std::size_t>(index) - 1] = parse_number(word(3)).value_or(1);
       wavelengths_um_[static_cast<std::size_t>(index) - 1] = number(2, "WAVM, micrometres", 1000);
       wavelength_lines_[static_cast<std::size_t>(index) - 1] = line_;
       return;
@@ -159,6 +161,7 @@ class ZmxReader {
     wavelengths_um_.clear();
     for (std::size_t i = 1; i < words_.size(); ++i) wavelengths_um_.push_back(number(i, "WAVL, micrometres", 1000));
     wavelength_lines_.assign(wavelengths_um_.size(), line_);
+    wavelength_weights_.assign(wavelengths_um_.size(), 1);
   }
 
   // The primary one, and the others that the design is for: WAVM goes up to 24, of which FTYP says how many are used.
@@ -183,8 +186,10 @@ class ZmxReader {
     design.wavelength_nm = wavelength_um * 1000;
     const std::size_t used =
         wavelengths_used_ > 0 ? static_cast<std::size_t>(wavelengths_used_) : wavelengths_um_.size();
-    for (std::size_t i = 0; i < std::min(used, wavelengths_um_.size()); ++i)
+    for (std::size_t i = 0; i < std::min(used, wavelengths_um_.size()); ++i) {
       design.all_wavelengths_nm.push_back(wavelengths_um_[i] * 1000);
+      design.wavelength_weights.push_back(wavelength_weights_[i]);
+    }
   }
 
   bool surface_line(const std::string& keyword) {
@@ -319,7 +324,7 @@ class ZmxReader {
   double unit_mm_ = 1;
   bool unit_told_ = false;
   int field_type_ = 0, fields_used_ = 0, wavelengths_used_ = 0;
-  std::vector<double> x_fields_, y_fields_, wavelengths_um_;
+  std::vector<double> x_fields_, y_fields_, wavelengths_um_, wavelength_weights_;
   std::map<std::string, std::vector<double>> vignetting_;  // VDX, VDY, VCX, VCY, VAN of the fields
   std::vector<int> wavelength_lines_;
   int primary_ = 1, primary_line_ = 0;

@@ -14,7 +14,9 @@ bool stands_before(const Stop& stop, const Element& element) { return stop.z_mm 
 
 class Reader {
  public:
-  explicit Reader(const JsonSource& source) : source_(source) {}
+  // other_nm: a wavelength in place of the file's.
+  explicit Reader(const JsonSource& source, std::optional<double> other_nm = std::nullopt)
+      : source_(source), other_nm_(other_nm) {}
 
   Prescription read() {
     ObjectReader top(source_, "", problems_);
@@ -22,6 +24,7 @@ class Reader {
     lens_.name = top.required_string("name");
     lens_.source = top.string("source", "");
     lens_.wavelength_nm = top.number("wavelength_nm", 0, 1, 1e6);
+    if (other_nm_) lens_.wavelength_nm = *other_nm_;
     lens_.pivot_z_mm = top.number("pivot_z_mm", 0, -1e6, 1e6);
     lens_.image_z_mm = top.required_number("image_z_mm", -1e6, 1e6);
     lens_.half_field_deg = top.number("half_field_deg", 0, 0, 89.9);
@@ -106,7 +109,8 @@ class Reader {
     for (const Element& other : lens_.elements)
       if (other.name == element.name) reader.complain("name", "the name '" + element.name + "' stands twice");
     reader.string("glass", "");
-    each(reader, "faces", true, [&](const std::string& face) { element.faces.push_back(read_face(face)); });
+    each(reader, "faces", true,
+         [&](const std::string& face) { element.faces.push_back(read_face(face, element.name)); });
     if (element.faces.size() == 1) reader.complain("faces", "an element has at least two faces, found 1");
     if (!element.faces.empty()) {
       if (element.faces.back().index_after != 1 || !element.faces.back().glass.empty())
@@ -123,7 +127,7 @@ class Reader {
     lens_.elements.push_back(element);
   }
 
-  Face read_face(const std::string& at) {
+  Face read_face(const std::string& at, const std::string& element) {
     ObjectReader reader(source_, at, problems_);
     Face face;
     face.z_mm = reader.required_number("z_mm", -1e6, 1e6);
@@ -139,6 +143,10 @@ class Reader {
     face.conic = reader.number("conic", 0, -1e6, 1e6);
     read_polynomials(reader, face);
     face.index_after = reader.number("index_after", 1, 1, 5);
+    if (other_nm_ && face.index_after != 1)
+      reader.complain("index_after", "an image at several wavelengths needs the glass of " + element +
+                                         ", found its index at one; give \"glass_after\": a name, a code such as "
+                                         "517642, or one of the file's \"glasses\"");
     face.glass = reader.string("glass_after", "");
     if (!face.glass.empty()) {
       if (reader.has("index_after")) reader.complain("glass_after", "give either \"index_after\" or \"glass_after\"");
@@ -331,6 +339,7 @@ class Reader {
   }
 
   const JsonSource& source_;
+  std::optional<double> other_nm_;
   std::vector<Problem> problems_;
   Prescription lens_;
   std::vector<Glass> own_glasses_;
@@ -364,6 +373,10 @@ const Element* Prescription::element(const std::string& wanted) const {
 }
 
 Prescription read_prescription(const JsonSource& source) { return Reader(source).read(); }
+
+Prescription read_prescription_at(const JsonSource& source, double wavelength_nm) {
+  return Reader(source, wavelength_nm).read();
+}
 
 Prescription read_prescription(const std::filesystem::path& file) {
   return read_prescription(JsonSource::from_file(file));

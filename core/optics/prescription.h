@@ -108,5 +108,8 @@ struct Prescription {
 // than a face's shape allows, stops inside glass, no aperture stop, names that stand twice.
 Prescription read_prescription(const std::filesystem::path& file);
 Prescription read_prescription(const JsonSource& source);
+// The same lens at another wavelength than the file's: its geometry is the same, its indices are those of its glasses
+// there. A face with a bare "index_after" is a mistake besides.
+Prescription read_prescription_at(const JsonSource& source, double wavelength_nm);
 
 }  // namespace relign::optics

@@ -20,6 +20,25 @@ std::string golden(const std::string& name) { return std::string(RELIGN_TEST_DAT
 
 json parsed(const Workplace& place, const std::string& file) { return json::parse(place.read(file)); }
 
+TEST(CliSceneNew, PolychromaticImagesHaveTheFilesWavelengths) {
+  const Workplace place;
+  const Outcome made = relign_bench(place, {"scene", "new", golden("cooke_triplet_utf8.zmx"), "-o", "white", "--sensor",
+                                            "60x40@500", "--polychromatic"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_THAT(made.out, HasSubstr("480, 550, 650 nm"));
+  EXPECT_THAT(made.out, Not(HasSubstr("not used: the wavelength")));
+  EXPECT_EQ(parsed(place, "white/scene.json").at("wavelengths"),
+            json::parse(R"([{"nm": 480, "weight": 1}, {"nm": 550, "weight": 1}, {"nm": 650, "weight": 1}])"));
+  const Outcome rendered = relign_bench(place, {"render", "--scene", "white/scene.json", "-o", "white.png"});
+  EXPECT_EQ(rendered.exit_code, 0) << rendered.err;
+  // Its glasses have indices at one wavelength: private ones of CODE V.
+  const Outcome indices = relign_bench(
+      place, {"scene", "new", golden("relign_od.lis"), "-o", "od", "--sensor", "60x40@85", "--polychromatic"});
+  EXPECT_EQ(indices.exit_code, 2);
+  EXPECT_THAT(indices.err, testing::AllOf(HasSubstr("od/lens.json:"), HasSubstr("needs the glass of L1"),
+                                          HasSubstr("nothing was written")));
+}
+
 TEST(CliSceneNew, FromAListingToASuiteThatRuns) {
   const Workplace place;
   const Outcome made =

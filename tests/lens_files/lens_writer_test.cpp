@@ -96,7 +96,10 @@ TEST(LensWriter, WavelengthsThatAreNotUsedAreSaid) {
   EXPECT_EQ(
       design.remarks[1].text,
       "not used: the wavelengths 480, 650 nm; images are made with one, 550 nm, the file's reference (--wavelength "
-      "takes another)");
+      "takes another, scene new --polychromatic all of them)");
+  LensDesign all = golden_design("cooke_triplet_utf8.zmx");
+  draft_lens(all, cooke_glasses(), "cooke", 0, true);
+  for (const Remark& remark : all.remarks) EXPECT_THAT(remark.text, testing::Not(HasSubstr("wavelength")));
   EXPECT_EQ(design.remarks[1].line, 20);
   LensDesign other = golden_design("cooke_triplet_utf8.zmx");
   draft_lens(other, cooke_glasses(), "cooke", 650);

@@ -146,6 +146,33 @@ TEST(SceneLayout, LensesThatFormNoImageAreRefused) {
               HasSubstr("a.zmx: the lens has a focal length of -"));
 }
 
+OrderedJson wavelengths_of(const LensDesign& read) {
+  LensDesign design = read;
+  LayoutChoices choices = choices_of();
+  GlassSources sources;
+  sources.is_known = [](const std::string&) { return true; };
+  const CompleteLens lens = complete_lens(design, draft_lens(design, sources, "a", 0, true));
+  EXPECT_FALSE(lay_out(design, lens, choices).scene.contains("wavelengths"));
+  choices.polychromatic = true;
+  const Layout layout = lay_out(design, lens, choices);
+  EXPECT_EQ(layout.lines[1].what, "wavelengths of images");
+  return layout.scene["wavelengths"];
+}
+
+TEST(SceneLayout, HasTheFilesWavelengthsAndWeightsWherePolychromatic) {
+  // FTYP: four are used. One is switched off by its weight, one stands twice, one has no weight.
+  std::string zmx = small_zmx("", "WAVM 2 0.6562725 0.5\nWAVM 3 0.55 2\nWAVM 4 0.48 0\nWAVM 5 0.4 1\n");
+  zmx.replace(zmx.find("FTYP 0 0 1 1"), 12, "FTYP 0 0 1 4");
+  EXPECT_EQ(wavelengths_of(read_zmx(zmx, "a.zmx")),
+            OrderedJson::parse(R"([{"nm": 550.0, "weight": 3.0}, {"nm": 656.2725, "weight": 0.5}])"));
+  EXPECT_EQ(wavelengths_of(read_design(small_seq("", "WL 656.3 550 486.1\nWTW 1 2\nREF 2"), "a.seq")),
+            OrderedJson::parse(
+                R"([{"nm": 656.3, "weight": 1.0}, {"nm": 550.0, "weight": 2.0}, {"nm": 486.1, "weight": 1.0}])"));
+  const LensDesign dark = read_zmx(small_zmx("", "WAVM 1 0.55 0\n"), "a.zmx");
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { wavelengths_of(dark); }),
+              HasSubstr("found 0 wavelengths with a weight above 0 in the file, allowed are 1 to 24"));
+}
+
 TEST(ParseSensor, SizesAndRefusals) {
   EXPECT_EQ(parse_sensor("640x480@5").rows, 480);
   EXPECT_DOUBLE_EQ(parse_sensor("640x480@5").shorter_side_mm(), 2.4);
