@@ -139,12 +139,15 @@ void Camera::place(MountedLens& lens, const std::vector<double>& true_pose) {
   if (tracer_) tracer_->place(lens.assembly(), lens_to_world, views_.front().path);
 }
 
-void Camera::certify(MountedLens& lens, const std::vector<double>& true_pose, const CertificateRays& rays,
-                     std::uint64_t seed) {
+int Camera::certify(MountedLens& lens, const std::vector<double>& true_pose, const CertificateRays& rays,
+                    std::uint64_t seed) {
   place(lens, true_pose);
+  int arrived = 0;
   for (const View& view : views_)
-    imaging::certify(*scene_, view.tiles, view.path, view.ops, tracer_, rays, seed, *parallel_,
-                     view.which > 0 ? lens.assembly(view.which).lens().wavelength_nm : 0);
+    arrived += imaging::certify(*scene_, view.tiles, view.path, view.ops, lens.table(view.which).search(),
+                                scene_->lens_to_world(true_pose), tracer_, rays, seed, *parallel_,
+                                view.which > 0 ? lens.assembly(view.which).lens().wavelength_nm : 0);
+  return arrived;
 }
 
 namespace {

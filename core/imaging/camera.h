@@ -74,9 +74,9 @@ class Camera {
          optics::BlockTracer* tracer = nullptr);
   ~Camera();
 
-  // Throws Error(internal) where images of the lens at the pose would miss light: see certificate.h.
-  void certify(MountedLens& lens, const std::vector<double>& true_pose, const CertificateRays& rays,
-               std::uint64_t seed);
+  // Throws Error(internal) where images of the lens at the pose would miss light: see certificate.h. Returns how many
+  // of the rays that were tried reach the target.
+  int certify(MountedLens& lens, const std::vector<double>& true_pose, const CertificateRays& rays, std::uint64_t seed);
 
   // Each writes sensor.pixels() values. Captures are read out by the sensor's electronics, if it has any (read_out.h);
   // noise-free renders and truth are the light itself.

@@ -40,8 +40,15 @@ bool sampled(const Tile& tile, int column, int row, double x, double y, double p
 class Look {
  public:
   Look(const SceneFile& scene, const optics::BackwardPath& path, const std::vector<optics::Op>& ops,
-       const optics::BlockTracer* tracer)
-      : scene_(scene), path_(path), ops_(ops), tracer_(tracer), emitter_(scene.emitter.plane()) {}
+       const optics::PupilSearch& search, const optics::Motion& lens_to_world, const optics::BlockTracer* tracer)
+      : scene_(scene),
+        path_(path),
+        ops_(ops),
+        search_(search),
+        to_world_(lens_to_world),
+        into_lens_(optics::inverse(lens_to_world)),
+        tracer_(tracer),
+        emitter_(scene.emitter.plane()) {}
 
   void at(const Tile& tile, PixelCount& pixel, int rays, std::uint64_t seed, optics::RayBlock& block) const {
     const Sensor& sensor = scene_.sensor;
@@ -53,10 +60,12 @@ class Look {
     for (int done = 0; done < rays; done += kBlockRays) {
       for (int i = 0; i < kBlockRays; ++i) {
         const optics::Vec3 place = sensor.place(pixel.column + random.uniform(), pixel.row + random.uniform());
-        do {
+        const bool near = i % 2 != 0 && near_light(place, random, p[i], q[i]);
+        while (!near) {
           p[i] = 2 * random.uniform() - 1;
           q[i] = 2 * random.uniform() - 1;
-        } while (p[i] * p[i] + q[i] * q[i] >= 1);
+          if (p[i] * p[i] + q[i] * q[i] < 1) break;
+        }
         const optics::Vec3 start = path_.into_first_frame.point(place);
         const optics::Vec3 direction =
             path_.into_first_frame.direction({p[i], q[i], -std::sqrt(1 - p[i] * p[i] - q[i] * q[i])});
@@ -86,9 +95,31 @@ class Look {
   }
 
  private:
+  // A direction from about where the design sends light to a place; false where it sends none.
+  bool near_light(const optics::Vec3& place, Random& random, double& p, double& q) const {
+    constexpr double kWidening = 2;
+    const optics::Vec3 at = into_lens_.point(place);
+    const optics::DirectionWindow window = search_.window(at);
+    if (window.empty) return false;
+    double side[2];
+    for (std::size_t axis = 0; axis < 2; ++axis)
+      side[axis] = (window.low[axis] + window.high[axis]) / 2 +
+                   kWidening * (random.uniform() - 0.5) * (window.high[axis] - window.low[axis]);
+    const double radius = std::sqrt(at.x * at.x + at.y * at.y);
+    const double cosine = radius > 0 ? at.x / radius : 1, sine = radius > 0 ? at.y / radius : 0;
+    const double a = cosine * side[0] - sine * side[1], b = sine * side[0] + cosine * side[1];
+    if (!(a * a + b * b < 1)) return false;
+    const optics::Vec3 direction = to_world_.direction({a, b, -std::sqrt(1 - a * a - b * b)});
+    p = direction.x;
+    q = direction.y;
+    return direction.z < 0;
+  }
+
   const SceneFile& scene_;
   const optics::BackwardPath& path_;
   const std::vector<optics::Op>& ops_;
+  const optics::PupilSearch& search_;
+  optics::Motion to_world_, into_lens_;
   const optics::BlockTracer* tracer_;
   optics::EmitterPlane emitter_;
 };
@@ -103,14 +134,15 @@ class Look {
                   " lie where images do not look; most at column " + std::to_string(pixel.column) + ", row " +
                   std::to_string(pixel.row) + " (x = " + significant(place.x, 4) +
                   " mm, y = " + significant(place.y, 4) + " mm on the sensor), " + std::to_string(pixel.missing) +
-                  " of " + std::to_string(pixel.arrived) + "; please report the lens file");
+                  " of " + std::to_string(pixel.arrived) + "; narrow the travel if the lens meets the sensor within it, else please report the lens file");
 }
 
 }  // namespace
 
-void certify(const SceneFile& scene, const PupilTiles& tiles, const optics::BackwardPath& path,
-             const std::vector<optics::Op>& ops, const optics::BlockTracer* tracer, const CertificateRays& rays,
-             std::uint64_t seed, Parallel& parallel, double wavelength_nm) {
+int certify(const SceneFile& scene, const PupilTiles& tiles, const optics::BackwardPath& path,
+            const std::vector<optics::Op>& ops, const optics::PupilSearch& search, const optics::Motion& lens_to_world,
+            const optics::BlockTracer* tracer, const CertificateRays& rays, std::uint64_t seed, Parallel& parallel,
+            double wavelength_nm) {
   constexpr std::uint64_t kPlaces = ~std::uint64_t{0};
   const std::vector<Tile>& all = tiles.tiles();
   std::vector<std::pair<const Tile*, PixelCount>> chosen;
@@ -124,7 +156,7 @@ void certify(const SceneFile& scene, const PupilTiles& tiles, const optics::Back
   for (int i = 0; i < rays.pixels_a_tile; ++i)
     for (const Tile& tile : all) choose(tile);
 
-  const Look look(scene, path, ops, tracer);
+  const Look look(scene, path, ops, search, lens_to_world, tracer);
   std::vector<std::unique_ptr<optics::RayBlock>> blocks;
   for (unsigned thread = 0; thread < parallel.threads(); ++thread)
     blocks.push_back(std::make_unique<optics::RayBlock>());
@@ -141,11 +173,12 @@ void certify(const SceneFile& scene, const PupilTiles& tiles, const optics::Back
     missing += pixel.missing;
     if (!worst || pixel.missing > worst->missing) worst = &pixel;
   }
-  if (!worst || missing == 0) return;
+  if (!worst || missing == 0) return arrived;
   const double allowed = kMostMissing * arrived;
   const bool dark_pixel = worst->missing >= kEnoughInAPixel && 2 * worst->missing > worst->arrived;
   if (dark_pixel || missing > allowed + 4 * std::sqrt(allowed) + 2)
     disagree(scene, *worst, missing, arrived, wavelength_nm);
+  return arrived;
 }
 
 }  // namespace relign::imaging

@@ -24,9 +24,12 @@ struct CertificateRays {
 // the target must lie in their tile's region. A few at its rim may not: kMostMissing of all, beyond what chance makes
 // of the number looked at; or half of those of one pixel. Throws Error(internal) with the place on the sensor, and with
 // the wavelength unless that is 0.
-void certify(const SceneFile& scene, const PupilTiles& tiles, const optics::BackwardPath& path,
-             const std::vector<optics::Op>& ops, const optics::BlockTracer* tracer, const CertificateRays& rays,
-             std::uint64_t seed, Parallel& parallel, double wavelength_nm = 0);
+// Half of the rays go where `search` has seen light, twice as wide: narrow pupils are hit by few others. Returns how
+// many arrived.
+int certify(const SceneFile& scene, const PupilTiles& tiles, const optics::BackwardPath& path,
+            const std::vector<optics::Op>& ops, const optics::PupilSearch& search, const optics::Motion& lens_to_world,
+            const optics::BlockTracer* tracer, const CertificateRays& rays, std::uint64_t seed, Parallel& parallel,
+            double wavelength_nm = 0);
 
 inline constexpr double kMostMissing = 0.002;
 

@@ -93,7 +93,12 @@ void certify(Camera& camera, MountedLens& lens, const SceneFile& scene) {
   constexpr int kPoses = 6, kPixels = 64;
   constexpr std::uint64_t kSeed = 0x63657274;
   std::vector<double> pose(scene.axes(), 0.5);
-  camera.certify(lens, pose, {}, kSeed);
+  if (camera.certify(lens, pose, {}, kSeed) == 0)
+    throw Error(
+        ErrorKind::bad_input,
+        "scene '" + scene.name +
+            "': no light of the target reaches the sensor at the nominal pose; the stop is shut or opens to less "
+            "than about f/10000, or the target, the lens and the sensor are not in line");
   Random random(kSeed, 1);
   for (int i = 0; i < kPoses; ++i) {
     for (double& value : pose) value = random.uniform();

@@ -77,6 +77,26 @@ void divide_indices(optics::Prescription& lens, double ambient_index) {
 
 }  // namespace
 
+namespace {
+
+// At the nominal pose the lens stands between emitter and sensor, and moves along the axis without meeting the emitter.
+void check_room(const SceneFile& scene, const std::filesystem::path& file) {
+  const double front = scene.lens.elements.front().faces.front().z_mm - scene.pivot_behind_first_vertex_mm;
+  const double rear = scene.lens.elements.back().faces.back().z_mm - scene.pivot_behind_first_vertex_mm;
+  const auto refuse = [&](const std::string& message) {
+    throw Error(ErrorKind::bad_input, file.string() + ": " + message);
+  };
+  if (scene.emitter.z_mm >= front - scene.travel.shift_mm[2])
+    refuse("the lens reaches the emitter: its first vertex comes to z = " +
+           significant(front - scene.travel.shift_mm[2], 6) + " mm within its travel, the emitter stands at " +
+           significant(scene.emitter.z_mm, 6) + " mm");
+  if (scene.sensor.z_mm <= rear)
+    refuse("the sensor, at z = " + significant(scene.sensor.z_mm, 6) +
+           " mm, lies inside the lens, of which the last vertex is at " + significant(rear, 6) + " mm");
+}
+
+}  // namespace
+
 SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
   const JsonSource source = JsonSource::from_file(file);
   const fs::path folder = file.parent_path();
@@ -142,6 +162,7 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
     scene.lens = optics::read_prescription(lens_source);
   scene.ambient_index = choices.ambient_index;
   divide_indices(scene.lens, choices.ambient_index);
+  check_room(scene, file);
   scene.pupil = std::make_shared<optics::PupilSearch>(search_pupil(scene, scene.lens));
   if (wavelengths.size() > 1)
     for (const auto& [nm, weight] : wavelengths) {

@@ -171,6 +171,10 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
     const std::string pixels = std::to_string(sensor.columns) + " x " + std::to_string(sensor.rows) + " pixels";
 
     const double file_distance = design.surfaces.front().thickness_mm;
+    if (file_distance < 0 && !(choices.distance_mm > 0))
+      throw Error(ErrorKind::bad_input, "the object lies " + significant(-file_distance, 6) +
+                                            " mm behind the first vertex (a virtual object); targets stand before the "
+                                            "lens: give a --distance");
     const double pitch = side / 50;
     // The paper's: at the stated distance one fiftieth of the sensor out of focus is three times too little to matter.
     const double by_formula = rounded(3 * (pitch + data.focal_length / data.f_number) * data.focal_length / pitch, 4);
@@ -299,6 +303,10 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
 
 void set_specification(Layout& layout, double rmse) {
   const double limit = rounded(rmse, 2);
+  if (!(limit > 0)) {
+    layout.lines.push_back({"spec, RMSE", "none", "a shift by one pixel changes nothing in this image"});
+    return;
+  }
   layout.scene["spec"] = {{"rmse", limit}};
   layout.lines.push_back({"spec, RMSE", shortest(limit),
                           "of a noise-free image off by one pixel sideways; a place to begin, not your product's"});

@@ -13,7 +13,9 @@ namespace {
 // with aberrations: what passes is then told on the plane of the last vertex.
 constexpr double kFarPupil = 6;
 constexpr double kReachOfLastFace = 1.3;  // clear radii on that plane
-constexpr int kFan = 4 * kBlockRays;      // rays from edge to edge of the half space: f/200 is two of them wide
+constexpr int kFan = 4 * kBlockRays;      // rays from edge to edge of the half space: f/200 is two of them wide,
+constexpr int kEnoughOfFan = 12;          // and where fewer pass on the axis,
+constexpr int kFinest = 64;               // they lie up to so many times closer
 constexpr int kCoarse = 16;               // places per side of a table's first look (passing_table.cpp)
 constexpr double kLeastPlaces = 3;        // of them, that the widest region takes up on a plane that is of use
 constexpr double kWithinReach = 0.95;
@@ -50,9 +52,17 @@ PupilSearch::PupilSearch(const Prescription& lens, const PlaceRange& range) : ra
   radius_step_ = 1.4143 * range_.half_width / (kRadii - 1);
   z_step_ = (range_.z_high - low) / (kHeights - 1);
   samples_.resize(static_cast<std::size_t>(kRadii * kHeights));
+  int fineness = 1, arrived = 0;
+  const auto on_axis = [&] {
+    look(path, 0, (low + range_.z_high) / 2, fineness, *block, arrived);
+    return arrived;
+  };
+  while (fineness < kFinest && on_axis() < kEnoughOfFan) fineness *= 4;
+  on_plane_ = true;  // as if nothing had been looked at
+  widest_[0] = widest_[1] = 0;
   for (int height = 0; height < kHeights; ++height)
     for (int radius = 0; radius < kRadii; ++radius)
-      sample(radius, height) = look(path, radius * radius_step_, low + height * z_step_, *block);
+      sample(radius, height) = look(path, radius * radius_step_, low + height * z_step_, fineness, *block, arrived);
   // Polynomials bend pupils: what passes is told by directions at once.
   for (const Element& element : lens.elements)
     for (const Face& face : element.faces) on_plane_ = on_plane_ && face.is_conic();
@@ -75,11 +85,18 @@ void PupilSearch::choose_plane(const Prescription& lens) {
   }
 }
 
-DirectionWindow PupilSearch::look(const BackwardPath& path, double radius, double z, RayBlock& block) {
+bool PupilSearch::sees_light() const {
+  return std::any_of(samples_.begin(), samples_.end(), [](const DirectionWindow& window) { return !window.empty; });
+}
+
+DirectionWindow PupilSearch::look(const BackwardPath& path, double radius, double z, int fineness, RayBlock& block,
+                                  int& arrived) {
   const Vec3 place{radius, 0, z};
   std::array<double, kBlockRays> p{}, q{};
   std::array<bool, kBlockRays> passed{};
-  constexpr double kStep = 2.0 / kFan;
+  const int fan = kFan * fineness;
+  const double step = 2.0 / fan;
+  arrived = 0;
   double plane[2][2] = {{1e300, -1e300}, {1e300, -1e300}};
   const auto see = [&](double a, double b) {
     const double away = plane_z_ - z, down = -std::sqrt(std::max(1 - a * a - b * b, 1e-9));
@@ -91,14 +108,15 @@ DirectionWindow PupilSearch::look(const BackwardPath& path, double radius, doubl
   };
   // A fan in the plane of the axis, then fans across through a quarter, half and three quarters of what passes.
   double low = 1e300, high = -1e300;
-  for (int first = 0; first < kFan; first += kBlockRays) {
-    for (int i = 0; i < kBlockRays; ++i) p[static_cast<std::size_t>(i)] = -1 + kStep * (first + i + 0.5);
+  for (int first = 0; first < fan; first += kBlockRays) {
+    for (int i = 0; i < kBlockRays; ++i) p[static_cast<std::size_t>(i)] = -1 + step * (first + i + 0.5);
     q.fill(0);
     probe_directions(path, place, p.data(), q.data(), kBlockRays, passed.data(), block);
     for (std::size_t i = 0; i < kBlockRays; ++i)
       if (passed[i]) {
         low = std::min(low, p[i]);
         high = std::max(high, p[i]);
+        ++arrived;
         see(p[i], 0);
       }
   }
@@ -107,8 +125,10 @@ DirectionWindow PupilSearch::look(const BackwardPath& path, double radius, doubl
   double widest = 0;
   for (const double share : {0.25, 0.5, 0.75}) {
     p.fill(low + share * (high - low));
-    for (int first = 0; first < kFan / 2; first += kBlockRays) {  // the other half is its mirror image
-      for (int i = 0; i < kBlockRays; ++i) q[static_cast<std::size_t>(i)] = kStep * (first + i);
+    // The other half is its mirror image. Narrow pupils are round: rays far across need not be as close.
+    const int across = fineness == 1 ? fan / 2 : std::min(fan / 2, 16 * arrived + kBlockRays);
+    for (int first = 0; first < across; first += kBlockRays) {
+      for (int i = 0; i < kBlockRays; ++i) q[static_cast<std::size_t>(i)] = step * (first + i);
       probe_directions(path, place, p.data(), q.data(), kBlockRays, passed.data(), block);
       for (std::size_t i = 0; i < kBlockRays; ++i)
         if (passed[i]) {
@@ -119,8 +139,8 @@ DirectionWindow PupilSearch::look(const BackwardPath& path, double radius, doubl
     }
   }
   window.empty = false;
-  window.low = {low - kStep, -widest - kStep};
-  window.high = {high + kStep, widest + kStep};
+  window.low = {low - step, -widest - step};
+  window.high = {high + step, widest + step};
   for (int axis = 0; axis < 2; ++axis) {
     widest_[axis] = std::max(widest_[axis], plane[axis][1] - plane[axis][0]);
     on_plane_ = on_plane_ && plane[axis][0] > -kWithinReach * reach_ && plane[axis][1] < kWithinReach * reach_;

@@ -34,6 +34,8 @@ class PupilSearch {
   double plane_z() const { return plane_z_; }
   double reach() const { return reach_; }
   const PlaceRange& range() const { return range_; }
+  // Whether anything passes from anywhere: not where the stop is shut, or opens to less than about f/10000.
+  bool sees_light() const;
   // What passes from places as far from the axis, and some more; empty where nothing passes near by.
   DirectionWindow window(const Vec3& place) const;
 
@@ -42,7 +44,8 @@ class PupilSearch {
 
   void choose_plane(const Prescription& lens);
   // From the place (radius, 0, z); also whether its rays keep to the plane.
-  DirectionWindow look(const BackwardPath& path, double radius, double z, RayBlock& block);
+  // `fineness`: how many times finer than usual rays lie side by side. `arrived`: how many rays of the fan passed.
+  DirectionWindow look(const BackwardPath& path, double radius, double z, int fineness, RayBlock& block, int& arrived);
   DirectionWindow& sample(int radius, int height) {
     return samples_[static_cast<std::size_t>(height * kRadii + radius)];
   }

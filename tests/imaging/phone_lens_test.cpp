@@ -196,6 +196,58 @@ TEST(PhoneLens, BlocksAgreeWithSingleRays) {
   EXPECT_LT(farthest, 1e-4);
 }
 
+// Fresnel's factors of many faces: products that overflow are no light. Twenty plates before the sensor take
+// (0.96^2)^20.
+TEST(ManyFaces, TransmitWhatTheyShould) {
+  SceneFile scene = read_scene_file(scene_folder() + "cooke_triplet/scene.json", {});
+  scene.emitter.show(pixels::Image(2, 2, 1.0F));
+  const auto middle = [](const SceneFile& of) {
+    const pixels::Image image = noise_free(of, Transport::fresnel, 256);
+    double sum = 0;
+    for (std::size_t y = image.height / 2 - 5; y < image.height / 2 + 5; ++y)
+      for (std::size_t x = image.width / 2 - 5; x < image.width / 2 + 5; ++x)
+        sum += static_cast<double>(image.at(x, y)) / 100;
+    return sum;
+  };
+  const double without = middle(scene);
+  constexpr int kPlates = 20;
+  const double last = scene.lens.elements.back().faces.back().z_mm;
+  scene.lens.mount.reset();
+  for (int i = 0; i < kPlates; ++i) {
+    optics::Face front, back;
+    front.z_mm = last + 3 + i;
+    front.index_after = 1.5;
+    back.z_mm = front.z_mm + 0.02;  // thin: the image hardly moves
+    front.clear_radius_mm = back.clear_radius_mm = 30;
+    scene.lens.elements.push_back({"P" + std::to_string(i), {front, back}, {}});
+  }
+  scene.pupil.reset();
+  EXPECT_NEAR(middle(scene) / without / std::pow(0.96, 2 * kPlates), 1, 0.02);
+}
+
+// Irradiance falls with the square of the f-number. Pupils that are too narrow to be found everywhere, and a stop that
+// is shut, give an error and no image with black places.
+TEST(SlowLens, IsRightOrRefused) {
+  const auto stopped_down = [](double factor) {
+    SceneFile scene = read_scene_file(scene_folder() + "cooke_triplet/scene.json", {});
+    scene.emitter.show(pixels::Image(2, 2, 1.0F));
+    for (optics::Stop& stop : scene.lens.stops) stop.opening_radius_mm *= factor;
+    scene.pupil.reset();
+    return scene;
+  };
+  const auto middle = [](const SceneFile& scene) {
+    const pixels::Image image = noise_free(scene, Transport::refract, 64);
+    double sum = 0;
+    for (std::size_t i = 0; i < 20; ++i) sum += static_cast<double>(image.at(90 + i, 100)) / 20;
+    return sum;
+  };
+  const double f50 = middle(stopped_down(0.1));
+  EXPECT_NEAR(middle(stopped_down(0.025)) / f50, 0.0625, 0.0625 * 0.02) << "f/200";
+  Parallel parallel(2);
+  for (const double factor : {2e-3, 1e-5})
+    EXPECT_THROW(make_reference(stopped_down(factor), {}, parallel, {}, {}), Error) << factor;
+}
+
 // What the certificate is for: regions that were looked for in too narrow a range leave tiles black.
 TEST(Certificate, RefusesImagesThatMissLight) {
   SceneFile scene = white_phone();
