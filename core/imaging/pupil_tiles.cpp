@@ -26,6 +26,7 @@ constexpr double kLostBlurWidening = 0.3;  // where some probing rays were lost
 constexpr double kLostStrongBlurWidening = 1;
 constexpr double kBlurryShare = 0.3;        // of the emitter's side: a blur that may carry light anywhere
 constexpr double kHullMarginShare = 0.005;  // of the emitter's side
+constexpr double kSteepMarginShare = 0.1;   // the same where regions are told in direction cosines
 constexpr double kAnywhere = 1e300;         // mm: farther than any ray goes
 constexpr int kCellPixels = 3;              // a side: of the steps in which a tile's seen pixels are found
 
@@ -275,6 +276,8 @@ double PupilTiles::blur_margin(const std::array<const Corner*, 4>& corners, doub
     largest = std::max(largest, blur(*corner, kAnywhere));
   }
   if (lost && blurry_) return kAnywhere;
+  // Strong aspheres bend light too much between corners and probes for less.
+  if (!table_->search().on_plane()) return lost ? kAnywhere : largest + kSteepMarginShare * 2 * half_emitter;
   const bool strong = largest > kStrongBlur * 2 * half_emitter;
   if (lost) return (strong ? kLostStrongBlurWidening : kLostBlurWidening) * largest;
   return (strong ? kStrongBlurWidening : kBlurWidening) * largest;
