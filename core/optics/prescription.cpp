@@ -231,6 +231,7 @@ class Reader {
     stop.in_listing = reader.boolean("in_listing", false);
     stop.aperture = reader.boolean("aperture", false);
     const auto faces = static_cast<std::int64_t>(lens_.face_count());
+    for (const char* key : {"before_face", "on_face"}) reader.get(key);  // known, also where they are not given
     if (reader.has("before_face") && reader.has("on_face"))
       reader.complain("on_face", "give either \"before_face\" or \"on_face\"");
     if (reader.has("before_face"))
