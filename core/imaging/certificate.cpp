@@ -71,13 +71,7 @@ class Look {
             path_.into_first_frame.direction({p[i], q[i], -std::sqrt(1 - p[i] * p[i] - q[i] * q[i])});
         x[i] = place.x - middle.x;
         y[i] = place.y - middle.y;
-        block.x[i] = static_cast<float>(start.x);
-        block.y[i] = static_cast<float>(start.y);
-        block.z[i] = static_cast<float>(start.z);
-        block.lx[i] = static_cast<float>(direction.x);
-        block.ly[i] = static_cast<float>(direction.y);
-        block.lz[i] = static_cast<float>(direction.z);
-        block.above[i] = block.below[i] = block.margin[i] = 1;
+        optics::put_ray(block, i, start, direction);
       }
       if (tracer_)
         tracer_->trace(block, false, kBlockRays);
@@ -134,7 +128,8 @@ class Look {
                   " lie where images do not look; most at column " + std::to_string(pixel.column) + ", row " +
                   std::to_string(pixel.row) + " (x = " + significant(place.x, 4) +
                   " mm, y = " + significant(place.y, 4) + " mm on the sensor), " + std::to_string(pixel.missing) +
-                  " of " + std::to_string(pixel.arrived) + "; narrow the travel if the lens meets the sensor within it, else please report the lens file");
+                  " of " + std::to_string(pixel.arrived) +
+                  "; narrow the travel if the lens meets the sensor within it, else please report the lens file");
 }
 
 }  // namespace

@@ -241,13 +241,7 @@ void PupilTiles::probe_emitter(int row, const optics::BackwardPath& path, const 
       const Vec3 direction = path.into_first_frame.direction({p, q, -std::sqrt(rest)});
       owners[count] = owner;
       probes[count] = probe;
-      block->x[count] = static_cast<float>(start.x);
-      block->y[count] = static_cast<float>(start.y);
-      block->z[count] = static_cast<float>(start.z);
-      block->lx[count] = static_cast<float>(direction.x);
-      block->ly[count] = static_cast<float>(direction.y);
-      block->lz[count] = static_cast<float>(direction.z);
-      block->margin[count] = 1;
+      optics::put_ray(*block, count, start, direction);
       if (++count == kBlockRays) flush();
     }
   }

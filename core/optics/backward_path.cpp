@@ -178,6 +178,16 @@ BackwardPath backward_path(const Assembly& assembly, const Motion& lens_to_world
 
 Op last_frame_to_world(const BackwardPath& path) { return frame_op(path.world_of_last_frame); }
 
+void put_ray(RayBlock& block, int i, const Vec3& start, const Vec3& direction) {
+  block.x[i] = static_cast<float>(start.x);
+  block.y[i] = static_cast<float>(start.y);
+  block.z[i] = static_cast<float>(start.z);
+  block.lx[i] = static_cast<float>(direction.x);
+  block.ly[i] = static_cast<float>(direction.y);
+  block.lz[i] = static_cast<float>(direction.z);
+  block.above[i] = block.below[i] = block.margin[i] = 1;
+}
+
 void set_first_frame(TileStart& tile, const BackwardPath& path, const Vec3& tile_centre_world) {
   const Motion& motion = path.into_first_frame;
   for (int i = 0; i < 9; ++i) tile.rotation[i] = static_cast<float>(motion.rotation[static_cast<std::size_t>(i)]);

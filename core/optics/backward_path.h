@@ -31,6 +31,9 @@ void set_backward_path(BackwardPath& path, const Assembly& assembly, const Motio
 // The last operation of an image path: from the last frame to the world, where the emitter's plane is.
 Op last_frame_to_world(const BackwardPath& path);
 
+// Puts ray i into a block; both in the path's first frame.
+void put_ray(RayBlock& block, int i, const Vec3& start, const Vec3& direction);
+
 // World to a tile's first frame, for rays that start at sensor places relative to `tile_centre`.
 void set_first_frame(TileStart& tile, const BackwardPath& path, const Vec3& tile_centre_world);
 

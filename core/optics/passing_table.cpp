@@ -33,13 +33,7 @@ class Prober {
     const Vec3 start = path_.into_first_frame.point(place);
     for (int i = 0; i < count; ++i) {
       const Vec3 direction = path_.into_first_frame.direction(unit(Vec3{x[i], y[i], pupil_z_} - place));
-      block_.x[i] = static_cast<float>(start.x);
-      block_.y[i] = static_cast<float>(start.y);
-      block_.z[i] = static_cast<float>(start.z);
-      block_.lx[i] = static_cast<float>(direction.x);
-      block_.ly[i] = static_cast<float>(direction.y);
-      block_.lz[i] = static_cast<float>(direction.z);
-      block_.margin[i] = 1;
+      put_ray(block_, i, start, direction);
     }
     block_kernels().trace(block_, path_.ops.data(), static_cast<int>(path_.through_aperture), false, count);
     for (int i = 0; i < count; ++i) passed[i] = block_.margin[i] > 0;

@@ -28,13 +28,8 @@ void probe_directions(const BackwardPath& path, const Vec3& place, const double*
   for (int i = 0; i < count; ++i) {
     const double rest = std::max(1 - p[i] * p[i] - q[i] * q[i], 1e-9);
     const Vec3 direction = path.into_first_frame.direction(unit(Vec3{p[i], q[i], -std::sqrt(rest)}));
-    block.x[i] = static_cast<float>(start.x);
-    block.y[i] = static_cast<float>(start.y);
-    block.z[i] = static_cast<float>(start.z);
-    block.lx[i] = static_cast<float>(direction.x);
-    block.ly[i] = static_cast<float>(direction.y);
-    block.lz[i] = static_cast<float>(direction.z);
-    block.margin[i] = p[i] * p[i] + q[i] * q[i] < 1 ? 1.0F : -1.0F;
+    put_ray(block, i, start, direction);
+    if (!(p[i] * p[i] + q[i] * q[i] < 1)) block.margin[i] = -1;
   }
   block_kernels().trace(block, path.ops.data(), static_cast<int>(path.through_aperture), false, count);
   for (int i = 0; i < count; ++i) passed[i] = block.margin[i] > 0;

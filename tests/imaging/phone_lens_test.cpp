@@ -120,13 +120,7 @@ TEST(PhoneLens, HasTheSameBitsOnEveryInstructionSet) {
             path.into_first_frame.point({random.uniform(-2.8, 2.8), random.uniform(-2.8, 2.8), 4.0});
         const optics::Vec3 direction =
             path.into_first_frame.direction(optics::unit({random.uniform(-0.9, 0.9), random.uniform(-0.9, 0.9), -1}));
-        block->x[i] = static_cast<float>(place.x);
-        block->y[i] = static_cast<float>(place.y);
-        block->z[i] = static_cast<float>(place.z);
-        block->lx[i] = static_cast<float>(direction.x);
-        block->ly[i] = static_cast<float>(direction.y);
-        block->lz[i] = static_cast<float>(direction.z);
-        block->above[i] = block->below[i] = block->margin[i] = 1;
+        optics::put_ray(*block, i, place, direction);
       }
       kernels.trace(*block, path.ops.data(), static_cast<int>(path.ops.size()), true, optics::kBlockRays);
       for (int i = 0; i < optics::kBlockRays; ++i) {
@@ -168,13 +162,7 @@ TEST(PhoneLens, BlocksAgreeWithSingleRays) {
       const optics::Vec3 p = path.into_first_frame.point(free.passed ? free.image : optics::Vec3{0, 0, 4});
       const optics::Vec3 d =
           path.into_first_frame.direction(free.passed ? -1.0 * free.exit_direction : optics::Vec3{0.99, 0, -0.1});
-      block->x[i] = static_cast<float>(p.x);
-      block->y[i] = static_cast<float>(p.y);
-      block->z[i] = static_cast<float>(p.z);
-      block->lx[i] = static_cast<float>(d.x);
-      block->ly[i] = static_cast<float>(d.y);
-      block->lz[i] = static_cast<float>(d.z);
-      block->above[i] = block->below[i] = block->margin[i] = 1;
+      optics::put_ray(*block, i, p, d);
     }
     optics::block_kernels().trace(*block, path.ops.data(), static_cast<int>(path.ops.size()), false,
                                   optics::kBlockRays);

@@ -124,13 +124,7 @@ TEST(BlockKernels, StopTheSameRaysBeforeABulge) {
     EXPECT_EQ(trace(assembly, {start, direction}, Apertures::mesh).passed, height_on_stop.back() < 8) << i;
     const Vec3 p = path.into_first_frame.point(free.image);
     const Vec3 d = path.into_first_frame.direction(-1.0 * free.exit_direction);
-    block->x[i] = static_cast<float>(p.x);
-    block->y[i] = static_cast<float>(p.y);
-    block->z[i] = static_cast<float>(p.z);
-    block->lx[i] = static_cast<float>(d.x);
-    block->ly[i] = static_cast<float>(d.y);
-    block->lz[i] = static_cast<float>(d.z);
-    block->above[i] = block->below[i] = block->margin[i] = 1;
+    put_ray(*block, i, p, d);
   }
   block_kernels().trace(*block, path.ops.data(), static_cast<int>(path.ops.size()), true, kBlockRays);
   int lost = 0;
