@@ -26,7 +26,7 @@ constexpr double kLostBlurWidening = 0.3;  // where some probing rays were lost
 constexpr double kLostStrongBlurWidening = 1;
 constexpr double kBlurryShare = 0.3;        // of the emitter's side: a blur that may carry light anywhere
 constexpr double kHullMarginShare = 0.005;  // of the emitter's side
-constexpr double kSteepMarginShare = 0.1;   // the same where regions are told in direction cosines
+constexpr double kSteepMarginShare = 0.1;   // the same where regions are given in direction cosines
 constexpr double kAnywhere = 1e300;         // mm: farther than any ray goes
 constexpr int kCellPixels = 3;              // a side: of the steps in which a tile's seen pixels are found
 
