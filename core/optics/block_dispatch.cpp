@@ -1,9 +1,9 @@
 #include <cstring>
+#include <relign/instruction_set.hpp>
 #include <stdexcept>
 
 #include "base/error.h"
 #include "optics/ray_block.h"
-#include "plugin_api/relign/instruction_set.hpp"
 
 namespace relign::optics {
 namespace {

@@ -11,6 +11,11 @@ namespace {
 constexpr std::int64_t kFirstOpset = 7;  // before it, operands were broadcast by attributes
 constexpr std::size_t kMostNumbers = std::size_t{64} << 20;
 
+// For networks that are sound and use what is not supported here.
+constexpr const char* kOtherwise =
+    "; with \"reproducible\": \"this_cpu\" in the network's side file OpenCV runs it, whose last digits depend on the "
+    "processor";
+
 std::string named(const OnnxNode& node) {
   return "operator " + node.op + (node.name.empty() ? "" : " (" + node.name + ")");
 }
@@ -35,6 +40,9 @@ class PortableNetwork : public Network {
     const auto output = places_.find(graph.output);
     if (output == places_.end()) throw std::runtime_error("no operator makes the output '" + graph.output + "'");
     output_ = output->second;
+    if (const Shape& shape = values_[output_].shape;
+        !shape.flat && shape.channels > 1 && shape.height * shape.width > 1)
+      throw std::runtime_error("the output '" + graph.output + "' is a picture; expected one number for each axis");
   }
 
   std::vector<float> answer(const std::vector<float>& input) override {
@@ -75,7 +83,7 @@ class PortableNetwork : public Network {
     const MakeLayer make = layer_of(node.op);
     if (!make)
       throw std::runtime_error(named(node) + " is not among those whose results are the same on every processor (" +
-                               portable_operators() + ")");
+                               portable_operators() + ")" + kOtherwise);
     try {
       Step step;
       std::vector<LayerInput> inputs;
@@ -100,7 +108,7 @@ class PortableNetwork : public Network {
       places_[node.outputs[0]] = values_.size();
       values_.push_back({layer.shape, std::vector<float>(layer.shape.count())});
     } catch (const std::runtime_error& error) {
-      throw std::runtime_error(named(node) + ": " + error.what());
+      throw std::runtime_error(named(node) + ": " + error.what() + kOtherwise);
     }
   }
 
