@@ -222,7 +222,7 @@ Layer max_pool(const OnnxNode& node, const Inputs& inputs) {
                        column < std::min(first + window.columns, in.width); ++column) {
                     const float* pixel = operands[0] + (row * in.width + column) * in.channels;
                     for (std::int64_t c = 0; c < in.channels; ++c)  // what is no number stays visible
-                      output[c] = output[c] >= pixel[c] ? output[c] : pixel[c];
+                      output[c] = pixel[c] > output[c] || pixel[c] != pixel[c] ? pixel[c] : output[c];
                   }
               }
           }};

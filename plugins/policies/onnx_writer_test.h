@@ -10,7 +10,7 @@ namespace relign::policies::test {
 
 inline std::string varint(std::uint64_t value) {
   std::string bytes;
-  for (; value >= 128; value >>= 7) bytes += static_cast<char>(value & 127 | 128);
+  for (; value >= 128; value >>= 7) bytes += static_cast<char>((value & 127) | 128);
   return bytes + static_cast<char>(value);
 }
 inline std::string number(unsigned field, std::int64_t value) {
@@ -61,7 +61,9 @@ class Chain {
     return *this;
   }
   std::string file() const {
-    return number(1, 7) + bytes(7, nodes_ + bytes(2, "test") + input_ + bytes(12, bytes(1, last_))) +
+    return number(1, 7) +
+           bytes(7, nodes_ + bytes(2, "test") + input_ +
+                        bytes(12, bytes(1, last_) + bytes(2, bytes(1, number(1, 1) + bytes(2, ""))))) +
            bytes(8, bytes(1, "") + number(2, opset_));
   }
 
