@@ -38,18 +38,16 @@ foreach(module core imgproc imgcodecs)
     INTERFACE_INCLUDE_DIRECTORIES "${RELIGN_OPENCV_INCLUDE_DIR}")
 endforeach()
 
-# Trained agents run their networks by OpenCV's DNN module. All else works without it.
+# Networks with operators that plugins/policies does not have. All else works without it.
 find_library(RELIGN_OPENCV_dnn_LIBRARY opencv_dnn)
 find_path(RELIGN_OPENCV_DNN_INCLUDE_DIR opencv2/dnn.hpp PATH_SUFFIXES opencv4)
 if(RELIGN_OPENCV_dnn_LIBRARY AND RELIGN_OPENCV_DNN_INCLUDE_DIR)
-  set(RELIGN_HAS_NETWORKS ON)
   add_library(opencv_dnn UNKNOWN IMPORTED)
   set_target_properties(opencv_dnn PROPERTIES IMPORTED_LOCATION "${RELIGN_OPENCV_dnn_LIBRARY}"
                         INTERFACE_INCLUDE_DIRECTORIES "${RELIGN_OPENCV_DNN_INCLUDE_DIR}")
 else()
-  set(RELIGN_HAS_NETWORKS OFF)
-  message(STATUS "Trained agents (imitation, ppo) are left out: OpenCV's module dnn was not found (Debian and Ubuntu: "
-                 "libopencv-dnn-dev)")
+  message(STATUS "Networks with operators other than relign-train's cannot be run: OpenCV's module dnn was not found "
+                 "(Debian and Ubuntu: libopencv-dnn-dev)")
 endif()
 
 find_package(Threads REQUIRED)

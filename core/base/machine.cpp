@@ -1,5 +1,6 @@
 #include "base/machine.h"
 
+#include <sys/utsname.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -48,6 +49,34 @@ std::size_t usable_memory_bytes(const fs::path& cgroups, const fs::path& own_gro
       bytes = std::min(bytes, tightest(cgroups / "memory", group, "memory.limit_in_bytes"));
   }
   return bytes;
+}
+
+std::string instruction_sets() {
+#if defined(__x86_64__)
+  std::string text = __builtin_cpu_is("intel") ? "intel:" : __builtin_cpu_is("amd") ? "amd:" : "x86-64:";
+  // The builtin takes literals alone.
+#define RELIGN_ADD_SET(name) text += __builtin_cpu_supports(name) ? " " name : ""
+  RELIGN_ADD_SET("sse3");
+  RELIGN_ADD_SET("ssse3");
+  RELIGN_ADD_SET("sse4.1");
+  RELIGN_ADD_SET("sse4.2");
+  RELIGN_ADD_SET("avx");
+  RELIGN_ADD_SET("fma4");
+  RELIGN_ADD_SET("fma");
+  RELIGN_ADD_SET("avx2");
+  RELIGN_ADD_SET("avx512f");
+  RELIGN_ADD_SET("avx512cd");
+  RELIGN_ADD_SET("avx512bw");
+  RELIGN_ADD_SET("avx512dq");
+  RELIGN_ADD_SET("avx512vl");
+  RELIGN_ADD_SET("avx512vnni");
+  RELIGN_ADD_SET("avx512bf16");
+#undef RELIGN_ADD_SET
+  return text;
+#else
+  utsname system{};
+  return ::uname(&system) == 0 ? system.machine : "unknown";
+#endif
 }
 
 unsigned core_count() { return std::max(1U, std::thread::hardware_concurrency()); }

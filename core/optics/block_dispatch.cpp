@@ -1,36 +1,38 @@
-#include <cstdlib>
 #include <cstring>
-#include <string>
+#include <relign/instruction_set.hpp>
+#include <stdexcept>
 
 #include "base/error.h"
 #include "optics/ray_block.h"
 
 namespace relign::optics {
+namespace {
+
+const BlockKernels* kernels_of(InstructionSet set) {
+  if (!processor_has(set)) return nullptr;
+#if defined(__x86_64__)
+  if (set == InstructionSet::avx512) return &avx512::kernels();
+  if (set == InstructionSet::avx2) return &avx2::kernels();
+#endif
+  return &generic::kernels();
+}
+
+}  // namespace
 
 const BlockKernels* block_kernels(const char* name) {
-  if (std::strcmp(name, "generic") == 0) return &generic::kernels();
-#if defined(__x86_64__)
-  const bool v3 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2");
-  if (std::strcmp(name, "avx2") == 0 && v3) return &avx2::kernels();
-  const bool v4 = v3 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-                  __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
-                  __builtin_cpu_supports("avx512vl");
-  if (std::strcmp(name, "avx512") == 0 && v4) return &avx512::kernels();
-#endif
+  if (std::strcmp(name, "generic") == 0) return kernels_of(InstructionSet::generic);
+  if (std::strcmp(name, "avx2") == 0) return kernels_of(InstructionSet::avx2);
+  if (std::strcmp(name, "avx512") == 0) return kernels_of(InstructionSet::avx512);
   return nullptr;
 }
 
 const BlockKernels& block_kernels() {
   static const BlockKernels& chosen = []() -> const BlockKernels& {
-    if (const char* wish = std::getenv("RELIGN_ISA"); wish && *wish) {
-      if (const BlockKernels* kernels = block_kernels(wish)) return *kernels;
-      throw Error(ErrorKind::bad_input,
-                  "RELIGN_ISA=" + std::string(wish) +
-                      ": this processor has no such instruction set; use generic, avx2 or avx512");
+    try {
+      return *kernels_of(chosen_instruction_set());
+    } catch (const std::invalid_argument& error) {
+      throw Error(ErrorKind::bad_input, error.what());
     }
-    for (const char* name : {"avx512", "avx2"})
-      if (const BlockKernels* kernels = block_kernels(name)) return *kernels;
-    return generic::kernels();
   }();
   return chosen;
 }

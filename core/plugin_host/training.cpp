@@ -28,19 +28,6 @@ Json read_facts(const Json& told) {
   return facts;
 }
 
-Json beside(const Choice& choice, const std::string& parameter) {
-  const Json unknown = read_facts(Json::object());
-  if (!choice.parameters.is_object()) return unknown;
-  const Json file = choice.parameters.value(parameter, Json());
-  if (!file.is_string()) return unknown;
-  try {
-    const std::filesystem::path side = std::filesystem::path(file.get<std::string>()).replace_extension(".json");
-    return read_facts(object_of(Json::parse(read_file(side, kLargestSideFile), nullptr, false), "trained"));
-  } catch (const Error&) {
-    return unknown;
-  }
-}
-
 // What the manifest states, with the parameter's name as the manifest spells it.
 Json stated(const Manifest& manifest) {
   const Json root = Json::parse(manifest.text, nullptr, false);
@@ -54,6 +41,21 @@ Json sum(const Json& a, const Json& b) {
 }
 
 }  // namespace
+
+Json side_file_of(const Choice& choice) {
+  const Json own = stated(*choice.plugin);
+  const Parameter* parameter = own.is_string() ? choice.plugin->parameter(own.get<std::string>()) : nullptr;
+  if (!parameter || !choice.parameters.is_object()) return nullptr;
+  const Json file = choice.parameters.value(parameter->name, Json());
+  if (!file.is_string()) return nullptr;
+  try {
+    const std::filesystem::path side = std::filesystem::path(file.get<std::string>()).replace_extension(".json");
+    const Json told = Json::parse(read_file(side, kLargestSideFile), nullptr, false);
+    return told.is_object() ? told : Json();
+  } catch (const Error&) {
+    return nullptr;
+  }
+}
 
 Json training_of(const Choice& choice) {
   Json all;
@@ -69,9 +71,7 @@ Json training_of(const Choice& choice) {
   };
   const Json own = stated(*choice.plugin);
   if (own.is_object()) add(read_facts(own));
-  if (own.is_string())
-    if (const Parameter* parameter = choice.plugin->parameter(own.get<std::string>()))
-      add(beside(choice, parameter->name));
+  if (own.is_string()) add(read_facts(object_of(side_file_of(choice), "trained")));
   for (const auto& [parameter, inner] : choice.algorithms) add(training_of(*inner));
   return all;
 }

@@ -16,6 +16,10 @@ namespace relign::plugin_host {
 // nothing. Never throws: a side file that cannot be read is one that tells nothing.
 Json training_of(const Choice& choice);
 
+// That JSON, of the choice's own plugin; null for other plugins, and where it cannot be read. Its key "reproducible":
+// "this_cpu" takes back what a manifest promises: the plugin runs this model by code that differs between processors.
+Json side_file_of(const Choice& choice);
+
 // Checks the key "training" of a manifest whose parameters are read already; mistakes become problems.
 void check_training(const JsonSource& source, ObjectReader& reader, const Manifest& manifest,
                     std::vector<Problem>& problems);

@@ -6,6 +6,7 @@
 #include "base/json_members.h"
 #include "base/text.h"
 #include "records/instances.h"
+#include "records/processor.h"
 #include "records/record.h"
 
 namespace relign::records {
@@ -112,7 +113,11 @@ std::size_t ManifestJoin::suite_number(const Json& suite) {
 
 void ManifestJoin::add_source(const fs::path& folder, const Json& manifest) {
   const auto count = [this](const Json& source) {
-    ++cpus_[text_of(member(source, "machine"), "cpu")];
+    const Json& machine = member(source, "machine");
+    if (std::none_of(processors_.begin(), processors_.end(),
+                     [&machine](const Json& one) { return same_processor(one, machine); }))
+      processors_.push_back(machine);
+    ++cpus_[text_of(machine, "cpu")];
     ++programs_[text_of(member(source, "program"), "hash")];
     ++flags_[text_of(member(source, "program"), "flags")];
     if (const Json& kinds = member(source, "plugins"); kinds.is_object())
@@ -159,7 +164,7 @@ void ManifestJoin::add_source(const fs::path& folder, const Json& manifest) {
 
 bool ManifestJoin::may_differ_by_cpu(const std::string& scene, const std::string& level,
                                      const std::string& algorithm) const {
-  return cpus_.size() > 1 && (this_cpu_.count(scene) || this_cpu_.count(level) || this_cpu_.count(algorithm));
+  return processors_.size() > 1 && (this_cpu_.count(scene) || this_cpu_.count(level) || this_cpu_.count(algorithm));
 }
 
 unsigned ManifestJoin::shards() const {

@@ -6,6 +6,7 @@
 #include "base/files.h"
 #include "base/hash.h"
 #include "base/json_members.h"
+#include "base/machine.h"
 #include "plugin_host/objects.h"
 #include "runner/provenance.h"
 
@@ -50,7 +51,7 @@ Json key_of_scene(const PreparedPlan& prepared, std::size_t scene) {
   Json key = {{"plugin", plugin_host::plugin_hash(*choice.plugin)},
               {"scene", choice.identity},
               {"data", prepared.scene_identity.at(scene)}};
-  if (reproducible_of(choice) != "anywhere") key["cpu"] = machine_json()["cpu"];
+  if (reproducible_of(choice) != "anywhere") key["instruction_sets"] = instruction_sets();
   return key;
 }
 

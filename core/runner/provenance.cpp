@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "base/hash.h"
+#include "base/json_members.h"
 #include "base/machine.h"
 #include "plugin_host/choice_json.h"
 #include "plugin_host/objects.h"
@@ -95,10 +96,16 @@ Json program_json() {
 std::string reproducible_of(const plugin_host::Choice& choice) {
   for (const auto& [parameter, inner] : choice.algorithms)
     if (reproducible_of(*inner) != "anywhere") return "this_cpu";
+  if (text_of(plugin_host::side_file_of(choice), "reproducible") == "this_cpu") return "this_cpu";
   return choice.plugin->reproducible;
 }
 
-Json machine_json() { return {{"cpu", cpu_name()}, {"cores", core_count()}, {"system", system_name()}}; }
+Json machine_json() {
+  return {{"cpu", cpu_name()},
+          {"instruction_sets", instruction_sets()},
+          {"cores", core_count()},
+          {"system", system_name()}};
+}
 
 Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, const std::string& command,
                    const Json& learnt) {

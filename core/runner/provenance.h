@@ -15,12 +15,13 @@ LibraryHashes hash_libraries(const suite::Suite& suite);
 // Of a plugin with the algorithms it runs: when any of them changes, its trials run again.
 std::string hash_of(const plugin_host::Choice& choice, const LibraryHashes& hashes);
 
-// "anywhere" or "this_cpu": where its numbers are equal, by what the plugin and the algorithms it runs promise.
+// "anywhere" or "this_cpu": where its numbers are equal, by what the plugin, the algorithms it runs, and the
+// file beside its model (plugin_host/training.h) promise.
 std::string reproducible_of(const plugin_host::Choice& choice);
 
 // Of the running program: version, compiler, flags, hash (empty where the system does not show it).
 Json program_json();
-// cpu, cores, system.
+// cpu, instruction_sets, cores, system.
 Json machine_json();
 
 Json machine_time_json(const task::MachineTime& times);

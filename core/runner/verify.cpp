@@ -36,9 +36,8 @@ class Replay {
         suite_(prepared.plan.suite),
         recorded_plugins_(std::move(plugins)),
         hashes_(hash_libraries(suite_)),
-        learnt_(prepared, preparer_options()) {
-    for (const std::string& cpu : recorded_cpus(manifest)) other_cpu_ = other_cpu_ || cpu != machine_json()["cpu"];
-  }
+        learnt_(prepared, preparer_options()),
+        other_cpu_(made_on_another_processor(manifest)) {}
 
   // `places[i]` is the trial's place in the plan.
   void run(const std::vector<ChosenTrial>& trials, const std::vector<std::size_t>& places, VerifySummary& summary,
@@ -149,7 +148,7 @@ class Replay {
   std::map<std::string, records::PluginHashes> recorded_plugins_;
   LibraryHashes hashes_;
   PlanPreparation learnt_;
-  bool other_cpu_ = false;
+  bool other_cpu_;
   std::mutex mutex_;  // guards what follows and the summary
   std::vector<std::optional<ReplayDifference>> found_;
   std::exception_ptr failure_;

@@ -6,6 +6,7 @@
 #include "base/hash.h"
 #include "base/json_members.h"
 #include "plugin_host/choice_json.h"
+#include "records/processor.h"
 #include "records/results_folder.h"
 #include "runner/provenance.h"
 
@@ -81,10 +82,11 @@ std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json&
   return chosen;
 }
 
-std::set<std::string> recorded_cpus(const Json& manifest) {
-  std::set<std::string> cpus;
-  for (const Json& source : sources_of(manifest)) cpus.insert(text_of(member(source, "machine"), "cpu"));
-  return cpus;
+bool made_on_another_processor(const Json& manifest) {
+  const Json here = machine_json();
+  for (const Json& source : sources_of(manifest))
+    if (!records::same_processor(member(source, "machine"), here)) return true;
+  return false;
 }
 
 void compare_machines(const Json& manifest, std::set<Change>& changes) {
@@ -94,8 +96,11 @@ void compare_machines(const Json& manifest, std::set<Change>& changes) {
       if (const std::string was = text_of(member(source, "program"), key); was != text_of(program, key))
         changes.insert({std::string("program ") + key, key[0] == 'h' ? shortened(was) : was,
                         key[0] == 'h' ? shortened(text_of(program, key)) : text_of(program, key)});
-    if (const std::string was = text_of(member(source, "machine"), "cpu"); was != text_of(machine, "cpu"))
-      changes.insert({"CPU", was, text_of(machine, "cpu")});
+    const Json& there = member(source, "machine");
+    if (records::same_processor(there, machine)) continue;
+    const bool names = text_of(there, "instruction_sets").empty();
+    const char* key = names ? "cpu" : "instruction_sets";
+    changes.insert({names ? "CPU" : "CPU's instruction sets", text_of(there, key), text_of(machine, key)});
   }
 }
 

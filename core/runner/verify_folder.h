@@ -28,8 +28,9 @@ std::vector<StoredSuite> suites_of(const Json& manifest);
 // whose hash with the seed is smallest. Throws Error(bad_input) for options.trial.
 std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json& manifest, VerifySummary& summary);
 
-// The processors that the records are of, and what program and processor are not as they were.
-std::set<std::string> recorded_cpus(const Json& manifest);
+// Whether some of the records are of a processor that may give other numbers than this one.
+bool made_on_another_processor(const Json& manifest);
+// What program and processor are not as they were.
 void compare_machines(const Json& manifest, std::set<Change>& changes);
 
 // Scenes' data, and parameters of plugins, by the names shown.

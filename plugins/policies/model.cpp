@@ -41,13 +41,18 @@ std::string sha256(const std::string& bytes) {
 }
 
 std::vector<double> checked_answer(Network& network, const SideFile& about, const std::vector<float>& pictures) {
-  const std::vector<float> values = network.answer(pictures, about.frames, about.size);
+  const std::vector<float> values = network.answer(pictures);
   if (values.size() != about.axes.size())
     throw std::runtime_error("it gives " + std::to_string(values.size()) + " numbers, its side file tells of " +
                              std::to_string(about.axes.size()) + " axes");
   for (const float value : values)
     if (!std::isfinite(value)) throw std::runtime_error("it gives numbers that are not finite: its weights are broken");
   return {values.begin(), values.end()};
+}
+
+std::unique_ptr<Network> network_of(const std::string& bytes, const SideFile& about) {
+  const InputShape shape = {about.frames, about.size};
+  return about.portable ? portable_network(bytes, shape) : opencv_network(bytes, shape);
 }
 
 void check_parity(Network& network, const SideFile& about) {
@@ -57,7 +62,7 @@ void check_parity(Network& network, const SideFile& about) {
       if (!(std::fabs(values[axis] - static_cast<double>(parity.answer[axis])) <= kParityTolerance))
         throw std::runtime_error("it answers " + std::to_string(values[axis]) + " on axis " + about.axes[axis] +
                                  " to an input of its side file, which says " + std::to_string(parity.answer[axis]) +
-                                 ": the files do not belong together, or this OpenCV runs the network otherwise");
+                                 ": the files do not belong together");
   }
 }
 
@@ -72,7 +77,7 @@ struct Model::Kept {
                                " was written for, or a damaged one (SHA-256 " + hash + ", the side file says " +
                                about.weights_sha256 + ")");
     try {
-      auto network = std::make_unique<Network>(bytes);
+      auto network = network_of(bytes, about);
       check_parity(*network, about);
       idle.push_back(std::move(network));
     } catch (const std::runtime_error& error) {
@@ -106,7 +111,7 @@ Model::Model(const std::string& onnx_path) {
   }
   const std::lock_guard<std::mutex> borrow(kept_->mutex);
   if (kept_->idle.empty()) {
-    network_ = std::make_unique<Network>(kept_->bytes);
+    network_ = network_of(kept_->bytes, kept_->about);
   } else {
     network_ = std::move(kept_->idle.back());
     kept_->idle.pop_back();

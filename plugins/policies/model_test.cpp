@@ -9,6 +9,7 @@
 
 #include "base/files.h"
 #include "base/hash.h"
+#include "onnx_writer_test.h"
 
 namespace relign::policies {
 namespace {
@@ -127,6 +128,25 @@ TEST_F(ModelFiles, OtherAnswersAreRefused) {
 TEST_F(ModelFiles, WeightsThatAreNoNumberAreRefused) {
   take("tiny-nan");
   EXPECT_THAT(refusal(), HasSubstr("not finite: its weights are broken"));
+}
+
+TEST_F(ModelFiles, OpenCvRunsWhatTheSideFileMarks) {
+  nlohmann::json marked = side();
+  marked["reproducible"] = "this_cpu";
+  write_side(marked);
+  if (const std::string why = refusal(); why.find("built without OpenCV") != std::string::npos) GTEST_SKIP() << why;
+  Model model(onnx());
+  EXPECT_NEAR(model.answer(std::vector<float>(800, 51.0F))[0], 0.2, 1e-5);
+  // What the portable operators do not have.
+  write("net.onnx", test::Chain(2, 20).then("Abs").then("GlobalAveragePool").then("Flatten").file());
+  write_side(side());
+  EXPECT_THAT(refusal(), HasSubstr("on axis u to an input of its side file"));  // OpenCV ran it
+  marked["reproducible"] = "anywhere";
+  write_side(marked);
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("operator Abs"), HasSubstr("\"reproducible\": \"this_cpu\"")));
+  marked["reproducible"] = "nowhere";
+  write_side(marked);
+  EXPECT_THAT(refusal(), HasSubstr("found \"nowhere\""));
 }
 
 TEST_F(ModelFiles, AReplacedFileIsReadAgain) {

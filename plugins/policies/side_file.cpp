@@ -77,6 +77,11 @@ SideFile parse(const Json& json) {
   const auto output = json.at("output").get<std::string>();
   if (output != "way" && output != "move") complain("output: allowed: \"way\", \"move\"; found \"" + output + "\"");
   side.guesses = output == "way";
+  // Written since format 1 was: without it, "anywhere".
+  const auto reproducible = json.value("reproducible", std::string("anywhere"));
+  if (reproducible != "anywhere" && reproducible != "this_cpu")
+    complain("reproducible: allowed: \"anywhere\", \"this_cpu\"; found \"" + reproducible + "\"");
+  side.portable = reproducible == "anywhere";
   side.weights_sha256 = json.at("weights_sha256").get<std::string>();
   side.command = json.at("command").get<std::string>();
   const Json& reference = json.at("reference");

@@ -16,6 +16,7 @@ struct SideFile {
   double white = 0;               // display value of a lit pixel
   double byte_whites = 0;         // 255 stands for this many of them
   bool guesses = true;            // the output is the way to the optimum; else the next move
+  bool portable = true;           // the same bits on every processor are promised ("reproducible": "anywhere")
   std::string weights_sha256;     // of the ONNX file
   std::string command;            // that trains another one
   // The reference image in blocks x blocks means: what the scene is recognised by.

@@ -13,6 +13,25 @@ namespace {
 
 namespace fs = std::filesystem;
 
+TEST(InstructionSets, AreTheSystemsOwn) {
+  const std::string sets = instruction_sets() + " ";
+#if defined(__x86_64__)
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);) {
+    if (line.rfind("flags", 0) != 0) continue;
+    line += " ";
+    for (const auto& [ours, systems] :
+         {std::pair{"avx2", "avx2"}, std::pair{"fma", "fma"}, std::pair{"sse4.1", "sse4_1"},
+          std::pair{"avx512f", "avx512f"}, std::pair{"avx512vnni", "avx512_vnni"}})
+      EXPECT_EQ(sets.find(" " + std::string(ours) + " ") != std::string::npos,
+                line.find(" " + std::string(systems) + " ") != std::string::npos)
+          << ours;
+    return;
+  }
+#endif
+  EXPECT_NE(sets, " ");
+}
+
 class MemoryLimit : public testing::Test {
  protected:
   void SetUp() override { fs::create_directories(folder_); }

@@ -35,6 +35,19 @@ class TrainingTest : public test::FolderTest {
   Catalog catalog_;
 };
 
+TEST_F(TrainingTest, TheFileBesideTheModelIsFoundByTheParameterNamed) {
+  const auto side_file = [this](const std::string& id, const Json& parameters = {}) {
+    return side_file_of(catalog_.resolve_or_throw(id == "policy" ? Kind::agent : Kind::optimizer, id, parameters));
+  };
+  write("mine.onnx", "network");
+  const Json mine = {{"model", (folder_ / "mine.onnx").string()}};
+  EXPECT_TRUE(side_file("policy", mine).is_null());
+  write("mine.json", R"({"reproducible": "this_cpu"})");
+  EXPECT_EQ(side_file("policy", mine), Json({{"reproducible", "this_cpu"}}));
+  EXPECT_EQ(side_file("policy")["trained"]["steps"], 4000);
+  EXPECT_TRUE(side_file("tuned").is_null());
+}
+
 TEST_F(TrainingTest, TheFileBesideTheModelTellsItAndItsWarmStartCounts) {
   EXPECT_EQ(of("policy"), Json({{"hours", 1.75}, {"steps", 4000}, {"machine", "four cores"}}));
 }

@@ -89,6 +89,12 @@ TEST_F(MergeTest, ThisCpuPluginsHaveAToleranceBetweenProcessorsOnly) {
   EXPECT_EQ(summary.disagreeing, 0U);
   EXPECT_EQ(summary.within_tolerance, 1U);
   EXPECT_THAT(notes_, ElementsAre(HasSubstr("one (1 folder), two (1 folder)")));
+  // By instruction sets, where both manifests have them.
+  here["machine"]["instruction_sets"] = there["machine"]["instruction_sets"] = "amd: sse3";
+  EXPECT_EQ(join({make("a1", {trial("w0")}, here), make("b1", {other}, there)}).disagreeing, 1U);
+  there["machine"]["instruction_sets"] = "amd: sse3 avx2";
+  EXPECT_EQ(join({make("a2", {trial("w0")}, here), make("b2", {other}, there)}).within_tolerance, 1U);
+  there["machine"].erase("instruction_sets");
   other.steps[2].measured += 1e-3;
   const fs::path c = make("c", {other}, there);
   EXPECT_EQ(join({a, c}).disagreeing, 1U);

@@ -2,6 +2,7 @@
 
 #include <fstream>
 
+#include "base/machine.h"
 #include "toy_suites.h"
 
 namespace relign::runner {
@@ -147,6 +148,7 @@ TEST_F(RunTest, TheManifestSaysWhatWasRunWithWhat) {
   EXPECT_EQ(manifest["program"]["hash"].get<std::string>().size(), 64U);
   EXPECT_FALSE(manifest["program"]["compiler"].get<std::string>().empty());
   EXPECT_FALSE(manifest["machine"]["cpu"].get<std::string>().empty());
+  EXPECT_EQ(manifest["machine"]["instruction_sets"], instruction_sets());
   EXPECT_TRUE(fs::exists(folder_ / "a" / manifest["scenes"][0]["folder"].get<std::string>() / "description.json"));
 }
 

@@ -86,7 +86,7 @@ TEST_F(VerifyTest, AChangedPluginIsNamedBesideWhatItChanged) {
 TEST_F(VerifyTest, AnotherProcessorAndProgramAreTold) {
   run(prepared(suite_text(R"("toy-walker")")), options("a"));
   edit_manifest([](Json& manifest) {
-    manifest["machine"]["cpu"] = "Abacus";
+    manifest["machine"] = {{"cpu", "Abacus"}};
     manifest["program"]["flags"] = "-O0";
   });
   VerifySummary summary = check("a");
@@ -112,7 +112,13 @@ TEST_F(VerifyTest, WhatIsMarkedThisCpuHasAToleranceOnAnotherProcessorAlone) {
   other.steps[1].measured += 1e-9;
   change("a/trials/0000.jsonl", before, records::to_lines(other));
   EXPECT_EQ(check("a").differences.size(), 1U);
+  // Another name is no other processor, other instructions are.
   edit_manifest([](Json& manifest) { manifest["machine"]["cpu"] = "Abacus"; });
+  EXPECT_EQ(check("a").differences.size(), 1U);
+  EXPECT_THAT(check("a").changes, IsEmpty());
+  edit_manifest([](Json& manifest) { manifest["machine"]["instruction_sets"] = "abacus: beads"; });
+  ASSERT_EQ(check("a").changes.size(), 1U);
+  EXPECT_EQ(check("a").changes[0].what, "CPU's instruction sets");
   const VerifySummary summary = check("a");
   EXPECT_TRUE(summary.all_equal());
   EXPECT_EQ(summary.with_tolerance, 1U);

@@ -1,5 +1,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <relign/instruction_set.hpp>
 
 #include "contract/run_policy.h"
 
@@ -70,6 +76,28 @@ TEST(Imitation, TheShippedNetworkIsForTheScenesFiveAxes) {
   const std::string shipped = std::string(RELIGN_PLUGIN_DIR) + "/imitation/imitation.onnx";
   EXPECT_THAT(test::refusal("imitation", conversation, {{"model", shipped}}),
               HasSubstr("trained to move 5 axes, this scene has 2"));
+}
+
+// Whole trials, recorded with the best instructions there are and replayed without them.
+TEST(Imitation, TrialsReplayBitForBitOnFewerInstructions) {
+  if (!processor_has(InstructionSet::avx2)) GTEST_SKIP() << "this processor has no instructions to do without";
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("relign-fewer-" + std::to_string(::getpid()));
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "suite.json")
+      << R"({"scenes": ["relign_od"], "noise_levels": ["rho0"], "instances": 1, "steps": 4,
+    "algorithms": ["imitation", "ppo", "ppo-paper"]})";
+  const std::string program = std::string("'") + RELIGN_PROGRAM + "' --progress none ",
+                    results = (folder / "results").string();
+  const auto run = [&folder](const std::string& command) {
+    return std::system((command + " > '" + (folder / "log").string() + "' 2>&1").c_str());
+  };
+  ASSERT_EQ(run(program + "run '" + (folder / "suite.json").string() + "' -o '" + results + "'"), 0);
+  const std::string fewer =
+      "RELIGN_ISA=avx2 OPENCV_CPU_DISABLE=AVX512_SKX,AVX2 GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX512F,-AVX2,-FMA ";
+  EXPECT_EQ(run(fewer + program + "verify '" + results + "'"), 0) << std::ifstream(folder / "log").rdbuf();
+  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -57,12 +57,14 @@ def machine():
         return platform.processor() or platform.machine()
 
 
-def write(net, path, scene, size, frames, output, trained, command):
+def write(net, path, scene, size, frames, output, trained, command, reproducible="anywhere"):
     """PATH.onnx and PATH.json. Returns both paths.
 
     The graph takes bytes as float32, 1 x frames x size x size (255: BYTE_WHITES times a white pixel; the newest frame
     last), and gives per axis, in shares of the travel, the way to the optimum (output "way") or the next move ("move").
-    trained: what the side file tells of recipe and cost. command: trains another one.
+    trained: what the side file tells of recipe and cost. command: trains another one. reproducible: "anywhere" for a
+    graph of portable operators (plugins/policies/README.md), as those of relign-train are; "this_cpu" has OpenCV run
+    another graph, whose last digits depend on the processor.
     """
     path = pathlib.Path(path)
     net = net.eval()
@@ -84,6 +86,7 @@ def write(net, path, scene, size, frames, output, trained, command):
         "observation": {"size": size, "frames": frames, "captured": [height, width], "white": batch.white,
                         "byte_whites": BYTE_WHITES},
         "output": output,
+        "reproducible": reproducible,
         "command": command,
         "trained": {**trained, "instances": {"weights": "training", "checkpoint": "tuning"}, "torch": torch.__version__,
                     "machine": machine()},
