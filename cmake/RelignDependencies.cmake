@@ -14,6 +14,10 @@ relign_require(nlohmann_json nlohmann-json3-dev)
 relign_require(simdjson libsimdjson-dev)
 relign_require(CLI11 libcli11-dev)
 relign_require(Eigen3 libeigen3-dev)
+# Eigen cuts large products into blocks by the caches of the processor it meets, so that sums are taken in another order
+# and end in other bits on another model. These sizes are any processor's (32 KiB, 512 KiB, 32 MiB), and the published results'.
+set_property(TARGET Eigen3::Eigen APPEND PROPERTY INTERFACE_COMPILE_DEFINITIONS
+  EIGEN_NO_CPUID EIGEN_DEFAULT_L1_CACHE_SIZE=32768 EIGEN_DEFAULT_L2_CACHE_SIZE=524288 EIGEN_DEFAULT_L3_CACHE_SIZE=33554432)
 relign_require(NLopt "libnlopt-cxx-dev libnlopt-dev")
 relign_require(OpenSSL libssl-dev)
 
