@@ -220,9 +220,8 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
                       significant(last - focus, 4) + " mm before the lens's last face; " +
                       (-distance >= data.front_focal_length
                            ? "take a larger --distance, beyond the front focal point"
-                           : "the file's last distance or its faces are no lens with a sensor behind it (the paraxial "
-                             "focus lies " +
-                                 significant(data.back_focal_length, 4) + " mm behind the last face)"));
+                           : "the paraxial focus of far objects lies " + significant(data.back_focal_length, 4) +
+                                 " mm behind it; check the polynomials and the clear radii of the file"));
     keep_chief_ray(distance);
     const double height = image_height(lens, field_deg, distance, focus);
     const double pivot = rounded(last / 2, 9);

@@ -267,7 +267,7 @@ TEST(LensWriter, AddsTheImageSurfaceThatAFileLacks) {
   EXPECT_EQ(design.remarks.back().text,
             "assumed: an image surface that the file lacks, 27.0000 mm behind surface 5; the file ends in glass before "
             "surface 5, of which the distance leads on");
-  EXPECT_EQ(design.remarks.back().line, 26);
+  EXPECT_EQ(design.remarks.back().line, 27);
 }
 
 TEST(LensWriter, RefusesWithFileAndLine) {

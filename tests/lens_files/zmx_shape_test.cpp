@@ -92,7 +92,8 @@ TEST(ZmxShape, RefusesWithSurfaceAndLine) {
               HasSubstr("a.zmx:16: surface 1: XDAT 2: a normalisation radius of 0; it must be larger than 0"));
   EXPECT_THAT(refusal("  TYPE XASPHERE\n  XDAT 1 16\n  XDAT 2 1e-20\n  XDAT 18 1\n"),
               HasSubstr("surface 1: the term of r^32 is too large with a normalisation radius of 1e-20"));
-  EXPECT_THAT(refusal("  TYPE XASPHERE\n  XDAT 1 999\n"), HasSubstr("surface 1: XDAT 1: 999 terms; allowed are"));
+  EXPECT_THAT(refusal("  TYPE XASPHERE\n  XDAT 1 999\n"),
+              HasSubstr("surface 1: XDAT 1: 999 terms; the count of terms must be an integer"));
   EXPECT_THAT(refusal("  TYPE SZERNSAG\n"), HasSubstr("a.zmx:15: surface 1 is of type 'SZERNSAG'; supported are"));
 }
 
