@@ -180,10 +180,10 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
       const std::string from =
           distance_mm > 0 ? "an emitter at " + significant(distance_mm, 6) + " mm" : std::string("far away");
       if (!largest)
-        throw Error(ErrorKind::bad_input,
-                    "no ray from " + from + " comes through the stop's centre under " + significant(field_deg / 2, 4) +
-                        " to " + significant(field_deg, 4) +
-                        " degrees; check the stop's place and the polynomials of the file, or state a smaller field");
+        throw Error(ErrorKind::bad_input, "no ray from " + from + " comes through the stop's centre under " +
+                                              significant(field_deg / 2, 4) + " to " + significant(field_deg, 4) +
+                                              " degrees; check the clear radii, the stop's place and the polynomials "
+                                              "of the file, or state a smaller field");
       if (*largest == field_deg) return;
       design.remarks.push_back({design.field.line,
                                 "no ray from " + from + " comes through the stop's centre under " +

@@ -35,10 +35,10 @@ const std::string kTelescope =
 // The same in Zemax's words, with a plane before the first mirror; `extra` goes into surface 2.
 std::string zemax_telescope(const std::string& extra = "") {
   return "MODE SEQ\nUNIT MM\nENPD 3962.4\nFTYP 0 0 1 1\nYFLN 0.1\nWAVM 1 0.55 1\nPWAV 1\nSURF 0\n  DISZ INFINITY\n"
-         "SURF 1\n  DISZ 8000\nSURF 2\n  STOP\n  CURV -4.68710746220934e-05\n  CONI -1.0961\n  DISZ -7490.46\n"
+         "SURF 1\n  DISZ 8000\nSURF 2\n  STOP\n  CURV -4.6871037200276712e-05\n  CONI -1.0961\n  DISZ -7490.46\n"
          "  GLAS MIRROR 0 0 1.5 40\n" +
          extra +
-         "SURF 3\n  CURV -1.04419972950635e-04\n  CONI -5.1628\n  DISZ 9441.833\n  GLAS MIRROR 0 0 1.5 40\n"
+         "SURF 3\n  CURV -1.0441997211569066e-04\n  CONI -5.1628\n  DISZ 9441.833\n  GLAS MIRROR 0 0 1.5 40\n"
          "SURF 4\n  DISZ 0\n";
 }
 
@@ -67,7 +67,7 @@ TEST(Mirrors, TelescopesOfBothPrograms) {
 
 TEST(Mirrors, AManginMirrorIsOneElementOfThreeFaces) {
   LensDesign design = read_design(
-      "RDM; LEN\nDIM M\nEPD 200\nWL 555\nYAN 0 .333\nSO 0 1e11\nS -1200 10 517642\n STO\nS -1000 -10 REFL\n"
+      "RDM; LEN\nDIM M\nEPD 200\nWL 555\nYAN 0 .333\nSO 0 1e11\nS -1200 10 1.5168 64.17\n STO\nS -1000 -10 REFL\n"
       "S -1200 -500\nSI 0 0\n",
       "a.seq");
   const CompleteLens made = complete(design);
