@@ -108,11 +108,16 @@ std::vector<FanRay> beam(const optics::Prescription& lens, double field_deg, dou
 }
 
 std::optional<double> largest_field(const optics::Prescription& lens, double field_deg, double distance_mm) {
-  constexpr int kSteps = 100;
-  constexpr double kLeast = 0.5;  // of the field: with less the file means another lens
-  for (int i = kSteps; i >= kLeast * kSteps; --i)
-    if (!beam(lens, field_deg * i / kSteps, distance_mm).empty()) return field_deg * i / kSteps;
-  return std::nullopt;
+  constexpr int kSteps = 100, kCoarse = 10;
+  constexpr int kLeast = kSteps / 2;  // of the field: with less the file means another lens
+  const auto passes = [&](int i) { return !beam(lens, field_deg * i / kSteps, distance_mm).empty(); };
+  // Coarsely first: where nothing passes, fine steps only cost time.
+  int above = kSteps;
+  while (above >= kLeast && !passes(above)) above -= kCoarse;
+  if (above < kLeast) return std::nullopt;
+  for (int i = std::min(above + kCoarse - 1, kSteps); i > above; --i)
+    if (passes(i)) return field_deg * i / kSteps;
+  return field_deg * above / kSteps;
 }
 
 double best_focus_z(const optics::Prescription& lens, double distance_mm) {
