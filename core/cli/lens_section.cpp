@@ -34,8 +34,12 @@ LensSubject subject_of_scene(const std::filesystem::path& scene_file) {
 }
 
 std::vector<double> usual_fields(const optics::Prescription& lens) {
+  constexpr double kNarrow_deg = 5;
   if (lens.half_field_deg <= 0) return {0};
-  return {0, std::round(0.7 * lens.half_field_deg), std::floor(lens.half_field_deg)};
+  // Whole degrees; of a telescope two digits.
+  const double field = lens.half_field_deg,
+               per_degree = field < kNarrow_deg ? std::pow(10, 1 - std::floor(std::log10(field))) : 1;
+  return {0, std::round(0.7 * field * per_degree) / per_degree, std::floor(field * per_degree) / per_degree};
 }
 
 drawing::LensPicture picture_of(const LensSubject& subject, const optics::Assembly& assembly, bool as_built) {

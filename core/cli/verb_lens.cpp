@@ -102,16 +102,24 @@ std::string surfaces_table(const optics::Prescription& lens) {
   for (const optics::Element& element : lens.elements)
     for (std::size_t f = 0; f < element.faces.size(); ++f) {
       const optics::Face& face = element.faces[f];
-      const std::string part = f == 0 ? " front" : f + 1 == element.faces.size() ? " back" : " inner";
+      const std::string part = element.faces.size() == 1       ? ""
+                               : f == 0                        ? " front"
+                               : f + 1 == element.faces.size() ? " back"
+                                                               : " inner";
       rows.push_back(
           {face.z_mm,
            {element.name + part, digits(face.z_mm, 6), face.curvature == 0 ? "plane" : digits(1 / face.curvature, 5),
-            digits(face.index_after, 6), digits(face.clear_radius_mm, 4), digits(face.listing_clear_radius_mm, 6)}});
+            face.mirror ? "mirror" : digits(std::fabs(face.index_after), 6), digits(face.clear_radius_mm, 4),
+            digits(face.listing_clear_radius_mm, 6)}});
     }
-  for (const optics::Stop& stop : lens.stops)
-    rows.push_back({stop.z_mm,
-                    {stop.name, digits(stop.z_mm, 6), "stop", "", digits(stop.opening_radius_mm, 4),
-                     stop.in_listing ? digits(stop.opening_radius_mm, 6) : "-"}});
+  for (const optics::Stop& stop : lens.stops) {
+    const Row row{stop.z_mm,
+                  {stop.name, digits(stop.z_mm, 6), "stop", "", digits(stop.opening_radius_mm, 4),
+                   stop.in_listing ? digits(stop.opening_radius_mm, 6) : "-"}};
+    // With mirrors the places on the axis are not the order of the light.
+    rows.insert(lens.has_mirrors() ? rows.begin() + static_cast<std::ptrdiff_t>(lens.faces_before(stop)) : rows.end(),
+                row);
+  }
   std::string shapes;
   for (const optics::Element& element : lens.elements)
     for (const optics::Face& face : element.faces)
@@ -127,7 +135,8 @@ std::string surfaces_table(const optics::Prescription& lens) {
         add("b", 2, face.over_root);
         shapes += "\n";
       }
-  std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.z < b.z; });
+  if (!lens.has_mirrors())
+    std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.z < b.z; });
   for (const Row& row : rows) table.add(row.cells);
   table.add({"image", digits(lens.image_z_mm, 6), "plane", "", "", ""});
   return table.text() + shapes;

@@ -9,6 +9,7 @@
 #include "cli/app.h"
 #include "cli/design_file.h"
 #include "cli/new_folder.h"
+#include "cli/progress.h"
 #include "cli/text_table.h"
 #include "cli/workbench.h"
 #include "imaging/scene_file.h"
@@ -78,8 +79,13 @@ void look_at_draft(const fs::path& draft, const fs::path& wanted, Body&& body) {
 }
 
 // RMSE of the noise-free image of the perfect lens one pixel sideways of its nominal pose, as trials are judged.
-double rmse_off_by_one_pixel(Context& context, const fs::path& scene_file, double pitch_mm) {
+double rmse_off_by_one_pixel(Context& context, const fs::path& scene_file, double pitch_mm, ProgressMode mode) {
   constexpr std::uint64_t kLooks = 4;
+  ProgressPrinter printer(mode, "images");
+  runner::Progress progress;
+  progress.doing = "reference image and specification";
+  progress.total = 1 + kLooks;
+  printer.update(progress);
   const LoadedScene loaded =
       load_scene(context.catalog().resolve_or_throw(plugin_host::Kind::scene, scene_file.string()),
                  context.services(core_count()));
@@ -87,7 +93,11 @@ double rmse_off_by_one_pixel(Context& context, const fs::path& scene_file, doubl
   pose.front() += pitch_mm / loaded.facts.axes.front().travel();
   plugin_host::MountedAssembly assembly = loaded.scene->mount("{}");
   double mse = 0;
-  for (std::uint64_t seed = 1; seed <= kLooks; ++seed) mse += assembly.noise_free_mse(pose, seed).mse / kLooks;
+  for (std::uint64_t seed = 1; seed <= kLooks; ++seed) {
+    progress.done = seed;
+    printer.update(progress);
+    mse += assembly.noise_free_mse(pose, seed).mse / kLooks;
+  }
   return displayed_rmse(mse);
 }
 
@@ -146,7 +156,11 @@ int new_scene(Context& context, const NewArguments& arguments) {
   const fs::path draft = folder.write(files);
   look_at_draft(draft, wanted, [&] {
     imaging::read_scene_file(draft / "scene.json", {});
-    lens_files::set_specification(layout, rmse_off_by_one_pixel(context, draft / "scene.json", layout.pitch_mm));
+    // Images of millions of pixels take minutes.
+    constexpr double kManyPixels = 1e6;
+    const bool large = choices.sensor && 1.0 * choices.sensor->columns * choices.sensor->rows > kManyPixels;
+    const ProgressMode mode = large ? *progress_mode_from_name("auto") : ProgressMode::none;
+    lens_files::set_specification(layout, rmse_off_by_one_pixel(context, draft / "scene.json", layout.pitch_mm, mode));
   });
   folder.write({{"scene.json", lens_files::pretty(layout.scene)},
                 {"README.md", lens_files::readme(design, lens, choices, layout)}});

@@ -56,6 +56,9 @@ void draw_elements(Canvas& canvas, const LensLayout& layout, const optics::Assem
       canvas.polygon(
           on_picture(layout, glass_outline(elements[e].faces[f], elements[e].faces[f + 1], assembly.placement(e))),
           kGlass, Stroke{kGlassEdge, 1.2});
+    for (const optics::Face& face : elements[e].faces)
+      if (face.mirror)
+        canvas.polyline(on_picture(layout, face_section(face, assembly.placement(e), kFacePoints)), {kGlassEdge, 3});
     canvas.close_group();
   }
 }

@@ -67,7 +67,7 @@ LensLayout::LensLayout(const LensPicture& picture) : assembly_(picture.assembly)
 
 void LensLayout::measure(const LensPicture& picture) {
   const optics::Prescription& lens = assembly_->lens();
-  double first = 0, last = lens.image_z_mm;
+  double first = std::min(0.0, lens.image_z_mm), last = std::max(0.0, lens.image_z_mm);
   const auto see = [&](const Vec3& place) {
     first = std::min(first, place.z);
     last = std::max(last, place.z);

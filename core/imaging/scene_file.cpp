@@ -160,6 +160,10 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
     scene.lens = optics::read_prescription_at(lens_source, wavelengths.front().nm);
   else
     scene.lens = optics::read_prescription(lens_source);
+  if (scene.lens.has_mirrors())
+    throw Error(ErrorKind::bad_input, (folder / lens_name).string() +
+                                          ": the lens has mirrors; images are made of lenses with refracting faces "
+                                          "alone (lens info and lens draw take mirrors)");
   scene.ambient_index = choices.ambient_index;
   divide_indices(scene.lens, choices.ambient_index);
   check_room(scene, file);

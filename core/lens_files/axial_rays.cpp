@@ -35,6 +35,20 @@ double tangent(double field_deg) {
 
 constexpr int kRays = 1601;
 
+// Files print clear radii of the axial beam with few digits.
+constexpr double kRounding = 0.99;
+
+bool within_clear_radii(const optics::Prescription& lens, const optics::TracedRay& ray) {
+  std::size_t i = 0;
+  for (const optics::Element& element : lens.elements)
+    for (const optics::Face& face : element.faces)
+      if (kRounding * std::hypot(ray.hits[i].x, ray.hits[i].y) > face.clear_radius_mm)
+        return false;
+      else
+        ++i;
+  return true;
+}
+
 // Rays spread over the front of the lens; only those that get to the image plane. `step` is their distance.
 std::vector<FanRay> fan(const optics::Prescription& lens, double slope, double distance_mm, double& step) {
   const optics::FirstOrder data = optics::first_order(lens);
@@ -93,11 +107,25 @@ std::vector<FanRay> beam(const optics::Prescription& lens, double field_deg, dou
   return {rays.begin() + static_cast<std::ptrdiff_t>(first), rays.begin() + static_cast<std::ptrdiff_t>(last + 1)};
 }
 
+std::optional<double> largest_field(const optics::Prescription& lens, double field_deg, double distance_mm) {
+  constexpr int kSteps = 100, kCoarse = 10;
+  constexpr int kLeast = kSteps / 2;  // of the field: with less the file means another lens
+  const auto passes = [&](int i) { return !beam(lens, field_deg * i / kSteps, distance_mm).empty(); };
+  // Coarsely first: where nothing passes, fine steps only cost time.
+  int above = kSteps;
+  while (above >= kLeast && !passes(above)) above -= kCoarse;
+  if (above < kLeast) return std::nullopt;
+  for (int i = std::min(above + kCoarse - 1, kSteps); i > above; --i)
+    if (passes(i)) return field_deg * i / kSteps;
+  return field_deg * above / kSteps;
+}
+
 double best_focus_z(const optics::Prescription& lens, double distance_mm) {
   // Over a round pupil a ring at height h weighs as h: minimise sum |h| (y + s (z - image_z))^2.
   double weights = 0, mean_y = 0, mean_s = 0;
   std::vector<std::array<double, 3>> lines;
   for (const FanRay& ray : beam(lens, 0, distance_mm)) {
+    if (!within_clear_radii(lens, ray.traced)) continue;
     const double weight = std::fabs(ray.stop_height_mm);
     const double slope = ray.traced.exit_direction.y / ray.traced.exit_direction.z;
     lines.push_back({weight, ray.traced.image.y, slope});

@@ -111,11 +111,12 @@ LensDesign CodeVSystem::finish() {
   return result;
 }
 
-void take_glass(Reading& reading, Surface& surface, int line, const std::string& word) {
+void take_glass(Surface& surface, int line, const std::string& word) {
   const std::string name = upper_case(word);
   if (name == "AIR" || name == "REFR" || name.empty()) return;
   if (name == "REFL") {
-    reading.problem(line, "surface " + surface.label + " is a mirror (REFL); only lenses are read");
+    surface.mirror = true;
+    surface.glass_line = line;
     return;
   }
   surface.glass_line = line;
@@ -197,19 +198,24 @@ bool SpecialSurface::take(Reading& reading, const Surface& surface, int line, co
   const std::string keyword = word(0);
   if (keyword == "SCC") return kind_ != none;  // control codes of the coefficients, for optimisation
   if (keyword == "SPS") {
-    kind_ = word(at) == "ODD" ? odd : none;
+    kind_ = word(at) == "ODD" ? odd : word(at) == "QBF" ? q_bfs : word(at) == "QCN" ? q_con : none;
     line_ = line;
     terms_.clear();
-    radius_ = words.size() > at + 1 ? reading.number(line, words[at + 1], "SPS ODD, normalisation radius") : 0;
+    radius_ =
+        words.size() > at + 1 ? reading.number(line, words[at + 1], "SPS " + word(at) + ", normalisation radius") : 0;
     if (kind_ == none)
       reading.problem(line, "surface " + surface.label + ": SPS " + shown(word(at), 20) +
-                                " is not supported; of the special surfaces, SPS ODD is");
+                                " is not supported; supported are SPS ODD, SPS QBF and SPS QCN");
     return true;
   }
   if (keyword != "SCO" || kind_ == none) return false;
   constexpr int kMostTerms = 30, kRadius = 33;
   const std::string name = word(at);
   const double value = reading.number(line, word(at + 1), "SCO " + shown(name, 20));
+  if (is_q_type()) {
+    take_q_coefficient(reading, surface, line, name, value);
+    return true;
+  }
   const auto counted = [&](std::size_t letters) {
     return name.size() > letters && name.size() < letters + 3 &&
                    name.find_first_not_of("0123456789", letters) == std::string::npos
@@ -230,8 +236,52 @@ bool SpecialSurface::take(Reading& reading, const Surface& surface, int line, co
   return true;
 }
 
+void SpecialSurface::take_q_coefficient(Reading& reading, const Surface& surface, int line, const std::string& name,
+                                        double value) {
+  const std::string letters = kind_ == q_bfs ? "QB" : "QC";
+  const bool numbered = name.size() > 2 && name.size() < 5 && name.compare(0, 2, letters) == 0 &&
+                        name.find_first_not_of("0123456789", 2) == std::string::npos;
+  const int power = numbered ? std::stoi(name.substr(2)) : 0;  // of the lowest power of r in the term
+  if (name == "K")
+    conic_ = reading.number(line, shortest(value), "SCO K", 1e6);
+  else if (name == "NRADIUS")
+    radius_ = value;
+  else if (power >= 4 && power % 2 == 0 && power < 4 + 2 * kMostQTerms)
+    terms_[(power - 4) / 2] = {line, value};
+  else
+    reading.problem(line, "surface " + surface.label + ": SCO " + shown(name, 20) + " of SPS " +
+                              (kind_ == q_bfs ? "QBF" : "QCN") + " is not supported; supported are K, NRADIUS and " +
+                              letters + "4, " + letters + "6, ... by name");
+}
+
+void SpecialSurface::apply_q_type(Reading& reading, Surface& surface) const {
+  QAsphere asphere;
+  asphere.radius_mm = radius_;
+  for (const auto& [number, term] : terms_) {
+    asphere.coefficients.resize(static_cast<std::size_t>(number) + 1);
+    asphere.coefficients.back() = term.second;
+  }
+  while (!asphere.coefficients.empty() && asphere.coefficients.back() == 0) asphere.coefficients.pop_back();
+  if (asphere.coefficients.empty()) return;
+  const std::string kind = kind_ == q_bfs ? "QBF" : "QCN", letters = kind_ == q_bfs ? "QB" : "QC";
+  if (!(radius_ > 0))
+    reading.problem(line_, "surface " + surface.label + ": SPS " + kind + " with a normalisation radius of " +
+                               shortest(radius_) + "; it must be larger than 0 (SCO NRADIUS)");
+  reading.remark(line_, "SPS " + kind,
+                 "surface " + surface.label + ": SPS " + kind + " is read as Forbes's " +
+                     (kind_ == q_bfs ? "Q_bfs" : "Q_con") + ", " + letters + "4, " + letters +
+                     "6, ... as his a0, a1, ...");
+  (kind_ == q_bfs ? surface.q_bfs : surface.q_con) = asphere;
+}
+
 void SpecialSurface::apply(Reading& reading, Surface& surface) const {
   if (kind_ == none) return;
+  if (is_q_type()) {
+    // K as a surface's own word counts where SCO has none.
+    if (conic_ != 0) surface.conic = conic_;
+    apply_q_type(reading, surface);
+    return;
+  }
   surface.conic = conic_;
   const double radius = radius_ == 0 ? 1 : radius_;  // 0: not normalised
   if (!(radius > 0))

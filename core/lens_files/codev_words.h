@@ -34,8 +34,8 @@ class CodeVSystem {
 };
 
 // The glass of a surface, from a word such as NBK7_SCHOTT (glasses.h finds it), 1.5168:64.17 (nd and Vd), 517642,
-// 517000.642000, AIR or REFL (a problem: only lenses are read).
-void take_glass(Reading& reading, Surface& surface, int line, const std::string& word);
+// 517000.642000, AIR, or REFL for a mirror.
+void take_glass(Surface& surface, int line, const std::string& word);
 
 // CIR words: [S3] [kind] radius. False when it is another kind than the clear radius.
 bool take_circle(Reading& reading, int line, const std::vector<std::string>& words);
@@ -56,7 +56,8 @@ struct Decentre {
 bool take_asphere(Reading& reading, Surface& surface, int line, const std::string& keyword, const std::string& value);
 
 // Special surfaces (SPS) and their coefficients (SCO): K or C1 is the conic, ARn or C(n+1) the coefficient of r^n,
-// NRADIUS or C33 the radius that r is divided by. SPS ODD is supported.
+// NRADIUS or C33 the radius that r is divided by (SPS ODD). Of SPS QBF and SPS QCN the coefficients are read by name
+// alone: K, NRADIUS, and QB4, QB6, ... or QC4, QC6, ... for a0, a1, ... of Forbes's polynomials.
 class SpecialSurface {
  public:
   // Takes SPS, SCO and SCC; the word `at` is the first behind the keyword and the surface. False for other words.
@@ -64,11 +65,15 @@ class SpecialSurface {
   void apply(Reading& reading, Surface& surface) const;
 
  private:
-  enum Kind { none, odd };
+  bool is_q_type() const { return kind_ == q_bfs || kind_ == q_con; }
+  void take_q_coefficient(Reading& reading, const Surface& surface, int line, const std::string& name, double value);
+  void apply_q_type(Reading& reading, Surface& surface) const;
+
+  enum Kind { none, odd, q_bfs, q_con };
   Kind kind_ = none;
   int line_ = 0;
   double conic_ = 0, radius_ = 0;
-  std::map<int, std::pair<int, double>> terms_;  // by power: line and coefficient
+  std::map<int, std::pair<int, double>> terms_;  // by power, or number of the Q-type coefficient: line and coefficient
 };
 
 }  // namespace relign::lens_files

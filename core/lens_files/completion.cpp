@@ -67,10 +67,16 @@ class Completion {
   CompleteLens run() {
     draft_.json["stops"][0]["opening_radius_mm"] = kProvisional_mm;
     std::vector<bool> told;
+    bool mirrors = false;
     each_face(draft_.json, [&](OrderedJson& face) {
+      mirrors = mirrors || face.contains("mirror");
       told.push_back(face["clear_radius_mm"].get<double>() > 0);
       if (!told.back()) face["clear_radius_mm"] = kProvisional_mm;
     });
+    if (mirrors)
+      assume(
+          "assumed: nothing stands in the light between mirrors; rays meet the surfaces in the order of the file, and "
+          "a secondary mirror or the hole of a primary stops none");
     keep_faces_apart(told);
     set_image();
     set_field();
@@ -120,31 +126,23 @@ class Completion {
 
   // Fields are laid out by their chief rays. Where the largest has none, the largest that has one takes its place.
   void limit_field() {
-    constexpr int kSteps = 100;
-    constexpr double kLeast = 0.5;  // of the field: with less the file means another lens
     const optics::Prescription lens = read_back(draft_, design_);
-    const double object_mm = design_.surfaces.front().thickness_mm;
-    const double distance = object_mm < kInfinite && object_mm > 0 ? object_mm : 0;
-    for (int i = kSteps; i >= kLeast * kSteps; --i) {
-      const double field_deg = lens.half_field_deg * i / kSteps;
-      if (beam(lens, field_deg, distance).empty()) continue;
-      if (i == kSteps) return;
-      draft_.json["half_field_deg"] = std::floor(field_deg * 1e6) / 1e6;
-      design_.remarks.push_back({design_.field.line,
-                                 "no light comes through the stop's centre under the file's half field of " +
-                                     shortest(lens.half_field_deg) +
-                                     " degrees; taken is the largest under which it "
-                                     "does, " +
-                                     significant(field_deg, 4) + " degrees",
-                                 0});
-      return;
-    }
+    const auto field_deg = largest_field(lens, lens.half_field_deg, design_.beam_distance_mm());
+    if (!field_deg || *field_deg == lens.half_field_deg) return;
+    draft_.json["half_field_deg"] = std::floor(*field_deg * 1e6) / 1e6;
+    design_.remarks.push_back(
+        {design_.field.line,
+         "no light comes through the stop's centre under the file's half field of " + shortest(lens.half_field_deg) +
+             " degrees; taken is the largest under which it does, " + significant(*field_deg, 4) + " degrees",
+         0});
   }
 
   void set_image() {
     if (draft_.image_told) return;
     const optics::FirstOrder data = optics::first_order(read_back(draft_, design_));
-    if (!(data.back_focal_length > 0) || data.back_focal_length > 1e5)
+    // Behind an odd number of mirrors light travels towards -z.
+    const double along_light = data.back_focal_length * (draft_.json["image_z_mm"] < data.overall_length ? -1 : 1);
+    if (!(along_light > 0) || along_light > 1e5)
       refuse(0, "the file tells no distance to the image, and the lens has no focus behind its last face");
     const double z = data.overall_length + data.back_focal_length;
     draft_.json["image_z_mm"] = z;
@@ -157,13 +155,13 @@ class Completion {
     const optics::FirstOrder data = optics::first_order(read_back(draft_, design_));
     const FieldSize& field = design_.field;
     double half_deg = field.value;
-    const double object_mm = design_.surfaces.front().thickness_mm;
+    const std::optional<double> object_mm = design_.object_distance_mm();
     const auto angle = [](double height, double distance) {
       return std::atan(height / std::fabs(distance)) * 57.29577951308232;
     };
     if (field.kind == FieldSize::object_height_mm) {
-      if (object_mm >= kInfinite) refuse(field.line, "fields are object heights, but the object is infinitely far");
-      half_deg = angle(field.value, object_mm + data.entrance_pupil_z);
+      if (!object_mm) refuse(field.line, "fields are object heights, but the object is infinitely far");
+      half_deg = angle(field.value, *object_mm + data.entrance_pupil_z);
     } else if (field.kind == FieldSize::image_height_mm) {
       half_deg = angle(field.value, data.focal_length);
     } else if (field.kind == FieldSize::real_image_height_mm) {
@@ -195,7 +193,7 @@ class Completion {
   double stated_pupil(const optics::FirstOrder& data) const {
     constexpr double kWidest_mm = 1e5, kNarrowest_mm = 1e-6;
     const SystemAperture& aperture = design_.aperture;
-    const double object_mm = design_.surfaces.front().thickness_mm;
+    const std::optional<double> object_mm = design_.object_distance_mm();
     double pupil_mm = 0;
     switch (aperture.kind) {
       case SystemAperture::entrance_pupil_diameter:
@@ -208,12 +206,12 @@ class Completion {
         pupil_mm = 2 * std::fabs(data.focal_length) * aperture.value;
         break;
       case SystemAperture::object_na:
-        if (object_mm >= kInfinite)
+        if (!object_mm)
           refuse(aperture.line, aperture.word + " is an aperture at the object, but the object is infinitely far");
         if (aperture.value >= 1)
           refuse(aperture.line, aperture.word + ": a numerical aperture of " + shortest(aperture.value) +
                                     "; allowed are numbers below 1");
-        pupil_mm = 2 * std::fabs(object_mm + data.entrance_pupil_z) * aperture.value /
+        pupil_mm = 2 * std::fabs(*object_mm + data.entrance_pupil_z) * aperture.value /
                    std::sqrt(1 - aperture.value * aperture.value);
         break;
       case SystemAperture::stop_size:
@@ -278,9 +276,9 @@ class Completion {
   // Where the axial ray at the rim of the entrance pupil meets the face that is the stop.
   std::optional<double> marginal_height(double pupil_radius_mm) const {
     const optics::Prescription lens = read_back(draft_, design_);
-    const double object_mm = design_.surfaces.front().thickness_mm;
+    const double object_mm = design_.beam_distance_mm();
     optics::Ray ray{{0, pupil_radius_mm, -1 - pupil_radius_mm}, {0, 0, 1}};
-    if (object_mm < kInfinite && object_mm > 0)
+    if (object_mm > 0)
       ray = {{0, 0, -object_mm}, {0, pupil_radius_mm, optics::first_order(lens).entrance_pupil_z + object_mm}};
     const optics::TracedRay traced = optics::trace(optics::Assembly(lens), ray, optics::Apertures::none);
     const std::size_t face = *lens.aperture_stop().before_face;
@@ -341,9 +339,8 @@ class Completion {
   void check_axial_beam(const std::vector<bool>& told) {
     constexpr double kRounding = 0.99;  // files print semi-diameters of the axial beam with few digits
     const optics::Prescription lens = read_back(draft_, design_);
-    const double object_mm = design_.surfaces.front().thickness_mm;
     std::vector<double> needed(told.size(), 0);
-    for (const FanRay& ray : beam(lens, 0, object_mm < kInfinite && object_mm > 0 ? object_mm : 0))
+    for (const FanRay& ray : beam(lens, 0, design_.beam_distance_mm()))
       for (std::size_t i = 0; i < needed.size(); ++i) needed[i] = std::max(needed[i], std::fabs(ray.traced.hits[i].y));
     each_surface([&](const OrderedJson& face, std::size_t index, std::size_t i) {
       const double clear = face["clear_radius_mm"].get<double>();
@@ -368,8 +365,8 @@ class Completion {
     for (std::size_t e = elements.size(); e-- > 1;) {
       const OrderedJson& faces = elements[e]["faces"];
       const bool plate = std::all_of(faces.begin(), faces.end(), [](const OrderedJson& face) {
-        const bool shaped = face.contains("even_asphere") || face.contains("odd_asphere") || face.contains("r2") ||
-                            face.contains("q_bfs") || face.contains("q_con");
+        const bool shaped = face.contains("mirror") || face.contains("even_asphere") || face.contains("odd_asphere") ||
+                            face.contains("r2") || face.contains("q_bfs") || face.contains("q_con");
         return face["radius_mm"].is_null() && !shaped;
       });
       if (!plate) return;

@@ -51,7 +51,8 @@ std::vector<Trim> trim_clear_radii(const optics::Prescription& lens, std::vector
   }
   for (std::size_t i = 0; i + 1 < faces.size(); ++i) {
     const double radius = std::min(clear_radii[i], clear_radii[i + 1]);
-    if (!(radius > 0) || !(faces[i]->z_mm <= faces[i + 1]->z_mm)) continue;
+    // Faces that light meets on the way back from a mirror keep their radii; the lens reader refuses those that cross.
+    if (!(radius > 0) || !(faces[i]->z_mm <= faces[i + 1]->z_mm) || faces[i]->index_after < 0) continue;
     const double room = room_between(*faces[i], *faces[i + 1], radius);
     if (room >= radius || room < kLeastRoom * radius) continue;
     trim(i, rounded_down(kShare * room), "reaches where the next face crosses it");

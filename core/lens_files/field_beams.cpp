@@ -35,18 +35,13 @@ double angle_of(const FieldBeam& field, FieldSize::Kind kind, double half_field_
                                       : std::atan(part * std::tan(half_field_deg / kDegrees)) * kDegrees;
 }
 
-double object_distance(const LensDesign& design) {
-  const double object_mm = design.surfaces.front().thickness_mm;
-  return object_mm < kInfinite && object_mm > 0 ? object_mm : 0;
-}
-
 }  // namespace
 
 std::optional<double> field_of_real_height(const LensDesign& design, const optics::Prescription& lens, double height_mm,
                                            double paraxial_deg) {
   constexpr int kMarch = 48, kHalvings = 30;
   constexpr double kWidest_deg = 89, kClose = 1e-6;
-  const double distance = object_distance(design);
+  const double distance = design.beam_distance_mm();
   const auto height = [&](double field_deg) {
     const std::vector<FanRay> rays = beam(lens, field_deg, distance);
     for (std::size_t i = 0; i + 1 < rays.size(); ++i) {
@@ -74,7 +69,7 @@ std::optional<double> field_of_real_height(const LensDesign& design, const optic
 
 std::vector<double> needed_radii(const LensDesign& design, const optics::Prescription& lens) {
   constexpr double kEdge = 1e-3;  // of the pupil's radius: what lies between two rays of a fan
-  const double distance = object_distance(design);
+  const double distance = design.beam_distance_mm();
   std::vector<double> needed;
   for (const optics::Element& element : lens.elements) needed.resize(needed.size() + element.faces.size());
   const auto add = [&](double field_deg, const PupilRange& range) {

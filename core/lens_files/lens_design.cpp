@@ -1,11 +1,19 @@
 #include "lens_files/lens_design.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/text.h"
 #include "lens_files/text_lines.h"
 
 namespace relign::lens_files {
+
+std::optional<double> LensDesign::object_distance_mm() const {
+  const double thickness_mm = surfaces.front().thickness_mm;
+  return std::fabs(thickness_mm) < kInfinite ? std::optional<double>(thickness_mm + first_vertex_mm) : std::nullopt;
+}
+
+double LensDesign::beam_distance_mm() const { return std::max(0.0, object_distance_mm().value_or(0)); }
 
 Reading::Reading(const std::string& file, const std::string& format) {
   design.file = file;

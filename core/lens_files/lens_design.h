@@ -41,6 +41,7 @@ struct Surface {
   double index = 0;                     // told by the file for the reference wavelength; 0: not told
   double clear_radius_mm = 0;           // 0: not told
   bool stop = false;
+  bool mirror = false;      // light stays in the medium before it
   bool break_only = false;  // a coordinate break without a face
   // The frame of this surface in the one before, and the frame of the next in this one.
   std::optional<optics::Motion> before, after;
@@ -82,6 +83,7 @@ struct LensDesign {
   std::string format;  // "Zemax", "CODE V", "CODE V listing"
   std::string title;
   std::vector<Surface> surfaces;  // the object's first, the image's last
+  double first_vertex_mm = 0;     // of the first face of glass or mirror, behind surface 1; draft_lens() finds it
   SystemAperture aperture;
   FieldSize field;
   std::vector<FieldBeam> fields;
@@ -92,6 +94,11 @@ struct LensDesign {
   std::map<std::string, double> published;  // first-order values, by the names of lens.json
   std::vector<Remark> remarks;
   std::vector<Problem> problems;  // for which the file is refused, once its surfaces and glasses are looked at too
+
+  // From the object to the first vertex, mm; negative for a virtual object, nothing for one that is infinitely far.
+  std::optional<double> object_distance_mm() const;
+  // The same as beam() takes it: 0 where the object is infinitely far or virtual.
+  double beam_distance_mm() const;
 };
 
 constexpr const char* kVignettingRemark =

@@ -90,15 +90,21 @@ class Writer {
     if (!(wavelength_nm_ >= kShortest_nm && wavelength_nm_ <= kLongest_nm) && design_.problems.empty())
       problems_.push_back(
           {design_.file, 0, 0, "", "a wavelength of " + shortest(wavelength_nm_) + " nm; allowed are 100 to 100000"});
-    if (design_.surfaces.size() < 4) {
+    if (design_.surfaces.size() < (has_mirrors() ? 3 : 4)) {
       problems_.push_back({design_.file, 0, 0, "",
                            "only " + std::to_string(design_.surfaces.size()) +
-                               " surfaces; a lens has an object, two faces and an image at least"});
+                               " surfaces; a lens has an object, two faces or a mirror, and an image at least"});
       return;
     }
     if (medium(0) != nullptr) problem(design_.surfaces[0], "the object lies in glass; only lenses in air are read");
-    if (medium(design_.surfaces.size() - 2) != nullptr)
-      problem(design_.surfaces[design_.surfaces.size() - 2], "the image lies in glass; only lenses in air are read");
+    add_missing_image();
+    if (const Surface* glass = medium(design_.surfaces.size() - 2)) {
+      const std::string last = design_.surfaces.back().label;
+      problem(*glass, "the image lies in the glass behind surface " + glass->label + ", which goes on to surface " +
+                          last + ", the last one; if " + last +
+                          " is the back of a plate, add the image surface and the distance to it; if the plate is "
+                          "cemented to the sensor, take it out: the lens moves, and the sensor does not");
+    }
     std::size_t stops = 0;
     for (std::size_t i = 1; i < design_.surfaces.size(); ++i) {
       Surface& surface = design_.surfaces[i];
@@ -114,6 +120,25 @@ class Writer {
                                "; mark it (Zemax: STOP, CODE V: STO)"});
   }
 
+  // Files of patents often end with the back of the cover glass, of which the distance leads to an image surface that
+  // is not there. (In CODE V that distance is a defocus.)
+  void add_missing_image() {
+    const Surface last = design_.surfaces.back();
+    const bool plane = last.curvature == 0 && last.even_asphere.empty() && last.odd_asphere.empty();
+    if (design_.format != "Zemax" || medium(design_.surfaces.size() - 2) == nullptr || !plane ||
+        !(last.thickness_mm > 0 && last.thickness_mm < kInfinite))
+      return;
+    Surface image;
+    image.line = last.line;
+    image.label = std::to_string(design_.surfaces.size());
+    design_.surfaces.push_back(image);
+    design_.remarks.push_back({last.line,
+                               "assumed: an image surface that the file lacks, " + significant(last.thickness_mm, 6) +
+                                   " mm behind surface " + last.label + "; the file ends in glass before surface " +
+                                   last.label + ", of which the distance leads on",
+                               0});
+  }
+
   // A plane or paraboloid with a term of r^2 is a paraboloid; on any other face the term stays one of its own.
   void tidy_asphere(Surface& surface) {
     std::vector<double>& terms = surface.even_asphere;
@@ -124,17 +149,19 @@ class Writer {
     }
     for (std::vector<double>* list : {&terms, &surface.odd_asphere})
       while (!list->empty() && list->back() == 0) list->pop_back();
-    if (surface.q_bfs && surface.conic != 0)
-      problem(surface, "surface " + surface.label + " has Q_bfs terms on a conic, " + shortest(surface.conic) +
-                           "; Q_bfs terms are supported on spheres only");
     const bool polynomial = !terms.empty() || !surface.odd_asphere.empty();
     if ((surface.q_bfs || surface.q_con) && (polynomial || (surface.q_bfs && surface.q_con)))
       problem(surface, "surface " + surface.label + " has Q-type terms and others; one kind of terms is supported");
   }
 
+  bool has_mirrors() const {
+    return std::any_of(design_.surfaces.begin(), design_.surfaces.end(),
+                       [](const Surface& surface) { return surface.mirror; });
+  }
+
   // The surface whose glass follows surface i, null in air.
   const Surface* medium(std::size_t i) const {
-    while (i > 0 && design_.surfaces[i].break_only) --i;
+    while (i > 0 && (design_.surfaces[i].break_only || design_.surfaces[i].mirror)) --i;
     const Surface& surface = design_.surfaces[i];
     return surface.glass.empty() && surface.nd == 0 && surface.index == 0 ? nullptr : &surface;
   }
@@ -160,15 +187,24 @@ class Writer {
   }
 
   void group(OrderedJson& elements, LensDraft& draft) {
-    const Motion* front = nullptr;  // of the element under way
+    const Motion* front = nullptr;        // of the element under way
+    std::size_t lenses = 0, mirrors = 0;  // mirrors in air
     for (std::size_t i = 1; i + 1 < design_.surfaces.size(); ++i) {
       const Surface& surface = design_.surfaces[i];
       const Surface *before = medium(i - 1), *behind = medium(i);
-      if (surface.break_only || same_glass(before, behind)) continue;
+      if (surface.break_only || (!surface.mirror && same_glass(before, behind))) continue;
+      if (surface.mirror) {
+        direction_ = -direction_;
+        if (!straight(frames_[i]) || !on_axis(frames_[i]))
+          problem(surface,
+                  "surface " + surface.label +
+                      " is a mirror that is tilted or off the axis; supported are mirrors in line with the axis");
+      }
       if (before == nullptr) {
         front = &frames_[i];
-        if (elements.empty()) first_z_ = front->translation.z;
-        elements.push_back({{"name", "L" + std::to_string(elements.size() + 1)}});
+        if (elements.empty()) design_.first_vertex_mm = first_z_ = front->translation.z;
+        elements.push_back(
+            {{"name", surface.mirror ? "M" + std::to_string(++mirrors) : "L" + std::to_string(++lenses)}});
         write_placement(surface, *front, elements.back());
         elements.back()["faces"] = OrderedJson::array();
       }
@@ -182,6 +218,11 @@ class Writer {
       problems_.push_back({design_.file, 0, 0, "", "no surface is followed by glass: there is no lens in this file"});
       return;
     }
+    const double image_z = frames_.back().translation.z - first_z_;
+    if (has_mirrors() && direction_ * (image_z - last_z_) < -kNothing)
+      problem(
+          design_.surfaces.back(),
+          "the image lies before the last face, as light goes; distances behind an odd number of mirrors are negative");
   }
 
   OrderedJson face_of(const Surface& surface, const Motion& front, const Motion& frame, const Surface* behind) {
@@ -196,7 +237,10 @@ class Writer {
     if (std::fabs(surface.curvature) > kFlat) face["radius_mm"] = radius_of(surface.curvature);
     if (surface.conic != 0) face["conic"] = surface.conic;
     write_terms(surface, face);
-    if (behind != nullptr) glasses_.write(*behind, face);
+    if (surface.mirror)
+      face["mirror"] = true;
+    else if (behind != nullptr)
+      glasses_.write(*behind, face);
     face["clear_radius_mm"] = tidy(surface.clear_radius_mm);
     return face;
   }
@@ -262,7 +306,7 @@ class Writer {
       }
       if (on_face)
         stop["on_face"] = before + 1;
-      else if (in_glass || !in_order)
+      else if (in_glass || !in_order || has_mirrors())
         stop["before_face"] = before + 1;
       stops.push_back(std::move(stop));
     }
@@ -273,8 +317,8 @@ class Writer {
     double z = frames_.back().translation.z - first_z_;
     if (design_.format != "Zemax" && std::fabs(design_.surfaces.back().thickness_mm) < kInfinite)
       z += design_.surfaces.back().thickness_mm;
-    draft.image_told = z > last_z_ + kNothing;
-    return draft.image_told ? tidy(z) : last_z_ + 1;
+    draft.image_told = direction_ * (z - last_z_) > kNothing;
+    return draft.image_told ? tidy(z) : last_z_ + direction_;
   }
 
   LensDesign& design_;
@@ -283,6 +327,7 @@ class Writer {
   std::vector<Problem> problems_;
   std::vector<Motion> frames_;
   double first_z_ = 0, last_z_ = 0;
+  double direction_ = 1;  // of the light behind the last face: +-z
 };
 
 }  // namespace

@@ -117,9 +117,8 @@ class ListingReader {
     }
     surface.thickness_mm = is_infinite(words[at + 2]) ? kInfinite : reading_.number(line_, words[at + 2], "thickness");
     at += 3;
-    if (at < words.size() && upper_case(words[at]).compare(0, 3, "REF") == 0)
-      take_glass(reading_, surface, line_, words[at++]);
-    if (at < words.size() && !is_flag(upper_case(words[at]))) take_glass(reading_, surface, line_, words[at++]);
+    if (at < words.size() && upper_case(words[at]).compare(0, 3, "REF") == 0) take_glass(surface, line_, words[at++]);
+    if (at < words.size() && !is_flag(upper_case(words[at]))) take_glass(surface, line_, words[at++]);
     for (; at < words.size(); ++at)
       if (!is_flag(upper_case(words[at]))) reading_.not_understood(line_, "row " + words[at], text_);
     return true;

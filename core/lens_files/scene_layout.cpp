@@ -96,6 +96,17 @@ void compare_published(LensDesign& design, const optics::Prescription& lens) {
   }
 }
 
+void refuse_mirrors(const LensDesign& design) {
+  std::vector<Problem> problems;
+  for (const Surface& surface : design.surfaces)
+    if (surface.mirror)
+      problems.push_back({design.file, surface.line, 0, "",
+                          "surface " + surface.label +
+                              " is a mirror; images are made of lenses with refracting faces alone (lens info and "
+                              "lens draw take mirrors)"});
+  throw_if_any(problems);
+}
+
 // "wavelengths" of a scene file. A weight of 0 switches a wavelength off; one that stands twice has both weights.
 OrderedJson wavelengths_of(const LensDesign& design) {
   constexpr std::size_t kMost = 24;
@@ -148,6 +159,7 @@ SensorSize parse_sensor(const std::string& text) {
 }
 
 Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutChoices& choices) {
+  refuse_mirrors(design);
   const optics::Prescription& lens = complete.lens;
   const optics::FirstOrder data = optics::first_order(lens);
   if (!(data.focal_length > 0 && std::isfinite(data.focal_length)))
@@ -162,7 +174,27 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
   };
   try {
     // Where the far image ends; the finite distance moves it a little.
-    const double field_deg = lens.half_field_deg;
+    double field_deg = lens.half_field_deg;
+    const auto keep_chief_ray = [&](double distance_mm) {
+      const auto largest = largest_field(lens, field_deg, distance_mm);
+      const std::string from =
+          distance_mm > 0 ? "an emitter at " + significant(distance_mm, 6) + " mm" : std::string("far away");
+      if (!largest)
+        throw Error(ErrorKind::bad_input, "no ray from " + from + " comes through the stop's centre under " +
+                                              significant(field_deg / 2, 4) + " to " + significant(field_deg, 4) +
+                                              " degrees; check the clear radii, the stop's place and the polynomials "
+                                              "of the file, or state a smaller field");
+      if (*largest == field_deg) return;
+      design.remarks.push_back({design.field.line,
+                                "no ray from " + from + " comes through the stop's centre under " +
+                                    significant(field_deg, 4) +
+                                    " degrees; the scene is laid out for the largest field "
+                                    "with one, " +
+                                    significant(*largest, 4) + " degrees",
+                                0});
+      field_deg = *largest;
+    };
+    keep_chief_ray(0);
     const double far_height = image_height(lens, field_deg, 0, lens.image_z_mm);
     const double default_side = rounded(2 * kMargin * far_height, 3);
     const SensorSize sensor = choices.sensor.value_or(SensorSize{kPixels, kPixels, default_side / kPixels});
@@ -170,7 +202,7 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
     const bool square = sensor.columns == kPixels && sensor.rows == kPixels;
     const std::string pixels = std::to_string(sensor.columns) + " x " + std::to_string(sensor.rows) + " pixels";
 
-    const double file_distance = design.surfaces.front().thickness_mm;
+    const double file_distance = design.object_distance_mm().value_or(0);
     if (file_distance < 0 && !(choices.distance_mm > 0))
       throw Error(ErrorKind::bad_input, "the object lies " + significant(-file_distance, 6) +
                                             " mm behind the first vertex (a virtual object); targets stand before the "
@@ -178,14 +210,19 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
     const double pitch = side / 50;
     // The paper's: at the stated distance one fiftieth of the sensor out of focus is three times too little to matter.
     const double by_formula = rounded(3 * (pitch + data.focal_length / data.f_number) * data.focal_length / pitch, 4);
-    const bool file_tells = file_distance > 0 && file_distance < kInfinite;
+    const bool file_tells = file_distance > 0;
     const double distance = choices.distance_mm > 0 ? choices.distance_mm : file_tells ? file_distance : by_formula;
     const double focus = best_focus_z(lens, distance);
     const double last = data.overall_length;
     if (!(focus > last))
-      throw Error(ErrorKind::bad_input, "the sharp image of an emitter at " + significant(distance, 6) + " mm lies " +
-                                            significant(last - focus, 4) +
-                                            " mm before the lens's last face; take a larger --distance");
+      throw Error(ErrorKind::bad_input,
+                  "the sharp image of an emitter at " + significant(distance, 6) + " mm lies " +
+                      significant(last - focus, 4) + " mm before the lens's last face; " +
+                      (-distance >= data.front_focal_length
+                           ? "take a larger --distance, beyond the front focal point"
+                           : "the paraxial focus of far objects lies " + significant(data.back_focal_length, 4) +
+                                 " mm behind it; check the polynomials and the clear radii of the file"));
+    keep_chief_ray(distance);
     const double height = image_height(lens, field_deg, distance, focus);
     const double pivot = rounded(last / 2, 9);
     const double shown_deg = std::min(field_deg, kWidestTarget_deg);
@@ -259,7 +296,8 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
     line("stop's opening", lens.aperture_stop().opening_radius_mm, "mm", complete.opening_why);
     line("exit pupil", data.exit_pupil_diameter, "mm",
          significant(data.exit_pupil_from_last, 6) + " mm from the last vertex");
-    line("half field", field_deg, "degrees", "the file's largest field");
+    line("half field", field_deg, "degrees",
+         field_deg < lens.half_field_deg ? "the largest with a chief ray" : "the file's largest field");
     line("image height", height, "mm", "chief ray of the largest field, at the sensor");
     line("emitter distance", distance, "mm",
          choices.distance_mm > 0 ? "--distance, from the first vertex"

@@ -79,6 +79,7 @@ class SeqReader {
     else if (!image_seen_)
       reading_.problem(reading_.design.surfaces.back().line, "the image surface (SI) is missing; is the file whole?");
     finish_surface();
+    assume_stop();
     use_private_glasses();
     check_curvatures();
     if (position_ > positions_)
@@ -107,7 +108,7 @@ class SeqReader {
     if (command.words.size() > 1) surface.curvature = curvature(command.line, word(command, 1));
     if (command.words.size() > 2) surface.thickness_mm = thickness(command.line, word(command, 2));
     const bool model = take_model_glass(command, surface);
-    if (command.words.size() > 3 && !model) take_glass(reading_, surface, command.line, word(command, 3));
+    if (command.words.size() > 3 && !model) take_glass(surface, command.line, word(command, 3));
     if (command.words.size() > (model ? 5U : 4U)) reading_.not_understood(command.line, "S", command.text);
     return true;
   }
@@ -161,7 +162,7 @@ class SeqReader {
     } else if (keyword == "THI") {
       surface->thickness_mm = thickness(command.line, value);
     } else if (keyword == "GLA") {
-      take_glass(reading_, *surface, command.line, value);
+      take_glass(*surface, command.line, value);
     } else if (keyword == "ASP" || keyword == "CON" || keyword == "SPH" || keyword == "SLB" || keyword == "CCY" ||
                keyword == "THC" || keyword == "GLC" || keyword == "KC" || keyword == "CUF" || keyword == "CCF") {
       return true;
@@ -271,6 +272,16 @@ class SeqReader {
     }
     decentre_ = Decentre();
     special_ = SpecialSurface();
+  }
+
+  // CODE V itself puts the stop on surface 1 of a new lens.
+  void assume_stop() {
+    std::vector<Surface>& surfaces = reading_.design.surfaces;
+    for (const Surface& surface : surfaces)
+      if (surface.stop) return;
+    if (surfaces.size() < 3) return;
+    surfaces[1].stop = true;
+    reading_.remark(0, "stop", "assumed: the stop is surface S1, CODE V's default; the file has no STO");
   }
 
   // Radii in a file without RDM make spheres smaller than their clear radii, or than the entrance pupil.

@@ -244,9 +244,9 @@ class ZmxReader {
     constexpr double kUnknown_nd = 1.5, kUnknown_vd = 40;
     surface.glass_line = line_;
     surface.glass = word(1);
+    surface.mirror = upper_case(surface.glass) == "MIRROR";
     if (surface.glass.empty()) reading_.problem(line_, "GLAS: the name of the glass is missing");
-    if (upper_case(surface.glass) == "MIRROR") {
-      reading_.problem(line_, "surface " + surface.label + " is a mirror; only lenses are read");
+    if (surface.mirror) {
       surface.glass.clear();
       return;
     }

@@ -11,6 +11,8 @@ namespace {
 constexpr int kPolynomialTerms = 8;      // PARM 1 to 8 of EVENASPH and ODDASPHE
 constexpr int kMostExtendedTerms = 240;  // of XASPHERE and XOSPHERE
 
+bool is_count(double value, int most) { return value >= 0 && value <= most && value == std::floor(value); }
+
 }  // namespace
 
 void ZmxShape::set_type(int line, const std::string& name) {
@@ -104,8 +106,9 @@ void ZmxShape::apply_terms(Reading& reading, Surface& surface, const Entries& en
 void ZmxShape::apply_extended(Reading& reading, Surface& surface, int step) const {
   const double terms = value_of(extra_, 1), radius = value_of(extra_, 2);
   const int line = extra_.count(1) > 0 ? extra_.at(1).line : line_;
-  if (!(terms >= 0 && terms <= kMostExtendedTerms)) {
-    reading.problem(line, "surface " + surface.label + ": XDAT 1: " + shortest(terms) + " terms; allowed are 0 to " +
+  if (!is_count(terms, kMostExtendedTerms)) {
+    reading.problem(line, "surface " + surface.label + ": XDAT 1: " + shortest(terms) +
+                              " terms; the count of terms must be an integer from 0 to " +
                               std::to_string(kMostExtendedTerms));
     return;
   }
@@ -127,9 +130,10 @@ void ZmxShape::apply_q_type(Reading& reading, Surface& surface) const {
                                "; supported are 0 (Q_bfs) and 1 (Q_con)");
     return;
   }
-  if (!(terms >= 0 && terms <= kMostQTerms)) {
-    reading.problem(line_, "surface " + surface.label + ": XDAT 2: " + shortest(terms) + " terms; allowed are 0 to " +
-                               std::to_string(kMostQTerms));
+  if (!is_count(terms, kMostQTerms)) {
+    reading.problem(extra_.at(2).line, "surface " + surface.label + ": XDAT 2: " + shortest(terms) +
+                                           " terms; the count of terms must be an integer from 0 to " +
+                                           std::to_string(kMostQTerms));
     return;
   }
   for (int i = 0; i < static_cast<int>(terms); ++i) asphere.coefficients.push_back(value_of(extra_, i + 4));

@@ -111,9 +111,8 @@ Series times_linear(const Series& series, double constant, double linear) {  // 
 }
 
 // From powers of u^2 = (r / radius)^2, beginning with u^(2 first), to powers of r.
-Series in_powers_of_r(const Series& of_u2, std::size_t first, double radius) {
+Series in_powers_of_r(const Series& of_u2, std::size_t first, double radius, double scale = 1) {
   Series terms;
-  double scale = 1;
   for (std::size_t i = 0; i < first; ++i) scale /= radius * radius;
   for (const double term : of_u2) {
     terms.push_back(term * scale);
@@ -216,6 +215,45 @@ std::vector<double> even_terms_of_q_con(const std::vector<double>& coefficients,
     here = next;
   }
   return in_powers_of_r(sum, 2, radius);
+}
+
+std::optional<std::vector<double>> over_root_terms_on_conic(const std::vector<double>& over_root, double curvature,
+                                                            double conic, double reach) {
+  constexpr double kAllowed_mm = 1e-6, kPi = 3.14159265358979323846;
+  constexpr int kNodes = 64, kPlaces = 500;
+  constexpr std::size_t kMostTerms = 16;  // b2 to b32
+  const double c2 = curvature * curvature, reach2 = reach * reach;
+  if (!(1 - conic * c2 * reach2 > 0)) return std::nullopt;
+  // Of x = (r / reach)^2, without the factor r^2.
+  const auto exact = [&](double x) {
+    double sum = 0;
+    for (std::size_t i = over_root.size(); i-- > 0;) sum = sum * reach2 * x + over_root[i];
+    return sum * std::sqrt(1 - conic * c2 * reach2 * x);
+  };
+  // Chebyshev series over 0 to 1, cut off where it is near enough, as powers of x.
+  std::vector<double> chebyshev(kMostTerms);
+  for (int node = 0; node < kNodes; ++node) {
+    const double angle = (node + 0.5) * kPi / kNodes, value = exact((1 + std::cos(angle)) / 2);
+    for (std::size_t n = 0; n < kMostTerms; ++n)
+      chebyshev[n] += (n == 0 ? 1.0 : 2.0) / kNodes * value * std::cos(static_cast<double>(n) * angle);
+  }
+  Series sum, before{1}, here{-1, 2};
+  for (std::size_t n = 0; n < kMostTerms; ++n) {
+    add_scaled(sum, chebyshev[n], before);
+    Series next = times_linear(here, -2, 4);
+    add_scaled(next, -1, before);
+    before = here;
+    here = next;
+    double largest = 0;
+    for (int i = 0; i <= kPlaces; ++i) {
+      const double x = static_cast<double>(i) / kPlaces, root2 = 1 - (1 + conic) * c2 * reach2 * x;
+      double fitted = 0;
+      for (std::size_t k = sum.size(); k-- > 0;) fitted = fitted * x + sum[k];
+      if (root2 > 0) largest = std::max(largest, std::fabs(fitted - exact(x)) * reach2 * x / std::sqrt(root2));
+    }
+    if (largest < kAllowed_mm) return in_powers_of_r(sum, 1, reach, reach2);
+  }
+  return std::nullopt;
 }
 
 std::vector<double> over_root_terms_of_q_bfs(const std::vector<double>& coefficients, double radius) {

@@ -47,5 +47,10 @@ std::optional<FacePoint> meet(const Face& face, const FaceBounds& bounds, const 
 std::vector<double> even_terms_of_q_con(const std::vector<double>& coefficients, double radius);
 // Mild aspheres: u^2 (1 - u^2) / s sum a_m Q_m(u^2), of unit slope; returns b2, b4, ...
 std::vector<double> over_root_terms_of_q_bfs(const std::vector<double>& coefficients, double radius);
+// On a conic the departure is measured along the conic's normal (Forbes, Optics Express 19, 9923 (2011)), which
+// multiplies the sum over s by sqrt(1 - k c^2 r^2). Returns b2, b4, ... of a polynomial that keeps within 1e-6 mm of
+// that product up to `reach` mm from the axis; nothing where the terms up to r^32 do not come so near.
+std::optional<std::vector<double>> over_root_terms_on_conic(const std::vector<double>& over_root, double curvature,
+                                                            double conic, double reach);
 
 }  // namespace relign::optics

@@ -45,9 +45,10 @@ FirstOrder first_order(const Prescription& lens) {
     for (const Face& face : element.faces) faces.push_back(&face);
   const std::size_t count = faces.size(), before_stop = lens.faces_before(stop);
   const Matrix whole = through(faces, 0, count, first, last);
+  const double behind = faces.back()->index_after;  // -1 behind an odd number of mirrors
   FirstOrder data;
   data.focal_length = -1 / whole.c;
-  data.back_focal_length = -whole.a / whole.c;
+  data.back_focal_length = -whole.a / whole.c * behind;
   // The front focal point lies at first + d / c (c < 0: before the lens, as a positive lens alone has it).
   data.front_focal_length = whole.d / whole.c;
   data.overall_length = last - first;
@@ -69,8 +70,8 @@ FirstOrder first_order(const Prescription& lens) {
   // Exit pupil: the stop's centre and rim imaged to the back.
   if (before_stop < count) {
     const Matrix rear = through(faces, before_stop, count, stop.z_mm, last);
-    data.exit_pupil_from_last = -rear.b / rear.d;
-    data.exit_pupil_diameter = 2 * stop_radius * (rear.a + data.exit_pupil_from_last * rear.c);
+    data.exit_pupil_from_last = -rear.b / rear.d * behind;
+    data.exit_pupil_diameter = 2 * stop_radius * (rear.a + data.exit_pupil_from_last / behind * rear.c);
   } else {
     data.exit_pupil_from_last = stop.z_mm - last;
     data.exit_pupil_diameter = 2 * stop_radius;

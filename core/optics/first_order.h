@@ -1,4 +1,6 @@
-// First-order (paraxial) data of the perfect lens, by transfer matrices; mm.
+// First-order (paraxial) data of the perfect lens, by transfer matrices; mm. Behind mirrors indices have the sign of
+// the light's direction, as in Welford, Aberrations of Optical Systems; distances from a vertex are positive towards
+// +z.
 #pragma once
 
 #include "optics/prescription.h"

@@ -111,13 +111,14 @@ class Reader {
     reader.string("glass", "");
     each(reader, "faces", true,
          [&](const std::string& face) { element.faces.push_back(read_face(face, element.name)); });
-    if (element.faces.size() == 1) reader.complain("faces", "an element has at least two faces, found 1");
+    if (element.faces.size() == 1 && !element.faces.front().mirror)
+      reader.complain("faces", "an element has at least two faces, found 1");
     if (!element.faces.empty()) {
-      if (element.faces.back().index_after != 1 || !element.faces.back().glass.empty())
+      if (std::fabs(element.faces.back().index_after) != 1 || !element.faces.back().glass.empty())
         reader.complain("faces",
                         "the last face has no \"index_after\" or \"glass_after\": the ambient medium follows it");
       for (std::size_t i = 0; i + 1 < element.faces.size(); ++i)
-        if (element.faces[i].index_after == 1)
+        if (std::fabs(element.faces[i].index_after) == 1)
           problems_.push_back(source_.problem(reader.pointer_to("faces") + "/" + std::to_string(i),
                                               "the key \"index_after\" is missing (refractive index of the glass), or "
                                               "\"glass_after\" (its name)"));
@@ -143,6 +144,7 @@ class Reader {
     face.conic = reader.number("conic", 0, -1e6, 1e6);
     read_polynomials(reader, face);
     face.index_after = reader.number("index_after", 1, 1, 5);
+    face.mirror = reader.boolean("mirror", false);
     if (other_nm_ && face.index_after != 1)
       reader.complain("index_after", "an image at several wavelengths needs the glass of " + element +
                                          ", found its index at one; give \"glass_after\": a name, a code such as "
@@ -152,8 +154,14 @@ class Reader {
       if (reader.has("index_after")) reader.complain("glass_after", "give either \"index_after\" or \"glass_after\"");
       face.index_after = index_of_glass(reader, face.glass);
     }
+    if (face.mirror && (reader.has("index_after") || reader.has("glass_after")))
+      reader.complain("mirror",
+                      "light stays in the medium before a mirror; take \"index_after\" or \"glass_after\" out");
+    face.index_after = face.mirror ? -index_before_ : std::copysign(face.index_after, index_before_);
+    index_before_ = face.index_after;
     face.clear_radius_mm = reader.required_number("clear_radius_mm", 1e-6, 1e6);
     face.listing_clear_radius_mm = reader.number("listing_clear_radius_mm", face.clear_radius_mm, 1e-6, 1e6);
+    put_q_bfs_on_conic(reader, face);
     const double largest = std::max(face.clear_radius_mm, face.listing_clear_radius_mm);
     const double steepest = std::sqrt(std::max(0.0, 1 + face.conic)) * std::fabs(face.curvature);
     if (steepest * largest > 1)
@@ -192,6 +200,7 @@ class Reader {
     if (!face.get(key)) return {};
     ObjectReader reader(source_, face.pointer_to(key), problems_);
     const double radius = reader.required_number("radius_mm", 1e-6, 1e6);
+    q_radius_mm_ = radius;
     if (!reader.get("coefficients")) reader.complain("", "the key \"coefficients\" is missing (a list of numbers)");
     const std::vector<double> coefficients =
         read_terms(reader, "coefficients", kMostQTerms, "Forbes's a0, a1, ... in mm");
@@ -207,8 +216,20 @@ class Reader {
     face.even_asphere.resize(std::max(face.even_asphere.size(), q_con.size()));
     for (std::size_t i = 0; i < q_con.size(); ++i) face.even_asphere[i] += q_con[i];
     face.over_root = read_q_terms(reader, "q_bfs", over_root_terms_of_q_bfs);
-    if (!face.over_root.empty() && (face.conic != 0 || face.r2_term != 0 || !face.even_asphere.empty()))
-      reader.complain("q_bfs", "the base of \"q_bfs\" is a sphere; take \"conic\" and the other even polynomials out");
+    if (!face.over_root.empty() && (face.r2_term != 0 || !face.even_asphere.empty()))
+      reader.complain("q_bfs", "the base of \"q_bfs\" is a sphere or a conic; take the other even polynomials out");
+  }
+
+  // With the clear radius known.
+  void put_q_bfs_on_conic(ObjectReader& reader, Face& face) {
+    if (face.over_root.empty() || face.conic == 0) return;
+    const double reach = std::max(q_radius_mm_, std::max(face.clear_radius_mm, face.listing_clear_radius_mm));
+    const auto terms = over_root_terms_on_conic(face.over_root, face.curvature, face.conic, reach);
+    if (!terms)
+      reader.complain("q_bfs", "terms up to r^32 do not describe these \"q_bfs\" coefficients on a conic of " +
+                                   shortest(face.conic) +
+                                   " to 1e-6 mm; give the face as \"even_asphere\" or \"q_con\"");
+    face.over_root = terms.value_or(std::vector<double>());
   }
 
   // About the element's own front vertex.
@@ -269,7 +290,7 @@ class Reader {
         if (previous) check_pair(*previous, face, f == 0, at);
         previous = &face;
       }
-    if (previous && lens_.image_z_mm <= previous->z_mm)
+    if (previous && !comes_after(previous->index_after, previous->z_mm, lens_.image_z_mm))
       complain("/image_z_mm", "the image plane lies before the last face (z = " + shortest(previous->z_mm) + " mm)");
     std::size_t apertures = 0;
     for (std::size_t s = 0; s < lens_.stops.size(); ++s) {
@@ -277,6 +298,10 @@ class Reader {
       apertures += stop.aperture ? 1 : 0;
       if (stop.on_face)
         check_face_of_stop(stop, "/stops/" + std::to_string(s));
+      else if (!stop.before_face && lens_.has_mirrors())
+        complain(
+            "/stops/" + std::to_string(s),
+            "in a lens with mirrors the place of a stop does not give its order; give \"before_face\" or \"on_face\"");
       else if (!stop.before_face)
         for (const Element& element : lens_.elements)
           check_stop(stop, element, "/stops/" + std::to_string(s) + "/z_mm");
@@ -321,9 +346,15 @@ class Reader {
                      "order light meets it with \"before_face\"");
   }
 
+  // Along the light, of which the sign of the index gives the direction.
+  static bool comes_after(double index, double z_mm, double later_mm) {
+    return index < 0 ? later_mm < z_mm : later_mm > z_mm;
+  }
+
   // Elements may touch: two faces at one vertex with no air between them.
   void check_pair(const Face& before, const Face& face, bool across_air, const std::string& at) {
-    if (across_air ? face.z_mm < before.z_mm : face.z_mm <= before.z_mm) {
+    const double index = before.index_after;
+    if (!comes_after(index, before.z_mm, face.z_mm) && !(across_air && face.z_mm == before.z_mm)) {
       complain(at + "/z_mm", "the face at z = " + shortest(face.z_mm) + " mm does not come after the one before it (" +
                                  shortest(before.z_mm) + " mm)");
       return;
@@ -333,7 +364,7 @@ class Reader {
     constexpr int kPlaces = 16;
     for (int i = kPlaces; i > 0; --i) {
       const double r = radius * i / kPlaces;
-      if (!(before.z_mm + sag(before, r) > face.z_mm + sag(face, r))) continue;
+      if (!comes_after(index, face.z_mm + sag(face, r), before.z_mm + sag(before, r))) continue;
       complain(at, "the face crosses the one before it within the clear radius " + shortest(radius) + " mm");
       return;
     }
@@ -343,6 +374,8 @@ class Reader {
   std::optional<double> other_nm_;
   std::vector<Problem> problems_;
   Prescription lens_;
+  double index_before_ = 1;  // of the face that is read next, signed
+  double q_radius_mm_ = 0;   // of the Q-type terms that were read last
   std::vector<Glass> own_glasses_;
   std::vector<std::string> glass_names_;  // of the file's own, those with mistakes too
 };
@@ -353,6 +386,12 @@ std::size_t Prescription::face_count() const {
   std::size_t count = 0;
   for (const Element& element : elements) count += element.faces.size();
   return count;
+}
+
+bool Prescription::has_mirrors() const {
+  return std::any_of(elements.begin(), elements.end(), [](const Element& element) {
+    return std::any_of(element.faces.begin(), element.faces.end(), [](const Face& face) { return face.mirror; });
+  });
 }
 
 std::size_t Prescription::faces_before(const Stop& stop) const {

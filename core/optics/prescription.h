@@ -31,8 +31,11 @@ struct Face {
   std::vector<double> even_asphere;  // a4, a6, ...; 1/mm^3, 1/mm^5, ...
   std::vector<double> odd_asphere;   // a3, a5, ...; 1/mm^2, 1/mm^4, ...
   std::vector<double> over_root;     // b2, b4, ...; 1/mm, 1/mm^3, ...
-  double index_after = 1;            // relative to the ambient medium; the ambient's own (1) behind the last face
-  std::string glass;                 // its name where the file gives one, else empty
+  bool mirror = false;
+  // Relative to the ambient medium; the ambient's own (1) behind the last face. Negative where light travels towards
+  // -z, behind an odd number of mirrors: a mirror turns the sign.
+  double index_after = 1;
+  std::string glass;  // its name where the file gives one, else empty
   double clear_radius_mm = 0;
   double listing_clear_radius_mm = 0;
 
@@ -49,7 +52,7 @@ struct Face {
 
 struct Element {
   std::string name;
-  std::vector<Face> faces;  // front to back
+  std::vector<Face> faces;  // in the order of the light; a mirror in air is an element of one face
   Motion placement = {};    // how the design itself places the element, off the axis or tilted
 };
 
@@ -99,6 +102,8 @@ struct Prescription {
 
   const Stop& aperture_stop() const;
   std::size_t face_count() const;
+  // `lens info` and `lens draw` take mirrors; images, ghosts and meshes are of refracting faces alone.
+  bool has_mirrors() const;
   std::size_t faces_before(const Stop& stop) const;       // how many faces light passes before the stop
   const Element* element(const std::string& name) const;  // null when there is none
 };

@@ -20,6 +20,7 @@ struct Travelling {
 };
 
 std::string face_name(const Element& element, std::size_t face) {
+  if (element.faces.size() == 1) return element.name;
   if (face == 0) return element.name + " front";
   if (face + 1 == element.faces.size()) return element.name + " back";
   return element.name + " face " + std::to_string(face + 1);
@@ -35,7 +36,8 @@ std::string refract(Travelling& ray, const Face& face, const FaceBounds& bounds,
   if (!met)
     return apertures == Apertures::mesh && !face.is_conic() ? "misses the face within its clear radius"
                                                             : "misses the face";
-  const double cosine = dot(l, met->normal);
+  const Vec3 normal = index_before < 0 ? -1.0 * met->normal : met->normal;  // along the light
+  const double cosine = dot(l, normal);
   if (!(cosine > 0)) return "misses the face";
   const Vec3& hit = met->at;
   if (apertures != Apertures::none) {
@@ -43,19 +45,17 @@ std::string refract(Travelling& ray, const Face& face, const FaceBounds& bounds,
     if (hit.x * hit.x + hit.y * hit.y > clear * clear) return "outside the clear radius";
   }
   if (hit.x * hit.x + hit.y * hit.y > stop_radius * stop_radius) return "outside the opening of the stop on it";
-  const double ratio = index_before / face.index_after;
+  const double before = std::fabs(index_before), behind = std::fabs(face.index_after), ratio = before / behind;
   const double refracted = 1 - ratio * ratio * (1 - cosine * cosine);
   if (!(refracted > 0)) return "total reflection";
   const double cosine_behind = std::sqrt(refracted);
-  const double across = (index_before * cosine - face.index_after * cosine_behind) /
-                        (index_before * cosine + face.index_after * cosine_behind);
-  const double along = (index_before * cosine_behind - face.index_after * cosine) /
-                       (index_before * cosine_behind + face.index_after * cosine);
-  ray.transmittance *= 1 - (across * across + along * along) / 2;
-  const double g = cosine_behind - ratio * cosine;
-  const Vec3 turned = ratio * l + g * met->normal;
+  const double across = (before * cosine - behind * cosine_behind) / (before * cosine + behind * cosine_behind);
+  const double along = (before * cosine_behind - behind * cosine) / (before * cosine_behind + behind * cosine);
+  if (!face.mirror) ray.transmittance *= 1 - (across * across + along * along) / 2;
+  const double g = face.mirror ? -2 * cosine : cosine_behind - ratio * cosine;
+  const Vec3 turned = ratio * l + g * normal;
   hit_in_lens = placement.point(hit + Vec3{0, 0, face.z_mm});
-  ray.optical_path_mm += index_before * dot(hit_in_lens - ray.at, ray.direction);
+  ray.optical_path_mm += before * dot(hit_in_lens - ray.at, ray.direction);
   ray.at = hit_in_lens;
   ray.direction = placement.direction(turned);
   return "";
@@ -112,8 +112,8 @@ TracedRay trace(const Assembly& assembly, const Ray& start, Apertures apertures)
     }
   }
   if (!pass_stops_before(number)) return result;
-  if (!(ray.direction.z > 0)) {
-    result.lost_at = "behind the last face: the ray does not travel towards +z";
+  if (!(index * ray.direction.z > 0)) {
+    result.lost_at = std::string("behind the last face: the ray does not travel towards ") + (index < 0 ? "-z" : "+z");
     return result;
   }
   result.passed = true;

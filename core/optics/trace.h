@@ -11,7 +11,7 @@ namespace relign::optics {
 
 struct Ray {
   Vec3 start;      // mm, lens coordinates
-  Vec3 direction;  // any length; light travels +z
+  Vec3 direction;  // any length; light travels +z, behind an odd number of mirrors -z
 };
 
 struct TracedRay {
@@ -20,7 +20,7 @@ struct TracedRay {
   std::vector<Vec3> hits;    // on each face, in order, lens coordinates
   Vec3 image;                // on the image plane; valid if passed
   Vec3 exit_direction;       // unit; valid if passed
-  double transmittance = 1;  // of the faces, uncoated glass, unpolarised; valid if passed
+  double transmittance = 1;  // of the faces, uncoated glass, unpolarised; mirrors lose nothing; valid if passed
   // From the start to `image`: lengths times indices relative to the ambient medium, negative where the ray is followed
   // backwards to a face or to the image plane; valid if passed.
   double optical_path_mm = 0;

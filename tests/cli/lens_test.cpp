@@ -2,8 +2,10 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "cli/program.h"
@@ -44,6 +46,34 @@ TEST(CliLens, TracesTheGoldenRays) {
   const Outcome again = relign_bench(place, {"lens", "trace", "again.json"});
   ASSERT_EQ(again.exit_code, 0) << again.err;
   EXPECT_EQ(again.out, outcome.out);
+}
+
+// RELIGN_UPDATE_GOLDEN=1 writes the approved text anew.
+TEST(CliLens, InfoAndDrawTakeMirrorsAndImagesDoNot) {
+  const Workplace place;
+  const std::string lens = std::string(RELIGN_TEST_DATA) + "/lenses/ritchey_chretien.seq";
+  const std::string approved = std::string(RELIGN_TEST_DATA) + "/lens_info_mirrors.txt";
+  const Outcome info = relign_bench(place, {"lens", "info", lens});
+  ASSERT_EQ(info.exit_code, 0) << info.err;
+  EXPECT_THAT(info.err, HasSubstr("nothing stands in the light between mirrors"));
+  if (std::getenv("RELIGN_UPDATE_GOLDEN") != nullptr) std::ofstream(approved) << info.out;
+  std::ifstream file(approved);
+  EXPECT_EQ(info.out, std::string(std::istreambuf_iterator<char>(file), {}));
+  const Outcome drawn = relign_bench(place, {"lens", "draw", lens, "-o", "telescope.svg"});
+  ASSERT_EQ(drawn.exit_code, 0) << drawn.err;
+  EXPECT_THAT(place.read("telescope.svg"), testing::AllOf(HasSubstr(">M1<"), HasSubstr(">M2<")));
+  const Outcome scene = relign_bench(place, {"scene", "new", lens, "-o", "telescope"});
+  EXPECT_EQ(scene.exit_code, 2);
+  EXPECT_THAT(scene.err, HasSubstr("ritchey_chretien.seq:9: surface S1 is a mirror; images are made of lenses with"));
+  // A lens file of ours keeps them.
+  place.write("lens.json", R"({"format": 1, "name": "m", "image_z_mm": -100, "elements": [{"name": "M1", "faces":
+      [{"z_mm": 0, "radius_mm": -200, "conic": -1, "mirror": true, "clear_radius_mm": 60}]}],
+      "stops": [{"name": "s", "aperture": true, "z_mm": 0, "opening_radius_mm": 50, "on_face": 1}]})");
+  EXPECT_EQ(relign_bench(place, {"lens", "info", "lens.json"}).exit_code, 0);
+  place.write("scene.json", kSceneOfALens + "}");
+  const Outcome rendered = relign_bench(place, {"render", "--scene", "scene.json", "-o", "a.png"});
+  EXPECT_EQ(rendered.exit_code, 2);
+  EXPECT_THAT(rendered.err, HasSubstr("lens.json: the lens has mirrors; images are made of lenses with refracting"));
 }
 
 TEST(CliLens, InfoHasPublishedAndOwnValues) {

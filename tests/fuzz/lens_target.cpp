@@ -33,7 +33,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const optics::Prescription lens = optics::read_prescription(source);
     for (const optics::Element& element : lens.elements)
       for (const optics::Face& face : element.faces)
-        fuzz::demand(std::isfinite(face.z_mm) && std::isfinite(face.curvature) && face.index_after >= 1,
+        fuzz::demand(std::isfinite(face.z_mm) && std::isfinite(face.curvature) && std::fabs(face.index_after) >= 1,
                      "faces that light can pass");
     optics::first_order(lens);
   });

@@ -249,7 +249,25 @@ TEST(LensWriter, WritesOddAndQTypeTerms) {
   const std::string q = "  TYPE QED_TYPE\n  XDAT 2 2\n  XDAT 3 12\n  XDAT 4 -0.5\n  XDAT 5 0.25\n";
   const OrderedJson face = lens_of(small_zmx(q))["elements"][0]["faces"][0];
   EXPECT_EQ(face["q_bfs"], OrderedJson({{"radius_mm", 12.0}, {"coefficients", {-0.5, 0.25}}}));
-  EXPECT_THAT(refusal(small_zmx(q + "  CONI -0.5\n")), HasSubstr("surface 1 has Q_bfs terms on a conic, -0.5;"));
+  EXPECT_EQ(lens_of(small_zmx(q + "  CONI -0.5\n"))["elements"][0]["faces"][0]["conic"], -0.5);
+}
+
+// As patents' files often end: the back of the cover glass takes the place of the image.
+TEST(LensWriter, AddsTheImageSurfaceThatAFileLacks) {
+  std::string text = replaced(small_zmx(), "  DISZ 47.6", "  DISZ 20");
+  text = replaced(text, "SURF 4\n  DISZ 0\n",
+                  "SURF 4\n  DISZ 0.3\n  GLAS ___BLANK 1 0 1.5 0\n  DIAM 5\nSURF 5\n  DISZ 27\n  DIAM 5\n");
+  LensDesign design = read_zmx(text, "a.zmx");
+  const LensDraft draft = draft_lens(design, {}, "a", 0);
+  EXPECT_TRUE(draft.image_told);
+  EXPECT_EQ(draft.json["image_z_mm"], 4 + 1 + 20 + 0.3 + 27);
+  ASSERT_EQ(draft.json["elements"].size(), 2U);
+  EXPECT_EQ(draft.json["elements"][1]["faces"][1]["z_mm"], 25.3);
+  ASSERT_FALSE(design.remarks.empty());
+  EXPECT_EQ(design.remarks.back().text,
+            "assumed: an image surface that the file lacks, 27.0000 mm behind surface 5; the file ends in glass before "
+            "surface 5, of which the distance leads on");
+  EXPECT_EQ(design.remarks.back().line, 27);
 }
 
 TEST(LensWriter, RefusesWithFileAndLine) {
@@ -258,8 +276,10 @@ TEST(LensWriter, RefusesWithFileAndLine) {
   EXPECT_THAT(refusal(small_zmx("  STOP\n")), HasSubstr("found 2"));
   EXPECT_THAT(refusal(replaced(small_zmx(), "DISZ 4", "DISZ INFINITY")),
               HasSubstr("a.zmx:10: surface 1 is infinitely far"));
-  EXPECT_THAT(refusal(replaced(small_zmx(), "  DISZ 47.6", "  DISZ 47.6\n  GLAS X")),
-              HasSubstr("the image lies in glass"));
+  EXPECT_THAT(
+      refusal(replaced(small_zmx(), "  DISZ 47.6", "  DISZ 47.6\n  GLAS X")),
+      HasSubstr("a.zmx:19: the image lies in the glass behind surface 3, which goes on to surface 4, the last one; "
+                "if 4 is the back of a plate, add the image surface"));
   EXPECT_THAT(refusal(replaced(small_zmx(), "SURF 1", "  GLAS X\nSURF 1")), HasSubstr("the object lies in glass"));
   EXPECT_THAT(refusal(replaced(small_zmx(), "  GLAS ___BLANK 1 0 1.5 0\n", "")),
               HasSubstr("there is no lens in this file"));

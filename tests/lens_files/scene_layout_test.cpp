@@ -189,5 +189,39 @@ TEST(Readme, HasEveryNumberAndRemark) {
   EXPECT_THAT(text, HasSubstr("* relign_od.lis:25: vignetting factors are used only"));
 }
 
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+double best_focus_of(const std::string& zmx) {
+  LensDesign design = read_zmx(zmx, "a.zmx");
+  return best_focus_z(complete_lens(design, draft_lens(design, {}, "a", 0)).lens, 0);
+}
+
+// Rays that a clear radius stops do not draw the sensor towards their focus.
+TEST(SceneLayout, BestFocusIsOfTheLightThatClearRadiiLetThrough) {
+  const std::string wide = replaced(small_zmx(), "ENPD 10", "ENPD 20"), clipped = replaced(wide, "DIAM 12", "DIAM 5");
+  EXPECT_NEAR(best_focus_of(clipped), best_focus_of(small_zmx()), 0.02);
+  EXPECT_GT(best_focus_of(small_zmx()) - best_focus_of(wide), 0.3);
+}
+
+TEST(SceneLayout, DistancesCountFromTheFirstVertex) {
+  const std::string text = replaced(small_zmx(), "SURF 0\n  DISZ INFINITY\nSURF 1\n", "SURF 0\n  DISZ 400\nSURF 1\n");
+  LensDesign near = read_zmx(text, "a.zmx");
+  draft_lens(near, {}, "a", 0);
+  EXPECT_EQ(near.object_distance_mm(), 400.0);
+  std::string with_dummy = replaced(text, "SURF 1\n", "SURF 1\n  DISZ 25\nSURF 2\n");
+  with_dummy = replaced(with_dummy, "SURF 4\n  DISZ 0", "SURF 5\n  DISZ 0");
+  with_dummy = replaced(with_dummy, "SURF 3\n  STOP", "SURF 4\n  STOP");
+  with_dummy = replaced(with_dummy, "SURF 2\n  CURV -0.02", "SURF 3\n  CURV -0.02");
+  LensDesign design = read_zmx(with_dummy, "a.zmx");
+  const CompleteLens lens = complete_lens(design, draft_lens(design, {}, "a", 0));
+  EXPECT_EQ(design.object_distance_mm(), 425.0);
+  const Layout layout = lay_out(design, lens, choices_of());
+  EXPECT_EQ(layout.scene["emitter"]["z_mm"], -(425 + layout.scene["pivot_behind_first_vertex_mm"].get<double>()));
+}
+
 }  // namespace
 }  // namespace relign::lens_files

@@ -157,7 +157,6 @@ TEST(ZmxReader, RefusesWithFileAndLine) {
   EXPECT_THAT(refusal("hello\n"), HasSubstr("a.zmx: no surfaces (SURF) found"));
   EXPECT_THAT(refusal(small_zmx("  TYPE TOROIDAL\n")),
               HasSubstr("a.zmx:15: surface 1 is of type 'TOROIDAL'; supported are"));
-  EXPECT_THAT(refusal(small_zmx("  GLAS MIRROR\n")), HasSubstr("a.zmx:15: surface 1 is a mirror"));
   EXPECT_THAT(refusal(small_zmx("  CURV x1\n")), HasSubstr("a.zmx:15: CURV: expected a number, found 'x1'"));
   EXPECT_THAT(refusal(small_zmx("  GLAS ___BLANK 1 0 0.9 50\n")), HasSubstr("a model glass of index 0.9"));
   EXPECT_THAT(refusal(small_zmx("SURF 7\n")), HasSubstr("surface '7' where surface 2 comes next"));

@@ -46,6 +46,13 @@ TEST(ZmxShape, UsesNoMoreTermsThanStated) {
   EXPECT_EQ(lens.remarks[0].line, 19);
 }
 
+TEST(ZmxShape, RefusesACountOfTermsThatIsNoInteger) {
+  EXPECT_THAT(refusal("  TYPE XASPHERE\n  XDAT 1 2.5\n  XDAT 2 1\n"),
+              HasSubstr("a.zmx:16: surface 1: XDAT 1: 2.5 terms; the count of terms must be an integer from 0 to 240"));
+  EXPECT_THAT(refusal("  TYPE QED_TYPE\n  XDAT 1 0\n  XDAT 2 1.5\n  XDAT 3 1\n"),
+              HasSubstr("a.zmx:17: surface 1: XDAT 2: 1.5 terms; the count of terms must be an integer from 0 to 30"));
+}
+
 TEST(ZmxShape, ReadsOddAspheres) {
   const Surface odd = surface("  TYPE ODDASPHE\n  PARM 2 2e-3\n  PARM 3 3e-4\n  PARM 4 4e-5\n  PARM 5 5e-6\n");
   EXPECT_THAT(odd.even_asphere, ElementsAre(2e-3, 4e-5));
@@ -85,7 +92,8 @@ TEST(ZmxShape, RefusesWithSurfaceAndLine) {
               HasSubstr("a.zmx:16: surface 1: XDAT 2: a normalisation radius of 0; it must be larger than 0"));
   EXPECT_THAT(refusal("  TYPE XASPHERE\n  XDAT 1 16\n  XDAT 2 1e-20\n  XDAT 18 1\n"),
               HasSubstr("surface 1: the term of r^32 is too large with a normalisation radius of 1e-20"));
-  EXPECT_THAT(refusal("  TYPE XASPHERE\n  XDAT 1 999\n"), HasSubstr("surface 1: XDAT 1: 999 terms; allowed are"));
+  EXPECT_THAT(refusal("  TYPE XASPHERE\n  XDAT 1 999\n"),
+              HasSubstr("surface 1: XDAT 1: 999 terms; the count of terms must be an integer"));
   EXPECT_THAT(refusal("  TYPE SZERNSAG\n"), HasSubstr("a.zmx:15: surface 1 is of type 'SZERNSAG'; supported are"));
 }
 

@@ -107,8 +107,13 @@ TEST(Prescription, ReadsOddAndForbesTerms) {
   ASSERT_EQ(mild.over_root.size(), 2u);
   EXPECT_NEAR(mild.over_root[0], 1e-3, 1e-18);
   EXPECT_NEAR(mild.over_root[1], -2.5e-4, 1e-18);
-  EXPECT_THAT(complaint(radius, radius + R"("conic": -0.5, "q_bfs": {"radius_mm": 2, "coefficients": [0.004]},)"),
-              HasSubstr("the base of \"q_bfs\" is a sphere"));
+  EXPECT_THAT(complaint(radius, radius + R"("r2": 0.01, "q_bfs": {"radius_mm": 2, "coefficients": [0.004]},)"),
+              HasSubstr("the base of \"q_bfs\" is a sphere or a conic"));
+  const Face on_conic = face(R"("conic": -0.5, "q_bfs": {"radius_mm": 2, "coefficients": [0.004]},)");
+  EXPECT_NEAR(on_conic.over_root[0], 1e-3, 1e-5);
+  // The normal of this ellipsoid's rim leaves the axis by 90 degrees where k c^2 r^2 is 1.
+  EXPECT_THAT(complaint(radius, radius + R"("conic": 3, "q_bfs": {"radius_mm": 2, "coefficients": [0.004]},)"),
+              HasSubstr("terms up to r^32 do not describe these \"q_bfs\" coefficients on a conic of 3"));
   EXPECT_THAT(complaint(radius, radius + R"("q_con": {"coefficients": "many"},)"),
               AllOf(HasSubstr("radius_mm"), HasSubstr("expected a list of 1 to 14 numbers")));
 }

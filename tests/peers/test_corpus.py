@@ -6,6 +6,8 @@ import sys
 from pathlib import Path
 
 import corpus
+import corpus_examination
+import corpus_image_checks
 import numpy as np
 import program
 import pytest
@@ -52,14 +54,14 @@ SURF 4
 MODEL_GLASS = "___BLANK 1 0 1.55 56"
 
 
-def rows_of(folder, output):
-    command = [sys.executable, Path(corpus.__file__), folder, "--output", output, "--program", program.path()]
+def rows_of(folder, output, *options):
+    command = [sys.executable, Path(corpus.__file__), folder, "--output", output, "--program", program.path(), *options]
     said = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=True).stdout
     with (output / "corpus.csv").open(newline="") as file:
         return {row["file"]: row for row in csv.DictReader(file)}, said
 
 
-def test_a_sound_asphere_is_right_and_a_mirror_is_refused(tmp_path, figures):
+def test_a_sound_asphere_is_right_and_an_image_behind_a_mirror_is_refused(tmp_path, figures):
     lenses = tmp_path / "lenses"
     lenses.mkdir()
     (lenses / "asphere.zmx").write_text(HEAD.format(name="asphere", glass=MODEL_GLASS))
@@ -70,7 +72,7 @@ def test_a_sound_asphere_is_right_and_a_mirror_is_refused(tmp_path, figures):
     sound, mirror = rows["asphere.zmx"], rows["MIRROR.ZMX"]
     assert sound["verdict"] == "right", sound
     assert (sound["faces"], sound["aspheres"]) == ("2", "1")
-    assert mirror["verdict"] == "refused" and "mirror" in mirror["kind"], mirror
+    assert mirror["verdict"] == "refused" and "odd number of mirrors" in mirror["reason"], mirror
     for check in ("first_order_error", "image_point_error", "irradiance_error"):
         figures.append(f"corpus: {check} of an aspheric singlet {float(sound[check]):.1e}")
     text = (tmp_path / "out/corpus.md").read_text()
@@ -80,6 +82,17 @@ def test_a_sound_asphere_is_right_and_a_mirror_is_refused(tmp_path, figures):
     assert again == rows and "2 of them done" in said
 
 
+def test_a_file_that_ends_in_glass_gets_its_image_surface(tmp_path):
+    lenses = tmp_path / "lenses"
+    lenses.mkdir()
+    text = HEAD.format(name="plate", glass=MODEL_GLASS).replace("DISZ 18", "DISZ 10")
+    plate = f"  TYPE STANDARD\n  CURV 0\n  DISZ 0.3\n  GLAS {MODEL_GLASS}\nSURF 5\n  TYPE STANDARD\n  CURV 0\n  DISZ 7.8\n"
+    (lenses / "plate.zmx").write_text(text[: text.index("SURF 4") + 7] + plate)
+    rows, _ = rows_of(lenses, tmp_path / "out", "--stage", "import")
+    assert rows["plate.zmx"]["verdict"] == "right", rows["plate.zmx"]
+    assert rows["plate.zmx"]["faces"] == "4"
+
+
 @pytest.fixture
 def lit_disc():
     y, x = np.indices((200, 200)) - 99.5
@@ -87,8 +100,8 @@ def lit_disc():
 
 
 def test_an_even_disc_passes_the_image_checks(lit_disc):
-    row = corpus.Row("disc", "")
-    corpus.look_at_image(lit_disc, row)
+    row = corpus_examination.Row("disc", "")
+    corpus_image_checks.look_at_image(lit_disc, row)
     assert row.failures == []
 
 
@@ -97,15 +110,15 @@ def test_a_missing_tile_is_found(lit_disc, places):
     for _ in range(places):
         lit_disc[40:56, 60:76] = 0
         lit_disc = np.rot90(lit_disc)
-    row = corpus.Row("tile", "")
-    corpus.look_at_image(lit_disc, row)
+    row = corpus_examination.Row("tile", "")
+    corpus_image_checks.look_at_image(lit_disc, row)
     assert row.failures != []
 
 
 def test_kinds_leave_out_what_differs_from_file_to_file():
     one = "error: /a/b c.zmx:263: surface 11: unknown glass 'BK7'; give the catalogue that has it with --glass FILE.agf"
     two = "error: other.ZMX:9: surface 4: unknown glass 'PMMA'; give the catalogue that has it with --glass FILE.agf"
-    assert corpus.kind_of(one) == corpus.kind_of(two) == "surface N: unknown glass '...'"
+    assert corpus_examination.kind_of(one) == corpus_examination.kind_of(two) == "surface N: unknown glass '...'"
 
 
 def test_forbes_polynomials_are_the_published_ones():

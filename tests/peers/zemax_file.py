@@ -106,6 +106,9 @@ def read(path):
                 surface.nd, surface.vd = number(rest[3]), number(rest[4])
     for i, surface in enumerate(design.surfaces):
         finish_surface(design, surface, extra[i], unit)
+    last, before = design.surfaces[-1], design.surfaces[-2] if len(design.surfaces) > 1 else Surface()
+    if (before.nd > 0 or before.glass) and last.curvature == 0 and not last.even and 0 < last.thickness < math.inf:
+        design.surfaces.append(Surface())  # the file ends with the back of its cover glass
     design.wavelength_um = wavelengths.get(primary, 0.0)
     pairs = list(zip(*[values + [0.0] * 12 for values in fields.values()]))[: used_fields or 12]
     design.field = max((math.hypot(*pair) for pair in pairs), default=0.0)
