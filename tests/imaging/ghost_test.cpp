@@ -70,7 +70,7 @@ TEST(Ghosts, PassAPlateAsOftenAsTheyMust) {
     PathStart start{0, 0, 1, 1};
     while (!start.is_direction()) start = {0, 0, 2 * dice.unit() - 1, 2 * dice.unit() - 1};
     played += paths.play(start, dice) / rays;
-    const double value = paths.ghost_part(start, dice, waiting);
+    const double value = paths.ghost_part(start, dice, nullptr, waiting);
     weighed += value / rays;
     squares += value * value / rays;
   }
