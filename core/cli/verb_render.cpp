@@ -134,9 +134,8 @@ int render(Context& context, const RenderArguments& arguments) {
   pixels::write_image(arguments.out, image, static_cast<float>(scene.facts.image_white));
 
   if (context.json) {
-    Json result = {{"image", arguments.out}, {"width", image.width},
-                         {"height", image.height}, {"white", scene.facts.image_white},
-                         {"pose", pose},           {"elements", Json::parse(lens.offsets)}};
+    Json result = {{"image", arguments.out},           {"width", image.width}, {"height", image.height},
+                   {"white", scene.facts.image_white}, {"pose", pose},         {"elements", Json::parse(lens.offsets)}};
     if (average) {
       result["standard_error"] = average->standard_error;
       result["samples"] = average->samples;
@@ -146,8 +145,7 @@ int render(Context& context, const RenderArguments& arguments) {
     print_result(arguments.out + "\n");
     if (average)
       std::fprintf(stderr, "standard error %s a pixel (root mean square), %llu rays a pixel\n",
-                   significant(average->standard_error, 2).c_str(),
-                   static_cast<unsigned long long>(average->samples));
+                   significant(average->standard_error, 2).c_str(), static_cast<unsigned long long>(average->samples));
   }
   return kDone;
 }
@@ -194,9 +192,10 @@ void add_render(CLI::App& app, Context& context) {
       ->capture_default_str();
   verb.add_flag("--noise-free", given.noise_free,
                 "the expected image, averaged until --error is reached, which stderr states");
-  verb.add_option("--error", given.error,
-                  "with --noise-free: standard error of a pixel, root mean square over all; a warning where the scene's "
-                  "bound of rays ends first [default: 0.0003]")
+  verb.add_option(
+          "--error", given.error,
+          "with --noise-free: standard error of a pixel, root mean square over all; a warning where the scene's "
+          "bound of rays ends first [default: 0.0003]")
       ->type_name("NUMBER")
       ->check(CLI::Range(1e-9, 1e9));
   verb.add_option(

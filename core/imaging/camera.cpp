@@ -273,10 +273,10 @@ NoiseFreeResult Camera::render_noise_free(MountedLens& lens, const std::vector<d
   constexpr std::uint32_t kFirstGroup = 256;  // truth and references have those below
   place(lens, true_pose);
   const std::size_t count = scene_->sensor.pixels();
-  const int batch = request.samples > 0
-                        ? static_cast<int>(std::clamp<long>((request.samples + kLeastBatches - 1) / kLeastBatches, 1,
-                                                            request.batch))
-                        : request.batch;
+  const int batch =
+      request.samples > 0
+          ? static_cast<int>(std::clamp<long>((request.samples + kLeastBatches - 1) / kLeastBatches, 1, request.batch))
+          : request.batch;
   std::vector<double> sum(count), squares(count);
   NoiseFreeResult reached;
   long batches = kLeastBatches;
@@ -299,7 +299,8 @@ NoiseFreeResult Camera::render_noise_free(MountedLens& lens, const std::vector<d
     if (request.samples > 0 || reached.standard_error <= request.error || batches >= request.most_batches) break;
     // As many as this scatter asks for, and a twentieth more: it is an estimate, too.
     const double share = reached.standard_error / request.error;
-    batches = static_cast<long>(std::min(std::ceil(1.05 * n * share * share), static_cast<double>(request.most_batches)));
+    batches =
+        static_cast<long>(std::min(std::ceil(1.05 * n * share * share), static_cast<double>(request.most_batches)));
   }
   for (std::size_t i = 0; i < count; ++i) pixels[i] = static_cast<float>(sum[i] / static_cast<double>(batches));
   return reached;

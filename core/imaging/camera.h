@@ -59,12 +59,13 @@ inline constexpr int kTruthSamples = 8;
 inline constexpr int kTruthGhosts = 1;
 inline constexpr int kRaysPerGhost = 32;  // of noise-free renders that name no other number
 
-// A noise-free render that goes on until its noise is small enough: means of batches, the noise found from their scatter.
+// A noise-free render that goes on until its noise is small enough: means of batches, the noise found from their
+// scatter.
 struct NoiseFreeRequest {
   std::uint64_t seed = 0;
-  double error = 0;      // wanted standard error of a pixel, root mean square over all; not used with `samples`
-  long samples = 0;      // over 0: this many rays a pixel (rounded up to whole batches), whatever the error
-  int batch = 256;       // rays a pixel of one batch
+  double error = 0;  // wanted standard error of a pixel, root mean square over all; not used with `samples`
+  long samples = 0;  // over 0: this many rays a pixel (rounded up to whole batches), whatever the error
+  int batch = 256;   // rays a pixel of one batch
   int rays_per_ghost = 8;
   int most_batches = 64;
 };

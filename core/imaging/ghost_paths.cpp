@@ -81,8 +81,8 @@ std::optional<GhostPaths::OnSensor> GhostPaths::meet_sensor(const WalkingRay& ra
   const double column = (hit.x - sensor.left_mm) / sensor.pitch_mm, row = (sensor.top_mm - hit.y) / sensor.pitch_mm;
   if (!(column > 0 && column < sensor.width && row > 0 && row < sensor.height)) return std::nullopt;
   if (!walk_.leaves_to_image(ray, world_to_lens_.point(hit))) return std::nullopt;
-  return OnSensor{hit, static_cast<std::size_t>(row) * static_cast<std::size_t>(sensor.width) +
-                           static_cast<std::size_t>(column)};
+  return OnSensor{
+      hit, static_cast<std::size_t>(row) * static_cast<std::size_t>(sensor.width) + static_cast<std::size_t>(column)};
 }
 
 bool GhostPaths::scatter(const OnSensor& from, WalkingRay& ray, Dice& dice) const {

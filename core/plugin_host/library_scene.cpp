@@ -73,8 +73,8 @@ class LibraryAssembly final : public AssemblyBackend {
     reached.struct_size = sizeof reached;
     bool offered = true;
     scene_.demand("render_average", "it rendered nothing and gives no reason", [&] {
-      const relign_status status = can_.average->render(object_, true_pose.data(), axes_of(true_pose), seed, error,
-                                                        samples, pixels, &reached);
+      const relign_status status =
+          can_.average->render(object_, true_pose.data(), axes_of(true_pose), seed, error, samples, pixels, &reached);
       offered = status != RELIGN_UNSUPPORTED;
       return offered ? status : RELIGN_OK;
     });
