@@ -1,5 +1,6 @@
 // relign-bench render: one image of one lens at one pose, or an animation along a path of poses.
 #include <cstdint>
+#include <cstdio>
 #include <filesystem>
 #include <optional>
 
@@ -25,6 +26,7 @@ struct RenderArguments {
   std::uint64_t samples = 0;
   std::uint64_t seed = 0;
   bool noise_free = false;
+  double error = 0;  // 0: not given
   std::string path;  // of poses; empty: one image
   int frames = 50;
   double frames_per_second = 20;
@@ -46,7 +48,7 @@ Json scene_parameters(const RenderArguments& arguments, const plugin_host::Manif
   add("target", !arguments.target.empty(), arguments.target);
   add("sampler", !arguments.sampler.empty(), arguments.sampler);
   add("transport", !arguments.transport.empty(), arguments.transport);
-  add("samples", arguments.samples > 0, arguments.samples);
+  add("samples", arguments.samples > 0 && !arguments.noise_free, arguments.samples);
   return given;
 }
 
@@ -79,7 +81,39 @@ int render_animation(Context& context, const RenderArguments& arguments, const L
   return kDone;
 }
 
+constexpr double kUsualError = 0.0003;
+
+struct TakenImage {
+  pixels::Image image;
+  std::optional<plugin_host::MountedAssembly::Average> average;  // with --noise-free, where the scene states its noise
+};
+
+TakenImage take(plugin_host::MountedAssembly& assembly, const LoadedScene& scene, const std::vector<double>& pose,
+                const RenderArguments& arguments) {
+  if (!arguments.noise_free) return {take_image(assembly, scene.facts, pose, arguments.seed, arguments.scene), {}};
+  TakenImage taken{pixels::Image(scene.facts.image_width, scene.facts.image_height), {}};
+  const double wanted = arguments.error > 0 ? arguments.error : kUsualError;
+  taken.average = assembly.render_average(pose, arguments.seed, wanted, arguments.samples, taken.image.values.data());
+  if (!taken.average) {
+    if (arguments.error > 0 || arguments.samples > 0)
+      throw Error(ErrorKind::bad_input, std::string(arguments.error > 0 ? "--error" : "--samples") + ": scene '" +
+                                            arguments.scene +
+                                            "' does not state the noise of its noise-free images; leave it out");
+    return {take_image(assembly, scene.facts, pose, std::nullopt, arguments.scene), {}};
+  }
+  const double reached = taken.average->standard_error;
+  if (arguments.samples == 0 && reached > wanted)
+    print_warning("--error: the standard error is " + significant(reached, 3) + ", not " + shortest(wanted) +
+                  ": stopped at " + std::to_string(taken.average->samples) +
+                  " rays a pixel; allow a larger error, or set the rays a pixel with --samples");
+  return taken;
+}
+
 int render(Context& context, const RenderArguments& arguments) {
+  if (arguments.error > 0 && !arguments.noise_free)
+    throw Error(ErrorKind::bad_input, "--error: needs --noise-free; captures have the scene's own noise");
+  if (arguments.error > 0 && arguments.samples > 0)
+    throw Error(ErrorKind::bad_input, "--error, --samples: found both; give one of them");
   const std::string ending = fs::path(arguments.out).extension().string();
   const bool moving = ending == ".gif" || ending == ".mp4";
   if (moving != !arguments.path.empty() || (!moving && ending != ".png" && ending != ".npy" && ending != ".tiff"))
@@ -88,23 +122,30 @@ int render(Context& context, const RenderArguments& arguments) {
                                                                   : ".gif or .mp4 for --animate"));
   const LoadedScene scene = load_chosen_scene(context, arguments);
   refuse_station(scene, arguments.scene);
+  if (moving && arguments.noise_free && (arguments.error > 0 || arguments.samples > 0))
+    throw Error(ErrorKind::bad_input, std::string(arguments.error > 0 ? "--error" : "--samples") +
+                                          ": not with --animate --noise-free, whose frames are the scene's own");
   if (moving) return render_animation(context, arguments, scene);
   const ChosenLens lens = choose_lens(context, arguments.lens, scene);
   const std::vector<double> pose = chosen_pose(arguments.pose, "--pose", scene.facts, lens.instance);
 
   plugin_host::MountedAssembly assembly = scene.scene->mount(lens.offsets);
-  const pixels::Image image =
-      take_image(assembly, scene.facts, pose, arguments.noise_free ? std::nullopt : std::optional(arguments.seed),
-                 arguments.scene);
+  const auto [image, average] = take(assembly, scene, pose, arguments);
   pixels::write_image(arguments.out, image, static_cast<float>(scene.facts.image_white));
 
   if (context.json) {
-    const Json result = {{"image", arguments.out}, {"width", image.width},
-                         {"height", image.height}, {"white", scene.facts.image_white},
-                         {"pose", pose},           {"elements", Json::parse(lens.offsets)}};
+    Json result = {{"image", arguments.out},           {"width", image.width}, {"height", image.height},
+                   {"white", scene.facts.image_white}, {"pose", pose},         {"elements", Json::parse(lens.offsets)}};
+    if (average) {
+      result["standard_error"] = average->standard_error;
+      result["samples"] = average->samples;
+    }
     print_result(result.dump(2) + "\n");
   } else {
     print_result(arguments.out + "\n");
+    if (average)
+      std::fprintf(stderr, "standard error %s a pixel (root mean square), %llu rays a pixel\n",
+                   significant(average->standard_error, 2).c_str(), static_cast<unsigned long long>(average->samples));
   }
   return kDone;
 }
@@ -141,14 +182,22 @@ void add_render(CLI::App& app, Context& context) {
       ->type_name("NAME:{paper,hemisphere,pupil}");
   verb.add_option("--transport", given.transport, "refract, fresnel or ghost [default: the scene's]")
       ->type_name("NAME:{refract,fresnel,ghost}");
-  verb.add_option("--samples", given.samples, "rays a pixel [default: the scene's]")
+  verb.add_option("--samples", given.samples,
+                  "rays a pixel [default: the scene's; with --noise-free as many as --error needs]")
       ->type_name("COUNT")
       ->check(whole_number());
-  verb.add_option("--seed", given.seed, "seed of the frame's noise")
+  verb.add_option("--seed", given.seed, "seed of the frame's noise, or of what is left of it with --noise-free")
       ->type_name("SEED")
       ->check(whole_number())
       ->capture_default_str();
-  verb.add_flag("--noise-free", given.noise_free, "the expected image, without noise");
+  verb.add_flag("--noise-free", given.noise_free,
+                "the expected image, averaged until --error is reached, which stderr states");
+  verb.add_option(
+          "--error", given.error,
+          "with --noise-free: standard error of a pixel, root mean square over all; a warning where the scene's "
+          "bound of rays ends first [default: 0.0003]")
+      ->type_name("NUMBER")
+      ->check(CLI::Range(1e-9, 1e9));
   verb.add_option(
           "--animate", given.path,
           "an animation instead of one image, along a path of true poses, linear in between: poses as for --pose "

@@ -107,6 +107,7 @@ Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel
   if (settings.transport != Transport::ghost) return;
   refuse_ghosts(scene.lens);
   ghosts_.emplace(scene, settings.sensor_albedo);
+  for (std::vector<float>& image : straight_) image.resize(scene.sensor.pixels());
 }
 
 Camera::~Camera() = default;
@@ -207,10 +208,11 @@ void Camera::play_ghosts(std::uint64_t seed, float* pixels) {
 
 void Camera::add_ghosts(std::uint64_t seed, std::uint32_t group, int samples, float* pixels) {
   if (!ghosts_) return;
+  straight_[0].assign(pixels, pixels + scene_->sensor.pixels());
   parallel_->for_each(static_cast<int>(tiles().size()), [&](int index, unsigned thread) {
     const PixelBox& box = tiles()[static_cast<std::size_t>(index)].box;
     Workspace& work = *workspaces_[thread];
-    ghosts_->ghost_part(box, seed, group, samples, work.paths, work.ghosts[0]);
+    ghosts_->ghost_part(box, seed, group, samples, straight_[0].data(), work.paths, work.ghosts[0]);
     const float* value = work.ghosts[0];
     for (int row = box.row; row < box.row + box.rows; ++row)
       for (int column = box.column; column < box.column + box.columns; ++column)
@@ -260,19 +262,61 @@ void Camera::catch_light(std::uint64_t seed, float* pixels) {
 }
 
 void Camera::render_noise_free(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, int samples,
-                               float* pixels) {
+                               float* pixels, int rays_per_ghost) {
   place(lens, true_pose);
-  render_rays(seed, 0, samples, std::max(1, samples / kRaysPerGhost), pixels);
+  render_rays(seed, 0, samples, std::max(1, samples / rays_per_ghost), pixels);
   add_diffraction(pixels);
 }
 
+NoiseFreeResult Camera::render_noise_free(MountedLens& lens, const std::vector<double>& true_pose,
+                                          const NoiseFreeRequest& request, float* pixels) {
+  constexpr std::uint32_t kFirstGroup = 256;  // truth and references have those below
+  place(lens, true_pose);
+  const std::size_t count = scene_->sensor.pixels();
+  const int batch =
+      request.samples > 0
+          ? static_cast<int>(std::clamp<long>((request.samples + kLeastBatches - 1) / kLeastBatches, 1, request.batch))
+          : request.batch;
+  std::vector<double> sum(count), squares(count);
+  NoiseFreeResult reached;
+  long batches = kLeastBatches;
+  if (request.samples > 0) batches = std::max<long>(batches, (request.samples + batch - 1) / batch);
+  for (long done = 0; done < batches;) {
+    for (; done < batches; ++done) {
+      render_rays(request.seed, kFirstGroup + static_cast<std::uint32_t>(done), batch,
+                  std::max(1, batch / request.rays_per_ghost), pixels);
+      add_diffraction(pixels);
+      for (std::size_t i = 0; i < count; ++i) {
+        const auto value = static_cast<double>(pixels[i]);
+        sum[i] += value;
+        squares[i] += value * value;
+      }
+    }
+    const auto n = static_cast<double>(batches);
+    double variance = 0;
+    for (std::size_t i = 0; i < count; ++i) variance += std::max(0.0, squares[i] - sum[i] * sum[i] / n) / (n - 1) / n;
+    reached = {std::sqrt(variance / static_cast<double>(count)), batches * batch};
+    if (request.samples > 0 || reached.standard_error <= request.error || batches >= request.most_batches) break;
+    // As many as this scatter asks for, and a twentieth more: it is an estimate, too.
+    const double share = reached.standard_error / request.error;
+    batches =
+        static_cast<long>(std::min(std::ceil(1.05 * n * share * share), static_cast<double>(request.most_batches)));
+  }
+  for (std::size_t i = 0; i < count; ++i) pixels[i] = static_cast<float>(sum[i] / static_cast<double>(batches));
+  return reached;
+}
+
 void Camera::render_rays(std::uint64_t seed, std::uint32_t group, int samples, int ghosts, float* pixels) {
+  render_straight(seed, group, samples, pixels);
+  add_ghosts(seed, group, ghosts, pixels);
+}
+
+void Camera::render_straight(std::uint64_t seed, std::uint32_t group, int samples, float* pixels) {
   for_tiles(pixels, Pixels::that_see, shared_out(samples),
             [&](RaySource& source, const RayPath& way, const Tile& tile, int share) {
               source.lattice_directions(way, seed, group, share);
               return tile.area / share;
             });
-  add_ghosts(seed, group, ghosts, pixels);
 }
 
 void Camera::add_diffraction(float* pixels) {
@@ -318,6 +362,9 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
   }
   const int width = scene_->sensor.width;
   constexpr int groups = kTruthGroups;
+  if (ghosts_)
+    for (int group = 0; group < groups; ++group)
+      render_straight(seed, static_cast<std::uint32_t>(group), kTruthSamples, straight_[group].data());
   parallel_->for_each(static_cast<int>(tiles().size()), [&](int index, unsigned thread) {
     const auto at_tile = static_cast<std::size_t>(index);
     const PixelBox& box = tiles()[at_tile].box;
@@ -325,7 +372,7 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
     for (double(&light)[kTilePixels * kTilePixels] : work.light) std::fill_n(light, box.columns * box.rows, 0.0);
     for (std::size_t i = 0; i < views_.size(); ++i) {
       const Tile& tile = views_[i].tiles.tiles()[at_tile];
-      if (tile.blind) continue;
+      if (tile.blind || ghosts_) continue;
       const double scale = views_[i].weight * (tile.area / truth_shares_[i]);
       for (int group = 0; group < groups; ++group) {
         work.source.start_tile(*scene_, views_[i].path, tile, tile.seen, work.sums);
@@ -339,7 +386,8 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
     }
     if (ghosts_)
       for (int group = 0; group < groups; ++group)
-        ghosts_->ghost_part(box, seed, static_cast<std::uint32_t>(group), kTruthGhosts, work.paths, work.ghosts[group]);
+        ghosts_->ghost_part(box, seed, static_cast<std::uint32_t>(group), kTruthGhosts, straight_[group].data(),
+                            work.paths, work.ghosts[group]);
     TileSum sum;
     int in_tile = 0;
     for (int row = box.row; row < box.row + box.rows; ++row)
@@ -348,7 +396,8 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
         const double o1 = static_cast<double>(reference.first[at]), o2 = static_cast<double>(reference.second[at]);
         double seen[kTruthGroups];
         for (int group = 0; group < groups; ++group)
-          seen[group] = work.light[group][in_tile] + (ghosts_ ? static_cast<double>(work.ghosts[group][in_tile]) : 0);
+          seen[group] = ghosts_ ? static_cast<double>(straight_[group][at] + work.ghosts[group][in_tile])
+                                : work.light[group][in_tile];
         ++in_tile;
         add_truth(seen, o1, o2, sum);
       }

@@ -56,8 +56,23 @@ struct Reference {
 inline constexpr int kTruthGroups = 4;
 inline constexpr int kTruthSamples = 8;
 // Transport ghost, besides: paths a pixel that were reflected somewhere. They bring little light, so they are fewer.
-inline constexpr int kTruthGhosts = 2;
-inline constexpr int kRaysPerGhost = 16;  // of noise-free renders
+inline constexpr int kTruthGhosts = 1;
+inline constexpr int kRaysPerGhost = 32;  // of noise-free renders that name no other number
+
+// A noise-free render that goes on until its noise is small enough: means of batches, the noise found from their
+// scatter.
+struct NoiseFreeRequest {
+  std::uint64_t seed = 0;
+  double error = 0;  // wanted standard error of a pixel, root mean square over all; not used with `samples`
+  long samples = 0;  // over 0: this many rays a pixel (rounded up to whole batches), whatever the error
+  int batch = 256;   // rays a pixel of one batch
+  int rays_per_ghost = 8;
+  int most_batches = 64;
+};
+struct NoiseFreeResult {
+  double standard_error = 0;  // of a pixel, root mean square over all pixels
+  long samples = 0;           // rays a pixel that were used
+};
 
 struct MseEstimate {
   double mse = 0;  // unbiased, may be negative
@@ -81,9 +96,13 @@ class Camera {
   // Each writes sensor.pixels() values. Captures are read out by the sensor's electronics, if it has any (read_out.h);
   // noise-free renders and truth are the light itself.
   void capture(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, float* pixels);
-  // Low-discrepancy sampling of B: `samples` rays a pixel.
+  // Low-discrepancy sampling of B: `samples` rays a pixel, and with transport ghost one path for `rays_per_ghost`.
   void render_noise_free(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, int samples,
-                         float* pixels);
+                         float* pixels, int rays_per_ghost = kRaysPerGhost);
+  // At least kLeastBatches batches. Allocates.
+  NoiseFreeResult render_noise_free(MountedLens& lens, const std::vector<double>& true_pose,
+                                    const NoiseFreeRequest& request, float* pixels);
+  static constexpr int kLeastBatches = 4;
   // MSE against the reference: mean over pixels of products of independent renders minus independent
   // references. kTruthGroups renders of kTruthSamples rays a pixel each.
   MseEstimate noise_free_mse(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
@@ -115,10 +134,12 @@ class Camera {
   void place(MountedLens& lens, const std::vector<double>& true_pose);
   RayPath way(const View& view) const;
   void catch_light(std::uint64_t seed, float* pixels);
-  // A render by rays alone of the lens in place: direct light of one group, and ghosts.
+  // Of the lens in place, the light of one group that is reflected nowhere; and with ghosts, by rays alone.
+  void render_straight(std::uint64_t seed, std::uint32_t group, int samples, float* pixels);
   void render_rays(std::uint64_t seed, std::uint32_t group, int samples, int ghosts, float* pixels);
   void add_diffraction(float* pixels);
-  // Of transport ghost: light at the paper's noise, and what edges, reflections and scattering add to an image.
+  // Of transport ghost: light at the paper's noise, and what edges, reflections and scattering add to an image that
+  // has all other light.
   void play_ghosts(std::uint64_t seed, float* pixels);
   void add_ghosts(std::uint64_t seed, std::uint32_t group, int samples, float* pixels);
   // An image from each view's share of a pixel's samples: body(source, way, tile, samples) sends the rays of a
@@ -133,7 +154,9 @@ class Camera {
   optics::BlockTracer* tracer_;
   std::vector<View> views_;  // one a wavelength
   std::vector<int> capture_shares_, truth_shares_;
-  std::optional<GhostImage> ghosts_;  // transport ghost
+  // transport ghost
+  std::optional<GhostImage> ghosts_;
+  std::vector<float> straight_[kTruthGroups];  // images without reflected light
   // of scenes with diffraction
   std::optional<Diffraction> diffraction_;
   Diffraction::Workspace blurring_;

@@ -65,8 +65,8 @@ void GhostImage::capture_within(const DirectionBox& directions, const PixelBox& 
   });
 }
 
-void GhostImage::ghost_part(const PixelBox& box, std::uint64_t seed, std::uint32_t group, int samples, Workspace& work,
-                            float* values) const {
+void GhostImage::ghost_part(const PixelBox& box, std::uint64_t seed, std::uint32_t group, int samples,
+                            const float* straight, Workspace& work, float* values) const {
   const DirectionBox directions = this->directions(box);
   for_pixels(box, [&](int column, int row, std::uint32_t pixel) {
     Dice shifts(seed, pixel, group, kShift);
@@ -80,7 +80,7 @@ void GhostImage::ghost_part(const PixelBox& box, std::uint64_t seed, std::uint32
         unit[k] = Dice::unit(word[k]);
         word[k] += kLatticeSteps[k];
       }
-      sum += paths_.ghost_part(start(column, row, directions, unit), dice, work.waiting);
+      sum += paths_.ghost_part(start(column, row, directions, unit), dice, straight, work.waiting);
     }
     *values++ = static_cast<float>(directions.area() / samples * sum);
   });

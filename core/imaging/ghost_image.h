@@ -29,9 +29,9 @@ class GhostImage {
   // The same tracing every direction: the cross-check.
   void capture_everywhere(const PixelBox& box, std::uint64_t seed, int samples, Workspace& work, float* pixels) const;
   // Unbiased estimates of what light that was reflected adds, row by row: `samples` weighted paths a pixel. Groups
-  // are independent.
-  void ghost_part(const PixelBox& box, std::uint64_t seed, std::uint32_t group, int samples, Workspace& work,
-                  float* values) const;
+  // are independent. `straight`: the image without that light, all pixels of the sensor, see GhostPaths::ghost_part.
+  void ghost_part(const PixelBox& box, std::uint64_t seed, std::uint32_t group, int samples, const float* straight,
+                  Workspace& work, float* values) const;
 
  private:
   DirectionBox directions(const PixelBox& box) const;

@@ -11,6 +11,8 @@ using optics::GhostWalk;
 using optics::Vec3;
 using optics::WalkingRay;
 
+constexpr double kPi = 3.14159265358979323846;
+
 // The paper's renderer: from the fifth event on a path survives with its throughput, at most 0.95.
 constexpr int kRouletteFrom = 5;
 constexpr double kRouletteMost = 0.95;
@@ -71,20 +73,25 @@ bool GhostPaths::start_walk(const Vec3& place, double p, double q, WalkingRay& r
   return walk_.enter_from_image(world_to_lens_.point(place), world_to_lens_.direction({p, q, -std::sqrt(rest)}), ray);
 }
 
-bool GhostPaths::scatter(WalkingRay& ray, Dice& dice) const {
+std::optional<GhostPaths::OnSensor> GhostPaths::meet_sensor(const WalkingRay& ray) const {
   const Vec3 at = lens_to_world_.point(ray.at), direction = lens_to_world_.direction(ray.direction);
-  if (!(direction.z > 0)) return false;
+  if (!(direction.z > 0)) return std::nullopt;
   const Sensor& sensor = scene_->sensor;
   const Vec3 hit = at + ((sensor.z_mm - at.z) / direction.z) * direction;
   const double column = (hit.x - sensor.left_mm) / sensor.pitch_mm, row = (sensor.top_mm - hit.y) / sensor.pitch_mm;
-  if (!(column > 0 && column < sensor.width && row > 0 && row < sensor.height)) return false;
-  if (!walk_.leaves_to_image(ray, world_to_lens_.point(hit))) return false;
+  if (!(column > 0 && column < sensor.width && row > 0 && row < sensor.height)) return std::nullopt;
+  if (!walk_.leaves_to_image(ray, world_to_lens_.point(hit))) return std::nullopt;
+  return OnSensor{
+      hit, static_cast<std::size_t>(row) * static_cast<std::size_t>(sensor.width) + static_cast<std::size_t>(column)};
+}
+
+bool GhostPaths::scatter(const OnSensor& from, WalkingRay& ray, Dice& dice) const {
   double p = 0, q = 0;
   do {  // uniform on the disc of direction cosines: light scattered evenly
     p = 2 * dice.unit() - 1;
     q = 2 * dice.unit() - 1;
   } while (!(p * p + q * q < 1));
-  return start_walk(hit, p, q, ray);
+  return start_walk(from.place, p, q, ray);
 }
 
 double GhostPaths::radiance(const WalkingRay& ray) const {
@@ -107,7 +114,7 @@ double GhostPaths::play(const PathStart& start, Dice& dice) const {
       case GhostWalk::Next::object_side:
         return weight * radiance(ray);
       case GhostWalk::Next::image_side:
-        if (!(albedo_ > 0) || !scatter(ray, dice)) return 0;
+        if (const auto hit = albedo_ > 0 ? meet_sensor(ray) : std::nullopt; !hit || !scatter(*hit, ray, dice)) return 0;
         weight *= albedo_;
         break;
       case GhostWalk::Next::face:
@@ -126,7 +133,8 @@ double GhostPaths::play(const PathStart& start, Dice& dice) const {
   return 0;
 }
 
-double GhostPaths::ghost_part(const PathStart& start, Dice& dice, std::vector<Branch>& waiting) const {
+double GhostPaths::ghost_part(const PathStart& start, Dice& dice, const float* straight,
+                              std::vector<Branch>& waiting) const {
   Branch branch;
   if (!start_walk(start, branch.ray)) return 0;
   const auto survives = [&](double& weight) {
@@ -150,8 +158,13 @@ double GhostPaths::ghost_part(const PathStart& start, Dice& dice, std::vector<Br
         break;
       case GhostWalk::Next::image_side:
         branch.weight *= albedo_;
-        branch.reflected = true;
-        alive = branch.weight > 0 && survives(branch.weight) && scatter(branch.ray, dice);
+        alive = false;
+        if (const auto hit = branch.weight > 0 ? meet_sensor(branch.ray) : std::nullopt) {
+          // Scattered evenly: the mean radiance that is met is the irradiance over pi.
+          seen += branch.weight * static_cast<double>(straight[hit->pixel]) / kPi;
+          branch.reflected = false;
+          alive = survives(branch.weight) && scatter(*hit, branch.ray, dice);
+        }
         break;
       case GhostWalk::Next::face: {
         branch.reflected |= met.is_edge;

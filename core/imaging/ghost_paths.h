@@ -2,6 +2,8 @@
 // Not part of the room's face; ghost_image.cpp uses it.
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "imaging/dice.h"
@@ -36,24 +38,34 @@ class GhostPaths {
   // The radiance that is met, times what roulette and sensor made of it.
   double play(const PathStart& start, Dice& dice) const;
   // The expected value of the same without the path that is reflected nowhere: both ways at each face, weighted.
-  // Little noise: only what weighs less than kLeastWeight is left to dice. `waiting` is working space.
+  // Little noise: only what weighs less than kLeastWeight is left to chance. Where the sensor scatters a path, the
+  // light that arrives there straight through the lens is taken from `straight`, the irradiances of its pixels in this
+  // pose, row by row (unbiased where `straight` is): a path would have to hit the lens's small pupil to meet it. Light
+  // that is reflected or scattered once more is followed on. `waiting` is working space.
   struct Branch {
     optics::WalkingRay ray;
     double weight = 1;
     int events = 0;
     bool reflected = false;
   };
-  double ghost_part(const PathStart& start, Dice& dice, std::vector<Branch>& waiting) const;
+  double ghost_part(const PathStart& start, Dice& dice, const float* straight, std::vector<Branch>& waiting) const;
 
-  static constexpr double kLeastWeight = 0.05;
+  // Least variance times time, measured in relign_od-package from 0.0002 to 0.05.
+  static constexpr double kLeastWeight = 0.005;
   // A path is given up here. By then it carries at most 0.95^60 of what it started with in the mean.
   static constexpr int kMostEvents = 64;
 
  private:
   bool start_walk(const PathStart& start, optics::WalkingRay& ray) const;
   bool start_walk(const optics::Vec3& place, double p, double q, optics::WalkingRay& ray) const;
-  // A ray that left towards the image: whether it meets the sensor, and goes on from there in a random direction.
-  bool scatter(optics::WalkingRay& ray, Dice& dice) const;
+  // The place where a ray that left towards the image meets the sensor, and its pixel, row by row.
+  struct OnSensor {
+    optics::Vec3 place;
+    std::size_t pixel;
+  };
+  std::optional<OnSensor> meet_sensor(const optics::WalkingRay& ray) const;
+  // Starts a ray there in a random direction.
+  bool scatter(const OnSensor& from, optics::WalkingRay& ray, Dice& dice) const;
   // A ray that left towards the object.
   double radiance(const optics::WalkingRay& ray) const;
 

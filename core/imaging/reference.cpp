@@ -81,11 +81,15 @@ std::string scene_content_hash(const SceneFile& scene, const CaptureSettings& se
     content["wavelengths"].push_back({wavelength.lens.wavelength_nm, wavelength.weight, indices});
   }
   if (scene.diffraction) content["diffraction"] = {scene.lens.wavelength_nm, scene.ambient_index};
+  if (scene.emitter.repeats) content["emitter_border"] = "repeat";
   if (settings.transport == Transport::ghost) content["sensor_albedo"] = settings.sensor_albedo;
   return short_hash(canonical_json(content));
 }
 
 namespace {
+
+// With transport ghost: 170 paths a pixel for each of the two renders of 1024 rays.
+constexpr int kRaysPerReferenceGhost = 6;
 
 // The design, at the nominal pose and at some others. A reference that is found in the cache was made by this renderer
 // of this scene, and after this.
@@ -124,8 +128,8 @@ Reference make_reference(const SceneFile& scene, const CaptureSettings& settings
     const int samples = reference_samples(scene, tracer);
     MountedLens lens(scene);
     certify(camera, lens, scene);
-    camera.render_noise_free(lens, nominal, 1, samples, reference.first.data());
-    camera.render_noise_free(lens, nominal, 2, samples, reference.second.data());
+    camera.render_noise_free(lens, nominal, 1, samples, reference.first.data(), kRaysPerReferenceGhost);
+    camera.render_noise_free(lens, nominal, 2, samples, reference.second.data(), kRaysPerReferenceGhost);
     if (!file.empty()) {
       const std::string body = bytes_of(reference.first) + bytes_of(reference.second);
       try {

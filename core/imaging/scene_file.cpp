@@ -20,6 +20,10 @@ void read_emitter(ObjectReader& reader, const fs::path& folder, const SceneChoic
   scene.emitter.side_mm = reader.required_number("side_mm", 1e-6, 1e7);
   scene.emitter.target = reader.string("target", "siemens_star");
   const auto texels = static_cast<int>(reader.integer("texels", 300, 2, 8192));
+  const std::string border = reader.string("border", "clamp");
+  if (border != "clamp" && border != "repeat")
+    reader.complain("border", "found '" + border + "'; allowed: clamp, repeat");
+  scene.emitter.repeats = border == "repeat";
   // Named by the file, a path counts from the file's folder; chosen by the user, from where they are.
   const bool chosen = !choices.target.empty();
   if (chosen) scene.emitter.target = choices.target;
@@ -149,7 +153,7 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
   if (problems.empty())
     read_emitter(emitter, folder, choices, scene);
   else
-    for (const char* key : {"z_mm", "side_mm", "target", "texels"}) emitter.get(key);
+    for (const char* key : {"z_mm", "side_mm", "target", "texels", "border"}) emitter.get(key);
   emitter.refuse_unknown();
   top.refuse_unknown();
   throw_if_any(problems);
@@ -180,9 +184,10 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
 
 void Emitter::show(pixels::Image image) {
   radiance = std::move(image);
-  const std::size_t side = radiance.width;
+  // A periodic bitmap gets a frame of texels of the opposite border.
+  const std::size_t texels = radiance.width, frame = repeats ? 1 : 0, side = texels + 2 * frame;
   const auto scaled = [&](std::size_t x, std::size_t y, float white) {
-    return std::clamp(radiance.at(x, y), 0.0F, 1.0F) * white;
+    return std::clamp(radiance.at((x + texels - frame) % texels, (y + texels - frame) % texels), 0.0F, 1.0F) * white;
   };
   bool eight_bits = true;
   for (std::size_t y = 0; y < side && eight_bits; ++y)
@@ -210,7 +215,8 @@ optics::EmitterPlane Emitter::plane() const {
   optics::EmitterPlane plane{};
   plane.distance_z = static_cast<float>(z_mm);
   plane.half_side = static_cast<float>(side_mm / 2);
-  plane.texels = static_cast<std::int32_t>(radiance.width);
+  plane.texels = static_cast<std::int32_t>(radiance.width + (repeats ? 2 : 0));
+  if (repeats) plane.texel_offset = 0.5F;
   plane.texels_per_mm = static_cast<float>(static_cast<double>(radiance.width) / side_mm);
   plane.texels_8_bit = texels_8_bit.empty() ? nullptr : texels_8_bit.data();
   plane.texels_16_bit = texels_16_bit.empty() ? nullptr : texels_16_bit.data();
@@ -222,12 +228,17 @@ double Emitter::radiance_at(double x_mm, double y_mm) const {
   if (!(std::fabs(x_mm) < half && std::fabs(y_mm) < half)) return 0;
   const double per_mm = static_cast<double>(radiance.width) / side_mm;
   const double last = static_cast<double>(radiance.width - 1);
-  const double u = std::clamp((x_mm + half) * per_mm - 0.5, 0.0, last);
-  const double v = std::clamp((y_mm + half) * per_mm - 0.5, 0.0, last);
-  const auto column = static_cast<std::size_t>(std::min(u, last - 1)),
-             row = static_cast<std::size_t>(std::min(v, last - 1));
-  const double fu = u - static_cast<double>(column), fv = v - static_cast<double>(row);
-  const auto texel = [&](std::size_t x, std::size_t y) { return static_cast<double>(radiance.at(x, y)); };
+  const double low = repeats ? -1 : 0, high = repeats ? last + 1 : last;
+  const double u = std::clamp((x_mm + half) * per_mm - 0.5, low, high);
+  const double v = std::clamp((y_mm + half) * per_mm - 0.5, low, high);
+  const double column = std::min(std::floor(u), high - 1), row = std::min(std::floor(v), high - 1);
+  const double fu = u - column, fv = v - row;
+  const auto texel = [&](double x, double y) {
+    const auto within = [&](double place) {  // -1 and last + 1: of a bitmap that repeats
+      return static_cast<std::size_t>(place < 0 ? last : place > last ? 0 : place);
+    };
+    return static_cast<double>(radiance.at(within(x), within(y)));
+  };
   const double above = (1 - fu) * texel(column, row) + fu * texel(column + 1, row);
   const double below = (1 - fu) * texel(column, row + 1) + fu * texel(column + 1, row + 1);
   return (1 - fv) * above + fv * below;

@@ -23,6 +23,7 @@ struct Emitter {
   double side_mm = 0;      // square
   std::string target;      // a name or the path of an image, see target.h
   pixels::Image radiance;  // square, 0 to 1; change it through show() only
+  bool repeats = false;    // set before show(): the bitmap goes on periodically outside of the square, see radiance_at
   // The same for look-ups, see optics::EmitterPlane: with 8 bits where that loses nothing.
   std::vector<std::uint16_t> texels_8_bit;
   std::vector<std::uint32_t> texels_16_bit;
@@ -30,8 +31,9 @@ struct Emitter {
   void show(pixels::Image image);
   // The plane as block kernels take it; a view of this.
   optics::EmitterPlane plane() const;
-  // At a place of its plane (mm): bilinear between texel centres, the border half texel repeats the outermost, 0
-  // outside. What block kernels see, for single rays.
+  // At a place of its plane (mm): bilinear between texel centres, 0 outside of the square. In the half texel at its
+  // border the outermost texel is repeated or, if the bitmap repeats, blended with that of the opposite border, as
+  // renderers do whose textures are periodic. What block kernels see, for single rays.
   double radiance_at(double x_mm, double y_mm) const;
 };
 

@@ -42,6 +42,18 @@ class LensScene::Mounted final : public relign::Assembly {
     shared_.camera.render_noise_free(lens_, true_pose, kPictureSeed, samples, pixels);
     return true;
   }
+  std::optional<Average> render_average(const Pose& true_pose, std::uint64_t seed, double error, std::uint64_t samples,
+                                        float* pixels) override {
+    const std::lock_guard<std::mutex> lock(shared_.mutex);
+    certify_once(true_pose);
+    imaging::NoiseFreeRequest request;
+    request.seed = seed;
+    request.error = error;
+    request.samples = static_cast<long>(std::min<std::uint64_t>(samples, 1000000000));
+    request.batch = std::max(1, imaging::reference_samples(of_.scene_, of_.tracer_.get()) / 4);
+    const imaging::NoiseFreeResult reached = shared_.camera.render_noise_free(lens_, true_pose, request, pixels);
+    return Average{reached.standard_error, static_cast<std::uint64_t>(reached.samples)};
+  }
   std::optional<Optimum> own_optimum(std::uint64_t seed) override {
     const std::lock_guard<std::mutex> lock(shared_.mutex);
     imaging::OwnOptimum found = shared_.optimum.find(lens_, seed);

@@ -338,8 +338,8 @@ void look_up_texels(RayBlock& block, const EmitterPlane& given, int count) {
         smaller(smaller(emitter.half_side - __builtin_fabsf(x), emitter.half_side - __builtin_fabsf(y)), t);
     const bool seen = smaller(block.margin[i], inside) > 0.0F;
     // Bilinear between texel centres; the border half texel repeats the outermost. NaN goes to 0.
-    const float u = seen ? multiply_add(x + emitter.half_side, emitter.texels_per_mm, -0.5F) : 0.0F;
-    const float v = seen ? multiply_add(y + emitter.half_side, emitter.texels_per_mm, -0.5F) : 0.0F;
+    const float u = seen ? multiply_add(x + emitter.half_side, emitter.texels_per_mm, emitter.texel_offset) : 0.0F;
+    const float v = seen ? multiply_add(y + emitter.half_side, emitter.texels_per_mm, emitter.texel_offset) : 0.0F;
     const float uc = smaller(larger(u, 0.0F), last);
     const float vc = smaller(larger(v, 0.0F), last);
     const float u_floor = smaller(static_cast<float>(static_cast<std::int32_t>(uc)), last - 1.0F);

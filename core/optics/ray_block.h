@@ -90,6 +90,8 @@ struct EmitterPlane {
   // first, or two in the second, give the four texels of a bilinear value.
   const std::uint16_t* texels_8_bit;
   const std::uint32_t* texels_16_bit;
+  // Added to a place in texels: -0.5; 0.5 where the bitmap's outermost texels are a frame around the square.
+  float texel_offset = -0.5F;
 };
 
 struct BlockKernels {

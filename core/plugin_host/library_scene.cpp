@@ -27,6 +27,7 @@ struct Abilities {
   const relign_scene_noise_free* noise_free = nullptr;
   const relign_scene_optimum* optimum = nullptr;
   const relign_scene_mtf* mtf = nullptr;
+  const relign_scene_average* average = nullptr;
 };
 
 class LibraryAssembly final : public AssemblyBackend {
@@ -63,6 +64,22 @@ class LibraryAssembly final : public AssemblyBackend {
     return scene_.host().call("render_noise_free", [&](const FloatingPointState&) {
       return can_.noise_free->render(object_, true_pose.data(), axes_of(true_pose), pixels);
     }) == RELIGN_OK;
+  }
+
+  std::optional<MountedAssembly::Average> render_average(const std::vector<double>& true_pose, std::uint64_t seed,
+                                                         double error, std::uint64_t samples, float* pixels) override {
+    if (!can_.average) return std::nullopt;
+    relign_average reached{};
+    reached.struct_size = sizeof reached;
+    bool offered = true;
+    scene_.demand("render_average", "it rendered nothing and gives no reason", [&] {
+      const relign_status status =
+          can_.average->render(object_, true_pose.data(), axes_of(true_pose), seed, error, samples, pixels, &reached);
+      offered = status != RELIGN_UNSUPPORTED;
+      return offered ? status : RELIGN_OK;
+    });
+    if (!offered) return std::nullopt;
+    return MountedAssembly::Average{reached.standard_error, reached.samples};
   }
 
   std::optional<MountedAssembly::Optimum> own_optimum(std::uint64_t seed, std::size_t axes) override {
@@ -111,6 +128,7 @@ class LibraryScene final : public SceneBackend {
       can_.noise_free = static_cast<const relign_scene_noise_free*>(ask(RELIGN_SCENE_NOISE_FREE));
       can_.optimum = static_cast<const relign_scene_optimum*>(ask(RELIGN_SCENE_OPTIMUM));
       can_.mtf = static_cast<const relign_scene_mtf*>(ask(RELIGN_SCENE_MTF));
+      can_.average = static_cast<const relign_scene_average*>(ask(RELIGN_SCENE_AVERAGE));
       stage_ = static_cast<const relign_scene_stage*>(ask(RELIGN_SCENE_STAGE));
       return RELIGN_OK;
     });
@@ -118,6 +136,7 @@ class LibraryScene final : public SceneBackend {
       can_.noise_free = nullptr;
     if (can_.optimum && (!RELIGN_HAS_MEMBER(can_.optimum, find) || !can_.optimum->find)) can_.optimum = nullptr;
     if (can_.mtf && (!RELIGN_HAS_MEMBER(can_.mtf, measure) || !can_.mtf->measure)) can_.mtf = nullptr;
+    if (can_.average && (!RELIGN_HAS_MEMBER(can_.average, render) || !can_.average->render)) can_.average = nullptr;
     if (!stage_) return;
     if (!RELIGN_HAS_MEMBER(stage_, capture) || !stage_->begin || !stage_->move_by || !stage_->capture)
       refuse("get_extension", std::string(RELIGN_SCENE_STAGE) + " lacks begin, move_by or capture");

@@ -96,6 +96,13 @@ class MountedAssembly {
   Truth noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed);
   // False when the scene does not offer it.
   bool render_noise_free(const std::vector<double>& true_pose, float* pixels);
+  struct Average {
+    double standard_error = 0;  // of a pixel, root mean square over all
+    std::uint64_t samples = 0;  // a pixel
+  };
+  // A noise-free image whose noise is known (relign_scene_average); nothing when the scene does not offer it.
+  std::optional<Average> render_average(const std::vector<double>& true_pose, std::uint64_t seed, double error,
+                                        std::uint64_t samples, float* pixels);
   struct Optimum {
     std::vector<double> true_pose;
     Truth truth{};

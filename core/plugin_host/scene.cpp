@@ -106,6 +106,16 @@ bool MountedAssembly::render_noise_free(const std::vector<double>& true_pose, fl
   return implementation_->backend->render_noise_free(true_pose, pixels);
 }
 
+std::optional<MountedAssembly::Average> MountedAssembly::render_average(const std::vector<double>& true_pose,
+                                                                        std::uint64_t seed, double error,
+                                                                        std::uint64_t samples, float* pixels) {
+  const std::optional<Average> reached =
+      implementation_->backend->render_average(true_pose, seed, error, samples, pixels);
+  if (reached && !(std::isfinite(reached->standard_error) && reached->standard_error >= 0))
+    implementation_->scene->backend->refuse("render_average", "its standard error is negative or not finite");
+  return reached;
+}
+
 std::optional<MountedAssembly::Optimum> MountedAssembly::own_optimum(std::uint64_t seed, std::size_t axes) {
   const std::optional<Optimum> found = implementation_->backend->own_optimum(seed, axes);
   if (!found) return found;

@@ -22,6 +22,10 @@ class AssemblyBackend {
   virtual void capture(const std::vector<double>& true_pose, std::uint64_t frame_seed, float* pixels) = 0;
   virtual MountedAssembly::Truth noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed) = 0;
   virtual bool render_noise_free(const std::vector<double>& true_pose, float* pixels) = 0;
+  virtual std::optional<MountedAssembly::Average> render_average(const std::vector<double>&, std::uint64_t, double,
+                                                                 std::uint64_t, float*) {
+    return std::nullopt;
+  }
   virtual std::optional<MountedAssembly::Optimum> own_optimum(std::uint64_t, std::size_t) { return std::nullopt; }
   virtual std::optional<MountedAssembly::FieldMtf> mtf(const std::vector<double>& true_pose, double lp_per_mm) = 0;
 };

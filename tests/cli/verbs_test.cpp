@@ -117,7 +117,8 @@ TEST(CliList, ShowsKindsAndPresets) {
 TEST(CliDescribe, APresetShowsItsOwnValues) {
   const Workplace place;
   const Outcome page = relign_bench(place, {"describe", "nlopt_bobyqa"});
-  EXPECT_THAT(page.out, HasSubstr("relign-bench try nlopt-bobyqa --parameters '{\"first_stride\":0.1}'"));  // half of its own
+  EXPECT_THAT(page.out,
+              HasSubstr("relign-bench try nlopt-bobyqa --parameters '{\"first_stride\":0.1}'"));  // half of its own
   ASSERT_EQ(page.exit_code, 0) << page.err;
   EXPECT_THAT(page.out,
               AllOf(HasSubstr("preset of nlopt"), HasSubstr("merit, start, box"), HasSubstr("share of the travel")));
@@ -142,18 +143,42 @@ TEST(CliRender, TheSameSeedIsTheSameImageAndAnotherIsNot) {
   EXPECT_NE(first, image("c.npy", "2"));
 }
 
-TEST(CliRender, NoiseFreeDoesNotDependOnTheSeedAndAnAssemblyChangesIt) {
+TEST(CliRender, NoiseFreeIsAveragedToAStatedErrorAndAnAssemblyChangesIt) {
   const Workplace place;
   place.write("tilted.json", R"({"elements": {"L3": {"tilt_deg": [2, 0], "shift_mm": [0, 0, 0]}}})");
+  std::string stated;
   const auto image = [&](const std::string& name, std::vector<std::string> more) {
     more.insert(more.begin(), {"render", "--noise-free", "-o", name});
     const Outcome outcome = relign_bench(place, more);
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    stated = outcome.err;
     return place.read(name);
   };
   const std::string plain = image("a.npy", {"--seed", "1"});
-  EXPECT_EQ(plain, image("b.npy", {"--seed", "2"}));
-  EXPECT_NE(plain, image("c.npy", {"--assembly", "tilted.json"}));
+  EXPECT_THAT(stated, testing::MatchesRegex(
+                          "standard error 0\\.000[12][0-9]* a pixel \\(root mean square\\), 1024 rays a pixel\n"));
+  EXPECT_EQ(plain, image("b.npy", {"--seed", "1"}));
+  EXPECT_NE(plain, image("b.npy", {"--seed", "2"}));
+  EXPECT_NE(plain, image("c.npy", {"--seed", "1", "--assembly", "tilted.json"}));
+  image("d.npy", {"--samples", "100"});
+  EXPECT_THAT(stated, HasSubstr("100 rays a pixel"));
+  image("d.npy", {"--error", "0.00001"});
+  EXPECT_THAT(stated,
+              AllOf(HasSubstr("warning: --error: the standard error is 0.0000"), HasSubstr("16384 rays a pixel")));
+}
+
+TEST(CliRender, AnErrorNeedsANoiseFreeImageOfASceneThatStatesIt) {
+  const Workplace place;
+  const auto refused = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"render", "-o", "a.npy"});
+    const Outcome outcome = relign_bench(place, more);
+    EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
+    return outcome.err;
+  };
+  EXPECT_THAT(refused({"--error", "0.001"}), HasSubstr("--error: needs --noise-free"));
+  EXPECT_THAT(refused({"--noise-free", "--error", "0.001", "--samples", "9"}), HasSubstr("give one of them"));
+  EXPECT_THAT(refused({"--noise-free", "--error", "0.001", "--scene", "gaussian_spot"}),
+              HasSubstr("'gaussian_spot' does not state the noise"));
 }
 
 TEST(CliReport, WritesThePageAgainFromTheFolderAlone) {

@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 
 #include "../error_text.h"
+#include "imaging/scene_file.h"
 #include "optics/elementary.h"
 #include "pixels/measures.h"
 
@@ -140,6 +142,40 @@ TEST(Target, MistakesSayWhatIsAllowed) {
         << value;
   EXPECT_THAT(refusal("slanted_edges:angle_deg=50"), HasSubstr("a number from -45 to 45"));
   EXPECT_THAT(refusal("usaf_bars:elements=48,period=0.15"), HasSubstr("of 48 elements have room"));
+}
+
+// A bitmap of 3 x 3 texels on a square of 3 mm, white in the left column alone: the right border's half texel blends
+// towards white where the bitmap repeats. Expected values by hand; single rays and block kernels alike.
+TEST(EmitterBorder, RepeatsTheOutermostTexelOrTheOppositeBorder) {
+  for (const bool repeats : {false, true}) {
+    Emitter emitter;
+    emitter.z_mm = -1;
+    emitter.side_mm = 3;
+    emitter.repeats = repeats;
+    pixels::Image bitmap(3, 3);
+    for (std::size_t row = 0; row < 3; ++row) bitmap.at(0, row) = 1;
+    emitter.show(bitmap);
+    const struct {
+      double x, clamped, repeated;
+    } places[] = {{-1.4, 1, 0.6}, {-1, 1, 1},      {-0.75, 0.75, 0.75}, {0.5, 0, 0},
+                  {1, 0, 0},      {1.25, 0, 0.25}, {1.4, 0, 0.4},       {1.6, 0, 0}};
+    const auto block = std::make_unique<optics::RayBlock>();
+    int ray = 0;
+    for (const auto& place : places)
+      for (const double y : {-1.45, 0.3}) {
+        EXPECT_NEAR(emitter.radiance_at(place.x, y), repeats ? place.repeated : place.clamped, 1e-9) << place.x;
+        block->x[ray] = static_cast<float>(place.x);
+        block->y[ray] = static_cast<float>(y);
+        block->z[ray] = block->lx[ray] = block->ly[ray] = 0;
+        block->lz[ray] = -1;
+        block->margin[ray++] = 1;
+      }
+    ASSERT_EQ(ray, 16);
+    optics::block_kernels().look_up(*block, emitter.plane(), ray);
+    for (int i = 0; i < ray; ++i)
+      EXPECT_NEAR(block->radiance[i], repeats ? places[i / 2].repeated : places[i / 2].clamped, 1e-5)
+          << places[i / 2].x;
+  }
 }
 
 }  // namespace

@@ -25,6 +25,8 @@ INSTANCES = [
 # of 0.0012 with arcs. Its root mean square, and half as much again for poses where it lies elsewhere.
 VEIL = 0.0024
 ALLOWED_RMSE = 1.5 * VEIL
+# With ghosts: 0.0018, and 0.0019 without the bright line at the border of the package's bitmap.
+ALLOWED_WITH_GHOSTS = 0.00185
 
 
 @pytest.fixture(scope="session")
@@ -66,17 +68,24 @@ def test_reference_image_at_the_nominal_pose(tmp_path, figures):
         assert rmse(theirs, wrong) > 0.009
 
 
-def test_all_light_with_ghosts(tmp_path, figures):
+def test_reference_image_with_ghosts(tmp_path, figures):
+    """All light, and pixel by pixel: the package's image has 0.0011 of noise, ours at most 0.0003."""
     conftest.need("relign")
     if not program.has_scene("relign_od-package"):
         pytest.skip("this build has no scene relign_od-package")
-    theirs = package_images.shipped_reference().mean()
+    theirs = package_images.shipped_reference()
     target = package_images.pattern_file("siemens")
-    with_ghosts = program.render(tmp_path, NOMINAL, {}, target, "relign_od-package").mean()
-    without = program.render(tmp_path, NOMINAL, {}, target).mean()
-    figures.append(f"all light over the package's: {with_ghosts / theirs:.3f}, without ghosts {without / theirs:.3f}")
-    assert abs(with_ghosts / theirs - 1) < 0.02
-    assert without / theirs < 0.95
+    with_ghosts = program.render(tmp_path, NOMINAL, {}, target, "relign_od-package")
+    without = program.render(tmp_path, NOMINAL, {}, target).mean() / theirs.mean()
+    light = with_ghosts.mean() / theirs.mean()
+    noise = np.sqrt(np.mean(0.0602 * theirs / 1024 - theirs**2 / 65536))
+    figures.append(f"all light over the package's: {light:.3f}, without ghosts {without:.3f}")
+    figures.append(
+        f"package's reference image with ghosts: RMSE {rmse(theirs, with_ghosts):.4f}, its own noise {noise:.4f}"
+    )
+    assert abs(light - 1) < 0.02
+    assert without < 0.95
+    assert rmse(theirs, with_ghosts) < ALLOWED_WITH_GHOSTS
 
 
 @pytest.mark.parametrize("index", range(len(INSTANCES)), ids=["{}-noise{}-seed{}".format(*i) for i in INSTANCES])

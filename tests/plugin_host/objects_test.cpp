@@ -34,6 +34,11 @@ TEST(SceneObject, PassesEverythingThrough) {
   EXPECT_EQ(truth.standard_error, 0.5);
   EXPECT_TRUE(assembly.render_noise_free({0, 0}, pixels.data()));
   EXPECT_THAT(pixels, Each(0.5f));
+  const auto average = assembly.render_average({0, 0}, 3, 0.25, 7, pixels.data());
+  ASSERT_TRUE(average);
+  EXPECT_THAT(pixels, Each(10.f));
+  EXPECT_EQ(average->standard_error, 0.25);
+  EXPECT_EQ(average->samples, 7u);
 }
 
 TEST(SceneObject, FailuresSayWhatAndWhy) {
@@ -50,6 +55,11 @@ TEST(SceneObject, FailuresSayWhatAndWhy) {
       HasSubstr("failed in noise_free_mse: value or standard error"));
   EXPECT_FALSE(Scene(tiny("no picture"), {}).mount("{}").render_noise_free({0}, pixels.data()));
   EXPECT_FALSE(Scene(tiny(), {}).mount("{}").mtf({0}, 20));
+  EXPECT_FALSE(Scene(tiny("no picture"), {}).mount("{}").render_average({0}, 1, 0.1, 0, pixels.data()));
+  EXPECT_THAT(
+      test::error_text(ErrorKind::plugin_failed,
+                       [&] { Scene(tiny("average"), {}).mount("{}").render_average({0}, 1, 0.1, 0, pixels.data()); }),
+      HasSubstr("failed in render_average: its standard error is negative or not finite"));
 }
 
 TEST(SceneObject, AssembliesMoveAndOutliveTheirSceneObject) {

@@ -158,6 +158,24 @@ inline const relign_scene_mtf* scene_mtf() {
   return &table;
 }
 
+inline const relign_scene_average* scene_average() {
+  static const relign_scene_average table = {
+      sizeof(relign_scene_average), 0,
+      [](relign_assembly* raw, const double* pose, std::uint32_t axes, std::uint64_t seed, double error,
+         std::uint64_t samples, float* pixels, relign_average* reached) -> relign_status {
+        auto* mine = handle<Assembly>(raw);
+        return guard(mine->host, [&] {
+          const std::optional<Assembly::Average> found =
+              mine->object->render_average(Pose(pose, pose + axes), seed, error, samples, pixels);
+          if (!found) return RELIGN_UNSUPPORTED;
+          reached->standard_error = found->standard_error;
+          reached->samples = found->samples;
+          return RELIGN_OK;
+        });
+      }};
+  return &table;
+}
+
 inline Station& station(relign_scene* self) { return static_cast<Station&>(*handle<Scene>(self)->object); }
 
 inline const relign_scene_stage* scene_stage() {
@@ -249,6 +267,7 @@ const relign_scene_interface* scene_interface() {
         } else {
           if (to_view(id) == RELIGN_SCENE_OPTIMUM) return scene_optimum();
           if (to_view(id) == RELIGN_SCENE_MTF) return scene_mtf();
+          if (to_view(id) == RELIGN_SCENE_AVERAGE) return scene_average();
           return to_view(id) == RELIGN_SCENE_NOISE_FREE ? scene_noise_free() : nullptr;
         }
       }};

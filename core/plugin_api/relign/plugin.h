@@ -44,7 +44,7 @@ extern "C" {
 #endif
 
 #define RELIGN_ABI_MAJOR 1
-#define RELIGN_ABI_MINOR 3
+#define RELIGN_ABI_MINOR 4
 
 /* ---- plain types ------------------------------------------------------------------------ */
 
@@ -466,6 +466,27 @@ typedef struct relign_scene_mtf {
   relign_status (*measure)(relign_assembly* assembly, const double* true_pose, uint32_t axes, double lp_per_mm,
                            relign_field_mtf* mtf);
 } relign_scene_mtf;
+
+/* Optional ability of a scene, since 1.4: a noise-free image with the noise that is left stated. Scenes whose
+ * relign_scene_noise_free is exact need not offer it. */
+#define RELIGN_SCENE_AVERAGE "relign.scene.average/1"
+typedef struct relign_average {
+  uint32_t struct_size;
+  uint32_t reserved;
+  double standard_error; /* of a pixel: the root mean square over all pixels; finite, 0 or more */
+  uint64_t samples;      /* rays (or what the scene averages) a pixel that were used */
+} relign_average;
+
+typedef struct relign_scene_average {
+  uint32_t struct_size;
+  uint32_t reserved;
+  /* Averages until the standard error is at most `error` (positive), or until a bound of the scene's own; with `samples`
+   * over 0 so many samples a pixel instead, whatever the error (rounded up by the scene). Writes pixels (width x height,
+   * tightly packed) and what was reached, which may be more than `error`. A pure function of assembly, pose, seed, error
+   * and samples; other seeds give independent images. RELIGN_UNSUPPORTED: not for this scene. */
+  relign_status (*render)(relign_assembly* assembly, const double* true_pose, uint32_t axes, uint64_t seed,
+                          double error, uint64_t samples, float* pixels, relign_average* reached);
+} relign_scene_average;
 
 /* ---- the library ---------------------------------------------------------------------------- */
 

@@ -26,6 +26,16 @@ class Assembly {
   virtual Truth noise_free_mse(const Pose& true_pose, std::uint64_t seed) = 0;
   // Optional: return false when there is none.
   virtual bool render_noise_free(const Pose& /*true_pose*/, float* /*pixels*/) { return false; }
+  struct Average {
+    double standard_error;
+    std::uint64_t samples;
+  };
+  // Optional: a noise-free image averaged to a standard error, or from so many samples a pixel where `samples` is over
+  // 0, as relign_scene_average defines it; nothing when the scene does not offer it.
+  virtual std::optional<Average> render_average(const Pose& /*true_pose*/, std::uint64_t /*seed*/, double /*error*/,
+                                                std::uint64_t /*samples*/, float* /*pixels*/) {
+    return std::nullopt;
+  }
   struct Optimum {
     Pose true_pose;
     Truth truth;

@@ -25,6 +25,12 @@ class TinyAssembly final : public relign::Assembly {
     std::fill(pixels, pixels + kWidth * kHeight, 0.5f);
     return true;
   }
+  std::optional<Average> render_average(const relign::Pose&, std::uint64_t seed, double error, std::uint64_t samples,
+                                        float* pixels) override {
+    if (broken_ == "no picture") return std::nullopt;
+    std::fill(pixels, pixels + kWidth * kHeight, static_cast<float>(seed + samples));
+    return Average{broken_ == "average" ? -1 : error, samples};
+  }
 
  private:
   std::string broken_;
