@@ -36,6 +36,10 @@ Op face_op(const Face& face, const FaceBounds& bounds, double index_before, doub
   op.highest = static_cast<float>(bounds.highest);
   op.steepest = static_cast<float>(bounds.steepest);
   op.most_bent = static_cast<float>(bounds.most_bent);
+  op.near_vertex = static_cast<float>(bounds.near_vertex);
+  op.near_curvature = static_cast<float>(face.is_conic() ? face.curvature : bounds.near_curvature);
+  op.near_conic_plus_1 = static_cast<float>(face.is_conic() ? 1 + face.conic : bounds.near_conic_plus_1);
+  op.rings = bounds.rings.get();
   op.over_root = face.over_root.empty() ? 0 : 1;
   // A face of Forbes's mild polynomial has no even terms besides: prescriptions refuse both together.
   const std::vector<double>& even = op.over_root ? face.over_root : face.even_asphere;
@@ -123,6 +127,7 @@ class Builder {
 void set_backward_path(BackwardPath& path, const Assembly& assembly, const Motion& lens_to_world) {
   const Prescription& lens = assembly.lens();
   path.ops.clear();
+  path.rings.clear();
   path.through_aperture = 0;
   path.highest_transmittance = 1;
   Builder builder(path.ops);
@@ -156,8 +161,10 @@ void set_backward_path(BackwardPath& path, const Assembly& assembly, const Motio
           opening = std::min(opening, stop.opening_radius_mm);
           is_aperture = is_aperture || stop.aperture;
         }
+      const FaceBounds& bounds = assembly.bounds(e, f, Apertures::mesh);
+      if (bounds.rings) path.rings.push_back(bounds.rings);
       builder.enter(assembly.placement(e), element.faces[f].z_mm,
-                    face_op(element.faces[f], assembly.bounds(e, f, Apertures::mesh), index_before, opening));
+                    face_op(element.faces[f], bounds, index_before, opening));
       if (is_aperture) path.through_aperture = path.ops.size();
       path.highest_transmittance *= highest_transmittance(index_before, element.faces[f].index_after);
       pass_stops_before(number);

@@ -2,6 +2,7 @@
 // list of block operations (ray_block.h).
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "optics/assembly.h"
@@ -19,7 +20,8 @@ struct BackwardPath {
   // No ray's Fresnel transmittance is larger: unpolarised reflection is least at normal incidence (for ratios of
   // indices up to 2 + sqrt(3); a steeper face counts as clear). A little above the product, for rounding.
   double highest_transmittance = 1;
-  std::vector<const Stop*> stops_in_place;  // space to work in
+  std::vector<std::shared_ptr<const FaceRings>> rings;  // that operations look at
+  std::vector<const Stop*> stops_in_place;              // space to work in
 };
 
 // `lens_to_world` is the pose. Faces from back to front with the mesh apertures, stops between, the

@@ -5,6 +5,7 @@
 
 #include "optics/first_rise.h"
 #include "optics/ray_block.h"
+#include "optics/rigid.h"
 
 namespace relign::optics {
 namespace {
@@ -67,7 +68,10 @@ bool meet_asphere_exactly(const Op& op, const float (&p)[3], const float (&l)[3]
     derivative = 2 * slope * (at_x * lx + at_y * ly) - lz;
     return sag - (z + way * lz);
   };
-  const auto found = first_rise(before, low, high, static_cast<double>(op.most_bent) * across);
+  const Vec3 from{x, y, z}, along_ray{lx, ly, lz};
+  constexpr double kRoundingOfFloat = 1e-9;
+  const auto found =
+      first_rise_over_rings(before, RayOverFace(from, along_ray), *op.rings, radius, low, high, kRoundingOfFloat);
   if (!found) return false;
   t = static_cast<float>(*found);
   return true;

@@ -126,32 +126,6 @@ Series in_powers_of_r(const Series& of_u2, std::size_t first, double radius, dou
 double sag(const Face& face, double radius) { return height(face, radius * radius).z; }
 double slope(const Face& face, double radius) { return 2 * radius * height(face, radius * radius).slope; }
 
-FaceBounds bounds_of(const Face& face, double radius) {
-  constexpr int kPlaces = 256;
-  constexpr double kBetween = 1.1;  // a polynomial of r^32 does not bend much more between 256 places
-  FaceBounds bounds;
-  bounds.radius = radius;
-  double slope_before = 0;
-  for (int i = 1; i <= kPlaces; ++i) {
-    const double r = radius * i / kPlaces;
-    const Height here = height(face, r * r);
-    const double slope_here = 2 * r * here.slope;
-    bounds.lowest = std::min(bounds.lowest, here.z);
-    bounds.highest = std::max(bounds.highest, here.z);
-    bounds.steepest = std::max(bounds.steepest, std::fabs(slope_here));
-    bounds.most_bent = std::max(
-        {bounds.most_bent, std::fabs(2 * here.slope), std::fabs(slope_here - slope_before) * kPlaces / radius});
-    slope_before = slope_here;
-  }
-  bounds.steepest *= kBetween;
-  bounds.most_bent *= kBetween;
-  // Between two places the sag leaves their heights by no more than this.
-  const double between = bounds.most_bent * (radius / kPlaces) * (radius / kPlaces) / 8;
-  bounds.lowest -= between;
-  bounds.highest += between;
-  return bounds;
-}
-
 double sound_radius(const Face& face) {
   constexpr double kKnown_mm = 1e-5;  // smaller clear radii are placeholders
   constexpr double kStep = 1.05, kMostGrowth = 2, kFarthest_mm = 1e6;
@@ -184,8 +158,8 @@ std::optional<FacePoint> meet(const Face& face, const FaceBounds& bounds, const 
     derivative = forwards * (l.z - slope_over_r2 * (at.x * l.x + at.y * l.y));
     return forwards * (at.z - here.z);
   };
-  const std::optional<double> t =
-      first_rise(behind, stretch.low, stretch.high, bounds.most_bent * (l.x * l.x + l.y * l.y));
+  const std::optional<double> t = first_rise_over_rings(behind, RayOverFace(m, l), *bounds.rings, bounds.radius,
+                                                        stretch.low, stretch.high, kRoundingOfDouble);
   if (!t) return std::nullopt;
   FacePoint point;
   point.at = m + *t * l;

@@ -7,9 +7,11 @@
 // come here for rays that few steps do not settle.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
+#include "optics/face_rings.h"
 #include "optics/prescription.h"
 #include "optics/rigid.h"
 
@@ -30,6 +32,10 @@ struct FaceBounds {
   double lowest = 0, highest = 0;  // sag, mm
   double steepest = 0;             // |dz/dr|
   double most_bent = 0;            // second derivative of the sag in any direction, 1/mm
+  // A conic near the face, where Newton's steps may begin: its vertex, curvature and 1 + k. Of the face's own conic and
+  // a paraboloid through the polynomial, the nearer one.
+  double near_vertex = 0, near_curvature = 0, near_conic_plus_1 = 1;
+  std::shared_ptr<const FaceRings> rings;  // null for a conic
 };
 FaceBounds bounds_of(const Face& face, double radius);
 // How far beyond its clear radii a polynomial still describes a face: up to where it grows steeper than any lens, or

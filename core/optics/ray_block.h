@@ -9,6 +9,8 @@
 
 #include <cstdint>
 
+#include "optics/face_rings.h"
+
 namespace relign::optics {
 
 constexpr int kBlockRays = 256;  // a multiple of 16; 14 arrays of 1 kB stay in the first cache
@@ -52,6 +54,8 @@ struct Op {
   std::int32_t even_terms, odd_terms, over_root;
   float even[kEvenTerms], odd[kOddTerms];
   float lowest, highest, steepest, most_bent;
+  float near_vertex, near_curvature, near_conic_plus_1;  // a conic that steps begin from
+  const FaceRings* rings;                                // of a face with a polynomial; kept by the path
 };
 
 // How far along its direction a ray first passes through an asphere within its shape radius, as light travels; in
