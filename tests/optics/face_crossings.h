@@ -135,7 +135,10 @@ inline void compare_blocks(const BlockKernels& kernels, const Op& given, const F
         if (found > radius - rim || std::fabs(dot(normal, ways[i])) < grazing) continue;
       }
       ++sum.in_blocks;
-      ASSERT_EQ(hit, met.has_value()) << what << ", " << kernels.name << ", ray " << first + i;
+      ASSERT_EQ(hit, met.has_value()) << what << ", " << kernels.name << ", ray " << first + i << ": from " << starts[i].x
+                                      << ", " << starts[i].y << ", " << starts[i].z << " along " << ways[i].x << ", "
+                                      << ways[i].y << ", " << ways[i].z << ", at " << at.x << ", " << at.y << ", "
+                                      << at.z << ", clear radius " << radius;
       if (!met) continue;
       const Vec3 off = at - met->at;
       // Newton's last step begins at 1e-4 radii off the face, which is more along a ray that grazes it.
