@@ -101,7 +101,7 @@ std::string verdict(const runner::VerifySummary& summary) {
 void keep(const std::string& results, const runner::VerifySummary& summary) {
   Json said = to_json(summary);
   said["format"] = records::kFormat;
-  for (const char* long_list : {"differences", "changes"}) said.erase(long_list);
+  for (const char* long_list : {"differences", "changes", "completed"}) said.erase(long_list);
   try {
     write_file_atomically(std::filesystem::path(results) / "verify.json", said.dump(1) + "\n");
   } catch (const Error&) {

@@ -262,6 +262,11 @@ bool is_planned(const TrialTable& table, std::size_t a, std::size_t b, const Stu
   });
 }
 
+std::string class_of(const TrialTable& table, std::size_t series, const StudyOptions& options) {
+  const auto found = options.classes.find({table.series[series].algorithm, table.series[series].protocol});
+  return found == options.classes.end() ? "" : found->second;
+}
+
 // Holm's correction of what `p` gives of those pairs that `counts` chooses.
 template <class Counts, class P, class Put>
 void correct(std::vector<PairStudy>& pairs, const Counts& counts, const P& p, const Put& put) {
@@ -296,18 +301,23 @@ std::vector<PairStudy> compare_methods(const TrialTable& table, const Draws& dra
   std::vector<Passes> passes(table.series.size());
   std::vector<Passes> of_ranked = passes_of(table, ranked, group.spec, rule);
   for (std::size_t i = 0; i < ranked.size(); ++i) passes[ranked[i]] = std::move(of_ranked[i]);
-  for (std::size_t first = 0; first < ranked.size(); ++first)
+  std::set<std::string> classes_before = {""};
+  for (std::size_t first = 0; first < ranked.size(); ++first) {
+    const std::string own_class = class_of(table, ranked[first], options);
+    const bool leads_its_class = classes_before.insert(own_class).second;
     for (std::size_t second = first + 1; second < ranked.size(); ++second) {
       PairStudy pair;
       pair.first = ranked[first];
       pair.second = ranked[second];
       pair.planned = is_planned(table, pair.first, pair.second, options);
-      if (first >= firsts && !pair.planned) continue;
+      const bool in_class = leads_its_class && class_of(table, pair.second, options) == own_class;
+      if (first >= firsts && !pair.planned && !in_class) continue;
       pair.yields = compare_passes(passes[pair.first], passes[pair.second]);
       pair.comparison = compare_paired(columns[pair.first], columns[pair.second], draws.resampling, paired);
       if (pair.comparison.difference.n < kFewestCompared) pair.comparison.verdict = Verdict::undecided;
       pairs.push_back(std::move(pair));
     }
+  }
   const auto of_errors = [](const PairStudy& pair) { return pair.comparison.test.p; };
   const auto planned = [](const PairStudy& pair) { return pair.planned; };
   correct(

@@ -22,7 +22,8 @@ namespace relign::stats {
 inline constexpr std::size_t kBandSteps = 16;
 inline constexpr std::size_t kManyTrials = 10'000;
 inline constexpr std::size_t kResamplesOfMany = 1'000;
-// Every pair is compared up to so many methods; of more, the best one with each other.
+// Every pair is compared up to so many methods; of more, the best one with each other, and the best of a class with
+// each of its class.
 inline constexpr std::size_t kMostComparedMethods = 12;
 // On fewer instances no test can come below 5 %, and every comparison is undecided.
 inline constexpr std::size_t kFewestCompared = 6;
@@ -40,6 +41,9 @@ struct StudyOptions {
   Rule rule = Rule::own;                 // which pose counts as recommended
   // Pairs of names that were chosen before the run; a group without one of the two has no such pair.
   std::vector<std::pair<std::string, std::string>> contrasts;
+  // By name and protocol, what a method observes: the best of a class is compared with each of its class, however many
+  // methods there are. Methods that are not named here are no class.
+  std::map<std::pair<std::string, std::string>, std::string> classes;
   std::size_t most_bytes = kCurveBytes;  // of all threads together
   unsigned threads = 0;                  // 0: one a core. The numbers do not depend on it
 };
