@@ -124,21 +124,25 @@ std::map<GroupKey, Group> gather(const stats::TrialTable& trials, std::vector<Gr
 Methods::Methods(const LoadedResults& results) {
   for (const Json& entry : list_of(results.manifest, "algorithms")) {
     const std::string name = text_of(entry, "name");
-    std::string protocol = text_of(entry, "protocol");
-    for (const stats::Series& series : results.trials.series)  // where the manifest does not name it
-      if (protocol.empty() && series.algorithm == name) protocol = series.protocol;
-    if (name.empty() || places_.count({name, protocol}) > 0) continue;
+    std::set<std::string> protocols = {text_of(entry, "protocol")};
+    if (protocols.count("") > 0)  // one that names none is of every protocol that its trials name
+      for (const stats::Series& series : results.trials.series)
+        if (series.algorithm == name) protocols.insert(series.protocol);
+    if (protocols.size() > 1) protocols.erase("");
     Json method = {{"name", name}, {"known", entry.contains("knows")}};
     for (const char* key : {"id", "kind", "protocol", "merit", "summary", "reproducible", "plugin_hash"})
       method[key] = text_of(entry, key);
-    method["protocol"] = protocol;
     method["knows"] = Json::array();
     for (const Json& known : list_of(entry, "knows"))
       if (known.is_string()) method["knows"].push_back(known);
     method["oracle"] = flag_of(entry, "oracle");
     method["steps"] = count_of(entry, "steps");
     method["parameters"] = object_of(entry, "parameters");
-    add(std::move(method));
+    for (const std::string& protocol : protocols) {
+      if (name.empty() || places_.count({name, protocol}) > 0) continue;
+      method["protocol"] = protocol;
+      add(method);
+    }
   }
   for (const stats::Series& series : results.trials.series) {
     if (places_.count({series.algorithm, series.protocol}) > 0) continue;

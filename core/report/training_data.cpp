@@ -28,6 +28,14 @@ double seconds_to_spec(const Json& row) {
 
 using Learners = std::map<std::pair<std::string, std::string>, Json>;  // by name and protocol
 
+// Null without; a manifest that names no protocol means every one.
+const Json& learner(const Learners& learners, const std::string& name, const std::string& protocol) {
+  static const Json kNothing;
+  for (const std::string& key : {protocol, std::string()})
+    if (const auto found = learners.find({name, key}); found != learners.end()) return found->second;
+  return kNothing;
+}
+
 // What the manifest tells, or the images of its source instances, which the harness itself let it see.
 Learners learners(const Json& manifest) {
   Learners all;
@@ -56,7 +64,8 @@ Learners learners(const Json& manifest) {
 const Json* best_untrained(const Json& group, const Learners& trained) {
   const Json* best = nullptr;
   for (const Json& row : group["rows"]) {
-    if (flag_of(row, "oracle") || trained.count({text_of(row, "method"), text_of(group, "protocol")}) > 0) continue;
+    if (flag_of(row, "oracle") || !learner(trained, text_of(row, "method"), text_of(group, "protocol")).is_null())
+      continue;
     const double seconds = seconds_to_spec(row);
     if (!std::isfinite(seconds)) continue;
     if (!best || seconds < seconds_to_spec(*best)) best = &row;
@@ -100,9 +109,9 @@ Json training_data(const Json& data, const Json& manifest) {
   Json list = Json::array();
   for (const Json& method : data["methods"]) {
     const std::string name = text_of(method, "name"), protocol = text_of(method, "protocol");
-    const auto found = trained.find({name, protocol});
-    if (found == trained.end()) continue;
-    Json entry = found->second;
+    const Json& found = learner(trained, name, protocol);
+    if (found.is_null()) continue;
+    Json entry = found;
     entry["method"] = text_of(method, "label");
     entry["pays_after"] = repaid(data, name, protocol, number(entry, "hours"), trained);
     list.push_back(std::move(entry));

@@ -106,7 +106,7 @@ TEST_F(Rules, WhatARecordLacksIsNamedAndNotGuessed) {
   const Json by_own = data();
   EXPECT_EQ(by_own["trials_without_rules"], 16);
   EXPECT_EQ(by_own["verdict"][0]["best"], "model");
-  EXPECT_EQ(row(by_own["groups"][0], "model")["rules"]["best"], Json{{"n", 0}});
+  EXPECT_EQ(row(by_own["groups"][0], "model")["rules"]["best"].dump(), R"({"n":0})");
   EXPECT_THAT(text_of(by_own, "rules_note"), HasSubstr("verify DIR --add-rules"));
   EXPECT_THAT(Report(folder_).html(), HasSubstr("not recorded"));
   EXPECT_THAT(test::error_text(ErrorKind::bad_input, [&] { data(stats::Rule::best); }),
@@ -225,7 +225,7 @@ TEST_F(Rules, ThePlanDecidesWhatTheReportIsBy) {
   write(model_and_walker());
   const Json plan = {{"primary", "yield"},
                      {"rule", "best"},
-                     {"contrasts", {{"walker", "model"}}},
+                     {"contrasts", Json::array({Json::array({"walker", "model"})})},
                      {"smallest_relevant_ratio", 1.5},
                      {"yield", 0.9}};
   add_to_manifest({{"analysis", plan}, {"analysis_hash", std::string(64, 'a')}, {"spec", {{"rmse", 0.0255}}}});

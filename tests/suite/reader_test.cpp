@@ -158,7 +158,7 @@ TEST_F(SuiteReaderTest, AnAnalysisPlanHasDefaultsAndItsMistakesAreNamed) {
   EXPECT_EQ(read(suite_with(R"({"rule": "best", "contrasts": [["bo-gp", "random"]]})")).analysis,
             Json({{"primary", "rmse"},
                   {"rule", "best"},
-                  {"contrasts", {{"bo-gp", "random"}}},
+                  {"contrasts", Json::array({Json::array({"bo-gp", "random"})})},
                   {"smallest_relevant_ratio", 1.1},
                   {"yield", nullptr}}));
   EXPECT_THAT(mistakes(suite_with(R"({"rule": "bset"})")), HasSubstr("/analysis/rule: found \"bset\""));
