@@ -21,8 +21,8 @@ struct VerifyOptions {
   std::size_t sample = 0;  // how many trials; 0: all
   std::uint64_t seed = 1;  // which ones
   std::string trial;       // not empty: this one alone
-  // Only trials that lack what the rules "best" and "current" need (records::lacks_rules); where all of them are equal
-  // in what they have, it is added to the folder.
+  // Only trials that lack what the rules "best" and "current" need (records::lacks_rules); to those that are equal in
+  // what they have it is added.
   bool add_rules = false;
   // What relative paths of the suite are below; empty: the suite file's folder as the manifest names it.
   std::filesystem::path suite_folder;
