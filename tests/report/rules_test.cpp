@@ -242,7 +242,7 @@ TEST_F(Rules, ThePlanDecidesWhatTheReportIsBy) {
   EXPECT_THAT(data(stats::Rule::own)["analysis_notes"][0].get<std::string>(),
               HasSubstr("by the rule 'own', the plan names the rule 'best'"));
   const std::string page = Report(folder_).html();
-  EXPECT_THAT(page, HasSubstr("Analysis plan, written before the run (aaaaaaaaaaaaaaaa)"));
+  EXPECT_THAT(page, HasSubstr("Analysis plan (aaaaaaaaaaaaaaaa)"));
   EXPECT_THAT(page, HasSubstr("undecided: in specification 6 and 6 of 8 instances"));
   EXPECT_THAT(page, HasSubstr("undecided, because the 95 % interval holds 90.0 %"));
 }
