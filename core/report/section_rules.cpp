@@ -140,9 +140,9 @@ std::string analysis_section(const Json& data) {
   for (const Json& note : notes) html.element("p", {{"class", "broken"}}, note.get<std::string>());
   if (plan.empty()) return notes.empty() ? "" : html.take();
   const std::string primary = text_of(plan, "primary");
-  std::string words = "Analysis plan (" + text_of(plan, "hash").substr(0, 16) +
-                      "): primary measure " + primary + ", rule " + text_of(plan, "rule") +
-                      ", smallest relevant ratio " + number_text(member(plan, "smallest_relevant_ratio"), 3);
+  std::string words = "Analysis plan (" + text_of(plan, "hash").substr(0, 16) + "): primary measure " + primary +
+                      ", rule " + text_of(plan, "rule") + ", smallest relevant ratio " +
+                      number_text(member(plan, "smallest_relevant_ratio"), 3);
   if (member(plan, "yield").is_number()) words += ", wanted yield " + number_text(plan["yield"], 3);
   html.element("p", {{"class", "facts"}}, words + ".");
   html.open("ul", {{"class", "verdict"}});
