@@ -10,13 +10,15 @@ struct CompareArguments {
   std::string a, b;
   std::string track = "recommended";
   int step = -1;
-  double relevant = 1.1;
+  double relevant = 0;  // 0: the plan's
+  std::string rule;
   std::vector<std::string> gates;
 };
 
 int write_comparison(Context& context, const CompareArguments& arguments) {
   report::CompareOptions options;
-  options.smallest_relevant_ratio = arguments.relevant;
+  if (arguments.relevant > 0) options.smallest_relevant_ratio = arguments.relevant;
+  options.rule = stats::rule_named(arguments.rule);
   options.step = arguments.step;
   options.track = report::parse_track(arguments.track);
   for (const std::string& gate : arguments.gates) options.gates.push_back(report::parse_gate(gate));
@@ -38,13 +40,21 @@ void add_compare(CLI::App& app, Context& context) {
   verb.add_option("A", arguments->a, "results folder, or FOLDER:METHOD")->required()->type_name("A");
   verb.add_option("B", arguments->b, "the same, of what is judged")->required()->type_name("B");
   verb.add_option("--track", arguments->track,
-                  "recommended, commanded, excess (noise-free), best or measured [default: recommended]")
-      ->type_name("TRACK:{recommended,commanded,excess,best,measured}");
+                  "recommended (by the rule), commanded, excess, recommended_best, recommended_current (noise-free), "
+                  "best or measured [default: recommended]")
+      ->type_name("TRACK:{recommended,commanded,excess,recommended_best,recommended_current,best,measured}");
+  verb.add_option("--rule", arguments->rule,
+                  "which pose counts as recommended: own (the method's own), best (of its lowest measured error) or "
+                  "current (where it stands) [default: the analysis plan's, else own]")
+      ->type_name("RULE:{own,best,current}")
+      ->check(CLI::IsMember({"own", "best", "current"}));
   verb.add_option("--step", arguments->step, "compare after this step [default: the last one that both have]")
       ->check(CLI::Range(0, 999999))
       ->type_name("N");
-  verb.add_option("--relevant", arguments->relevant,
-                  "smallest ratio of errors that matters: within it A and B are practically equal [default: 1.1]")
+  verb.add_option(
+          "--relevant", arguments->relevant,
+          "smallest ratio of errors that matters: within it A and B are practically equal [default: the analysis "
+          "plan's, else 1.1]")
       ->check(CLI::Range(1.0, 1000.0))
       ->type_name("RATIO");
   verb.add_option("--gate", arguments->gates,

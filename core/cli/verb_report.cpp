@@ -19,18 +19,22 @@ struct ReportArguments {
   std::string out;
   std::string format = "html";
   std::string figures;
+  std::string rule;
 };
 
 constexpr const char* kStandardOutput = "-";
 
+std::optional<stats::Rule> rule_of(const ReportArguments& arguments) { return stats::rule_named(arguments.rule); }
+
 // All folders in one text.
 std::string exported(const ReportArguments& arguments) {
   if (arguments.format == "html")  // one page of them all
-    return report::Report(std::vector<fs::path>(arguments.folders.begin(), arguments.folders.end())).html();
+    return report::Report(std::vector<fs::path>(arguments.folders.begin(), arguments.folders.end()), rule_of(arguments))
+        .html();
   std::string text = arguments.format == "csv" ? report::ranking_csv_head() : "";
   Json results = Json::array();
   for (const std::string& folder : arguments.folders) {
-    const report::Report report(folder);
+    const report::Report report(folder, rule_of(arguments));
     if (arguments.format == "md") {
       text += (text.empty() ? "" : "\n") + report.markdown();
     } else if (arguments.format == "csv") {
@@ -93,10 +97,11 @@ int write_reports(Context& context, const ReportArguments& arguments) {
     }
   };
   if (!arguments.out.empty()) {
-    write(report::Report(std::vector<fs::path>(arguments.folders.begin(), arguments.folders.end())), arguments.out);
+    write(report::Report(std::vector<fs::path>(arguments.folders.begin(), arguments.folders.end()), rule_of(arguments)),
+          arguments.out);
   } else {
     for (const std::string& folder : arguments.folders) {
-      const report::Report report(folder);
+      const report::Report report(folder, rule_of(arguments));
       report.write_tables();
       write(report, fs::path(folder) / "report.html");
     }
@@ -130,6 +135,11 @@ void add_report(CLI::App& app, Context& context) {
                   "protocol) or json (all numbers of the page) [default: html]")
       ->type_name("FORMAT")
       ->check(CLI::IsMember({"html", "md", "csv", "json"}));
+  verb.add_option("--rule", arguments->rule,
+                  "which pose counts as recommended: own (the method's own), best (of its lowest measured error) or "
+                  "current (where it stands) [default: the analysis plan's, else own]")
+      ->type_name("RULE:{own,best,current}")
+      ->check(CLI::IsMember({"own", "best", "current"}));
   verb.add_option("--figures", arguments->figures,
                   "besides, every figure as SVG and its numbers as CSV into this folder, for a paper "
                   "[default: none]")

@@ -22,6 +22,7 @@ struct VerifyArguments {
   std::uint64_t seed = 1;
   std::string trial, frames, suite_folder;
   unsigned workers = 0;
+  bool add_rules = false;
 };
 
 std::string trials_text(std::size_t count) { return std::to_string(count) + (count == 1 ? " trial" : " trials"); }
@@ -52,6 +53,7 @@ Json to_json(const runner::VerifySummary& summary) {
           {"stations", summary.stations},
           {"ended_by_machine", summary.ended_by_machine},
           {"unknown", summary.unknown},
+          {"completed", summary.completed},
           {"differences", std::move(differences)},
           {"changes", std::move(changes)},
           {"verdict", summary.all_equal() ? "equal" : "different"}};
@@ -81,6 +83,9 @@ std::string verdict(const runner::VerifySummary& summary) {
   if (summary.unknown > 0)
     text += "not done   " + trials_text(summary.unknown) +
             " that the suite does not have here: its data files, or what its names stand for, are others than then\n";
+  if (summary.completed > 0)
+    text += "added      the scores of the rules best and current to " + trials_text(summary.completed) +
+            "; 'relign-bench report' shows them\n";
   const bool nothing = summary.replayed == 0 && summary.unknown == 0;
   text += std::string("verdict    ") +
           (nothing               ? "nothing could be replayed"
@@ -96,7 +101,7 @@ std::string verdict(const runner::VerifySummary& summary) {
 void keep(const std::string& results, const runner::VerifySummary& summary) {
   Json said = to_json(summary);
   said["format"] = records::kFormat;
-  for (const char* long_list : {"differences", "changes"}) said.erase(long_list);
+  for (const char* long_list : {"differences", "changes", "completed"}) said.erase(long_list);
   try {
     write_file_atomically(std::filesystem::path(results) / "verify.json", said.dump(1) + "\n");
   } catch (const Error&) {
@@ -113,6 +118,7 @@ int run_verify(Context& context, const VerifyArguments& arguments) {
   options.trial = arguments.trial;
   options.suite_folder = arguments.suite_folder;
   options.workers = arguments.workers;
+  options.add_rules = arguments.add_rules;
   options.cache_folder = cache_folder();
   options.stop = &watch_for_stop();
   ProgressPrinter progress(context.progress_mode());
@@ -142,7 +148,12 @@ int run_verify(Context& context, const VerifyArguments& arguments) {
     std::fprintf(stderr, "Stopped after %zu replays; nothing is kept of them.\n", summary.replayed);
     return stop_exit_code();
   }
-  if (arguments.trial.empty() && summary.replayed > 0) keep(arguments.results, summary);
+  if (arguments.add_rules && summary.recorded == 0) {
+    print_result(context.json ? to_json(summary).dump(2) + "\n"
+                              : "Every trial of " + arguments.results + " has the scores of all rules.\n");
+    return kDone;
+  }
+  if (arguments.trial.empty() && !arguments.add_rules && summary.replayed > 0) keep(arguments.results, summary);
   if (context.json) {
     Json result = to_json(summary);
     if (!arguments.frames.empty()) result["frames"] = {{"folder", arguments.frames}, {"count", frames}};
@@ -177,6 +188,9 @@ void add_verify(CLI::App& app, Context& context) {
       ->type_name("TRIAL");
   verb.add_option("--frames", arguments->frames, "with --trial: write its captures there as step-NNN.png")
       ->type_name("DIR");
+  verb.add_flag("--add-rules", arguments->add_rules,
+                "replay the trials that lack the scores of the rules best and current, and add them where all else is "
+                "equal");
   verb.add_option("--suite-folder", arguments->suite_folder,
                   "what the suite's relative paths are below [default: its file's folder, as the manifest names it]")
       ->type_name("DIR");

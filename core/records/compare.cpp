@@ -111,6 +111,17 @@ void compare_closing(const TrialRecord& was, const TrialRecord& is, Comparison& 
   mtf("mtf_centre", "mtf_corner", was.mtf, is.mtf);
   mtf("uncured_mtf_centre", "uncured_mtf_corner", was.uncured_mtf, is.uncured_mtf);
   mtf("own_optimum_mtf_centre", "own_optimum_mtf_corner", was.own_optimum_mtf, is.own_optimum_mtf);
+  // Records of before they were written have none.
+  if (!was.glued_mse.empty() && !is.glued_mse.empty()) {
+    comparison.numbers("glued_mse", was.glued_mse, is.glued_mse);
+    comparison.numbers("glued_mse_error", was.glued_mse_error, is.glued_mse_error);
+  }
+  if (std::isfinite(was.best_mtf.centre) && std::isfinite(is.best_mtf.centre)) {
+    mtf("best_mtf_centre", "best_mtf_corner", was.best_mtf, is.best_mtf);
+    mtf("best_uncured_mtf_centre", "best_uncured_mtf_corner", was.best_uncured_mtf, is.best_uncured_mtf);
+    mtf("current_mtf_centre", "current_mtf_corner", was.current_mtf, is.current_mtf);
+    mtf("current_uncured_mtf_centre", "current_uncured_mtf_corner", was.current_uncured_mtf, is.current_uncured_mtf);
+  }
   // Replaced as in the file, where bytes that are no UTF-8 cannot stand.
   const auto as_written = [](const Json& value) { return value.dump(-1, ' ', false, Json::error_handler_t::replace); };
   comparison.text("message", as_written(was.message), as_written(is.message));

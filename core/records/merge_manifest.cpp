@@ -97,6 +97,7 @@ void ManifestJoin::join_lists(const fs::path& folder, const Json& manifest) {
     if (!member(entry, "added").is_boolean() || !entry["added"].get<bool>()) known["added"] = false;
   }
   if (member(first_, "spec") != member(manifest, "spec")) other_specs_.push_back(b);
+  if (member(first_, "analysis") != member(manifest, "analysis")) other_analyses_.push_back(b);
   Json& learnt = first_["prepared"];
   if (!learnt.is_array()) learnt = Json::array();
   if (const Json& more = member(manifest, "prepared"); more.is_array())
@@ -198,6 +199,9 @@ std::vector<std::string> ManifestJoin::notes() const {
   if (!other_specs_.empty())
     sentences.push_back("spec: that of " + first_folder_.string() + " is shown; another one is in " +
                         join(other_specs_, ", "));
+  if (!other_analyses_.empty())
+    sentences.push_back("analysis plan: that of " + first_folder_.string() + " is shown; another one, or none, is in " +
+                        join(other_analyses_, ", "));
   if (programs_.size() > 1)
     sentences.push_back("results of " + std::to_string(programs_.size()) + " builds of relign-bench");
   for (const auto& [name, hashes] : plugins_)

@@ -164,6 +164,18 @@ TrialRecord read_closing(const Json& line) {
   record.mtf = read_mtf(line, "mtf_");
   record.uncured_mtf = read_mtf(line, "uncured_mtf_");
   record.own_optimum_mtf = read_mtf(line, "own_optimum_mtf_");
+  if (const auto glued = line.find("glued_mse"); glued != line.end()) {
+    record.glued_mse = read_numbers(*glued);
+    record.glued_mse_error = read_numbers(line.at("glued_mse_error"));
+    if (record.glued_mse.size() != line.at("steps").get<std::size_t>())
+      throw Error(ErrorKind::bad_input, "the line is damaged: glued_mse has " +
+                                            std::to_string(record.glued_mse.size()) + " values for " +
+                                            line.at("steps").dump() + " steps");
+  }
+  record.best_mtf = read_mtf(line, "best_mtf_");
+  record.best_uncured_mtf = read_mtf(line, "best_uncured_mtf_");
+  record.current_mtf = read_mtf(line, "current_mtf_");
+  record.current_uncured_mtf = read_mtf(line, "current_uncured_mtf_");
   record.message = line.at("message").get<std::string>();
   record.warnings = line.at("warnings").get<std::vector<std::string>>();
   return record;
@@ -181,6 +193,21 @@ auto reading(const std::string& place, Body&& body) {
 }
 
 }  // namespace
+
+bool lacks_rules(const TrialRecord& closing) {
+  return (std::isfinite(closing.uncured_mse) && closing.glued_mse.empty()) ||
+         (std::isfinite(closing.mtf.centre) && !std::isfinite(closing.best_mtf.centre));
+}
+
+TrialRecord as_recorded_then(const TrialRecord& was, TrialRecord is) {
+  if (was.glued_mse.empty()) {
+    is.glued_mse.clear();
+    is.glued_mse_error.clear();
+  }
+  if (!std::isfinite(was.best_mtf.centre))
+    is.best_mtf = is.best_uncured_mtf = is.current_mtf = is.current_uncured_mtf = MtfRecord();
+  return is;
+}
 
 bool ended_well(const std::string& end) { return end == "budget_spent" || end == "finished"; }
 
@@ -226,6 +253,11 @@ std::string closing_line(const TrialRecord& record, std::size_t steps) {
   if (std::isfinite(record.uncured_mse)) line.add("uncured_mse", record.uncured_mse);
   add_mtf(line, "mtf_", record.mtf);
   add_mtf(line, "uncured_mtf_", record.uncured_mtf);
+  if (!record.glued_mse.empty()) line.add("glued_mse", record.glued_mse).add("glued_mse_error", record.glued_mse_error);
+  add_mtf(line, "best_mtf_", record.best_mtf);
+  add_mtf(line, "best_uncured_mtf_", record.best_uncured_mtf);
+  add_mtf(line, "current_mtf_", record.current_mtf);
+  add_mtf(line, "current_uncured_mtf_", record.current_uncured_mtf);
   return line.add("message", record.message).add("warnings", record.warnings).close();
 }
 

@@ -52,11 +52,23 @@ struct TrialRecord {
   std::vector<double> own_optimum_pose;  // true pose, a share of the travel an axis; empty: not known
   // Noise-free, at the last recommendation before the glue cures; NaN, and not written, where that shifts nothing.
   double uncured_mse = std::numeric_limits<double>::quiet_NaN();
+  // Noise-free, a value a step, where gluing at its commanded pose would leave the lens; not written where the glue
+  // shifts nothing: then it is the step's commanded_mse. Records from before it was written have none either.
+  std::vector<double> glued_mse, glued_mse_error;
   // At the last recommendation where the glue leaves the lens, before it cures, and at the lens's own best pose.
   MtfRecord mtf, uncured_mtf, own_optimum_mtf;
+  // The same at the step of the lowest measured RMSE, and at the last step.
+  MtfRecord best_mtf, best_uncured_mtf, current_mtf, current_uncured_mtf;
   std::vector<std::string> warnings;  // what the plugin left behind
   std::vector<StepRecord> steps;
 };
+
+// Whether the noise-free scores of the rules "best" and "current" cannot be had from the record: it is of an earlier
+// program, and its glue shifts the lens or its specification asks for MTF. `closing` may be without steps.
+bool lacks_rules(const TrialRecord& closing);
+
+// `is` without what only a later program records, where `was` is of an earlier one: for comparing their bytes.
+TrialRecord as_recorded_then(const TrialRecord& was, TrialRecord is);
 
 // "budget_spent" or "finished". Every other end is a failure, with the steps made until then as a censored record:
 // "failed" (a plugin said so), "crashed(SIGSEGV)", "crashed(exit 0)", "timeout", "out_of_memory", "protocol_error",

@@ -237,6 +237,23 @@ void ResultsWriter::finish(const std::vector<std::string>& order) {
   arrange(folder_ / "times", split_times, places, keep);
 }
 
+void replace_closing_lines(const fs::path& folder, const std::map<std::string, TrialRecord>& records) {
+  const ResultsLock lock(folder);
+  for (const fs::path& file : line_files(folder / "trials")) {
+    const std::string text = read_file(file, kMostRecordBytes);
+    std::string written;
+    std::size_t copied = 0;  // bytes of `text`
+    for (const Block& block : split_trials(text, file.string()).blocks) {
+      const auto found = records.find(block.trial);
+      if (found == records.end()) continue;
+      const auto closing = static_cast<std::size_t>(block.closing.data() - text.data());
+      written += text.substr(copied, closing - copied) + closing_line(found->second, found->second.steps.size());
+      copied = closing + block.closing.size();
+    }
+    if (copied > 0) write_file_atomically(file, written + text.substr(copied));
+  }
+}
+
 std::string log_file(const std::string& trial) { return "logs/" + trial + ".txt"; }
 
 void ResultsWriter::write_manifest(const Json& manifest) {

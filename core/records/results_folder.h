@@ -86,6 +86,10 @@ void require_results(const std::filesystem::path& folder);
 // manifest.json of a folder, format checked; null when there is none.
 Json read_manifest(const std::filesystem::path& folder);
 
+// Writes these trials' closing lines anew, each file at once; step lines stay as they are, byte for byte. Holds the
+// folder's lock. Throws Error(io) when another process writes the folder, or it cannot be written.
+void replace_closing_lines(const std::filesystem::path& folder, const std::map<std::string, TrialRecord>& records);
+
 // Reads every complete trial of a folder, in file order. Throws Error for unreadable or newer files;
 // calls `incomplete` for each trial that has steps but no closing line.
 std::vector<TrialRecord> read_trials(const std::filesystem::path& folder,

@@ -2,6 +2,7 @@
 
 #include <simdjson.h>
 
+#include <cmath>
 #include <limits>
 
 #include "base/limits.h"
@@ -45,7 +46,9 @@ bool take_all(fast::object object, StepNumbers& step) {
   if (object.find_field("step").get_uint64().get(number)) return false;
   if (number > kMostSteps) return false;
   step.step = static_cast<unsigned>(number);
-  if (!take(object, "measured", step.measured) || !take(object, "machine_seconds", step.machine_seconds)) return false;
+  if (!take(object, "merit", step.merit) || !take(object, "measured", step.measured) ||
+      !take(object, "machine_seconds", step.machine_seconds))
+    return false;
   std::string_view text;
   if (object.find_field("recommendation").get_string().get(text)) return false;
   step.recommendation = text;
@@ -85,7 +88,18 @@ StepNumbers StepNumbersReader::read(std::string_view line, std::string_view plac
   const ReadLine read = read_trial_line(line, std::string(place));
   const StepRecord& record = read.step;
   return {record.step,          record.measured,        record.machine_seconds, record.recommended_seconds,
-          record.commanded_mse, record.recommended_mse, record.recommendation,  record.recommended_true_pose};
+          record.commanded_mse, record.recommended_mse, record.recommendation,  record.recommended_true_pose,
+          record.merit};
+}
+
+void set_glued(const TrialRecord& closing, std::vector<StepNumbers>& steps) {
+  const bool shifts = std::isfinite(closing.uncured_mse);
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    if (!shifts)
+      steps[i].glued_mse = steps[i].commanded_mse;
+    else if (closing.glued_mse.size() == steps.size())
+      steps[i].glued_mse = closing.glued_mse[i];
+  }
 }
 
 }  // namespace relign::records

@@ -2,6 +2,7 @@
 // for it would take ten times as long.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -16,7 +17,14 @@ struct StepNumbers {  // as in StepRecord
   double commanded_mse = 0, recommended_mse = 0;
   std::string recommendation;
   std::vector<double> recommended_true_pose;
+  double merit = 0;
+  // Where gluing at the commanded pose would leave the lens: TrialRecord::glued_mse, or commanded_mse where the glue
+  // shifts nothing. NaN where the record lacks it. Of the trial's closing line: set by set_glued.
+  double glued_mse = std::numeric_limits<double>::quiet_NaN();
 };
+
+struct TrialRecord;
+void set_glued(const TrialRecord& closing, std::vector<StepNumbers>& steps);
 
 // Keeps its parser's memory from line to line. Not thread-safe.
 class StepNumbersReader {

@@ -33,6 +33,7 @@ void for_each_with_steps(
     scan_trials(
         file,
         [&](const TrialRecord& closing, const BlockPlace& block) {
+          set_glued(closing, steps);
           visit(closing, {number, block.offset, block.size}, steps);
           steps.clear();
         },
@@ -63,14 +64,9 @@ const std::vector<StepNumbers>& StoredSteps::read(const StoredTrial& where) {
     steps_.push_back(reader_.read(lines.substr(at, newline - at), file.string()));
     at = newline + 1;
   }
+  closing_ = read_trial_line(lines.substr(closing == std::string_view::npos ? 0 : closing + 1), file.string()).trial;
+  set_glued(closing_, steps_);
   return steps_;
-}
-
-std::vector<double> StoredSteps::own_optimum_pose() const {
-  const std::string_view lines = lines_;
-  const std::size_t before = lines.rfind('\n', lines.size() - 2);
-  const std::string_view closing = lines.substr(before == std::string_view::npos ? 0 : before + 1);
-  return read_trial_line(closing, "trials/" + line_file_name(file_)).trial.own_optimum_pose;
 }
 
 TrialRecord read_stored(const fs::path& folder, const StoredTrial& where, std::string* text) {

@@ -36,13 +36,14 @@ class StoredSteps {
   // Until the next call. Throws Error as read_stored does.
   const std::vector<StepNumbers>& read(const StoredTrial& where);
   // Of the trial that was read last; empty where nobody knows it.
-  std::vector<double> own_optimum_pose() const;
+  const std::vector<double>& own_optimum_pose() const { return closing_.own_optimum_pose; }
 
  private:
   std::filesystem::path folder_;
   std::ifstream stream_;
   std::size_t file_ = static_cast<std::size_t>(-1);  // that `stream_` reads
   std::string lines_;
+  TrialRecord closing_;
   StepNumbersReader reader_;
   std::vector<StepNumbers> steps_;
 };

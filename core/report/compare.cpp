@@ -17,6 +17,7 @@
 #include "report/loaded_results.h"
 #include "report/page_data.h"
 #include "report/statistics_data.h"
+#include "report/verdict_cases.h"
 #include "stats/paired.h"
 #include "stats/study.h"
 #include "stats/track_columns.h"
@@ -58,6 +59,7 @@ class Comparer {
   Comparer(const ComparedSide& a, const ComparedSide& b, const CompareOptions& options)
       : side_a_(a), side_b_(b), options_(options), a_(load_results(a.folder)), b_(load_results(b.folder)) {
     check_instances();
+    choose_by_plans();
     check_method(side_a_, a_);
     check_method(side_b_, b_);
     find_pairs();
@@ -67,16 +69,19 @@ class Comparer {
     Json pairs = Json::array(), gates = Json::array();
     bool holds = true;
     for (const Pair& pair : pairs_) {
-      const Compared compared = compare_at(pair, options_.track, options_.step);
+      const Compared compared = compare_at(pair, by_rule(options_.track), options_.step);
       pairs.push_back(pair_json(pair, compared));
-      pairs.back()["yield"] = yield_json(yield_of(pair));
+      pairs.back()["yield"] = yield_json(yield_of(pair, rule_));
+      pairs.back()["differs"] = differing(pair);
+      if (options_.track == stats::Track::recommended) pairs.back()["rules"] = rules_json(pair);
       for (const Gate& gate : options_.gates) {
         gates.push_back(gate_json(pair, gate));
         holds = holds && gates.back()["holds"].get<bool>();
       }
     }
-    return {{"track", stats::track_name(options_.track)},
-            {"smallest_relevant_ratio", options_.smallest_relevant_ratio},
+    return {{"rule", stats::rule_name(rule_)},
+            {"track", stats::track_name(options_.track)},
+            {"smallest_relevant_ratio", relevant_},
             {"pairs", std::move(pairs)},
             {"gates", std::move(gates)},
             {"unmatched", unmatched_},
@@ -84,6 +89,60 @@ class Comparer {
   }
 
  private:
+  // What is not chosen is by the plans, as far as they agree.
+  void choose_by_plans() {
+    const Json &of_a = object_of(a_.manifest, "analysis"), &of_b = object_of(b_.manifest, "analysis");
+    const auto planned = [&](const char* key, const char* option, const Json& otherwise) {
+      const Json first = of_a.value(key, otherwise), second = of_b.value(key, otherwise);
+      if (first != second)
+        throw Error(ErrorKind::bad_input, "the analysis plans of " + side_a_.folder.string() + " and " +
+                                              side_b_.folder.string() + " differ in \"" + key + "\", " + first.dump() +
+                                              " and " + second.dump() + ": choose with " + option);
+      return first;
+    };
+    rule_ = options_.rule
+                ? *options_.rule
+                : stats::rule_named(planned("rule", "--rule", "own").get<std::string>()).value_or(stats::Rule::own);
+    relevant_ = options_.smallest_relevant_ratio
+                    ? *options_.smallest_relevant_ratio
+                    : planned("smallest_relevant_ratio", "--relevant", kRelevantRatio).get<double>();
+    for (const LoadedResults* results : {&a_, &b_}) study_options(*results, rule_);  // refuses what the records lack
+  }
+
+  // "recommended" of options and gates.
+  stats::Track by_rule(stats::Track track) const {
+    return track == stats::Track::recommended ? stats::track_of(rule_) : track;
+  }
+
+  Json rules_json(const Pair& pair) const {
+    Json rules = Json::object();
+    for (const stats::Rule rule : stats::kRules) {
+      rules[stats::rule_name(rule)] = nullptr;
+      const Compared compared = compare_at(pair, stats::track_of(rule), options_.step);
+      if (compared.difference.difference.n == 0) continue;
+      const Json all = pair_json(pair, compared);
+      Json& json = rules[stats::rule_name(rule)];
+      for (const char* key : {"median_a", "median_b", "ratio", "lo95", "hi95", "p", "verdict"}) json[key] = all[key];
+      json["yield"] = yield_json(yield_of(pair, rule));
+    }
+    return rules;
+  }
+
+  // A name may stand for another method on the other side.
+  Json differing(const Pair& pair) const {
+    const auto entry = [](const LoadedResults& results, const stats::Series& series) -> const Json& {
+      for (const Json& one : list_of(results.manifest, "algorithms"))
+        if (text_of(one, "name") == series.algorithm && text_of(one, "protocol") == series.protocol) return one;
+      return object_of(results.manifest, "");
+    };
+    const Json &of_a = entry(a_, *pair.a), &of_b = entry(b_, *pair.b);
+    Json names = Json::array();
+    if (pair.a->algorithm != pair.b->algorithm) return names;  // two methods, as they were named
+    for (const char* key : {"id", "parameters", "merit"})
+      if (member(of_a, key) != member(of_b, key)) names.push_back(key[0] == 'i' ? "algorithm" : key);
+    return names;
+  }
+
   void check_instances() const {
     if (text_of(a_.manifest, "instance_set") == text_of(b_.manifest, "instance_set")) return;
     const std::string a = side_a_.folder.string(), b = side_b_.folder.string();
@@ -127,7 +186,7 @@ class Comparer {
                                             "FOLDER:METHOD names one of each");
   }
 
-  Compared compare_at(const Pair& pair, stats::Track track, int wanted_step) {
+  Compared compare_at(const Pair& pair, stats::Track track, int wanted_step) const {
     const unsigned last = std::min(pair.a->largest_budget, pair.b->largest_budget);
     if (wanted_step > static_cast<int>(last))
       throw Error(ErrorKind::bad_input, "step " + std::to_string(wanted_step) + " is after the last one, " +
@@ -148,8 +207,8 @@ class Comparer {
     compared.median_a = stats::OrderStatistic::median().of(column_a);
     compared.median_b = stats::OrderStatistic::median().of(column_b);
     stats::PairedOptions paired;
-    paired.smallest_relevant = std::log(options_.smallest_relevant_ratio);
-    const stats::StudyOptions study = study_options(a_);
+    paired.smallest_relevant = std::log(relevant_);
+    const stats::StudyOptions study = study_options(a_, stats::Rule::own);
     compared.difference = stats::compare_paired(
         column_b, column_a, stats::Resampling(instances.size(), stats::kResamples, study.seed), paired);
     if (compared.difference.difference.n < stats::kFewestCompared)
@@ -157,7 +216,9 @@ class Comparer {
     return compared;
   }
 
-  stats::PairedShares yield_of(const Pair& pair) const { return compare_yield({a_, *pair.a}, {b_, *pair.b}); }
+  stats::PairedShares yield_of(const Pair& pair, stats::Rule rule) const {
+    return compare_yield({a_, *pair.a}, {b_, *pair.b}, rule);
+  }
 
   static double resolved(const std::map<std::uint64_t, double>& values, std::uint64_t instance) {
     const auto found = values.find(instance);
@@ -173,7 +234,7 @@ class Comparer {
             {"b", pair.b->algorithm}};
   }
 
-  static Json pair_json(const Pair& pair, const Compared& compared) {
+  Json pair_json(const Pair& pair, const Compared& compared) const {
     const stats::PairedComparison& difference = compared.difference;
     Json json = place_json(pair);
     json.update({{"step", compared.step},
@@ -189,6 +250,7 @@ class Comparer {
                  {"p", shown_number(difference.test.p)},
                  {"improvement", shown_number(difference.probability_of_improvement.estimate)},
                  {"verdict", stats::verdict_name(difference.verdict)}});
+    if (std::string reason = undecided_reason(json, relevant_); !reason.empty()) json["reason"] = std::move(reason);
     return json;
   }
 
@@ -197,13 +259,13 @@ class Comparer {
     double value = stats::kMissing;
     bool holds = false;
     if (gate.of == Gate::Of::yield || gate.of == Gate::Of::yield_against_a) {
-      const stats::PairedShares yield = yield_of(pair);
+      const stats::PairedShares yield = yield_of(pair, rule_);
       const auto n = static_cast<double>(yield.n);
       if (yield.n > 0) value = static_cast<double>(yield.second) / n;
       const double limit = gate.of == Gate::Of::yield ? gate.limit : static_cast<double>(yield.first) / n + gate.limit;
       holds = value >= limit - kRounding;
     } else {
-      const Compared compared = compare_at(pair, gate.track, gate.step);
+      const Compared compared = compare_at(pair, by_rule(gate.track), gate.step);
       value = gate.of == Gate::Of::ratio ? std::exp(compared.difference.difference.estimate) : compared.median_b;
       holds = value <= gate.limit;
     }
@@ -212,11 +274,14 @@ class Comparer {
     return json;
   }
 
+  static constexpr double kRelevantRatio = 1.1;
   static constexpr double kRounding = 1e-12;  // 0.97 - 0.02 of 100 lenses is 95
 
   ComparedSide side_a_, side_b_;
   const CompareOptions& options_;
   LoadedResults a_, b_;
+  stats::Rule rule_ = stats::Rule::own;
+  double relevant_ = kRelevantRatio;
   std::vector<Pair> pairs_;
   std::vector<std::string> unmatched_;
 };
@@ -326,18 +391,42 @@ Json compare(const ComparedSide& a, const ComparedSide& b, const CompareOptions&
   return Comparer(a, b, options).result();
 }
 
+namespace {
+
+// "  by rule: own better 0.51, best undecided 0.97, current not recorded"
+std::string rules_line(const Json& pair) {
+  const Json& rules = object_of(pair, "rules");
+  std::string words;
+  for (const stats::Rule rule : stats::kRules) {
+    if (!rules.contains(stats::rule_name(rule))) continue;
+    const Json& found = rules[stats::rule_name(rule)];
+    words += (words.empty() ? "  by rule: " : ", ") + std::string(stats::rule_name(rule)) + " " +
+             (found.is_object() ? text_of(found, "verdict") + " " + number(found["ratio"]) : "not recorded");
+  }
+  return words + (words.empty() ? "" : "\n");
+}
+
+}  // namespace
+
 std::string comparison_text(const Json& comparison) {
   std::string out;
   for (const Json& pair : comparison["pairs"]) {
-    out += heading(pair) + "\n  " + text_of(comparison, "track") + " after step " + text_of(pair, "step") + ": A " +
-           number(pair["median_a"]) + ", B " + number(pair["median_b"]) + " (medians); B / A on the same " +
-           text_of(pair, "n") + " lenses " + number(pair["ratio"]) + " (95 %: " + number(pair["lo95"]) + " to " +
-           number(pair["hi95"]) + ")\n  B is " + text_of(pair, "verdict") + "; it ends lower on " +
+    const std::string track = text_of(comparison, "track"), rule = text_of(comparison, "rule");
+    out += heading(pair) + "\n  " + track + (track == "recommended" && rule != "own" ? " (rule " + rule + ")" : "") +
+           " after step " + text_of(pair, "step") + ": A " + number(pair["median_a"]) + ", B " +
+           number(pair["median_b"]) + " (medians); B / A on the same " + text_of(pair, "n") + " lenses " +
+           number(pair["ratio"]) + " (95 %: " + number(pair["lo95"]) + " to " + number(pair["hi95"]) + ")\n  B is " +
+           text_of(pair, "verdict") + "; it ends lower on " +
            number(pair["improvement"].is_number() ? Json(100 * pair["improvement"].get<double>()) : Json(), 2) +
            " % of the lenses, p " + number(pair["p"], 2);
     if (count_of(pair, "failed_a") + count_of(pair, "failed_b") > 0)
       out += "; failed trials: A " + text_of(pair, "failed_a") + ", B " + text_of(pair, "failed_b");
     out += "\n";
+    if (const std::string reason = text_of(pair, "reason"); !reason.empty()) out += "  because: " + reason + "\n";
+    out += rules_line(pair);
+    if (!pair["differs"].empty())
+      out += "  A and B are not one method: they differ in " +
+             join(pair["differs"].get<std::vector<std::string>>(), ", ") + "\n";
     if (pair["yield"].is_object()) out += "  " + yield_text(pair["yield"]) + "\n";
   }
   for (const Json& name : comparison["unmatched"]) out += "only in A: " + terminal_text(name.get<std::string>()) + "\n";

@@ -3,11 +3,12 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/json_source.h"
-#include "stats/tracks.h"
+#include "stats/rules.h"
 
 namespace relign::report {
 
@@ -34,16 +35,22 @@ Gate parse_gate(const std::string& text);           // throws Error(bad_input)
 stats::Track parse_track(const std::string& name);  // of --track; throws Error(bad_input)
 
 struct CompareOptions {
+  // "recommended", of --track and of gates, is the track of the rule.
   stats::Track track = stats::Track::recommended;
-  int step = -1;                         // -1: the last that both have
-  double smallest_relevant_ratio = 1.1;  // more than 1
+  int step = -1;  // -1: the last that both have
+  // None: the analysis plan's where both folders have the same, else own and 1.1.
+  std::optional<stats::Rule> rule;
+  std::optional<double> smallest_relevant_ratio;  // 1 or more
   std::vector<Gate> gates;
 };
 
-// {"track", "step", "pairs": [{scene, noise_level, protocol, a, b, step, n, missing, median_a, median_b, ratio, lo95,
-// hi95, p, improvement, verdict, yield}], "gates": [{gate, scene, noise_level, protocol, b, value, holds}],
-// "unmatched": [names], "holds": bool}. B is judged: "better" says that B is. Throws Error: io or bad_input for
-// folders, different instances, unknown methods, steps that nobody made.
+// {"rule", "track", "step", "pairs": [{scene, noise_level, protocol, a, b, step, n, missing, median_a, median_b, ratio,
+// lo95, hi95, p, improvement, verdict, reason, yield, rules {own, best, current: {median_a, median_b, ratio, lo95,
+// hi95, p, verdict, yield}}, differs [names]}], "gates": [{gate, scene, noise_level, protocol, b, value, holds}],
+// "unmatched": [names], "holds": bool}. B is judged: "better" says that B is. `rules` is there where the track is the
+// rule's own; a rule that the records lack is null. `differs` names what is not the same of A and B: algorithm,
+// parameters, merit. Throws Error: io or bad_input for folders, different instances, unknown methods, steps that nobody
+// made, a rule that the records lack, and plans that differ where nothing is chosen.
 Json compare(const ComparedSide& a, const ComparedSide& b, const CompareOptions& options);
 
 std::string comparison_text(const Json& comparison);

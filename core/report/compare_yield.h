@@ -5,6 +5,7 @@
 
 #include "report/loaded_results.h"
 #include "stats/paired_shares.h"
+#include "stats/rules.h"
 
 namespace relign::report {
 
@@ -13,9 +14,9 @@ struct ComparedSeries {
   const stats::Series& series;
 };
 
-// On the lenses that both have, at the last recommendation; a failed trial is a lens missed. first is A. n is 0 where
-// there is no specification, the two have not the same, or what it asks for is not known.
-stats::PairedShares compare_yield(const ComparedSeries& a, const ComparedSeries& b);
+// On the lenses that both have, at the last recommendation by the rule; a failed trial is a lens missed. first is A. n
+// is 0 where there is no specification, the two have not the same, or what it asks for is not known.
+stats::PairedShares compare_yield(const ComparedSeries& a, const ComparedSeries& b, stats::Rule rule);
 
 // null where n is 0.
 Json yield_json(const stats::PairedShares& yield);

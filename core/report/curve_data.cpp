@@ -8,6 +8,7 @@
 #include "report/figures.h"
 #include "report/page_data.h"
 #include "report/sections.h"
+#include "stats/rules.h"
 
 namespace relign::report {
 namespace {
@@ -27,7 +28,8 @@ constexpr Thinning kThinnings[] = {{static_cast<std::size_t>(-1), 9, 5, true},
                                    {kFewSteps, 3, 4, true},
                                    {kFewSteps, 1, 4, true},
                                    {kFewSteps, 1, 3, false}};
-constexpr const char* kTracks[] = {"recommended", "commanded", "measured", "best", "excess"};  // the important first
+constexpr const char* kTracks[] = {"recommended", "commanded",        "measured",           "best",
+                                   "excess",      "recommended_best", "recommended_current"};  // the important first
 
 // Places in a curve: all, or where bands were computed, or evenly on a logarithmic axis.
 std::vector<std::size_t> kept_places(const Json& curve, std::size_t count, std::size_t most) {
@@ -58,7 +60,7 @@ Json values_at(const Json& list, const std::vector<std::size_t>& places, int dig
   return values;
 }
 
-Json thinned(const Json& curve, const Thinning& thinning) {
+Json thinned(const Json& curve, const Thinning& thinning, const std::string& first_track) {
   const Json& tracks = object_of(curve, "tracks");
   std::size_t count = 0;
   for (const auto& [name, track] : tracks.items()) count = std::max(count, list_of(track, "median").size());
@@ -71,7 +73,9 @@ Json thinned(const Json& curve, const Thinning& thinning) {
     kept["steps"] = Json::array();
     for (const std::size_t place : places) kept["steps"].push_back(first + place);
   }
-  for (const char* name : kTracks) {
+  std::vector<std::string> names(std::begin(kTracks), std::end(kTracks));
+  std::stable_partition(names.begin(), names.end(), [&](const std::string& name) { return name == first_track; });
+  for (const std::string& name : names) {
     if (!tracks.contains(name) || kept["tracks"].size() >= thinning.most_tracks) continue;
     const Json& track = tracks[name];
     Json& values = kept["tracks"][name];
@@ -93,18 +97,23 @@ Json curve_data(const Json& data) {
   Json methods = Json::array();
   const std::map<std::string, int> styles = method_styles(data);
   for (const Json& method : data["methods"]) {
-    const auto style = styles.find(text_of(method, "name"));
-    if (style != styles.end())
-      methods.push_back({{"name", method["name"]}, {"oracle", flag_of(method, "oracle")}, {"style", style->second}});
+    const auto style = styles.find(style_key(text_of(method, "name"), text_of(method, "protocol")));
+    if (style == styles.end()) continue;
+    methods.push_back({{"name", method["name"]}, {"oracle", flag_of(method, "oracle")}, {"style", style->second}});
+    if (method["label"] == method["name"]) continue;  // the name alone is one method
+    methods.back()["label"] = method["label"];
+    methods.back()["protocol"] = method["protocol"];
   }
-  Json result = {{"methods", methods}, {"groups", Json::array()}};
+  const stats::Rule rule = stats::rule_named(text_of(data, "rule")).value_or(stats::Rule::own);
+  const std::string first_track = stats::track_name(stats::track_of(rule));
+  Json result = {{"methods", methods}, {"groups", Json::array()}, {"track", first_track}};
   for (const Thinning& thinning : kThinnings) {
     result["groups"] = Json::array();
     for (const Json& group : data["groups"]) {
-      Json entry = {{"label", group["label"]}, {"curves", Json::array()}};
+      Json entry = {{"label", group["label"]}, {"protocol", group["protocol"]}, {"curves", Json::array()}};
       if (group.contains("spec_rmse")) entry["spec"] = group["spec_rmse"];
       if (!object_of(group, "floor").empty()) entry["floor"] = group["floor"];
-      for (const Json& curve : group["curves"]) entry["curves"].push_back(thinned(curve, thinning));
+      for (const Json& curve : group["curves"]) entry["curves"].push_back(thinned(curve, thinning, first_track));
       result["groups"].push_back(std::move(entry));
     }
     if (result.dump().size() <= kMostBytes) break;

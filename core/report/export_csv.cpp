@@ -7,6 +7,7 @@
 #include "report/escape.h"
 #include "report/page_data.h"
 #include "report/text_tables.h"
+#include "stats/rules.h"
 
 namespace relign::report {
 namespace {
@@ -54,6 +55,15 @@ constexpr std::array kSpecMtf = {Column{"spec_mtf_lp_per_mm", "/spec_mtf/lp_per_
                                  Column{"spec_mtf_centre", "/spec_mtf/centre"},
                                  Column{"spec_mtf_corner", "/spec_mtf/corner"}};
 
+// By each recommendation rule, after its name: own_median, best_yield.
+constexpr std::array kOfRule = {Column{"median", "/median"},
+                                Column{"lo95", "/lo95"},
+                                Column{"hi95", "/hi95"},
+                                Column{"yield", "/yield/share"},
+                                Column{"yield_lo95", "/yield/lo95"},
+                                Column{"yield_hi95", "/yield/hi95"},
+                                Column{"steps_to_spec", "/steps"}};
+
 // "never" becomes what pandas and R read as infinity, so that the column stays one of numbers.
 std::string number(const Json& object, const char* member) {
   const Json::json_pointer place(member);
@@ -72,6 +82,9 @@ std::string ranking_csv_head() {
       "start_median,own_optimum_median,spec_rmse";
   for (const Column& column : kNumbers) csv += std::string(",") + column.name;
   for (const Column& column : kSpecMtf) csv += std::string(",") + column.name;
+  csv += ",rule,class,merit,method_key";
+  for (const stats::Rule rule : stats::kRules)
+    for (const Column& column : kOfRule) csv += std::string(",") + stats::rule_name(rule) + "_" + column.name;
   return csv + "\n";
 }
 
@@ -92,6 +105,12 @@ std::string ranking_csv_rows(const Json& data, const std::string& folder) {
              ',' + number(group, "/spec_rmse");
       for (const Column& column : kNumbers) csv += ',' + number(row, column.member);
       for (const Column& column : kSpecMtf) csv += ',' + number(group, column.member);
+      csv += ',' + text_of(data, "rule") + ',' + csv_field(text_of(row, "class")) + ',' +
+             csv_field(text_of(row, "merit")) + ',' + text_of(row, "key");
+      for (const stats::Rule rule : stats::kRules) {
+        const Json& score = object_of(object_of(row, "rules"), stats::rule_name(rule));
+        for (const Column& column : kOfRule) csv += ',' + number(score, column.member);
+      }
       csv += '\n';
     }
   }

@@ -6,6 +6,7 @@
 
 #include "base/files.h"
 #include "base/json_members.h"
+#include "stats/rules.h"
 
 namespace relign::report {
 namespace {
@@ -28,8 +29,8 @@ const Json* entry_of(const Json& list, const std::string& method) {
   return nullptr;
 }
 
-int style_of(const std::map<std::string, int>& styles, const std::string& method) {
-  const auto found = styles.find(method);
+int style_of(const std::map<std::string, int>& styles, const std::string& method, const Json& group) {
+  const auto found = styles.find(style_key(method, text_of(group, "protocol")));
   return found == styles.end() ? kOracleStyle : found->second;
 }
 
@@ -88,12 +89,15 @@ std::string figure_file_name(const std::string& text) {
 std::map<std::string, int> method_styles(const Json& data) {
   std::set<std::string> used;
   for (const Json& group : data["groups"])
-    for (const Json& curve : group["curves"]) used.insert(text_of(curve, "method"));
+    for (const Json& curve : group["curves"])
+      used.insert(style_key(text_of(curve, "method"), text_of(group, "protocol")));
   std::map<std::string, int> styles;
-  int next = 0;
+  std::map<std::string, int> of_name;  // the same under every protocol
   for (const Json& method : data["methods"]) {
-    const std::string name = text_of(method, "name");
-    if (used.count(name) > 0) styles[name] = flag_of(method, "oracle") ? kOracleStyle : next++;
+    const std::string name = text_of(method, "name"), key = style_key(name, text_of(method, "protocol"));
+    if (used.count(key) == 0) continue;
+    styles[key] = flag_of(method, "oracle") ? kOracleStyle
+                                            : of_name.try_emplace(name, static_cast<int>(of_name.size())).first->second;
   }
   return styles;
 }
@@ -101,14 +105,15 @@ std::map<std::string, int> method_styles(const Json& data) {
 std::vector<Figure> curve_figures(const Json& data, std::size_t index) {
   const Json& group = data["groups"][index];
   const std::map<std::string, int> styles = method_styles(data);
-  const std::string track = flag_of(group, "measured_only") ? "best" : "recommended";
+  const stats::Rule rule = stats::rule_named(text_of(data, "rule")).value_or(stats::Rule::own);
+  const std::string track = flag_of(group, "measured_only") ? "best" : stats::track_name(stats::track_of(rule));
   Chart chart;
   bool has_intervals = false;
   for (const Json* row : shown_rows(group, kMostMethodsInFigure)) {
     const std::string method = text_of(*row, "method");
     const Json* curve = entry_of(group["curves"], method);
     if (!curve || object_of(object_of(*curve, "tracks"), track.c_str()).empty()) continue;
-    chart.series.push_back(curve_series(*curve, track, style_of(styles, method), has_intervals));
+    chart.series.push_back(curve_series(*curve, track, style_of(styles, method, group), has_intervals));
   }
   if (chart.series.empty()) return {};
   if (!has_intervals)
@@ -118,7 +123,7 @@ std::vector<Figure> curve_figures(const Json& data, std::size_t index) {
   chart.x = {"images", false, true, {}};
   chart.y = {track == "best" ? "lowest measured error (RMSE)" : "error when glued (RMSE)", true, false, {}};
   chart.height = height_for(chart.series.size());
-  if (track == "recommended") {
+  if (track != "best") {
     const Json& floor = object_of(group, "floor");
     chart.levels = {{"the lenses' own optimum", number(floor, "own_optimum"), false},
                     {"bound of one more image", number(floor, "next_image"), true},
@@ -142,7 +147,7 @@ std::vector<Figure> ecdf_figures(const Json& data, std::size_t index, std::size_
     const std::string method = text_of(*row, "method");
     const Json* entry = entry_of(list_of(group, "ecdf"), method);
     if (!entry) continue;
-    ChartSeries series = {method, style_of(styles, method), Drawn::steps, {}};
+    ChartSeries series = {method, style_of(styles, method, group), Drawn::steps, {}};
     const Json &steps = list_of(*entry, "steps"), &share = list_of(*entry, "share");
     for (std::size_t i = 0; i < std::min(steps.size(), share.size()); ++i)
       series.points.push_back({number(steps, i), 100 * number(share, i)});
@@ -188,7 +193,7 @@ std::vector<Figure> residual_figures(const Json& data, std::size_t index, std::s
       const auto at = static_cast<double>(place - axes.begin());
       if (place == axes.end()) axes.push_back(name);
       if (chart.series.empty() || chart.series.back().name != method)
-        chart.series.push_back({method, style_of(styles, method), Drawn::marks, {}});
+        chart.series.push_back({method, style_of(styles, method, group), Drawn::marks, {}});
       const double median = number(axis, "median");
       chart.series.back().points.push_back({at, median, median, number(axis, "q75")});
     }
@@ -210,7 +215,7 @@ std::vector<Figure> level_figures(const Json& data) {
     Chart yield, images;
     for (const Json* row : shown_rows(first, kMostMethodsInFigure)) {
       const std::string method = text_of(*row, "method");
-      ChartSeries in_spec = {method, style_of(styles, method), Drawn::marked_line, {}}, to_spec = in_spec;
+      ChartSeries in_spec = {method, style_of(styles, method, first), Drawn::marked_line, {}}, to_spec = in_spec;
       for (std::size_t k = 0; k < groups.size(); ++k) {
         const Json* here = entry_of((*groups[k])["rows"], method);
         if (!here) continue;

@@ -20,7 +20,10 @@ struct Figure {
 
 // The same colour and dash for one method in all charts, the drawn curves' as well: by the methods' order, without
 // those that have no curve. Oracles share one of their own.
-std::map<std::string, int> method_styles(const Json& data);
+std::map<std::string, int> method_styles(const Json& data);  // by style_key
+inline std::string style_key(const std::string& method, const std::string& protocol) {
+  return method + "\n" + protocol;
+}
 
 inline constexpr std::size_t kMostMethodsInFigure = 40;  // of a group, the best
 

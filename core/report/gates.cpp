@@ -1,14 +1,19 @@
 #include "report/gates.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
+#include <tuple>
 #include <vector>
 
+#include "base/displayed_rmse.h"
 #include "base/error.h"
 #include "base/json_members.h"
 #include "base/text.h"
+#include "stats/study.h"
 
 namespace relign::report {
 namespace {
@@ -33,8 +38,10 @@ void add_same_methods(Json& gates, const Json& data, const LoadedResults& result
     if (twins.size() < 2) continue;
     std::size_t tested = 0;
     std::string different;
+    const std::string protocol = text_of(Json::parse(entry.first), "protocol");
     for (const Json& group : data["groups"])
       for (const Json& pair : list_of(group, "pairs")) {
+        if (!protocol.empty() && text_of(group, "protocol") != protocol) continue;
         const auto is_twin = [&](const char* key) {
           return std::find(twins.begin(), twins.end(), text_of(pair, key)) != twins.end();
         };
@@ -72,6 +79,62 @@ void add_replay(Json& gates, const LoadedResults& results) {
                                  std::to_string(replayed - equal) + " of them; 'relign-bench verify' says where."));
 }
 
+// Up to three of them: "bo-gp on relign_od rho0 #3 (..)".
+std::string named(const std::vector<std::string>& trials) {
+  constexpr std::size_t kMostNamed = 3;
+  std::string words;
+  for (std::size_t i = 0; i < std::min(trials.size(), kMostNamed); ++i) words += (i ? ", " : "") + trials[i];
+  return words + (trials.size() > kMostNamed ? " and " + std::to_string(trials.size() - kMostNamed) + " more" : "");
+}
+
+// What cannot be: whoever reads on would read a mistake.
+void add_alarms(Json& gates, const LoadedResults& results) {
+  // An optimum is found by a search with errors of its own.
+  constexpr double kLeastBelow = 2 * stats::kResolution, kShareBelow = 0.05;
+  constexpr double kOtherCpu = 1e-6;  // of a number that only one processor promises
+  const stats::TrialTable& table = results.trials;
+  std::set<std::string> stations;
+  for (const Json& scene : list_of(results.manifest, "scenes"))
+    if (flag_of(scene, "owns_stage")) stations.insert(text_of(scene, "name"));
+  const auto label = [&table](const stats::TrialRow& row) {
+    const stats::Series& series = table.series_of(row);
+    return series.algorithm + " on " + series.scene + " " + series.noise_level + " " + series.protocol + " #" +
+           std::to_string(row.instance);
+  };
+  std::vector<std::string> below, merit, starts;
+  std::map<std::tuple<std::string, std::string, std::string, std::uint64_t>, const stats::TrialRow*> first;
+  const auto differ = [](double a, double b) { return std::abs(a - b) > kOtherCpu * std::abs(a); };  // false for NaN
+  for (const stats::TrialRow& row : table.rows) {
+    const stats::Series& series = table.series_of(row);
+    if (row.impossible_merit) merit.push_back(label(row));
+    const double own = displayed_rmse(row.own_optimum_mse);
+    if (std::any_of(stats::kRules.begin(), stats::kRules.end(), [&](stats::Rule rule) {
+          return own - row.last_of(stats::track_of(rule)) > std::max(kLeastBelow, kShareBelow * own);
+        }))
+      below.push_back(label(row));
+    if (row.steps == 0 || stations.count(series.scene) > 0) continue;
+    const auto [known, is_new] =
+        first.try_emplace({series.scene, series.noise_level, series.protocol, row.instance}, &row);
+    if (!is_new && (differ(known->second->start_measured, row.start_measured) ||
+                    differ(known->second->start_commanded, row.start_commanded)))
+      starts.push_back(label(row) + " against " + table.series_of(*known->second).algorithm);
+  }
+  if (!below.empty())
+    gates.push_back(gate("optimum", false,
+                         "An error is clearly below the best that the instance allows, so that the error or the "
+                         "optimum is wrong: " +
+                             named(below) + "."));
+  if (!starts.empty())
+    gates.push_back(gate("start", false,
+                         "Step 0 differs between methods on one instance, though they start at the same pose under "
+                         "the same protocol: " +
+                             named(starts) + "."));
+  if (!merit.empty())
+    gates.push_back(
+        gate("merit", false,
+             "A merit is negative, or below the measured RMSE that every merit contains: " + named(merit) + "."));
+}
+
 }  // namespace
 
 Json gates_json(const Json& data, const LoadedResults& results) {
@@ -91,6 +154,7 @@ Json gates_json(const Json& data, const LoadedResults& results) {
   }
   add_same_methods(gates, data, results);
   add_replay(gates, results);
+  add_alarms(gates, results);
   return gates;
 }
 

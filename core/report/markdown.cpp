@@ -11,6 +11,7 @@
 #include "base/text.h"
 #include "report/escape.h"
 #include "report/page_data.h"
+#include "report/rules_data.h"
 #include "report/text_tables.h"
 
 namespace relign::report {
@@ -61,7 +62,7 @@ double slowest_ms(const Row& row) {
   return slowest;
 }
 
-std::string table(const std::vector<const Json*>& groups) {
+std::string table(const std::vector<const Json*>& groups, const std::string& rule) {
   std::vector<std::string> levels;
   std::map<std::string, Row> rows;
   std::string starts;
@@ -96,7 +97,10 @@ std::string table(const std::vector<const Json*>& groups) {
   };
   std::string out = "**" + markdown_text(text_of(*groups.front(), "scene")) + ", protocol " +
                     markdown_text(text_of(*groups.front(), "protocol")) + "**: ";
-  out += measured_only ? "lowest measured RMSE" : "noise-free RMSE at the recommended pose after the last step";
+  out += measured_only ? "lowest measured RMSE"
+         : rule.empty() || rule == "own"
+             ? "noise-free RMSE at the recommended pose after the last step"
+             : std::string("noise-free RMSE at ") + rule_words(rule) + " after the last step";
   out += ", median (quartiles) of " + range(instances) + " instances; steps: " + range(steps) + "; at the start " +
          starts + ".\n\n| method |";
   for (const std::string& level : levels) out += " " + markdown_text(level) + " |";
@@ -124,7 +128,8 @@ std::string markdown_tables(const Json& data) {
   }
   if (order.empty()) return "No trial has finished: nothing to rank yet.\n";
   std::string out;
-  for (const auto& key : order) out += (out.empty() ? "" : "\n") + table(tables[key]);
+  for (const auto& key : order) out += (out.empty() ? "" : "\n") + table(tables[key], text_of(data, "rule"));
+  if (const std::string note = text_of(data, "rules_note"); !note.empty()) out += "\n" + markdown_text(note) + "\n";
   return out;
 }
 

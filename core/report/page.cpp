@@ -59,6 +59,7 @@ std::string page(const Json& data, const Gallery& gallery, const std::map<std::s
                  {"title", title_section(data)},
                  {"verdict", verdict_section(data)},
                  {"ranking", ranking_section(data)},
+                 {"rules", rules_section(data)},
                  {"levels", levels_section(data)},
                  {"heat", heat_section(data)},
                  {"curve_cards", curve_cards(data, gallery)},

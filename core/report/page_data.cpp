@@ -11,6 +11,7 @@
 #include "base/json_members.h"
 #include "records/results_folder.h"
 #include "report/page_groups.h"
+#include "report/rules_data.h"
 #include "report/scene_data.h"
 #include "report/statistics_data.h"
 #include "report/training_data.h"
@@ -27,16 +28,16 @@ void add_once(std::vector<Value>& list, const Value& value) {
 }
 
 // One entry per method and message, so that a thousand equal failures stay one line.
-Json failures_json(const stats::TrialTable& trials) {
+Json failures_json(const stats::TrialTable& trials, const Json& methods) {
   std::map<std::pair<std::string, std::string>, std::size_t> place;
   Json list = Json::array();
   for (const stats::TrialRow& trial : trials.rows) {
     if (trial.ended_well) continue;
     const stats::Series& series = trials.series_of(trial);
     const std::string& message = trials.text(trial.message);
-    const auto [found, is_new] = place.try_emplace({series.algorithm, message}, list.size());
-    if (is_new)
-      list.push_back({{"method", series.algorithm}, {"message", message}, {"count", 0}, {"trials", Json::array()}});
+    const std::string label = label_of(methods, series.algorithm, series.protocol);
+    const auto [found, is_new] = place.try_emplace({label, message}, list.size());
+    if (is_new) list.push_back({{"method", label}, {"message", message}, {"count", 0}, {"trials", Json::array()}});
     Json& entry = list[found->second];
     entry["count"] = entry["count"].get<std::size_t>() + 1;
     if (entry["trials"].size() >= kTrialsNamedPerFailure) continue;
@@ -53,10 +54,11 @@ Json failures_json(const stats::TrialTable& trials) {
   return list;
 }
 
-Json warnings_json(const stats::TrialTable& trials) {
+Json warnings_json(const stats::TrialTable& trials, const Json& methods) {
   std::map<std::pair<std::string, std::string>, std::size_t> counts;
   for (const auto& [warning, count] : trials.warnings)
-    counts[{trials.series[warning.series].algorithm, trials.text(warning.text)}] += count;
+    counts[{label_of(methods, trials.series[warning.series].algorithm, trials.series[warning.series].protocol),
+            trials.text(warning.text)}] += count;
   Json list = Json::array();
   for (const auto& [what, count] : counts)
     list.push_back({{"method", what.first}, {"message", what.second}, {"count", count}});
@@ -98,6 +100,12 @@ double rounded(double value, int digits) {
   double result = value;
   std::from_chars(buffer, end.ptr, result);
   return result;
+}
+
+std::string label_of(const Json& methods, const std::string& name, const std::string& protocol) {
+  for (const Json& method : methods)
+    if (text_of(method, "name") == name && text_of(method, "protocol") == protocol) return text_of(method, "label");
+  return name;
 }
 
 Json shown_number(double value) { return std::isfinite(value) ? Json(rounded(value, kDataDigits)) : Json(); }
@@ -146,12 +154,15 @@ Json page_data(const LoadedResults& results, const stats::Study& study) {
   data["ran"] = ran_json(results);
   if (Json harness = harness_json(results.trials); harness.is_object()) data["ran"]["harness"] = std::move(harness);
   data["methods"] = methods.list();
+  label_methods(data["methods"]);
   data["groups"] = groups_json(results, study, methods);
-  data["failures"] = failures_json(results.trials);
-  data["warnings"] = warnings_json(results.trials);
+  data["failures"] = failures_json(results.trials, data["methods"]);
+  data["warnings"] = warnings_json(results.trials, data["methods"]);
   add_statistics(data, results, study);
   data["scene_facts"] = scene_facts(results.folder, manifest);
   if (Json training = training_data(data, manifest); !training.empty()) data["training"] = std::move(training);
+  add_rules(data, results, study);
+  add_analysis(data, manifest);
   data["verdict"] = verdict(data);
   data["beware"] = beware(data);
   return data;

@@ -22,7 +22,12 @@
 //   group.curves[i].tracks[t]  also lo95, hi95, null where no band was computed; curves[i].machine_seconds and
 //                  .algorithm_seconds: medians by which each step was done
 //   group.ecdf     [{method, steps [], share []}]: how many of all targets of all lenses are reached by which step
-//   group.pairs    [{a, b, n, ratio, lo95, hi95, improvement, p, p_holm, verdict}]: a against b, on the same lenses
+//   group.pairs    [{a, b, n, ratio, lo95, hi95, improvement, p, p_holm, verdict, reason}]: a against b, on the same
+//                  lenses; why it is undecided; of those that the analysis plan names also planned, p_planned, and
+//                  where there is a specification yields {n, a, b, a_alone, b_alone, p, p_planned}
+//   rule           "own", "best" or "current": what everything named recommended, yield, to_spec, ecdf, pairs is by
+//   group.rows[i].rules, group.rules: the same by each rule, rules_data.h; rules_note, a sentence
+//   analysis       what was planned before the run, analysis_notes: sentences about it (rules_data.h)
 //   training       [{method, hours, steps, machine, pays_after [{group, label, lenses, against, saves}]}]: group is a
 //                  place in groups; lenses a number, "never" or null; saves seconds a lens, against the fastest method
 //                  that learnt nothing
@@ -38,6 +43,9 @@ namespace relign::report {
 
 Json page_data(const LoadedResults& results, const stats::Study& study);
 Json page_data(const LoadedResults& results);  // makes the study
+
+// Of data's "methods": the label of the one that a row of a group under this protocol is of; the name without one.
+std::string label_of(const Json& methods, const std::string& name, const std::string& protocol);
 
 // What ranks a row: the error at the recommended pose, or, where no truth is known ("measured_only" of its
 // group), the lowest measured one. {n, median, q25, q75}.

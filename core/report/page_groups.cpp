@@ -5,6 +5,7 @@
 #include <set>
 #include <tuple>
 
+#include "base/hash.h"
 #include "base/json_members.h"
 #include "report/page_data.h"
 
@@ -55,9 +56,12 @@ Json told(const Json& method, bool start_is_told) {
 }
 
 Json row_json(const stats::RankingRow& row, const Methods& methods, bool station) {
-  const Json& method = methods[row.algorithm];
+  const Json& method = methods.of(row.algorithm, row.protocol);
   Json json = {{"method", row.algorithm},
                {"oracle", method["oracle"]},
+               {"class", method["class"]},
+               {"merit", method["merit"]},
+               {"key", method["key"]},
                {"knows", told(method, row.protocol != "blind" && !station)},
                {"trials", row.trials},
                {"failed", row.failed},
@@ -120,9 +124,13 @@ std::map<GroupKey, Group> gather(const stats::TrialTable& trials, std::vector<Gr
 Methods::Methods(const LoadedResults& results) {
   for (const Json& entry : list_of(results.manifest, "algorithms")) {
     const std::string name = text_of(entry, "name");
-    if (name.empty() || by_name_.count(name) > 0) continue;
-    Json method = {{"name", name}};
-    for (const char* key : {"id", "kind", "protocol", "summary", "reproducible", "plugin_hash"})
+    std::set<std::string> protocols = {text_of(entry, "protocol")};
+    if (protocols.count("") > 0)  // one that names none is of every protocol that its trials name
+      for (const stats::Series& series : results.trials.series)
+        if (series.algorithm == name) protocols.insert(series.protocol);
+    if (protocols.size() > 1) protocols.erase("");
+    Json method = {{"name", name}, {"known", entry.contains("knows")}};
+    for (const char* key : {"id", "kind", "protocol", "merit", "summary", "reproducible", "plugin_hash"})
       method[key] = text_of(entry, key);
     method["knows"] = Json::array();
     for (const Json& known : list_of(entry, "knows"))
@@ -130,13 +138,18 @@ Methods::Methods(const LoadedResults& results) {
     method["oracle"] = flag_of(entry, "oracle");
     method["steps"] = count_of(entry, "steps");
     method["parameters"] = object_of(entry, "parameters");
-    add(std::move(method));
+    for (const std::string& protocol : protocols) {
+      if (name.empty() || places_.count({name, protocol}) > 0) continue;
+      method["protocol"] = protocol;
+      add(method);
+    }
   }
   for (const stats::Series& series : results.trials.series) {
-    if (by_name_.count(series.algorithm) > 0) continue;
+    if (places_.count({series.algorithm, series.protocol}) > 0) continue;
     add({{"name", series.algorithm},
          {"id", series.algorithm_id},
          {"protocol", series.protocol},
+         {"merit", ""},
          {"knows", Json::array()},
          {"oracle", series.algorithm_id == "home" && series.protocol == "blind"},
          {"steps", series.largest_budget},
@@ -145,8 +158,44 @@ Methods::Methods(const LoadedResults& results) {
 }
 
 void Methods::add(Json method) {
-  by_name_[text_of(method, "name")] = list_.size();
+  method["class"] = class_of(method);
+  method.erase("known");
+  method["key"] = short_hash(canonical_json({{"name", method["name"]},
+                                             {"id", method["id"]},
+                                             {"protocol", method["protocol"]},
+                                             {"merit", method["merit"]},
+                                             {"parameters", method["parameters"]}}));
+  places_[{text_of(method, "name"), text_of(method, "protocol")}] = list_.size();
   list_.push_back(std::move(method));
+}
+
+std::string class_of(const Json& method) {
+  if (flag_of(method, "oracle")) return "oracle";
+  if (!flag_of(method, "known")) return "unknown";
+  const Json& observed = list_of(method, "knows");
+  const auto has = [&observed](const char* what) {
+    return std::find(observed.begin(), observed.end(), what) != observed.end();
+  };
+  if (has("images")) return has("design") || has("level") ? "images and design" : "images";
+  return has("merit") ? "merit" : "neither";
+}
+
+std::string class_title(const std::string& name) {
+  if (name == "oracle") return "Oracles";
+  if (name == "neither") return "Methods that observe neither images nor the merit";
+  if (name == "unknown") return "Methods whose observations the manifest does not list";
+  return "Methods that observe " + std::string(name == "merit"               ? "the merit alone"
+                                               : name == "images and design" ? "images and the design"
+                                                                             : "images");
+}
+
+void label_methods(Json& methods) {
+  std::map<std::string, std::size_t> uses;
+  for (const Json& method : methods) ++uses[text_of(method, "name")];
+  for (Json& method : methods) {
+    const std::string name = text_of(method, "name");
+    method["label"] = uses[name] > 1 ? name + " (" + text_of(method, "protocol") + ")" : name;
+  }
 }
 
 Json groups_json(const LoadedResults& results, const stats::Study& study, const Methods& methods) {
@@ -157,7 +206,7 @@ Json groups_json(const LoadedResults& results, const stats::Study& study, const 
   std::set<std::string> stations;
   for (const Json& scene : list_of(results.manifest, "scenes"))
     if (flag_of(scene, "owns_stage")) stations.insert(text_of(scene, "name"));
-  const std::vector<stats::RankingRow> rows = stats::ranking(results.trials);
+  const std::vector<stats::RankingRow> rows = stats::ranking(results.trials, study.rule);
 
   Json list = Json::array();
   for (const GroupKey& key : order) {

@@ -10,18 +10,31 @@
 
 namespace relign::report {
 
-// The manifest's entry of a method shown under this name, else what its trials tell.
+// The manifest's entry of a method, else what its trials tell. One name may stand for several methods: of a suite those
+// under different protocols, of several folders also those with other parameters or another merit.
 class Methods {
  public:
   explicit Methods(const LoadedResults& results);
   const std::vector<Json>& list() const { return list_; }
-  const Json& operator[](const std::string& name) const { return list_[by_name_.at(name)]; }
+  const Json& of(const std::string& name, const std::string& protocol) const {
+    return list_[places_.at({name, protocol})];
+  }
 
  private:
   void add(Json method);
   std::vector<Json> list_;
-  std::map<std::string, std::size_t> by_name_;
+  std::map<std::pair<std::string, std::string>, std::size_t> places_;  // by name and protocol
 };
+
+// What a method observes, for nobody ranks across privileges: "merit", "images", "images and design", "oracle";
+// "neither" observes no more than its own moves, "unknown" is of folders that do not name it.
+std::string class_of(const Json& method);
+// Those that there can be, in the order of the page.
+std::string class_title(const std::string& name);  // "Methods that observe images"
+inline constexpr const char* kClasses[] = {"merit", "images", "images and design", "neither", "unknown", "oracle"};
+
+// Sets each method's "label": its name, with its protocol where the name alone is not one method.
+void label_methods(Json& methods);
 
 Json groups_json(const LoadedResults& results, const stats::Study& study, const Methods& methods);
 

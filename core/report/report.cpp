@@ -29,8 +29,8 @@ namespace fs = std::filesystem;
 
 // What one instance set's folders hold.
 struct Part {
-  explicit Part(const FolderSet& set) : results(load(set)) {
-    study = stats::make_study(results.trials, study_options(results));
+  Part(const FolderSet& set, std::optional<stats::Rule> rule) : results(load(set)) {
+    study = stats::make_study(results.trials, study_options(results, rule));
     data = page_data(results, study);
     if (merged) data["merged_for_this_page"] = true;
     if (!notes.empty()) data["merge_notes"] = notes;
@@ -83,8 +83,15 @@ std::size_t bytes_of(const Gallery& gallery) {
 }  // namespace
 
 struct Report::Content {
-  explicit Content(const std::vector<fs::path>& folders) : sets(folder_sets(folders)) {
-    for (const FolderSet& set : sets) parts.push_back(std::make_unique<const Part>(set));
+  Content(const std::vector<fs::path>& folders, std::optional<stats::Rule> rule) : sets(folder_sets(folders)) {
+    for (const FolderSet& set : sets) {
+      parts.push_back(std::make_unique<const Part>(set, rule));
+      if (const stats::Rule own = parts.back()->study.rule, first = parts.front()->study.rule; own != first)
+        throw Error(ErrorKind::bad_input, "the analysis plans of " + sets.front().label + " and " + set.label +
+                                              " name different rules, '" + stats::rule_name(first) + "' and '" +
+                                              stats::rule_name(own) +
+                                              "', and a page is by one: choose it with --rule own, best or current");
+    }
     if (parts.size() == 1) {
       data = parts.front()->data;
       return;
@@ -98,8 +105,10 @@ struct Report::Content {
   Json data;
 };
 
-Report::Report(const fs::path& results) : Report(std::vector<fs::path>{results}) {}
-Report::Report(const std::vector<fs::path>& folders) : content_(std::make_unique<const Content>(folders)) {}
+Report::Report(const fs::path& results, std::optional<stats::Rule> rule)
+    : Report(std::vector<fs::path>{results}, rule) {}
+Report::Report(const std::vector<fs::path>& folders, std::optional<stats::Rule> rule)
+    : content_(std::make_unique<const Content>(folders, rule)) {}
 Report::~Report() = default;
 Report::Report(Report&&) noexcept = default;
 Report& Report::operator=(Report&&) noexcept = default;

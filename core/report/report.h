@@ -4,10 +4,12 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/json_source.h"
+#include "stats/rules.h"
 
 namespace relign::report {
 
@@ -15,10 +17,12 @@ class Report {
  public:
   // Reads the folder, once for everything below. Throws Error: io when nothing can be read, bad_input when the folder
   // holds no results, damaged ones or a newer format.
-  explicit Report(const std::filesystem::path& results);
+  // `rule`: which pose counts as recommended; none: the analysis plan's, else `own`. Throws also, bad_input, where the
+  // records lack what the rule needs, and where the plans of several folders name different rules.
+  explicit Report(const std::filesystem::path& results, std::optional<stats::Rule> rule = std::nullopt);
   // One page of several folders: those with the same instance set are merged for it, in a temporary folder; others
   // stand in groups of their own. Throws besides what merge refuses, and where one name means two methods.
-  explicit Report(const std::vector<std::filesystem::path>& folders);
+  explicit Report(const std::vector<std::filesystem::path>& folders, std::optional<stats::Rule> rule = std::nullopt);
   ~Report();
   Report(Report&&) noexcept;
   Report& operator=(Report&&) noexcept;

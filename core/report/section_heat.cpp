@@ -99,13 +99,12 @@ std::string heat_section(const Json& data) {
     best.push_back(best_of(group));
   }
   for (const Json& method : data["methods"]) {
-    const std::string name = text_of(method, "name");
-    html.open("tr").open("th", {{"scope", "row"}, {"class", "name"}}).element("bdi", name).close();
+    const std::string name = text_of(method, "name"), protocol = text_of(method, "protocol");
+    html.open("tr").open("th", {{"scope", "row"}, {"class", "name"}}).element("bdi", text_of(method, "label")).close();
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const auto row = rows[i].find(name);
-      const Cell cell = row == rows[i].end() ? Cell{}
-                        : by_yield           ? yield_cell(*row->second)
-                                             : error_cell(*row->second, best[i]);
+      const bool here = row != rows[i].end() && text_of(data["groups"][i], "protocol") == protocol;
+      const Cell cell = !here ? Cell{} : by_yield ? yield_cell(*row->second) : error_cell(*row->second, best[i]);
       if (cell.shade < 0) {
         html.element("td", "");
         continue;

@@ -13,7 +13,10 @@ void pair_row(HtmlWriter& html, const Json& pair) {
   const auto number = [&](const std::string& text) { html.element("td", {{"class", "number"}}, text); };
   html.open("tr");
   for (const char* key : {"a", "b"}) html.open("td").element("bdi", text_of(pair, key)).close();
-  html.element("td", {{"class", "words"}}, text_of(pair, "verdict"));
+  html.open("td", {{"class", "words"}}).text(text_of(pair, "verdict"));
+  if (const std::string reason = text_of(pair, "reason"); !reason.empty())
+    html.text(" ").element("span", {{"class", "quiet"}}, "(" + reason + ")");
+  html.close();
   const Json ratio = member(pair, "ratio"), low = member(pair, "lo95"), high = member(pair, "hi95");
   html.element("td", {{"class", "number"}, {"data-sort", sort_value(ratio)}},
                number_text(ratio, 3) + (low.is_number() && high.is_number()
@@ -57,8 +60,10 @@ std::string pairs_section(const Json& data) {
     if (pairs.empty()) continue;
     if (!any) {
       html.element("h2", "Method against method");
-      html.element("p", {{"class", "quiet"}},
-                   "On the same lenses, in pairs. An interval that holds 1 decides nothing.");
+      html.element(
+          "p", {{"class", "quiet"}},
+          "On the same lenses, in pairs. A verdict needs an interval on one side of a relevant ratio, or within "
+          "both.");
     }
     any = true;
     const bool all = pairs.size() <= kMostPairs;

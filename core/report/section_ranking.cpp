@@ -8,7 +8,9 @@
 #include "base/text.h"
 #include "report/html_writer.h"
 #include "report/page_data.h"
+#include "report/page_groups.h"
 #include "report/residual_text.h"
+#include "report/rules_data.h"
 #include "report/sections.h"
 #include "report/spec_words.h"
 
@@ -161,8 +163,8 @@ std::vector<Column> columns_of(const Json& data) {
   }
   columns.push_back(
       {truth ? "error when glued" : "lowest measured error", error_unit(data),
-       truth ? "Noise-free RMSE against the reference picture at the pose the method recommends after its last step. "
-               "Lower is better, 0 is identical."
+       truth ? "Noise-free RMSE against the reference picture at " + std::string(rule_words(text_of(data, "rule"))) +
+                   " after its last step. Lower is better, 0 is identical."
              : "Lowest RMSE between a picture that the method saw and the reference picture, camera noise included. "
                "Lower is better.",
        "number", error_cell});
@@ -242,8 +244,32 @@ void table_group(HtmlWriter& html, const std::vector<Column>& columns, const Jso
   block.explained = explained;
   for (const Json& row : group["rows"])
     if (has_score(row)) block.scale = std::max(block.scale, score_of(row)["q75"].get<double>());
-  for (const Json& row : group["rows"]) table_row(html, columns, row, text_of(row, "method") == best, block);
+  std::vector<std::string> classes;
+  for (const char* name : kClasses)
+    if (std::any_of(group["rows"].begin(), group["rows"].end(),
+                    [&](const Json& row) { return text_of(row, "class") == name; }))
+      classes.emplace_back(name);
+  const auto ranked = static_cast<std::size_t>(std::count_if(
+      classes.begin(), classes.end(), [](const std::string& name) { return name != "oracle" && name != "unknown"; }));
+  if (ranked < 2) {
+    for (const Json& row : group["rows"]) table_row(html, columns, row, text_of(row, "method") == best, block);
+    html.close();
+    return;
+  }
+  // A block each: whoever sees more ends lower, and one list would read as a ranking of the methods.
   html.close();
+  for (const std::string& name : classes) {
+    html.open("tbody").open("tr", {{"class", "class"}});
+    html.element("th", {{"colspan", std::to_string(columns.size() + 1)}, {"scope", "rowgroup"}}, class_title(name));
+    html.close();
+    bool first = name != "oracle";
+    for (const Json& row : group["rows"])
+      if (text_of(row, "class") == name) {
+        table_row(html, columns, row, first && has_score(row), block);
+        first = first && !has_score(row);
+      }
+    html.close();
+  }
 }
 
 }  // namespace
@@ -270,7 +296,8 @@ std::string ranking_section(const Json& data) {
   html.close().close();
   html.element(
       "p", {{"class", "quiet noprint"}},
-      "A click on a column's title sorts each block. Bold: lowest median among the methods that are no oracle.");
+      "A click on a column's title sorts each block. Bold: lowest median of its block among the methods that are no "
+      "oracle.");
   return html.take();
 }
 

@@ -113,7 +113,7 @@ std::string methods_section(const Json& data) {
   html.close().close().open("tbody");
   for (const Json& method : data["methods"]) {
     const std::string name = text_of(method, "name"), id = text_of(method, "id");
-    html.open("tr").open("th", {{"scope", "row"}}).element("bdi", name);
+    html.open("tr").open("th", {{"scope", "row"}}).element("bdi", text_of(method, "label"));
     if (!id.empty() && id != name) html.element("span", {{"class", "quiet"}}, " " + id);
     html.close();
     const std::string kind = text_of(method, "kind"), summary = text_of(method, "summary");

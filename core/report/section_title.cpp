@@ -4,6 +4,7 @@
 
 #include "base/json_members.h"
 #include "report/html_writer.h"
+#include "report/rules_data.h"
 #include "report/sections.h"
 
 namespace relign::report {
@@ -83,9 +84,11 @@ std::string title_section(const Json& data) {
         "picture a step; whether they were the same, the station alone can tell. ");
   html.element("b", "Error");
   if (!every_group(data, "measured_only"))
-    html.text(
-        " is how far the picture would be from the reference if the lens were glued where the method then recommends: "
-        "RMSE, without camera noise; 0 is identical, lower is better.");
+    html.text(" is how far the picture would be from the reference if the lens were glued " +
+              std::string(text_of(data, "rule") == "own" || text_of(data, "rule").empty()
+                              ? "where the method then recommends"
+                              : std::string("at ") + rule_words(text_of(data, "rule"))) +
+              ": RMSE, without camera noise; 0 is identical, lower is better.");
   if (any_group(data, "measured_only"))
     html.text(std::string(every_group(data, "measured_only") ? "" : " marked \u201cmeasured only\u201d") +
               " is the lowest RMSE between a picture and the reference that the method saw, "
@@ -99,21 +102,37 @@ std::string verdict_section(const Json& data) {
   broken_gates(html, data);
   if (!data["verdict"].empty()) {
     html.element("h2", "Verdict").open("ul", {{"class", "verdict"}});
-    for (const Json& entry : data["verdict"]) {
-      html.open("li").element("b", {{"class", "label"}}, text_of(entry, "label")).text(": ");
-      // The winner's name opens the sentence.
-      const std::string best = text_of(entry, "best"), text = text_of(entry, "text");
+    // The winner's name opens the sentence.
+    const auto sentence = [&html](const Json& of) {
+      const std::string best = text_of(of, "best"), text = text_of(of, "text");
       if (!best.empty()) html.element("b", best);
       html.text(text.substr(best.size())).close();
+    };
+    for (const Json& entry : data["verdict"]) {
+      html.open("li").element("b", {{"class", "label"}}, text_of(entry, "label")).text(": ");
+      const Json& classes = list_of(entry, "classes");
+      if (classes.empty()) {
+        sentence(entry);
+        continue;
+      }
+      html.text(text_of(entry, "rest")).open("ul");
+      for (const Json& one : classes) {
+        html.open("li").text(text_of(one, "title") + ": ");
+        sentence(one);
+      }
+      html.close().close();
     }
     html.close();
   }
+  if (const std::string note = text_of(data, "rules_note"); !note.empty())
+    html.element("p", {{"class", "facts"}}, note);
+  HtmlWriter rest;
   if (!data["beware"].empty()) {
-    html.open("ul", {{"class", "beware"}});
-    for (const Json& text : data["beware"]) html.element("li", text.get<std::string>());
-    html.close();
+    rest.open("ul", {{"class", "beware"}});
+    for (const Json& text : data["beware"]) rest.element("li", text.get<std::string>());
+    rest.close();
   }
-  return html.take();
+  return html.take() + analysis_section(data) + rest.take();
 }
 
 }  // namespace relign::report

@@ -15,8 +15,10 @@ std::string title_section(const Json& data);    // heading, badges, what this is
 std::string verdict_section(const Json& data);  // broken gates before it
 
 std::string ranking_section(const Json& data);
-std::string heat_section(const Json& data);    // section_heat.cpp: methods x groups
-std::string levels_section(const Json& data);  // section_levels.cpp: over the noise levels
+std::string rules_section(const Json& data);     // section_rules.cpp: every rule beside each other
+std::string analysis_section(const Json& data);  // section_rules.cpp: what was planned before the run
+std::string heat_section(const Json& data);      // section_heat.cpp: methods x groups
+std::string levels_section(const Json& data);    // section_levels.cpp: over the noise levels
 std::string pairs_section(const Json& data);
 std::string training_section(const Json& data);
 std::string curve_cards(const Json& data, const Gallery& gallery);  // section_curves.cpp

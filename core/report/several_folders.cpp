@@ -9,6 +9,8 @@
 #include "base/error.h"
 #include "base/json_members.h"
 #include "records/results_folder.h"
+#include "report/page_groups.h"
+#include "report/rules_data.h"
 #include "report/verdict.h"
 
 namespace relign::report {
@@ -41,7 +43,7 @@ class Join {
            {"groups", "failures", "warnings", "gates", "methods", "scene_facts", "training", "scenes", "parts"})
         all_[key] = Json::array();
       for (const char* key : {"command", "suite_file", "suite_text", "seed", "instance_set", "sources", "merge",
-                              "merge_notes", "suite_name"})
+                              "merge_notes", "suite_name", "analysis", "analysis_notes", "rules_note"})
         all_.erase(key);
       all_["ran"] = {
           {"planned", 0u},         {"finished", 0u}, {"failed", 0u}, {"missing", 0u}, {"incomplete", Json::array()},
@@ -49,6 +51,12 @@ class Join {
     }
     for (const char* key : {"spec", "spec_text"})  // each group has its own RMSE
       if (all_.contains(key) && (!data.contains(key) || data[key] != all_[key])) all_.erase(key);
+    // Every verdict was decided by its own folder's plan: one number above the page would be wrong for the others.
+    if (data["smallest_relevant_ratio"] != all_["smallest_relevant_ratio"])
+      throw Error(ErrorKind::bad_input, "the analysis plans of " + text_of(all_["parts"][0], "label") + " and " +
+                                            set.label + " name different smallest relevant ratios, " +
+                                            all_["smallest_relevant_ratio"].dump() + " and " +
+                                            data["smallest_relevant_ratio"].dump() + ": make a page of each folder");
     const std::size_t first_group = all_["groups"].size();
     add_part(set, data);
     add_counts(data);
@@ -85,6 +93,8 @@ class Join {
     std::string title;
     for (const std::string& name : names) title += (title.empty() ? "" : ", ") + name;
     all_["suite_name"] = title;
+    label_methods(all_["methods"]);
+    if (std::string note = rules_note(all_); !note.empty()) all_["rules_note"] = std::move(note);
     all_["verdict"] = verdict(all_);
     all_["beware"] = beware(all_);
     for (std::string& note : time_notes_) all_["beware"].push_back(std::move(note));
@@ -95,7 +105,7 @@ class Join {
   void add_part(const FolderSet& set, const Json& data) {
     Json part = {{"label", set.label}};
     for (const char* key : {"command", "suite_name", "suite_file", "suite_text", "seed", "instance_set", "program",
-                            "machine", "sources", "merge", "merge_notes"})
+                            "machine", "sources", "merge", "merge_notes", "analysis", "analysis_notes"})
       if (data.contains(key)) part[key] = data[key];
     all_["parts"].push_back(std::move(part));
   }
@@ -116,11 +126,12 @@ class Join {
     all_["steps"][1] = std::max(all_["steps"][1], data["steps"][1]);
   }
 
-  // A name is one method on the whole page: one colour, one line in the table of methods.
+  // A name is, under a protocol, one method on the whole page: one colour, one line in the table of methods.
   void add_methods(const FolderSet& set, const Json& data) {
     for (const Json& method : data["methods"]) {
       const std::string name = text_of(method, "name");
-      const auto [known, is_new] = methods_.try_emplace(name, Known{method, set.label});
+      const std::string protocol = text_of(method, "protocol");
+      const auto [known, is_new] = methods_.try_emplace({name, protocol}, Known{method, set.label});
       if (is_new) {
         all_["methods"].push_back(method);
         continue;
@@ -129,6 +140,8 @@ class Join {
       if (text_of(method, "id") != text_of(known->second.method, "id")) what = "another algorithm";
       if (what.empty() && method["parameters"] != known->second.method["parameters"])
         what = "its parameters are others";
+      if (what.empty() && text_of(method, "merit") != text_of(known->second.method, "merit"))
+        what = "its merit is another";
       if (!what.empty())
         throw Error(ErrorKind::bad_input, "the method '" + name + "' is not the same in " + known->second.label +
                                               " and in " + set.label + " (" + what +
@@ -160,7 +173,7 @@ class Join {
     std::string label;
   };
   Json all_;
-  std::map<std::string, Known> methods_;
+  std::map<std::pair<std::string, std::string>, Known> methods_;  // by name and protocol
   std::vector<std::string> time_notes_;
 };
 

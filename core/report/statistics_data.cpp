@@ -4,12 +4,15 @@
 #include <cmath>
 #include <map>
 
+#include "base/error.h"
 #include "base/json_members.h"
 #include "report/gates.h"
 #include "report/page_data.h"
+#include "report/page_groups.h"
 #include "report/scene_axes.h"
 #include "report/scene_bounds.h"
 #include "report/spec_words.h"
+#include "report/verdict_cases.h"
 
 namespace relign::report {
 namespace {
@@ -111,21 +114,6 @@ Json ecdf_json(const stats::SeriesStudy& study) {
   return {{"method", study.curve.algorithm}, {"steps", std::move(steps)}, {"share", std::move(share)}};
 }
 
-Json pair_json(const stats::PairStudy& pair, const stats::Study& study) {
-  const stats::PairedComparison& comparison = pair.comparison;
-  const stats::Interval& interval = comparison.difference.interval;
-  return {{"a", study.series[pair.first].curve.algorithm},
-          {"b", study.series[pair.second].curve.algorithm},
-          {"n", comparison.difference.n},
-          {"ratio", shown_number(std::exp(comparison.difference.estimate))},
-          {"lo95", shown_number(std::exp(interval.low))},
-          {"hi95", shown_number(std::exp(interval.high))},
-          {"improvement", shown_number(comparison.probability_of_improvement.estimate)},
-          {"p", shown_number(comparison.test.p)},
-          {"p_holm", shown_number(pair.corrected_p)},
-          {"verdict", stats::verdict_name(comparison.verdict)}};
-}
-
 const stats::GroupStudy* find_group(const stats::Study& study, const Json& group) {
   for (const stats::GroupStudy& candidate : study.groups)
     if (candidate.scene == text_of(group, "scene") && candidate.noise_level == text_of(group, "noise_level") &&
@@ -142,7 +130,7 @@ const stats::SeriesStudy* find_series(const stats::Study& study, const stats::Gr
 }
 
 void add_to_group(Json& group, const stats::GroupStudy& found, const stats::Study& study,
-                  const std::vector<SceneAxis>& axes, double next_image) {
+                  const std::vector<SceneAxis>& axes, double next_image, double relevant) {
   std::map<std::string, double> algorithm_ms;
   for (Json& row : group["rows"]) {
     const std::string method = text_of(row, "method");
@@ -179,7 +167,7 @@ void add_to_group(Json& group, const stats::GroupStudy& found, const stats::Stud
     group["hopeless"] = found.hopeless;
   }
   Json pairs = Json::array();
-  for (const stats::PairStudy& pair : found.pairs) pairs.push_back(pair_json(pair, study));
+  for (const stats::PairStudy& pair : found.pairs) pairs.push_back(pair_json(pair, study, relevant));
   if (!pairs.empty()) group["pairs"] = std::move(pairs);
   if (found.friedman.mean_ranks.size() > 2)
     group["friedman"] = {{"p", shown_number(found.friedman.f_p)}, {"instances", found.friedman.instances}};
@@ -187,8 +175,52 @@ void add_to_group(Json& group, const stats::GroupStudy& found, const stats::Stud
 
 }  // namespace
 
-stats::StudyOptions study_options(const LoadedResults& results) {
+Json pair_json(const stats::PairStudy& pair, const stats::Study& study, double smallest_relevant_ratio) {
+  const stats::PairedComparison& comparison = pair.comparison;
+  const stats::Interval& interval = comparison.difference.interval;
+  Json json = {{"a", study.series[pair.first].curve.algorithm},
+               {"b", study.series[pair.second].curve.algorithm},
+               {"n", comparison.difference.n},
+               {"ratio", shown_number(std::exp(comparison.difference.estimate))},
+               {"lo95", shown_number(std::exp(interval.low))},
+               {"hi95", shown_number(std::exp(interval.high))},
+               {"improvement", shown_number(comparison.probability_of_improvement.estimate)},
+               {"p", shown_number(comparison.test.p)},
+               {"p_holm", shown_number(pair.corrected_p)},
+               {"verdict", stats::verdict_name(comparison.verdict)}};
+  if (std::string reason = undecided_reason(json, smallest_relevant_ratio); !reason.empty())
+    json["reason"] = std::move(reason);
+  if (!pair.planned) return json;
+  json["planned"] = true;
+  json["p_planned"] = shown_number(pair.planned_p);
+  if (pair.yields.n > 0)
+    json["yields"] = {{"n", pair.yields.n},
+                      {"a", pair.yields.first},
+                      {"b", pair.yields.second},
+                      {"a_alone", pair.yields.first_alone},
+                      {"b_alone", pair.yields.second_alone},
+                      {"p", shown_number(pair.yields.p)},
+                      {"p_planned", shown_number(pair.planned_yield_p)}};
+  return json;
+}
+
+stats::StudyOptions study_options(const LoadedResults& results, std::optional<stats::Rule> rule) {
   stats::StudyOptions options;
+  const Json& plan = object_of(results.manifest, "analysis");
+  options.rule = rule ? *rule : stats::rule_named(text_of(plan, "rule")).value_or(stats::Rule::own);
+  if (options.rule != stats::Rule::own && results.trials.without_rules > 0)
+    throw Error(ErrorKind::bad_input, results.folder.string() + ": " + std::to_string(results.trials.without_rules) +
+                                          " trials have no scores by the rule '" + stats::rule_name(options.rule) +
+                                          "', for an earlier relign-bench recorded them; 'relign-bench verify " +
+                                          results.folder.string() + " --add-rules' replays them and adds the scores");
+  const Methods methods(results);
+  for (const Json& method : methods.list())
+    options.classes[{text_of(method, "name"), text_of(method, "protocol")}] = text_of(method, "class");
+  if (const Json& ratio = member(plan, "smallest_relevant_ratio"); ratio.is_number())
+    options.smallest_relevant_ratio = std::max(1.0, ratio.get<double>());
+  for (const Json& pair : list_of(plan, "contrasts"))
+    if (pair.is_array() && pair.size() == 2 && pair[0].is_string() && pair[1].is_string())
+      options.contrasts.emplace_back(pair[0].get<std::string>(), pair[1].get<std::string>());
   const std::string seed = text_of(results.manifest, "seed");
   if (!seed.empty() && seed.find_first_not_of("0123456789") == std::string::npos && seed.size() < 20)
     options.seed = std::stoull(seed);
@@ -203,7 +235,8 @@ stats::StudyOptions study_options(const LoadedResults& results) {
 }
 
 void add_statistics(Json& data, const LoadedResults& results, const stats::Study& study) {
-  const stats::StudyOptions options = study_options(results);
+  const stats::StudyOptions options = study_options(results, study.rule);
+  data["rule"] = stats::rule_name(study.rule);
   data["targets"] = options.targets.empty() ? stats::default_targets() : options.targets;
   data["resamples"] = study.resamples;
   data["smallest_relevant_ratio"] = options.smallest_relevant_ratio;
@@ -212,7 +245,8 @@ void add_statistics(Json& data, const LoadedResults& results, const stats::Study
     if (const stats::GroupStudy* found = find_group(study, group)) {
       const auto of_scene = axes.find(text_of(group, "scene"));
       add_to_group(group, *found, study, of_scene == axes.end() ? std::vector<SceneAxis>() : of_scene->second,
-                   next_image_excess(results.folder, results.manifest, found->scene, found->noise_level));
+                   next_image_excess(results.folder, results.manifest, found->scene, found->noise_level),
+                   options.smallest_relevant_ratio);
     }
   const Json& spec = object_of(results.manifest, "spec");
   if (!spec.empty()) data["spec"] = spec;

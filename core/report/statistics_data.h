@@ -1,13 +1,19 @@
 // What the statistics add to a page's data (page_data.h has the shape).
 #pragma once
 
+#include <optional>
+
 #include "report/loaded_results.h"
 #include "stats/study.h"
 
 namespace relign::report {
 
-// Targets, specification and seed as the results' manifest has them.
-stats::StudyOptions study_options(const LoadedResults& results);
+// Targets, specification, seed and analysis plan as the results' manifest has them; another rule than the plan's where
+// one is given. Throws Error (bad_input) where the records lack what the rule needs.
+stats::StudyOptions study_options(const LoadedResults& results, std::optional<stats::Rule> rule = std::nullopt);
+
+// A pair of methods by one rule, as page_data.h has it.
+Json pair_json(const stats::PairStudy& pair, const stats::Study& study, double smallest_relevant_ratio);
 
 // `data` as page_data makes it, of the same results.
 void add_statistics(Json& data, const LoadedResults& results, const stats::Study& study);

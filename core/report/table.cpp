@@ -9,6 +9,7 @@
 #include "base/text.h"
 #include "report/escape.h"
 #include "report/page_data.h"
+#include "report/rules_data.h"
 #include "report/spec_words.h"
 #include "report/text_tables.h"
 
@@ -116,6 +117,12 @@ std::string group_lines(const Json& group, bool show_steps) {
 
 }  // namespace
 
+namespace {
+
+bool by_own_rule(const Json& data) { return text_of(data, "rule").empty() || text_of(data, "rule") == "own"; }
+
+}  // namespace
+
 std::string ranking_table(const Json& data) {
   const Json& ran = data["ran"];
   std::string counts = std::to_string(count_of(ran, "finished")) + " of " + std::to_string(count_of(ran, "planned")) +
@@ -128,7 +135,9 @@ std::string ranking_table(const Json& data) {
   const Json& groups = data["groups"];
   std::string out;
   if (!std::all_of(groups.begin(), groups.end(), measured_only))
-    out += "Error is noise-free RMSE at the recommended pose after the last step, median of instances\n";
+    out += (by_own_rule(data) ? std::string("Error is noise-free RMSE at the recommended pose after the last step")
+                              : "Error is noise-free RMSE at " + std::string(rule_words(text_of(data, "rule")))) +
+           ", median of instances\n";
   if (std::any_of(groups.begin(), groups.end(), measured_only))
     out += "Where measured only, error is the lowest measured RMSE: a station tells no truth\n";
   if (least == most) out += "steps: " + std::to_string(most) + "   ";

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <set>
 #include <string>
 
 #include "base/json_members.h"
@@ -27,14 +26,24 @@ double seconds_to_spec(const Json& row) {
   return number(arrival, "seconds") + number(arrival, "steps") * number(row, "algorithm_ms_per_step") / 1000;
 }
 
-// By method: what the manifest tells, or the images of its source instances, which the harness itself let it see.
-std::map<std::string, Json> learners(const Json& manifest) {
-  std::map<std::string, Json> all;
+using Learners = std::map<std::pair<std::string, std::string>, Json>;  // by name and protocol
+
+// Null without; a manifest that names no protocol means every one.
+const Json& learner(const Learners& learners, const std::string& name, const std::string& protocol) {
+  static const Json kNothing;
+  for (const std::string& key : {protocol, std::string()})
+    if (const auto found = learners.find({name, key}); found != learners.end()) return found->second;
+  return kNothing;
+}
+
+// What the manifest tells, or the images of its source instances, which the harness itself let it see.
+Learners learners(const Json& manifest) {
+  Learners all;
   for (const Json& entry : list_of(manifest, "prepared")) {
     const std::string method = text_of(entry, "algorithm");
     if (method.empty() || !text_of(entry, "failure").empty()) continue;
     const std::uint64_t images = count_of(entry, "sources") * count_of(entry, "steps");
-    Json& known = all[method];
+    Json& known = all[{method, text_of(entry, "protocol")}];
     if (known.is_null()) known = {{"hours", nullptr}, {"steps", 0u}, {"machine", ""}};
     known["steps"] = std::max(known["steps"].get<std::uint64_t>(), images);  // of one scene and noise level
   }
@@ -42,19 +51,21 @@ std::map<std::string, Json> learners(const Json& manifest) {
     const Json& told = object_of(entry, "training");
     if (told.empty()) continue;
     const double hours = number(told, "hours"), steps = number(told, "steps");
-    all[text_of(entry, "name")] = {{"hours", hours >= 0 ? shown_number(hours) : Json()},
-                                   {"steps", steps >= 0 && steps < 1e18 ? Json(std::llround(steps)) : Json()},
-                                   {"machine", text_of(told, "machine")}};
+    all[{text_of(entry, "name"), text_of(entry, "protocol")}] = {
+        {"hours", hours >= 0 ? shown_number(hours) : Json()},
+        {"steps", steps >= 0 && steps < 1e18 ? Json(std::llround(steps)) : Json()},
+        {"machine", text_of(told, "machine")}};
   }
   return all;
 }
 
 // The one that brings a lens into specification soonest, of those that learnt nothing. Who is told the answer is no
 // alternative.
-const Json* best_untrained(const Json& group, const std::map<std::string, Json>& trained) {
+const Json* best_untrained(const Json& group, const Learners& trained) {
   const Json* best = nullptr;
   for (const Json& row : group["rows"]) {
-    if (flag_of(row, "oracle") || trained.count(text_of(row, "method")) > 0) continue;
+    if (flag_of(row, "oracle") || !learner(trained, text_of(row, "method"), text_of(group, "protocol")).is_null())
+      continue;
     const double seconds = seconds_to_spec(row);
     if (!std::isfinite(seconds)) continue;
     if (!best || seconds < seconds_to_spec(*best)) best = &row;
@@ -62,10 +73,12 @@ const Json* best_untrained(const Json& group, const std::map<std::string, Json>&
   return best;
 }
 
-Json repaid(const Json& data, const std::string& method, double hours, const std::map<std::string, Json>& trained) {
+Json repaid(const Json& data, const std::string& method, const std::string& protocol, double hours,
+            const Learners& trained) {
   Json list = Json::array();
   for (std::size_t index = 0; index < data["groups"].size(); ++index) {
     const Json& group = data["groups"][index];
+    if (!protocol.empty() && text_of(group, "protocol") != protocol) continue;
     const Json* own = nullptr;
     for (const Json& row : group["rows"])
       if (text_of(row, "method") == method) own = &row;
@@ -92,16 +105,15 @@ double pays_after(double hours, double seconds_trained, double seconds_untrained
 }
 
 Json training_data(const Json& data, const Json& manifest) {
-  const std::map<std::string, Json> trained = learners(manifest);
+  const Learners trained = learners(manifest);
   Json list = Json::array();
-  std::set<std::string> done;
   for (const Json& method : data["methods"]) {
-    const std::string name = text_of(method, "name");
-    const auto found = trained.find(name);
-    if (found == trained.end() || !done.insert(name).second) continue;
-    Json entry = found->second;
-    entry["method"] = name;
-    entry["pays_after"] = repaid(data, name, number(entry, "hours"), trained);
+    const std::string name = text_of(method, "name"), protocol = text_of(method, "protocol");
+    const Json& found = learner(trained, name, protocol);
+    if (found.is_null()) continue;
+    Json entry = found;
+    entry["method"] = text_of(method, "label");
+    entry["pays_after"] = repaid(data, name, protocol, number(entry, "hours"), trained);
     list.push_back(std::move(entry));
   }
   return list;

@@ -9,7 +9,9 @@
 #include "base/json_members.h"
 #include "base/text.h"
 #include "report/page_data.h"
+#include "report/page_groups.h"
 #include "report/spec_words.h"
+#include "report/verdict_cases.h"
 
 namespace relign::report {
 namespace {
@@ -38,21 +40,10 @@ std::string median_words(const Json& score) {
 // How the first compares with the second on the same lenses; empty when nobody could tell.
 std::string comparison(const Json& group, const std::string& first, const std::string& second, double relevant) {
   for (const Json& pair : list_of(group, "pairs")) {
-    const bool turned = text_of(pair, "a") == second && text_of(pair, "b") == first;
-    if (!turned && !(text_of(pair, "a") == first && text_of(pair, "b") == second)) continue;
-    if (!pair["ratio"].is_number() || !pair["lo95"].is_number() || !pair["hi95"].is_number()) return "";
-    const auto ratio = [&](const char* key) {
-      return significant(turned ? 1 / pair[key].get<double>() : pair[key].get<double>(), 2);
-    };
-    const std::string figures = "lens by lens, its error is " + ratio("ratio") + " times that of " + second +
-                                " (95 %: " + ratio(turned ? "hi95" : "lo95") + " to " +
-                                ratio(turned ? "lo95" : "hi95") + ")";
-    const std::string word = text_of(pair, "verdict");
-    if (word == "practically equal")
-      return "The two are practically equal: " + figures + ", within the factor " + significant(relevant, 3) +
-             " that counts as relevant";
-    if (word == "undecided") return "Which of the two is better is undecided: " + figures;
-    return "It is " + (turned ? std::string(word == "better" ? "worse" : "better") : word) + ": " + figures;
+    const bool other_way = text_of(pair, "a") == second && text_of(pair, "b") == first;
+    if (!other_way && !(text_of(pair, "a") == first && text_of(pair, "b") == second)) continue;
+    if (!pair["ratio"].is_number()) return "";
+    return verdict_sentence(other_way ? turned(pair) : pair, second, relevant);
   }
   return "";
 }
@@ -87,11 +78,11 @@ std::string yield_words(const Json& group, const Json& row) {
   return text + ". ";
 }
 
-// Rows with a median, oracles apart: who is told the answer cannot win.
+// Rows with a median, oracles apart: who is told the answer cannot win. Of one class alone, or of all.
 struct Ranked {
-  explicit Ranked(const Json& group) {
+  explicit Ranked(const Json& group, const std::string& of_class = "") {
     for (const Json& row : group["rows"]) {
-      if (score_of(row)["n"] == 0) continue;
+      if (score_of(row)["n"] == 0 || !(of_class.empty() || text_of(row, "class") == of_class)) continue;
       (flag_of(row, "oracle") ? oracles : methods).push_back(&row);
     }
   }
@@ -121,7 +112,22 @@ std::string failures_of(const Json& row) {
          " trials failed and do not count in this median)";
 }
 
-std::string sentence(const Json& group, const Ranked& ranked, double relevant) {
+std::string oracle_words(const Ranked& ranked) {
+  std::string text;
+  for (const Json* oracle : ranked.oracles)
+    text += text_of(*oracle, "method") + ", which is told the design pose, reaches " +
+            shown(score_of(*oracle)["median"]) + ". ";
+  return text;
+}
+
+std::string measured_only_words(const Json& group) {
+  if (!flag_of(group, "measured_only")) return "";
+  return flag_of(group, "station") ? "Measured only: a station tells no truth. "
+                                   : "Measured only: this scene tells no truth. ";
+}
+
+// Of a class, or of all where there is one class: `whole` adds what is of the group.
+std::string sentence(const Json& group, const Ranked& ranked, double relevant, bool whole) {
   if (ranked.methods.empty()) {
     if (!ranked.oracles.empty()) return "only an oracle has finished; nothing can be ranked.";
     const bool any_trial = std::any_of(group["rows"].begin(), group["rows"].end(),
@@ -136,7 +142,7 @@ std::string sentence(const Json& group, const Ranked& ranked, double relevant) {
   std::string text = text_of(best, "method") + " ends with the lowest ";
   text += (score["n"] == 1 ? error : "median " + error) + ", " + median_words(score);
   text += failures_of(best);
-  if (group["start"].is_number()) text += "; at the start it was " + shown(group["start"]);
+  if (whole && group["start"].is_number()) text += "; at the start it was " + shown(group["start"]);
   text += ". " + yield_words(group, best) + highest_yield_words(ranked);
   if (ranked.methods.size() > 1) {
     const Json& next = *ranked.methods[1];
@@ -147,14 +153,9 @@ std::string sentence(const Json& group, const Ranked& ranked, double relevant) {
     const std::string words = comparison(group, text_of(best, "method"), text_of(next, "method"), relevant);
     if (!words.empty()) text += words + ". ";
   } else {
-    text += "No other method has a result here. ";
+    text += whole ? "No other method has a result here. " : "No other method of this class has a result here. ";
   }
-  for (const Json* oracle : ranked.oracles)
-    text += text_of(*oracle, "method") + ", which is told the design pose, reaches " +
-            shown(score_of(*oracle)["median"]) + ". ";
-  if (measured_only)
-    text += flag_of(group, "station") ? "Measured only: a station tells no truth. "
-                                      : "Measured only: this scene tells no truth. ";
+  if (whole) text += oracle_words(ranked) + measured_only_words(group);
   text.pop_back();
   return text;
 }
@@ -179,11 +180,34 @@ double relevant_ratio(const Json& data) {
 
 Json verdict(const Json& data) {
   Json list = Json::array();
+  const double relevant = relevant_ratio(data);
   for (const Json& group : data["groups"]) {
     const Ranked ranked(group);
-    list.push_back({{"label", group["label"]},
-                    {"best", ranked.methods.empty() ? "" : text_of(*ranked.methods.front(), "method")},
-                    {"text", sentence(group, ranked, relevant_ratio(data))}});
+    Json entry = {{"label", group["label"]},
+                  {"best", ranked.methods.empty() ? "" : text_of(*ranked.methods.front(), "method")}};
+    std::vector<std::pair<std::string, Ranked>> classes;
+    for (const char* name : kClasses)
+      if (Ranked of_class(group, name); !of_class.methods.empty()) classes.emplace_back(name, std::move(of_class));
+    if (classes.size() < 2) {
+      entry["text"] = sentence(group, ranked, relevant, true);
+      list.push_back(std::move(entry));
+      continue;
+    }
+    // One ranking across privileges would be read as one of methods.
+    std::string text;
+    entry["classes"] = Json::array();
+    for (const auto& [name, of_class] : classes) {
+      const std::string words = sentence(group, of_class, relevant, false);
+      const std::string best = text_of(*of_class.methods.front(), "method");
+      entry["classes"].push_back({{"class", name}, {"title", class_title(name)}, {"best", best}, {"text", words}});
+      text += class_title(name) + ": " + words + " ";
+    }
+    std::string rest = oracle_words(ranked) + measured_only_words(group);
+    if (group["start"].is_number()) rest = "At the start the median error was " + shown(group["start"]) + ". " + rest;
+    text += rest;
+    if (!rest.empty()) entry["rest"] = rest.substr(0, rest.size() - 1);
+    entry["text"] = text.substr(0, text.size() - 1);
+    list.push_back(std::move(entry));
   }
   return list;
 }
@@ -223,7 +247,8 @@ Json beware(const Json& data) {
     const std::uint64_t instances = count_of(group, "instances");
     fewest = fewest == 0 ? instances : std::min(fewest, instances);
     for (const Json& row : group["rows"]) {
-      if (flag_of(row, "oracle")) oracles.insert(text_of(row, "method"));
+      if (flag_of(row, "oracle"))
+        oracles.insert(label_of(data["methods"], text_of(row, "method"), text_of(group, "protocol")));
       if (!flag_of(row, "oracle") && text_of(row, "method") == "home") home_told_start = true;
       if (row["step"] != group["rows"].front()["step"]) uneven_steps = true;
     }

@@ -143,8 +143,7 @@ Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, co
   for (const suite::AlgorithmEntry& entry : suite.algorithms) {
     Json algorithm = common(entry.name, entry.choice);
     algorithm["knows"] = entry.choice.plugin->knows;
-    // Under the paper's protocol every search method is told the start: nobody is an oracle there.
-    algorithm["oracle"] = entry.choice.plugin->oracle && entry.protocol == "blind";
+    algorithm["oracle"] = suite::is_oracle(entry);
     algorithm["protocol"] = entry.protocol;
     algorithm["merit"] = suite::effective_merit(entry);
     algorithm["steps"] = entry.steps;
@@ -176,6 +175,10 @@ Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, co
                    {"spec", suite.spec},
                    {"targets", suite.targets},
                    {"machine_time", suite::machine_time_json(suite.machine_time)}};
+  if (!suite.analysis.is_null()) {
+    manifest["analysis"] = suite.analysis;
+    manifest["analysis_hash"] = sha256_hex(canonical_json(suite.analysis));
+  }
   if (!prepared.shard.is_null()) manifest["shard"] = prepared.shard;
   return manifest;
 }

@@ -49,8 +49,10 @@ class Run {
     learnt_.prepare(selected_, [this](const std::string& algorithm) { report_progress("preparing " + algorithm); });
     preparing_worker_.reset();
     drop_outdated();
-    const Json manifest = make_manifest(prepared_, hashes_, options_.command, learnt_.to_json());
-    compare_with(writer_.read_manifest(), manifest);
+    Json manifest = make_manifest(prepared_, hashes_, options_.command, learnt_.to_json());
+    const Json before = writer_.read_manifest();
+    compare_with(before, manifest);
+    remember_first_analysis(before, manifest);
     writer_.write_manifest(manifest);
     const std::vector<std::size_t> todo = plan_work();
     report_progress("trials");
@@ -198,6 +200,15 @@ class Run {
         (same_file ? "an earlier form of the suite" : "another suite, " + file + " (this one is " + suite_.file + ")") +
         (extra == 1 ? "; it is kept but not shown" : "; they are kept but not shown") +
         (same_file ? "" : ". Give the suites different names, or one of them --out"));
+  }
+
+  // An analysis plan that was changed after the first results were there is no plan: readers must know.
+  void remember_first_analysis(const Json& before, Json& now) {
+    if (!before.is_object() || writer_.finished_trials().empty()) return;
+    const std::string first = before.value("analysis_began_with", before.value("analysis_hash", std::string("none")));
+    if (first == now.value("analysis_hash", std::string("none"))) return;
+    now["analysis_began_with"] = first;
+    tell("the suite's analysis plan is not the one that these results were begun with; the report names it changed");
   }
 
   std::vector<std::size_t> plan_work() {

@@ -238,8 +238,16 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
     record.end = result.outcome.empty() || outcome.stopped ? task::end_name(result.end) : result.outcome;
     record.message = result.message;
     record.uncured_mse = result.uncured_mse;
-    record.mtf = to_record(result.mtf);
-    record.uncured_mtf = to_record(result.uncured_mtf);
+    for (const task::Truth& truth : result.glued_truths) {
+      record.glued_mse.push_back(truth.mse);
+      record.glued_mse_error.push_back(truth.standard_error);
+    }
+    record.mtf = to_record(result.mtf.glued);
+    record.uncured_mtf = to_record(result.mtf.uncured);
+    record.best_mtf = to_record(result.best_mtf.glued);
+    record.best_uncured_mtf = to_record(result.best_mtf.uncured);
+    record.current_mtf = to_record(result.current_mtf.glued);
+    record.current_uncured_mtf = to_record(result.current_mtf.uncured);
     for (const std::string& change : result.environment_changes)
       record.warnings.push_back(job.algorithm.id + ": " + change);
     add_steps(result.steps, outcome);

@@ -59,6 +59,9 @@ class Replay {
     if (failure_) std::rethrow_exception(failure_);
     for (std::optional<ReplayDifference>& one : found_)
       if (one) summary.differences.push_back(std::move(*one));
+    if (stopped() || completed_.empty()) return;
+    summary.completed += completed_.size();
+    records::replace_closing_lines(options_.results, completed_);
   }
 
  private:
@@ -86,6 +89,17 @@ class Replay {
     const Preparer::Entries* entries = learnt_.of(trial);
     compare("what was prepared for " + suite_.algorithms[trial.algorithm].name, found->second.prepared,
             entries ? runner::hash_of(*entries) : "");
+  }
+
+  // The record as it is, with what it lacked.
+  static records::TrialRecord completed(records::TrialRecord was, const records::TrialRecord& is) {
+    was.glued_mse = is.glued_mse;
+    was.glued_mse_error = is.glued_mse_error;
+    was.best_mtf = is.best_mtf;
+    was.best_uncured_mtf = is.best_uncured_mtf;
+    was.current_mtf = is.current_mtf;
+    was.current_uncured_mtf = is.current_uncured_mtf;
+    return was;
   }
 
   bool stopped() const { return options_.stop && options_.stop->load(); }
@@ -124,7 +138,7 @@ class Replay {
     std::optional<records::Difference> difference =
         records::first_difference(was, outcome.record, tolerant ? records::kOtherCpuTolerance : 0);
     // The same numbers in other bytes: somebody has written into the file.
-    const bool same_bytes = lines == records::to_lines(outcome.record) + "\n";
+    const bool same_bytes = lines == records::to_lines(records::as_recorded_then(was, outcome.record)) + "\n";
     if (!difference && !tolerant && !same_bytes)
       difference = records::Difference{true, 0, "bytes of the lines", "others", "others for the same values", 0};
     const std::lock_guard<std::mutex> hold(mutex_);
@@ -132,6 +146,8 @@ class Replay {
     if (difference) {
       found_[index] = ReplayDifference{trial.id, records::label_of(was), *difference, tolerant};
     } else {
+      if (options_.add_rules && !records::lacks_rules(outcome.record))
+        completed_.emplace(trial.id, completed(was, outcome.record));
       ++summary.equal;
       if (!same_bytes) {
         ++summary.with_tolerance;
@@ -151,6 +167,7 @@ class Replay {
   bool other_cpu_;
   std::mutex mutex_;  // guards what follows and the summary
   std::vector<std::optional<ReplayDifference>> found_;
+  std::map<std::string, records::TrialRecord> completed_;
   std::exception_ptr failure_;
   std::size_t skip_ = TrialQueue::kNoGroup;
 };

@@ -21,6 +21,9 @@ struct VerifyOptions {
   std::size_t sample = 0;  // how many trials; 0: all
   std::uint64_t seed = 1;  // which ones
   std::string trial;       // not empty: this one alone
+  // Only trials that lack what the rules "best" and "current" need (records::lacks_rules); to those that are equal in
+  // what they have it is added.
+  bool add_rules = false;
   // What relative paths of the suite are below; empty: the suite file's folder as the manifest names it.
   std::filesystem::path suite_folder;
   unsigned workers = 0;  // 0: all cores
@@ -54,6 +57,7 @@ struct VerifySummary {
   std::size_t stations = 0;          // cannot be replayed: a machine made them
   std::size_t ended_by_machine = 0;  // a crash, a time or memory limit: what ended them is not in the record
   std::size_t unknown = 0;           // the suite as it is here now has no such trial: data or definitions changed
+  std::size_t completed = 0;         // with add_rules: records that have all rules now
   std::vector<ReplayDifference> differences;
   std::vector<Change> changes;
   bool stopped = false;

@@ -47,6 +47,7 @@ std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json&
   records::for_each_stored(
       options.results, [&](const records::TrialRecord& closing, const records::StoredTrial& where) {
         if (!options.trial.empty() && closing.trial != options.trial) return;
+        if (options.add_rules && !records::lacks_rules(closing)) return;
         if ((!planned.empty() && !planned.count(closing.trial)) || !seen.insert(closing.trial).second) return;
         ++summary.recorded;
         const bool of_itself = records::ended_well(closing.end) || closing.end == "failed";

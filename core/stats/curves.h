@@ -32,7 +32,7 @@ struct Curve {
 inline constexpr std::size_t kCurveBytes = 128'000'000;
 
 // curves.csv: scene,noise_level,protocol,algorithm,step,n, then for each track _median,_q25,_q75,_mean,
-// _lo95,_hi95 (of the median; empty at steps without a band), and at the end machine_seconds_median. Shortest
+// _lo95,_hi95 (of the median; empty at steps without a band), after the first five machine_seconds_median. Shortest
 // round-trip numbers; a field that cannot have a value is empty. results/README.md has the other two.
 std::string curves_csv(const std::vector<Curve>& curves);
 Json curves_json(const std::vector<Curve>& curves);
@@ -45,7 +45,7 @@ struct RankingRow {
   std::string scene, noise_level, protocol, algorithm;
   std::size_t trials = 0, failed = 0;
   unsigned step = 0;      // the last one
-  Quantiles recommended;  // noise-free RMSE at the recommended pose, last step
+  Quantiles recommended;  // noise-free RMSE at the pose that the rule recommends, last step
   Quantiles commanded;
   bool measured_only = false;
   Quantiles best_measured;  // lowest measured RMSE of each trial, camera noise included
@@ -54,6 +54,6 @@ struct RankingRow {
                                             // without moving back; NaN without trials
   double algorithm_ms_per_step_median = 0;  // host time; NaN where no trial tells it
 };
-std::vector<RankingRow> ranking(const TrialTable& table);
+std::vector<RankingRow> ranking(const TrialTable& table, Rule rule = Rule::own);
 
 }  // namespace relign::stats

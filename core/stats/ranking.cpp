@@ -18,7 +18,7 @@ double median_of(const TrialTable& table, const Series& series, double (*value)(
 
 }  // namespace
 
-std::vector<RankingRow> ranking(const TrialTable& table) {
+std::vector<RankingRow> ranking(const TrialTable& table, Rule rule) {
   std::map<std::tuple<std::string, std::string, std::string>, std::size_t> group;
   std::vector<RankingRow> rows;
   for (const Series& series : table.series) {
@@ -31,7 +31,7 @@ std::vector<RankingRow> ranking(const TrialTable& table) {
     row.trials = series.trials.size();
     row.failed = series.failed;
     row.step = series.largest_budget;
-    row.recommended = quantiles(last_values(table, series, Track::recommended));
+    row.recommended = quantiles(last_values(table, series, track_of(rule)));
     row.commanded = quantiles(last_values(table, series, Track::commanded));
     row.best_measured = quantiles(last_values(table, series, Track::best));
     row.measured_only = row.recommended.n == 0 && row.best_measured.n > 0;

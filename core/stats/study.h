@@ -10,7 +10,9 @@
 #include "records/specification.h"
 #include "stats/curves.h"
 #include "stats/paired.h"
+#include "stats/paired_shares.h"
 #include "stats/ranks.h"
+#include "stats/rules.h"
 #include "stats/time_to_target.h"
 
 namespace relign::stats {
@@ -20,7 +22,8 @@ namespace relign::stats {
 inline constexpr std::size_t kBandSteps = 16;
 inline constexpr std::size_t kManyTrials = 10'000;
 inline constexpr std::size_t kResamplesOfMany = 1'000;
-// Every pair is compared up to so many methods; of more, the best one with each other.
+// Every pair is compared up to so many methods; of more, the best one with each other, and the best of a class with
+// each of its class.
 inline constexpr std::size_t kMostComparedMethods = 12;
 // On fewer instances no test can come below 5 %, and every comparison is undecided.
 inline constexpr std::size_t kFewestCompared = 6;
@@ -35,6 +38,12 @@ struct StudyOptions {
   records::Specification spec;  // for scenes that `spec_of_scene` does not name
   std::map<std::string, records::Specification> spec_of_scene;
   double smallest_relevant_ratio = 1.1;  // of RMSE: methods within it are practically equal
+  Rule rule = Rule::own;                 // which pose counts as recommended
+  // Pairs of names that were chosen before the run; a group without one of the two has no such pair.
+  std::vector<std::pair<std::string, std::string>> contrasts;
+  // By name and protocol, what a method observes: the best of a class is compared with each of its class, however many
+  // methods there are. Methods that are not named here are no class.
+  std::map<std::pair<std::string, std::string>, std::string> classes;
   std::size_t most_bytes = kCurveBytes;  // of all threads together
   unsigned threads = 0;                  // 0: one a core. The numbers do not depend on it
 };
@@ -43,9 +52,18 @@ std::vector<double> default_targets();
 // The steps that get bands: 0, the last, and between them up to kBandSteps in all.
 std::vector<unsigned> band_steps(unsigned last);
 
+// What depends on the rule and is shown for all of them.
+struct RuleScore {
+  Band median;  // of RMSE at the last recommendation; n is 0 where no trial has one
+  std::size_t in_spec = 0;
+  Band yield;
+  Band steps_to_spec;
+};
+
 struct SeriesStudy {
   Curve curve;
-  // RMSE at the last step.
+  ByRule<RuleScore> rules;
+  // All that follows is by StudyOptions::rule. RMSE at the last step.
   Band recommended_median, recommended_iqm, commanded_median;
   // Noise-free at the last recommendation against the specification.
   std::size_t in_spec = 0;
@@ -66,6 +84,10 @@ struct PairStudy {
   std::size_t first = 0, second = 0;  // of Study::series; the better median first
   PairedComparison comparison;        // logarithms of RMSE at the last recommendation
   double corrected_p = kMissing;      // Holm, over the group's pairs
+  PairedShares yields;                // n is 0 where there is no specification, or nobody knows
+  bool planned = false;               // one of StudyOptions::contrasts
+  // Holm, over the group's planned pairs alone: of `comparison` and of `yields`.
+  double planned_p = kMissing, planned_yield_p = kMissing;
 };
 
 struct GroupStudy {
@@ -79,12 +101,14 @@ struct GroupStudy {
   std::vector<std::uint64_t> hopeless;  // some of them
   Friedman friedman;
   std::vector<PairStudy> pairs;
+  ByRule<std::vector<PairStudy>> pairs_by_rule;
 };
 
 struct Study {
   std::vector<SeriesStudy> series;  // in the order of TrialTable::series
   std::vector<GroupStudy> groups;   // in order of first appearance
   std::size_t resamples = 0;
+  Rule rule = Rule::own;
 };
 
 // Throws Error as make_curves does.

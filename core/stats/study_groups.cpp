@@ -54,7 +54,7 @@ std::vector<GroupStudy> groups_of(const TrialTable& table) {
   return groups;
 }
 
-void find_hopeless(const TrialTable& table, GroupStudy& group) {
+void find_hopeless(const TrialTable& table, GroupStudy& group, Rule rule) {
   const records::Specification& spec = group.spec;
   if (!spec.limits_anything()) return;
   std::set<std::uint64_t> found, met;
@@ -67,7 +67,7 @@ void find_hopeless(const TrialTable& table, GroupStudy& group) {
           (told && !spec.mtf_met_by(mtf.own_optimum.centre, mtf.own_optimum.corner)))
         found.insert(row.instance);
       // Sharpest need not be where the error is least: only what nobody found is hopeless.
-      if (spec.limits_mtf() && spec.met_by(row.last_of(Track::recommended), mtf.glued.centre, mtf.glued.corner))
+      if (spec.limits_mtf() && spec.met_by(row.last_of(track_of(rule)), mtf.glued[rule].centre, mtf.glued[rule].corner))
         met.insert(row.instance);
     }
   for (const std::uint64_t instance : met) found.erase(instance);

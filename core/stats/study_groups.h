@@ -9,6 +9,6 @@ namespace relign::stats {
 std::vector<GroupStudy> groups_of(const TrialTable& table);
 
 // Lenses that are not in specification even at their own best pose; its specification is there.
-void find_hopeless(const TrialTable& table, GroupStudy& group);
+void find_hopeless(const TrialTable& table, GroupStudy& group, Rule rule);
 
 }  // namespace relign::stats

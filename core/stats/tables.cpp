@@ -32,10 +32,12 @@ std::string one_line(std::string text) {
 
 std::string curves_csv(const std::vector<Curve>& curves) {
   std::string csv = "scene,noise_level,protocol,algorithm,step,n";
-  for (const Track track : kTracks)
+  for (std::size_t track = 0; track < kTracks.size(); ++track) {
+    if (track == kTracksBeforeTheClock) csv += ",machine_seconds_median";
     for (const char* column : {"_median", "_q25", "_q75", "_mean", "_lo95", "_hi95"})
-      csv += std::string(",") + track_name(track) + column;
-  csv += ",machine_seconds_median\n";
+      csv += std::string(",") + track_name(kTracks[track]) + column;
+  }
+  csv += '\n';
   for (const Curve& curve : curves) {
     const std::string head = field(curve.scene) + ',' + field(curve.noise_level) + ',' + field(curve.protocol) + ',' +
                              field(curve.algorithm) + ',';
@@ -43,10 +45,11 @@ std::string curves_csv(const std::vector<Curve>& curves) {
       csv += head + std::to_string(point.step) + ',' + std::to_string(curve.trials);
       for (std::size_t track = 0; track < kTracks.size(); ++track) {
         const Quantiles& values = point.tracks[track];
+        if (track == kTracksBeforeTheClock) csv += ',' + field(point.machine_seconds);
         csv += ',' + field(values.median) + ',' + field(values.q25) + ',' + field(values.q75) + ',' +
                field(values.mean) + ',' + field(point.bands[track].low) + ',' + field(point.bands[track].high);
       }
-      csv += ',' + field(point.machine_seconds) + '\n';
+      csv += '\n';
     }
   }
   return csv;
@@ -92,24 +95,31 @@ Json curves_json(const std::vector<Curve>& curves) {
 
 void instances_csv(const TrialTable& table, const std::function<void(std::string_view)>& write) {
   std::string csv = "trial,scene,noise_level,protocol,algorithm,instance,end,steps,budget";
-  for (const Track track : kTracks) csv += std::string(",") + track_name(track);
+  for (std::size_t track = 0; track < kTracksBeforeTheClock; ++track)
+    csv += std::string(",") + track_name(kTracks[track]);
   // Of a specification that asks for it; other tables keep their bytes.
   const char* mtf_columns =
       table.tells_mtf() ? ",mtf_centre,mtf_corner,own_optimum_mtf_centre,own_optimum_mtf_corner" : "";
-  write(csv + ",machine_seconds,recommended_seconds,recommendation,message" + mtf_columns + "\n");
+  csv += std::string(",machine_seconds,recommended_seconds,recommendation,message") + mtf_columns;
+  for (std::size_t track = kTracksBeforeTheClock; track < kTracks.size(); ++track)
+    csv += std::string(",") + track_name(kTracks[track]);
+  write(csv + "\n");
   for (const TrialRow& row : table.rows) {
     const Series& series = table.series_of(row);
     csv = row.trial + ',' + field(series.scene) + ',' + field(series.noise_level) + ',' + field(series.protocol) + ',' +
           field(series.algorithm) + ',' + std::to_string(row.instance) + ',' + field(table.text(row.end)) + ',' +
           (row.steps == 0 ? "" : std::to_string(row.last_step)) + ',' + std::to_string(row.budget);
-    for (const double value : row.last) csv += ',' + field(value);
+    for (std::size_t track = 0; track < kTracksBeforeTheClock; ++track) csv += ',' + field(row.last[track]);
     csv += ',' + field(row.machine_seconds) + ',' + field(row.recommended_seconds) + ',' +
            field(table.text(row.recommendation)) + ',' + field(one_line(table.text(row.message)));
     if (table.tells_mtf()) {
       const TrialMtf& mtf = table.mtf_of(row);
-      for (const double value : {mtf.glued.centre, mtf.glued.corner, mtf.own_optimum.centre, mtf.own_optimum.corner})
+      const records::MtfRecord& glued = mtf.glued[Rule::own];
+      for (const double value : {glued.centre, glued.corner, mtf.own_optimum.centre, mtf.own_optimum.corner})
         csv += ',' + field(value);
     }
+    for (std::size_t track = kTracksBeforeTheClock; track < kTracks.size(); ++track)
+      csv += ',' + field(row.last[track]);
     csv += '\n';
     write(csv);
   }

@@ -20,16 +20,27 @@ const char* track_name(Track track) {
       return "recommended";
     case Track::excess:
       return "excess";
+    case Track::recommended_best:
+      return "recommended_best";
+    case Track::recommended_current:
+      return "recommended_current";
     case Track::machine_seconds:
       return "machine_seconds";
   }
   return "";
 }
 
+std::size_t best_step(const std::vector<records::StepNumbers>& steps) {
+  std::size_t best = 0;
+  for (std::size_t step = 1; step < steps.size(); ++step)
+    if (steps[step].measured < steps[best].measured || std::isnan(steps[best].measured)) best = step;
+  return best;
+}
+
 std::vector<double> track_values(const std::vector<records::StepNumbers>& steps, double own_optimum_mse, Track track) {
   std::vector<double> values;
   values.reserve(steps.size());
-  double best = std::numeric_limits<double>::quiet_NaN();
+  double best = std::numeric_limits<double>::quiet_NaN(), glued = best;
   for (const records::StepNumbers& step : steps) {
     switch (track) {
       case Track::measured:
@@ -47,6 +58,13 @@ std::vector<double> track_values(const std::vector<records::StepNumbers>& steps,
         break;
       case Track::excess:
         values.push_back(displayed_rmse(step.recommended_mse - own_optimum_mse));
+        break;
+      case Track::recommended_best:
+        if (values.empty() || step.measured < best || std::isnan(best)) best = step.measured, glued = step.glued_mse;
+        values.push_back(displayed_rmse(glued));
+        break;
+      case Track::recommended_current:
+        values.push_back(displayed_rmse(step.glued_mse));
         break;
       case Track::machine_seconds:
         values.push_back(step.machine_seconds);

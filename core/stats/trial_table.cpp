@@ -41,6 +41,8 @@ Harness harness_of(const records::TrialTimes& times) {
   return result;
 }
 
+constexpr double kSlack = 1e-9;  // a sum's rounding
+
 class Maker {
  public:
   explicit Maker(TrialTable& table) : table_(table) {}
@@ -58,9 +60,10 @@ class Maker {
     row.steps = static_cast<unsigned>(steps.size());
     row.ended_well = records::ended_well(closing.end);
     if (closing.has_own_optimum) row.own_optimum_mse = closing.own_optimum_mse;
-    row.uncured = displayed_rmse(closing.uncured_mse);
-    const TrialMtf mtf{closing.mtf, closing.uncured_mtf, closing.own_optimum_mtf};
-    if (std::isfinite(mtf.glued.centre) || std::isfinite(mtf.own_optimum.centre)) {
+    const TrialMtf mtf{{{closing.mtf, closing.best_mtf, closing.current_mtf}},
+                       {{closing.uncured_mtf, closing.best_uncured_mtf, closing.current_uncured_mtf}},
+                       closing.own_optimum_mtf};
+    if (std::isfinite(closing.mtf.centre) || std::isfinite(mtf.own_optimum.centre)) {
       row.mtf = static_cast<std::uint32_t>(table_.mtf.size());
       table_.mtf.push_back(mtf);
     }
@@ -71,6 +74,11 @@ class Maker {
       row.machine_seconds = last.machine_seconds;
       row.recommended_seconds = last.recommended_seconds;
       row.recommendation = text(last.recommendation);
+      if (std::isfinite(closing.uncured_mse))
+        row.uncured = {{displayed_rmse(closing.uncured_mse), displayed_rmse(steps[best_step(steps)].commanded_mse),
+                        displayed_rmse(last.commanded_mse)}};
+      for (const records::StepNumbers& step : steps)
+        row.impossible_merit = row.impossible_merit || step.merit < 0 || step.merit < step.measured * (1 - kSlack);
       for (const Track track : kTracks)
         row.last[static_cast<std::size_t>(track)] = track_values(steps, row.own_optimum_mse, track).back();
       if (steps.front().step == 0) {
@@ -80,6 +88,7 @@ class Maker {
       }
     }
     Series& series = table_.series[row.series];
+    if (row.counts() && records::lacks_rules(closing)) ++table_.without_rules;
     if (row.counts()) {
       series.trials.push_back(static_cast<std::uint32_t>(table_.rows.size()));
       series.largest_budget = std::max(series.largest_budget, row.budget);

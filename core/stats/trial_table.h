@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "records/stored_trials.h"
-#include "stats/tracks.h"
+#include "stats/rules.h"
 
 namespace relign::stats {
 
@@ -28,8 +28,12 @@ struct TrialRow {
   unsigned last_step = 0;  // number of the last one
   bool ended_well = false;
   double own_optimum_mse = std::numeric_limits<double>::quiet_NaN();  // NaN: not known
-  double uncured = std::numeric_limits<double>::quiet_NaN();          // RMSE at the last recommendation before curing
-  std::uint32_t mtf = 0;                                              // of TrialTable::mtf
+  // RMSE before the glue cures, at the last recommendation by each rule; NaN where it shifts nothing.
+  ByRule<double> uncured = {{std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN(),
+                             std::numeric_limits<double>::quiet_NaN()}};
+  std::uint32_t mtf = 0;  // of TrialTable::mtf
+  // A merit that no definition gives: negative, or below the measured RMSE, which every one of them contains.
+  bool impossible_merit = false;
   // RMSE; NaN when there is none.
   double start_measured = std::numeric_limits<double>::quiet_NaN();
   double start_commanded = std::numeric_limits<double>::quiet_NaN();
@@ -43,9 +47,10 @@ struct TrialRow {
   double last_of(Track track) const { return last[static_cast<std::size_t>(track)]; }
 };
 
-// What a trial tells of its lens's MTF, where the specification asked for it; NaN where it does not.
+// A trial's MTF where the specification asked for it; NaN where it does not.
 struct TrialMtf {
-  records::MtfRecord glued, uncured, own_optimum;
+  ByRule<records::MtfRecord> glued, uncured;  // at the last recommendation by each rule
+  records::MtfRecord own_optimum;
 };
 
 // The trials of one algorithm on one scene, noise level and protocol.
@@ -83,6 +88,9 @@ class TrialTable {
   const TrialMtf& mtf_of(const TrialRow& row) const { return mtf[row.mtf]; }
   bool tells_mtf() const { return mtf.size() > 1; }
   const Series& series_of(const TrialRow& row) const { return series[row.series]; }
+  // Trials that count and lack what another rule than `own` needs: records of an earlier program, of levels whose glue
+  // shifts the lens or of specifications of MTF. A replay adds it.
+  std::size_t without_rules = 0;
 };
 
 // Of each trial that counts, at its last step.

@@ -48,6 +48,12 @@ std::string effective_merit(const AlgorithmEntry& algorithm) {
   return algorithm.protocol == "blind" ? "rmse" : "combined";
 }
 
+bool is_oracle(const AlgorithmEntry& algorithm) {
+  // The paper's protocol tells every search method the start: nobody is an oracle there.
+  const bool start_is_granted = algorithm.protocol == "paper";
+  return algorithm.choice.plugin->oracle && !start_is_granted;
+}
+
 Plan make_plan(Suite suite, const std::vector<std::string>& scene_identity) {
   if (scene_identity.size() != suite.scenes.size())
     throw Error(ErrorKind::internal, "make_plan: one identity per scene is needed");

@@ -22,6 +22,9 @@ struct PlannedTrial {
 // The entry's merit, or its protocol's own: paper "combined", blind "rmse".
 std::string effective_merit(const AlgorithmEntry& algorithm);
 
+// Whether it is given more than its protocol grants: a method that needs the true start pose, where it is blind.
+bool is_oracle(const AlgorithmEntry& algorithm);
+
 struct Plan {
   Suite suite;
   std::vector<PlannedTrial> trials;  // order: scene, level, algorithm, instance

@@ -18,6 +18,9 @@ constexpr std::int64_t kLeastMemory = 64;  // MB
 const std::vector<std::string> kProtocols = {"paper", "blind"};
 const std::vector<std::string> kMerits = {"combined", "rmse"};
 const std::vector<std::string> kLimits = {"soft", "hard"};
+const std::vector<std::string> kMeasures = {"rmse", "yield"};
+const std::vector<std::string> kRules = {"own", "best", "current"};
+constexpr double kRelevantRatio = 1.1;
 
 // A text out of a few allowed ones; the fallback after a mistake.
 std::string one_of(ObjectReader& reader, const std::string& key, const std::vector<std::string>& allowed,
@@ -48,12 +51,13 @@ struct Entry {
   std::string name;
   bool named = false;
   plugin_host::Choice choice;
-  std::string protocol, merit;
+  std::vector<std::string> protocols;
+  std::string merit;
   unsigned steps = 0;
 };
 
 struct Defaults {
-  std::string protocol = "paper";
+  std::vector<std::string> protocols = {"paper"};
   unsigned steps = 50;
 };
 
@@ -74,7 +78,7 @@ class SuiteReader {
     suite.first_instance =
         static_cast<unsigned>(top_.integer("first_instance", 0, 0, std::numeric_limits<std::int32_t>::max()));
     defaults_.steps = static_cast<unsigned>(top_.integer("steps", 50, 1, kMostSteps));
-    defaults_.protocol = one_of(top_, "protocol", kProtocols, "paper");
+    defaults_.protocols = read_protocols(top_, defaults_.protocols);
     suite.limits = one_of(top_, "limits", kLimits, "soft");
     for (Entry& entry : entries("scenes", plugin_host::Kind::scene))
       suite.scenes.push_back({std::move(entry.name), std::move(entry.choice)});
@@ -84,10 +88,12 @@ class SuiteReader {
       AlgorithmEntry algorithm;
       algorithm.name = std::move(entry.name);
       algorithm.choice = std::move(entry.choice);
-      algorithm.protocol = std::move(entry.protocol);
       algorithm.merit = std::move(entry.merit);
       algorithm.steps = entry.steps;
-      suite.algorithms.push_back(std::move(algorithm));
+      for (const std::string& protocol : entry.protocols) {
+        algorithm.protocol = protocol;
+        suite.algorithms.push_back(algorithm);
+      }
     }
     suite.trial_seconds = top_.number("trial_seconds", suite.trial_seconds, 0.1, kLongestTrial);
     suite.trial_memory_mb = static_cast<unsigned>(top_.integer("trial_memory_mb", 0, 0, 1'000'000'000));
@@ -96,6 +102,7 @@ class SuiteReader {
     suite.machine_time = machine_time();
     suite.spec = spec();
     suite.targets = targets();
+    suite.analysis = analysis(suite);
     top_.refuse_unknown();
     std::stable_sort(problems_.begin(), problems_.end(), [](const Problem& a, const Problem& b) {
       return std::tie(a.file, a.line, a.column) < std::tie(b.file, b.line, b.column);
@@ -133,7 +140,7 @@ class SuiteReader {
   Entry read_entry(const std::string& pointer, const Json& value, plugin_host::Kind kind) {
     Entry entry;
     entry.pointer = pointer;
-    entry.protocol = defaults_.protocol;
+    entry.protocols = defaults_.protocols;
     entry.steps = defaults_.steps;
     if (value.is_string()) {
       resolve(entry, kind, value.get<std::string>(), nullptr, pointer);
@@ -154,7 +161,7 @@ class SuiteReader {
       parameters = nullptr;
     }
     if (plugin_host::is_algorithm(kind)) {
-      entry.protocol = one_of(reader, "protocol", kProtocols, defaults_.protocol);
+      entry.protocols = read_protocols(reader, defaults_.protocols);
       entry.merit = one_of(reader, "merit", kMerits, "");
       entry.steps = static_cast<unsigned>(reader.integer("steps", defaults_.steps, 1, kMostSteps));
     }
@@ -202,18 +209,84 @@ class SuiteReader {
   void refuse_clashes(const std::vector<Entry>& entries, bool algorithms) {
     std::map<std::string, std::string> by_name, by_identity;
     for (const Entry& entry : entries) {
-      const std::string name = algorithms ? entry.name + "\n" + entry.protocol : entry.name;
-      const auto [same_name, fresh_name] = by_name.emplace(name, entry.pointer);
-      if (!fresh_name) {
-        complain(entry.pointer, "the name '" + entry.name + "' is taken by " + same_name->second +
-                                    (algorithms ? " under the same protocol" : "") +
-                                    ": give one of them another \"name\"");
-        continue;
+      std::vector<std::string> keys = {entry.name};
+      if (algorithms) {
+        keys.clear();
+        for (const std::string& protocol : entry.protocols) keys.push_back(entry.name + "\n" + protocol);
       }
-      if (algorithms) continue;
+      bool fresh_name = true;
+      for (const std::string& key : keys) {
+        const auto [same_name, is_fresh] = by_name.emplace(key, entry.pointer);
+        if (!is_fresh && fresh_name)
+          complain(entry.pointer, "the name '" + entry.name + "' is taken by " + same_name->second +
+                                      (algorithms ? " under the same protocol" : "") +
+                                      ": give one of them another \"name\"");
+        fresh_name = fresh_name && is_fresh;
+      }
+      if (algorithms || !fresh_name) continue;
       const auto [same, fresh] = by_identity.emplace(entry.choice.identity, entry.pointer);
       if (!fresh) complain(entry.pointer, "this is the same as " + same->second + " under another name");
     }
+  }
+
+  // "protocol": one, or "protocols": a list of them; the fallback where neither is there, and after a mistake.
+  std::vector<std::string> read_protocols(ObjectReader& reader, const std::vector<std::string>& fallback) {
+    const Json* list = reader.get("protocols");
+    const std::string one = one_of(reader, "protocol", kProtocols, fallback.front());
+    if (!list) return reader.has("protocol") ? std::vector{one} : fallback;
+    if (reader.has("protocol")) {
+      reader.complain("protocols", "\"protocol\" and \"protocols\" are both given: leave out one of them");
+      return fallback;
+    }
+    std::vector<std::string> found;
+    if (list->is_array())
+      for (const Json& name : *list)
+        if (name.is_string() && std::find(kProtocols.begin(), kProtocols.end(), name) != kProtocols.end() &&
+            std::find(found.begin(), found.end(), name) == found.end())
+          found.push_back(name.get<std::string>());
+    if (!found.empty() && found.size() == list->size()) return found;
+    reader.complain("protocols", "expected a list of different protocols, allowed: " + join(kProtocols, ", "));
+    return fallback;
+  }
+
+  // The names of contrasts are checked against the algorithms, home and random among them.
+  Json analysis(const Suite& suite) {
+    if (!top_.get("analysis")) return nullptr;
+    const std::string pointer = top_.pointer_to("analysis");
+    const Json& written = *top_.get("analysis");
+    if (!written.is_object()) {
+      top_.complain("analysis", std::string("expected an object, found ") + written.type_name());
+      return nullptr;
+    }
+    const std::size_t mistakes = problems_.size();
+    ObjectReader reader(source_, pointer, problems_);
+    one_of(reader, "primary", kMeasures, "rmse");
+    one_of(reader, "rule", kRules, "own");
+    reader.number("smallest_relevant_ratio", kRelevantRatio, 1, 1000);
+    reader.number("yield", 0, 0, 1);
+    std::vector<std::string> names = {"home", "random"};
+    for (const AlgorithmEntry& entry : suite.algorithms) names.push_back(entry.name);
+    if (const Json* contrasts = reader.get("contrasts")) {
+      const auto is_pair = [](const Json& pair) {
+        return pair.is_array() && pair.size() == 2 && pair[0].is_string() && pair[1].is_string() && pair[0] != pair[1];
+      };
+      if (!contrasts->is_array() || contrasts->empty() || !std::all_of(contrasts->begin(), contrasts->end(), is_pair)) {
+        reader.complain("contrasts",
+                        "expected a list of pairs of different methods, for example [[\"bo-gp\", \"random\"]]");
+      } else {
+        for (std::size_t i = 0; i < contrasts->size(); ++i)
+          for (std::size_t side = 0; side < 2; ++side) {
+            const std::string name = (*contrasts)[i][side].get<std::string>();
+            if (std::find(names.begin(), names.end(), name) != names.end()) continue;
+            const std::string nearest = nearest_name(name, names);
+            complain(pointer + "/contrasts/" + std::to_string(i) + "/" + std::to_string(side),
+                     "no algorithm of this suite has the name '" + name + "'" +
+                         (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
+          }
+      }
+    }
+    reader.refuse_unknown();
+    return problems_.size() == mistakes ? analysis_json(written) : Json();
   }
 
   MachineTimeKeys machine_time() {
@@ -287,6 +360,15 @@ Suite read_suite(const std::filesystem::path& file, plugin_host::Catalog& catalo
 
 Suite read_suite(const JsonSource& source, const std::filesystem::path& relative_to, plugin_host::Catalog& catalog) {
   return SuiteReader(source, relative_to, catalog).read();
+}
+
+Json analysis_json(const Json& written) {
+  if (!written.is_object()) return nullptr;
+  return {{"primary", written.value("primary", "rmse")},
+          {"rule", written.value("rule", "own")},
+          {"contrasts", written.value("contrasts", Json::array())},
+          {"smallest_relevant_ratio", written.value("smallest_relevant_ratio", kRelevantRatio)},
+          {"yield", written.value("yield", Json())}};
 }
 
 Json machine_time_json(const MachineTimeKeys& times) {

@@ -33,6 +33,10 @@ struct AlgorithmEntry {
   bool added = false;    // home or random, added by us
 };
 
+// What was decided before the run about how its results are judged; null where nothing was. Members as in the suite file
+// (docs/suites.md), defaults filled in: {"primary", "rule", "contrasts", "smallest_relevant_ratio", "yield"}.
+Json analysis_json(const Json& written);
+
 // What was given, by the names of the suite file.
 Json machine_time_json(const MachineTimeKeys& times);
 
@@ -51,6 +55,7 @@ struct Suite {
   unsigned trial_memory_mb = 0;  // of its worker; 0: four fifths of the machine's
   MachineTimeKeys machine_time;  // what is absent stays the scene's
   Json spec;                     // null when absent
+  Json analysis;                 // analysis_json, null when absent
   // RMSE levels whose arrival is counted, falling; empty: the statistics' own.
   std::vector<double> targets;
 };

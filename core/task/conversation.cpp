@@ -235,8 +235,8 @@ void Conversation::close_step() {
   const Rig::VirtualMove move = rig_->would_reach(pending_.recommended_pose);
   pending_.recommended_true_pose = move.true_pose;
   pending_.recommended_seconds = pending_.machine_seconds + move.machine_seconds;
-  pending_.commanded_truth = truth_at(pending_.true_pose, FrameStream::truth_commanded);
-  pending_.recommended_truth = truth_at(move.true_pose, FrameStream::truth_recommended);
+  pending_.commanded_truth = truth_at(pending_.true_pose, pending_.number, FrameStream::truth_commanded);
+  pending_.recommended_truth = truth_at(move.true_pose, pending_.number, FrameStream::truth_recommended);
   uncured_true_pose_ = move.uncured_true_pose;
   pending_.truth_seconds = seconds_since(start);
   steps_.push_back(pending_);
@@ -257,8 +257,8 @@ void Conversation::choose_recommendation() {
 }
 
 // One evaluation per true pose: a recommendation that stays costs nothing, and reads the same.
-Truth Conversation::truth_at(const std::vector<double>& true_pose, FrameStream stream) {
-  const std::uint64_t seed = frame_seed(setup_->instance->seed, pending_.number, stream);
+Truth Conversation::truth_at(const std::vector<double>& true_pose, unsigned step, FrameStream stream) {
+  const std::uint64_t seed = frame_seed(setup_->instance->seed, step, stream);
   if (setup_->preparing) return {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
   if (!rig_->tells_truth()) return rig_->truth_at(true_pose, seed);
   if (const auto known = truths_.find(true_pose); known != truths_.end()) return known->second;
@@ -267,7 +267,15 @@ Truth Conversation::truth_at(const std::vector<double>& true_pose, FrameStream s
 
 Truth Conversation::uncured_truth() {
   if (uncured_true_pose_.empty()) return {std::numeric_limits<double>::quiet_NaN(), 0};
-  return truth_at(uncured_true_pose_, FrameStream::truth_recommended);
+  return truth_at(uncured_true_pose_, pending_.number, FrameStream::truth_recommended);
+}
+
+std::vector<Truth> Conversation::glued_truths() {
+  std::vector<Truth> truths;
+  if (uncured_true_pose_.empty() || setup_->preparing || !rig_->tells_truth()) return truths;
+  for (const Step& step : steps_)
+    truths.push_back(truth_at(glued_true_pose(step), step.number, FrameStream::truth_recommended));
+  return truths;
 }
 
 void Conversation::algorithm_ended() { algorithm_seconds_ += seconds_since(left_host_); }

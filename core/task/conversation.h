@@ -48,6 +48,11 @@ class Conversation final : public Seat {
   std::vector<Step> take_steps() { return std::move(steps_); }
   // At the last recommendation before the glue cures; NaN where it shifts nothing.
   Truth uncured_truth();
+  // Where gluing at the commanded pose of `step` would leave the lens.
+  std::vector<double> glued_true_pose(const Step& step) const { return rig_->cured(step.true_pose); }
+  // TrialResult::glued_truths. Last of all that is scored, so that a recommended pose keeps the estimate of its own
+  // step.
+  std::vector<Truth> glued_truths();
   double seconds_after_last_step() const { return algorithm_seconds_; }
   bool host_failed() const { return host_failure_ != nullptr; }
   bool was_stopped() const { return stopped_; }  // by TrialSetup::stop
@@ -90,7 +95,7 @@ class Conversation final : public Seat {
   void capture();
   void close_step();
   void choose_recommendation();
-  Truth truth_at(const std::vector<double>& true_pose, FrameStream stream);
+  Truth truth_at(const std::vector<double>& true_pose, unsigned step, FrameStream stream);
   void describe_task();
 
   const TrialSetup* setup_;

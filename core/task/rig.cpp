@@ -36,12 +36,17 @@ class SimulatedRig final : public Rig {
   VirtualMove would_reach(const std::vector<double>& commanded) const override {
     Stage::Arrival arrival = stage_.would_reach(commanded);
     const double settle = arrival.travel_seconds > 0 ? setup_.machine_time.settle_ms / 1000 : 0;
+    const bool shifts = !setup_.instance->variances.cure_shift.empty();
+    std::vector<double> uncured = shifts ? arrival.true_pose : std::vector<double>();
+    return {cured(std::move(arrival.true_pose)), arrival.travel_seconds + settle, std::move(uncured)};
+  }
+
+  std::vector<double> cured(std::vector<double> true_pose) const override {
     // No limit of the stage stops glue, but scenes know poses within the travel only.
     const std::vector<double>& cure_shift = setup_.instance->variances.cure_shift;
-    std::vector<double> uncured = cure_shift.empty() ? std::vector<double>() : arrival.true_pose;
     for (std::size_t i = 0; i < cure_shift.size(); ++i)
-      arrival.true_pose[i] = std::clamp(arrival.true_pose[i] + cure_shift[i], 0.0, 1.0);
-    return {std::move(arrival.true_pose), arrival.travel_seconds + settle, std::move(uncured)};
+      true_pose[i] = std::clamp(true_pose[i] + cure_shift[i], 0.0, 1.0);
+    return true_pose;
   }
 
   Truth truth_at(const std::vector<double>& true_pose, std::uint64_t seed) override {
@@ -81,6 +86,7 @@ class StationRig final : public Rig {
   const std::vector<double>& reached_pose() const override { return reached_; }
   double capture(unsigned, float* pixels) override { return setup_.station->capture(pixels); }
   VirtualMove would_reach(const std::vector<double>&) const override { return {unknown_, kUnknown}; }
+  std::vector<double> cured(std::vector<double>) const override { return unknown_; }
   Truth truth_at(const std::vector<double>&, std::uint64_t) override { return {kUnknown, kUnknown}; }
   bool tells_truth() const override { return false; }
 

@@ -41,6 +41,8 @@ class Rig {
     std::vector<double> uncured_true_pose = {};  // before the glue cures; empty where it does not shift anything
   };
   virtual VirtualMove would_reach(const std::vector<double>& commanded) const = 0;
+  // Where the lens is once the glue has cured at this true pose; the same pose where it shifts nothing.
+  virtual std::vector<double> cured(std::vector<double> true_pose) const = 0;
 
   // Noise-free error at a true pose. NaN where nobody knows.
   virtual Truth truth_at(const std::vector<double>& true_pose, std::uint64_t seed) = 0;

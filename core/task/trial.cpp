@@ -79,6 +79,31 @@ TrialResult drive(const TrialSetup& setup, Conversation& conversation) {
   return result;
 }
 
+// By each rule, each pose once.
+void measure_mtf(const TrialSetup& setup, const Conversation& conversation, TrialResult& result) {
+  std::map<std::vector<double>, std::optional<plugin_host::MountedAssembly::FieldMtf>> known;
+  const auto at = [&](const std::vector<double>& pose) {
+    auto found = known.find(pose);
+    if (found == known.end()) found = known.emplace(pose, setup.assembly->mtf(pose, setup.mtf_lp_per_mm)).first;
+    return found->second;
+  };
+  const std::vector<double>& uncured = conversation.uncured_true_pose();
+  const bool shifts = !uncured.empty();
+  result.mtf.glued = at(result.steps.back().recommended_true_pose);
+  if (shifts) result.mtf.uncured = at(uncured);
+  const Step* best = &result.steps.front();
+  for (const Step& step : result.steps)
+    if (step.measured_rmse < best->measured_rmse) best = &step;
+  const auto of_step = [&](const Step& step) {
+    TrialResult::GluedMtf mtf;
+    mtf.glued = at(conversation.glued_true_pose(step));
+    if (shifts) mtf.uncured = at(step.true_pose);
+    return mtf;
+  };
+  result.best_mtf = of_step(*best);
+  result.current_mtf = of_step(result.steps.back());
+}
+
 }  // namespace
 
 TrialResult run_trial(const TrialSetup& setup) {
@@ -109,12 +134,10 @@ TrialResult run_trial(const TrialSetup& setup) {
   result.seconds_after_last_step = conversation.seconds_after_last_step();
   const auto begin = std::chrono::steady_clock::now();
   result.uncured_mse = conversation.uncured_truth().mse;
+  if (result.end != End::stopped) result.glued_truths = conversation.glued_truths();
   result.steps = conversation.take_steps();
-  if (setup.mtf_lp_per_mm > 0 && setup.assembly && !result.steps.empty() && result.end != End::stopped) {
-    result.mtf = setup.assembly->mtf(result.steps.back().recommended_true_pose, setup.mtf_lp_per_mm);
-    if (const std::vector<double>& uncured = conversation.uncured_true_pose(); !uncured.empty())
-      result.uncured_mtf = setup.assembly->mtf(uncured, setup.mtf_lp_per_mm);
-  }
+  if (setup.mtf_lp_per_mm > 0 && setup.assembly && !result.steps.empty() && result.end != End::stopped)
+    measure_mtf(setup, conversation, result);
   result.judging_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return result;
 }

@@ -104,9 +104,16 @@ struct TrialResult {
   double seconds_after_last_step = 0;            // algorithm time, host
   // Noise-free, at the last recommendation before the glue shifts the lens; NaN where it does not.
   double uncured_mse = std::numeric_limits<double>::quiet_NaN();
-  // At the last recommendation, where the glue leaves the lens and before it shifts it.
-  std::optional<plugin_host::MountedAssembly::FieldMtf> mtf, uncured_mtf;
-  double judging_seconds = 0;  // what these three took, host
+  // Noise-free, of each step in order, where gluing at its commanded pose would leave the lens: what the rules "best"
+  // and "current" (stats/rules.h) are scored by. Empty where the glue shifts nothing: then it is commanded_truth.
+  std::vector<Truth> glued_truths;
+  // At one pose, where the glue leaves the lens and before it shifts it.
+  struct GluedMtf {
+    std::optional<plugin_host::MountedAssembly::FieldMtf> glued, uncured;
+  };
+  // At the last recommendation, at the step of the lowest measured RMSE, and at the last step.
+  GluedMtf mtf, best_mtf, current_mtf;
+  double judging_seconds = 0;  // what these took, host
 };
 
 // Runs the trial in this thread. Throws Error only for failures of the scene or of ours, and

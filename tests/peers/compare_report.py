@@ -21,7 +21,7 @@ import recompute
 
 TOLERANCE = 1e-9
 # Words, and what says nothing of the trials' errors. Everything else in a group must be computed again.
-WORDS = {"label", "station", "knows", "oracle", "name", "unit", "algorithm_seconds"}
+WORDS = {"label", "station", "knows", "oracle", "name", "unit", "algorithm_seconds", "key", "reason", "leads"}
 ONLY_IN_TABLES = {"n", "mean"}  # of a curve's tracks
 
 
@@ -100,6 +100,10 @@ def ranking_csv(differences, groups, text):
     table = pd.read_csv(io.StringIO(text), float_precision="round_trip", dtype={"noise_level": str})
     columns = [column for column in table.columns if re.match("(recommended|commanded|measured)_", column)]
     paths = {**RANKING, **{column: tuple(column.split("_", 1)) for column in columns}}
+    for rule in recompute.RULES:
+        paths.update({f"{rule}_{what}": ("rules", rule, what) for what in ("median", "lo95", "hi95")})
+        paths.update({f"{rule}_yield{end}": ("rules", rule, "yield", what) for end, what in (("", "share"), ("_lo95", "lo95"), ("_hi95", "hi95"))})
+        paths[f"{rule}_steps_to_spec"] = ("rules", rule, "steps")
     table = table.set_index(["scene", "noise_level", "protocol", "algorithm"])
     for place, group in by_place(groups).items():
         for rank, row in enumerate(group["rows"], 1):
@@ -112,6 +116,9 @@ def ranking_csv(differences, groups, text):
                 for key in path:
                     value = (value or {}).get(key)
                 differences.number(f"{name}, {column}", value, fields[column])
+            for column in ("class", "merit"):
+                if fields[column] != row[column]:
+                    differences.add(f"{name}, {column}", row[column], fields[column])
             for column, value in (("start_median", group["start"]), ("spec_rmse", group.get("spec_rmse")),
                                   ("own_optimum_median", group.get("floor", {}).get("own_optimum")),
                                   *(("spec_mtf_" + what, group.get("spec_mtf", {}).get(what))
@@ -188,11 +195,13 @@ def main():
     options.add_argument("folder", type=pathlib.Path)
     for name in ("json", "csv", "curves", "page"):
         options.add_argument(f"--{name}", type=pathlib.Path)
+    options.add_argument("--rule", choices=list(recompute.RULES), help="of the report; tables and page are by it too")
     chosen = options.parse_args()
     folder = chosen.folder
-    document = chosen.json.read_text() if chosen.json else program.call("report", folder, "--format", "json")
-    ranking = chosen.csv.read_text() if chosen.csv else program.call("report", folder, "--format", "csv")
-    groups = recompute.groups(folder)
+    by = ["--rule", chosen.rule] if chosen.rule else []
+    document = chosen.json.read_text() if chosen.json else program.call("report", folder, "--format", "json", *by)
+    ranking = chosen.csv.read_text() if chosen.csv else program.call("report", folder, "--format", "csv", *by)
+    groups = recompute.groups(folder, chosen.rule)
     differences = Differences()
     report_json(differences, groups, json.loads(document), folder)
     ranking_csv(differences, groups, ranking)

@@ -12,10 +12,13 @@ import pandas as pd
 from scipy import stats
 from scipy_statistics import band, draws, friedman, holm, iqm, kaplan_meier_median, quartiles, signed_rank_p
 
-TRACKS = ("measured", "best", "commanded", "recommended", "excess")
-MTF = [of + point for of in ("mtf_", "uncured_mtf_", "own_optimum_mtf_") for point in ("centre", "corner")]
+RULES = {"own": "recommended", "best": "recommended_best", "current": "recommended_current"}  # and their tracks
+TRACKS = ("measured", "best", "commanded", "recommended", "excess", "recommended_best", "recommended_current")
+GLUED = {"own": "mtf_", "best": "best_mtf_", "current": "current_mtf_"}  # members of closing lines
+UNCURED = {"own": "uncured_mtf_", "best": "best_uncured_mtf_", "current": "current_uncured_mtf_"}
+MTF = [of + point for of in (*GLUED.values(), *UNCURED.values(), "own_optimum_mtf_") for point in ("centre", "corner")]
 RESOLUTION = 1e-4  # RMSE below it cannot be told apart
-RELEVANT_RATIO = 1.1
+RELEVANT_RATIO = 1.1  # where no analysis plan names another one
 FEWEST_COMPARED = 6
 MOST_COMPARED = 12
 
@@ -54,7 +57,15 @@ def tracks(steps, closing):
     of = pd.DataFrame(steps, columns=["measured", "commanded_mse", "recommended_mse", "machine_seconds",
                                       "recommended_seconds"]).astype(float)
     own = np.nan if closing["own_optimum_mse"] is None else closing["own_optimum_mse"]
+    shifts = closing.get("uncured_mse") is not None
+    glued = np.array(closing.get("glued_mse") or [np.nan] * len(of), dtype=float) if shifts else of.commanded_mse.to_numpy()
+    # The step of the lowest measured error so far, the first of equal ones.
+    lowest = [int(np.argmin(of.measured[:made])) for made in range(1, len(of) + 1)]
     return {
+        "recommended_best": rmse(glued[lowest]) if len(of) else np.array([]),
+        "recommended_current": rmse(glued),
+        "uncured": {"own": closing["uncured_mse"], "best": of.commanded_mse[lowest[-1]], "current": of.commanded_mse.iloc[-1]}
+                   if shifts and len(of) else dict.fromkeys(RULES, np.nan),
         "made": len(of),
         "measured": of.measured.to_numpy(),
         "best": of.measured.cummin().to_numpy(),
@@ -95,8 +106,17 @@ def arrival(track, target):
     return hits[0] if hits.size else None
 
 
-def ends_of(trials):
-    return np.array([values[-1] for values in trials.recommended], dtype=float)
+def ends_of(trials, rule="own"):
+    return np.array([values[-1] for values in trials[RULES[rule]]], dtype=float)
+
+
+def class_of(method):
+    """What a method observes; `method` is its entry in the manifest."""
+    if method.get("oracle"):
+        return "oracle"
+    if "images" in method["knows"]:
+        return "images and design" if {"design", "level"} & set(method["knows"]) else "images"
+    return "merit" if "merit" in method["knows"] else "neither"
 
 
 def band_steps(last):
@@ -115,8 +135,12 @@ def yield_of(met, failed):
 
 
 class Group:
-    def __init__(self, folder, manifest, trials, resamples, bands_of):
-        self.trials, self.bands_of = trials, bands_of
+    def __init__(self, folder, manifest, trials, resamples, bands_of, rule):
+        self.trials, self.bands_of, self.rule, self.of_rule = trials, bands_of, rule, RULES[rule]
+        plan = manifest.get("analysis") or {}
+        self.relevant = plan.get("smallest_relevant_ratio", RELEVANT_RATIO)
+        self.contrasts = [set(pair) for pair in plan.get("contrasts", [])]
+        self.methods = {one["name"]: one for one in manifest["algorithms"] if one["protocol"] == trials.protocol.iloc[0]}
         self.scene = trials.scene.iloc[0]
         of_scene = scene_folder(folder, manifest, self.scene)
         self.axes, self.excess = axes_of(of_scene), excess_of_next_image(of_scene, trials.noise_level.iloc[0])
@@ -148,8 +172,8 @@ class Group:
 
     def row(self, name):
         trials, failed = self.by_method[name]
-        recommended = self.last(trials, "recommended")
-        row = {"method": name, "trials": len(trials), "failed": failed, "step": int(trials.budget.max()) if len(trials) else 0,
+        recommended = self.last(trials, self.of_rule)
+        row = {"method": name, "class": class_of(self.methods[name]), "merit": self.methods[name]["merit"], "trials": len(trials), "failed": failed, "step": int(trials.budget.max()) if len(trials) else 0,
                "recommended": self.with_bands(recommended, "medians", "iqm"),
                "commanded": self.with_bands(self.last(trials, "commanded"), "medians")}
         if len(trials) and not row["recommended"]["n"]:
@@ -157,20 +181,45 @@ class Group:
         row["machine_seconds"] = np.median([seconds[-1] for seconds in trials.until_glued]) if len(trials) else None
         host = [1000 * sum(of) / max(len(of) - 1, 1) for of in trials.host_seconds if of]
         row["algorithm_ms_per_step"] = np.median(host) if host else None
-        if trials.mtf_centre.notna().any():
-            row["mtf"] = {point: quartiles(trials["mtf_" + point].to_numpy()) for point in ("centre", "corner")}
-        if self.judges and (not len(trials) or row["recommended"]["n"] and (not self.limits or "mtf" in row)):
-            row["yield"] = yield_of(self.met(trials, ends_of(trials), "mtf_"), failed)
+        if trials[GLUED[self.rule] + "centre"].notna().any():
+            row["mtf"] = {point: quartiles(trials[GLUED[self.rule] + point].to_numpy()) for point in ("centre", "corner")}
+        if self.has_yield(trials, self.rule):
+            row["yield"] = self.yield_by(trials, failed, self.rule)
             glued = trials[trials.uncured_mse.notna()]
             if len(glued):
-                row["yield"]["uncured"] = yield_of(self.met(glued, rmse(glued.uncured_mse.to_numpy()), "uncured_mtf_"), failed)
+                before = rmse(np.array([uncured[self.rule] for uncured in glued.uncured], dtype=float))
+                row["yield"]["uncured"] = yield_of(self.met(glued, before, UNCURED[self.rule]), failed)
             if self.spec is not None:
-                row["to_spec"] = self.to_spec(trials)
+                row["to_spec"] = self.to_spec(trials, self.rule)
+        row["rules"] = {rule: self.by_rule(trials, failed, rule) for rule in RULES}
+        if self.rule != "own":
+            return row  # records have the true pose of the method's own recommendation alone
         off = [np.abs(np.subtract(end, best)) for end, best in zip(trials.ended_at, trials.own_optimum_pose) if len(best)]
         if off and self.axes:
             off = np.array(off) * [axis["upper"] - axis["lower"] for axis in self.axes]
             row["residual"] = {"axes": [{"median": np.median(one), "q75": np.quantile(one, 0.75)} for one in off.T]}
         return row
+
+    def has_yield(self, trials, rule):
+        truth = len(trials) and not np.isnan(ends_of(trials, rule)).all()
+        mtf = not self.limits or trials[GLUED[rule] + "centre"].notna().any()
+        return self.judges and (not len(trials) or truth and mtf)
+
+    def yield_by(self, trials, failed, rule):
+        return yield_of(self.met(trials, ends_of(trials, rule), GLUED[rule]), failed)
+
+    def by_rule(self, trials, failed, rule):
+        column = self.last(trials, RULES[rule])
+        found = {"n": int((~np.isnan(column)).sum())}
+        if not found["n"]:
+            return found
+        found.update(median=np.nanmedian(column))
+        found["lo95"], found["hi95"] = band(column, self.drawn)
+        if self.has_yield(trials, rule):
+            found["yield"] = self.yield_by(trials, failed, rule)
+        if self.spec is not None:
+            found["steps"] = self.to_spec(trials, rule)["steps"]
+        return found
 
     def mtf_met(self, trials, of):
         met = np.full(len(trials), True)
@@ -181,14 +230,15 @@ class Group:
     def met(self, trials, errors, of):
         return self.mtf_met(trials, of) & ((errors <= self.spec) if self.spec is not None else True)
 
-    def to_spec(self, trials):
+    def to_spec(self, trials, rule):
         if not len(trials):
             return {"successes": 0, "n": 0, "steps": None, "lo95": None, "hi95": None, "expected": None, "seconds": None}
         there = [arrival(track, self.spec) if sharp else None
-                 for track, sharp in zip(trials.recommended, self.mtf_met(trials, "mtf_"))]
+                 for track, sharp in zip(trials[RULES[rule]], self.mtf_met(trials, GLUED[rule]))]
         reached = np.array([step is not None for step in there])
         steps = np.array([budget if step is None else step for step, budget in zip(there, trials.budget)])
-        seconds = [np.inf if step is None else clock[step] for step, clock in zip(there, trials.until_glued)]
+        clocks = trials.until_glued if rule == "own" else trials.machine  # the way back is that of the own recommendation
+        seconds = [np.inf if step is None else clock[step] for step, clock in zip(there, clocks)]
         middle, low, high = kaplan_meier_median(steps, reached)
         return {"successes": int(reached.sum()), "n": len(trials), "steps": middle, "lo95": low, "hi95": high,
                 "expected": steps.sum() / reached.sum() if reached.any() else np.inf,
@@ -218,37 +268,67 @@ class Group:
 
     def ecdf(self, name):
         trials, _ = self.by_method[name]
-        when = [arrival(track, target) for track in trials.recommended for target in self.targets]
+        when = [arrival(track, target) for track in trials[self.of_rule] for target in self.targets]
         steps = np.arange(int(trials.budget.max()) + 1)
         share = np.array([sum(step is not None and step <= by for step in when) / len(when) for by in steps])
         shown = np.append(True, np.diff(share) != 0)
         shown[-1] = True
         return {"method": name, "steps": steps[shown].tolist(), "share": share[shown].tolist()}
 
-    def score(self, name):
+    def score(self, name, rule):
         trials, _ = self.by_method[name]
-        return np.maximum(self.last(trials, "recommended"), RESOLUTION)
+        return np.maximum(self.last(trials, RULES[rule]), RESOLUTION)
 
-    def comparisons(self):
+    def comparisons(self, rule):
         """The pairs, better median first, and Friedman's test."""
-        scores = {name: self.score(name) for name, (trials, _) in self.by_method.items() if len(trials)}
+        scores = {name: self.score(name, rule) for name, (trials, _) in self.by_method.items() if len(trials)}
         scores = {name: score for name, score in scores.items() if not np.isnan(score).all()}
         ranked = sorted(scores, key=lambda name: np.nanmedian(scores[name]))
         firsts = ranked if len(ranked) <= MOST_COMPARED else ranked[:1]
-        pairs = [self.pair(a, b, scores) for a in firsts for b in ranked[ranked.index(a) + 1:]]
+        classes = [class_of(self.methods[name]) for name in ranked]
+        leaders = [name for place, name in enumerate(ranked) if classes[place] not in classes[:place]]
+
+        def compared(a, b):
+            same_class = class_of(self.methods[a]) == class_of(self.methods[b])
+            return a in firsts or {a, b} in self.contrasts or a in leaders and same_class
+        pairs = [self.pair(a, b, scores) for a in ranked for b in ranked[ranked.index(a) + 1:] if compared(a, b)]
         for pair, corrected in zip(pairs, holm([pair["p"] for pair in pairs])):
             pair["p_holm"] = corrected
+        planned = [pair for pair in pairs if {pair["a"], pair["b"]} in self.contrasts]
+        for pair, corrected in zip(planned, holm([pair["p"] for pair in planned])):
+            pair.update(planned=True, p_planned=corrected)
+            if yields := self.yields_of(pair["a"], pair["b"], rule):
+                pair["yields"] = yields
+        with_yields = [pair for pair in planned if "yields" in pair]
+        for pair, corrected in zip(with_yields, holm([pair["yields"]["p"] for pair in with_yields])):
+            pair["yields"]["p_planned"] = corrected
         found = {"pairs": pairs} if pairs else {}
         if len(ranked) > 2:
             instances, p = friedman([scores[name] for name in ranked])
             found["friedman"] = {"instances": instances, "p": p}
         return found
 
+    def passed(self, name, rule):
+        """Of each lens that the method has a trial of, whether it ended in specification."""
+        trials, _ = self.by_method[name]
+        all_of_it = self.trials[self.trials.algorithm == name]
+        lenses = pd.Series(False, index=sorted(all_of_it.instance.unique()))
+        lenses[trials.instance.to_numpy()] = self.met(trials, ends_of(trials, rule), GLUED[rule])
+        return lenses
+
+    def yields_of(self, a, b, rule):
+        if not all(self.has_yield(self.by_method[name][0], rule) for name in (a, b)):
+            return None
+        both = pd.concat([self.passed(a, rule), self.passed(b, rule)], axis=1, join="inner").to_numpy(dtype=bool)
+        alone = [int((both[:, 0] & ~both[:, 1]).sum()), int((both[:, 1] & ~both[:, 0]).sum())]
+        p = stats.binomtest(min(alone), sum(alone)).pvalue if sum(alone) else 1.0
+        return {"n": len(both), "a": int(both[:, 0].sum()), "b": int(both[:, 1].sum()), "a_alone": alone[0], "b_alone": alone[1], "p": p}
+
     def pair(self, a, b, scores):
         differences = np.log(scores[a]) - np.log(scores[b])
         there = differences[~np.isnan(differences)]
         low, high = band(differences, self.drawn, iqm)
-        relevant = np.log(RELEVANT_RATIO)
+        relevant = np.log(self.relevant)
         verdict = ("undecided" if there.size < FEWEST_COMPARED else "better" if high < -relevant else
                    "worse" if low > relevant else "practically equal" if -relevant <= low and high <= relevant else "undecided")
         return {"a": a, "b": b, "n": int(there.size), "ratio": np.exp(iqm(differences[None])[0]), "lo95": np.exp(low),
@@ -266,10 +346,13 @@ class Group:
         group = {"scene": self.scene, "noise_level": self.trials.noise_level.iloc[0], "protocol": self.trials.protocol.iloc[0],
                  "instances": len(self.instances), "same_instances": all(one == finished[0] for one in finished),
                  "start": np.median([values[0] for values in started["measured" if measured_only else "commanded"]]),
-                 "rows": rows, "curves": [self.curve(name) for name in made], **self.comparisons()}
+                 "rows": rows, "curves": [self.curve(name) for name in made], **self.comparisons(self.rule)}
         if measured_only:
             group["measured_only"] = True
+            for row in rows:
+                del row["rules"]
         else:
+            group["rules"] = {rule: {"pairs": self.comparisons(rule).get("pairs", [])} for rule in RULES}
             group["ecdf"] = [self.ecdf(name) for name in made]
         if len(lenses):
             best = lenses.own.median()
@@ -287,15 +370,16 @@ class Group:
                 misses |= counting.own > self.spec
             hopeless = set(counting[misses].instance)
             if self.limits:  # the least error need not be the sharpest: what a method brought into spec is not hopeless
-                hopeless -= set(counting[self.met(counting, ends_of(counting), "mtf_")].instance)
+                hopeless -= set(counting[self.met(counting, ends_of(counting, self.rule), GLUED[self.rule])].instance)
             group.update(cannot_meet_spec=len(hopeless), hopeless=sorted(int(lens) for lens in hopeless)[:20])
         return group
 
 
-def groups(folder):
-    """As `groups` of the report's JSON, with `mean` in the tracks besides."""
+def groups(folder, rule=None):
+    """As `groups` of the report's JSON, with `mean` in the tracks besides. `rule`: of --rule."""
     manifest, trials = read(folder)
+    rule = rule or (manifest.get("analysis") or {}).get("rule", "own")
     many = len(trials) > 10_000
-    resamples, bands_of = (1_000, ("recommended",)) if many else (10_000, TRACKS)
-    return [Group(folder, manifest, of, resamples, bands_of).numbers()
+    resamples, bands_of = (1_000, (RULES[rule],)) if many else (10_000, TRACKS)
+    return [Group(folder, manifest, of, resamples, bands_of, rule).numbers()
             for _, of in trials.groupby(["scene", "noise_level", "protocol"], sort=False)]

@@ -47,6 +47,31 @@ TEST(Record, TheMtfIsWrittenWhereItWasMeasured) {
   EXPECT_EQ(again.own_optimum_mtf.corner, 1);
 }
 
+TEST(Record, WhatOtherRulesNeedIsWrittenWhereTheGlueShiftsTheLens) {
+  TrialRecord record = sample_trial("0123456789abcdef");
+  EXPECT_FALSE(lacks_rules(record)) << "commanded_mse is it";
+  EXPECT_THAT(to_lines(record), testing::Not(HasSubstr("glued")));
+  const TrialRecord earlier = record;
+  record.uncured_mse = 1e-4;
+  EXPECT_TRUE(lacks_rules(record));
+  record.glued_mse.assign(record.steps.size(), 0.25);
+  record.glued_mse_error.assign(record.steps.size(), 0.5);
+  EXPECT_FALSE(lacks_rules(record));
+  record.mtf = {0.75, 0.5};
+  EXPECT_TRUE(lacks_rules(record));
+  record.best_mtf = {0.5, 0.25};
+  record.current_uncured_mtf = {0.125, 0};
+  const TrialRecord again = read_trial_line(lines_of(to_lines(record)).back(), "here").trial;
+  EXPECT_EQ(again.glued_mse, record.glued_mse);
+  EXPECT_EQ(again.glued_mse_error, record.glued_mse_error);
+  EXPECT_EQ(again.best_mtf.corner, 0.25);
+  EXPECT_EQ(again.current_uncured_mtf.centre, 0.125);
+  EXPECT_TRUE(as_recorded_then(earlier, record).glued_mse.empty());
+  EXPECT_EQ(as_recorded_then(record, record).glued_mse, record.glued_mse);
+  record.glued_mse.pop_back();
+  EXPECT_THROW(read_trial_line(lines_of(to_lines(record)).back(), "here"), Error);
+}
+
 // The examples of results/README.md, byte for byte.
 TEST(Record, IsWrittenAsTheFormatSays) {
   TrialRecord record;

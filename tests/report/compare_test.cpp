@@ -51,6 +51,31 @@ TEST_F(Compare, JudgesTheSecondOnTheSameLenses) {
                                              HasSubstr("B / A on the same 8 lenses 0.500 (95 %: 0.500 to 0.500)")));
 }
 
+TEST_F(Compare, GoesByTheRule) {
+  write_methods(0.5);
+  CompareOptions current;
+  current.rule = stats::Rule::current;
+  const Json result = compare(side("a"), side("b"), current);
+  EXPECT_EQ(result["rule"], "current");
+  const Json& rules = result["pairs"][0]["rules"];
+  EXPECT_EQ(rules["own"]["verdict"], "better");
+  EXPECT_NEAR(rules["current"]["ratio"].get<double>(), 0.5, 1e-9) << "recommended and commanded pose are one here";
+  EXPECT_THAT(comparison_text(result), HasSubstr("by rule: own better 0.500, best better 0.500, current better 0.500"));
+  add_to_manifest({{"analysis", {{"rule", "best"}, {"smallest_relevant_ratio", 3}}}});
+  const Json planned = compare(side("a"), side("b"), {});
+  EXPECT_EQ(planned["rule"], "best");
+  EXPECT_EQ(planned["pairs"][0]["verdict"], "practically equal") << "within the plan's factor";
+}
+
+TEST_F(Compare, WhyNothingCanBeDecidedIsSaid) {
+  write({trial("a", 0, {0.1, 0.01}), trial("b", 0, {0.1, 0.001}), trial("a", 1, {0.1, 0.01}),
+         trial("b", 1, {0.1, 0.001})});
+  const Json result = compare(side("a"), side("b"), {});
+  EXPECT_EQ(result["pairs"][0]["verdict"], "undecided");
+  EXPECT_THAT(comparison_text(result),
+              HasSubstr("because: at least 6 instances with a result of both are needed, found 2"));
+}
+
 TEST_F(Compare, GatesHoldOrTrip) {
   write_methods(1.05);
   const auto holds = [&](const std::string& text) { return compare(side("a"), side("b"), gate(text))["holds"]; };

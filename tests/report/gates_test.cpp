@@ -46,6 +46,49 @@ TEST_F(Gates, TellWhetherEverythingRan) {
   EXPECT_EQ(gate("ran")["text"], "Only 1/3 trials have ended.");
 }
 
+TEST_F(Gates, AnErrorBelowTheInstancesOwnOptimumRings) {
+  std::vector<records::TrialRecord> trials = methods(1);
+  for (records::TrialRecord& one : trials) {
+    one.has_own_optimum = true;
+    one.own_optimum_mse = 0.0099 * 0.0099;
+  }
+  write(trials);
+  EXPECT_TRUE(gate("optimum").is_null());
+  trials[3].own_optimum_mse = 0.02 * 0.02;
+  std::filesystem::remove_all(folder_);
+  write(trials);
+  EXPECT_EQ(gate("optimum")["ok"], false);
+  EXPECT_THAT(gate("optimum")["text"].get<std::string>(), HasSubstr("b on relign_od rho0 paper #1"));
+}
+
+TEST_F(Gates, AStepZeroThatDiffersBetweenMethodsRings) {
+  std::vector<records::TrialRecord> trials = methods(1);
+  write(trials);
+  EXPECT_TRUE(gate("start").is_null());
+  trials[5].steps[0].measured += 1e-3;
+  trials[5].steps[0].merit += 1e-3;
+  std::filesystem::remove_all(folder_);
+  write(trials);
+  EXPECT_THAT(gate("start")["text"].get<std::string>(), HasSubstr("b on relign_od rho0 paper #2 against a"));
+  trials[5].protocol = "blind";  // where coordinates, and nothing else, differ: not compared
+  std::filesystem::remove_all(folder_);
+  write(trials);
+  EXPECT_TRUE(gate("start").is_null());
+}
+
+TEST_F(Gates, AMeritThatNoDefinitionGivesRings) {
+  std::vector<records::TrialRecord> trials = methods(1);
+  trials[0].steps[1].merit += 0.5;  // with the distance to the nominal pose
+  write(trials);
+  EXPECT_TRUE(gate("merit").is_null());
+  for (const double merit : {-0.1, 0.001}) {
+    trials[0].steps[1].merit = merit;
+    std::filesystem::remove_all(folder_);
+    write(trials);
+    EXPECT_THAT(gate("merit")["text"].get<std::string>(), HasSubstr("a on relign_od rho0 paper #0")) << merit;
+  }
+}
+
 TEST_F(Gates, FailWhenOneTrialInTwentyFails) {
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 20; ++i) trials.push_back(trial("a", i, {0.1, 0.05}));

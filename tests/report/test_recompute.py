@@ -8,6 +8,7 @@ import copy
 import json
 import math
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -174,6 +175,40 @@ class Recompute(unittest.TestCase):
         changed = text.replace(digits, digits[:-1] + ("3" if digits[-1] != "3" else "7"))
         self.assertTrue(self.found_in(compare_report.page, self.groups, self.written("page.html", changed)).found)
 
+    def test_other_rules_agree(self):
+        page = pathlib.Path(self.place.name) / "by_rule.html"
+        for rule in ("best", "current"):
+            by = ("--rule", rule)
+            groups = recompute.groups(self.folder, rule)
+            program.call("report", self.folder, "-o", page, *by)
+            document = json.loads(program.call("report", self.folder, "--format", "json", *by))
+            differences = self.found_in(compare_report.report_json, groups, document, self.folder)
+            self.assertEqual(differences.found, [], rule)
+            self.assertGreater(differences.compared, 1000)
+            for compare, argument in ((compare_report.ranking_csv, program.call("report", self.folder, "--format", "csv", *by)),
+                                      (compare_report.page, page)):
+                self.assertEqual(self.found_in(compare, groups, argument).found, [], rule)
+        own, best = ([row["recommended"]["median"] for group in recompute.groups(self.folder, rule) for row in group["rows"]
+                      if row["recommended"]["n"]] for rule in ("own", "best"))
+        self.assertNotEqual(own, best)
+
+    def test_a_replay_adds_what_older_records_lack(self):
+        with tempfile.TemporaryDirectory() as place:
+            subprocess.run(["cp", "-r", str(self.folder), place], check=True)
+            folder = pathlib.Path(place) / "results"
+            file = folder / "trials/0000.jsonl"
+            complete = file.read_text()
+            older = re.sub(r'"glued_mse":\[[^]]*\],"glued_mse_error":\[[^]]*\],', "", complete)
+            self.assertNotEqual(older, complete)
+            file.write_text(older)
+            self.assertIn("verify DIR --add-rules", program.call("report", folder, "--format", "md"))
+            with self.assertRaisesRegex(RuntimeError, "have no scores by the rule 'best'"):
+                program.call("report", folder, "--rule", "best", "--format", "json")
+            found = program.call("verify", folder, "--add-rules", "--suite-folder", self.place.name)
+            self.assertIn("added      the scores of the rules best and current", found)
+            self.assertEqual(file.read_text(), complete)
+            self.assertIn("has the scores of all rules", program.call("verify", folder, "--add-rules"))
+
     def test_a_changed_record_is_noticed(self):
         with tempfile.TemporaryDirectory() as place:
             subprocess.run(["cp", "-r", str(self.folder), place], check=True)
@@ -189,11 +224,20 @@ class Recompute(unittest.TestCase):
 class RecomputeMtf(unittest.TestCase):
     """A specification of error and MTF: numbers agree, and the MTF decides for some of the lenses."""
 
-    suite = {**SUITE, "spec": {"rmse": 0.03, "mtf": {"lp_per_mm": 5, "centre": 0.9, "corner": 0.9}}}
+    suite = {**SUITE, "spec": {"rmse": 0.03, "mtf": {"lp_per_mm": 5, "centre": 0.9, "corner": 0.9}},
+             "analysis": {"primary": "yield", "rule": "best", "contrasts": [["random", "nlopt-sbplx"], ["home", "loser"]],
+                          "smallest_relevant_ratio": 1.3, "yield": 0.5}}
     setUpClass = classmethod(Recompute.setUpClass.__func__)
     tearDownClass = classmethod(Recompute.tearDownClass.__func__)
     found_in = Recompute.found_in
     test_all_tables_and_the_page_agree = Recompute.test_all_tables_and_the_page_agree
+
+    def test_the_plan_decides(self):
+        entry = self.document["results"][0]
+        self.assertEqual((entry["rule"], entry["smallest_relevant_ratio"]), ("best", 1.3))
+        planned = [pair for group in entry["groups"] for pair in group["pairs"] if pair.get("planned")]
+        self.assertEqual([{pair["a"], pair["b"]} for pair in planned], [{"random", "nlopt-sbplx"}] * 2, "the loser has no result")
+        self.assertTrue(all(pair["yields"]["n"] == 7 for pair in planned))
 
     def test_the_mtf_decides(self):
         trials = recompute.read(self.folder)[1]

@@ -140,10 +140,12 @@ TEST_F(Instances, HaveOneRowATrial) {
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 7);
   EXPECT_THAT(csv, testing::StartsWith("trial,scene,noise_level,protocol,algorithm,instance,end,steps,budget,measured,"
                                        "best,commanded,recommended,excess,machine_seconds,recommended_seconds,"
-                                       "recommendation,message\n"));
-  EXPECT_THAT(csv, HasSubstr("\nwalker2,toy,calm,paper,walker,2,finished,1,2,0.25,0.25,0.25,0.25,0.25,1,1.5,own,\n"));
-  EXPECT_THAT(csv, HasSubstr("\"jumper, \"\"quick\"\"\",0,budget_spent,2,2,0.5,0.25,0.5,0.25,,2,2.5,own,\n"));
-  EXPECT_THAT(csv, HasSubstr("failed,0,2,0.5,0.5,0.5,0.5,,0,0.5,own,\"lost, / for good\"\n"));
+                                       "recommendation,message,recommended_best,recommended_current\n"));
+  EXPECT_THAT(
+      csv, HasSubstr("\nwalker2,toy,calm,paper,walker,2,finished,1,2,0.25,0.25,0.25,0.25,0.25,1,1.5,own,,0.25,0.25\n"));
+  EXPECT_THAT(csv, HasSubstr(",own,,0.375,0.5\n")) << "walker1 was measured lowest a step before its last";
+  EXPECT_THAT(csv, HasSubstr("\"jumper, \"\"quick\"\"\",0,budget_spent,2,2,0.5,0.25,0.5,0.25,,2,2.5,own,,0.25,0.5\n"));
+  EXPECT_THAT(csv, HasSubstr("failed,0,2,0.5,0.5,0.5,0.5,,0,0.5,own,\"lost, / for good\",0.5,0.5\n"));
 }
 
 TEST_F(Ranking, PutsTheBestMedianFirstWithinItsGroup) {

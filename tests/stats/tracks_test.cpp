@@ -24,6 +24,7 @@ std::vector<records::StepNumbers> steps() {
     list[number].measured = measured[number];
     list[number].commanded_mse = commanded[number] * commanded[number];
     list[number].recommended_mse = recommended[number] * recommended[number];
+    list[number].glued_mse = commanded[number] * commanded[number];
   }
   return list;
 }
@@ -35,6 +36,21 @@ TEST(Tracks, HaveTheirValues) {
   EXPECT_THAT(track_values(steps(), 0, Track::recommended), ElementsAre(0.5, 0.5, 0.125));
   EXPECT_THAT(track_values(steps(), 0, Track::excess), ElementsAre(0.5, 0.5, 0.125));
   EXPECT_TRUE(track_values({}, 0, Track::measured).empty());
+}
+
+// The pose of the lowest measured error is judged without noise, and it is not the lowest of those errors.
+TEST(Tracks, RulesJudgeWhereTheMethodStood) {
+  std::vector<records::StepNumbers> some = steps();
+  some[2].measured = 0.6;
+  some[2].glued_mse = 0.04;
+  EXPECT_THAT(track_values(some, 0, Track::recommended_current), ElementsAre(0.5, 0.625, DoubleEq(0.2)));
+  EXPECT_THAT(track_values(some, 0, Track::recommended_best), ElementsAre(0.5, 0.5, 0.5));
+  some[1].measured = 0.5;
+  EXPECT_EQ(best_step(some), 0U) << "the first of equal ones";
+  some[1].measured = 0.4;
+  EXPECT_THAT(track_values(some, 0, Track::recommended_best), ElementsAre(0.5, 0.625, 0.625));
+  some[1].glued_mse = kNaN;
+  EXPECT_THAT(track_values(some, 0, Track::recommended_best), ElementsAre(0.5, IsNan(), IsNan()));
 }
 
 TEST(Tracks, ExcessNeedsTheInstancesOwnOptimum) {

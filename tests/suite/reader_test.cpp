@@ -130,6 +130,47 @@ TEST_F(SuiteReaderTest, BaselinesAreAddedUnderEveryProtocolInUse) {
   }
 }
 
+TEST_F(SuiteReaderTest, ProtocolsRunEveryEntryUnderEachOfThem) {
+  const Suite suite = read(R"({"scenes": ["toy"], "noise_levels": ["rho0"], "protocols": ["paper", "blind"],
+    "algorithms": ["bo_gp", {"use": "home", "protocol": "blind"}, {"use": "random", "protocols": ["blind", "paper"]}]})");
+  std::vector<std::string> found;
+  for (const AlgorithmEntry& entry : suite.algorithms) found.push_back(entry.name + " " + entry.protocol);
+  EXPECT_THAT(found, testing::ElementsAre("bo-gp paper", "bo-gp blind", "home blind", "random blind", "random paper",
+                                          "home paper"));
+  const auto with_protocols = [this](const std::string& more) {
+    return mistakes(R"({"scenes": ["toy"], "noise_levels": ["rho0"], "algorithms": ["home"], )" + more + "}");
+  };
+  EXPECT_THAT(with_protocols(R"("protocols": ["paper", "papier"])"),
+              HasSubstr("/protocols: expected a list of different"));
+  EXPECT_THAT(with_protocols(R"("protocols": ["paper", "paper"])"),
+              HasSubstr("/protocols: expected a list of different"));
+  EXPECT_THAT(with_protocols(R"("protocols": ["paper"], "protocol": "blind")"), HasSubstr("are both given"));
+  EXPECT_THAT(mistakes(R"({"scenes": ["toy"], "noise_levels": ["rho0"], "protocols": ["paper", "blind"],
+                           "algorithms": ["home", {"use": "random", "name": "home", "protocol": "blind"}]})"),
+              HasSubstr("is taken by /algorithms/0 under the same protocol"));
+}
+
+TEST_F(SuiteReaderTest, AnAnalysisPlanHasDefaultsAndItsMistakesAreNamed) {
+  const auto suite_with = [](const std::string& plan) {
+    return R"({"scenes": ["toy"], "noise_levels": ["rho0"], "algorithms": ["bo_gp"], "analysis": )" + plan + "}";
+  };
+  EXPECT_TRUE(read(R"({"scenes": ["toy"], "noise_levels": ["rho0"], "algorithms": ["bo_gp"]})").analysis.is_null());
+  EXPECT_EQ(read(suite_with(R"({"rule": "best", "contrasts": [["bo-gp", "random"]]})")).analysis,
+            Json({{"primary", "rmse"},
+                  {"rule", "best"},
+                  {"contrasts", Json::array({Json::array({"bo-gp", "random"})})},
+                  {"smallest_relevant_ratio", 1.1},
+                  {"yield", nullptr}}));
+  EXPECT_THAT(mistakes(suite_with(R"({"rule": "bset"})")), HasSubstr("/analysis/rule: found \"bset\""));
+  EXPECT_THAT(
+      mistakes(suite_with(R"({"contrasts": [["bo-gp", "randm"]]})")),
+      HasSubstr("/analysis/contrasts/0/1: no algorithm of this suite has the name 'randm'; did you mean 'random'?"));
+  EXPECT_THAT(mistakes(suite_with(R"({"contrasts": [["bo-gp", "bo-gp"]]})")), HasSubstr("pairs of different methods"));
+  EXPECT_THAT(mistakes(suite_with(R"({"smallest_relevant_ratio": 0.9})")),
+              HasSubstr("/analysis/smallest_relevant_ratio"));
+  EXPECT_THAT(mistakes(suite_with(R"({"alpha": 0.05})")), HasSubstr("/analysis/alpha: unknown key"));
+}
+
 TEST_F(SuiteReaderTest, PathsAreRelativeToTheSuitesFolder) {
   write_file_atomically(folder_ / "my_lens" / "scene.json", R"({"use": "toy"})");
   write_file_atomically(folder_ / "my_lens" / "suite.json",

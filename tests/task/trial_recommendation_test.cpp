@@ -62,6 +62,22 @@ TEST(Recommendation, IsJudgedWhereTheCuredGlueLeavesTheLens) {
   EXPECT_TRUE(std::isnan(before.uncured_mse)) << "nothing cures";
 }
 
+// Other rules than the method's own judge where it stood, each pose once.
+TEST(Recommendation, EveryStepIsScoredWhereTheGlueWouldLeaveTheLens) {
+  const char* const script = R"([["step", 0.4, 0.5, 0.5], ["recommend", 0.4, 0.5, 0.5], ["step", 0.98, 0.5, 0.5]])";
+  FakeTrial without(script), with(script);
+  with.instance.variances.cure_shift = {0.05, -0.01, 0};
+  EXPECT_THAT(without.run().glued_truths, SizeIs(0)) << "commanded_truth is it";
+  const TrialResult result = with.run();
+  ASSERT_THAT(result.glued_truths, SizeIs(3));
+  EXPECT_EQ(result.glued_truths[1].mse, result.steps[2].recommended_truth.mse) << "the pose that it recommends";
+  EXPECT_NE(result.glued_truths[2].mse, result.steps[2].commanded_truth.mse);
+  FakeTrial there(R"([["step", 0.4, 0.5, 0.5], ["recommend", 0.4, 0.5, 0.5], ["step", 0.98, 0.5, 0.5],
+                      ["recommend", 0.98, 0.5, 0.5]])");
+  there.instance.variances.cure_shift = with.instance.variances.cure_shift;
+  EXPECT_EQ(there.run().steps[2].recommended_truth.mse, result.glued_truths[2].mse);
+}
+
 TEST(Recommendation, MayComeAfterTheBudgetIsSpent) {
   FakeTrial trial(R"([["step", 0.4, 0.5, 0.5], ["step", 0.3, 0.5, 0.5], ["recommend", 0.5, 0.5, 0.5]])");
   trial.setup.budget = 1;

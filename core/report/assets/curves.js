@@ -13,7 +13,7 @@ const relignCurves = (() => {
   const DASHES = [null, [8, 4], [2, 3], [10, 3, 2, 3], [14, 4], [5, 2, 1, 2, 1, 2]];
   const ORACLE_DASH = [4, 4];
   const LABEL_HEIGHT = 12;
-  const NOISE_FREE = ['recommended', 'commanded'];  // the tracks that floor and spec speak of
+  const NOISE_FREE = ['recommended', 'commanded', 'recommended_best', 'recommended_current'];  // the tracks that floor and spec speak of
   const AXIS_TITLES = {step: 'images', machine_seconds: 'machine seconds', algorithm_seconds: 'computing seconds'};
 
   // Colour and dash of every method, the same in all charts.
@@ -23,6 +23,10 @@ const relignCurves = (() => {
       ? {colour: dark ? '#aab2bc' : '#6a7380', dash: ORACLE_DASH}
       : {colour: colours[style % colours.length], dash: DASHES[Math.floor(style / colours.length) % DASHES.length]});
   }
+
+  // A name may be another method under another protocol.
+  const curveIn = (group, method) => (method.protocol && method.protocol !== group.protocol ? undefined
+    : group.curves.find((curve) => curve.method === method.name));
 
   const stepAt = (curve, i) => (curve.steps ? curve.steps[i] : curve.first_step + i);
   const clockAt = (curve, clock, i) => (clock === 'step' ? stepAt(curve, i) : (curve[clock] || [])[i]);
@@ -122,7 +126,7 @@ const relignCurves = (() => {
 
     prepare(view) {
       this.view = view;
-      const curveOf = (method) => this.group.curves.find((curve) => curve.method === method.name);
+      const curveOf = (method) => curveIn(this.group, method);
       this.points = this.methods.map((method) => points(curveOf(method), view));
       // dygraphs complains about a logarithmic axis that has nothing on it.
       this.log = view.log && this.points.some((list, i) => view.visible[i] && list.length > 0);
@@ -217,7 +221,7 @@ const relignCurves = (() => {
       });
       wanted.sort((a, b) => a.end - b.end);  // the best first
       this.ends.replaceChildren(...spread(wanted, area.y + 4, area.y + area.h - 4).map(({i, y}) => {
-        const name = Object.assign(document.createElement('bdi'), {textContent: this.methods[i].name, title: this.methods[i].name});
+        const name = Object.assign(document.createElement('bdi'), {textContent: this.methods[i].name, title: this.methods[i].label || this.methods[i].name});
         Object.assign(name.style, {left: area.x + area.w + 5 + 'px', top: y - 8 + 'px', color: this.view.styles[i].colour});
         return name;
       }));
@@ -239,5 +243,5 @@ const relignCurves = (() => {
     resize() { this.graph.resize(); }
   }
 
-  return {Chart, styles, number, stepAt};
+  return {Chart, styles, number, curveIn, stepAt};
 })();

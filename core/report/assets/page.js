@@ -20,6 +20,8 @@
     ['best', 'best measured so far'],  // what a station is ranked by: the first that it has
     ['measured', 'measured error (with camera noise)'],
     ['excess', 'error beyond the lens\u2019s own optimum'],
+    ['recommended_best', 'error at the pose of the lowest measured error'],
+    ['recommended_current', 'error at the pose where it stands'],
   ];
 
   const CLOCKS = [['step', 'images'], ['machine_seconds', 'machine seconds'], ['algorithm_seconds', 'computing seconds']];
@@ -39,7 +41,7 @@
     const hasBand = (key) => everyCurve.some((curve) => Object.values(curve.tracks).some((track) => (track[key] || []).some((value) => value !== null)));
     const bands = [['interval', '95 % intervals', 'lo95'], ['quartiles', 'quartiles', 'q25']].filter(([, , key]) => hasBand(key));
     bands.push(['none', 'no bands']);
-    const view = {track: 'recommended', clock: 'step', log: true, logx: false, bands: methods.length <= MOST_METHODS_WITH_BANDS ? bands[0][0] : 'none',
+    const view = {track: data.track || 'recommended', clock: 'step', log: true, logx: false, bands: methods.length <= MOST_METHODS_WITH_BANDS ? bands[0][0] : 'none',
                   visible: methods.map(() => true), dark: darkScheme.matches, styles: []};
     view.styles = relignCurves.styles(methods, view.dark);
     const charts = new Map();  // card element -> Chart, once drawn
@@ -52,7 +54,7 @@
     function readout(card, group, index, place) {
       const line = card.querySelector('.readout');
       [...legend.children].forEach((item, i) => item.classList.toggle('lit', i === index));
-      const curve = index === null || index < 0 ? null : group.curves.find((candidate) => candidate.method === methods[index].name);
+      const curve = index === null || index < 0 ? null : relignCurves.curveIn(group, methods[index]);
       const values = curve && curve.tracks[view.track];
       if (!values || values.median[place] === undefined) {
         line.replaceChildren(make('span', {className: 'quiet', textContent: READOUT_HINT}));
@@ -61,7 +63,7 @@
       const show = relignCurves.number;
       const range = (words, low, high) => (low && low[place] !== null ? '; ' + words + ' ' + show(low[place]) + '\u2013' + show(high[place]) : '');
       const seconds = (key, words) => (curve[key] && curve[key][place] !== null ? '; ' + show(curve[key][place]) + ' s ' + words : '');
-      line.replaceChildren(make('b', {textContent: methods[index].name}),
+      line.replaceChildren(make('b', {textContent: methods[index].label || methods[index].name}),
         ' image ' + relignCurves.stepAt(curve, place) + ': ' + show(values.median[place]) + range('95 %', values.lo95, values.hi95) +
         range('quartiles', values.q25, values.q75) + seconds('machine_seconds', 'of machine') + seconds('algorithm_seconds', 'computing') +
         '; ' + (curve.trials === 1 ? '1 instance' : curve.trials + ' instances'));
@@ -98,7 +100,7 @@
       legend.replaceChildren(...methods.map((method, i) => {
         const box = make('input', {type: 'checkbox', checked: view.visible[i]});
         box.addEventListener('change', () => { view.visible[i] = box.checked; updateAll(); });
-        const name = make('bdi', {textContent: method.name});
+        const name = make('bdi', {textContent: method.label || method.name});
         const item = make('li', {}, make('label', {}, box, swatch(view.styles[i]), name, method.oracle ? ' (oracle)' : ''));
         item.addEventListener('mouseenter', () => { if (view.visible[i]) for (const chart of charts.values()) chart.highlight(i); });
         item.addEventListener('mouseleave', () => { for (const chart of charts.values()) chart.highlight(null); });
@@ -115,7 +117,8 @@
 
     const present = TRACKS.filter(([id]) => data.groups.some((group) => group.curves.some((curve) => curve.tracks[id])));
     byId('track').replaceChildren(...present.map(([value, textContent]) => make('option', {value, textContent})));
-    view.track = present[0][0];
+    view.track = (present.find(([track]) => track === data.track) || present[0])[0];
+    byId('track').value = view.track;
     byId('track').addEventListener('change', (event) => { view.track = event.target.value; updateAll(); });
     byId('scale').addEventListener('change', (event) => { view.log = event.target.value === 'log'; updateAll(); });
     byId('xscale').addEventListener('change', (event) => { view.logx = event.target.value === 'log'; updateAll(); });

@@ -1,0 +1,77 @@
+#include "report/verdict_cases.h"
+
+#include <gmock/gmock.h>
+
+namespace relign::report {
+namespace {
+
+using testing::HasSubstr;
+
+Json pair(std::uint64_t n, const Json& ratio, const Json& low, const Json& high, const char* verdict) {
+  return {{"a", "x"}, {"b", "y"}, {"n", n}, {"ratio", ratio}, {"lo95", low}, {"hi95", high}, {"verdict", verdict}};
+}
+std::string sentence(const Json& of) { return verdict_sentence(of, "y", 1.1); }
+
+TEST(VerdictCases, Better) {
+  const Json of = pair(20, 0.5, 0.4, 0.6, "better");
+  EXPECT_EQ(sentence(of), "It is better: lens by lens, its error is 0.50 times that of y (95 %: 0.40 to 0.60)");
+  EXPECT_EQ(undecided_reason(of, 1.1), "");
+}
+
+TEST(VerdictCases, Worse) {
+  const Json of = pair(20, 2, 1.5, 2.5, "worse");
+  EXPECT_EQ(sentence(of), "It is worse: lens by lens, its error is 2.0 times that of y (95 %: 1.5 to 2.5)");
+  EXPECT_EQ(undecided_reason(of, 1.1), "");
+}
+
+TEST(VerdictCases, PracticallyEqual) {
+  const Json of = pair(20, 1.01, 0.98, 1.04, "practically equal");
+  EXPECT_EQ(sentence(of),
+            "The two are practically equal: lens by lens, its error is 1.0 times that of y (95 %: 0.98 to 1.0), within "
+            "the factor 1.10 that counts as relevant");
+}
+
+// A large ratio with a narrow interval is undecided all the same, and says why.
+TEST(VerdictCases, TooFewInstances) {
+  const Json of = pair(3, 0.14, 0.1, 0.15, "undecided");
+  EXPECT_EQ(case_of(of, 1.1), VerdictCase::too_few_instances);
+  EXPECT_EQ(undecided_reason(of, 1.1), "at least 6 instances with a result of both are needed, found 3 instances");
+  EXPECT_THAT(sentence(of), HasSubstr("(95 %: 0.10 to 0.15); at least 6 instances"));
+  EXPECT_THAT(undecided_reason(pair(1, 0.14, nullptr, nullptr, "undecided"), 1.1), HasSubstr("found 1 instance"));
+}
+
+TEST(VerdictCases, NoInterval) {
+  const Json of = pair(8, nullptr, nullptr, nullptr, "undecided");
+  EXPECT_EQ(case_of(of, 1.1), VerdictCase::no_interval);
+  EXPECT_EQ(sentence(of), "Which of the two is better is undecided: there is no 95 % interval");
+}
+
+TEST(VerdictCases, MayBeBetter) {
+  const Json of = pair(20, 0.9, 0.8, 1.05, "undecided");
+  EXPECT_EQ(case_of(of, 1.1), VerdictCase::may_be_better);
+  EXPECT_THAT(undecided_reason(of, 1.1), HasSubstr("the interval crosses 0.909: the first may be better"));
+}
+
+TEST(VerdictCases, MayBeWorse) {
+  const Json of = pair(20, 1.1, 0.95, 1.2, "undecided");
+  EXPECT_EQ(case_of(of, 1.1), VerdictCase::may_be_worse);
+  EXPECT_THAT(undecided_reason(of, 1.1), HasSubstr("the interval crosses 1.10: the first may be worse"));
+}
+
+TEST(VerdictCases, MayBeEither) {
+  const Json of = pair(20, 1, 0.5, 2, "undecided");
+  EXPECT_EQ(case_of(of, 1.1), VerdictCase::may_be_either);
+  EXPECT_THAT(undecided_reason(of, 1.1), HasSubstr("crosses both 0.909 and 1.10"));
+}
+
+TEST(VerdictCases, TurnedPairsSayTheSame) {
+  const Json of = turned(pair(20, 0.5, 0.4, 0.8, "better"));
+  EXPECT_EQ(of["a"], "y");
+  EXPECT_EQ(of["verdict"], "worse");
+  EXPECT_DOUBLE_EQ(of["ratio"].get<double>(), 2);
+  EXPECT_DOUBLE_EQ(of["lo95"].get<double>(), 1.25);
+  EXPECT_DOUBLE_EQ(of["hi95"].get<double>(), 2.5);
+}
+
+}  // namespace
+}  // namespace relign::report
