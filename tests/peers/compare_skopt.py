@@ -1,53 +1,107 @@
 """Our Bayesian optimisation against scikit-optimize, the long form: `python compare_skopt.py FOLDER [--instances 100]`.
 
-Can be stopped and goes on in the same folder.
-Not a test; give it an idle machine, because it tells times too.
+Resumes in the same folder. --read prints what is there, runs nothing, and takes several folders. Not a test; for its times
+it needs an idle machine.
 """
 
 import argparse
 import os
+import sys
+from pathlib import Path
 
 import paired_search
 
+FOREST = {"search": "forest"}
 SEARCHES = {
     "skopt GP": {"use": paired_search.SKOPT},
     "skopt RF": {"use": paired_search.SKOPT, "parameters": {"estimator": "RF"}},
     "skopt ET": {"use": paired_search.SKOPT, "parameters": {"estimator": "ET"}},
+    "package GP": {"use": paired_search.PACKAGE},
+    "package forest": {"use": paired_search.PACKAGE, "parameters": FOREST},
     "bo-gp": {"use": "bo-gp"},
-    # Another number of candidates is another stream of random numbers: what chance alone makes of the comparison.
-    "bo-gp again": {"use": "bo-gp", "parameters": {"candidates": 9990}},
     "bo-rf": {"use": "bo-rf"},
     "bo-et": {"use": "bo-et"},
+    # Another number of candidates is another stream of random numbers: the difference that chance alone makes.
+    "bo-gp again": {"use": "bo-gp", "parameters": {"candidates": 9990}},
+    "bo-rf again": {"use": "bo-forest", "parameters": {"candidates": 9990}},
 }
 
-PAIRS = (("bo-gp", "skopt GP"), ("bo-gp", "bo-gp again"), ("bo-rf", "skopt RF"), ("bo-et", "skopt ET"))
+PAIRS = (
+    ("bo-gp", "skopt GP"),
+    ("bo-gp", "package GP"),
+    ("bo-gp", "bo-gp again"),
+    ("bo-rf", "skopt RF"),
+    ("bo-rf", "bo-rf again"),
+    ("bo-et", "skopt ET"),
+    ("bo-et", "package forest"),
+    # Every suite has random poses: is a search better than they are, ours and the original?
+    ("skopt GP", "random"),
+    ("bo-gp", "random"),
+    ("skopt RF", "random"),
+    ("bo-rf", "random"),
+    ("skopt ET", "random"),
+    ("bo-et", "random"),
+)
+
+
+def ratios(trials):
+    """A row for each level, pair, measure and number of images."""
+    measures = {
+        "lowest merit": paired_search.Trial.lowest_merit,
+        "error there": paired_search.Trial.error_at_lowest_merit,
+    }
+    found = {(trial.algorithm, trial.noise_level) for trial in trials}
+    for level in sorted({level for _, level in found}):
+        for ours, theirs in PAIRS:
+            if (ours, level) not in found or (theirs, level) not in found:
+                continue
+            for name, measure in measures.items():
+                for step in paired_search.STEPS:
+                    both = [
+                        paired_search.values(trials, search, level, lambda trial: measure(trial, step))
+                        for search in (ours, theirs)
+                    ]
+                    yield (level, ours, theirs, name, step, *paired_search.median_ratio(*both))
+
+
+def table(trials):
+    """The same as Markdown: a row for each level, pair and measure."""
+    lines = ["| level | searches | instances | | " + " | ".join(f"{step} images" for step in paired_search.STEPS) + " |"]
+    lines.append("|" + "---|" * (4 + len(paired_search.STEPS)))
+    rows = {}
+    for level, ours, theirs, name, _, middle, low, high, count in ratios(trials):
+        cells = rows.setdefault((level, f"{ours} / {theirs}", count, name), [])
+        cells.append(f"{middle:.2f} ({low:.2f} to {high:.2f})")
+    return "\n".join(lines + ["| " + " | ".join(map(str, (*key, *cells))) + " |" for key, cells in rows.items()])
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder")
+    parser.add_argument("folder", nargs="+")
     parser.add_argument("--scene", default="gaussian_spot")
-    parser.add_argument("--noise-level", default="rho0", help="gaussian_spot: rho0; relign_od: rho0.25")
+    parser.add_argument("--noise-levels", nargs="+", default=["rho0"], help="gaussian_spot: rho0; relign_od: also others")
     parser.add_argument("--instances", type=int, default=100)
     parser.add_argument("--searches", nargs="+", default=["skopt GP", "bo-gp", "bo-gp again"], choices=list(SEARCHES))
     parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--read", action="store_true", help="run nothing; print what the folders hold")
     asked = parser.parse_args()
 
-    searches = {name: SEARCHES[name] for name in asked.searches}
-    given = paired_search.suite(asked.scene, asked.noise_level, asked.instances, searches)
-    trials = paired_search.run(asked.folder, given, asked.workers)
-    print(f"{asked.scene}, {asked.noise_level}, {os.cpu_count()} cores, load average {os.getloadavg()[0]:.1f}")
-    for name in asked.searches:
-        times = [1000 * paired_search.proposal_seconds(trials, name, step) for step in (20, 50)]
-        print(f"{name:11s} proposal of step 20: {times[0]:8.2f} ms, of step 50: {times[1]:8.2f} ms")
-    for ours, theirs in PAIRS:
-        if theirs not in searches or ours not in searches:
-            continue
-        for step in paired_search.STEPS:
-            found = [paired_search.best_so_far(trials, name, step) for name in (ours, theirs)]
-            difference, low, high = paired_search.median_difference(*found)
-            pairs = len(set(found[0]) & set(found[1]))
-            print(f"{ours} - {theirs}, step {step}, {pairs} pairs: {difference:+.1%} ({low:+.1%} to {high:+.1%})")
+    if asked.read:
+        trials = [trial for folder in asked.folder for trial in paired_search.read(Path(folder) / "results")]
+    elif len(asked.folder) == 1:
+        searches = {name: SEARCHES[name] for name in asked.searches}
+        given = paired_search.suite(asked.scene, asked.noise_levels, asked.instances, searches)
+        trials = paired_search.run(asked.folder[0], given, asked.workers)
+    else:
+        sys.exit("several folders can only be read: --read")
+    if not trials:
+        sys.exit(f"no finished trial in {', '.join(asked.folder)}")
+    print(table(trials))
+    if not asked.read:
+        print(f"\n{asked.scene}, {os.cpu_count()} cores, load average {os.getloadavg()[0]:.1f}")
+        for name in asked.searches:
+            times = [1000 * paired_search.proposal_seconds(trials, name, step) for step in (20, 50)]
+            print(f"{name:14s} proposal of step 20: {times[0]:8.2f} ms, of step 50: {times[1]:8.2f} ms")
 
 
 if __name__ == "__main__":
