@@ -1,7 +1,8 @@
 """Our Bayesian optimisation against scikit-optimize, the long form: `python compare_skopt.py FOLDER [--instances 100]`.
 
-Resumes in the same folder. --read prints what is there, runs nothing, and takes several folders. Not a test; for its times
-it needs an idle machine.
+Resumes in the same folder, which gets one for each noise level; each level has instances of its own, since a search
+draws the same random numbers for an instance at every level. --read runs nothing and prints what is there.
+Not a test; for its times it needs an idle machine.
 """
 
 import argparse
@@ -11,6 +12,7 @@ from pathlib import Path
 
 import paired_search
 
+MOST_INSTANCES = 1000  # of a level: the first one has 0 to 999, the second one 1000 to 1999
 FOREST = {"search": "forest"}
 SEARCHES = {
     "skopt GP": {"use": paired_search.SKOPT},
@@ -45,23 +47,24 @@ PAIRS = (
 
 
 def ratios(trials):
-    """A row for each level, pair, measure and number of images."""
+    """A row for each level, then all together, each pair, measure and number of images."""
     measures = {
         "lowest merit": paired_search.Trial.lowest_merit,
         "error there": paired_search.Trial.error_at_lowest_merit,
     }
-    found = {(trial.algorithm, trial.noise_level) for trial in trials}
-    for level in sorted({level for _, level in found}):
+    levels = sorted({trial.noise_level for trial in trials})
+    for name, group in [(level, [level]) for level in levels] + [("all", levels)] * (len(levels) > 1):
+        found = {trial.algorithm for trial in trials if trial.noise_level in group}
         for ours, theirs in PAIRS:
-            if (ours, level) not in found or (theirs, level) not in found:
+            if not {ours, theirs} <= found:
                 continue
-            for name, measure in measures.items():
+            for measure, of in measures.items():
                 for step in paired_search.STEPS:
                     both = [
-                        paired_search.values(trials, search, level, lambda trial: measure(trial, step))
+                        paired_search.values(trials, search, group, lambda trial: of(trial, step))
                         for search in (ours, theirs)
                     ]
-                    yield (level, ours, theirs, name, step, *paired_search.median_ratio(*both))
+                    yield (name, ours, theirs, measure, step, *paired_search.median_ratio(*both))
 
 
 def table(trials):
@@ -77,25 +80,22 @@ def table(trials):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", nargs="+")
+    parser.add_argument("folder", type=Path)
     parser.add_argument("--scene", default="gaussian_spot")
     parser.add_argument("--noise-levels", nargs="+", default=["rho0"], help="gaussian_spot: rho0; relign_od: also others")
-    parser.add_argument("--instances", type=int, default=100)
+    parser.add_argument("--instances", type=int, default=100, help="of each noise level")
     parser.add_argument("--searches", nargs="+", default=["skopt GP", "bo-gp", "bo-gp again"], choices=list(SEARCHES))
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--read", action="store_true", help="run nothing; print what the folders hold")
     asked = parser.parse_args()
 
-    if asked.read:
-        trials = [trial for folder in asked.folder for trial in paired_search.read(Path(folder) / "results")]
-    elif len(asked.folder) == 1:
-        searches = {name: SEARCHES[name] for name in asked.searches}
-        given = paired_search.suite(asked.scene, asked.noise_levels, asked.instances, searches)
-        trials = paired_search.run(asked.folder[0], given, asked.workers)
-    else:
-        sys.exit("several folders can only be read: --read")
+    searches = {name: SEARCHES[name] for name in asked.searches}
+    for number, level in enumerate([] if asked.read else asked.noise_levels):
+        given = paired_search.suite(asked.scene, level, asked.instances, searches, number * MOST_INSTANCES)
+        paired_search.run(asked.folder / level, given, asked.workers)
+    trials = [trial for results in sorted(asked.folder.rglob("results")) for trial in paired_search.read(results)]
     if not trials:
-        sys.exit(f"no finished trial in {', '.join(asked.folder)}")
+        sys.exit(f"no finished trial in {asked.folder}")
     print(table(trials))
     if not asked.read:
         print(f"\n{asked.scene}, {os.cpu_count()} cores, load average {os.getloadavg()[0]:.1f}")

@@ -14,14 +14,15 @@ PACKAGE = str(Path(__file__).with_name("package_search.py"))
 LEAST_ERROR = 1e-4  # the noise-free RMSE is no surer than that (docs/statistics.md)
 
 
-def suite(scene, noise_levels, instances, searches, steps=max(STEPS)):
+def suite(scene, noise_level, instances, searches, first_instance=0, steps=max(STEPS)):
     """searches: {"name": {"use": id or path, "parameters": {...}}}; names are those of the answers below."""
     return {
         "name": "paired_search",
         "scenes": [scene],
-        "noise_levels": list(noise_levels),
+        "noise_levels": [noise_level],
         "algorithms": [{"name": name, **search} for name, search in searches.items()],
         "instances": instances,
+        "first_instance": first_instance,
         "steps": steps,
     }
 
@@ -94,24 +95,30 @@ def trial_of(steps, closing, seconds):
     )
 
 
-def values(trials, algorithm, noise_level, measure):
-    """{instance: measure(trial)}"""
+def values(trials, algorithm, noise_levels, measure):
+    """{(noise level, instance): measure(trial)}"""
     return {
-        trial.instance: measure(trial)
+        (trial.noise_level, trial.instance): measure(trial)
         for trial in trials
-        if trial.algorithm == algorithm and trial.noise_level == noise_level
+        if trial.algorithm == algorithm and trial.noise_level in noise_levels
     }
 
 
 def median_ratio(ours, theirs, resamples=10000):
-    """Median over the shared instances of ours / theirs, its 95 % bootstrap interval, and how many instances these are."""
-    shared = sorted(set(ours) & set(theirs))
-    if not shared:
+    """Median over the shared pairs of ours / theirs, its 95 % bootstrap interval, and how many pairs these are.
+
+    Resampled are instances, with all their levels: a search draws the same random numbers for an instance at every level.
+    """
+    ratios = {}
+    for level, instance in sorted(set(ours) & set(theirs)):
+        ratios.setdefault(instance, []).append(ours[level, instance] / theirs[level, instance])
+    if not ratios:
         raise ValueError("the two searches share no instance")
-    ratios = np.array([ours[instance] / theirs[instance] for instance in shared])
-    draws = np.random.default_rng(1).integers(len(shared), size=(resamples, len(shared)))
-    low, high = np.percentile(np.median(ratios[draws], axis=1), [2.5, 97.5])
-    return np.median(ratios), low, high, len(shared)
+    groups = list(ratios.values())
+    draws = np.random.default_rng(1).integers(len(groups), size=(resamples, len(groups)))
+    medians = [np.median(np.concatenate([groups[i] for i in draw])) for draw in draws]
+    everything = np.concatenate(groups)
+    return np.median(everything), *np.percentile(medians, [2.5, 97.5]), len(everything)
 
 
 def proposal_seconds(trials, algorithm, step):

@@ -22,7 +22,7 @@ def run(folder, scene, level, instances, searches):
     missing = [plugin for plugin in ("bo-gp", "bo-rf", scene) if not program.knows(plugin)]
     if missing:
         pytest.skip(f"not built: {', '.join(missing)}")
-    return paired_search.run(folder, paired_search.suite(scene, [level], instances, searches), workers=2)
+    return paired_search.run(folder, paired_search.suite(scene, level, instances, searches), workers=2)
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,7 @@ def lens(tmp_path_factory):
 
 
 def ratio(trials, ours, theirs, level, measure, step):
-    both = [paired_search.values(trials, name, level, lambda trial: measure(trial, step)) for name in (ours, theirs)]
+    both = [paired_search.values(trials, name, [level], lambda trial: measure(trial, step)) for name in (ours, theirs)]
     return paired_search.median_ratio(*both)
 
 
@@ -123,12 +123,15 @@ def test_the_gp_of_the_package_is_gp_minimize_after_one_more_random_pose(package
 
 
 def test_median_ratio_of_known_numbers():
-    theirs = {instance: 2.0 for instance in range(9)}
-    ours = {instance: 2.0 + 0.2 * instance for instance in range(9)}
+    theirs = {("rho0", instance): 2.0 for instance in range(9)}
+    ours = {("rho0", instance): 2.0 + 0.2 * instance for instance in range(9)}
     middle, low, high, count = paired_search.median_ratio(ours, theirs)
     assert middle == pytest.approx(1.4) and count == 9
     # The median of nine is the fifth; its 95 % bootstrap interval reaches from the second or third to the seventh or eighth.
     assert 1.08 < low < 1.22 and 1.58 < high < 1.72
+    # The same pairs once more, at another level, are no more instances.
+    again = [{**pairs, **{("rho0.5", instance): value for (_, instance), value in pairs.items()}} for pairs in (ours, theirs)]
+    assert paired_search.median_ratio(*again) == pytest.approx((middle, low, high, 18))
 
 
 def test_measures_leave_the_free_capture_out():
