@@ -69,8 +69,9 @@ def ratios(trials):
 
 def table(trials):
     """The same as Markdown: a row for each level, pair and measure."""
-    lines = ["| level | searches | instances | | " + " | ".join(f"{step} images" for step in paired_search.STEPS) + " |"]
-    lines.append("|" + "---|" * (4 + len(paired_search.STEPS)))
+    columns = ["level", "searches", "pairs", "", *(f"{step} images" for step in paired_search.STEPS)]
+    lines = ["| " + " | ".join(columns) + " |"]
+    lines.append("|" + "---|" * len(columns))
     rows = {}
     for level, ours, theirs, name, _, middle, low, high, count in ratios(trials):
         cells = rows.setdefault((level, f"{ours} / {theirs}", count, name), [])
@@ -78,15 +79,27 @@ def table(trials):
     return "\n".join(lines + ["| " + " | ".join(map(str, (*key, *cells))) + " |" for key, cells in rows.items()])
 
 
+def rows(trials):
+    """CSV: what each trial had reached after so many images."""
+    lines = ["noise_level,search,instance,images,lowest_merit,error_there"]
+    for trial in sorted(trials, key=lambda trial: (trial.noise_level, trial.algorithm, trial.instance)):
+        for step in paired_search.STEPS:
+            if trial.algorithm != "home":  # one move
+                reached = f"{trial.lowest_merit(step):.6g},{trial.error_at_lowest_merit(step):.6g}"
+                lines.append(f"{trial.noise_level},{trial.algorithm},{trial.instance},{step},{reached}")
+    return "\n".join(lines) + "\n"
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--scene", default="gaussian_spot")
-    parser.add_argument("--noise-levels", nargs="+", default=["rho0"], help="gaussian_spot: rho0; relign_od: also others")
+    parser.add_argument("--noise-levels", nargs="+", default=["rho0"], help="gaussian_spot has rho0 only")
     parser.add_argument("--instances", type=int, default=100, help="of each noise level")
     parser.add_argument("--searches", nargs="+", default=["skopt GP", "bo-gp", "bo-gp again"], choices=list(SEARCHES))
     parser.add_argument("--workers", type=int, default=1)
-    parser.add_argument("--read", action="store_true", help="run nothing; print what the folders hold")
+    parser.add_argument("--read", action="store_true", help="run nothing; print what the folder holds")
+    parser.add_argument("--csv", type=Path, help="write a row for each trial")
     asked = parser.parse_args()
 
     searches = {name: SEARCHES[name] for name in asked.searches}
@@ -97,6 +110,8 @@ def main():
     if not trials:
         sys.exit(f"no finished trial in {asked.folder}")
     print(table(trials))
+    if asked.csv:
+        asked.csv.write_text(rows(trials))
     if not asked.read:
         print(f"\n{asked.scene}, {os.cpu_count()} cores, load average {os.getloadavg()[0]:.1f}")
         for name in asked.searches:

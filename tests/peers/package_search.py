@@ -1,6 +1,6 @@
 """The search loops of the authors' package (relign 0.1.0, its classes `GP` and `ForestOptimization`) as a plugin.
 
-They call scikit-optimize with what they leave at its defaults, so that `forest` is extra trees, whatever its docstring says
+They leave most of scikit-optimize at its defaults, so that `forest` is extra trees, whatever its docstring says
 (test_skopt.py), and `gp` measures a random pose of its own before scikit-optimize's ten.
 """
 

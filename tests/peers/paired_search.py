@@ -107,7 +107,8 @@ def values(trials, algorithm, noise_levels, measure):
 def median_ratio(ours, theirs, resamples=10000):
     """Median over the shared pairs of ours / theirs, its 95 % bootstrap interval, and how many pairs these are.
 
-    Resampled are instances, with all their levels: a search draws the same random numbers for an instance at every level.
+    Resampled are instances, with all their levels: a search draws the same random numbers for an instance at every
+    level.
     """
     ratios = {}
     for level, instance in sorted(set(ours) & set(theirs)):

@@ -1,5 +1,5 @@
-"""Where searches look, and what they find there: `python tests/peers/visited_poses.py RESULTS... [--noise-level rho0.25]
-[-o docs/images/visited_poses.png]`, from the raw trials of results folders.
+"""Where searches look, and what they find there, from the raw trials of results folders: `python
+tests/peers/visited_poses.py RESULTS... [--noise-level rho0.25] [-o docs/images/visited_poses.png]`.
 
 Prints the numbers as Markdown; -o draws the figure, which needs matplotlib.
 """
@@ -10,7 +10,7 @@ import numpy as np
 import paired_search
 
 METHODS = ("random", "bo-rf", "bo-gp", "nlopt-bobyqa")  # one drawn over the other, in this order
-COLOURS = {"random": "#999999", "bo-rf": "#d55e00", "bo-gp": "#0072b2", "nlopt-bobyqa": "#009e73", "skopt RF": "#cc79a7"}
+COLOURS = {"random": "#999999", "bo-rf": "#d55e00", "bo-gp": "#0072b2", "nlopt-bobyqa": "#009e73"}
 NOMINAL = 0.5  # the pose on every axis whose distance the merit of protocol paper contains
 REACH = 0.1  # only while it is larger than this
 DOTS = 500  # drawn of each method
@@ -49,12 +49,13 @@ def bins(trials):
 
 def row(method, trials, step):
     """Medians over the instances after so many images."""
+    nearest = [[away(trial)[:step].min() for trial in trials] for away in (nominal_distances, own_distances)]
     return (
         method,
         len(trials),
         step,
-        f"{np.mean([nominal_distances(trial)[:step].min() < REACH for trial in trials]):.0%}",
-        *(f"{np.median([away(trial)[:step].min() for trial in trials]):.3f}" for away in (nominal_distances, own_distances)),
+        f"{np.mean(np.array(nearest[0]) < REACH):.0%}",
+        *(f"{np.median(found):.3f}" for found in nearest),
         f"{np.median([trial.lowest_merit(step) for trial in trials]):.3f}",
         f"{np.median([trial.error_at_lowest_merit(step) for trial in trials]):.4f}",
     )
@@ -65,7 +66,7 @@ def table(head, rows):
     return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines)
 
 
-def draw(by_method, level, out):
+def draw(by_method, level, most, out):
     import matplotlib
 
     matplotlib.use("Agg")
@@ -81,11 +82,10 @@ def draw(by_method, level, out):
         dots = {"s": 5, "linewidths": 0, "alpha": 0.7, **style}
         merit.scatter(columns[0][some], merits[some], **dots)
         error.scatter(columns[1][some], errors[some], **dots)
-        full = [trial for trial in trials if len(trial.merits) > max(paired_search.STEPS)]
-        nearest = quartiles([np.minimum.accumulate(own_distances(trial)[: max(paired_search.STEPS)]) for trial in full])
-        images = np.arange(1, nearest.shape[1] + 1)
+        nearest = quartiles([np.minimum.accumulate(own_distances(trial)[:most]) for trial in trials])
+        images = np.arange(1, most + 1)
         reached.fill_between(images, nearest[0], nearest[2], linewidth=0, alpha=0.2, **style)
-        reached.plot(images, nearest[1], label=f"{method}, {len(full)} instances", **style)
+        reached.plot(images, nearest[1], label=f"{method}, {len(trials)} instances", **style)
     merit.axvline(REACH, color="0.7", linewidth=0.8, zorder=0)
     merit.set(xlabel="distance from the nominal pose", ylabel="measured merit", title="what a search is shown")
     error.set(xlabel="distance from the own optimum", ylabel="noise-free RMSE", title="what is scored")
@@ -95,7 +95,8 @@ def draw(by_method, level, out):
         panel.set_ylim(bottom=0)
         panel.set_xlim(left=0)
         panel.spines[["top", "right"]].set_visible(False)
-    figure.suptitle(f"Poses that searches visit in fifty images, {level}; distances in shares of the travel", fontsize=10)
+    title = f"Poses that searches visit in {most} images, {level}; distances in shares of the travel"
+    figure.suptitle(title, fontsize=10)
     figure.savefig(out, dpi=100)
 
 
@@ -104,23 +105,27 @@ def main():
     parser.add_argument("results", nargs="+")
     parser.add_argument("--noise-level", default="rho0.25")
     parser.add_argument("--methods", nargs="+", default=list(METHODS))
+    parser.add_argument("--images", nargs="+", type=int, default=list(paired_search.STEPS), help="rows of the table")
     parser.add_argument("-o", "--output")
     asked = parser.parse_args()
 
     trials = [trial for folder in asked.results for trial in paired_search.read(folder)]
-    trials = [trial for trial in trials if trial.noise_level == asked.noise_level]
+    most = max(asked.images)
+    trials = [trial for trial in trials if trial.noise_level == asked.noise_level and len(trial.merits) > most]
     by_method = {name: [trial for trial in trials if trial.algorithm == name] for name in asked.methods}
     missing = [name for name, own in by_method.items() if not own]
     if missing:
-        raise SystemExit(f"no finished trial of {', '.join(missing)} at {asked.noise_level} in {', '.join(asked.results)}")
-    head = ("method", "instances", "images", "within 0.1 of nominal", "distance: nominal", "own optimum", "lowest merit", "error there")
-    print(table(head, [row(name, own, step) for name, own in by_method.items() for step in paired_search.STEPS]))
+        where = f"at {asked.noise_level} in {', '.join(asked.results)}"
+        raise SystemExit(f"no trial of {', '.join(missing)} with {most} images {where}")
+    head = ("method", "instances", "images", "within 0.1 of nominal")
+    head += ("distance: nominal", "own optimum", "lowest merit", "error there")
+    print(table(head, [row(name, own, step) for name, own in by_method.items() for step in sorted(asked.images)]))
     everything = [trial for own in by_method.values() for trial in own]
     print("\nNoise-free RMSE of all these poses:\n")
-    rows = [(f"{low} to {high}", count, *(f"{value:.4f}" for value in found)) for low, high, count, found in bins(everything)]
+    rows = [(f"{low} to {high}", count, *(f"{at:.4f}" for at in found)) for low, high, count, found in bins(everything)]
     print(table(("distance from the own optimum", "poses", "25 %", "median", "75 %"), rows))
     if asked.output:
-        draw(by_method, asked.noise_level, asked.output)
+        draw(by_method, asked.noise_level, most, asked.output)
 
 
 if __name__ == "__main__":
