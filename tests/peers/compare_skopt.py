@@ -1,53 +1,122 @@
 """Our Bayesian optimisation against scikit-optimize, the long form: `python compare_skopt.py FOLDER [--instances 100]`.
 
-Can be stopped and goes on in the same folder.
-Not a test; give it an idle machine, because it tells times too.
+Resumes in the same folder, which gets one for each noise level; each level has instances of its own, since a search
+draws the same random numbers for an instance at every level. --read runs nothing and prints what is there.
+Not a test; for its times it needs an idle machine.
 """
 
 import argparse
 import os
+import sys
+from pathlib import Path
 
 import paired_search
 
+MOST_INSTANCES = 1000  # of a level: the first one has 0 to 999, the second one 1000 to 1999
+FOREST = {"search": "forest"}
 SEARCHES = {
     "skopt GP": {"use": paired_search.SKOPT},
     "skopt RF": {"use": paired_search.SKOPT, "parameters": {"estimator": "RF"}},
     "skopt ET": {"use": paired_search.SKOPT, "parameters": {"estimator": "ET"}},
+    "package GP": {"use": paired_search.PACKAGE},
+    "package forest": {"use": paired_search.PACKAGE, "parameters": FOREST},
     "bo-gp": {"use": "bo-gp"},
-    # Another number of candidates is another stream of random numbers: what chance alone makes of the comparison.
-    "bo-gp again": {"use": "bo-gp", "parameters": {"candidates": 9990}},
     "bo-rf": {"use": "bo-rf"},
     "bo-et": {"use": "bo-et"},
+    # Another number of candidates is another stream of random numbers: the difference that chance alone makes.
+    "bo-gp again": {"use": "bo-gp", "parameters": {"candidates": 9990}},
+    "bo-rf again": {"use": "bo-forest", "parameters": {"candidates": 9990}},
 }
 
-PAIRS = (("bo-gp", "skopt GP"), ("bo-gp", "bo-gp again"), ("bo-rf", "skopt RF"), ("bo-et", "skopt ET"))
+PAIRS = (
+    ("bo-gp", "skopt GP"),
+    ("bo-gp", "package GP"),
+    ("bo-gp", "bo-gp again"),
+    ("bo-rf", "skopt RF"),
+    ("bo-rf", "bo-rf again"),
+    ("bo-et", "skopt ET"),
+    ("bo-et", "package forest"),
+    # Every suite has random poses: is a search better than they are, ours and the original?
+    ("skopt GP", "random"),
+    ("bo-gp", "random"),
+    ("skopt RF", "random"),
+    ("bo-rf", "random"),
+    ("skopt ET", "random"),
+    ("bo-et", "random"),
+)
+
+
+def ratios(trials):
+    """A row for each level, then all together, each pair, measure and number of images."""
+    measures = {
+        "lowest merit": paired_search.Trial.lowest_merit,
+        "error there": paired_search.Trial.error_at_lowest_merit,
+    }
+    levels = sorted({trial.noise_level for trial in trials})
+    for name, group in [(level, [level]) for level in levels] + [("all", levels)] * (len(levels) > 1):
+        found = {trial.algorithm for trial in trials if trial.noise_level in group}
+        for ours, theirs in PAIRS:
+            if not {ours, theirs} <= found:
+                continue
+            for measure, of in measures.items():
+                for step in paired_search.STEPS:
+                    both = [
+                        paired_search.values(trials, search, group, lambda trial: of(trial, step))
+                        for search in (ours, theirs)
+                    ]
+                    yield (name, ours, theirs, measure, step, *paired_search.median_ratio(*both))
+
+
+def table(trials):
+    """The same as Markdown: a row for each level, pair and measure."""
+    columns = ["level", "searches", "pairs", "", *(f"{step} images" for step in paired_search.STEPS)]
+    lines = ["| " + " | ".join(columns) + " |"]
+    lines.append("|" + "---|" * len(columns))
+    rows = {}
+    for level, ours, theirs, name, _, middle, low, high, count in ratios(trials):
+        cells = rows.setdefault((level, f"{ours} / {theirs}", count, name), [])
+        cells.append(f"{middle:.2f} ({low:.2f} to {high:.2f})")
+    return "\n".join(lines + ["| " + " | ".join(map(str, (*key, *cells))) + " |" for key, cells in rows.items()])
+
+
+def rows(trials):
+    """CSV: what each trial had reached after so many images."""
+    lines = ["noise_level,search,instance,images,lowest_merit,error_there"]
+    for trial in sorted(trials, key=lambda trial: (trial.noise_level, trial.algorithm, trial.instance)):
+        for step in paired_search.STEPS:
+            if trial.algorithm != "home":  # one move
+                reached = f"{trial.lowest_merit(step):.6g},{trial.error_at_lowest_merit(step):.6g}"
+                lines.append(f"{trial.noise_level},{trial.algorithm},{trial.instance},{step},{reached}")
+    return "\n".join(lines) + "\n"
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder")
+    parser.add_argument("folder", type=Path)
     parser.add_argument("--scene", default="gaussian_spot")
-    parser.add_argument("--noise-level", default="rho0", help="gaussian_spot: rho0; relign_od: rho0.25")
-    parser.add_argument("--instances", type=int, default=100)
+    parser.add_argument("--noise-levels", nargs="+", default=["rho0"], help="gaussian_spot has rho0 only")
+    parser.add_argument("--instances", type=int, default=100, help="of each noise level")
     parser.add_argument("--searches", nargs="+", default=["skopt GP", "bo-gp", "bo-gp again"], choices=list(SEARCHES))
     parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--read", action="store_true", help="run nothing; print what the folder holds")
+    parser.add_argument("--csv", type=Path, help="write a row for each trial")
     asked = parser.parse_args()
 
     searches = {name: SEARCHES[name] for name in asked.searches}
-    given = paired_search.suite(asked.scene, asked.noise_level, asked.instances, searches)
-    trials = paired_search.run(asked.folder, given, asked.workers)
-    print(f"{asked.scene}, {asked.noise_level}, {os.cpu_count()} cores, load average {os.getloadavg()[0]:.1f}")
-    for name in asked.searches:
-        times = [1000 * paired_search.proposal_seconds(trials, name, step) for step in (20, 50)]
-        print(f"{name:11s} proposal of step 20: {times[0]:8.2f} ms, of step 50: {times[1]:8.2f} ms")
-    for ours, theirs in PAIRS:
-        if theirs not in searches or ours not in searches:
-            continue
-        for step in paired_search.STEPS:
-            found = [paired_search.best_so_far(trials, name, step) for name in (ours, theirs)]
-            difference, low, high = paired_search.median_difference(*found)
-            pairs = len(set(found[0]) & set(found[1]))
-            print(f"{ours} - {theirs}, step {step}, {pairs} pairs: {difference:+.1%} ({low:+.1%} to {high:+.1%})")
+    for number, level in enumerate([] if asked.read else asked.noise_levels):
+        given = paired_search.suite(asked.scene, level, asked.instances, searches, number * MOST_INSTANCES)
+        paired_search.run(asked.folder / level, given, asked.workers)
+    trials = [trial for results in sorted(asked.folder.rglob("results")) for trial in paired_search.read(results)]
+    if not trials:
+        sys.exit(f"no finished trial in {asked.folder}")
+    print(table(trials))
+    if asked.csv:
+        asked.csv.write_text(rows(trials))
+    if not asked.read:
+        print(f"\n{asked.scene}, {os.cpu_count()} cores, load average {os.getloadavg()[0]:.1f}")
+        for name in asked.searches:
+            times = [1000 * paired_search.proposal_seconds(trials, name, step) for step in (20, 50)]
+            print(f"{name:14s} proposal of step 20: {times[0]:8.2f} ms, of step 50: {times[1]:8.2f} ms")
 
 
 if __name__ == "__main__":

@@ -1,10 +1,14 @@
 """Nothing here is run by ctest: the peers are downloaded programs, and one of their images takes seconds."""
 
 import importlib.util
+import sys
 import warnings
 
 import program
 import pytest
+
+# Plugins in Python import relign_bench.plugin, which the program puts on their path.
+sys.path.append(str(program.ROOT / "python"))
 
 # Numba, under Optiland, warns about its own insides.
 warnings.filterwarnings("ignore", category=UserWarning, module="numba|optiland")

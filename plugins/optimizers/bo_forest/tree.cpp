@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 namespace bo_forest {
@@ -21,6 +22,8 @@ class TreeBuilder {
     for (std::uint32_t sample = 0; sample < samples_.size(); ++sample)
       if (copies_[sample] > 0) members_.push_back(sample);
     sorted_.reserve(members_.size());
+    axes_.resize(samples_.axes);
+    std::iota(axes_.begin(), axes_.end(), 0u);
     add_node();
     std::vector<Part> open{{0, 0, members_.size(), 0}};
     while (!open.empty()) {
@@ -85,9 +88,13 @@ class TreeBuilder {
     return part.end - part.begin >= 2 * options_.smallest_leaf && squares / all.weight > kNoVariance;
   }
 
+  // Axes come in random order, as in scikit-learn: among few samples two axes often part a node in the same way, and
+  // then the one that came first is taken. In a fixed order that would be the same axis all over the forest.
   Split find_split(const Part& part) {
     Split best;
-    for (std::uint32_t axis = 0; axis < samples_.axes; ++axis) {
+    for (std::size_t left = axes_.size(); left > 0; --left) {
+      std::swap(axes_[random_.below(left)], axes_[left - 1]);
+      const std::uint32_t axis = axes_[left - 1];
       if (options_.random_splits)
         try_one_threshold(part, axis, best);
       else
@@ -163,6 +170,7 @@ class TreeBuilder {
   const TreeOptions& options_;
   relign::Random& random_;
   std::vector<std::uint32_t> members_;
+  std::vector<std::uint32_t> axes_;                      // in the order of the node before
   std::vector<std::pair<float, std::uint32_t>> sorted_;  // scratch
   Sums node_;                                            // of the node at work
 };
