@@ -69,11 +69,16 @@ Json training_of(const Choice& choice) {
   };
   const Json own = stated(*choice.plugin);
   if (own.is_object()) add(read_facts(own));
-  if (own.is_string())
-    if (const Parameter* parameter = choice.plugin->parameter(own.get<std::string>()))
-      add(beside(choice, parameter->name));
+  if (const std::string parameter = training_parameter(*choice.plugin); !parameter.empty())
+    add(beside(choice, parameter));
   for (const auto& [parameter, inner] : choice.algorithms) add(training_of(*inner));
   return all;
+}
+
+std::string training_parameter(const Manifest& manifest) {
+  const Json own = stated(manifest);
+  const Parameter* parameter = own.is_string() ? manifest.parameter(own.get<std::string>()) : nullptr;
+  return parameter ? parameter->name : "";
 }
 
 void check_training(const JsonSource& source, ObjectReader& reader, const Manifest& manifest,

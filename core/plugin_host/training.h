@@ -16,6 +16,9 @@ namespace relign::plugin_host {
 // nothing. Never throws: a side file that cannot be read is one that tells nothing.
 Json training_of(const Choice& choice);
 
+// The file parameter that "training" names: which trained model runs. Empty where the manifest names none.
+std::string training_parameter(const Manifest& manifest);
+
 // Checks the key "training" of a manifest whose parameters are read already; mistakes become problems.
 void check_training(const JsonSource& source, ObjectReader& reader, const Manifest& manifest,
                     std::vector<Problem>& problems);
