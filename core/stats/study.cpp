@@ -9,6 +9,7 @@
 #include "base/parallel.h"
 #include "stats/bootstrap.h"
 #include "stats/proportion.h"
+#include "stats/study_aggregate.h"
 #include "stats/study_groups.h"
 #include "stats/survival.h"
 #include "stats/track_columns.h"
@@ -150,7 +151,7 @@ void count_yield(const TrialTable& table, const Series& series, const records::S
 }
 
 SeriesStudy study_series(const TrialTable& table, const Series& series, const Draws& draws, const StudyOptions& options,
-                         const records::Specification& spec) {
+                         const records::Specification& spec, SeriesErrors& errors) {
   SeriesStudy study;
   Curve& curve = study.curve;
   curve.scene = series.scene;
@@ -172,7 +173,9 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
     TrackColumns columns(series.trials.size(), piece.tracks, piece.steps);
     for_each_trial(table, series, [&](const ReadTrial& trial) {
       columns.add(trial);
-      if (first) arrivals.add(trial);
+      if (!first) return;
+      arrivals.add(trial);
+      errors.add(trial);
     });
     first = false;
     for (unsigned step = piece.steps.first; step <= piece.steps.last; ++step)
@@ -282,6 +285,7 @@ Study make_study(const TrialTable& table, StudyOptions options) {
   Parallel parallel(threads);
   study.groups = groups_of(table);
   study.series.resize(table.series.size());
+  std::vector<SeriesErrors> errors(table.series.begin(), table.series.end());
   for (GroupStudy& group : study.groups) {
     const auto spec = options.spec_of_scene.find(group.scene);
     group.spec = spec != options.spec_of_scene.end() ? spec->second : options.spec;
@@ -289,10 +293,11 @@ Study make_study(const TrialTable& table, StudyOptions options) {
     const Draws draws(group.instances, options);
     parallel.for_each(static_cast<int>(group.series.size()), [&](int place, unsigned) {
       const std::size_t series = group.series[static_cast<std::size_t>(place)];
-      study.series[series] = study_series(table, table.series[series], draws, options, group.spec);
+      study.series[series] = study_series(table, table.series[series], draws, options, group.spec, errors[series]);
     });
     if (draws.wanted) compare_methods(table, draws, options, group);
   }
+  study.aggregates = aggregates_of(table, study, std::move(errors), options, parallel);
   return study;
 }
 
