@@ -72,7 +72,7 @@ std::string ranking_csv_head() {
       "start_median,own_optimum_median,spec_rmse";
   for (const Column& column : kNumbers) csv += std::string(",") + column.name;
   for (const Column& column : kSpecMtf) csv += std::string(",") + column.name;
-  return csv + "\n";
+  return csv + ",trainings\n";
 }
 
 std::string ranking_csv_rows(const Json& data, const std::string& folder) {
@@ -92,7 +92,7 @@ std::string ranking_csv_rows(const Json& data, const std::string& folder) {
              ',' + number(group, "/spec_rmse");
       for (const Column& column : kNumbers) csv += ',' + number(row, column.member);
       for (const Column& column : kSpecMtf) csv += ',' + number(group, column.member);
-      csv += '\n';
+      csv += ',' + csv_field(text_of(row, "training_tag")) + '\n';
     }
   }
   return csv;

@@ -10,6 +10,7 @@
 
 #include "base/json_members.h"
 #include "records/results_folder.h"
+#include "report/aggregate_data.h"
 #include "report/page_groups.h"
 #include "report/scene_data.h"
 #include "report/statistics_data.h"
@@ -150,6 +151,7 @@ Json page_data(const LoadedResults& results, const stats::Study& study) {
   data["failures"] = failures_json(results.trials);
   data["warnings"] = warnings_json(results.trials);
   add_statistics(data, results, study);
+  add_aggregate(data, results, study);
   data["scene_facts"] = scene_facts(results.folder, manifest);
   if (Json training = training_data(data, manifest); !training.empty()) data["training"] = std::move(training);
   data["verdict"] = verdict(data);

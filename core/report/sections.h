@@ -14,6 +14,7 @@ namespace relign::report {
 std::string title_section(const Json& data);    // heading, badges, what this is
 std::string verdict_section(const Json& data);  // broken gates before it
 
+std::string aggregate_section(const Json& data);
 std::string ranking_section(const Json& data);
 std::string heat_section(const Json& data);    // section_heat.cpp: methods x groups
 std::string levels_section(const Json& data);  // section_levels.cpp: over the noise levels
