@@ -354,6 +354,15 @@ Choice Catalog::resolve(Kind kind, const std::string& id_or_path, const Json& gi
   }
 }
 
+std::shared_ptr<const Manifest> Catalog::plugin_of(Kind kind, const std::string& id_or_path,
+                                                   const fs::path& relative_to) {
+  try {
+    return find(kind, id_or_path, relative_to, true).plugin;
+  } catch (const Error&) {
+    return nullptr;
+  }
+}
+
 Choice Catalog::resolve_or_throw(Kind kind, const std::string& id_or_path, const Json& given) {
   std::vector<Problem> problems;
   const fs::path here = fs::current_path();

@@ -58,6 +58,10 @@ class Catalog {
   // The same for one use outside a suite; throws Error(bad_input or plugin_refused).
   Choice resolve_or_throw(Kind kind, const std::string& id_or_path, const Json& given = {});
 
+  // The plugin that resolve() would take, whatever its parameters; null after a mistake, which resolve() reports.
+  std::shared_ptr<const Manifest> plugin_of(Kind kind, const std::string& id_or_path,
+                                            const std::filesystem::path& relative_to);
+
  private:
   struct Found;
   std::shared_ptr<const Manifest> add_plugin(const std::filesystem::path& plugin);

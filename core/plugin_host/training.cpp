@@ -71,9 +71,15 @@ Json training_of(const Choice& choice) {
   };
   const Json own = stated(*choice.plugin);
   if (own.is_object()) add(read_facts(own));
-  if (own.is_string()) add(read_facts(object_of(side_file_of(choice), "trained")));
+  if (!training_parameter(*choice.plugin).empty()) add(read_facts(object_of(side_file_of(choice), "trained")));
   for (const auto& [parameter, inner] : choice.algorithms) add(training_of(*inner));
   return all;
+}
+
+std::string training_parameter(const Manifest& manifest) {
+  const Json own = stated(manifest);
+  const Parameter* parameter = own.is_string() ? manifest.parameter(own.get<std::string>()) : nullptr;
+  return parameter ? parameter->name : "";
 }
 
 void check_training(const JsonSource& source, ObjectReader& reader, const Manifest& manifest,

@@ -20,6 +20,9 @@ Json training_of(const Choice& choice);
 // "this_cpu" takes back what a manifest promises: the plugin runs this model by code that differs between processors.
 Json side_file_of(const Choice& choice);
 
+// The file parameter that "training" names: which trained model runs. Empty where the manifest names none.
+std::string training_parameter(const Manifest& manifest);
+
 // Checks the key "training" of a manifest whose parameters are read already; mistakes become problems.
 void check_training(const JsonSource& source, ObjectReader& reader, const Manifest& manifest,
                     std::vector<Problem>& problems);

@@ -83,17 +83,9 @@ void FreshFolder::refuse_foreign() const {
 }
 
 void FreshFolder::keep_strangers() const {
-  static const std::set<std::string> ours = {"manifest.json",
-                                             "trials",
-                                             "times",
-                                             "logs",
-                                             "pictures",
-                                             "scenes",
-                                             "curves.csv",
-                                             "curves.json",
-                                             "instances.csv",
-                                             "report.html",
-                                             ResultsLock::kFileName};
+  static const std::set<std::string> ours = {"manifest.json", "trials",        "times",         "logs",
+                                             "pictures",      "scenes",        "aggregate.csv", "curves.csv",
+                                             "curves.json",   "instances.csv", "report.html",   ResultsLock::kFileName};
   std::error_code code;
   for (const fs::path& stranger : others(old_, ours)) {
     fs::rename(stranger, out_ / stranger.filename(), code);

@@ -153,6 +153,9 @@ TrialRecord read_closing(const Json& line) {
   record.protocol = line.at("protocol").get<std::string>();
   record.algorithm = line.at("algorithm").get<std::string>();
   record.algorithm_id = line.at("algorithm_id").get<std::string>();
+  if (const auto method = line.find("method"); method != line.end()) record.method = method->get<std::string>();
+  if (const auto training = line.find("training"); training != line.end())
+    record.training = training->get<std::string>();
   record.instance = read_whole<std::uint64_t>(line.at("instance"));
   record.instance_seed = read_seed(line.at("instance_seed").get<std::string>());
   const Json& own_optimum = line.at("own_optimum_mse");
@@ -244,8 +247,9 @@ std::string closing_line(const TrialRecord& record, std::size_t steps) {
       .add("noise_level", record.noise_level)
       .add("protocol", record.protocol)
       .add("algorithm", record.algorithm)
-      .add("algorithm_id", record.algorithm_id)
-      .add("instance", record.instance)
+      .add("algorithm_id", record.algorithm_id);
+  if (!record.training.empty()) line.add("method", record.method).add("training", record.training);
+  line.add("instance", record.instance)
       .add("instance_seed", std::to_string(record.instance_seed))
       .raw("own_optimum_mse", record.has_own_optimum ? LineWriter::number(record.own_optimum_mse) : "null")
       .add("own_optimum_pose", record.own_optimum_pose);

@@ -42,6 +42,7 @@ struct TrialRecord {
   std::string trial;                                    // id
   std::string scene, noise_level, protocol, algorithm;  // names shown
   std::string algorithm_id;                             // plugin or preset
+  std::string method, training;                         // of a suite's list of trainings; empty, and not written, else
   std::uint64_t instance = 0;
   std::uint64_t instance_seed = 0;
   std::string end;      // how it ended, see ended_well

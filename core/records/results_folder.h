@@ -1,7 +1,7 @@
 // The results folder: append-only while a run goes on, canonical when it is complete.
 //
 // Layout (results/README.md has the whole): manifest.json, trials/0000.jsonl ..., times/0000.jsonl ...,
-// logs/, pictures/, scenes/<hash>/, curves.csv, curves.json, instances.csv, report.html. Trial number k of the
+// logs/, pictures/, scenes/<hash>/, aggregate.csv, curves.csv, curves.json, instances.csv, report.html. Trial number k of the
 // plan goes into file k / 1000. A trial's lines are written in one go, closing line last: what has no
 // closing line is no result. finish() puts every file into the plan's order, so that equal runs
 // give equal bytes whatever the number of workers.

@@ -85,7 +85,7 @@ std::string ranking_csv_head() {
   csv += ",rule,class,merit,method_key";
   for (const stats::Rule rule : stats::kRules)
     for (const Column& column : kOfRule) csv += std::string(",") + stats::rule_name(rule) + "_" + column.name;
-  return csv + "\n";
+  return csv + ",trainings\n";
 }
 
 std::string ranking_csv_rows(const Json& data, const std::string& folder) {
@@ -111,7 +111,7 @@ std::string ranking_csv_rows(const Json& data, const std::string& folder) {
         const Json& score = object_of(object_of(row, "rules"), stats::rule_name(rule));
         for (const Column& column : kOfRule) csv += ',' + number(score, column.member);
       }
-      csv += '\n';
+      csv += ',' + csv_field(text_of(row, "training_tag")) + '\n';
     }
   }
   return csv;

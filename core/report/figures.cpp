@@ -256,6 +256,7 @@ std::vector<Figure> level_figures(const Json& data) {
 std::vector<Figure> all_figures(const Json& data) {
   std::vector<Figure> figures;
   const auto add = [&](std::vector<Figure> more) { std::move(more.begin(), more.end(), std::back_inserter(figures)); };
+  for (std::size_t i = 0; i < list_of(data, "aggregate").size(); ++i) add(aggregate_figures(data, i));
   for (std::size_t i = 0; i < data["groups"].size(); ++i) {
     add(curve_figures(data, i));
     add(ecdf_figures(data, i));

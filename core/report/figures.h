@@ -33,6 +33,9 @@ std::vector<Figure> ecdf_figures(const Json& data, std::size_t index, std::size_
 // One for each unit.
 std::vector<Figure> residual_figures(const Json& data, std::size_t index, std::size_t most = kMostMethodsInFigure);
 
+// Performance profile and error by images, of one entry of "aggregate"; `index` is its place (aggregate_figures.cpp).
+std::vector<Figure> aggregate_figures(const Json& data, std::size_t index, std::size_t most = kMostMethodsInFigure);
+
 // Yield and images to spec over the noise levels of each scene and protocol.
 std::vector<Figure> level_figures(const Json& data);
 

@@ -9,6 +9,7 @@
 
 #include "base/json_members.h"
 #include "base/text.h"
+#include "report/aggregate_data.h"
 #include "report/escape.h"
 #include "report/page_data.h"
 #include "report/rules_data.h"
@@ -19,6 +20,7 @@ namespace {
 
 struct Row {
   bool oracle = false;
+  std::string training_tag;
   std::map<std::string, const Json*> by_level;
 };
 
@@ -78,6 +80,7 @@ std::string table(const std::vector<const Json*>& groups, const std::string& rul
     for (const Json& values : (*group)["rows"]) {
       Row& row = rows[text_of(values, "method")];
       row.oracle = flag_of(values, "oracle");
+      row.training_tag = text_of(values, "training_tag");
       row.by_level[level] = &values;
       if (score_of(values)["n"] != 0) steps.insert(count_of(values, "step"));
     }
@@ -108,7 +111,8 @@ std::string table(const std::vector<const Json*>& groups, const std::string& rul
   for (std::size_t i = 0; i < levels.size(); ++i) out += "---|";
   out += "---:|\n";
   for (const auto& [name, row] : order) {
-    out += "| " + markdown_text(name) + (row->oracle ? " (oracle)" : "") + " |";
+    out += "| " + markdown_text(name) + (row->oracle ? " (oracle)" : "") +
+           (row->training_tag.empty() ? "" : " (" + row->training_tag + ")") + " |";
     for (const std::string& level : levels) out += " " + cell(row->by_level, level) + " |";
     const double ms = slowest_ms(*row);
     out += " " + (ms < 0 ? std::string("-") : significant(ms, 2)) + " |\n";
@@ -127,8 +131,8 @@ std::string markdown_tables(const Json& data) {
     tables[key].push_back(&group);
   }
   if (order.empty()) return "No trial has finished: nothing to rank yet.\n";
-  std::string out;
-  for (const auto& key : order) out += (out.empty() ? "" : "\n") + table(tables[key], text_of(data, "rule"));
+  std::string out = aggregate_markdown(data);
+  for (const auto& key : order) out += (key == order.front() ? "" : "\n") + table(tables[key], text_of(data, "rule"));
   if (const std::string note = text_of(data, "rules_note"); !note.empty()) out += "\n" + markdown_text(note) + "\n";
   return out;
 }

@@ -58,6 +58,7 @@ std::string page(const Json& data, const Gallery& gallery, const std::map<std::s
                  {"style", assets::dygraphs_css() + std::string(assets::page_css())},
                  {"title", title_section(data)},
                  {"verdict", verdict_section(data)},
+                 {"aggregate", aggregate_section(data)},
                  {"ranking", ranking_section(data)},
                  {"rules", rules_section(data)},
                  {"levels", levels_section(data)},

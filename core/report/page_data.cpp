@@ -10,6 +10,7 @@
 
 #include "base/json_members.h"
 #include "records/results_folder.h"
+#include "report/aggregate_data.h"
 #include "report/page_groups.h"
 #include "report/rules_data.h"
 #include "report/scene_data.h"
@@ -159,6 +160,7 @@ Json page_data(const LoadedResults& results, const stats::Study& study) {
   data["failures"] = failures_json(results.trials, data["methods"]);
   data["warnings"] = warnings_json(results.trials, data["methods"]);
   add_statistics(data, results, study);
+  add_aggregate(data, results, study);
   data["scene_facts"] = scene_facts(results.folder, manifest);
   if (Json training = training_data(data, manifest); !training.empty()) data["training"] = std::move(training);
   add_rules(data, results, study);

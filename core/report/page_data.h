@@ -31,6 +31,7 @@
 //   training       [{method, hours, steps, machine, pays_after [{group, label, lenses, against, saves}]}]: group is a
 //                  place in groups; lenses a number, "never" or null; saves seconds a lens, against the fastest method
 //                  that learnt nothing
+//   aggregate      one number a method over all scenes and noise levels: aggregate_data.h
 //   scene_facts    what scene_data.h says of each scene
 // Of folders merged for the page alone: merged_for_this_page, and merge_notes, sentences.
 // Of several folders with different instance sets: parts (several_folders.h), and scenes and labels name their folder.

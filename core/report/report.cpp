@@ -11,6 +11,7 @@
 #include "base/files.h"
 #include "base/json_members.h"
 #include "records/merge.h"
+#include "report/aggregate_data.h"
 #include "report/figures.h"
 #include "report/loaded_results.h"
 #include "report/page.h"
@@ -124,6 +125,7 @@ void Report::write_tables() const {
   for (const stats::SeriesStudy& series : part.study.series) curves.push_back(series.curve);
   write_file_atomically(folder / "curves.csv", stats::curves_csv(curves));
   write_file_atomically(folder / "curves.json", stats::curves_json(curves).dump(1) + "\n");
+  write_file_atomically(folder / "aggregate.csv", aggregate_csv(part.data));
   AtomicFile instances(folder / "instances.csv");
   stats::instances_csv(part.results.trials, [&](std::string_view text) { instances.write(text); });
   instances.commit();

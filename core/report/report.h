@@ -30,7 +30,8 @@ class Report {
   // Everything below in words and numbers, as page_data.h has it.
   const Json& data() const;
 
-  // curves.csv, curves.json and instances.csv into the results folder (tables of the same data). Of one folder only.
+  // aggregate.csv, curves.csv, curves.json and instances.csv into the results folder (tables of the same data). Of one
+  // folder only.
   void write_tables() const;
 
   std::string html() const;

@@ -100,7 +100,10 @@ std::string heat_section(const Json& data) {
   }
   for (const Json& method : data["methods"]) {
     const std::string name = text_of(method, "name"), protocol = text_of(method, "protocol");
-    html.open("tr").open("th", {{"scope", "row"}, {"class", "name"}}).element("bdi", text_of(method, "label")).close();
+    html.open("tr").open("th", {{"scope", "row"}, {"class", "name"}}).element("bdi", text_of(method, "label"));
+    if (const std::string tag = text_of(method, "training_tag"); !tag.empty())
+      html.text(" ").element("span", {{"class", "tag"}}, tag);
+    html.close();
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const auto row = rows[i].find(name);
       const bool here = row != rows[i].end() && text_of(data["groups"][i], "protocol") == protocol;

@@ -1,6 +1,7 @@
 // Every two methods on the same lenses, for those who want to know what the verdict rests on. Closed at first.
 #include "base/json_members.h"
 #include "base/text.h"
+#include "report/aggregate_data.h"
 #include "report/html_writer.h"
 #include "report/sections.h"
 
@@ -9,10 +10,15 @@ namespace {
 
 constexpr std::size_t kMostPairs = 66;  // of a group: twelve methods; with more, those of the best method
 
-void pair_row(HtmlWriter& html, const Json& pair) {
+void pair_row(HtmlWriter& html, const Json& data, const Json& pair) {
   const auto number = [&](const std::string& text) { html.element("td", {{"class", "number"}}, text); };
   html.open("tr");
-  for (const char* key : {"a", "b"}) html.open("td").element("bdi", text_of(pair, key)).close();
+  for (const char* key : {"a", "b"}) {
+    html.open("td").element("bdi", text_of(pair, key));
+    if (const std::string tag = training_tag(data, text_of(pair, key)); !tag.empty())
+      html.text(" ").element("span", {{"class", "tag"}}, tag);
+    html.close();
+  }
   html.open("td", {{"class", "words"}}).text(text_of(pair, "verdict"));
   if (const std::string reason = text_of(pair, "reason"); !reason.empty())
     html.text(" ").element("span", {{"class", "quiet"}}, "(" + reason + ")");
@@ -77,7 +83,7 @@ std::string pairs_section(const Json& data) {
     for (const Json& pair : pairs) {
       if (!all && text_of(pair, "a") != best && text_of(pair, "b") != best) continue;
       if (++shown > kMostPairs) break;
-      pair_row(html, pair);
+      pair_row(html, data, pair);
     }
     html.close().close().close().close();
   }

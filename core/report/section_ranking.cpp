@@ -222,6 +222,8 @@ void table_row(HtmlWriter& html, const std::vector<Column>& columns, const Json&
   html.open("th", {{"scope", "row"}, {"class", "name"}, {"data-sort", text_of(row, "method")}});
   html.element("bdi", text_of(row, "method"));
   if (flag_of(row, "oracle")) html.text(" ").element("span", {{"class", "tag"}}, "oracle");
+  if (const std::string tag = text_of(row, "training_tag"); !tag.empty())
+    html.text(" ").element("span", {{"class", "tag"}}, tag);
   html.close();
   for (const Column& column : columns) column.cell(html, row, block);
   html.close();

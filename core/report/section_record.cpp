@@ -115,6 +115,8 @@ std::string methods_section(const Json& data) {
     const std::string name = text_of(method, "name"), id = text_of(method, "id");
     html.open("tr").open("th", {{"scope", "row"}}).element("bdi", text_of(method, "label"));
     if (!id.empty() && id != name) html.element("span", {{"class", "quiet"}}, " " + id);
+    if (const std::string tag = text_of(method, "training_tag"); !tag.empty())
+      html.text(" ").element("span", {{"class", "tag"}}, tag);
     html.close();
     const std::string kind = text_of(method, "kind"), summary = text_of(method, "summary");
     html.element("td", kind + (kind.empty() || summary.empty() ? "" : ": ") + summary);
@@ -233,7 +235,7 @@ std::string provenance_section(const Json& data) {
     origin(html, part);
   }
   html.element("p", parts.empty() && !flag_of(data, "merged_for_this_page")
-                        ? "The same numbers lie beside this page: curves.csv, curves.json, instances.csv, and every "
+                        ? "The same numbers lie beside this page: aggregate.csv, curves.csv, curves.json, instances.csv, and every "
                           "step in trials/."
                         : "The same numbers, and every step in trials/, lie in these folders.");
   return html.take();

@@ -1,6 +1,7 @@
 // What learning beforehand has cost, and after how many lenses it pays.
 #include "base/json_members.h"
 #include "base/text.h"
+#include "report/aggregate_data.h"
 #include "report/html_writer.h"
 #include "report/page_data.h"
 #include "report/sections.h"
@@ -61,7 +62,10 @@ std::string training_section(const Json& data) {
     const Json hours = entry.value("hours", Json()), steps = entry.value("steps", Json());
     const Json& groups = list_of(entry, "pays_after");
     html.open("tr").open("th", {{"scope", "row"}, {"data-sort", text_of(entry, "method")}});
-    html.element("bdi", text_of(entry, "method")).close();
+    html.element("bdi", text_of(entry, "method"));
+    if (const std::string tag = training_tag(data, text_of(entry, "method")); !tag.empty())
+      html.text(" ").element("span", {{"class", "tag"}}, tag);
+    html.close();
     html.element("td", {{"class", "number"}, {"data-sort", sort_value(hours)}}, duration(hours));
     html.element("td", {{"class", "number"}, {"data-sort", sort_value(steps)}}, number_text(steps, 6));
     const std::string machine = text_of(entry, "machine");

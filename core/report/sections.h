@@ -14,6 +14,7 @@ namespace relign::report {
 std::string title_section(const Json& data);    // heading, badges, what this is
 std::string verdict_section(const Json& data);  // broken gates before it
 
+std::string aggregate_section(const Json& data);
 std::string ranking_section(const Json& data);
 std::string rules_section(const Json& data);     // section_rules.cpp: every rule beside each other
 std::string analysis_section(const Json& data);  // section_rules.cpp: what was planned before the run

@@ -39,8 +39,8 @@ class Join {
   void add(const FolderSet& set, Json data) {
     if (all_.is_null()) {
       all_ = data;
-      for (const char* key :
-           {"groups", "failures", "warnings", "gates", "methods", "scene_facts", "training", "scenes", "parts"})
+      for (const char* key : {"groups", "failures", "warnings", "gates", "methods", "scene_facts", "training", "scenes",
+                              "parts", "aggregate"})
         all_[key] = Json::array();
       for (const char* key : {"command", "suite_file", "suite_text", "seed", "instance_set", "sources", "merge",
                               "merge_notes", "suite_name", "analysis", "analysis_notes", "rules_note"})
@@ -69,6 +69,11 @@ class Join {
     for (Json failure : data["failures"]) {
       for (Json& trial : failure["trials"]) rename_scene(trial, set.label);
       all_["failures"].push_back(std::move(failure));
+    }
+    for (Json entry : list_of(data, "aggregate")) {
+      for (Json& stratum : entry["strata"]) rename_scene(stratum, set.label);
+      entry["label"] = set.label;
+      all_["aggregate"].push_back(std::move(entry));
     }
     for (const Json& warning : data["warnings"]) all_["warnings"].push_back(warning);
     if (const std::string note = computing_time_note(data); !note.empty())

@@ -7,6 +7,7 @@
 
 #include "base/json_members.h"
 #include "base/text.h"
+#include "report/aggregate_data.h"
 #include "report/escape.h"
 #include "report/page_data.h"
 #include "report/rules_data.h"
@@ -66,6 +67,8 @@ Cells row_cells(const Json& row, const Extra& extra) {
   return cells;
 }
 
+bool one_training(const Json& row) { return text_of(row, "training_tag") == kOneTraining; }
+
 std::string group_lines(const Json& group, bool show_steps) {
   Extra extra;
   extra.steps = show_steps;
@@ -81,7 +84,7 @@ std::string group_lines(const Json& group, bool show_steps) {
   std::vector<std::string> marks = {""};  // behind the name, and never clipped
   for (const Json& row : group["rows"]) {
     lines.push_back(row_cells(row, extra));
-    marks.emplace_back(flag_of(row, "oracle") ? " (oracle)" : "");
+    marks.push_back(std::string(flag_of(row, "oracle") ? " (oracle)" : "") + (one_training(row) ? " *" : ""));
   }
 
   std::vector<std::size_t> widths(head.size(), 0);
@@ -109,6 +112,8 @@ std::string group_lines(const Json& group, bool show_steps) {
     text.erase(text.find_last_not_of(' ') + 1);
     out += text + "\n";
   }
+  if (std::any_of(group["rows"].begin(), group["rows"].end(), one_training))
+    out += "  * one training: another one of the same method may end elsewhere\n";
   if (extra.lenses) out += "  the medians are over different lenses: no ranking before all have the same\n";
   if (const std::string spec = spec_words(group); extra.yield && !spec.empty())
     out += clipped("  spec: " + terminal_text(spec), kMostColumns) + "\n";

@@ -150,6 +150,7 @@ Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, co
     algorithm["added"] = entry.added;
     if (Json training = plugin_host::training_of(entry.choice); !training.is_null())
       algorithm["training"] = std::move(training);
+    if (!entry.training.empty()) algorithm["of_list"] = {{"method", entry.method}, {"training", entry.training}};
     algorithms.push_back(std::move(algorithm));
   }
   Json order = Json::array();

@@ -69,6 +69,8 @@ records::TrialRecord begin_record(const TrialJob& job) {
   record.protocol = task::protocol_name(job.protocol);
   record.algorithm = job.algorithm_name;
   record.algorithm_id = job.algorithm.id;
+  record.method = job.method;
+  record.training = job.training;
   record.instance = job.instance;
   record.instance_seed = instance_seed(job.suite_seed, domain_of(job), job.instance);
   record.budget = job.budget;
@@ -85,6 +87,8 @@ TrialJob make_job(const PreparedPlan& prepared, const suite::PlannedTrial& trial
   job.scene_name = suite.scenes.at(trial.scene).name;
   job.level_name = suite.levels.at(trial.level).name;
   job.algorithm_name = algorithm.name;
+  job.method = algorithm.method;
+  job.training = algorithm.training;
   job.scene = suite.scenes[trial.scene].choice;
   job.level = suite.levels[trial.level].choice;
   job.algorithm = algorithm.choice;

@@ -24,6 +24,7 @@ namespace relign::runner {
 struct TrialJob {
   std::string id;
   std::string scene_name, level_name, algorithm_name;  // shown
+  std::string method, training;                        // of a list of trainings; else empty
   plugin_host::Choice scene, level, algorithm;
   task::SceneFacts facts;
   task::Protocol protocol = task::Protocol::paper;

@@ -11,6 +11,7 @@
 #include "stats/bootstrap.h"
 #include "stats/passes.h"
 #include "stats/proportion.h"
+#include "stats/study_aggregate.h"
 #include "stats/study_groups.h"
 #include "stats/survival.h"
 #include "stats/track_columns.h"
@@ -173,7 +174,7 @@ void count_uncured(const TrialTable& table, const Series& series, const records:
 }
 
 SeriesStudy study_series(const TrialTable& table, const Series& series, const Draws& draws, const StudyOptions& options,
-                         const records::Specification& spec) {
+                         const records::Specification& spec, SeriesErrors& errors) {
   SeriesStudy study;
   Curve& curve = study.curve;
   curve.scene = series.scene;
@@ -197,7 +198,9 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
     TrackColumns columns(series.trials.size(), piece.tracks, piece.steps);
     for_each_trial(table, series, [&](const ReadTrial& trial) {
       columns.add(trial);
-      if (first) arrivals.add(trial);
+      if (!first) return;
+      arrivals.add(trial);
+      errors.add(trial);
     });
     first = false;
     for (unsigned step = piece.steps.first; step <= piece.steps.last; ++step)
@@ -361,6 +364,7 @@ Study make_study(const TrialTable& table, StudyOptions options) {
   Parallel parallel(threads);
   study.groups = groups_of(table);
   study.series.resize(table.series.size());
+  std::vector<SeriesErrors> errors(table.series.begin(), table.series.end());
   for (GroupStudy& group : study.groups) {
     const auto spec = options.spec_of_scene.find(group.scene);
     group.spec = spec != options.spec_of_scene.end() ? spec->second : options.spec;
@@ -368,12 +372,13 @@ Study make_study(const TrialTable& table, StudyOptions options) {
     const Draws draws(group.instances, options);
     parallel.for_each(static_cast<int>(group.series.size()), [&](int place, unsigned) {
       const std::size_t series = group.series[static_cast<std::size_t>(place)];
-      study.series[series] = study_series(table, table.series[series], draws, options, group.spec);
+      study.series[series] = study_series(table, table.series[series], draws, options, group.spec, errors[series]);
     });
     if (!draws.wanted) continue;
     for (const Rule rule : kRules) group.pairs_by_rule[rule] = compare_methods(table, draws, options, group, rule);
     group.pairs = group.pairs_by_rule[options.rule];
   }
+  study.aggregates = aggregates_of(table, study, std::move(errors), options, parallel);
   return study;
 }
 

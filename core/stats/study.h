@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "records/specification.h"
+#include "stats/aggregate.h"
 #include "stats/curves.h"
+#include "stats/normalised_error.h"
 #include "stats/paired.h"
 #include "stats/paired_shares.h"
 #include "stats/ranks.h"
@@ -27,9 +29,6 @@ inline constexpr std::size_t kResamplesOfMany = 1'000;
 inline constexpr std::size_t kMostComparedMethods = 12;
 // On fewer instances no test can come below 5 %, and every comparison is undecided.
 inline constexpr std::size_t kFewestCompared = 6;
-// Noise-free RMSE below this cannot be told apart: it is as large as the error of the truth. What lies below counts as
-// this when ratios are formed.
-inline constexpr double kResolution = 1e-4;
 
 struct StudyOptions {
   std::uint64_t seed = 0;  // of the bootstrap
@@ -80,6 +79,26 @@ struct SeriesStudy {
   std::vector<Quantiles> residual;  // per axis, a share of the travel, without sign
 };
 
+// A method over all strata (scene x noise level) of a protocol. docs/statistics.md, "One number for a suite".
+struct AggregateMethod {
+  std::string name;                    // shown: of a list of trainings the list's
+  std::vector<std::size_t> series;     // of Study::series; every stratum's and training's
+  std::vector<std::string> trainings;  // names; empty where the suite names none
+  std::size_t strata = 0;              // in which it has a result; less than all: it has no bands
+  std::size_t failed = 0;              // trials, which count as an error of 1
+  unsigned steps = 0;                  // the largest budget
+  AggregateBands bands;
+  std::vector<double> by_step;           // the gap after each step, from step 0
+  std::vector<AggregateMethod> members;  // of a list its trainings, each by itself
+};
+
+struct AggregateStudy {
+  std::string protocol;
+  std::vector<std::size_t> strata;       // of Study::groups: those whose truth is known
+  std::vector<AggregateMethod> methods;  // lowest interquartile mean first; those that lack a stratum last
+  std::vector<Improvement> pairs;        // of methods, as PairStudy's
+};
+
 struct PairStudy {
   std::size_t first = 0, second = 0;  // of Study::series; the better median first
   PairedComparison comparison;        // logarithms of RMSE at the last recommendation
@@ -105,8 +124,9 @@ struct GroupStudy {
 };
 
 struct Study {
-  std::vector<SeriesStudy> series;  // in the order of TrialTable::series
-  std::vector<GroupStudy> groups;   // in order of first appearance
+  std::vector<SeriesStudy> series;         // in the order of TrialTable::series
+  std::vector<GroupStudy> groups;          // in order of first appearance
+  std::vector<AggregateStudy> aggregates;  // one a protocol that has strata, in order of first appearance
   std::size_t resamples = 0;
   Rule rule = Rule::own;
 };

@@ -104,8 +104,16 @@ class Maker {
     auto key = std::make_tuple(trial.scene, trial.noise_level, trial.protocol, trial.algorithm);
     const auto [found, fresh] = series_.try_emplace(std::move(key), static_cast<std::uint32_t>(table_.series.size()));
     if (fresh)
-      table_.series.push_back(
-          {trial.scene, trial.noise_level, trial.protocol, trial.algorithm, trial.algorithm_id, {}, 0, 0});
+      table_.series.push_back({trial.scene,
+                               trial.noise_level,
+                               trial.protocol,
+                               trial.algorithm,
+                               trial.algorithm_id,
+                               trial.method,
+                               trial.training,
+                               {},
+                               0,
+                               0});
     return found->second;
   }
   std::uint32_t text(const std::string& words) {

@@ -57,6 +57,7 @@ struct TrialMtf {
 struct Series {
   std::string scene, noise_level, protocol, algorithm;  // names shown
   std::string algorithm_id;                             // plugin or preset
+  std::string method, training;                         // of a list of trainings its name and this one's; else empty
   std::vector<std::uint32_t> trials;                    // rows that count, in the folder's order
   std::size_t failed = 0;
   unsigned largest_budget = 0;  // of those that count

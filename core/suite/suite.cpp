@@ -8,6 +8,7 @@
 
 #include "base/limits.h"
 #include "base/text.h"
+#include "plugin_host/training.h"
 
 namespace relign::suite {
 namespace {
@@ -15,6 +16,7 @@ namespace {
 constexpr std::int64_t kMostInstances = 1'000'000;
 constexpr double kLongestTrial = 1e7;      // seconds
 constexpr std::int64_t kLeastMemory = 64;  // MB
+constexpr std::size_t kMostTrainings = 100;
 const std::vector<std::string> kProtocols = {"paper", "blind"};
 const std::vector<std::string> kMerits = {"combined", "rmse"};
 const std::vector<std::string> kLimits = {"soft", "hard"};
@@ -54,7 +56,22 @@ struct Entry {
   std::vector<std::string> protocols;
   std::string merit;
   unsigned steps = 0;
+  std::string method, training;  // of an entry that is a list of trainings
 };
+
+// What tells the files apart: their stems, and where two are the same their whole paths.
+std::vector<std::string> training_names(const std::vector<std::string>& files) {
+  std::vector<std::string> names;
+  for (const std::string& file : files) names.push_back(std::filesystem::path(file).stem().string());
+  std::vector<std::string> sorted = names;
+  std::sort(sorted.begin(), sorted.end());
+  if (std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end()) return names;
+  for (std::size_t index = 0; index < files.size(); ++index) {
+    names[index] = std::filesystem::path(files[index]).lexically_normal().replace_extension().generic_string();
+    std::replace(names[index].begin(), names[index].end(), '/', '-');
+  }
+  return names;
+}
 
 struct Defaults {
   std::vector<std::string> protocols = {"paper"};
@@ -90,6 +107,8 @@ class SuiteReader {
       algorithm.choice = std::move(entry.choice);
       algorithm.merit = std::move(entry.merit);
       algorithm.steps = entry.steps;
+      algorithm.method = std::move(entry.method);
+      algorithm.training = std::move(entry.training);
       for (const std::string& protocol : entry.protocols) {
         algorithm.protocol = protocol;
         suite.algorithms.push_back(algorithm);
@@ -130,25 +149,26 @@ class SuiteReader {
       return found;
     }
     for (std::size_t index = 0; index < list->size(); ++index) {
-      Entry entry = read_entry(top_.pointer_to(key) + "/" + std::to_string(index), (*list)[index], kind);
-      if (entry.usable) found.push_back(std::move(entry));
+      for (Entry& entry : read_entry(top_.pointer_to(key) + "/" + std::to_string(index), (*list)[index], kind))
+        if (entry.usable) found.push_back(std::move(entry));
     }
     refuse_clashes(found, plugin_host::is_algorithm(kind));
     return found;
   }
 
-  Entry read_entry(const std::string& pointer, const Json& value, plugin_host::Kind kind) {
+  // One, or one for each of its trainings.
+  std::vector<Entry> read_entry(const std::string& pointer, const Json& value, plugin_host::Kind kind) {
     Entry entry;
     entry.pointer = pointer;
     entry.protocols = defaults_.protocols;
     entry.steps = defaults_.steps;
     if (value.is_string()) {
       resolve(entry, kind, value.get<std::string>(), nullptr, pointer);
-      return entry;
+      return {entry};
     }
     if (!value.is_object()) {
       complain(pointer, std::string("expected an id, a path or an object with \"use\", found ") + value.type_name());
-      return entry;
+      return {};
     }
     ObjectReader reader(source_, pointer, problems_);
     const std::size_t mistakes = problems_.size();
@@ -160,27 +180,85 @@ class SuiteReader {
       reader.complain("parameters", std::string("expected an object, found ") + parameters->type_name());
       parameters = nullptr;
     }
+    const Json* trainings = nullptr;
     if (plugin_host::is_algorithm(kind)) {
+      trainings = reader.get("trainings");
       entry.protocols = read_protocols(reader, defaults_.protocols);
       entry.merit = one_of(reader, "merit", kMerits, "");
       entry.steps = static_cast<unsigned>(reader.integer("steps", defaults_.steps, 1, kMostSteps));
     }
     reader.refuse_unknown();
-    if (parameters && !parameters->empty() && !entry.named)
-      complain(pointer, "changed parameters need a \"name\", which tables will show");
+    if (((parameters && !parameters->empty()) || trainings) && !entry.named)
+      complain(pointer, std::string(trainings ? "a list of trainings needs" : "changed parameters need") +
+                            " a \"name\", which tables will show");
     if (entry.named)
       if (const std::string mistake = name_mistake(entry.name); !mistake.empty() && problems_.size() == mistakes)
         reader.complain("name", mistake);
-    if (!use.empty())
-      resolve(entry, kind, use, parameters ? *parameters : Json(nullptr), pointer + "/use");
-    else if (problems_.size() == mistakes)
-      reader.complain("use", "an id, a preset or a path is missing");
-    return entry;
+    if (use.empty()) {
+      if (problems_.size() == mistakes) reader.complain("use", "an id, a preset or a path is missing");
+      return {};
+    }
+    const Json given = parameters ? *parameters : Json(nullptr);
+    if (trainings) return with_trainings(reader, entry, kind, use, given, *trainings);
+    resolve(entry, kind, use, given, pointer + "/use");
+    return {entry};
   }
 
-  // Mistakes come back relative to the entry; `use_pointer` is where its id stands.
+  // `entry` once for each model file of "trainings", which becomes the parameter that the manifest's "training" names.
+  std::vector<Entry> with_trainings(ObjectReader& reader, const Entry& entry, plugin_host::Kind kind,
+                                    const std::string& use, const Json& parameters, const Json& trainings) {
+    const auto plugin = catalog_.plugin_of(kind, use, relative_to_);
+    const std::string parameter = plugin ? plugin_host::training_parameter(*plugin) : "";
+    if (parameter.empty()) {
+      Entry unused = entry;
+      if (plugin)
+        reader.complain("trainings", "'" + plugin->id +
+                                         "' has no trained model: \"training\" of its manifest names no "
+                                         "file parameter");
+      else
+        resolve(unused, kind, use, parameters, entry.pointer + "/use");  // what is wrong with it
+      return {};
+    }
+    std::vector<std::string> files;
+    if (trainings.is_array())
+      for (const Json& file : trainings)
+        if (file.is_string() && !file.get<std::string>().empty()) files.push_back(file.get<std::string>());
+    if (files.empty() || files.size() != trainings.size() || files.size() > kMostTrainings) {
+      reader.complain("trainings", "expected a list of 1 to " + std::to_string(kMostTrainings) +
+                                       " model files, one a training, for example [\"seed1.onnx\", \"seed2.onnx\"]");
+      return {};
+    }
+    if (parameters.is_object() && parameters.contains(parameter)) {
+      complain(entry.pointer + "/parameters/" + parameter, "\"trainings\" gives this parameter: name the file there");
+      return {};
+    }
+    std::vector<Entry> list;
+    const std::vector<std::string> names = training_names(files);
+    for (std::size_t index = 0; index < files.size(); ++index) {
+      const std::string pointer = entry.pointer + "/trainings/" + std::to_string(index);
+      Entry one = entry;
+      one.method = entry.name;
+      one.training = names[index];
+      one.name = entry.name + " (" + one.training + ")";
+      Json given = parameters.is_object() ? parameters : Json::object();
+      given[parameter] = files[index];
+      const std::size_t mistakes = problems_.size();
+      resolve(one, kind, use, given, pointer, entry.pointer + "/parameters/" + parameter);
+      if (const std::string mistake = name_mistake(one.name); !mistake.empty() && problems_.size() == mistakes)
+        complain(pointer, "'" + one.name + "' cannot stand in tables: " + mistake);
+      for (std::size_t before = 0; before < list.size(); ++before)
+        if (one.usable && list[before].choice.identity == one.choice.identity)
+          complain(pointer, "this is the same model as " + entry.pointer + "/trainings/" + std::to_string(before) +
+                                ": a training counts once");
+      list.push_back(std::move(one));
+    }
+    return list;
+  }
+
+  // Mistakes come back relative to the entry; `use_pointer` is where its id stands, and what is wrong at
+  // `also_there` of the entry is reported there too.
   void resolve(Entry& entry, plugin_host::Kind kind, const std::string& use, const Json& parameters,
-               const std::string& use_pointer) {
+               const std::string& use_pointer, const std::string& also_there = "") {
     std::vector<Problem> found;
     try {
       entry.choice = catalog_.resolve(kind, use, parameters, relative_to_, found);
@@ -196,7 +274,8 @@ class SuiteReader {
         problems_.push_back(problem);
         continue;
       }
-      complain(problem.pointer.empty() ? use_pointer : entry.pointer + problem.pointer, problem.message);
+      const std::string pointer = entry.pointer + problem.pointer;
+      complain(problem.pointer.empty() || pointer == also_there ? use_pointer : pointer, problem.message);
     }
     entry.usable = entry.choice.plugin != nullptr;
     if (!entry.usable || entry.named) return;

@@ -24,13 +24,15 @@ struct LevelEntry {
   plugin_host::Choice choice;
 };
 
+// Of a suite's entry with "trainings" there is one of these for each of its model files.
 struct AlgorithmEntry {
-  std::string name;
+  std::string name;  // of a list of trainings "METHOD (TRAINING)"
   plugin_host::Choice choice;
-  std::string protocol;  // "paper" or "blind"
-  std::string merit;     // empty: the protocol's own
-  unsigned steps = 50;   // budget after step 0
-  bool added = false;    // home or random, added by us
+  std::string protocol;          // "paper" or "blind"
+  std::string merit;             // empty: the protocol's own
+  unsigned steps = 50;           // budget after step 0
+  bool added = false;            // home or random, added by us
+  std::string method, training;  // of a list of trainings the entry's name and the model's; else empty
 };
 
 // What was decided before the run about how its results are judged; null where nothing was. Members as in the suite file

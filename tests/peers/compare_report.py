@@ -2,7 +2,7 @@
 
     python3 tests/peers/compare_report.py results/quick
 
-Compared are `report --format json` and `csv`, curves.csv, curves.json and instances.csv of the folder to 1e-9, and the data in
+Compared are `report --format json` and `csv`, aggregate.csv, curves.csv, curves.json and instances.csv of the folder to 1e-9, and the data in
 its report.html to the digits that it has. `--json FILE` and so on compare other files. Exit code 1 when something differs.
 Needs the program (RELIGN_BENCH, or build/release/bin), NumPy, pandas and SciPy.
 """
@@ -21,7 +21,7 @@ import recompute
 
 TOLERANCE = 1e-9
 # Words, and what says nothing of the trials' errors. Everything else in a group must be computed again.
-WORDS = {"label", "station", "knows", "oracle", "name", "unit", "algorithm_seconds", "key", "reason", "leads"}
+WORDS = {"label", "training_tag", "station", "knows", "oracle", "name", "unit", "algorithm_seconds", "key", "reason", "leads"}
 ONLY_IN_TABLES = {"n", "mean"}  # of a curve's tracks
 
 
@@ -85,6 +85,42 @@ def report_json(differences, groups, document, folder):
         curves = [{**curve, "tracks": {track: {what: values for what, values in of.items() if what not in ONLY_IN_TABLES}
                                        for track, of in curve["tracks"].items()}} for curve in group["curves"]]
         differences.value("report.json: " + ", ".join(place), {**group, "curves": curves}, found[place])
+
+
+def aggregate_json(differences, aggregates, document, folder):
+    entry = next((one for one in document["results"] if one["folder"] == str(folder)), document["results"][0])
+    differences.value("report.json: aggregate", aggregates, entry.get("aggregate", []))
+
+
+AGGREGATE = [name + end for name in ("iqm", "median", "gap", "area") for end in ("", "_lo95", "_hi95")]
+
+
+def aggregate_csv(differences, aggregates, file):
+    table = pd.read_csv(file, float_precision="round_trip", keep_default_na=False, na_values={column: "" for column in AGGREGATE})
+    rows = {(row.protocol, row.algorithm, row.training): row for row in table.itertuples()}
+    for entry in aggregates:
+        best = entry["methods"][0]["method"] if entry["methods"] else ""
+        against = {pair["b"]: pair for pair in entry["pairs"] if pair["a"] == best}
+        for method in entry["methods"]:
+            for training, numbers in [("", method), *((one["training"], one) for one in method.get("trainings", []))]:
+                name = f"aggregate.csv: {entry['protocol']}, {method['method']} {training}"
+                row = rows.pop((entry["protocol"], method["method"], training), None)
+                if row is None:
+                    differences.add(name, "a row", None)
+                    continue
+                wanted = {**{column: numbers.get(column) for column in ("n", *AGGREGATE)}, "failed": numbers["failed"],
+                          "strata": method["strata"], "steps": method["steps"]}
+                if not training:
+                    wanted.update({f"iqm_{what}_training": method.get("spread", {}).get(what) for what in ("lowest", "highest")},
+                                  iqm_sd_of_trainings=method.get("spread", {}).get("sd"))
+                    pair = against.get(method["method"], {})
+                    wanted.update(best_improves=pair.get("improvement"), best_improves_lo95=pair.get("lo95"),
+                                  best_improves_hi95=pair.get("hi95"))
+                for column, value in wanted.items():
+                    found = getattr(row, column)
+                    differences.number(f"{name}, {column}", value, None if found == "" else found)
+    for place in rows:
+        differences.add(f"aggregate.csv: {place}", "no such row", "a row")
 
 
 RANKING = {"in_spec": ("yield", "in"), "in_spec_of": ("yield", "n"), "yield": ("yield", "share"), "yield_lo95": ("yield", "lo95"),
@@ -202,8 +238,11 @@ def main():
     document = chosen.json.read_text() if chosen.json else program.call("report", folder, "--format", "json", *by)
     ranking = chosen.csv.read_text() if chosen.csv else program.call("report", folder, "--format", "csv", *by)
     groups = recompute.groups(folder, chosen.rule)
+    aggregates = recompute.aggregates(folder)
     differences = Differences()
     report_json(differences, groups, json.loads(document), folder)
+    aggregate_json(differences, aggregates, json.loads(document), folder)
+    aggregate_csv(differences, aggregates, folder / "aggregate.csv")
     ranking_csv(differences, groups, ranking)
     curves_csv(differences, groups, chosen.curves or folder / "curves.csv")
     curves_json(differences, groups, folder / "curves.json")

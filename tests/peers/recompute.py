@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 from scipy_statistics import band, draws, friedman, holm, iqm, kaplan_meier_median, quartiles, signed_rank_p
+from stratified import Aggregate
 
 RULES = {"own": "recommended", "best": "recommended_best", "current": "recommended_current"}  # and their tracks
 TRACKS = ("measured", "best", "commanded", "recommended", "excess", "recommended_best", "recommended_current")
@@ -48,7 +49,7 @@ def read(folder):
             steps.setdefault(line["trial"], []).append(line)
         elif line["trial"] in planned and line["trial"] not in seen:
             seen.add(line["trial"])
-            rows.append({"own_optimum_pose": [], "uncured_mse": np.nan, **dict.fromkeys(MTF, np.nan), **line, **tracks(steps.get(line["trial"], []), line),
+            rows.append({"own_optimum_pose": [], "uncured_mse": np.nan, "method": "", "training": "", **dict.fromkeys(MTF, np.nan), **line, **tracks(steps.get(line["trial"], []), line),
                          "host_seconds": seconds.get(line["trial"], [])})
     return manifest, pd.DataFrame(rows)
 
@@ -75,8 +76,18 @@ def tracks(steps, closing):
         "machine": of.machine_seconds.to_numpy(),
         "until_glued": of.recommended_seconds.fillna(of.machine_seconds).to_numpy(),
         "own": rmse(own),
+        "normalised": normalised(of, own),
         "ended_at": steps[-1]["recommended_true_pose"] if steps else [],
     }
+
+
+def normalised(steps, own):
+    """Error of each step as a share of the decades between start and resolution."""
+    start = rmse(steps.commanded_mse.iloc[0] - own) if len(steps) else np.nan
+    if not start > RESOLUTION:
+        return np.full(len(steps), np.nan)
+    excess = np.maximum(rmse(steps.recommended_mse.to_numpy() - own), RESOLUTION)
+    return np.clip(np.log(excess / RESOLUTION) / np.log(start / RESOLUTION), 0, 1)
 
 
 def scene_folder(folder, manifest, scene):
@@ -373,6 +384,14 @@ class Group:
                 hopeless -= set(counting[self.met(counting, ends_of(counting, self.rule), GLUED[self.rule])].instance)
             group.update(cannot_meet_spec=len(hopeless), hopeless=sorted(int(lens) for lens in hopeless)[:20])
         return group
+
+
+def aggregates(folder):
+    """As `aggregate` of the report's JSON."""
+    manifest, trials = read(folder)
+    resamples = 1_000 if len(trials) > 10_000 else 10_000
+    found = [Aggregate(manifest, of, resamples) for _, of in trials.groupby("protocol", sort=False)]
+    return [one.numbers() for one in found if one.strata]
 
 
 def groups(folder, rule=None):

@@ -34,9 +34,9 @@ def philox(counter, resample, seed):
     return c
 
 
-def draws(instances, resamples, seed):
-    """[resample, draw]: the place of the instance that is drawn."""
-    resample = np.arange(resamples, dtype=np.uint64)
+def draws(instances, resamples, seed, level=0):
+    """[resample, draw]: the place of the instance that is drawn; at level 1, 2, ... of the training."""
+    resample = np.arange(resamples, dtype=np.uint64) + np.uint64(level << 40)
     words = [word for counter in range((instances + 1) // 2) for word in philox(counter, resample, seed)]
     bits = np.stack([high << np.uint64(32) | low for high, low in zip(words[::2], words[1::2])], axis=1)[:, :instances]
     # Passed over are values below 2^64 mod n. None is met: their chance is n / 2^64.

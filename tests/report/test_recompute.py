@@ -62,6 +62,32 @@ class Loser(Optimizer):
 
 serve(Loser)
 '''
+TRAINED = '''"""Walks as its model has it."""
+import json
+import random
+
+from relign_bench.plugin import Optimizer, parameter, serve
+
+
+class Trained(Optimizer):
+    """The model is the length of a step."""
+
+    training = "model"
+    model = parameter(type="file", description="JSON: a number")
+
+    def run(self, talk):
+        dice, start = random.Random(talk.first.pose[0]), talk.first.pose
+        with open(self.model) as file:
+            length = json.load(file)
+        if start[0] > 0.65:
+            raise RuntimeError("out of its depth")
+        seen = talk.first
+        while seen is not None:
+            seen = talk.step(talk.box.clamp([0.5 + length * dice.gauss(0, 1) for _ in seen.pose]))
+
+
+serve(Trained)
+'''
 TOLERANCES = {"use": "tolerances", "elements": {"*": {"shift_um": [20, 20, 20], "tilt_arcmin": [6, 6]}},
               "start": {"shift_um": [300, 300, 300], "tilt_arcmin": [60, 60]},
               "cure_shift": {"shift_um": [20, 20, 20], "tilt_arcmin": [3, 3]}}
@@ -78,6 +104,9 @@ class Recompute(unittest.TestCase):
         place = pathlib.Path(cls.place.name)
         (place / "stumbler.py").write_text(STUMBLER)
         (place / "loser.py").write_text(LOSER)
+        (place / "trained.py").write_text(TRAINED)
+        for name, length in (("one", 0.01), ("two", 0.03), ("three", 0.1)):
+            (place / f"{name}.json").write_text(str(length))
         (place / "glued.json").write_text(json.dumps(TOLERANCES))
         (place / "suite.json").write_text(json.dumps(cls.suite))
         cls.folder = place / "results"
@@ -89,6 +118,7 @@ class Recompute(unittest.TestCase):
         cls.document = json.loads(program.call("report", cls.folder, "--format", "json"))
         cls.ranking = program.call("report", cls.folder, "--format", "csv")
         cls.groups = recompute.groups(cls.folder)
+        cls.aggregates = recompute.aggregates(cls.folder)
 
     @classmethod
     def tearDownClass(cls):
@@ -127,6 +157,13 @@ class Recompute(unittest.TestCase):
                 self.assertGreater(differences.compared, 100)
         differences = self.found_in(compare_report.instances_csv, self.folder, self.folder / "instances.csv")
         self.assertEqual(differences.found, [])
+        self.assertGreater(len(self.aggregates), 0)
+        for compare, argument in ((compare_report.aggregate_json, (self.document, self.folder)),
+                                  (compare_report.aggregate_csv, (self.folder / "aggregate.csv",))):
+            with self.subTest(compare.__name__):
+                differences = self.found_in(compare, self.aggregates, *argument)
+                self.assertEqual(differences.found, [])
+                self.assertGreater(differences.compared, 30)
 
     def numbers_of(self, value, place=()):
         if isinstance(value, dict):
@@ -155,6 +192,20 @@ class Recompute(unittest.TestCase):
             changed += 1
         self.assertGreater(changed, 300)
 
+    def test_any_changed_number_of_the_aggregates_is_noticed(self):
+        aggregate, changed = copy.deepcopy(self.document["results"][0]["aggregate"]), 0
+        document = {"results": [{"folder": "", "aggregate": aggregate}]}
+        for place in self.numbers_of(aggregate):
+            at = aggregate
+            for key in place[:-1]:
+                at = at[key]
+            kept = at[place[-1]]
+            at[place[-1]] = kept * (1 + 1e-8) or 1e-8
+            self.assertEqual(len(self.found_in(compare_report.aggregate_json, self.aggregates, document, "").found), 1, place)
+            at[place[-1]] = kept
+            changed += 1
+        self.assertGreater(changed, 300)
+
     def test_a_changed_field_of_the_tables_is_noticed(self):
         table = pd.read_csv(self.folder / "curves.csv", float_precision="round_trip")
         for column in table.columns[6:]:
@@ -162,6 +213,14 @@ class Recompute(unittest.TestCase):
             changed.loc[changed[column].last_valid_index(), column] *= 1 + 1e-8
             file = self.written("curves.csv", changed.to_csv(index=False))
             self.assertEqual(len(self.found_in(compare_report.curves_csv, self.groups, file).found), 1, column)
+        table = pd.read_csv(self.folder / "aggregate.csv", float_precision="round_trip")
+        for column in table.columns[table.columns.get_loc("n"):]:
+            changed = table.astype({column: float})
+            if changed[column].notna().any():
+                place = changed[column].last_valid_index()
+                changed.loc[place, column] = changed.loc[place, column] * (1 + 1e-8) or 1e-8
+                file = self.written("aggregate.csv", changed.to_csv(index=False))
+                self.assertEqual(len(self.found_in(compare_report.aggregate_csv, self.aggregates, file).found), 1, column)
         for column in ("recommended_iqm", "yield_lo95", "expected_steps_to_spec"):
             changed = pd.read_csv(pathlib.Path(self.written("ranking.csv", self.ranking)), float_precision="round_trip")
             changed.loc[0, column] = changed.loc[0, column] * (1 + 1e-8)
@@ -254,6 +313,38 @@ class RecomputeMtf(unittest.TestCase):
         self.assertTrue(all(group["spec_mtf"]["lp_per_mm"] == 5 for group in groups))
         self.assertTrue(any(0 < row["yield"]["share"] for row in rows))
         self.assertIn("MTF at 5.00 lp/mm 0.900 in the centre and 0.900 in the corners", (self.folder / "report.html").read_text())
+
+
+class RecomputeTrainings(unittest.TestCase):
+    """A method that is a list of trainings, beside one that was trained once, and a search."""
+
+    suite = {**SUITE, "algorithms": [{"use": "./trained.py", "name": "net", "trainings": ["one.json", "two.json", "three.json"]},
+                                     {"use": "./trained.py", "name": "lone", "parameters": {"model": "two.json"}}, "nlopt-sbplx"]}
+    setUpClass = classmethod(Recompute.setUpClass.__func__)
+    tearDownClass = classmethod(Recompute.tearDownClass.__func__)
+    found_in = Recompute.found_in
+    written = Recompute.written
+    numbers_of = Recompute.numbers_of
+    test_all_tables_and_the_page_agree = Recompute.test_all_tables_and_the_page_agree
+    test_any_changed_number_of_the_aggregates_is_noticed = Recompute.test_any_changed_number_of_the_aggregates_is_noticed
+    test_a_changed_field_of_the_tables_is_noticed = Recompute.test_a_changed_field_of_the_tables_is_noticed
+
+    def test_the_list_is_one_method_with_its_spread(self):
+        methods = {one["method"]: one for one in self.document["results"][0]["aggregate"][0]["methods"]}
+        self.assertEqual([one["training"] for one in methods["net"]["trainings"]], ["one", "two", "three"])
+        self.assertEqual(methods["net"]["n"], 3 * methods["nlopt-sbplx"]["n"])
+        self.assertGreater(methods["net"]["failed"], 0)
+        self.assertGreater(methods["net"]["spread"]["sd"], 0)
+        self.assertEqual(methods["net"]["training_tag"], "3 trainings")
+        self.assertEqual(methods["lone"]["training_tag"], "one training")
+        self.assertNotIn("training_tag", methods["nlopt-sbplx"])
+        page = (self.folder / "report.html").read_text()
+        self.assertIn("its 3 trainings have an IQM from", page)
+        self.assertIn("one training", page)
+        records = recompute.read(self.folder)[1]
+        self.assertEqual(set(records[records.method == "net"].training), {"one", "two", "three"})
+        for table in ("md", "csv"):
+            self.assertIn("one training", program.call("report", self.folder, "--format", table))
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@
 #include "error_text.h"
 #include "stats/golden.h"
 #include "stats/sorted_sample.h"
-#include "stats/two_level.h"
 
 namespace relign::stats {
 namespace {
@@ -60,33 +59,6 @@ TEST(Bootstrap, DrawsEstimatesReplicatesAndIntervalsAreThoseOfSciPy) {
       expect_close(narrow.high, number(expected["interval_80"][1]));
     }
   }
-}
-
-TEST(Bootstrap, OfTwoLevelsIsThatOfNumPy) {
-  const auto file = golden("bootstrap");
-  const auto& one = file["two_level"];
-  const TwoLevelResampling resampling(one["seeds"], one["instances"], file["resamples"], file["seed"]);
-  const Replicates replicates = resampled(resampling, {numbers(one["values"])}, OrderStatistic::iqm()).front();
-  for (std::size_t resample = 0; resample < one["replicates"].size(); ++resample) {
-    expect_close(replicates[resample], number(one["replicates"][resample]));
-  }
-  const Band band = bands(resampling, {numbers(one["values"])}, OrderStatistic::iqm()).front();
-  EXPECT_EQ(band.n, 36U);
-  expect_close(band.estimate, number(one["iqm"]));
-  expect_close(band.interval.low, number(one["interval_95"][0]));
-  expect_close(band.interval.high, number(one["interval_95"][1]));
-}
-
-TEST(Bootstrap, OneTrainingSaysNothingAboutTheNext) {
-  const TwoLevelResampling resampling(1, 3, 50, 1);
-  const Band band = bands(resampling, {{1, 2, 3}}, OrderStatistic::median()).front();
-  EXPECT_EQ(band.estimate, 2);
-  EXPECT_FALSE(band.interval.exists());
-  EXPECT_THAT(error_text(ErrorKind::internal,
-                         [&] {
-                           resampled(resampling, {{1, 2}}, OrderStatistic::mean());
-                         }),
-              HasSubstr("1 training seeds on 3 instances"));
 }
 
 // 20 million counts more than are kept, next to the same draws of a smaller object.

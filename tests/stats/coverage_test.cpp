@@ -6,12 +6,12 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "stats/aggregate.h"
 #include "stats/bootstrap.h"
 #include "stats/paired.h"
 #include "stats/proportion.h"
 #include "stats/simulated.h"
 #include "stats/survival.h"
-#include "stats/two_level.h"
 
 namespace relign::stats {
 namespace {
@@ -113,7 +113,8 @@ TEST(Coverage, OneAlgorithmUnderTwoNamesIsNotTwo) {
 // How many of the simulations' bands hold 0, in percent: value = training + instance + noise.
 double coverage_of_trainings(std::size_t trainings, double training_sigma, int simulations) {
   constexpr std::size_t kInstances = 100;
-  const TwoLevelResampling resampling(trainings, kInstances, size().resamples, 7);
+  const StratifiedResampling resampling({kInstances}, size().resamples, 7);
+  Parallel parallel(1);
   int held = 0;
   for (int simulation = 0; simulation < simulations; ++simulation) {
     Random random(3, static_cast<std::uint64_t>(simulation));
@@ -123,7 +124,8 @@ double coverage_of_trainings(std::size_t trainings, double training_sigma, int s
       const double level = training_sigma * random.normal();
       for (const double value : instance) values.push_back(level + value + 0.5 * random.normal());
     }
-    const Interval interval = bands(resampling, {values}, OrderStatistic::iqm()).front().interval;
+    const StratifiedValues errors = {trainings, {values}};
+    const Interval interval = aggregate(resampling, {{errors, errors}}, {}, parallel).methods.front().iqm.interval;
     held += interval.low <= 0 && 0 <= interval.high ? 1 : 0;
   }
   return 100.0 * held / simulations;

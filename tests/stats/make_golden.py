@@ -1,4 +1,6 @@
-"""Writes tests/golden/stats/*.json: `python make_golden.py` (needs NumPy and SciPy 1.17 or later).
+"""Writes tests/golden/stats/*.json: `python make_golden.py` (needs NumPy, SciPy 1.17 or later, and rliable 1.2).
+
+`python make_golden.py aggregate` writes that file alone.
 
 What the statistics of core/stats are held against. null stands for NaN. Values come from SciPy and NumPy, or are written
 down here from the publication that is named with them; the random numbers of the bootstrap are the harness's own, made
@@ -7,9 +9,13 @@ again here from their description (relign/random.hpp).
 
 import json
 import pathlib
+import sys
+from importlib import metadata
 
 import numpy
 import scipy
+from rliable import metrics
+from rliable.library import run_score_deviation
 from scipy import stats
 
 FOLDER = pathlib.Path(__file__).resolve().parent.parent / "golden" / "stats"
@@ -93,15 +99,75 @@ def bootstrap():
             }
         case["counts"] = [numpy.bincount(indices, minlength=n) for indices in drawn[:3]]
         cases.append(case)
-    seeds, n = 4, 9
-    values = random.standard_normal((seeds, n)).round(3)
-    replicates = []
-    for resample in range(resamples):
-        rows, columns = draws(seeds, resample, seed, 1), draws(n, resample, seed)
-        replicates.append(iqm(values[numpy.ix_(rows, columns)].ravel()))
-    two_level = {"seeds": seeds, "instances": n, "values": values.ravel(), "iqm": iqm(values.ravel()),
-                 "replicates": replicates[:20], "interval_95": expanded(replicates, seeds, 0.95)}
-    write("bootstrap", {"seed": seed, "resamples": resamples, "cases": cases, "two_level": two_level})
+    write("bootstrap", {"seed": seed, "resamples": resamples, "cases": cases})
+
+
+# ---- aggregates over strata ----------------------------------------------------------------------
+
+
+def even(strata):
+    """The strata's values, each as often as makes the strata equally large, and four times, so that rliable cuts whole values."""
+    strata = [numpy.ravel(values)[~numpy.isnan(numpy.ravel(values))] for values in strata]
+    strata = [values for values in strata if values.size]
+    size = numpy.lcm.reduce([values.size for values in strata]) * 4
+    return numpy.concatenate([numpy.repeat(values, size // values.size) for values in strata])[None]
+
+
+def pooled(errors, places):
+    """Of errors [stratum][training, instance]; rliable's scores are 1 - error, and every instance is a task."""
+    errors = even(errors)
+    scores = 1 - errors
+    return [1 - metrics.aggregate_iqm(scores), 1 - metrics.aggregate_median(scores), metrics.aggregate_optimality_gap(scores),
+            *(1 - run_score_deviation(errors, place) for place in places)]
+
+
+def improvement(first, second):
+    """rliable's, with every instance as a task and trainings as its runs; strata weigh the same."""
+    shares = []
+    for left, right in zip(first, second):
+        both = ~numpy.isnan(left).any(axis=0) & ~numpy.isnan(right).any(axis=0)
+        if both.any():
+            shares.append(metrics.probability_of_improvement(1 - left[:, both], 1 - right[:, both]))
+    return numpy.mean(shares)
+
+
+def aggregate():
+    random = numpy.random.default_rng(5)
+    seed, resamples, places = 0x123456789ABCDEF, 200, [0, 0.2, 0.5, 0.975]
+    cases = []
+    for instances, trainings, missing in (([8, 8, 8], [1, 1], 0), ([8, 5], [1, 1], 0), ([9, 9], [4, 1], 0), ([6, 6], [3, 2], 0),
+                                          ([10, 7], [1, 1], 4)):
+        methods = []
+        for method, count in enumerate(trainings):
+            errors = [numpy.clip(random.normal(0.35 + 0.1 * method, 0.3, (count, n)) + random.normal(0, 0.1, (count, 1)), 0, 1).round(3)
+                      for n in instances]
+            errors[0][0, 0] = errors[0][0, 1]
+            for _ in range(missing):
+                errors[random.integers(len(errors))][0, random.integers(5)] = numpy.nan
+            methods.append(errors)
+        drawn = {n: [draws(n, resample, seed) for resample in range(resamples)] for n in set(instances)}
+
+        def resample(method, b):
+            count = trainings[method]
+            rows = draws(count, b, seed, sum(one > 1 for one in trainings[:method + 1])) if count > 1 else [0]
+            return [errors[numpy.ix_(rows, drawn[n][b])] for errors, n in zip(methods[method], instances)]
+
+        def interval(replicates, method_places):
+            fewest = min(min(int((~numpy.isnan(one)).sum() / one.shape[0]) for one in methods[m]) for m in method_places)
+            return expanded(replicates, min([fewest] + [trainings[m] for m in method_places if trainings[m] > 1]), 0.95)
+
+        case = {"instances": instances, "trainings": trainings, "errors": [[one.ravel() for one in errors] for errors in methods],
+                "methods": [], "improvement": improvement(*methods)}
+        for method in range(2):
+            replicates = numpy.array([pooled(resample(method, b), places) for b in range(resamples)])
+            case["methods"].append({"estimate": pooled(methods[method], places), "replicates_mean": replicates.mean(axis=0),
+                                    "intervals": [interval(one, [method]) for one in replicates.T]})
+        won = [improvement(resample(0, b), resample(1, b)) for b in range(resamples)]
+        if not missing:
+            case["improvement_interval"] = interval(won, [0, 1])
+        cases.append(case)
+    write("aggregate", {"rliable": metadata.version("rliable"), "seed": seed, "resamples": resamples,
+                        "places": places, "cases": cases})
 
 
 # ---- the rest ------------------------------------------------------------------------------------
@@ -189,5 +255,6 @@ def survival():
 
 if __name__ == "__main__":
     FOLDER.mkdir(parents=True, exist_ok=True)
-    for make in (bootstrap, distributions, proportion, signed_rank, ranks, survival):
-        make()
+    for make in (bootstrap, aggregate, distributions, proportion, signed_rank, ranks, survival):
+        if make.__name__ in (sys.argv[1:] or [make.__name__]):
+            make()

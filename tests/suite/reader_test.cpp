@@ -42,6 +42,15 @@ class SuiteReaderTest : public testing::Test {
     const Json json = Json::parse(manifest);
     write_file_atomically(folder_ / "plugins" / name / (json["id"].get<std::string>() + ".so"), "no library");
   }
+  // An agent with a trained model, and three models.
+  void add_trained() {
+    plugin("net", R"({"id": "net", "kind": "agent", "summary": "Learnt.", "knows": ["images"], "training": "model",
+      "parameters": {"model": {"type": "file", "description": "A model."},
+                     "gain": {"type": "number", "default": 1, "minimum": 0, "maximum": 1, "description": "Gain."}}})");
+    for (const char* file : {"a/one.onnx", "a/two.onnx", "b/one.onnx"}) write_file_atomically(folder_ / file, file);
+    catalog_.scan(folder_ / "plugins");
+    ASSERT_THAT(catalog_.refused(), testing::IsEmpty());
+  }
   Suite read(const std::string& text) {
     return read_suite(JsonSource::from_text(text, "quick.json"), folder_, catalog_);
   }
@@ -180,6 +189,53 @@ TEST_F(SuiteReaderTest, PathsAreRelativeToTheSuitesFolder) {
   EXPECT_EQ(suite.scenes[0].name, "scene");
   EXPECT_EQ(suite.scenes[0].choice.plugin->id, "toy");
   EXPECT_EQ(suite.algorithms[0].name, "bo-gp");
+}
+
+TEST_F(SuiteReaderTest, TrainingsAreOneEntryForEachModel) {
+  add_trained();
+  const Suite suite = read(with(R"({"use": "net", "name": "ours", "trainings": ["a/one.onnx", "a/two.onnx"], "steps": 7,
+                                   "parameters": {"gain": 0.5}})"));
+  EXPECT_THAT(names(suite), testing::ElementsAre("ours (one)", "ours (two)", "home", "random"));
+  const AlgorithmEntry& two = suite.algorithms[1];
+  EXPECT_EQ(two.method, "ours");
+  EXPECT_EQ(two.training, "two");
+  EXPECT_EQ(two.steps, 7U);
+  EXPECT_EQ(two.choice.parameters["model"], (folder_ / "a" / "two.onnx").string());
+  EXPECT_EQ(two.choice.parameters["gain"], 0.5);
+  EXPECT_NE(two.choice.identity, suite.algorithms[0].choice.identity);
+  EXPECT_EQ(suite.algorithms[2].method, "");
+  EXPECT_EQ(suite.algorithms[2].training, "");
+}
+
+TEST_F(SuiteReaderTest, TrainingsWithEqualFileNamesAreNamedByTheirFolders) {
+  add_trained();
+  const Suite suite = read(with(R"({"use": "net", "name": "ours", "trainings": ["a/one.onnx", "./b/one.onnx"]})"));
+  EXPECT_THAT(names(suite), testing::ElementsAre("ours (a-one)", "ours (b-one)", "home", "random"));
+}
+
+TEST_F(SuiteReaderTest, MistakesInTrainingsHaveTheirPlace) {
+  add_trained();
+  EXPECT_THAT(mistakes(with(R"({"use": "net", "trainings": ["a/one.onnx"]})")),
+              HasSubstr("a list of trainings needs a \"name\""));
+  EXPECT_THAT(mistakes(with(R"({"use": "bo-gp", "name": "ours", "trainings": ["a/one.onnx"]})")),
+              HasSubstr("'bo-gp' has no trained model"));
+  EXPECT_THAT(mistakes(with(R"({"use": "net", "name": "ours", "trainings": []})")),
+              HasSubstr("a list of 1 to 100 model"));
+  EXPECT_THAT(mistakes(with(R"({"use": "net", "name": "ours", "trainings": ["a/one.onnx", 3]})")),
+              HasSubstr("a list of 1 to 100 model"));
+  EXPECT_THAT(
+      mistakes(with(R"({"use": "net", "name": "ours", "trainings": ["a/one.onnx"], "parameters": {"model": "x"}})")),
+      HasSubstr("\"trainings\" gives this parameter"));
+  EXPECT_THAT(
+      mistakes(with("{\"use\": \"net\", \"name\": \"ours\",\n \"trainings\": [\"a/one.onnx\",\n  \"none.onnx\"]}")),
+      AllOf(HasSubstr("quick.json:3:3"), HasSubstr("none.onnx")));
+  EXPECT_THAT(mistakes(with(R"({"use": "net", "name": "ours", "trainings": ["a/one.onnx", "a/../a/one.onnx"]})")),
+              HasSubstr("this is the same model as"));
+  EXPECT_THAT(mistakes(with(R"({"use": "nte", "name": "ours", "trainings": ["a/one.onnx"]})")),
+              HasSubstr("did you mean 'net'"));
+  EXPECT_THAT(mistakes(R"({"scenes": [{"use": "toy", "name": "x", "trainings": ["a"]}], "noise_levels": ["rho0"],
+                           "algorithms": ["home"]})"),
+              HasSubstr("unknown key"));
 }
 
 TEST_F(SuiteReaderTest, AllMistakesComeOutAtOnceWithTheirPlace) {
