@@ -24,14 +24,19 @@ double share_of(double decades, double excess) {
 
 double normalised_error(double excess, double start_excess) { return share_of(decades_of(start_excess), excess); }
 
-std::vector<double> normalised_errors(const std::vector<records::StepNumbers>& steps, double own_optimum_mse) {
+std::vector<double> normalised_errors(const std::vector<records::StepNumbers>& steps, double own_optimum_mse,
+                                      Rule rule) {
   std::vector<double> errors;
   errors.reserve(steps.size());
   if (steps.empty()) return errors;
   const double decades =
       steps.front().step == 0 ? decades_of(displayed_rmse(steps.front().commanded_mse - own_optimum_mse)) : kMissing;
-  for (const records::StepNumbers& step : steps)
-    errors.push_back(share_of(decades, displayed_rmse(step.recommended_mse - own_optimum_mse)));
+  double best = kMissing, glued_best = kMissing;
+  for (const records::StepNumbers& step : steps) {
+    if (errors.empty() || step.measured < best || std::isnan(best)) best = step.measured, glued_best = step.glued_mse;
+    const double mse = rule == Rule::best ? glued_best : rule == Rule::current ? step.glued_mse : step.recommended_mse;
+    errors.push_back(share_of(decades, displayed_rmse(mse - own_optimum_mse)));
+  }
   return errors;
 }
 

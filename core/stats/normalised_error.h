@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "records/step_numbers.h"
+#include "stats/rules.h"
 
 namespace relign::stats {
 
@@ -24,9 +25,10 @@ inline constexpr double kResolution = 1e-4;
 // NaN where either excess is NaN, and where the start is within the resolution: nothing is left to be measured there.
 double normalised_error(double excess, double start_excess);
 
-// Of each step's recommended pose; the start is the commanded pose of step 0, without which all are NaN. No steps:
+// Of each step's pose by the rule (rules.h); the start is the commanded pose of step 0, without which all are NaN. No steps:
 // empty.
-std::vector<double> normalised_errors(const std::vector<records::StepNumbers>& steps, double own_optimum_mse);
+std::vector<double> normalised_errors(const std::vector<records::StepNumbers>& steps, double own_optimum_mse,
+                                      Rule rule = Rule::own);
 
 // Mean of the normalised errors over steps 1 to `budget`, the last one carried forward: the area under the error curve
 // as a share of the largest possible one. Empty errors, and no budget: NaN.

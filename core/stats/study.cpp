@@ -364,7 +364,8 @@ Study make_study(const TrialTable& table, StudyOptions options) {
   Parallel parallel(threads);
   study.groups = groups_of(table);
   study.series.resize(table.series.size());
-  std::vector<SeriesErrors> errors(table.series.begin(), table.series.end());
+  std::vector<SeriesErrors> errors;
+  for (const Series& series : table.series) errors.emplace_back(series, options.rule);
   for (GroupStudy& group : study.groups) {
     const auto spec = options.spec_of_scene.find(group.scene);
     group.spec = spec != options.spec_of_scene.end() ? spec->second : options.spec;

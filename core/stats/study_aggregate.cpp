@@ -213,13 +213,13 @@ class ProtocolAggregates {
 
 }  // namespace
 
-SeriesErrors::SeriesErrors(const Series& series)
-    : last(series.trials.size(), kMissing), area(series.trials.size(), kMissing) {
+SeriesErrors::SeriesErrors(const Series& series, Rule by)
+    : rule(by), last(series.trials.size(), kMissing), area(series.trials.size(), kMissing) {
   if (!series.trials.empty()) by_step.assign(series.largest_budget + std::size_t{1}, 0);
 }
 
 void SeriesErrors::add(const ReadTrial& trial) {
-  const std::vector<double> errors = normalised_errors(trial.steps, trial.row.own_optimum_mse);
+  const std::vector<double> errors = normalised_errors(trial.steps, trial.row.own_optimum_mse, rule);
   const double under = area_under(errors, std::max(trial.row.budget, static_cast<unsigned>(errors.size()) - 1));
   if (std::isnan(under) || std::isnan(errors.front())) return;
   last[trial.place] = errors.back();

@@ -11,9 +11,10 @@ namespace relign::stats {
 // Normalised errors of a series, gathered while its trials' steps are at hand. A trial without truth at any of its
 // steps has none (NaN).
 struct SeriesErrors {
-  explicit SeriesErrors(const Series& series);
+  SeriesErrors(const Series& series, Rule rule);
   void add(const ReadTrial& trial);
 
+  Rule rule;
   std::vector<double> last, area;  // one a trial of the series
   std::vector<double> by_step;     // sums over the trials that have a value, from step 0 to the largest budget
   std::size_t known = 0;           // trials that have one

@@ -238,7 +238,7 @@ def main():
     document = chosen.json.read_text() if chosen.json else program.call("report", folder, "--format", "json", *by)
     ranking = chosen.csv.read_text() if chosen.csv else program.call("report", folder, "--format", "csv", *by)
     groups = recompute.groups(folder, chosen.rule)
-    aggregates = recompute.aggregates(folder)
+    aggregates = recompute.aggregates(folder, chosen.rule)
     differences = Differences()
     report_json(differences, groups, json.loads(document), folder)
     aggregate_json(differences, aggregates, json.loads(document), folder)

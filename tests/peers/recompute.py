@@ -76,17 +76,18 @@ def tracks(steps, closing):
         "machine": of.machine_seconds.to_numpy(),
         "until_glued": of.recommended_seconds.fillna(of.machine_seconds).to_numpy(),
         "own": rmse(own),
-        "normalised": normalised(of, own),
+        **{"normalised_" + rule: normalised(of, mse, own) for rule, mse in
+           (("own", of.recommended_mse.to_numpy()), ("best", glued[lowest] if len(of) else glued), ("current", glued))},
         "ended_at": steps[-1]["recommended_true_pose"] if steps else [],
     }
 
 
-def normalised(steps, own):
+def normalised(steps, mse, own):
     """Error of each step as a share of the decades between start and resolution."""
     start = rmse(steps.commanded_mse.iloc[0] - own) if len(steps) else np.nan
     if not start > RESOLUTION:
         return np.full(len(steps), np.nan)
-    excess = np.maximum(rmse(steps.recommended_mse.to_numpy() - own), RESOLUTION)
+    excess = np.maximum(rmse(mse - own), RESOLUTION)
     return np.clip(np.log(excess / RESOLUTION) / np.log(start / RESOLUTION), 0, 1)
 
 
@@ -386,9 +387,11 @@ class Group:
         return group
 
 
-def aggregates(folder):
-    """As `aggregate` of the report's JSON."""
+def aggregates(folder, rule=None):
+    """As `aggregate` of the report's JSON. `rule`: of --rule."""
     manifest, trials = read(folder)
+    rule = rule or (manifest.get("analysis") or {}).get("rule", "own")
+    trials = trials.assign(normalised=trials["normalised_" + rule])
     resamples = 1_000 if len(trials) > 10_000 else 10_000
     found = [Aggregate(manifest, of, resamples) for _, of in trials.groupby("protocol", sort=False)]
     return [one.numbers() for one in found if one.strata]

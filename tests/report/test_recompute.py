@@ -244,6 +244,9 @@ class Recompute(unittest.TestCase):
             differences = self.found_in(compare_report.report_json, groups, document, self.folder)
             self.assertEqual(differences.found, [], rule)
             self.assertGreater(differences.compared, 1000)
+            aggregates = recompute.aggregates(self.folder, rule)
+            self.assertNotEqual(aggregates, self.aggregates)
+            self.assertEqual(self.found_in(compare_report.aggregate_json, aggregates, document, self.folder).found, [], rule)
             for compare, argument in ((compare_report.ranking_csv, program.call("report", self.folder, "--format", "csv", *by)),
                                       (compare_report.page, page)):
                 self.assertEqual(self.found_in(compare, groups, argument).found, [], rule)

@@ -71,6 +71,21 @@ TEST(NormalisedError, FollowsTheRecommendedPoseAgainstTheStart) {
   EXPECT_TRUE(std::isnan(normalised_errors(without_start, 0).front()));
 }
 
+// Step 1 has the lowest measured error, step 2 does not, step 3 has none.
+TEST(NormalisedError, FollowsThePoseOfTheRule) {
+  std::vector<records::StepNumbers> trial = steps({1e-2, 1e-2, 1e-2, 1e-2}, 1e-2);
+  const double measured[] = {0.2, 0.1, 0.15, kNone}, glued[] = {1e-2, 1e-4, 1e-6, 1e-2};
+  for (std::size_t step = 0; step < trial.size(); ++step) {
+    trial[step].measured = measured[step];
+    trial[step].glued_mse = glued[step];
+  }
+  EXPECT_THAT(normalised_errors(trial, 0, Rule::own), ElementsAre(1, 1, 1, 1));
+  EXPECT_THAT(normalised_errors(trial, 0, Rule::best),
+              ElementsAre(1, DoubleNear(2.0 / 3, 1e-12), DoubleNear(2.0 / 3, 1e-12), DoubleNear(2.0 / 3, 1e-12)));
+  EXPECT_THAT(normalised_errors(trial, 0, Rule::current),
+              ElementsAre(1, DoubleNear(2.0 / 3, 1e-12), DoubleNear(1.0 / 3, 1e-12), 1));
+}
+
 TEST(AreaUnder, AveragesTheStepsAfterTheStart) {
   EXPECT_DOUBLE_EQ(area_under({1, 0.5, 0.1}, 2), 0.3);
   EXPECT_DOUBLE_EQ(area_under({1, 0.5, 0.1}, 4), (0.5 + 0.1 + 0.1 + 0.1) / 4) << "the last one is carried forward";
