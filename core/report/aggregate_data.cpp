@@ -58,12 +58,9 @@ Json spread_json(const std::vector<stats::AggregateMethod>& members) {
           {"sd", shown_number(std::sqrt(squares / (count - 1)))}};
 }
 
-Json method_json(const stats::AggregateMethod& method, bool oracle, const std::string& tag) {
-  Json json = {{"method", method.name},
-               {"oracle", oracle},
-               {"strata", method.strata},
-               {"failed", method.failed},
-               {"steps", method.steps}};
+Json method_json(const stats::AggregateMethod& method, const std::string& of_class, const std::string& tag) {
+  Json json = {{"method", method.name},   {"class", of_class},       {"oracle", of_class == "oracle"},
+               {"strata", method.strata}, {"failed", method.failed}, {"steps", method.steps}};
   if (!tag.empty()) json["training_tag"] = tag;
   if (method.bands.iqm.n == 0) return json;
   put_bands(json, method.bands);
@@ -110,10 +107,14 @@ void add_aggregate(Json& data, const LoadedResults& results, const stats::Study&
     const auto found = tags.find(name);
     return found == tags.end() ? std::string() : found->second;
   };
-  std::map<std::string, bool> oracles;
+  std::map<std::string, std::string> lists;  // of which list a method is
+  for (const Json& entry : list_of(results.manifest, "algorithms"))
+    if (const Json& list = object_of(entry, "of_list"); !list.empty())
+      lists[text_of(entry, "name")] = text_of(list, "method");
+  std::map<std::pair<std::string, std::string>, std::string> classes;  // by name, or list, and protocol
   for (Json& method : data["methods"]) {
-    const std::string name = text_of(method, "name");
-    oracles[name] = flag_of(method, "oracle");
+    const std::string name = text_of(method, "name"), protocol = text_of(method, "protocol");
+    classes[{lists.count(name) ? lists[name] : name, protocol}] = text_of(method, "class");
     if (const std::string tag = tag_of(name); !tag.empty()) method["training_tag"] = tag;
   }
   for (Json& group : data["groups"])
@@ -131,7 +132,7 @@ void add_aggregate(Json& data, const LoadedResults& results, const stats::Study&
           {{"scene", stratum.scene}, {"noise_level", stratum.noise_level}, {"instances", stratum.instances.size()}});
     }
     for (const stats::AggregateMethod& method : one.methods)
-      entry["methods"].push_back(method_json(method, oracles[method.name], tag_of(method.name)));
+      entry["methods"].push_back(method_json(method, classes[{method.name, one.protocol}], tag_of(method.name)));
     for (const stats::Improvement& pair : one.pairs)
       entry["pairs"].push_back({{"a", one.methods[pair.first].name},
                                 {"b", one.methods[pair.second].name},

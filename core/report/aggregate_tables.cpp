@@ -19,9 +19,10 @@ std::string field(const Json& object, const std::string& key) {
 std::string csv_row(const Json& entry, const Json& method, const Json& numbers, const std::string& training,
                     std::uint64_t trainings, const Json& best) {
   std::string row = csv_field(text_of(entry, "protocol")) + ',' + csv_field(text_of(method, "method")) + ',' +
-                    csv_field(training) + ',' + (flag_of(method, "oracle") ? "true" : "false") + ',' +
-                    std::to_string(trainings) + ',' + (text_of(method, "training_tag").empty() ? "false" : "true") +
-                    ',' + std::to_string(count_of(method, "strata")) + ',' + field(numbers, "n") + ',' +
+                    csv_field(training) + ',' + csv_field(text_of(method, "class")) + ',' +
+                    (flag_of(method, "oracle") ? "true" : "false") + ',' + std::to_string(trainings) + ',' +
+                    (text_of(method, "training_tag").empty() ? "false" : "true") + ',' +
+                    std::to_string(count_of(method, "strata")) + ',' + field(numbers, "n") + ',' +
                     std::to_string(count_of(numbers, "failed")) + ',' + std::to_string(count_of(method, "steps"));
   for (const std::string statistic : kStatistics)
     for (const char* end : {"", "_lo95", "_hi95"}) row += ',' + field(numbers, statistic + end);
@@ -45,7 +46,7 @@ std::string interval_text(const Json& numbers, const std::string& statistic) {
 }  // namespace
 
 std::string aggregate_csv(const Json& data) {
-  std::string csv = "protocol,algorithm,training,oracle,trainings,trained,strata,n,failed,steps";
+  std::string csv = "protocol,algorithm,training,class,oracle,trainings,trained,strata,n,failed,steps";
   for (const std::string statistic : kStatistics)
     csv += ',' + statistic + ',' + statistic + "_lo95," + statistic + "_hi95";
   csv +=
@@ -75,8 +76,8 @@ std::string aggregate_markdown(const Json& data) {
         "**: normalised error after the last step (0: the instance's own optimum, 1: no better than the start), with "
         "95 % intervals; strata of equal weight: " +
         std::to_string(entry["strata"].size()) +
-        ".\n\n| method | IQM | median | optimality gap | area under the error curve | failed |\n"
-        "|---|---|---|---|---|---:|\n";
+        ".\n\n| method | observes | IQM | median | optimality gap | area under the error curve | failed |\n"
+        "|---|---|---|---|---|---|---:|\n";
     for (const Json& method : entry["methods"]) {
       std::string name = markdown_text(text_of(method, "method"));
       if (flag_of(method, "oracle")) name += " (oracle)";
@@ -85,7 +86,7 @@ std::string aggregate_markdown(const Json& data) {
       if (count_of(method, "n") == 0)
         name += " (ran in " + std::to_string(count_of(method, "strata")) + " of " +
                 std::to_string(entry["strata"].size()) + " strata)";
-      out += "| " + name + " |";
+      out += "| " + name + " | " + text_of(method, "class") + " |";
       for (const std::string statistic : kStatistics) out += " " + interval_text(method, statistic) + " |";
       out += " " + std::to_string(count_of(method, "failed")) + " |\n";
     }

@@ -7,6 +7,7 @@
 #include "report/aggregate_data.h"
 #include "report/figure_html.h"
 #include "report/html_writer.h"
+#include "report/page_groups.h"
 #include "report/sections.h"
 
 namespace relign::report {
@@ -69,6 +70,50 @@ void name_cell(HtmlWriter& html, const Json& method) {
   html.close();
 }
 
+void table_row(HtmlWriter& html, const Json& entry, const Json& method, bool failures) {
+  const std::string best = text_of(entry["methods"].front(), "method");
+  const bool pairs = !entry["pairs"].empty();
+  html.open("tr", {{"class", flag_of(method, "oracle") ? "oracle" : "plain"}});
+  name_cell(html, method);
+  if (count_of(method, "n") == 0) {
+    html.element("td", {{"colspan", pairs ? "6" : "5"}, {"class", "quiet"}},
+                 "ran in " + std::to_string(count_of(method, "strata")) + " of " +
+                     std::to_string(entry["strata"].size()) + " strata: no number for all of them");
+  } else {
+    interval_cell(html, method, "iqm");
+    range_cell(html, method);
+    for (const char* name : {"median", "gap", "area"}) interval_cell(html, method, name);
+    if (pairs) {
+      const Json& pair = pair_of(entry, best, text_of(method, "method"));
+      html.element("td", {{"class", "number"}, {"data-sort", sort_value(member(pair, "improvement"))}},
+                   improvement_text(pair));
+    }
+  }
+  if (failures)
+    html.element("td", {{"class", count_of(method, "failed") > 0 ? "number bad" : "number"}},
+                 std::to_string(count_of(method, "failed")));
+  html.close();
+}
+
+// A block for each class of methods, as in the ranking: one list would read as a ranking across what they observe.
+void table_blocks(HtmlWriter& html, const Json& entry, int columns, bool failures) {
+  std::vector<std::string> classes;
+  for (const std::string name : kClasses)
+    if (std::any_of(entry["methods"].begin(), entry["methods"].end(),
+                    [&name](const Json& method) { return text_of(method, "class") == name; }))
+      classes.push_back(name);
+  for (const std::string& name : classes) {
+    html.open("tbody");
+    if (classes.size() > 1) {
+      html.open("tr", {{"class", "class"}});
+      html.element("th", {{"colspan", std::to_string(columns)}, {"scope", "rowgroup"}}, class_title(name)).close();
+    }
+    for (const Json& method : entry["methods"])
+      if (text_of(method, "class") == name) table_row(html, entry, method, failures);
+    html.close();
+  }
+}
+
 void table(HtmlWriter& html, const Json& entry) {
   const std::string best = text_of(entry["methods"].front(), "method");
   const bool failures = std::any_of(entry["methods"].begin(), entry["methods"].end(),
@@ -94,30 +139,9 @@ void table(HtmlWriter& html, const Json& entry) {
     head("number", "loses to " + best, "of the instances (95 %)",
          "Probability of improvement: share of the instances on which the first method ends better; draws count half");
   if (failures) head("number", "failed", "trials", "Each counts as an error of 1");
-  html.close().close().open("tbody");
-  for (const Json& method : entry["methods"]) {
-    html.open("tr", {{"class", flag_of(method, "oracle") ? "oracle" : "plain"}});
-    name_cell(html, method);
-    if (count_of(method, "n") == 0) {
-      html.element("td", {{"colspan", pairs ? "6" : "5"}, {"class", "quiet"}},
-                   "ran in " + std::to_string(count_of(method, "strata")) + " of " +
-                       std::to_string(entry["strata"].size()) + " strata: no number for all of them");
-    } else {
-      interval_cell(html, method, "iqm");
-      range_cell(html, method);
-      for (const char* name : {"median", "gap", "area"}) interval_cell(html, method, name);
-      if (pairs) {
-        const Json& pair = pair_of(entry, best, text_of(method, "method"));
-        html.element("td", {{"class", "number"}, {"data-sort", sort_value(member(pair, "improvement"))}},
-                     improvement_text(pair));
-      }
-    }
-    if (failures)
-      html.element("td", {{"class", count_of(method, "failed") > 0 ? "number bad" : "number"}},
-                   std::to_string(count_of(method, "failed")));
-    html.close();
-  }
-  html.close().close().close();
+  html.close().close();
+  table_blocks(html, entry, 6 + (pairs ? 1 : 0) + (failures ? 1 : 0), failures);
+  html.close().close();
 }
 
 // What another training would have given, of every method that is a list.

@@ -393,7 +393,9 @@ def aggregates(folder, rule=None):
     rule = rule or (manifest.get("analysis") or {}).get("rule", "own")
     trials = trials.assign(normalised=trials["normalised_" + rule])
     resamples = 1_000 if len(trials) > 10_000 else 10_000
-    found = [Aggregate(manifest, of, resamples) for _, of in trials.groupby("protocol", sort=False)]
+    classes = {(one.get("of_list", {}).get("method", one["name"]), one["protocol"]): class_of(one)
+               for one in manifest["algorithms"]}
+    found = [Aggregate(manifest, of, resamples, classes) for _, of in trials.groupby("protocol", sort=False)]
     return [one.numbers() for one in found if one.strata]
 
 

@@ -45,9 +45,9 @@ def weighted(values, counts):
 
 
 class Aggregate:
-    def __init__(self, manifest, trials, resamples):
+    def __init__(self, manifest, trials, resamples, classes):
         self.protocol, self.seed, self.resamples = trials.protocol.iloc[0], int(manifest["seed"]), resamples
-        self.oracles = {entry["name"]: entry["oracle"] for entry in manifest["algorithms"]}
+        self.classes = classes  # by name of the method, or list, and protocol
         counts = trials.end.isin(["budget_spent", "finished"]) & (trials.made > 0)
         trials = trials.assign(counts=counts, last=[one[-1] if len(one) else np.nan for one in trials.normalised],
                                area=[self.area(one, budget) for one, budget in zip(trials.normalised, trials.budget)])
@@ -149,7 +149,7 @@ class Aggregate:
             members = list(trainings.values())
             strata = min(len(of) for of in members)
             steps = max((one["budget"] for of in members for one in of.values()), default=0)
-            method = {"method": name, "oracle": self.oracles.get(name, False), "strata": strata, "steps": steps,
+            method = {"method": name, "class": self.classes[name, self.protocol], "strata": strata, "steps": steps,
                       "failed": sum(one["failed"] for of in members for one in of.values())}
             if strata == len(self.strata):
                 values[name] = [np.stack([of[stratum]["values"] for of in members]) for stratum in range(len(self.strata))]
