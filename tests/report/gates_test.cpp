@@ -61,6 +61,18 @@ TEST_F(Gates, AnErrorBelowTheInstancesOwnOptimumRings) {
   EXPECT_THAT(gate("optimum")["text"].get<std::string>(), HasSubstr("b on relign_od rho0 paper #1"));
 }
 
+// Of a nearly perfect lens half of the estimates are below the estimated optimum, by their own noise.
+TEST_F(Gates, NoiseOfTheEstimatesDoesNotRing) {
+  std::vector<records::TrialRecord> trials = methods(1);
+  for (records::TrialRecord& one : trials) {
+    one.has_own_optimum = true;
+    one.own_optimum_mse = 2e-7;
+    one.steps.back().recommended_mse = -2e-7;
+  }
+  write(trials);
+  EXPECT_TRUE(gate("optimum").is_null());
+}
+
 TEST_F(Gates, AStepZeroThatDiffersBetweenMethodsRings) {
   std::vector<records::TrialRecord> trials = methods(1);
   write(trials);
