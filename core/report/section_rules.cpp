@@ -88,15 +88,20 @@ std::string wanted_yield_words(const Json& group, double wanted) {
 
 }  // namespace
 
+constexpr std::size_t kMostRows = 2000;  // of the table, so that large pages stay under 10 MB
+
 std::string rules_section(const Json& data) {
   if (!any_row(data, "rules")) return "";
   bool yields = false, steps = false;
-  for (const Json& group : data["groups"])
+  std::size_t rows = 0;
+  for (const Json& group : data["groups"]) {
+    rows += group["rows"].size();
     for (const Json& row : group["rows"])
       for (const stats::Rule rule : stats::kRules) {
         yields = yields || !object_of(rule_of(row, rule), "yield").empty();
         steps = steps || !member(rule_of(row, rule), "steps").is_null();
       }
+  }
   HtmlWriter html;
   html.element("h2", "Recommendation rules")
       .element("p", {{"class", "quiet"}},
@@ -104,6 +109,13 @@ std::string rules_section(const Json& data) {
                "best: the "
                "pose of its lowest measured error. current: the pose where it stands. This page is by the rule " +
                    text_of(data, "rule") + "; 'report --rule' chooses another one.");
+  if (rows > kMostRows) {
+    html.element("p", {{"class", "quiet"}},
+                 "The table has " + std::to_string(rows) +
+                     " rows, too many for a page: 'relign-bench report --format csv' "
+                     "has them, by all three rules.");
+    return html.take();
+  }
   html.open("details", {{"class", "rules"}}).element("summary", "Every method by every rule");
   html.open("div", {{"class", "scroll"}}).open("table", {{"class", "sortable"}}).open("thead").open("tr");
   const auto head = [&html](const std::string& title, const char* unit) {

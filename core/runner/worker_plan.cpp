@@ -45,6 +45,8 @@ Json to_json(const PreparedPlan& prepared, const LibraryHashes& hashes) {
     algorithm["protocol"] = entry.protocol;
     algorithm["merit"] = entry.merit;
     algorithm["steps"] = entry.steps;
+    algorithm["method"] = entry.method;
+    algorithm["training"] = entry.training;
     algorithms.push_back(std::move(algorithm));
   }
   return {{"seed", suite.seed},
@@ -80,6 +82,8 @@ WorkerPlan worker_plan_from_json(const Json& json) {
     entry.protocol = algorithm.at("protocol").get<std::string>();
     entry.merit = algorithm.at("merit").get<std::string>();
     entry.steps = algorithm.at("steps").get<unsigned>();
+    entry.method = algorithm.at("method").get<std::string>();
+    entry.training = algorithm.at("training").get<std::string>();
     suite.algorithms.push_back(std::move(entry));
   }
   plan.hashes = json.at("libraries").get<LibraryHashes>();

@@ -164,7 +164,7 @@ TEST(CliRender, NoiseFreeIsAveragedToAStatedErrorAndAnAssemblyChangesIt) {
   EXPECT_THAT(stated, HasSubstr("100 rays a pixel"));
   image("d.npy", {"--error", "0.00001"});
   EXPECT_THAT(stated,
-              AllOf(HasSubstr("warning: --error: the standard error is 0.0000"), HasSubstr("16384 rays a pixel")));
+              AllOf(HasSubstr("e-05, not 1e-05: stopped at"), HasSubstr("16384 rays a pixel")));
 }
 
 TEST(CliRender, AnErrorNeedsANoiseFreeImageOfASceneThatStatesIt) {

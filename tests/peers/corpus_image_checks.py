@@ -1,5 +1,7 @@
 """Checks of one image of a white target by itself, for corpus.py: symmetry, rings, black pixels."""
 
+import math
+
 import numpy as np
 
 # A lens of bodies of revolution and a square sensor look the same after a turn by 90 degrees; what is left is sampling

@@ -47,9 +47,11 @@ class AggregateReport : public MadeResults {
       }
     write(trials);
     const Json cost = {{"hours", 1.0}, {"steps", 10}, {"machine", ""}};
-    Json algorithms = {{{"name", "search"}}, {{"name", "lone"}, {"training", cost}}};
+    Json algorithms = {{{"name", "search"}, {"knows", {"merit"}}},
+                       {{"name", "lone"}, {"knows", {"images"}}, {"training", cost}}};
     for (const char* training : {"one", "two"}) {
       algorithms.push_back({{"name", std::string("net (") + training + ")"},
+                            {"knows", {"images"}},
                             {"training", cost},
                             {"of_list", {{"method", "net"}, {"training", training}}}});
     }
@@ -94,15 +96,15 @@ TEST_F(AggregateReport, MarkdownAndCsvHaveTheSameRows) {
   write_study();
   const Json all = data();
   const std::string markdown = aggregate_markdown(all), csv = aggregate_csv(all);
-  EXPECT_THAT(markdown, HasSubstr("| net (2 trainings) | 0.333"));
+  EXPECT_THAT(markdown, HasSubstr("| net (2 trainings) | images | 0.333"));
   EXPECT_THAT(markdown, HasSubstr("net: IQM of its 2 trainings from 0 to 0.667, standard deviation 0.47."));
-  EXPECT_THAT(markdown, HasSubstr("| lone (one training) | 1.00 (1.00 - 1.00) |"));
-  EXPECT_THAT(csv,
-              StartsWith("protocol,algorithm,training,oracle,trainings,trained,strata,n,failed,steps,iqm,iqm_lo95"));
-  EXPECT_THAT(csv, HasSubstr("\npaper,net,,false,2,true,2,16,0,1,"));
-  EXPECT_THAT(csv, HasSubstr("\npaper,net,two,false,1,true,2,8,0,1,0.6666666667,"));
-  EXPECT_THAT(csv, HasSubstr("\npaper,lone,,false,1,true,2,8,2,1,1,1,1,"));
-  EXPECT_THAT(csv, HasSubstr("\npaper,search,,false,1,false,2,8,0,1,"));
+  EXPECT_THAT(markdown, HasSubstr("| lone (one training) | images | 1.00 (1.00 - 1.00) |"));
+  EXPECT_THAT(
+      csv, StartsWith("protocol,algorithm,training,class,oracle,trainings,trained,strata,n,failed,steps,iqm,iqm_lo95"));
+  EXPECT_THAT(csv, HasSubstr("\npaper,net,,images,false,2,true,2,16,0,1,"));
+  EXPECT_THAT(csv, HasSubstr("\npaper,net,two,images,false,1,true,2,8,0,1,0.6666666667,"));
+  EXPECT_THAT(csv, HasSubstr("\npaper,lone,,images,false,1,true,2,8,2,1,1,1,1,"));
+  EXPECT_THAT(csv, HasSubstr("\npaper,search,,merit,false,1,false,2,8,0,1,"));
   Report(folder_).write_tables();
   EXPECT_EQ(read_file(folder_ / "aggregate.csv"), csv);
 }
