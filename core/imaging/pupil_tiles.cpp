@@ -59,36 +59,6 @@ struct Hull {
   }
 };
 
-// Towards the ellipse of least area that holds all points: covariances with weights that grow where points lie far out
-// (Titterington, Applied Statistics 27, 227 (1978)). Begins with the covariance of even weights and leaves the last;
-// returns the last centre. A few steps take most of the way, and any covariance makes an ellipse that will do.
-std::array<double, 2> to_small_ellipse(const std::array<double, 2>* points, std::size_t count, double& pp, double& pq,
-                                       double& qq) {
-  constexpr int kSteps = 12;
-  std::array<double, 4 * 2 * kSupports> weights{};
-  for (std::size_t i = 0; i < count; ++i) weights[i] = 1 / static_cast<double>(count);
-  std::array<double, 2> centre{};
-  for (int step = 0;; ++step) {
-    centre = {0, 0};
-    pp = pq = qq = 1e-12;
-    for (std::size_t i = 0; i < count; ++i)
-      for (std::size_t axis = 0; axis < 2; ++axis) centre[axis] += weights[i] * points[i][axis];
-    for (std::size_t i = 0; i < count; ++i) {
-      const double p = points[i][0] - centre[0], q = points[i][1] - centre[1];
-      pp += weights[i] * p * p;
-      pq += weights[i] * p * q;
-      qq += weights[i] * q * q;
-    }
-    if (step == kSteps) return centre;
-    const double determinant = pp * qq - pq * pq;
-    if (!(determinant > 0)) return centre;
-    for (std::size_t i = 0; i < count; ++i) {
-      const double p = points[i][0] - centre[0], q = points[i][1] - centre[1];
-      weights[i] *= (1 + (qq * p * p - 2 * pq * p * q + pp * q * q) / determinant) / 3;
-    }
-  }
-}
-
 }  // namespace
 
 void set_places(optics::TileStart& start, const SceneFile& scene, const PixelBox& tile,
@@ -426,35 +396,33 @@ void PupilTiles::fit_tile(Tile& tile, const optics::BackwardPath& path) const {
   }
   // Residuals of all polygon vertices from the moving centre, then the ellipse of their covariance
   // blown up until it holds them all.
-  std::array<std::array<double, 2>, 4 * 2 * kSupports> residuals{};
-  std::size_t count = 0;
-  for (std::size_t j = 0; j < 4; ++j) {
-    if (corners[j]->empty) continue;
-    for (std::size_t k = 0; k < points_; ++k)
-      residuals[count++] = {corners[j]->p[k] - (centre[0] + slope[0] * at_x[j] + slope[1] * at_y[j]),
-                            corners[j]->q[k] - (centre[1] + slope[2] * at_x[j] + slope[3] * at_y[j])};
-  }
   double pp = 0, pq = 0, qq = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto [dp, dq] = residuals[i];
-    pp += dp * dp;
-    pq += dp * dq;
-    qq += dq * dq;
-  }
-  if (!table_->search().on_plane()) {
-    const std::array<double, 2> moved = to_small_ellipse(residuals.data(), count, pp, pq, qq);
-    for (std::size_t i = 0; i < count; ++i)
-      for (std::size_t axis = 0; axis < 2; ++axis) residuals[i][axis] -= moved[axis];
-    for (std::size_t axis = 0; axis < 2; ++axis) centre[axis] += moved[axis];
+  const auto residual = [&](int j, std::size_t k, double& dp, double& dq) {
+    dp = corners[j]->p[k] - (centre[0] + slope[0] * at_x[j] + slope[1] * at_y[j]);
+    dq = corners[j]->q[k] - (centre[1] + slope[2] * at_x[j] + slope[3] * at_y[j]);
+  };
+  for (int j = 0; j < 4; ++j) {
+    if (corners[j]->empty) continue;
+    for (std::size_t k = 0; k < points_; ++k) {
+      double dp = 0, dq = 0;
+      residual(j, k, dp, dq);
+      pp += dp * dp;
+      pq += dp * dq;
+      qq += dq * dq;
+    }
   }
   const double l00 = std::sqrt(std::max(pp, 1e-12));
   const double l10 = pq / l00;
   const double l11 = std::sqrt(std::max(qq - l10 * l10, 1e-12));
   double largest = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto [dp, dq] = residuals[i];
-    const double u = dp / l00, v = (dq - l10 * u) / l11;
-    largest = std::max(largest, u * u + v * v);
+  for (int j = 0; j < 4; ++j) {
+    if (corners[j]->empty) continue;
+    for (std::size_t k = 0; k < points_; ++k) {
+      double dp = 0, dq = 0;
+      residual(j, k, dp, dq);
+      const double a = dp / l00, b = (dq - l10 * a) / l11;
+      largest = std::max(largest, a * a + b * b);
+    }
   }
   // Corners where nothing passes: what passes in between is not bounded by corners alone.
   const double scale = std::sqrt(largest) * (1 + kAxesMargin) * (seen == 4 ? 1.0 : 1.3);
