@@ -104,14 +104,17 @@ void ZmxShape::apply_terms(Reading& reading, Surface& surface, const Entries& en
 
 // XDAT 1: number of terms, 2: the radius that r is divided by, 3 and up: coefficients in the lens unit.
 void ZmxShape::apply_extended(Reading& reading, Surface& surface, int step) const {
-  const double terms = value_of(extra_, 1), radius = value_of(extra_, 2);
+  const double stated = value_of(extra_, 1), terms = std::floor(stated), radius = value_of(extra_, 2);
   const int line = extra_.count(1) > 0 ? extra_.at(1).line : line_;
   if (!is_count(terms, kMostExtendedTerms)) {
-    reading.problem(line, "surface " + surface.label + ": XDAT 1: " + shortest(terms) +
-                              " terms; the count of terms must be an integer from 0 to " +
+    reading.problem(line, "surface " + surface.label + ": XDAT 1: " + shortest(stated) +
+                              " terms; the count of terms must be a number from 0 to " +
                               std::to_string(kMostExtendedTerms));
     return;
   }
+  if (terms != stated)  // files of design programs have it
+    reading.remark(line, "count of terms", "surface " + surface.label + ": XDAT 1 states " + shortest(stated) +
+                                               " terms; " + std::to_string(static_cast<int>(terms)) + " are read");
   if (terms >= 1 && !(radius > 0)) {
     reading.problem(line, "surface " + surface.label + ": XDAT 2: a normalisation radius of " + shortest(radius) +
                               "; it must be larger than 0");

@@ -38,6 +38,13 @@ TEST(ZmxShape, ReadsTermsUpToR32) {
               HasSubstr("a.zmx:19: surface 1 has a term of r^34; terms up to r^32 are supported"));
 }
 
+TEST(ZmxShape, ReadsABrokenCountOfTermsDownwards) {
+  const LensDesign lens = read(small_zmx("  TYPE XASPHERE\n  XDAT 1 1.5\n  XDAT 2 1\n  XDAT 3 1e-3\n"));
+  EXPECT_THAT(lens.surfaces[1].even_asphere, ElementsAre(1e-3));
+  ASSERT_EQ(lens.remarks.size(), 1U);
+  EXPECT_EQ(lens.remarks[0].text, "surface 1: XDAT 1 states 1.5 terms; 1 are read");
+}
+
 TEST(ZmxShape, UsesNoMoreTermsThanStated) {
   const LensDesign lens = read(small_zmx("  TYPE XASPHERE\n  XDAT 1 1\n  XDAT 2 1\n  XDAT 3 1e-3\n  XDAT 4 1\n"));
   EXPECT_THAT(lens.surfaces[1].even_asphere, ElementsAre(1e-3));
@@ -46,9 +53,9 @@ TEST(ZmxShape, UsesNoMoreTermsThanStated) {
   EXPECT_EQ(lens.remarks[0].line, 19);
 }
 
-TEST(ZmxShape, RefusesACountOfTermsThatIsNoInteger) {
-  EXPECT_THAT(refusal("  TYPE XASPHERE\n  XDAT 1 2.5\n  XDAT 2 1\n"),
-              HasSubstr("a.zmx:16: surface 1: XDAT 1: 2.5 terms; the count of terms must be an integer from 0 to 240"));
+TEST(ZmxShape, RefusesACountOfTermsThatIsNone) {
+  EXPECT_THAT(refusal("  TYPE XASPHERE\n  XDAT 1 -2.5\n  XDAT 2 1\n"),
+              HasSubstr("a.zmx:16: surface 1: XDAT 1: -2.5 terms; the count of terms must be a number from 0 to 240"));
   EXPECT_THAT(refusal("  TYPE QED_TYPE\n  XDAT 1 0\n  XDAT 2 1.5\n  XDAT 3 1\n"),
               HasSubstr("a.zmx:17: surface 1: XDAT 2: 1.5 terms; the count of terms must be an integer from 0 to 30"));
 }
@@ -93,7 +100,7 @@ TEST(ZmxShape, RefusesWithSurfaceAndLine) {
   EXPECT_THAT(refusal("  TYPE XASPHERE\n  XDAT 1 16\n  XDAT 2 1e-20\n  XDAT 18 1\n"),
               HasSubstr("surface 1: the term of r^32 is too large with a normalisation radius of 1e-20"));
   EXPECT_THAT(refusal("  TYPE XASPHERE\n  XDAT 1 999\n"),
-              HasSubstr("surface 1: XDAT 1: 999 terms; the count of terms must be an integer"));
+              HasSubstr("surface 1: XDAT 1: 999 terms; the count of terms must be a number"));
   EXPECT_THAT(refusal("  TYPE SZERNSAG\n"), HasSubstr("a.zmx:15: surface 1 is of type 'SZERNSAG'; supported are"));
 }
 
