@@ -113,8 +113,9 @@ void ZmxShape::apply_extended(Reading& reading, Surface& surface, int step) cons
     return;
   }
   if (terms != stated)  // files of design programs have it
-    reading.remark(line, "count of terms", "surface " + surface.label + ": XDAT 1 states " + shortest(stated) +
-                                               " terms; " + std::to_string(static_cast<int>(terms)) + " are read");
+    reading.remark(line, "count of terms",
+                   "surface " + surface.label + ": XDAT 1 states " + shortest(stated) + " terms; " +
+                       std::to_string(static_cast<int>(terms)) + " are read");
   if (terms >= 1 && !(radius > 0)) {
     reading.problem(line, "surface " + surface.label + ": XDAT 2: a normalisation radius of " + shortest(radius) +
                               "; it must be larger than 0");
