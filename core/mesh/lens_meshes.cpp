@@ -7,6 +7,7 @@
 #include "base/text.h"
 #include "mesh/mesh_writer.h"
 #include "mesh/traced_mesh.h"
+#include "optics/backward_path.h"
 
 namespace relign::mesh {
 namespace {
@@ -177,15 +178,9 @@ void LensMeshes::trace(optics::RayBlock& block, bool fresnel, int count) const {
     const Vec3 direction =
         unit(first_frame_to_lens_.direction({number(block.lx[i]), number(block.ly[i]), number(block.lz[i])}));
     const Passed ray = trace_ray(start, direction, fresnel);
-    const Vec3 at = lens_to_world_.point(ray.at), along = lens_to_world_.direction(ray.direction);
-    block.x[i] = static_cast<float>(at.x);
-    block.y[i] = static_cast<float>(at.y);
-    block.z[i] = static_cast<float>(at.z);
-    block.lx[i] = static_cast<float>(along.x);
-    block.ly[i] = static_cast<float>(along.y);
-    block.lz[i] = static_cast<float>(along.z);
+    const Vec3 along = lens_to_world_.direction(ray.direction);
+    optics::put_ray(block, i, lens_to_world_.point(ray.at), along);
     block.above[i] = static_cast<float>(ray.transmittance);
-    block.below[i] = 1;
     // The emitter lies in the direction -z.
     block.margin[i] = ray.passed && along.z < 0 ? 1.0F : -1.0F;
   }

@@ -189,6 +189,14 @@ std::string class_title(const std::string& name) {
                                                                              : "images");
 }
 
+std::vector<std::string> classes_in(const Json& rows) {
+  std::vector<std::string> classes;
+  for (const char* name : kClasses)
+    if (std::any_of(rows.begin(), rows.end(), [name](const Json& row) { return text_of(row, "class") == name; }))
+      classes.emplace_back(name);
+  return classes;
+}
+
 void label_methods(Json& methods) {
   std::map<std::string, std::size_t> uses;
   for (const Json& method : methods) ++uses[text_of(method, "name")];

@@ -33,6 +33,9 @@ std::string class_of(const Json& method);
 std::string class_title(const std::string& name);  // "Methods that observe images"
 inline constexpr const char* kClasses[] = {"merit", "images", "images and design", "neither", "unknown", "oracle"};
 
+// Those that the rows, or methods, have.
+std::vector<std::string> classes_in(const Json& rows);
+
 // Sets each method's "label": its name, with its protocol where the name alone is not one method.
 void label_methods(Json& methods);
 

@@ -97,11 +97,7 @@ void table_row(HtmlWriter& html, const Json& entry, const Json& method, bool fai
 
 // A block for each class of methods, as in the ranking: one list would read as a ranking across what they observe.
 void table_blocks(HtmlWriter& html, const Json& entry, int columns, bool failures) {
-  std::vector<std::string> classes;
-  for (const std::string name : kClasses)
-    if (std::any_of(entry["methods"].begin(), entry["methods"].end(),
-                    [&name](const Json& method) { return text_of(method, "class") == name; }))
-      classes.push_back(name);
+  const std::vector<std::string> classes = classes_in(entry["methods"]);
   for (const std::string& name : classes) {
     html.open("tbody");
     if (classes.size() > 1) {

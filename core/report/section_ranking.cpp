@@ -246,11 +246,7 @@ void table_group(HtmlWriter& html, const std::vector<Column>& columns, const Jso
   block.explained = explained;
   for (const Json& row : group["rows"])
     if (has_score(row)) block.scale = std::max(block.scale, score_of(row)["q75"].get<double>());
-  std::vector<std::string> classes;
-  for (const char* name : kClasses)
-    if (std::any_of(group["rows"].begin(), group["rows"].end(),
-                    [&](const Json& row) { return text_of(row, "class") == name; }))
-      classes.emplace_back(name);
+  const std::vector<std::string> classes = classes_in(group["rows"]);
   const auto ranked = static_cast<std::size_t>(std::count_if(
       classes.begin(), classes.end(), [](const std::string& name) { return name != "oracle" && name != "unknown"; }));
   if (ranked < 2) {

@@ -31,12 +31,8 @@ std::vector<double> normalised_errors(const std::vector<records::StepNumbers>& s
   if (steps.empty()) return errors;
   const double decades =
       steps.front().step == 0 ? decades_of(displayed_rmse(steps.front().commanded_mse - own_optimum_mse)) : kMissing;
-  double best = kMissing, glued_best = kMissing;
-  for (const records::StepNumbers& step : steps) {
-    if (errors.empty() || step.measured < best || std::isnan(best)) best = step.measured, glued_best = step.glued_mse;
-    const double mse = rule == Rule::best ? glued_best : rule == Rule::current ? step.glued_mse : step.recommended_mse;
+  for (const double mse : recommended_mse(steps, track_of(rule)))
     errors.push_back(share_of(decades, displayed_rmse(mse - own_optimum_mse)));
-  }
   return errors;
 }
 

@@ -37,10 +37,28 @@ std::size_t best_step(const std::vector<records::StepNumbers>& steps) {
   return best;
 }
 
-std::vector<double> track_values(const std::vector<records::StepNumbers>& steps, double own_optimum_mse, Track track) {
+std::vector<double> recommended_mse(const std::vector<records::StepNumbers>& steps, Track track) {
   std::vector<double> values;
   values.reserve(steps.size());
   double best = std::numeric_limits<double>::quiet_NaN(), glued = best;
+  for (const records::StepNumbers& step : steps) {
+    if (values.empty() || step.measured < best || std::isnan(best)) best = step.measured, glued = step.glued_mse;
+    values.push_back(track == Track::recommended_best      ? glued
+                     : track == Track::recommended_current ? step.glued_mse
+                                                           : step.recommended_mse);
+  }
+  return values;
+}
+
+std::vector<double> track_values(const std::vector<records::StepNumbers>& steps, double own_optimum_mse, Track track) {
+  if (track == Track::recommended || track == Track::recommended_best || track == Track::recommended_current) {
+    std::vector<double> values = recommended_mse(steps, track);
+    for (double& value : values) value = displayed_rmse(value);
+    return values;
+  }
+  std::vector<double> values;
+  values.reserve(steps.size());
+  double best = std::numeric_limits<double>::quiet_NaN();
   for (const records::StepNumbers& step : steps) {
     switch (track) {
       case Track::measured:
@@ -53,22 +71,16 @@ std::vector<double> track_values(const std::vector<records::StepNumbers>& steps,
       case Track::commanded:
         values.push_back(displayed_rmse(step.commanded_mse));
         break;
-      case Track::recommended:
-        values.push_back(displayed_rmse(step.recommended_mse));
-        break;
       case Track::excess:
         values.push_back(displayed_rmse(step.recommended_mse - own_optimum_mse));
-        break;
-      case Track::recommended_best:
-        if (values.empty() || step.measured < best || std::isnan(best)) best = step.measured, glued = step.glued_mse;
-        values.push_back(displayed_rmse(glued));
-        break;
-      case Track::recommended_current:
-        values.push_back(displayed_rmse(step.glued_mse));
         break;
       case Track::machine_seconds:
         values.push_back(step.machine_seconds);
         break;
+      case Track::recommended:
+      case Track::recommended_best:
+      case Track::recommended_current:
+        break;  // above
     }
   }
   return values;

@@ -31,6 +31,10 @@ const char* track_name(Track track);
 // The step of the lowest measured RMSE, the first of equal ones; of steps without any the first.
 std::size_t best_step(const std::vector<records::StepNumbers>& steps);
 
+// Noise-free MSE of the pose that one of the three tracks named recommended follows, one a step; NaN where a step has
+// none. Unbiased, so it may be slightly negative.
+std::vector<double> recommended_mse(const std::vector<records::StepNumbers>& steps, Track track);
+
 // All values of a track, one a step; NaN where a step has none. Noise-free RMSE and excess are sqrt(max(0, MSE)): the
 // unbiased MSE may be slightly negative. `own_optimum_mse`: of the instance; NaN when it is not known, then there is no
 // excess.

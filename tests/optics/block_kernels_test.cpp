@@ -43,15 +43,8 @@ Returning returning_rays(const Assembly& assembly, const Motion& lens_to_world) 
     const TracedRay traced = trace(assembly, {start, direction}, Apertures::mesh);
     if (!traced.passed) continue;
     const Motion& into = path.into_first_frame;
-    const Vec3 p = into.point(lens_to_world.point(traced.image));
-    const Vec3 d = into.direction(lens_to_world.direction(-1.0 * traced.exit_direction));
-    block.x[count] = static_cast<float>(p.x);
-    block.y[count] = static_cast<float>(p.y);
-    block.z[count] = static_cast<float>(p.z);
-    block.lx[count] = static_cast<float>(d.x);
-    block.ly[count] = static_cast<float>(d.y);
-    block.lz[count] = static_cast<float>(d.z);
-    block.above[count] = block.below[count] = block.margin[count] = 1;
+    put_ray(block, count, into.point(lens_to_world.point(traced.image)),
+            into.direction(lens_to_world.direction(-1.0 * traced.exit_direction)));
     rays.forward.push_back({start, direction});
     ++count;
   }
