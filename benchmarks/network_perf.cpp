@@ -24,7 +24,7 @@ void network(benchmark::State& state, const std::string& name,
 }
 BENCHMARK_CAPTURE(network, imitation, "imitation/imitation", &portable_network)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(network, imitation_opencv, "imitation/imitation", &opencv_network)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(network, ppo_paper, "ppo/ppo-paper", &portable_network)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(network, ppo_paper_opencv, "ppo/ppo-paper", &opencv_network)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(network, ppo_paper, "ppo_paper/ppo-paper", &portable_network)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(network, ppo_paper_opencv, "ppo_paper/ppo-paper", &opencv_network)->Unit(benchmark::kMillisecond);
 
 }  // namespace

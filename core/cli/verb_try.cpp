@@ -205,7 +205,7 @@ void add_try(CLI::App& app, Context& context) {
       add_verb(app, {"try", "Run one trial in this process and print every step.",
                      "relign-bench try nlopt-sbplx --noise-level rho0.5 --instance 3 --frames frames\n"
                      "relign-bench try nlopt-sbplx --parameters '{\"first_stride\": 0.1}'\n"
-                     "relign-bench try ppo --noise-level '{\"use\": \"rho\", \"parameters\": {\"level\": 0.75}}'",
+                     "relign-bench try imitation-ppo --noise-level '{\"use\": \"rho\", \"parameters\": {\"level\": 0.75}}'",
                      "list, describe, run"});
   auto arguments = std::make_shared<TryArguments>();
   verb.add_option("ALGORITHM", arguments->algorithm,

@@ -13,7 +13,7 @@ Json to_json(const Choice& choice);
 Choice choice_from_json(const Json& json);
 
 // The effective parameters as results record them, equal on every machine: a file is told by its name, below the
-// plugin's folder where it lies there, and the SHA-256 of its content: "ppo.onnx (sha256:1f0c9a2b3d4e5f60)".
+// plugin's folder where it lies there, and the SHA-256 of its content: "imitation-ppo.onnx (sha256:1f0c9a2b3d4e5f60)".
 Json recorded_parameters(const Choice& choice);
 
 }  // namespace relign::plugin_host

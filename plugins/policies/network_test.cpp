@@ -27,7 +27,7 @@ using testing::HasSubstr;
 
 const fs::path kGolden = fs::path(RELIGN_SOURCE_DIR) / "tests/golden/policies";
 const fs::path kAgents = fs::path(RELIGN_SOURCE_DIR) / "plugins/agents";
-const char* const kShipped[] = {"imitation/imitation", "ppo/ppo", "ppo/ppo-paper"};
+const char* const kShipped[] = {"imitation/imitation", "imitation_ppo/imitation-ppo", "ppo_paper/ppo-paper"};
 
 // Numbers that are the same in every run and on every machine.
 class Draws {

@@ -1,4 +1,4 @@
-// An agent that follows a trained network: what plugins/agents/imitation and plugins/agents/ppo are made of.
+// An agent that follows a trained network: what imitation, imitation_ppo and ppo_paper in plugins/agents are made of.
 #pragma once
 
 #include <cstdint>

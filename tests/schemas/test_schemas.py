@@ -32,7 +32,7 @@ TREE = {
     "scene": ["plugins/scenes/lens_system/*/scene.json", "suites/*/*/scene.json"],
     "lens": ["plugins/scenes/lens_system/*/lens.json", "suites/*/*/lens.json"],
     "tolerances": ["plugins/scenes/lens_system/*/tolerances.json", "plugins/noise_levels/tolerances/[!r]*.json"],
-    "network": ["plugins/agents/*/imitation.json", "plugins/agents/*/ppo*.json"],
+    "network": ["plugins/agents/*/imitation.json", "plugins/agents/*/*ppo*.json"],
 }
 
 # Where anything may stand. A schema that took anything elsewhere would find no mistake there.

@@ -87,7 +87,7 @@ TEST(Imitation, TrialsReplayBitForBitOnFewerInstructions) {
   std::filesystem::create_directories(folder);
   std::ofstream(folder / "suite.json")
       << R"({"scenes": ["relign_od"], "noise_levels": ["rho0"], "instances": 1, "steps": 4,
-    "algorithms": ["imitation", "ppo", "ppo-paper"]})";
+    "algorithms": ["imitation", "imitation-ppo", "ppo-paper"]})";
   const std::string program = std::string("'") + RELIGN_PROGRAM + "' --progress none ",
                     results = (folder / "results").string();
   const auto run = [&folder](const std::string& command) {

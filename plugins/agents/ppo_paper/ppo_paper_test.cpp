@@ -20,7 +20,7 @@ using testing::HasSubstr;
 // The golden network, said to give moves as the paper's does.
 std::string network_of_moves() {
   const std::filesystem::path golden = std::filesystem::path(RELIGN_SOURCE_DIR) / "tests/golden/policies";
-  const std::filesystem::path folder = std::filesystem::temp_directory_path() / "relign-ppo-test";
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / "relign-ppo-paper-test";
   std::filesystem::create_directories(folder);
   std::filesystem::copy_file(golden / "tiny.onnx", folder / "moves.onnx",
                              std::filesystem::copy_options::overwrite_existing);
@@ -30,11 +30,11 @@ std::string network_of_moves() {
   return (folder / "moves.onnx").string();
 }
 
-TEST(Ppo, MovesAreFollowedWholeAtEveryStep) {
+TEST(PpoPaper, MovesAreFollowedWholeAtEveryStep) {
   test::GreyTrial trial(0.12);
   trial.setup.budget = 12;
   test::FakeConversation conversation(trial.setup);
-  test::run_policy("ppo", conversation, {{"model", network_of_moves()}});
+  test::run_policy("ppo-paper", conversation, {{"model", network_of_moves()}});
   std::vector<double> moves;
   double before = 0;
   for (const auto& visit : conversation.steps) {
@@ -45,14 +45,14 @@ TEST(Ppo, MovesAreFollowedWholeAtEveryStep) {
   EXPECT_THAT(moves, Each(DoubleNear(0.12, 0.002)));
 }
 
-TEST(Ppo, OfMovesRecommendsWhereTheCaptureWasNearestToTheReference) {
+TEST(PpoPaper, OfMovesRecommendsWhereTheCaptureWasNearestToTheReference) {
   test::GreyTrial trial(0, 0.03F);
   trial.setup.merit = [](const std::vector<double>& pose, std::uint32_t) { return std::fabs(pose[0] - 0.3); };
   trial.setup.paint = [](double away, float* pixels) {  // moves of 0.1 and more, and the reference's grey at 0.3
     std::fill(pixels, pixels + 1600, static_cast<float>(0.3 * (0.1 + 0.5 * away)));
   };
   test::FakeConversation conversation(trial.setup);
-  test::run_policy("ppo", conversation, {{"model", network_of_moves()}, {"other_scenes", true}});
+  test::run_policy("ppo-paper", conversation, {{"model", network_of_moves()}, {"other_scenes", true}});
   std::vector<double> at = {0};
   for (const auto& visit : conversation.steps) at.push_back(visit.pose[0]);
   ASSERT_GT(at.back(), 0.6) << "walks past";
@@ -67,13 +67,16 @@ class ShippedNetwork : public testing::TestWithParam<const char*> {};
 TEST_P(ShippedNetwork, IsForTheScenesFiveAxes) {
   test::GreyTrial trial(0.1);
   test::FakeConversation conversation(trial.setup);
-  const std::string shipped = std::string(RELIGN_PLUGIN_DIR) + "/ppo/" + GetParam();
-  EXPECT_THAT(test::refusal("ppo", conversation, {{"model", shipped}}),
+  const std::string agent = GetParam();
+  std::string folder = agent;
+  std::replace(folder.begin(), folder.end(), '-', '_');
+  const std::string shipped = std::string(RELIGN_PLUGIN_DIR) + "/" + folder + "/" + agent + ".onnx";
+  EXPECT_THAT(test::refusal(agent, conversation, {{"model", shipped}}),
               AllOf(HasSubstr("trained to move 5 axes, this scene has 2"), HasSubstr("--scene SCENE")))
       << "the command is for another scene than the network's";
 }
 
-INSTANTIATE_TEST_SUITE_P(Ppo, ShippedNetwork, testing::Values("ppo.onnx", "ppo-paper.onnx"));
+INSTANTIATE_TEST_SUITE_P(Ppo, ShippedNetwork, testing::Values("imitation-ppo", "ppo-paper"));
 
 }  // namespace
 }  // namespace relign
