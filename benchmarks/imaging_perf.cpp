@@ -90,7 +90,7 @@ void capture_2mp(benchmark::State& state) {
 }
 BENCHMARK(capture_2mp)->Arg(1)->Arg(2)->ArgName("threads")->Unit(benchmark::kMillisecond)->UseRealTime();
 
-// A phone lens of six steep aspheres, 120 x 120 pixels (tests/imaging/phone), and its rays through all faces.
+// A phone lens of six steep aspheres, 120 x 120 pixels (tests/simulator/imaging/phone), and its rays through all faces.
 void capture_phone(benchmark::State& state) {
   const imaging::SceneFile phone = imaging::read_scene_file(RELIGN_PHONE_SCENE, {});
   relign::Parallel parallel(static_cast<unsigned>(state.range(0)));

@@ -14,8 +14,8 @@
 #include "base/error.h"
 #include "base/json_source.h"
 #include "base/seeds.h"
-#include "task/rig.h"
-#include "task/trial.h"
+#include "trials/rig.h"
+#include "trials/trial.h"
 
 namespace relign {
 namespace {
@@ -33,7 +33,7 @@ struct Arguments {
 };
 
 struct Lens {
-  task::Instance instance;
+  trials::Instance instance;
   plugin_host::MountedAssembly assembly;
   double optimum_rmse;
 };
@@ -45,9 +45,9 @@ Choice choose(plugin_host::Catalog& catalog, const std::string& text) {
                                   entry.value("parameters", Json{}));
 }
 
-Lens draw_near(plugin_host::Scene& scene, const task::SceneFacts& facts, plugin_host::NoiseLevel& level,
+Lens draw_near(plugin_host::Scene& scene, const trials::SceneFacts& facts, plugin_host::NoiseLevel& level,
                const Arguments& given, std::uint64_t number) {
-  task::Instance instance = task::draw_instance(level, facts, given.seed, SeedDomain::benchmark, number);
+  trials::Instance instance = trials::draw_instance(level, facts, given.seed, SeedDomain::benchmark, number);
   plugin_host::MountedAssembly assembly = scene.mount(instance.variances.elements_json);
   const auto optimum = assembly.own_optimum(frame_seed(instance.seed, 0, FrameStream::own_optimum), facts.axes.size());
   if (!optimum) throw Error(ErrorKind::bad_input, "this scene does not look for the best pose of its lenses");
@@ -59,23 +59,23 @@ Lens draw_near(plugin_host::Scene& scene, const task::SceneFacts& facts, plugin_
 }
 
 // What gluing after each step would be worse by than the lens's best pose; an early end is carried forward.
-std::vector<double> excess(Lens& lens, const relign_image& reference, const task::SceneFacts& facts,
+std::vector<double> excess(Lens& lens, const relign_image& reference, const trials::SceneFacts& facts,
                            const Choice& algorithm, const Arguments& given) {
-  task::TrialSetup setup;
+  trials::TrialSetup setup;
   setup.assembly = &lens.assembly;
   setup.reference = reference;
   setup.scene = &facts;
   setup.instance = &lens.instance;
   setup.algorithm = &algorithm;
   setup.services.log = [](int, const std::string& message) { std::fprintf(stderr, "%s\n", message.c_str()); };
-  setup.protocol = *task::protocol_from_name(given.protocol);
+  setup.protocol = *trials::protocol_from_name(given.protocol);
   setup.budget = given.steps;
   setup.algorithm_seed = algorithm_seed(given.seed, algorithm.id, lens.instance.number);
   setup.machine_time = facts.machine_time;
-  const task::TrialResult result = task::run_trial(setup);
-  if (result.end == task::End::failed) throw Error(ErrorKind::plugin_failed, algorithm.id + ": " + result.message);
+  const trials::TrialResult result = trials::run_trial(setup);
+  if (result.end == trials::End::failed) throw Error(ErrorKind::plugin_failed, algorithm.id + ": " + result.message);
   std::vector<double> worse;
-  for (const task::Step& step : result.steps)
+  for (const trials::Step& step : result.steps)
     worse.push_back(displayed_rmse(step.recommended_truth.mse) - lens.optimum_rmse);
   worse.resize(given.steps + 1, worse.back());
   return worse;
@@ -103,7 +103,7 @@ void run(const Arguments& given) {
   std::vector<Choice> algorithms;
   for (const std::string& text : given.algorithms) algorithms.push_back(choose(catalog, text));
   plugin_host::Scene scene(catalog.resolve_or_throw(Kind::scene, given.scene), {});
-  const task::SceneFacts facts = task::facts_of(scene, given.scene);
+  const trials::SceneFacts facts = trials::facts_of(scene, given.scene);
   plugin_host::NoiseLevel level(catalog.resolve_or_throw(Kind::noise_level, given.level), {});
 
   std::vector<std::vector<std::vector<double>>> trials(algorithms.size());

@@ -4,14 +4,14 @@
 
 #include <ctime>
 
-#include "plugin_check/fake_conversation.h"
+#include "conformance/fake_conversation.h"
 #include "plugin_host/objects.h"
 
 namespace {
 
-using relign::plugin_check::FakeConversation;
-using relign::plugin_check::FakeSetup;
-using relign::plugin_check::Pose;
+using relign::conformance::FakeConversation;
+using relign::conformance::FakeSetup;
+using relign::conformance::Pose;
 
 constexpr unsigned kProposals = 5;  // a trial, once the model has its size
 
@@ -27,7 +27,7 @@ void proposal(benchmark::State& state, const std::string& plugin, const std::str
   std::clock_t thought = 0;
   setup.merit = [&](const Pose& pose, std::uint32_t step) {
     if (step >= points) thought += std::clock() - answered;
-    const double merit = relign::plugin_check::bowl(pose, Pose(6, 0.1));
+    const double merit = relign::conformance::bowl(pose, Pose(6, 0.1));
     answered = std::clock();
     return merit;
   };

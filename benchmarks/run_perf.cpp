@@ -22,7 +22,7 @@ void run(benchmark::State& state, bool processes) {
     "algorithms": [")" + (here / "null_walker").string() +
                            R"("], "protocol": "blind", "instances": 300, "steps": 100})";
   const runner::PreparedPlan plan =
-      runner::prepare(relign::suite::read_suite(relign::JsonSource::from_text(text, "null.json"), ".", catalog), {});
+      runner::prepare(relign::suites::read_suite(relign::JsonSource::from_text(text, "null.json"), ".", catalog), {});
   const fs::path folder = fs::temp_directory_path() / ("relign-run-perf-" + std::to_string(::getpid()));
   runner::RunOptions options;
   options.results = folder;

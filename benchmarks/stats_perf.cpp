@@ -3,12 +3,12 @@
 #include <relign/random.hpp>
 #include <vector>
 
-#include "stats/bootstrap.h"
-#include "stats/signed_rank.h"
+#include "statistics/bootstrap.h"
+#include "statistics/signed_rank.h"
 
 namespace {
 
-using namespace relign::stats;
+using namespace relign::statistics;
 
 std::vector<std::vector<double>> columns(std::size_t count, std::size_t instances) {
   relign::Random random(1);

@@ -5,12 +5,12 @@
 #include <filesystem>
 
 #include "plugin_host/objects.h"
-#include "task/trial.h"
+#include "trials/trial.h"
 
 namespace {
 
 namespace fs = std::filesystem;
-namespace task = relign::task;
+namespace trials = relign::trials;
 using relign::Json;
 using relign::plugin_host::Catalog;
 using relign::plugin_host::Kind;
@@ -20,23 +20,23 @@ void trial(benchmark::State& state, const std::string& walker, bool truth, unsig
   Catalog catalog;
   relign::plugin_host::Scene scene(
       catalog.resolve_or_throw(Kind::scene, (here / "null_scene").string(), {{"truth", truth}}), {});
-  const task::SceneFacts facts = task::read_scene_facts(scene.describe(), "null-scene");
+  const trials::SceneFacts facts = trials::read_scene_facts(scene.describe(), "null-scene");
   const relign::plugin_host::Choice algorithm = catalog.resolve_or_throw(Kind::optimizer, walker);
-  task::Instance instance;
+  trials::Instance instance;
   instance.variances.start = {0.4, 0.45, 0.5, 0.55, 0.6};
   for (int i = 0; i < 25; ++i) instance.variances.distortion.push_back(i % 6 == 0 ? 1.0 : 0.01);
   instance.variances.elements_json = "{}";
   relign::plugin_host::MountedAssembly assembly = scene.mount("{}");
-  task::TrialSetup setup;
+  trials::TrialSetup setup;
   setup.assembly = &assembly;
   setup.reference = scene.reference();
   setup.scene = &facts;
   setup.instance = &instance;
   setup.algorithm = &algorithm;
-  setup.protocol = task::Protocol::blind;
+  setup.protocol = trials::Protocol::blind;
   setup.budget = steps;
   for (auto _ : state)
-    if (task::run_trial(setup).end != task::End::budget_spent) state.SkipWithError("the trial ended early");
+    if (trials::run_trial(setup).end != trials::End::budget_spent) state.SkipWithError("the trial ended early");
   state.counters["step"] =
       benchmark::Counter(static_cast<double>(state.iterations()) * steps,
                          benchmark::Counter::kIsRate | benchmark::Counter::kInvert, benchmark::Counter::kIs1000);

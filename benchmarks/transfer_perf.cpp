@@ -5,12 +5,12 @@
 
 #include <ctime>
 
-#include "plugin_check/fake_services.h"
+#include "conformance/fake_services.h"
 #include "plugin_host/objects.h"
 
 namespace {
 
-using namespace relign::plugin_check;
+using namespace relign::conformance;
 namespace plugin_host = relign::plugin_host;
 
 constexpr std::uint32_t kAxes = 6, kSources = 10, kSamples = 100, kWindow = 5;

@@ -34,6 +34,9 @@ function(relign_add_test name)
   add_executable(test_${name} ${TEST_UNPARSED_ARGUMENTS})
   target_link_libraries(test_${name} PRIVATE relign_compile ${TEST_LIBRARIES} GTest::gmock GTest::gtest_main)
   target_include_directories(test_${name} PRIVATE "${PROJECT_SOURCE_DIR}/core" "${PROJECT_SOURCE_DIR}/tests")
+  foreach(wing ${RELIGN_WINGS})
+    target_include_directories(test_${name} PRIVATE "${PROJECT_SOURCE_DIR}/core/${wing}" "${PROJECT_SOURCE_DIR}/tests/${wing}")
+  endforeach()
   target_compile_definitions(test_${name} PRIVATE
     RELIGN_TEST_DATA="${PROJECT_SOURCE_DIR}/tests/golden"
     RELIGN_SOURCE_DIR="${PROJECT_SOURCE_DIR}"

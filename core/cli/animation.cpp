@@ -27,7 +27,7 @@ std::vector<std::string> parts_between_arrows(const std::string& text) {
   return parts;
 }
 
-std::vector<std::uint8_t> grey_of(const pixels::Image& image, double white) {
+std::vector<std::uint8_t> grey_of(const images::Image& image, double white) {
   std::vector<std::uint8_t> grey(image.values.size());
   std::transform(image.values.begin(), image.values.end(), grey.begin(), [&](float value) {
     return static_cast<std::uint8_t>(std::lround(std::clamp(static_cast<double>(value) / white, 0.0, 1.0) * 255));
@@ -37,8 +37,8 @@ std::vector<std::uint8_t> grey_of(const pixels::Image& image, double white) {
 
 }  // namespace
 
-std::vector<std::vector<double>> read_pose_path(const std::string& path, const task::SceneFacts& facts,
-                                                const std::optional<task::Instance>& instance) {
+std::vector<std::vector<double>> read_pose_path(const std::string& path, const trials::SceneFacts& facts,
+                                                const std::optional<trials::Instance>& instance) {
   std::vector<std::vector<double>> poses;
   if (path.find("->") != std::string::npos) {
     for (const std::string& pose : parts_between_arrows(path))
@@ -86,10 +86,10 @@ std::vector<std::vector<double>> frames_along(const std::vector<std::vector<doub
   return poses;
 }
 
-pixels::Image take_image(plugin_host::MountedAssembly& assembly, const task::SceneFacts& facts,
+images::Image take_image(plugin_host::MountedAssembly& assembly, const trials::SceneFacts& facts,
                          const std::vector<double>& pose, std::optional<std::uint64_t> seed,
                          const std::string& scene_id) {
-  pixels::Image image(facts.image_width, facts.image_height);
+  images::Image image(facts.image_width, facts.image_height);
   if (seed) {
     assembly.capture(pose, *seed, image.values.data());
   } else if (!assembly.render_noise_free(pose, image.values.data())) {
@@ -98,7 +98,7 @@ pixels::Image take_image(plugin_host::MountedAssembly& assembly, const task::Sce
   return image;
 }
 
-void animate(plugin_host::MountedAssembly& assembly, const task::SceneFacts& facts, const AnimationPlan& plan,
+void animate(plugin_host::MountedAssembly& assembly, const trials::SceneFacts& facts, const AnimationPlan& plan,
              ProgressMode mode) {
   const bool film = plan.out.extension() == ".mp4";
   const int width = static_cast<int>(facts.image_width), height = static_cast<int>(facts.image_height);

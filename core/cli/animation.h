@@ -8,16 +8,16 @@
 #include <vector>
 
 #include "cli/progress.h"
-#include "pixels/image.h"
+#include "images/image.h"
 #include "plugin_host/objects.h"
-#include "task/instance.h"
-#include "task/scene_facts.h"
+#include "trials/instance.h"
+#include "trials/scene_facts.h"
 
 namespace relign::cli {
 
 // "start->nominal", or the name of a file {"poses": [[0.5, ...], "nominal", ...]}; at least two poses.
-std::vector<std::vector<double>> read_pose_path(const std::string& path, const task::SceneFacts& facts,
-                                                const std::optional<task::Instance>& instance);
+std::vector<std::vector<double>> read_pose_path(const std::string& path, const trials::SceneFacts& facts,
+                                                const std::optional<trials::Instance>& instance);
 
 // `frames` (at least 2) poses: every leg takes the same time, ends included.
 std::vector<std::vector<double>> frames_along(const std::vector<std::vector<double>>& path, int frames);
@@ -32,11 +32,11 @@ struct AnimationPlan {
 };
 
 // Throws Error: bad_input without ffmpeg for .mp4, stopped after Ctrl-C (nothing is written then), io.
-void animate(plugin_host::MountedAssembly& assembly, const task::SceneFacts& facts, const AnimationPlan& plan,
+void animate(plugin_host::MountedAssembly& assembly, const trials::SceneFacts& facts, const AnimationPlan& plan,
              ProgressMode progress);
 
 // A capture with this seed; without one the expected image. Throws Error(bad_input) when the scene offers none.
-pixels::Image take_image(plugin_host::MountedAssembly& assembly, const task::SceneFacts& facts,
+images::Image take_image(plugin_host::MountedAssembly& assembly, const trials::SceneFacts& facts,
                          const std::vector<double>& pose, std::optional<std::uint64_t> seed,
                          const std::string& scene_id);
 

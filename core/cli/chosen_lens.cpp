@@ -39,8 +39,8 @@ ChosenLens choose_lens(Context& context, const LensChoice& choice, const LoadedS
   return lens;
 }
 
-std::vector<double> chosen_pose(const std::string& text, const std::string& option, const task::SceneFacts& facts,
-                                const std::optional<task::Instance>& instance) {
+std::vector<double> chosen_pose(const std::string& text, const std::string& option, const trials::SceneFacts& facts,
+                                const std::optional<trials::Instance>& instance) {
   if (text == "nominal") return facts.nominal_pose;
   if (text == "start") {
     if (!instance)
@@ -49,7 +49,7 @@ std::vector<double> chosen_pose(const std::string& text, const std::string& opti
   }
   const std::vector<double> pose = parse_numbers(text, option);
   std::vector<std::string> names;
-  for (const task::Axis& axis : facts.axes) names.push_back(axis.name);
+  for (const trials::Axis& axis : facts.axes) names.push_back(axis.name);
   if (pose.size() != facts.axes.size())
     throw Error(ErrorKind::bad_input, option + ": " + std::to_string(pose.size()) + " numbers given, " +
                                           std::to_string(facts.axes.size()) + " needed: " + join(names, ","));

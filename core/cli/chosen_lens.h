@@ -22,7 +22,7 @@ struct LensChoice {
 void add_lens_options(CLI::App& verb, LensChoice& choice);
 
 struct ChosenLens {
-  std::optional<task::Instance> instance;
+  std::optional<trials::Instance> instance;
   std::string offsets = "{}";  // as mount takes them
 };
 
@@ -30,8 +30,8 @@ struct ChosenLens {
 ChosenLens choose_lens(Context& context, const LensChoice& choice, const LoadedScene& scene);
 
 // "nominal", "start" (of the instance) or one number per axis, 0 to 1. Errors name `option`.
-std::vector<double> chosen_pose(const std::string& text, const std::string& option, const task::SceneFacts& facts,
-                                const std::optional<task::Instance>& instance);
+std::vector<double> chosen_pose(const std::string& text, const std::string& option, const trials::SceneFacts& facts,
+                                const std::optional<trials::Instance>& instance);
 
 // A station shows no pose on demand; throws Error(bad_input) that says what to do instead.
 void refuse_station(const LoadedScene& scene, const std::string& scene_id);

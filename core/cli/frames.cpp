@@ -3,17 +3,17 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "pixels/image_file.h"
+#include "images/image_file.h"
 
 namespace relign::cli {
 
-void save_frame(const std::filesystem::path& folder, unsigned step, const task::SceneFacts& facts,
+void save_frame(const std::filesystem::path& folder, unsigned step, const trials::SceneFacts& facts,
                 const float* pixels) {
   char name[32];
   std::snprintf(name, sizeof name, "step-%03u.png", step);
-  pixels::Image image(facts.image_width, facts.image_height);
+  images::Image image(facts.image_width, facts.image_height);
   std::copy(pixels, pixels + image.values.size(), image.values.begin());
-  pixels::write_image(folder / name, image, static_cast<float>(facts.image_white));
+  images::write_image(folder / name, image, static_cast<float>(facts.image_white));
 }
 
 }  // namespace relign::cli

@@ -3,11 +3,11 @@
 
 #include <filesystem>
 
-#include "task/scene_facts.h"
+#include "trials/scene_facts.h"
 
 namespace relign::cli {
 
 // Writes FOLDER/step-NNN.png, the scene's white at full scale; makes the folder. Throws Error(io).
-void save_frame(const std::filesystem::path& folder, unsigned step, const task::SceneFacts& facts, const float* pixels);
+void save_frame(const std::filesystem::path& folder, unsigned step, const trials::SceneFacts& facts, const float* pixels);
 
 }  // namespace relign::cli

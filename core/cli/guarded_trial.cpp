@@ -66,12 +66,12 @@ class StdoutToStderr {
 
 }  // namespace
 
-task::TrialResult run_guarded(const task::TrialSetup& setup, bool keep_stdout) {
+trials::TrialResult run_guarded(const trials::TrialSetup& setup, bool keep_stdout) {
   static const bool registered = std::atexit(tell_of_exit) == 0;
   listen_for_crashes();
   const UnderWay under_way(registered);
   const StdoutToStderr redirected(keep_stdout);
-  return task::run_trial(setup);
+  return trials::run_trial(setup);
 }
 
 }  // namespace relign::cli

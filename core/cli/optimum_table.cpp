@@ -21,7 +21,7 @@ LevelOptima::Spread spread(std::vector<double> values) {
 }
 
 // Length of the difference of two poses over the axes with this unit.
-double distance(const task::SceneFacts& facts, const std::vector<double>& pose, const char* unit) {
+double distance(const trials::SceneFacts& facts, const std::vector<double>& pose, const char* unit) {
   double squares = 0;
   for (std::size_t i = 0; i < facts.axes.size(); ++i)
     if (facts.axes[i].unit == unit) squares += std::pow((pose[i] - facts.nominal_pose[i]) * facts.axes[i].travel(), 2);
@@ -46,7 +46,7 @@ std::vector<LevelOptima> level_optima(Context& context, const std::string& scene
         named_choice(context.catalog(), plugin_host::Kind::noise_level, name, "--noise-level");
     std::vector<double> shifts, tilts, own, nominal;
     for (std::uint64_t number = 0; number < instances; ++number) {
-      const task::Instance instance = draw_instance(level, loaded, context.services(1), 1, number);
+      const trials::Instance instance = draw_instance(level, loaded, context.services(1), 1, number);
       plugin_host::MountedAssembly lens = loaded.scene->mount(instance.variances.elements_json);
       const std::uint64_t seed = frame_seed(instance.seed, 0, FrameStream::own_optimum);
       const auto found = lens.own_optimum(seed, loaded.facts.axes.size());

@@ -9,7 +9,7 @@
 namespace relign::cli {
 
 runner::TrialJob job_for(const LoadedScene& scene, const plugin_host::Choice& level,
-                         const plugin_host::Choice& algorithm, task::Protocol protocol) {
+                         const plugin_host::Choice& algorithm, trials::Protocol protocol) {
   runner::TrialJob job;
   job.scene_name = scene.choice.id;
   job.level_name = level.id;
@@ -19,8 +19,8 @@ runner::TrialJob job_for(const LoadedScene& scene, const plugin_host::Choice& le
   job.algorithm = algorithm;
   job.facts = scene.facts;
   job.protocol = protocol;
-  const bool rmse = protocol == task::Protocol::blind || scene.facts.owns_stage;
-  job.merit = rmse ? task::Merit::rmse : task::Merit::combined;
+  const bool rmse = protocol == trials::Protocol::blind || scene.facts.owns_stage;
+  job.merit = rmse ? trials::Merit::rmse : trials::Merit::combined;
   job.machine_time = scene.facts.machine_time;
   return job;
 }
@@ -45,7 +45,7 @@ Json read_parameters(const std::string& text) {
   return given;
 }
 
-std::string default_level(const task::SceneFacts& scene) {
+std::string default_level(const trials::SceneFacts& scene) {
   if (scene.owns_stage) return "none";
   return scene.elements.size() < 2 ? "rho0" : "rho0.25";
 }

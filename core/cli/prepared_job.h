@@ -10,7 +10,7 @@
 namespace relign::cli {
 
 runner::TrialJob job_for(const LoadedScene& scene, const plugin_host::Choice& level,
-                         const plugin_host::Choice& algorithm, task::Protocol protocol);
+                         const plugin_host::Choice& algorithm, trials::Protocol protocol);
 
 // Says on stderr what is being prepared.
 runner::Preparer::Options preparer_options(const plugin_host::HostServices& services, bool again = false);
@@ -19,6 +19,6 @@ runner::Preparer::Options preparer_options(const plugin_host::HostServices& serv
 Json read_parameters(const std::string& text);
 
 // The paper's middle level, where the scene has the two elements that it offsets.
-std::string default_level(const task::SceneFacts& scene);
+std::string default_level(const trials::SceneFacts& scene);
 
 }  // namespace relign::cli

@@ -36,9 +36,9 @@ ShardJob::ShardJob(const std::string& plan_file, const std::string& shard) {
                                           std::to_string(count - 1) + "/" + parts);
 }
 
-suite::Suite ShardJob::read_suite(plugin_host::Catalog& catalog) const {
-  suite::Suite suite =
-      suite::read_suite(JsonSource::from_text(plan_.suite_text, plan_.suite_file), plan_.suite_folder, catalog);
+suites::Suite ShardJob::read_suite(plugin_host::Catalog& catalog) const {
+  suites::Suite suite =
+      suites::read_suite(JsonSource::from_text(plan_.suite_text, plan_.suite_file), plan_.suite_folder, catalog);
   suite.name = plan_.name;
   return suite;
 }
@@ -51,10 +51,10 @@ std::unique_ptr<runner::ShardAttempt> ShardJob::begin(const std::filesystem::pat
   if (!program.empty() && program != runner::program_json()["hash"])
     on_message("relign-bench is another build than the one that made the plan; it should be one for all parts");
   auto attempt = std::make_unique<runner::ShardAttempt>(results, number_, plan_.hash, on_message);
-  std::vector<suite::PlannedTrial> part;
+  std::vector<suites::PlannedTrial> part;
   std::size_t elsewhere = 0;
   for (const std::size_t place : runner::places_of_shard(prepared.plan, number_, plan_.shards)) {
-    suite::PlannedTrial& trial = prepared.plan.trials[place];
+    suites::PlannedTrial& trial = prepared.plan.trials[place];
     if (attempt->done_elsewhere().count(trial.id))
       ++elsewhere;
     else

@@ -19,7 +19,7 @@ class ShardJob {
   // depend on what a queue says while a part of it is sent again.
   ShardJob(const std::string& plan_file, const std::string& shard);
 
-  suite::Suite read_suite(plugin_host::Catalog& catalog) const;
+  suites::Suite read_suite(plugin_host::Catalog& catalog) const;
   const std::string& name() const { return plan_.name; }
 
   // Leaves in `prepared` the trials of this part that no other attempt has done, and returns the attempt, which is to

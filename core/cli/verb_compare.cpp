@@ -18,7 +18,7 @@ struct CompareArguments {
 int write_comparison(Context& context, const CompareArguments& arguments) {
   report::CompareOptions options;
   if (arguments.relevant > 0) options.smallest_relevant_ratio = arguments.relevant;
-  options.rule = stats::rule_named(arguments.rule);
+  options.rule = statistics::rule_named(arguments.rule);
   options.step = arguments.step;
   options.track = report::parse_track(arguments.track);
   for (const std::string& gate : arguments.gates) options.gates.push_back(report::parse_gate(gate));

@@ -9,9 +9,9 @@
 #include "cli/lens_files.h"
 #include "cli/text_table.h"
 #if RELIGN_HAS_MESHES
-#include "mesh/lens_fit.h"
-#include "mesh/mesh_file.h"
-#include "mesh/mesh_writer.h"
+#include "meshes/lens_fit.h"
+#include "meshes/mesh_file.h"
+#include "meshes/mesh_writer.h"
 #endif
 
 namespace relign::cli {
@@ -33,9 +33,9 @@ int export_meshes(Context& context, const MeshArguments& arguments) {
   Json written = Json::array();
   TextTable table({"file", "triangles", "corners"});
   for (const optics::Element& element : lens.elements) {
-    const mesh::Mesh made = mesh::element_mesh(element, arguments.pitch_mm);
+    const meshes::Mesh made = meshes::element_mesh(element, arguments.pitch_mm);
     const fs::path file = fs::path(arguments.output) / (element.name + ".ply");
-    write_file_atomically(file, mesh::ply_of(made));
+    write_file_atomically(file, meshes::ply_of(made));
     table.add({file.string(), std::to_string(made.triangles.size()), std::to_string(made.vertices.size())});
     written.push_back({{"element", element.name},
                        {"file", file.string()},
@@ -48,7 +48,7 @@ int export_meshes(Context& context, const MeshArguments& arguments) {
 
 struct Fit {
   std::string file;
-  mesh::FittedElement element;
+  meshes::FittedElement element;
 };
 
 std::string text_of(const char* format, double value) {
@@ -58,14 +58,14 @@ std::string text_of(const char* format, double value) {
 }
 
 // A plane is what turns by less than this over its clear radius: 1e-7 rad, a radius of 30 km for a rim of 3 mm.
-bool is_plane(const mesh::FittedFace& face) { return std::fabs(face.curvature) * face.clear_radius_mm < 1e-7; }
+bool is_plane(const meshes::FittedFace& face) { return std::fabs(face.curvature) * face.clear_radius_mm < 1e-7; }
 
-Json radius_of(const mesh::FittedFace& face) { return is_plane(face) ? Json() : Json(1 / face.curvature); }
+Json radius_of(const meshes::FittedFace& face) { return is_plane(face) ? Json() : Json(1 / face.curvature); }
 
 std::string table_of(const std::vector<Fit>& fits) {
   TextTable table({"face", "z mm", "radius mm", "clear radius mm", "tilt x, y deg", "residual rms um", "largest um"});
   for (const Fit& fit : fits)
-    for (const mesh::FittedFace* face : {&fit.element.front, &fit.element.back})
+    for (const meshes::FittedFace* face : {&fit.element.front, &fit.element.back})
       table.add({fs::path(fit.file).filename().string() + (face == &fit.element.front ? " front" : " back"),
                  text_of("%.6f", face->z_mm), is_plane(*face) ? "plane" : text_of("%.5f", 1 / face->curvature),
                  text_of("%.4f", face->clear_radius_mm),
@@ -74,7 +74,7 @@ std::string table_of(const std::vector<Fit>& fits) {
   return table.text();
 }
 
-Json json_of(const mesh::FittedFace& face) {
+Json json_of(const meshes::FittedFace& face) {
   return {{"z_mm", face.z_mm},
           {"radius_mm", radius_of(face)},
           {"clear_radius_mm", face.clear_radius_mm},
@@ -117,7 +117,7 @@ std::string lens_file_of(const std::vector<Fit>& fits, const fs::path& like) {
 int fit_meshes(Context& context, const MeshArguments& arguments) {
   std::vector<Fit> fits;
   for (const std::string& file : arguments.files)
-    fits.push_back({file, mesh::fit_element(mesh::read_mesh(file, mesh::Demand::body), file)});
+    fits.push_back({file, meshes::fit_element(meshes::read_mesh(file, meshes::Demand::body), file)});
   std::stable_sort(fits.begin(), fits.end(),
                    [](const Fit& a, const Fit& b) { return a.element.front.z_mm < b.element.front.z_mm; });
   if (!arguments.output.empty())

@@ -32,7 +32,7 @@ void refuse_other_files(const fs::path& file) {
 
 int make_plan(Context& context, const PlanArguments& arguments) {
   refuse_other_files(arguments.out);
-  suite::Suite suite = suite::read_suite(arguments.suite, context.catalog());
+  suites::Suite suite = suites::read_suite(arguments.suite, context.catalog());
   const runner::PreparedPlan prepared = runner::prepare(
       std::move(suite), cache_folder(), [](const std::string& note) { print_warning(note); }, &watch_for_stop());
   const fs::path folder = fs::absolute(arguments.out).parent_path();

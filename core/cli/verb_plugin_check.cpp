@@ -5,14 +5,14 @@
 
 #include "base/error.h"
 #include "cli/app.h"
-#include "plugin_check/inspection.h"
+#include "conformance/inspection.h"
 
 namespace relign::cli {
 namespace {
 
-using plugin_check::CheckResult;
-using plugin_check::Inspection;
-using plugin_check::Verdict;
+using conformance::CheckResult;
+using conformance::Inspection;
+using conformance::Verdict;
 
 struct Arguments {
   std::vector<std::string> plugins;
@@ -59,14 +59,14 @@ Json to_json(const Inspection& inspection) {
 }
 
 int check(Context& context, const Arguments& arguments) {
-  plugin_check::InspectionSetup setup;
+  conformance::InspectionSetup setup;
   setup.program = std::filesystem::read_symlink("/proc/self/exe");
   setup.deadline_s = arguments.deadline_s;
   if (!context.json) setup.on_result = [](const CheckResult& result) { print_text(result_line(result)); };
   bool passed = true;
   Json all = Json::array();
   for (const std::string& plugin : arguments.plugins) {
-    const Inspection inspection = plugin_check::inspect(plugin_path(context, plugin), setup);
+    const Inspection inspection = conformance::inspect(plugin_path(context, plugin), setup);
     passed = passed && inspection.passed();
     all.push_back(to_json(inspection));
     if (!context.json) print_text(summary_line(inspection));
@@ -76,7 +76,7 @@ int check(Context& context, const Arguments& arguments) {
 }
 
 int check_one(const Arguments& arguments) {
-  plugin_check::run_one_check(arguments.plugins.front(), arguments.one, arguments.report_fd);
+  conformance::run_one_check(arguments.plugins.front(), arguments.one, arguments.report_fd);
   return kDone;
 }
 

@@ -50,7 +50,7 @@ int prepare(Context& context, const Arguments& arguments) {
                 "'" + arguments.scene + "' is a station: its lenses are its own, so there are no source instances");
   const std::string level_name = arguments.level.empty() ? default_level(scene.facts) : arguments.level;
   const plugin_host::Choice level = named_choice(catalog, plugin_host::Kind::noise_level, level_name, "--noise-level");
-  const runner::TrialJob job = job_for(scene, level, algorithm, *task::protocol_from_name(arguments.protocol));
+  const runner::TrialJob job = job_for(scene, level, algorithm, *trials::protocol_from_name(arguments.protocol));
 
   runner::Preparer preparer(preparer_options(services, arguments.again));
   Json all = Json::array();

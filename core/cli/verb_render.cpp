@@ -11,7 +11,7 @@
 #include "cli/app.h"
 #include "cli/chosen_lens.h"
 #include "cli/workbench.h"
-#include "pixels/image_file.h"
+#include "images/image_file.h"
 
 namespace relign::cli {
 namespace {
@@ -84,14 +84,14 @@ int render_animation(Context& context, const RenderArguments& arguments, const L
 constexpr double kUsualError = 0.0003;
 
 struct TakenImage {
-  pixels::Image image;
+  images::Image image;
   std::optional<plugin_host::MountedAssembly::Average> average;  // with --noise-free, where the scene states its noise
 };
 
 TakenImage take(plugin_host::MountedAssembly& assembly, const LoadedScene& scene, const std::vector<double>& pose,
                 const RenderArguments& arguments) {
   if (!arguments.noise_free) return {take_image(assembly, scene.facts, pose, arguments.seed, arguments.scene), {}};
-  TakenImage taken{pixels::Image(scene.facts.image_width, scene.facts.image_height), {}};
+  TakenImage taken{images::Image(scene.facts.image_width, scene.facts.image_height), {}};
   const double wanted = arguments.error > 0 ? arguments.error : kUsualError;
   taken.average = assembly.render_average(pose, arguments.seed, wanted, arguments.samples, taken.image.values.data());
   if (!taken.average) {
@@ -131,7 +131,7 @@ int render(Context& context, const RenderArguments& arguments) {
 
   plugin_host::MountedAssembly assembly = scene.scene->mount(lens.offsets);
   const auto [image, average] = take(assembly, scene, pose, arguments);
-  pixels::write_image(arguments.out, image, static_cast<float>(scene.facts.image_white));
+  images::write_image(arguments.out, image, static_cast<float>(scene.facts.image_white));
 
   if (context.json) {
     Json result = {{"image", arguments.out},           {"width", image.width}, {"height", image.height},

@@ -24,7 +24,7 @@ struct ReportArguments {
 
 constexpr const char* kStandardOutput = "-";
 
-std::optional<stats::Rule> rule_of(const ReportArguments& arguments) { return stats::rule_named(arguments.rule); }
+std::optional<statistics::Rule> rule_of(const ReportArguments& arguments) { return statistics::rule_named(arguments.rule); }
 
 // All folders in one text.
 std::string exported(const ReportArguments& arguments) {

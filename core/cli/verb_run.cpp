@@ -17,7 +17,7 @@
 #include "report/report.h"
 #include "runner/run.h"
 #include "runner/worker.h"
-#include "suite/suite.h"
+#include "suites/suite.h"
 
 namespace relign::cli {
 namespace {
@@ -55,7 +55,7 @@ std::vector<std::pair<std::string, std::string>> parse_only(const std::vector<st
 }
 
 // What the user gave a scene decides whether it can be prepared: a mistake there is no internal error.
-runner::PreparedPlan prepare(suite::Suite suite, const runner::RunOptions& options) {
+runner::PreparedPlan prepare(suites::Suite suite, const runner::RunOptions& options) {
   try {
     return runner::prepare(std::move(suite), options.cache_folder, options.on_message, options.stop);
   } catch (const Error& error) {
@@ -124,9 +124,9 @@ std::string typed_choice(const plugin_host::Choice& choice) {
 
 // The method to watch: the best of the last table, else the last one of the suite; home and random, which we may have
 // added, show little. `try` knows no other merit than the protocol's own.
-const suite::AlgorithmEntry& method_to_watch(const suite::Suite& suite, const std::string& best) {
-  const suite::AlgorithmEntry* shown = &suite.algorithms.back();
-  for (const suite::AlgorithmEntry& entry : suite.algorithms) {
+const suites::AlgorithmEntry& method_to_watch(const suites::Suite& suite, const std::string& best) {
+  const suites::AlgorithmEntry* shown = &suite.algorithms.back();
+  for (const suites::AlgorithmEntry& entry : suite.algorithms) {
     if (entry.added || !entry.merit.empty()) continue;
     shown = &entry;
     if (entry.name == best) break;
@@ -135,8 +135,8 @@ const suite::AlgorithmEntry& method_to_watch(const suite::Suite& suite, const st
 }
 
 // A trial of the suite, as `try` makes it again.
-std::string trial_to_watch(const suite::Suite& suite, const std::string& best) {
-  const suite::AlgorithmEntry& method = method_to_watch(suite, best);
+std::string trial_to_watch(const suites::Suite& suite, const std::string& best) {
+  const suites::AlgorithmEntry& method = method_to_watch(suite, best);
   const plugin_host::Choice &scene = suite.scenes.back().choice, &level = suite.levels.back().choice;
   std::set<std::string> plugins;
   for (const plugin_host::Choice* used : {&method.choice, &scene, &level}) plugins.insert(plugin_option(*used->plugin));
@@ -186,7 +186,7 @@ int run_suite(Context& context, const RunArguments& arguments) {
     throw Error(ErrorKind::bad_input, "SUITE is required, or --plan FILE with --shard i/n");
   std::unique_ptr<ShardJob> job;
   if (!arguments.plan.empty()) job = std::make_unique<ShardJob>(arguments.plan, arguments.shard);
-  suite::Suite suite = job ? job->read_suite(context.catalog()) : suite::read_suite(arguments.suite, context.catalog());
+  suites::Suite suite = job ? job->read_suite(context.catalog()) : suites::read_suite(arguments.suite, context.catalog());
   options.results = arguments.out.empty() ? fs::path("results") / suite.name : fs::path(arguments.out);
   refuse_merged(options.results);
 

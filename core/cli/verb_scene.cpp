@@ -112,7 +112,7 @@ int landscape(Context& context, const LandscapeArguments& arguments) {
   landscape.measure = "RMSE";
   landscape.points = arguments.points;
   for (std::size_t axis = 0; axis < pose.size(); ++axis) {
-    const task::Axis& known = scene.facts.axes[axis];
+    const trials::Axis& known = scene.facts.axes[axis];
     landscape.axes.push_back({known.name, known.unit, known.lower, known.upper, scene.facts.nominal_pose[axis]});
   }
   plugin_host::MountedAssembly assembly = scene.scene->mount(lens.offsets);

@@ -17,7 +17,7 @@
 #include "cli/prepared_job.h"
 #include "cli/workbench.h"
 #include "plugin_host/preparation.h"
-#include "task/trial.h"
+#include "trials/trial.h"
 
 namespace relign::cli {
 namespace {
@@ -41,7 +41,7 @@ std::string rmse_text(double rmse) {
 }
 
 // Noise-free errors are known to 1e-4.
-std::string truth_text(const task::Truth& truth) {
+std::string truth_text(const trials::Truth& truth) {
   if (std::isnan(truth.mse)) return "unknown";
   const double rmse = displayed_rmse(truth.mse);
   return rmse < 1e-4 ? "<0.0001" : rmse_text(rmse);
@@ -54,7 +54,7 @@ std::string header(std::size_t axes) {
   return buffer;
 }
 
-std::string row(const task::Step& step) {
+std::string row(const trials::Step& step) {
   std::string pose;
   for (const double coordinate : step.commanded_pose) {
     char buffer[16];
@@ -68,7 +68,7 @@ std::string row(const task::Step& step) {
   return buffer;
 }
 
-Json to_json(const task::Step& step) {
+Json to_json(const trials::Step& step) {
   return {{"step", step.number},
           {"commanded_pose", step.commanded_pose},
           {"true_pose", step.true_pose},
@@ -76,43 +76,43 @@ Json to_json(const task::Step& step) {
           {"measured", step.measured_rmse},
           {"machine_seconds", step.machine_seconds},
           {"recommended_pose", step.recommended_pose},
-          {"recommendation", task::recommendation_source_name(step.recommendation_source)},
+          {"recommendation", trials::recommendation_source_name(step.recommendation_source)},
           {"commanded_mse", step.commanded_truth.mse},
           {"commanded_mse_error", step.commanded_truth.standard_error},
           {"recommended_mse", step.recommended_truth.mse},
           {"recommended_mse_error", step.recommended_truth.standard_error}};
 }
 
-Json to_json(const TryArguments& arguments, const task::TrialResult& result) {
+Json to_json(const TryArguments& arguments, const trials::TrialResult& result) {
   Json steps = Json::array();
-  for (const task::Step& step : result.steps) steps.push_back(to_json(step));
+  for (const trials::Step& step : result.steps) steps.push_back(to_json(step));
   return {{"algorithm", arguments.algorithm},
           {"scene", arguments.scene},
           {"noise_level", arguments.level},
           {"instance", arguments.instance},
           {"protocol", arguments.protocol},
-          {"end", result.outcome.empty() ? task::end_name(result.end) : result.outcome},
+          {"end", result.outcome.empty() ? trials::end_name(result.end) : result.outcome},
           {"message", result.message},
           {"warnings", result.environment_changes},
           {"steps", steps}};
 }
 
-int end_of_trial(Context& context, const TryArguments& arguments, const task::TrialResult& result, bool truth) {
+int end_of_trial(Context& context, const TryArguments& arguments, const trials::TrialResult& result, bool truth) {
   for (const std::string& change : result.environment_changes) print_warning(change);
   if (context.json) print_result(to_json(arguments, result).dump(2) + "\n");
   switch (result.end) {
-    case task::End::failed:
-    case task::End::overspent:
+    case trials::End::failed:
+    case trials::End::overspent:
       print_warning(arguments.algorithm + " failed: " + result.message);
       return kTrialsFailed;
-    case task::End::stopped:
+    case trials::End::stopped:
       std::fprintf(stderr, "Stopped. A trial starts again at step 0:\n  %s\n", context.typed_command().c_str());
       return stop_exit_code();
-    case task::End::finished:
+    case trials::End::finished:
       std::fprintf(stderr, "%s declared itself finished after step %zu.\n", arguments.algorithm.c_str(),
                    result.steps.size() - 1);
       break;
-    case task::End::budget_spent:
+    case trials::End::budget_spent:
       break;
   }
   if (!context.json)
@@ -124,9 +124,9 @@ int end_of_trial(Context& context, const TryArguments& arguments, const task::Tr
 }
 
 // What the algorithm loads; prepared now where it is missing.
-std::shared_ptr<const task::PreparedByIdentity> prepared_for(const LoadedScene& scene, const plugin_host::Choice& level,
+std::shared_ptr<const trials::PreparedByIdentity> prepared_for(const LoadedScene& scene, const plugin_host::Choice& level,
                                                              const plugin_host::Choice& algorithm,
-                                                             task::Protocol protocol,
+                                                             trials::Protocol protocol,
                                                              const plugin_host::HostServices& services) {
   if (!plugin_host::is_prepared(algorithm)) return nullptr;
   runner::Preparer preparer(preparer_options(services));
@@ -155,11 +155,11 @@ int run_try(Context& context, TryArguments arguments) {
     throw Error(ErrorKind::bad_input, "noise level '" + arguments.level + "' cannot be used with the station '" +
                                           arguments.scene +
                                           "': its lenses, start and stage are its own, nothing is drawn; use none");
-  const task::Instance instance = draw_instance(level, scene, services, arguments.suite_seed, arguments.instance);
+  const trials::Instance instance = draw_instance(level, scene, services, arguments.suite_seed, arguments.instance);
   std::optional<plugin_host::MountedAssembly> assembly;
   if (!scene.facts.owns_stage) assembly.emplace(scene.scene->mount(instance.variances.elements_json));
 
-  task::TrialSetup setup;
+  trials::TrialSetup setup;
   setup.assembly = assembly ? &*assembly : nullptr;
   setup.station = scene.facts.owns_stage ? scene.scene.get() : nullptr;
   setup.reference = scene.scene->reference();
@@ -173,14 +173,14 @@ int run_try(Context& context, TryArguments arguments) {
   setup.services.log = [](int, const std::string& message) {
     std::fprintf(stderr, "%s\n", printable(message).c_str());
   };
-  setup.protocol = *task::protocol_from_name(arguments.protocol);
+  setup.protocol = *trials::protocol_from_name(arguments.protocol);
   setup.budget = arguments.steps;
   setup.algorithm_seed = algorithm_seed(arguments.suite_seed, algorithm.id, arguments.instance);
   setup.machine_time = scene.facts.machine_time;
   const auto learnt = prepared_for(scene, level, algorithm, setup.protocol, services);
   setup.prepared = learnt.get();
   setup.stop = services.stop;
-  setup.on_step = [&](const task::Step& step, const float* pixels) {
+  setup.on_step = [&](const trials::Step& step, const float* pixels) {
     if (!context.json) print_result((step.number == 0 ? header(scene.facts.axes.size()) : "") + row(step));
     if (!arguments.frames.empty()) save_frame(arguments.frames, step.number, scene.facts, pixels);
   };

@@ -10,7 +10,7 @@
 #include "runner/levels.h"
 #include "runner/mtf_check.h"
 #include "runner/stations.h"
-#include "suite/suite.h"
+#include "suites/suite.h"
 
 namespace relign::cli {
 namespace {
@@ -40,14 +40,14 @@ FrameCost measure(const LoadedScene& scene) {
 }
 
 int validate(Context& context, const std::string& file) {
-  const suite::Suite suite = suite::read_suite(file, context.catalog());
+  const suites::Suite suite = suites::read_suite(file, context.catalog());
   const std::size_t instances_per_algorithm = suite.levels.size() * suite.instances;
   std::size_t trials = 0, frames = 0;
   double seconds = 0;
-  std::vector<task::SceneFacts> facts;
+  std::vector<trials::SceneFacts> facts;
   bool station = false;
   std::string mistakes, design_mtf;
-  for (const suite::SceneEntry& entry : suite.scenes) {
+  for (const suites::SceneEntry& entry : suite.scenes) {
     const LoadedScene scene = load_scene(entry.choice, context.services(1));
     facts.push_back(scene.facts);
     const records::Specification spec = records::specification_of(suite.spec, scene.facts.spec);
@@ -70,7 +70,7 @@ int validate(Context& context, const std::string& file) {
     station = station || scene.facts.owns_stage;
     // Validating moves no machine.
     const FrameCost cost = scene.facts.owns_stage ? FrameCost{} : measure(scene);
-    for (const suite::AlgorithmEntry& algorithm : suite.algorithms) {
+    for (const suites::AlgorithmEntry& algorithm : suite.algorithms) {
       if (!runner::can_run_on(algorithm, scene.facts)) continue;
       const std::size_t captures = instances_per_algorithm * (std::size_t{algorithm.steps} + 1);
       trials += instances_per_algorithm;
@@ -81,7 +81,7 @@ int validate(Context& context, const std::string& file) {
   if (!mistakes.empty()) throw Error(ErrorKind::bad_input, mistakes);
   runner::check_stations(suite, facts);
   runner::check_levels(suite, facts, [&context](const std::string&) { return context.services(1); });
-  suite::Suite runnable = suite;
+  suites::Suite runnable = suite;
   for (const std::string& note : runner::leave_out_told_methods(runnable, facts)) print_warning(note);
   const unsigned cores = core_count();
   seconds /= cores;

@@ -132,7 +132,7 @@ int run_verify(Context& context, const VerifyArguments& arguments) {
   };
   std::size_t frames = 0;
   if (!arguments.frames.empty())
-    options.on_step = [&](const task::SceneFacts& facts, const task::Step& step, const float* pixels) {
+    options.on_step = [&](const trials::SceneFacts& facts, const trials::Step& step, const float* pixels) {
       save_frame(arguments.frames, step.number, facts, pixels);
       ++frames;
     };

@@ -5,7 +5,7 @@
 
 #include "base/error.h"
 #include "base/json_source.h"
-#include "task/rig.h"
+#include "trials/rig.h"
 
 namespace relign::cli {
 
@@ -31,7 +31,7 @@ LoadedScene load_scene(plugin_host::Choice choice, const plugin_host::HostServic
   LoadedScene loaded;
   try {
     loaded.scene = std::make_unique<plugin_host::Scene>(choice, services);
-    loaded.facts = task::facts_of(*loaded.scene, choice.id);
+    loaded.facts = trials::facts_of(*loaded.scene, choice.id);
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::plugin_failed) throw;
     throw Error(ErrorKind::bad_input, "scene '" + choice.id + "' cannot be used: " + error.what());
@@ -40,10 +40,10 @@ LoadedScene load_scene(plugin_host::Choice choice, const plugin_host::HostServic
   return loaded;
 }
 
-task::Instance draw_instance(const plugin_host::Choice& level, const LoadedScene& scene,
+trials::Instance draw_instance(const plugin_host::Choice& level, const LoadedScene& scene,
                              const plugin_host::HostServices& services, std::uint64_t suite_seed,
                              std::uint64_t number) {
-  return task::draw_instance(level, level.id, scene.facts, scene.choice.id, services, suite_seed, number);
+  return trials::draw_instance(level, level.id, scene.facts, scene.choice.id, services, suite_seed, number);
 }
 
 std::vector<double> parse_numbers(const std::string& text, const std::string& option) {

@@ -9,8 +9,8 @@
 #include "base/machine.h"
 #include "cli/app.h"
 #include "plugin_host/objects.h"
-#include "task/instance.h"
-#include "task/scene_facts.h"
+#include "trials/instance.h"
+#include "trials/scene_facts.h"
 
 namespace relign::cli {
 
@@ -22,7 +22,7 @@ plugin_host::Choice named_choice(plugin_host::Catalog& catalog, plugin_host::Kin
 struct LoadedScene {
   plugin_host::Choice choice;
   std::unique_ptr<plugin_host::Scene> scene;
-  task::SceneFacts facts;
+  trials::SceneFacts facts;
 };
 
 // Failures while a scene is made or described come from what the user gave it (files, parameters):
@@ -30,7 +30,7 @@ struct LoadedScene {
 LoadedScene load_scene(plugin_host::Choice choice, const plugin_host::HostServices& services);
 
 // Draws benchmark instance `number`, as a suite with this seed would.
-task::Instance draw_instance(const plugin_host::Choice& level, const LoadedScene& scene,
+trials::Instance draw_instance(const plugin_host::Choice& level, const LoadedScene& scene,
                              const plugin_host::HostServices& services, std::uint64_t suite_seed, std::uint64_t number);
 
 // "0.5,0.5,0.4" as numbers; throws Error(bad_input) that names the option.

@@ -69,13 +69,13 @@ void render_at(Batch& batch, const Slots& slots, const py::buffer& poses, const 
 }
 
 py::tuple truths(Batch& batch, const Slots& slots) {
-  std::vector<task::Truth> found;
+  std::vector<trials::Truth> found;
   {
     const py::gil_scoped_release release;
     found = batch.truths(slots);
   }
   std::vector<double> mse, error;
-  for (const task::Truth& truth : found) mse.push_back(truth.mse), error.push_back(truth.standard_error);
+  for (const trials::Truth& truth : found) mse.push_back(truth.mse), error.push_back(truth.standard_error);
   return py::make_tuple(mse, error);
 }
 
@@ -121,7 +121,7 @@ void read_reference(const Batch& batch, const py::buffer& into) {
 }
 
 py::dict instance(const Batch& batch, unsigned slot) {
-  const task::Instance& instance = batch.state(slot).instance;
+  const trials::Instance& instance = batch.state(slot).instance;
   py::dict dict;
   dict["number"] = instance.number;
   dict["seed"] = instance.seed;

@@ -11,7 +11,7 @@
 #include "base/error.h"
 #include "base/json_source.h"
 #include "plugin_host/catalog.h"
-#include "task/stage.h"
+#include "trials/stage.h"
 
 namespace relign::python {
 
@@ -48,7 +48,7 @@ plugin_host::Choice choose(plugin_host::Catalog& catalog, plugin_host::Kind kind
                            const std::string& parameters);
 
 // "soft" or "hard"; Error(bad_input) for another.
-task::Limits limits_of(const std::string& name);
+trials::Limits limits_of(const std::string& name);
 
 void bind_batch(py::module_& module);
 void bind_trials(py::module_& module);

@@ -45,9 +45,9 @@ Json parameters_of(const std::string& text, const std::string& what) {
   return given;
 }
 
-task::Limits limits_of(const std::string& name) {
-  if (name == "soft") return task::Limits::soft;
-  if (name == "hard") return task::Limits::hard;
+trials::Limits limits_of(const std::string& name) {
+  if (name == "soft") return trials::Limits::soft;
+  if (name == "hard") return trials::Limits::hard;
   throw Error(ErrorKind::bad_input, "there is no clipping '" + name + "'; clipping: soft, hard");
 }
 

@@ -3,7 +3,7 @@
 #include "bindings.h"
 #include "records/record.h"
 #include "runner/trial_runner.h"
-#include "task/rig.h"
+#include "trials/rig.h"
 
 namespace relign::python {
 namespace {
@@ -21,7 +21,7 @@ class Trials {
     job_.level_name = job_.level.id;
     job_.suite_seed = suite_seed;
     const py::gil_scoped_release release;
-    job_.facts = task::facts_of(runner_.scene(job_), job_.scene.id);
+    job_.facts = trials::facts_of(runner_.scene(job_), job_.scene.id);
     job_.machine_time = job_.facts.machine_time;
   }
 
@@ -35,13 +35,13 @@ class Trials {
     job.id = "python";
     job.instance = instance;
     job.budget = steps;
-    const auto spoken = task::protocol_from_name(protocol);
+    const auto spoken = trials::protocol_from_name(protocol);
     if (!spoken) throw Error(ErrorKind::bad_input, "there is no protocol '" + protocol + "'; protocols: paper, blind");
     job.protocol = *spoken;
     job.merit =
-        job.protocol == task::Protocol::paper && !job.facts.owns_stage ? task::Merit::combined : task::Merit::rmse;
+        job.protocol == trials::Protocol::paper && !job.facts.owns_stage ? trials::Merit::combined : trials::Merit::rmse;
     if (!merit.empty()) {
-      const auto wanted = task::merit_from_name(merit);
+      const auto wanted = trials::merit_from_name(merit);
       if (!wanted) throw Error(ErrorKind::bad_input, "there is no merit '" + merit + "'; merits: combined, rmse");
       job.merit = *wanted;
     }
@@ -51,7 +51,7 @@ class Trials {
     std::vector<float> frames;
     runner::TrialRunner::OnStep on_step;
     if (keep_frames)
-      on_step = [&](const task::Step&, const float* frame) { frames.insert(frames.end(), frame, frame + pixels); };
+      on_step = [&](const trials::Step&, const float* frame) { frames.insert(frames.end(), frame, frame + pixels); };
     std::string lines;
     {
       const py::gil_scoped_release release;

@@ -107,7 +107,7 @@ if __name__ == "__main__": serve(Loops)
 TEST(CliProcessPlugins, ScenesStationsAndNoiseLevelsArePathsToo) {
   RELIGN_NEEDS_PYTHON();
   const Workplace place;
-  fs::copy(RELIGN_SOURCE_DIR "/tests/runner/python_toys", place.path("toys"));
+  fs::copy(RELIGN_SOURCE_DIR "/tests/harness/runner/python_toys", place.path("toys"));
   place.write("suite.json", R"({"scenes": ["toys/toy_scene.py"], "noise_levels": ["./toys/toy_level.py", "toy-wild"],
                                 "algorithms": ["nlopt-sbplx"], "instances": 2, "steps": 3})");
   const Outcome valid = relign_bench(place, {"validate", "suite.json"});
@@ -135,7 +135,7 @@ TEST(CliProcessPlugins, ScenesStationsAndNoiseLevelsArePathsToo) {
 TEST(CliProcessPlugins, TheConformanceKitChecksEveryKind) {
   RELIGN_NEEDS_PYTHON();
   const Workplace place;
-  const std::string toys = RELIGN_SOURCE_DIR "/tests/runner/python_toys/";
+  const std::string toys = RELIGN_SOURCE_DIR "/tests/harness/runner/python_toys/";
   const auto finding = [&place](const std::string& plugin, const std::string& check) {
     return relign_bench(place, {"plugin", "check", "--one", check, "--report", "1", plugin}).out;
   };

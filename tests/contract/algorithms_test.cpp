@@ -6,10 +6,10 @@
 #include <tuple>
 
 #include "base/error.h"
-#include "plugin_check/conduct.h"
+#include "conformance/conduct.h"
 #include "tree_catalog.h"
 
-namespace relign::plugin_check {
+namespace relign::conformance {
 namespace {
 
 using plugin_host::Choice;
@@ -185,4 +185,4 @@ TEST(AlgorithmContract, CompassFindsTheBowlAndEndsByItself) {
 }
 
 }  // namespace
-}  // namespace relign::plugin_check
+}  // namespace relign::conformance

@@ -1,13 +1,13 @@
-// The fake conversation of the conformance kit (core/plugin_check), under the names that tests use.
+// The fake conversation of the conformance kit (core/harness/conformance), under the names that tests use.
 #pragma once
 
-#include "plugin_check/fake_conversation.h"
+#include "conformance/fake_conversation.h"
 
 namespace relign::test {
 
-using plugin_check::bowl;
-using plugin_check::FakeConversation;
-using plugin_check::FakeSetup;
-using plugin_check::Pose;
+using conformance::bowl;
+using conformance::FakeConversation;
+using conformance::FakeSetup;
+using conformance::Pose;
 
 }  // namespace relign::test

@@ -2,11 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "plugin_check/child_main.h"
-#include "plugin_check/inspection.h"
+#include "conformance/child_main.h"
+#include "conformance/inspection.h"
 #include "tree_catalog.h"
 
-namespace relign::plugin_check {
+namespace relign::conformance {
 namespace {
 
 TEST(Kit, EveryPluginOfOursPasses) {
@@ -29,6 +29,6 @@ TEST(Kit, EveryPluginOfOursPasses) {
 }
 
 }  // namespace
-}  // namespace relign::plugin_check
+}  // namespace relign::conformance
 
-int main(int argc, char** argv) { return relign::plugin_check::run_child_or_tests(argc, argv); }
+int main(int argc, char** argv) { return relign::conformance::run_child_or_tests(argc, argv); }

@@ -1,5 +1,5 @@
 // Pictures that a scene shows as its target.
-#include "pixels/image_file.h"
+#include "images/image_file.h"
 #include "target.h"
 
 using namespace relign;
@@ -8,7 +8,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::filesystem::path file = fuzz::scratch_folder() / "target";
   fuzz::write_scratch(file, fuzz::text_of(data, size));
   fuzz::accepted([&] {
-    const pixels::Image image = pixels::read_image(file);
+    const images::Image image = images::read_image(file);
     fuzz::demand(image.values.size() == image.width * image.height && !image.values.empty(), "an image");
   });
   return 0;

@@ -1,5 +1,5 @@
 // Meshes: PLY, STL and OBJ.
-#include "mesh/mesh_file.h"
+#include "meshes/mesh_file.h"
 #include "target.h"
 
 using namespace relign;
@@ -16,8 +16,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::filesystem::path file = fuzz::scratch_folder() / ("mesh" + std::string(ending));
   fuzz::write_scratch(file, bytes);
   fuzz::accepted([&] {
-    const mesh::Mesh mesh = mesh::read_mesh(file, mesh::Demand::body);
-    for (const mesh::Triangle& triangle : mesh.triangles)
+    const meshes::Mesh mesh = meshes::read_mesh(file, meshes::Demand::body);
+    for (const meshes::Triangle& triangle : mesh.triangles)
       for (const std::uint32_t corner : triangle) fuzz::demand(corner < mesh.vertices.size(), "corners that there are");
   });
   return 0;

@@ -1,5 +1,5 @@
 // Suites, with plugins of every kind of parameter to name.
-#include "suite/suite.h"
+#include "suites/suite.h"
 #include "target.h"
 
 using namespace relign;
@@ -43,11 +43,11 @@ plugin_host::Catalog& catalog() {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string text = fuzz::text_of(data, size);
   fuzz::accepted([&] {
-    const suite::Suite suite =
-        suite::read_suite(JsonSource::from_text(text, "suite.json"), fuzz::scratch_folder(), catalog());
+    const suites::Suite suite =
+        suites::read_suite(JsonSource::from_text(text, "suite.json"), fuzz::scratch_folder(), catalog());
     fuzz::demand(!suite.scenes.empty() && !suite.levels.empty() && !suite.algorithms.empty(), "something to run");
     fuzz::demand(suite.text == text, "the suite verbatim");
-    for (const suite::AlgorithmEntry& entry : suite.algorithms) {
+    for (const suites::AlgorithmEntry& entry : suite.algorithms) {
       fuzz::demand(entry.choice.plugin != nullptr && entry.steps >= 1, "a whole entry");
       fuzz::demand(entry.name.find_first_of("/\n\x1b") == std::string::npos, "a name for tables and files");
     }

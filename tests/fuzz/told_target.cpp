@@ -1,26 +1,26 @@
 // What scenes and noise levels tell of themselves and draw, and offsets that an algorithm gives.
 #include "base/json_source.h"
 #include "target.h"
-#include "task/instance.h"
-#include "task/scene_facts.h"
+#include "trials/instance.h"
+#include "trials/scene_facts.h"
 
 using namespace relign;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const task::SceneFacts toy = task::read_scene_facts(R"({"name": "toy", "summary": "A scene.",
+  static const trials::SceneFacts toy = trials::read_scene_facts(R"({"name": "toy", "summary": "A scene.",
     "axes": [{"name": "x", "unit": "mm", "lower": -1, "upper": 1}, {"name": "Rx", "unit": "deg", "lower": -1, "upper": 1}],
     "nominal_pose": [0.5, 0.5], "image": {"width": 4, "height": 3, "white": 1}, "elements": ["L1", "L2"],
     "machine_time": {"speed_mm_per_s": 5, "speed_deg_per_s": 5, "settle_ms": 40, "exposure_ms": 15, "readout_ms": 30}})",
                                                              "toy");
   const std::string text = fuzz::text_of(data, size);
   fuzz::accepted([&] {
-    const task::SceneFacts facts = task::read_scene_facts(text, "made");
+    const trials::SceneFacts facts = trials::read_scene_facts(text, "made");
     fuzz::demand(!facts.axes.empty() && facts.nominal_pose.size() == facts.axes.size(), "a pose");
   });
   fuzz::accepted([&] {
-    const task::Variances drawn = task::read_variances(text, toy, "level");
+    const trials::Variances drawn = trials::read_variances(text, toy, "level");
     fuzz::demand(drawn.start.size() == 2 && drawn.distortion.size() == 4, "whole variances");
   });
-  fuzz::accepted([&] { task::read_offsets(text, toy); });
+  fuzz::accepted([&] { trials::read_offsets(text, toy); });
   return 0;
 }

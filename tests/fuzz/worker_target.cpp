@@ -2,7 +2,7 @@
 #include "plugin_host/manifest.h"
 #include "runner/worker_process.h"
 #include "target.h"
-#include "task/scene_facts.h"
+#include "trials/scene_facts.h"
 
 using namespace relign;
 
@@ -24,15 +24,15 @@ plugin_host::Choice choice(plugin_host::Kind kind) {
 
 runner::PreparedPlan plan() {
   runner::PreparedPlan made;
-  suite::Suite& suite = made.plan.suite;
+  suites::Suite& suite = made.plan.suite;
   suite.scenes.push_back({"scene", choice(plugin_host::Kind::scene)});
   suite.levels.push_back({"level", choice(plugin_host::Kind::noise_level)});
-  suite::AlgorithmEntry algorithm;
+  suites::AlgorithmEntry algorithm;
   algorithm.name = "algorithm";
   algorithm.choice = choice(plugin_host::Kind::optimizer);
   algorithm.protocol = "blind";
   suite.algorithms.push_back(algorithm);
-  made.scenes.push_back(task::read_scene_facts(R"({"name": "toy", "summary": "A scene.",
+  made.scenes.push_back(trials::read_scene_facts(R"({"name": "toy", "summary": "A scene.",
     "axes": [{"name": "x", "unit": "mm", "lower": -1, "upper": 1}], "nominal_pose": [0.5],
     "image": {"width": 4, "height": 3, "white": 1}, "elements": [],
     "machine_time": {"speed_mm_per_s": 5, "speed_deg_per_s": 5, "settle_ms": 40, "exposure_ms": 15, "readout_ms": 30}})",
@@ -48,7 +48,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const runner::LibraryHashes hashes = {{"/made.so", "00"}};
   const std::filesystem::path said = fuzz::scratch_folder() / "said";
   fuzz::write_scratch(said, fuzz::text_of(data, size));
-  suite::PlannedTrial trial;
+  suites::PlannedTrial trial;
   trial.id = "0123456789abcdef";
   runner::ProcessWorker::Limits limits;
   limits.trial_seconds = 5;

@@ -1,10 +1,10 @@
-"""Writes core/optics/glass_catalogue/*.inc from the vendors' published tables.
+"""Writes core/simulator/optics/glass_catalogue/*.inc from the vendors' published tables.
 
     pip install opticalglass
-    python tests/peers/make_glass_catalogue.py core/optics/glass_catalogue
+    python tests/peers/make_glass_catalogue.py core/simulator/optics/glass_catalogue
 
 opticalglass carries the vendors' own spreadsheets. Every glass is checked: its coefficients must give the printed
-index of the d line within 2e-5, else it is left out and named. core/optics/glass_catalogue/other.inc is written by
+index of the d line within 2e-5, else it is left out and named. core/simulator/optics/glass_catalogue/other.inc is written by
 hand.
 """
 

@@ -1,6 +1,6 @@
 """What a report says of a results folder, computed again from its raw records with pandas and SciPy.
 
-Written from docs/statistics.md and results/README.md alone: nothing here is a translation of core/stats. The result has the
+Written from docs/statistics.md and results/README.md alone: nothing here is a translation of core/analysis/statistics. The result has the
 shape of `relign-bench report --format json`; `compare_report.py` holds the two against each other.
 """
 

@@ -1,4 +1,4 @@
-"""Statistics by SciPy, NumPy and pandas, as docs/statistics.md tells them: what core/stats is held against on whole reports.
+"""Statistics by SciPy, NumPy and pandas, as docs/statistics.md tells them: what core/analysis/statistics is held against on whole reports.
 
 What SciPy 1.10 lacks is a few lines from the definition: Kaplan and Meier's median, Holm, signed ranks with ties.
 """

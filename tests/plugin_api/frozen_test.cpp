@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "plugin_host/objects.h"
-#include "task/trial.h"
+#include "trials/trial.h"
 
 #ifdef RELIGN_HOST_HAS_GROWN
 static_assert(RELIGN_ABI_MINOR == 77 && sizeof(relign_host) == 120 && sizeof(relign_observation) == 96 &&
@@ -14,7 +14,7 @@ static_assert(RELIGN_ABI_MINOR == 77 && sizeof(relign_host) == 120 && sizeof(rel
               "this is to be a host that has grown");
 #endif
 
-namespace relign::task {
+namespace relign::trials {
 namespace {
 
 using plugin_host::Catalog;
@@ -143,4 +143,4 @@ TEST(Frozen, ASceneRendersWithoutNoise) {
 }
 
 }  // namespace
-}  // namespace relign::task
+}  // namespace relign::trials

@@ -268,7 +268,7 @@ class WrittenFiles(unittest.TestCase):
                 self.assertEqual(tools.complaints(check, document), [], f"{name}: {file}")
 
     def test_what_a_station_leaves_is_valid(self):
-        station = program.path().parents[1] / "tests/runner/plugins/toy_station"
+        station = program.path().parents[1] / "tests/harness/runner/plugins/toy_station"
         if not station.exists():
             self.skipTest("the tests' station was not built")
         self.run_program("run", "station.json", "-o", "station", needs={"station.json": json.dumps(

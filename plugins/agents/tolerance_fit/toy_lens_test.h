@@ -13,13 +13,13 @@
 #include <string_view>
 #include <vector>
 
-#include "plugin_check/fake_conversation.h"
+#include "conformance/fake_conversation.h"
 
 namespace relign::test {
 
 class ToyTrial {
  public:
-  using Pose = plugin_check::Pose;
+  using Pose = conformance::Pose;
   static constexpr std::uint32_t kSide = 48;
 
   struct Setup {
@@ -39,7 +39,7 @@ class ToyTrial {
     scene_json_ = nlohmann::json{{"name", "toy"}, {"nominal_pose", Pose(given.axes, 0.5)}}.dump();
     wanted_ = paint(Pose(given.axes, 0.5), 0);
     make_tables();
-    plugin_check::FakeSetup fake;
+    conformance::FakeSetup fake;
     fake.axes = given.axes;
     fake.budget = given.budget;
     fake.knows = RELIGN_KNOWS_IMAGES | RELIGN_KNOWS_DESIGN | RELIGN_KNOWS_LEVEL;
@@ -57,7 +57,7 @@ class ToyTrial {
       if (id == RELIGN_SERVICE_MODEL) return &model_;
       return nullptr;
     };
-    conversation = std::make_unique<plugin_check::FakeConversation>(fake);
+    conversation = std::make_unique<conformance::FakeConversation>(fake);
   }
   ToyTrial(const ToyTrial&) = delete;
   ToyTrial& operator=(const ToyTrial&) = delete;
@@ -83,7 +83,7 @@ class ToyTrial {
   // Of the lens's own best pose from the nominal one.
   double own_way() const { return std::fabs(best_pose(0, offset_) - 0.5); }
 
-  std::unique_ptr<plugin_check::FakeConversation> conversation;
+  std::unique_ptr<conformance::FakeConversation> conversation;
   std::size_t most_mounted = 0;
 
  private:

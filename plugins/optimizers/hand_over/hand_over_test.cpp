@@ -3,7 +3,7 @@
 
 #include "base/error.h"
 #include "contract/fake_conversation.h"
-#include "plugin_check/conduct.h"
+#include "conformance/conduct.h"
 #include "plugin_host/objects.h"
 
 namespace relign {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "plugin_check/fake_conversation.h"
+#include "conformance/fake_conversation.h"
 #include "plugin_host/objects.h"
 #include "search.hpp"
 #include "source_fit.hpp"
@@ -111,7 +111,7 @@ double regret_of_bo_gp(std::uint64_t seed, std::uint32_t steps) {
   const Hartmann6 target = Hartmann6::drawn(random);
   plugin_host::Catalog catalog;
   catalog.add(RELIGN_BO_GP);
-  plugin_check::FakeSetup setup;
+  conformance::FakeSetup setup;
   setup.axes = 6;
   setup.knows = RELIGN_KNOWS_MERIT | RELIGN_KNOWS_BOX | RELIGN_KNOWS_START;
   setup.lower.assign(6, 0.0);
@@ -121,15 +121,15 @@ double regret_of_bo_gp(std::uint64_t seed, std::uint32_t steps) {
   const Vector start = surrogates::uniform_point(random, 6);
   setup.start.assign(start.begin(), start.end());
   double lowest = std::numeric_limits<double>::infinity();
-  plugin_check::Pose best = setup.start;
-  const auto at = [](const plugin_check::Pose& pose) { return Eigen::Map<const Vector>(pose.data(), 6); };
-  setup.merit = [&](const plugin_check::Pose& pose, std::uint32_t) {
+  conformance::Pose best = setup.start;
+  const auto at = [](const conformance::Pose& pose) { return Eigen::Map<const Vector>(pose.data(), 6); };
+  setup.merit = [&](const conformance::Pose& pose, std::uint32_t) {
     const double merit = target(at(pose)) + kNoise * random.normal();
     if (merit < lowest) best = pose;
     lowest = std::min(lowest, merit);
     return merit;
   };
-  plugin_check::FakeConversation conversation(setup);
+  conformance::FakeConversation conversation(setup);
   plugin_host::Algorithm(catalog.resolve_or_throw(plugin_host::Kind::optimizer, "bo-gp"), {}).run(conversation.talk());
   if (!conversation.recommendations.empty()) best = conversation.recommendations.back().pose;
   return target(at(best)) - target.lowest();

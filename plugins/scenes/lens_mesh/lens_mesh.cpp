@@ -10,15 +10,15 @@
 #include "base/json_source.h"
 #include "base/text.h"
 #include "lens_scene/lens_scene.h"
-#include "mesh/lens_meshes.h"
-#include "mesh/mesh_file.h"
-#include "mesh/mesh_writer.h"
+#include "meshes/lens_meshes.h"
+#include "meshes/mesh_file.h"
+#include "meshes/mesh_writer.h"
 
 namespace {
 
 namespace fs = std::filesystem;
 namespace imaging = relign::imaging;
-namespace mesh = relign::mesh;
+namespace meshes = relign::meshes;
 namespace optics = relign::optics;
 using relign::Error;
 using relign::ErrorKind;
@@ -92,11 +92,11 @@ Source source_of(const relign::Parameters& given, const imaging::SceneFile& scen
 relign::lens_scene::Parts parts(const relign::Parameters& given) {
   relign::lens_scene::Parts parts = relign::lens_scene::read_parts(given);
   const auto [text, names] = source_of(given, parts.scene);
-  std::map<std::string, mesh::Mesh> meshes;
+  std::map<std::string, meshes::Mesh> meshes;
   if (text.empty()) {
     const double pitch_mm = given.number("pitch_mm");
     for (const optics::Element& element : parts.scene.lens.elements)
-      meshes[element.name] = mesh::element_mesh(element, pitch_mm);
+      meshes[element.name] = meshes::element_mesh(element, pitch_mm);
     parts.tracer_hash = relign::shortest(pitch_mm);
   } else {
     const fs::path folder = text;
@@ -104,20 +104,20 @@ relign::lens_scene::Parts parts(const relign::Parameters& given) {
       throw Error(ErrorKind::bad_input, "the meshes' folder '" + text +
                                             "' is no folder; expected one with a mesh of each element, "
                                             "such as 'relign-bench lens export-mesh -o FOLDER' writes");
-    const auto add = [&](const std::string& name, const fs::path& file, mesh::Demand demand) {
-      meshes[name] = mesh::read_mesh(file, demand);
+    const auto add = [&](const std::string& name, const fs::path& file, meshes::Demand demand) {
+      meshes[name] = meshes::read_mesh(file, demand);
       parts.tracer_hash += name + relign::sha256_file(file);
       parts.scene.files.push_back(file);
     };
     for (const optics::Element& element : parts.scene.lens.elements) {
       const auto named = names.find(element.name);
       add(element.name, named == names.end() ? mesh_of(element.name, folder) : folder / named->second,
-          mesh::Demand::body);
+          meshes::Demand::body);
     }
     for (const auto& [name, file] : names)
-      if (meshes.count(name) == 0) add(name, folder / file, mesh::Demand::surface);
+      if (meshes.count(name) == 0) add(name, folder / file, meshes::Demand::surface);
   }
-  parts.tracer = std::make_unique<mesh::LensMeshes>(parts.scene.lens, meshes);
+  parts.tracer = std::make_unique<meshes::LensMeshes>(parts.scene.lens, meshes);
   return parts;
 }
 

@@ -11,9 +11,9 @@
 #include "base/json_source.h"
 #include "imaging/camera.h"
 #include "imaging/scene_file.h"
-#include "mesh/lens_meshes.h"
-#include "mesh/mesh_file.h"
-#include "mesh/mesh_writer.h"
+#include "meshes/lens_meshes.h"
+#include "meshes/mesh_file.h"
+#include "meshes/mesh_writer.h"
 #include "optics/prescription.h"
 #include "plugin_host/catalog.h"
 #include "plugin_host/objects.h"
@@ -50,7 +50,7 @@ class LensMeshTest : public testing::Test {
   }
   void write_meshes(double pitch_mm) {
     for (const optics::Element& element : lens().elements)
-      write_file_atomically(folder_ / (element.name + ".ply"), mesh::ply_of(mesh::element_mesh(element, pitch_mm)));
+      write_file_atomically(folder_ / (element.name + ".ply"), meshes::ply_of(meshes::element_mesh(element, pitch_mm)));
   }
   static const optics::Prescription& lens() {
     static const optics::Prescription kLens =
@@ -94,10 +94,10 @@ TEST_F(LensMeshTest, ImagesComeCloserWithThePitch) {
   const std::vector<float> exact = render(nullptr);
   std::vector<double> shares;
   for (const double pitch_mm : {0.4, 0.1}) {
-    std::map<std::string, mesh::Mesh> meshes;
+    std::map<std::string, meshes::Mesh> meshes;
     for (const optics::Element& element : file.lens.elements)
-      meshes[element.name] = mesh::element_mesh(element, pitch_mm);
-    mesh::LensMeshes tracer(file.lens, meshes);
+      meshes[element.name] = meshes::element_mesh(element, pitch_mm);
+    meshes::LensMeshes tracer(file.lens, meshes);
     const std::vector<float> found = render(&tracer);
     double astray = 0, light = 0;
     for (std::size_t i = 0; i < exact.size(); ++i) {

@@ -1,0 +1,439 @@
+#include "report/compare.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+#include <string_view>
+#include <tuple>
+
+#include "base/error.h"
+#include "base/json_members.h"
+#include "base/text.h"
+#include "records/instances.h"
+#include "report/compare_yield.h"
+#include "markup/escape.h"
+#include "report/loaded_results.h"
+#include "report/page_data.h"
+#include "report/statistics_data.h"
+#include "report/verdict_cases.h"
+#include "statistics/paired.h"
+#include "statistics/study.h"
+#include "statistics/track_columns.h"
+
+namespace relign::report {
+namespace {
+
+namespace fs = std::filesystem;
+
+using Place = std::tuple<std::string, std::string, std::string>;  // scene, noise level, protocol
+
+Place place_of(const statistics::Series& series) { return {series.scene, series.noise_level, series.protocol}; }
+
+// One side's values at one step, by instance.
+std::map<std::uint64_t, double> values_at(const LoadedResults& results, const statistics::Series& series, statistics::Track track,
+                                          unsigned step) {
+  statistics::TrackColumns columns(series.trials.size(), {track}, {step, step});
+  statistics::for_each_trial(results.trials, series, [&](const statistics::ReadTrial& trial) { columns.add(trial); });
+  const std::vector<double> column = columns.at(track, step);
+  std::map<std::uint64_t, double> values;
+  for (std::size_t trial = 0; trial < column.size(); ++trial)
+    values[results.trials.rows[series.trials[trial]].instance] = column[trial];
+  return values;
+}
+
+struct Pair {
+  const statistics::Series* a;
+  const statistics::Series* b;
+};
+
+struct Compared {
+  unsigned step = 0;
+  double median_a = 0, median_b = 0;
+  statistics::PairedComparison difference;  // B minus A, logarithms
+};
+
+class Comparer {
+ public:
+  Comparer(const ComparedSide& a, const ComparedSide& b, const CompareOptions& options)
+      : side_a_(a), side_b_(b), options_(options), a_(load_results(a.folder)), b_(load_results(b.folder)) {
+    check_instances();
+    choose_by_plans();
+    check_method(side_a_, a_);
+    check_method(side_b_, b_);
+    find_pairs();
+  }
+
+  Json result() {
+    Json pairs = Json::array(), gates = Json::array();
+    bool holds = true;
+    for (const Pair& pair : pairs_) {
+      const Compared compared = compare_at(pair, by_rule(options_.track), options_.step);
+      pairs.push_back(pair_json(pair, compared));
+      pairs.back()["yield"] = yield_json(yield_of(pair, rule_));
+      pairs.back()["differs"] = differing(pair);
+      if (options_.track == statistics::Track::recommended) pairs.back()["rules"] = rules_json(pair);
+      for (const Gate& gate : options_.gates) {
+        gates.push_back(gate_json(pair, gate));
+        holds = holds && gates.back()["holds"].get<bool>();
+      }
+    }
+    return {{"rule", statistics::rule_name(rule_)},
+            {"track", statistics::track_name(options_.track)},
+            {"smallest_relevant_ratio", relevant_},
+            {"pairs", std::move(pairs)},
+            {"gates", std::move(gates)},
+            {"unmatched", unmatched_},
+            {"holds", holds}};
+  }
+
+ private:
+  // What is not chosen is by the plans, as far as they agree.
+  void choose_by_plans() {
+    const Json &of_a = object_of(a_.manifest, "analysis"), &of_b = object_of(b_.manifest, "analysis");
+    const auto planned = [&](const char* key, const char* option, const Json& otherwise) {
+      const Json first = of_a.value(key, otherwise), second = of_b.value(key, otherwise);
+      if (first != second)
+        throw Error(ErrorKind::bad_input, "the analysis plans of " + side_a_.folder.string() + " and " +
+                                              side_b_.folder.string() + " differ in \"" + key + "\", " + first.dump() +
+                                              " and " + second.dump() + ": choose with " + option);
+      return first;
+    };
+    rule_ = options_.rule
+                ? *options_.rule
+                : statistics::rule_named(planned("rule", "--rule", "own").get<std::string>()).value_or(statistics::Rule::own);
+    relevant_ = options_.smallest_relevant_ratio
+                    ? *options_.smallest_relevant_ratio
+                    : planned("smallest_relevant_ratio", "--relevant", kRelevantRatio).get<double>();
+    for (const LoadedResults* results : {&a_, &b_}) study_options(*results, rule_);  // refuses what the records lack
+  }
+
+  // "recommended" of options and gates.
+  statistics::Track by_rule(statistics::Track track) const {
+    return track == statistics::Track::recommended ? statistics::track_of(rule_) : track;
+  }
+
+  Json rules_json(const Pair& pair) const {
+    Json rules = Json::object();
+    for (const statistics::Rule rule : statistics::kRules) {
+      rules[statistics::rule_name(rule)] = nullptr;
+      const Compared compared = compare_at(pair, statistics::track_of(rule), options_.step);
+      if (compared.difference.difference.n == 0) continue;
+      const Json all = pair_json(pair, compared);
+      Json& json = rules[statistics::rule_name(rule)];
+      for (const char* key : {"median_a", "median_b", "ratio", "lo95", "hi95", "p", "verdict"}) json[key] = all[key];
+      json["yield"] = yield_json(yield_of(pair, rule));
+    }
+    return rules;
+  }
+
+  // A name may stand for another method on the other side.
+  Json differing(const Pair& pair) const {
+    const auto entry = [](const LoadedResults& results, const statistics::Series& series) -> const Json& {
+      for (const Json& one : list_of(results.manifest, "algorithms"))
+        if (text_of(one, "name") == series.algorithm && text_of(one, "protocol") == series.protocol) return one;
+      return object_of(results.manifest, "");
+    };
+    const Json &of_a = entry(a_, *pair.a), &of_b = entry(b_, *pair.b);
+    Json names = Json::array();
+    if (pair.a->algorithm != pair.b->algorithm) return names;  // two methods, as they were named
+    for (const char* key : {"id", "parameters", "merit"})
+      if (member(of_a, key) != member(of_b, key)) names.push_back(key[0] == 'i' ? "algorithm" : key);
+    return names;
+  }
+
+  void check_instances() const {
+    if (text_of(a_.manifest, "instance_set") == text_of(b_.manifest, "instance_set")) return;
+    const std::string a = side_a_.folder.string(), b = side_b_.folder.string();
+    // One may have more lenses than the other: those that both have are compared.
+    const std::vector<std::string> different = records::different_lenses(a_.manifest, b_.manifest, a, b);
+    if (!different.empty())
+      throw Error(ErrorKind::bad_input, a + " and " + b +
+                                            " were made on different lenses, and only the same can be compared one by "
+                                            "one:\n  " +
+                                            join(different, "\n  "));
+  }
+
+  static void check_method(const ComparedSide& side, const LoadedResults& results) {
+    if (side.method.empty()) return;
+    std::set<std::string> known;
+    for (const statistics::Series& series : results.trials.series) known.insert(series.algorithm);
+    if (known.count(side.method)) return;
+    throw Error(ErrorKind::bad_input,
+                side.folder.string() + " has no method '" + side.method + "'" +
+                    suggestion(side.method, std::vector<std::string>(known.begin(), known.end())));
+  }
+
+  void find_pairs() {
+    std::set<const statistics::Series*> used;
+    for (const statistics::Series& a : a_.trials.series) {
+      if (!side_a_.method.empty() && a.algorithm != side_a_.method) continue;
+      const std::string wanted = side_b_.method.empty() ? a.algorithm : side_b_.method;
+      const auto b =
+          std::find_if(b_.trials.series.begin(), b_.trials.series.end(), [&](const statistics::Series& candidate) {
+            return place_of(candidate) == place_of(a) && candidate.algorithm == wanted;
+          });
+      if (b == b_.trials.series.end())
+        unmatched_.push_back(a.algorithm + " (" + a.scene + ", " + a.noise_level + ", " + a.protocol + ")");
+      else
+        pairs_.push_back({&a, &*b});
+    }
+    if (pairs_.empty())
+      throw Error(ErrorKind::bad_input, "nothing to compare: no method of " + side_a_.folder.string() + " stands in " +
+                                            side_b_.folder.string() +
+                                            " under the same name, on the same scene, noise level and protocol; "
+                                            "FOLDER:METHOD names one of each");
+  }
+
+  Compared compare_at(const Pair& pair, statistics::Track track, int wanted_step) const {
+    const unsigned last = std::min(pair.a->largest_budget, pair.b->largest_budget);
+    if (wanted_step > static_cast<int>(last))
+      throw Error(ErrorKind::bad_input, "step " + std::to_string(wanted_step) + " is after the last one, " +
+                                            std::to_string(last) + ", of " + pair.a->algorithm + " or " +
+                                            pair.b->algorithm + " on " + pair.a->noise_level);
+    Compared compared;
+    compared.step = wanted_step < 0 ? last : static_cast<unsigned>(wanted_step);
+    const std::map<std::uint64_t, double> a = values_at(a_, *pair.a, track, compared.step);
+    const std::map<std::uint64_t, double> b = values_at(b_, *pair.b, track, compared.step);
+    std::set<std::uint64_t> instances;
+    for (const auto* side : {&a, &b})
+      for (const auto& [instance, value] : *side) instances.insert(instance);
+    std::vector<double> column_a, column_b;
+    for (const std::uint64_t instance : instances) {
+      column_a.push_back(resolved(a, instance));
+      column_b.push_back(resolved(b, instance));
+    }
+    compared.median_a = statistics::OrderStatistic::median().of(column_a);
+    compared.median_b = statistics::OrderStatistic::median().of(column_b);
+    statistics::PairedOptions paired;
+    paired.smallest_relevant = std::log(relevant_);
+    const statistics::StudyOptions study = study_options(a_, statistics::Rule::own);
+    compared.difference = statistics::compare_paired(
+        column_b, column_a, statistics::Resampling(instances.size(), statistics::kResamples, study.seed), paired);
+    if (compared.difference.difference.n < statistics::kFewestCompared)
+      compared.difference.verdict = statistics::Verdict::undecided;
+    return compared;
+  }
+
+  statistics::PairedShares yield_of(const Pair& pair, statistics::Rule rule) const {
+    return compare_yield({a_, *pair.a}, {b_, *pair.b}, rule);
+  }
+
+  static double resolved(const std::map<std::uint64_t, double>& values, std::uint64_t instance) {
+    const auto found = values.find(instance);
+    return found == values.end() || std::isnan(found->second) ? statistics::kMissing
+                                                              : std::max(found->second, statistics::kResolution);
+  }
+
+  static Json place_json(const Pair& pair) {
+    return {{"scene", pair.a->scene},
+            {"noise_level", pair.a->noise_level},
+            {"protocol", pair.a->protocol},
+            {"a", pair.a->algorithm},
+            {"b", pair.b->algorithm}};
+  }
+
+  Json pair_json(const Pair& pair, const Compared& compared) const {
+    const statistics::PairedComparison& difference = compared.difference;
+    Json json = place_json(pair);
+    json.update({{"step", compared.step},
+                 {"n", difference.difference.n},
+                 {"missing", difference.missing},
+                 {"failed_a", pair.a->failed},
+                 {"failed_b", pair.b->failed},
+                 {"median_a", shown_number(compared.median_a)},
+                 {"median_b", shown_number(compared.median_b)},
+                 {"ratio", shown_number(std::exp(difference.difference.estimate))},
+                 {"lo95", shown_number(std::exp(difference.difference.interval.low))},
+                 {"hi95", shown_number(std::exp(difference.difference.interval.high))},
+                 {"p", shown_number(difference.test.p)},
+                 {"improvement", shown_number(difference.probability_of_improvement.estimate)},
+                 {"verdict", statistics::verdict_name(difference.verdict)}});
+    if (std::string reason = undecided_reason(json, relevant_); !reason.empty()) json["reason"] = std::move(reason);
+    return json;
+  }
+
+  // What cannot be told does not pass.
+  Json gate_json(const Pair& pair, const Gate& gate) {
+    double value = statistics::kMissing;
+    bool holds = false;
+    if (gate.of == Gate::Of::yield || gate.of == Gate::Of::yield_against_a) {
+      const statistics::PairedShares yield = yield_of(pair, rule_);
+      const auto n = static_cast<double>(yield.n);
+      if (yield.n > 0) value = static_cast<double>(yield.second) / n;
+      const double limit = gate.of == Gate::Of::yield ? gate.limit : static_cast<double>(yield.first) / n + gate.limit;
+      holds = value >= limit - kRounding;
+    } else {
+      const Compared compared = compare_at(pair, by_rule(gate.track), gate.step);
+      value = gate.of == Gate::Of::ratio ? std::exp(compared.difference.difference.estimate) : compared.median_b;
+      holds = value <= gate.limit;
+    }
+    Json json = place_json(pair);
+    json.update({{"gate", gate.text}, {"value", shown_number(value)}, {"holds", holds}});
+    return json;
+  }
+
+  static constexpr double kRelevantRatio = 1.1;
+  static constexpr double kRounding = 1e-12;  // 0.97 - 0.02 of 100 lenses is 95
+
+  ComparedSide side_a_, side_b_;
+  const CompareOptions& options_;
+  LoadedResults a_, b_;
+  statistics::Rule rule_ = statistics::Rule::own;
+  double relevant_ = kRelevantRatio;
+  std::vector<Pair> pairs_;
+  std::vector<std::string> unmatched_;
+};
+
+std::string number(const Json& value, int digits = 3) {
+  return value.is_number() ? significant(value.get<double>(), digits) : "-";
+}
+
+std::string heading(const Json& of) {
+  const std::string a = text_of(of, "a"), b = text_of(of, "b");
+  return terminal_text(text_of(of, "scene") + ", " + text_of(of, "noise_level") + ", " + text_of(of, "protocol") +
+                       ": " + (a == b ? a : a + " (A) and " + b + " (B)"));
+}
+
+std::vector<std::string> track_names() {
+  std::vector<std::string> names = {"rmse"};  // another word for recommended
+  for (const statistics::Track track : statistics::kTracks) names.emplace_back(statistics::track_name(track));
+  return names;
+}
+
+std::optional<statistics::Track> track_named(const std::string& name) {
+  for (const statistics::Track track : statistics::kTracks)
+    if (name == statistics::track_name(track)) return track;
+  if (name == "rmse") return statistics::Track::recommended;
+  return std::nullopt;
+}
+
+// The whole text as a finite number.
+std::optional<double> number_in(const std::string& text) {
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  if (text.empty() || *end != '\0' || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+// "yield>=0.95", "yield>=A", "yield>=A-0.02".
+Gate yield_gate(Gate gate) {
+  const auto wrong = [&](const std::string& why) {
+    return Error(ErrorKind::bad_input,
+                 "--gate '" + gate.text + "': " + why +
+                     "; for example 'yield>=0.95', or 'yield>=A-0.02' for at most 0.02 less than A");
+  };
+  constexpr std::string_view kBegin = "yield>=";
+  if (gate.text.rfind(kBegin, 0) != 0) throw wrong("a yield is at least (>=) something, after the last step");
+  std::string right = gate.text.substr(kBegin.size());
+  const bool against_a = !right.empty() && right.front() == 'A';
+  gate.of = against_a ? Gate::Of::yield_against_a : Gate::Of::yield;
+  if (against_a) {
+    right.erase(0, 1);
+    if (right.empty()) return gate;
+    if (right.front() != '-') throw wrong("after A there is no -");
+    right.erase(0, 1);
+  }
+  const std::optional<double> share = number_in(right);
+  if (!share || *share < 0 || *share > 1) throw wrong("'" + right + "' is no share from 0 to 1");
+  gate.limit = against_a ? -*share : *share;
+  return gate;
+}
+
+}  // namespace
+
+ComparedSide compared_side(const std::string& text) {
+  std::error_code code;
+  if (fs::is_directory(text, code)) return {text, ""};
+  const std::size_t colon = text.rfind(':');
+  if (colon != std::string::npos && colon > 0 && fs::is_directory(text.substr(0, colon), code))
+    return {text.substr(0, colon), text.substr(colon + 1)};
+  throw Error(ErrorKind::io, text + ": there is no such results folder (FOLDER or FOLDER:METHOD)");
+}
+
+statistics::Track parse_track(const std::string& name) {
+  const auto track = track_named(name);
+  if (!track)
+    throw Error(ErrorKind::bad_input, "--track: '" + name + "' is no track" + suggestion(name, track_names()));
+  return *track;
+}
+
+Gate parse_gate(const std::string& text) {
+  const auto wrong = [&](const std::string& why) {
+    return Error(ErrorKind::bad_input, "--gate '" + text + "': " + why + "; for example 'recommended@20<=1.02x'");
+  };
+  Gate gate;
+  gate.text = text;
+  if (text.rfind("yield", 0) == 0) return yield_gate(gate);
+  const std::size_t sign = text.find("<=");
+  if (sign == std::string::npos) throw wrong("there is no <=");
+  std::string left = text.substr(0, sign), right = text.substr(sign + 2);
+  if (const std::size_t at = left.find('@'); at != std::string::npos) {
+    const std::string step = left.substr(at + 1);
+    if (step.empty() || step.size() > 6 || step.find_first_not_of("0123456789") != std::string::npos)
+      throw wrong("'" + step + "' is no step");
+    gate.step = std::stoi(step);
+    left.resize(at);
+  }
+  const auto track = track_named(left);
+  if (!track) throw wrong("'" + left + "' is no track" + suggestion(left, track_names()));
+  gate.track = *track;
+  gate.of = !right.empty() && right.back() == 'x' ? Gate::Of::ratio : Gate::Of::median;
+  if (gate.of == Gate::Of::ratio) right.pop_back();
+  const std::optional<double> limit = number_in(right);
+  if (!limit || *limit <= 0) throw wrong("'" + right + "' is no positive number");
+  gate.limit = *limit;
+  return gate;
+}
+
+Json compare(const ComparedSide& a, const ComparedSide& b, const CompareOptions& options) {
+  return Comparer(a, b, options).result();
+}
+
+namespace {
+
+// "  by rule: own better 0.51, best undecided 0.97, current not recorded"
+std::string rules_line(const Json& pair) {
+  const Json& rules = object_of(pair, "rules");
+  std::string words;
+  for (const statistics::Rule rule : statistics::kRules) {
+    if (!rules.contains(statistics::rule_name(rule))) continue;
+    const Json& found = rules[statistics::rule_name(rule)];
+    words += (words.empty() ? "  by rule: " : ", ") + std::string(statistics::rule_name(rule)) + " " +
+             (found.is_object() ? text_of(found, "verdict") + " " + number(found["ratio"]) : "not recorded");
+  }
+  return words + (words.empty() ? "" : "\n");
+}
+
+}  // namespace
+
+std::string comparison_text(const Json& comparison) {
+  std::string out;
+  for (const Json& pair : comparison["pairs"]) {
+    const std::string track = text_of(comparison, "track"), rule = text_of(comparison, "rule");
+    out += heading(pair) + "\n  " + track + (track == "recommended" && rule != "own" ? " (rule " + rule + ")" : "") +
+           " after step " + text_of(pair, "step") + ": A " + number(pair["median_a"]) + ", B " +
+           number(pair["median_b"]) + " (medians); B / A on the same " + text_of(pair, "n") + " lenses " +
+           number(pair["ratio"]) + " (95 %: " + number(pair["lo95"]) + " to " + number(pair["hi95"]) + ")\n  B is " +
+           text_of(pair, "verdict") + "; it ends lower on " +
+           number(pair["improvement"].is_number() ? Json(100 * pair["improvement"].get<double>()) : Json(), 2) +
+           " % of the lenses, p " + number(pair["p"], 2);
+    if (count_of(pair, "failed_a") + count_of(pair, "failed_b") > 0)
+      out += "; failed trials: A " + text_of(pair, "failed_a") + ", B " + text_of(pair, "failed_b");
+    out += "\n";
+    if (const std::string reason = text_of(pair, "reason"); !reason.empty()) out += "  because: " + reason + "\n";
+    out += rules_line(pair);
+    if (!pair["differs"].empty())
+      out += "  A and B are not one method: they differ in " +
+             join(pair["differs"].get<std::vector<std::string>>(), ", ") + "\n";
+    if (pair["yield"].is_object()) out += "  " + yield_text(pair["yield"]) + "\n";
+  }
+  for (const Json& name : comparison["unmatched"]) out += "only in A: " + terminal_text(name.get<std::string>()) + "\n";
+  for (const Json& gate : comparison["gates"])
+    out += std::string(gate["holds"].get<bool>() ? "holds    " : "TRIPPED  ") + text_of(gate, "gate") + "  " +
+           number(gate["value"], 4) + "  " + heading(gate) + "\n";
+  return out;
+}
+
+}  // namespace relign::report

@@ -1,0 +1,56 @@
+#include "report/compare_yield.h"
+
+#include <cmath>
+
+#include "base/json_members.h"
+#include "base/text.h"
+#include "report/page_data.h"
+#include "report/statistics_data.h"
+#include "statistics/passes.h"
+
+namespace relign::report {
+namespace {
+
+records::Specification spec_of(const ComparedSeries& of) {
+  const statistics::StudyOptions options = study_options(of.results, statistics::Rule::own);
+  const auto found = options.spec_of_scene.find(of.series.scene);
+  return found == options.spec_of_scene.end() ? options.spec : found->second;
+}
+
+bool equal(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+
+bool equal(const records::Specification& a, const records::Specification& b) {
+  return equal(a.rmse, b.rmse) && equal(a.lp_per_mm, b.lp_per_mm) && equal(a.mtf_centre, b.mtf_centre) &&
+         equal(a.mtf_corner, b.mtf_corner) && a.diffraction == b.diffraction;
+}
+
+statistics::Passes passes_of(const ComparedSeries& of, const records::Specification& spec, statistics::Rule rule) {
+  const auto place = static_cast<std::size_t>(&of.series - of.results.trials.series.data());
+  return statistics::passes_of(of.results.trials, {place}, spec, rule).front();
+}
+
+}  // namespace
+
+statistics::PairedShares compare_yield(const ComparedSeries& a, const ComparedSeries& b, statistics::Rule rule) {
+  const records::Specification spec = spec_of(a);
+  if (!spec.limits_anything() || !equal(spec, spec_of(b))) return {};
+  return statistics::compare_passes(passes_of(a, spec, rule), passes_of(b, spec, rule));
+}
+
+Json yield_json(const statistics::PairedShares& yield) {
+  if (yield.n == 0) return nullptr;
+  return {{"n", yield.n},
+          {"a", yield.first},
+          {"b", yield.second},
+          {"a_alone", yield.first_alone},
+          {"b_alone", yield.second_alone},
+          {"p", shown_number(yield.p)}};
+}
+
+std::string yield_text(const Json& yield) {
+  return "in specification: A " + text_of(yield, "a") + ", B " + text_of(yield, "b") + " of " + text_of(yield, "n") +
+         " lenses; with A alone " + text_of(yield, "a_alone") + ", with B alone " + text_of(yield, "b_alone") + ", p " +
+         significant(yield["p"].get<double>(), 2);
+}
+
+}  // namespace relign::report

@@ -1,0 +1,162 @@
+#include "report/gates.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "base/displayed_rmse.h"
+#include "base/error.h"
+#include "base/json_members.h"
+#include "base/text.h"
+#include "statistics/study.h"
+
+namespace relign::report {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kMostFailed = 0.05;
+
+Json gate(const char* name, bool ok, const std::string& text) { return {{"name", name}, {"ok", ok}, {"text", text}}; }
+
+// Entries of the suite that are one algorithm under two names must come out alike.
+void add_same_methods(Json& gates, const Json& data, const LoadedResults& results) {
+  std::map<std::string, std::vector<std::string>> names;
+  for (const Json& entry : list_of(results.manifest, "algorithms")) {
+    Json what;
+    for (const char* key : {"id", "plugin", "plugin_hash", "protocol", "merit", "steps", "parameters"})
+      what[key] = entry.is_object() ? entry.value(key, Json()) : Json();
+    names[what.dump()].push_back(text_of(entry, "name"));
+  }
+  for (const auto& entry : names) {
+    const std::vector<std::string>& twins = entry.second;  // by its own name: lambdas capture it
+    if (twins.size() < 2) continue;
+    std::size_t tested = 0;
+    std::string different;
+    const std::string protocol = text_of(Json::parse(entry.first), "protocol");
+    for (const Json& group : data["groups"])
+      for (const Json& pair : list_of(group, "pairs")) {
+        if (!protocol.empty() && text_of(group, "protocol") != protocol) continue;
+        const auto is_twin = [&](const char* key) {
+          return std::find(twins.begin(), twins.end(), text_of(pair, key)) != twins.end();
+        };
+        if (!is_twin("a") || !is_twin("b")) continue;
+        ++tested;
+        if (pair["p_holm"].is_number() && pair["p_holm"].get<double>() < 0.05)
+          different = text_of(pair, "a") + " and " + text_of(pair, "b") + " on " + text_of(group, "label");
+      }
+    if (tested == 0) continue;
+    gates.push_back(different.empty() ? gate("A/A", true, "A/A")
+                                      : gate("A/A", false,
+                                             "One algorithm under two names came out different: " + different +
+                                                 ". By chance that happens in 5 of 100 studies; more often, something "
+                                                 "besides the algorithm decides."));
+  }
+}
+
+void add_replay(Json& gates, const LoadedResults& results) {
+  std::error_code code;
+  const fs::path file = results.folder / "verify.json";
+  if (!fs::is_regular_file(file, code)) return;
+  Json said;
+  try {
+    said = JsonSource::from_file(file).root();
+  } catch (const Error&) {
+    return;
+  }
+  const std::uint64_t replayed = count_of(said, "replayed"), equal = count_of(said, "equal");
+  if (replayed == 0) return;
+  const std::string share = std::to_string(equal) + "/" + std::to_string(replayed);
+  gates.push_back(equal == replayed
+                      ? gate("replay", true, "replay " + share)
+                      : gate("replay", false,
+                             "Replaying " + std::to_string(replayed) + " trials gave other numbers in " +
+                                 std::to_string(replayed - equal) + " of them; 'relign-bench verify' says where."));
+}
+
+// Up to three of them: "bo-gp on relign_od rho0 #3 (..)".
+std::string named(const std::vector<std::string>& trials) {
+  constexpr std::size_t kMostNamed = 3;
+  std::string words;
+  for (std::size_t i = 0; i < std::min(trials.size(), kMostNamed); ++i) words += (i ? ", " : "") + trials[i];
+  return words + (trials.size() > kMostNamed ? " and " + std::to_string(trials.size() - kMostNamed) + " more" : "");
+}
+
+// What cannot be: whoever reads on would read a mistake.
+void add_alarms(Json& gates, const LoadedResults& results) {
+  // Both numbers are estimates, of a standard error of some 1.4e-7 in MSE, and an optimum is found by a search.
+  constexpr double kLeastBelow = 1e-6, kShareBelow = 0.1;
+  constexpr double kOtherCpu = 1e-6;  // of a number that only one processor promises
+  const statistics::TrialTable& table = results.trials;
+  std::set<std::string> stations;
+  for (const Json& scene : list_of(results.manifest, "scenes"))
+    if (flag_of(scene, "owns_stage")) stations.insert(text_of(scene, "name"));
+  const auto label = [&table](const statistics::TrialRow& row) {
+    const statistics::Series& series = table.series_of(row);
+    return series.algorithm + " on " + series.scene + " " + series.noise_level + " " + series.protocol + " #" +
+           std::to_string(row.instance);
+  };
+  std::vector<std::string> below, merit, starts;
+  std::map<std::tuple<std::string, std::string, std::string, std::uint64_t>, const statistics::TrialRow*> first;
+  const auto differ = [](double a, double b) { return std::abs(a - b) > kOtherCpu * std::abs(a); };  // false for NaN
+  for (const statistics::TrialRow& row : table.rows) {
+    const statistics::Series& series = table.series_of(row);
+    if (row.impossible_merit) merit.push_back(label(row));
+    const double own = row.own_optimum_mse;  // negative where the estimate of a perfect lens is
+    if (std::any_of(statistics::kRules.begin(), statistics::kRules.end(), [&](statistics::Rule rule) {
+          const double rmse = row.last_of(statistics::track_of(rule));
+          return own - rmse * rmse > std::max(kLeastBelow, kShareBelow * own);
+        }))
+      below.push_back(label(row));
+    if (row.steps == 0 || stations.count(series.scene) > 0) continue;
+    const auto [known, is_new] =
+        first.try_emplace({series.scene, series.noise_level, series.protocol, row.instance}, &row);
+    if (!is_new && (differ(known->second->start_measured, row.start_measured) ||
+                    differ(known->second->start_commanded, row.start_commanded)))
+      starts.push_back(label(row) + " against " + table.series_of(*known->second).algorithm);
+  }
+  if (!below.empty())
+    gates.push_back(gate("optimum", false,
+                         "An error is clearly below the best that the instance allows, so that the error or the "
+                         "optimum is wrong: " +
+                             named(below) + "."));
+  if (!starts.empty())
+    gates.push_back(gate("start", false,
+                         "Step 0 differs between methods on one instance, though they start at the same pose under "
+                         "the same protocol: " +
+                             named(starts) + "."));
+  if (!merit.empty())
+    gates.push_back(
+        gate("merit", false,
+             "A merit is negative, or below the measured RMSE that every merit contains: " + named(merit) + "."));
+}
+
+}  // namespace
+
+Json gates_json(const Json& data, const LoadedResults& results) {
+  Json gates = Json::array();
+  const Json& ran = data["ran"];
+  const std::uint64_t planned = count_of(ran, "planned"), missing = count_of(ran, "missing");
+  const std::uint64_t failed = count_of(ran, "failed"), ended = planned - std::min(planned, missing);
+  const std::string share = std::to_string(ended) + "/" + std::to_string(planned);
+  if (planned > 0)
+    gates.push_back(missing == 0 ? gate("ran", true, share + " ran")
+                                 : gate("ran", false, "Only " + share + " trials have ended."));
+  if (failed > 0 && ended > 0) {
+    const double of_all = static_cast<double>(failed) / static_cast<double>(ended);
+    if (of_all > kMostFailed)
+      gates.push_back(gate("failures", false,
+                           significant(100 * of_all, 2) + " % of the trials failed, and medians leave them out."));
+  }
+  add_same_methods(gates, data, results);
+  add_replay(gates, results);
+  add_alarms(gates, results);
+  return gates;
+}
+
+}  // namespace relign::report

@@ -1,0 +1,52 @@
+#include "report/loaded_results.h"
+
+#include <algorithm>
+
+#include "base/error.h"
+#include "records/results_folder.h"
+
+namespace relign::report {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Takes the list out of the manifest. Sorted.
+std::vector<std::string> take_order(Json& manifest) {
+  std::vector<std::string> planned;
+  const auto order = manifest.find("order");
+  if (order == manifest.end()) return planned;
+  if (order->is_array())
+    for (Json& id : *order)
+      if (id.is_string()) planned.push_back(std::move(id.get_ref<std::string&>()));
+  manifest.erase(order);
+  std::sort(planned.begin(), planned.end());
+  planned.erase(std::unique(planned.begin(), planned.end()), planned.end());
+  return planned;
+}
+
+}  // namespace
+
+LoadedResults load_results(const fs::path& folder) {
+  std::error_code ignored;
+  if (!fs::is_directory(folder, ignored)) throw Error(ErrorKind::io, folder.string() + ": there is no such folder");
+  const fs::path manifest_path = folder / "manifest.json";
+  if (!fs::exists(manifest_path, ignored))
+    throw Error(ErrorKind::bad_input, folder.string() +
+                                          ": this folder holds no results (it has no manifest.json); "
+                                          "'relign-bench run SUITE -o FOLDER' makes one");
+
+  LoadedResults results;
+  results.folder = folder;
+  results.manifest = records::read_manifest(folder);
+  const std::vector<std::string> planned = take_order(results.manifest);
+  results.planned = planned.size();
+  statistics::ReadTable read = statistics::read_trial_table(folder, [&](const std::string& trial) {
+    return planned.empty() || std::binary_search(planned.begin(), planned.end(), trial);
+  });
+  results.trials = std::move(read.table);
+  results.incomplete = std::move(read.incomplete);
+  results.from_other_plans = read.left_out;
+  return results;
+}
+
+}  // namespace relign::report

@@ -1,0 +1,169 @@
+#include "report/report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "base/json_members.h"
+#include "records/merge.h"
+#include "report/aggregate_data.h"
+#include "report/figures.h"
+#include "report/loaded_results.h"
+#include "report/page.h"
+#include "report/page_data.h"
+#include "report/pictures.h"
+#include "report/scene_data.h"
+#include "report/several_folders.h"
+#include "report/statistics_data.h"
+#include "report/text_tables.h"
+
+namespace relign::report {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// What one instance set's folders hold.
+struct Part {
+  Part(const FolderSet& set, std::optional<statistics::Rule> rule) : results(load(set)) {
+    study = statistics::make_study(results.trials, study_options(results, rule));
+    data = page_data(results, study);
+    if (merged) data["merged_for_this_page"] = true;
+    if (!notes.empty()) data["merge_notes"] = notes;
+  }
+
+  LoadedResults load(const FolderSet& set) {
+    if (set.folders.size() == 1) return load_results(set.folders.front());
+    merged = std::make_unique<TemporaryFolder>();
+    records::MergeOptions options;
+    options.sources = set.folders;
+    options.out = merged->path() / "merged";
+    options.on_message = [this](const std::string& note) { notes.push_back(note); };
+    records::merge(options);
+    return load_results(options.out);
+  }
+
+  std::unique_ptr<TemporaryFolder> merged;  // steps are read again where they lie
+  std::vector<std::string> notes;
+  LoadedResults results;
+  statistics::Study study;
+  Json data;
+};
+
+std::vector<ShownFirst> shown_first(const Json& data) {
+  std::vector<ShownFirst> first;
+  for (std::size_t i = 0; i < data["groups"].size(); ++i) {
+    const Json& group = data["groups"][i];
+    first.push_back({text_of(group, "scene"), text_of(group, "noise_level"), text_of(group, "protocol"),
+                     text_of(data["verdict"][i], "best")});
+  }
+  return first;
+}
+
+Gallery gallery_of(const LoadedResults& results, const Json& data, std::size_t most_bytes) {
+  std::map<std::string, std::string> drawings = scene_drawings(results.folder, results.manifest);
+  for (const auto& [scene, uri] : drawings) most_bytes -= std::min(most_bytes, uri.size());
+  Gallery gallery = load_gallery(results.folder, most_bytes, shown_first(data));
+  gallery.axes = scene_axes(results.folder, results.manifest);
+  gallery.drawings = std::move(drawings);
+  return gallery;
+}
+
+std::size_t bytes_of(const Gallery& gallery) {
+  std::size_t bytes = 0;
+  for (const Picture& picture : gallery.pictures) bytes += picture.data_uri.size();
+  for (const auto& [scene, uri] : gallery.drawings) bytes += uri.size();
+  return bytes;
+}
+
+}  // namespace
+
+struct Report::Content {
+  Content(const std::vector<fs::path>& folders, std::optional<statistics::Rule> rule) : sets(folder_sets(folders)) {
+    for (const FolderSet& set : sets) {
+      parts.push_back(std::make_unique<const Part>(set, rule));
+      if (const statistics::Rule own = parts.back()->study.rule, first = parts.front()->study.rule; own != first)
+        throw Error(ErrorKind::bad_input, "the analysis plans of " + sets.front().label + " and " + set.label +
+                                              " name different rules, '" + statistics::rule_name(first) + "' and '" +
+                                              statistics::rule_name(own) +
+                                              "', and a page is by one: choose it with --rule own, best or current");
+    }
+    if (parts.size() == 1) {
+      data = parts.front()->data;
+      return;
+    }
+    std::vector<Json> all;
+    for (const auto& part : parts) all.push_back(part->data);
+    data = joined_data(sets, std::move(all));
+  }
+  std::vector<FolderSet> sets;
+  std::vector<std::unique_ptr<const Part>> parts;  // one for each set
+  Json data;
+};
+
+Report::Report(const fs::path& results, std::optional<statistics::Rule> rule)
+    : Report(std::vector<fs::path>{results}, rule) {}
+Report::Report(const std::vector<fs::path>& folders, std::optional<statistics::Rule> rule)
+    : content_(std::make_unique<const Content>(folders, rule)) {}
+Report::~Report() = default;
+Report::Report(Report&&) noexcept = default;
+Report& Report::operator=(Report&&) noexcept = default;
+
+const Json& Report::data() const { return content_->data; }
+
+void Report::write_tables() const {
+  if (content_->sets.size() != 1 || content_->sets.front().folders.size() != 1)
+    throw Error(ErrorKind::internal, "tables belong to one results folder");
+  const Part& part = *content_->parts.front();
+  const fs::path& folder = part.results.folder;
+  std::vector<statistics::Curve> curves;
+  for (const statistics::SeriesStudy& series : part.study.series) curves.push_back(series.curve);
+  write_file_atomically(folder / "curves.csv", statistics::curves_csv(curves));
+  write_file_atomically(folder / "curves.json", statistics::curves_json(curves).dump(1) + "\n");
+  write_file_atomically(folder / "aggregate.csv", aggregate_csv(part.data));
+  AtomicFile instances(folder / "instances.csv");
+  statistics::instances_csv(part.results.trials, [&](std::string_view text) { instances.write(text); });
+  instances.commit();
+}
+
+std::string Report::html() const {
+  Gallery gallery;
+  const std::size_t parts = content_->parts.size();
+  std::size_t left = kMostPictureBytes;
+  for (std::size_t k = 0; k < parts; ++k) {
+    const Part& part = *content_->parts[k];
+    Gallery one = gallery_of(part.results, part.data, left / (parts - k));  // what one does not use, others may
+    left -= std::min(left, bytes_of(one));
+    if (parts == 1)
+      gallery = std::move(one);
+    else
+      add_gallery(gallery, std::move(one), content_->sets[k].label);
+  }
+  std::set<std::string> shown;
+  for (const TrialPictures& trial : gallery.trials) shown.insert(trial.trial);
+  std::map<std::string, double> rmse;
+  for (const auto& part : content_->parts)
+    for (const statistics::TrialRow& trial : part->results.trials.rows) {
+      if (trial.steps == 0 || shown.count(trial.trial) == 0) continue;
+      const double truth = trial.last_of(statistics::Track::recommended);
+      rmse[trial.trial] = std::isnan(truth) ? trial.last_of(statistics::Track::best) : truth;
+    }
+  return page(content_->data, gallery, rmse);
+}
+
+void Report::write_html(const fs::path& page) const { write_file_atomically(page, html()); }
+
+std::vector<fs::path> Report::write_figures(const fs::path& folder) const {
+  return report::write_figures(content_->data, folder);
+}
+
+std::string Report::ranking_table() const { return report::ranking_table(content_->data); }
+
+std::string Report::markdown() const { return markdown_tables(content_->data); }
+
+}  // namespace relign::report

@@ -1,0 +1,67 @@
+// A card for each group: the script draws its curves; figures and the best method's pictures need none.
+#include "base/json_members.h"
+#include "report/figure_html.h"
+#include "markup/html_writer.h"
+#include "report/picture_html.h"
+#include "report/sections.h"
+
+namespace relign::report {
+namespace {
+
+constexpr std::size_t kMostGroupsOpen = 6;
+constexpr std::size_t kManyGroups = 12, kMethodsInManyGroups = 20;  // so that the page stays small
+
+void strip(HtmlWriter& html, const Json& group, const TrialPictures& trial, const Gallery& gallery,
+           const std::string& best, bool explained) {
+  const bool median = trial.why == "median";
+  html.open("div", {{"class", "strip"}});
+  start_picture(html, gallery, trial, std::string(median ? "median lens" : "worst lens") + ": start");
+  picture(html, gallery, trial.end, trial.last_capture ? "last capture" : "glued");
+  if (const Frame* reference = reference_of(gallery, group)) picture(html, gallery, *reference, "reference");
+  html.close();
+  if (!explained) return;
+  html.element("p", {{"class", "quiet"}},
+               "What the sensor saw with " + best + ", in its median trial and in its worst: before, and " +
+                   (trial.last_capture ? "at the last step. A station cannot show the recommended pose afterwards."
+                                       : "where it would glue."));
+}
+
+void strips(HtmlWriter& html, const Json& group, const std::string& best, const Gallery& gallery) {
+  if (best.empty()) return;
+  const TrialPictures* median = pictures_of(gallery, group, best, "median");
+  const TrialPictures* worst = pictures_of(gallery, group, best, "worst");
+  if (median && worst && worst->trial == median->trial) worst = nullptr;  // a single trial
+  if (median) strip(html, group, *median, gallery, best, !worst);
+  if (worst) strip(html, group, *worst, gallery, best, true);
+}
+
+void plots(HtmlWriter& html, const char* summary, const std::vector<Figure>& figures, bool open) {
+  if (figures.empty()) return;
+  html.open("details", open ? Attributes{{"open", ""}} : Attributes{}).element("summary", summary);
+  for (const Figure& figure : figures) figure_html(html, figure, false);
+  html.close();
+}
+
+}  // namespace
+
+std::string curve_cards(const Json& data, const Gallery& gallery) {
+  HtmlWriter html;
+  std::size_t index = 0;
+  const bool open = data["groups"].size() <= kMostGroupsOpen;
+  const std::size_t most = data["groups"].size() > kManyGroups ? kMethodsInManyGroups : kMostMethodsInFigure;
+  for (const Json& group : data["groups"]) {
+    const std::string number = std::to_string(index);
+    html.open("section", {{"class", "card"}, {"id", "group-" + number}, {"data-group", number}});
+    html.open("h3").element("bdi", text_of(group, "label")).close();
+    html.element("div", {{"class", "chart"}}, "");
+    html.element("p", {{"class", "readout"}, {"aria-live", "polite"}}, "");
+    plots(html, "Targets reached", ecdf_figures(data, index, most), open);
+    plots(html, "Misalignment left", residual_figures(data, index, most), false);
+    strips(html, group, text_of(data["verdict"][index], "best"), gallery);
+    html.close();
+    ++index;
+  }
+  return html.take();
+}
+
+}  // namespace relign::report

@@ -1,0 +1,69 @@
+// The start and the end of every method's best, median and worst trial.
+#include <map>
+
+#include "base/json_members.h"
+#include "base/text.h"
+#include "markup/html_writer.h"
+#include "report/picture_html.h"
+#include "report/sections.h"
+
+namespace relign::report {
+namespace {
+
+constexpr std::size_t kMostMethodsNamed = 12;  // without a picture
+
+}  // namespace
+
+std::string gallery_section(const Json& data, const Gallery& gallery, const std::map<std::string, double>& rmse) {
+  HtmlWriter html;
+  if (data["groups"].empty()) return "";
+  html.element("h2", "Pictures");
+  if (gallery.trials.empty()) {
+    html.element("p", "This results folder holds no pictures.");
+    return html.take();
+  }
+  html.element("p", std::string("What the sensor saw at the start and ") +
+                        (every_group(data, "station") ? "after" : "at the pose recommended after") +
+                        " the last step, for each method's best, median and worst trial. Camera noise included.");
+  if (any_group(data, "station"))
+    html.element("p", {{"class", "quiet"}},
+                 "A station's pictures are the trial's own first and last capture, and errors below them are the "
+                 "lowest measured ones: nothing can be captured again.");
+  if (gallery.left_out > 0)
+    html.element(
+        "p", {{"class", "quiet"}},
+        counted(gallery.left_out, "picture") + " left out to keep this page small; the files lie in pictures/.");
+  for (const Json& group : data["groups"]) {
+    html.open("details", {{"class", "gallery"}}).element("summary", text_of(group, "label"));
+    if (const Frame* reference = reference_of(gallery, group)) picture(html, gallery, *reference, "reference");
+    for (const Json& row : group["rows"]) {
+      const std::string method = text_of(row, "method");
+      const bool none = !pictures_of(gallery, group, method, "median");
+      if (none && group["rows"].size() > kMostMethodsNamed) continue;
+      html.open("div", {{"class", "method"}}).open("h4").element("bdi", method).close();
+      bool any = false;
+      for (const char* why : {"best", "median", "worst"}) {
+        const TrialPictures* trial = pictures_of(gallery, group, method, why);
+        if (!trial) continue;
+        any = true;
+        html.open("div", {{"class", "trial"}});
+        std::string caption = std::string(why) + ": instance " + std::to_string(trial->instance);
+        const auto value = rmse.find(trial->trial);
+        if (value != rmse.end())
+          caption +=
+              (flag_of(group, "measured_only") ? ", measured error " : ", error ") + significant(value->second, 3);
+        html.element("p", {{"class", "caption"}, {"title", "trial " + trial->trial}}, caption);
+        html.open("div", {{"class", "pair"}});
+        start_picture(html, gallery, *trial, "start");
+        picture(html, gallery, trial->end, "after " + counted(trial->end.step, "step"));
+        html.close().close();
+      }
+      if (!any) html.element("p", {{"class", "quiet"}}, "no pictures");
+      html.close();
+    }
+    html.close();
+  }
+  return html.take();
+}
+
+}  // namespace relign::report

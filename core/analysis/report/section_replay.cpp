@@ -1,0 +1,100 @@
+// Trial replay: what a method saw on its way. Without scripts all film strips stand here; replay.js makes a viewer of
+// them.
+
+#include "base/json_members.h"
+#include "base/text.h"
+#include "markup/html_writer.h"
+#include "report/page_data.h"
+#include "report/picture_html.h"
+#include "report/sections.h"
+
+namespace relign::report {
+namespace {
+
+constexpr const char* kWhys[] = {"median", "worst", "best"};
+constexpr int kDigits = 5;
+
+Json pose_json(const std::vector<double>& pose) {
+  Json list = Json::array();
+  for (const double value : pose) list.push_back(rounded(value, kDigits));
+  return list;
+}
+
+Json picture_json(const Gallery& gallery, const Frame& frame) {
+  if (!frame.picture) return nullptr;
+  const Picture& picture = gallery.pictures[*frame.picture];
+  return {{"picture", *frame.picture}, {"width", picture.width}, {"height", picture.height}};
+}
+
+template <typename Each>
+void each_film(const Json& data, const Gallery& gallery, const Each& each) {
+  for (std::size_t i = 0; i < data["groups"].size(); ++i)
+    for (const Json& row : data["groups"][i]["rows"])
+      for (const char* why : kWhys)
+        if (const TrialPictures* trial = pictures_of(gallery, data["groups"][i], text_of(row, "method"), why);
+            trial && !trial->film.frames.empty())
+          each(i, *trial);
+}
+
+}  // namespace
+
+Json replay_data(const Json& data, const Gallery& gallery) {
+  Json trials = Json::array(), references = Json::object(), axes = Json::object();
+  for (const auto& [scene, reference] : gallery.references) references[scene] = picture_json(gallery, reference);
+  for (const auto& [scene, list] : gallery.axes) {
+    axes[scene] = Json::array();
+    for (const SceneAxis& axis : list) axes[scene].push_back({axis.name, axis.unit, axis.lower, axis.upper});
+  }
+  each_film(data, gallery, [&](std::size_t group, const TrialPictures& trial) {
+    if (!trial.film.picture) return;
+    Json frames = Json::array();
+    for (const FilmFrame& frame : trial.film.frames)
+      frames.push_back({{"step", frame.step},
+                        {"told", pose_json(frame.commanded_pose)},
+                        {"true", pose_json(frame.true_pose)},
+                        {"measured", rounded(frame.measured, kDigits)},
+                        {"commanded", rounded(frame.commanded, kDigits)},
+                        {"recommended", rounded(frame.recommended, kDigits)},
+                        {"seconds", rounded(frame.machine_seconds, kDigits)}});
+    trials.push_back({{"group", group},
+                      {"scene", trial.scene},
+                      {"method", trial.algorithm},
+                      {"why", trial.why},
+                      {"trial", trial.trial},
+                      {"instance", trial.instance},
+                      {"picture", *trial.film.picture},
+                      {"tile", trial.film.tile},
+                      {"frames", std::move(frames)},
+                      {"end", picture_json(gallery, trial.end)},
+                      {"end_step", trial.end.step}});
+  });
+  return {{"trials", std::move(trials)}, {"references", std::move(references)}, {"axes", std::move(axes)}};
+}
+
+std::string replay_section(const Json& data, const Gallery& gallery) {
+  HtmlWriter html;
+  std::size_t shown = 0, missing = 0, last_group = data["groups"].size();
+  each_film(data, gallery, [&](std::size_t group, const TrialPictures& trial) {
+    if (!trial.film.picture) {
+      ++missing;
+      return;
+    }
+    if (shown++ == 0) html.open("details", {{"id", "film-strips"}, {"open", ""}}).element("summary", "All film strips");
+    if (group != last_group) html.open("h3").element("bdi", text_of(data["groups"][group], "label")).close();
+    last_group = group;
+    const std::string what =
+        trial.algorithm + ", " + trial.why + " lens (instance " + std::to_string(trial.instance) + ")";
+    html.open("div", {{"class", "film-line"}}).open("p", {{"class", "caption"}}).element("bdi", trial.algorithm);
+    html.text(", " + trial.why + " lens (instance " + std::to_string(trial.instance) + ")").close();
+    film_strip(html, gallery, trial.film, what);
+    html.close();
+  });
+  if (shown == 0 && missing == 0) return "";
+  if (shown > 0) html.close();
+  if (missing > 0)
+    html.element("p", {{"class", "quiet"}},
+                 counted(missing, "film") + " left out; the files lie in pictures/<trial>/film.webp.");
+  return html.take();
+}
+
+}  // namespace relign::report

@@ -1,0 +1,295 @@
+#include "report/svg_chart.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "report/chart_scale.h"
+#include "markup/escape.h"
+
+namespace relign::report {
+namespace {
+
+constexpr double kLabelHeight = 12, kCharacter = 6.1, kMostLabelCharacters = 20;
+constexpr double kLeft = 54, kBottom = 42, kTitle = 22, kMargin = 8;
+constexpr const char* kInk = "#3a3f47";
+
+bool finite(double value) { return std::isfinite(value); }
+
+struct Span {
+  double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
+  void add(double value, bool positive_only) {
+    if (!finite(value) || (positive_only && value <= 0)) return;
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  bool empty() const { return low > high; }
+};
+
+// An axis as it is drawn: what the data want, what the chart asks for, and some air.
+struct Range {
+  double low = 0, high = 1;
+  bool logarithmic = false;
+};
+
+Range range_of(const ChartAxis& axis, const std::vector<double>& values, bool airy) {
+  if (!axis.categories.empty()) return {-0.5, static_cast<double>(axis.categories.size()) - 0.5, false};
+  Span span;
+  bool logarithmic = axis.logarithmic;
+  for (const double value : values) span.add(value, logarithmic);
+  if (span.empty() && logarithmic) {
+    logarithmic = false;
+    for (const double value : values) span.add(value, false);
+  }
+  if (span.empty()) span.low = 0, span.high = 1;
+  Range range = {span.low, span.high, logarithmic};
+  if (logarithmic) {
+    if (range.high < range.low * 1.5) range.low /= 1.5, range.high *= 1.5;
+    const double air = airy ? std::pow(range.high / range.low, 0.05) : 1;
+    range.low /= air, range.high *= air;
+  } else {
+    if (airy && range.low > 0) range.low = 0;
+    if (!(range.high > range.low)) range.high = range.low + std::max(1.0, std::fabs(range.low));
+    if (airy) range.high += 0.05 * (range.high - range.low);
+  }
+  if (finite(axis.low) && (!logarithmic || axis.low > 0)) range.low = axis.low;
+  if (finite(axis.high) && axis.high > range.low) range.high = axis.high;
+  return range;
+}
+
+double last_y(const ChartSeries& series) {
+  for (auto point = series.points.rbegin(); point != series.points.rend(); ++point)
+    if (finite(point->x) && finite(point->y)) return point->y;
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+class Drawing {
+ public:
+  Drawing(HtmlWriter& html, const Chart& chart, ChartUse use) : html_(html), chart_(chart), use_(use) {
+    std::vector<double> xs, ys;
+    double longest = 0;
+    for (const ChartSeries& series : chart.series) {
+      for (const ChartPoint& point : series.points) {
+        xs.push_back(point.x);
+        for (const double y : {point.y, point.low, point.high}) ys.push_back(y);
+      }
+      longest = std::max(longest, static_cast<double>(columns(series.name)));
+    }
+    for (const ChartLevel& level : chart.levels) ys.push_back(level.y);
+    right_ = chart.width - kMargin - 8 - kCharacter * std::min(longest, kMostLabelCharacters);
+    top_ = kMargin + (use == ChartUse::alone ? kTitle : 0);
+    bottom_ = chart.height - kBottom;
+    const Range x = range_of(chart.x, xs, false), y = range_of(chart.y, ys, true);
+    x_.emplace(x.low, x.high, x.logarithmic, kLeft, right_);
+    y_.emplace(y.low, y.high, y.logarithmic, bottom_, top_);
+  }
+
+  void draw() {
+    const std::string width = pixels_text(chart_.width), height = pixels_text(chart_.height);
+    Attributes attributes = {{"class", "figure"}, {"viewBox", "0 0 " + width + " " + height},
+                             {"role", "img"},     {"aria-label", chart_.title},
+                             {"font-size", "11"}, {"fill", "none"}};
+    if (use_ == ChartUse::alone) {
+      attributes.insert(attributes.begin(), {"xmlns", "http://www.w3.org/2000/svg"});
+      attributes.insert(attributes.end(),
+                        {{"width", width}, {"height", height}, {"font-family", "Helvetica, Arial, sans-serif"}});
+    }
+    html_.open("svg", attributes).text("\n");
+    if (use_ == ChartUse::alone) {
+      html_.element("title", chart_.title);
+      html_.empty("rect", {{"width", width}, {"height", height}, {"fill", "#ffffff"}}).text("\n");
+      group("axis", kInk);
+      text(kLeft, kMargin + 11, chart_.title, "start", {{"font-weight", "600"}, {"font-size", "13"}});
+      html_.close();
+    }
+    axes();
+    // Bands lie below every line.
+    for (const ChartSeries& series : chart_.series) band(series);
+    for (const ChartLevel& level : chart_.levels) draw_level(level);
+    for (std::size_t i = chart_.series.size(); i-- > 0;) draw_series(chart_.series[i], i);
+    end_labels();
+    html_.close().text("\n");
+  }
+
+ private:
+  void group(const std::string& name, const std::string& colour) {
+    if (use_ == ChartUse::in_page)
+      html_.open("g", {{"class", name}});
+    else
+      html_.open("g", {{"color", colour}});
+  }
+  void series_group(const ChartSeries& series) {
+    const auto count = static_cast<int>(series_colours().size());
+    if (series.style < 0)
+      group("s-oracle", "#6a7380");
+    else
+      group("s" + std::to_string(series.style % count),
+            series_colours()[static_cast<std::size_t>(series.style % count)]);
+  }
+
+  void text(double x, double y, const std::string& words, const char* anchor, const Attributes& more = {}) {
+    Attributes attributes = {{"x", pixels_text(x)}, {"y", pixels_text(y)}, {"fill", "currentColor"}};
+    if (std::string_view(anchor) != "start") attributes.emplace_back("text-anchor", anchor);
+    attributes.insert(attributes.end(), more.begin(), more.end());
+    html_.element("text", attributes, words);
+  }
+
+  void path(const std::string& d, const Attributes& more) {
+    Attributes attributes = {{"d", d}};
+    attributes.insert(attributes.end(), more.begin(), more.end());
+    html_.empty("path", attributes);
+  }
+
+  void axes() {
+    std::string grid, frame = "M" + pixels_text(kLeft) + " " + pixels_text(top_) + "V" + pixels_text(bottom_) + "H" +
+                              pixels_text(right_);
+    group("axis", kInk);
+    const auto mark_x = [&](double value, const std::string& words) {
+      const double place = (*x_)(value);
+      frame += "M" + pixels_text(place) + " " + pixels_text(bottom_) + "v4";
+      text(place, bottom_ + 16, words, "middle");
+    };
+    if (chart_.x.categories.empty()) {
+      for (const auto& [value, words] : x_->marks(static_cast<int>((right_ - kLeft) / 45), chart_.x.whole))
+        mark_x(value, words);
+    } else {
+      const double room = (right_ - kLeft) / static_cast<double>(chart_.x.categories.size());
+      const auto most = static_cast<std::size_t>(std::max(4.0, room / kCharacter));
+      for (std::size_t i = 0; i < chart_.x.categories.size(); ++i)
+        mark_x(static_cast<double>(i), clipped(chart_.x.categories[i], most));
+    }
+    for (const auto& [value, words] : y_->marks(6, chart_.y.whole)) {
+      const double place = (*y_)(value);
+      grid += "M" + pixels_text(kLeft) + " " + pixels_text(place) + "H" + pixels_text(right_);
+      text(kLeft - 6, place + 4, words, "end");
+    }
+    if (!grid.empty()) path(grid, {{"stroke", "currentColor"}, {"stroke-opacity", "0.18"}});
+    path(frame, {{"stroke", "currentColor"}, {"stroke-opacity", "0.6"}});
+    text((kLeft + right_) / 2, bottom_ + 33, chart_.x.title, "middle");
+    const double middle = (top_ + bottom_) / 2;
+    text(11, middle, chart_.y.title, "middle", {{"transform", "rotate(-90 11 " + pixels_text(middle) + ")"}});
+    html_.close().text("\n");
+  }
+
+  static bool has_marks(const ChartSeries& series) {
+    return series.drawn == Drawn::marks || series.drawn == Drawn::marked_line;
+  }
+
+  // The x of a point: several methods' marks of one category stand beside each other.
+  double place(const ChartPoint& point, std::size_t index) const {
+    const double x = (*x_)(point.x);
+    if (chart_.x.categories.empty() || chart_.series.size() < 2) return x;
+    const auto count = static_cast<double>(chart_.series.size());
+    const double slot = (right_ - kLeft) / static_cast<double>(chart_.x.categories.size());
+    return x + (static_cast<double>(index) - (count - 1) / 2) * std::min(9.0, 0.7 * slot / count);
+  }
+
+  void band(const ChartSeries& series) {
+    if (has_marks(series)) return;
+    std::string upper, lower;
+    for (const ChartPoint& point : series.points) {
+      if (!finite(point.low) || !finite(point.high)) continue;
+      const std::string x = pixels_text((*x_)(point.x));
+      upper += (upper.empty() ? "M" : "L") + x + " " + pixels_text((*y_)(point.high));
+      lower.insert(0, "L" + x + " " + pixels_text((*y_)(point.low)));
+    }
+    if (upper.empty()) return;
+    series_group(series);
+    path(upper + lower + "Z", {{"fill", "currentColor"}, {"fill-opacity", "0.14"}});
+    html_.close();
+  }
+
+  std::string line(const ChartSeries& series, std::size_t index) const {
+    std::string d;
+    double before = 0;
+    bool pen_down = false;
+    for (const ChartPoint& point : series.points) {
+      if (!finite(point.x) || !finite(point.y)) {
+        pen_down = false;
+        continue;
+      }
+      const std::string x = pixels_text(place(point, index)), y = pixels_text((*y_)(point.y));
+      if (!pen_down)
+        d += "M" + x + " " + y;
+      else if (series.drawn == Drawn::steps)
+        d += "H" + x + (point.y == before ? "" : "V" + y);
+      else
+        d += "L" + x + " " + y;
+      before = point.y;
+      pen_down = true;
+    }
+    return d;
+  }
+
+  void draw_series(const ChartSeries& series, std::size_t index) {
+    series_group(series);
+    html_.element("title", series.name);
+    if (series.drawn != Drawn::marks) {
+      Attributes look = {{"fill", "none"}, {"stroke", "currentColor"}, {"stroke-width", "1.7"}};
+      const std::string dash = series_dash(series.style);
+      if (!dash.empty()) look.emplace_back("stroke-dasharray", dash);
+      if (const std::string d = line(series, index); !d.empty()) path(d, look);
+    }
+    if (has_marks(series)) {
+      std::string bars;
+      for (const ChartPoint& point : series.points) {
+        if (!finite(point.y)) continue;
+        const std::string x = pixels_text(place(point, index));
+        html_.empty("circle", {{"cx", x}, {"cy", pixels_text((*y_)(point.y))}, {"r", "3"}, {"fill", "currentColor"}});
+        if (finite(point.low) && finite(point.high))
+          bars += "M" + x + " " + pixels_text((*y_)(point.low)) + "V" + pixels_text((*y_)(point.high));
+      }
+      if (!bars.empty()) path(bars, {{"stroke", "currentColor"}, {"stroke-width", "1.4"}});
+    }
+    html_.close().text("\n");
+  }
+
+  void draw_level(const ChartLevel& level) {
+    if (!finite(level.y)) return;
+    const double y = (*y_)(level.y);
+    group("axis", kInk);
+    path("M" + pixels_text(kLeft) + " " + pixels_text(y) + "H" + pixels_text(right_),
+         {{"stroke", "currentColor"}, {"stroke-dasharray", level.dotted ? "1.5 3" : "7 4"}});
+    // Below its line where another one runs close above it, whose label stands between them.
+    const bool crowded = std::any_of(chart_.levels.begin(), chart_.levels.end(), [&](const ChartLevel& other) {
+      const double gap = finite(other.y) ? y - (*y_)(other.y) : 0;
+      return gap > 0 && gap < kLabelHeight;
+    });
+    text(kLeft + 4, crowded ? y + 10 : y - 3, level.label, "start", {{"font-size", "10"}});
+    html_.close();
+  }
+
+  void end_labels() {
+    std::vector<double> wanted;
+    for (const ChartSeries& series : chart_.series) wanted.push_back((*y_)(last_y(series)));
+    const std::vector<double> places = spread_labels(wanted, top_ + 4, bottom_, kLabelHeight);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      if (!finite(places[i])) continue;
+      series_group(chart_.series[i]);
+      path("M" + pixels_text(right_ + 1) + " " + pixels_text(wanted[i]) + "L" + pixels_text(right_ + 6) + " " +
+               pixels_text(places[i]),
+           {{"stroke", "currentColor"}, {"stroke-opacity", "0.6"}});
+      text(right_ + 8, places[i] + 3.5, clipped(chart_.series[i].name, static_cast<std::size_t>(kMostLabelCharacters)),
+           "start");
+      html_.close();
+    }
+  }
+
+  HtmlWriter& html_;
+  const Chart& chart_;
+  ChartUse use_;
+  double right_ = 0, top_ = 0, bottom_ = 0;
+  std::optional<ChartScale> x_, y_;
+};
+
+}  // namespace
+
+void draw_chart(HtmlWriter& html, const Chart& chart, ChartUse use) { Drawing(html, chart, use).draw(); }
+
+std::string chart_svg(const Chart& chart) {
+  HtmlWriter html;
+  draw_chart(html, chart, ChartUse::alone);
+  return html.take();
+}
+
+}  // namespace relign::report

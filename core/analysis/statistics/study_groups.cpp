@@ -1,0 +1,79 @@
+#include "statistics/study_groups.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <tuple>
+#include <utility>
+
+#include "base/displayed_rmse.h"
+
+namespace relign::statistics {
+namespace {
+
+constexpr std::size_t kMostHopelessNamed = 20;
+
+}  // namespace
+
+std::vector<GroupStudy> groups_of(const TrialTable& table) {
+  std::map<std::tuple<std::string, std::string, std::string>, std::size_t> place;
+  std::vector<GroupStudy> groups;
+  std::vector<std::size_t> group_of;
+  for (std::size_t number = 0; number < table.series.size(); ++number) {
+    const Series& series = table.series[number];
+    const auto [found, fresh] =
+        place.emplace(std::make_tuple(series.scene, series.noise_level, series.protocol), groups.size());
+    if (fresh) {
+      groups.emplace_back();
+      groups.back().scene = series.scene;
+      groups.back().noise_level = series.noise_level;
+      groups.back().protocol = series.protocol;
+    }
+    groups[found->second].series.push_back(number);
+    group_of.push_back(found->second);
+  }
+  std::vector<std::vector<std::pair<std::uint64_t, double>>> optima(groups.size());
+  for (const TrialRow& row : table.rows) {
+    GroupStudy& group = groups[group_of[row.series]];
+    group.instances.push_back(row.instance);
+    if (!std::isnan(row.own_optimum_mse))
+      optima[group_of[row.series]].emplace_back(row.instance, displayed_rmse(row.own_optimum_mse));
+  }
+  for (std::size_t number = 0; number < groups.size(); ++number) {
+    std::vector<std::uint64_t>& instances = groups[number].instances;
+    std::sort(instances.begin(), instances.end());
+    instances.erase(std::unique(instances.begin(), instances.end()), instances.end());
+    std::sort(optima[number].begin(), optima[number].end());
+    const auto same = [](const auto& a, const auto& b) { return a.first == b.first; };
+    optima[number].erase(std::unique(optima[number].begin(), optima[number].end(), same), optima[number].end());
+    std::vector<double> rmse;
+    for (const auto& [instance, own] : optima[number]) rmse.push_back(own);
+    groups[number].own_optimum = quantiles(std::move(rmse));
+  }
+  return groups;
+}
+
+void find_hopeless(const TrialTable& table, GroupStudy& group, Rule rule) {
+  const records::Specification& spec = group.spec;
+  if (!spec.limits_anything()) return;
+  std::set<std::uint64_t> found, met;
+  for (const std::size_t number : group.series)
+    for (const std::uint32_t place : table.series[number].trials) {
+      const TrialRow& row = table.rows[place];
+      const TrialMtf& mtf = table.mtf_of(row);
+      const bool told = !std::isnan(mtf.own_optimum.centre);
+      if (displayed_rmse(row.own_optimum_mse) > spec.rmse ||  // false when one is NaN
+          (told && !spec.mtf_met_by(mtf.own_optimum.centre, mtf.own_optimum.corner)))
+        found.insert(row.instance);
+      // Sharpest need not be where the error is least: only what nobody found is hopeless.
+      if (spec.limits_mtf() && spec.met_by(row.last_of(track_of(rule)), mtf.glued[rule].centre, mtf.glued[rule].corner))
+        met.insert(row.instance);
+    }
+  for (const std::uint64_t instance : met) found.erase(instance);
+  group.cannot_meet_spec = found.size();
+  for (const std::uint64_t instance : found)
+    if (group.hopeless.size() < kMostHopelessNamed) group.hopeless.push_back(instance);
+}
+
+}  // namespace relign::statistics

@@ -1,0 +1,128 @@
+// curves.csv, curves.json and instances.csv as text.
+#include <cmath>
+
+#include "base/text.h"
+#include "statistics/curves.h"
+
+namespace relign::statistics {
+namespace {
+
+std::string field(double value) { return std::isfinite(value) ? shortest(value) : ""; }
+
+// RFC 4180: quoted when it must be.
+std::string field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char letter : text) {
+    if (letter == '"') quoted += '"';
+    quoted += letter;
+  }
+  return quoted + '"';
+}
+
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+// A traceback in a table: tools that read lines see a row each. The record keeps it as it was.
+std::string one_line(std::string text) {
+  for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos; at += 3) text.replace(at, 1, " / ");
+  return text;
+}
+
+}  // namespace
+
+std::string curves_csv(const std::vector<Curve>& curves) {
+  std::string csv = "scene,noise_level,protocol,algorithm,step,n";
+  for (std::size_t track = 0; track < kTracks.size(); ++track) {
+    if (track == kTracksBeforeTheClock) csv += ",machine_seconds_median";
+    for (const char* column : {"_median", "_q25", "_q75", "_mean", "_lo95", "_hi95"})
+      csv += std::string(",") + track_name(kTracks[track]) + column;
+  }
+  csv += '\n';
+  for (const Curve& curve : curves) {
+    const std::string head = field(curve.scene) + ',' + field(curve.noise_level) + ',' + field(curve.protocol) + ',' +
+                             field(curve.algorithm) + ',';
+    for (const CurvePoint& point : curve.points) {
+      csv += head + std::to_string(point.step) + ',' + std::to_string(curve.trials);
+      for (std::size_t track = 0; track < kTracks.size(); ++track) {
+        const Quantiles& values = point.tracks[track];
+        if (track == kTracksBeforeTheClock) csv += ',' + field(point.machine_seconds);
+        csv += ',' + field(values.median) + ',' + field(values.q25) + ',' + field(values.q75) + ',' +
+               field(values.mean) + ',' + field(point.bands[track].low) + ',' + field(point.bands[track].high);
+      }
+      csv += '\n';
+    }
+  }
+  return csv;
+}
+
+Json curves_json(const std::vector<Curve>& curves) {
+  Json list = Json::array();
+  for (const Curve& curve : curves) {
+    Json steps = Json::array(), seconds = Json::array();
+    for (const CurvePoint& point : curve.points) {
+      steps.push_back(point.step);
+      seconds.push_back(number(point.machine_seconds));
+    }
+    Json tracks = Json::object();
+    for (std::size_t track = 0; track < kTracks.size(); ++track) {
+      Json columns = {{"n", Json::array()},   {"median", Json::array()}, {"q25", Json::array()},
+                      {"q75", Json::array()}, {"mean", Json::array()},   {"lo95", Json::array()},
+                      {"hi95", Json::array()}};
+      for (const CurvePoint& point : curve.points) {
+        const Quantiles& values = point.tracks[track];
+        columns["n"].push_back(values.n);
+        columns["median"].push_back(number(values.median));
+        columns["q25"].push_back(number(values.q25));
+        columns["q75"].push_back(number(values.q75));
+        columns["mean"].push_back(number(values.mean));
+        columns["lo95"].push_back(number(point.bands[track].low));
+        columns["hi95"].push_back(number(point.bands[track].high));
+      }
+      tracks[track_name(kTracks[track])] = std::move(columns);
+    }
+    list.push_back({{"scene", curve.scene},
+                    {"noise_level", curve.noise_level},
+                    {"protocol", curve.protocol},
+                    {"algorithm", curve.algorithm},
+                    {"n", curve.trials},
+                    {"failed", curve.failed},
+                    {"step", std::move(steps)},
+                    {"machine_seconds", std::move(seconds)},
+                    {"tracks", std::move(tracks)}});
+  }
+  return {{"format", records::kFormat}, {"curves", std::move(list)}};
+}
+
+void instances_csv(const TrialTable& table, const std::function<void(std::string_view)>& write) {
+  std::string csv = "trial,scene,noise_level,protocol,algorithm,instance,end,steps,budget";
+  for (std::size_t track = 0; track < kTracksBeforeTheClock; ++track)
+    csv += std::string(",") + track_name(kTracks[track]);
+  // Of a specification that asks for it; other tables keep their bytes.
+  const char* mtf_columns =
+      table.tells_mtf() ? ",mtf_centre,mtf_corner,own_optimum_mtf_centre,own_optimum_mtf_corner" : "";
+  csv += std::string(",machine_seconds,recommended_seconds,recommendation,message") + mtf_columns;
+  for (std::size_t track = kTracksBeforeTheClock; track < kTracks.size(); ++track)
+    csv += std::string(",") + track_name(kTracks[track]);
+  write(csv + "\n");
+  for (const TrialRow& row : table.rows) {
+    const Series& series = table.series_of(row);
+    csv = row.trial + ',' + field(series.scene) + ',' + field(series.noise_level) + ',' + field(series.protocol) + ',' +
+          field(series.algorithm) + ',' + std::to_string(row.instance) + ',' + field(table.text(row.end)) + ',' +
+          (row.steps == 0 ? "" : std::to_string(row.last_step)) + ',' + std::to_string(row.budget);
+    for (std::size_t track = 0; track < kTracksBeforeTheClock; ++track) csv += ',' + field(row.last[track]);
+    csv += ',' + field(row.machine_seconds) + ',' + field(row.recommended_seconds) + ',' +
+           field(table.text(row.recommendation)) + ',' + field(one_line(table.text(row.message)));
+    if (table.tells_mtf()) {
+      const TrialMtf& mtf = table.mtf_of(row);
+      const records::MtfRecord& glued = mtf.glued[Rule::own];
+      for (const double value : {glued.centre, glued.corner, mtf.own_optimum.centre, mtf.own_optimum.corner})
+        csv += ',' + field(value);
+    }
+    for (std::size_t track = kTracksBeforeTheClock; track < kTracks.size(); ++track)
+      csv += ',' + field(row.last[track]);
+    csv += '\n';
+    write(csv);
+  }
+}
+
+}  // namespace relign::statistics

@@ -1,0 +1,209 @@
+#include "statistics/trial_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string_view>
+#include <tuple>
+#include <unordered_set>
+
+#include "base/displayed_rmse.h"
+
+namespace relign::statistics {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Host time of an algorithm per step it made, step 0 (which costs no step) left out of the count but
+// not its time: what an algorithm does before its first move is its own time.
+double milliseconds_per_step(const records::TrialTimes& times) {
+  const std::size_t steps = times.algorithm_seconds.size();
+  if (steps == 0) return std::numeric_limits<double>::quiet_NaN();
+  double sum = 0;
+  for (const double seconds : times.algorithm_seconds)
+    if (std::isfinite(seconds)) sum += seconds;
+  return 1000 * sum / static_cast<double>(steps > 1 ? steps - 1 : 1);
+}
+
+struct Harness {
+  double harness = 0, scene = 0;
+  std::size_t steps = 0;
+};
+
+// Nothing when the trial does not tell it.
+Harness harness_of(const records::TrialTimes& times) {
+  Harness result;
+  if (std::isnan(times.harness_seconds)) return result;
+  result.harness = times.harness_seconds;
+  result.steps = times.simulation_seconds.size();
+  for (const double seconds : times.simulation_seconds) result.scene += seconds;
+  for (const double seconds : times.truth_seconds) result.scene += seconds;
+  return result;
+}
+
+constexpr double kSlack = 1e-9;  // a sum's rounding
+
+class Maker {
+ public:
+  explicit Maker(TrialTable& table) : table_(table) {}
+
+  void add(const records::TrialRecord& closing, const records::StoredTrial& where,
+           const std::vector<records::StepNumbers>& steps) {
+    TrialRow row;
+    row.trial = closing.trial;
+    row.where = where;
+    row.instance = closing.instance;
+    row.series = series_of(closing);
+    row.end = text(closing.end);
+    row.message = text(closing.message);
+    row.budget = closing.budget;
+    row.steps = static_cast<unsigned>(steps.size());
+    row.ended_well = records::ended_well(closing.end);
+    if (closing.has_own_optimum) row.own_optimum_mse = closing.own_optimum_mse;
+    const TrialMtf mtf{{{closing.mtf, closing.best_mtf, closing.current_mtf}},
+                       {{closing.uncured_mtf, closing.best_uncured_mtf, closing.current_uncured_mtf}},
+                       closing.own_optimum_mtf};
+    if (std::isfinite(closing.mtf.centre) || std::isfinite(mtf.own_optimum.centre)) {
+      row.mtf = static_cast<std::uint32_t>(table_.mtf.size());
+      table_.mtf.push_back(mtf);
+    }
+    row.last.fill(std::numeric_limits<double>::quiet_NaN());
+    if (!steps.empty()) {
+      const records::StepNumbers& last = steps.back();
+      row.last_step = last.step;
+      row.machine_seconds = last.machine_seconds;
+      row.recommended_seconds = last.recommended_seconds;
+      row.recommendation = text(last.recommendation);
+      if (std::isfinite(closing.uncured_mse))
+        row.uncured = {{displayed_rmse(closing.uncured_mse), displayed_rmse(steps[best_step(steps)].commanded_mse),
+                        displayed_rmse(last.commanded_mse)}};
+      for (const records::StepNumbers& step : steps)
+        row.impossible_merit = row.impossible_merit || step.merit < 0 || step.merit < step.measured * (1 - kSlack);
+      for (const Track track : kTracks)
+        row.last[static_cast<std::size_t>(track)] = track_values(steps, row.own_optimum_mse, track).back();
+      if (steps.front().step == 0) {
+        const std::vector<records::StepNumbers> start(1, steps.front());
+        row.start_measured = start.front().measured;
+        row.start_commanded = track_values(start, row.own_optimum_mse, Track::commanded).front();
+      }
+    }
+    Series& series = table_.series[row.series];
+    if (row.counts() && records::lacks_rules(closing)) ++table_.without_rules;
+    if (row.counts()) {
+      series.trials.push_back(static_cast<std::uint32_t>(table_.rows.size()));
+      series.largest_budget = std::max(series.largest_budget, row.budget);
+    } else {
+      ++series.failed;
+    }
+    for (const std::string& warning : closing.warnings) warn({row.series, text(warning)});
+    table_.rows.push_back(std::move(row));
+  }
+
+ private:
+  std::uint32_t series_of(const records::TrialRecord& trial) {
+    auto key = std::make_tuple(trial.scene, trial.noise_level, trial.protocol, trial.algorithm);
+    const auto [found, fresh] = series_.try_emplace(std::move(key), static_cast<std::uint32_t>(table_.series.size()));
+    if (fresh)
+      table_.series.push_back({trial.scene,
+                               trial.noise_level,
+                               trial.protocol,
+                               trial.algorithm,
+                               trial.algorithm_id,
+                               trial.method,
+                               trial.training,
+                               {},
+                               0,
+                               0});
+    return found->second;
+  }
+  std::uint32_t text(const std::string& words) {
+    if (words.empty()) return 0;
+    const auto [found, fresh] = texts_.try_emplace(words, static_cast<std::uint32_t>(table_.texts.size()));
+    if (fresh) table_.texts.push_back(words);
+    return found->second;
+  }
+  void warn(const TrialTable::Warning& warning) {
+    const auto [found, fresh] = warnings_.try_emplace({warning.series, warning.text}, table_.warnings.size());
+    if (fresh) table_.warnings.push_back({warning, 0});
+    ++table_.warnings[found->second].count;
+  }
+
+  TrialTable& table_;
+  std::map<std::tuple<std::string, std::string, std::string, std::string>, std::uint32_t> series_;
+  std::unordered_map<std::string, std::uint32_t> texts_;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> warnings_;
+};
+
+// Rows by trial: sorted numbers instead of a map, which would take as much memory as the rows.
+class RowsByTrial {
+ public:
+  explicit RowsByTrial(const std::deque<TrialRow>& rows) : rows_(rows), order_(rows.size()) {
+    for (std::size_t i = 0; i < order_.size(); ++i) order_[i] = static_cast<std::uint32_t>(i);
+    std::sort(order_.begin(), order_.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return rows_[a].trial < rows_[b].trial; });
+  }
+  // Of rows with the same trial the first; rows().size() when there is none.
+  std::size_t operator[](std::string_view trial) const {
+    const auto found = std::lower_bound(order_.begin(), order_.end(), trial,
+                                        [&](std::uint32_t row, std::string_view id) { return rows_[row].trial < id; });
+    return found != order_.end() && rows_[*found].trial == trial ? *found : rows_.size();
+  }
+
+ private:
+  const std::deque<TrialRow>& rows_;
+  std::vector<std::uint32_t> order_;
+};
+
+void read_times(TrialTable& table) {
+  const RowsByTrial rows(table.rows);
+  std::vector<Harness> harness(table.rows.size());
+  records::for_each_times(table.folder, [&](const records::TrialTimes& times) {
+    const std::size_t row = rows[times.trial];
+    if (row == table.rows.size()) return;
+    table.rows[row].algorithm_ms_per_step = milliseconds_per_step(times);
+    harness[row] = harness_of(times);
+  });
+  for (const Harness& of_trial : harness) {
+    table.harness_seconds += of_trial.harness;
+    table.scene_seconds += of_trial.scene;
+    table.timed_steps += of_trial.steps;
+  }
+}
+
+}  // namespace
+
+std::vector<double> last_values(const TrialTable& table, const Series& series, Track track) {
+  std::vector<double> values;
+  values.reserve(series.trials.size());
+  for (const std::uint32_t row : series.trials) values.push_back(table.rows[row].last_of(track));
+  return values;
+}
+
+ReadTable read_trial_table(const fs::path& folder, const std::function<bool(const std::string&)>& wanted) {
+  ReadTable read;
+  read.table.folder = folder;
+  std::unordered_set<std::string_view> seen;  // of the rows, which stay where they are
+  std::vector<std::string> incomplete;
+  Maker maker(read.table);
+  records::for_each_with_steps(
+      folder,
+      [&](const records::TrialRecord& closing, const records::StoredTrial& where,
+          const std::vector<records::StepNumbers>& steps) {
+        if (wanted && !wanted(closing.trial)) {
+          ++read.left_out;
+        } else if (seen.count(closing.trial) == 0) {
+          maker.add(closing, where, steps);
+          seen.insert(read.table.rows.back().trial);
+        }
+      },
+      [&](const std::string& trial) { incomplete.push_back(trial); });
+  std::unordered_set<std::string> listed;
+  for (const std::string& trial : incomplete)
+    if ((!wanted || wanted(trial)) && seen.count(trial) == 0 && listed.insert(trial).second)
+      read.incomplete.push_back(trial);
+  std::unordered_set<std::string_view>().swap(seen);
+  read_times(read.table);
+  return read;
+}
+
+}  // namespace relign::statistics

@@ -1,0 +1,238 @@
+// What optimizers and agents promise, whatever merits they are shown.
+#include <algorithm>
+#include <limits>
+
+#include "base/error.h"
+#include "base/text.h"
+#include "conformance/checks.h"
+#include "conformance/conduct.h"
+#include "conformance/progress.h"
+#include "conformance/watchdog.h"
+
+namespace relign::conformance {
+
+using plugin_host::Choice;
+
+namespace {
+
+constexpr double kStopCpu_s = 2;    // between RELIGN_STOP and the return of run
+constexpr double kStopWall_s = 20;  // the same for what works in another process
+constexpr double kThinkCpu_s = 40;  // between two requests
+
+const double kNaN = std::numeric_limits<double>::quiet_NaN();
+const double kInfinity = std::numeric_limits<double>::infinity();
+
+// One trial. After the first RELIGN_STOP `watchdog` ends the process with `when_late`.
+// Returns what the plugin reports as a failure, or an empty text. A plugin whose pose was refused
+// may well fail: that is for the check of poses, unless the caller wants to know.
+std::string watched_trial(const Choice& choice, FakeConversation& conversation, Watchdog& watchdog,
+                          const Finding& when_late) {
+  bool told = false;
+  conversation.setup.on_stop = [&told, &watchdog, when_late] {
+    if (!told) watchdog.start(kStopCpu_s, kStopWall_s, when_late);
+    told = true;
+  };
+  watchdog.start(kThinkCpu_s, 10 * kThinkCpu_s, failed("it works for more than 40 s and asks for nothing"));
+  std::string failure;
+  try {
+    run_trial(choice, conversation);
+  } catch (const Error& error) {
+    if (!conversation.refused) failure = error.what();
+  }
+  watchdog.stop();
+  conversation.setup.on_stop = nullptr;
+  return failure;
+}
+
+// The first step at which two trials differ, as text; empty when they are equal bit for bit.
+std::string first_difference(const FakeConversation& one, const FakeConversation& other) {
+  const std::size_t common = std::min(one.steps.size(), other.steps.size());
+  for (std::size_t step = 0; step < common; ++step)
+    if (one.steps[step].pose != other.steps[step].pose) return "at step " + std::to_string(step + 1);
+  if (one.steps.size() != other.steps.size())
+    return "in their number of steps (" + std::to_string(one.steps.size()) + " and " +
+           std::to_string(other.steps.size()) + ")";
+  bool same = one.recommendations.size() == other.recommendations.size();
+  for (std::size_t i = 0; same && i < one.recommendations.size(); ++i)
+    same = one.recommendations[i].pose == other.recommendations[i].pose &&
+           one.recommendations[i].steps_made == other.recommendations[i].steps_made;
+  return same ? "" : "in what they recommend";
+}
+
+FakeSetup noisy_setup(const Choice& choice, std::uint32_t axes, std::uint32_t budget) {
+  FakeSetup setup = setup_for(choice, axes);
+  setup.merit = noisy(setup.merit);
+  setup.budget = budget;
+  return setup;
+}
+
+const Finding kStoppedLate = skipped("it does not return after RELIGN_STOP");
+
+}  // namespace
+
+Finding check_runs(const Subject& subject) {
+  Watchdog watchdog;
+  FakeConversation conversation(noisy_setup(subject.choice(), 5, 30));
+  // What happens after RELIGN_STOP and with wrong poses is for the next two checks.
+  const std::string failure = watched_trial(subject.choice(), conversation, watchdog, ok());
+  return failure.empty() ? ok() : failed(failure);
+}
+
+Finding check_stop(const Subject& subject) {
+  Watchdog watchdog;
+  unsigned more_requests = 0;
+  // A process starts anew for each, and may take seconds to import what it needs.
+  const bool process = !subject.manifest->command.empty();
+  constexpr std::uint32_t kLast = 40;
+  for (std::uint32_t budget = 0; budget <= kLast; budget += process ? std::max(1U, budget / 2) : 1) {
+    const std::string where = "stopped at request " + std::to_string(budget + 1);
+    at(where);
+    FakeConversation conversation(noisy_setup(subject.choice(), 5, budget));
+    const std::string failure =
+        watched_trial(subject.choice(), conversation, watchdog,
+                      failed(where + ", it did not return within " + shortest(kStopCpu_s) +
+                             " s of processor time: after RELIGN_STOP (an empty step in C++) run must return"));
+    if (!failure.empty()) return failed(where + ": " + failure);
+    more_requests = std::max(more_requests, conversation.requests_after_stop);
+  }
+  if (more_requests > 0)
+    return warning("it returns, but asks for up to " + std::to_string(more_requests) + " more steps after RELIGN_STOP");
+  return ok();
+}
+
+Finding check_poses(const Subject& subject) {
+  Watchdog watchdog;
+  for (const bool with_noise : {true, false}) {
+    FakeSetup setup = noisy_setup(subject.choice(), 5, 60);
+    if (!with_noise) setup.merit = setup_for(subject.choice(), 5).merit;
+    FakeConversation conversation(setup);
+    watched_trial(subject.choice(), conversation, watchdog, kStoppedLate);
+    if (conversation.refused)
+      return failed("after " + std::to_string(conversation.steps.size()) +
+                    " steps it sent a pose that is not finite, has another number of axes than the task, or asked for "
+                    "step 0 again too late");
+  }
+  return ok();
+}
+
+Finding check_presets(const Subject& subject) {
+  Watchdog watchdog;
+  for (const Choice& choice : subject.choices) {
+    at("'" + choice.id + "'");
+    FakeConversation conversation(noisy_setup(choice, 5, 20));
+    const std::string failure =
+        watched_trial(choice, conversation, watchdog, failed("'" + choice.id + "' does not return after RELIGN_STOP"));
+    if (!failure.empty()) return failed("'" + choice.id + "': " + failure);
+    if (conversation.refused) return failed("'" + choice.id + "' sent a pose that is not finite");
+  }
+  return ok();
+}
+
+Finding check_dimensions(const Subject& subject) {
+  Watchdog watchdog;
+  std::vector<std::string> refused;
+  for (const std::uint32_t axes : {1u, 2u, 5u, 6u, 10u}) {
+    at("with " + std::to_string(axes) + " axes");
+    FakeConversation conversation(noisy_setup(subject.choice(), axes, 60));
+    const std::string failure = watched_trial(subject.choice(), conversation, watchdog, kStoppedLate);
+    if (conversation.refused)
+      return failed("with " + std::to_string(axes) + " axes it sent a pose that is not finite or has another length");
+    if (!failure.empty()) refused.push_back(std::to_string(axes) + " axes: " + failure);
+  }
+  // Who was made for five axes may say so; who crashes or sends rubbish may not.
+  if (!refused.empty() && !subject.manifest->check.empty())
+    return skipped("made for other trials: with " + join(refused, "; "));
+  return refused.empty() ? ok() : warning("it does not run with " + join(refused, "; "));
+}
+
+Finding check_box(const Subject& subject) {
+  if (!(subject.manifest->knows_bits() & RELIGN_KNOWS_BOX)) return skipped("it is told no box");
+  Watchdog watchdog;
+  for (const std::uint32_t axes : {2u, 5u}) {
+    FakeConversation conversation(noisy_setup(subject.choice(), axes, 100));
+    watched_trial(subject.choice(), conversation, watchdog, kStoppedLate);
+    const FakeSetup& setup = conversation.setup;
+    for (std::size_t step = 0; step < conversation.steps.size(); ++step)
+      for (std::size_t axis = 0; axis < axes; ++axis) {
+        const double value = conversation.steps[step].pose[axis];
+        if (value >= setup.lower[axis] && value <= setup.upper[axis]) continue;
+        return warning("step " + std::to_string(step + 1) + " commands " + shortest(value) + " on axis " +
+                       std::to_string(axis) + ", the box is " + shortest(setup.lower[axis]) + " to " +
+                       shortest(setup.upper[axis]) + "; the host cuts nothing there");
+      }
+  }
+  return ok();
+}
+
+Finding check_same_trace(const Subject& subject) {
+  const Choice& choice = subject.choice();
+  Watchdog watchdog;
+  FakeSetup setup = noisy_setup(choice, 5, 50);
+  setup.seed = 77;
+  FakeConversation alone(setup);
+  watched_trial(choice, alone, watchdog, kStoppedLate);
+
+  FakeSetup other_setup = noisy_setup(choice, 2, 15);
+  other_setup.seed = 78;
+  FakeConversation between(other_setup);
+  watched_trial(choice, between, watchdog, kStoppedLate);
+  FakeConversation again(setup);
+  watched_trial(choice, again, watchdog, kStoppedLate);
+  if (const std::string where = first_difference(alone, again); !where.empty())
+    return failed("two trials with the same seed and the same merits part " + where +
+                  "; draw every random number from the seed of the task, keep nothing in global variables");
+
+  // The same trial, with a whole other one in the middle of it.
+  FakeSetup interrupted_setup = setup;
+  interrupted_setup.merit = [&, merit = setup.merit](const Pose& pose, std::uint32_t step) {
+    if (step == 3) {
+      FakeConversation inner(other_setup);
+      try {
+        run_trial(choice, inner);
+      } catch (const Error&) {  // reported by the check that is for it
+      }
+    }
+    return merit(pose, step);
+  };
+  FakeConversation interrupted(interrupted_setup);
+  watched_trial(choice, interrupted, watchdog, kStoppedLate);
+  if (const std::string where = first_difference(alone, interrupted); !where.empty())
+    return failed("a trial goes another way when a second one runs at the same time: they part " + where +
+                  "; keep nothing in global variables");
+  return ok();
+}
+
+Finding check_merits(const Subject& subject) {
+  struct Kind {
+    const char* name;
+    std::function<double(const Pose&, std::uint32_t)> merit;
+  };
+  const std::vector<Kind> kinds = {
+      {"constant", [](const Pose&, std::uint32_t) { return 0.03; }},
+      {"zero", [](const Pose&, std::uint32_t) { return 0.0; }},
+      {"NaN", [](const Pose&, std::uint32_t) { return kNaN; }},
+      {"infinite", [](const Pose&, std::uint32_t) { return kInfinity; }},
+      {"minus infinite", [](const Pose&, std::uint32_t) { return -kInfinity; }},
+      {"huge", [](const Pose&, std::uint32_t step) { return step % 2 ? 1e300 : -1e300; }},
+      {"out of range", [](const Pose& pose, std::uint32_t) { return -7 - pose[0]; }},
+      {"NaN after step 0", [](const Pose&, std::uint32_t step) { return step == 0 ? 0.03 : kNaN; }},
+      {"NaN now and then",
+       [](const Pose& pose, std::uint32_t step) { return step % 3 == 1 ? kNaN : pose[0] * pose[0]; }},
+  };
+  Watchdog watchdog;
+  for (const Kind& kind : kinds) {
+    const std::string where = std::string("with merits that are ") + kind.name;
+    at(where);
+    FakeSetup setup = setup_for(subject.choice(), 5);
+    setup.merit = kind.merit;
+    setup.budget = 200;
+    FakeConversation conversation(setup);
+    const std::string failure = watched_trial(subject.choice(), conversation, watchdog,
+                                              failed(where + " it does not return after RELIGN_STOP"));
+    if (!failure.empty()) return failed(where + " it fails: " + failure);
+    if (conversation.refused) return failed(where + " it sends poses that are not finite");
+  }
+  return ok();
+}
+
+}  // namespace relign::conformance

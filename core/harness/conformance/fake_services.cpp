@@ -1,0 +1,298 @@
+#include "conformance/fake_services.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "base/error.h"
+#include "base/json_source.h"
+#include "base/text.h"
+#include "conformance/synthetic.h"
+#include "trials/instance.h"
+#include "trials/measure_table.h"
+
+namespace relign::conformance {
+namespace {
+
+constexpr std::size_t kMostLenses = 16;  // as the host's
+constexpr double kStride = 0.02;         // of the walk
+
+std::string text_of(relign_text text) {
+  return text.data ? std::string(text.data, static_cast<std::size_t>(text.size)) : std::string();
+}
+
+relign_status write_text(const relign_text_sink* sink, const std::string& text) {
+  if (!sink || !sink->write) return RELIGN_BAD_ARGUMENT;
+  sink->write(sink->context, {text.data(), text.size()});
+  return RELIGN_OK;
+}
+
+// Everything that an offset says, added up: enough for another picture.
+double sum_of_numbers(const Json& value) {
+  if (value.is_number()) return std::fabs(value.get<double>());
+  double sum = 0;
+  if (value.is_structured())
+    for (const Json& part : value) sum += sum_of_numbers(part);
+  return sum;
+}
+
+}  // namespace
+
+FakeServices::FakeServices(const plugin_host::Choice& choice, FakeConversation& conversation)
+    : choice_(choice),
+      conversation_(conversation),
+      scene_(trials::read_scene_facts(synthetic_scene(conversation.setup.axes), "synthetic")) {
+  conversation_.setup.service = [this](std::string_view id) { return get(id); };
+}
+
+FakeServices::~FakeServices() { conversation_.setup.service = nullptr; }
+
+// Runs the body of one function; what it refuses by Error is told by `why`.
+template <class Body>
+relign_status FakeServices::answer(Body&& body) {
+  why_.clear();
+  try {
+    return body();
+  } catch (const Error& error) {
+    return refuse(error.what());
+  }
+}
+
+relign_status FakeServices::refuse(const std::string& sentence) {
+  why_ = sentence;
+  return RELIGN_BAD_ARGUMENT;
+}
+
+relign_status FakeServices::tell_why(void* context, const relign_text_sink* sentence) {
+  return write_text(sentence, self(context).why_);
+}
+
+const void* FakeServices::get(std::string_view id) {
+  const std::uint32_t knows = conversation_.setup.knows;
+  if (id == RELIGN_SERVICE_REFERENCE && knows & RELIGN_KNOWS_IMAGES) return reference();
+  if (id == RELIGN_SERVICE_MEASURES && knows & RELIGN_KNOWS_IMAGES) return measures();
+  if (id == RELIGN_SERVICE_PRIOR && knows & RELIGN_KNOWS_LEVEL) return prior();
+  if (id == RELIGN_SERVICE_MODEL && knows & RELIGN_KNOWS_DESIGN) return model();
+  if (id == RELIGN_SERVICE_PREPARED && conversation_.setup.preparation) return prepared();
+  if (id == RELIGN_SERVICE_RUN && !choice_.algorithms.empty()) return run();
+  return nullptr;
+}
+
+void FakeServices::look() {
+  if (conversation_.last().struct_size != 0) return;
+  relign_observation seen{};
+  seen.struct_size = sizeof seen;
+  conversation_.talk().first(conversation_.talk().context, &seen);
+}
+
+const void* FakeServices::reference() {
+  look();
+  const FakeSetup& setup = conversation_.setup;
+  reference_pixels_.assign(std::size_t{setup.image_side} * setup.image_side, 0.0F);
+  if (setup.paint) setup.paint(0, reference_pixels_.data());
+  reference_image_ = conversation_.last_image();
+  reference_image_.pixels = reference_pixels_.data();
+  reference_.struct_size = sizeof reference_;
+  reference_.image = &reference_image_;
+  return &reference_;
+}
+
+const void* FakeServices::measures() {
+  measures_.struct_size = sizeof measures_;
+  measures_.context = this;
+  measures_.list = [](void* context, const relign_text_sink* sink) {
+    return self(context).answer([&] { return write_text(sink, trials::list_measures().dump()); });
+  };
+  measures_.measure = [](void* context, relign_text name, relign_text arguments_json, double* value) {
+    FakeServices& services = self(context);
+    return services.answer([&]() -> relign_status {
+      if (!value) return services.refuse("there is no place for the value");
+      services.reference();  // which also sees to a last capture
+      const relign_image &seen = services.conversation_.last_image(), &wanted = services.reference_image_;
+      *value = trials::measure({seen.pixels, seen.width, seen.height}, {wanted.pixels, wanted.width, wanted.height},
+                             text_of(name), text_of(arguments_json));
+      return RELIGN_OK;
+    });
+  };
+  measures_.why = tell_why;
+  return &measures_;
+}
+
+std::string FakeServices::draw(std::uint64_t number) const {
+  Random random(number, 1);
+  Json start = Json::array(), rows = Json::array();
+  for (std::uint32_t row = 0; row < conversation_.setup.axes; ++row) {
+    start.push_back(0.3 + 0.4 * random.uniform());
+    Json values = Json::array();
+    for (std::uint32_t column = 0; column < conversation_.setup.axes; ++column)
+      values.push_back((row == column ? 1.0 : 0.0) + 0.05 * (random.uniform() - 0.5));
+    rows.push_back(std::move(values));
+  }
+  const double shift_mm = 0.01 * random.normal();
+  return canonical_json({{"start", start},
+                         {"distortion", rows},
+                         {"elements", {{"L4", {{"shift_mm", {shift_mm, 0, 0}}, {"tilt_deg", {0, shift_mm}}}}}}});
+}
+
+const void* FakeServices::prior() {
+  prior_.struct_size = sizeof prior_;
+  prior_.context = this;
+  prior_.draw = [](void* context, std::uint64_t number, const relign_text_sink* drawn) {
+    FakeServices& services = self(context);
+    return services.answer([&] { return write_text(drawn, services.draw(number)); });
+  };
+  prior_.why = tell_why;
+  return &prior_;
+}
+
+const void* FakeServices::run() {
+  run_.struct_size = sizeof run_;
+  run_.context = this;
+  run_.run = [](void* context, relign_text parameter, relign_text parameters_json, std::uint32_t most_steps,
+                relign_run_outcome* outcome) {
+    FakeServices& services = self(context);
+    return services.answer([&] { return services.walk(parameter, parameters_json, most_steps, outcome); });
+  };
+  run_.why = tell_why;
+  return &run_;
+}
+
+// Stands for whatever algorithm the parameter names: up and down each axis, then it says that it is done. So a caller
+// meets both ends of relign.run/1.
+relign_status FakeServices::walk(relign_text parameter, relign_text parameters_json, std::uint32_t most_steps,
+                                 relign_run_outcome* outcome) {
+  const std::string name = text_of(parameter), changes = text_of(parameters_json);
+  const bool known = std::any_of(choice_.algorithms.begin(), choice_.algorithms.end(), [&](const auto& entry) {
+    return normalised_name(entry.first) == normalised_name(name);
+  });
+  if (!outcome || outcome->struct_size < offsetof(relign_run_outcome, recommendation) + sizeof(const double*))
+    return refuse("there is no place for the outcome");
+  if (!known) return refuse("'" + choice_.plugin->id + "' has no parameter '" + name + "' of type algorithm");
+  if (most_steps == 0) return refuse("expected at least one step");
+  if (!changes.empty() && !JsonSource::from_text(changes, "parameters").root().is_object())
+    return refuse("expected an object of parameters");
+  look();
+  const relign_conversation& talk = conversation_.talk();
+  const std::uint32_t axes = conversation_.setup.axes;
+  const auto remember = [&] {
+    best_ = conversation_.last();
+    best_pose_.assign(best_.pose, best_.pose + axes);
+  };
+  remember();
+  const auto left = static_cast<std::uint32_t>(conversation_.setup.budget - conversation_.steps.size());
+  const std::uint32_t own_end = 2 * axes;
+  const std::uint32_t steps = std::min({most_steps, std::max(1U, left), own_end});
+  for (std::uint32_t step = 0; step < steps; ++step) {
+    const std::uint32_t axis = step / 2 % axes;
+    const FakeSetup& setup = conversation_.setup;
+    Pose pose(conversation_.last().pose, conversation_.last().pose + axes);
+    pose[axis] += step % 2 ? -kStride : kStride;
+    pose[axis] = std::max(setup.lower[axis], std::min(setup.upper[axis], pose[axis]));
+    relign_observation seen{};
+    seen.struct_size = sizeof seen;
+    if (talk.step(talk.context, pose.data(), axes, &seen) != RELIGN_OK) return RELIGN_STOP;  // none was left
+    if (seen.merit < best_.merit) remember();
+  }
+  last_ = conversation_.last();
+  best_.pose = best_pose_.data();
+  if (best_.step != last_.step) best_.image = nullptr;
+  recommendation_ = best_pose_;
+  relign_run_outcome told{};
+  told.struct_size = std::min<std::uint32_t>(outcome->struct_size, sizeof told);
+  told.steps = steps;
+  told.end = steps == own_end && steps < std::min(most_steps, left) ? RELIGN_RUN_FINISHED : RELIGN_RUN_STEPS_SPENT;
+  told.last = &last_;
+  told.best = conversation_.setup.knows & RELIGN_KNOWS_MERIT ? &best_ : nullptr;
+  told.recommendation = recommendation_.data();
+  std::memcpy(outcome, &told, told.struct_size);
+  return RELIGN_OK;
+}
+
+relign_status FakeServices::picture(relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
+                                    float* pixels) {
+  const auto found = std::find_if(lenses_.begin(), lenses_.end(),
+                                  [&](const Lens& known) { return static_cast<const void*>(&known) == lens; });
+  if (found == lenses_.end()) return refuse("this lens is not mounted");
+  if (!true_pose || axes != conversation_.setup.axes ||
+      !std::all_of(true_pose, true_pose + axes, [](double value) { return std::isfinite(value); }))
+    return refuse("expected one finite number per axis");
+  if (!pixels) return refuse("there is no place for the pixels");
+  double blur = found->blur;
+  for (std::uint32_t axis = 0; axis < axes; ++axis) blur += (true_pose[axis] - 0.5) * (true_pose[axis] - 0.5);
+  paint_edge(blur, pixels);
+  return RELIGN_OK;
+}
+
+const void* FakeServices::prepared() {
+  const FakePreparation& preparation = *conversation_.setup.preparation;
+  prepared_.struct_size = sizeof prepared_;
+  prepared_.context = this;
+  prepared_.preparing = preparation.preparing ? 1 : 0;
+  prepared_.source = preparation.preparing ? preparation.source : 0;
+  prepared_.sources = preparation.preparing ? preparation.sources : 0;
+  prepared_.load = [](void* context, const relign_text_sink* data) {
+    FakeServices& services = self(context);
+    services.why_ = "nothing was prepared";
+    const std::optional<std::string>& bytes = services.conversation_.setup.preparation->bytes;
+    return bytes ? write_text(data, *bytes) : RELIGN_UNSUPPORTED;
+  };
+  prepared_.save = [](void* context, relign_text data) {
+    FakeServices& services = self(context);
+    FakePreparation& kept = *services.conversation_.setup.preparation;
+    if (!kept.preparing) return services.refuse("this is a trial: only while preparing may be saved");
+    kept.bytes = text_of(data);
+    return relign_status{RELIGN_OK};
+  };
+  prepared_.why = tell_why;
+  return &prepared_;
+}
+
+const void* FakeServices::model() {
+  model_.struct_size = sizeof model_;
+  model_.context = this;
+  model_.scene_json = {scene_.text.data(), scene_.text.size()};
+  model_.image_width = kPictureSide;
+  model_.image_height = kPictureSide;
+  model_.mount = [](void* context, relign_text offsets_json, relign_model_lens** made) {
+    FakeServices& services = self(context);
+    return services.answer([&]() -> relign_status {
+      if (!made) return services.refuse("there is no place for the lens");
+      if (services.lenses_.size() >= kMostLenses)
+        return services.refuse("16 lenses are mounted already: unmount one of them");
+      const Json offsets = Json::parse(trials::read_offsets(text_of(offsets_json), services.scene_));
+      services.lenses_.push_back({sum_of_numbers(offsets)});
+      *made = reinterpret_cast<relign_model_lens*>(&services.lenses_.back());
+      return RELIGN_OK;
+    });
+  };
+  model_.capture = [](void* context, relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
+                      std::uint64_t seed, float* pixels) {
+    FakeServices& services = self(context);
+    return services.answer([&] {
+      const relign_status status = services.picture(lens, true_pose, axes, pixels);
+      Random random(seed, 2);
+      for (std::size_t i = 0; status == RELIGN_OK && i < std::size_t{kPictureSide} * kPictureSide; ++i)
+        pixels[i] += static_cast<float>(0.01 * random.normal());
+      return status;
+    });
+  };
+  model_.noise_free = [](void* context, relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
+                         float* pixels) {
+    FakeServices& services = self(context);
+    return services.answer([&] { return services.picture(lens, true_pose, axes, pixels); });
+  };
+  model_.unmount = [](void* context, relign_model_lens* lens) {
+    FakeServices& services = self(context);
+    return services.answer([&]() -> relign_status {
+      const auto found = std::find_if(services.lenses_.begin(), services.lenses_.end(),
+                                      [&](const Lens& known) { return static_cast<const void*>(&known) == lens; });
+      if (found == services.lenses_.end()) return services.refuse("this lens is not mounted");
+      services.lenses_.erase(found);
+      return RELIGN_OK;
+    });
+  };
+  model_.why = tell_why;
+  return &model_;
+}
+
+}  // namespace relign::conformance

@@ -1,0 +1,311 @@
+// What scenes promise: images and truths that are functions of their arguments, in every process.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "base/error.h"
+#include "base/text.h"
+#include "conformance/checks.h"
+#include "conformance/progress.h"
+#include "plugin_host/objects.h"
+#include "trials/scene_facts.h"
+
+namespace relign::conformance {
+
+using plugin_host::Choice;
+using plugin_host::MountedAssembly;
+using plugin_host::Scene;
+
+namespace {
+
+struct Opened {
+  explicit Opened(const Choice& choice, unsigned threads = 1)
+      : scene(choice, check_services(threads)), facts(trials::read_scene_facts(scene.describe(), choice.id)) {}
+
+  std::vector<float> capture(MountedAssembly& assembly, const std::vector<double>& pose, std::uint64_t seed) const {
+    // Starts as NaN: a pixel that is not written shows.
+    std::vector<float> pixels(std::size_t{facts.image_width} * facts.image_height, std::nanf(""));
+    assembly.capture(pose, seed, pixels.data());
+    return pixels;
+  }
+  std::vector<double> pose_near_nominal(double away) const {
+    std::vector<double> pose = facts.nominal_pose;
+    for (std::size_t axis = 0; axis < pose.size(); ++axis) pose[axis] += axis % 2 ? -away : away;
+    return pose;
+  }
+  // Offsets of the last element, so that a draw of a noise level stands for itself.
+  std::string offsets() const {
+    if (facts.elements.empty()) return "{}";
+    return Json{{facts.elements.back(), {{"shift_mm", {0.001, -0.002, 0.0005}}, {"tilt_deg", {0.1, -0.05}}}}}.dump();
+  }
+
+  Scene scene;
+  trials::SceneFacts facts;
+};
+
+const char* const kStation = "it owns its stage: what it shows is measured, not computed";
+
+// Bit by bit, so that NaN equals NaN and 0 is not -0.
+bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+}
+
+bool all_finite(const std::vector<float>& pixels) {
+  return std::all_of(pixels.begin(), pixels.end(), [](float value) { return std::isfinite(value); });
+}
+
+std::vector<float> packed(const relign_image& image) {
+  std::vector<float> values;
+  for (std::size_t y = 0; y < image.height; ++y) {
+    const auto* row = reinterpret_cast<const float*>(reinterpret_cast<const char*>(image.pixels) +
+                                                     y * static_cast<std::size_t>(image.row_stride_bytes));
+    values.insert(values.end(), row, row + image.width);
+  }
+  return values;
+}
+
+double mean_square_difference(const std::vector<float>& a, const std::vector<float>& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (double{a[i]} - double{b[i]}) * (double{a[i]} - double{b[i]});
+  return sum / static_cast<double>(a.size());
+}
+
+}  // namespace
+
+Finding check_description(const Subject& subject) {
+  for (const Choice& choice : subject.choices) {
+    at("'" + choice.id + "'");
+    Opened opened(choice);
+    if (opened.scene.describe() != opened.facts.text)
+      return failed("it describes itself in another way when asked again");
+    if (opened.facts.owns_stage) continue;  // one object at a time
+    if (Opened(choice).facts.text != opened.facts.text)
+      return failed("a second object describes itself in another way: what it tells must follow from its parameters");
+  }
+  return ok();
+}
+
+Finding check_reference(const Subject& subject) {
+  Opened opened(subject.choice());
+  const relign_image image = opened.scene.reference();
+  if (image.width != opened.facts.image_width || image.height != opened.facts.image_height)
+    return failed("the reference has " + std::to_string(image.width) + " x " + std::to_string(image.height) +
+                  " pixels, its description says " + std::to_string(opened.facts.image_width) + " x " +
+                  std::to_string(opened.facts.image_height));
+  const std::vector<float> pixels = packed(image);
+  if (!all_finite(pixels)) return failed("the reference holds pixels that are not finite");
+  if (opened.facts.owns_stage) return ok();  // one object at a time
+  Opened second(subject.choice());
+  if (!same_bits(pixels, packed(second.scene.reference()))) return failed("a second object has another reference");
+  return ok();
+}
+
+Finding check_same_pixels(const Subject& subject) {
+  Opened opened(subject.choice());
+  if (opened.facts.owns_stage) return skipped(kStation);
+  const std::vector<double> pose = opened.pose_near_nominal(0.02);
+  const std::vector<double> elsewhere = opened.pose_near_nominal(-0.05);
+  MountedAssembly assembly = opened.scene.mount(opened.offsets());
+  const std::vector<float> first = opened.capture(assembly, pose, 11);
+  if (!all_finite(first)) return failed("a capture holds pixels that are not finite, or were not written");
+  if (!all_finite(opened.capture(assembly, elsewhere, 12)))
+    return failed("a capture holds pixels that are not finite, or were not written");
+  assembly.noise_free_mse(elsewhere, 13);
+  if (!same_bits(first, opened.capture(assembly, pose, 11)))
+    return failed(
+        "the same pose and seed give another image after other captures: an image must be a function of "
+        "assembly, pose and frame seed");
+  Opened second(subject.choice(), 3);
+  MountedAssembly other = second.scene.mount("{}");
+  second.capture(other, elsewhere, 14);
+  MountedAssembly twin = second.scene.mount(second.offsets());
+  if (!same_bits(first, second.capture(twin, pose, 11)))
+    return failed("a second object with other threads gives another image for the same assembly, pose and frame seed");
+  return ok();
+}
+
+Finding check_truth(const Subject& subject) {
+  constexpr int kSeeds = 16;
+  Opened opened(subject.choice());
+  if (opened.facts.owns_stage) return skipped(kStation);
+  if (!opened.facts.truth) return skipped("it offers no truth");
+  MountedAssembly assembly = opened.scene.mount("{}");
+  const std::vector<double> pose = opened.pose_near_nominal(0.03);
+  double mean = 0;
+  double squares = 0;
+  double variance_told = 0;
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    const MountedAssembly::Truth truth = assembly.noise_free_mse(pose, static_cast<std::uint64_t>(seed));
+    mean += truth.mse / kSeeds;
+    squares += truth.mse * truth.mse / kSeeds;
+    variance_told += truth.standard_error * truth.standard_error / kSeeds;
+  }
+  const MountedAssembly::Truth once = assembly.noise_free_mse(pose, 1);
+  const MountedAssembly::Truth again = assembly.noise_free_mse(pose, 1);
+  if (once.mse != again.mse || once.standard_error != again.standard_error)
+    return failed("the same pose and seed give another truth");
+  const double spread = std::sqrt(std::max(0.0, squares - mean * mean));
+  const double told = std::sqrt(variance_told);
+  // A scene without noise may know its truth exactly; one whose truth differs by the seed does not.
+  if (told == 0 && spread > 1e-12 * std::fabs(mean))
+    return failed("its truths differ by " + significant(spread) + " from seed to seed, and their standard error is 0");
+  if (spread > 4 * told + 1e-12 * std::fabs(mean))
+    return failed("its truths scatter by " + significant(spread) + ", " + significant(spread / told) +
+                  " times the standard error they tell");
+
+  std::vector<float> picture(std::size_t{opened.facts.image_width} * opened.facts.image_height);
+  if (!assembly.render_noise_free(pose, picture.data())) return ok("it offers no noise-free picture to compare with");
+  if (!all_finite(picture)) return failed("the noise-free picture holds pixels that are not finite");
+  // Picture and reference have a little noise of their own, which only adds.
+  const double seen = mean_square_difference(picture, packed(opened.scene.reference()));
+  const double allowed = 6 * told / std::sqrt(double{kSeeds}) + 0.25 * seen;
+  if (std::fabs(mean - seen) > allowed)
+    return failed("its truth is " + significant(mean) +
+                  " on average, but its noise-free picture differs from the "
+                  "reference by " +
+                  significant(seen) + " (mean square): the truth is biased");
+  return ok();
+}
+
+Finding check_optimum(const Subject& subject) {
+  Opened opened(subject.choice());
+  if (opened.facts.owns_stage) return skipped(kStation);
+  if (!opened.facts.truth) return skipped("it offers no truth");
+  MountedAssembly assembly = opened.scene.mount(opened.offsets());
+  const std::size_t axes = opened.facts.axes.size();
+  const auto found = assembly.own_optimum(1, axes);
+  if (!found) return skipped("it does not offer " RELIGN_SCENE_OPTIMUM);
+  const auto again = assembly.own_optimum(1, axes);
+  if (!again || again->true_pose != found->true_pose || again->truth.mse != found->truth.mse)
+    return failed("the same lens and seed have another optimum when asked again");
+  const MountedAssembly::Truth there = assembly.noise_free_mse(found->true_pose, 2);
+  const auto error = [](const MountedAssembly::Truth& a, const MountedAssembly::Truth& b) {
+    return 6 * std::sqrt(a.standard_error * a.standard_error + b.standard_error * b.standard_error);
+  };
+  if (std::fabs(there.mse - found->truth.mse) > error(there, found->truth))
+    return failed("it tells an error of " + significant(found->truth.mse) + " at its optimum, its truth there is " +
+                  significant(there.mse));
+  for (const std::vector<double>& other : {opened.facts.nominal_pose, opened.pose_near_nominal(0.03)}) {
+    const MountedAssembly::Truth elsewhere = assembly.noise_free_mse(other, 3);
+    if (elsewhere.mse + error(there, elsewhere) < there.mse)
+      return failed("at a pose near the nominal one the error is " + significant(elsewhere.mse) +
+                    ", less than at its optimum, " + significant(there.mse));
+  }
+  return ok();
+}
+
+Finding check_mtf(const Subject& subject) {
+  constexpr double kCoarse = 1e-3, kFine = 1000;  // lp/mm
+  Opened opened(subject.choice());
+  if (opened.facts.owns_stage) return skipped(kStation);
+  MountedAssembly assembly = opened.scene.mount(opened.offsets());
+  const std::vector<double> pose = opened.pose_near_nominal(0.02);
+  const auto coarse = assembly.mtf(pose, kCoarse);
+  if (!coarse) return skipped("it does not offer " RELIGN_SCENE_MTF);
+  const auto fine = assembly.mtf(pose, kFine);
+  assembly.mtf(opened.facts.nominal_pose, kCoarse);
+  const auto again = assembly.mtf(pose, kCoarse);
+  Opened second(subject.choice(), 3);
+  MountedAssembly twin = second.scene.mount(second.offsets());
+  const auto elsewhere = twin.mtf(pose, kCoarse);
+  for (const auto& other : {again, elsewhere})
+    if (!other || other->centre != coarse->centre || other->corner != coarse->corner)
+      return failed("the same lens, pose and frequency have another MTF when asked again");
+  if (!fine || fine->centre > coarse->centre || fine->corner > coarse->corner)
+    return failed("lines of " + significant(kFine) + " lp/mm come out better than those of " + significant(kCoarse));
+  return ok();
+}
+
+Finding check_elements(const Subject& subject) {
+  Opened opened(subject.choice());
+  if (opened.facts.owns_stage) return skipped(kStation);
+  try {
+    opened.scene.mount(R"({"no such element": {"shift_mm": [0, 0, 0], "tilt_deg": [0, 0]}})");
+  } catch (const Error&) {
+    return ok();
+  }
+  return failed(
+      "it mounts offsets of an element 'no such element' that it does not have: a misspelt name would go unseen");
+}
+
+namespace {
+
+// Over a whole travel and more, each axis both ways: it must stop, say by how much it moved, and say that a limit was
+// met. Empty when it does.
+std::string flaw_at_limits(Opened& opened) {
+  constexpr double kAsked = 1.1;           // travels
+  constexpr double kLongestTravel = 1.05;  // as encoders may tell one
+  const std::size_t axes = opened.facts.axes.size();
+  for (std::size_t axis = 0; axis < axes; ++axis)
+    for (const double asked : {kAsked, -kAsked}) {
+      const std::string where = "asked to move axis " + std::to_string(axis) + " by " + shortest(asked) + " travels";
+      at(where);
+      std::vector<double> delta(axes, 0.0);
+      delta[axis] = asked;
+      const Scene::StageMove made = opened.scene.move_by(delta);
+      if (std::fabs(made.moved[axis]) > kLongestTravel)
+        return where + " it says that it moved by " + shortest(made.moved[axis]) +
+               ": a travel is 1, it must stop at the limit and tell how far it came";
+      if (made.limits_low == 0 && made.limits_high == 0)
+        return where + " it came " + shortest(made.moved[axis]) + " far and tells no limit";
+    }
+  return "";
+}
+
+}  // namespace
+
+Finding check_stage(const Subject& subject) {
+  Opened opened(subject.choice());
+  if (!opened.facts.owns_stage) return skipped("the host moves its stage");
+  if (!opened.scene.offers_stage())
+    return failed("its description says \"owns_stage\", but it does not offer " RELIGN_SCENE_STAGE);
+  const std::size_t axes = opened.facts.axes.size();
+  std::vector<float> pixels(std::size_t{opened.facts.image_width} * opened.facts.image_height);
+  const auto sees = [&] {
+    std::fill(pixels.begin(), pixels.end(), std::nanf(""));
+    opened.scene.capture(pixels.data());
+    return all_finite(pixels);
+  };
+  constexpr const char* kUnseen = "a capture holds pixels that are not finite, or were not written";
+  // A seed twice: whether it brings the same start is the machine's secret, that it starts again is not.
+  for (const std::uint64_t seed : {std::uint64_t{1}, std::uint64_t{2}, std::uint64_t{1}}) {
+    at("in the trial of seed " + std::to_string(seed));
+    opened.scene.begin(seed);
+    for (std::size_t move = 0; move <= axes; ++move) {
+      if (move > 0) {
+        std::vector<double> delta(axes, 0.0);
+        delta[move - 1] = 0.01;
+        opened.scene.move_by(delta);
+      }
+      if (!sees()) return failed(kUnseen);
+    }
+  }
+  if (const std::string flaw = flaw_at_limits(opened); !flaw.empty()) return failed(flaw);
+  if (!sees()) return failed(std::string("at its limits ") + kUnseen);
+  opened.scene.begin(3);
+  return sees() ? ok() : failed(kUnseen);
+}
+
+Finding check_travel(const Subject& subject) {
+  Opened opened(subject.choice());
+  if (opened.facts.owns_stage) return skipped(kStation);
+  MountedAssembly assembly = opened.scene.mount("{}");
+  const std::size_t axes = opened.facts.axes.size();
+  const std::vector<std::pair<const char*, double>> places = {
+      {"0", 0}, {"1", 1}, {"-0.5", -0.5}, {"1.5", 1.5}, {"-10", -10}, {"10", 10}, {"NaN", std::nan("")}};
+  for (const auto& [name, value] : places) {
+    at(std::string("with every axis at ") + name);
+    try {
+      const std::vector<float> pixels = opened.capture(assembly, std::vector<double>(axes, value), 5);
+      if (value == value && !all_finite(pixels))
+        return failed(std::string("with every axis at ") + name + " a capture holds pixels that are not finite");
+      if (opened.facts.truth) assembly.noise_free_mse(std::vector<double>(axes, value), 6);
+    } catch (const Error& error) {
+      if (value >= 0 && value <= 1)
+        return failed(std::string("with every axis at ") + name + ", inside the travel: " + error.what());
+    }
+  }
+  return ok();
+}
+
+}  // namespace relign::conformance

@@ -1,0 +1,32 @@
+// The plugin that is checked, and everything that can be made of it.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "plugin_host/catalog.h"
+#include "plugin_host/objects.h"
+
+namespace relign::conformance {
+
+struct Subject {
+  std::shared_ptr<const plugin_host::Manifest> manifest;
+  // The defaults, if they are complete, then every preset. Scenes with a parameter "pixels" get a
+  // small image, so that a check takes seconds.
+  std::vector<plugin_host::Choice> choices;
+  std::string incomplete;  // why the defaults alone make nothing; empty: they do
+
+  plugin_host::Kind kind() const { return manifest->kind; }
+  // What most checks use. Only for subjects with choices.
+  const plugin_host::Choice& choice() const { return choices.front(); }
+};
+
+// Throws Error(plugin_refused) when there is no plugin, or its manifest has mistakes.
+Subject open_subject(const std::filesystem::path& plugin);
+
+// What objects under check are given: the program's cache and a few threads, no log.
+plugin_host::HostServices check_services(unsigned threads = 1);
+
+}  // namespace relign::conformance

@@ -1,0 +1,218 @@
+#include "environment/batch.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <utility>
+
+#include "base/error.h"
+#include "base/parallel.h"
+#include "images/score.h"
+#include "trials/rig.h"
+
+namespace relign::environment {
+namespace {
+
+struct Slot {
+  std::optional<plugin_host::MountedAssembly> assembly;
+  std::optional<trials::Stage> stage;
+  Batch::State state;
+  bool searched = false;
+  std::optional<plugin_host::MountedAssembly::Optimum> optimum;
+};
+
+}  // namespace
+
+struct Batch::Implementation {
+  explicit Implementation(BatchSetup given)
+      : setup(std::move(given)),
+        parallel(std::max(1U, std::min(setup.threads, setup.slots))),
+        level(setup.level, services()) {
+    if (setup.slots == 0) throw Error(ErrorKind::bad_input, "a batch has at least one slot");
+    // A process scene answers one thread at a time; one process a thread is what it costs.
+    for (unsigned i = 0; i < parallel.threads(); ++i)
+      scenes.push_back(std::make_unique<plugin_host::Scene>(setup.scene, services()));
+    facts = trials::facts_of(*scenes.front(), setup.scene.id);
+    if (facts.owns_stage)
+      throw Error(ErrorKind::bad_input, "scene '" + setup.scene.id +
+                                            "' is a station: it has the one lens before it, and none can be drawn; "
+                                            "use a scene that simulates");
+    pixels = std::size_t{facts.image_width} * facts.image_height;
+    const relign_image image = scenes.front()->reference();
+    reference.assign(image.pixels, image.pixels + pixels);
+    frames.assign(pixels * setup.slots, 0.0F);
+    slots.resize(setup.slots);
+  }
+  ~Implementation() { slots.clear(); }  // lenses go before their scenes
+  Implementation(const Implementation&) = delete;
+  Implementation& operator=(const Implementation&) = delete;
+
+  plugin_host::HostServices services() const {
+    plugin_host::HostServices services;
+    services.threads = 1;  // whole frames side by side scale better than threads inside one
+    services.cache_folder = setup.cache_folder;
+    services.log = [tell = setup.on_message](int importance, const std::string& message) {
+      if (tell && importance >= RELIGN_LOG_WARNING) tell(message);
+    };
+    return services;
+  }
+
+  void check(const std::vector<unsigned>& named, bool must_hold_a_lens) const {
+    std::vector<bool> seen(slots.size(), false);
+    for (const unsigned slot : named) {
+      if (slot >= slots.size())
+        throw Error(ErrorKind::bad_input,
+                    "there is no slot " + std::to_string(slot) + "; slots: 0 to " + std::to_string(slots.size() - 1));
+      if (seen[slot]) throw Error(ErrorKind::bad_input, "slot " + std::to_string(slot) + " is named twice");
+      seen[slot] = true;
+      if (must_hold_a_lens && !slots[slot].assembly)
+        throw Error(ErrorKind::bad_input, "slot " + std::to_string(slot) + " holds no lens yet; reset it first");
+    }
+  }
+
+  // How many axes; after a look at slots and poses.
+  std::size_t check_poses(const std::vector<unsigned>& named, const double* true_poses) const {
+    check(named, true);
+    const std::size_t axes = facts.axes.size();
+    if (!std::all_of(true_poses, true_poses + axes * named.size(),
+                     [](double value) { return value >= 0 && value <= 1; }))
+      throw Error(ErrorKind::bad_input, "a true pose lies outside [0, 1]");
+    return axes;
+  }
+
+  // body(place in `named`) for each. A slot belongs to one scene object for life, and a scene object is used by one
+  // thread at a time.
+  template <class Body>
+  void for_each(const std::vector<unsigned>& named, const Body& body) {
+    parallel.for_each(static_cast<int>(scenes.size()), [&](int scene, unsigned) {
+      for (std::size_t k = 0; k < named.size(); ++k)
+        if (named[k] % scenes.size() == static_cast<std::size_t>(scene)) body(k);
+    });
+  }
+
+  void capture(unsigned number) {
+    Slot& slot = slots[number];
+    float* frame = frames.data() + pixels * number;
+    slot.state.true_pose = slot.stage->true_pose();
+    slot.state.commanded_pose = slot.stage->reached_pose();
+    slot.assembly->capture(slot.state.true_pose,
+                           frame_seed(slot.state.instance.seed, slot.state.step, FrameStream::capture), frame);
+    slot.state.measured_rmse = relign::images::rmse(frame, reference.data(), pixels);
+  }
+
+  BatchSetup setup;
+  Parallel parallel;
+  std::vector<std::unique_ptr<plugin_host::Scene>> scenes;
+  plugin_host::NoiseLevel level;
+  trials::SceneFacts facts;
+  std::size_t pixels = 0;
+  std::vector<float> reference;
+  std::vector<float> frames;
+  std::vector<Slot> slots;
+};
+
+Batch::Batch(BatchSetup setup) : implementation_(std::make_unique<Implementation>(std::move(setup))) {}
+Batch::~Batch() = default;
+
+const trials::SceneFacts& Batch::facts() const { return implementation_->facts; }
+unsigned Batch::slots() const { return implementation_->setup.slots; }
+unsigned Batch::threads() const { return implementation_->parallel.threads(); }
+std::size_t Batch::frame_pixels() const { return implementation_->pixels; }
+const std::vector<float>& Batch::reference() const { return implementation_->reference; }
+const Batch::State& Batch::state(unsigned slot) const {
+  implementation_->check({slot}, true);
+  return implementation_->slots[slot].state;
+}
+const float* Batch::frames() const { return implementation_->frames.data(); }
+
+void Batch::reset(const std::vector<Draw>& draws) {
+  Implementation& in = *implementation_;
+  std::vector<unsigned> named;
+  for (const Draw& draw : draws) named.push_back(draw.slot);
+  in.check(named, false);
+  // The level is one object, used by this thread alone.
+  std::vector<trials::Instance> instances;
+  for (const Draw& draw : draws)
+    instances.push_back(trials::draw_instance(in.level, in.facts, in.setup.suite_seed, draw.domain, draw.number));
+  in.for_each(named, [&](std::size_t k) {
+    Slot& slot = in.slots[named[k]];
+    slot.assembly.reset();
+    slot.searched = false;
+    slot.state = State();
+    slot.state.instance = std::move(instances[k]);
+    const trials::Variances& drawn = slot.state.instance.variances;
+    slot.assembly.emplace(in.scenes[named[k] % in.scenes.size()]->mount(drawn.elements_json));
+    slot.stage.emplace(in.facts, drawn, drawn.start, in.setup.limits);
+    in.capture(named[k]);
+  });
+}
+
+void Batch::move_by(const std::vector<unsigned>& slots, const double* moves) {
+  Implementation& in = *implementation_;
+  in.check(slots, true);
+  const std::size_t axes = in.facts.axes.size();
+  if (!std::all_of(moves, moves + axes * slots.size(), [](double value) { return std::isfinite(value); }))
+    throw Error(ErrorKind::bad_input, "a move holds a number that is not finite");
+  in.for_each(slots, [&](std::size_t k) {
+    Slot& slot = in.slots[slots[k]];
+    const trials::Stage::Arrival arrival =
+        slot.stage->move_by(std::vector<double>(moves + axes * k, moves + axes * (k + 1)));
+    slot.state.limits_low = arrival.limits_low;
+    slot.state.limits_high = arrival.limits_high;
+    ++slot.state.step;
+    in.capture(slots[k]);
+  });
+}
+
+void Batch::capture_at(const std::vector<unsigned>& slots, const double* true_poses, const std::uint64_t* seeds,
+                       float* pixels) {
+  Implementation& in = *implementation_;
+  const std::size_t axes = in.check_poses(slots, true_poses);
+  in.for_each(slots, [&](std::size_t k) {
+    in.slots[slots[k]].assembly->capture(std::vector<double>(true_poses + axes * k, true_poses + axes * (k + 1)),
+                                         seeds[k], pixels + in.pixels * k);
+  });
+}
+
+void Batch::render_at(const std::vector<unsigned>& slots, const double* true_poses, float* pixels) {
+  Implementation& in = *implementation_;
+  const std::size_t axes = in.check_poses(slots, true_poses);
+  std::atomic<bool> offered{true};
+  in.for_each(slots, [&](std::size_t k) {
+    const std::vector<double> pose(true_poses + axes * k, true_poses + axes * (k + 1));
+    if (!in.slots[slots[k]].assembly->render_noise_free(pose, pixels + in.pixels * k)) offered = false;
+  });
+  if (!offered)
+    throw Error(ErrorKind::bad_input,
+                "scene '" + in.setup.scene.id + "' has no images without noise; average captures");
+}
+
+std::vector<trials::Truth> Batch::truths(const std::vector<unsigned>& slots) {
+  Implementation& in = *implementation_;
+  in.check(slots, true);
+  std::vector<trials::Truth> truths(slots.size());
+  in.for_each(slots, [&](std::size_t k) {
+    Slot& slot = in.slots[slots[k]];
+    const auto value = slot.assembly->noise_free_mse(
+        slot.state.true_pose, frame_seed(slot.state.instance.seed, slot.state.step, FrameStream::truth_commanded));
+    truths[k] = {value.mse, value.standard_error};
+  });
+  return truths;
+}
+
+std::vector<std::optional<plugin_host::MountedAssembly::Optimum>> Batch::optima(const std::vector<unsigned>& slots) {
+  Implementation& in = *implementation_;
+  in.check(slots, true);
+  std::vector<std::optional<plugin_host::MountedAssembly::Optimum>> optima(slots.size());
+  in.for_each(slots, [&](std::size_t k) {
+    Slot& slot = in.slots[slots[k]];
+    if (!slot.searched)
+      slot.optimum = slot.assembly->own_optimum(frame_seed(slot.state.instance.seed, 0, FrameStream::own_optimum),
+                                                in.facts.axes.size());
+    slot.searched = true;
+    optima[k] = slot.optimum;
+  });
+  return optima;
+}
+
+}  // namespace relign::environment

@@ -1,0 +1,39 @@
+// What a report shows of a station's trials, which nothing can capture again.
+#include <algorithm>
+#include <cstdio>
+
+#include "base/error.h"
+#include "images/image_file.h"
+#include "runner/pictures.h"
+
+namespace relign::runner {
+namespace fs = std::filesystem;
+
+std::string frame_name(unsigned step) {
+  char name[32];
+  std::snprintf(name, sizeof name, "step-%03u.png", step);
+  return name;
+}
+
+void KeptCaptures::keep(const trials::Step& step, const float* pixels) {
+  images::Image& image = step.number == 0 ? first_ : last_;
+  image = images::Image(scene_.image_width, scene_.image_height);
+  std::copy(pixels, pixels + image.values.size(), image.values.begin());
+  last_step_ = step.number;
+}
+
+void KeptCaptures::write(const fs::path& results, const std::string& trial) const {
+  const fs::path folder = results / "pictures" / trial;
+  const auto white = static_cast<float>(scene_.image_white);
+  try {
+    fs::remove_all(folder);
+    if (first_.values.empty()) return;
+    fs::create_directories(folder);
+    images::write_preview(folder / frame_name(0), first_, white);
+    if (last_step_ > 0) images::write_preview(folder / frame_name(last_step_), last_, white);
+  } catch (const fs::filesystem_error& error) {
+    throw Error(ErrorKind::io, "cannot write the pictures: " + std::string(error.what()));
+  }
+}
+
+}  // namespace relign::runner

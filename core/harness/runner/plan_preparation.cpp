@@ -1,0 +1,50 @@
+#include "runner/plan_preparation.h"
+
+#include "base/error.h"
+#include "plugin_host/preparation.h"
+
+namespace relign::runner {
+
+void PlanPreparation::prepare(const std::vector<std::size_t>& places,
+                              const std::function<void(const std::string&)>& on_begin) {
+  const suites::Suite& suite = plan_.plan.suite;
+  try {
+    for (const std::size_t place : places) {
+      const suites::PlannedTrial& trial = plan_.plan.trials[place];
+      const suites::AlgorithmEntry& algorithm = suite.algorithms[trial.algorithm];
+      const Group group(trial.scene, trial.level, trial.algorithm);
+      if (groups_.count(group) || !plugin_host::is_prepared(algorithm.choice)) continue;
+      on_begin(algorithm.name);
+      groups_[group] =
+          make_ ? make_(trial) : preparer_.prepare(make_job(plan_, trial), plan_.scene_identity[trial.scene]);
+    }
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::stopped) throw;
+  }
+}
+
+const Preparer::Entries* PlanPreparation::of(const suites::PlannedTrial& trial) const {
+  const auto found = groups_.find({trial.scene, trial.level, trial.algorithm});
+  return found == groups_.end() ? nullptr : &found->second;
+}
+
+Json PlanPreparation::to_json() const {
+  const suites::Suite& suite = plan_.plan.suite;
+  Json list = Json::array();
+  for (const auto& [group, entries] : groups_) {
+    const auto& [scene, level, algorithm] = group;
+    for (const auto& [identity, entry] : entries)
+      list.push_back({{"scene", suite.scenes[scene].name},
+                      {"noise_level", suite.levels[level].name},
+                      {"algorithm", suite.algorithms[algorithm].name},
+                      {"protocol", suite.algorithms[algorithm].protocol},
+                      {"plugin", entry.algorithm},
+                      {"sources", entry.sources},
+                      {"steps", entry.steps},
+                      {"sha256", entry.data.hash},
+                      {"failure", entry.data.failure}});
+  }
+  return list;
+}
+
+}  // namespace relign::runner

@@ -1,0 +1,222 @@
+#include "runner/preparation.h"
+
+#include <chrono>
+#include <ctime>
+#include <utility>
+
+#include "base/hash.h"
+#include "base/text.h"
+#include "plugin_host/preparation.h"
+#include "runner/prepared_store.h"
+#include "runner/provenance.h"
+
+namespace relign::runner {
+namespace {
+
+// Enters every key: raise it when preparing begins to mean something else.
+constexpr int kPreparationVersion = 1;
+// Not the user's: what is prepared does not depend on the suite it is for.
+constexpr std::uint64_t kPreparationSeed = 0;
+
+Json identity_json(const std::string& identity) {
+  Json parsed = Json::parse(identity, nullptr, false);
+  return parsed.is_discarded() ? Json(identity) : parsed;
+}
+
+std::string utc_now() {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  ::gmtime_r(&now, &parts);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
+  return text;
+}
+
+std::string place_of(const TrialJob& job) {
+  return job.scene_name + ", " + job.level_name + ", " + trials::protocol_name(job.protocol);
+}
+
+void check_stop(const std::atomic<bool>* stop) {
+  if (stop && stop->load()) throw Error(ErrorKind::stopped, "stopped while an algorithm was being prepared");
+}
+
+}  // namespace
+
+Preparer::Preparer(Options options) : options_(std::move(options)) {}
+Preparer::~Preparer() = default;
+
+const Preparer::Entries& Preparer::prepare(const TrialJob& job, const std::string& scene_data) {
+  const std::string asked = canonical_json(key_of(job.algorithm, job, scene_data));
+  if (const auto known = answers_.find(asked); known != answers_.end()) return known->second;
+  Entries entries;
+  if (!job.facts.owns_stage) prepare_one(job.algorithm, job, scene_data, entries);
+  return answers_[asked] = std::move(entries);
+}
+
+// What an algorithm runs is prepared first: it may be used while the outer one is prepared.
+void Preparer::prepare_one(const plugin_host::Choice& algorithm, const TrialJob& job, const std::string& scene_data,
+                           Entries& entries) {
+  for (const auto& [parameter, inner] : algorithm.algorithms) prepare_one(*inner, job, scene_data, entries);
+  const auto wanted = plugin_host::preparation(*algorithm.plugin, algorithm.parameters);
+  if (!wanted) return;
+  const Json key = key_of(algorithm, job, scene_data);
+  PreparedEntry& entry = finished_[canonical_json(key)];
+  if (entry.algorithm.empty()) entry = make(algorithm, job, key, entries);
+  entries[algorithm.identity] = entry;
+}
+
+PreparedEntry Preparer::make(const plugin_host::Choice& algorithm, const TrialJob& job, const Json& key,
+                             const Entries& inner) {
+  const auto tell = [this](const std::string& message) {
+    if (options_.on_message) options_.on_message(message);
+  };
+  const auto wanted = *plugin_host::preparation(*algorithm.plugin, algorithm.parameters);
+  const PreparedStore store(options_.cache_folder, algorithm.plugin->id, key);
+  PreparedEntry entry;
+  entry.algorithm = algorithm.plugin->id;
+  entry.sources = wanted.sources;
+  entry.steps = wanted.steps;
+  entry.file = store.data_file();
+  if (!options_.again) {
+    std::string problem;
+    entry.data = store.read(problem);
+    if (entry.data.bytes) return entry;
+    if (!problem.empty()) tell("prepared data of " + entry.algorithm + ": " + problem + "; made anew");
+  }
+
+  tell("preparing " + entry.algorithm + " for " + place_of(job) + ": " + std::to_string(wanted.sources) +
+       (wanted.sources == 1 ? " source" : " sources") + " of " + std::to_string(wanted.steps) +
+       " steps, kept for later runs");
+  if (!runner_)
+    runner_ = std::make_unique<TrialRunner>(
+        TrialRunner::Options{options_.threads, options_.cache_folder, options_.on_message, options_.stop});
+  const auto begin = std::chrono::steady_clock::now();
+  trials::Preparing preparing;
+  preparing.sources = wanted.sources;
+  TrialJob source = job;
+  source.id.clear();
+  source.algorithm = algorithm;
+  source.algorithm_name = algorithm.plugin->id;  // its seeds: the same under every name that a suite gives it
+  source.budget = wanted.steps;
+  source.suite_seed = kPreparationSeed;
+  source.preparing = &preparing;
+  source.prepared = data_of(inner);
+  for (preparing.source = 0; preparing.source < wanted.sources; ++preparing.source) {
+    check_stop(options_.stop);
+    source.instance = preparing.source;
+    const TrialOutcome outcome = runner_->run(source, options_.stop);
+    check_stop(options_.stop);
+    if (options_.on_source) options_.on_source();
+    if (!outcome.stopped && !records::ended_well(outcome.record.end)) {
+      entry.data.failure = "preparing " + entry.algorithm + " failed on source " + std::to_string(preparing.source) +
+                           ": " + outcome.record.message;
+      return entry;
+    }
+  }
+  entry.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (!preparing.bytes) {
+    entry.data.failure = "preparing " + entry.algorithm + " failed: it saved nothing on any source";
+    return entry;
+  }
+  entry.made_now = true;
+  entry.data.bytes = preparing.bytes;
+  entry.data.hash = sha256_hex(*preparing.bytes);
+  try {
+    store.write(entry.data, {{"sources", wanted.sources},
+                             {"steps", wanted.steps},
+                             {"seconds", entry.seconds},
+                             {"at", utc_now()},
+                             {"program", RELIGN_VERSION},
+                             {"scene_name", job.scene_name},
+                             {"noise_level_name", job.level_name}});
+  } catch (const Error& error) {
+    tell("what was prepared for " + entry.algorithm + " is not kept: " + error.what());
+    entry.file.clear();
+  }
+  return entry;
+}
+
+const std::string& Preparer::hash_of(const plugin_host::Choice& choice) {
+  std::string& hash = hashes_[choice.plugin->library.string()];
+  if (hash.empty()) hash = plugin_host::plugin_hash(*choice.plugin);
+  return hash;
+}
+
+Json Preparer::key_of(const plugin_host::Choice& algorithm, const TrialJob& job, const std::string& scene_data) {
+  const std::function<Json(const plugin_host::Choice&)> identified = [&](const plugin_host::Choice& choice) {
+    Json told = {{"hash", hash_of(choice)}, {"identity", identity_json(choice.identity)}};
+    for (const auto& [parameter, inner] : choice.algorithms) told["runs"][parameter] = identified(*inner);
+    return told;
+  };
+  return {{"preparation", kPreparationVersion},
+          {"algorithm", identified(algorithm)},
+          {"scene", identified(job.scene)},
+          {"scene_data", identity_json(scene_data)},
+          {"noise_level", identified(job.level)},
+          {"protocol", trials::protocol_name(job.protocol)},
+          {"merit", trials::merit_name(job.merit)},
+          {"limits", job.limits == trials::Limits::hard ? "hard" : "soft"},
+          {"machine_time", machine_time_json(job.machine_time)}};
+}
+
+Json to_json(const Preparer::Entries& entries) {
+  Json list = Json::array();
+  for (const auto& [identity, entry] : entries)
+    list.push_back({{"identity", identity},
+                    {"algorithm", entry.algorithm},
+                    {"bytes", entry.data.bytes ? Json(to_hex(*entry.data.bytes)) : Json(nullptr)},
+                    {"hash", entry.data.hash},
+                    {"failure", entry.data.failure},
+                    {"sources", entry.sources},
+                    {"steps", entry.steps},
+                    {"made_now", entry.made_now},
+                    {"seconds", entry.seconds},
+                    {"file", entry.file.string()}});
+  return list;
+}
+
+Preparer::Entries entries_from_json(const Json& json) {
+  Preparer::Entries entries;
+  for (const Json& one : json) {
+    PreparedEntry& entry = entries[one.at("identity").get<std::string>()];
+    entry.algorithm = one.at("algorithm").get<std::string>();
+    if (const Json& bytes = one.at("bytes"); !bytes.is_null())
+      entry.data.bytes = std::make_shared<const std::string>(from_hex(bytes.get_ref<const std::string&>()));
+    entry.data.hash = one.at("hash").get<std::string>();
+    entry.data.failure = one.at("failure").get<std::string>();
+    entry.sources = one.at("sources").get<unsigned>();
+    entry.steps = one.at("steps").get<unsigned>();
+    entry.made_now = one.at("made_now").get<bool>();
+    entry.seconds = one.at("seconds").get<double>();
+    entry.file = one.at("file").get<std::string>();
+  }
+  return entries;
+}
+
+Preparer::Entries without_data(const plugin_host::Choice& algorithm, const std::string& failure) {
+  Preparer::Entries entries;
+  for (const auto& [parameter, inner] : algorithm.algorithms) entries.merge(without_data(*inner, failure));
+  if (const auto wanted = plugin_host::preparation(*algorithm.plugin, algorithm.parameters)) {
+    PreparedEntry& entry = entries[algorithm.identity];
+    entry.algorithm = algorithm.plugin->id;
+    entry.sources = wanted->sources;
+    entry.steps = wanted->steps;
+    entry.data.failure = "preparing " + entry.algorithm + " failed: " + failure;
+  }
+  return entries;
+}
+
+std::shared_ptr<const trials::PreparedByIdentity> data_of(const Preparer::Entries& entries) {
+  if (entries.empty()) return nullptr;
+  auto data = std::make_shared<trials::PreparedByIdentity>();
+  for (const auto& [identity, entry] : entries) (*data)[identity] = entry.data;
+  return data;
+}
+
+std::string hash_of(const Preparer::Entries& entries) {
+  std::string hashes;
+  for (const auto& [identity, entry] : entries) hashes += entry.data.hash;
+  return entries.size() > 1 ? sha256_hex(hashes) : hashes;
+}
+
+}  // namespace relign::runner

@@ -1,0 +1,112 @@
+#include <algorithm>
+#include <exception>
+#include <set>
+#include <utility>
+
+#include "base/hash.h"
+#include "base/machine.h"
+#include "plugin_host/objects.h"
+#include "runner/levels.h"
+#include "runner/mtf_check.h"
+#include "runner/run.h"
+#include "runner/stations.h"
+#include "trials/rig.h"
+
+namespace relign::runner {
+namespace {
+
+void check_stop(const std::atomic<bool>* stop) {
+  if (stop && stop->load()) throw Error(ErrorKind::stopped, "stopped before the first trial");
+}
+
+PreparedPlan prepare_all(suites::Suite suite, const std::filesystem::path& cache_folder,
+                         const std::function<void(const std::string&)>& on_message, const std::atomic<bool>* stop) {
+  PreparedPlan prepared;
+  plugin_host::HostServices services;
+  services.stop = stop;
+  services.threads = core_count();
+  services.cache_folder = cache_folder;
+  const auto as = [&services, &on_message](const std::string& name) {
+    plugin_host::HostServices own = services;
+    if (on_message)
+      own.log = [&on_message, name](int level, const std::string& message) {
+        if (level >= RELIGN_LOG_WARNING) on_message(name + ": " + message);
+      };
+    return own;
+  };
+
+  std::string mistakes;
+  for (const suites::SceneEntry& entry : suite.scenes) {
+    check_stop(stop);
+    plugin_host::Scene scene(entry.choice, as(entry.name));
+    prepared.scenes.push_back(trials::facts_of(scene, entry.choice.id));
+    prepared.scene_identity.push_back(data_identity(prepared.scenes.back()));
+    scene.reference();
+    try {
+      check_mtf(suite, entry.name, scene, prepared.scenes.back());
+    } catch (const Error& error) {
+      if (error.kind() != ErrorKind::bad_input) throw;
+      mistakes += (mistakes.empty() ? "" : "\n") + std::string(error.what());
+    }
+  }
+  if (!mistakes.empty()) throw Error(ErrorKind::bad_input, mistakes);
+  check_stations(suite, prepared.scenes);
+  for (const std::string& note : leave_out_told_methods(suite, prepared.scenes))
+    if (on_message) on_message(note);
+  check_levels(suite, prepared.scenes, [&](const std::string& name) {
+    check_stop(stop);
+    return as(name);
+  });
+  std::set<std::filesystem::path> loaded;
+  for (const suites::AlgorithmEntry& entry : suite.algorithms) {
+    if (!loaded.insert(entry.choice.plugin->library).second) continue;
+    check_stop(stop);
+    try {
+      plugin_host::Algorithm(entry.choice, as(entry.name));
+    } catch (const Error& error) {
+      // A library that cannot be loaded ends the run; one that cannot make its object fails in each of
+      // its trials, and the others go on.
+      if (error.kind() != ErrorKind::plugin_failed) throw;
+    }
+  }
+  check_stop(stop);
+  prepared.plan = suites::make_plan(std::move(suite), prepared.scene_identity);
+  std::vector<suites::PlannedTrial>& trials = prepared.plan.trials;
+  trials.erase(std::remove_if(trials.begin(), trials.end(),
+                              [&prepared](const suites::PlannedTrial& trial) {
+                                return !can_run_on(prepared.plan.suite.algorithms[trial.algorithm],
+                                                   prepared.scenes[trial.scene]);
+                              }),
+               trials.end());
+  return prepared;
+}
+
+}  // namespace
+
+// Paths stay out of it, they differ from machine to machine.
+std::string data_identity(const trials::SceneFacts& facts) {
+  std::vector<std::pair<std::string, std::string>> files;
+  for (const std::string& file : facts.files)
+    files.emplace_back(std::filesystem::path(file).filename().string(), sha256_file(file));
+  std::sort(files.begin(), files.end());
+  Json list = Json::array();
+  for (const auto& [name, hash] : files) list.push_back({{"name", name}, {"sha256", hash}});
+  return canonical_json({{"files", std::move(list)}});
+}
+
+PreparedPlan prepare(suites::Suite suite, const std::filesystem::path& cache_folder,
+                     const std::function<void(const std::string&)>& on_message, const std::atomic<bool>* stop) {
+  try {
+    return prepare_all(std::move(suite), cache_folder, on_message, stop);
+  } catch (const Error&) {
+    check_stop(stop);  // a process that was not waited for any longer is no mistake of the suite
+    throw;
+  }
+}
+
+std::string scene_folder(const PreparedPlan& prepared, std::size_t scene) {
+  return "scenes/" +
+         short_hash(prepared.plan.suite.scenes.at(scene).choice.identity + "\n" + prepared.scene_identity.at(scene));
+}
+
+}  // namespace relign::runner

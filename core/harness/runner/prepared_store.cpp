@@ -1,0 +1,56 @@
+#include "runner/prepared_store.h"
+
+#include <utility>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "base/hash.h"
+
+namespace relign::runner {
+namespace {
+
+constexpr int kStoreFormat = 1;
+
+}  // namespace
+
+PreparedStore::PreparedStore(const std::filesystem::path& cache, const std::string& plugin, Json key)
+    : key_(std::move(key)) {
+  if (cache.empty()) return;
+  const std::string name = short_hash(canonical_json(key_));
+  data_file_ = cache / "prepared" / plugin / (name + ".data");
+  sidecar_ = cache / "prepared" / plugin / (name + ".json");
+}
+
+trials::PreparedData PreparedStore::read(std::string& problem) const {
+  problem.clear();
+  std::error_code code;
+  const bool data_there = std::filesystem::exists(data_file_, code);
+  if (!keeps() || (!data_there && !std::filesystem::exists(sidecar_, code))) return {};
+  const auto refuse = [&problem](const std::string& sentence) {
+    problem = sentence;
+    return trials::PreparedData{};
+  };
+  try {
+    const Json told = parsed_json(read_file(sidecar_));
+    if (!told.is_object()) return refuse(sidecar_.string() + " is no JSON object");
+    if (told.value("format", Json()) != kStoreFormat) return refuse(sidecar_.string() + " has another format");
+    if (told.value("key", Json()) != key_) return refuse(sidecar_.string() + " belongs to something else");
+    trials::PreparedData data;
+    data.bytes = std::make_shared<const std::string>(read_file(data_file_));
+    data.hash = sha256_hex(*data.bytes);
+    if (told.value("sha256", Json()) != data.hash) return refuse(data_file_.string() + " is damaged");
+    return data;
+  } catch (const Error& error) {
+    return refuse(error.what());
+  }
+}
+
+void PreparedStore::write(const trials::PreparedData& data, const Json& made) const {
+  if (!keeps()) return;
+  write_file_atomically(data_file_, *data.bytes);
+  const Json sidecar = {
+      {"format", kStoreFormat}, {"key", key_}, {"sha256", data.hash}, {"bytes", data.bytes->size()}, {"made", made}};
+  write_file_atomically(sidecar_, sidecar.dump(2) + "\n");
+}
+
+}  // namespace relign::runner

@@ -1,0 +1,52 @@
+#include "runner/stations.h"
+
+#include <algorithm>
+
+#include "base/error.h"
+
+namespace relign::runner {
+
+void check_stations(const suites::Suite& suite, const std::vector<trials::SceneFacts>& facts) {
+  std::string mistakes;
+  const auto complain = [&mistakes](const std::string& sentence) {
+    mistakes += (mistakes.empty() ? "" : "\n") + sentence;
+  };
+  for (std::size_t scene = 0; scene < facts.size(); ++scene) {
+    if (!facts[scene].owns_stage) continue;
+    const std::string& name = suite.scenes[scene].name;
+    for (const suites::LevelEntry& level : suite.levels)
+      if (level.choice.plugin->id != "none")
+        complain("noise level '" + level.name + "' cannot be used with the station '" + name +
+                 "': its lenses, start and stage are its own, nothing is drawn; use \"none\"");
+    for (const suites::AlgorithmEntry& algorithm : suite.algorithms)
+      if (algorithm.merit == "combined")
+        complain("'" + algorithm.name +
+                 "': merit \"combined\" needs the true pose, which nobody knows on the station '" + name +
+                 "'; use \"rmse\"");
+  }
+  if (!mistakes.empty()) throw Error(ErrorKind::bad_input, mistakes);
+}
+
+bool can_run_on(const suites::AlgorithmEntry& algorithm, const trials::SceneFacts& scene) {
+  return !scene.owns_stage || !algorithm.choice.plugin->oracle;
+}
+
+std::vector<std::string> leave_out_told_methods(suites::Suite& suite, const std::vector<trials::SceneFacts>& facts) {
+  std::vector<std::string> notes;
+  for (const suites::AlgorithmEntry& algorithm : suite.algorithms)
+    for (std::size_t scene = 0; scene < facts.size(); ++scene)
+      if (!can_run_on(algorithm, facts[scene]))
+        notes.push_back(algorithm.name + " is left out on the station '" + suite.scenes[scene].name +
+                        "': it must be told the true start pose, which nobody knows there");
+  const auto runs_nowhere = [&facts](const suites::AlgorithmEntry& algorithm) {
+    return std::none_of(facts.begin(), facts.end(),
+                        [&algorithm](const trials::SceneFacts& scene) { return can_run_on(algorithm, scene); });
+  };
+  suite.algorithms.erase(std::remove_if(suite.algorithms.begin(), suite.algorithms.end(), runs_nowhere),
+                         suite.algorithms.end());
+  if (suite.algorithms.empty())
+    throw Error(ErrorKind::bad_input, "no algorithm of this suite can run:\n" + (notes.empty() ? "" : notes.front()));
+  return notes;
+}
+
+}  // namespace relign::runner

@@ -1,0 +1,274 @@
+#include "runner/trial_runner.h"
+
+#include <chrono>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "base/seeds.h"
+#include "records/specification.h"
+
+namespace relign::runner {
+namespace {
+
+void add_steps(const std::vector<trials::Step>& steps, TrialOutcome& outcome) {
+  for (const trials::Step& step : steps) {
+    outcome.record.steps.push_back(to_record(step));
+    outcome.times.algorithm_seconds.push_back(step.algorithm_seconds);
+    outcome.times.simulation_seconds.push_back(step.simulation_seconds);
+    outcome.times.truth_seconds.push_back(step.truth_seconds);
+  }
+}
+
+double plugin_seconds(const records::TrialTimes& times) {
+  double seconds = 0;
+  for (const auto* of_step : {&times.algorithm_seconds, &times.simulation_seconds, &times.truth_seconds})
+    seconds = std::accumulate(of_step->begin(), of_step->end(), seconds);
+  return seconds;
+}
+
+records::MtfRecord to_record(const std::optional<plugin_host::MountedAssembly::FieldMtf>& mtf) {
+  return mtf ? records::MtfRecord{mtf->centre, mtf->corner} : records::MtfRecord();
+}
+
+// Equal keys: the same library with the same parameters and data.
+std::string key_of(const plugin_host::Choice& choice) {
+  return choice.plugin->library.string() + "\n" + choice.identity;
+}
+
+SeedDomain domain_of(const TrialJob& job) { return job.preparing ? SeedDomain::preparation : SeedDomain::benchmark; }
+
+}  // namespace
+
+records::StepRecord to_record(const trials::Step& step) {
+  records::StepRecord record;
+  record.step = step.number;
+  record.commanded_pose = step.commanded_pose;
+  record.true_pose = step.true_pose;
+  record.limits_low = step.limits_low;
+  record.limits_high = step.limits_high;
+  record.merit = step.merit;
+  record.measured = step.measured_rmse;
+  record.machine_seconds = step.machine_seconds;
+  record.recommended_pose = step.recommended_pose;
+  record.recommendation = trials::recommendation_source_name(step.recommendation_source);
+  record.recommended_seconds = step.recommended_seconds;
+  record.recommended_true_pose = step.recommended_true_pose;
+  record.commanded_mse = step.commanded_truth.mse;
+  record.commanded_mse_error = step.commanded_truth.standard_error;
+  record.recommended_mse = step.recommended_truth.mse;
+  record.recommended_mse_error = step.recommended_truth.standard_error;
+  return record;
+}
+
+records::TrialRecord begin_record(const TrialJob& job) {
+  records::TrialRecord record;
+  record.trial = job.id;
+  record.scene = job.scene_name;
+  record.noise_level = job.level_name;
+  record.protocol = trials::protocol_name(job.protocol);
+  record.algorithm = job.algorithm_name;
+  record.algorithm_id = job.algorithm.id;
+  record.method = job.method;
+  record.training = job.training;
+  record.instance = job.instance;
+  record.instance_seed = instance_seed(job.suite_seed, domain_of(job), job.instance);
+  record.budget = job.budget;
+  return record;
+}
+
+TrialJob make_job(const PreparedPlan& prepared, const suites::PlannedTrial& trial) {
+  const suites::Suite& suite = prepared.plan.suite;
+  const suites::AlgorithmEntry& algorithm = suite.algorithms.at(trial.algorithm);
+  const auto protocol = trials::protocol_from_name(algorithm.protocol);
+  if (!protocol) throw Error(ErrorKind::internal, "a plan names the unknown protocol '" + algorithm.protocol + "'");
+  TrialJob job;
+  job.id = trial.id;
+  job.scene_name = suite.scenes.at(trial.scene).name;
+  job.level_name = suite.levels.at(trial.level).name;
+  job.algorithm_name = algorithm.name;
+  job.method = algorithm.method;
+  job.training = algorithm.training;
+  job.scene = suite.scenes[trial.scene].choice;
+  job.level = suite.levels[trial.level].choice;
+  job.algorithm = algorithm.choice;
+  job.facts = prepared.scenes.at(trial.scene);
+  job.protocol = *protocol;
+  const bool rmse = suites::effective_merit(algorithm) == "rmse" || job.facts.owns_stage;
+  job.merit = rmse ? trials::Merit::rmse : trials::Merit::combined;
+  job.limits = suite.limits == "hard" ? trials::Limits::hard : trials::Limits::soft;
+  job.machine_time = trials::changed_by(suite.machine_time, job.facts.machine_time);
+  job.budget = algorithm.steps;
+  const records::Specification spec = records::specification_of(suite.spec, job.facts.spec);
+  if (spec.measures_mtf()) job.mtf_lp_per_mm = spec.lp_per_mm;
+  job.suite_seed = suite.seed;
+  job.instance = trial.instance;
+  return job;
+}
+
+// What stays from trial to trial. The order of members matters: the lens goes before its scene.
+struct TrialRunner::Bench {
+  std::string scene_key, level_key;
+  std::unique_ptr<plugin_host::Scene> scene;
+  std::unique_ptr<plugin_host::NoiseLevel> level;
+  std::string mounted_key;  // suite seed and instance
+  trials::Instance instance;
+  std::unique_ptr<plugin_host::MountedAssembly> assembly;
+  using Optimum = plugin_host::MountedAssembly::Optimum;
+  std::optional<std::optional<Optimum>> own_optimum;      // of the assembly, once it was asked for
+  std::pair<double, records::MtfRecord> own_optimum_mtf;  // with its frequency; of the assembly, once it was asked for
+
+  const std::optional<Optimum>& optimum(std::size_t axes) {
+    if (!own_optimum) own_optimum = assembly->own_optimum(frame_seed(instance.seed, 0, FrameStream::own_optimum), axes);
+    return *own_optimum;
+  }
+
+  const records::MtfRecord& optimum_mtf(const Optimum& at, double lp_per_mm) {
+    if (own_optimum_mtf.first != lp_per_mm)
+      own_optimum_mtf = {lp_per_mm, to_record(assembly->mtf(at.true_pose, lp_per_mm))};
+    return own_optimum_mtf.second;
+  }
+
+  void unmount() {
+    assembly.reset();
+    own_optimum.reset();
+    own_optimum_mtf = {};
+    mounted_key.clear();
+  }
+};
+
+TrialRunner::TrialRunner(Options options)
+    : options_(std::move(options)),
+      log_(std::make_shared<TrialLog>(options_.on_log)),
+      bench_(std::make_unique<Bench>()) {}
+TrialRunner::~TrialRunner() = default;
+
+plugin_host::HostServices TrialRunner::services(const std::string& name, unsigned threads, bool algorithm) const {
+  plugin_host::HostServices services;
+  services.threads = threads;
+  services.cache_folder = options_.cache_folder;
+  services.stop = options_.stop;
+  services.log = [tell = options_.on_message, log = log_, name, who = algorithm ? "" : name](
+                     int level, const std::string& message) {
+    log->add(level, who, message);
+    if (tell && level >= RELIGN_LOG_WARNING) tell(name + ": " + message);
+  };
+  return services;
+}
+
+plugin_host::Scene& TrialRunner::scene(const TrialJob& job) {
+  const std::string key = key_of(job.scene);
+  if (!bench_->scene || bench_->scene_key != key) {
+    bench_->unmount();
+    bench_->scene.reset();  // two at once would need twice the memory
+    bench_->scene = std::make_unique<plugin_host::Scene>(job.scene, services(job.scene_name, options_.threads));
+    bench_->scene_key = key;
+  }
+  return *bench_->scene;
+}
+
+TrialRunner::Placed TrialRunner::place(const TrialJob& job) {
+  plugin_host::Scene& on = scene(job);
+  const std::string level_key = key_of(job.level);
+  if (!bench_->level || bench_->level_key != level_key) {
+    bench_->unmount();
+    bench_->level.reset();
+    bench_->level = std::make_unique<plugin_host::NoiseLevel>(job.level, services(job.level_name, 1));
+    bench_->level_key = level_key;
+  }
+  const SeedDomain domain = domain_of(job);
+  const std::string mounted_key = std::to_string(static_cast<unsigned>(domain)) + " " + std::to_string(job.suite_seed) +
+                                  " " + std::to_string(job.instance);
+  if (bench_->mounted_key != mounted_key) {
+    bench_->unmount();
+    bench_->instance = trials::draw_instance(*bench_->level, job.facts, job.suite_seed, domain, job.instance);
+    if (!job.facts.owns_stage) {
+      bench_->assembly =
+          std::make_unique<plugin_host::MountedAssembly>(on.mount(bench_->instance.variances.elements_json));
+    }
+    bench_->mounted_key = mounted_key;
+  }
+  const bool known = bench_->assembly && job.facts.truth && !job.preparing;
+  return {bench_->instance, bench_->assembly.get(), on.reference(),
+          [bench = bench_.get(), known, axes = job.facts.axes.size()] {
+            return known ? bench->optimum(axes) : std::nullopt;
+          }};
+}
+
+TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop, const OnStep& on_step) {
+  TrialOutcome outcome;
+  records::TrialRecord& record = outcome.record = begin_record(job);
+  outcome.times.trial = job.id;
+
+  std::vector<trials::Step> made;  // kept apart, so that a failing scene leaves the steps before it
+  try {
+    const Placed placed = place(job);
+    if (const auto optimum = placed.own_optimum()) {
+      record.has_own_optimum = true;
+      record.own_optimum_mse = optimum->truth.mse;
+      record.own_optimum_pose = optimum->true_pose;
+      if (job.mtf_lp_per_mm > 0) record.own_optimum_mtf = bench_->optimum_mtf(*optimum, job.mtf_lp_per_mm);
+    }
+    if (options_.on_begin) options_.on_begin(record);
+    trials::TrialSetup setup;
+    setup.assembly = placed.assembly;
+    if (job.facts.owns_stage) setup.station = bench_->scene.get();
+    setup.design = bench_->scene.get();
+    setup.level = bench_->level.get();
+    setup.reference = placed.reference;
+    setup.scene = &job.facts;
+    setup.instance = &placed.instance;
+    setup.algorithm = &job.algorithm;
+    setup.prepared = job.prepared.get();
+    setup.preparing = job.preparing;
+    setup.services = services(job.algorithm_name, 1, true);
+    setup.protocol = job.protocol;
+    setup.merit = job.merit;
+    setup.limits = job.limits;
+    setup.budget = job.budget;
+    setup.algorithm_seed = algorithm_seed(job.suite_seed, job.algorithm_name, job.instance);
+    setup.machine_time = job.machine_time;
+    setup.mtf_lp_per_mm = job.mtf_lp_per_mm;
+    setup.stop = stop;
+    setup.on_runaway = options_.on_runaway;
+    setup.on_step = [&made, &on_step](const trials::Step& step, const float* pixels) {
+      made.push_back(step);
+      if (on_step) on_step(step, pixels);
+    };
+    const auto begin = std::chrono::steady_clock::now();
+    log_->begin();  // not before: which trial makes a scene depends on the workers
+    const trials::TrialResult result = trials::run_trial(setup);
+    outcome.stopped = result.end == trials::End::stopped;
+    record.end = result.outcome.empty() || outcome.stopped ? trials::end_name(result.end) : result.outcome;
+    record.message = result.message;
+    record.uncured_mse = result.uncured_mse;
+    for (const trials::Truth& truth : result.glued_truths) {
+      record.glued_mse.push_back(truth.mse);
+      record.glued_mse_error.push_back(truth.standard_error);
+    }
+    record.mtf = to_record(result.mtf.glued);
+    record.uncured_mtf = to_record(result.mtf.uncured);
+    record.best_mtf = to_record(result.best_mtf.glued);
+    record.best_uncured_mtf = to_record(result.best_mtf.uncured);
+    record.current_mtf = to_record(result.current_mtf.glued);
+    record.current_uncured_mtf = to_record(result.current_mtf.uncured);
+    for (const std::string& change : result.environment_changes)
+      record.warnings.push_back(job.algorithm.id + ": " + change);
+    add_steps(result.steps, outcome);
+    outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    outcome.times.harness_seconds =
+        outcome.seconds - result.seconds_after_last_step - result.judging_seconds - plugin_seconds(outcome.times);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::plugin_failed) throw;
+    bench_ = std::make_unique<Bench>();  // nobody knows what state the scene is in
+    const auto* ended = dynamic_cast<const plugin_host::PluginEnded*>(&error);
+    record.end = ended ? ended->outcome() : trials::end_name(trials::End::failed);
+    record.message = error.what();
+    outcome.stopped = stop && stop->load();  // a scene's process, too, is not waited for any longer then
+    add_steps(made, outcome);
+  }
+  outcome.log = log_->take();
+  return outcome;
+}
+
+}  // namespace relign::runner

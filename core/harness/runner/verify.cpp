@@ -1,0 +1,240 @@
+#include "runner/verify.h"
+
+#include <algorithm>
+#include <exception>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <thread>
+#include <unordered_map>
+
+#include "base/error.h"
+#include "base/machine.h"
+#include "records/results_folder.h"
+#include "runner/plan_preparation.h"
+#include "runner/provenance.h"
+#include "runner/trial_queue.h"
+#include "runner/trial_runner.h"
+#include "runner/trial_selection.h"
+#include "runner/verify_folder.h"
+
+namespace relign::runner {
+namespace fs = std::filesystem;
+
+namespace {
+
+bool promises_this_cpu(const plugin_host::Choice& choice) { return reproducible_of(choice) == "this_cpu"; }
+
+// The replays of one suite's trials.
+class Replay {
+ public:
+  Replay(const VerifyOptions& options, const PreparedPlan& prepared, const Json& manifest,
+         std::map<std::string, records::PluginHashes> plugins)
+      : options_(options),
+        prepared_(prepared),
+        suite_(prepared.plan.suite),
+        recorded_plugins_(std::move(plugins)),
+        hashes_(hash_libraries(suite_)),
+        learnt_(prepared, preparer_options()),
+        other_cpu_(made_on_another_processor(manifest)) {}
+
+  // `places[i]` is the trial's place in the plan.
+  void run(const std::vector<ChosenTrial>& trials, const std::vector<std::size_t>& places, VerifySummary& summary,
+           std::set<Change>& changes, const std::function<void()>& on_done) {
+    learnt_.prepare(places, [](const std::string&) {});
+    for (const std::size_t place : places) compare_plugins(prepared_.plan.trials[place], changes);
+    TrialQueue queue(group_by_instance(prepared_.plan, places));
+    found_.assign(trials.size(), std::nullopt);
+    const unsigned cores = core_count();
+    const auto workers = static_cast<unsigned>(std::min<std::size_t>(options_.on_step        ? 1
+                                                                     : options_.workers == 0 ? cores
+                                                                                             : options_.workers,
+                                                                     places.size()));
+    std::vector<std::thread> team;
+    for (unsigned worker = 1; worker < workers; ++worker)
+      team.emplace_back([&] { work(trials, places, queue, std::max(1U, cores / workers), summary, on_done); });
+    work(trials, places, queue, std::max(1U, cores / std::max(1U, workers)), summary, on_done);
+    for (std::thread& worker : team) worker.join();
+    if (failure_) std::rethrow_exception(failure_);
+    for (std::optional<ReplayDifference>& one : found_)
+      if (one) summary.differences.push_back(std::move(*one));
+    if (stopped() || completed_.empty()) return;
+    summary.completed += completed_.size();
+    records::replace_closing_lines(options_.results, completed_);
+  }
+
+ private:
+  Preparer::Options preparer_options() const {
+    Preparer::Options options;
+    options.threads = core_count();
+    options.cache_folder = options_.cache_folder;
+    options.on_message = options_.on_message;
+    options.stop = options_.stop;
+    return options;
+  }
+
+  void compare_plugins(const suites::PlannedTrial& trial, std::set<Change>& changes) const {
+    const auto found = recorded_plugins_.find(trial.id);
+    if (found == recorded_plugins_.end()) return;
+    const auto compare = [&changes](const std::string& what, const std::string& was, const std::string& is) {
+      if (!was.empty() && was != is) changes.insert({what, was.substr(0, 16), is.empty() ? "none" : is.substr(0, 16)});
+    };
+    const auto of = [this, &compare](const plugin_host::Choice& choice, const std::string& was) {
+      compare("plugin " + choice.plugin->id, was, hash_of(choice, hashes_));
+    };
+    of(suite_.scenes[trial.scene].choice, found->second.scene);
+    of(suite_.levels[trial.level].choice, found->second.noise_level);
+    of(suite_.algorithms[trial.algorithm].choice, found->second.algorithm);
+    const Preparer::Entries* entries = learnt_.of(trial);
+    compare("what was prepared for " + suite_.algorithms[trial.algorithm].name, found->second.prepared,
+            entries ? runner::hash_of(*entries) : "");
+  }
+
+  // The record as it is, with what it lacked.
+  static records::TrialRecord completed(records::TrialRecord was, const records::TrialRecord& is) {
+    was.glued_mse = is.glued_mse;
+    was.glued_mse_error = is.glued_mse_error;
+    was.best_mtf = is.best_mtf;
+    was.best_uncured_mtf = is.best_uncured_mtf;
+    was.current_mtf = is.current_mtf;
+    was.current_uncured_mtf = is.current_uncured_mtf;
+    return was;
+  }
+
+  bool stopped() const { return options_.stop && options_.stop->load(); }
+
+  void work(const std::vector<ChosenTrial>& trials, const std::vector<std::size_t>& places, TrialQueue& queue,
+            unsigned threads, VerifySummary& summary, const std::function<void()>& on_done) {
+    try {
+      TrialRunner runner({threads, options_.cache_folder, {}, options_.stop});
+      std::size_t group = TrialQueue::kNoGroup;
+      while (!stopped()) {
+        const std::optional<std::size_t> index = queue.next(group);
+        if (!index) break;
+        replay(runner, trials[*index], prepared_.plan.trials[places[*index]], *index, summary, on_done);
+      }
+    } catch (...) {
+      const std::lock_guard<std::mutex> hold(mutex_);
+      if (!failure_) failure_ = std::current_exception();
+      while (queue.next(skip_)) {
+      }
+    }
+  }
+
+  void replay(TrialRunner& runner, const ChosenTrial& chosen, const suites::PlannedTrial& trial, std::size_t index,
+              VerifySummary& summary, const std::function<void()>& on_done) {
+    TrialJob job = make_job(prepared_, trial);
+    if (const Preparer::Entries* entries = learnt_.of(trial)) job.prepared = data_of(*entries);
+    const auto show = [&](const trials::Step& step, const float* pixels) {
+      if (options_.on_step) options_.on_step(job.facts, step, pixels);
+    };
+    const TrialOutcome outcome = runner.run(job, options_.stop, show);
+    if (outcome.stopped) return;
+    std::string lines;
+    const records::TrialRecord was = records::read_stored(options_.results, chosen.where, &lines);
+    const bool tolerant = other_cpu_ && (promises_this_cpu(job.scene) || promises_this_cpu(job.level) ||
+                                         promises_this_cpu(job.algorithm));
+    std::optional<records::Difference> difference =
+        records::first_difference(was, outcome.record, tolerant ? records::kOtherCpuTolerance : 0);
+    // The same numbers in other bytes: somebody has written into the file.
+    const bool same_bytes = lines == records::to_lines(records::as_recorded_then(was, outcome.record)) + "\n";
+    if (!difference && !tolerant && !same_bytes)
+      difference = records::Difference{true, 0, "bytes of the lines", "others", "others for the same values", 0};
+    const std::lock_guard<std::mutex> hold(mutex_);
+    ++summary.replayed;
+    if (difference) {
+      found_[index] = ReplayDifference{trial.id, records::label_of(was), *difference, tolerant};
+    } else {
+      if (options_.add_rules && !records::lacks_rules(outcome.record))
+        completed_.emplace(trial.id, completed(was, outcome.record));
+      ++summary.equal;
+      if (!same_bytes) {
+        ++summary.with_tolerance;
+        summary.largest_deviation =
+            std::max(summary.largest_deviation, records::largest_difference(was, outcome.record));
+      }
+    }
+    on_done();
+  }
+
+  const VerifyOptions& options_;
+  const PreparedPlan& prepared_;
+  const suites::Suite& suite_;
+  std::map<std::string, records::PluginHashes> recorded_plugins_;
+  LibraryHashes hashes_;
+  PlanPreparation learnt_;
+  bool other_cpu_;
+  std::mutex mutex_;  // guards what follows and the summary
+  std::vector<std::optional<ReplayDifference>> found_;
+  std::map<std::string, records::TrialRecord> completed_;
+  std::exception_ptr failure_;
+  std::size_t skip_ = TrialQueue::kNoGroup;
+};
+
+suites::Suite read_suite(const StoredSuite& stored, const VerifyOptions& options, plugin_host::Catalog& catalog) {
+  const fs::path folder = options.suite_folder.empty() ? fs::path(stored.file).parent_path() : options.suite_folder;
+  try {
+    suites::Suite suite =
+        suites::read_suite(JsonSource::from_text(stored.text, stored.file), folder.empty() ? "." : folder, catalog);
+    suite.name = stored.name;
+    return suite;
+  } catch (const Error& error) {
+    std::error_code code;
+    if (!folder.empty() && !fs::is_directory(folder, code))
+      throw Error(error.kind(), "the suite of these results was read from " + stored.file +
+                                    " and names files beside it; there is no folder " + folder.string() +
+                                    " here. Say where they are by --suite-folder DIR. What is missing without them:\n" +
+                                    error.what());
+    throw Error(error.kind(), std::string("the suite that the results keep cannot be read here:\n") + error.what() +
+                                  "\nIts files are looked for below " +
+                                  (folder.empty() ? "this folder" : folder.string()) +
+                                  " (--suite-folder DIR), its plugins where they always are and at --plugin PATH");
+  }
+}
+
+}  // namespace
+
+VerifySummary verify(const VerifyOptions& options, plugin_host::Catalog& catalog) {
+  records::require_results(options.results);
+  const Json manifest = records::read_manifest(options.results);
+  VerifySummary summary;
+  std::vector<ChosenTrial> rest = choose_trials(options, manifest, summary);
+  std::map<std::string, records::PluginHashes> plugins;
+  for (const ChosenTrial& trial : rest) plugins[trial.id];
+  records::for_each_times(options.results, [&plugins](const records::TrialTimes& times) {
+    if (const auto found = plugins.find(times.trial); found != plugins.end()) found->second = times.plugins;
+  });
+
+  std::set<Change> changes;
+  compare_machines(manifest, changes);
+  const std::size_t total = rest.size();
+  std::size_t done = 0;
+  const auto on_done = [&] {
+    if (options.on_progress) options.on_progress(++done, total);
+  };
+  for (const StoredSuite& stored : suites_of(manifest)) {
+    if (rest.empty()) break;
+    const PreparedPlan prepared =
+        prepare(read_suite(stored, options, catalog), options.cache_folder, options.on_message, options.stop);
+    compare_definitions(manifest, prepared, changes);
+    std::unordered_map<std::string, std::size_t> place_of;
+    for (std::size_t place = 0; place < prepared.plan.trials.size(); ++place)
+      place_of.emplace(prepared.plan.trials[place].id, place);
+    std::vector<ChosenTrial> mine, others;
+    std::vector<std::size_t> places;
+    for (ChosenTrial& trial : rest) {
+      const auto found = place_of.find(trial.id);
+      if (found != place_of.end()) places.push_back(found->second);
+      (found != place_of.end() ? mine : others).push_back(std::move(trial));
+    }
+    rest = std::move(others);
+    if (!mine.empty()) Replay(options, prepared, manifest, plugins).run(mine, places, summary, changes, on_done);
+  }
+  summary.stopped = options.stop && options.stop->load();
+  summary.unknown = rest.size();
+  summary.changes.assign(changes.begin(), changes.end());
+  return summary;
+}
+
+}  // namespace relign::runner

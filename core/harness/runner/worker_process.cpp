@@ -1,0 +1,385 @@
+#include "runner/worker_process.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "base/text.h"
+#include "plugin_host/process_session.h"
+#include "runner/trial_journal.h"
+#include "runner/trial_log.h"
+#include "runner/trial_runner.h"
+#include "runner/worker.h"
+#include "runner/worker_plan.h"
+
+namespace relign::runner {
+namespace {
+
+using plugin_host::ChildProcess;
+using plugin_host::in_seconds;
+using Clock = plugin_host::ProcessClock;
+
+constexpr double kSecondsToStart = 120;
+constexpr double kSecondsToLeave = 2;
+constexpr double kSecondsAfterStop = 5;
+constexpr double kSecondsBetweenLooks = 0.1;    // at the stop flag
+constexpr double kSecondsBetweenWeighings = 1;  // of the memory
+constexpr int kMostLosses = 3;
+
+double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+
+std::size_t session_bytes(pid_t session) {
+  std::size_t bytes = 0;
+  for (const pid_t process : plugin_host::processes_of_session(session)) bytes += plugin_host::resident_bytes(process);
+  return bytes;
+}
+
+// A plugin can write into the worker's connection: nothing in a message is taken for granted.
+std::string error_text(const Json& error) {
+  const auto text = error.is_object() ? error.find("text") : error.end();
+  return error.is_object() && text != error.end() && text->is_string() ? text->get<std::string>()
+                                                                       : "a worker reports an error and no more";
+}
+
+ErrorKind error_kind(const Json& error) {
+  const auto kind = error.find("kind");
+  const bool known = kind != error.end() && kind->is_number_unsigned() &&
+                     kind->get<std::uint64_t>() <= static_cast<std::uint64_t>(ErrorKind::internal);
+  return known ? static_cast<ErrorKind>(kind->get<int>()) : ErrorKind::internal;
+}
+
+void fill(WorkedTrial& worked, Journal journal) {
+  worked.step_lines = std::move(journal.step_lines);
+  worked.steps = journal.steps;
+  worked.times = std::move(journal.times);
+  worked.log = std::move(journal.log);
+}
+
+}  // namespace
+
+// One go at one trial.
+struct ProcessWorker::Attempt {
+  const suites::PlannedTrial* trial = nullptr;
+  WorkedTrial worked;
+  Fate fate = Fate::finished;
+  bool begun = false;
+  bool preparing = false;  // no trial: `trial` says for which
+  std::optional<Preparer::Entries> entries;
+  bool babble = false;                     // something other than messages came
+  Clock::time_point clock = Clock::now();  // of what is limited: first the lens, then the trial
+  Clock::time_point weighed = Clock::now();
+  std::optional<Clock::time_point> stop_asked;
+  double sent_at = 0;  // by clock_seconds
+
+  std::string after_steps() const {
+    if (preparing) return "";
+    return worked.steps == 0 ? " before step 0 was over" : " after step " + std::to_string(worked.steps - 1);
+  }
+};
+
+ProcessWorker::ProcessWorker(const PreparedPlan& plan, const LibraryHashes& hashes, std::vector<std::string> program,
+                             Limits limits, WorkerOptions options)
+    : plan_(plan), hashes_(hashes), program_(std::move(program)), limits_(limits), options_(std::move(options)) {}
+
+ProcessWorker::~ProcessWorker() { stop_worker(kSecondsToLeave); }
+
+void ProcessWorker::stop_worker(double patience_seconds) {
+  if (child_) child_->end(patience_seconds);
+  child_.reset();
+  told_.clear();
+  trials_ = 0;
+}
+
+void ProcessWorker::start() {
+  for (int losses = 0; !started(); ++losses)
+    if (losses + 1 == kMostLosses)
+      throw Error(ErrorKind::internal, "a worker did not start: somebody else killed it (SIGKILL) " +
+                                           std::to_string(kMostLosses) + " times: the machine may be short of memory");
+}
+
+// False when somebody else killed it.
+bool ProcessWorker::started() {
+  ChildProcess::Options options;
+  options.command = program_;
+  options.environment = {"RELIGN_JOURNAL_FD=" + std::to_string(ChildProcess::childs_pixel_file())};
+  options.leads_session = true;
+  options.on_output = [this](const std::string& line) {
+    if (printed_.size() + line.size() < TrialLog::kMostBytes && cut_bytes_ == 0)
+      printed_ += "printed: " + line + "\n";
+    else
+      cut_bytes_ += line.size() + 1;
+  };
+  child_.emplace(std::move(options));
+  send({{"setup",
+         {{"plan", to_json(plan_, hashes_)},
+          {"threads", options_.threads},
+          {"results", options_.results.string()},
+          {"cache_folder", options_.cache_folder.string()},
+          {"memory_bytes", limits_.memory_bytes}}}});
+  std::string line;
+  const auto got = child_->receive(line, in_seconds(kSecondsToStart));
+  const Json answer = got == ChildProcess::Got::line ? parsed_json(line) : Json();
+  if (answer.is_object() && answer.contains("ready")) return true;
+  child_->end(kSecondsToLeave);
+  if (child_->was_lost()) return false;
+  std::string text = "a worker did not start: ";
+  if (answer.is_object() && answer.contains("error"))
+    text += error_text(answer["error"]);
+  else
+    text += "its process " + child_->how_it_ended();
+  for (const std::string& output : child_->last_output()) text += "\n  " + output;
+  throw Error(ErrorKind::internal, text);
+}
+
+void ProcessWorker::send(const Json& message) {
+  // A worker that does not read is noticed by what it does not answer.
+  child_->send(message.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n", in_seconds(kSecondsToStart));
+}
+
+void ProcessWorker::send_prepared(const suites::PlannedTrial& trial, const Preparer::Entries* prepared) {
+  if (!prepared || !told_.insert({trial.scene, trial.level, trial.algorithm}).second) return;
+  send({{"prepared",
+         {{"scene", trial.scene},
+          {"level", trial.level},
+          {"algorithm", trial.algorithm},
+          {"entries", runner::to_json(*prepared)}}}});
+}
+
+WorkedTrial ProcessWorker::run(const suites::PlannedTrial& trial, const Preparer::Entries* prepared) {
+  int losses = 0;
+  while (true) {
+    if (!child_) start();
+    const bool was_new = trials_ == 0;
+    Attempt attempt = this->attempt(trial, prepared);
+    if (attempt.fate == Fate::lost && ++losses < kMostLosses) {
+      if (options_.on_message)
+        options_.on_message("a worker was killed from outside; trial " + trial.id + " runs again");
+      continue;
+    }
+    if (attempt.fate == Fate::blamed) stop_worker(0);
+    if (attempt.fate == Fate::blamed && !was_new) continue;
+    if (attempt.fate == Fate::lost)
+      attempt.worked.record.message = "its worker was killed by SIGKILL " + std::to_string(kMostLosses) +
+                                      " times, not by this run: the machine may be short of memory";
+    if (child_ && holds_too_much()) stop_worker(kSecondsToLeave);
+    return std::move(attempt.worked);
+  }
+}
+
+Preparer::Entries ProcessWorker::prepare(const suites::PlannedTrial& trial) {
+  for (int losses = 0;; ++losses) {
+    if (!child_) start();
+    Attempt attempt;
+    attempt.trial = &trial;
+    attempt.preparing = true;
+    clear_journal(child_->pixel_file());
+    send({{"prepare", {{"trial", to_json(trial)}, {"scene_data", plan_.scene_identity[trial.scene]}}}});
+    ++trials_;
+    while (const std::optional<Json> message = receive(attempt))
+      if (take(*message, attempt)) break;
+    if (attempt.worked.stopped) throw Error(ErrorKind::stopped, "stopped while an algorithm was being prepared");
+    if (attempt.entries) return std::move(*attempt.entries);
+    if (attempt.fate == Fate::lost && losses + 1 < kMostLosses) continue;
+    const records::TrialRecord& record = attempt.worked.record;
+    return without_data(plan_.plan.suite.algorithms[trial.algorithm].choice, record.end + ", " + record.message);
+  }
+}
+
+bool ProcessWorker::holds_too_much() const {
+  return limits_.spare_bytes > 0 && plugin_host::resident_bytes(child_->process()) > limits_.spare_bytes;
+}
+
+ProcessWorker::Attempt ProcessWorker::attempt(const suites::PlannedTrial& trial, const Preparer::Entries* prepared) {
+  Attempt attempt;
+  attempt.trial = &trial;
+  attempt.worked.record = begin_record(make_job(plan_, trial));
+  printed_.clear();
+  cut_bytes_ = 0;
+  clear_journal(child_->pixel_file());
+  send_prepared(trial, prepared);
+  attempt.sent_at = clock_seconds();
+  send({{"trial", to_json(trial)}});
+  ++trials_;
+  while (true) {
+    const std::optional<Json> message = receive(attempt);
+    if (!message || take(*message, attempt)) break;
+  }
+  if (cut_bytes_ > 0) printed_ += "(cut here: " + std::to_string(cut_bytes_) + " bytes more)\n";
+  attempt.worked.log += printed_;
+  return attempt;
+}
+
+// The next message; nothing once the trial is over without one.
+std::optional<Json> ProcessWorker::receive(Attempt& attempt) {
+  while (true) {
+    std::string line;
+    const auto got = child_->receive(line, in_seconds(kSecondsBetweenLooks));
+    if (got == ChildProcess::Got::line) {
+      Json message = parsed_json(line);
+      if (message.is_object()) return message;
+      // It is waited for: how far a trial came must not depend on when this was read.
+      attempt.babble = true;
+      continue;
+    }
+    if (got == ChildProcess::Got::end) {
+      take_death(attempt);
+      return std::nullopt;
+    }
+    if (got == ChildProcess::Got::too_long || got == ChildProcess::Got::end_within_line) {
+      end_by(attempt, "protocol_error", "half a message came over the connection of its worker");
+      return std::nullopt;
+    }
+    if (options_.stop && options_.stop->load() && !attempt.stop_asked) {
+      attempt.stop_asked = Clock::now();
+      child_->send("{\"stop\":true}\n", in_seconds(1));
+    }
+    if (attempt.stop_asked && seconds_since(*attempt.stop_asked) > kSecondsAfterStop) {
+      attempt.worked.stopped = true;
+      attempt.fate = Fate::stopped;
+      stop_worker(0);
+      return std::nullopt;
+    }
+    if (seconds_since(attempt.clock) > limits_.trial_seconds) {
+      end_by(attempt, "timeout",
+             std::string(attempt.preparing ? "one source"
+                         : attempt.begun   ? "the trial"
+                                           : "mounting the lens") +
+                 " was not done after " + shortest(limits_.trial_seconds) + " s (\"trial_seconds\" of the suite)");
+      attempt.fate = Fate::finished;  // slow is slow in a new worker, too
+      return std::nullopt;
+    }
+    if (limits_.memory_bytes > 0 && seconds_since(attempt.weighed) > kSecondsBetweenWeighings) {
+      attempt.weighed = Clock::now();
+      if (session_bytes(child_->process()) > limits_.memory_bytes) {
+        end_by(attempt, "out_of_memory", "");
+        return std::nullopt;
+      }
+    }
+  }
+}
+
+bool ProcessWorker::take(const Json& message, Attempt& attempt) {
+  try {
+    if (message.contains("message")) {
+      if (options_.on_message) options_.on_message(message["message"].get<std::string>());
+      return false;
+    }
+    if (message.contains("begun")) {
+      const Json& mse = message["begun"].at("own_optimum_mse");
+      attempt.worked.record.has_own_optimum = !mse.is_null();
+      if (!mse.is_null()) attempt.worked.record.own_optimum_mse = mse.get<double>();
+      attempt.worked.record.own_optimum_pose = message["begun"].at("own_optimum_pose").get<std::vector<double>>();
+      if (const Json& mtf = message["begun"].at("own_optimum_mtf"); !mtf.is_null())
+        attempt.worked.record.own_optimum_mtf = {mtf.at(0).get<double>(), mtf.at(1).get<double>()};
+      attempt.begun = true;
+      attempt.clock = Clock::now();
+      return false;
+    }
+    if (attempt.preparing && message.contains("source")) {
+      attempt.clock = Clock::now();
+      return false;
+    }
+    if (attempt.preparing && message.contains("entries")) {
+      const JournalText prepared = read_journal_text(child_->pixel_file());
+      if (message["entries"].at("size") != prepared.text.size() || message["entries"].at("digest") != prepared.digest)
+        throw Error(ErrorKind::bad_input, "");
+      attempt.entries = entries_from_json(Json::parse(prepared.text));
+      return true;
+    }
+    if (message.contains("runaway")) {
+      end_by(attempt, "overspent", "went on asking for steps after the last, and never returned");
+      return true;
+    }
+    if (message.contains("done")) {
+      take_done(message["done"], attempt);
+      return true;
+    }
+  } catch (const Json::exception&) {
+    end_by(attempt, "protocol_error", "a message without its members came over the connection of its worker");
+    return true;
+  } catch (const Error&) {
+    end_by(attempt, "protocol_error", "a message with a wrong member came over the connection of its worker");
+    return true;
+  }
+  if (message.contains("error") && message["error"].is_object())
+    throw Error(error_kind(message["error"]), error_text(message["error"]));
+  end_by(attempt, "protocol_error", "a message that no worker sends came over the connection of its worker");
+  return true;
+}
+
+void ProcessWorker::take_done(const Json& done, Attempt& attempt) {
+  WorkedTrial& worked = attempt.worked;
+  child_->take_up_output();
+  if (done.contains("out_of_memory")) {
+    end_by(attempt, "out_of_memory", "");
+    return;
+  }
+  if (done.at("stopped").get<bool>()) {
+    worked.stopped = true;
+    attempt.fate = Fate::stopped;
+    return;
+  }
+  Journal journal = read_journal(child_->pixel_file(), attempt.trial->id, false);
+  records::ReadLine closing;
+  try {
+    closing = records::read_trial_line(done.at("closing").get<std::string>(), "the closing line");
+  } catch (const Error&) {
+  }
+  if (journal.size != done.at("size") || journal.digest != done.at("digest") || !closing.closing ||
+      closing.steps != journal.steps || closing.trial.trial != attempt.trial->id) {
+    end_by(attempt, "protocol_error", "what its worker wrote of the trial was changed by somebody else");
+    fill(worked, Journal{});  // nothing of it can be trusted
+    worked.times.trial = attempt.trial->id;
+    return;
+  }
+  worked.record = std::move(closing.trial);
+  if (attempt.babble) {
+    worked.record.end = "protocol_error";
+    worked.record.message = "something other than a message came over the connection of its worker";
+    attempt.fate = Fate::blamed;
+  }
+  fill(worked, std::move(journal));
+  // The way there and back. Both sides read the same clock, the system's since it started.
+  if (const Json& harness = done.at("harness_seconds"); !harness.is_null())
+    worked.times.harness_seconds = harness.get<double>() + done.at("received_at").get<double>() - attempt.sent_at +
+                                   clock_seconds() - done.at("sent_at").get<double>();
+  if (worked.record.end == "out_of_memory") {
+    worked.record.message = memory_message(attempt);
+    attempt.fate = Fate::blamed;
+  }
+  if (worked.record.end == "crashed(SIGKILL)") attempt.fate = Fate::lost;  // a plugin's own process
+}
+
+// The worker is of no use any more: what it finished is taken, and it goes.
+void ProcessWorker::end_by(Attempt& attempt, const std::string& end, const std::string& message) {
+  attempt.fate = Fate::blamed;
+  WorkedTrial& worked = attempt.worked;
+  fill(worked, read_journal(child_->pixel_file(), attempt.trial->id, true));
+  worked.record.end = end;
+  worked.record.message = message + (message.empty() ? "" : attempt.after_steps());
+  if (end == "out_of_memory") worked.record.message = memory_message(attempt);
+  stop_worker(0);
+}
+
+std::string ProcessWorker::memory_message(const Attempt& attempt) const {
+  return "it needs more memory than the " + shortest(static_cast<double>(limits_.memory_bytes / 1'000'000)) +
+         " MB that a trial may have (\"trial_memory_mb\" of the suite)" + attempt.after_steps();
+}
+
+void ProcessWorker::take_death(Attempt& attempt) {
+  // The journal goes with the child's descriptors.
+  const plugin_host::Descriptor journal(::dup(child_->pixel_file()));
+  child_->end(kSecondsToLeave);
+  const std::string how = child_->how_it_ended(), crash = child_->crash();
+  const bool lost = child_->was_lost();
+  WorkedTrial& worked = attempt.worked;
+  fill(worked, read_journal(journal.get(), attempt.trial->id, true));
+  worked.record.end = crash.empty() ? "protocol_error" : crash;
+  worked.record.message =
+      "its worker " + (crash.empty() ? std::string("closed the connection") : how) + attempt.after_steps();
+  attempt.fate = lost ? Fate::lost : Fate::blamed;
+  stop_worker(0);
+}
+
+}  // namespace relign::runner

@@ -1,0 +1,98 @@
+#include "suites/plan.h"
+
+#include <algorithm>
+#include <map>
+
+#include "base/hash.h"
+#include "base/seeds.h"
+
+namespace relign::suites {
+namespace {
+
+// Enters every id. Change it only when the same words begin to mean another result, because every
+// result that anybody has published becomes unresumable with it.
+constexpr int kTrialIdVersion = 1;
+
+// An identity is canonical JSON; a text that is none (a test's, another host's) counts as itself.
+Json identity_json(const std::string& identity) {
+  Json parsed = Json::parse(identity, nullptr, false);
+  return parsed.is_discarded() ? Json(identity) : parsed;
+}
+
+// A scene's own specification is in its data; the suite's decides what is measured, its limits do not.
+Json measured_mtf(const Suite& suite) {
+  const auto mtf = suite.spec.is_object() ? suite.spec.find("mtf") : suite.spec.end();
+  return mtf != suite.spec.end() && mtf->is_object() ? mtf->value("lp_per_mm", Json()) : Json();
+}
+
+std::string instance_set_hash(const Suite& suite, const std::vector<std::string>& scene_identity) {
+  std::vector<std::string> scenes, levels;
+  for (std::size_t index = 0; index < suite.scenes.size(); ++index)
+    scenes.push_back(suite.scenes[index].choice.identity + "\n" + scene_identity[index]);
+  for (const LevelEntry& level : suite.levels) levels.push_back(level.choice.identity);
+  // The order of a list in the suite does not change the set.
+  std::sort(scenes.begin(), scenes.end());
+  std::sort(levels.begin(), levels.end());
+  return short_hash(canonical_json({{"instance_set", kTrialIdVersion},
+                                    {"scenes", scenes},
+                                    {"noise_levels", levels},
+                                    {"seed", suite.seed},
+                                    {"first_instance", suite.first_instance},
+                                    {"instances", suite.instances}}));
+}
+
+}  // namespace
+
+std::string effective_merit(const AlgorithmEntry& algorithm) {
+  if (!algorithm.merit.empty()) return algorithm.merit;
+  return algorithm.protocol == "blind" ? "rmse" : "combined";
+}
+
+bool is_oracle(const AlgorithmEntry& algorithm) {
+  // The paper's protocol tells every search method the start: nobody is an oracle there.
+  const bool start_is_granted = algorithm.protocol == "paper";
+  return algorithm.choice.plugin->oracle && !start_is_granted;
+}
+
+Plan make_plan(Suite suite, const std::vector<std::string>& scene_identity) {
+  if (scene_identity.size() != suite.scenes.size())
+    throw Error(ErrorKind::internal, "make_plan: one identity per scene is needed");
+  Plan plan;
+  plan.instance_set = instance_set_hash(suite, scene_identity);
+  const Json machine_time = machine_time_json(suite.machine_time), mtf = measured_mtf(suite);
+  for (std::size_t scene = 0; scene < suite.scenes.size(); ++scene) {
+    for (std::size_t level = 0; level < suite.levels.size(); ++level) {
+      for (std::size_t algorithm = 0; algorithm < suite.algorithms.size(); ++algorithm) {
+        const AlgorithmEntry& entry = suite.algorithms[algorithm];
+        Json ingredients = {{"trial", kTrialIdVersion},
+                            {"scene", identity_json(suite.scenes[scene].choice.identity)},
+                            {"scene_data", identity_json(scene_identity[scene])},
+                            {"noise_level", identity_json(suite.levels[level].choice.identity)},
+                            {"suite_seed", suite.seed},
+                            {"limits", suite.limits},
+                            {"machine_time", machine_time},
+                            {"algorithm", identity_json(entry.choice.identity)},
+                            {"label", entry.name},
+                            {"protocol", entry.protocol},
+                            {"merit", effective_merit(entry)},
+                            {"budget", entry.steps}};
+        if (!mtf.is_null()) ingredients["mtf_lp_per_mm"] = mtf;
+        for (unsigned count = 0; count < suite.instances; ++count) {
+          PlannedTrial trial;
+          trial.scene = scene;
+          trial.level = level;
+          trial.algorithm = algorithm;
+          trial.instance = std::uint64_t{suite.first_instance} + count;
+          ingredients["instance"] = trial.instance;
+          ingredients["algorithm_seed"] = algorithm_seed(suite.seed, entry.name, trial.instance);
+          trial.id = short_hash(canonical_json(ingredients));
+          plan.trials.push_back(std::move(trial));
+        }
+      }
+    }
+  }
+  plan.suite = std::move(suite);
+  return plan;
+}
+
+}  // namespace relign::suites

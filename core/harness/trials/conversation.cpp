@@ -1,0 +1,288 @@
+#include "trials/conversation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+#include "base/error.h"
+#include "base/seeds.h"
+#include "images/score.h"
+
+namespace relign::trials {
+namespace {
+
+// An algorithm that goes on asking this often for steps it cannot get will never end by itself.
+constexpr std::uint64_t kMostRefusals = 100'000;
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+std::vector<float> packed(const relign_image& image) {
+  std::vector<float> values;
+  values.reserve(std::size_t{image.width} * image.height);
+  for (std::size_t y = 0; y < image.height; ++y) {
+    const auto* row = reinterpret_cast<const float*>(reinterpret_cast<const char*>(image.pixels) +
+                                                     y * static_cast<std::size_t>(image.row_stride_bytes));
+    values.insert(values.end(), row, row + image.width);
+  }
+  return values;
+}
+
+}  // namespace
+
+// Stops the algorithm's clock for the time of one answer.
+struct Conversation::Answer {
+  explicit Answer(Conversation& conversation) : host(conversation) {
+    host.algorithm_seconds_ += seconds_since(host.left_host_);
+  }
+  ~Answer() { host.left_host_ = Clock::now(); }
+  Answer(const Answer&) = delete;
+  Answer& operator=(const Answer&) = delete;
+
+  Conversation& host;
+};
+
+Conversation::Conversation(const TrialSetup& setup, Rules rules)
+    : setup_(&setup),
+      rules_(std::move(rules)),
+      rig_(make_rig(setup, rules_)),
+      reference_(packed(setup.reference)),
+      pixels_(reference_.size()),
+      best_merit_(std::numeric_limits<double>::infinity()),
+      left_host_(Clock::now()),
+      thread_(std::this_thread::get_id()) {
+  describe_task();
+  Rig::Arrival start = rig_->start();
+  pending_.commanded_pose = std::move(start.commanded_pose);
+  pending_.true_pose = std::move(start.true_pose);
+  capture();
+}
+
+void Conversation::describe_task() {
+  const SceneFacts& scene = *setup_->scene;
+  Json axes = Json::array();
+  for (const Axis& axis : scene.axes)
+    axes.push_back({{"name", axis.name}, {"unit", axis.unit}, {"travel", axis.travel()}});
+  axes_json_ = axes.dump();
+  const bool sees_images = rules_.knows & RELIGN_KNOWS_IMAGES;
+  const bool has_box = rules_.knows & RELIGN_KNOWS_BOX;
+
+  task_.struct_size = sizeof task_;
+  task_.axes = static_cast<std::uint32_t>(scene.axes.size());
+  task_.budget = setup_->budget;
+  task_.knows = rules_.knows;
+  task_.seed = setup_->algorithm_seed;
+  task_.box_lower = has_box ? rules_.box_lower.data() : nullptr;
+  task_.box_upper = has_box ? rules_.box_upper.data() : nullptr;
+  task_.largest_move = rules_.largest_move;
+  task_.image_width = sees_images ? scene.image_width : 0;
+  task_.image_height = sees_images ? scene.image_height : 0;
+  task_.axes_json = {axes_json_.data(), axes_json_.size()};
+
+  image_.struct_size = sizeof image_;
+  image_.sample_format = RELIGN_SAMPLE_FLOAT32;
+  image_.width = scene.image_width;
+  image_.height = scene.image_height;
+  image_.channels = 1;
+  image_.pixels = pixels_.data();
+  image_.row_stride_bytes = scene.image_width * sizeof(float);
+
+  reference_image_ = image_;
+  reference_image_.pixels = reference_.data();
+
+  table_.struct_size = sizeof table_;
+  table_.context = this;
+  table_.task = &task_;
+  table_.first = answer_first;
+  table_.step = answer_step;
+  table_.move = answer_move;
+  table_.recommend = answer_recommend;
+  table_.get_service = answer_service;
+}
+
+// ---- what the algorithm calls -----------------------------------------------------------------
+
+relign_status Conversation::answer_first(void* context, relign_observation* seen) {
+  Conversation& host = self(context);
+  const Answer answer(host);
+  if (!seen || seen->struct_size < kSmallestObservation || host.pending_.number != 0)
+    return host.refuse(RELIGN_BAD_ARGUMENT);
+  host.tell(seen);
+  return RELIGN_OK;
+}
+
+relign_status Conversation::answer_step(void* context, const double* pose, std::uint32_t axes,
+                                        relign_observation* seen) {
+  return self(context).request(pose, axes, false, seen);
+}
+
+relign_status Conversation::answer_move(void* context, const double* delta, std::uint32_t axes,
+                                        relign_observation* seen) {
+  return self(context).request(delta, axes, true, seen);
+}
+
+relign_status Conversation::answer_recommend(void* context, const double* pose, std::uint32_t axes) {
+  Conversation& host = self(context);
+  const Answer answer(host);
+  if (!host.is_pose(pose, axes)) return host.refuse(RELIGN_BAD_ARGUMENT);
+  host.own_recommendation_.emplace(pose, pose + axes);
+  return RELIGN_OK;
+}
+
+const void* Conversation::answer_service(void* context, relign_text id) {
+  return id.data ? self(context).services_.get({id.data, static_cast<std::size_t>(id.size)}) : nullptr;
+}
+
+relign_status Conversation::request(const double* values, std::uint32_t axes, bool relative, relign_observation* seen) {
+  if (std::this_thread::get_id() != thread_) return RELIGN_BAD_ARGUMENT;
+  const Answer answer(*this);
+  if (budget_is_spent()) return refuse(RELIGN_STOP);
+  if (asked_to_stop()) return refuse(RELIGN_STOP);
+  if (!seen || seen->struct_size < kSmallestObservation || !is_pose(values, axes)) return refuse(RELIGN_BAD_ARGUMENT);
+  try {
+    std::vector<double> commanded(values, values + axes);
+    if (relative)
+      for (std::size_t i = 0; i < commanded.size(); ++i) commanded[i] += rig_->reached_pose()[i];
+    close_step();
+    move_and_capture(within_largest_move(std::move(commanded)));
+    tell(seen);
+    return RELIGN_OK;
+  } catch (...) {
+    // Scene or on_step, not the algorithm: close() tells them apart by this.
+    host_failure_ = std::current_exception();
+    throw;
+  }
+}
+
+relign_status Conversation::refuse(relign_status status) {
+  if (++refused_ < kMostRefusals) return status;
+  if (refused_ == 2 * kMostRefusals && setup_->on_runaway) setup_->on_runaway();
+  if (refusal_.empty())
+    refusal_ = "asked " + std::to_string(kMostRefusals) + " times for what it cannot get (" +
+               (status == RELIGN_STOP ? "steps beyond the end of the trial)" : "bad arguments)");
+  return RELIGN_FAILED;
+}
+
+bool Conversation::is_pose(const double* values, std::uint32_t axes) const {
+  return values && axes == task_.axes && std::all_of(values, values + axes, [](double v) { return std::isfinite(v); });
+}
+
+void Conversation::tell(relign_observation* seen) const {
+  relign_observation all{};
+  all.struct_size = static_cast<std::uint32_t>(std::min<std::size_t>(seen->struct_size, sizeof all));
+  all.step = pending_.number;
+  all.pose = pending_.commanded_pose.data();
+  all.merit = rules_.knows & RELIGN_KNOWS_MERIT ? pending_.merit : std::numeric_limits<double>::quiet_NaN();
+  all.limits_low = pending_.limits_low;
+  all.limits_high = pending_.limits_high;
+  all.image = rules_.knows & RELIGN_KNOWS_IMAGES ? &image_ : nullptr;
+  all.machine_seconds = pending_.machine_seconds;
+  std::memcpy(seen, &all, all.struct_size);
+}
+
+// ---- one step ---------------------------------------------------------------------------------
+
+std::vector<double> Conversation::within_largest_move(std::vector<double> commanded) const {
+  const std::vector<double>& here = rig_->reached_pose();
+  for (std::size_t i = 0; i < commanded.size(); ++i) {
+    const double move = commanded[i] - here[i];
+    if (std::fabs(move) > rules_.largest_move) commanded[i] = here[i] + std::copysign(rules_.largest_move, move);
+  }
+  return commanded;
+}
+
+void Conversation::move_and_capture(const std::vector<double>& commanded) {
+  Rig::Arrival arrival = rig_->step_to(commanded);
+  Step step;
+  step.number = pending_.number + 1;
+  step.commanded_pose = std::move(arrival.commanded_pose);
+  step.true_pose = std::move(arrival.true_pose);
+  step.limits_low = arrival.limits_low;
+  step.limits_high = arrival.limits_high;
+  step.machine_seconds = pending_.machine_seconds + arrival.machine_seconds;
+  step.algorithm_seconds = std::exchange(algorithm_seconds_, 0.0);
+  pending_ = std::move(step);
+  capture();
+}
+
+// The capture of the pending step, its score and its time.
+void Conversation::capture() {
+  const auto start = Clock::now();
+  pending_.machine_seconds += rig_->capture(pending_.number, pixels_.data());
+  pending_.simulation_seconds = seconds_since(start);
+  pending_.measured_rmse = images::rmse(pixels_.data(), reference_.data(), pixels_.size());
+  if (!std::isfinite(pending_.measured_rmse))
+    throw Error(ErrorKind::plugin_failed, "scene '" + setup_->scene->name + "': the capture of step " +
+                                              std::to_string(pending_.number) + " has pixels that are no numbers");
+  pending_.merit = rules_.merit == Merit::combined
+                       ? combined_merit(pending_.measured_rmse, pending_.true_pose, setup_->scene->nominal_pose)
+                       : pending_.measured_rmse;
+  if (pending_.merit < best_merit_) {
+    best_merit_ = pending_.merit;
+    best_measured_pose_ = pending_.commanded_pose;
+  }
+}
+
+// ---- the record of a step ---------------------------------------------------------------------
+
+void Conversation::close_step() {
+  const auto start = Clock::now();
+  choose_recommendation();
+  const Rig::VirtualMove move = rig_->would_reach(pending_.recommended_pose);
+  pending_.recommended_true_pose = move.true_pose;
+  pending_.recommended_seconds = pending_.machine_seconds + move.machine_seconds;
+  pending_.commanded_truth = truth_at(pending_.true_pose, pending_.number, FrameStream::truth_commanded);
+  pending_.recommended_truth = truth_at(move.true_pose, pending_.number, FrameStream::truth_recommended);
+  uncured_true_pose_ = move.uncured_true_pose;
+  pending_.truth_seconds = seconds_since(start);
+  steps_.push_back(pending_);
+  if (setup_->on_step) setup_->on_step(pending_, pixels_.data());
+}
+
+void Conversation::choose_recommendation() {
+  if (own_recommendation_) {
+    pending_.recommendation_source = RecommendationSource::own;
+    pending_.recommended_pose = *own_recommendation_;
+  } else if (rules_.recommend_current) {
+    pending_.recommendation_source = RecommendationSource::current;
+    pending_.recommended_pose = pending_.commanded_pose;
+  } else {
+    pending_.recommendation_source = RecommendationSource::best_measured;
+    pending_.recommended_pose = best_measured_pose_;
+  }
+}
+
+// One evaluation per true pose: a recommendation that stays costs nothing, and reads the same.
+Truth Conversation::truth_at(const std::vector<double>& true_pose, unsigned step, FrameStream stream) {
+  const std::uint64_t seed = frame_seed(setup_->instance->seed, step, stream);
+  if (setup_->preparing) return {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
+  if (!rig_->tells_truth()) return rig_->truth_at(true_pose, seed);
+  if (const auto known = truths_.find(true_pose); known != truths_.end()) return known->second;
+  return truths_[true_pose] = rig_->truth_at(true_pose, seed);
+}
+
+Truth Conversation::uncured_truth() {
+  if (uncured_true_pose_.empty()) return {std::numeric_limits<double>::quiet_NaN(), 0};
+  return truth_at(uncured_true_pose_, pending_.number, FrameStream::truth_recommended);
+}
+
+std::vector<Truth> Conversation::glued_truths() {
+  std::vector<Truth> truths;
+  if (uncured_true_pose_.empty() || setup_->preparing || !rig_->tells_truth()) return truths;
+  for (const Step& step : steps_)
+    truths.push_back(truth_at(glued_true_pose(step), step.number, FrameStream::truth_recommended));
+  return truths;
+}
+
+void Conversation::algorithm_ended() { algorithm_seconds_ += seconds_since(left_host_); }
+
+void Conversation::close() {
+  if (host_failure_) std::rethrow_exception(host_failure_);
+  close_step();
+}
+
+}  // namespace relign::trials

@@ -1,0 +1,132 @@
+#include "trials/instance.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+
+#include "base/text.h"
+
+namespace relign::trials {
+namespace {
+
+std::vector<double> read_start(ObjectReader& top, std::size_t axes) {
+  const std::vector<double> start = top.numbers("start", axes, {});
+  if (!top.has("start")) top.complain("", "the key \"start\" is missing (the true start pose)");
+  for (std::size_t i = 0; i < start.size(); ++i)
+    if (!(start[i] >= 0 && start[i] <= 1))
+      top.complain("start", "value " + std::to_string(i) + " is " + shortest(start[i]) +
+                                "; a start pose lies from 0 to 1 on every axis");
+  return start;
+}
+
+std::vector<double> read_distortion(ObjectReader& top, std::size_t axes) {
+  const Json* rows = top.get("distortion");
+  const std::string wanted =
+      "expected " + std::to_string(axes) + " rows of " + std::to_string(axes) + " numbers under \"distortion\"";
+  std::vector<double> matrix;
+  bool fits = rows && rows->is_array() && rows->size() == axes;
+  for (std::size_t i = 0; fits && i < axes; ++i) {
+    const Json& row = rows->at(i);
+    fits = row.is_array() && row.size() == axes;
+    for (std::size_t j = 0; fits && j < axes; ++j) {
+      fits = row.at(j).is_number();
+      if (fits) matrix.push_back(row.at(j).get<double>());
+    }
+  }
+  if (!fits) {
+    top.complain("distortion", wanted);
+    return {};
+  }
+  // Without an inverse, an axis could not be moved alone: no stage is like that.
+  const auto size = static_cast<Eigen::Index>(axes);
+  const Eigen::FullPivLU<Eigen::MatrixXd> factors(
+      Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(matrix.data(), size,
+                                                                                               size));
+  if (!factors.isInvertible() || !(factors.rcond() > 1e-9))
+    top.complain("distortion", "this matrix has no usable inverse: different moves would end at the same pose");
+  return matrix;
+}
+
+// Offsets with both members of every element, so that equal draws are equal texts.
+Json read_elements(const JsonSource& source, ObjectReader& top, const SceneFacts& scene,
+                   std::vector<Problem>& problems) {
+  Json elements = Json::object();
+  const Json* given = top.get("elements");
+  if (!given) {
+    top.complain("", "the key \"elements\" is missing ({} for a perfect lens)");
+    return elements;
+  }
+  ObjectReader all(source, "/elements", problems);
+  if (!given->is_object()) return elements;
+  for (const std::string& name : scene.elements) {
+    if (!all.get(name)) continue;
+    ObjectReader element(source, all.pointer_to(name), problems);
+    const std::vector<double> shift_mm = element.numbers("shift_mm", 3, {0, 0, 0});
+    const std::vector<double> tilt_deg = element.numbers("tilt_deg", 2, {0, 0});
+    element.refuse_unknown();
+    elements[name] = {{"shift_mm", shift_mm}, {"tilt_deg", tilt_deg}};
+  }
+  for (const auto& [name, value] : given->items())
+    if (std::find(scene.elements.begin(), scene.elements.end(), name) == scene.elements.end())
+      all.complain(name,
+                   "scene \"" + scene.name + "\" has no element \"" + name + "\"" + suggestion(name, scene.elements));
+  return elements;
+}
+
+Variances read(const JsonSource& source, const SceneFacts& scene) {
+  std::vector<Problem> problems;
+  ObjectReader top(source, "", problems);
+  throw_if_any(problems);
+  Variances variances;
+  variances.start = read_start(top, scene.axes.size());
+  variances.distortion = read_distortion(top, scene.axes.size());
+  variances.elements_json = canonical_json(read_elements(source, top, scene, problems));
+  variances.cure_shift = top.numbers("cure_shift", scene.axes.size(), {});
+  top.refuse_unknown();
+  throw_if_any(problems);
+  return variances;
+}
+
+}  // namespace
+
+Variances read_variances(const std::string& drawn, const SceneFacts& scene, const std::string& level_id) {
+  try {
+    return read(JsonSource::from_text(drawn, "variances"), scene);
+  } catch (const Error& error) {
+    const std::string who = level_id.empty() ? "the noise level" : "noise level '" + level_id + "'";
+    throw Error(ErrorKind::plugin_failed, who + " drew variances that cannot be used:\n" + error.what());
+  }
+}
+
+std::string read_offsets(const std::string& offsets_json, const SceneFacts& scene) {
+  const JsonSource given = JsonSource::from_text(offsets_json, "offsets");
+  const JsonSource source = JsonSource::from_text(Json{{"elements", given.root()}}.dump(), "offsets");
+  std::vector<Problem> problems;
+  ObjectReader top(source, "", problems);
+  const Json elements = read_elements(source, top, scene, problems);
+  throw_if_any(problems);
+  return canonical_json(elements);
+}
+
+Instance draw_instance(plugin_host::NoiseLevel& level, const SceneFacts& scene, std::uint64_t suite_seed,
+                       SeedDomain domain, std::uint64_t number) {
+  Instance instance;
+  instance.number = number;
+  instance.seed = instance_seed(suite_seed, domain, number);
+  instance.variances = read_variances(level.draw(instance.seed, scene.text), scene, "");
+  return instance;
+}
+
+Instance draw_instance(const plugin_host::Choice& level, const std::string& level_name, const SceneFacts& scene,
+                       const std::string& scene_name, const plugin_host::HostServices& services,
+                       std::uint64_t suite_seed, std::uint64_t number) {
+  try {
+    plugin_host::NoiseLevel made(level, services);
+    return draw_instance(made, scene, suite_seed, SeedDomain::benchmark, number);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::plugin_failed) throw;
+    throw Error(ErrorKind::bad_input,
+                "noise level '" + level_name + "' cannot be used with scene '" + scene_name + "': " + error.what());
+  }
+}
+
+}  // namespace relign::trials

@@ -1,0 +1,40 @@
+// "relign.model/1": a simulator of the scene's design for an algorithm, with offsets and seeds of its own. It shares
+// the scene object of the trial, for images are pure functions of (offsets, pose, seed), and nothing of the instance.
+#pragma once
+
+#include <list>
+
+#include "plugin_host/objects.h"
+#include "trials/services.h"
+
+namespace relign::trials {
+
+class ModelService {
+ public:
+  explicit ModelService(ServiceSite& site);
+  ModelService(const ModelService&) = delete;
+  ModelService& operator=(const ModelService&) = delete;
+  const relign_model_service* table() const { return &table_; }
+
+ private:
+  static ModelService& self(void* context) { return *static_cast<ModelService*>(context); }
+  static relign_status mount(void* context, relign_text offsets_json, relign_model_lens** made);
+  static relign_status capture(void* context, relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
+                               std::uint64_t seed, float* pixels);
+  static relign_status noise_free(void* context, relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
+                                  float* pixels);
+  static relign_status unmount(void* context, relign_model_lens* lens);
+  static relign_status why(void* context, const relign_text_sink* sentence);
+
+  using Lenses = std::list<plugin_host::MountedAssembly>;
+  Lenses::iterator find(relign_model_lens* lens);
+  // The lens and a sound pose, or null with the sentence set.
+  plugin_host::MountedAssembly* ready(relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
+                                      const float* pixels);
+
+  ServiceSite* site_;
+  relign_model_service table_{};
+  Lenses lenses_;  // addresses stay: they are the handles
+};
+
+}  // namespace relign::trials

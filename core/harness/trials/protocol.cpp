@@ -1,0 +1,78 @@
+#include "trials/protocol.h"
+
+#include <relign/plugin.h>
+
+#include <cmath>
+#include <limits>
+
+#include "base/error.h"
+
+namespace relign::trials {
+
+namespace {
+constexpr double kAgentMove = 0.2;  // paper: agents move by at most this per axis and step
+constexpr double kBoxLower = 0.2;   // paper: baselines search [0.2, 0.8]^n
+constexpr double kBoxUpper = 0.8;
+constexpr double kBlindHalfBox = 0.5;  // around the unknown start: holds the nominal pose wherever the start is
+constexpr double kNearDistance = 0.1;  // paper's C: closer than this, the image alone counts
+}  // namespace
+
+const char* protocol_name(Protocol protocol) { return protocol == Protocol::paper ? "paper" : "blind"; }
+
+std::optional<Protocol> protocol_from_name(const std::string& name) {
+  if (name == "paper") return Protocol::paper;
+  if (name == "blind") return Protocol::blind;
+  return std::nullopt;
+}
+
+const char* merit_name(Merit merit) { return merit == Merit::combined ? "combined" : "rmse"; }
+
+std::optional<Merit> merit_from_name(const std::string& name) {
+  if (name == "combined") return Merit::combined;
+  if (name == "rmse") return Merit::rmse;
+  return std::nullopt;
+}
+
+Rules make_rules(Protocol protocol, const plugin_host::Manifest& algorithm, const Instance& instance,
+                 const SceneFacts& scene) {
+  const std::size_t axes = scene.axes.size();
+  const bool agent = algorithm.kind == plugin_host::Kind::agent;
+  Rules rules;
+  rules.knows = algorithm.knows_bits();
+  if (protocol == Protocol::blind) rules.knows &= ~std::uint32_t{RELIGN_KNOWS_START};
+  if (algorithm.oracle) {
+    if (scene.owns_stage)
+      throw Error(ErrorKind::bad_input, "'" + algorithm.id +
+                                            "' must be told the true start pose, which nobody knows on " +
+                                            "the station '" + scene.name + "'");
+    rules.knows |= RELIGN_KNOWS_START;
+  }
+  if (scene.owns_stage) rules.knows &= ~std::uint32_t{RELIGN_KNOWS_START};
+
+  if (rules.knows & RELIGN_KNOWS_START) {
+    rules.commanded_start = instance.variances.start;
+    rules.box_lower.assign(axes, kBoxLower);
+    rules.box_upper.assign(axes, kBoxUpper);
+  } else {
+    rules.commanded_start.assign(axes, 0.0);
+    rules.box_lower.assign(axes, -kBlindHalfBox);
+    rules.box_upper.assign(axes, kBlindHalfBox);
+  }
+  const bool short_moves = agent && protocol == Protocol::paper;
+  rules.largest_move = short_moves ? kAgentMove : std::numeric_limits<double>::infinity();
+  rules.merit = protocol == Protocol::paper && !scene.owns_stage ? Merit::combined : Merit::rmse;
+  rules.recommend_current = agent;
+  return rules;
+}
+
+double combined_merit(double rmse, const std::vector<double>& true_pose, const std::vector<double>& nominal_pose) {
+  double squares = 0;
+  for (std::size_t i = 0; i < true_pose.size(); ++i) {
+    const double difference = true_pose[i] - nominal_pose[i];
+    squares += difference * difference;
+  }
+  const double distance = std::sqrt(squares);
+  return distance > kNearDistance ? rmse + distance : rmse;
+}
+
+}  // namespace relign::trials

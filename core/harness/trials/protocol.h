@@ -1,0 +1,50 @@
+// Protocols: what an algorithm is told, and in which coordinates it speaks.
+//
+// paper  search methods know the true start and the box [0.2, 0.8]^n and move without a step limit;
+//        merit = combined: measured RMSE, plus the distance to the nominal pose while that is above 0.1.
+//        Agents get images and moves of up to 0.2 per axis.
+// blind  coordinates count from the unknown start; box = start +- 0.5 per axis; merit = measured RMSE;
+//        each step tells which axes met a limit.
+// On a station nobody knows start and true pose: under both protocols coordinates count from the
+// start, box = start +- 0.5, merit = measured RMSE; algorithms that must be told the start cannot run.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "plugin_host/manifest.h"
+#include "trials/instance.h"
+#include "trials/scene_facts.h"
+
+namespace relign::trials {
+
+enum class Protocol { paper, blind };
+enum class Merit { combined, rmse };
+
+const char* protocol_name(Protocol protocol);
+std::optional<Protocol> protocol_from_name(const std::string& name);
+const char* merit_name(Merit merit);
+std::optional<Merit> merit_from_name(const std::string& name);
+
+// The rules of one trial, worked out from protocol, algorithm and instance.
+struct Rules {
+  std::uint32_t knows = 0;              // granted RELIGN_KNOWS_* bits
+  std::vector<double> commanded_start;  // coordinates of the start pose
+  std::vector<double> box_lower;        // commanded coordinates; always filled, granted by knows
+  std::vector<double> box_upper;
+  double largest_move = 0;  // infinity when unlimited
+  Merit merit = Merit::combined;
+  bool recommend_current = false;  // default recommendation: current pose (agents), else best measured
+};
+
+// Throws Error(bad_input) when a station is given an algorithm that must be told the start.
+Rules make_rules(Protocol protocol, const plugin_host::Manifest& algorithm, const Instance& instance,
+                 const SceneFacts& scene);
+
+// The paper's reward with its sign turned: rmse + distance while distance > 0.1, else rmse;
+// distance = Euclidean norm of true pose minus nominal pose, in shares of the travel.
+double combined_merit(double rmse, const std::vector<double>& true_pose, const std::vector<double>& nominal_pose);
+
+}  // namespace relign::trials

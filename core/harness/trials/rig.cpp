@@ -1,0 +1,116 @@
+#include "trials/rig.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "base/error.h"
+#include "base/seeds.h"
+
+namespace relign::trials {
+namespace {
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+class SimulatedRig final : public Rig {
+ public:
+  SimulatedRig(const TrialSetup& setup, const Rules& rules)
+      : setup_(setup),
+        stage_(*setup.scene, setup.instance->variances, rules.commanded_start, setup.limits, setup.machine_time) {}
+
+  Arrival start() override { return {stage_.commanded_pose(), stage_.true_pose(), 0, 0, 0}; }
+
+  Arrival step_to(const std::vector<double>& commanded) override {
+    Stage::Arrival arrival = stage_.step_to(commanded);
+    return {std::move(arrival.commanded_pose), std::move(arrival.true_pose), arrival.limits_low, arrival.limits_high,
+            arrival.travel_seconds + setup_.machine_time.settle_ms / 1000};
+  }
+
+  const std::vector<double>& reached_pose() const override { return stage_.reached_pose(); }
+
+  double capture(unsigned step, float* pixels) override {
+    setup_.assembly->capture(stage_.true_pose(), frame_seed(setup_.instance->seed, step, FrameStream::capture), pixels);
+    return (setup_.machine_time.exposure_ms + setup_.machine_time.readout_ms) / 1000;
+  }
+
+  VirtualMove would_reach(const std::vector<double>& commanded) const override {
+    Stage::Arrival arrival = stage_.would_reach(commanded);
+    const double settle = arrival.travel_seconds > 0 ? setup_.machine_time.settle_ms / 1000 : 0;
+    const bool shifts = !setup_.instance->variances.cure_shift.empty();
+    std::vector<double> uncured = shifts ? arrival.true_pose : std::vector<double>();
+    return {cured(std::move(arrival.true_pose)), arrival.travel_seconds + settle, std::move(uncured)};
+  }
+
+  std::vector<double> cured(std::vector<double> true_pose) const override {
+    // No limit of the stage stops glue, but scenes know poses within the travel only.
+    const std::vector<double>& cure_shift = setup_.instance->variances.cure_shift;
+    for (std::size_t i = 0; i < cure_shift.size(); ++i)
+      true_pose[i] = std::clamp(true_pose[i] + cure_shift[i], 0.0, 1.0);
+    return true_pose;
+  }
+
+  Truth truth_at(const std::vector<double>& true_pose, std::uint64_t seed) override {
+    if (!tells_truth()) return {kUnknown, kUnknown};
+    const auto value = setup_.assembly->noise_free_mse(true_pose, seed);
+    return {value.mse, value.standard_error};
+  }
+  bool tells_truth() const override { return setup_.scene->truth; }
+
+ private:
+  const TrialSetup& setup_;
+  Stage stage_;
+};
+
+// Commanded coordinates count from the start, wherever that is. Where a limit cuts a move, the
+// station's encoders tell where it stands, so that a commanded pose always means the same place.
+class StationRig final : public Rig {
+ public:
+  StationRig(const TrialSetup& setup, const Rules& rules)
+      : setup_(setup), unknown_(rules.commanded_start.size(), kUnknown), reached_(rules.commanded_start) {}
+
+  Arrival start() override {
+    setup_.station->begin(setup_.instance->seed);
+    return {reached_, unknown_, 0, 0, 0};
+  }
+
+  Arrival step_to(const std::vector<double>& commanded) override {
+    std::vector<double> delta = commanded;
+    for (std::size_t i = 0; i < delta.size(); ++i) delta[i] -= reached_[i];
+    const plugin_host::Scene::StageMove made = setup_.station->move_by(delta);
+    for (std::size_t i = 0; i < delta.size(); ++i)
+      // A whole move ends where it was asked to, bit for bit.
+      reached_[i] = made.moved[i] == delta[i] ? commanded[i] : reached_[i] + made.moved[i];
+    return {commanded, unknown_, made.limits_low, made.limits_high, made.machine_seconds};
+  }
+
+  const std::vector<double>& reached_pose() const override { return reached_; }
+  double capture(unsigned, float* pixels) override { return setup_.station->capture(pixels); }
+  VirtualMove would_reach(const std::vector<double>&) const override { return {unknown_, kUnknown}; }
+  std::vector<double> cured(std::vector<double>) const override { return unknown_; }
+  Truth truth_at(const std::vector<double>&, std::uint64_t) override { return {kUnknown, kUnknown}; }
+  bool tells_truth() const override { return false; }
+
+ private:
+  const TrialSetup& setup_;
+  std::vector<double> unknown_;
+  std::vector<double> reached_;
+};
+
+}  // namespace
+
+std::unique_ptr<Rig> make_rig(const TrialSetup& setup, const Rules& rules) {
+  if (setup.scene->owns_stage) return std::make_unique<StationRig>(setup, rules);
+  return std::make_unique<SimulatedRig>(setup, rules);
+}
+
+SceneFacts facts_of(plugin_host::Scene& scene, const std::string& scene_id) {
+  SceneFacts facts = read_scene_facts(scene.describe(), scene_id);
+  if (facts.owns_stage != scene.offers_stage())
+    throw Error(ErrorKind::plugin_failed,
+                "scene '" + scene_id + "': " +
+                    (facts.owns_stage ? "it says \"owns_stage\": true, but does not offer " RELIGN_SCENE_STAGE
+                                      : "it offers " RELIGN_SCENE_STAGE ", but does not say \"owns_stage\": true"));
+  return facts;
+}
+
+}  // namespace relign::trials

@@ -1,0 +1,33 @@
+// "relign.run/1": runs another algorithm for some steps of the caller's budget (hand-over).
+#pragma once
+
+#include <vector>
+
+#include "trials/services.h"
+
+namespace relign::trials {
+
+class RunService {
+ public:
+  explicit RunService(ServiceSite& site);
+  RunService(const RunService&) = delete;
+  RunService& operator=(const RunService&) = delete;
+  const relign_run_service* table() const { return &table_; }
+
+ private:
+  static relign_status run(void* context, relign_text parameter, relign_text parameters_json, std::uint32_t most_steps,
+                           relign_run_outcome* outcome);
+  static relign_status why(void* context, const relign_text_sink* sentence);
+  relign_status run_inner(const plugin_host::Choice& inner, std::uint32_t most_steps, relign_run_outcome& outcome);
+
+  ServiceSite* site_;
+  relign_run_service table_{};
+  std::uint64_t runs_ = 0;
+  // What the last outcome points to.
+  relign_observation last_{};
+  relign_observation best_{};
+  std::vector<double> best_pose_;
+  std::vector<double> recommendation_;
+};
+
+}  // namespace relign::trials

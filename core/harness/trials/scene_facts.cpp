@@ -1,0 +1,126 @@
+#include "trials/scene_facts.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace relign::trials {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr std::size_t kMostAxes = 64;  // limit flags are the bits of one 64-bit word
+
+std::vector<Axis> read_axes(const JsonSource& source, ObjectReader& top, std::vector<Problem>& problems) {
+  std::vector<Axis> axes;
+  const Json* list = top.get("axes");
+  if (!list || !list->is_array() || list->empty() || list->size() > kMostAxes) {
+    top.complain("axes", "expected a list of 1 to " + std::to_string(kMostAxes) + " axes");
+    return axes;
+  }
+  for (std::size_t i = 0; i < list->size(); ++i) {
+    ObjectReader reader(source, "/axes/" + std::to_string(i), problems);
+    Axis axis;
+    axis.name = reader.required_string("name");
+    axis.unit = reader.required_string("unit");
+    axis.lower = reader.required_number("lower", -kInfinity, kInfinity);
+    axis.upper = reader.required_number("upper", -kInfinity, kInfinity);
+    reader.refuse_unknown();
+    if (reader.has("name") && axis.name.empty()) reader.complain("name", "an axis needs a name");
+    if (reader.has("unit") && axis.unit != "mm" && axis.unit != "deg")
+      reader.complain("unit", "expected \"mm\" or \"deg\", found \"" + axis.unit + "\"");
+    if (reader.has("lower") && reader.has("upper") && !(axis.lower < axis.upper))
+      reader.complain("upper", "must be greater than \"lower\"");
+    const bool twice = std::any_of(axes.begin(), axes.end(), [&](const Axis& a) { return a.name == axis.name; });
+    if (twice && !axis.name.empty()) reader.complain("name", "the axis \"" + axis.name + "\" stands twice");
+    axes.push_back(std::move(axis));
+  }
+  return axes;
+}
+
+std::vector<std::string> read_texts(ObjectReader& reader, const std::string& key, bool required) {
+  std::vector<std::string> texts;
+  const Json* list = reader.get(key);
+  if (!list && !required) return texts;
+  const bool fits = list && list->is_array() && std::all_of(list->begin(), list->end(), [](const Json& item) {
+                      return item.is_string() && !item.get_ref<const std::string&>().empty();
+                    });
+  if (!fits) {
+    reader.complain(key, "expected a list of texts under \"" + key + "\"");
+    return texts;
+  }
+  return list->get<std::vector<std::string>>();
+}
+
+SceneFacts read(const JsonSource& source) {
+  std::vector<Problem> problems;
+  SceneFacts facts;
+  facts.text = source.text();
+  // Unknown keys of the description itself are allowed: scenes and levels may share more than we read.
+  ObjectReader top(source, "", problems);
+  throw_if_any(problems);
+  facts.name = top.required_string("name");
+  if (top.has("name") && facts.name.empty()) top.complain("name", "a scene needs a name");
+  facts.summary = top.string("summary", "");
+  facts.axes = read_axes(source, top, problems);
+  facts.owns_stage = top.boolean("owns_stage", false);
+  facts.truth = top.boolean("truth", true);
+  if (facts.owns_stage && facts.truth)
+    top.complain(top.has("truth") ? "truth" : "",
+                 "a scene that owns its stage knows no truth: it says \"truth\": false");
+
+  facts.nominal_pose =
+      top.numbers("nominal_pose", facts.axes.size(),
+                  facts.owns_stage ? std::vector<double>(facts.axes.size(), 0.5) : std::vector<double>{});
+  if (!top.has("nominal_pose") && !facts.owns_stage)
+    top.complain("", "the key \"nominal_pose\" is missing (one number per axis)");
+  for (const double value : facts.nominal_pose)
+    if (!(value >= 0 && value <= 1)) top.complain("nominal_pose", "every value must lie from 0 to 1");
+
+  if (!top.has("image")) {
+    top.complain("", "the key \"image\" is missing ({\"width\": ..., \"height\": ..., \"white\": ...})");
+  } else {
+    constexpr std::int64_t largest_side = 20000;
+    ObjectReader image(source, "/image", problems);
+    for (const char* side : {"width", "height"})
+      if (!image.has(side)) image.complain("", "the key \"" + std::string(side) + "\" is missing (pixels)");
+    facts.image_width = static_cast<unsigned>(image.integer("width", 1, 1, largest_side));
+    facts.image_height = static_cast<unsigned>(image.integer("height", 1, 1, largest_side));
+    facts.image_white = image.number("white", 1, 1e-12, 1e12);
+    image.refuse_unknown();
+  }
+
+  facts.elements = read_texts(top, "elements", !facts.owns_stage);
+  for (auto name = facts.elements.begin(); name != facts.elements.end(); ++name)
+    if (std::find(facts.elements.begin(), name, *name) != name)
+      top.complain("elements", "the element \"" + *name + "\" stands twice");
+  facts.files = read_texts(top, "files", false);
+  if (top.get("machine_time"))
+    facts.machine_time = changed_by(read_machine_time(source, "/machine_time", problems), facts.machine_time);
+  if (const Json* spec = top.get("spec"); spec && !spec->is_null()) {
+    check_specification(source, "/spec", problems);
+    facts.spec = *spec;
+  }
+  throw_if_any(problems);
+  return facts;
+}
+
+}  // namespace
+
+MachineTime changed_by(const MachineTimeKeys& given, MachineTime times) {
+  times.speed_mm_per_s = given.speed_mm_per_s.value_or(times.speed_mm_per_s);
+  times.speed_deg_per_s = given.speed_deg_per_s.value_or(times.speed_deg_per_s);
+  times.settle_ms = given.settle_ms.value_or(times.settle_ms);
+  times.exposure_ms = given.exposure_ms.value_or(times.exposure_ms);
+  times.readout_ms = given.readout_ms.value_or(times.readout_ms);
+  return times;
+}
+
+SceneFacts read_scene_facts(const std::string& description, const std::string& scene_id) {
+  try {
+    return read(JsonSource::from_text(description, "description"));
+  } catch (const Error& error) {
+    throw Error(ErrorKind::plugin_failed,
+                "scene '" + scene_id + "' describes itself in a way that cannot be used:\n" + error.what());
+  }
+}
+
+}  // namespace relign::trials

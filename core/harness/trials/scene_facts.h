@@ -1,0 +1,54 @@
+// What a scene says of itself, checked: the JSON of relign_scene_interface::describe.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/json_source.h"
+#include "base/shared_keys.h"
+
+namespace relign::trials {
+
+struct Axis {
+  std::string name;  // "x", "Rx"
+  std::string unit;  // "mm" or "deg"
+  double lower = 0;  // physical value at pose 0
+  double upper = 0;  // physical value at pose 1
+  double travel() const { return upper - lower; }
+};
+
+// Simulated machine time of one step: travel (all axes at once, the slowest counts), settling,
+// exposure, readout.
+struct MachineTime {
+  double speed_mm_per_s = 5;
+  double speed_deg_per_s = 5;
+  double settle_ms = 40;
+  double exposure_ms = 15;
+  double readout_ms = 30;
+};
+
+// `times` with what was given in their place.
+MachineTime changed_by(const MachineTimeKeys& given, MachineTime times);
+
+struct SceneFacts {
+  std::string name;
+  std::string summary;
+  std::vector<Axis> axes;
+  std::vector<double> nominal_pose;
+  unsigned image_width = 0;
+  unsigned image_height = 0;
+  double image_white = 1;  // display value of a lit pixel
+  std::vector<std::string> elements;
+  MachineTime machine_time;
+  Json spec;                       // as the scene wrote it, null when absent
+  std::vector<std::string> files;  // data files the image depends on
+  bool owns_stage = false;         // a station: relative moves, no W, no true pose
+  bool truth = true;               // noise-free errors can be asked for
+  std::string text;                // the description verbatim
+};
+
+// Throws Error(plugin_failed) that lists every mistake in the description. A station may leave out
+// nominal_pose (then 0.5) and elements.
+SceneFacts read_scene_facts(const std::string& description, const std::string& scene_id);
+
+}  // namespace relign::trials

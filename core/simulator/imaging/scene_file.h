@@ -1,0 +1,92 @@
+// A scene file: lens, sensor, emitter and travel of one set-up, as JSON with units in the names.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/json_source.h"
+#include "imaging/sensor.h"
+#include "optics/prescription.h"
+#include "optics/pupil_search.h"
+#include "optics/ray_block.h"
+#include "optics/rigid.h"
+#include "images/image.h"
+
+namespace relign::imaging {
+
+struct Emitter {
+  double z_mm = 0;         // world, negative
+  double side_mm = 0;      // square
+  std::string target;      // a name or the path of an image, see target.h
+  images::Image radiance;  // square, 0 to 1; change it through show() only
+  bool repeats = false;    // set before show(): the bitmap goes on periodically outside of the square, see radiance_at
+  // The same for look-ups, see optics::EmitterPlane: with 8 bits where that loses nothing.
+  std::vector<std::uint16_t> texels_8_bit;
+  std::vector<std::uint32_t> texels_16_bit;
+
+  void show(images::Image image);
+  // The plane as block kernels take it; a view of this.
+  optics::EmitterPlane plane() const;
+  // At a place of its plane (mm): bilinear between texel centres, 0 outside of the square. In the half texel at its
+  // border the outermost texel is repeated or, if the bitmap repeats, blended with that of the opposite border, as
+  // renderers do whose textures are periodic. What block kernels see, for single rays.
+  double radiance_at(double x_mm, double y_mm) const;
+};
+
+// Pose s in [0, 1] per axis; physical value = (2 s - 1) * half travel.
+struct Travel {
+  std::array<double, 3> shift_mm{};
+  std::vector<double> tilt_deg;  // Rx, Ry, optionally Rz
+};
+
+// The scene's lens at one of several wavelengths: the same geometry, other indices.
+struct SceneWavelength {
+  double weight = 0;  // of all, whose sum is 1
+  optics::Prescription lens;
+  std::shared_ptr<const optics::PupilSearch> pupil;  // as SceneFile's
+};
+
+inline constexpr std::size_t kMostWavelengths = 24;
+
+struct SceneFile {
+  std::string name;
+  std::string summary;
+  optics::Prescription lens;  // at its own wavelength, or the only one of "wavelengths"
+  // Images and MTF are the weighted sum over these, 2 to kMostWavelengths; empty: of `lens` alone. Field points, poses
+  // of the coarse optimum and everything of first order are those of `lens`.
+  std::vector<SceneWavelength> wavelengths;
+  double pivot_behind_first_vertex_mm = 0;  // world origin, on the axis
+  Sensor sensor;
+  Emitter emitter;
+  Travel travel;
+  double ambient_index = 1;  // as chosen; wavelengths are shorter by it
+  Json machine_time;         // as written, null when absent
+  Json spec;
+  bool diffraction = false;                  // in images: diffraction.h
+  bool diffraction_in_mtf = false;           // "diffraction" of the spec's "mtf": field_mtf.h
+  Json meshes;                               // where scenes of meshes find them; as written, null when absent
+  std::vector<std::filesystem::path> files;  // all that were read
+  // Of this lens, sensor and travel: whoever changes them resets it, and mounted lenses search anew.
+  std::shared_ptr<const optics::PupilSearch> pupil;
+
+  std::size_t axes() const { return 3 + travel.tilt_deg.size(); }
+  // Lens coordinates to world coordinates at a true pose (axes() values):
+  // p_world = R (p_lens - pivot) + t, R = Rx Ry (Rz), right-handed.
+  optics::Motion lens_to_world(const std::vector<double>& true_pose) const;
+};
+
+struct SceneChoices {
+  double ambient_index = 1;  // glass indices of the file are divided by it
+  std::string target;        // empty: the scene file's; a name or a path, see target.h
+  bool rotation_z = false;   // switches the sixth axis on
+  int pixels = 0;            // columns, rows in proportion, over the same area; 0: the scene file's
+};
+
+// Throws Error(bad_input or io) listing every mistake with its place.
+SceneFile read_scene_file(const std::filesystem::path& file, const SceneChoices& choices);
+
+}  // namespace relign::imaging

@@ -1,0 +1,261 @@
+// Recommendation rules, classes, methods of several protocols and the analysis plan on the page.
+#include <gmock/gmock.h>
+
+#include <map>
+#include <set>
+
+#include "base/error.h"
+#include "base/json_members.h"
+#include "error_text.h"
+#include "report/made_results.h"
+#include "report/page_data.h"
+#include "report/report.h"
+#include "report/rules_data.h"
+#include "report/statistics_data.h"
+#include "report/text_tables.h"
+
+namespace relign::report {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+class Rules : public MadeResults {
+ protected:
+  Json data(std::optional<statistics::Rule> rule = std::nullopt) {
+    const LoadedResults results = load_results(folder_);
+    return page_data(results, statistics::make_study(results.trials, study_options(results, rule)));
+  }
+
+  // "model" guesses a pose that it never visits, "walker" recommends what it measured. By `own` the model is far
+  // better; where the two have been they differ by nothing.
+  static std::vector<records::TrialRecord> model_and_walker() {
+    std::vector<records::TrialRecord> trials;
+    for (std::uint64_t i = 0; i < 8; ++i) {
+      const double lens = 0.02 * (1 + 0.05 * static_cast<double>(i));
+      trials.push_back(trial("walker", i, {0.1, lens, 2 * lens}));
+      trials.back().steps[2].recommended_mse = lens * lens;
+      trials.push_back(trial("model", i, {0.1, lens, 3 * lens}));
+      trials.back().steps[2].recommended_mse = lens * lens / 4;
+    }
+    return trials;
+  }
+  static Json row(const Json& group, const std::string& method) {
+    for (const Json& one : group["rows"])
+      if (one["method"] == method) return one;
+    return nullptr;
+  }
+};
+
+TEST_F(Rules, EveryRuleJudgesItsOwnPose) {
+  write(model_and_walker());
+  const Json group = data()["groups"][0];
+  const double lens = 0.02 * 1.175;  // median of eight
+  EXPECT_NEAR(row(group, "model")["rules"]["own"]["median"], lens / 2, 1e-12);
+  EXPECT_NEAR(row(group, "model")["rules"]["best"]["median"], lens, 1e-12) << "step 1 was measured lowest";
+  EXPECT_NEAR(row(group, "model")["rules"]["current"]["median"], 3 * lens, 1e-12);
+  EXPECT_NEAR(row(group, "walker")["rules"]["current"]["median"], 2 * lens, 1e-12);
+  EXPECT_EQ(group["rules"]["own"]["pairs"][0]["verdict"], "better");
+  EXPECT_EQ(group["rules"]["best"]["pairs"][0]["verdict"], "practically equal");
+  EXPECT_EQ(group["rules"]["current"]["pairs"][0]["a"], "walker");
+}
+
+TEST_F(Rules, TheChosenRuleIsWhatThePageIsBy) {
+  write(model_and_walker());
+  const Json by_own = data(), by_current = data(statistics::Rule::current);
+  EXPECT_EQ(by_own["rule"], "own");
+  EXPECT_EQ(by_own["verdict"][0]["best"], "model");
+  EXPECT_EQ(by_current["rule"], "current");
+  EXPECT_EQ(by_current["verdict"][0]["best"], "walker");
+  EXPECT_EQ(by_current["groups"][0]["rows"][0]["recommended"]["median"],
+            row(by_own["groups"][0], "walker")["rules"]["current"]["median"]);
+  EXPECT_EQ(by_current["groups"][0]["pairs"], by_own["groups"][0]["rules"]["current"]["pairs"]);
+}
+
+TEST_F(Rules, YieldGoesByTheRule) {
+  write(model_and_walker());
+  add_to_manifest({{"spec", {{"rmse", 0.0255}}}});
+  const Json of_model = row(data()["groups"][0], "model");
+  EXPECT_EQ(of_model["rules"]["own"]["yield"]["in"], 8);
+  EXPECT_EQ(of_model["rules"]["best"]["yield"]["in"], 6) << "0.02 to 0.0255";
+  EXPECT_EQ(of_model["rules"]["current"]["yield"]["in"], 0);
+  EXPECT_EQ(of_model["rules"]["current"]["steps"], 1) << "it was there and left again";
+  EXPECT_EQ(row(data(statistics::Rule::best)["groups"][0], "model")["yield"]["in"], 6);
+}
+
+TEST_F(Rules, TheNoteSaysWhereAVerdictDependsOnTheRule) {
+  write(model_and_walker());
+  EXPECT_THAT(text_of(data(), "rules_note"),
+              AllOf(HasSubstr("The verdict depends on the recommendation rule. rho0: own model (better than walker)"),
+                    HasSubstr("current walker (better than model)")));
+  std::vector<records::TrialRecord> trials;
+  for (std::uint64_t i = 0; i < 8; ++i) {
+    trials.push_back(trial("a", i, {0.1, 0.01}));
+    trials.push_back(trial("b", i, {0.1, 0.02}));
+  }
+  std::filesystem::remove_all(folder_);
+  write(trials);
+  EXPECT_THAT(text_of(data(), "rules_note"), HasSubstr("No verdict depends on the recommendation rule"));
+}
+
+// Glue that shifts the lens: an earlier program scored the method's own recommendation alone.
+TEST_F(Rules, WhatARecordLacksIsNamedAndNotGuessed) {
+  std::vector<records::TrialRecord> trials = model_and_walker();
+  for (records::TrialRecord& one : trials) one.uncured_mse = 1e-4;
+  write(trials);
+  const Json by_own = data();
+  EXPECT_EQ(by_own["trials_without_rules"], 16);
+  EXPECT_EQ(by_own["verdict"][0]["best"], "model");
+  EXPECT_EQ(row(by_own["groups"][0], "model")["rules"]["best"].dump(), R"({"n":0})");
+  EXPECT_THAT(text_of(by_own, "rules_note"), HasSubstr("verify DIR --add-rules"));
+  EXPECT_THAT(Report(folder_).html(), HasSubstr("not recorded"));
+  EXPECT_THAT(test::error_text(ErrorKind::bad_input, [&] { data(statistics::Rule::best); }),
+              AllOf(HasSubstr("16 trials have no scores by the rule 'best'"), HasSubstr("--add-rules")));
+
+  for (records::TrialRecord& one : trials) {
+    one.glued_mse = {1e-2, 4e-4, 9e-4};
+    one.glued_mse_error = {0, 0, 0};
+  }
+  std::filesystem::remove_all(folder_);
+  write(trials);
+  const Json complete = data(statistics::Rule::best);
+  EXPECT_FALSE(complete.contains("trials_without_rules"));
+  EXPECT_NEAR(complete["groups"][0]["rows"][0]["recommended"]["median"], 0.02, 1e-12);
+  EXPECT_NEAR(row(complete["groups"][0], "model")["rules"]["current"]["median"], 0.03, 1e-12);
+}
+
+TEST_F(Rules, ThePageShowsAllThree) {
+  write(model_and_walker());
+  const std::string page = Report(folder_, statistics::Rule::best).html();
+  EXPECT_THAT(page, HasSubstr("Recommendation rules"));
+  EXPECT_THAT(page, HasSubstr("The verdict depends on the recommendation rule"));
+  EXPECT_THAT(page, HasSubstr("at the pose of its lowest measured error"));
+  EXPECT_THAT(Report(folder_, statistics::Rule::best).ranking_table(), HasSubstr("the pose of its lowest measured error"));
+  EXPECT_THAT(Report(folder_, statistics::Rule::best).markdown(), HasSubstr("depends on the recommendation rule"));
+}
+
+Json method(const std::string& name, const std::string& protocol, const Json& observed, bool oracle = false) {
+  return {{"name", name},     {"id", name},          {"protocol", protocol},        {"knows", observed},
+          {"oracle", oracle}, {"merit", "combined"}, {"parameters", Json::object()}};
+}
+
+class Protocols : public Rules {
+ protected:
+  void write_both(bool blind_first) {
+    std::vector<records::TrialRecord> trials;
+    for (std::uint64_t i = 0; i < 2; ++i)
+      for (const char* name : {"home", "random"}) {
+        trials.push_back(trial(name, i, {0.1, name[0] == 'h' ? 0.01 : 0.05}));
+        trials.push_back(trials.back());
+        trials.back().protocol = "blind";
+        trials.back().trial = short_id("blind" + trials.back().trial);
+      }
+    write(trials);
+    Json algorithms = Json::array();
+    for (const bool blind : {blind_first, !blind_first})
+      for (const char* name : {"home", "random"})
+        algorithms.push_back(method(name, blind ? "blind" : "paper", Json::array({name[0] == 'h' ? "start" : "merit"}),
+                                    blind && name[0] == 'h'));
+    add_to_manifest({{"algorithms", algorithms}});
+  }
+};
+
+TEST_F(Protocols, AnOracleIsOneUnderItsOwnProtocolAlone) {
+  for (const bool blind_first : {false, true}) {
+    std::filesystem::remove_all(folder_);
+    write_both(blind_first);
+    const Json found = data();
+    ASSERT_EQ(found["groups"].size(), 2U);
+    for (std::size_t i = 0; i < 2; ++i) {
+      const bool blind = found["groups"][i]["protocol"] == "blind";
+      EXPECT_EQ(row(found["groups"][i], "home")["oracle"], blind) << blind_first;
+      EXPECT_EQ(found["verdict"][i]["best"], blind ? "random" : "home") << "an oracle cannot win";
+    }
+    ASSERT_EQ(found["methods"].size(), 4U);
+    std::set<std::string> labels, keys;
+    for (const Json& one : found["methods"]) {
+      labels.insert(one["label"]);
+      keys.insert(one["key"]);
+    }
+    EXPECT_THAT(labels, testing::ElementsAre("home (blind)", "home (paper)", "random (blind)", "random (paper)"));
+    EXPECT_EQ(keys.size(), 4U);
+  }
+}
+
+TEST_F(Protocols, TheKeyTellsParametersAndMeritsApart) {
+  write({trial("a", 0, {0.1, 0.01})});
+  std::set<Json> keys;
+  for (const Json& other : {Json(Json::object()), Json{{"merit", "rmse"}}, Json{{"parameters", {{"stride", 2}}}}}) {
+    Json one = method("a", "paper", {"merit"});
+    one.update(other);
+    add_to_manifest({{"algorithms", Json::array({one})}});
+    keys.insert(data()["groups"][0]["rows"][0]["key"]);
+  }
+  EXPECT_EQ(keys.size(), 3U);
+}
+
+TEST_F(Rules, ClassesAreRankedEachByItself) {
+  std::vector<records::TrialRecord> trials;
+  for (std::uint64_t i = 0; i < 8; ++i)
+    for (const auto& [name, error] : std::map<std::string, double>{
+             {"agent", 0.01}, {"fit", 0.005}, {"search", 0.03}, {"slow", 0.04}, {"oracle", 0.001}})
+      trials.push_back(trial(name, i, {0.1, error}));
+  write(trials);
+  add_to_manifest({{"algorithms",
+                    {method("agent", "paper", {"images"}), method("fit", "paper", {"images", "design"}),
+                     method("search", "paper", {"merit", "start"}), method("slow", "paper", {"merit", "start"}),
+                     method("oracle", "paper", {"start"}, true)}}});
+  const Json found = data();
+  EXPECT_EQ(row(found["groups"][0], "fit")["class"], "images and design");
+  EXPECT_EQ(row(found["groups"][0], "oracle")["class"], "oracle");
+  const Json& classes = found["verdict"][0]["classes"];
+  ASSERT_EQ(classes.size(), 3U);
+  EXPECT_EQ(classes[0]["class"], "merit");
+  EXPECT_EQ(classes[0]["best"], "search");
+  EXPECT_THAT(text_of(classes[0], "text"),
+              HasSubstr("It is better: lens by lens, its error is 0.75 times that of slow"));
+  EXPECT_EQ(classes[1]["best"], "agent");
+  EXPECT_THAT(text_of(classes[1], "text"), HasSubstr("No other method of this class"));
+  const std::string page = Report(folder_).html();
+  EXPECT_LT(page.find("Methods that observe the merit alone"), page.find("Methods that observe images and the design"));
+  EXPECT_THAT(ranking_csv_rows(found, "x"), HasSubstr(",images and design,combined,"));
+}
+
+TEST_F(Rules, ThePlanDecidesWhatTheReportIsBy) {
+  write(model_and_walker());
+  const Json plan = {{"primary", "yield"},
+                     {"rule", "best"},
+                     {"contrasts", Json::array({Json::array({"walker", "model"})})},
+                     {"smallest_relevant_ratio", 1.5},
+                     {"yield", 0.9}};
+  add_to_manifest({{"analysis", plan}, {"analysis_hash", std::string(64, 'a')}, {"spec", {{"rmse", 0.0255}}}});
+  const Json found = data();
+  EXPECT_EQ(found["rule"], "best");
+  EXPECT_EQ(found["smallest_relevant_ratio"], 1.5);
+  EXPECT_EQ(found["analysis"]["hash"], std::string(64, 'a'));
+  EXPECT_TRUE(found["analysis_notes"].empty());
+  const Json& pair = found["groups"][0]["pairs"][0];
+  EXPECT_EQ(pair["planned"], true);
+  EXPECT_EQ(pair["p_planned"], pair["p"]) << "one contrast";
+  EXPECT_EQ(pair["yields"],
+            Json({{"n", 8}, {"a", 6}, {"b", 6}, {"a_alone", 0}, {"b_alone", 0}, {"p", 1.0}, {"p_planned", 1.0}}));
+  EXPECT_THAT(data(statistics::Rule::own)["analysis_notes"][0].get<std::string>(),
+              HasSubstr("by the rule 'own', the plan names the rule 'best'"));
+  const std::string page = Report(folder_).html();
+  EXPECT_THAT(page, HasSubstr("Analysis plan (aaaaaaaaaaaaaaaa)"));
+  EXPECT_THAT(page, HasSubstr("undecided: in specification 6 and 6 of 8 instances"));
+  EXPECT_THAT(page, HasSubstr("undecided, because the 95 % interval holds 90.0 %"));
+}
+
+TEST_F(Rules, APlanThatWasChangedIsNamed) {
+  write(model_and_walker());
+  EXPECT_FALSE(data().contains("analysis")) << "nothing was planned";
+  add_to_manifest(
+      {{"analysis", {{"primary", "rmse"}, {"rule", "own"}}}, {"analysis_began_with", std::string(64, 'b')}});
+  EXPECT_THAT(data()["analysis_notes"][0].get<std::string>(), HasSubstr("changed after the first trials had ended"));
+  add_to_manifest({{"analysis_began_with", "none"}});
+  EXPECT_THAT(Report(folder_).html(), HasSubstr("written after the first trials had ended"));
+}
+
+}  // namespace
+}  // namespace relign::report

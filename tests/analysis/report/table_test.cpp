@@ -1,0 +1,98 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <sstream>
+
+#include "base/files.h"
+#include "markup/escape.h"
+#include "report/made_results.h"
+#include "report/report.h"
+
+namespace relign::report {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+const fs::path kGolden = fs::path(RELIGN_TEST_DATA) / "report";
+
+TEST(RankingTable, MatchesTheApprovedOne) {
+  EXPECT_EQ(Report(kGolden / "small").ranking_table(), read_file(kGolden / "ranking.txt"));
+}
+
+using RankingTableOf = MadeResults;
+
+TEST_F(RankingTableOf, AnEmptyFolderIsASentence) {
+  write({}, "made", 3);
+  EXPECT_EQ(Report(folder_).ranking_table(), "0 of 3 trials finished: nothing to rank yet.\n");
+}
+
+TEST_F(RankingTableOf, StaysWithinNinetyColumnsAndMovesNoCursor) {
+  std::vector<records::TrialRecord> trials = {trial(kHostile, 0, {0.1, 0.000012345}, kHostile),
+                                              trial(std::string(200, 'w'), 0, {0.1, 0.05}, kHostile),
+                                              trial("short", 0, {0.1, 0.05, 0.04}, kHostile)};
+  trials.push_back(trial(kHostile, 1, {0.1, 0.000022345}, kHostile));
+  write(trials);
+  const std::string table = Report(folder_).ranking_table();
+  std::istringstream lines(table);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(columns(line), 90u) << line;
+  EXPECT_THAT(table, Not(HasSubstr("\x1b")));
+  EXPECT_THAT(table, HasSubstr("steps")) << "budgets differ, so they have a column";
+}
+
+TEST_F(RankingTableOf, HasTheYieldWhereThereIsASpecification) {
+  std::vector<records::TrialRecord> trials;
+  for (std::uint64_t i = 0; i < 4; ++i) trials.push_back(trial("a", i, {0.1, i < 3 ? 0.01 : 0.05}));
+  write(trials);
+  EXPECT_THAT(Report(folder_).ranking_table(), Not(HasSubstr("in spec")));
+  Json manifest = Json::parse(read_file(folder_ / "manifest.json"));
+  manifest["spec"] = {{"rmse", 0.02}};
+  write_file_atomically(folder_ / "manifest.json", manifest.dump());
+  EXPECT_THAT(Report(folder_).ranking_table(),
+              AllOf(HasSubstr("in spec"), HasSubstr("75 %"), HasSubstr("spec: RMSE 0.0200")));
+  EXPECT_THAT(Report(folder_).markdown(), HasSubstr(", 75 % in spec |"));
+}
+
+TEST_F(RankingTableOf, SaysWhenTheMediansAreOverDifferentLenses) {
+  write({trial("a", 0, {0.1, 0.01}), trial("a", 1, {0.1, 0.02}), trial("b", 0, {0.1, 0.005})});
+  EXPECT_THAT(Report(folder_).ranking_table(),
+              AllOf(HasSubstr("lenses"), HasSubstr("the medians are over different lenses")));
+  write({trial("a", 0, {0.1, 0.01}), trial("b", 0, {0.1, 0.005})});
+  EXPECT_THAT(Report(folder_).ranking_table(), Not(HasSubstr("different lenses")));
+}
+
+TEST(MarkdownReport, MatchesTheApprovedOne) {
+  EXPECT_EQ(Report(kGolden / "small").markdown(), read_file(kGolden / "ranking.md"));
+}
+
+using MarkdownReportOf = MadeResults;
+
+TEST_F(MarkdownReportOf, AnEmptyFolderIsASentence) {
+  write({}, "made", 3);
+  EXPECT_EQ(Report(folder_).markdown(), "No trial has finished: nothing to rank yet.\n");
+}
+
+TEST_F(MarkdownReportOf, ALevelIsAColumnAndTheBestOverallComesFirst) {
+  records::TrialRecord broken = trial("broken", 0, {0.1}, "rho0");
+  broken.end = "failed";
+  write({trial("worse", 0, {0.1, 0.04}, "rho0"), trial("better", 0, {0.1, 0.02}, "rho0"),
+         trial("worse", 0, {0.2, 0.06}, "rho0.5"), trial("better", 0, {0.2, 0.05}, "rho0.5"), broken});
+  const std::string text = Report(folder_).markdown();
+  EXPECT_THAT(
+      text,
+      HasSubstr("steps: 1; at the start 0.100, 0.200.\n\n| method | rho0 | rho0.5 | ms/step |\n|---|---|---|---:|\n"
+                "| better | 0.0200 | 0.0500 | 2.0 |\n| worse | 0.0400 | 0.0600 | 2.0 |\n| broken | failed |  | - |\n"));
+}
+
+TEST_F(MarkdownReportOf, NamesAreNoMarkup) {
+  write({trial("a|b<i>*c*_d_", 0, {0.1, 0.05}), trial("plain_name", 0, {0.1, 0.05})});
+  const std::string text = Report(folder_).markdown();
+  EXPECT_THAT(text, HasSubstr("| a\\|b\\<i\\>\\*c\\*\\_d\\_ |"));
+  EXPECT_THAT(text, HasSubstr("| plain_name |"));
+}
+
+}  // namespace
+}  // namespace relign::report

@@ -1,0 +1,180 @@
+#include "statistics/curves.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/files.h"
+#include "error_text.h"
+#include "statistics/made_table.h"
+#include "statistics/study.h"
+
+namespace relign::statistics {
+namespace {
+
+using test::error_text;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+// Without bands, whose numbers have tests of their own.
+std::vector<Curve> make_curves(const TrialTable& table, std::size_t most_bytes = kCurveBytes) {
+  StudyOptions options;
+  options.resamples = 0;
+  options.most_bytes = most_bytes;
+  std::vector<Curve> curves;
+  for (const SeriesStudy& series : make_study(table, options).series) curves.push_back(series.curve);
+  return curves;
+}
+
+using Curves = MadeTable;
+using Instances = MadeTable;
+using Ranking = MadeTable;
+
+// A trial whose noise-free RMSE at the true pose are `commanded` and at the recommended pose
+// `recommended`; every number a few sixteenths, so that tables are exact.
+records::TrialRecord trial(const std::string& algorithm, std::uint64_t instance, std::vector<double> measured,
+                           std::vector<double> commanded, std::vector<double> recommended, unsigned budget = 2) {
+  records::TrialRecord record;
+  record.trial = algorithm.substr(0, 6) + std::to_string(instance);
+  record.scene = "toy";
+  record.noise_level = "calm";
+  record.protocol = "paper";
+  record.algorithm = algorithm;
+  record.instance = instance;
+  record.end = measured.size() == budget + 1U ? "budget_spent" : "finished";
+  record.budget = budget;
+  for (std::size_t number = 0; number < measured.size(); ++number) {
+    records::StepRecord step;
+    step.step = static_cast<unsigned>(number);
+    step.measured = measured[number];
+    step.commanded_mse = commanded[number] * commanded[number];
+    step.recommended_mse = recommended[number] * recommended[number];
+    step.machine_seconds = static_cast<double>(number);
+    step.recommended_seconds = static_cast<double>(number) + 0.5;
+    step.recommendation = "own";
+    record.steps.push_back(step);
+  }
+  return record;
+}
+
+std::vector<records::TrialRecord> sample() {
+  std::vector<records::TrialRecord> trials = {
+      trial("walker", 0, {0.5, 0.75, 0.25}, {0.5, 0.625, 0.125}, {0.5, 0.5, 0.125}),
+      trial("walker", 1, {0.75, 0.5, 0.625}, {0.625, 0.375, 0.5}, {0.625, 0.375, 0.375}),
+      trial("walker", 2, {1, 0.25}, {0.875, 0.25}, {0.875, 0.25}),  // finished early
+      trial("walker", 3, {0.25, 0.5, 0.125}, {0.25, 0.5, 0.0625}, {0.25, 0.25, 0.0625}),
+      trial("walker", 4, {0.5}, {0.5}, {0.5}),
+      trial("jumper, \"quick\"", 0, {0.5, 0.25, 0.5}, {0.5, 0.25, 0.5}, {0.5, 0.25, 0.25}),
+  };
+  trials[4].end = "failed";
+  trials[4].message = "lost,\nfor good";
+  for (std::size_t index = 0; index < 4; ++index) {
+    trials[index].has_own_optimum = true;
+    // Excess of the last recommendation of trial 3: below its own optimum, shown as 0.
+    trials[index].own_optimum_mse = index == 3 ? 0.25 : 0.0;
+  }
+  return trials;
+}
+
+TEST_F(Curves, CountFailedTrialsApart) {
+  const std::vector<Curve> curves = make_curves(table(sample()));
+  ASSERT_EQ(curves.size(), 2U);
+  EXPECT_EQ(curves[0].algorithm, "walker");
+  EXPECT_EQ(curves[0].trials, 4U);
+  EXPECT_EQ(curves[0].failed, 1U);
+  ASSERT_EQ(curves[0].points.size(), 3U);
+  EXPECT_EQ(curves[1].algorithm, "jumper, \"quick\"");
+}
+
+TEST_F(Curves, OfFailuresAloneHaveNoPoints) {
+  std::vector<records::TrialRecord> trials = {sample()[4]};
+  const std::vector<Curve> curves = make_curves(table(trials));
+  ASSERT_EQ(curves.size(), 1U);
+  EXPECT_EQ(curves[0].trials, 0U);
+  EXPECT_TRUE(curves[0].points.empty());
+  const auto rows = ranking(table(trials));
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows[0].failed, 1U);
+  EXPECT_TRUE(std::isnan(rows[0].recommended.median));
+}
+
+// The golden file was written from the same numbers by NumPy.
+TEST_F(Curves, CsvIsTheGoldenFile) {
+  EXPECT_EQ(curves_csv(make_curves(table(sample()))), read_file(std::string(RELIGN_TEST_DATA) + "/stats_curves.csv"));
+}
+
+TEST_F(Curves, AreTheSameInLittleMemory) {
+  const TrialTable trials = table(sample());
+  const std::string whole = curves_csv(make_curves(trials));
+  // Of four trials: one step of a track, two steps of one, a whole track; nothing at all still works.
+  for (const std::size_t bytes : {std::size_t{0}, 4 * sizeof(double), 8 * sizeof(double), 12 * sizeof(double)})
+    EXPECT_EQ(curves_csv(make_curves(trials, bytes)), whole) << bytes;
+}
+
+TEST_F(Curves, SayThatTheFolderHasChanged) {
+  const TrialTable trials = table(sample());
+  write_file_atomically(folder_ / "trials" / "0000.jsonl", "");
+  EXPECT_THAT(error_text(ErrorKind::io, [&] { make_curves(trials); }), HasSubstr("did it change"));
+}
+
+TEST_F(Curves, JsonHasTheSameNumbers) {
+  const Json json = curves_json(make_curves(table(sample())));
+  EXPECT_EQ(json["format"], 1);
+  ASSERT_EQ(json["curves"].size(), 2U);
+  const Json& walker = json["curves"][0];
+  EXPECT_EQ(walker["n"], 4);
+  EXPECT_EQ(walker["failed"], 1);
+  EXPECT_EQ(walker["step"], Json({0, 1, 2}));
+  EXPECT_EQ(walker["tracks"]["recommended"]["median"], Json({0.5625, 0.3125, 0.1875}));
+  EXPECT_EQ(json["curves"][1]["tracks"]["excess"]["median"], Json({nullptr, nullptr, nullptr}));
+}
+
+TEST_F(Instances, HaveOneRowATrial) {
+  std::string csv;
+  instances_csv(table(sample()), [&](std::string_view text) { csv += text; });
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 7);
+  EXPECT_THAT(csv, testing::StartsWith("trial,scene,noise_level,protocol,algorithm,instance,end,steps,budget,measured,"
+                                       "best,commanded,recommended,excess,machine_seconds,recommended_seconds,"
+                                       "recommendation,message,recommended_best,recommended_current\n"));
+  EXPECT_THAT(
+      csv, HasSubstr("\nwalker2,toy,calm,paper,walker,2,finished,1,2,0.25,0.25,0.25,0.25,0.25,1,1.5,own,,0.25,0.25\n"));
+  EXPECT_THAT(csv, HasSubstr(",own,,0.375,0.5\n")) << "walker1 was measured lowest a step before its last";
+  EXPECT_THAT(csv, HasSubstr("\"jumper, \"\"quick\"\"\",0,budget_spent,2,2,0.5,0.25,0.5,0.25,,2,2.5,own,,0.25,0.5\n"));
+  EXPECT_THAT(csv, HasSubstr("failed,0,2,0.5,0.5,0.5,0.5,,0,0.5,own,\"lost, / for good\",0.5,0.5\n"));
+}
+
+TEST_F(Ranking, PutsTheBestMedianFirstWithinItsGroup) {
+  std::vector<records::TrialRecord> trials = sample();
+  records::TrialRecord other = trials[5];
+  other.noise_level = "wild";
+  other.trial = "other";
+  trials.push_back(other);
+  records::TrialTimes times;
+  times.trial = "walker0";
+  times.algorithm_seconds = {0.25, 0.25, 0.5};  // two steps after step 0
+  const auto rows = ranking(table(trials, {times}));
+  ASSERT_EQ(rows.size(), 3U);
+  EXPECT_EQ(rows[0].algorithm, "walker");  // 0.1875 against the jumper's 0.25
+  EXPECT_EQ(rows[0].recommended.median, 0.1875);
+  EXPECT_EQ(rows[0].step, 2U);
+  EXPECT_EQ(rows[0].trials, 4U);
+  EXPECT_EQ(rows[0].failed, 1U);
+  EXPECT_EQ(rows[0].machine_seconds_median, 2.5);
+  EXPECT_EQ(rows[0].algorithm_ms_per_step_median, 500);
+  EXPECT_EQ(rows[1].noise_level, "calm");
+  EXPECT_TRUE(std::isnan(rows[1].algorithm_ms_per_step_median));
+  EXPECT_EQ(rows[2].noise_level, "wild");
+  // The same trials, the other way round: the winner changes with the numbers, not with the order.
+  for (records::TrialRecord& record : trials)
+    if (record.algorithm == "walker")
+      for (records::StepRecord& step : record.steps) step.recommended_mse = 1;
+  EXPECT_EQ(ranking(table(trials))[0].algorithm, "jumper, \"quick\"");
+}
+
+}  // namespace
+}  // namespace relign::statistics

@@ -1,0 +1,26 @@
+// A test program that is its own child for the checks: it starts much quicker than relign-bench, which
+// links everything. tests/harness/conformance/verb_test.cpp goes through relign-bench itself.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <string>
+
+#include "conformance/inspection.h"
+
+namespace relign::conformance {
+
+inline const char* const kThisProgram = "/proc/self/exe";
+
+inline int run_child_or_tests(int argc, char** argv) {
+  // program plugin check --one CHECK --report FD PATH
+  if (argc == 8 && std::string(argv[1]) == "plugin" && std::string(argv[3]) == "--one") {
+    run_one_check(argv[7], argv[4], std::atoi(argv[6]));
+    return 0;
+  }
+  testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
+}
+
+}  // namespace relign::conformance

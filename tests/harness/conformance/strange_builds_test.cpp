@@ -1,0 +1,86 @@
+// Plugins that were built in a strange way change nothing for the others: with -ffast-math, whose start-up code
+// switches subnormal numbers off in the thread that loads it; with a C++ library of their own; with the other
+// std::string. A scene's pixels and truths, and every step of a trial, are the same bits before and after they were
+// loaded and run.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <limits>
+
+#include "conformance/conduct.h"
+#include "conformance/subject.h"
+#include "plugin_host/guard.h"
+#include "plugin_host/objects.h"
+#include "trials/scene_facts.h"
+
+namespace relign::conformance {
+namespace {
+
+struct Frame {
+  std::vector<float> pixels;
+  plugin_host::MountedAssembly::Truth truth{};
+};
+
+Frame frame_of(plugin_host::Scene& scene, const std::string& id) {
+  const trials::SceneFacts facts = trials::read_scene_facts(scene.describe(), id);
+  Frame frame;
+  frame.pixels.resize(std::size_t{facts.image_width} * facts.image_height);
+  plugin_host::MountedAssembly assembly = scene.mount("{}");
+  assembly.capture(facts.nominal_pose, 3, frame.pixels.data());
+  frame.truth = assembly.noise_free_mse(facts.nominal_pose, 4);
+  return frame;
+}
+
+void expect_equal(const Frame& one, const Frame& other) {
+  ASSERT_EQ(one.pixels.size(), other.pixels.size());
+  EXPECT_EQ(std::memcmp(one.pixels.data(), other.pixels.data(), one.pixels.size() * sizeof(float)), 0);
+  EXPECT_EQ(one.truth.mse, other.truth.mse);
+  EXPECT_EQ(one.truth.standard_error, other.truth.standard_error);
+}
+
+std::vector<FakeConversation::Visit> steps_of(const Subject& subject) {
+  FakeSetup setup = setup_for(subject.choice(), 5);
+  setup.merit = noisy(setup.merit);
+  FakeConversation conversation(setup);
+  run_trial(subject.choice(), conversation);
+  return conversation.steps;
+}
+
+void expect_equal(const std::vector<FakeConversation::Visit>& one, const std::vector<FakeConversation::Visit>& other) {
+  ASSERT_GT(one.size(), 10U);
+  ASSERT_EQ(one.size(), other.size());
+  for (std::size_t step = 0; step < one.size(); ++step) {
+    EXPECT_EQ(one[step].pose, other[step].pose) << step;
+    EXPECT_EQ(one[step].merit, other[step].merit) << step;
+  }
+}
+
+TEST(StrangeBuilds, OthersAreTheSameBitsBeforeAndAfterThem) {
+  const Subject lens = open_subject(std::filesystem::path(RELIGN_PLUGIN_DIR) / "lens_system");
+  const Subject search = open_subject(std::filesystem::path(RELIGN_PLUGIN_DIR) / "nlopt");
+  const auto state = plugin_host::FloatingPointState::current();
+  plugin_host::Scene scene(lens.choice(), {});
+  const Frame frame = frame_of(scene, lens.choice().id);
+  const auto steps = steps_of(search);
+
+  for (const std::string build : {"fast_math", "own_library", "old_strings"}) {
+    SCOPED_TRACE(build);
+    const Subject strange = open_subject(std::filesystem::path(RELIGN_SABOTEURS) / build);
+    const auto changes = plugin_host::floating_point_changes().count;
+    EXPECT_EQ(steps_of(strange).size(), FakeSetup().budget);
+    // The hazard was there: without the guard around loading, the mode would have stayed changed.
+    EXPECT_EQ(plugin_host::floating_point_changes().count, changes + (build == "fast_math" ? 1 : 0));
+    EXPECT_TRUE(plugin_host::FloatingPointState::current().same_mode(state));
+    volatile double smallest = std::numeric_limits<double>::min();
+    volatile double subnormal = smallest / 2;
+    EXPECT_GT(subnormal, 0.0);
+
+    expect_equal(frame, frame_of(scene, lens.choice().id));
+    plugin_host::Scene later(lens.choice(), {});
+    expect_equal(frame, frame_of(later, lens.choice().id));
+    expect_equal(steps, steps_of(search));
+  }
+}
+
+}  // namespace
+}  // namespace relign::conformance

@@ -1,0 +1,198 @@
+#include "runner/verify.h"
+
+#include "runner/verify_folder.h"
+#include "toy_suites.h"
+
+namespace relign::runner {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class VerifyTest : public ToyTest {
+ protected:
+  VerifySummary check(const std::string& name, const std::string& walker = "toy_walker") {
+    plugin_host::Catalog catalog = toys(walker);
+    VerifyOptions options = verify_options(name);
+    return verify(options, catalog);
+  }
+  VerifyOptions verify_options(const std::string& name) {
+    VerifyOptions options;
+    options.results = folder_ / name;
+    options.workers = 2;
+    return options;
+  }
+  void change(const std::string& file, const std::string& from, const std::string& to) {
+    std::string text = read_file(folder_ / file);
+    const std::size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    write_file_atomically(folder_ / file, text.replace(at, from.size(), to));
+  }
+  void edit_manifest(const std::function<void(Json&)>& edit) {
+    Json manifest = records::read_manifest(folder_ / "a");
+    edit(manifest);
+    write_file_atomically(folder_ / "a/manifest.json", manifest.dump());
+  }
+};
+
+TEST_F(VerifyTest, AReplayEqualsWhatWasRecordedFailuresIncluded) {
+  run(prepared(suite_text(kWalkers)), options("a", 2));
+  const VerifySummary summary = check("a");
+  EXPECT_EQ(summary.recorded, 36U);
+  EXPECT_EQ(summary.replayed, 36U);
+  EXPECT_EQ(summary.equal, 36U);
+  EXPECT_EQ(summary.with_tolerance, 0U);
+  EXPECT_THAT(summary.differences, IsEmpty());
+  EXPECT_THAT(summary.changes, IsEmpty());
+  EXPECT_TRUE(summary.all_equal());
+}
+
+TEST_F(VerifyTest, AForgedNumberIsFoundByStepAndField) {
+  run(prepared(suite_text(R"("toy-walker")")), options("a"));
+  records::TrialRecord forged = records::read_trials(folder_ / "a")[4];
+  const std::string honest = records::to_lines(forged);
+  forged.steps[2].recommended_mse /= 2;
+  change("a/trials/0000.jsonl", honest, records::to_lines(forged));
+  const VerifySummary summary = check("a");
+  EXPECT_EQ(summary.equal, 11U);
+  ASSERT_EQ(summary.differences.size(), 1U);
+  const ReplayDifference& one = summary.differences[0];
+  EXPECT_EQ(one.trial, forged.trial);
+  EXPECT_EQ(one.label, "toy-walker on toy-scene toy-level #4");
+  EXPECT_EQ(one.difference.step, 2U);
+  EXPECT_EQ(one.difference.field, "recommended_mse");
+  EXPECT_FALSE(summary.all_equal());
+  EXPECT_THAT(summary.changes, IsEmpty());
+}
+
+TEST_F(VerifyTest, OtherBytesOfTheSameNumbersAreADifference) {
+  run(prepared(suite_text(R"("toy-walker")")), options("a"));
+  change("a/trials/0000.jsonl", "\"step\":3,", "\"step\":3, ");
+  const VerifySummary summary = check("a");
+  ASSERT_EQ(summary.differences.size(), 1U);
+  EXPECT_EQ(summary.differences[0].difference.field, "bytes of the lines");
+}
+
+TEST_F(VerifyTest, AChangedPluginIsNamedBesideWhatItChanged) {
+  run(prepared(suite_text(R"("toy-walker", "toy-stumbler")")), options("a"));
+  const VerifySummary summary = check("a", "toy_walker_changed");
+  EXPECT_EQ(summary.replayed, 24U);
+  EXPECT_EQ(summary.equal, 12U);  // the other algorithm's
+  ASSERT_EQ(summary.changes.size(), 1U);
+  EXPECT_EQ(summary.changes[0].what, "plugin toy-walker");
+  EXPECT_NE(summary.changes[0].was, summary.changes[0].is);
+}
+
+TEST_F(VerifyTest, AnotherProcessorAndProgramAreTold) {
+  run(prepared(suite_text(R"("toy-walker")")), options("a"));
+  edit_manifest([](Json& manifest) {
+    manifest["machine"] = {{"cpu", "Abacus"}};
+    manifest["program"]["flags"] = "-O0";
+  });
+  VerifySummary summary = check("a");
+  EXPECT_TRUE(summary.all_equal());  // these toys promise equal numbers anywhere
+  EXPECT_EQ(summary.with_tolerance, 0U);
+  ASSERT_EQ(summary.changes.size(), 2U);
+  EXPECT_EQ(summary.changes[0].what, "CPU");
+  EXPECT_EQ(summary.changes[0].was, "Abacus");
+  EXPECT_EQ(summary.changes[1].what, "program flags");
+  // So there is no tolerance for them either.
+  records::TrialRecord other = records::read_trials(folder_ / "a")[0];
+  const std::string before = records::to_lines(other);
+  other.steps[1].measured += 1e-9;
+  change("a/trials/0000.jsonl", before, records::to_lines(other));
+  EXPECT_EQ(check("a").differences.size(), 1U);
+}
+
+TEST_F(VerifyTest, WhatIsMarkedThisCpuHasAToleranceOnAnotherProcessorAlone) {
+  const PreparedPlan plan = prepared(suite_text(R"("toy-stumbler")"));
+  run(plan, options("a"));
+  records::TrialRecord other = records::read_trials(folder_ / "a")[0];
+  const std::string before = records::to_lines(other);
+  other.steps[1].measured += 1e-9;
+  change("a/trials/0000.jsonl", before, records::to_lines(other));
+  EXPECT_EQ(check("a").differences.size(), 1U);
+  // Another name is no other processor, other instructions are.
+  edit_manifest([](Json& manifest) { manifest["machine"]["cpu"] = "Abacus"; });
+  EXPECT_EQ(check("a").differences.size(), 1U);
+  EXPECT_THAT(check("a").changes, IsEmpty());
+  edit_manifest([](Json& manifest) { manifest["machine"]["instruction_sets"] = "abacus: beads"; });
+  ASSERT_EQ(check("a").changes.size(), 1U);
+  EXPECT_EQ(check("a").changes[0].what, "CPU's instruction sets");
+  const VerifySummary summary = check("a");
+  EXPECT_TRUE(summary.all_equal());
+  EXPECT_EQ(summary.with_tolerance, 1U);
+  EXPECT_NEAR(summary.largest_deviation, 1e-9 / (1 + other.steps[1].measured), 1e-14);
+}
+
+TEST_F(VerifyTest, ASampleIsSpreadOverTheAlgorithmsAndDependsOnItsSeedAlone) {
+  run(prepared(suite_text(kWalkers)), options("a"));
+  std::map<std::string, std::string> algorithm;
+  for (const records::TrialRecord& record : records::read_trials(folder_ / "a"))
+    algorithm[record.trial] = record.algorithm;
+  const auto sample = [&](std::size_t count, std::uint64_t seed) {
+    VerifyOptions options = verify_options("a");
+    options.sample = count;
+    options.seed = seed;
+    VerifySummary summary;
+    std::vector<std::string> ids;
+    for (const ChosenTrial& trial : choose_trials(options, records::read_manifest(folder_ / "a"), summary))
+      ids.push_back(trial.id);
+    return ids;
+  };
+  std::map<std::string, int> counts;
+  for (const std::string& id : sample(6, 1)) ++counts[algorithm.at(id)];
+  EXPECT_THAT(counts, testing::UnorderedElementsAre(testing::Pair("toy-walker", 2), testing::Pair("toy-stumbler", 2),
+                                                    testing::Pair("short-walker", 2)));
+  EXPECT_EQ(sample(6, 1), sample(6, 1));
+  EXPECT_NE(sample(6, 1), sample(6, 2));
+  EXPECT_EQ(sample(1000, 1).size(), 36U);
+}
+
+TEST_F(VerifyTest, StationsAndTrialsThatTheMachineEndedAreCountedNotReplayed) {
+  run(prepared(suite_text(R"("toy-walker")")), options("a"));
+  records::TrialRecord lost = records::read_trials(folder_ / "a")[0];
+  const std::string before = records::to_lines(lost);
+  lost.end = "timeout";
+  change("a/trials/0000.jsonl", before, records::to_lines(lost));
+  VerifySummary summary = check("a");
+  EXPECT_EQ(summary.ended_by_machine, 1U);
+  EXPECT_EQ(summary.equal, 11U);
+  edit_manifest([](Json& manifest) { manifest["scenes"][0]["owns_stage"] = true; });
+  summary = check("a");
+  EXPECT_EQ(summary.stations, 12U);
+  EXPECT_EQ(summary.replayed, 0U);
+  EXPECT_TRUE(summary.all_equal());
+}
+
+TEST_F(VerifyTest, OneTrialShowsItsFrames) {
+  run(prepared(suite_text(R"("toy-walker")")), options("a"));
+  const std::string id = records::read_trials(folder_ / "a")[3].trial;
+  VerifyOptions one = verify_options("a");
+  one.trial = id;
+  std::vector<unsigned> steps;
+  one.on_step = [&](const trials::SceneFacts&, const trials::Step& step, const float* pixels) {
+    EXPECT_NE(pixels, nullptr);
+    steps.push_back(step.number);
+  };
+  plugin_host::Catalog catalog = toys();
+  EXPECT_EQ(verify(one, catalog).equal, 1U);
+  EXPECT_THAT(steps, testing::ElementsAre(0, 1, 2, 3, 4, 5));
+  one.trial = "nowhere";
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { verify(one, catalog); }), HasSubstr("no complete trial"));
+}
+
+TEST_F(VerifyTest, ASuiteThatGivesOtherTrialsNowIsNoReproduction) {
+  run(prepared(suite_text(R"("toy-walker")")), options("a"));
+  edit_manifest([](Json& manifest) { manifest["suite"] = suite_text(R"("toy-walker")", R"(, "seed": 2)"); });
+  const VerifySummary summary = check("a");
+  EXPECT_EQ(summary.unknown, 12U);
+  EXPECT_FALSE(summary.all_equal());
+  edit_manifest([](Json& manifest) { manifest["suite"] = "{}"; });
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { check("a"); }), HasSubstr("cannot be read here"));
+  edit_manifest([](Json& manifest) { manifest["suite_file"] = "gone/toy.json"; });
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { check("a"); }), HasSubstr("there is no folder gone here"));
+}
+
+}  // namespace
+}  // namespace relign::runner

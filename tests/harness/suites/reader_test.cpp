@@ -1,0 +1,325 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "base/files.h"
+#include "suites/suite.h"
+
+namespace relign::suites {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+// A catalogue of manifests; suites are read without loading a library.
+class SuiteReaderTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("relign-suite-" + std::to_string(::getpid()));
+    fs::remove_all(folder_);
+    plugin("toy", R"({"id": "toy", "kind": "scene", "summary": "A scene.", "document": "prescription",
+      "parameters": {"prescription": {"type": "file", "default": "", "description": "A file."},
+                     "white": {"type": "number", "default": 1, "minimum": 0, "maximum": 2, "description": "White."}}})");
+    plugin("rho", R"({"id": "rho", "kind": "noise-level", "summary": "A level.",
+      "parameters": {"width": {"type": "number", "default": 0, "minimum": 0, "maximum": 1, "description": "Width."}},
+      "presets": {"rho0": {"summary": "None.", "parameters": {"width": 0}},
+                  "rho0.5": {"summary": "Half.", "parameters": {"width": 0.5}}}})");
+    plugin("bo", R"({"id": "bo-gp", "kind": "optimizer", "summary": "A search.", "knows": ["merit", "box"],
+      "parameters": {"kappa": {"type": "number", "default": 2, "minimum": 0, "maximum": 10, "description": "Kappa."}}})");
+    plugin("home", R"({"id": "home", "kind": "optimizer", "summary": "One move.", "knows": ["start"]})");
+    plugin("random", R"({"id": "random", "kind": "optimizer", "summary": "Chance.", "knows": ["box"]})");
+    catalog_.scan(folder_ / "plugins");
+    ASSERT_THAT(catalog_.refused(), testing::IsEmpty());
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  void plugin(const std::string& name, const std::string& manifest) {
+    write_file_atomically(folder_ / "plugins" / name / "relign-plugin.json", manifest);
+    const Json json = Json::parse(manifest);
+    write_file_atomically(folder_ / "plugins" / name / (json["id"].get<std::string>() + ".so"), "no library");
+  }
+  // An agent with a trained model, and three models.
+  void add_trained() {
+    plugin("net", R"({"id": "net", "kind": "agent", "summary": "Learnt.", "knows": ["images"], "training": "model",
+      "parameters": {"model": {"type": "file", "description": "A model."},
+                     "gain": {"type": "number", "default": 1, "minimum": 0, "maximum": 1, "description": "Gain."}}})");
+    for (const char* file : {"a/one.onnx", "a/two.onnx", "b/one.onnx"}) write_file_atomically(folder_ / file, file);
+    catalog_.scan(folder_ / "plugins");
+    ASSERT_THAT(catalog_.refused(), testing::IsEmpty());
+  }
+  Suite read(const std::string& text) {
+    return read_suite(JsonSource::from_text(text, "quick.json"), folder_, catalog_);
+  }
+  std::string mistakes(const std::string& text) {
+    try {
+      read(text);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+      return error.what();
+    }
+    ADD_FAILURE() << "no error for " << text;
+    return "";
+  }
+  // A suite whose algorithms are these.
+  static std::string with(const std::string& algorithms, const std::string& more = "") {
+    return R"({"scenes": ["toy"], "noise_levels": ["rho0"], "algorithms": [)" + algorithms + "]" + more + "}";
+  }
+  static std::vector<std::string> names(const Suite& suite) {
+    std::vector<std::string> found;
+    for (const AlgorithmEntry& entry : suite.algorithms) found.push_back(entry.name);
+    return found;
+  }
+  fs::path folder_;
+  plugin_host::Catalog catalog_;
+};
+
+TEST_F(SuiteReaderTest, FillsInTheDefaults) {
+  const std::string text =
+      R"({"$schema": "x", "scenes": ["toy"], "noise_levels": ["rho0", "rho0.5"], "algorithms": ["bo-gp"]})";
+  const Suite suite = read(text);
+  EXPECT_EQ(suite.name, "quick");
+  EXPECT_EQ(suite.file, "quick.json");
+  EXPECT_EQ(suite.text, text);
+  EXPECT_EQ(suite.seed, 1U);
+  EXPECT_EQ(suite.instances, 100U);
+  EXPECT_EQ(suite.first_instance, 0U);
+  EXPECT_EQ(suite.limits, "soft");
+  EXPECT_TRUE(suite.spec.is_null());
+  EXPECT_TRUE(suite.targets.empty());
+  EXPECT_FALSE(suite.machine_time.settle_ms.has_value());
+  ASSERT_EQ(suite.levels.size(), 2U);
+  EXPECT_EQ(suite.levels[1].name, "rho0.5");
+  EXPECT_EQ(suite.levels[1].choice.parameters["width"], 0.5);
+  EXPECT_THAT(names(suite), testing::ElementsAre("bo-gp", "home", "random"));
+  EXPECT_EQ(suite.algorithms[0].steps, 50U);
+  EXPECT_EQ(suite.algorithms[0].protocol, "paper");
+  EXPECT_EQ(suite.algorithms[0].merit, "");
+  EXPECT_FALSE(suite.algorithms[0].added);
+  EXPECT_TRUE(suite.algorithms[1].added);
+  EXPECT_EQ(suite.algorithms[1].choice.plugin->id, "home");
+}
+
+TEST_F(SuiteReaderTest, TakesEveryKey) {
+  const Suite suite = read(with(R"({"use": "bo-gp", "name": "bo-bold", "parameters": {"kappa": 5}, "steps": 10,
+                                   "protocol": "paper", "merit": "rmse"}, "home")",
+                                R"(, "name": "mine", "seed": 9, "instances": 7, "first_instance": 3, "steps": 30,
+      "protocol": "blind", "limits": "hard", "targets": [0.05, 0.01], "spec": {"rmse": 0.02, "mtf": {"lp_per_mm": 80, "centre": 0.5}},
+      "machine_time": {"speed_mm_per_s": 4, "readout_ms": 0})"));
+  EXPECT_EQ(suite.name, "mine");
+  EXPECT_EQ(suite.seed, 9U);
+  EXPECT_EQ(suite.instances, 7U);
+  EXPECT_EQ(suite.first_instance, 3U);
+  EXPECT_EQ(suite.limits, "hard");
+  EXPECT_EQ(suite.spec["mtf"]["centre"], 0.5);
+  EXPECT_EQ(suite.targets, (std::vector<double>{0.05, 0.01}));
+  EXPECT_EQ(suite.machine_time.speed_mm_per_s, 4);
+  EXPECT_EQ(suite.machine_time.readout_ms, 0);
+  EXPECT_FALSE(suite.machine_time.exposure_ms.has_value());
+  const AlgorithmEntry& bold = suite.algorithms[0];
+  EXPECT_EQ(bold.name, "bo-bold");
+  EXPECT_EQ(bold.choice.parameters["kappa"], 5);
+  EXPECT_EQ(bold.steps, 10U);
+  EXPECT_EQ(bold.protocol, "paper");
+  EXPECT_EQ(bold.merit, "rmse");
+  EXPECT_EQ(suite.algorithms[1].protocol, "blind");
+  EXPECT_EQ(suite.algorithms[1].steps, 30U);
+}
+
+// Readers of a table compare within a protocol, so each one that is used gets its baselines.
+TEST_F(SuiteReaderTest, BaselinesAreAddedUnderEveryProtocolInUse) {
+  const Suite suite = read(with(R"({"use": "bo-gp", "protocol": "blind"}, "home", "random", "bo_gp")"));
+  ASSERT_EQ(suite.algorithms.size(), 6U);
+  for (std::size_t index : {4U, 5U}) {
+    EXPECT_EQ(suite.algorithms[index].protocol, "blind");
+    EXPECT_TRUE(suite.algorithms[index].added);
+  }
+}
+
+TEST_F(SuiteReaderTest, ProtocolsRunEveryEntryUnderEachOfThem) {
+  const Suite suite = read(R"({"scenes": ["toy"], "noise_levels": ["rho0"], "protocols": ["paper", "blind"],
+    "algorithms": ["bo_gp", {"use": "home", "protocol": "blind"}, {"use": "random", "protocols": ["blind", "paper"]}]})");
+  std::vector<std::string> found;
+  for (const AlgorithmEntry& entry : suite.algorithms) found.push_back(entry.name + " " + entry.protocol);
+  EXPECT_THAT(found, testing::ElementsAre("bo-gp paper", "bo-gp blind", "home blind", "random blind", "random paper",
+                                          "home paper"));
+  const auto with_protocols = [this](const std::string& more) {
+    return mistakes(R"({"scenes": ["toy"], "noise_levels": ["rho0"], "algorithms": ["home"], )" + more + "}");
+  };
+  EXPECT_THAT(with_protocols(R"("protocols": ["paper", "papier"])"),
+              HasSubstr("/protocols: expected a list of different"));
+  EXPECT_THAT(with_protocols(R"("protocols": ["paper", "paper"])"),
+              HasSubstr("/protocols: expected a list of different"));
+  EXPECT_THAT(with_protocols(R"("protocols": ["paper"], "protocol": "blind")"), HasSubstr("are both given"));
+  EXPECT_THAT(mistakes(R"({"scenes": ["toy"], "noise_levels": ["rho0"], "protocols": ["paper", "blind"],
+                           "algorithms": ["home", {"use": "random", "name": "home", "protocol": "blind"}]})"),
+              HasSubstr("is taken by /algorithms/0 under the same protocol"));
+}
+
+TEST_F(SuiteReaderTest, AnAnalysisPlanHasDefaultsAndItsMistakesAreNamed) {
+  const auto suite_with = [](const std::string& plan) {
+    return R"({"scenes": ["toy"], "noise_levels": ["rho0"], "algorithms": ["bo_gp"], "analysis": )" + plan + "}";
+  };
+  EXPECT_TRUE(read(R"({"scenes": ["toy"], "noise_levels": ["rho0"], "algorithms": ["bo_gp"]})").analysis.is_null());
+  EXPECT_EQ(read(suite_with(R"({"rule": "best", "contrasts": [["bo-gp", "random"]]})")).analysis,
+            Json({{"primary", "rmse"},
+                  {"rule", "best"},
+                  {"contrasts", Json::array({Json::array({"bo-gp", "random"})})},
+                  {"smallest_relevant_ratio", 1.1},
+                  {"yield", nullptr}}));
+  EXPECT_THAT(mistakes(suite_with(R"({"rule": "bset"})")), HasSubstr("/analysis/rule: found \"bset\""));
+  EXPECT_THAT(
+      mistakes(suite_with(R"({"contrasts": [["bo-gp", "randm"]]})")),
+      HasSubstr("/analysis/contrasts/0/1: no algorithm of this suite has the name 'randm'; did you mean 'random'?"));
+  EXPECT_THAT(mistakes(suite_with(R"({"contrasts": [["bo-gp", "bo-gp"]]})")), HasSubstr("pairs of different methods"));
+  EXPECT_THAT(mistakes(suite_with(R"({"smallest_relevant_ratio": 0.9})")),
+              HasSubstr("/analysis/smallest_relevant_ratio"));
+  EXPECT_THAT(mistakes(suite_with(R"({"alpha": 0.05})")), HasSubstr("/analysis/alpha: unknown key"));
+}
+
+TEST_F(SuiteReaderTest, PathsAreRelativeToTheSuitesFolder) {
+  write_file_atomically(folder_ / "my_lens" / "scene.json", R"({"use": "toy"})");
+  write_file_atomically(folder_ / "my_lens" / "suite.json",
+                        R"({"scenes": ["scene.json"], "noise_levels": ["rho0"], "algorithms": ["../plugins/bo"]})");
+  const Suite suite = read_suite(folder_ / "my_lens" / "suite.json", catalog_);
+  EXPECT_EQ(suite.name, "suite");
+  EXPECT_EQ(suite.scenes[0].name, "scene");
+  EXPECT_EQ(suite.scenes[0].choice.plugin->id, "toy");
+  EXPECT_EQ(suite.algorithms[0].name, "bo-gp");
+}
+
+TEST_F(SuiteReaderTest, TrainingsAreOneEntryForEachModel) {
+  add_trained();
+  const Suite suite = read(with(R"({"use": "net", "name": "ours", "trainings": ["a/one.onnx", "a/two.onnx"], "steps": 7,
+                                   "parameters": {"gain": 0.5}})"));
+  EXPECT_THAT(names(suite), testing::ElementsAre("ours (one)", "ours (two)", "home", "random"));
+  const AlgorithmEntry& two = suite.algorithms[1];
+  EXPECT_EQ(two.method, "ours");
+  EXPECT_EQ(two.training, "two");
+  EXPECT_EQ(two.steps, 7U);
+  EXPECT_EQ(two.choice.parameters["model"], (folder_ / "a" / "two.onnx").string());
+  EXPECT_EQ(two.choice.parameters["gain"], 0.5);
+  EXPECT_NE(two.choice.identity, suite.algorithms[0].choice.identity);
+  EXPECT_EQ(suite.algorithms[2].method, "");
+  EXPECT_EQ(suite.algorithms[2].training, "");
+}
+
+TEST_F(SuiteReaderTest, TrainingsWithEqualFileNamesAreNamedByTheirFolders) {
+  add_trained();
+  const Suite suite = read(with(R"({"use": "net", "name": "ours", "trainings": ["a/one.onnx", "./b/one.onnx"]})"));
+  EXPECT_THAT(names(suite), testing::ElementsAre("ours (a-one)", "ours (b-one)", "home", "random"));
+}
+
+TEST_F(SuiteReaderTest, MistakesInTrainingsHaveTheirPlace) {
+  add_trained();
+  EXPECT_THAT(mistakes(with(R"({"use": "net", "trainings": ["a/one.onnx"]})")),
+              HasSubstr("a list of trainings needs a \"name\""));
+  EXPECT_THAT(mistakes(with(R"({"use": "bo-gp", "name": "ours", "trainings": ["a/one.onnx"]})")),
+              HasSubstr("'bo-gp' has no trained model"));
+  EXPECT_THAT(mistakes(with(R"({"use": "net", "name": "ours", "trainings": []})")),
+              HasSubstr("a list of 1 to 100 model"));
+  EXPECT_THAT(mistakes(with(R"({"use": "net", "name": "ours", "trainings": ["a/one.onnx", 3]})")),
+              HasSubstr("a list of 1 to 100 model"));
+  EXPECT_THAT(
+      mistakes(with(R"({"use": "net", "name": "ours", "trainings": ["a/one.onnx"], "parameters": {"model": "x"}})")),
+      HasSubstr("\"trainings\" gives this parameter"));
+  EXPECT_THAT(
+      mistakes(with("{\"use\": \"net\", \"name\": \"ours\",\n \"trainings\": [\"a/one.onnx\",\n  \"none.onnx\"]}")),
+      AllOf(HasSubstr("quick.json:3:3"), HasSubstr("none.onnx")));
+  EXPECT_THAT(mistakes(with(R"({"use": "net", "name": "ours", "trainings": ["a/one.onnx", "a/../a/one.onnx"]})")),
+              HasSubstr("this is the same model as"));
+  EXPECT_THAT(mistakes(with(R"({"use": "nte", "name": "ours", "trainings": ["a/one.onnx"]})")),
+              HasSubstr("did you mean 'net'"));
+  EXPECT_THAT(mistakes(R"({"scenes": [{"use": "toy", "name": "x", "trainings": ["a"]}], "noise_levels": ["rho0"],
+                           "algorithms": ["home"]})"),
+              HasSubstr("unknown key"));
+}
+
+TEST_F(SuiteReaderTest, AllMistakesComeOutAtOnceWithTheirPlace) {
+  const std::string found = mistakes(R"({
+  "scenes": ["toy"],
+  "noise_levels": ["rho1"],
+  "algoritms": [],
+  "algorithms": [
+    "bo-pg",
+    {"use": "bo-gp", "name": "x", "parameters": {"kapa": 1}, "stepz": 3},
+    {"use": "bo-gp", "name": "y", "parameters": {"kappa": -1}, "steps": 0}
+  ],
+  "protocol": "papier",
+  "instances": 0
+})");
+  EXPECT_THAT(found, HasSubstr("quick.json:3:20: /noise_levels/0: unknown"));
+  EXPECT_THAT(found, HasSubstr("quick.json:4:16: /algoritms: unknown key \"algoritms\"; did you mean 'algorithms'?"));
+  EXPECT_THAT(found, AllOf(HasSubstr("quick.json:6:5: /algorithms/0: unknown"), HasSubstr("did you mean 'bo-gp'?")));
+  EXPECT_THAT(found, HasSubstr("quick.json:7:58: /algorithms/1/parameters/kapa: "));
+  EXPECT_THAT(found, HasSubstr("quick.json:7:71: /algorithms/1/stepz: unknown key \"stepz\"; did you mean 'steps'?"));
+  EXPECT_THAT(found, HasSubstr("quick.json:8:59: /algorithms/2/parameters/kappa: "));
+  EXPECT_THAT(found, HasSubstr("quick.json:8:73: /algorithms/2/steps: expected an integer from 1"));
+  EXPECT_THAT(found, HasSubstr("quick.json:10:15: /protocol: found \"papier\", allowed: paper, blind; did you mean "
+                               "'paper'?"));
+  EXPECT_THAT(found, HasSubstr("quick.json:11:16: /instances: expected an integer from 1"));
+  EXPECT_EQ(std::count(found.begin(), found.end(), '\n'), 8);
+  EXPECT_LT(found.find("quick.json:7:58"), found.find("quick.json:7:71"));  // in the file's order
+  EXPECT_LT(found.find("quick.json:8:73"), found.find("quick.json:10:15"));
+}
+
+TEST_F(SuiteReaderTest, EachMistakeIsNamed) {
+  EXPECT_THAT(mistakes("[]"), HasSubstr("expected an object, found array"));
+  EXPECT_THAT(mistakes("{"), HasSubstr("quick.json:1:"));
+  EXPECT_THAT(mistakes("{}"), AllOf(HasSubstr("\"scenes\" is missing"), HasSubstr("\"noise_levels\" is missing"),
+                                    HasSubstr("\"algorithms\" is missing")));
+  EXPECT_THAT(mistakes(with("")), HasSubstr("/algorithms: the list is empty"));
+  EXPECT_THAT(mistakes(with("3")), HasSubstr("/algorithms/0: expected an id, a path or an object"));
+  EXPECT_THAT(mistakes(with("{}")), HasSubstr("\"use\" is missing"));
+  EXPECT_THAT(mistakes(with(R"({"use": "bo-gp", "parameters": 3})")), HasSubstr("/parameters: expected an object"));
+  EXPECT_THAT(mistakes(with(R"({"use": "bo-gp", "parameters": {"kappa": 3}})")),
+              HasSubstr("changed parameters need a \"name\""));
+  EXPECT_THAT(mistakes(with(R"("bo-gp", "bo_gp")")), HasSubstr("'bo-gp' is taken by /algorithms/0"));
+  EXPECT_THAT(mistakes(with(R"("bo-gp", {"use": "home", "name": "bo-gp"})")), HasSubstr("is taken"));
+  EXPECT_THAT(mistakes(with(R"({"use": "bo-gp", "name": "a/b"})")), HasSubstr("slashes"));
+  EXPECT_THAT(mistakes(with(R"({"use": "bo-gp", "name": ""})")), HasSubstr("must not be empty"));
+  EXPECT_THAT(mistakes(with(R"({"use": "bo-gp", "merit": "rms"})")), HasSubstr("did you mean 'rmse'?"));
+  EXPECT_THAT(mistakes(with(R"("rho0")")), HasSubstr("noise level"));
+  EXPECT_THAT(mistakes(with(R"("./missing.so")")), HasSubstr("does not exist"));
+  EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "spec": {"rms": 1})")), HasSubstr("did you mean 'rmse'?"));
+  EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "spec": {"mtf": {}})")), HasSubstr("\"lp_per_mm\" is missing"));
+  for (const char* targets : {"[]", "0.1", "[0.1, \"0.05\"]", "[0.1, 0.1]", "[0.05, 0.1]", "[0.1, 0]", "[2, 1]"})
+    EXPECT_THAT(mistakes(with("\"bo-gp\"", std::string(R"(, "targets": )") + targets)), HasSubstr("falling list"))
+        << targets;
+  EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "machine_time": {"settle": 1})")),
+              HasSubstr("/machine_time/settle: unknown key"));
+  EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "machine_time": {"speed_mm_per_s": 0})")),
+              HasSubstr("/machine_time/speed_mm_per_s: expected a number"));
+  EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "limits": "none")")), HasSubstr("allowed: soft, hard"));
+  EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "seed": -1)")), HasSubstr("/seed"));
+  EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "name": "../up")")), HasSubstr("/name"));
+}
+
+TEST_F(SuiteReaderTest, ScenesAndLevelsTakeNoProtocol) {
+  EXPECT_THAT(mistakes(R"({"scenes": [{"use": "toy", "protocol": "blind"}], "noise_levels": ["rho0"],
+                           "algorithms": ["bo-gp"]})"),
+              HasSubstr("/scenes/0/protocol: unknown key"));
+}
+
+// Two names for one noise level would run and show the same trials twice.
+TEST_F(SuiteReaderTest, TheSameLevelTwiceIsRefused) {
+  EXPECT_THAT(mistakes(R"({"scenes": ["toy"], "algorithms": ["bo-gp"],
+      "noise_levels": ["rho0.5", {"use": "rho", "name": "half", "parameters": {"width": 0.5}}]})"),
+              HasSubstr("/noise_levels/1: this is the same as /noise_levels/0"));
+}
+
+TEST_F(SuiteReaderTest, AMissingFileIsAnIoError) {
+  try {
+    read_suite(folder_ / "missing.json", catalog_);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::io);
+    EXPECT_THAT(error.what(), HasSubstr("missing.json"));
+  }
+}
+
+}  // namespace
+}  // namespace relign::suites

@@ -1,0 +1,100 @@
+// The fake plugins of this folder as the tests use them.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "plugin_host/catalog.h"
+#include "plugin_host/objects.h"
+#include "trials/trial.h"
+
+namespace relign::trials {
+
+inline plugin_host::Choice fake(plugin_host::Kind kind, const std::string& folder, const Json& parameters = {}) {
+  plugin_host::Catalog catalog;
+  return catalog.resolve_or_throw(kind, (std::filesystem::path(RELIGN_TASK_TEST_PLUGINS) / folder).string(),
+                                  parameters);
+}
+
+// One trial of a scripted algorithm (see fake_algorithm.cpp) on the fake scene, every part of it open to the test
+// before and after.
+struct FakeTrial {
+  explicit FakeTrial(const std::string& script_json, const std::string& algorithm_folder = "fake_optimizer",
+                     const Json& scene_parameters = Json::object()) {
+    services.log = [this](int, const std::string& message) { scene_log.push_back(message); };
+    scene =
+        std::make_unique<plugin_host::Scene>(fake(plugin_host::Kind::scene, "fake_scene", scene_parameters), services);
+    facts = read_scene_facts(scene->describe(), "fake-scene");
+    instance.number = 3;
+    instance.seed = 77;
+    instance.variances = {{0.3, 0.58, 0.5}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, "{}"};
+    algorithm = fake(plugin_host::Kind::optimizer, algorithm_folder, {{"script", Json::parse(script_json)}});
+    setup.services.log = [this](int, const std::string& message) { algorithm_log.push_back(message); };
+    setup.budget = 4;
+    setup.algorithm_seed = 5;
+  }
+
+  TrialResult run() {
+    plugin_host::MountedAssembly assembly = scene->mount(instance.variances.elements_json);
+    setup.assembly = &assembly;
+    setup.reference = scene->reference();
+    setup.scene = &facts;
+    setup.instance = &instance;
+    setup.algorithm = &algorithm;
+    setup.machine_time = facts.machine_time;
+    if (machine_time) setup.machine_time = *machine_time;
+    return run_trial(setup);
+  }
+
+  // The values logged under a word: what the algorithm saw ("seen"), was answered ("answer"), was told ("task").
+  std::vector<Json> logged(const std::string& word) const {
+    std::vector<Json> values;
+    for (const std::string& line : algorithm_log)
+      if (line.rfind(word + " ", 0) == 0) values.push_back(Json::parse(line.substr(word.size() + 1)));
+    return values;
+  }
+  // Seeds of the scene's captures ("capture") or truths ("truth"), in order.
+  std::vector<std::uint64_t> seeds(const std::string& word) const { return scene_numbers(word); }
+  // Where the scene wrote its captures.
+  std::vector<std::uint64_t> buffers() const { return scene_numbers("buffer"); }
+  std::vector<std::uint64_t> scene_numbers(const std::string& word) const {
+    std::vector<std::uint64_t> values;
+    for (const std::string& line : scene_log)
+      if (line.rfind(word + " ", 0) == 0) values.push_back(std::stoull(line.substr(word.size() + 1)));
+    return values;
+  }
+
+  plugin_host::HostServices services;
+  std::vector<std::string> scene_log, algorithm_log;
+  std::unique_ptr<plugin_host::Scene> scene;
+  SceneFacts facts;
+  Instance instance;
+  plugin_host::Choice algorithm;
+  TrialSetup setup;
+  std::optional<MachineTime> machine_time;
+};
+
+// With everything that the host can offer to `folder`, a user of services.
+struct TrialWithServices : FakeTrial {
+  TrialWithServices(const std::string& folder, const Json& parameters, const Json& scene_parameters)
+      : FakeTrial("[]", "fake_optimizer", scene_parameters),
+        level(fake(plugin_host::Kind::noise_level, "fake_level"), services) {
+    algorithm = fake(plugin_host::Kind::optimizer, folder, parameters);
+    setup.design = scene.get();
+    setup.level = &level;
+  }
+  // What was logged under a word, which must be there.
+  Json answer(const std::string& word, std::size_t which = 0) const {
+    const auto values = logged(word);
+    EXPECT_GT(values.size(), which) << word << " was not logged; refused: " << Json(logged("refused")).dump();
+    return which < values.size() ? values[which] : Json();
+  }
+  plugin_host::NoiseLevel level;
+};
+
+}  // namespace relign::trials

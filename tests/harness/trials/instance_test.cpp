@@ -1,0 +1,126 @@
+// Instances: draws through a level, and every kind of rubbish a level may write.
+#include "trials/instance.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <relign/random.hpp>
+
+#include "trials/fakes.h"
+
+namespace relign::trials {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+SceneFacts two_axes() {
+  SceneFacts scene;
+  scene.name = "lens";
+  scene.axes = {{"x", "mm", -1, 1}, {"y", "mm", -1, 1}};
+  scene.nominal_pose = {0.5, 0.5};
+  scene.elements = {"L1", "L2"};
+  return scene;
+}
+
+TEST(Variances, ReadsWhatALevelDrew) {
+  const Variances variances = read_variances(
+      R"({"start": [0, 1], "distortion": [[1.5, 0.25], [0, 1]],
+          "elements": {"L2": {"tilt_deg": [1, -2]}, "L1": {"shift_mm": [0.1, 0, 3]}}})",
+      two_axes(), "level");
+  EXPECT_THAT(variances.start, ElementsAre(0, 1));
+  EXPECT_THAT(variances.distortion, ElementsAre(1.5, 0.25, 0, 1));
+  EXPECT_EQ(Json::parse(variances.elements_json), Json::parse(R"({"L1": {"shift_mm": [0.1, 0, 3], "tilt_deg": [0, 0]},
+                            "L2": {"shift_mm": [0, 0, 0], "tilt_deg": [1, -2]}})"));
+  EXPECT_EQ(variances.elements_json, canonical_json(Json::parse(variances.elements_json)));
+  EXPECT_THAT(variances.cure_shift, testing::IsEmpty());
+  EXPECT_THAT(read_variances(R"({"start": [0, 1], "distortion": [[1, 0], [0, 1]], "elements": {},
+                                 "cure_shift": [0.01, -0.02]})",
+                             two_axes(), "level")
+                  .cure_shift,
+              ElementsAre(0.01, -0.02));
+}
+
+std::string refusal(const std::string& drawn) {
+  try {
+    read_variances(drawn, two_axes(), "my-level");
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::plugin_failed);
+    EXPECT_THAT(error.what(), HasSubstr("noise level 'my-level' drew variances that cannot be used"));
+    return error.what();
+  }
+  return "no error";
+}
+
+std::string draw(const std::string& start, const std::string& distortion, const std::string& elements) {
+  return R"({"start": )" + start + R"(, "distortion": )" + distortion + R"(, "elements": )" + elements + "}";
+}
+
+TEST(Variances, RefusesRubbishWithASentence) {
+  const std::string start = "[0.5, 0.5]", identity = "[[1, 0], [0, 1]]";
+  ASSERT_EQ(refusal(draw(start, identity, "{}")), "no error");
+  EXPECT_THAT(refusal(""), HasSubstr("no valid JSON"));
+  EXPECT_THAT(refusal("null"), HasSubstr("expected an object"));
+  EXPECT_THAT(refusal("{}"), AllOf(HasSubstr("\"start\" is missing"), HasSubstr("\"distortion\""),
+                                   HasSubstr("\"elements\" is missing")));
+  EXPECT_THAT(refusal(draw("[0.5]", identity, "{}")), HasSubstr("/start: expected a list of 2 numbers"));
+  EXPECT_THAT(refusal(draw("[0.5, null]", identity, "{}")), HasSubstr("/start: expected a list of 2 numbers"));
+  EXPECT_THAT(refusal(draw("[0.5, 1.5]", identity, "{}")), HasSubstr("value 1 is 1.5"));
+  EXPECT_THAT(refusal(draw("[NaN, 0.5]", identity, "{}")), HasSubstr("no valid JSON"));
+  EXPECT_THAT(refusal(draw("[0.5, 1e999]", identity, "{}")), HasSubstr("no valid JSON"));
+  EXPECT_THAT(refusal(draw(start, "[1, 0, 0, 1]", "{}")), HasSubstr("expected 2 rows of 2 numbers"));
+  EXPECT_THAT(refusal(draw(start, "[[1, 0], [0]]", "{}")), HasSubstr("expected 2 rows of 2 numbers"));
+  EXPECT_THAT(refusal(draw(start, "[[1, 0], [0, \"1\"]]", "{}")), HasSubstr("expected 2 rows of 2 numbers"));
+  EXPECT_THAT(refusal(draw(start, "[[1, 0], [0, 1], [0, 0]]", "{}")), HasSubstr("expected 2 rows of 2 numbers"));
+  EXPECT_THAT(refusal(draw(start, "[[1, 2], [2, 4]]", "{}")), HasSubstr("no usable inverse"));
+  EXPECT_THAT(refusal(draw(start, "[[0, 0], [0, 0]]", "{}")), HasSubstr("no usable inverse"));
+  EXPECT_THAT(refusal(draw(start, identity, "[]")), HasSubstr("/elements: expected an object"));
+  EXPECT_THAT(refusal(draw(start, identity, R"({"L3": {}})")), HasSubstr("no element \"L3\"; did you mean 'L1'?"));
+  EXPECT_THAT(refusal(draw(start, identity, R"({"L1": 3})")), HasSubstr("/elements/L1: expected an object"));
+  EXPECT_THAT(refusal(draw(start, identity, R"({"L1": {"shift_m": [0, 0, 0]}})")),
+              HasSubstr("did you mean 'shift_mm'?"));
+  EXPECT_THAT(refusal(draw(start, identity, R"({"L1": {"shift_mm": [0, 0]}})")), HasSubstr("a list of 3 numbers"));
+  EXPECT_THAT(refusal(draw(start, identity, R"({"L1": {"tilt_deg": [0, 0, 0]}})")), HasSubstr("a list of 2 numbers"));
+  EXPECT_THAT(refusal(R"({"start": [0, 0], "distortion": [[1, 0], [0, 1]], "elements": {}, "cure_shift": [1]})"),
+              HasSubstr("/cure_shift: expected a list of 2 numbers"));
+  EXPECT_THAT(refusal(R"({"start": [0, 0], "distortion": [[1, 0], [0, 1]], "elements": {}, "strat": 1})"),
+              HasSubstr("unknown key \"strat\""));
+}
+
+class DrawTest : public testing::Test {
+ protected:
+  DrawTest()
+      : facts_(read_scene_facts(plugin_host::Scene(fake(plugin_host::Kind::scene, "fake_scene"), {}).describe(), "s")) {
+  }
+  SceneFacts facts_;
+};
+
+TEST_F(DrawTest, IsAPureFunctionOfSeedDomainAndNumber) {
+  plugin_host::NoiseLevel level(fake(plugin_host::Kind::noise_level, "fake_level"), {});
+  const Instance one = draw_instance(level, facts_, 9, SeedDomain::benchmark, 4);
+  EXPECT_EQ(one.number, 4u);
+  EXPECT_EQ(one.seed, instance_seed(9, SeedDomain::benchmark, 4));
+  EXPECT_NEAR(one.variances.start[0], Random(one.seed).uniform(), 1e-6) << "the level gets the instance's seed";
+  EXPECT_EQ(Json::parse(one.variances.elements_json)["L1"]["shift_mm"][0], 0.1);
+
+  draw_instance(level, facts_, 9, SeedDomain::benchmark, 5);
+  const Instance again = draw_instance(level, facts_, 9, SeedDomain::benchmark, 4);
+  EXPECT_EQ(again.variances.start, one.variances.start);
+  EXPECT_NE(draw_instance(level, facts_, 9, SeedDomain::training, 4).variances.start, one.variances.start);
+  EXPECT_NE(draw_instance(level, facts_, 8, SeedDomain::benchmark, 4).variances.start, one.variances.start);
+}
+
+TEST_F(DrawTest, AnUnusableDrawIsThePluginsFailure) {
+  plugin_host::NoiseLevel level(fake(plugin_host::Kind::noise_level, "fake_level", {{"rubbish", true}}), {});
+  try {
+    draw_instance(level, facts_, 9, SeedDomain::benchmark, 0);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::plugin_failed);
+    EXPECT_THAT(error.what(), HasSubstr("value 1 is 2"));
+  }
+}
+
+}  // namespace
+}  // namespace relign::trials

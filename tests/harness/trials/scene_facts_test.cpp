@@ -1,0 +1,115 @@
+// A scene's description: what is read, and that every mistake is named.
+#include "trials/scene_facts.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace relign::trials {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+const char* const kGood = R"({
+  "name": "lens", "summary": "A lens.",
+  "axes": [{"name": "x", "unit": "mm", "lower": -1, "upper": 1},
+           {"name": "Rx", "unit": "deg", "lower": -7, "upper": 7}],
+  "nominal_pose": [0.5, 0.25],
+  "image": {"width": 200, "height": 100, "white": 0.115},
+  "elements": ["L1", "L2"], "files": ["/data/lens.json"],
+  "machine_time": {"speed_mm_per_s": 2, "settle_ms": 0},
+  "spec": {"rmse": 0.02}, "sensor_side_mm": 5})";
+
+TEST(SceneFacts, AStationNamesNeitherNominalPoseNorElementsAndTellsNoTruth) {
+  const std::string station = R"({"name": "bench", "owns_stage": true, "truth": false,
+    "axes": [{"name": "x", "unit": "mm", "lower": -1, "upper": 1}], "image": {"width": 20, "height": 10}})";
+  const SceneFacts facts = read_scene_facts(station, "bench");
+  EXPECT_TRUE(facts.owns_stage);
+  EXPECT_FALSE(facts.truth);
+  EXPECT_THAT(facts.nominal_pose, ElementsAre(0.5));
+  EXPECT_FALSE(read_scene_facts(kGood, "lens").owns_stage);
+  EXPECT_TRUE(read_scene_facts(kGood, "lens").truth);
+  std::string boastful = station;
+  boastful.replace(boastful.find("false"), 5, "true");
+  EXPECT_THROW(read_scene_facts(boastful, "bench"), Error);
+}
+
+TEST(SceneFacts, ReadsEverything) {
+  const SceneFacts facts = read_scene_facts(kGood, "lens");
+  EXPECT_EQ(facts.name, "lens");
+  EXPECT_EQ(facts.summary, "A lens.");
+  ASSERT_EQ(facts.axes.size(), 2u);
+  EXPECT_EQ(facts.axes[1].name, "Rx");
+  EXPECT_EQ(facts.axes[1].unit, "deg");
+  EXPECT_EQ(facts.axes[1].travel(), 14);
+  EXPECT_THAT(facts.nominal_pose, ElementsAre(0.5, 0.25));
+  EXPECT_EQ(facts.image_width, 200u);
+  EXPECT_EQ(facts.image_height, 100u);
+  EXPECT_EQ(facts.image_white, 0.115);
+  EXPECT_THAT(facts.elements, ElementsAre("L1", "L2"));
+  EXPECT_THAT(facts.files, ElementsAre("/data/lens.json"));
+  EXPECT_EQ(facts.machine_time.speed_mm_per_s, 2);
+  EXPECT_EQ(facts.machine_time.settle_ms, 0);
+  EXPECT_EQ(facts.machine_time.speed_deg_per_s, 5) << "what is not said keeps its default";
+  EXPECT_EQ(facts.spec.at("rmse"), 0.02);
+  EXPECT_EQ(facts.text, kGood);
+}
+
+std::string refusal(const std::string& description) {
+  try {
+    read_scene_facts(description, "my-scene");
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::plugin_failed);
+    EXPECT_THAT(error.what(), HasSubstr("scene 'my-scene' describes itself"));
+    return error.what();
+  }
+  return "no error";
+}
+
+// The good description with one part replaced.
+std::string with(const std::string& part, const std::string& replacement) {
+  std::string text = kGood;
+  const auto found = text.find(part);
+  EXPECT_NE(found, std::string::npos) << part;
+  return text.replace(found, part.size(), replacement);
+}
+
+TEST(SceneFacts, RefusesEveryMistakeWithASentence) {
+  EXPECT_THAT(refusal("no JSON"), HasSubstr("no valid JSON"));
+  EXPECT_THAT(refusal("[]"), HasSubstr("expected an object"));
+  EXPECT_THAT(refusal("{}"), AllOf(HasSubstr("\"name\""), HasSubstr("axes"), HasSubstr("\"nominal_pose\""),
+                                   HasSubstr("\"image\""), HasSubstr("\"elements\"")))
+      << "all at once";
+  EXPECT_THAT(refusal(with("\"lens\"", "\"\"")), HasSubstr("needs a name"));
+  EXPECT_THAT(refusal(with("\"Rx\"", "\"x\"")), HasSubstr("the axis \"x\" stands twice"));
+  EXPECT_THAT(refusal(with("\"deg\"", "\"rad\"")), HasSubstr("expected \"mm\" or \"deg\", found \"rad\""));
+  EXPECT_THAT(refusal(with("\"lower\": -7", "\"lower\": 7")), HasSubstr("/axes/1/upper: must be greater"));
+  EXPECT_THAT(refusal(with("\"lower\": -7", "\"lowest\": -7")), HasSubstr("did you mean 'lower'"));
+  EXPECT_THAT(refusal(with("[0.5, 0.25]", "[0.5]")), HasSubstr("expected a list of 2 numbers"));
+  EXPECT_THAT(refusal(with("[0.5, 0.25]", "[0.5, 1.25]")), HasSubstr("from 0 to 1"));
+  EXPECT_THAT(refusal(with("\"width\": 200, ", "")), HasSubstr("\"width\" is missing"));
+  EXPECT_THAT(refusal(with("200", "0")), HasSubstr("/image/width"));
+  EXPECT_THAT(refusal(with("0.115", "-1")), HasSubstr("/image/white"));
+  EXPECT_THAT(refusal(with("[\"L1\", \"L2\"]", "[\"L1\", \"L1\"]")), HasSubstr("the element \"L1\" stands twice"));
+  EXPECT_THAT(refusal(with("[\"L1\", \"L2\"]", "[\"L1\", 2]")), HasSubstr("expected a list of texts"));
+  EXPECT_THAT(refusal(with("[\"/data/lens.json\"]", "\"lens.json\"")), HasSubstr("expected a list of texts"));
+  EXPECT_THAT(refusal(with("\"speed_mm_per_s\": 2", "\"speed_mm_per_s\": 0")), HasSubstr("/machine_time/speed"));
+  EXPECT_THAT(refusal(with("\"settle_ms\": 0", "\"settle_mss\": 0")), HasSubstr("did you mean 'settle_ms'"));
+  EXPECT_THAT(refusal(with("{\"rmse\": 0.02}", "3")), HasSubstr("/spec: expected an object"));
+  EXPECT_THAT(refusal(with("{\"rmse\": 0.02}", "{\"rsme\": 0.02}")), HasSubstr("did you mean 'rmse'"));
+}
+
+TEST(SceneFacts, LimitsTheNumberOfAxes) {
+  std::string axes, pose;
+  for (int i = 0; i < 65; ++i) {
+    axes += (i ? "," : "") + (R"({"name":"a)" + std::to_string(i)) + R"(","unit":"mm","lower":0,"upper":1})";
+    pose += i ? ",0.5" : "0.5";
+  }
+  EXPECT_THAT(refusal(R"({"name":"s","axes":[)" + axes + R"(],"nominal_pose":[)" + pose +
+                      R"(],"image":{"width":1,"height":1},"elements":[]})"),
+              HasSubstr("1 to 64 axes"));
+}
+
+}  // namespace
+}  // namespace relign::trials

@@ -1,0 +1,185 @@
+// Algorithms that fail, misuse the conversation or do not stop; scenes that fail; runs that are stopped.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cfenv>
+#include <filesystem>
+
+#include "trials/fakes.h"
+
+namespace relign::trials {
+namespace {
+
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+TEST(Misbehaviour, UnusablePosesAreRefusedAndCostNothing) {
+  FakeTrial trial(
+      R"([["step", "nan", 0.5, 0.5],
+          ["step", 0.5, "inf", 0.5],
+          ["step", 0.5, 0.5],
+          ["move", 0.1, 0.1, 0.1, 0.1],
+          ["move", 0, 0, "-inf"],
+          ["step"],
+          ["first"],
+          ["step", 0.5, 0.5, 0.5]])");
+  const TrialResult result = trial.run();
+  EXPECT_EQ(trial.logged("answer"), std::vector<Json>(6, "bad argument"));
+  ASSERT_THAT(result.steps, SizeIs(2));
+  EXPECT_THAT(result.steps[1].commanded_pose, ElementsAre(0.5, 0.5, 0.5));
+  EXPECT_NEAR(result.steps[1].machine_seconds, 0.045 + 0.08 + 0.085, 1e-12);
+  EXPECT_EQ(result.end, End::finished);
+  EXPECT_THAT(trial.seeds("capture"), SizeIs(2));
+  EXPECT_EQ(trial.logged("seen").at(0)["step"], 0) << "step 0 is still there after the refusals";
+}
+
+TEST(Misbehaviour, StepZeroCannotBeSeenAgainLater) {
+  FakeTrial trial(R"([["first"], ["first"], ["step", 0.5, 0.5, 0.5], ["first"]])");
+  trial.run();
+  EXPECT_THAT(trial.logged("seen"), SizeIs(3));
+  EXPECT_EQ(trial.logged("answer"), std::vector<Json>{"bad argument"}) << "its image is gone";
+}
+
+TEST(Misbehaviour, TheBudgetCannotBeOverspent) {
+  FakeTrial trial(R"([["insist", 1000], ["step", 0.5, 0.5, 0.5]])");
+  const TrialResult result = trial.run();
+  EXPECT_THAT(result.steps, SizeIs(5));
+  EXPECT_THAT(trial.seeds("capture"), SizeIs(5));
+  EXPECT_EQ(trial.logged("answer"), std::vector<Json>{"stop"});
+  EXPECT_EQ(result.end, End::budget_spent);
+}
+
+TEST(Misbehaviour, WhoNeverStopsAskingIsTurnedOut) {
+  FakeTrial trial(R"([["insist", 1000000]])");
+  const TrialResult result = trial.run();
+  EXPECT_EQ(result.end, End::overspent);
+  EXPECT_THAT(result.message, HasSubstr("steps beyond the end of the trial"));
+  EXPECT_THAT(result.steps, SizeIs(5));
+
+  FakeTrial bad(R"([["insist_badly", 1000000]])");
+  const TrialResult refused = bad.run();
+  EXPECT_EQ(refused.end, End::failed);
+  EXPECT_THAT(refused.message, HasSubstr("bad arguments"));
+  EXPECT_THAT(refused.steps, SizeIs(1));
+}
+
+TEST(Misbehaviour, AFailureKeepsTheStepsMade) {
+  FakeTrial trial(R"([["step", 0.5, 0.5, 0.5], ["fail"]])");
+  const TrialResult result = trial.run();
+  EXPECT_EQ(result.end, End::failed);
+  EXPECT_THAT(result.message, HasSubstr("fake_optimizer"));
+  EXPECT_THAT(result.message, HasSubstr("out of ideas"));
+  ASSERT_THAT(result.steps, SizeIs(2));
+  EXPECT_GT(result.steps[1].commanded_truth.standard_error, 0) << "the last step is complete";
+}
+
+TEST(Misbehaviour, AFailureAfterTheLastStepIsAFailure) {
+  FakeTrial trial(R"([["insist", 5], ["fail"]])");
+  const TrialResult result = trial.run();
+  EXPECT_THAT(result.steps, SizeIs(5));
+  EXPECT_EQ(result.end, End::failed);
+}
+
+TEST(Misbehaviour, AnAlgorithmThatCannotBeMadeLeavesStepZero) {
+  FakeTrial trial(R"("refuse_to_be_made")");
+  const TrialResult result = trial.run();
+  EXPECT_EQ(result.end, End::failed);
+  EXPECT_THAT(result.message, HasSubstr("no model file"));
+  EXPECT_THAT(result.steps, SizeIs(1));
+}
+
+TEST(Misbehaviour, TheHostKeepsItsOwnRounding) {
+  const char* const moves = R"([["step", 0.41, 0.52, 0.53], ["rounding"], ["move", 0.1, 0.1, 0.1]])";
+  FakeTrial trial(moves);
+  const TrialResult expected = trial.run();
+
+  FakeTrial rounding(std::string(R"([["round_up"], )") + (moves + 1));
+  const TrialResult result = rounding.run();
+  EXPECT_EQ(std::fegetround(), FE_TONEAREST);
+  EXPECT_EQ(rounding.logged("rounding"), std::vector<Json>{"up"}) << "the algorithm keeps its own while it runs";
+  ASSERT_EQ(result.steps.size(), expected.steps.size());
+  for (std::size_t k = 0; k < result.steps.size(); ++k) {
+    EXPECT_EQ(result.steps[k].measured_rmse, expected.steps[k].measured_rmse);
+    EXPECT_EQ(result.steps[k].true_pose, expected.steps[k].true_pose);
+    EXPECT_EQ(result.steps[k].commanded_truth.mse, expected.steps[k].commanded_truth.mse);
+  }
+  EXPECT_THAT(result.environment_changes, Contains(HasSubstr("rounding")));
+}
+
+TEST(Misbehaviour, WhatIsLeftBehindIsNamedAndPutBack) {
+  const auto folder = std::filesystem::current_path();
+  FakeTrial trial(R"([["leave_folder"]])");
+  const TrialResult result = trial.run();
+  EXPECT_THAT(result.environment_changes, ElementsAre(HasSubstr("working directory")));
+  EXPECT_EQ(std::filesystem::current_path(), folder);
+  EXPECT_EQ(result.end, End::finished) << "a culprit is named, its result counts";
+}
+
+TEST(Stopping, AStoppedRunIsNoResult) {
+  std::atomic<bool> stop{false};
+  FakeTrial trial(R"([["step", 0.5, 0.5, 0.5], ["step", 0.5, 0.5, 0.6], ["step", 0.5, 0.5, 0.7], ["fail"]])");
+  trial.setup.stop = &stop;
+  trial.setup.on_step = [&](const Step& step, const float*) { stop = step.number == 1; };
+  const TrialResult result = trial.run();
+  EXPECT_EQ(result.end, End::stopped) << "whatever the algorithm makes of it";
+  EXPECT_THAT(result.steps, SizeIs(3)) << "step 2 was on its way when step 1's record was written";
+}
+
+TEST(Stopping, ACompleteTrialIsAResultEvenSo) {
+  std::atomic<bool> stop{true};
+  FakeTrial trial(R"([["step", 0.5, 0.5, 0.5]])");
+  trial.setup.stop = &stop;
+  trial.setup.budget = 0;
+  EXPECT_EQ(trial.run().end, End::budget_spent);
+  FakeTrial idle("[]");
+  idle.setup.stop = &stop;
+  EXPECT_EQ(idle.run().end, End::finished);
+}
+
+// The error that run_trial throws.
+template <class Expected = Error>
+std::string thrown_by(FakeTrial& trial) {
+  try {
+    trial.run();
+  } catch (const Expected& error) {
+    return error.what();
+  }
+  return "nothing was thrown";
+}
+
+TEST(SceneFailure, IsNeverTheAlgorithms) {
+  FakeTrial at_start("[]", "fake_optimizer", {{"fail_at", 0}});
+  EXPECT_THAT(thrown_by(at_start), HasSubstr("the lamp is out"));
+  FakeTrial later(R"([["step", 0.5, 0.5, 0.5], ["step", 0.5, 0.5, 0.5]])", "fake_optimizer", {{"fail_at", 2}});
+  EXPECT_THAT(thrown_by(later), HasSubstr("fake_scene"));
+  FakeTrial and_algorithm(R"([["step", 0.5, 0.5, 0.5], ["fail"]])", "fake_optimizer", {{"fail_at", 1}});
+  EXPECT_THAT(thrown_by(and_algorithm), HasSubstr("the lamp is out"));
+}
+
+TEST(SceneFailure, PixelsThatAreNoNumbersAreFound) {
+  FakeTrial trial(R"([["step", 0.5, 0.5, 0.5]])", "fake_optimizer", {{"bad_pixel_at", 1}});
+  EXPECT_THAT(thrown_by(trial), HasSubstr("step 1 has pixels that are no numbers"));
+}
+
+TEST(SceneFailure, AReferenceOfAnotherSizeIsRefused) {
+  FakeTrial trial("[]");
+  trial.facts.image_width = 4;
+  EXPECT_THAT(thrown_by(trial), HasSubstr("3 x 2 pixels, its description says 4 x 2"));
+}
+
+TEST(HostFailure, OfTheStepsReceiverComesThroughUnchanged) {
+  FakeTrial trial(R"([["step", 0.5, 0.5, 0.5]])");
+  trial.setup.on_step = [](const Step&, const float*) { throw Error(ErrorKind::io, "the disk is full"); };
+  EXPECT_EQ(thrown_by(trial), "the disk is full");
+  FakeTrial other(R"([["step", 0.5, 0.5, 0.5]])");
+  other.setup.on_step = [](const Step&, const float*) { throw std::length_error("too long"); };
+  EXPECT_EQ(thrown_by<std::length_error>(other), "too long");
+}
+
+TEST(HostFailure, AnIncompleteSetupIsRefused) { EXPECT_THROW(run_trial(TrialSetup{}), Error); }
+
+}  // namespace
+}  // namespace relign::trials

@@ -1,0 +1,174 @@
+// Which pose counts as recommended at each step, and when a step's record is written.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "trials/fakes.h"
+
+namespace relign::trials {
+namespace {
+
+using testing::DoubleEq;
+using testing::ElementsAre;
+using testing::SizeIs;
+
+TEST(Recommendation, StaysUntilReplacedAndBelongsToTheStepBeforeIt) {
+  FakeTrial trial(
+      R"([["step", 0.4, 0.5, 0.5],
+          ["step", 0.45, 0.5, 0.5],
+          ["recommend", 0.44, 0.5, 0.5],
+          ["recommend", 0.43, 0.5, 0.5],
+          ["step", 0.6, 0.5, 0.5],
+          ["step", 0.7, 0.5, 0.5],
+          ["recommend", 0.5, 0.5, 0.5]])");
+  const TrialResult result = trial.run();
+  ASSERT_THAT(result.steps, SizeIs(5));
+  const auto source = [&](std::size_t k) { return result.steps[k].recommendation_source; };
+  const auto x = [&](std::size_t k) { return result.steps[k].recommended_pose[0]; };
+  EXPECT_EQ(source(0), RecommendationSource::best_measured);
+  EXPECT_EQ(source(1), RecommendationSource::best_measured);
+  EXPECT_EQ(x(1), 0.4);
+  EXPECT_EQ(source(2), RecommendationSource::own);
+  EXPECT_EQ(x(2), 0.43) << "the last word before the next step";
+  EXPECT_EQ(source(3), RecommendationSource::own);
+  EXPECT_EQ(x(3), 0.43);
+  EXPECT_EQ(source(4), RecommendationSource::own);
+  EXPECT_EQ(x(4), 0.5) << "given after the last step, before the end";
+  EXPECT_EQ(result.end, End::budget_spent) << "all steps used, none asked for beyond them";
+}
+
+TEST(Recommendation, IsJudgedWhereTheCuredGlueLeavesTheLens) {
+  const char* const script = R"([["step", 0.4, 0.5, 0.5], ["recommend", 0.45, 0.5, 0.5], ["step", 0.98, 0.5, 0.5],
+                                 ["recommend", 0.98, 0.5, 0.5]])";
+  FakeTrial without(script), with(script);
+  with.instance.variances.cure_shift = {0.05, -0.01, 0};
+  const TrialResult before = without.run(), after = with.run();
+  ASSERT_THAT(after.steps, SizeIs(3));
+  for (std::size_t k = 0; k < after.steps.size(); ++k) {
+    // Neither poses, captures nor the commanded pose's truth know anything of the glue.
+    EXPECT_EQ(after.steps[k].true_pose, before.steps[k].true_pose);
+    EXPECT_EQ(after.steps[k].measured_rmse, before.steps[k].measured_rmse);
+    EXPECT_EQ(after.steps[k].commanded_truth.mse, before.steps[k].commanded_truth.mse);
+    EXPECT_EQ(after.steps[k].recommended_seconds, before.steps[k].recommended_seconds);
+    EXPECT_EQ(after.steps[k].recommended_pose, before.steps[k].recommended_pose);
+    EXPECT_NE(after.steps[k].recommended_truth.mse, before.steps[k].recommended_truth.mse);
+  }
+  EXPECT_THAT(before.steps[1].recommended_true_pose, ElementsAre(DoubleEq(0.45), DoubleEq(0.5), 0.5));
+  EXPECT_THAT(after.steps[1].recommended_true_pose, ElementsAre(DoubleEq(0.5), DoubleEq(0.49), 0.5));
+  EXPECT_EQ(after.steps[2].recommended_true_pose[0], 1) << "scenes know the travel only";
+  // What the last recommendation was worth before, is told once.
+  EXPECT_EQ(after.uncured_mse, before.steps[2].recommended_truth.mse);
+  EXPECT_TRUE(std::isnan(before.uncured_mse)) << "nothing cures";
+}
+
+// Other rules than the method's own judge where it stood, each pose once.
+TEST(Recommendation, EveryStepIsScoredWhereTheGlueWouldLeaveTheLens) {
+  const char* const script = R"([["step", 0.4, 0.5, 0.5], ["recommend", 0.4, 0.5, 0.5], ["step", 0.98, 0.5, 0.5]])";
+  FakeTrial without(script), with(script);
+  with.instance.variances.cure_shift = {0.05, -0.01, 0};
+  EXPECT_THAT(without.run().glued_truths, SizeIs(0)) << "commanded_truth is it";
+  const TrialResult result = with.run();
+  ASSERT_THAT(result.glued_truths, SizeIs(3));
+  EXPECT_EQ(result.glued_truths[1].mse, result.steps[2].recommended_truth.mse) << "the pose that it recommends";
+  EXPECT_NE(result.glued_truths[2].mse, result.steps[2].commanded_truth.mse);
+  FakeTrial there(R"([["step", 0.4, 0.5, 0.5], ["recommend", 0.4, 0.5, 0.5], ["step", 0.98, 0.5, 0.5],
+                      ["recommend", 0.98, 0.5, 0.5]])");
+  there.instance.variances.cure_shift = with.instance.variances.cure_shift;
+  EXPECT_EQ(there.run().steps[2].recommended_truth.mse, result.glued_truths[2].mse);
+}
+
+TEST(Recommendation, MayComeAfterTheBudgetIsSpent) {
+  FakeTrial trial(R"([["step", 0.4, 0.5, 0.5], ["step", 0.3, 0.5, 0.5], ["recommend", 0.5, 0.5, 0.5]])");
+  trial.setup.budget = 1;
+  const TrialResult result = trial.run();
+  ASSERT_THAT(result.steps, SizeIs(2));
+  EXPECT_EQ(trial.logged("answer"), std::vector<Json>{"stop"});
+  EXPECT_EQ(result.steps[0].recommendation_source, RecommendationSource::best_measured);
+  EXPECT_EQ(result.steps[1].recommendation_source, RecommendationSource::own);
+  EXPECT_THAT(result.steps[1].recommended_pose, ElementsAre(0.5, 0.5, 0.5));
+  EXPECT_EQ(result.end, End::budget_spent);
+}
+
+TEST(Recommendation, MayComeBeforeAnyStep) {
+  FakeTrial trial(R"([["recommend", 0.5, 0.5, 0.5]])");
+  const TrialResult result = trial.run();
+  ASSERT_THAT(result.steps, SizeIs(1));
+  EXPECT_EQ(result.steps[0].recommendation_source, RecommendationSource::own);
+  EXPECT_EQ(result.end, End::finished);
+}
+
+TEST(Recommendation, WithoutOneTheBestMeasuredPoseCountsForOptimizers) {
+  FakeTrial trial(R"([["step", 0.45, 0.5, 0.5], ["step", 0.52, 0.5, 0.5], ["step", 0.7, 0.5, 0.5]])");
+  const TrialResult result = trial.run();
+  ASSERT_THAT(result.steps, SizeIs(4));
+  EXPECT_EQ(result.steps[0].recommended_pose, result.steps[0].commanded_pose);
+  EXPECT_EQ(result.steps[1].recommended_pose[0], 0.45);
+  EXPECT_EQ(result.steps[2].recommended_pose[0], 0.52);
+  EXPECT_EQ(result.steps[3].recommended_pose[0], 0.52);
+  for (const Step& step : result.steps) EXPECT_EQ(step.recommendation_source, RecommendationSource::best_measured);
+}
+
+TEST(Recommendation, OfEqualMeasurementsTheFirstCounts) {
+  FakeTrial trial(R"([["step", 0.25, 0.5, 0.5], ["step", 0.75, 0.5, 0.5]])");
+  trial.setup.merit = Merit::rmse;
+  trial.instance.variances.start = {0.125, 0.5, 0.5};
+  const TrialResult result = trial.run();
+  ASSERT_EQ(result.steps[1].merit, result.steps[2].merit);
+  EXPECT_EQ(result.steps[2].recommended_pose[0], 0.25);
+}
+
+TEST(Recommendation, WithoutOneTheCurrentPoseCountsForAgents) {
+  FakeTrial trial(R"([["move", 0.2, 0, 0], ["move", 0.2, 0, 0]])", "fake_agent");
+  const TrialResult result = trial.run();
+  ASSERT_THAT(result.steps, SizeIs(3));
+  for (const Step& step : result.steps) {
+    EXPECT_EQ(step.recommendation_source, RecommendationSource::current);
+    EXPECT_EQ(step.recommended_pose, step.commanded_pose);
+    EXPECT_EQ(step.recommended_true_pose, step.true_pose);
+    EXPECT_EQ(step.recommended_seconds, step.machine_seconds);
+    EXPECT_EQ(step.recommended_truth.mse, step.commanded_truth.mse);
+  }
+  EXPECT_THAT(trial.seeds("truth"), SizeIs(3));
+}
+
+TEST(Recommendation, OfTheCurrentPoseHoldsAtALimit) {
+  for (const Limits limits : {Limits::soft, Limits::hard}) {
+    FakeTrial trial(R"([["move", 0.7, 0.1, 0.2], ["move", 0.7, 0.1, -0.1]])", "fake_agent");
+    trial.setup.protocol = Protocol::blind;
+    trial.setup.limits = limits;
+    trial.instance.variances.distortion = {1.01, 0.02, -0.01, 0.03, 0.98, 0.01, 0, -0.02, 1.02};
+    const TrialResult result = trial.run();
+    ASSERT_NE(result.steps[2].limits_high, 0u);
+    EXPECT_EQ(result.steps[2].recommended_true_pose, result.steps[2].true_pose);
+    EXPECT_EQ(result.steps[2].recommended_seconds, result.steps[2].machine_seconds);
+  }
+}
+
+TEST(Recommendation, AnUnusableOneIsRefusedAndTheOldOneStays) {
+  FakeTrial trial(R"([["recommend", 0.5, 0.5, 0.5], ["recommend", "nan", 0, 0], ["recommend", 0.1]])");
+  const TrialResult result = trial.run();
+  EXPECT_EQ(trial.logged("answer"), (std::vector<Json>{"bad argument", "bad argument"}));
+  EXPECT_THAT(result.steps[0].recommended_pose, ElementsAre(0.5, 0.5, 0.5));
+}
+
+TEST(OnStep, ComesOnceAStepIsCompleteWithItsOwnCapture) {
+  FakeTrial trial(R"([["first"], ["step", 0.5, 0.58, 0.5], ["recommend", 0.5, 0.5, 0.5], ["step", 0.5, 0.5, 0.6]])");
+  std::vector<unsigned> numbers;
+  std::vector<std::size_t> captures_before;
+  trial.setup.on_step = [&](const Step& step, const float* pixels) {
+    numbers.push_back(step.number);
+    captures_before.push_back(trial.seeds("capture").size());
+    EXPECT_NEAR(pixels[5], 0.5 + step.measured_rmse, 1e-7) << "the capture of this very step";
+    if (step.number == 1) {
+      EXPECT_EQ(step.recommendation_source, RecommendationSource::own);
+    }
+  };
+  const TrialResult result = trial.run();
+  EXPECT_THAT(numbers, ElementsAre(0, 1, 2));
+  EXPECT_THAT(captures_before, ElementsAre(1, 2, 3)) << "before the next capture is made";
+  EXPECT_THAT(result.steps, SizeIs(3));
+}
+
+}  // namespace
+}  // namespace relign::trials
