@@ -14,7 +14,7 @@
 namespace relign::test {
 
 inline nlohmann::json golden(const std::string& name) {
-  return nlohmann::json::parse(read_file(RELIGN_TEST_DATA "/stats/" + name + ".json"));
+  return nlohmann::json::parse(read_file(RELIGN_TEST_DATA "/statistics/" + name + ".json"));
 }
 
 inline double number(const nlohmann::json& value) {

@@ -1,4 +1,4 @@
-"""Writes tests/golden/stats/*.json: `python make_golden.py` (needs NumPy, SciPy 1.17 or later, and rliable 1.2).
+"""Writes tests/golden/statistics/*.json: `python make_golden.py` (needs NumPy, SciPy 1.17 or later, and rliable 1.2).
 
 `python make_golden.py aggregate` writes that file alone.
 
@@ -18,7 +18,7 @@ from rliable import metrics
 from rliable.library import run_score_deviation
 from scipy import stats
 
-FOLDER = pathlib.Path(__file__).resolve().parent.parent / "golden" / "stats"
+FOLDER = pathlib.Path(__file__).resolve().parents[2] / "golden" / "statistics"
 
 
 def plain(value):
