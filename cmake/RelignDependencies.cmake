@@ -27,13 +27,13 @@ if(NOT RELIGN_BOOST_INCLUDE_DIR)
   message(FATAL_ERROR "Boost.Math was not found (Debian and Ubuntu: libboost-dev). ${RELIGN_INSTALL_HINT}")
 endif()
 
-# OpenCV's own CMake file comes with libopencv-dev alone, whose other modules weigh 600 MB. The three
+# OpenCV's own CMake file comes with libopencv-dev alone, whose other modules weigh 600 MB. The two
 # modules used here are found by themselves; CMAKE_PREFIX_PATH points to an OpenCV elsewhere.
 find_path(RELIGN_OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4)
-foreach(module core imgproc imgcodecs)
+foreach(module core imgproc)
   find_library(RELIGN_OPENCV_${module}_LIBRARY opencv_${module})
   if(NOT RELIGN_OPENCV_INCLUDE_DIR OR NOT RELIGN_OPENCV_${module}_LIBRARY)
-    message(FATAL_ERROR "OpenCV's module ${module} was not found (Debian and Ubuntu: libopencv-imgcodecs-dev "
+    message(FATAL_ERROR "OpenCV's module ${module} was not found (Debian and Ubuntu: "
                         "libopencv-imgproc-dev). ${RELIGN_INSTALL_HINT}")
   endif()
   add_library(opencv_${module} UNKNOWN IMPORTED)
@@ -41,6 +41,19 @@ foreach(module core imgproc imgcodecs)
     IMPORTED_LOCATION "${RELIGN_OPENCV_${module}_LIBRARY}"
     INTERFACE_INCLUDE_DIRECTORIES "${RELIGN_OPENCV_INCLUDE_DIR}")
 endforeach()
+
+# Image files. OpenCV's imgcodecs would bring GDAL and a hundred libraries more.
+relign_require(PNG libpng-dev)
+relign_require(JPEG libjpeg-dev)
+relign_require(TIFF libtiff-dev)
+find_path(RELIGN_WEBP_INCLUDE_DIR webp/encode.h)
+find_library(RELIGN_WEBP_LIBRARY webp)
+if(NOT RELIGN_WEBP_INCLUDE_DIR OR NOT RELIGN_WEBP_LIBRARY)
+  message(FATAL_ERROR "libwebp was not found (Debian and Ubuntu: libwebp-dev). ${RELIGN_INSTALL_HINT}")
+endif()
+add_library(relign_webp UNKNOWN IMPORTED)
+set_target_properties(relign_webp PROPERTIES IMPORTED_LOCATION "${RELIGN_WEBP_LIBRARY}"
+                      INTERFACE_INCLUDE_DIRECTORIES "${RELIGN_WEBP_INCLUDE_DIR}")
 
 # Networks with operators that plugins/policies does not have. All else works without it.
 find_library(RELIGN_OPENCV_dnn_LIBRARY opencv_dnn)

@@ -14,10 +14,10 @@ import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
 TREE = HERE.parent.parent
-# Told what the paper told, told nothing, and methods that were run by themselves under both.
-FOLDERS = tuple(folder for folder in (HERE, HERE / "blind", HERE / "ppo_paper", HERE / "tolerance_fit") if folder.is_dir())
 PAGES = (TREE / "docs" / "reproduction.md", TREE / "README.md")
-IN_SHORT = ("sensitivity", "ppo", "through-focus", "nlopt-bobyqa", "ppo-paper", "bo-gp", "home", "random")
+IN_SHORT = ("sensitivity", "imitation-ppo", "through-focus", "nlopt-bobyqa", "ppo-paper", "bo-gp-tuned", "bo-gp", "home", "random")
+INSTANCES = "50"
+RULES = ("own", "best", "current")
 LEVELS = ("rho0", "rho0.25", "rho0.5")
 STEPS = (1, 2, 4, 10, 20, 50)
 TARGETS = (0.01, 0.005, 0.002)
@@ -25,13 +25,8 @@ NO_VALUE = "-"
 
 
 def read(name):
-    """Rows of all folders' files. `home` and `random`, which every suite has, are the first folder's that has them."""
-    rows, owners = [], {}
-    for folder in FOLDERS:
-        with (folder / name).open(newline="") as file:
-            rows += [row for row in csv.DictReader(file)
-                     if owners.setdefault((row["protocol"], row["algorithm"]), folder) == folder]
-    return rows
+    with (HERE / name).open(newline="") as file:
+        return list(csv.DictReader(file))
 
 
 def number(text):
@@ -60,19 +55,16 @@ class Study:
             self.thresholds[row["protocol"], row["algorithm"], row["noise_level"]] = row
 
     def algorithms(self, protocol):
-        """Best first, by the sum of the ranks at the three levels: those of equal medians are the same."""
+        """Best first, by the sum of the ranks at the three levels."""
         names = {key[1] for key in self.ranking if key[0] == protocol}
-        return sorted(names, key=lambda name: (sum(self._rank(protocol, name, level) for level in LEVELS), name))
+        medians = {(name, level): self._median(protocol, name, level) for name in names for level in LEVELS}
+        ranks = {name: sum(sum(medians[other, level] < medians[name, level] for other in names) for level in LEVELS)
+                 for name in names}
+        return sorted(names, key=lambda name: (ranks[name], name))
 
-    def _rank(self, protocol, name, level):
-        """Counted here: a method that has a folder of its own has no rank among the others there."""
-        def median(of):
-            row = self.ranking.get((protocol, of, level))
-            return number(row["recommended_median"]) if row else None
-
-        own = median(name)
-        others = (median(of) for key, of, at in self.ranking if key == protocol and at == level)
-        return 1e9 if own is None else sum(other is not None and other < own for other in others)
+    def _median(self, protocol, name, level):
+        row = self.ranking.get((protocol, name, level))
+        return number(row["recommended_median"]) if row and row["recommended_median"] else 1e9
 
     def at(self, protocol, name, level, step):
         """The row of a curve at a step; after its last step the last one stands."""
@@ -91,11 +83,49 @@ class Study:
         return first
 
 
+def label(study, protocol, name):
+    """With what differs from the study's usual: an oracle, another number of steps or of instances."""
+    row = next(study.ranking[protocol, name, level] for level in LEVELS if (protocol, name, level) in study.ranking)
+    return (name + (" (oracle)" if row["oracle"] == "true" else "") + ("" if row["step"] == "50" else f", {row['step']} steps")
+            + ("" if row["trials"] == INSTANCES else f", {row['trials']} instances"))
+
+
 def short(study, protocol):
     """Medians after the last image, of some methods."""
     return table(("",) + LEVELS,
                  [(f"`{name}`", *(rounded(number(study.ranking[protocol, name, level]["recommended_median"])) for level in LEVELS))
                   for name in IN_SHORT])
+
+
+def rules(study, protocol):
+    """Medians after the last image by the three recommendation rules, and how many instances are in specification."""
+    def cell(name, level):
+        row = study.ranking.get((protocol, name, level))
+        return NO_VALUE if not row else " / ".join(rounded(number(row[f"{rule}_median"])) for rule in RULES)
+
+    def share(name):
+        found = [study.ranking[protocol, name, level] for level in LEVELS if (protocol, name, level) in study.ranking]
+        return " / ".join(f"{100 * sum(number(row[f'{rule}_yield']) or 0 for row in found) / len(found):.0f} %" for rule in RULES)
+
+    return table(("method",) + LEVELS + ("in specification",),
+                 [(label(study, protocol, name), *(cell(name, level) for level in LEVELS), share(name))
+                  for name in study.algorithms(protocol)])
+
+
+def contrasts(protocol):
+    """Ratio of errors of each planned contrast, its interval and verdict by the rules own and best."""
+    cells = {(row["first"], row["second"], row["noise_level"], row["rule"]): row
+             for row in read("contrasts.csv") if row["protocol"] == protocol}
+    pairs = list(dict.fromkeys(key[:2] for key in cells))
+
+    def cell(first, second, level, rule):
+        row = cells.get((first, second, level, rule))
+        return NO_VALUE if not row else (
+            f"{float(row['ratio']):.2f} ({float(row['lo95']):.2f} to {float(row['hi95']):.2f}) {row['verdict']}")
+
+    return table(("contrast", "rule") + LEVELS,
+                 [(f"{first} : {second}" if rule == "own" else "", rule, *(cell(first, second, level, rule) for level in LEVELS))
+                  for first, second in pairs for rule in ("own", "best")])
 
 
 def final(study, protocol):
@@ -112,15 +142,8 @@ def final(study, protocol):
                         for level in LEVELS if (protocol, name, level) in study.ranking)
         return f"{float(f'{values[len(values) // 2]:.2g}'):g}"  # two digits, and 1000 for 1e+03
 
-    def label(name):
-        row = next(study.ranking[protocol, name, level] for level in LEVELS if (protocol, name, level) in study.ranking)
-        steps, lenses = row["step"], row["trials"]
-        name = name.removesuffix(", blind")
-        return name + (" (oracle)" if row["oracle"] == "true" else "") + ("" if steps == "50" else f", {steps} steps") + (
-            "" if lenses == "100" else f", {lenses} lenses")
-
     return table(("method",) + LEVELS + ("ms a step",),
-                 [(label(name), *(cell(name, level) for level in LEVELS), milliseconds(name))
+                 [(label(study, protocol, name), *(cell(name, level) for level in LEVELS), milliseconds(name))
                   for name in study.algorithms(protocol)])
 
 
@@ -185,6 +208,8 @@ def tables():
     made = {"short": short(study, "paper")}
     for protocol in ("paper", "blind"):
         made[f"final {protocol}"] = final(study, protocol)
+        made[f"rules {protocol}"] = rules(study, protocol)
+        made[f"contrasts {protocol}"] = contrasts(protocol)
         made[f"arrivals {protocol}"] = arrivals(study, protocol)
         made[f"thresholds {protocol}"] = thresholds(study, protocol)
         for level in LEVELS:

@@ -1,4 +1,4 @@
-// Image files: PNG, TIFF, JPEG through OpenCV; NumPy's .npy (float32, height x width) by our own.
+// Image files: PNG, JPEG, TIFF and WebP through their own libraries; NumPy's .npy (float32, height x width) by our own.
 #pragma once
 
 #include <filesystem>
@@ -8,7 +8,7 @@
 
 namespace relign::images {
 
-// Reads any image OpenCV reads, as grey 0 (black) to 1 (white). Colour is weighted to grey.
+// Reads PNG, JPEG, TIFF or WebP as grey, 0 (black) to 1 (white). Colour is weighted to grey.
 // Throws Error(io) for an unreadable file, bad_input for one that is no image or too large
 // (more than 100 million pixels).
 Image read_image(const std::filesystem::path& path);

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "base/error.h"
 #include "drawing/png.h"
+#include "images/codecs.h"
 
 namespace relign::drawing {
 namespace {
@@ -156,12 +156,8 @@ Raster RasterCanvas::take() {
 }
 
 std::string png_bytes(const Raster& picture) {
-  const cv::Mat rgb(picture.height, picture.width, CV_8UC3, const_cast<std::uint8_t*>(picture.rgb.data()));
-  cv::Mat bgr;
-  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
-  std::vector<unsigned char> bytes;
-  if (!cv::imencode(".png", bgr, bytes)) throw Error(ErrorKind::internal, "OpenCV cannot write PNG files");
-  return {bytes.begin(), bytes.end()};
+  return images::encode_png(
+      {static_cast<std::size_t>(picture.width), static_cast<std::size_t>(picture.height), 3, picture.rgb, {}});
 }
 
 }  // namespace relign::drawing

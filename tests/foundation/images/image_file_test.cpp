@@ -10,12 +10,15 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "images/codecs.h"
 
 namespace relign::images {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::FloatNear;
 using testing::HasSubstr;
+using testing::Pointwise;
 
 class ImageFileTest : public testing::Test {
  protected:
@@ -145,33 +148,49 @@ TEST_F(ImageFileTest, AFilmHasItsImagesSideBySide) {
   EXPECT_NEAR(at(30, 2), 0.5, 0.06);
 }
 
-TEST_F(ImageFileTest, ReadsEightBitAndColourAsGrey) {
-  const Image grey = read_image(file("a.pgm", "P5\n2 1\n255\n" + std::string("\x00\xff", 2)));
-  EXPECT_EQ(grey.values, (std::vector<float>{0, 1}));
-  // ITU-R BT.601 weights: 0.299 R + 0.587 G + 0.114 B.
-  const Image colour =
-      read_image(file("c.ppm", "P6\n3 1\n255\n" + std::string("\xff\x00\x00\x00\xff\x00\x00\x00\xff", 9)));
-  ASSERT_EQ(colour.width, 3u);
-  EXPECT_NEAR(colour.values[0], 0.299, 0.5 / 255 + 1e-6);
-  EXPECT_NEAR(colour.values[1], 0.587, 0.5 / 255 + 1e-6);
-  EXPECT_NEAR(colour.values[2], 0.114, 0.5 / 255 + 1e-6);
+// ITU-R BT.601 weights: 0.299 R + 0.587 G + 0.114 B.
+TEST_F(ImageFileTest, ReadsColourPngAsGrey) {
+  const Image eight = read_image(file("c8.png", encode_png({3, 1, 3, {255, 0, 0, 0, 255, 0, 0, 0, 255}, {}})));
+  const Image sixteen = read_image(file("c16.png", encode_png({3, 1, 3, {}, {65535, 0, 0, 0, 65535, 0, 0, 0, 65535}})));
+  ASSERT_EQ(eight.width, 3u);
+  EXPECT_THAT(eight.values, Pointwise(FloatNear(0.5F / 255), {0.299F, 0.587F, 0.114F}));
+  EXPECT_THAT(sixteen.values, Pointwise(FloatNear(0.5F / 65535 + 1e-6F), {0.299F, 0.587F, 0.114F}));
+}
+
+// Four columns of red and four of blue, written by Pillow.
+TEST_F(ImageFileTest, ReadsJpegOfAnotherProgram) {
+  const Image image = read_image(RELIGN_TEST_DATA "/images/red_blue.jpg");
+  ASSERT_EQ(image.width, 8u);
+  ASSERT_EQ(image.height, 4u);
+  EXPECT_NEAR(image.at(1, 2), 0.299, 0.02);
+  EXPECT_NEAR(image.at(6, 2), 0.114, 0.02);
+}
+
+TEST_F(ImageFileTest, RefusesHugeImagesBeforeUnpackingThem) {
+  std::string png = encode_png({1, 1, 1, {0}, {}});
+  for (const std::size_t at : {17U, 21U})
+    png[at] = '\x7f';  // width and height of millions; libpng checks the CRC first
+  EXPECT_THAT(refusal(file("huge.png", png), ErrorKind::bad_input), HasSubstr("huge.png"));
 }
 
 TEST_F(ImageFileTest, RefusesWhatIsNoImage) {
   EXPECT_THAT(refusal(folder_ / "missing.png", ErrorKind::io), HasSubstr("No such file"));
   EXPECT_THAT(refusal(folder_, ErrorKind::io), HasSubstr("folder"));
-  EXPECT_THAT(refusal(file("empty.png", ""), ErrorKind::bad_input), HasSubstr("no image"));
-  EXPECT_THAT(refusal(file("text.png", "hello"), ErrorKind::bad_input), HasSubstr("no image"));
-  EXPECT_THAT(refusal(file("magic.png", "\x89PNG\r\n\x1a\n"), ErrorKind::bad_input), HasSubstr("no image"));
-  EXPECT_THAT(refusal(file("huge.pgm", "P5\n200000 200000\n255\nx"), ErrorKind::bad_input), HasSubstr("huge.pgm"));
+  EXPECT_THAT(refusal(file("empty.png", ""), ErrorKind::bad_input),
+              HasSubstr("not an image that can be read; allowed: PNG, JPEG, TIFF, WebP"));
+  EXPECT_THAT(refusal(file("text.png", "hello"), ErrorKind::bad_input),
+              HasSubstr("not an image that can be read; allowed: PNG, JPEG, TIFF, WebP"));
+  EXPECT_THAT(refusal(file("magic.png", "\x89PNG\r\n\x1a\n"), ErrorKind::bad_input), HasSubstr("ends too early"));
 }
 
 TEST_F(ImageFileTest, RefusesTruncatedImages) {
   Image noisy(64, 64);
   for (std::size_t i = 0; i < noisy.values.size(); ++i)
     noisy.values[i] = static_cast<float>(std::fmod(static_cast<double>(i) * 0.618, 1.0));
-  for (const char* name : {"a.png", "a.tiff"}) {
-    write_image(folder_ / name, noisy);
+  write_film(folder_ / "a.webp", {noisy}, 64, 1);
+  write_file_atomically(folder_ / "a.jpg", read_file(RELIGN_TEST_DATA "/images/red_blue.jpg"));
+  for (const char* name : {"a.png", "a.tiff"}) write_image(folder_ / name, noisy);
+  for (const char* name : {"a.png", "a.tiff", "a.webp", "a.jpg"}) {
     const std::string whole = read_file(folder_ / name);
     const fs::path cut = file(std::string("cut-") + name, whole.substr(0, whole.size() / 2));
     EXPECT_THAT(refusal(cut, ErrorKind::bad_input), HasSubstr("cut-")) << name;
