@@ -76,7 +76,7 @@ class Schemas(unittest.TestCase):
     def test_recipes_have_the_settings_of_trainings(self):
         schema, check = tools.load("recipe"), tools.validator("recipe")
         readme = (ROOT / "python/README.md").read_text().split("### Recipes", 1)[1]
-        for name, file, side in (("imitation", "imitate.py", "imitation"), ("ppo", "reinforce.py", "ppo")):
+        for name, file, side in (("imitation", "imitate.py", "imitation/imitation"), ("ppo", "reinforce.py", "ppo_paper/ppo-paper")):
             module = ast.parse((ROOT / "python/relign_bench/training" / file).read_text())
             recipe = next(one for one in module.body if isinstance(one, ast.ClassDef) and one.name == "Recipe")
             fields = {one.target.id for one in recipe.body if isinstance(one, ast.AnnAssign)}
@@ -85,7 +85,7 @@ class Schemas(unittest.TestCase):
             told = {word for row in re.findall(r"^\| (`[^|]*) \|", table, re.M) for word in re.findall(r"`(\w+)`", row)}
             options = {"scene", "seed", "preset", "algorithm", "warm_start"}  # of their own
             self.assertEqual(told | (options & fields), fields, f"python/README.md of {file}")
-            document = json.loads((ROOT / f"plugins/agents/{side}/{side}.json").read_text())["trained"]["recipe"]
+            document = json.loads((ROOT / f"plugins/agents/{side}.json").read_text())["trained"]["recipe"]
             self.assertEqual(tools.complaints(check, document), [])
             for what, wrong in tools.wrong_versions(schema, document):
                 self.assertFalse(check.is_valid(wrong), f"{name}: {what}")
