@@ -113,7 +113,7 @@ class JointFit {
   }
 
  private:
-  static constexpr double kWall = 0.003;  // standard deviation of a pose at a limit, share of the travel
+  static constexpr double kLimit = 0.003;  // standard deviation of a pose at a limit, share of the travel
 
   struct Fitted {
     const Site* site;
@@ -135,7 +135,7 @@ class JointFit {
     }
   };
 
-  // Of a site: one row for each of pose and state, one for the rest of the residual, one wall an axis.
+  // Rows per site: one for each of pose and state, one for the rest of the residual, one limit per axis.
   Eigen::Index rows_of_site() const { return fitted_.front().chain.rows() + 1 + layout_.axes(); }
   Eigen::Index rows() const { return static_cast<Eigen::Index>(fitted_.size()) * rows_of_site() + layout_.size(); }
 
@@ -174,10 +174,10 @@ class JointFit {
         out[row + d] = std::sqrt(std::max(residual.squaredNorm() - out.segment(row, d).squaredNorm(), 0.0));
       row += d + 1;
       for (Eigen::Index axis = 0; axis < layout_.axes(); ++axis, ++row) {
-        const double beyond = beyond_the_walls(*fitted.site, pose, axis);
+        const double beyond = beyond_the_limits(*fitted.site, pose, axis);
         if (beyond == 0) continue;
-        out[row] = beyond / kWall;
-        slopes.row(row) = fitted.chain.row(axis) / kWall;
+        out[row] = beyond / kLimit;
+        slopes.row(row) = fitted.chain.row(axis) / kLimit;
       }
     }
     out.tail(layout_.size()) = x;
@@ -187,7 +187,7 @@ class JointFit {
 
   // Distance by which a pose contradicts the limit switches: a move that hit no limit ended within the travel, one that
   // hit a limit would have ended at it or beyond.
-  static double beyond_the_walls(const Site& site, const Vector& pose, Eigen::Index axis) {
+  static double beyond_the_limits(const Site& site, const Vector& pose, Eigen::Index axis) {
     const std::uint64_t bit = std::uint64_t{1} << axis;
     double beyond = 0;
     if (site.limits_low & bit)

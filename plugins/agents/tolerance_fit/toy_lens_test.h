@@ -29,7 +29,7 @@ class ToyTrial {
     double offset_std = 1;
     double largest_move = 0.2;
     std::uint64_t instance = 1;
-    bool noise_free = true;  // the model offers noise-free pictures
+    bool noise_free = true;  // the model offers noise-free images
   };
 
   explicit ToyTrial(const Setup& given) : setup_(given), offset_(drawn_offset(given.instance + kUnseen)) {

@@ -74,14 +74,14 @@ std::vector<double> regrets(const SourceData& data, Stacking stacking, std::uint
   setup.stacking = stacking;
   setup.candidates = 2000;
   Search search(data, setup, seed);
-  std::vector<double> told;
+  std::vector<double> values;
   Vector at = surrogates::uniform_point(random, 6);
   for (int step = 0; step <= steps; ++step) {
     search.tell(at, target(at) + kNoise * random.normal());
-    told.push_back(target(search.best()) - target.lowest());
+    values.push_back(target(search.best()) - target.lowest());
     at = search.ask();
   }
-  return told;
+  return values;
 }
 
 double median(std::vector<double> values) {

@@ -122,7 +122,7 @@ TEST(TransferGpHierarchy, SequentialConditioningEqualsJointModel) {
     EXPECT_LT((model.variance(known) - other.covariance.diagonal()).cwiseAbs().maxCoeff(), 1e-8);
   }
   EXPECT_LT((model.mean(at) - known.mean).cwiseAbs().maxCoeff(), 1e-12);
-  EXPECT_GT(known.mean.cwiseAbs().maxCoeff(), 0.1) << "or it would say nothing";
+  EXPECT_GT(known.mean.cwiseAbs().maxCoeff(), 0.1) << "otherwise the comparison is meaningless";
 }
 
 // The last source as target, added value by value, gives the joint model of all sources.
