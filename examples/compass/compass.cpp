@@ -1,4 +1,4 @@
-// Compass search: try one stride along every axis; when none helps, halve the stride.
+// Compass search: try one stride along every axis; halve the stride when none improves.
 #include <relign/plugin.hpp>
 
 class Compass final : public relign::Optimizer {
@@ -8,18 +8,18 @@ class Compass final : public relign::Optimizer {
   void run(relign::Conversation& talk) override {
     const relign::Box box = talk.box();         // commanded coordinates, under every protocol
     relign::Observation best = talk.first();    // step 0: the capture at the start pose
-    while (stride_ > 1e-4) {                    // finer moves mean nothing to the stage: finished
+    while (stride_ > 1e-4) {                    // smaller moves are below the resolution of the stage
       bool improved = false;
       for (std::size_t axis = 0; axis < best.pose.size(); ++axis) {
         for (const double sign : {+1.0, -1.0}) {
           relign::Pose candidate = best.pose;
           candidate[axis] += sign * stride_;
-          const auto seen = talk.step(box.clamp(candidate));  // one move + one capture
-          if (!seen) return;                                  // budget spent: not an error
-          if (seen->merit >= best.merit) continue;            // seen->image(): float pixels
-          best = *seen;
+          const auto observation = talk.step(box.clamp(candidate));  // one move and one capture
+          if (!observation) return;                                  // budget spent: not an error
+          if (observation->merit >= best.merit) continue;            // observation->image(): float pixels
+          best = *observation;
           improved = true;
-          talk.recommend(best.pose);                          // "I would glue here now"
+          talk.recommend(best.pose);                                 // the pose at which to fix the lens
           break;
         }
       }

@@ -1,5 +1,5 @@
-// What a plugin learns of a scene or level before the first capture, kept for the trials that come after in the same
-// process: the first one pays for them, and what comes out is the same as without.
+// A cache, shared by the trials of a process, of data that a plugin derives from a scene or noise level before the
+// first capture. Results do not depend on whether an entry was cached.
 #pragma once
 
 #include <Eigen/Dense>
@@ -15,16 +15,16 @@
 
 namespace pictures {
 
-// All that something was learnt from. Kept whole, so that no two are ever taken for one another.
+// The key: everything an entry was derived from. Stored in full instead of hashed, so keys cannot collide.
 class Origin {
  public:
   Origin& add(std::string_view text) {
-    bytes_ += std::to_string(text.size()) + ':';  // "a" and "bc" are not "ab" and "c"
+    bytes_ += std::to_string(text.size()) + ':';  // distinguishes "a", "bc" from "ab", "c"
     bytes_ += text;
     return *this;
   }
   Origin& add(double number) { return add_bytes(&number, 1); }
-  // Of a scene, too: it does not describe all that its pictures and their noise depend on.
+  // Add captures of a scene, too: its description does not contain everything that images and noise depend on.
   Origin& add(const std::vector<float>& pixels) { return add_bytes(pixels.data(), pixels.size()); }
   Origin& add(const Eigen::VectorXf& pixels) {
     return add_bytes(pixels.data(), static_cast<std::size_t>(pixels.size()));
@@ -46,9 +46,9 @@ class LearntOnce {
  public:
   explicit LearntOnce(std::size_t most) : most_(most) {}
 
-  // `learn` may throw, and then nothing is kept.
+  // Returns the entry of `origin`, from `learn` if there is none yet. If `learn` throws, nothing is cached.
   std::shared_ptr<const Learnt> operator()(const Origin& origin, const std::function<Learnt()>& learn) {
-    // Held while it learns: trials beside this one most likely wait for the same.
+    // Locked during `learn`: concurrent trials most likely need the same entry.
     const std::lock_guard<std::mutex> lock(mutex_);
     for (const auto& [known, learnt] : kept_)
       if (known == origin) return learnt;
@@ -60,7 +60,7 @@ class LearntOnce {
  private:
   std::size_t most_;
   std::mutex mutex_;
-  std::deque<std::pair<Origin, std::shared_ptr<const Learnt>>> kept_;  // the last learnt at the end
+  std::deque<std::pair<Origin, std::shared_ptr<const Learnt>>> kept_;  // oldest first
 };
 
 }  // namespace pictures

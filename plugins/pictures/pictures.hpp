@@ -1,4 +1,4 @@
-// Captures as least squares sees them: binned to a size that can be worked with, and blurred.
+// Binning and blurring of captures for least squares.
 #pragma once
 
 #include <Eigen/Dense>
@@ -9,9 +9,9 @@
 
 namespace pictures {
 
-// Pixels lie row by row, row 0 on top.
+// Images are stored row by row, row 0 on top.
 
-// Means over squares of bin x bin pixels; what is left over at the right and lower edge is cut off.
+// Means over squares of bin x bin pixels; incomplete squares at the right and lower edge are dropped.
 template <class Pixels>
 auto means_over_squares(const Eigen::MatrixBase<Pixels>& pixels, Eigen::Index width, Eigen::Index height,
                         Eigen::Index bin) {
@@ -26,7 +26,7 @@ auto means_over_squares(const Eigen::MatrixBase<Pixels>& pixels, Eigen::Index wi
 
 class Binning {
  public:
-  // Squares of so many pixels become one that no side is longer than `most_side`; what is left over is cut off.
+  // Selects the smallest bin with which no side is longer than `most_side`; incomplete squares are dropped.
   Binning(std::size_t width, std::size_t height, std::size_t most_side)
       : bin_(1 + (std::max(width, height) - 1) / most_side),
         width_(static_cast<Eigen::Index>(width / bin_)),
@@ -37,7 +37,7 @@ class Binning {
   Eigen::Index pixels() const { return width_ * height_; }
   std::size_t bin() const { return bin_; }
 
-  // Means over the squares. What is no finite number, or so bright that squares overflow, counts as dark.
+  // Means over the squares. Pixels that are not finite, or so bright that their squares overflow, count as 0.
   template <class Image>  // at(x, y)
   Eigen::VectorXf operator()(const Image& image) const {
     const auto bin = static_cast<Eigen::Index>(bin_), width = width_ * bin, height = height_ * bin;
@@ -58,7 +58,7 @@ class Binning {
 
 namespace detail {
 
-// `lines` values lie side by side; blurs across them and transposes.
+// Blurs a lines x length matrix (column-major) along its rows and returns its transpose.
 inline Eigen::VectorXf blurred_and_turned(const Eigen::VectorXf& pixels, Eigen::Index lines, Eigen::Index length,
                                           double sigma) {
   const auto reach = static_cast<Eigen::Index>(std::ceil(3 * sigma));
@@ -77,8 +77,7 @@ inline Eigen::VectorXf blurred_and_turned(const Eigen::VectorXf& pixels, Eigen::
 
 }  // namespace detail
 
-// Gaussian of standard deviation `sigma` pixels. Dark beyond the edge: what lies there is unknown in every capture
-// alike.
+// Gaussian blur with standard deviation `sigma` pixels, cut off at 3 sigma. Pixels beyond the edge count as 0.
 inline Eigen::VectorXf blurred(const Eigen::VectorXf& pixels, Eigen::Index width, Eigen::Index height, double sigma) {
   if (!(sigma > 0)) return pixels;
   const Eigen::VectorXf down = detail::blurred_and_turned(pixels, width, height, sigma);

@@ -14,8 +14,8 @@ struct Ramp {
   float at(std::size_t x, std::size_t y) const { return static_cast<float>(10 * y + x); }
 };
 
-TEST(Pictures, LargeImagesAreBinnedToMeans) {
-  const pictures::Binning binning(7, 5, 3);  // squares of 3: 2 x 1 of them, the rest is cut off
+TEST(Pictures, BinsLargeImagesToMeans) {
+  const pictures::Binning binning(7, 5, 3);  // 2 x 1 squares of 3 pixels a side, the rest is dropped
   EXPECT_EQ(binning.bin(), 3u);
   const Eigen::VectorXf binned = binning(Ramp{});
   ASSERT_EQ(binned.size(), 2);
@@ -24,7 +24,7 @@ TEST(Pictures, LargeImagesAreBinnedToMeans) {
   EXPECT_EQ(pictures::Binning(3, 2, 3).bin(), 1u);
 }
 
-TEST(Pictures, WhatIsNoNumberIsDark) {
+TEST(Pictures, CountsNonFinitePixelsAsDark) {
   struct Broken {
     float at(std::size_t x, std::size_t) const {
       return x == 0 ? std::numeric_limits<float>::quiet_NaN() : x == 1 ? 1e30F : 2;
@@ -33,7 +33,7 @@ TEST(Pictures, WhatIsNoNumberIsDark) {
   EXPECT_EQ(pictures::Binning(3, 1, 3)(Broken{}), Eigen::Vector3f(0, 0, 2));
 }
 
-TEST(Pictures, BlurKeepsLightPlaceAndWidth) {
+TEST(Pictures, BlurHasUnitSumZeroShiftAndGivenWidth) {
   const Eigen::Index width = 41, height = 31;
   Eigen::VectorXf point = Eigen::VectorXf::Zero(width * height);
   point[12 * width + 20] = 1;
@@ -54,18 +54,18 @@ TEST(Pictures, BlurKeepsLightPlaceAndWidth) {
   EXPECT_EQ(pictures::blurred(point, width, height, 0), point);
 }
 
-TEST(Pictures, BlurIsDarkBeyondTheEdge) {
+TEST(Pictures, BlurTreatsPixelsBeyondTheEdgeAsDark) {
   const Eigen::VectorXf blurred = pictures::blurred(Eigen::VectorXf::Ones(20), 20, 1, 1.5);
   EXPECT_NEAR(blurred[10], blurred[9], 1e-6);
   EXPECT_LT(blurred[0], 0.7F * blurred[10]);
 }
 
-TEST(Pictures, SquaresArePutTogether) {
+TEST(Pictures, AveragesSquares) {
   const Eigen::VectorXf picture = Eigen::VectorXf::LinSpaced(5 * 2, 0, 9);
   EXPECT_EQ(pictures::means_over_squares(picture, 5, 2, 2), Eigen::Vector2f(3, 5));
 }
 
-TEST(NominalPose, IsTheMiddleUnlessTheSceneSaysAnother) {
+TEST(NominalPose, DefaultsToTheMiddleOfEachAxis) {
   using pictures::nominal_pose;
   EXPECT_EQ(nominal_pose(R"({"nominal_pose": [0.25, null]})", 2), Eigen::Vector2d(0.25, 0.5));
   for (const char* scene : {"{}", "[]", "no JSON", R"({"nominal_pose": "here"})"})
@@ -73,7 +73,7 @@ TEST(NominalPose, IsTheMiddleUnlessTheSceneSaysAnother) {
   EXPECT_THROW(nominal_pose(R"({"nominal_pose": [0.25]})", 2), std::runtime_error);
 }
 
-TEST(LearntOnce, LearnsOncePerOriginAndKeepsOnlyWhatSucceeded) {
+TEST(LearntOnce, CachesPerOriginAndNotFailures) {
   pictures::LearntOnce<int> kept(4);
   int times = 0;
   const auto learn = [&] {
@@ -87,11 +87,11 @@ TEST(LearntOnce, LearnsOncePerOriginAndKeepsOnlyWhatSucceeded) {
   const auto mine = kept(of("b"), learn);
   EXPECT_EQ(*mine, 3);
   for (const char* other : {"c", "d", "e", "f"}) kept(of(other), learn);
-  EXPECT_EQ(*kept(of("a"), learn), 8);  // forgotten: only the last few stay
-  EXPECT_EQ(*mine, 3);                  // but not under the hands of who uses it
+  EXPECT_EQ(*kept(of("a"), learn), 8);  // evicted: only the last few are kept
+  EXPECT_EQ(*mine, 3);                  // an evicted entry stays valid for its owners
 }
 
-TEST(LearntOnce, OriginsAreTheSameOnlyWhole) {
+TEST(LearntOnce, OriginsCompareInFull) {
   using pictures::Origin;
   EXPECT_TRUE(Origin().add("ab").add(0.5) == Origin().add("ab").add(0.5));
   EXPECT_FALSE(Origin().add("ab").add("c") == Origin().add("a").add("bc"));

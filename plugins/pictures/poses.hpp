@@ -1,4 +1,4 @@
-// Poses as vectors of Eigen, and back.
+// Conversion between poses and Eigen vectors.
 #pragma once
 
 #include <Eigen/Dense>

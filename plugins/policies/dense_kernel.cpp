@@ -1,12 +1,12 @@
-// Compiled once for each instruction set (RELIGN_KERNEL_ISA): no header's inline functions are used here, so that none
-// is emitted with instructions that other code must not run.
+// Compiled once for each instruction set (RELIGN_KERNEL_ISA). Uses no inline functions of headers: the linker could
+// keep a copy with instructions that the processor lacks.
 #include "dense_kernel.hpp"
 
 namespace relign::policies {
 namespace RELIGN_KERNEL_ISA {
 namespace {
 
-// A tile of pixels and blocks fills about three quarters of the registers; the rest holds weights and products.
+// A tile of pixels and blocks takes about three quarters of the registers; the rest holds weights and products.
 #if defined(__AVX512F__)
 constexpr int kWidth = 16, kPixels = 12, kRowBlocks = 8;
 #elif defined(__AVX2__)

@@ -1,15 +1,15 @@
 // The inner loop of convolutions and matrix products, compiled once for each instruction set.
 //
-// Each output is one sum in one order: its bias, then products by increasing index, each rounded before it is added
-// (no fused multiply-add). Lanes and tiles hold different outputs, so that every build gives the same bits.
-// This header is compiled for several instruction sets: plain data only, no inline functions.
+// Each output is a sum in a fixed order: the bias, then the products by increasing index, each rounded before it is
+// added (no fused multiply-add). Lanes and tiles hold different outputs, so all builds give the same bits. This header
+// is compiled for several instruction sets: plain data only, no inline functions.
 #pragma once
 
 #include <cstddef>
 
 namespace relign::policies {
 
-constexpr int kLanes = 16;  // outputs of one block of weights
+constexpr int kLanes = 16;  // outputs per block of weights
 
 // output[p * outputs + n] = bias[n] + sum over run, i of
 //     input[p * pixel_stride + run * run_stride + i] * weights[((n / 16) * K + run * run_length + i) * 16 + n % 16]

@@ -12,7 +12,7 @@
 namespace relign::policies {
 namespace {
 
-// Limits that keep every count below 64 bits; no network for a picture comes near them.
+// Limits that keep every count within 64 bits, far above what networks for images need.
 constexpr std::int64_t kLargestStep = 256;        // of strides and pads
 constexpr std::int64_t kLargestKernel = 1024;     // rows, columns
 constexpr std::int64_t kMostOutputs = 1 << 20;    // channels, or numbers of a row
@@ -38,44 +38,45 @@ Multiply multiply() {
 
 const Shape& operand_of(const Inputs& inputs, std::size_t place) {
   if (place >= inputs.size() || !inputs[place].operand)
-    throw std::runtime_error("expected a computed input " + std::to_string(place));
+    throw std::runtime_error("input " + std::to_string(place) + " must be computed by an operator");
   return *inputs[place].operand;
 }
 
 const OnnxTensor& constant_of(const Inputs& inputs, std::size_t place, std::size_t dims) {
   if (place >= inputs.size() || !inputs[place].constant || inputs[place].constant->dims.size() != dims ||
       inputs[place].constant->values.empty())
-    throw std::runtime_error("expected constant weights of " + std::to_string(dims) + " dimensions as input " +
-                             std::to_string(place));
+    throw std::runtime_error("input " + std::to_string(place) + " must be constant weights of " + std::to_string(dims) +
+                             " dimensions");
   return *inputs[place].constant;
 }
 
 const Shape& picture_of(const Inputs& inputs) {
-  if (operand_of(inputs, 0).flat) throw std::runtime_error("expected an input of 4 dimensions");
+  if (operand_of(inputs, 0).flat) throw std::runtime_error("the input must have 4 dimensions");
   return operand_of(inputs, 0);
 }
 
 const Shape& row_of(const Inputs& inputs) {
-  if (!operand_of(inputs, 0).flat) throw std::runtime_error("expected an input of 2 dimensions");
+  if (!operand_of(inputs, 0).flat) throw std::runtime_error("the input must have 2 dimensions");
   return operand_of(inputs, 0);
 }
 
 // Weights in the kernel's order.
 struct Packed {
-  std::int64_t outputs, depth;  // depth: products of an output's sum
+  std::int64_t outputs, depth;  // depth: number of products summed for one output
   std::vector<float> weights, bias;
 
   // bias: null for zeros.
   Packed(std::int64_t outputs_, std::int64_t depth_, const OnnxTensor* bias_) : outputs(outputs_), depth(depth_) {
     const std::int64_t padded = (outputs + kLanes - 1) / kLanes * kLanes;
     if (outputs < 1 || outputs > kMostOutputs || depth < 1 || padded > kLargestValue / depth)
-      throw std::runtime_error("weights of " + std::to_string(outputs) + " x " + std::to_string(depth));
+      throw std::runtime_error("weights of " + std::to_string(outputs) + " x " + std::to_string(depth) +
+                               " are not supported");
     weights.assign(static_cast<std::size_t>(padded * depth), 0.0F);
     bias.assign(static_cast<std::size_t>(padded), 0.0F);
     if (!bias_) return;
     if (bias_->values.size() != static_cast<std::size_t>(outputs))
-      throw std::runtime_error("a bias of " + std::to_string(bias_->values.size()) + " numbers for " +
-                               std::to_string(outputs) + " outputs");
+      throw std::runtime_error("the bias has " + std::to_string(bias_->values.size()) + " values; must have " +
+                               std::to_string(outputs));
     std::copy(bias_->values.begin(), bias_->values.end(), bias.begin());
   }
   float& at(std::int64_t output, std::int64_t k) {
@@ -93,8 +94,8 @@ struct Window {
       if (found == node.integers.end()) return std::vector<std::int64_t>(count, otherwise);
       for (const std::int64_t value : found->second)
         if (found->second.size() != count || value < otherwise || value > kLargestStep)
-          throw std::runtime_error(std::string("attribute ") + attribute +
-                                   " has another number of values, or one out of range");
+          throw std::runtime_error(std::string("attribute '") + attribute + "' must have " + std::to_string(count) +
+                                   " values from " + std::to_string(otherwise) + " to " + std::to_string(kLargestStep));
       return found->second;
     };
     if (const auto found = node.texts.find("auto_pad"); found != node.texts.end() && found->second != "NOTSET")
@@ -109,11 +110,13 @@ struct Window {
 
   Shape output(const Shape& input, std::int64_t channels) const {
     if (rows < 1 || columns < 1 || rows > kLargestKernel || columns > kLargestKernel)
-      throw std::runtime_error("a kernel of " + std::to_string(rows) + " x " + std::to_string(columns));
+      throw std::runtime_error("a kernel of " + std::to_string(rows) + " x " + std::to_string(columns) +
+                               " is not supported; must be 1 to " + std::to_string(kLargestKernel) + " a side");
     const std::int64_t height = input.height + top + bottom - rows, width = input.width + left + right - columns;
     if (height < 0 || width < 0)
       throw std::runtime_error("a kernel of " + std::to_string(rows) + " x " + std::to_string(columns) +
-                               " on an input of " + std::to_string(input.height) + " x " + std::to_string(input.width));
+                               " is too large for an input of " + std::to_string(input.height) + " x " +
+                               std::to_string(input.width));
     return {channels, height / down + 1, width / across + 1, false};
   }
 };
@@ -123,7 +126,7 @@ Layer convolution(const OnnxNode& node, const Inputs& inputs) {
   const OnnxTensor& weights = constant_of(inputs, 1, 4);
   if (node.integer("group", 1) != 1) throw std::runtime_error("groups are not supported");
   if (weights.dims[1] != in.channels)
-    throw std::runtime_error("weights for " + std::to_string(weights.dims[1]) + " channels, the input has " +
+    throw std::runtime_error("the weights are for " + std::to_string(weights.dims[1]) + " channels, the input has " +
                              std::to_string(in.channels));
   const Window window(node, weights.dims[2], weights.dims[3]);
   const Shape out = window.output(in, weights.dims[0]);
@@ -164,11 +167,11 @@ Layer convolution(const OnnxNode& node, const Inputs& inputs) {
   return {out, run};
 }
 
-// A row times a matrix; element (k, output) of it is values[k * down + output * across].
+// A row times a matrix whose element (k, output) is values[k * down + output * across].
 Layer matrix_product(const Shape& in, const OnnxTensor& matrix, std::int64_t down, std::int64_t across,
                      std::int64_t depth, std::int64_t outputs, float factor, const OnnxTensor* bias) {
   if (depth != in.channels)
-    throw std::runtime_error("weights for " + std::to_string(depth) + " numbers, the input has " +
+    throw std::runtime_error("the weights are for " + std::to_string(depth) + " values, the input has " +
                              std::to_string(in.channels));
   Packed packed(outputs, depth, bias);
   for (std::int64_t output = 0; output < outputs; ++output)
@@ -206,11 +209,11 @@ Layer max_pool(const OnnxNode& node, const Inputs& inputs) {
   const Shape in = picture_of(inputs);
   const auto kernel = node.integers.find("kernel_shape");
   if (kernel == node.integers.end() || kernel->second.size() != 2)
-    throw std::runtime_error("expected a kernel_shape of 2 numbers");
+    throw std::runtime_error("attribute 'kernel_shape' must have 2 values");
   const Window window(node, kernel->second[0], kernel->second[1]);
   const Shape out = window.output(in, in.channels);
   if (std::max(window.top, window.bottom) >= window.rows || std::max(window.left, window.right) >= window.columns)
-    throw std::runtime_error("pads as wide as the kernel");  // a maximum of nothing
+    throw std::runtime_error("pads must be smaller than the kernel");  // otherwise a window may be empty
   return {out, [=](const Operands& operands, float* output) {
             for (std::int64_t y = 0; y < out.height; ++y)
               for (std::int64_t x = 0; x < out.width; ++x, output += in.channels) {
@@ -221,7 +224,7 @@ Layer max_pool(const OnnxNode& node, const Inputs& inputs) {
                   for (std::int64_t column = std::max<std::int64_t>(0, first);
                        column < std::min(first + window.columns, in.width); ++column) {
                     const float* pixel = operands[0] + (row * in.width + column) * in.channels;
-                    for (std::int64_t c = 0; c < in.channels; ++c)  // what is no number stays visible
+                    for (std::int64_t c = 0; c < in.channels; ++c)  // NaN propagates
                       output[c] = pixel[c] > output[c] || pixel[c] != pixel[c] ? pixel[c] : output[c];
                   }
               }
@@ -240,11 +243,11 @@ Layer mean_pool(const OnnxNode&, const Inputs& inputs) {
           }};
 }
 
-// ONNX's order is channels x height x width.
+// ONNX's element order is channels x height x width.
 Layer flatten(const OnnxNode& node, const Inputs& inputs) {
   const Shape in = operand_of(inputs, 0);
   if (const std::int64_t axis = node.integer("axis", 1); axis != 1 && axis != (in.flat ? -1 : -3))
-    throw std::runtime_error("axis " + std::to_string(axis) + " is not supported; expected 1");
+    throw std::runtime_error("axis '" + std::to_string(axis) + "' is not supported; must be 1");
   return {{in.channels * in.height * in.width, 1, 1, true}, [in](const Operands& operands, float* output) {
             const std::int64_t pixels = in.height * in.width;
             for (std::int64_t c = 0; c < in.channels; ++c)
@@ -265,7 +268,7 @@ Layer same(const OnnxNode&, const Inputs& inputs) {
 }
 
 Layer cast(const OnnxNode& node, const Inputs& inputs) {
-  if (node.integer("to", 0) != 1) throw std::runtime_error("a cast to another type than float is not supported");
+  if (node.integer("to", 0) != 1) throw std::runtime_error("the target type of a cast must be float");
   return same(node, inputs);
 }
 
@@ -277,7 +280,7 @@ Layer leaky_relu(const OnnxNode& node, const Inputs& inputs) {
   return each(inputs, [alpha = node.number("alpha", 0.01F)](float x) { return x < 0 ? alpha * x : x; });
 }
 
-// e to the x less 1; near 0 three terms of its series, within 5e-17, where the difference would lose digits.
+// exp(x) - 1; near 0 three terms of the series, exact to 5e-17, because the difference would cancel.
 double exponential_less_one(double x) {
   return std::fabs(x) < 1e-4 ? x * (1 + x / 2 * (1 + x / 3)) : portable_exp(x) - 1;
 }
@@ -299,7 +302,7 @@ Layer sigmoid(const OnnxNode&, const Inputs& inputs) {
   return each(inputs, [](float x) { return static_cast<float>(1 / (1 + portable_exp(-static_cast<double>(x)))); });
 }
 
-// A constant repeated along the dimensions where it has 1, in the order of a picture or row.
+// A constant broadcast to `shape`, in the element order of Shape.
 std::vector<float> spread(const OnnxTensor& constant, const Shape& shape) {
   const std::int64_t sides[4] = {1, shape.channels, shape.height, shape.width};
   const std::size_t rank = shape.flat ? 2 : 4, missing = rank - std::min(rank, constant.dims.size());
@@ -307,11 +310,11 @@ std::vector<float> spread(const OnnxTensor& constant, const Shape& shape) {
   for (std::size_t i = rank; i-- > missing;) {
     const std::int64_t dim = constant.dims[i - missing];
     if (constant.dims.size() > rank || (dim != 1 && dim != sides[i]))
-      throw std::runtime_error("a constant whose shape does not fit the other input");
+      throw std::runtime_error("the shape of the constant does not match the other input");
     steps[i] = dim == 1 ? 0 : step;
     step *= dim;
   }
-  if (constant.dims.size() > rank) throw std::runtime_error("a constant of more dimensions than the other input");
+  if (constant.dims.size() > rank) throw std::runtime_error("the constant has more dimensions than the other input");
   std::vector<float> values;
   values.reserve(shape.count());
   for (std::int64_t y = 0; y < shape.height; ++y)
@@ -323,17 +326,17 @@ std::vector<float> spread(const OnnxTensor& constant, const Shape& shape) {
 
 template <class Function>
 Layer pair(const Inputs& inputs, Function function) {
-  if (inputs.size() != 2) throw std::runtime_error("expected two inputs");
+  if (inputs.size() != 2) throw std::runtime_error("must have two inputs");
   const std::size_t place = inputs[0].operand ? 0 : 1;
   const Shape shape = operand_of(inputs, place), other = inputs[1].operand ? *inputs[1].operand : shape;
   if (shape.flat != other.flat || shape.channels != other.channels || shape.height != other.height ||
       shape.width != other.width)
-    throw std::runtime_error("inputs of two shapes");
+    throw std::runtime_error("the inputs differ in shape");
   std::vector<float> constant;
   if (const OnnxTensor* tensor = inputs[1 - place].constant)
     constant = spread(*tensor, shape);
   else if (!inputs[1 - place].operand)
-    throw std::runtime_error("expected two inputs");
+    throw std::runtime_error("must have two inputs");
   return {shape, [=, count = shape.count(), constant = std::move(constant)](const Operands& operands, float* output) {
             const bool known = !constant.empty();
             const float* one = known && place == 1 ? constant.data() : operands[0];

@@ -1,6 +1,5 @@
-// The operators of a portable network: each function checks one node, packs its weights, and returns what runs it.
-// Every result is the same bits on every processor: plain sums and products in a fixed order, no elementary function
-// of the C library.
+// The portable operators. Each function checks one node, packs its weights and returns a function that runs it. Results
+// have the same bits on every processor: sums and products in a fixed order, no elementary functions of the C library.
 #pragma once
 
 #include <functional>
@@ -11,8 +10,8 @@
 
 namespace relign::policies {
 
-// What passes between operators, for one input at a time. With `flat` one row of `channels` numbers; else a picture,
-// stored as height x width x channels.
+// Shape of a value for a batch of one: a row of `channels` numbers if `flat`, otherwise an image stored as
+// height x width x channels.
 struct Shape {
   std::int64_t channels = 0, height = 1, width = 1;
   bool flat = false;
@@ -20,13 +19,13 @@ struct Shape {
   std::size_t count() const { return static_cast<std::size_t>(channels * height * width); }
 };
 
-// What a node is given: an operand, or a constant, or neither where an optional input is left out.
+// An input of a node: an operand, a constant, or neither if an optional input is omitted.
 struct LayerInput {
   const Shape* operand = nullptr;
   const OnnxTensor* constant = nullptr;
 };
 
-// From the operands' numbers, in the node's order, to the output, which has its size already.
+// Computes `output`, which is allocated by the caller, from the operands in the node's order.
 using Run = std::function<void(const std::vector<const float*>& operands, float* output)>;
 
 struct Layer {
@@ -34,12 +33,12 @@ struct Layer {
   Run run;
 };
 
-// Throws std::runtime_error with what of the node is not supported.
+// Throws std::runtime_error if the node uses an unsupported feature.
 using MakeLayer = Layer (*)(const OnnxNode& node, const std::vector<LayerInput>& inputs);
 
-// Null where there is no operator of this name.
+// Null for an unsupported operator.
 MakeLayer layer_of(const std::string& op);
-// Names of all operators, separated by ", ".
+// Names of all supported operators, separated by ", ".
 std::string layer_names();
 
 }  // namespace relign::policies

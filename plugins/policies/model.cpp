@@ -19,11 +19,11 @@ constexpr std::uintmax_t kLargestFile = 256u << 20;
 std::string read_whole(const std::string& path) {
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(path, error);
-  if (error) throw std::runtime_error(path + " cannot be read: " + error.message());
-  if (size > kLargestFile) throw std::runtime_error(path + " has more than 256 MiB: no network for this program");
+  if (error) throw std::runtime_error(path + ": cannot be read: " + error.message());
+  if (size > kLargestFile) throw std::runtime_error(path + ": larger than 256 MiB, the limit for a network");
   std::ifstream file(path, std::ios::binary);
   std::string bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  if (!file) throw std::runtime_error(path + " cannot be read");
+  if (!file) throw std::runtime_error(path + ": cannot be read");
   return bytes;
 }
 
@@ -40,13 +40,14 @@ std::string sha256(const std::string& bytes) {
   return text;
 }
 
-std::vector<double> checked_answer(Network& network, const SideFile& about, const std::vector<float>& pictures) {
-  const std::vector<float> values = network.answer(pictures);
+std::vector<double> checked_answer(Network& network, const SideFile& about, const std::vector<float>& images) {
+  const std::vector<float> values = network.answer(images);
   if (values.size() != about.axes.size())
-    throw std::runtime_error("it gives " + std::to_string(values.size()) + " numbers, its side file tells of " +
+    throw std::runtime_error("the network returns " + std::to_string(values.size()) + " values, its side file has " +
                              std::to_string(about.axes.size()) + " axes");
   for (const float value : values)
-    if (!std::isfinite(value)) throw std::runtime_error("it gives numbers that are not finite: its weights are broken");
+    if (!std::isfinite(value))
+      throw std::runtime_error("the network returns values that are not finite: its weights are damaged");
   return {values.begin(), values.end()};
 }
 
@@ -60,9 +61,9 @@ void check_parity(Network& network, const SideFile& about) {
     const std::vector<double> values = checked_answer(network, about, about.shown(parity));
     for (std::size_t axis = 0; axis < values.size(); ++axis)
       if (!(std::fabs(values[axis] - static_cast<double>(parity.answer[axis])) <= kParityTolerance))
-        throw std::runtime_error("it answers " + std::to_string(values[axis]) + " on axis " + about.axes[axis] +
-                                 " to an input of its side file, which says " + std::to_string(parity.answer[axis]) +
-                                 ": the files do not belong together");
+        throw std::runtime_error("the network returns " + std::to_string(values[axis]) + " on axis '" +
+                                 about.axes[axis] + "' for a parity input, its side file has " +
+                                 std::to_string(parity.answer[axis]) + "; the files do not belong together");
   }
 }
 
@@ -73,9 +74,8 @@ struct Model::Kept {
   Kept(const std::string& onnx_path, const std::string& side_path, const std::string& hash, std::string content)
       : bytes(std::move(content)), about(read_side_file(side_path)) {
     if (about.weights_sha256 != hash)
-      throw std::runtime_error(onnx_path + ": another network than the one that " + side_path +
-                               " was written for, or a damaged one (SHA-256 " + hash + ", the side file says " +
-                               about.weights_sha256 + ")");
+      throw std::runtime_error(onnx_path + ": SHA-256 '" + hash + "' differs from '" + about.weights_sha256 + "' in " +
+                               side_path + "; the network is damaged or belongs to another side file");
     try {
       auto network = network_of(bytes, about);
       check_parity(*network, about);
@@ -93,7 +93,7 @@ struct Model::Kept {
 
 Model::Model(const std::string& onnx_path) {
   const std::string side_path = std::filesystem::path(onnx_path).replace_extension(".json").string();
-  // By content: a file that was replaced is another model.
+  // Keyed by content, so that a replaced file is loaded again.
   std::string bytes = read_whole(onnx_path);
   const std::string hash = sha256(bytes);
   std::error_code ignored;
@@ -125,8 +125,8 @@ Model::~Model() {
 
 const SideFile& Model::about() const { return kept_->about; }
 
-std::vector<double> Model::answer(const std::vector<float>& pictures) {
-  return checked_answer(*network_, kept_->about, pictures);
+std::vector<double> Model::answer(const std::vector<float>& images) {
+  return checked_answer(*network_, kept_->about, images);
 }
 
 }  // namespace relign::policies

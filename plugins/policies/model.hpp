@@ -1,4 +1,4 @@
-// A trained model: network and side file, checked against each other once per process.
+// A trained model: an ONNX network and its side file, checked against each other once per process.
 #pragma once
 
 #include <memory>
@@ -10,12 +10,12 @@
 
 namespace relign::policies {
 
-// From an ONNX file and the .json beside it. Throws std::runtime_error with the reason: truncated, no side file,
-// another network than the side file's, answers that differ from the parity set's by more than 1e-4, or that are not
-// finite.
+// Loads an ONNX file and the .json file of the same name. Throws std::runtime_error when a file is missing, truncated
+// or damaged, when the network's SHA-256 differs from the side file's, or when its outputs differ from the parity
+// outputs by more than 1e-4 or are not finite.
 //
-// Networks are kept in the process and lent to one model at a time, so that a hundred trials read and check the file
-// once.
+// Networks are cached for the life of the process and each is used by one Model at a time, so that many trials read and
+// check a file once.
 class Model {
  public:
   explicit Model(const std::string& onnx_path);
@@ -24,9 +24,9 @@ class Model {
   Model& operator=(const Model&) = delete;
 
   const SideFile& about() const;
-  // `pictures`: frames x size x size bytes as float, the newest last. One value an axis, all finite; throws
-  // std::runtime_error otherwise.
-  std::vector<double> answer(const std::vector<float>& pictures);
+  // images: frames x size x size byte values as float, the newest frame last. Returns one finite value per axis; throws
+  // std::runtime_error if the network returns anything else.
+  std::vector<double> answer(const std::vector<float>& images);
 
  private:
   struct Kept;

@@ -17,7 +17,7 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-// A copy of the golden network in a folder of its own, to be damaged.
+// A copy of the golden network in a temporary folder, which the tests damage.
 class ModelFiles : public testing::Test {
  protected:
   void SetUp() override {
@@ -44,7 +44,7 @@ class ModelFiles : public testing::Test {
     side["weights_sha256"] = sha256_file(folder_ / "net.onnx");
     write("net.json", side.dump());
   }
-  // What the model says of the files; empty when it takes them.
+  // The error message of Model, empty when it accepts the files.
   std::string refusal() const {
     try {
       Model model(onnx());
@@ -57,7 +57,7 @@ class ModelFiles : public testing::Test {
   std::filesystem::path folder_;
 };
 
-TEST_F(ModelFiles, AnswersAsTheSideFileSays) {
+TEST_F(ModelFiles, ReproducesParityOutputs) {
   Model model(onnx());
   EXPECT_EQ(model.about().frames, 2);
   std::vector<float> pictures(2 * 20 * 20, 51.0F);  // a fifth of 255
@@ -68,7 +68,7 @@ TEST_F(ModelFiles, AnswersAsTheSideFileSays) {
   EXPECT_NEAR(answer[1], 0.1, 1e-5);
 }
 
-TEST_F(ModelFiles, SeveralAtATimeAnswerTheSame) {
+TEST_F(ModelFiles, ConcurrentModelsReturnTheSameOutput) {
   Model one(onnx());
   Model other(onnx());
   const std::vector<float> bright(800, 204.0F), dark(800, 51.0F);
@@ -78,11 +78,11 @@ TEST_F(ModelFiles, SeveralAtATimeAnswerTheSame) {
   EXPECT_EQ(other.answer(bright), first);
 }
 
-TEST_F(ModelFiles, ATruncatedNetworkIsRefused) {
+TEST_F(ModelFiles, RejectsTruncatedNetwork) {
   const std::string whole = read_file(folder_ / "net.onnx");
   write("net.onnx", whole.substr(0, whole.size() / 2));
-  EXPECT_THAT(refusal(), AllOf(HasSubstr("net.onnx"), HasSubstr("a damaged one")));
-  // Even when the side file was made for it.
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("net.onnx"), HasSubstr("the network is damaged")));
+  // Also when the side file has the hash of the truncated file.
   write_side(side());
   EXPECT_NE(refusal(), "");
   for (const std::size_t length : {std::size_t{0}, std::size_t{1}, std::size_t{100}, whole.size() - 1}) {
@@ -92,64 +92,67 @@ TEST_F(ModelFiles, ATruncatedNetworkIsRefused) {
   }
 }
 
-TEST_F(ModelFiles, AMissingOrBrokenSideFileIsRefused) {
+TEST_F(ModelFiles, RejectsMissingOrMalformedSideFile) {
   std::filesystem::remove(folder_ / "net.json");
-  EXPECT_THAT(refusal(), AllOf(HasSubstr("net.json"), HasSubstr("is missing")));
+  EXPECT_THAT(refusal(), HasSubstr("net.json: file not found"));
   write("net.json", "{");
-  EXPECT_THAT(refusal(), HasSubstr("no side file of relign-train"));
+  EXPECT_THAT(refusal(), HasSubstr("not a side file of relign-train"));
   write("net.json", "{\"format\": 2}");
-  EXPECT_THAT(refusal(), HasSubstr("reads format 1, found 2"));
+  EXPECT_THAT(refusal(), HasSubstr("format: must be 1, found 2"));
 }
 
-TEST_F(ModelFiles, WrongSizesAreRefused) {
+TEST_F(ModelFiles, RejectsInconsistentSizes) {
   const nlohmann::json right = side();
   nlohmann::json wrong = right;
   wrong["observation"]["size"] = 30;
   write_side(wrong);
-  EXPECT_THAT(refusal(), HasSubstr("takes no input of 1 x 2 x 30 x 30"));
+  EXPECT_THAT(refusal(), HasSubstr("does not accept an input of 1 x 2 x 30 x 30"));
   wrong = right;
   wrong["axes"] = {"u", "v", "w"};
   for (auto& answer : wrong["parity"]["answers"]) answer.push_back(0.0);
   write_side(wrong);
-  EXPECT_THAT(refusal(), HasSubstr("gives 2 numbers, its side file tells of 3 axes"));
+  EXPECT_THAT(refusal(), HasSubstr("returns 2 values, its side file has 3 axes"));
   wrong = right;
   wrong["observation"]["size"] = 100000;
   write_side(wrong);
-  EXPECT_THAT(refusal(), HasSubstr("size: allowed: 10 to 1024, found 100000"));
+  EXPECT_THAT(refusal(), HasSubstr("size: must be an integer from 10 to 1024, found 100000"));
+  wrong["observation"]["size"] = 20.5;
+  write_side(wrong);
+  EXPECT_THAT(refusal(), HasSubstr("size: must be an integer from 10 to 1024, found 20.5"));
 }
 
-TEST_F(ModelFiles, OtherAnswersAreRefused) {
+TEST_F(ModelFiles, RejectsOutputsThatDifferFromParity) {
   nlohmann::json wrong = side();
   wrong["parity"]["answers"][2][1] = wrong["parity"]["answers"][2][1].get<double>() + 2e-4;
   write_side(wrong);
-  EXPECT_THAT(refusal(), HasSubstr("on axis v to an input of its side file"));
+  EXPECT_THAT(refusal(), HasSubstr("on axis 'v' for a parity input"));
 }
 
-TEST_F(ModelFiles, WeightsThatAreNoNumberAreRefused) {
+TEST_F(ModelFiles, RejectsNonFiniteWeights) {
   take("tiny-nan");
-  EXPECT_THAT(refusal(), HasSubstr("not finite: its weights are broken"));
+  EXPECT_THAT(refusal(), HasSubstr("not finite: its weights are damaged"));
 }
 
-TEST_F(ModelFiles, OpenCvRunsWhatTheSideFileMarks) {
+TEST_F(ModelFiles, OpenCvRunsNetworksMarkedThisCpu) {
   nlohmann::json marked = side();
   marked["reproducible"] = "this_cpu";
   write_side(marked);
   if (const std::string why = refusal(); why.find("built without OpenCV") != std::string::npos) GTEST_SKIP() << why;
   Model model(onnx());
   EXPECT_NEAR(model.answer(std::vector<float>(800, 51.0F))[0], 0.2, 1e-5);
-  // What the portable operators do not have.
+  // An operator outside the portable set.
   write("net.onnx", test::Chain(2, 20).then("Abs").then("GlobalAveragePool").then("Flatten").file());
   write_side(side());
-  EXPECT_THAT(refusal(), HasSubstr("on axis u to an input of its side file"));  // OpenCV ran it
+  EXPECT_THAT(refusal(), HasSubstr("on axis 'u' for a parity input"));  // OpenCV ran it
   marked["reproducible"] = "anywhere";
   write_side(marked);
   EXPECT_THAT(refusal(), AllOf(HasSubstr("operator Abs"), HasSubstr("\"reproducible\": \"this_cpu\"")));
   marked["reproducible"] = "nowhere";
   write_side(marked);
-  EXPECT_THAT(refusal(), HasSubstr("found \"nowhere\""));
+  EXPECT_THAT(refusal(), HasSubstr("found 'nowhere'"));
 }
 
-TEST_F(ModelFiles, AReplacedFileIsReadAgain) {
+TEST_F(ModelFiles, ReloadsReplacedFile) {
   EXPECT_EQ(refusal(), "");
   const std::string whole = read_file(folder_ / "net.onnx");
   write("net.onnx", "nonsense");
@@ -158,8 +161,8 @@ TEST_F(ModelFiles, AReplacedFileIsReadAgain) {
   EXPECT_EQ(refusal(), "");
 }
 
-// A side file that was damaged anywhere is refused in words or harmless; never anything else.
-TEST_F(ModelFiles, DamagedSideFilesDoNoHarm) {
+// Flipped bits either leave a valid side file or raise std::runtime_error.
+TEST_F(ModelFiles, DamagedSideFileNeverCrashes) {
   const std::string whole = read_file(folder_ / "net.json");
   unsigned refused = 0;
   for (std::size_t place = 0; place < whole.size(); place += 7) {

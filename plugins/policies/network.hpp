@@ -1,4 +1,4 @@
-// A trained network in an ONNX file.
+// Inference of a trained network from an ONNX file.
 #pragma once
 
 #include <memory>
@@ -7,7 +7,7 @@
 
 namespace relign::policies {
 
-// One object, one thread at a time: the layers' outputs are kept inside.
+// Not thread-safe: the object holds the layers' output buffers.
 class Network {
  public:
   Network() = default;
@@ -15,26 +15,26 @@ class Network {
   Network(const Network&) = delete;
   Network& operator=(const Network&) = delete;
 
-  // `input`: frames x size x size bytes as float, the newest frame last. Returns the output's values.
+  // input: frames x size x size byte values as float, the newest frame last. Returns the values of the output.
   virtual std::vector<float> answer(const std::vector<float>& input) = 0;
 };
 
-// The input of a network: 1 x frames x size x size.
+// Shape of a network's input: 1 x frames x size x size.
 struct InputShape {
   int frames = 1;
   int size = 0;
 };
 
-// Runs the network by this program's own operators: the same bits on every processor (dense_kernel.hpp).
-// `bytes`: the file's content. Throws std::runtime_error where it is no ONNX network, takes no such input, or has an
-// operator that is not among portable_operators().
+// Runs the network with this library's own operators, which give the same bits on every processor (dense_kernel.hpp).
+// bytes: the content of the ONNX file. Throws std::runtime_error if it is not an ONNX network, if it does not accept an
+// input of this shape, or if it has an operator that is not one of portable_operators().
 std::unique_ptr<Network> portable_network(const std::string& bytes, InputShape shape);
-// Their names, separated by ", ".
+// Names of the supported operators, separated by ", ".
 std::string portable_operators();
 
-// Runs the network by OpenCV's DNN module on one thread, with the instructions that OpenCV chooses for this processor:
-// the last bits differ between processors. Throws std::runtime_error with OpenCV's reason where it cannot read it, or
-// where this program was built without the module.
+// Runs the network with OpenCV's DNN module on one thread. OpenCV selects instructions by processor, so the last bits
+// differ between processors. Throws std::runtime_error with OpenCV's reason if it cannot read the network, or if this
+// program was built without the module.
 std::unique_ptr<Network> opencv_network(const std::string& bytes, InputShape shape);
 
 }  // namespace relign::policies

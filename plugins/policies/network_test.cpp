@@ -29,7 +29,7 @@ const fs::path kGolden = fs::path(RELIGN_SOURCE_DIR) / "tests/golden/policies";
 const fs::path kAgents = fs::path(RELIGN_SOURCE_DIR) / "plugins/agents";
 const char* const kShipped[] = {"imitation/imitation", "imitation_ppo/imitation-ppo", "ppo_paper/ppo-paper"};
 
-// Numbers that are the same in every run and on every machine.
+// A linear congruential generator: the same numbers in every run and on every machine.
 class Draws {
  public:
   explicit Draws(std::uint32_t seed) : state_(seed * 2654435761U + 1) {}
@@ -60,8 +60,7 @@ std::string refusal(const std::string& bytes, InputShape shape) {
   }
 }
 
-// Without OpenCV there is nothing to compare with.
-bool opencv_is_there() {
+bool has_opencv() {
   try {
     opencv_network(read_file(kGolden / "tiny.onnx"), {2, 20});
     return true;
@@ -88,11 +87,11 @@ TEST(PortableNetwork, MatchesNumPyForEveryOperator) {
   for (double value = 0; golden >> value; ++count)
     EXPECT_NEAR(static_cast<double>(answer.at(count)), value, 3e-6) << count;
   EXPECT_EQ(count, answer.size());
-  EXPECT_EQ(network->answer(input), answer);  // nothing is left over from the call before
+  EXPECT_EQ(network->answer(input), answer);  // no state remains from the first call
 }
 
 TEST(PortableNetwork, MatchesOpenCvOnTheShippedNetworks) {
-  if (!opencv_is_there()) GTEST_SKIP() << "built without OpenCV's dnn";
+  if (!has_opencv()) GTEST_SKIP() << "built without OpenCV's dnn";
   for (const char* name : kShipped) {
     const SideFile about = read_side_file((kAgents / (name + std::string(".json"))).string());
     const std::string bytes = read_file(kAgents / (name + std::string(".onnx")));
@@ -106,7 +105,7 @@ TEST(PortableNetwork, MatchesOpenCvOnTheShippedNetworks) {
 }
 
 TEST(PortableNetwork, MatchesOpenCvOnRandomNetworks) {
-  if (!opencv_is_there()) GTEST_SKIP() << "built without OpenCV's dnn";
+  if (!has_opencv()) GTEST_SKIP() << "built without OpenCV's dnn";
   for (std::uint32_t seed = 0; seed < 40; ++seed) {
     Draws draws(seed);
     const std::int64_t frames = draws.from(1, 4);
@@ -150,7 +149,7 @@ TEST(PortableNetwork, MatchesOpenCvOnRandomNetworks) {
   }
 }
 
-// Sums of single precision as they are defined, one output after the other.
+// Compares with sums in single precision, one output at a time.
 TEST(DenseKernel, EveryInstructionSetAddsInTheDefinedOrder) {
   const std::map<const char*, std::pair<InstructionSet, Multiply>> sets = {
     {"generic", {InstructionSet::generic, &generic::multiply}},
@@ -182,7 +181,7 @@ TEST(DenseKernel, EveryInstructionSetAddsInTheDefinedOrder) {
       }
     for (const auto& [name, set] : sets) {
       if (!processor_has(set.first)) continue;
-      std::vector<float> output(expected.size() + 1, 7.0F);  // one more: nothing is written behind the end
+      std::vector<float> output(expected.size() + 1, 7.0F);  // one extra value detects a write past the end
       set.second({input.data(), pixel_stride, run_stride, pixels, runs, length, outputs, weights.data(), bias.data(),
                   output.data()});
       EXPECT_EQ(output.back(), 7.0F);
@@ -192,7 +191,7 @@ TEST(DenseKernel, EveryInstructionSetAddsInTheDefinedOrder) {
   }
 }
 
-// Run by the test below, once for each instruction set: prints a hash of everything the networks answered.
+// Run by the test below, once for each instruction set: prints a hash of all outputs.
 TEST(PortableNetwork, DISABLED_PrintHash) {
   std::string bytes;
   const auto add = [&bytes](const std::vector<float>& values) {
@@ -210,8 +209,9 @@ TEST(PortableNetwork, DISABLED_PrintHash) {
   std::printf("hash %s\n", sha256_hex(bytes).c_str());
 }
 
-// The hash is that of every processor, compiler and optimisation; another network or golden file changes it.
-TEST(PortableNetwork, AnswersTheSameBitsOnEveryInstructionSetAndMachine) {
+// The hash is the same on every processor, with every compiler and optimisation; it changes with a network or golden
+// file.
+TEST(PortableNetwork, GivesTheSameBitsOnEveryInstructionSet) {
   for (const char* isa : {"generic", "avx2", "avx512"}) {
     if (std::string(isa) == "avx2" && !processor_has(InstructionSet::avx2)) continue;
     if (std::string(isa) == "avx512" && !processor_has(InstructionSet::avx512)) continue;
@@ -228,33 +228,35 @@ TEST(PortableNetwork, AnswersTheSameBitsOnEveryInstructionSetAndMachine) {
   }
 }
 
-TEST(PortableNetwork, RefusesWhatItCannotVouchFor) {
-  EXPECT_THAT(refusal(Chain(1, 20).then("Softplus").file(), {1, 20}),
-              AllOf(HasSubstr("operator Softplus (node1) is not among those"), HasSubstr("Conv, Div")));
-  EXPECT_THAT(refusal(Chain(1, 20, 6).then("Relu").file(), {1, 20}), HasSubstr("operators of version 6"));
-  EXPECT_THAT(refusal(Chain(1, 20).then("Relu").file(), {2, 20}), HasSubstr("takes no input of 1 x 2 x 20 x 20"));
+TEST(PortableNetwork, RejectsUnsupportedNetworks) {
+  EXPECT_THAT(
+      refusal(Chain(1, 20).then("Softplus").file(), {1, 20}),
+      AllOf(HasSubstr("operator Softplus (node1) is not one of the portable operators"), HasSubstr("Conv, Div")));
+  EXPECT_THAT(refusal(Chain(1, 20, 6).then("Relu").file(), {1, 20}), HasSubstr("operator set '6' is not supported"));
+  EXPECT_THAT(refusal(Chain(1, 20).then("Relu").file(), {2, 20}),
+              HasSubstr("does not accept an input of 1 x 2 x 20 x 20"));
   Chain wide(1, 20);
   wide.weight("w", {3, 2, 3, 3}, std::vector<float>(54)).then("Conv", {"w"});
   EXPECT_THAT(refusal(wide.file(), {1, 20}),
-              HasSubstr("operator Conv (node1): weights for 2 channels, the input has 1"));
+              HasSubstr("operator Conv (node1): the weights are for 2 channels, the input has 1"));
   Chain grouped(2, 20);
   grouped.weight("w", {2, 1, 3, 3}, std::vector<float>(18)).then("Conv", {"w"}, test::integer("group", 2));
   EXPECT_THAT(refusal(grouped.file(), {2, 20}), HasSubstr("groups are not supported"));
   Chain unknown(1, 20);
   unknown.then("Add", {"nothing"});
-  EXPECT_THAT(refusal(unknown.file(), {1, 20}), HasSubstr("its input 'nothing'"));
+  EXPECT_THAT(refusal(unknown.file(), {1, 20}), HasSubstr("input 'nothing' is not computed"));
   Chain large(1, 20);
   large.weight("w", {1, 1, 30, 30}, std::vector<float>(900)).then("Conv", {"w"});
-  EXPECT_THAT(refusal(large.file(), {1, 20}), HasSubstr("a kernel of 30 x 30 on an input of 20 x 20"));
+  EXPECT_THAT(refusal(large.file(), {1, 20}), HasSubstr("a kernel of 30 x 30 is too large for an input of 20 x 20"));
   EXPECT_THAT(refusal(Chain(1, 20)
                           .then("MaxPool", {}, test::integers("kernel_shape", {2, 2}) + test::integer("ceil_mode", 1))
                           .file(),
                       {1, 20}),
               HasSubstr("ceil_mode"));
-  EXPECT_THAT(refusal("", {1, 20}), HasSubstr("no ONNX network"));
+  EXPECT_THAT(refusal("", {1, 20}), HasSubstr("not an ONNX network"));
 }
 
-TEST(PortableNetwork, KeepsWhatIsNoNumberVisible) {
+TEST(PortableNetwork, PropagatesNan) {
   const std::string pool = test::integers("kernel_shape", {2, 2}) + test::integers("strides", {2, 2});
   const auto network = portable_network(Chain(1, 10).then("MaxPool", {}, pool).then("Relu").file(), {1, 10});
   for (const std::size_t place : {0U, 1U, 10U, 11U}) {

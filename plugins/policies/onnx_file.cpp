@@ -12,14 +12,14 @@ namespace {
 constexpr std::int64_t kFloat = 1;  // TensorProto.DataType
 constexpr std::int64_t kLargestTensor = 64 << 20;
 
-[[noreturn]] void damaged(const std::string& what) { throw std::runtime_error("no ONNX network: " + what); }
+[[noreturn]] void damaged(const std::string& what) { throw std::runtime_error("not an ONNX network: " + what); }
 
-// One message of Protocol Buffers, field by field.
+// Reads one Protocol Buffers message, field by field.
 class Message {
  public:
   explicit Message(std::string_view bytes) : rest_(bytes) {}
 
-  // The next field; false at the end. Its content is read by one of the functions below.
+  // Advances to the next field; false at the end. The functions below read its content.
   bool next() {
     if (rest_.empty()) return false;
     const std::uint64_t key = varint(rest_);
@@ -32,7 +32,7 @@ class Message {
     else if (type_ == 1 || type_ == 5)
       content_ = taken(type_ == 1 ? 8 : 4);
     else
-      damaged("a field of unknown wire type " + std::to_string(type_));
+      damaged("unknown wire type " + std::to_string(type_));
     return true;
   }
 
@@ -49,7 +49,7 @@ class Message {
     return content_;
   }
   std::string text() const { return std::string(bytes()); }
-  // Repeated numbers come one by one or packed.
+  // Repeated numbers are stored one by one or packed.
   void add_to(std::vector<std::int64_t>& integers) const {
     if (type_ == 0) {
       integers.push_back(integer());
@@ -67,7 +67,7 @@ class Message {
     reals.insert(reals.end(), packed.begin(), packed.end());
   }
   static std::vector<float> floats_of(std::string_view bytes) {
-    if (bytes.size() % sizeof(float) != 0) damaged("numbers of a broken length");
+    if (bytes.size() % sizeof(float) != 0) damaged("array of numbers of invalid length");
     std::vector<float> values(bytes.size() / sizeof(float));
     if (!values.empty()) std::memcpy(values.data(), bytes.data(), bytes.size());  // both little-endian
     return values;
@@ -79,16 +79,16 @@ class Message {
   static std::uint64_t varint(std::string_view& bytes) {
     std::uint64_t value = 0;
     for (unsigned shift = 0; shift < 64; shift += 7) {
-      if (bytes.empty()) damaged("it is truncated");
+      if (bytes.empty()) damaged("truncated file");
       const auto byte = static_cast<unsigned char>(bytes.front());
       bytes.remove_prefix(1);
       value |= static_cast<std::uint64_t>(byte & 127U) << shift;
       if (byte < 128) return value;
     }
-    damaged("a number of more than 64 bits");
+    damaged("integer of more than 64 bits");
   }
   std::string_view taken(std::uint64_t length) {
-    if (length > rest_.size()) damaged("it is truncated");
+    if (length > rest_.size()) damaged("truncated file");
     const std::string_view bytes = rest_.substr(0, length);
     rest_.remove_prefix(length);
     return bytes;
@@ -116,19 +116,20 @@ NamedTensor tensor_of(std::string_view bytes) {
     if (message.field == 4) message.add_to(read.tensor.values);
     if (message.field == 8) read.name = message.text();
     if (message.field == 9) raw = message.bytes();
-    if (message.field == 14 && message.integer() != 0) damaged("its weights are in another file");
+    if (message.field == 14 && message.integer() != 0)
+      damaged("weights are stored in another file; export them into one");
   }
-  if (read.type != kFloat) return read;  // its numbers are not kept; an operator that needs them is refused
+  if (read.type != kFloat) return read;  // values are dropped; an operator that needs them is refused
   if (!raw.empty()) read.tensor.values = Message::floats_of(raw);
   std::int64_t count = 1;
   for (const std::int64_t dim : read.tensor.dims) {
     if (dim < 0 || dim > kLargestTensor || (dim > 0 && count > kLargestTensor / dim))
-      damaged("tensor '" + read.name + "' has a broken shape");
+      damaged("tensor '" + read.name + "' has an invalid shape");
     count *= dim;
   }
   if (static_cast<std::size_t>(count) != read.tensor.values.size())
-    damaged("tensor '" + read.name + "' has " + std::to_string(read.tensor.values.size()) + " numbers for a shape of " +
-            std::to_string(count));
+    damaged("tensor '" + read.name + "' has " + std::to_string(read.tensor.values.size()) +
+            " values; its shape needs " + std::to_string(count));
   return read;
 }
 
@@ -166,7 +167,7 @@ OnnxNode node_of(std::string_view bytes) {
   return node;
 }
 
-// ValueInfoProto: name, and below type, tensor_type, shape, dim the value or 0.
+// ValueInfoProto: the name, and the dimensions in type.tensor_type.shape, 0 where one is symbolic.
 std::pair<std::string, std::vector<std::int64_t>> value_of(std::string_view bytes) {
   std::pair<std::string, std::vector<std::int64_t>> read;
   const auto each = [](std::string_view within, std::uint64_t field, const auto& then) {
@@ -200,12 +201,12 @@ OnnxGraph graph_of(std::string_view bytes) {
     if (message.field == 11) inputs.push_back(value_of(message.bytes()));
     if (message.field == 12) outputs.push_back(value_of(message.bytes()).first);
   }
-  // Before version 4 of the format, initializers are inputs, too.
+  // Before version 4 of the format initializers are also listed as inputs.
   std::vector<std::pair<std::string, std::vector<std::int64_t>>> own;
   for (auto& input : inputs)
     if (!graph.constants.count(input.first)) own.push_back(std::move(input));
   if (own.size() != 1 || outputs.size() != 1)
-    damaged("expected one input and one output, found " + std::to_string(own.size()) + " and " +
+    damaged("must have one input and one output, found " + std::to_string(own.size()) + " and " +
             std::to_string(outputs.size()));
   graph.input = own[0].first;
   graph.input_dims = own[0].second;
@@ -239,7 +240,7 @@ OnnxGraph read_onnx(const std::string& bytes) {
     }
     if (domain.empty() || domain == "ai.onnx") opset = version;
   }
-  if (graph.empty()) damaged("it has no layers");
+  if (graph.empty()) damaged("it has no operators");
   OnnxGraph read = graph_of(graph);
   read.opset = opset;
   return read;

@@ -1,5 +1,5 @@
-// An ONNX file as data: operators in order, constants, input and output. Reads the format itself (onnx.proto 3 in
-// Protocol Buffers' wire format, https://protobuf.dev/programming-guides/encoding); runs nothing.
+// Parses an ONNX file (onnx.proto 3 in the Protocol Buffers wire format,
+// https://protobuf.dev/programming-guides/encoding) into operators in order, constants, input and output.
 #pragma once
 
 #include <cstdint>
@@ -10,13 +10,13 @@
 namespace relign::policies {
 
 struct OnnxTensor {
-  std::vector<std::int64_t> dims;  // none: a scalar
-  std::vector<float> values;       // as many as the product of dims
+  std::vector<std::int64_t> dims;  // empty for a scalar
+  std::vector<float> values;       // the product of dims of them
 };
 
 struct OnnxNode {
-  std::string op;    // "Conv"; of another domain than ONNX's own "domain.Op"
-  std::string name;  // for messages, may be empty
+  std::string op;    // "Conv"; "domain.Op" outside ONNX's own domain
+  std::string name;  // for error messages, may be empty
   std::vector<std::string> inputs, outputs;
   std::map<std::string, std::vector<std::int64_t>> integers;
   std::map<std::string, float> floats;
@@ -30,12 +30,13 @@ struct OnnxNode {
 struct OnnxGraph {
   std::int64_t opset = 0;
   std::vector<OnnxNode> nodes;
-  std::map<std::string, OnnxTensor> constants;  // initializers; of type float alone
+  std::map<std::string, OnnxTensor> constants;  // initializers of type float
   std::string input, output;                    // names
-  std::vector<std::int64_t> input_dims;         // 0 where the file leaves one open
+  std::vector<std::int64_t> input_dims;         // 0 where a dimension is symbolic
 };
 
-// Throws std::runtime_error with what is wrong: damaged, weights outside of the file, several inputs or outputs.
+// bytes: the content of the file. Throws std::runtime_error if it is damaged, stores weights in another file, or has
+// several inputs or outputs.
 OnnxGraph read_onnx(const std::string& bytes);
 
 }  // namespace relign::policies

@@ -1,4 +1,4 @@
-// Small ONNX files for tests: Protocol Buffers' wire format, written field by field.
+// Writes small ONNX files for tests, field by field in the Protocol Buffers wire format.
 #pragma once
 
 #include <cstdint>
@@ -39,7 +39,7 @@ inline std::string real(const std::string& name, float value) {
   return bytes(5, bytes(1, name) + varint(2 << 3 | 5) + raw(&value, sizeof value) + number(20, 1));
 }
 
-// A graph whose operators follow each other, from "x" 1 x frames x size x size to the last one's output.
+// A chain of operators from input "x" (1 x frames x size x size) to the output of the last one.
 class Chain {
  public:
   Chain(std::int64_t frames, std::int64_t size, std::int64_t opset = 13) : opset_(opset) {
@@ -47,7 +47,7 @@ class Chain {
     for (const std::int64_t dim : {std::int64_t{1}, frames, size, size}) dims += bytes(1, number(1, dim));
     input_ = bytes(11, bytes(1, "x") + bytes(2, bytes(1, number(1, 1) + bytes(2, dims))));
   }
-  // attributes: texts of the functions above, joined.
+  // attributes: the concatenated results of the functions above.
   Chain& then(const std::string& op, const std::vector<std::string>& weights = {}, const std::string& attributes = "") {
     std::string inputs = bytes(1, last_);
     for (const std::string& weight : weights) inputs += bytes(1, weight);

@@ -10,7 +10,7 @@
 namespace relign::policies {
 namespace {
 
-// OpenCV's messages have several lines, with its own source places.
+// OpenCV's messages have several lines, with locations in its own sources.
 std::string reason(const cv::Exception& error) {
   const std::string text = error.err.empty() ? error.what() : error.err;
   return text.substr(0, text.find('\n'));
@@ -19,7 +19,7 @@ std::string reason(const cv::Exception& error) {
 class OpenCvNetwork : public Network {
  public:
   OpenCvNetwork(const std::string& bytes, InputShape shape) : shape_(shape) {
-    // One thread: workers share the processor. Errors are thrown; they need not be printed, too.
+    // One thread: workers share the processor. Errors are thrown, so OpenCV need not print them.
     cv::setNumThreads(1);
     cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
     try {
@@ -27,22 +27,22 @@ class OpenCvNetwork : public Network {
       net_.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
       net_.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
     } catch (const cv::Exception& error) {
-      throw std::runtime_error("no ONNX network that OpenCV can read (" + reason(error) + ")");
+      throw std::runtime_error("not an ONNX network that OpenCV can read (" + reason(error) + ")");
     }
-    if (net_.empty()) throw std::runtime_error("no ONNX network: it has no layers");
+    if (net_.empty()) throw std::runtime_error("not an ONNX network: it has no operators");
   }
 
   std::vector<float> answer(const std::vector<float>& input) override {
     const int shape[4] = {1, shape_.frames, shape_.size, shape_.size};
     try {
-      // OpenCV takes no pointer to constant data, and does not write to it.
+      // OpenCV does not accept a pointer to const data, but does not write to it either.
       net_.setInput(cv::Mat(4, shape, CV_32F, const_cast<float*>(input.data())));
       const cv::Mat output = net_.forward();
-      if (output.type() != CV_32F) throw std::runtime_error("the network's output is not of type float");
+      if (output.type() != CV_32F) throw std::runtime_error("the network's output must be of type float");
       const auto* values = output.ptr<float>();
       return {values, values + output.total()};
     } catch (const cv::Exception& error) {
-      throw std::runtime_error("the network takes no input of 1 x " + std::to_string(shape_.frames) + " x " +
+      throw std::runtime_error("the network does not accept an input of 1 x " + std::to_string(shape_.frames) + " x " +
                                std::to_string(shape_.size) + " x " + std::to_string(shape_.size) + " (" +
                                reason(error) + ")");
     }
@@ -64,7 +64,7 @@ std::unique_ptr<Network> opencv_network(const std::string& bytes, InputShape sha
 namespace relign::policies {
 
 std::unique_ptr<Network> opencv_network(const std::string&, InputShape) {
-  throw std::runtime_error("this program was built without OpenCV's module dnn, which is to run it");
+  throw std::runtime_error("this network needs OpenCV's dnn module; this program was built without OpenCV's dnn");
 }
 
 }  // namespace relign::policies

@@ -6,7 +6,7 @@
 namespace relign::policies {
 namespace {
 
-// Pixels first, first + 1, ... with their shares of one part.
+// Weights of the pixels first, first + 1, ... in one output pixel.
 struct Part {
   std::size_t first = 0;
   std::vector<float> shares;

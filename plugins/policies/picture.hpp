@@ -1,4 +1,4 @@
-// Captures as a network sees them.
+// Preprocessing of captures for a network.
 #pragma once
 
 #include <relign/basics.hpp>
@@ -6,14 +6,14 @@
 
 namespace relign::policies {
 
-// columns x columns means over equal parts of the image, which share the pixels on their borders by area: each part is
-// a block of whole pixels where the image's width and height are multiples of `columns`.
+// Area-averages the image to columns x columns pixels. Where width and height are multiples of `columns`, each output
+// is the mean of a block of whole pixels; otherwise pixels on a border are split by area.
 std::vector<float> resampled(const ImageView& image, int columns);
 
-// Rounded to bytes, as training does: 255 is `byte_whites` times `white` and all above; what is not finite is 0.
+// Quantises to bytes in place, as in training: byte_whites * white and above become 255, negative values and NaN 0.
 void to_bytes(std::vector<float>& picture, double white, double byte_whites);
 
-// Root of the mean squared difference of two images of one size.
+// Root-mean-square difference of two images of the same size.
 double rmse(const ImageView& one, const ImageView& other);
 
 }  // namespace relign::policies

@@ -18,13 +18,13 @@ struct Picture {
   relign_image image;
 };
 
-TEST(Resampled, WholeBlocksGiveTheirMeans) {
+TEST(Resampled, AveragesWholeBlocks) {
   const Picture picture(4, 4);
   EXPECT_EQ(resampled(ImageView(picture.image), 2), (std::vector<float>{2.5F, 4.5F, 10.5F, 12.5F}));
   EXPECT_EQ(resampled(ImageView(picture.image), 4), picture.pixels);
 }
 
-TEST(Resampled, PixelsOnABorderAreShared) {
+TEST(Resampled, SplitsBorderPixelsByArea) {
   const Picture picture(3, 1);  // 0 1 2
   const std::vector<float> halves = resampled(ImageView(picture.image), 2);
   ASSERT_EQ(halves.size(), 4u);
@@ -33,16 +33,16 @@ TEST(Resampled, PixelsOnABorderAreShared) {
   EXPECT_EQ(halves[2], halves[0]);
 }
 
-TEST(Resampled, TheMeanStays) {
+TEST(Resampled, PreservesMean) {
   const Picture picture(40, 30);
   for (const int columns : {7, 10, 100}) {
-    const std::vector<float> seen = resampled(ImageView(picture.image), columns);
-    const double mean = std::accumulate(seen.begin(), seen.end(), 0.0) / static_cast<double>(seen.size());
+    const std::vector<float> means = resampled(ImageView(picture.image), columns);
+    const double mean = std::accumulate(means.begin(), means.end(), 0.0) / static_cast<double>(means.size());
     EXPECT_NEAR(mean, 599.5, 0.01) << columns;
   }
 }
 
-TEST(ToBytes, RoundsAndCuts) {
+TEST(ToBytes, RoundsAndClamps) {
   std::vector<float> picture = {
       0.0F, 0.1F, 0.3F, 5.0F, -1.0F, 0.00059F, 0.00058F, std::nanf(""), std::numeric_limits<float>::infinity()};
   to_bytes(picture, 0.1, 3);

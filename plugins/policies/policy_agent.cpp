@@ -10,7 +10,7 @@
 namespace relign::policies {
 namespace {
 
-// Blocks of the reference image that differ by more than this share of a lit pixel are another scene's.
+// The scene is another one if a block of the reference image differs by more than this share of a lit pixel.
 constexpr double kSameScene = 0.002;
 
 }  // namespace
@@ -30,7 +30,7 @@ PolicyAgent::PolicyAgent(const Parameters& given)
 
 namespace {
 
-// The command that trained it names its own scene, and an algorithm is not told what the other one is called.
+// The training command names the scene of the network; the id of the trial's scene is not available to an algorithm.
 std::string command_for_another(const SideFile& about) {
   std::string command = about.command;
   const std::string own = "--scene " + about.scene;
@@ -43,17 +43,17 @@ std::string command_for_another(const SideFile& about) {
 
 void PolicyAgent::check_scene(const Conversation& talk) const {
   const SideFile& about = model_.about();
-  const std::string another = "; train one for this scene: " + command_for_another(about);
+  const std::string another = "; train a network for this scene: " + command_for_another(about);
   if (talk.axes() != about.axes.size())
-    throw std::invalid_argument("the network was trained to move " + std::to_string(about.axes.size()) +
+    throw std::invalid_argument("the network was trained for " + std::to_string(about.axes.size()) +
                                 " axes, this scene has " + std::to_string(talk.axes()) + another);
   if (other_scenes_) return;
   const ImageView reference = talk.reference();
   const auto size = static_cast<std::size_t>(about.size);
   if (reference.width() != reference.height() || reference.width() < size || reference.width() % size != 0)
-    throw std::invalid_argument("the network sees " + std::to_string(size) + " x " + std::to_string(size) +
-                                " pixels, and images of " + std::to_string(reference.width()) + " x " +
-                                std::to_string(reference.height()) + " cannot be binned to that" + another);
+    throw std::invalid_argument("images of " + std::to_string(reference.width()) + " x " +
+                                std::to_string(reference.height()) + " pixels cannot be binned to the network's " +
+                                std::to_string(size) + " x " + std::to_string(size) + another);
   const std::vector<float> blocks = resampled(reference, about.blocks);
   bool same = true;
   for (std::size_t i = 0; same && i < blocks.size(); ++i)
@@ -61,11 +61,11 @@ void PolicyAgent::check_scene(const Conversation& talk) const {
         std::fabs(static_cast<double>(blocks[i]) - static_cast<double>(about.reference[i])) <= kSameScene * about.white;
   if (!same)
     throw std::invalid_argument("the network was trained for scene '" + about.scene +
-                                "', and the reference image of this scene is another" + another +
-                                "; or set other_scenes to see how it does here");
+                                "', this scene has another reference image" + another +
+                                "; or set 'other_scenes' to run this one");
 }
 
-void PolicyAgent::look(const ImageView& image) {
+void PolicyAgent::push_frame(const ImageView& image) {
   const SideFile& about = model_.about();
   std::vector<float> picture = resampled(image, about.size);
   to_bytes(picture, about.white, about.byte_whites);
@@ -76,46 +76,46 @@ void PolicyAgent::look(const ImageView& image) {
 
 namespace {
 
-void cut(Pose& move, double most) {
-  for (double& along : move) along = std::clamp(along, -most, most);
+void clamp(Pose& move, double largest) {
+  for (double& along : move) along = std::clamp(along, -largest, largest);
 }
 
 }  // namespace
 
-void PolicyAgent::follow_guesses(Conversation& talk) {
-  std::optional<Observation> seen = talk.first();
-  for (unsigned step = 1; seen; ++step) {
-    look(seen->image());
+void PolicyAgent::follow_displacements(Conversation& talk) {
+  std::optional<Observation> observation = talk.first();
+  for (unsigned step = 1; observation; ++step) {
+    push_frame(observation->image());
     Pose move = model_.answer(frames_);
     for (double& along : move) along *= gain(step, whole_guesses_);
-    Pose there = seen->pose;
-    for (std::size_t axis = 0; axis < move.size(); ++axis) there[axis] += move[axis];
-    talk.recommend(there);
-    cut(move, talk.largest_move());
-    seen = talk.move(move);
+    Pose target = observation->pose;
+    for (std::size_t axis = 0; axis < move.size(); ++axis) target[axis] += move[axis];
+    talk.recommend(target);
+    clamp(move, talk.largest_move());
+    observation = talk.move(move);
   }
 }
 
 void PolicyAgent::follow_moves(Conversation& talk) {
   const ImageView reference = talk.reference();
   double lowest = std::numeric_limits<double>::infinity();
-  std::optional<Observation> seen = talk.first();
-  while (seen) {
-    if (const double measured = rmse(seen->image(), reference); measured < lowest) {
+  std::optional<Observation> observation = talk.first();
+  while (observation) {
+    if (const double measured = rmse(observation->image(), reference); measured < lowest) {
       lowest = measured;
-      talk.recommend(seen->pose);
+      talk.recommend(observation->pose);
     }
-    look(seen->image());
+    push_frame(observation->image());
     Pose move = model_.answer(frames_);
-    cut(move, talk.largest_move());
-    seen = talk.move(move);
+    clamp(move, talk.largest_move());
+    observation = talk.move(move);
   }
 }
 
 void PolicyAgent::run(Conversation& talk) {
   check_scene(talk);
-  if (model_.about().guesses)
-    follow_guesses(talk);
+  if (model_.about().displacement)
+    follow_displacements(talk);
   else
     follow_moves(talk);
 }

@@ -1,4 +1,4 @@
-// An agent that follows a trained network: what imitation, imitation_ppo and ppo_paper in plugins/agents are made of.
+// The agent behind imitation, imitation_ppo and ppo_paper in plugins/agents: it follows a trained policy network.
 #pragma once
 
 #include <cstdint>
@@ -10,11 +10,13 @@ namespace relign::policies {
 
 // Parameters: "model" (file), "whole_guesses" (integer), "other_scenes" (boolean).
 //
-// A network that says the way to the optimum is followed whole for the first steps, which a far start needs, then by a
-// share of 1/2, 1/3, ...: the pose becomes the mean of all later guesses and their noise falls as one over the root of
-// their number, and the recommendation is where it leads. A network that says the next move is followed as it is; its
-// moves never become smaller, so that it walks around the optimum: the recommendation is where the capture was nearest
-// to the reference image.
+// Residual output (the displacement to the optimum, "way" in the side file): the first `whole_guesses` moves follow the
+// output in full, which distant starts need; later moves are scaled by 1/2, 1/3, ... (residual gain schedule). The pose
+// then is the mean of the later predictions, so its noise falls with the square root of their number. The
+// recommendation is the current pose plus the scaled output.
+//
+// Relative output (the next move, "move" in the side file): every move follows the output in full. The moves do not
+// shrink near the optimum, so the recommendation is the pose whose capture had the lowest RMSE to the reference image.
 class PolicyAgent : public Agent {
  public:
   explicit PolicyAgent(const Parameters& given);
@@ -22,17 +24,17 @@ class PolicyAgent : public Agent {
 
  private:
   void check_scene(const Conversation& talk) const;
-  void look(const ImageView& image);
-  void follow_guesses(Conversation& talk);
+  void push_frame(const ImageView& image);
+  void follow_displacements(Conversation& talk);
   void follow_moves(Conversation& talk);
 
   Model model_;
   std::int64_t whole_guesses_;
   bool other_scenes_;
-  std::vector<float> frames_;  // frames x size x size, zeros before the start
+  std::vector<float> frames_;  // frames x size x size, zeros before the first capture
 };
 
-// Share of the guess at step 1, 2, ... that is moved.
+// The factor on the network's output at step 1, 2, ...
 double gain(unsigned step, std::int64_t whole_guesses);
 
 }  // namespace relign::policies

@@ -8,13 +8,13 @@
 namespace relign::policies {
 namespace {
 
-constexpr std::int64_t kFirstOpset = 7;  // before it, operands were broadcast by attributes
+constexpr std::int64_t kFirstOpset = 7;  // earlier versions broadcast operands by attributes
 constexpr std::size_t kMostNumbers = std::size_t{64} << 20;
 
-// For networks that are sound and use what is not supported here.
+// Appended where a valid network uses an unsupported feature.
 constexpr const char* kOtherwise =
-    "; with \"reproducible\": \"this_cpu\" in the network's side file OpenCV runs it, whose last digits depend on the "
-    "processor";
+    "; set \"reproducible\": \"this_cpu\" in the network's side file to run it with OpenCV, whose last digits depend "
+    "on the processor";
 
 std::string named(const OnnxNode& node) {
   return "operator " + node.op + (node.name.empty() ? "" : " (" + node.name + ")");
@@ -24,32 +24,34 @@ class PortableNetwork : public Network {
  public:
   PortableNetwork(OnnxGraph graph, InputShape input) {
     if (graph.opset < kFirstOpset)
-      throw std::runtime_error("ONNX operators of version " + std::to_string(graph.opset) + "; expected " +
+      throw std::runtime_error("ONNX operator set '" + std::to_string(graph.opset) + "' is not supported; must be " +
                                std::to_string(kFirstOpset) + " or later");
     const std::int64_t dims[4] = {1, input.frames, input.size, input.size};
     const bool taken = graph.input_dims.size() == 4 &&
                        std::equal(dims, dims + 4, graph.input_dims.begin(),
                                   [](std::int64_t given, std::int64_t own) { return own == 0 || own == given; });
     if (!taken)
-      throw std::runtime_error("the network takes no input of 1 x " + std::to_string(input.frames) + " x " +
+      throw std::runtime_error("the network does not accept an input of 1 x " + std::to_string(input.frames) + " x " +
                                std::to_string(input.size) + " x " + std::to_string(input.size));
     values_.push_back({{input.frames, input.size, input.size, false}, {}});
     values_[0].numbers.resize(values_[0].shape.count());
     places_[graph.input] = 0;
     for (OnnxNode& node : graph.nodes) add(node, graph.constants);
     const auto output = places_.find(graph.output);
-    if (output == places_.end()) throw std::runtime_error("no operator makes the output '" + graph.output + "'");
+    if (output == places_.end()) throw std::runtime_error("no operator computes the output '" + graph.output + "'");
     output_ = output->second;
     if (const Shape& shape = values_[output_].shape;
         !shape.flat && shape.channels > 1 && shape.height * shape.width > 1)
-      throw std::runtime_error("the output '" + graph.output + "' is a picture; expected one number for each axis");
+      throw std::runtime_error("the output '" + graph.output + "' is an image; must be one value per axis");
   }
 
   std::vector<float> answer(const std::vector<float>& input) override {
-    // Frames x rows x columns as rows x columns x frames.
+    // From frames x rows x columns to rows x columns x frames.
     Value& first = values_[0];
     const std::size_t frames = static_cast<std::size_t>(first.shape.channels), pixels = first.numbers.size() / frames;
-    if (input.size() != first.numbers.size()) throw std::runtime_error("the network's input has another size");
+    if (input.size() != first.numbers.size())
+      throw std::runtime_error("the network's input has " + std::to_string(input.size()) + " values; must have " +
+                               std::to_string(first.numbers.size()));
     for (std::size_t frame = 0; frame < frames; ++frame)
       for (std::size_t pixel = 0; pixel < pixels; ++pixel)
         first.numbers[pixel * frames + frame] = input[frame * pixels + pixel];
@@ -69,21 +71,21 @@ class PortableNetwork : public Network {
   };
   struct Step {
     Run run;
-    std::vector<std::size_t> inputs;  // places in values_ of what is no constant
+    std::vector<std::size_t> inputs;  // indices into values_; constants are not listed
     std::size_t output;
   };
 
   void add(OnnxNode& node, std::map<std::string, OnnxTensor>& constants) {
     if (node.outputs.empty()) throw std::runtime_error(named(node) + " has no output");
-    if (node.op == "Constant") {  // of another type than float: refused where it is used
+    if (node.op == "Constant") {  // a type other than float is refused where it is used
       if (const auto value = node.tensors.find("value"); value != node.tensors.end())
         constants[node.outputs[0]] = std::move(value->second);
       return;
     }
     const MakeLayer make = layer_of(node.op);
     if (!make)
-      throw std::runtime_error(named(node) + " is not among those whose results are the same on every processor (" +
-                               portable_operators() + ")" + kOtherwise);
+      throw std::runtime_error(named(node) + " is not one of the portable operators (" + portable_operators() + ")" +
+                               kOtherwise);
     try {
       Step step;
       std::vector<LayerInput> inputs;
@@ -95,13 +97,14 @@ class PortableNetwork : public Network {
           input.operand = &values_[place->second].shape;
           step.inputs.push_back(place->second);
         } else if (!name.empty()) {
-          throw std::runtime_error("its input '" + name + "' is made by nothing before it, or is not of type float");
+          throw std::runtime_error("input '" + name +
+                                   "' is not computed by an earlier operator, or is not of type float");
         }
         inputs.push_back(input);
       }
       Layer layer = make(node, inputs);
       numbers_ += layer.shape.count();
-      if (numbers_ > kMostNumbers) throw std::runtime_error("the network has more than 64 Mi intermediate numbers");
+      if (numbers_ > kMostNumbers) throw std::runtime_error("the network has more than 64 Mi intermediate values");
       step.run = std::move(layer.run);
       step.output = values_.size();
       steps_.push_back(std::move(step));
@@ -113,7 +116,7 @@ class PortableNetwork : public Network {
   }
 
   std::vector<Value> values_;
-  std::map<std::string, std::size_t> places_;  // in values_
+  std::map<std::string, std::size_t> places_;  // indices into values_, by name
   std::vector<Step> steps_;
   std::size_t output_ = 0, numbers_ = 0;
 };

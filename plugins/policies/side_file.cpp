@@ -21,30 +21,28 @@ constexpr std::uintmax_t kLargestFile = 16u << 20;
 [[noreturn]] void complain(const std::string& what) { throw std::runtime_error(what); }
 
 int integer(const Json& object, const char* name, int least, int most) {
-  // As double first: a number beyond int has no value there.
-  const double told = object.at(name).get<double>();
-  if (!(std::fabs(told) <= kLargestFile) || told != std::floor(told))
-    complain(std::string(name) + ": expected a whole number");
-  const int value = static_cast<int>(told);
-  if (value < least || value > most)
-    complain(std::string(name) + ": allowed: " + std::to_string(least) + " to " + std::to_string(most) + ", found " +
-             std::to_string(value));
-  return value;
+  // Read as double: a value outside the range of int cannot be converted.
+  const double value = object.at(name).get<double>();
+  if (!(value >= least && value <= most) || value != std::floor(value))
+    complain(std::string(name) + ": must be an integer from " + std::to_string(least) + " to " + std::to_string(most) +
+             ", found " + object.at(name).dump());
+  return static_cast<int>(value);
 }
 
 double positive(const Json& object, const char* name) {
   const double value = object.at(name).get<double>();
-  if (!std::isfinite(value) || value <= 0) complain(std::string(name) + ": expected a positive number");
+  if (!std::isfinite(value) || value <= 0)
+    complain(std::string(name) + ": must be a positive number, found " + object.at(name).dump());
   return value;
 }
 
 std::vector<float> finite_values(const Json& values, std::size_t count, const char* name) {
   const auto read = values.get<std::vector<float>>();
   if (read.size() != count)
-    complain(std::string(name) + ": expected " + std::to_string(count) + " numbers, found " +
+    complain(std::string(name) + ": must have " + std::to_string(count) + " numbers, found " +
              std::to_string(read.size()));
   for (const float value : read)
-    if (!std::isfinite(value)) complain(std::string(name) + ": a number is not finite");
+    if (!std::isfinite(value)) complain(std::string(name) + ": numbers must be finite");
   return read;
 }
 
@@ -52,10 +50,10 @@ std::vector<std::uint8_t> bytes_of(const std::string& hex, std::size_t count) {
   const auto digit = [](char c) {
     if (c >= '0' && c <= '9') return c - '0';
     if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-    complain("parity: inputs are pairs of the digits 0 to 9 and a to f");
+    complain("parity: inputs must be pairs of the hexadecimal digits 0 to 9 and a to f");
   };
   if (hex.size() != 2 * count)
-    complain("parity: expected inputs of " + std::to_string(count) + " bytes, found " + std::to_string(hex.size() / 2));
+    complain("parity: inputs must have " + std::to_string(count) + " bytes, found " + std::to_string(hex.size() / 2));
   std::vector<std::uint8_t> bytes(count);
   for (std::size_t i = 0; i < count; ++i)
     bytes[i] = static_cast<std::uint8_t>(16 * digit(hex[2 * i]) + digit(hex[2 * i + 1]));
@@ -64,23 +62,23 @@ std::vector<std::uint8_t> bytes_of(const std::string& hex, std::size_t count) {
 
 SideFile parse(const Json& json) {
   SideFile side;
-  if (json.at("format").get<double>() != 1)
-    complain("format: this program reads format 1, found " + json.at("format").dump());
+  if (json.at("format").get<double>() != 1) complain("format: must be 1, found " + json.at("format").dump());
   side.scene = json.at("scene").get<std::string>();
   side.axes = json.at("axes").get<std::vector<std::string>>();
-  if (side.axes.empty() || side.axes.size() > kMostAxes) complain("axes: expected 1 to 64 names");
+  if (side.axes.empty() || side.axes.size() > kMostAxes)
+    complain("axes: must have 1 to 64 names, found " + std::to_string(side.axes.size()));
   const Json& observation = json.at("observation");
   side.size = integer(observation, "size", kParitySide, kLargestSize);
   side.frames = integer(observation, "frames", 1, kMostFrames);
   side.white = positive(observation, "white");
   side.byte_whites = positive(observation, "byte_whites");
   const auto output = json.at("output").get<std::string>();
-  if (output != "way" && output != "move") complain("output: allowed: \"way\", \"move\"; found \"" + output + "\"");
-  side.guesses = output == "way";
-  // Written since format 1 was: without it, "anywhere".
+  if (output != "way" && output != "move") complain("output: must be 'way' or 'move', found '" + output + "'");
+  side.displacement = output == "way";
+  // Added after format 1 was first written: the default is "anywhere".
   const auto reproducible = json.value("reproducible", std::string("anywhere"));
   if (reproducible != "anywhere" && reproducible != "this_cpu")
-    complain("reproducible: allowed: \"anywhere\", \"this_cpu\"; found \"" + reproducible + "\"");
+    complain("reproducible: must be 'anywhere' or 'this_cpu', found '" + reproducible + "'");
   side.portable = reproducible == "anywhere";
   side.weights_sha256 = json.at("weights_sha256").get<std::string>();
   side.command = json.at("command").get<std::string>();
@@ -92,7 +90,7 @@ SideFile parse(const Json& json) {
   const Json& inputs = parity.at("inputs");
   const Json& answers = parity.at("answers");
   if (!inputs.is_array() || !answers.is_array() || inputs.empty() || inputs.size() != answers.size())
-    complain("parity: expected as many answers as inputs, and one at least");
+    complain("parity: must have as many answers as inputs, and at least one");
   for (std::size_t i = 0; i < inputs.size(); ++i)
     side.parity.push_back(
         {bytes_of(inputs[i].get<std::string>(), static_cast<std::size_t>(side.frames) * kParitySide * kParitySide),
@@ -117,13 +115,13 @@ std::vector<float> SideFile::shown(const Parity& input) const {
 SideFile read_side_file(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file)
-    throw std::runtime_error(path + " is missing: relign-train writes it beside the network, and both belong together");
+    throw std::runtime_error(path + ": file not found; relign-train writes it beside the network, keep both together");
   if (std::filesystem::file_size(path) > kLargestFile)
-    throw std::runtime_error(path + " has more than 16 MiB: no side file of relign-train");
+    throw std::runtime_error(path + ": larger than 16 MiB, not a side file of relign-train");
   try {
     return parse(Json::parse(file));
   } catch (const Json::exception& error) {
-    throw std::runtime_error(path + ": no side file of relign-train (" + error.what() + ")");
+    throw std::runtime_error(path + ": not a side file of relign-train (" + error.what() + ")");
   } catch (const std::runtime_error& error) {
     throw std::runtime_error(path + ": " + error.what());
   }

@@ -1,5 +1,5 @@
-// What stands beside a network, as `relign-train` writes it: what it must be shown, for which scene, and inputs with
-// the answers that every program must give.
+// The JSON side file that `relign-train` writes beside a network: the input the network expects, the scene it was
+// trained for, and parity inputs with the outputs that every program must reproduce.
 #pragma once
 
 #include <cstdint>
@@ -11,29 +11,29 @@ namespace relign::policies {
 struct SideFile {
   std::string scene;              // id
   std::vector<std::string> axes;  // names, in the order of the output
-  int size = 0;                   // columns and rows of what the network sees
-  int frames = 1;                 // the newest last, zeros before the start
+  int size = 0;                   // columns and rows of the network's input
+  int frames = 1;                 // stacked captures, the newest last; zeros before the first capture
   double white = 0;               // display value of a lit pixel
-  double byte_whites = 0;         // 255 stands for this many of them
-  bool guesses = true;            // the output is the way to the optimum; else the next move
-  bool portable = true;           // the same bits on every processor are promised ("reproducible": "anywhere")
+  double byte_whites = 0;         // byte 255 is this multiple of `white`
+  bool displacement = true;       // output: the displacement to the optimum ("way"); false: the next move ("move")
+  bool portable = true;           // "reproducible": "anywhere", the same bits on every processor
   std::string weights_sha256;     // of the ONNX file
-  std::string command;            // that trains another one
-  // The reference image in blocks x blocks means: what the scene is recognised by.
+  std::string command;            // the training command
+  // The reference image as means over blocks x blocks parts, which identifies the scene.
   int blocks = 0;
   std::vector<float> reference;
-  // Per parity input `frames` pictures of 10 x 10 bytes, each shown as blocks of size / 10 pixels, and what comes out.
+  // A parity input: `frames` images of 10 x 10 bytes, each byte a block of size / 10 pixels; and the expected output.
   struct Parity {
     std::vector<std::uint8_t> bytes;
     std::vector<float> answer;
   };
   std::vector<Parity> parity;
 
-  // The parity input as the network takes it.
+  // The parity input in the network's input format: frames x size x size.
   std::vector<float> shown(const Parity& parity) const;
 };
 
-// Throws std::runtime_error with the file and what is wrong in it.
+// Throws std::runtime_error that names the file and the error in it.
 SideFile read_side_file(const std::string& path);
 
 }  // namespace relign::policies

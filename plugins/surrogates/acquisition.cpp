@@ -6,9 +6,9 @@ namespace surrogates {
 namespace {
 
 const double kRootTwoPi = std::sqrt(2 * std::acos(-1.0));
-constexpr double kNothing = 1e10;  // the cost of a logarithm of no improvement at all
+constexpr double kNothing = 1e10;  // stands for -log(0)
 
-// -log(deviation h(z)), h(z) = density(z) + z share(z).
+// -log(deviation h(z)), h(z) = density(z) + z share(z), with the normal density and distribution function (share).
 Cost log_improvement(double improvement, double deviation) {
   if (!(deviation > 0)) return {improvement > 0 ? -std::log(improvement) : kNothing, 0, 0};
   const double z = improvement / deviation;
@@ -23,8 +23,8 @@ Cost log_improvement(double improvement, double deviation) {
     density_ratio = density / h;
     share_ratio = share / h;
   } else {
-    // share / density = 1 / (t + 1 / (t + 2 / (t + 3 / ...))), t = -z; with s the fraction behind the first t:
-    // h / density = s / (t + s), without the cancellation.
+    // Continued fraction share / density = 1 / (t + 1 / (t + 2 / (t + 3 / ...))), t = -z. With s the fraction after the
+    // first t, h / density = s / (t + s), which avoids cancellation.
     const double t = -z;
     double tail = 0;
     for (int term = 60; term >= 1; --term) tail = term / (t + tail);
@@ -41,7 +41,7 @@ Cost acquisition_cost(Acquisition kind, const AcquisitionSetup& setup, double me
   if (kind == Acquisition::lower_bound) return {mean - setup.kappa * deviation, 1, -setup.kappa};
   const double improvement = setup.incumbent - setup.xi - mean;
   if (kind == Acquisition::log_expected_improvement) return log_improvement(improvement, deviation);
-  if (!(deviation > 0)) return {};  // nothing to be learnt there
+  if (!(deviation > 0)) return {};  // the value there is known
   const double scaled = improvement / deviation;
   const double density = std::exp(-0.5 * scaled * scaled) / kRootTwoPi;
   const double share = 0.5 * std::erfc(-scaled / std::sqrt(2.0));
@@ -49,9 +49,10 @@ Cost acquisition_cost(Acquisition kind, const AcquisitionSetup& setup, double me
   return {-share, density / deviation, density * scaled / deviation};
 }
 
-double acquisition_cost(Acquisition kind, const AcquisitionSetup& setup, const Prediction& told, Vector& gradient) {
-  const Cost cost = acquisition_cost(kind, setup, told.mean, told.deviation);
-  gradient = cost.by_mean * told.mean_gradient + cost.by_deviation * told.deviation_gradient;
+double acquisition_cost(Acquisition kind, const AcquisitionSetup& setup, const Prediction& predicted,
+                        Vector& gradient) {
+  const Cost cost = acquisition_cost(kind, setup, predicted.mean, predicted.deviation);
+  gradient = cost.by_mean * predicted.mean_gradient + cost.by_deviation * predicted.deviation_gradient;
   return cost.value;
 }
 

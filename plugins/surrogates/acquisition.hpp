@@ -1,5 +1,4 @@
-// What a pose is worth measuring, from the mean and deviation that a model predicts there. As costs: smaller is more
-// worth.
+// Acquisition functions of the predicted mean and standard deviation, as costs to be minimised.
 #pragma once
 
 #include "gaussian_process.hpp"
@@ -9,9 +8,9 @@ namespace surrogates {
 enum class Acquisition { expected_improvement, lower_bound, probability, log_expected_improvement };
 
 struct AcquisitionSetup {
-  double incumbent = 0;  // the merit to beat
-  double xi = 0.01;      // by how much, in units of the merit
-  double kappa = 1.96;   // deviations below the mean
+  double incumbent = 0;  // merit to improve on
+  double xi = 0.01;      // least improvement, in units of the merit
+  double kappa = 1.96;   // lower bound: standard deviations below the mean
 };
 
 struct Cost {
@@ -20,14 +19,14 @@ struct Cost {
   double by_deviation = 0;
 };
 
-// The logarithm of expected improvement keeps its slope where the improvement itself is rounded to nothing (Ament et
+// The logarithm of expected improvement has a usable gradient where expected improvement itself underflows (Ament et
 // al., 2023).
 Cost acquisition_cost(Acquisition kind, const AcquisitionSetup& setup, double mean, double deviation);
 
-// With the chain rule through the model.
-double acquisition_cost(Acquisition kind, const AcquisitionSetup& setup, const Prediction& told, Vector& gradient);
+// Gradient by the chain rule through the model.
+double acquisition_cost(Acquisition kind, const AcquisitionSetup& setup, const Prediction& predicted, Vector& gradient);
 
-// One cost per entry.
+// Element-wise.
 Vector acquisition_costs(Acquisition kind, const AcquisitionSetup& setup, const Vector& means,
                          const Vector& deviations);
 

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t kMemory = 10;
 
-using Mask = Eigen::ArrayXd;  // 1: free, 0: held by a bound
+using Mask = Eigen::ArrayXd;  // 1: free, 0: at an active bound
 
 Mask free_coordinates(const Vector& at, const Vector& gradient, const Vector& lower, const Vector& upper) {
   Mask mask(at.size());
@@ -23,7 +23,7 @@ struct Pair {
   Vector change;  // of the gradient
 };
 
-// The two-loop recursion on the free coordinates alone: what is held must not bend the rest.
+// The two-loop recursion, restricted to the free coordinates.
 Vector direction(const std::deque<Pair>& pairs, const Vector& gradient, const Mask& mask) {
   const auto dot = [&](const Vector& a, const Vector& b) { return (a.array() * b.array() * mask).sum(); };
   Vector q = gradient.array() * mask;
@@ -52,8 +52,8 @@ struct State {
   double value = std::numeric_limits<double>::infinity();
 };
 
-// A point on the projected path that fulfils Armijo's condition and, where the path is not bent by a bound, has left
-// the steep part (weak Wolfe). False: none was found.
+// Searches the projected path for a point that satisfies the Armijo condition and, on coordinates away from the bounds,
+// the weak Wolfe condition. Returns false if there is none.
 bool search_line(const Objective& objective, const Vector& lower, const Vector& upper, const State& from,
                  const Vector& along, State& found) {
   double low = 0;
@@ -105,7 +105,7 @@ Minimum minimize(const Objective& objective, const Vector& start, const Vector& 
     Vector along = direction(pairs, here.gradient, mask);
     if (along.allFinite() && along.dot(here.gradient) < 0)
       found = search_line(objective, lower, upper, here, along, next);
-    if (!found && !pairs.empty()) {  // the memory misleads: once more, straight down
+    if (!found && !pairs.empty()) {  // discard the curvature pairs and try steepest descent
       pairs.clear();
       along = direction(pairs, here.gradient, mask);
       found = search_line(objective, lower, upper, here, along, next);

@@ -1,5 +1,5 @@
-// Minimises a smooth function in a box: limited-memory BFGS, projected. Small, deterministic and silent, which the
-// packaged Fortran L-BFGS-B is not.
+// Minimises a smooth function in a box by projected L-BFGS. Small, deterministic and silent, unlike the packaged Fortran
+// L-BFGS-B.
 #pragma once
 
 #include <functional>
@@ -9,7 +9,7 @@
 
 namespace surrogates {
 
-// Writes the gradient, returns the value. A value that is no finite number is a wall.
+// Writes the gradient, returns the value. A non-finite value makes the line search shorten its step.
 using Objective = std::function<double(const Vector& at, Vector& gradient)>;
 
 // The defaults of SciPy's L-BFGS-B.
@@ -24,7 +24,7 @@ struct Minimum {
   double value = std::numeric_limits<double>::infinity();
 };
 
-// Where lower equals upper the coordinate is fixed.
+// A coordinate whose bounds are equal is fixed.
 Minimum minimize(const Objective& objective, const Vector& start, const Vector& lower, const Vector& upper,
                  const SearchLimits& limits = {});
 

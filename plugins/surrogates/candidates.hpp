@@ -1,4 +1,4 @@
-// The unit cube that surrogates search: its points, the best of many, and the way back to poses.
+// Candidates in the unit cube: sampling, selection, local refinement, and conversion to poses.
 #pragma once
 
 #include <relign/basics.hpp>
@@ -11,23 +11,23 @@
 namespace surrogates {
 
 Vector uniform_point(relign::Random& random, std::size_t dimensions);
-// One point per column.
+// dimensions x count, one point per column.
 Matrix uniform_points(relign::Random& random, std::size_t dimensions, std::size_t count);
 
-// Indices of the lowest costs, lowest first; the earlier one where they are equal, NaN last.
+// Indices of the lowest costs, lowest first; equal costs by index, NaN last.
 std::vector<Eigen::Index> lowest(const Vector& costs, std::size_t few);
 
-// The few candidates of lowest cost, each followed downhill in the unit cube for so many iterations: the best end.
+// Minimises from each of the `few` candidates of lowest cost, for at most `iterations`, and returns the best result.
 Minimum polish(const Objective& objective, const Matrix& candidates, const Vector& costs, std::size_t few,
                int iterations);
 
-// Along an axis without width every pose is 0 in the cube.
+// Maps between a box and the unit cube. An axis of width 0 maps to 0.
 class UnitBox {
  public:
   UnitBox() = default;
   explicit UnitBox(relign::Box box) : box_(std::move(box)) {}
   relign::Pose to_pose(const Vector& unit) const;
-  Vector to_unit(const relign::Pose& pose) const;  // outside the cube for a pose outside the box
+  Vector to_unit(const relign::Pose& pose) const;  // a pose outside the box maps outside the cube
 
  private:
   relign::Box box_;

@@ -6,55 +6,55 @@
 namespace surrogates {
 
 GaussianProcess::GaussianProcess(Shape shape, Matrix points, const Vector& values, const Vector& theta,
-                                 const Standard& standard, const KnownAtPoints* known)
+                                 const Standard& standard, const PriorAtPoints* prior)
     : kernel_(shape, theta),
       noise_(std::exp(theta[theta.size() - 1])),
       points_(std::move(points)),
       standard_(standard),
       targets_(standard.apply(values)) {
   Matrix covariance = kernel_.between(points_, points_);
-  if (known) {
-    targets_ -= known->mean;
-    covariance += known->covariance;
+  if (prior) {
+    targets_ -= prior->mean;
+    covariance += prior->covariance;
   }
   covariance.diagonal().array() += noise_ + kJitter;
-  // Poses that repeat under a tiny fixed noise: as much jitter as it takes.
+  // Repeated poses under tiny fixed noise: increase the jitter until the factorisation succeeds.
   for (double jitter = 1e-9; !root_.compute(covariance) && jitter < 1e6; jitter *= 10)
     covariance.diagonal().array() += jitter * kernel_.amplitude();
   weights_ = root_.solve(targets_);
 }
 
-Prediction GaussianProcess::predict(const Vector& at, const KnownAt* known) const {
+Prediction GaussianProcess::predict(const Vector& at, const PriorAt* prior) const {
   Matrix slopes;  // d x n
   Vector covariance = kernel_.between(points_, at, &slopes);
   double mean = 0;
   double variance = kernel_.amplitude();
   Vector mean_gradient = Vector::Zero(at.size());
   Vector variance_gradient = Vector::Zero(at.size());
-  if (known) {
-    mean = known->mean;
-    variance += known->variance;
-    covariance += known->covariance;
-    slopes += known->covariance_gradient;
-    mean_gradient = known->mean_gradient;
-    variance_gradient = known->variance_gradient;
+  if (prior) {
+    mean = prior->mean;
+    variance += prior->variance;
+    covariance += prior->covariance;
+    slopes += prior->covariance_gradient;
+    mean_gradient = prior->mean_gradient;
+    variance_gradient = prior->variance_gradient;
   }
   const Vector solved = root_.solve(covariance);
   mean += covariance.dot(weights_);
   variance -= covariance.dot(solved);
-  Prediction told;
-  told.mean = standard_.mean + standard_.scale * mean;
-  told.mean_gradient = standard_.scale * (mean_gradient + slopes * weights_);
-  told.deviation_gradient = Vector::Zero(at.size());
+  Prediction predicted;
+  predicted.mean = standard_.mean + standard_.scale * mean;
+  predicted.mean_gradient = standard_.scale * (mean_gradient + slopes * weights_);
+  predicted.deviation_gradient = Vector::Zero(at.size());
   if (variance > 0) {
-    told.deviation = standard_.scale * std::sqrt(variance);
-    told.deviation_gradient = standard_.scale / std::sqrt(variance) * (0.5 * variance_gradient - slopes * solved);
+    predicted.deviation = standard_.scale * std::sqrt(variance);
+    predicted.deviation_gradient = standard_.scale / std::sqrt(variance) * (0.5 * variance_gradient - slopes * solved);
   }
-  return told;
+  return predicted;
 }
 
-void GaussianProcess::predict(const Matrix& at, Vector& mean, Vector& deviation, const KnownAtMany* known) const {
-  constexpr Eigen::Index kBlock = 256;  // small enough for the cache
+void GaussianProcess::predict(const Matrix& at, Vector& mean, Vector& deviation, const PriorAtMany* prior) const {
+  constexpr Eigen::Index kBlock = 256;  // fits into the cache
   mean.resize(at.cols());
   deviation.resize(at.cols());
   for (Eigen::Index first = 0; first < at.cols(); first += kBlock) {
@@ -62,10 +62,10 @@ void GaussianProcess::predict(const Matrix& at, Vector& mean, Vector& deviation,
     Matrix covariance = kernel_.between(points_, at.middleCols(first, count));
     Vector means = Vector::Zero(count);
     Vector variances = Vector::Constant(count, kernel_.amplitude());
-    if (known) {
-      covariance += known->covariance.middleCols(first, count);
-      means = known->mean.segment(first, count);
-      variances += known->variance.segment(first, count);
+    if (prior) {
+      covariance += prior->covariance.middleCols(first, count);
+      means = prior->mean.segment(first, count);
+      variances += prior->variance.segment(first, count);
     }
     means += covariance.transpose() * weights_;
     root_.whiten(covariance);

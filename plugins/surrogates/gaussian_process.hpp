@@ -1,4 +1,4 @@
-// Gaussian process regression: predicts the function without the noise.
+// Gaussian process regression. Predicts the noise-free function.
 #pragma once
 
 #include "growing_cholesky.hpp"
@@ -7,7 +7,7 @@
 
 namespace surrogates {
 
-constexpr double kJitter = 1e-10;  // on the diagonal: scikit-learn's alpha
+constexpr double kJitter = 1e-10;  // added to the diagonal, as scikit-learn's alpha
 
 struct Prediction {
   double mean = 0;
@@ -16,13 +16,13 @@ struct Prediction {
   Vector deviation_gradient;
 };
 
-// What is known of the function before any value, besides the kernel's mean 0: the posterior of a model of other data.
-// In standardised units. Each field is needed.
-struct KnownAtPoints {
+// An informative prior that is added to the kernel's: the posterior of a model of other data, in standardised units.
+// All fields must be set. n: number of points, d: dimensions, m: number of queries.
+struct PriorAtPoints {
   Vector mean;        // n
   Matrix covariance;  // n x n
 };
-struct KnownAt {
+struct PriorAt {
   double mean = 0;
   double variance = 0;
   Vector covariance;  // with the n points
@@ -30,7 +30,7 @@ struct KnownAt {
   Vector variance_gradient;
   Matrix covariance_gradient;  // d x n
 };
-struct KnownAtMany {
+struct PriorAtMany {
   Vector mean;        // m
   Vector variance;    // m
   Matrix covariance;  // n x m
@@ -38,17 +38,17 @@ struct KnownAtMany {
 
 class GaussianProcess {
  public:
-  // Values in any units; predictions are in the same.
+  // Predictions have the units of `values`.
   GaussianProcess(Shape shape, Matrix points, const Vector& values, const Vector& theta, const Standard& standard,
-                  const KnownAtPoints* known = nullptr);
+                  const PriorAtPoints* prior = nullptr);
 
-  // With a known posterior at the points one is needed at the places to predict too.
-  Prediction predict(const Vector& at, const KnownAt* known = nullptr) const;
-  // Many places at once, without gradients.
-  void predict(const Matrix& at, Vector& mean, Vector& deviation, const KnownAtMany* known = nullptr) const;
+  // A process with a prior needs it at the queries, too.
+  Prediction predict(const Vector& at, const PriorAt* prior = nullptr) const;
+  // For all columns of `at`, without gradients.
+  void predict(const Matrix& at, Vector& mean, Vector& deviation, const PriorAtMany* prior = nullptr) const;
 
-  // One more value under the same theta and standard, without a new factorisation; false (and unchanged) where
-  // rounding does not allow it. Not for a process with a known posterior.
+  // Adds a value under the same theta and standard, without a new factorisation. Returns false and leaves the process
+  // unchanged if rounding makes the matrix indefinite. Not for a process with a prior.
   bool append(const Vector& at, double value);
 
   const Standard& standard() const { return standard_; }
@@ -59,7 +59,7 @@ class GaussianProcess {
   double noise_;
   Matrix points_;
   Standard standard_;
-  Vector targets_;  // standardised, known mean subtracted
+  Vector targets_;  // standardised, the prior's mean subtracted
   GrowingCholesky root_;
   Vector weights_;
 };

@@ -45,7 +45,7 @@ Case random_case(std::uint64_t seed) {
   return made;
 }
 
-Vector seen_by(const Vector& values) { return Standard(values).apply(values); }
+Vector standardised(const Vector& values) { return Standard(values).apply(values); }
 
 // Central differences.
 template <class Function>
@@ -67,7 +67,7 @@ void expect_near(const Vector& a, const Vector& b, double tolerance) {
     EXPECT_NEAR(a[i], b[i], tolerance * std::max(1.0, std::fabs(b[i]))) << "entry " << i;
 }
 
-TEST(GaussianProcess, IsThatOfScikitLearn) {
+TEST(GaussianProcess, MatchesScikitLearn) {
   const Json golden = relign::JsonSource::from_file(RELIGN_TEST_DATA "/gp_likelihood.json").root();
   ASSERT_EQ(golden.at("cases").size(), 20u);
   for (const Json& one : golden.at("cases")) {
@@ -76,7 +76,7 @@ TEST(GaussianProcess, IsThatOfScikitLearn) {
     const Vector values = to_vector(one.at("values"));
     const Vector theta = to_vector(one.at("theta"));
     Vector gradient;
-    const double value = Likelihood(shape, points, seen_by(values)).log(theta, &gradient);
+    const double value = Likelihood(shape, points, standardised(values)).log(theta, &gradient);
     EXPECT_NEAR(value, one.at("log_likelihood").get<double>(), 1e-8);
     expect_near(gradient, to_vector(one.at("gradient")), 1e-8);
 
@@ -88,21 +88,21 @@ TEST(GaussianProcess, IsThatOfScikitLearn) {
     expect_near(mean, to_vector(one.at("mean")), 1e-8);
     expect_near(deviation, to_vector(one.at("deviation")), 1e-8);
     for (Eigen::Index i = 0; i < queries.cols(); ++i) {
-      const Prediction told = process.predict(Vector(queries.col(i)));
-      EXPECT_NEAR(told.mean, mean[i], 1e-9);
-      EXPECT_NEAR(told.deviation, deviation[i], 1e-9);
+      const Prediction predicted = process.predict(Vector(queries.col(i)));
+      EXPECT_NEAR(predicted.mean, mean[i], 1e-9);
+      EXPECT_NEAR(predicted.deviation, deviation[i], 1e-9);
     }
   }
 }
 
-TEST(Likelihood, ItsGradientIsThatOfDifferences) {
+TEST(Likelihood, GradientMatchesFiniteDifferences) {
   for (const Shape shape : kShapes)
     for (std::uint64_t seed = 0; seed < 40; ++seed) {
       SCOPED_TRACE(seed);
       Case one = random_case(seed);
-      // Smooth kernels need noise, or the differences are made of rounding.
+      // Without noise rounding dominates the differences of a smooth kernel.
       if (shape == Shape::rbf) one.theta.tail(1) = one.theta.tail(1).cwiseMax(-3);
-      // Half of the cases with a covariance that stays: that of a process of other data.
+      // Half of the cases have a fixed covariance.
       Matrix fixed;
       if (seed % 2) fixed = 0.3 * Kernel(Shape::rbf, Vector::Zero(one.theta.size())).between(one.points, one.points);
       const Likelihood likelihood(shape, one.points, one.values, fixed);
@@ -114,7 +114,7 @@ TEST(Likelihood, ItsGradientIsThatOfDifferences) {
     }
 }
 
-TEST(GaussianProcess, TheAcquisitionsGradientIsThatOfDifferences) {
+TEST(GaussianProcess, AcquisitionGradientMatchesFiniteDifferences) {
   for (const Shape shape : kShapes)
     for (std::uint64_t seed = 0; seed < 20; ++seed)
       for (const auto kind : {Acquisition::expected_improvement, Acquisition::lower_bound, Acquisition::probability,
@@ -135,9 +135,9 @@ TEST(GaussianProcess, TheAcquisitionsGradientIsThatOfDifferences) {
       }
 }
 
-// Conditioning on one half and then on the other is conditioning on all: what the first process leaves uncertain is
-// what the second one takes as known, with a kernel of its own of no weight.
-TEST(GaussianProcess, AKnownPosteriorStandsForTheDataItCameFrom) {
+// Conditioning on one half of the data and then on the other equals conditioning on all: the posterior of the first
+// process is the prior of the second one, whose own kernel has negligible amplitude.
+TEST(GaussianProcess, PriorReplacesTheDataOfItsPosterior) {
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     SCOPED_TRACE(seed);
     Case one = random_case(seed);
@@ -159,20 +159,20 @@ TEST(GaussianProcess, AKnownPosteriorStandsForTheDataItCameFrom) {
       root.whiten(to_b);
       return kernel.between(a, b) - to_a.transpose() * to_b;
     };
-    const KnownAtPoints known{kernel.between(second, first) * weights, left(second, second)};
+    const PriorAtPoints known{kernel.between(second, first) * weights, left(second, second)};
     Vector theta = one.theta;
     theta[0] = std::log(1e-14);
     const GaussianProcess process(Shape::matern52, second, one.values.tail(n - half), theta, Standard(), &known);
     const GaussianProcess all(Shape::matern52, one.points, one.values, one.theta, Standard());
     const Matrix at = Matrix::Constant(one.points.rows(), 1, 0.37);
-    const KnownAtMany there{kernel.between(at, first) * weights, left(at, at).diagonal(), left(second, at)};
+    const PriorAtMany there{kernel.between(at, first) * weights, left(at, at).diagonal(), left(second, at)};
     Vector mean;
     Vector deviation;
     process.predict(at, mean, deviation, &there);
     const Prediction expected = all.predict(Vector(at.col(0)));
     EXPECT_NEAR(mean[0], expected.mean, 1e-8);
     EXPECT_NEAR(deviation[0], expected.deviation, 1e-8);
-    KnownAt here;
+    PriorAt here;
     here.mean = there.mean[0];
     here.variance = there.variance[0];
     here.covariance = there.covariance.col(0);
@@ -183,7 +183,7 @@ TEST(GaussianProcess, AKnownPosteriorStandsForTheDataItCameFrom) {
   }
 }
 
-TEST(GaussianProcess, AppendingIsFactorisingAgain) {
+TEST(GaussianProcess, AppendEqualsRefactorisation) {
   for (const Shape shape : kShapes)
     for (std::uint64_t seed = 0; seed < 10; ++seed) {
       const Case one = random_case(seed);
@@ -197,14 +197,14 @@ TEST(GaussianProcess, AppendingIsFactorisingAgain) {
     }
 }
 
-TEST(GaussianProcess, SurvivesThePoseThatRepeatsUnderNoNoise) {
+TEST(GaussianProcess, AcceptsRepeatedPosesWithoutNoise) {
   const Vector values = Vector::LinSpaced(5, 0, 1);
   const GaussianProcess process(Shape::matern52, Matrix::Constant(2, 5, 0.5), values,
                                 Vector{{0, 0, 0, std::log(1e-300)}}, Standard(values));
   EXPECT_NEAR(process.predict(Vector::Constant(2, 0.5)).mean, 0.5, 1e-3);
 }
 
-TEST(FitTheta, EndsAtAMaximumWithinTheBounds) {
+TEST(FitTheta, FindsMaximumWithinBounds) {
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     SCOPED_TRACE(seed);
     const Case one = random_case(seed);
@@ -227,7 +227,7 @@ TEST(FitTheta, EndsAtAMaximumWithinTheBounds) {
   }
 }
 
-TEST(FitTheta, AStrongPriorDecides) {
+TEST(FitTheta, FollowsStrongPrior) {
   const Case one = random_case(3);
   const Likelihood likelihood(Shape::rbf, one.points, one.values);
   const ThetaPrior prior = [](const Vector& theta, Vector& gradient) {

@@ -34,7 +34,7 @@ Kernel::Kernel(Shape shape, const Vector& theta)
       inverse_lengths_((-theta.segment(1, theta.size() - 2)).array().exp()) {}
 
 Matrix Kernel::between(const Matrix& a, const Matrix& b) const {
-  // |x - y|^2 = x.x + y.y - 2 x.y, so that the work is one product; about the first point, so that little cancels.
+  // |x - y|^2 = x.x + y.y - 2 x.y, one matrix product; relative to the first point to reduce cancellation.
   const Matrix ours = inverse_lengths_.asDiagonal() * (a.colwise() - a.col(0));
   const Matrix theirs = inverse_lengths_.asDiagonal() * (b.colwise() - a.col(0));
   Eigen::ArrayXXd squares = -2 * (ours.transpose() * theirs);

@@ -1,7 +1,7 @@
-// Stationary kernels with one length per dimension. Points are columns.
+// Stationary kernels with one length scale per dimension. Points are columns.
 //
-// theta: natural logarithms of amplitude, length 1 .. length d, noise; the order of scikit-learn. Amplitude and noise
-// are variances.
+// theta: natural logarithms of amplitude, length 1 .. length d, noise, in scikit-learn's order. Amplitude and noise are
+// variances.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,10 +17,10 @@ class Kernel {
  public:
   Kernel(Shape shape, const Vector& theta);
 
-  double amplitude() const { return amplitude_; }  // the variance anywhere
-  // The covariance of every column of a with every column of b.
+  double amplitude() const { return amplitude_; }  // prior variance
+  // Covariance of the columns of a with the columns of b.
   Matrix between(const Matrix& a, const Matrix& b) const;
-  // The covariance of every point with one more; by_at, d x n, receives the derivatives by its coordinates.
+  // Covariance of the points with `at`; by_at (d x n, may be null) receives the derivatives by the coordinates of `at`.
   Vector between(const Matrix& points, const Vector& at, Matrix* by_at) const;
 
  private:
@@ -29,11 +29,11 @@ class Kernel {
   Vector inverse_lengths_;
 };
 
-// Per pair of points: the squared differences along one dimension.
+// Squared differences of all pairs of points along one dimension.
 Matrix squared_differences(const Eigen::Ref<const Eigen::RowVectorXd>& a,
                            const Eigen::Ref<const Eigen::RowVectorXd>& b);
 
-// Of the scaled squared distance r^2, in place: the kernel of amplitude 1. The second form also gives the common
+// Replaces scaled squared distances r^2 by the kernel of amplitude 1. The second overload also returns the common
 // factor of its derivatives: d kernel / d log length_i = factor * (difference_i / length_i)^2.
 void apply_shape(Shape shape, Eigen::ArrayXXd& squares);
 void apply_shape(Shape shape, Eigen::ArrayXXd& squares, Eigen::ArrayXXd& factor);

@@ -1,5 +1,4 @@
-// Log marginal likelihood of a Gaussian process as a function of its hyper-parameters, and the search for the best
-// ones.
+// Log marginal likelihood of a Gaussian process as a function of its hyperparameters, and its maximisation.
 #pragma once
 
 #include <functional>
@@ -11,18 +10,18 @@
 
 namespace surrogates {
 
-// Of values (prior mean subtracted already) at points, with covariance kernel + white noise. A fixed covariance that no
-// hyper-parameter changes, such as what source data left uncertain, is added where one is given.
+// Of values (prior mean already subtracted) at points, with covariance kernel + white noise. fixed: a covariance that
+// does not depend on the hyperparameters, such as the posterior covariance of source data; empty for none.
 class Likelihood {
  public:
   Likelihood(Shape shape, const Matrix& points, const Vector& values, Matrix fixed = Matrix());
 
-  // -infinity where the matrix is not positive definite. The gradient may be null.
+  // Returns -infinity if the covariance is not positive definite. gradient may be null.
   double log(const Vector& theta, Vector* gradient) const;
 
  private:
   Shape shape_;
-  std::vector<Matrix> squares_;  // per dimension: squared differences, the same for every theta
+  std::vector<Matrix> squares_;  // squared differences per dimension, independent of theta
   Vector values_;
   Matrix fixed_;
 };
@@ -32,14 +31,14 @@ struct ThetaBounds {
   Vector upper;
 };
 
-// scikit-optimize's: amplitude in [0.01, 1000], lengths in [0.01, 100], noise in [1e-5, 1e5]; or the noise held at a
-// value.
+// scikit-optimize's bounds: amplitude in [0.01, 1000], lengths in [0.01, 100], noise in [1e-5, 1e5], or fixed at
+// fixed_noise if that is positive.
 ThetaBounds skopt_bounds(Eigen::Index dimensions, double fixed_noise = 0);
 
-// Adds the logarithm of a prior density of theta to the value, its derivatives to the gradient.
+// Returns the log prior density of theta and adds its derivatives to the gradient.
 using ThetaPrior = std::function<double(const Vector& theta, Vector& gradient)>;
 
-// The most likely theta found from any of the starts; with a prior the most probable one.
+// Maximum likelihood from the best of the starts; maximum a posteriori with a prior.
 Vector fit_theta(const Likelihood& likelihood, const ThetaBounds& bounds, const std::vector<Vector>& starts,
                  const ThetaPrior& prior = {});
 

@@ -13,7 +13,7 @@ constexpr double kHuge = 1e100;
 
 Standard::Standard(const Vector& values) : mean(values.mean()) {
   const double deviation = std::sqrt((values.array() - mean).square().mean());
-  // Equal values differ by rounding at most.
+  // Otherwise the values are equal up to rounding.
   if (deviation > 10 * std::numeric_limits<double>::epsilon() * std::fabs(mean)) scale = deviation;
 }
 

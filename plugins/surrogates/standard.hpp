@@ -1,4 +1,4 @@
-// Merits as surrogates take them: brought to a common scale, and finite.
+// Preprocessing of merits for surrogates: standardisation and replacement of non-finite values.
 #pragma once
 
 #include <vector>
@@ -7,18 +7,18 @@
 
 namespace surrogates {
 
-// Values brought to mean 0 and (population) standard deviation 1; equal values keep their scale.
+// Scales values to mean 0 and (population) standard deviation 1. Equal values are only shifted.
 struct Standard {
-  Standard() = default;  // leaves values as they are
+  Standard() = default;  // identity
   explicit Standard(const Vector& values);
   Vector apply(const Vector& values) const { return (values.array() - mean) / scale; }
   double mean = 0;
   double scale = 1;
 };
 
-// A merit that is no usable number (NaN, infinite, or so large that its square would overflow) counts as bad as the
-// worst one that is; 0 where none is.
+// False for NaN, infinity, and values whose square would overflow.
 bool is_usable(double merit);
+// Replaces unusable merits by the worst usable one, or by 0 if there is none.
 Vector usable_merits(const std::vector<double>& merits);
 
 }  // namespace surrogates

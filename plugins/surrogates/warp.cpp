@@ -7,7 +7,7 @@
 namespace surrogates {
 namespace {
 
-// Log likelihood of a normal distribution behind the power law, up to a constant.
+// Log likelihood of a normal distribution after the transform, up to a constant.
 double normality(const Vector& values, double power) {
   const Vector bent = values.unaryExpr([&](double value) { return yeo_johnson(value, power); });
   const double variance = (bent.array() - bent.mean()).square().mean();
@@ -19,7 +19,7 @@ double normality(const Vector& values, double power) {
 }  // namespace
 
 double yeo_johnson(double value, double power) {
-  // expm1 keeps the digits where the exponent passes 0.
+  // expm1 is exact for exponents near 0.
   const auto side = [](double magnitude, double exponent) {
     const double log = std::log1p(magnitude);
     return std::fabs(exponent) < 1e-9 ? log : std::expm1(exponent * log) / exponent;

@@ -67,7 +67,7 @@ TEST(CliLevels, AWrongElementHasItsPlaceInTheFileWhateverTheVerb) {
   place.write("suite.json", R"({"scenes": ["relign_od", "gaussian_spot"], "algorithms": ["home"], "instances": 2,
                                 "noise_levels": ["limits.json", "rho0.25"]})");
   const auto wrong = AllOf(HasSubstr("noise level 'limits' cannot be used with scene 'relign_od'"),
-                           HasSubstr("limits.json:2:21: /elements/L9: the scene has no element \"L9\""));
+                           HasSubstr("limits.json:2:21: /elements/L9: the scene has no element 'L9'"));
   const std::vector<std::vector<std::string>> commands = {{"validate", "suite.json"},
                                                           {"run", "suite.json"},
                                                           {"try", "home", "--noise-level", "limits.json"},

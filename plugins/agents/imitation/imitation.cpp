@@ -1,4 +1,4 @@
-// Imitation: a network that learnt from simulated misalignments where each lens's own optimum is.
+// imitation: a policy trained by imitation learning to predict the displacement to each instance's own optimum.
 #include "policies/policy_agent.hpp"
 
 namespace {

@@ -17,7 +17,7 @@ using testing::DoubleNear;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-TEST(Imitation, FollowsGuessesWholeThenAShareOfThem) {
+TEST(Imitation, FollowsResidualGainSchedule) {
   test::GreyTrial trial(0.12);
   test::FakeConversation conversation(trial.setup);
   test::run_policy("imitation", conversation, {{"whole_guesses", 3}});
@@ -29,13 +29,13 @@ TEST(Imitation, FollowsGuessesWholeThenAShareOfThem) {
     second_axis.push_back(visit.pose[1] - before[1]);
     before = visit.pose;
   }
-  const auto near = [](double value) { return DoubleNear(value, 0.002); };  // bytes are rounded
+  const auto near = [](double value) { return DoubleNear(value, 0.002); };  // inputs are rounded to bytes
   EXPECT_THAT(first_axis, ElementsAre(near(0.12), near(0.12), near(0.12), near(0.06), near(0.04), near(0.03)));
-  // Before the start there is darkness.
+  // Frames before the first capture are dark.
   EXPECT_THAT(second_axis, ElementsAre(near(0), near(0.06), near(0.06), near(0.03), near(0.02), near(0.015)));
 }
 
-TEST(Imitation, MovesAreCutAndRecommendationsAreNot) {
+TEST(Imitation, ClampsMovesButNotRecommendations) {
   test::GreyTrial trial(0.8);
   test::FakeConversation conversation(trial.setup);
   test::run_policy("imitation", conversation);
@@ -46,41 +46,41 @@ TEST(Imitation, MovesAreCutAndRecommendationsAreNot) {
   EXPECT_NEAR(conversation.recommendations[1].pose[0], 1.0, 0.002);
 }
 
-TEST(Imitation, AnotherSceneIsRefusedWithTheCommandThatHelps) {
+TEST(Imitation, RejectsOtherSceneWithTrainingCommand) {
   test::GreyTrial brighter(0.1, 0.001);
   test::FakeConversation conversation(brighter.setup);
   EXPECT_THAT(test::refusal("imitation", conversation),
-              AllOf(HasSubstr("the reference image of this scene is another"), HasSubstr("relign-train imitate")));
+              AllOf(HasSubstr("this scene has another reference image"), HasSubstr("relign-train imitate")));
   EXPECT_TRUE(conversation.steps.empty());
   test::FakeConversation allowed(brighter.setup);
   EXPECT_EQ(test::refusal("imitation", allowed, {{"other_scenes", true}}), "");
   EXPECT_EQ(allowed.steps.size(), 6u);
 }
 
-TEST(Imitation, OtherAxesAndImagesAreRefused) {
+TEST(Imitation, RejectsOtherAxesAndImageSizes) {
   test::GreyTrial trial(0.1);
   trial.setup.axes = 3;
   test::FakeConversation three(trial.setup);
   EXPECT_THAT(test::refusal("imitation", three, {{"other_scenes", true}}),
-              HasSubstr("trained to move 2 axes, this scene has 3"));
+              HasSubstr("trained for 2 axes, this scene has 3"));
   test::GreyTrial odd(0.1);
   odd.image.width = odd.image.height = 30;
   test::FakeConversation thirty(odd.setup);
   EXPECT_THAT(test::refusal("imitation", thirty),
-              AllOf(HasSubstr("30 x 30 cannot be binned"), HasSubstr("relign-train imitate")));
+              AllOf(HasSubstr("30 x 30 pixels cannot be binned"), HasSubstr("relign-train imitate")));
 }
 
-TEST(Imitation, TheShippedNetworkIsForTheScenesFiveAxes) {
+TEST(Imitation, ShippedNetworkHasFiveAxes) {
   test::GreyTrial trial(0.1);
   test::FakeConversation conversation(trial.setup);
   const std::string shipped = std::string(RELIGN_PLUGIN_DIR) + "/imitation/imitation.onnx";
   EXPECT_THAT(test::refusal("imitation", conversation, {{"model", shipped}}),
-              HasSubstr("trained to move 5 axes, this scene has 2"));
+              HasSubstr("trained for 5 axes, this scene has 2"));
 }
 
-// Whole trials, recorded with the best instructions there are and replayed without them.
-TEST(Imitation, TrialsReplayBitForBitOnFewerInstructions) {
-  if (!processor_has(InstructionSet::avx2)) GTEST_SKIP() << "this processor has no instructions to do without";
+// Complete trials, recorded with the processor's best instruction set and replayed with a smaller one.
+TEST(Imitation, TrialsReplayBitForBitWithSmallerInstructionSet) {
+  if (!processor_has(InstructionSet::avx2)) GTEST_SKIP() << "this processor has no AVX2";
   const std::filesystem::path folder =
       std::filesystem::temp_directory_path() / ("relign-fewer-" + std::to_string(::getpid()));
   std::filesystem::remove_all(folder);

@@ -1,4 +1,4 @@
-// The network of imitation, fine-tuned by proximal policy optimisation.
+// imitation-ppo: the policy of imitation, fine-tuned by proximal policy optimisation.
 #include "policies/policy_agent.hpp"
 
 namespace {

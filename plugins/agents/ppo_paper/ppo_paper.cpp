@@ -1,4 +1,4 @@
-// A network that proximal policy optimisation trained from nothing, by the paper's reward.
+// ppo-paper: a policy trained from scratch by proximal policy optimisation with the paper's reward.
 #include "policies/policy_agent.hpp"
 
 namespace {

@@ -17,7 +17,7 @@ using testing::DoubleNear;
 using testing::Each;
 using testing::HasSubstr;
 
-// The golden network, said to give moves as the paper's does.
+// The golden network with relative output ("move"), as the paper's has.
 std::string network_of_moves() {
   const std::filesystem::path golden = std::filesystem::path(RELIGN_SOURCE_DIR) / "tests/golden/policies";
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / "relign-ppo-paper-test";
@@ -30,7 +30,7 @@ std::string network_of_moves() {
   return (folder / "moves.onnx").string();
 }
 
-TEST(PpoPaper, MovesAreFollowedWholeAtEveryStep) {
+TEST(PpoPaper, FollowsEveryMoveInFull) {
   test::GreyTrial trial(0.12);
   trial.setup.budget = 12;
   test::FakeConversation conversation(trial.setup);
@@ -45,17 +45,17 @@ TEST(PpoPaper, MovesAreFollowedWholeAtEveryStep) {
   EXPECT_THAT(moves, Each(DoubleNear(0.12, 0.002)));
 }
 
-TEST(PpoPaper, OfMovesRecommendsWhereTheCaptureWasNearestToTheReference) {
+TEST(PpoPaper, RecommendsPoseOfCaptureNearestToReference) {
   test::GreyTrial trial(0, 0.03F);
   trial.setup.merit = [](const std::vector<double>& pose, std::uint32_t) { return std::fabs(pose[0] - 0.3); };
-  trial.setup.paint = [](double away, float* pixels) {  // moves of 0.1 and more, and the reference's grey at 0.3
+  trial.setup.paint = [](double away, float* pixels) {  // moves of at least 0.1; equal to the reference at 0.3
     std::fill(pixels, pixels + 1600, static_cast<float>(0.3 * (0.1 + 0.5 * away)));
   };
   test::FakeConversation conversation(trial.setup);
   test::run_policy("ppo-paper", conversation, {{"model", network_of_moves()}, {"other_scenes", true}});
   std::vector<double> at = {0};
   for (const auto& visit : conversation.steps) at.push_back(visit.pose[0]);
-  ASSERT_GT(at.back(), 0.6) << "walks past";
+  ASSERT_GT(at.back(), 0.6) << "must move past the optimum";
   const double nearest = *std::min_element(
       at.begin(), at.end(), [](double one, double other) { return std::fabs(one - 0.3) < std::fabs(other - 0.3); });
   EXPECT_EQ(conversation.recommendations.front().steps_made, 0u);
@@ -64,7 +64,7 @@ TEST(PpoPaper, OfMovesRecommendsWhereTheCaptureWasNearestToTheReference) {
 
 class ShippedNetwork : public testing::TestWithParam<const char*> {};
 
-TEST_P(ShippedNetwork, IsForTheScenesFiveAxes) {
+TEST_P(ShippedNetwork, HasFiveAxes) {
   test::GreyTrial trial(0.1);
   test::FakeConversation conversation(trial.setup);
   const std::string agent = GetParam();
@@ -72,8 +72,8 @@ TEST_P(ShippedNetwork, IsForTheScenesFiveAxes) {
   std::replace(folder.begin(), folder.end(), '-', '_');
   const std::string shipped = std::string(RELIGN_PLUGIN_DIR) + "/" + folder + "/" + agent + ".onnx";
   EXPECT_THAT(test::refusal(agent, conversation, {{"model", shipped}}),
-              AllOf(HasSubstr("trained to move 5 axes, this scene has 2"), HasSubstr("--scene SCENE")))
-      << "the command is for another scene than the network's";
+              AllOf(HasSubstr("trained for 5 axes, this scene has 2"), HasSubstr("--scene SCENE")))
+      << "the command must not name the network's scene";
 }
 
 INSTANTIATE_TEST_SUITE_P(Ppo, ShippedNetwork, testing::Values("imitation-ppo", "ppo-paper"));

@@ -1,4 +1,4 @@
-// A guess at a pose with what it is worth. Guesses of many captures are put together by adding.
+// A normal distribution over poses in information form: independent estimates are combined by addition.
 #pragma once
 
 #include <Eigen/Dense>
@@ -9,7 +9,7 @@ using Vector = Eigen::VectorXd;
 using Matrix = Eigen::MatrixXd;
 
 struct Belief {
-  Matrix information;  // inverse of the covariance; may know nothing of some directions
+  Matrix information;  // inverse of the covariance; may be singular
   Vector weighed;      // information * mean
 
   static Belief around(const Vector& mean, double deviation) {
@@ -18,7 +18,7 @@ struct Belief {
   }
   static Belief nothing(Eigen::Index axes) { return {Matrix::Zero(axes, axes), Vector::Zero(axes)}; }
 
-  // Of a belief that knows something of every direction.
+  // mean() and covariance() need an invertible information matrix.
   Vector mean() const { return information.ldlt().solve(weighed); }
   Matrix covariance() const {
     return information.ldlt().solve(Matrix::Identity(information.rows(), information.cols()));
@@ -27,17 +27,17 @@ struct Belief {
 
   Belief with(const Belief& other) const { return {information + other.information, weighed + other.weighed}; }
 
-  // The same guess when it is off by a further error of this covariance.
-  Belief blunted(const Matrix& covariance) const {
-    // (Y^-1 + C)^-1 = (1 + Y C)^-1 Y asks for no inverse of an information that knows nothing of a direction.
+  // Adds an independent error of this covariance.
+  Belief inflated(const Matrix& covariance) const {
+    // (Y^-1 + C)^-1 = (1 + Y C)^-1 Y, which also holds for a singular Y.
     const Matrix spread = Matrix::Identity(information.rows(), information.cols()) + information * covariance;
     const Eigen::PartialPivLU<Matrix> solver(spread);
     const Matrix left = solver.solve(information);
     return {0.5 * (left + left.transpose()), solver.solve(weighed)};
   }
 
-  // "The lens is this far from the best pose" said at a pose: where the best pose is.
-  Belief seen_from(const Vector& pose) const { return {information, information * pose - weighed}; }
+  // For a belief about the displacement from the best pose to `pose`: the belief about the best pose.
+  Belief best_pose_from(const Vector& pose) const { return {information, information * pose - weighed}; }
 };
 
 }  // namespace sensitivity

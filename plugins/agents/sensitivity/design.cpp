@@ -8,15 +8,15 @@ namespace sensitivity {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kFirstStride = 0.003;  // of the travel: rough directions, before the strides are fitted to them
-constexpr double kChange = 0.07;        // of the picture that a stride makes, in shares of its root mean square
-constexpr double kShortest = 0.0005, kLongest = 0.04;
-constexpr double kMotionBlur = 2;     // pixels: slopes of sharper pictures are no derivatives
-constexpr double kUnfelt = 3e-5;      // share of the best felt direction below which all is the renderer's own noise
-constexpr double kLeastNoise = 1e-6;  // share of the reference's mean square
+constexpr double kFirstStride = 0.003;  // share of the travel: stride of the first, rough Jacobian
+constexpr double kChange = 0.07;        // image change per stride, as a share of the reference's root mean square
+constexpr double kShortest = 0.0005, kLongest = 0.04;  // strides, share of the travel
+constexpr double kMotionBlur = 2;      // pixels: differences of neighbours approximate derivatives only after a blur
+constexpr double kInsensitive = 3e-5;  // eigenvalues below this share of the largest are noise of the renderer
+constexpr double kLeastNoise = 1e-6;   // share of the reference's mean square
 constexpr int kNoiseCaptures = 8;
 
-// Central differences along the columns of `ways`, divided by their lengths: pixels x ways.
+// Central differences along the columns of `ways` (axes x ways), divided by their lengths. Returns pixels x ways.
 Eigen::MatrixXf differences(const Simulator& simulator, const Vector& nominal, const Matrix& ways,
                             Eigen::Index pixels) {
   Eigen::MatrixXf changes(pixels, ways.cols());
@@ -27,9 +27,9 @@ Eigen::MatrixXf differences(const Simulator& simulator, const Vector& nominal, c
   return changes;
 }
 
-// Some directions change the picture fifty times more than others. A stride that suits the ones is lost in the
-// curvature or in the rounding of the others, so that differences are taken again along the principal directions of a
-// first try, each as far as it takes.
+// Some directions change the image fifty times more than others, so no single stride avoids both curvature and
+// rounding. Differences are therefore repeated along the principal directions of a rough Jacobian, each with a stride
+// of its own.
 Eigen::MatrixXf differentiate(const Simulator& simulator, const Vector& nominal, const Picture& reference) {
   const Eigen::Index n = nominal.size(), pixels = reference.size();
   const Eigen::MatrixXf rough = differences(simulator, nominal, kFirstStride * Matrix::Identity(n, n), pixels);
@@ -38,13 +38,13 @@ Eigen::MatrixXf differentiate(const Simulator& simulator, const Vector& nominal,
   const double wanted = kChange * static_cast<double>(reference.norm());
   Matrix ways = eigen.eigenvectors();
   for (Eigen::Index k = 0; k < n; ++k) {
-    const double felt = std::sqrt(std::max(eigen.eigenvalues()[k], 0.0));
-    ways.col(k) *= felt > 0 ? std::clamp(wanted / felt, kShortest, kLongest) : kLongest;
+    const double slope = std::sqrt(std::max(eigen.eigenvalues()[k], 0.0));
+    ways.col(k) *= slope > 0 ? std::clamp(wanted / slope, kShortest, kLongest) : kLongest;
   }
   return differences(simulator, nominal, ways, pixels) * eigen.eigenvectors().transpose().cast<float>();
 }
 
-// Splits the Jacobian into a shift of the whole picture and the rest.
+// Splits the Jacobian into a shift of the whole image and the remainder.
 void split_motion(Design& design) {
   const Eigen::Index w = design.width, h = design.height;
   const Picture soft = pictures::blurred(design.reference, w, h, kMotionBlur);
@@ -75,21 +75,22 @@ Level make_level(const Eigen::MatrixXf& jacobian, Eigen::Index width, Eigen::Ind
     level.gain.col(axis) = pictures::blurred(jacobian.col(axis), width, height, blur);
   const Matrix products = (jacobian.transpose() * level.gain).cast<double>();
   Matrix squares = 0.5 * (products + products.transpose());
-  // Noise is like its own blur only as far as the middle of the blur's kernel goes.
+  // White noise correlates with its own blur by the kernel's centre value.
   const double middle = blur > 0.4 ? 1 / (2 * kPi * blur * blur) : 1;
   squares.diagonal() -= middle * static_cast<double>(jacobian.rows()) * noise;
   const Eigen::SelfAdjointEigenSolver<Matrix> felt(squares);
-  const Vector kept = felt.eigenvalues().cwiseMax(kUnfelt * std::max(felt.eigenvalues().maxCoeff(), 1e-20));
+  const Vector kept = felt.eigenvalues().cwiseMax(kInsensitive * std::max(felt.eigenvalues().maxCoeff(), 1e-20));
   level.squares = felt.eigenvectors() * kept.asDiagonal() * felt.eigenvectors().transpose();
-  level.unfelt = felt.eigenvectors() * kept.cwiseInverse().asDiagonal() * felt.eigenvectors().transpose();
-  // What is not felt at all tells nothing, instead of infinitely much.
+  level.inverse = felt.eigenvectors() * kept.cwiseInverse().asDiagonal() * felt.eigenvectors().transpose();
+  // Directions without any signal contribute no information, instead of infinite information.
   const Eigen::SelfAdjointEigenSolver<Matrix> noisy((level.gain.transpose() * level.gain).cast<double>());
-  const double least = kUnfelt * std::max(noisy.eigenvalues().maxCoeff(), 1e-20);
+  const double least = kInsensitive * std::max(noisy.eigenvalues().maxCoeff(), 1e-20);
   const Vector inverse = noisy.eigenvalues().unaryExpr([&](double value) { return value > least ? 1 / value : 0; });
   level.weigh = level.squares * noisy.eigenvectors() * inverse.asDiagonal() * noisy.eigenvectors().transpose();
-  // What is hardly felt is noise of the renderings, which would lead astray along an axis that does nothing.
+  // Nearly insensitive directions contain noise of the renderings only; without this, poses diverge along an axis that
+  // has no effect.
   const Vector real = felt.eigenvalues().unaryExpr(
-      [&](double value) { return value > kUnfelt * felt.eigenvalues().maxCoeff() ? 1.0 : 0.0; });
+      [&](double value) { return value > kInsensitive * felt.eigenvalues().maxCoeff() ? 1.0 : 0.0; });
   const Matrix only = felt.eigenvectors() * real.asDiagonal() * felt.eigenvectors().transpose();
   level.weigh = (only * level.weigh).eval();
   level.information = level.weigh * level.squares * only;

@@ -1,4 +1,4 @@
-// What all captures of a trial tell together of where the best pose is.
+// Combines the estimates from all captures of a trial into one of the best pose.
 #pragma once
 
 #include <deque>
@@ -10,54 +10,55 @@ namespace sensitivity {
 
 class Memory {
  public:
-  struct Doubts {
-    double spread = 0.3;  // standard deviation of a start's distance from the best pose
-    double stage = 0.01;  // a stage misses a move by this share of it
-    double gain = 0.2;    // a lens's own sensitivities differ from the design's by this share
-    Matrix foreign;       // covariance of what the design's pictures differ by, at distance 1
+  struct Errors {
+    double spread = 0.3;  // standard deviation of the start's distance from the best pose, per axis
+    double stage = 0.01;  // error of the stage, as a share of the move
+    double gain = 0.2;    // deviation of the lens's sensitivities from the design's, as a share
+    Matrix foreign;       // covariance due to differences between the design's images and the lens's, at distance 1
   };
 
-  // All in commanded coordinates.
-  Memory(const Vector& start, Doubts doubts)
-      : doubts_(std::move(doubts)), before_(Belief::around(start, doubts_.spread)), best_(before_) {}
+  // All poses are commanded poses.
+  Memory(const Vector& start, Errors errors)
+      : errors_(std::move(errors)), before_(Belief::around(start, errors_.spread)), best_(before_) {}
 
   const Belief& best() const { return best_; }
 
-  // away: of the way from the best pose to `at`.
+  // away: belief about the displacement from the best pose to `at`.
   void add(const Vector& at, const Belief& away) {
-    seen_.emplace_back(at, away);
-    if (seen_.size() > kMost) seen_.pop_front();
-    put_together();
+    history_.emplace_back(at, away);
+    if (history_.size() > kMost) history_.pop_front();
+    combine();
   }
-  void begin_anew(const Vector& at) {
-    seen_.clear();
-    before_ = best_ = Belief::around(at, doubts_.spread);
+  void reset(const Vector& at) {
+    history_.clear();
+    before_ = best_ = Belief::around(at, errors_.spread);
   }
 
  private:
   static constexpr std::size_t kMost = 300;
   static constexpr int kRounds = 3;
 
-  // What was seen from afar is off by a share of the way, and how far it was shows as the best pose gets clearer. So
-  // all is weighed anew every time: whole steps at first, an average of what was seen near the end.
-  void put_together() {
+  // An estimate has an error proportional to its distance from the best pose, which is not known in advance. All
+  // estimates are therefore weighted again whenever one is added: the first moves follow the newest estimate in full,
+  // later ones average the estimates made near the best pose.
+  void combine() {
     const Matrix one = Matrix::Identity(best_.weighed.size(), best_.weighed.size());
     for (int round = 0; round < kRounds; ++round) {
       const Vector goal = best_.mean();
       best_ = before_;
-      for (const auto& [at, away] : seen_) {
+      for (const auto& [at, away] : history_) {
         const Vector way = at - goal;
         const double square = way.squaredNorm();
-        const Matrix doubt = doubts_.gain * doubts_.gain * way * way.transpose() +
-                             square * (doubts_.stage * doubts_.stage * one + doubts_.foreign);
-        best_ = best_.with(away.blunted(doubt).seen_from(at));
+        const Matrix error = errors_.gain * errors_.gain * way * way.transpose() +
+                             square * (errors_.stage * errors_.stage * one + errors_.foreign);
+        best_ = best_.with(away.inflated(error).best_pose_from(at));
       }
     }
   }
 
-  Doubts doubts_;
+  Errors errors_;
   Belief before_, best_;
-  std::deque<std::pair<Vector, Belief>> seen_;
+  std::deque<std::pair<Vector, Belief>> history_;
 };
 
 }  // namespace sensitivity

@@ -6,38 +6,38 @@
 namespace sensitivity {
 namespace {
 
-// Pictures changed by more than this are none that the nominal pose's Jacobian knows.
+// Largest relative change of the image (Design::changed) for which the Jacobian at the nominal pose is used.
 constexpr double kNear = 0.25;
-constexpr Eigen::Index kFinestBin = 2;  // of far Jacobians: finer ones would take too many captures
-constexpr Eigen::Index kGoodBin = 4;    // fine enough for one that is far and will move anyway
+constexpr Eigen::Index kFinestBin = 2;  // of Jacobians far from the nominal pose: finer ones need too many captures
+constexpr Eigen::Index kGoodBin = 4;    // fine enough to end a registration whose pose will move anyway
 constexpr Eigen::Index kFewestBins = 10;
-constexpr double kBinBlur = 1.25;  // binned pixels
-constexpr double kLongest = 0.15;  // of the travel: strides of differences
-constexpr double kStride = 0.7;    // of the blur that differences may move the picture by
+constexpr double kBinBlur = 1.25;  // in bins
+constexpr double kLongest = 0.15;  // share of the travel: stride of differences
+constexpr double kStride = 0.7;    // image shift of a stride, as a share of the blur
 
-constexpr double kFinestBlur = 0.5;  // pixels: what the Jacobian without blur bears
-constexpr double kFarthest = 0.5;    // of the travel: one step
-constexpr double kTrust = 1.5;       // times the blur that one step may move the picture by
-constexpr double kShifted = 0.05;    // pixels: less is not worth an interpolation
-constexpr double kSettled = 0.3;     // of the blur: a step that moves the picture by less has arrived
-constexpr double kStill = 0.02;      // of the travel
+constexpr double kFinestBlur = 0.5;  // pixels: counts as the blur of the level without blur
+constexpr double kFarthest = 0.5;    // share of the travel: longest step
+constexpr double kTrust = 1.5;       // largest image shift of a step, in units of the blur
+constexpr double kShifted = 0.05;    // pixels: smaller shifts are not interpolated
+constexpr double kSettled = 0.3;     // a step has converged if its image shift is below this share of the blur
+constexpr double kStill = 0.02;      // share of the travel
 constexpr int kMostAtOneLevel = 3;
 
-// A step as far as the blur is wide changes the picture by this share otherwise than the Jacobian says. By which of
-// the directions that looks best explained nobody knows: without this, defocus explains whatever lies far away.
+// Nonlinearity: a step that shifts the image by the width of the blur changes it by this share otherwise than the
+// Jacobian predicts, in an unknown direction. Without this term the fit attributes large shifts to defocus.
 constexpr double kBend = 0.3;
-// Of the squared difference above the noise, what any one direction may explain by mistake.
+// Share of the squared residual above the noise that any one direction may explain by mistake.
 constexpr double kExcess = 0.005;
-constexpr double kFits = 1.02;      // misfits up to here are noise
-constexpr double kWorse = 0.02;     // and so are differences of misfits
-constexpr double kLeastLeft = 0.3;  // of the nominal picture's noise: dark pictures do not tell all the more
+constexpr double kFits = 1.02;      // misfits up to here are explained by noise
+constexpr double kWorse = 0.02;     // differences of misfits up to here are noise
+constexpr double kLeastLeft = 0.3;  // lower limit of the noise as a share of the nominal image's, for dark images
 
-// Pixels by which the picture may be elsewhere, the root of the sum over both ways.
+// Standard deviation of the image's position in pixels, both directions together.
 double pixels_off(const Design& design, const Matrix& covariance) {
   return std::sqrt(std::max((design.motion * covariance * design.motion.transpose()).trace(), 0.0));
 }
 
-// The finest level whose blur is wider than what the picture may be off by.
+// The finest level whose blur is wider than the uncertainty of the image's position.
 std::size_t level_for(const Design& design, double pixels) {
   for (std::size_t level = design.levels.size(); level-- > 1;)
     if (std::max(design.levels[level].blur, kFinestBlur) >= pixels) return level;
@@ -75,7 +75,7 @@ Level Registration::linearise(const Vector& away, double blur) const {
     bin *= 2;
   const Eigen::Index columns = design.width / bin, rows = design.height / bin;
   const int each = std::max(1, captures / static_cast<int>(2 * bin));
-  // Along and across the ways that move the picture, each as far as the blur bears.
+  // Along the directions that shift the image and across them, each with a stride that suits the blur.
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(design.motion.transpose() * design.motion);
   Eigen::MatrixXf changes(columns * rows, n);
   Matrix ways(n, n);
@@ -96,63 +96,63 @@ Level Registration::linearise(const Vector& away, double blur) const {
   return level;
 }
 
-Sight Registration::compare(const Picture& capture, const Belief& before, const Vector& away, const Level& level,
-                            bool far, bool finest) const {
-  Sight sight;
-  sight.linearised = render ? away : Vector::Zero(away.size());
+Estimate Registration::compare(const Picture& capture, const Belief& before, const Vector& away, const Level& level,
+                               bool far, bool finest) const {
+  Estimate estimate;
+  estimate.linearised = render ? away : Vector::Zero(away.size());
   const int many = std::max(2, finest ? captures : captures / 4);
-  const Rendering shown = render ? render(sight.linearised, many) : Rendering{design.reference, design.noise};
+  const Rendering shown = render ? render(estimate.linearised, many) : Rendering{design.reference, design.noise};
   Picture residual = capture - shown.mean;
   const double least = kLeastLeft * design.noise, noise = std::max(shown.noise, least);
   const double unavoidable = render ? noise * (1 + 1.0 / many) : noise;
   const auto pixels = static_cast<double>(std::max<Eigen::Index>(residual.size(), 1));
   const double left = std::max(static_cast<double>(residual.squaredNorm()) / pixels, least);
-  sight.misfit = left / unavoidable;
+  estimate.misfit = left / unavoidable;
   if (far) {
     residual = pictures::means_over_squares(residual, design.width, design.height, level.bin);
   } else {
-    // The Jacobian is the nominal pose's: the residual is brought to where it would be seen there.
-    const Eigen::Vector2d go = design.motion * sight.linearised;
+    // The Jacobian was taken at the nominal pose: shift the residual to where the image would be there.
+    const Eigen::Vector2d go = design.motion * estimate.linearised;
     if (go.norm() > kShifted) residual = shifted(residual, design.width, design.height, go.x(), go.y());
   }
-  const Vector told = (level.gain.transpose() * residual).cast<double>();
+  const Vector projected = (level.gain.transpose() * residual).cast<double>();
   const auto binned = static_cast<double>(level.bin * level.bin);
-  Belief plain{level.information * (binned / left), level.weigh * told * (binned / left)};
-  plain.weighed += plain.information * sight.linearised;
+  Belief plain{level.information * (binned / left), level.weigh * projected * (binned / left)};
+  plain.weighed += plain.information * estimate.linearised;
 
   const Vector step = before.with(plain).mean() - away;
   const double bent = kBend * (design.motion * step).norm() / span(level);
   const double excess = kExcess * std::max(left - kFits * unavoidable, 0.0) * pixels / binned;
-  sight.away = plain.blunted((bent * bent * step.dot(level.squares * step) + excess) * level.unfelt);
-  if (!sight.away.finite()) sight.away = Belief::nothing(away.size());
-  return sight;
+  estimate.away = plain.inflated((bent * bent * step.dot(level.squares * step) + excess) * level.inverse);
+  if (!estimate.away.finite()) estimate.away = Belief::nothing(away.size());
+  return estimate;
 }
 
-Sight Registration::operator()(const Picture& capture, const Belief& before, int most_comparisons) const {
-  Sight best;
+Estimate Registration::operator()(const Picture& capture, const Belief& before, int most_comparisons) const {
+  Estimate best;
   Vector away = before.mean();
   std::size_t level = render ? level_for(design, pixels_off(design, before.covariance())) : 0;
-  Vector best_end = away;  // where the best comparison led
-  bool astray = false;     // the nominal pose's Jacobian led away from there: it is no longer used
+  Vector best_end = away;  // result of the best comparison
+  bool astray = false;     // a step with the Jacobian of the nominal pose made the fit worse: do not use it any more
   for (int made = 0, tries = 0; made < most_comparisons; ++made) {
     const bool far = render && (astray || design.changed(away) > kNear);
     const bool finest = !far && level + 1 == design.levels.size();
     Level fresh;
     if (far) fresh = linearise(away, design.levels[level].blur);
     const Level& here = far ? fresh : design.levels[level];
-    Sight sight = compare(capture, before, away, here, far, finest);
+    Estimate estimate = compare(capture, before, away, here, far, finest);
 
-    const Belief after = before.with(sight.away);
+    const Belief after = before.with(estimate.away);
     Vector step = after.mean() - away;
     if (!step.allFinite()) step.setZero();
     step *= std::min(1.0, kFarthest / std::max(step.norm(), 1e-12));
     if (render) step *= std::min(1.0, kTrust * span(here) / std::max((design.motion * step).norm(), 1e-12));
     away += step;
-    // One Jacobian for all: what counts is how far the picture is, not how far the last step was.
-    sight.moved = (design.motion * (render ? step : away)).norm();
-    sight.step = step.norm();
-    if (made == 0 || sight.misfit < best.misfit + kWorse) {
-      best = sight;
+    // With one Jacobian for all poses the displacement itself counts, not the last step.
+    estimate.moved = (design.motion * (render ? step : away)).norm();
+    estimate.step = step.norm();
+    if (made == 0 || estimate.misfit < best.misfit + kWorse) {
+      best = estimate;
       best_end = away;
     } else if (render && !astray) {
       astray = true;
@@ -160,11 +160,11 @@ Sight Registration::operator()(const Picture& capture, const Belief& before, int
       continue;
     }
 
-    const std::size_t next = level_for(design, pixels_off(design, after.covariance()) + (render ? 0 : sight.moved));
-    const bool settled = sight.moved < kSettled * span(here), fits = sight.misfit < kFits;
-    const bool still = settled && sight.step < kStill;
+    const std::size_t next = level_for(design, pixels_off(design, after.covariance()) + (render ? 0 : estimate.moved));
+    const bool settled = estimate.moved < kSettled * span(here), fits = estimate.misfit < kFits;
+    const bool still = settled && estimate.step < kStill;
     if (finest && settled && (fits || still)) break;
-    if (far && here.bin <= kGoodBin && sight.moved < here.blur && (fits || (still && here.bin == kFinestBin))) break;
+    if (far && here.bin <= kGoodBin && estimate.moved < here.blur && (fits || (still && here.bin == kFinestBin))) break;
     if (!render && next <= level) break;
     if (next > level || settled || ++tries >= kMostAtOneLevel) {
       level = std::min(level + 1, design.levels.size() - 1);

@@ -1,4 +1,4 @@
-// Where a lens stands, from one capture and the pictures that its design would give.
+// Estimates the pose of a lens from one capture, by comparison with images of the lens as designed.
 #pragma once
 
 #include <functional>
@@ -7,16 +7,16 @@
 
 namespace sensitivity {
 
-// What one capture tells.
-struct Sight {
-  Belief away;        // of the way from the best pose to this one
+// The result for one capture.
+struct Estimate {
+  Belief away;        // the displacement from the best pose to the pose of the capture
   Vector linearised;  // where the Jacobian was taken
-  double misfit = 0;  // mean squared difference that is left, in units of what noise leaves
-  double moved = 0;   // pixels that the picture goes by the last step
-  double step = 0;    // its length, as a share of the travel
+  double misfit = 0;  // mean squared residual, relative to that of noise alone
+  double moved = 0;   // image shift of the last Gauss-Newton step, in pixels
+  double step = 0;    // length of that step, as a share of the travel
 };
 
-// Mean of captures, and the variance of a pixel of one.
+// Mean of captures, and the variance of a pixel of a single one.
 struct Rendering {
   Picture mean;
   double noise = 0;
@@ -24,23 +24,23 @@ struct Rendering {
 
 struct Registration {
   const Design& design;
-  // The design at a distance from the nominal pose, as the mean of so many captures (two at least); the distance is
-  // brought to that of a pose that there is. Empty: the reference and its one Jacobian have to do.
+  // Renders the lens as designed at displacement `away` from the nominal pose, as the mean of `captures` (at least 2),
+  // and clamps `away` to the travel. If empty, the reference image and the Jacobian at the nominal pose are used.
   std::function<Rendering(Vector& away, int captures)> render;
-  int captures = 16;  // for one fine picture
+  int captures = 16;  // per image at the finest level
 
-  // before: what is believed of the distance without this capture.
-  Sight operator()(const Picture& capture, const Belief& before, int most_comparisons) const;
+  // before: the belief about the displacement without this capture.
+  Estimate operator()(const Picture& capture, const Belief& before, int most_comparisons) const;
 
  private:
-  // A Jacobian far from the nominal pose: differences of binned captures, as long as the blur bears.
+  // The Jacobian far from the nominal pose, from differences of binned captures with strides that suit the blur.
   Level linearise(const Vector& away, double blur) const;
-  // Residual and what it tells by one level's Jacobian.
-  Sight compare(const Picture& capture, const Belief& before, const Vector& away, const Level& level, bool far,
-                bool finest) const;
+  // One Gauss-Newton step with the Jacobian of a level.
+  Estimate compare(const Picture& capture, const Belief& before, const Vector& away, const Level& level, bool far,
+                   bool finest) const;
 };
 
-// The picture moved so that what lies at (x + right, y + down) comes to (x, y); dark beyond the edge.
+// Bilinear shift: the result at (x, y) is the image at (x + right, y + down), 0 beyond the edge.
 Picture shifted(const Picture& picture, Eigen::Index width, Eigen::Index height, double right, double down);
 
 }  // namespace sensitivity

@@ -1,4 +1,4 @@
-// What is known of the design, and where a capture says the lens stands, on pictures that can be written down.
+// Design study, beliefs, memory and registration on an analytic toy lens.
 #include "registration.hpp"
 
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ Registration toy_registration(const Design& design) {
           16};
 }
 
-TEST(Pictures, AShiftBringsWhatLiesThere) {
+TEST(Pictures, ShiftMovesPixelsAndDropsThoseBeyondTheEdge) {
   Picture picture = Picture::Zero(5 * 4);
   picture[2 * 5 + 3] = 1;  // column 3, row 2
   EXPECT_EQ(shifted(picture, 5, 4, 2, 1)[1 * 5 + 1], 1);
@@ -47,49 +47,49 @@ TEST(Pictures, AShiftBringsWhatLiesThere) {
   const Picture half = shifted(picture, 5, 4, -0.5, 0);
   EXPECT_FLOAT_EQ(half[2 * 5 + 3], 0.5F);
   EXPECT_FLOAT_EQ(half[2 * 5 + 4], 0.5F);
-  EXPECT_EQ(shifted(picture, 5, 4, 4, 0).sum(), 0);  // gone beyond the edge
+  EXPECT_EQ(shifted(picture, 5, 4, 4, 0).sum(), 0);  // beyond the edge
   EXPECT_EQ(shifted(picture, 5, 4, 1e30, 0).sum(), 0);
 }
 
-TEST(Beliefs, ABluntedOneHasTheSumOfBothCovariances) {
+TEST(Beliefs, InflationAddsCovariances) {
   const Matrix covariance{{2, 0.5}, {0.5, 1}}, more{{0.5, 0.1}, {0.1, 3}};
   const Vector mean = Eigen::Vector2d(1, -2);
   const Matrix information = covariance.inverse();
-  const Belief blunted = Belief{information, information * mean}.blunted(more);
-  EXPECT_LT((blunted.covariance() - covariance - more).norm(), 1e-12);
-  EXPECT_LT((blunted.mean() - mean).norm(), 1e-12);
+  const Belief inflated = Belief{information, information * mean}.inflated(more);
+  EXPECT_LT((inflated.covariance() - covariance - more).norm(), 1e-12);
+  EXPECT_LT((inflated.mean() - mean).norm(), 1e-12);
 }
 
-TEST(Beliefs, WhatKnowsNothingOfADirectionStillCounts) {
+TEST(Beliefs, InflatesSingularInformation) {
   Belief half = Belief::nothing(2);
   half.information(0, 0) = 4;
   half.weighed[0] = 8;
-  const Belief both = Belief::around(Vector::Zero(2), 1).with(half.blunted(Matrix::Identity(2, 2)));
+  const Belief both = Belief::around(Vector::Zero(2), 1).with(half.inflated(Matrix::Identity(2, 2)));
   EXPECT_NEAR(both.mean()[0], 2 * 0.8 / 1.8, 1e-12);  // 1 / (1 / 4 + 1) = 0.8
   EXPECT_EQ(both.mean()[1], 0);
 }
 
-TEST(Beliefs, AWayToTheBestPoseIsSeenFromThePose) {
-  const Belief seen = Belief::around(Eigen::Vector2d(0.1, -0.2), 1).seen_from(Eigen::Vector2d(0.5, 0.5));
+TEST(Beliefs, ConvertsDisplacementToBestPose) {
+  const Belief seen = Belief::around(Eigen::Vector2d(0.1, -0.2), 1).best_pose_from(Eigen::Vector2d(0.5, 0.5));
   EXPECT_LT((seen.mean() - Eigen::Vector2d(0.4, 0.7)).norm(), 1e-12);
 }
 
-Memory::Doubts small_doubts() {
-  Memory::Doubts doubts;
-  doubts.foreign = Matrix::Zero(2, 2);
-  return doubts;
+Memory::Errors small_errors() {
+  Memory::Errors errors;
+  errors.foreign = Matrix::Zero(2, 2);
+  return errors;
 }
 
-TEST(Remembering, OneSightIsFollowedAllTheWay) {
-  Memory memory(Vector::Zero(2), small_doubts());
+TEST(Memory, FollowsSingleEstimateInFull) {
+  Memory memory(Vector::Zero(2), small_errors());
   memory.add(Vector::Zero(2), Belief::around(Eigen::Vector2d(0.2, -0.1), 1e-3));
   EXPECT_LT((memory.best().mean() - Eigen::Vector2d(-0.2, 0.1)).norm(), 0.01);
 }
 
-TEST(Remembering, WhatWasSeenFromAfarGivesWayToWhatIsSeenNear) {
-  // Every sight tells four fifths of the way, the lens being less sensitive than its design.
+TEST(Memory, PrefersEstimatesMadeNearTheBestPose) {
+  // Every estimate is four fifths of the displacement: the lens is less sensitive than its design.
   const Vector best = Eigen::Vector2d(0.4, 0.1);
-  Memory memory(Vector::Zero(2), small_doubts());
+  Memory memory(Vector::Zero(2), small_errors());
   for (int step = 0; step < 6; ++step) {
     const Vector here = memory.best().mean();
     memory.add(here, Belief::around(0.8 * (here - best), 1e-3));
@@ -97,11 +97,11 @@ TEST(Remembering, WhatWasSeenFromAfarGivesWayToWhatIsSeenNear) {
   EXPECT_LT((memory.best().mean() - best).norm(), 0.002);
 }
 
-TEST(Remembering, NearSightsAreAveraged) {
+TEST(Memory, AveragesEstimatesMadeNearTheBestPose) {
   relign::Random random(5);
   double first = 0, last = 0;
   for (int trial = 0; trial < 50; ++trial) {
-    Memory memory(Vector::Zero(2), small_doubts());
+    Memory memory(Vector::Zero(2), small_errors());
     for (int step = 0; step < 16; ++step) {
       const Vector here = memory.best().mean();
       Vector seen = here;
@@ -111,17 +111,17 @@ TEST(Remembering, NearSightsAreAveraged) {
     }
     last += memory.best().mean().squaredNorm();
   }
-  EXPECT_LT(std::sqrt(last), 0.4 * std::sqrt(first));  // a quarter, were there no doubts
+  EXPECT_LT(std::sqrt(last), 0.4 * std::sqrt(first));  // 0.25 without the error terms
 }
 
-TEST(Remembering, BeginningAnewForgets) {
-  Memory memory(Vector::Zero(2), small_doubts());
+TEST(Memory, ResetDiscardsEarlierEstimates) {
+  Memory memory(Vector::Zero(2), small_errors());
   memory.add(Vector::Zero(2), Belief::around(Vector::Ones(2), 1e-3));
-  memory.begin_anew(Vector::Ones(2));
+  memory.reset(Vector::Ones(2));
   EXPECT_LT((memory.best().mean() - Vector::Ones(2)).norm(), 1e-12);
 }
 
-TEST(DesignStudy, KnowsTheMotionOfThePictureAndItsNoise) {
+TEST(DesignStudy, MeasuresImageMotionAndNoise) {
   const Design design = toy_design(5);
   Matrix motion = Matrix::Zero(2, 5);
   motion(0, 0) = motion(1, 1) = toy::kReach;
@@ -131,7 +131,7 @@ TEST(DesignStudy, KnowsTheMotionOfThePictureAndItsNoise) {
   EXPECT_LT(design.changed(0.1 * Vector::Unit(5, 0)), 0.2 * design.changed(0.1 * Vector::Unit(5, 2)));
 }
 
-TEST(DesignStudy, TheJacobianIsTheDerivative) {
+TEST(DesignStudy, JacobianMatchesFiniteDifferences) {
   const Design design = toy_design(5);
   for (Eigen::Index axis = 0; axis < 5; ++axis) {
     const Vector nominal = Vector::Constant(5, 0.5), way = 1e-3 * Vector::Unit(5, axis);
@@ -140,7 +140,7 @@ TEST(DesignStudy, TheJacobianIsTheDerivative) {
   }
 }
 
-TEST(DesignStudy, AnAxisThatChangesNothingTellsNothing) {
+TEST(DesignStudy, AxisWithoutEffectHasNoInformation) {
   const Design design = toy_design(6);
   for (const Level& level : design.levels) {
     EXPECT_LT(std::fabs(level.information(5, 5)), 1e-3 * level.information(2, 2));
@@ -148,7 +148,7 @@ TEST(DesignStudy, AnAxisThatChangesNothingTellsNothing) {
   }
 }
 
-TEST(DesignStudy, NoiseOfAJacobianIsNotTakenForFeeling) {
+TEST(DesignStudy, SubtractsNoiseOfJacobian) {
   const Design design = toy_design(2);
   const double entries = static_cast<double>(design.jacobian.size());
   const double deviation = 0.3 * static_cast<double>(design.jacobian.norm()) / std::sqrt(entries);
@@ -170,36 +170,36 @@ TEST(DesignStudy, NoiseOfAJacobianIsNotTakenForFeeling) {
   }
 }
 
-TEST(Registering, FindsALensFarAway) {
+TEST(Registration, FindsDistantPose) {
   const Design design = toy_design(5);
   const Registration registration = toy_registration(design);
   relign::Random random(7);
   for (std::uint64_t trial = 0; trial < 10; ++trial) {
     const Vector away = Vector::NullaryExpr(5, [&] { return random.uniform(-0.35, 0.35); });
     const Picture capture = toy_picture(Vector::Constant(5, 0.5) + away, kNoise, trial);
-    const Sight sight = registration(capture, Belief::around(Vector::Zero(5), 0.3), 12);
-    const Vector found = Belief::around(Vector::Zero(5), 0.3).with(sight.away).mean();
+    const Estimate estimate = registration(capture, Belief::around(Vector::Zero(5), 0.3), 12);
+    const Vector found = Belief::around(Vector::Zero(5), 0.3).with(estimate.away).mean();
     EXPECT_LT((found - away).lpNorm<Eigen::Infinity>(), 0.08) << trial;
-    EXPECT_LT(sight.misfit, 1.1) << trial;
+    EXPECT_LT(estimate.misfit, 1.1) << trial;
   }
 }
 
-TEST(Registering, SaysHowSureItIs) {
+TEST(Registration, CovarianceMatchesErrors) {
   const Design design = toy_design(5);
   const Registration registration = toy_registration(design);
   double squares = 0;
   for (std::uint64_t trial = 0; trial < 40; ++trial) {
     const Vector away = 0.02 * Vector::Ones(5);
     const Picture capture = toy_picture(Vector::Constant(5, 0.5) + away, kNoise, trial);
-    const Sight sight = registration(capture, Belief::around(Vector::Zero(5), 0.05), 5);
-    const Vector error = sight.away.mean() - away;
-    squares += error.dot(sight.away.information * error) / 5 / 40;
+    const Estimate estimate = registration(capture, Belief::around(Vector::Zero(5), 0.05), 5);
+    const Vector error = estimate.away.mean() - away;
+    squares += error.dot(estimate.away.information * error) / 5 / 40;
   }
-  EXPECT_GT(squares, 0.6);  // 1 where errors are what it says
+  EXPECT_GT(squares, 0.6);  // 1 for an exact covariance
   EXPECT_LT(squares, 1.6);
 }
 
-TEST(Registering, OneJacobianBringsThePictureNearer) {
+TEST(Registration, SingleJacobianCorrectsShift) {
   const Design design = toy_design(5);
   const Registration registration{design, {}, 16};
   const Vector away = 0.1 * (Vector::Unit(5, 0) + Vector::Unit(5, 1));
@@ -207,14 +207,14 @@ TEST(Registering, OneJacobianBringsThePictureNearer) {
   const Belief before = Belief::around(Vector::Zero(5), 0.3);
   const Vector off = before.with(registration(capture, before, 12).away).mean() - away;
   EXPECT_LT(off.head(2).norm(), 0.3 * away.norm());
-  EXPECT_GT(off.norm(), 0.01);  // but it cannot tell the rest, as comparing at the pose itself does
+  EXPECT_GT(off.norm(), 0.01);  // the other axes need a comparison at the pose itself
 }
 
-TEST(Registering, ADarkCaptureLeadsNowhereFar) {
+TEST(Registration, DarkCaptureKeepsPoseFinite) {
   const Design design = toy_design(5);
   const Belief before = Belief::around(Vector::Zero(5), 0.3);
-  const Sight sight = toy_registration(design)(Picture::Zero(toy::kSide * toy::kSide), before, 12);
-  EXPECT_LT(before.with(sight.away).mean().norm(), 1.5);  // NaN is not less
+  const Estimate estimate = toy_registration(design)(Picture::Zero(toy::kSide * toy::kSide), before, 12);
+  EXPECT_LT(before.with(estimate.away).mean().norm(), 1.5);  // false for NaN
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Alignment by the sensitivities of the design, as telescopes are aligned. See README.md.
+// Alignment by the sensitivities of the design, as in computer-aided alignment of telescopes. See README.md.
 #include <relign/plugin.hpp>
 
 #include "design.hpp"
@@ -13,27 +13,27 @@ using pictures::to_pose;
 using pictures::to_vector;
 using sensitivity::Belief;
 using sensitivity::Design;
+using sensitivity::Estimate;
 using sensitivity::Memory;
 using sensitivity::Picture;
 using sensitivity::Registration;
-using sensitivity::Sight;
 using sensitivity::Vector;
 
 constexpr std::size_t kMostSide = 256;          // larger images are binned
-constexpr double kLost = 1.12;                  // a misfit from which on beginning anew may be better
-constexpr int kMostFirst = 12, kMostLater = 5;  // comparisons of one capture with the design
-constexpr std::uint64_t kDesignSeed = 0x5E45;   // noise of the studied design: the same in every trial
-constexpr std::size_t kMostDesigns = 4;         // kept for later trials
-constexpr int kCapturesForClean = 64;           // in the place of a noise-free picture where a scene has none
+constexpr double kLost = 1.12;                  // misfit above which a registration from scratch is tried
+constexpr int kMostFirst = 12, kMostLater = 5;  // comparisons per capture, first and later ones
+constexpr std::uint64_t kDesignSeed = 0x5E45;   // noise of the design's images: the same in every trial
+constexpr std::size_t kMostDesigns = 4;         // cached for later trials
+constexpr int kCapturesForClean = 64;           // averaged if a scene has no noise-free images
 
-// The pixels that a model gives.
+// An image of the model.
 struct ModelPixels {
   const std::vector<float>& pixels;
   std::size_t width;
   float at(std::size_t x, std::size_t y) const { return pixels[y * width + x]; }
 };
 
-// The lens as designed, in the trial's simulator.
+// The lens as designed, from the service `model`.
 class ModelledLens {
  public:
   ModelledLens(const relign::Model& model, const pictures::Binning& binning)
@@ -68,7 +68,7 @@ class ModelledLens {
   std::size_t width_;
 };
 
-// As far towards the goal as one move leads.
+// The goal, limited to one move from `here`.
 Vector within_a_move(const Vector& here, const Vector& goal, double largest) {
   return here + (goal - here).cwiseMax(-largest).cwiseMin(largest);
 }
@@ -82,17 +82,20 @@ class Sensitivity final : public relign::Agent {
         trusted_(given.number("trusted_distance")) {}
 
   void run(relign::Conversation& talk) override {
-    relign::Observation seen = talk.first();
+    relign::Observation observation = talk.first();
     const relign::Model model = talk.model();
     const relign::ImageView reference = talk.reference();
     if (model.width() != reference.width() || model.height() != reference.height())
-      throw std::runtime_error("the model's images are not of the size of the reference");
+      throw std::runtime_error("the model's images have " + std::to_string(model.width()) + " x " +
+                               std::to_string(model.height()) + " pixels, the reference image has " +
+                               std::to_string(reference.width()) + " x " + std::to_string(reference.height()) +
+                               "; must be equal");
     const pictures::Binning binning(reference.width(), reference.height(), kMostSide);
     const ModelledLens lens(model, binning);
     const auto design = study(model.scene_json(), binning, binning(reference), lens, talk.axes());
 
     relign::Random random(talk.seed());
-    // Where pixels are binned the scene is slow and its noise small.
+    // Scenes with images large enough to be binned are slow, and binning reduces their noise.
     const int captures = std::max(2, captures_ / static_cast<int>(binning.bin()));
     Registration registration{*design, {}, captures};
     if (relinearise_)
@@ -102,36 +105,36 @@ class Sensitivity final : public relign::Agent {
         return lens.mean_capture(pose, random, count);
       };
 
-    Memory::Doubts doubts;
-    doubts.foreign = design->noise / (trusted_ * trusted_) * design->levels.back().unfelt;
-    Memory memory(to_vector(seen.pose), doubts);
+    Memory::Errors errors;
+    errors.foreign = design->noise / (trusted_ * trusted_) * design->levels.back().inverse;
+    Memory memory(to_vector(observation.pose), errors);
     for (bool first = true;; first = false) {
-      const Vector here = to_vector(seen.pose);
-      look(registration, binning(seen.image()), here, first, memory);
+      const Vector here = to_vector(observation.pose);
+      update(registration, binning(observation.image()), here, first, memory);
       const Vector next = within_a_move(here, memory.best().mean(), talk.largest_move());
       talk.recommend(to_pose(next));
       auto moved = talk.step(to_pose(next));
       if (!moved) return;
-      seen = std::move(*moved);
+      observation = std::move(*moved);
     }
   }
 
  private:
-  // Adds what a capture tells; begins anew when what was believed was wrong.
-  void look(const Registration& registration, const Picture& capture, const Vector& here, bool first,
-            Memory& memory) const {
+  // Adds the estimate of a capture to the memory; resets the memory if a registration from scratch fits better.
+  void update(const Registration& registration, const Picture& capture, const Vector& here, bool first,
+              Memory& memory) const {
     const Belief& best = memory.best();
     const Belief away{best.information, best.information * (here - best.mean())};
-    Sight sight = registration(capture, away, first ? kMostFirst : kMostLater);
-    if (!first && relinearise_ && sight.misfit > kLost) {
-      const Belief anything = Belief::around(Vector::Zero(here.size()), Memory::Doubts().spread);
-      const Sight anew = registration(capture, anything, kMostFirst);
-      if (anew.misfit < sight.misfit) {
-        sight = anew;
-        memory.begin_anew(here);
+    Estimate estimate = registration(capture, away, first ? kMostFirst : kMostLater);
+    if (!first && relinearise_ && estimate.misfit > kLost) {
+      const Belief anything = Belief::around(Vector::Zero(here.size()), Memory::Errors().spread);
+      const Estimate anew = registration(capture, anything, kMostFirst);
+      if (anew.misfit < estimate.misfit) {
+        estimate = anew;
+        memory.reset(here);
       }
     }
-    memory.add(here, sight.away);
+    memory.add(here, estimate.away);
   }
 
   std::shared_ptr<const Design> study(const std::string& scene_json, const pictures::Binning& binning,
@@ -150,7 +153,7 @@ class Sensitivity final : public relign::Agent {
 
   bool relinearise_;
   double first_blur_;  // share of the image's side
-  int captures_;       // of the model, for one fine picture
+  int captures_;       // of the model, per image at the finest level
   double trusted_;     // share of the travel
 };
 

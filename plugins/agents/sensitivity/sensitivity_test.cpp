@@ -1,4 +1,4 @@
-// Whole trials of the agent on a toy lens, with a model of its design.
+// Complete trials of the agent on a toy lens, with the service `model`.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ using test::Pose;
 
 constexpr std::uint32_t kSide = toy::kSide;
 
-// The lens: the toy shifted, so that its best pose is not the design's. The model: the toy itself.
+// The lens is the toy with another best pose; the model is the toy as designed.
 struct Trial {
   Trial(std::uint32_t axes, std::uint64_t seed, unsigned budget) : start(axes), optimum(axes) {
     Random random(seed);
@@ -90,7 +90,7 @@ struct Trial {
     return *this;
   }
 
-  // Farthest axis from the best pose.
+  // Largest distance from the best pose over the axes.
   double miss(const Pose& commanded) const {
     double worst = 0;
     for (std::size_t axis = 0; axis < commanded.size(); ++axis)
@@ -114,14 +114,14 @@ struct Trial {
   relign_model_service model{};
 };
 
-TEST(Sensitivity, FindsTheBestPoseInAFewMovesFromAnywhere) {
+TEST(Sensitivity, FindsBestPoseInSixMoves) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     Trial trial(5, seed, 6);
     EXPECT_LT(trial.run().last_miss(), 0.03) << seed;
   }
 }
 
-TEST(Sensitivity, GoesOnAveraging) {
+TEST(Sensitivity, ImprovesByAveraging) {
   double soon = 0, late = 0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     Trial trial(5, seed, 30);
@@ -135,14 +135,14 @@ TEST(Sensitivity, GoesOnAveraging) {
   EXPECT_LT(late, 0.7 * soon);
 }
 
-TEST(Sensitivity, OneJacobianNeedsMoreMoves) {
+TEST(Sensitivity, LinearPresetConverges) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     Trial trial(5, seed, 40);
     EXPECT_LT(trial.run("sensitivity-linear").last_miss(), 0.05) << seed;
   }
 }
 
-TEST(Sensitivity, RecommendsOnePoseWithinAMoveAtEveryStep) {
+TEST(Sensitivity, RecommendsPoseOfNextMoveAtEveryStep) {
   for (const char* id : {"sensitivity", "sensitivity-linear"}) {
     Trial trial(5, 3, 12);
     trial.run(id);
@@ -159,7 +159,7 @@ TEST(Sensitivity, RecommendsOnePoseWithinAMoveAtEveryStep) {
   }
 }
 
-TEST(Sensitivity, AnyNumberOfAxesAndABudgetOfOne) {
+TEST(Sensitivity, AcceptsAnyNumberOfAxesAndBudgetOfOne) {
   for (const std::uint32_t axes : {1u, 2u, 3u, 6u, 10u}) {
     Trial trial(axes, 2, 8);
     EXPECT_LT(trial.run().miss(trial.conversation->recommendations.back().pose), axes > 5 ? 1 : 0.03) << axes;
@@ -168,15 +168,15 @@ TEST(Sensitivity, AnyNumberOfAxesAndABudgetOfOne) {
   }
 }
 
-TEST(Sensitivity, WithoutNoiseFreePicturesCapturesDo) {
+TEST(Sensitivity, AveragesCapturesWithoutNoiseFreeImages) {
   Trial trial(5, 4, 8);
   trial.renders = false;
-  // A blur of its own, so that the design is studied here and not taken from another test.
+  // A first_blur that no other test uses, so that the design is not cached.
   EXPECT_LT(trial.run("sensitivity", {{"first_blur", 0.11}}).last_miss(), 0.05);
   EXPECT_GT(trial.captures, 1000);
 }
 
-TEST(Sensitivity, TheDesignIsStudiedOnceAndChangesNothingAfterwards) {
+TEST(Sensitivity, CachedDesignGivesTheSameSteps) {
   const Json parameters = {{"first_blur", 0.12}};
   Trial first(5, 5, 5), second(5, 5, 5);
   first.run("sensitivity", parameters);
@@ -186,13 +186,13 @@ TEST(Sensitivity, TheDesignIsStudiedOnceAndChangesNothingAfterwards) {
   for (std::size_t k = 0; k < 5; ++k) EXPECT_EQ(first.conversation->steps[k].pose, second.conversation->steps[k].pose);
 }
 
-TEST(Sensitivity, ANoiselessTrialIsNoExcuse) {
+TEST(Sensitivity, AlignsWithoutNoise) {
   Trial trial(5, 6, 8);
   trial.noise = 0;
   EXPECT_LT(trial.run("sensitivity", {{"first_blur", 0.13}}).last_miss(), 0.01);
 }
 
-TEST(Sensitivity, StaysCalmInTheDark) {
+TEST(Sensitivity, SendsValidPosesForDarkCaptures) {
   Trial trial(5, 7, 10);
   trial.dark = true;
   trial.run();
@@ -200,14 +200,14 @@ TEST(Sensitivity, StaysCalmInTheDark) {
   EXPECT_EQ(trial.conversation->steps.size(), 10u);
 }
 
-TEST(Sensitivity, AStopInTheModelEndsTheTrial) {
+TEST(Sensitivity, ReturnsWhenStoppedInTheModel) {
   Trial trial(5, 8, 10);
   trial.stop_at = 30;
   EXPECT_NO_THROW(trial.run());
   EXPECT_EQ(trial.captures, 30);
 }
 
-TEST(Sensitivity, ASceneWithoutAModelIsRefusedWithASentence) {
+TEST(Sensitivity, RejectsSceneWithoutModel) {
   Trial trial(5, 9, 10);
   trial.setup.service = [service = trial.setup.service](std::string_view id) -> const void* {
     return id == RELIGN_SERVICE_MODEL ? nullptr : service(id);

@@ -1,5 +1,4 @@
-// A picture whose dependence on the pose can be written down, for tests: five blobs that move, spread, turn and change
-// their balance.
+// A lens with a closed-form image, for tests: five blobs that move, widen, turn and change their balance.
 #pragma once
 
 #include <algorithm>
@@ -11,9 +10,9 @@
 namespace toy {
 
 constexpr int kSide = 48;
-constexpr double kReach = 30;  // pixels that the first two axes move the picture by, along their travel
+constexpr double kReach = 30;  // image shift of the first two axes over their travel, in pixels
 
-// Axes: across, down, width, turn, balance; those above five change nothing.
+// Axes: right, down, width, turn, balance; further axes have no effect.
 inline std::vector<float> paint(const std::vector<double>& pose) {
   double away[5] = {};
   for (std::size_t axis = 0; axis < pose.size() && axis < 5; ++axis) away[axis] = pose[axis] - 0.5;

@@ -1,4 +1,4 @@
-// The estimate that follows a trial: takes captures, says where the lens is and where it would be best.
+// Estimates, from all captures of a trial, the pose of the lens and its best pose.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace tolerance_fit {
 
 class Aligner {
  public:
-  // reference: its pixels. pictures: noise-free ones that a step may make for derivatives.
+  // reference: pixels of the reference image. pictures: noise-free images that a step may render for derivatives.
   Aligner(std::shared_ptr<const Knowledge> known, relign::Model model, const std::vector<double>& reference,
           int pictures)
       : known_(std::move(known)),
@@ -32,12 +32,13 @@ class Aligner {
     pictures_.set_offsets(known_->offsets, known_->offset_mean, known_->combinations);
   }
 
-  void add(const relign::Observation& seen) {
-    const Vector commanded = to_vector(seen.pose);
-    const relign::ImageView image = seen.image();
+  void add(const relign::Observation& observation) {
+    const Vector commanded = to_vector(observation.pose);
+    const relign::ImageView image = observation.image();
     const std::size_t width = pictures_.size().width, height = pictures_.size().height;
     if (sites_.empty() || sites_.back().commanded != commanded) {
-      sites_.push_back({commanded, seen.limits_low, seen.limits_high, 0, std::vector<double>(width * height)});
+      sites_.push_back(
+          {commanded, observation.limits_low, observation.limits_high, 0, std::vector<double>(width * height)});
       if (sites_.size() > kMostSites) sites_.erase(sites_.begin());
     }
     Site& site = sites_.back();
@@ -49,18 +50,18 @@ class Aligner {
       }
   }
 
-  // Fits all that was added, and looks for the best pose of the fitted lens.
+  // Fits the lens to the captures added so far and finds the best pose of the fitted lens.
   void update() {
     fine_.allow(pictures_a_step_);
-    const bool anew = !settled_ || !near();
-    if (anew) approach();
+    const bool coarse = !settled_ || !near();
+    if (coarse) approach();
     if (!near()) return;
     const Vector before = x_;
     refine();
     if (misfit_ < kLost) return;
-    // The fine fit went astray: blurred pictures first, or what they told.
+    // The fine fit failed: keep the result of the blurred images, or fit them now.
     x_ = before;
-    if (anew) return;
+    if (coarse) return;
     approach();
     if (near()) refine();
   }
@@ -68,7 +69,7 @@ class Aligner {
   Vector offsets() const { return known_->offset_mean + known_->combinations * layout_.state(x_); }  // mm, degrees
   Vector here() const { return layout_.pose(x_, sites_.back().commanded); }                          // true pose
   Vector target() const { return layout_.commanded(x_, best_); }                                     // commanded
-  // Standard deviations of noise by which a capture at the target differs from one here.
+  // Difference between a capture at the target and one at the current pose, in standard deviations of noise.
   double distance() const { return known_->distance(joined(best_ - here(), Vector::Zero(layout_.state(x_).size()))); }
 
  private:
@@ -90,19 +91,20 @@ class Aligner {
     return cost;
   }
 
-  // From afar, with blurred pictures: the newest capture beside the pictures in stock, unless the last estimate holds.
+  // Coarse fit with blurred images: from the last estimate if it still fits, otherwise from the stored far images that
+  // resemble the newest capture most.
   void approach() {
     if (sites_.size() > 1) {
       fit(middle_, 3, 2, 6, 1e-3);
       if (misfit_ < kLost) return guess_best();
     }
     const Site& newest = sites_.back();
-    const Vector seen = newest.mean(pictures_.size(), known_->coarse);
+    const Vector capture = newest.mean(pictures_.size(), known_->coarse);
     std::vector<std::pair<double, std::size_t>> order;
     for (std::size_t i = 0; i < known_->far_pictures.size(); ++i) {
       const Vector& picture = known_->far_pictures[i];
-      const Vector variance = known_->variance((picture + seen) / 2, known_->coarse);
-      order.emplace_back((picture - seen).cwiseAbs2().cwiseQuotient(variance).sum(), i);
+      const Vector variance = known_->variance((picture + capture) / 2, known_->coarse);
+      order.emplace_back((picture - capture).cwiseAbs2().cwiseQuotient(variance).sum(), i);
     }
     std::sort(order.begin(), order.end());
     order.resize(std::min<std::size_t>(order.size(), kTries));
@@ -141,19 +143,20 @@ class Aligner {
     if (misfit_ < kLost) find_best();
   }
 
-  // The fitted lens's picture against the reference, as alignments are judged: every pixel alike.
+  // Finds the pose at which the fitted lens's image differs least from the reference, all pixels weighted equally, as
+  // in the score.
   void find_best() {
     const Vector state = layout_.state(x_);
     best_ = (best_ + known_->optimum_by_state * (state - state_of_best_)).cwiseMax(0).cwiseMin(1);
     state_of_best_ = state;
-    // Spokes and edges that lie beside each other lead nowhere: blurred ones first.
+    // Where spokes and edges do not overlap the gradient is useless: start with blurred images.
     const Vector weight = known_->variance(reference_, fine_.detail()).cwiseSqrt().cwiseInverse();
     if ((fine_.look(best_, state) - reference_).cwiseProduct(weight).norm() > kBesideEachOther)
       descend(middle_, blurred_reference_);
     descend(fine_, reference_);
   }
 
-  // Gauss-Newton from the best pose so far.
+  // Gauss-Newton from the current best pose.
   void descend(Derivatives& derivatives, const Vector& reference) {
     const Vector still = Vector::Zero(state_of_best_.size());
     Vector difference = reference - derivatives.look(best_, state_of_best_);
@@ -163,7 +166,7 @@ class Aligner {
       move *= std::min(1.0, 0.1 / std::max(move.cwiseAbs().maxCoeff(), 1e-12));
       const double length = known_->distance(joined(move, still));
       const Vector next = (best_ + move).cwiseMax(0).cwiseMin(1);
-      if (length > 3) {  // shorter ones are sure, and less than the grain of pictures
+      if (length > 3) {  // shorter steps are safe, and their effect is below the numerical noise of images
         const Vector there = reference - derivatives.look(next, state_of_best_);
         if (there.squaredNorm() > difference.squaredNorm()) break;
         difference = there;
@@ -173,11 +176,12 @@ class Aligner {
     }
   }
 
-  // Shares of the travel: noise-free pictures are worth their time; captures beside each other share derivatives.
+  // Shares of the travel: distance to the best pose from which on noise-free images are rendered; distance within which
+  // captures are fitted together.
   static constexpr double kNear = 0.2, kBeside = 0.1;
-  // Misfits: the pose is known to a fraction of a pixel; or nothing is known.
+  // Misfits: below, the pose is accurate to a fraction of a pixel; above, the estimate has failed.
   static constexpr double kSettled = 1.08, kLost = 1.4;
-  // Standard deviations of a capture's noise, about a pixel of shift.
+  // Standard deviations of a capture's noise: about one pixel of shift.
   static constexpr double kBesideEachOther = 60;
   static constexpr std::size_t kTries = 3;
 

@@ -1,5 +1,5 @@
-// Derivatives of the model's pictures by (pose, state), shared by pictures that are nearly alike: they cost as many
-// pictures as there are parameters.
+// Derivatives of the model's images by (pose, state). A new derivative costs one image per parameter, so derivatives
+// are reused for similar images.
 #pragma once
 
 #include <deque>
@@ -19,33 +19,33 @@ inline Vector joined(const Vector& pose, const Vector& state) {
 
 class Derivatives {
  public:
-  // change: how much a difference shall change one capture, in standard deviations of noise. shortest: of a difference,
-  // share of the travel.
+  // change: image change per stride, in standard deviations of a capture's noise. shortest: shortest stride, share of
+  // the travel.
   struct Rules {
     double change = 15, shortest = 0.0015;
-    double reach = 15;       // a derivative is good for pictures that differ by so much
-    bool transport = false;  // after it was moved with the picture
+    double reach = 15;       // a derivative is reused for images that differ by at most this, in the same unit
+    bool transport = false;  // shift derivatives with the image before they are reused
   };
 
   Derivatives(const Knowledge& known, Pictures& pictures, Detail detail, Rules rules)
       : known_(known), pictures_(pictures), detail_(detail), rules_(rules) {}
 
   Detail detail() const { return detail_; }
-  int made() const { return made_; }  // pictures
-  // From now on no new derivative once so many pictures are made, as long as there is an old one.
+  int made() const { return made_; }  // images rendered
+  // Limits the number of further images; beyond it no derivative is computed if there is an old one.
   void allow(int pictures) { last_ = made_ + pictures; }
   int left() const { return last_ - made_; }
 
   Vector look(const Vector& pose, const Vector& state) {
-    for (const auto& [place, picture] : seen_)
+    for (const auto& [place, picture] : recent_)
       if (place == joined(pose, state)) return picture;
     ++made_;
-    seen_.emplace_front(joined(pose, state), pictures_.look(pose, state, detail_));
-    if (seen_.size() > kMostKept) seen_.pop_back();
-    return seen_.front().second;
+    recent_.emplace_front(joined(pose, state), pictures_.look(pose, state, detail_));
+    if (recent_.size() > kMostKept) recent_.pop_back();
+    return recent_.front().second;
   }
 
-  // A column for each of pose and state.
+  // bins x (pose, state)
   const Matrix& at(const Vector& pose, const Vector& state) {
     const Vector place = joined(pose, state);
     for (const Known& known : known_at_)
@@ -63,13 +63,13 @@ class Derivatives {
   static constexpr double kLongestMove = 0.15, kLongestState = 1;
 
   struct Known {
-    Vector place, origin;  // where it holds; where it was differenced
-    Vector picture;        // at the origin
+    Vector place, origin;  // (pose, state) it is used for; where it was computed
+    Vector picture;        // image at the origin
     Matrix slopes, original;
     double distance = 0;  // in standard deviations of noise
   };
 
-  // The old derivative that holds best here, moved with the picture when that is fine enough to tell.
+  // The stored derivative whose image is most similar, shifted with the image if `transport` is set.
   Known nearest(const Vector& place, const Vector& picture) const {
     Known best;
     best.distance = std::numeric_limits<double>::infinity();
@@ -105,7 +105,7 @@ class Derivatives {
     for (Eigen::Index i = 0; i < place.size(); ++i) {
       const Vector direction = known_.directions.col(i);
       Vector step = length(i) * direction;
-      // The side with more room for the farthest axis.
+      // Step towards the side with more room on the axis that moves most.
       Eigen::Index axis = 0;
       const double farthest = step.head(n).cwiseAbs().maxCoeff(&axis);
       if (farthest > 0 && (step[axis] > 0) == (pose[axis] > 0.5)) step = -step;
@@ -132,7 +132,7 @@ class Derivatives {
   Detail detail_;
   Rules rules_;
   std::deque<Known> known_at_;  // the last used first
-  std::deque<std::pair<Vector, Vector>> seen_;
+  std::deque<std::pair<Vector, Vector>> recent_;
   int made_ = 0, last_ = std::numeric_limits<int>::max();
 };
 

@@ -1,5 +1,5 @@
-// Start, distortion and state of the lens that explain all captures best: least squares in standard deviations, of
-// noise for what the captures show and of the level for what it draws. ceres::TinySolver takes the steps.
+// Joint least-squares fit of start, distortion and element state to all captures: residuals in standard deviations of
+// the noise, parameters in standard deviations of the level's draws. Solved by ceres::TinySolver.
 #pragma once
 
 #include <ceres/tiny_solver.h>
@@ -13,19 +13,19 @@ namespace tolerance_fit {
 
 // All captures at one commanded pose.
 struct Site {
-  Vector commanded;  // counts from the start
+  Vector commanded;  // relative to the start
   std::uint64_t limits_low = 0, limits_high = 0;
   int count = 0;
-  std::vector<double> sum;  // of pixels
+  std::vector<double> sum;  // pixels of all captures, added
   Vector mean(Size size, Detail detail) const { return binned(sum, size, detail) / count; }
 };
 
-// Where the parameters lie in one vector. Each has mean 0 and variance 1 by the level's draws.
+// The parameter vector: start, entries of the distortion, state. Each has mean 0 and variance 1 in the level's draws.
 class Layout {
  public:
   explicit Layout(const Knowledge& known)
       : level_(known.level), axes_(known.axes()), states_(known.combinations.cols()) {
-    constexpr Eigen::Index kMostAxes = 12;  // beyond, cross-talk is left out: its numbers grow with the square
+    constexpr Eigen::Index kMostAxes = 12;  // with more axes cross-talk, axes^2 parameters, is not fitted
     for (Eigen::Index row = 0; row < axes_; ++row)
       for (Eigen::Index column = 0; column < axes_; ++column)
         if (level_.distortion_std(row, column) > 0 && (row == column || axes_ <= kMostAxes))
@@ -44,7 +44,7 @@ class Layout {
     }
     return distortion;
   }
-  // Beyond the travel too: walls are not the stage's law, but what is in its way.
+  // Not clamped to the travel: limits are treated by JointFit.
   Vector pose(const Vector& x, const Vector& commanded) const { return start(x) + distortion(x) * commanded; }
   Vector commanded(const Vector& x, const Vector& pose) const {
     return distortion(x).partialPivLu().solve(pose - start(x));
@@ -79,48 +79,48 @@ class JointFit {
            const std::vector<const Site*>& sites, const Vector& x)
       : known_(known), layout_(layout), derivatives_(derivatives) {
     for (const Site* site : sites) {
-      Seen seen{site, site->mean(size, derivatives.detail()), {}, layout.chain(site->commanded), {}, {}};
+      Fitted fitted{site, site->mean(size, derivatives.detail()), {}, layout.chain(site->commanded), {}, {}};
       const Vector variance =
           known.variance(derivatives.look(layout.pose(x, site->commanded), layout.state(x)), derivatives.detail());
-      // A picture that is a mean of captures has noise of its own.
+      // An image that is a mean of captures has noise itself.
       const int captures = derivatives.detail().captures;
       const double share = 1.0 / site->count + (captures > 0 ? 1.0 / captures : 0.0);
-      seen.weight = (share * variance).cwiseSqrt().cwiseInverse();
-      seen_.push_back(std::move(seen));
+      fitted.weight = (share * variance).cwiseSqrt().cwiseInverse();
+      fitted_.push_back(std::move(fitted));
     }
   }
 
-  // Gives half the sum of squares.
+  // Returns half the sum of squares.
   double solve(Vector& x, int steps, double damping) {
     Function function{this};
     ceres::TinySolver<Function> solver;
     solver.options.max_num_iterations = steps + 1;  // counted from 1
     solver.options.gradient_tolerance = 1e-6;
-    solver.options.function_tolerance = 0.05;  // of the sum of squares, which is 1 a standard deviation off
+    solver.options.function_tolerance = 0.05;  // relative to the sum of squares, in units of the noise variance
     solver.options.parameter_tolerance = 1e-4;
     solver.options.initial_trust_region_radius = 1 / damping;
     solver.Solve(function, &x);
     return solver.summary.final_cost;
   }
 
-  // Mean square by which the captures of a site differ from the fit, 1 when that is noise alone.
+  // Mean squared difference between the captures of a site and the fit; 1 if it is noise alone.
   double misfit(std::size_t site, const Vector& x) {
-    const Seen& seen = seen_[site];
-    const Vector picture = derivatives_.look(layout_.pose(x, seen.site->commanded), layout_.state(x));
-    const Vector residual = (picture - seen.mean).cwiseProduct(seen.weight);
+    const Fitted& fitted = fitted_[site];
+    const Vector picture = derivatives_.look(layout_.pose(x, fitted.site->commanded), layout_.state(x));
+    const Vector residual = (picture - fitted.mean).cwiseProduct(fitted.weight);
     const double expected = known_.expected_misfit(picture, derivatives_.detail());
     return residual.squaredNorm() / static_cast<double>(residual.size()) / std::max(expected, 1e-6);
   }
 
  private:
-  static constexpr double kWall = 0.003;  // how sharply a limit tells the pose, share of the travel
+  static constexpr double kLimit = 0.003;  // standard deviation of a pose at a limit, share of the travel
 
-  struct Seen {
+  struct Fitted {
     const Site* site;
     Vector mean, weight;
     Matrix chain;
-    Matrix axes;    // bins x (pose, state): orthonormal directions of the derivatives at the last accepted x
-    Matrix slopes;  // along them
+    Matrix axes;    // bins x (pose, state): orthonormal basis of the derivatives at the last accepted x
+    Matrix slopes;  // derivatives in that basis
   };
 
   struct Function {
@@ -135,24 +135,24 @@ class JointFit {
     }
   };
 
-  // Of a site: one row for each of pose and state, one for the rest of the residual, one wall an axis.
-  Eigen::Index rows_of_site() const { return seen_.front().chain.rows() + 1 + layout_.axes(); }
-  Eigen::Index rows() const { return static_cast<Eigen::Index>(seen_.size()) * rows_of_site() + layout_.size(); }
+  // Rows per site: one for each of pose and state, one for the rest of the residual, one limit per axis.
+  Eigen::Index rows_of_site() const { return fitted_.front().chain.rows() + 1 + layout_.axes(); }
+  Eigen::Index rows() const { return static_cast<Eigen::Index>(fitted_.size()) * rows_of_site() + layout_.size(); }
 
-  Vector residual_of(const Seen& seen, const Vector& x) const {
-    const Vector picture = derivatives_.look(layout_.pose(x, seen.site->commanded), layout_.state(x));
-    return (picture - seen.mean).cwiseProduct(seen.weight);
+  Vector residual_of(const Fitted& fitted, const Vector& x) const {
+    const Vector picture = derivatives_.look(layout_.pose(x, fitted.site->commanded), layout_.state(x));
+    return (picture - fitted.mean).cwiseProduct(fitted.weight);
   }
 
-  // All that least squares needs of thousands of pixels are products: a few numbers with the same products.
-  static void set_axes(Seen& seen, const Matrix& derivatives) {
-    const Matrix columns = seen.weight.asDiagonal() * derivatives;
+  // Projects thousands of residuals on the column space of the Jacobian, which leaves the normal equations unchanged.
+  static void set_axes(Fitted& fitted, const Matrix& derivatives) {
+    const Matrix columns = fitted.weight.asDiagonal() * derivatives;
     const Eigen::SelfAdjointEigenSolver<Matrix> solver(columns.transpose() * columns);
     const Vector lengths = solver.eigenvalues().cwiseMax(0).cwiseSqrt();
     const double smallest = 1e-6 * lengths.maxCoeff() + 1e-12;
     const Vector inverse = lengths.unaryExpr([&](double length) { return length > smallest ? 1 / length : 0.0; });
-    seen.axes = columns * solver.eigenvectors() * inverse.asDiagonal();
-    seen.slopes = lengths.asDiagonal() * solver.eigenvectors().transpose();
+    fitted.axes = columns * solver.eigenvectors() * inverse.asDiagonal();
+    fitted.slopes = lengths.asDiagonal() * solver.eigenvectors().transpose();
   }
 
   void evaluate(const Vector& x, double* residuals, double* jacobian) {
@@ -160,24 +160,24 @@ class JointFit {
     out.setZero();
     Matrix slopes = Matrix::Zero(rows(), layout_.size());
     Eigen::Index row = 0;
-    for (Seen& seen : seen_) {
-      const Vector pose = layout_.pose(x, seen.site->commanded);
-      const Eigen::Index d = seen.chain.rows();
-      if (jacobian) set_axes(seen, derivatives_.at(pose, layout_.state(x)));
-      const Vector residual = residual_of(seen, x);
-      out.segment(row, d) = seen.axes.transpose() * residual;
-      Matrix chain = seen.chain;
+    for (Fitted& fitted : fitted_) {
+      const Vector pose = layout_.pose(x, fitted.site->commanded);
+      const Eigen::Index d = fitted.chain.rows();
+      if (jacobian) set_axes(fitted, derivatives_.at(pose, layout_.state(x)));
+      const Vector residual = residual_of(fitted, x);
+      out.segment(row, d) = fitted.axes.transpose() * residual;
+      Matrix chain = fitted.chain;
       for (Eigen::Index axis = 0; axis < layout_.axes(); ++axis)
         if (pose[axis] < 0 || pose[axis] > 1) chain.row(axis).setZero();
-      slopes.middleRows(row, d) = seen.slopes * chain;
+      slopes.middleRows(row, d) = fitted.slopes * chain;
       if (derivatives_.detail().captures > 0)
         out[row + d] = std::sqrt(std::max(residual.squaredNorm() - out.segment(row, d).squaredNorm(), 0.0));
       row += d + 1;
       for (Eigen::Index axis = 0; axis < layout_.axes(); ++axis, ++row) {
-        const double beyond = beyond_the_walls(*seen.site, pose, axis);
+        const double beyond = beyond_the_limits(*fitted.site, pose, axis);
         if (beyond == 0) continue;
-        out[row] = beyond / kWall;
-        slopes.row(row) = seen.chain.row(axis) / kWall;
+        out[row] = beyond / kLimit;
+        slopes.row(row) = fitted.chain.row(axis) / kLimit;
       }
     }
     out.tail(layout_.size()) = x;
@@ -185,8 +185,9 @@ class JointFit {
     if (jacobian) Eigen::Map<Matrix>(jacobian, rows(), layout_.size()) = slopes;
   }
 
-  // A move that met no limit ended on this side of it, one that did would have ended beyond.
-  static double beyond_the_walls(const Site& site, const Vector& pose, Eigen::Index axis) {
+  // Distance by which a pose contradicts the limit switches: a move that hit no limit ended within the travel, one that
+  // hit a limit would have ended at it or beyond.
+  static double beyond_the_limits(const Site& site, const Vector& pose, Eigen::Index axis) {
     const std::uint64_t bit = std::uint64_t{1} << axis;
     double beyond = 0;
     if (site.limits_low & bit)
@@ -203,7 +204,7 @@ class JointFit {
   const Knowledge& known_;
   const Layout& layout_;
   Derivatives& derivatives_;
-  std::vector<Seen> seen_;
+  std::vector<Fitted> fitted_;
 };
 
 }  // namespace tolerance_fit

@@ -1,5 +1,5 @@
-// What scene and level tell before the first capture: noise of a pixel, which offsets matter, how far to go for a
-// difference, what the lens shows from afar. Nothing of it hangs on the trial.
+// Data computed from scene and noise level before the first capture: pixel noise, observable combinations of offsets,
+// strides for differences, images at distant starts. It does not depend on the trial.
 #pragma once
 
 #include <algorithm>
@@ -14,31 +14,31 @@ struct Knowledge {
   Level level;
   Vector nominal;
   double gain = 0, dark = 0;  // variance of a pixel = gain * mean + dark
-  double floor = 0;           // of variances, for weights
-  // Offsets as combinations, each with variance 1 and uncorrelated; those first that a capture tells best.
+  double floor = 0;           // least variance, for weights
+  // Uncorrelated combinations of offsets with variance 1 each, the best observable ones first.
   std::vector<Offset> offsets;
   Vector offset_mean;
   Matrix combinations;
-  // Of (pose, state) at the nominal pose of the design, one fine capture's worth, the level's own knowledge added.
-  Matrix directions;   // a column each
-  Vector information;  // squared standard deviations of noise per squared unit along them
+  // Information about (pose, state) at the nominal pose of the design: one fine capture plus the level as prior.
+  Matrix directions;   // eigenvectors, one per column
+  Vector information;  // eigenvalues, in noise variances per squared unit
   Matrix optimum_by_state;
   Detail fine, middle, coarse;
   std::vector<Vector> far_poses, far_pictures;  // coarse
 
   Eigen::Index axes() const { return nominal.size(); }
-  // Of a capture's bins.
+  // Variances of a capture's bins.
   Vector variance(const Vector& picture, Detail detail) const {
     const auto pixels = static_cast<double>(detail.bin * detail.bin);
     return ((gain * picture).cwiseMax(0).array() + dark).cwiseMax(floor) / pixels;
   }
-  // Mean of squared differences from a picture, over such variances, where noise is all.
+  // Expected mean squared residual, in units of variance(), if it is noise alone.
   double expected_misfit(const Vector& picture, Detail detail) const {
     const auto pixels = static_cast<double>(detail.bin * detail.bin);
-    const Vector told = ((gain * picture).cwiseMax(0).array() + dark) / pixels;
-    return told.cwiseQuotient(variance(picture, detail)).mean() * noise_left(detail);
+    const Vector expected = ((gain * picture).cwiseMax(0).array() + dark) / pixels;
+    return expected.cwiseQuotient(variance(picture, detail)).mean() * noise_left(detail);
   }
-  // How far one picture is from another along (pose, state), in standard deviations of noise.
+  // Change of the image by a step of (pose, state), in standard deviations of noise.
   double distance(const Vector& step) const {
     return std::sqrt((directions.transpose() * step).cwiseAbs2().dot(information));
   }
@@ -53,7 +53,7 @@ inline Matrix square_root(const Matrix& positive) {
          solver.eigenvectors().transpose();
 }
 
-// Least squares with directions that tell nothing left alone.
+// Solves the normal equations; directions without information stay 0.
 inline Vector solve(const Matrix& squares, const Vector& right) {
   const Eigen::SelfAdjointEigenSolver<Matrix> solver(squares);
   const double smallest = 1e-9 * std::max(solver.eigenvalues().maxCoeff(), 1e-300);
@@ -61,7 +61,8 @@ inline Vector solve(const Matrix& squares, const Vector& right) {
   return solver.eigenvectors() * (inverse.asDiagonal() * (solver.eigenvectors().transpose() * right));
 }
 
-// Dark pixels tell the floor, light ones the gain: a capture of the design beside its noise-free picture.
+// Fits variance = gain * mean + dark to the difference between a capture of the design and its noise-free image, from
+// the means over the darker and the brighter half of the pixels.
 inline void learn_noise(Knowledge& known, Pictures& pictures) {
   const Vector none = Vector::Zero(pictures.states());
   const std::vector<float> clean = pictures.pixels(known.nominal, none, 0),
@@ -83,11 +84,11 @@ inline void learn_noise(Knowledge& known, Pictures& pictures) {
   const double light_variance = light_power / std::max(light_count, 1.0);
   known.gain = light_mean > dark_mean ? std::max(0.0, (light_variance - dark_variance) / (light_mean - dark_mean)) : 0;
   known.dark = std::max(0.0, dark_variance - known.gain * dark_mean);
-  // Light where the fitted lens has none yet must not weigh as a certainty.
+  // Bounds the weight of pixels that are dark in the model but bright in a capture.
   known.floor = std::max({0.02 * known.gain * brightest, 1e-6 * brightest * brightest, 1e-12});
 }
 
-// Derivatives of the design's fine picture at the nominal pose by (pose, offsets in standard deviations), in standard
+// Derivatives of the design's fine image at the nominal pose by (pose, offsets in standard deviations), in standard
 // deviations of noise.
 class Sensitivity {
  public:
@@ -101,7 +102,7 @@ class Sensitivity {
   Matrix by_pose() const {
     const Eigen::Index n = known_.axes();
     const Matrix first = differences(Matrix::Identity(n, n), Vector::Constant(n, 0.004));
-    // Again along principal directions, farther along those that the picture hardly feels.
+    // Repeated along the principal directions, with longer strides along insensitive ones.
     const Eigen::SelfAdjointEigenSolver<Matrix> solver(first.transpose() * first);
     const Vector lengths =
         (30 * solver.eigenvalues().cwiseMax(1e-12).cwiseSqrt().cwiseInverse()).cwiseMax(0.003).cwiseMin(0.05);
@@ -117,7 +118,7 @@ class Sensitivity {
         state[i] = length;
         const Vector change = (look(Vector::Zero(known_.axes()), state) - base_).cwiseProduct(weight_);
         columns.col(i) = change / length;
-        if (change.norm() > 5) break;  // else the picture's own grain may be all there is
+        if (change.norm() > 5) break;  // otherwise numerical noise of the image may dominate
       }
     }
     return columns;
@@ -142,7 +143,7 @@ class Sensitivity {
   Vector base_, weight_;
 };
 
-// Leaves the offsets that change a capture most when there are too many to look at each of them closely.
+// Keeps the `most` offsets that change a capture most.
 inline void screen_offsets(Level& level, const Knowledge& known, Pictures& pictures, std::size_t most) {
   if (level.offsets.size() <= most) return;
   const Eigen::Index count = level.offset_mean.size();
@@ -173,7 +174,7 @@ struct KnowledgeSetup {
   std::size_t far_pictures = 500;
 };
 
-// Leaves `pictures` set to the combinations found.
+// Sets `pictures` to the combinations found.
 inline Knowledge learn(Level level, const KnowledgeSetup& setup, Pictures& pictures) {
   constexpr std::size_t kMostLookedAt = 12;
   Knowledge known;
@@ -192,7 +193,7 @@ inline Knowledge learn(Level level, const KnowledgeSetup& setup, Pictures& pictu
   const detail::Sensitivity sensitivity(known, pictures);
   const Matrix by_pose = sensitivity.by_pose(), by_offsets = sensitivity.by_offsets();
 
-  // What no move makes good is what tells an offset; combinations are ordered by it.
+  // An offset is observable by the image change that no move compensates; combinations are ordered by that change.
   Matrix across(by_pose.cols(), by_offsets.cols());
   const Matrix pose_squares = by_pose.transpose() * by_pose, cross = by_pose.transpose() * by_offsets;
   for (Eigen::Index i = 0; i < across.cols(); ++i) across.col(i) = detail::solve(pose_squares, cross.col(i));
@@ -221,7 +222,7 @@ inline Knowledge learn(Level level, const KnowledgeSetup& setup, Pictures& pictu
   known.directions = solver.eigenvectors();
   known.information = solver.eigenvalues().cwiseMax(1e-6);
 
-  // Unweighted, as the error that an alignment is judged by.
+  // Unweighted, as in the score.
   Matrix plain(all.rows(), all.cols());
   for (Eigen::Index i = 0; i < all.cols(); ++i) plain.col(i) = sensitivity.unweighted(all.col(i));
   known.optimum_by_state = Matrix::Zero(n, kept);

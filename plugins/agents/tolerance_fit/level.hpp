@@ -1,5 +1,5 @@
-// What a noise level draws, as means and standard deviations: of the start, of the stage's distortion, and of every
-// number by which an element may be off.
+// Summary of a noise level's draws: means and standard deviations of start, distortion and element offsets, and the
+// correlation of the offsets.
 #pragma once
 
 #include <Eigen/Dense>
@@ -32,7 +32,7 @@ struct Offset {
   }
 };
 
-// As mount wants them. values: mm or degrees.
+// Offsets in the JSON format of `mount`. values: mm or degrees.
 inline std::string offsets_json(const std::vector<Offset>& offsets, const Vector& values) {
   nlohmann::json elements = nlohmann::json::object();
   for (std::size_t i = 0; i < offsets.size(); ++i) {
@@ -46,7 +46,7 @@ inline std::string offsets_json(const std::vector<Offset>& offsets, const Vector
 struct Level {
   Vector start_mean, start_std;            // per axis
   Matrix distortion_mean, distortion_std;  // per entry
-  std::vector<Offset> offsets;             // those that differ from draw to draw
+  std::vector<Offset> offsets;             // those that vary or are not 0
   Vector offset_mean, offset_std;
   Matrix offset_correlation;
   std::vector<relign::Pose> starts;  // as drawn
@@ -61,7 +61,7 @@ inline Vector std_of(const Matrix& samples) {
   return (centred.rowwise().squaredNorm() / std::max<double>(1, static_cast<double>(samples.cols() - 1))).cwiseSqrt();
 }
 
-// Correlations that so few draws may show by chance are none: else every offset would hang on every other.
+// Sets correlations below five standard errors to 0, so that chance does not couple independent offsets.
 inline Matrix correlation_of(const Matrix& samples, const Vector& mean, const Vector& std) {
   const Matrix scaled = std.cwiseInverse().asDiagonal() * (samples.colwise() - mean);
   const auto count = static_cast<double>(samples.cols());
@@ -76,7 +76,7 @@ inline Matrix correlation_of(const Matrix& samples, const Vector& mean, const Ve
 
 }  // namespace detail
 
-// draws: as relign.prior/1 writes them, at least two.
+// draws: at least two, in the JSON format of relign.prior/1.
 inline Level summarise(const std::vector<std::string>& draws, std::size_t axes) {
   const auto n = static_cast<Eigen::Index>(axes), count = static_cast<Eigen::Index>(draws.size());
   Matrix starts(n, count), distortions(n * n, count);

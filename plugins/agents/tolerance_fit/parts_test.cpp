@@ -1,4 +1,4 @@
-// Parts of tolerance-fit against what is known of them.
+// Parts of tolerance-fit: level summary, aligner, joint fit, image shifts, binning.
 #include <gtest/gtest.h>
 
 #include <relign/random.hpp>
@@ -13,7 +13,7 @@ using tolerance_fit::Matrix;
 using tolerance_fit::Shift;
 using tolerance_fit::Vector;
 
-TEST(Level, SummarisesWhatIsDrawn) {
+TEST(Level, SummarisesDraws) {
   std::vector<std::string> draws;
   for (std::uint64_t k = 0; k < 2000; ++k) {
     Random random(k);
@@ -34,14 +34,14 @@ TEST(Level, SummarisesWhatIsDrawn) {
   EXPECT_NEAR(level.distortion_std(0, 0), 0.01, 0.001);
   EXPECT_NEAR(level.distortion_mean(1, 0), 0.1, 1e-9);
   EXPECT_EQ(level.distortion_std(0, 1), 0);
-  // L1's tilt about x, and L2's shifts along x, y and z (which has a mean); nothing of what is always 0.
+  // L1's tilt about x and L2's shifts along x, y and z (constant, but not 0); offsets that are always 0 are left out.
   ASSERT_EQ(level.offsets.size(), 4u);
   EXPECT_TRUE(level.offsets[0].element == "L1" && level.offsets[0].tilt && level.offsets[0].axis == 0);
   EXPECT_NEAR(level.offset_mean[0], 0.5, 0.2);
   EXPECT_NEAR(level.offset_std[0], 2, 0.15);
   EXPECT_NEAR(level.offset_mean[3], 7, 1e-9);
-  EXPECT_NEAR(level.offset_correlation(0, 1), 1, 1e-9);  // as one pivot instead of another makes them
-  EXPECT_EQ(level.offset_correlation(0, 2), 0);          // chance is none
+  EXPECT_NEAR(level.offset_correlation(0, 1), 1, 1e-9);  // a tilt about another pivot
+  EXPECT_EQ(level.offset_correlation(0, 2), 0);          // chance correlations are removed
   const auto written = nlohmann::json::parse(tolerance_fit::offsets_json(level.offsets, Vector::Constant(4, 0.5)));
   EXPECT_EQ(written["L1"]["tilt_deg"], (nlohmann::json{0.5, 0.0}));
   EXPECT_EQ(written["L2"]["shift_mm"], (nlohmann::json{0.5, 0.5, 0.5}));
@@ -55,7 +55,7 @@ std::shared_ptr<const tolerance_fit::Knowledge> learnt(Conversation& talk, toler
       tolerance_fit::summarise(draws, talk.axes()), {Vector::Constant(axes, 0.5), 6, 200}, pictures));
 }
 
-TEST(Aligner, TellsTheOffsetOfTheLens) {
+TEST(Aligner, EstimatesOffsetOfTheLens) {
   double squares = 0, errors = 0;
   for (std::uint64_t instance = 1; instance <= 4; ++instance) {
     test::ToyTrial::Setup setup;
@@ -69,11 +69,11 @@ TEST(Aligner, TellsTheOffsetOfTheLens) {
     const ImageView reference = talk.reference();
     const std::vector<double> wanted(reference.row(0), reference.row(0) + pictures.size().pixels());
     tolerance_fit::Aligner aligner(known, talk.model(), wanted, 40);
-    auto seen = std::optional<Observation>(talk.first());
+    auto observation = std::optional<Observation>(talk.first());
     for (int step = 0; step < 5; ++step) {
-      aligner.add(*seen);
+      aligner.add(*observation);
       aligner.update();
-      seen = talk.step(tolerance_fit::to_pose(aligner.target()));
+      observation = talk.step(tolerance_fit::to_pose(aligner.target()));
     }
     squares += trial.offset() * trial.offset();
     errors += std::pow(aligner.offsets()[0] - trial.offset(), 2);
@@ -82,10 +82,10 @@ TEST(Aligner, TellsTheOffsetOfTheLens) {
   EXPECT_LT(errors, 0.02 * squares);
 }
 
-TEST(JointFit, LimitsTellWhereTheLensIs) {
+TEST(JointFit, UsesLimitSwitches) {
   test::ToyTrial::Setup setup;
   setup.axes = 1;
-  setup.noise = 1e3;  // pictures tell nothing
+  setup.noise = 1e3;  // images contain no information
   test::ToyTrial trial(setup);
   Conversation talk(&trial.conversation->talk());
   tolerance_fit::Pictures pictures(talk.model());
@@ -100,9 +100,9 @@ TEST(JointFit, LimitsTellWhereTheLensIs) {
     fit.solve(x, 20, 1e-4);
     return layout.pose(x, site.commanded)[0];
   };
-  EXPECT_NEAR(pose_after(-0.3, 0, 0), 0.2, 0.03);  // the level's mean start, and the move
-  EXPECT_NEAR(pose_after(-0.3, 1, 0), 0, 0.01);    // it met the wall, no farther away than it must be
-  EXPECT_NEAR(pose_after(-0.7, 0, 0), 0, 0.01);    // it would have met one
+  EXPECT_NEAR(pose_after(-0.3, 0, 0), 0.2, 0.03);  // mean start of the level plus the move
+  EXPECT_NEAR(pose_after(-0.3, 1, 0), 0, 0.01);    // hit the lower limit
+  EXPECT_NEAR(pose_after(-0.7, 0, 0), 0, 0.01);    // hit no limit: within the travel
   EXPECT_NEAR(pose_after(-0.7, 1, 0), -0.2, 0.03);
   EXPECT_NEAR(pose_after(0.3, 0, 1), 1, 0.01);
   EXPECT_NEAR(pose_after(0.7, 0, 0), 1, 0.01);
@@ -117,7 +117,7 @@ Vector blob(double x, double y) {
   return picture;
 }
 
-TEST(Transport, MovesAPictureAndFindsHowFarItMoved) {
+TEST(Transport, ShiftsImageAndRecoversShift) {
   const Vector from = blob(18, 14), to = blob(20.3, 12.6);
   EXPECT_LT((tolerance_fit::moved(from, 40, {2.3, -1.4}) - to).cwiseAbs().maxCoeff(), 0.01);
   const Shift shift = tolerance_fit::shift_between(from, to, Vector::Ones(from.size()), 40);
@@ -125,18 +125,18 @@ TEST(Transport, MovesAPictureAndFindsHowFarItMoved) {
   EXPECT_NEAR(shift.y, -1.4, 0.02);
 }
 
-TEST(Transport, ADarkPictureIsNotMoved) {
+TEST(Transport, DarkImageHasZeroShift) {
   const Vector dark = Vector::Zero(1200);
   const Shift shift = tolerance_fit::shift_between(dark, dark, Vector::Ones(1200), 40);
   EXPECT_EQ(shift.x, 0);
   EXPECT_EQ(shift.y, 0);
 }
 
-TEST(Pictures, BinsAreMeansAndBlurKeepsTheLight) {
+TEST(Pictures, BinsAreMeansAndBlurHasUnitSum) {
   std::vector<double> pixels(10 * 6, 0.0);
   pixels[0] = 4;
   pixels[2 * 10 + 7] = 8;
-  pixels[9] = 100;  // in the column that no bin of 3 takes
+  pixels[9] = 100;  // in an incomplete bin
   const Vector bins = tolerance_fit::binned(pixels, {10, 6}, {3, 0, 0});
   ASSERT_EQ(bins.size(), 6);
   EXPECT_DOUBLE_EQ(bins[0], 4 / 9.0);

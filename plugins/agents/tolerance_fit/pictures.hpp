@@ -1,4 +1,4 @@
-// Pictures of a lens with offsets of one's own, and captures, in bins of pixels.
+// Renders images of the model with given element offsets, binned and blurred.
 #pragma once
 
 #include <algorithm>
@@ -14,11 +14,11 @@
 
 namespace tolerance_fit {
 
-// How finely pictures are looked at and how well they are made.
+// Resolution and quality of images.
 struct Detail {
-  std::size_t bin = 1;  // pixels a side
-  double blur = 0;      // standard deviation in bins
-  int captures = 0;     // a picture is their mean; 0: noise-free
+  std::size_t bin = 1;  // side of a bin, in pixels
+  double blur = 0;      // standard deviation, in bins
+  int captures = 0;     // number of averaged captures; 0: noise-free
 };
 
 struct Size {
@@ -35,14 +35,14 @@ inline Matrix blur_kernel(Eigen::Index count, double std) {
       const double away = static_cast<double>(i - j) / std;
       kernel(i, j) = away * away > 18 ? 0 : std::exp(-0.5 * away * away);
     }
-  return kernel / kernel.row(count / 2).sum();  // light beyond the border is lost, not piled up
+  return kernel / kernel.row(count / 2).sum();  // pixels beyond the border count as 0
 }
 
 }  // namespace detail
 
-// Means over bins, then blurred; row by row. What is left of pixels at the right and lower border is not used.
-// Not pictures::means_over_squares: it adds in another order, and a last bit is enough for a fit to end elsewhere along
-// directions that pictures hardly tell.
+// Means over bins, then blurred; row by row. Incomplete bins at the right and lower border are dropped.
+// Not pictures::means_over_squares, which adds in another order: a difference in the last bit changes the result of a
+// fit along insensitive directions.
 template <class Number>
 Vector binned(const std::vector<Number>& pixels, Size size, Detail detail) {
   using RowMajor = Eigen::Matrix<Number, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -59,7 +59,7 @@ Vector binned(const std::vector<Number>& pixels, Size size, Detail detail) {
   return Eigen::Map<const Vector>(means.data(), means.size());
 }
 
-// Share of white noise's power that the blur leaves.
+// Share of the power of white noise that remains after the blur.
 inline double noise_left(Detail detail) {
   if (detail.blur <= 0) return 1;
   const Matrix kernel = detail::blur_kernel(41, detail.blur);
@@ -67,7 +67,7 @@ inline double noise_left(Detail detail) {
   return along * along;
 }
 
-// Lenses that differ from the design along a few combinations of offsets. `states` are coefficients of these.
+// Renders lenses that differ from the design along a few combinations of offsets; `state` has their coefficients.
 class Pictures {
  public:
   static constexpr std::size_t kMostMounted = 12;  // the host allows 16
@@ -84,7 +84,7 @@ class Pictures {
   Size size() const { return size_; }
   Eigen::Index states() const { return combinations_.cols(); }
 
-  // Poses beyond the travel are taken at its end.
+  // Poses are clamped to the travel.
   std::vector<float> pixels(const Vector& pose, const Vector& state, int captures) {
     const relign::ModelLens& lens = mounted(state);
     const relign::Pose at = to_pose(pose.cwiseMax(0).cwiseMin(1));
@@ -92,7 +92,7 @@ class Pictures {
       if (auto clean = lens.noise_free(at)) return std::move(*clean);
       captures = kInsteadOfNoiseFree;
     }
-    // Always the same seeds: neighbouring poses share most of their noise.
+    // Always the same seeds, so that noise largely cancels in differences between neighbouring poses.
     std::vector<float> sum = lens.capture(at, 1);
     for (int k = 1; k < captures; ++k) {
       const std::vector<float> more = lens.capture(at, static_cast<std::uint64_t>(k) + 1);
@@ -126,7 +126,7 @@ class Pictures {
   std::vector<Offset> offsets_;
   Vector mean_;
   Matrix combinations_;
-  std::list<std::pair<Vector, relign::ModelLens>> lenses_;  // the last used first
+  std::list<std::pair<Vector, relign::ModelLens>> lenses_;  // most recently used first
 };
 
 }  // namespace tolerance_fit

@@ -1,4 +1,5 @@
-// Fits the lens in the machine, within the level's tolerances, and aligns it by the fitted model. See README.md.
+// Fits element offsets and pose to all captures, with the noise level as prior, and aligns the fitted lens. See
+// README.md.
 #include <relign/plugin.hpp>
 
 #include "aligner.hpp"
@@ -23,29 +24,33 @@ class ToleranceFit final : public relign::Agent {
     const relign::ImageView reference = talk.reference();
     relign::Model model = talk.model();
     if (reference.width() != model.width() || reference.height() != model.height())
-      throw std::runtime_error("the model's pictures are of another size than the captures");
+      throw std::runtime_error("the model's images have " + std::to_string(model.width()) + " x " +
+                               std::to_string(model.height()) + " pixels, the reference image has " +
+                               std::to_string(reference.width()) + " x " + std::to_string(reference.height()) +
+                               "; must be equal");
     const auto known = knowledge(talk);
     std::vector<double> wanted;
     for (std::size_t y = 0; y < reference.height(); ++y)
       wanted.insert(wanted.end(), reference.row(y), reference.row(y) + reference.width());
     Aligner aligner(known, std::move(model), wanted, pictures_);
     const double reach = talk.largest_move();
-    for (std::optional<relign::Observation> seen = talk.first(); seen;) {
-      aligner.add(*seen);
+    for (std::optional<relign::Observation> observation = talk.first(); observation;) {
+      aligner.add(*observation);
       aligner.update();
       Vector target = aligner.target();
-      if (!target.allFinite()) target = tolerance_fit::to_vector(seen->pose);
+      if (!target.allFinite()) target = tolerance_fit::to_vector(observation->pose);
       talk.recommend(tolerance_fit::to_pose(target));
-      // More captures where it stands tell as much as captures a little beside, and are fitted as one.
+      // Near the target stay at the pose: further captures there are as informative as slightly displaced ones, and are
+      // averaged before the fit.
       Vector move = Vector::Zero(target.size());
       if (aligner.distance() > settled_)
-        move = (target - tolerance_fit::to_vector(seen->pose)).cwiseMax(-reach).cwiseMin(reach);
-      seen = talk.move(tolerance_fit::to_pose(move));
+        move = (target - tolerance_fit::to_vector(observation->pose)).cwiseMax(-reach).cwiseMin(reach);
+      observation = talk.move(tolerance_fit::to_pose(move));
     }
   }
 
  private:
-  // The same for every trial of a scene and level: learnt once in a process.
+  // The same for every trial of a scene and noise level: computed once per process.
   std::shared_ptr<const Knowledge> knowledge(relign::Conversation& talk) const {
     constexpr std::uint64_t kDraws = 512;
     constexpr std::size_t kMostKept = 8;

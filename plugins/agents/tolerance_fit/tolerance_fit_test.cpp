@@ -1,4 +1,4 @@
-// tolerance-fit on a toy lens: what it reaches, and what it promises on the way. Its parts: parts_test.cpp.
+// Complete trials of tolerance-fit on a toy lens. Its parts: parts_test.cpp.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ void run(ToyTrial& trial, const Json& parameters = {}) {
 
 double last_miss(const ToyTrial& trial) { return trial.miss(trial.conversation->recommendations.back().pose); }
 
-TEST(ToleranceFit, FindsTheBestPoseOfALensThatIsOff) {
+TEST(ToleranceFit, FindsBestPoseOfLensWithOffsets) {
   double own_way = 0, worst = 0;
   for (std::uint64_t instance = 1; instance <= 8; ++instance) {
     ToyTrial::Setup setup;
@@ -26,11 +26,11 @@ TEST(ToleranceFit, FindsTheBestPoseOfALensThatIsOff) {
     own_way += trial.own_way() / 8;
     worst = std::max(worst, last_miss(trial));
   }
-  EXPECT_GT(own_way, 0.03);  // else the nominal pose would do
+  EXPECT_GT(own_way, 0.03);  // otherwise the nominal pose would be good enough
   EXPECT_LT(worst, 0.003);
 }
 
-TEST(ToleranceFit, RecommendsAtEveryStepAndNeverMovesTooFar) {
+TEST(ToleranceFit, RecommendsAtEveryStepWithinLargestMove) {
   ToyTrial::Setup setup;
   setup.largest_move = 0.05;
   ToyTrial trial(setup);
@@ -49,7 +49,7 @@ TEST(ToleranceFit, RecommendsAtEveryStepAndNeverMovesTooFar) {
   }
 }
 
-TEST(ToleranceFit, MoreCapturesAreBetterThanOneUnderHeavyNoise) {
+TEST(ToleranceFit, ImprovesWithCapturesUnderHeavyNoise) {
   double early = 0, late = 0;
   for (std::uint64_t instance = 1; instance <= 6; ++instance) {
     ToyTrial::Setup setup;
@@ -65,7 +65,7 @@ TEST(ToleranceFit, MoreCapturesAreBetterThanOneUnderHeavyNoise) {
   EXPECT_LT(late, 0.6 * early);
 }
 
-TEST(ToleranceFit, WorksInEveryDimensionAndWithoutNoiseFreePictures) {
+TEST(ToleranceFit, AcceptsAnyNumberOfAxesAndModelsWithoutNoiseFreeImages) {
   for (const std::uint32_t axes : {1u, 2u, 3u, 5u}) {
     SCOPED_TRACE(axes);
     ToyTrial::Setup setup;
@@ -78,7 +78,7 @@ TEST(ToleranceFit, WorksInEveryDimensionAndWithoutNoiseFreePictures) {
   }
 }
 
-TEST(ToleranceFit, AlignsThePerfectLensOfALevelWithoutOffsets) {
+TEST(ToleranceFit, AlignsLensWithoutOffsets) {
   ToyTrial::Setup setup;
   setup.offset_std = 0;
   ToyTrial trial(setup);
@@ -86,7 +86,7 @@ TEST(ToleranceFit, AlignsThePerfectLensOfALevelWithoutOffsets) {
   EXPECT_LT(last_miss(trial), 0.003);
 }
 
-TEST(ToleranceFit, TheSameTrialTakesTheSameStepsWhateverWasLearntBefore) {
+TEST(ToleranceFit, CachedKnowledgeGivesTheSameSteps) {
   ToyTrial::Setup setup, other;
   other.offset_std = 2;
   ToyTrial one(setup), between(other), two(setup);

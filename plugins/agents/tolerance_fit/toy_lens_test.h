@@ -1,5 +1,5 @@
-// A lens that costs nothing to picture, with every service that tolerance-fit asks for: three blobs whose place, width
-// and balance are the pose. An element that is off moves its best pose, and leaves what no move makes good.
+// A lens with a closed-form image and all services that tolerance-fit uses: three blobs whose position, width and
+// balance depend on the pose. An element offset shifts the best pose and adds a feature that no move removes.
 #pragma once
 
 #include <algorithm>
@@ -29,7 +29,7 @@ class ToyTrial {
     double offset_std = 1;
     double largest_move = 0.2;
     std::uint64_t instance = 1;
-    bool noise_free = true;  // the model offers noise-free pictures
+    bool noise_free = true;  // the model offers noise-free images
   };
 
   explicit ToyTrial(const Setup& given) : setup_(given), offset_(drawn_offset(given.instance + kUnseen)) {
@@ -71,7 +71,7 @@ class ToyTrial {
     }
     return pose;
   }
-  // Farthest axis of a commanded pose from the lens's own best one.
+  // Largest distance of a commanded pose from the lens's own best pose over the axes.
   double miss(const Pose& commanded) const {
     const Pose pose = true_pose(commanded);
     double worst = 0;
@@ -80,14 +80,14 @@ class ToyTrial {
     return worst;
   }
   double offset() const { return offset_; }
-  // Of the lens's own best pose from the nominal one.
+  // Distance of the lens's own best pose from the nominal one, on axis 0.
   double own_way() const { return std::fabs(best_pose(0, offset_) - 0.5); }
 
   std::unique_ptr<conformance::FakeConversation> conversation;
   std::size_t most_mounted = 0;
 
  private:
-  static constexpr std::uint64_t kUnseen = 1u << 20;  // draws of the level that no trial shows
+  static constexpr std::uint64_t kUnseen = 1u << 20;  // numbers of draws that the agent does not request
   struct Lens {
     ToyTrial* trial;
     double offset;
@@ -128,7 +128,7 @@ class ToyTrial {
           pixels[row * kSide + column] += static_cast<float>(light * std::exp(-0.5 * r2 / (width * width)));
         }
     }
-    // A stain that no move takes away: it tells the offset apart from the pose.
+    // A feature that no move removes, which makes the offset observable.
     for (std::uint32_t row = 0; row < 4; ++row)
       for (std::uint32_t column = 0; column < 4; ++column)
         pixels[row * kSide + column] += static_cast<float>(0.1 * offset);

@@ -1,4 +1,4 @@
-// Pictures moved across the sensor: what a small move of the lens changes first is where the picture lies.
+// Shifts images across the sensor and estimates shifts: the main effect of a small move of the lens.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ struct Shift {
 
 namespace detail {
 
-// Catmull-Rom: weights of the pixels -1, 0, 1, 2 from the one before the place.
+// Catmull-Rom weights of the pixels -1, 0, 1, 2 around a position `part` after pixel 0.
 inline void cubic_weights(double part, double (&weights)[4]) {
   const double t = part, t2 = t * t, t3 = t2 * t;
   weights[0] = 0.5 * (-t3 + 2 * t2 - t);
@@ -25,7 +25,7 @@ inline void cubic_weights(double part, double (&weights)[4]) {
 
 using Picture = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// Along columns; beyond the border it is dark.
+// Shifts down by `by` rows; pixels beyond the border count as 0.
 inline Picture moved_down(const Picture& from, double by) {
   Picture to = Picture::Zero(from.rows(), from.cols());
   const auto whole = static_cast<Eigen::Index>(std::floor(-by));
@@ -49,7 +49,7 @@ inline Vector moved(const Vector& picture, Eigen::Index width, Shift shift) {
   return Eigen::Map<const Vector>(across.data(), across.size());
 }
 
-// The shift of `from` that resembles `to` most, by Gauss-Newton from none: good for a few pixels.
+// The shift that maps `from` onto `to`, by Gauss-Newton from 0; for shifts of a few pixels.
 inline Shift shift_between(const Vector& from, const Vector& to, const Vector& weight, Eigen::Index width) {
   constexpr double kFarthest = 10;  // pixels
   Shift shift;

@@ -1,4 +1,4 @@
-// none: draws nothing. See README.md.
+// none: no perturbations. See README.md.
 #include <nlohmann/json.hpp>
 #include <relign/plugin.hpp>
 
@@ -15,7 +15,7 @@ class None final : public relign::NoiseLevel {
     const std::size_t axes = scene.at("axes").size();
     std::vector<std::vector<double>> identity(axes, std::vector<double>(axes, 0.0));
     for (std::size_t axis = 0; axis < axes; ++axis) identity[axis][axis] = 1.0;
-    // A station names no nominal pose, and its start is its own.
+    // A station has no nominal pose; the host ignores the start drawn for it.
     const auto start = scene.value("nominal_pose", std::vector<double>(axes, 0.5));
     return Json{{"start", start}, {"distortion", identity}, {"elements", Json::object()}}.dump();
   }

@@ -14,7 +14,7 @@ Json draw(std::uint64_t seed, const char* scene) {
   return Json::parse(level.draw(seed, scene));
 }
 
-TEST(None, APerfectLensAtTheNominalPoseOnAPerfectStage) {
+TEST(None, DrawsNominalPoseIdentityAndNoOffsets) {
   const Json expected = {
       {"start", {0.5, 0.25}}, {"distortion", {{1.0, 0.0}, {0.0, 1.0}}}, {"elements", Json::object()}};
   const char* scene = R"({"axes": [{}, {}], "nominal_pose": [0.5, 0.25], "elements": ["L1"]})";
@@ -22,7 +22,7 @@ TEST(None, APerfectLensAtTheNominalPoseOnAPerfectStage) {
   EXPECT_EQ(draw(77, scene), expected);
 }
 
-TEST(None, AStationNeedsNoNominalPose) {
+TEST(None, AcceptsStationWithoutNominalPose) {
   EXPECT_EQ(draw(1, R"({"axes": [{}, {}, {}]})")["start"], Json({0.5, 0.5, 0.5}));
   EXPECT_THROW(draw(1, "{}"), Error);
 }

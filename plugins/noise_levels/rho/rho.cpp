@@ -1,4 +1,4 @@
-// rho: the distribution of the variances W in the paper's study. See README.md.
+// rho: the distribution of the perturbations W in the paper's study. See README.md.
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <relign/plugin.hpp>
@@ -7,8 +7,8 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Streams of one draw. Each element has its own, so that L3 gets the same deviates whichever other
-// elements are offset; deviates are scaled after they are drawn, so that levels differ by scale only.
+// Random streams of one draw. Each element has its own, so L3 gets the same deviates whichever other elements are
+// offset; deviates are scaled after they are drawn, so levels differ by scale only.
 constexpr std::uint64_t kStartStream = 1;
 constexpr std::uint64_t kMovementStream = 2;
 constexpr std::uint64_t kFirstElementStream = 16;
@@ -62,7 +62,7 @@ class Rho final : public relign::NoiseLevel {
 
   Json draw_offsets(std::uint64_t seed, std::size_t element) const {
     relign::Random random(seed, kFirstElementStream + element);
-    double deviates[5];  // shift x, y, z, tilt x, y: all drawn, whatever is used
+    double deviates[5];  // shift x, y, z, tilt x, y: always drawn, even if not used
     for (double& deviate : deviates) deviate = random.normal();
     const double shift_mm = shift_std_mm_ * level_;
     const double tilt_deg = tilt_std_deg_ * level_;
@@ -73,17 +73,17 @@ class Rho final : public relign::NoiseLevel {
             {"tilt_deg", {scaled(tilt_deg, deviates[3]), scaled(tilt_deg, deviates[4])}}};
   }
 
-  // Places of the elements to offset in the scene's list.
+  // Indices of the elements to offset in the scene's list.
   std::vector<std::size_t> chosen_elements(const std::vector<std::string>& names) const {
     std::vector<std::size_t> chosen;
     const std::string last = "last:";
     if (elements_.compare(0, last.size(), last) == 0) {
       const std::size_t count = read_count(elements_.substr(last.size()));
-      // At level 0 nothing is offset: every scene can be used with it.
+      // Level 0 has no offsets and accepts every scene.
       if (count > names.size() && level_ > 0)
-        throw std::invalid_argument("elements \"" + elements_ + "\": the scene has only " +
+        throw std::invalid_argument("parameter 'elements': found '" + elements_ + "', the scene has only " +
                                     std::to_string(names.size()) + " (" + joined(names) +
-                                    "); use rho0, which offsets none");
+                                    "); use rho0, which has no offsets");
       for (std::size_t index = names.size() - std::min(count, names.size()); index < names.size(); ++index)
         chosen.push_back(index);
       return chosen;
@@ -94,11 +94,11 @@ class Rho final : public relign::NoiseLevel {
       const std::string name = trimmed(elements_.substr(begin, comma - begin));
       const auto found = std::find(names.begin(), names.end(), name);
       if (found == names.end())
-        throw std::invalid_argument("the scene has no element '" + name + "' (parameter elements: \"" + elements_ +
-                                    "\"); it has: " + joined(names));
+        throw std::invalid_argument("parameter 'elements': the scene has no element '" + name +
+                                    "'; it has: " + joined(names));
       const auto index = static_cast<std::size_t>(found - names.begin());
       if (std::find(chosen.begin(), chosen.end(), index) != chosen.end())
-        throw std::invalid_argument("elements: '" + name + "' stands twice");
+        throw std::invalid_argument("parameter 'elements': duplicate element '" + name + "'");
       chosen.push_back(index);
       begin = comma + 1;
     }
@@ -108,7 +108,9 @@ class Rho final : public relign::NoiseLevel {
   std::size_t read_count(const std::string& digits) const {
     const bool fits =
         !digits.empty() && digits.size() <= 4 && digits.find_first_not_of("0123456789") == std::string::npos;
-    if (!fits) throw std::invalid_argument("elements \"" + elements_ + "\": expected last:K with a whole number K");
+    if (!fits)
+      throw std::invalid_argument("parameter 'elements': found '" + elements_ +
+                                  "', must be last:K with a non-negative integer K");
     return static_cast<std::size_t>(std::stoul(digits));
   }
 

@@ -30,7 +30,7 @@ constexpr std::array<Named<Pivot>, 4> kPivots = {{{"own_front", Pivot::own_front
 template <class Table, class Value>
 Value one_of(ObjectReader& reader, const std::string& key, const Table& table, Value fallback) {
   if (!reader.has(key)) {
-    reader.get(key);  // known, though absent
+    reader.get(key);  // marks the key as known
     return fallback;
   }
   std::vector<std::string> allowed;
@@ -39,11 +39,11 @@ Value one_of(ObjectReader& reader, const std::string& key, const Table& table, V
     if (found == entry.name) return entry.value;
     allowed.emplace_back(entry.name);
   }
-  reader.complain(key, "found \"" + found + "\", allowed: " + relign::join(allowed, ", "));
+  reader.complain(key, "found '" + found + "', allowed: " + relign::join(allowed, ", "));
   return fallback;
 }
 
-// A list of limits of `count` numbers (0: any number of them); 0 where the key is absent.
+// Reads a list of `count` limits (0: any number); zeros if the key is missing.
 std::vector<double> limits(ObjectReader& reader, const std::string& key, std::size_t count, double largest) {
   const Json* list = reader.get(key);
   if (!list) return std::vector<double>(count, 0.0);
@@ -51,8 +51,8 @@ std::vector<double> limits(ObjectReader& reader, const std::string& key, std::si
   const std::vector<double> values = reader.numbers(key, count, {});
   for (const double value : values)
     if (!(value >= 0 && value <= largest))
-      reader.complain(key, "found " + relign::shortest(value) + ", allowed: limits from 0 to " +
-                               relign::shortest(largest) + " (the value lies within plus and minus its limit)");
+      reader.complain(key, "found '" + relign::shortest(value) + "', allowed: limits from 0 to " +
+                               relign::shortest(largest) + " (values are drawn within plus and minus the limit)");
   return values;
 }
 
@@ -85,12 +85,12 @@ bool all_zero(const PoseLimits& pose) {
          std::all_of(pose.tilt_arcmin.begin(), pose.tilt_arcmin.end(), zero);
 }
 
-// Keys whose value may only be 0 because nothing in a trial could honour another one.
+// For keys of effects that trials do not simulate.
 void refuse_unless_zero(ObjectReader& reader, const std::string& key, const std::string& what) {
   if (reader.number(key, 0, 0, kLargestShiftUm) == 0) return;
   reader.complain(key, what +
-                           " is not simulated, only 0 is allowed: in a trial the same commanded pose always means the "
-                           "same true pose, whatever the way there");
+                           " is not simulated, only 0 is allowed: in a trial a commanded pose always has the same true "
+                           "pose, whatever the path");
 }
 
 }  // namespace
@@ -104,10 +104,9 @@ Tolerances read_tolerances(const relign::JsonSource& source) {
   read.law = one_of(top, "law", kLaws, Law::normal);
 
   const Json* elements = top.get("elements");
-  if (!elements)
-    top.complain("", "the key \"elements\" is missing (limits by element; \"*\" for all that are not named)");
+  if (!elements) top.complain("", "the key \"elements\" is missing (limits by element; \"*\" for all other elements)");
   if (elements) {
-    ObjectReader all(source, "/elements", problems);  // complains when it is no object
+    ObjectReader all(source, "/elements", problems);  // reports an error if it is not an object
     if (elements->is_object())
       for (const auto& item : elements->items()) {
         const ElementLimits element = read_element(source, all.pointer_to(item.key()), problems);
@@ -121,14 +120,14 @@ Tolerances read_tolerances(const relign::JsonSource& source) {
   if (top.get("start"))
     read.start = read_pose(source, "start", read.law, problems);
   else
-    top.complain("", "the key \"start\" is missing (how far from the nominal pose a trial starts)");
+    top.complain("", "the key \"start\" is missing (limits of the start around the nominal pose)");
   if (top.get("cure_shift")) read.cure_shift = read_pose(source, "cure_shift", read.law, problems);
   if (read.cure_shift && all_zero(*read.cure_shift)) read.cure_shift.reset();
 
   if (top.get("movement")) {
     ObjectReader movement(source, "/movement", problems);
     read.cross_talk = movement.number("cross_talk", 0, 0, 0.5);
-    refuse_unless_zero(movement, "backlash_um", "lost travel when an axis turns round");
+    refuse_unless_zero(movement, "backlash_um", "backlash");
     refuse_unless_zero(movement, "repeatability_um", "a random error of every move");
     movement.refuse_unknown();
   }

@@ -1,4 +1,4 @@
-// The file a user writes: limits as suppliers quote them, in micrometres and minutes of arc.
+// The tolerance file: limits in micrometres and arcminutes.
 #pragma once
 
 #include <map>
@@ -10,7 +10,8 @@
 
 namespace tolerances {
 
-// How a value lies within +- its limit. normal: the limit is `sigmas` standard deviations, nothing lies beyond it.
+// Distribution of a value within plus and minus its limit. normal: a normal distribution truncated at the limit, which
+// is `sigmas` standard deviations.
 enum class Law { normal, uniform };
 
 // The point an element tilts about.
@@ -22,25 +23,25 @@ struct ElementLimits {
   Pivot pivot = Pivot::own_front;
 };
 
-// Of the whole lens.
+// Limits of a displacement of the whole lens.
 struct PoseLimits {
   std::string key;                  // in the file
-  std::vector<double> shift_um;     // one for each axis of the scene in mm, in their order
-  std::vector<double> tilt_arcmin;  // one for each axis in degrees
+  std::vector<double> shift_um;     // one per axis of the scene in mm, in the scene's order
+  std::vector<double> tilt_arcmin;  // one per axis in degrees
   Law law = Law::normal;
 };
 
 struct Tolerances {
   Law law = Law::normal;
   double sigmas = 3;
-  std::optional<ElementLimits> every;          // "*": elements that are not named
+  std::optional<ElementLimits> every;          // "*": all other elements
   std::map<std::string, ElementLimits> named;  // by element
   PoseLimits start;
   double cross_talk = 0;
-  std::optional<PoseLimits> cure_shift;  // while the glue cures; absent also when all limits are 0
+  std::optional<PoseLimits> cure_shift;  // shift while the adhesive cures; empty if all limits are 0
 };
 
-// Throws Error(bad_input) that lists every mistake with its place.
+// Throws Error(bad_input) that lists all errors with their positions.
 Tolerances read_tolerances(const relign::JsonSource& source);
 
 }  // namespace tolerances

@@ -1,4 +1,4 @@
-// tolerances: variances W from limits that a user writes. See README.md.
+// tolerances: perturbations W within the limits of a tolerance file. See README.md.
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <relign/plugin.hpp>
@@ -14,8 +14,8 @@ using tolerances::Law;
 using tolerances::Pivot;
 using tolerances::PoseLimits;
 
-// Streams of one draw. Each element has its own, so that L3 gets the same deviates whichever other elements have
-// limits; deviates are scaled after they are drawn, so that grades differ by scale only.
+// Random streams of one draw. Each element has its own, so L3 gets the same deviates whichever other elements have
+// limits; deviates are scaled after they are drawn, so grades differ by scale only.
 constexpr std::uint64_t kStartStream = 1;
 constexpr std::uint64_t kMovementStream = 2;
 constexpr std::uint64_t kCureStream = 3;
@@ -38,7 +38,7 @@ class Tolerances final : public relign::NoiseLevel {
   }
 
  private:
-  // A value within plus and minus 1.
+  // A value from -1 to 1.
   double deviate(relign::Random& random, Law law) const {
     if (law == Law::uniform) return random.uniform(-1, 1);
     double normal = 0;
@@ -50,7 +50,7 @@ class Tolerances final : public relign::NoiseLevel {
 
   std::vector<double> draw_start(std::uint64_t seed, const Json& scene) const {
     const std::vector<double> shares = draw_pose(seed, kStartStream, limits_.start, scene);
-    // A station names no nominal pose, and its start is its own.
+    // A station has no nominal pose; the host ignores the start drawn for it.
     auto start = scene.value("nominal_pose", std::vector<double>(shares.size(), 0.5));
     for (std::size_t axis = 0; axis < shares.size(); ++axis)
       start.at(axis) = std::clamp(start.at(axis) + shares[axis], 0.0, 1.0);
@@ -64,15 +64,15 @@ class Tolerances final : public relign::NoiseLevel {
     std::vector<double> shares;
     std::size_t shifts = 0, tilts = 0;
     for (const Json& axis : scene.at("axes")) {
-      const bool turns = axis.at("unit") == "deg";
-      const std::vector<double>& of_kind = turns ? limits.tilt_arcmin : limits.shift_um;
-      const std::size_t place = turns ? tilts++ : shifts++;
-      if (place >= of_kind.size())
-        complain("/" + limits.key, std::string(turns ? "\"tilt_arcmin\"" : "\"shift_um\"") + " has " +
-                                       std::to_string(of_kind.size()) + " numbers, none for the axis \"" +
-                                       axis.at("name").get<std::string>() + "\" of this scene: one for each axis in " +
-                                       (turns ? "degrees" : "mm") + " is needed");
-      const double limit = of_kind[place] / (turns ? 60 : 1000);  // degrees or mm
+      const bool tilts_lens = axis.at("unit") == "deg";
+      const std::vector<double>& of_kind = tilts_lens ? limits.tilt_arcmin : limits.shift_um;
+      const std::size_t index = tilts_lens ? tilts++ : shifts++;
+      if (index >= of_kind.size())
+        complain("/" + limits.key, std::string(tilts_lens ? "'tilt_arcmin'" : "'shift_um'") + " has " +
+                                       std::to_string(of_kind.size()) + " numbers, none for axis '" +
+                                       axis.at("name").get<std::string>() +
+                                       "' of the scene; must have one per axis in " + (tilts_lens ? "degrees" : "mm"));
+      const double limit = of_kind[index] / (tilts_lens ? 60 : 1000);  // degrees or mm
       const double travel = axis.at("upper").get<double>() - axis.at("lower").get<double>();
       shares.push_back(limit * deviate(random, limits.law) / travel + 0.0);  // no negative zero
     }
@@ -92,9 +92,9 @@ class Tolerances final : public relign::NoiseLevel {
     const auto names = scene.value("elements", std::vector<std::string>{});
     for (const auto& named : limits_.named)
       if (std::find(names.begin(), names.end(), named.first) == names.end())
-        complain("/elements/" + named.first, "the scene has no element \"" + named.first +
-                                                 "\"; it has: " + (names.empty() ? "none" : relign::join(names, ", ")) +
-                                                 " (\"*\" stands for all)");
+        complain("/elements/" + named.first, "the scene has no element '" + named.first +
+                                                 "'; it has: " + (names.empty() ? "none" : relign::join(names, ", ")) +
+                                                 " ('*' for all)");
     Json drawn = Json::object();
     for (std::size_t index = 0; index < names.size(); ++index) {
       const auto own = limits_.named.find(names[index]);
@@ -108,7 +108,7 @@ class Tolerances final : public relign::NoiseLevel {
   Json draw_offsets(std::uint64_t seed, std::size_t index, const std::string& name, const ElementLimits& limits,
                     const Json& scene) const {
     relign::Random random(seed, kFirstElementStream + index);
-    const auto within = [&](double limit) {  // drawn also where the limit is 0
+    const auto within = [&](double limit) {  // always draws, even if the limit is 0
       const double value = limit * deviate(random, limits_.law);
       return limit == 0 ? 0.0 : value;
     };
@@ -116,7 +116,8 @@ class Tolerances final : public relign::NoiseLevel {
     for (const double limit : limits.shift_um) shift_mm.push_back(within(limit / 1000));
     for (const double limit : limits.tilt_arcmin) tilt_deg.push_back(within(limit / 60));
     if (limits.pivot != Pivot::scene && (limits.tilt_arcmin[0] != 0 || limits.tilt_arcmin[1] != 0)) {
-      // Turning about a point d behind the scene's pivot is turning about the scene's, and d - Rx Ry d beside it.
+      // A rotation about a point at distance d behind the scene's pivot is one about that pivot plus the shift
+      // d - Rx Ry d.
       const double d = behind_scene_pivot(name, limits.pivot, scene);
       const relign::SineCosine x = relign::portable_sine_cosine(tilt_deg[0]);
       const relign::SineCosine y = relign::portable_sine_cosine(tilt_deg[1]);
@@ -127,15 +128,14 @@ class Tolerances final : public relign::NoiseLevel {
     return {{"shift_mm", shift_mm}, {"tilt_deg", tilt_deg}};
   }
 
-  // How far the pivot lies behind the scene's, in mm.
+  // Distance of the pivot behind the scene's pivot, in mm.
   double behind_scene_pivot(const std::string& name, Pivot pivot, const Json& scene) const {
     const Json geometry = scene.value("geometry", Json::object());
     const Json elements = geometry.value("elements", Json::object());
     if (!geometry.contains("pivot_z_mm") || !elements.contains(name))
       complain(limits_.named.count(name) ? "/elements/" + name : "/elements/*",
-               "the scene does not say where \"" + name +
-                   "\" stands (\"geometry\" in its description), so that it cannot be turned about a point of its "
-                   "own: write \"pivot\": \"scene\"");
+               "the scene's description has no 'geometry' of element '" + name +
+                   "', so its own pivot is unknown; set \"pivot\": \"scene\"");
     const Json& element = elements.at(name);
     const double front = element.at("front_z_mm"), back = element.at("back_z_mm");
     const double own = pivot == Pivot::own_front ? front : pivot == Pivot::own_back ? back : 0.5 * (front + back);

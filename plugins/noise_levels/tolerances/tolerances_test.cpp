@@ -16,7 +16,7 @@ using plugin_host::Kind;
 using testing::AllOf;
 using testing::HasSubstr;
 
-// Three elements on an axis whose pivot lies 4 mm behind the first vertex; travels of 2 mm and 10 degrees.
+// Three elements; the scene's pivot is 4 mm behind the first vertex; travels of 2 mm and 10 degrees.
 const char* const kScene = R"({"name": "test", "nominal_pose": [0.5, 0.5, 0.5, 0.5, 0.5],
   "axes": [{"name": "x", "unit": "mm", "lower": -1, "upper": 1}, {"name": "y", "unit": "mm", "lower": -1, "upper": 1},
            {"name": "z", "unit": "mm", "lower": -1, "upper": 1}, {"name": "Rx", "unit": "deg", "lower": -5, "upper": 5},
@@ -46,7 +46,7 @@ class TolerancesTest : public test::FolderTest {
   plugin_host::Catalog catalog_;
 };
 
-// Mean and mean square of values that lie within +- limit.
+// Mean, mean square and largest magnitude of values within plus and minus a limit.
 struct Sample {
   double n = 0, sum = 0, squares = 0, largest = 0;
   void add(double value) {
@@ -71,7 +71,7 @@ struct Law {
 };
 
 TEST_F(TolerancesTest, ValuesFollowTheirLawWithinTheirLimits) {
-  // A standard normal cut at +- n has the variance 1 - 2 n phi(n) / (2 Phi(n) - 1).
+  // A standard normal distribution truncated at +- n has the variance 1 - 2 n phi(n) / (2 Phi(n) - 1).
   const Law laws[] = {{R"("limits_are_sigmas": 3)", 0.9733369 / 9},
                       {R"("limits_are_sigmas": 1)", 0.2911251},
                       {R"("law": "uniform")", 1.0 / 3}};
@@ -107,8 +107,8 @@ TEST_F(TolerancesTest, ValuesFollowTheirLawWithinTheirLimits) {
 
 const std::string kStart = R"("start": {"shift_um": [0, 0, 0], "tilt_arcmin": [0, 0]})";
 
-TEST_F(TolerancesTest, AnElementTurnsAboutThePointItsFileNames) {
-  // The same deviates about the scene's pivot say what shift and tilt the element itself was drawn.
+TEST_F(TolerancesTest, RotatesElementAboutItsPivot) {
+  // With the scene's pivot the drawn shift and tilt are unchanged.
   const auto with_pivot = [&](const std::string& pivot) {
     return written(R"({"use": "tolerances", "elements": {"L3": {"shift_um": [40, 30, 20], "tilt_arcmin": [300, 200],
                        "pivot": ")" +
@@ -133,25 +133,25 @@ TEST_F(TolerancesTest, AnElementTurnsAboutThePointItsFileNames) {
     }
 }
 
-TEST_F(TolerancesTest, StartIsNominalPlusLimitsAndInsideTheTravel) {
-  const std::string nominal_at_the_wall = std::string(kScene).replace(
+TEST_F(TolerancesTest, StartIsNearNominalAndInsideTheTravel) {
+  const std::string nominal_at_the_limit = std::string(kScene).replace(
       std::string(kScene).find("[0.5, 0.5, 0.5, 0.5, 0.5]"), 25, "[1.0, 0.5, 0.5, 0.5, 0.2]");
   auto made = written(R"({"use": "tolerances", "elements": {}, "law": "uniform",
                           "start": {"shift_um": [3000, 0, 0], "tilt_arcmin": [0, 30], "law": "normal"}})");
-  int at_the_wall = 0;
+  int at_the_limit = 0;
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
-    const Json start = Json::parse(made.draw(seed, nominal_at_the_wall))["start"];
+    const Json start = Json::parse(made.draw(seed, nominal_at_the_limit))["start"];
     ASSERT_GE(start[0].get<double>(), 0);
     ASSERT_LE(start[0].get<double>(), 1);
-    at_the_wall += start[0] == 1.0;
+    at_the_limit += start[0] == 1.0;
     EXPECT_EQ(start[1], 0.5);
     EXPECT_NEAR(start[4].get<double>(), 0.2, 0.05);
   }
-  EXPECT_GT(at_the_wall, 50);
-  EXPECT_LT(at_the_wall, 150);
+  EXPECT_GT(at_the_limit, 50);
+  EXPECT_LT(at_the_limit, 150);
 }
 
-TEST_F(TolerancesTest, DrawsAreFunctionsOfTheSeedAndScaleWithTheLimits) {
+TEST_F(TolerancesTest, DrawsDependOnSeedAndScaleWithLimits) {
   EXPECT_EQ(draw(level("tolerances-precision"), 7), draw(level("tolerances-precision"), 7));
   EXPECT_NE(draw(level("tolerances-precision"), 7), draw(level("tolerances-precision"), 8));
   const auto tilt = [&](const char* id, const char* element) {
@@ -160,7 +160,7 @@ TEST_F(TolerancesTest, DrawsAreFunctionsOfTheSeedAndScaleWithTheLimits) {
   for (const char* element : {"L1", "L2", "L3"})
     EXPECT_NEAR(tilt("tolerances-commercial", element), 20 * tilt("tolerances-high", element), 1e-12);
   EXPECT_NE(tilt("tolerances-high", "L1"), tilt("tolerances-high", "L2"));
-  // An element has the same deviates whichever others have limits, and its own limits go before "*".
+  // An element has the same deviates whichever others have limits, and its own limits take precedence over "*".
   const std::string l2 = R"("L2": {"tilt_arcmin": [3, 3]})";
   const Json alone = draw(written(R"({"use": "tolerances", "elements": {)" + l2 + "}, " + kStart + "}"), 7)["elements"];
   const Json beside = draw(
@@ -171,7 +171,7 @@ TEST_F(TolerancesTest, DrawsAreFunctionsOfTheSeedAndScaleWithTheLimits) {
   EXPECT_EQ(alone["L2"], beside["L2"]);
 }
 
-TEST_F(TolerancesTest, WithoutCrossTalkTheStageIsPerfect) {
+TEST_F(TolerancesTest, ZeroLimitsGiveNominalDraw) {
   const Json w = draw(written(R"({"use": "tolerances", "elements": {}, )" + kStart +
                               R"(, "movement": {"backlash_um": 0, "repeatability_um": 0},
                                      "cure_shift": {"shift_um": [0, 0, 0], "tilt_arcmin": [0, 0]}})"),
@@ -182,13 +182,13 @@ TEST_F(TolerancesTest, WithoutCrossTalkTheStageIsPerfect) {
   EXPECT_EQ(w["elements"], Json::object());
 }
 
-TEST_F(TolerancesTest, MistakesHaveAPlaceAndAllComeAtOnce) {
+TEST_F(TolerancesTest, ReportsAllErrorsWithPositions) {
   const std::string text = refusal(R"({"use": "tolerances",
  "elements": {"L3": {"shift_um": [10, 10], "tilt_arcmin": [-3, 3], "pivot": "front", "shift_mm": 1}},
  "movement": {"cross_talk": 2, "backlash_um": 20},
  "limits_are_sigmas": 0, "colour": 1})");
-  EXPECT_THAT(text, AllOf(HasSubstr("limits.json:2:34: /elements/L3/shift_um"), HasSubstr("found -3"),
-                          HasSubstr("found \"front\", allowed: own_front"), HasSubstr("/elements/L3/shift_mm"),
+  EXPECT_THAT(text, AllOf(HasSubstr("limits.json:2:34: /elements/L3/shift_um"), HasSubstr("found '-3'"),
+                          HasSubstr("found 'front', allowed: own_front"), HasSubstr("/elements/L3/shift_mm"),
                           HasSubstr("/movement/cross_talk"), HasSubstr("\"start\" is missing"), HasSubstr("colour")));
   EXPECT_THAT(text, AllOf(HasSubstr("limits.json:3:47: /movement/backlash_um"), HasSubstr("only 0 is allowed")));
   EXPECT_THAT(refusal("{\"use\": \"tolerances\"}"), HasSubstr("\"elements\" is missing"));
@@ -196,11 +196,11 @@ TEST_F(TolerancesTest, MistakesHaveAPlaceAndAllComeAtOnce) {
               AllOf(HasSubstr("/elements: expected an object"), HasSubstr("/start/shift_um: expected a list")));
 }
 
-TEST_F(TolerancesTest, WhatTheSceneLacksIsSaidWithThePlaceInTheFile) {
+TEST_F(TolerancesTest, RejectsScenesThatDoNotFitTheFile) {
   EXPECT_THAT(refusal(R"({"use": "tolerances", "elements": {"L9": {}}, )" + kStart + "}"),
               AllOf(HasSubstr("limits.json:1:42: /elements/L9"), HasSubstr("has: L1, L2, L3")));
   EXPECT_THAT(refusal(R"({"use": "tolerances", "elements": {}, "start": {"shift_um": [1, 1, 1], "tilt_arcmin": [1]}})"),
-              AllOf(HasSubstr("/start"), HasSubstr("\"tilt_arcmin\" has 1"), HasSubstr("axis \"Ry\"")));
+              AllOf(HasSubstr("/start"), HasSubstr("'tilt_arcmin' has 1"), HasSubstr("axis 'Ry'")));
   const char* const no_geometry =
       R"({"axes": [{"name": "x", "unit": "mm", "lower": 0, "upper": 1}], "elements": ["A"]})";
   const std::string tilted =
@@ -209,7 +209,7 @@ TEST_F(TolerancesTest, WhatTheSceneLacksIsSaidWithThePlaceInTheFile) {
   const std::string about_scene =
       R"({"use": "tolerances", "elements": {"*": {"tilt_arcmin": [3, 3], "pivot": "scene"}}, "start": {"shift_um": [1]}})";
   EXPECT_EQ(draw(written(about_scene), 1, no_geometry)["elements"].size(), 1u);
-  // A grade for all elements suits a scene that has none.
+  // A grade for all elements accepts a scene without elements.
   EXPECT_EQ(draw(level("tolerances-high"), 1,
                  R"({"axes": [{"name": "x", "unit": "mm", "lower": 0, "upper": 1}]})")["elements"],
             Json::object());

@@ -1,4 +1,4 @@
-// Bayesian optimization with a forest of regression trees. See README.md.
+// bo-forest: Bayesian optimisation with a forest of regression trees. See README.md.
 #include <cmath>
 #include <limits>
 
@@ -13,7 +13,7 @@ using bo_forest::Forest;
 using surrogates::Acquisition;
 using surrogates::Vector;
 
-// Each use of random numbers has streams of its own; trees have 0, 1, ... of another seed.
+// Random streams; trees use streams 0, 1, ... of another seed.
 constexpr std::uint64_t kInitialStream = 0;
 constexpr std::uint64_t kCandidateStream = 1;
 constexpr std::uint64_t kForestSeed = 0x666f72657374;
@@ -44,7 +44,7 @@ class BoForest final : public relign::Optimizer {
     seed_ = talk.seed();
     learnt_.axes = talk.axes();
     const relign::Observation first = talk.first();
-    // The capture at the start pose is free, but counts only where the start lies in the box.
+    // The capture at the start pose is free, but counts only if the start is inside the box.
     if (std::isfinite(first.merit) && box.clamp(first.pose) == first.pose) take(first);
     relign::Random initial(seed_, kInitialStream);
     relign::Random candidates(seed_, kCandidateStream);
@@ -56,21 +56,21 @@ class BoForest final : public relign::Optimizer {
         talk.recommend(visited_[lowest_visited()]);
         next = propose(candidates);
       }
-      const auto seen = talk.step(box_.to_pose(next));
-      if (!seen) return;
-      take(*seen);
+      const auto observation = talk.step(box_.to_pose(next));
+      if (!observation) return;
+      take(*observation);
     }
   }
 
  private:
-  void take(const relign::Observation& seen) {
-    for (const double share : box_.to_unit(seen.pose)) learnt_.features.push_back(static_cast<float>(share));
-    merits_.push_back(seen.merit);
-    visited_.push_back(seen.pose);
+  void take(const relign::Observation& observation) {
+    for (const double share : box_.to_unit(observation.pose)) learnt_.features.push_back(static_cast<float>(share));
+    merits_.push_back(observation.merit);
+    visited_.push_back(observation.pose);
   }
 
-  // False where there is nothing to learn: no two merits differ. Merits are standardised, which changes no split, so
-  // that offset and unit of the merit do not matter to rounding.
+  // Returns false if all merits are equal. Merits are standardised, which does not change splits but makes rounding
+  // independent of offset and unit.
   bool fit() {
     const Vector merits = surrogates::usable_merits(merits_);
     const double best = merits.minCoeff();
@@ -84,8 +84,8 @@ class BoForest final : public relign::Optimizer {
     return true;
   }
 
-  // The visited pose whose merit the forest believes to be lowest. Its mean over neighbours forgives a lucky capture;
-  // among poses that it does not tell apart the measurements decide.
+  // The visited pose of the lowest predicted mean, which averages over neighbours and so is robust to a lucky capture;
+  // ties are resolved by the measured merit.
   std::size_t lowest_visited() {
     forest_.predict(learnt_.features.data(), learnt_.axes, merits_.size(), prediction_);
     const auto rank = [&](std::size_t i) { return std::make_pair(prediction_.mean[i], learnt_.targets[i]); };
@@ -95,8 +95,7 @@ class BoForest final : public relign::Optimizer {
     return lowest;
   }
 
-  // The candidate with the greatest expected improvement. Where nothing is expected anywhere, the first one: as good
-  // as any.
+  // The candidate of the greatest expected improvement; the first one if it is 0 everywhere.
   Vector propose(relign::Random& random) {
     const surrogates::Matrix points = surrogates::uniform_points(random, learnt_.axes, candidates_);
     const Eigen::MatrixXf features = points.cast<float>();
@@ -106,7 +105,7 @@ class BoForest final : public relign::Optimizer {
     for (std::size_t i = 0; i < candidates_; ++i) {
       const double mean = prediction_.mean[i];
       const double deviation = std::sqrt(prediction_.variance[i]);
-      // No improvement is greater than this; it spares most candidates an exponential.
+      // An upper bound of the improvement, which avoids the exponential for most candidates.
       const double most = std::max(acquisition_.incumbent - acquisition_.xi - mean, 0.0) + 0.4 * deviation;
       if (-most > least) continue;
       const double cost = acquisition_cost(Acquisition::expected_improvement, acquisition_, mean, deviation).value;
@@ -123,7 +122,7 @@ class BoForest final : public relign::Optimizer {
   std::size_t candidates_;
   double xi_;
   bool relative_xi_;
-  double min_variance_;  // in units of the merit, squared
+  double min_variance_;  // in squared units of the merit
   surrogates::UnitBox box_;
   std::uint64_t seed_ = 0;
   std::vector<relign::Pose> visited_;

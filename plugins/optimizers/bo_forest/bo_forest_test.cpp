@@ -41,7 +41,7 @@ FakeSetup branin() {
   setup.lower = {-5, 0};
   setup.upper = {10, 15};
   setup.merit = [](const Pose& x, std::uint32_t step) {
-    if (step == 0) return kNaN;  // the published figures start from nothing
+    if (step == 0) return kNaN;  // the published runs have no value at the start
     const double bend = x[1] - 5.1 / (4 * M_PI * M_PI) * x[0] * x[0] + 5 / M_PI * x[0] - 6;
     return bend * bend + 10 * (1 - 1 / (8 * M_PI)) * std::cos(x[0]) + 10;
   };
@@ -73,7 +73,7 @@ FakeSetup hartmann6() {
   return setup;
 }
 
-// Mean over seeds of the best of so many calls.
+// Mean over seeds of the lowest of `calls` values.
 double mean_best(const std::string& id, FakeSetup setup, unsigned calls, unsigned seeds) {
   double sum = 0;
   setup.budget = calls;
@@ -88,7 +88,7 @@ double mean_best(const std::string& id, FakeSetup setup, unsigned calls, unsigne
   return sum / seeds;
 }
 
-// Published is 200 calls, ten seeds; that takes minutes: RELIGN_FULL=1, whose findings stand in README.md.
+// The published runs have 200 calls and ten seeds, which takes minutes: RELIGN_FULL=1, results in README.md.
 bool full() { return std::getenv("RELIGN_FULL") != nullptr; }
 
 void expect_mean_best(const FakeSetup& setup, const std::string& id, unsigned calls, unsigned seeds, double gate) {
@@ -97,15 +97,16 @@ void expect_mean_best(const FakeSetup& setup, const std::string& id, unsigned ca
   std::cout << id << ": mean of the lowest of " << calls << " values " << found << "\n";
 }
 
-TEST(BoForest, ReachesThePublishedFiguresOnHartmann6) {
+TEST(BoForest, MatchesPublishedResultsOnHartmann6) {
   expect_mean_best(hartmann6(), "bo-et", full() ? 200 : 100, full() ? 10 : 2, full() ? -3.10 : -2.9);
   expect_mean_best(hartmann6(), "bo-rf", full() ? 200 : 100, full() ? 10 : 2, full() ? -3.03 : -2.9);
-}  // random search gets below -2.74 in 100 calls, two seeds, once in a hundred times
+}  // random search reaches -2.74 (mean of two seeds, 100 calls) in 1 % of cases
 
-TEST(BoForest, ReachesThePublishedFiguresOnBranin) {
-  if (!full()) GTEST_SKIP() << "chance alone comes near the gate: only the means of RELIGN_FULL=1 tell something";
+TEST(BoForest, MatchesPublishedResultsOnBranin) {
+  if (!full())
+    GTEST_SKIP() << "random search comes close to the limit: only the means of RELIGN_FULL=1 are significant";
   expect_mean_best(branin(), "bo-et", 200, 10, 0.62);
-  expect_mean_best(branin(), "bo-rf", 200, 10, 0.911);  // nothing is published for RF: random search
+  expect_mean_best(branin(), "bo-rf", 200, 10, 0.911);  // no published value for RF: compares with random search
 }
 
 std::vector<Pose> poses(const std::string& id, const FakeSetup& setup, const Json& parameters = {}) {
@@ -122,7 +123,7 @@ std::vector<Pose> head(std::vector<Pose> poses, std::size_t count) {
   return poses;
 }
 
-TEST(BoForest, EveryChoiceChangesTheStepsAfterTheInitialPointsAlone) {
+TEST(BoForest, ParametersChangeOnlyStepsAfterInitialPoints) {
   FakeSetup setup = hartmann6();
   setup.budget = 30;
   const auto usual = poses("bo-rf", setup);
@@ -137,8 +138,8 @@ TEST(BoForest, EveryChoiceChangesTheStepsAfterTheInitialPointsAlone) {
   EXPECT_EQ(poses("bo-et", setup), poses("bo-rf", setup, {{"splitter", "random"}, {"bootstrap", false}}));
 }
 
-// By a power of two: else the last bits choose between axes that part samples in the same way.
-TEST(BoForest, TheUnitOfTheMeritDoesNotMatter) {
+// Scaled by a power of two, because rounding decides between axes that split samples in the same way.
+TEST(BoForest, IsIndependentOfUnitOfMerit) {
   for (const std::string id : {"bo-rf", "bo-et"}) {
     FakeSetup setup = hartmann6();
     setup.budget = 20;
@@ -150,7 +151,7 @@ TEST(BoForest, TheUnitOfTheMeritDoesNotMatter) {
   }
 }
 
-TEST(BoForest, AStartOutsideTheBoxTeachesNothing) {
+TEST(BoForest, IgnoresStartOutsideTheBox) {
   FakeSetup setup;
   setup.axes = 2;
   setup.budget = 30;
@@ -165,8 +166,8 @@ TEST(BoForest, AStartOutsideTheBoxTeachesNothing) {
   EXPECT_EQ(poses("bo-rf", setup), outside);
 }
 
-// Every capture fails in one half: the search stays in the other one.
-TEST(BoForest, LearnsToStayAwayFromMeritsThatAreNoNumbers) {
+// Merits are not finite in one half of the box: the search stays in the other one.
+TEST(BoForest, AvoidsNonFiniteMerits) {
   for (const std::string id : {"bo-rf", "bo-et"}) {
     FakeSetup setup;
     setup.axes = 2;
@@ -175,12 +176,12 @@ TEST(BoForest, LearnsToStayAwayFromMeritsThatAreNoNumbers) {
     unsigned broken = 0;
     const auto visited = poses(id, setup);
     for (std::size_t step = 20; step < visited.size(); ++step) broken += visited[step][0] > 0;
-    EXPECT_LT(broken, 8u) << id;  // of 40; at random 20
+    EXPECT_LT(broken, 8u) << id;  // of 40; random search: 20
   }
 }
 
-// One capture in a hundred poses is lucky: measured best is far from the valley, and the forest does not fall for it.
-TEST(BoForest, RecommendsAVisitedPoseThatItsNeighboursBelieveIn) {
+// One pose in a hundred has an outlier merit far from the minimum, which must not be recommended.
+TEST(BoForest, RecommendationIsRobustToOutliers) {
   for (const std::string id : {"bo-rf", "bo-et"}) {
     FakeSetup setup;
     setup.axes = 2;
@@ -189,7 +190,7 @@ TEST(BoForest, RecommendsAVisitedPoseThatItsNeighboursBelieveIn) {
     setup.merit = [&](const Pose& pose, std::uint32_t step) { return step == 5 ? 0 : test::bowl(pose, valley); };
     FakeConversation conversation(setup);
     run(id, conversation);
-    ASSERT_EQ(conversation.recommendations.size(), 51u);  // one before every step after the initial points
+    ASSERT_EQ(conversation.recommendations.size(), 51u);  // one per step after the initial points
     for (const auto& recommended : conversation.recommendations) {
       const auto is_it = [&](const auto& visit) { return visit.pose == recommended.pose; };
       EXPECT_TRUE(std::any_of(conversation.steps.begin(), conversation.steps.end(), is_it) ||
@@ -201,7 +202,7 @@ TEST(BoForest, RecommendsAVisitedPoseThatItsNeighboursBelieveIn) {
   }
 }
 
-TEST(BoForest, BadParametersAreRefusedWithTheirName) {
+TEST(BoForest, RejectsBadParametersByName) {
   for (const char* name : {"trees", "min_samples_leaf", "initial_points", "candidates"}) {
     try {
       catalog().resolve_or_throw(Kind::optimizer, "bo-forest", {{name, 0}});

@@ -25,7 +25,7 @@ void Forest::predict(const float* features, std::size_t axes, std::size_t count,
   means.assign(count, 0);
   squares.assign(count, 0);
   const bool total = options_.total_variance;
-  constexpr std::size_t kBlock = 512;  // rows; their features and sums stay in the cache while all trees see them
+  constexpr std::size_t kBlock = 512;  // rows whose features and sums fit into the cache
   std::uint32_t leaf_of[kBlock];
   for (std::size_t first = 0; first < count; first += kBlock) {
     const std::size_t rows = std::min(kBlock, count - first);

@@ -7,8 +7,8 @@ namespace bo_forest {
 
 struct ForestOptions {
   TreeOptions tree;
-  bool bootstrap = true;       // each tree learns from as many draws with replacement
-  bool total_variance = true;  // leaves' variance and between trees (law of total variance), else between trees alone
+  bool bootstrap = true;       // each tree is fitted to a bootstrap sample
+  bool total_variance = true;  // within leaves plus between trees (law of total variance); false: between trees only
   std::size_t trees = 100;
 };
 
@@ -16,15 +16,15 @@ class Forest {
  public:
   explicit Forest(const ForestOptions& options) : options_(options) {}
 
-  // The same seed gives the same bootstrap streams at every fit, as in scikit-optimize. A variance below min_variance
-  // counts as that much: each leaf's, or that between the trees where it is the only one.
+  // The same seed gives the same bootstrap streams at every fit, as in scikit-optimize. min_variance: lower limit of
+  // the variance of each leaf, or of that between trees if total_variance is false.
   void fit(const Samples& samples, std::uint64_t seed, double min_variance = 0);
 
   struct Prediction {
     std::vector<double> mean;
     std::vector<double> variance;
   };
-  // Of `count` rows of features.
+  // features: `count` rows of `axes` numbers.
   void predict(const float* features, std::size_t axes, std::size_t count, Prediction& prediction) const;
 
  private:

@@ -41,7 +41,7 @@ Samples random_samples(std::size_t count, std::size_t axes, std::uint64_t seed) 
   return samples;
 }
 
-TEST(Tree, EqualsThatOfScikitLearn) {
+TEST(Tree, MatchesScikitLearn) {
   const json cases = golden_cases();
   ASSERT_EQ(cases.size(), 4u);
   for (const json& golden : cases) {
@@ -65,8 +65,8 @@ TEST(Tree, EqualsThatOfScikitLearn) {
   }
 }
 
-// Whatever the thresholds: a leaf's mean and variance are those of the samples that a search leads to it.
-TEST(Tree, OfRandomThresholdsKeepsItsSamplesInTheirLeaves) {
+// For any thresholds mean and variance of a leaf are those of the samples that the search assigns to it.
+TEST(Tree, WithRandomThresholdsAssignsSamplesToTheirLeaves) {
   const Samples samples = random_samples(60, 4, 7);
   TreeOptions options;
   options.random_splits = true;
@@ -88,14 +88,14 @@ TEST(Tree, OfRandomThresholdsKeepsItsSamplesInTheirLeaves) {
     EXPECT_NEAR(tree.at(leaf).mean, sum / count, 1e-12);
     EXPECT_NEAR(tree.at(leaf).variance, squares / count - sum / count * (sum / count), 1e-12);
   }
-  Tree other;  // the next numbers of the stream
+  Tree other;  // grown with the next numbers of the stream
   other.grow(samples, std::vector<unsigned>(samples.size(), 1), options, random);
   std::vector<std::uint32_t> other_leaf_of(samples.size());
   other.find(samples.features.data(), samples.axes, samples.size(), other_leaf_of.data());
   EXPECT_NE(leaf_of, other_leaf_of);
 }
 
-TEST(Tree, OfEqualFeaturesOrEqualTargetsIsOneLeaf) {
+TEST(Tree, WithEqualFeaturesOrTargetsIsOneLeaf) {
   for (const bool random_splits : {false, true}) {
     TreeOptions options;
     options.random_splits = random_splits;
@@ -112,13 +112,13 @@ TEST(Tree, OfEqualFeaturesOrEqualTargetsIsOneLeaf) {
   }
 }
 
-// Two axes that part the samples in the same way are used equally often, as in scikit-learn, which visits axes in
-// random order. Where they contradict each other, the forest's mean is then in the middle.
+// Two axes that split the samples in the same way are used equally often, as in scikit-learn, which visits axes in
+// random order. Where they contradict each other, the forest's mean is in the middle.
 TEST(Forest, BreaksTiesBetweenAxesAtRandom) {
   Samples samples;
   samples.axes = 2;
   for (int i = 0; i < 12; ++i) {
-    samples.features.insert(samples.features.end(), 2, static_cast<float>(i));  // both axes alike
+    samples.features.insert(samples.features.end(), 2, static_cast<float>(i));  // both axes equal
     samples.targets.push_back(i < 6 ? 0 : 1);
   }
   const float contradictory[] = {0, 11, 11, 0};
@@ -136,7 +136,7 @@ TEST(Forest, BreaksTiesBetweenAxesAtRandom) {
   }
 }
 
-TEST(Forest, OfEqualTreesHasTheVarianceOfTheirLeaves) {
+TEST(Forest, WithEqualTreesHasVarianceOfTheirLeaves) {
   const json golden = golden_cases().at(0);
   const Samples samples = samples_of(golden);
   const std::vector<float> queries = flatten(golden.at("queries"));
@@ -157,13 +157,13 @@ TEST(Forest, OfEqualTreesHasTheVarianceOfTheirLeaves) {
   }
 }
 
-// Total variance by another way: of what one would draw from a leaf, over all trees.
+// Total variance computed differently: the variance of draws from the leaves of all trees.
 TEST(Forest, VarianceFollowsTheLawOfTotalVariance) {
   const Samples samples = random_samples(40, 3, 11);
   ForestOptions options;
   options.trees = 25;
   std::vector<Tree> trees(options.trees);
-  for (std::size_t tree = 0; tree < options.trees; ++tree) {  // as forest.cpp draws them
+  for (std::size_t tree = 0; tree < options.trees; ++tree) {  // the same draws as in forest.cpp
     relign::Random random(9, tree);
     std::vector<unsigned> copies(samples.size(), 0);
     for (std::size_t draw = 0; draw < samples.size(); ++draw) ++copies[random.below(samples.size())];

@@ -8,7 +8,7 @@
 
 namespace bo_forest {
 
-// Two features are told apart beyond this, and a node is split above that variance: scikit-learn's constants.
+// scikit-learn's constants: features closer than this are equal; nodes of smaller variance are not split.
 constexpr float kSameFeature = 1e-7f;
 constexpr double kNoVariance = std::numeric_limits<double>::epsilon();
 
@@ -73,7 +73,7 @@ class TreeBuilder {
 
   float feature(std::uint32_t sample, std::uint32_t axis) const { return samples_.row(sample)[axis]; }
 
-  // Mean and variance of a node; false when it stays a leaf.
+  // Computes mean and variance of a node. Returns false if it stays a leaf.
   bool describe(const Part& part) {
     Sums all;
     for (std::size_t i = part.begin; i < part.end; ++i) all.add(copies_[members_[i]], samples_.targets[members_[i]]);
@@ -88,8 +88,8 @@ class TreeBuilder {
     return part.end - part.begin >= 2 * options_.smallest_leaf && squares / all.weight > kNoVariance;
   }
 
-  // Axes come in random order, as in scikit-learn: among few samples two axes often part a node in the same way, and
-  // then the one that came first is taken. In a fixed order that would be the same axis all over the forest.
+  // Axes are tried in random order, as in scikit-learn: with few samples two axes often split a node in the same way,
+  // and the first one wins. A fixed order would select the same axis throughout the forest.
   Split find_split(const Part& part) {
     Split best;
     for (std::size_t left = axes_.size(); left > 0; --left) {
@@ -103,7 +103,7 @@ class TreeBuilder {
     return best;
   }
 
-  // The largest float that is not above the double: for floats x, x > threshold keeps its meaning.
+  // The largest float not above the double, so that x > threshold is unchanged for floats x.
   static float round_down(double threshold) {
     const auto rounded = static_cast<float>(threshold);
     return rounded > threshold ? std::nextafter(rounded, -std::numeric_limits<float>::infinity()) : rounded;
@@ -148,7 +148,7 @@ class TreeBuilder {
     keep_if_better(left, axis, threshold, best);
   }
 
-  // Least squared error in both parts together is the greatest sum of their gains.
+  // The squared error of both parts is smallest where the sum of their gains is greatest.
   void keep_if_better(const Sums& left, std::uint32_t axis, float threshold, Split& best) const {
     const Sums right{node_.weight - left.weight, node_.sum - left.sum};
     const double gain = left.gain() + right.gain();
@@ -158,7 +158,7 @@ class TreeBuilder {
   std::size_t divide(const Part& part, const Split& split) {
     const auto begin = members_.begin() + static_cast<std::ptrdiff_t>(part.begin);
     const auto end = members_.begin() + static_cast<std::ptrdiff_t>(part.end);
-    // Stable: the order of sums, and so their last bits, must not depend on the standard library.
+    // Stable, so that the order of sums, and thus their last bits, do not depend on the standard library.
     const auto middle = std::stable_partition(
         begin, end, [&](std::uint32_t sample) { return !(feature(sample, split.axis) > split.threshold); });
     return static_cast<std::size_t>(middle - members_.begin());
@@ -170,9 +170,9 @@ class TreeBuilder {
   const TreeOptions& options_;
   relign::Random& random_;
   std::vector<std::uint32_t> members_;
-  std::vector<std::uint32_t> axes_;                      // in the order of the node before
+  std::vector<std::uint32_t> axes_;                      // in the order of the previous node
   std::vector<std::pair<float, std::uint32_t>> sorted_;  // scratch
-  Sums node_;                                            // of the node at work
+  Sums node_;                                            // of the current node
 };
 
 void Tree::grow(const Samples& samples, const std::vector<unsigned>& copies, const TreeOptions& options,
@@ -184,7 +184,7 @@ void Tree::grow(const Samples& samples, const std::vector<unsigned>& copies, con
 }
 
 void Tree::find(const float* features, std::size_t axes, std::size_t count, std::uint32_t* leaf_of) const {
-  constexpr std::size_t kTogether = 8;  // searches side by side hide each other's waits for memory
+  constexpr std::size_t kTogether = 8;  // interleaved searches hide memory latency
   std::size_t first = 0;
   for (; first + kTogether <= count; first += kTogether) {
     std::uint32_t node[kTogether] = {};

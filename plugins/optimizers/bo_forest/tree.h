@@ -1,4 +1,4 @@
-// One regression tree, grown as scikit-learn grows it: squared error, all axes at every split, unlimited depth.
+// A regression tree, grown as in scikit-learn: squared error, all axes at every split, unlimited depth.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace bo_forest {
 
-// What a tree learns from. Features are float32, as in scikit-learn.
+// Training data. Features are float32, as in scikit-learn.
 struct Samples {
   std::size_t axes = 0;
   std::vector<float> features;  // row by row
@@ -19,33 +19,33 @@ struct Samples {
 };
 
 struct TreeOptions {
-  bool random_splits = false;     // one uniform threshold per axis (extra trees), else the best of all thresholds
-  std::size_t smallest_leaf = 3;  // samples; copies by the bootstrap do not count
+  bool random_splits = false;     // one uniform threshold per axis (extra trees); false: the best of all thresholds
+  std::size_t smallest_leaf = 3;  // distinct samples, without bootstrap copies
 };
 
 class Tree {
  public:
   struct Leaf {
     double mean = 0;
-    double variance = 0;  // of the targets in it: scikit-learn's impurity
+    double variance = 0;  // of its targets: scikit-learn's impurity
   };
 
-  // copies[i]: how often sample i counts; 0 leaves it out. At least one must count.
+  // copies[i]: weight of sample i, 0 to omit it; at least one must be positive.
   void grow(const Samples& samples, const std::vector<unsigned>& copies, const TreeOptions& options,
             relign::Random& random);
 
   const Leaf& leaf(const float* features) const { return leaves_[find(features)]; }
 
-  // leaf_of[i] of the row i of `count` rows of `axes` features; quicker than row by row.
+  // Writes the leaf of each of `count` rows of `axes` features to leaf_of; faster than row by row.
   void find(const float* features, std::size_t axes, std::size_t count, std::uint32_t* leaf_of) const;
   const Leaf& at(std::uint32_t node) const { return leaves_[node]; }
 
-  // Leaves and branches.
+  // Number of nodes, leaves included.
   std::size_t size() const { return nodes_.size(); }
 
  private:
-  // The second child follows the first. A leaf is its own first child, and no feature exceeds its threshold: a search
-  // that has arrived may go on, so that rows are searched side by side without a branch.
+  // The second child follows the first. A leaf is its own first child with an infinite threshold, so the search can run
+  // for a fixed number of levels without branches.
   struct Node {
     float threshold;
     std::uint32_t axis;

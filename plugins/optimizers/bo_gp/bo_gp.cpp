@@ -1,4 +1,4 @@
-// Bayesian optimisation with a Gaussian process. See README.md.
+// bo-gp: Bayesian optimisation with a Gaussian process. See README.md.
 #include <relign/plugin.hpp>
 
 #include "proposer.hpp"
@@ -15,7 +15,7 @@ std::vector<Acquisition> portfolio_from_name(const std::string& name) {
   if (name == "log_ei") return {Acquisition::log_expected_improvement};
   if (name == "lcb") return {Acquisition::lower_bound};
   if (name == "pi") return {Acquisition::probability};
-  throw std::invalid_argument("unknown acquisition '" + name + "'");
+  throw std::invalid_argument("parameter 'acquisition': unknown acquisition '" + name + "'");
 }
 
 bo_gp::Recipe recipe_from(const relign::Parameters& given) {
@@ -51,16 +51,16 @@ class BoGp final : public relign::Optimizer {
     bo_gp::Proposer proposer(talk.axes(), recipe_, talk.seed());
     if (use_start_) take(talk, proposer, first);
     relign::Pose pose = box_.to_pose(proposer.ask());
-    while (const auto seen = talk.step(pose)) {
-      take(talk, proposer, *seen);
-      // After the last step the host says stop: no need to think of where to go.
-      if (seen->step < talk.budget()) pose = box_.to_pose(proposer.ask());
+    while (const auto observation = talk.step(pose)) {
+      take(talk, proposer, *observation);
+      // No proposal is needed after the last step.
+      if (observation->step < talk.budget()) pose = box_.to_pose(proposer.ask());
     }
   }
 
  private:
-  void take(relign::Conversation& talk, bo_gp::Proposer& proposer, const relign::Observation& seen) const {
-    proposer.tell(box_.to_unit(seen.pose), seen.merit);
+  void take(relign::Conversation& talk, bo_gp::Proposer& proposer, const relign::Observation& observation) const {
+    proposer.tell(box_.to_unit(observation.pose), observation.merit);
     if (const auto& optimum = proposer.optimum()) talk.recommend(box_.to_pose(*optimum));
   }
 

@@ -31,7 +31,7 @@ void run(const std::string& id, const FakeConversation& conversation, const Json
   algorithm.run(conversation.talk());
 }
 
-// The published runs: RELIGN_FULL=1. Their short form has fewer seeds.
+// The published runs with RELIGN_FULL=1, otherwise with fewer seeds.
 bool full() { return std::getenv("RELIGN_FULL") != nullptr; }
 
 double branin(const Pose& x) {
@@ -86,7 +86,8 @@ struct Outcome {  // means over the seeds
 Outcome outcome_of(const std::string& id, FakeSetup setup, const Function& function, std::uint64_t seeds,
                    const Json& parameters = {}) {
   setup.merit = [&](const Pose& pose, std::uint32_t step) {
-    return step == 0 ? std::numeric_limits<double>::quiet_NaN() : function(pose);  // the published runs have no step 0
+    return step == 0 ? std::numeric_limits<double>::quiet_NaN()
+                     : function(pose);  // the published runs have no value at the start
   };
   Outcome outcome;
   double squares = 0;
@@ -107,7 +108,7 @@ Outcome outcome_of(const std::string& id, FakeSetup setup, const Function& funct
   return outcome;
 }
 
-// scikit-optimize's benchmarks hold the noise at 1e-10.
+// scikit-optimize's benchmarks fix the noise at 1e-10.
 const Json kNoNoise = {{"noise", 1e-10}};
 
 TEST(Published, Branin) {
@@ -119,7 +120,7 @@ TEST(Published, Branin) {
   EXPECT_LE(tuned.recommended, 0.42);
 }
 
-// Some seeds end in the second best valley, -3.20, in the published runs too.
+// Some seeds end in the second-best minimum, -3.20, as in the published runs.
 TEST(Published, Hartmann6) {
   const Outcome outcome = outcome_of("bo-gp", hartmann6_setup(80), hartmann6, full() ? 10 : 2, kNoNoise);
   EXPECT_LE(outcome.measured, full() ? -3.25 : -3.19);
@@ -167,8 +168,8 @@ FakeSetup noisy_bowl(std::uint32_t axes, double noise = 0.05, std::uint64_t seed
   return setup;
 }
 
-// Noise as large as the merits differ in the box.
-TEST(BoGp, UnderHeavyNoiseTunedRecommendsBetterThanItsLuckiestPoseAndThanTheDefaults) {
+// Noise as large as the range of merits in the box.
+TEST(BoGp, TunedRecommendsBetterThanBestMeasuredPoseUnderHeavyNoise) {
   double tuned = 0;
   double luckiest = 0;
   double defaults = 0;
@@ -185,7 +186,7 @@ TEST(BoGp, UnderHeavyNoiseTunedRecommendsBetterThanItsLuckiestPoseAndThanTheDefa
   EXPECT_LT(tuned, defaults);
 }
 
-TEST(BoGp, RecommendsAtEveryStepOnceThereIsAModel) {
+TEST(BoGp, RecommendsAtEveryStepAfterFirstModel) {
   FakeConversation conversation(noisy_bowl(5));
   run("bo-gp", conversation, {{"initial_points", 6}});
   ASSERT_EQ(conversation.steps.size(), 35u);
@@ -193,16 +194,15 @@ TEST(BoGp, RecommendsAtEveryStepOnceThereIsAModel) {
   for (std::size_t i = 0; i < 30; ++i) EXPECT_EQ(conversation.recommendations[i].steps_made, 6 + i);
 }
 
-TEST(BoGp, TheStartCountsWhenAskedTo) {
+TEST(BoGp, UsesStartOnRequest) {
   FakeConversation conversation(noisy_bowl(2));
   run("bo-gp", conversation, {{"initial_points", 6}, {"use_start", true}});
   ASSERT_FALSE(conversation.recommendations.empty());
   EXPECT_EQ(conversation.recommendations[0].steps_made, 5u);
 }
 
-// Fitted merits are standardised: a unit of the merit must not matter where xi has none. It does matter to
-// scikit-optimize's xi of 0.01.
-TEST(BoGp, TunedKnowsNoScaleOfTheMerit) {
+// Merits are standardised, so with xi = 0 their unit must not matter. It does matter with scikit-optimize's xi of 0.01.
+TEST(BoGp, TunedIsIndependentOfUnitOfMerit) {
   const auto poses = [](const char* id, double scale, double offset) {
     FakeSetup setup = noisy_bowl(3);
     setup.budget = 16;
@@ -228,7 +228,7 @@ TEST(BoGp, TunedKnowsNoScaleOfTheMerit) {
   EXPECT_GT(distance(poses("bo-gp", 1, 0), poses("bo-gp", 1.0 / 1024, 0)), 1e-2);
 }
 
-TEST(BoGp, StrangeMeritsAreSurvived) {
+TEST(BoGp, AcceptsNonFiniteAndConstantMerits) {
   const double infinity = std::numeric_limits<double>::infinity();
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const char* id : kIds)
@@ -251,7 +251,7 @@ TEST(BoGp, StrangeMeritsAreSurvived) {
       }
 }
 
-TEST(BoGp, GoesOnWithTheShortCutsOfLongTrials) {
+TEST(BoGp, UsesApproximationsInLongTrials) {
   for (const char* id : kIds) {
     SCOPED_TRACE(id);
     FakeSetup setup = noisy_bowl(2);
@@ -263,7 +263,7 @@ TEST(BoGp, GoesOnWithTheShortCutsOfLongTrials) {
   }
 }
 
-TEST(BoGp, ABoxWithoutWidthAlongAnAxis) {
+TEST(BoGp, AcceptsBoxWithoutWidthAlongAnAxis) {
   for (const char* id : kIds) {
     FakeSetup setup = noisy_bowl(2);
     setup.lower = {0.1, -0.5};
@@ -276,7 +276,7 @@ TEST(BoGp, ABoxWithoutWidthAlongAnAxis) {
   }
 }
 
-TEST(BoGp, BadParametersAreRefused) {
+TEST(BoGp, RejectsBadParameters) {
   for (const Json& bad : {Json{{"acquisition", "best"}}, Json{{"initial_points", -1}}, Json{{"noise", -1}},
                           Json{{"candidates", 0}}, Json{{"kappa", -1}}, Json{{"kernel", "linear"}}})
     EXPECT_ANY_THROW(catalog().resolve_or_throw(plugin_host::Kind::optimizer, "bo-gp", bad)) << bad;

@@ -10,7 +10,7 @@ HyperPriors published_priors(Eigen::Index dimensions, double fixed_noise) {
   const Eigen::Index last = dimensions + 1;
   Vector middle(dimensions + 2);
   Vector spread(dimensions + 2);
-  // The density of a length, not of its logarithm, is what BoTorch maximises: -log(length) moves the middle by
+  // BoTorch maximises the density of a length, not of its logarithm: the term -log(length) shifts the mean by
   // sqrt(3)^2.
   middle[0] = 0;
   spread[0] = 1;
@@ -23,7 +23,7 @@ HyperPriors published_priors(Eigen::Index dimensions, double fixed_noise) {
   made.bounds.upper = Vector::Constant(dimensions + 2, std::log(1000.0));
   made.bounds.lower[last] = fixed_noise > 0 ? std::log(fixed_noise) : std::log(1e-4);
   made.bounds.upper[last] = fixed_noise > 0 ? std::log(fixed_noise) : std::log(10.0);
-  // Lengths of half the cube: the prior's middle is so long that the likelihood is flat there.
+  // Start with lengths of half the cube: at the prior's mean the likelihood is flat.
   made.start = middle;
   made.start.segment(1, dimensions).setConstant(std::log(0.5));
   made.prior = [middle, spread](const Vector& theta, Vector& gradient) {

@@ -17,7 +17,7 @@ using surrogates::GaussianProcess;
 constexpr std::size_t kPolished = 5;
 constexpr int kPolishIterations = 20;
 
-// Beyond exact_points.
+// With more than exact_points.
 constexpr std::size_t kThriftyCandidates = 1000;
 constexpr std::size_t kPointsBetweenFits = 10;
 constexpr std::size_t kMostPoints = 120;  // at least
@@ -38,7 +38,7 @@ std::vector<Vector> latin_hypercube(relign::Random& random, std::size_t dimensio
 }  // namespace
 
 Proposer::Proposer(std::size_t dimensions, const Recipe& recipe, std::uint64_t seed)
-    : dimensions_(dimensions), recipe_(recipe), initial_(seed, 0), candidates_(seed, 1), dice_(seed, 2) {
+    : dimensions_(dimensions), recipe_(recipe), initial_(seed, 0), candidates_(seed, 1), choices_(seed, 2) {
   const auto axes = static_cast<Eigen::Index>(dimensions);
   if (recipe_.initial_points == 0) recipe_.initial_points = dimensions + 1;
   if (recipe_.latin) design_ = latin_hypercube(initial_, dimensions, recipe_.initial_points);
@@ -50,7 +50,7 @@ Proposer::Proposer(std::size_t dimensions, const Recipe& recipe, std::uint64_t s
   } else {
     bounds_ = surrogates::skopt_bounds(axes, recipe_.noise);
   }
-  starts_.push_back(Vector::Zero(axes + 2));  // everything 1
+  starts_.push_back(Vector::Zero(axes + 2));  // all hyperparameters 1
   relign::Random random(seed, 3);
   for (std::size_t restart = 0; restart < recipe_.restarts; ++restart) {
     Vector start(axes + 2);
@@ -95,10 +95,10 @@ Vector Proposer::ask() {
 void Proposer::find_optimum() {
   Vector mean;
   Vector deviation;
-  const Matrix seen = model_->points().cwiseMax(0).cwiseMin(1);  // the start may lie outside the box
-  model_->predict(seen, mean, deviation);
+  const Matrix measured = model_->points().cwiseMax(0).cwiseMin(1);  // the start may be outside the box
+  model_->predict(measured, mean, deviation);
   const surrogates::Standard standard = model_->standard();
-  // The mean, plus so many deviations: a lower bound from the other side. Standardised, for the search's tolerances.
+  // An upper confidence bound, as a lower bound with negative kappa; standardised to suit the tolerances of the search.
   const surrogates::AcquisitionSetup setup{0, 0, -recipe_.caution};
   const auto cost = [&](const Vector& at, Vector& gradient) {
     const double value = surrogates::acquisition_cost(Acquisition::lower_bound, setup, model_->predict(at), gradient);
@@ -106,7 +106,7 @@ void Proposer::find_optimum() {
     return (value - standard.mean) / standard.scale;
   };
   const Vector costs = surrogates::acquisition_costs(Acquisition::lower_bound, setup, mean, deviation);
-  optimum_ = surrogates::polish(cost, seen, costs, kPolished, kPolishIterations).at;
+  optimum_ = surrogates::polish(cost, measured, costs, kPolished, kPolishIterations).at;
 }
 
 Proposer::Data Proposer::data() const {
@@ -131,23 +131,23 @@ Proposer::Data Proposer::data() const {
 }
 
 void Proposer::fit() {
-  const Data seen = data();
-  const surrogates::Standard standard(seen.values);
+  const Data measured = data();
+  const surrogates::Standard standard(measured.values);
   if (!thrifty() || theta_.size() == 0 || points_.size() >= fitted_with_ + kPointsBetweenFits) {
     std::vector<Vector> starts = thrifty() && theta_.size() && !recipe_.priors ? std::vector<Vector>{} : starts_;
-    // scikit-optimize forgets the last theta. Where few random starts are made, forgetting it loses a good model now
-    // and then, and with it the recommendation.
+    // scikit-optimize does not start from the last theta. With few random starts that occasionally loses a good model
+    // and its recommendation.
     if (theta_.size() && (thrifty() || recipe_.priors)) starts.push_back(theta_);
-    const surrogates::Likelihood likelihood(recipe_.shape, seen.points, standard.apply(seen.values));
+    const surrogates::Likelihood likelihood(recipe_.shape, measured.points, standard.apply(measured.values));
     theta_ = surrogates::fit_theta(likelihood, bounds_, starts, prior_);
     fitted_with_ = points_.size();
   }
-  model_.emplace(recipe_.shape, seen.points, seen.values, theta_, standard);
-  incumbent_ = seen.values.minCoeff();
+  model_.emplace(recipe_.shape, measured.points, measured.values, theta_, standard);
+  incumbent_ = measured.values.minCoeff();
   if (recipe_.model_incumbent) {
     Vector mean;
     Vector deviation;
-    model_->predict(seen.points, mean, deviation);
+    model_->predict(measured.points, mean, deviation);
     incumbent_ = mean.minCoeff();
   }
 }
@@ -165,7 +165,7 @@ Matrix Proposer::draw_candidates() {
   if (recipe_.near_candidates == 0) return drawn;
   const auto near = static_cast<Eigen::Index>(recipe_.near_candidates);
   drawn.conservativeResize(Eigen::NoChange, drawn.cols() + near);
-  // Around the optimum, from everywhere between close by and half the cube away: exp(-4.6) is 0.01.
+  // Around the optimum, at log-uniform distances of 0.005 to 0.5 of the cube.
   for (Eigen::Index i = drawn.cols() - near; i < drawn.cols(); ++i) {
     const double stride = 0.5 * std::exp(candidates_.uniform(-4.6, 0));
     for (Eigen::Index axis = 0; axis < drawn.rows(); ++axis)
@@ -174,13 +174,13 @@ Matrix Proposer::draw_candidates() {
   return drawn;
 }
 
-// With probability proportional to exp(gain).
+// Selects a proposal with probability proportional to exp(gain).
 std::size_t Proposer::choose() {
   if (gains_.size() == 1) return 0;
   const double highest = *std::max_element(gains_.begin(), gains_.end());
   std::vector<double> weights;
   for (const double gain : gains_) weights.push_back(std::exp(gain - highest));
-  double left = dice_.uniform() * std::accumulate(weights.begin(), weights.end(), 0.0);
+  double left = choices_.uniform() * std::accumulate(weights.begin(), weights.end(), 0.0);
   for (std::size_t i = 0; i + 1 < weights.size(); ++i) {
     if (left < weights[i]) return i;
     left -= weights[i];

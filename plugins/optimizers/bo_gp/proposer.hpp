@@ -1,5 +1,4 @@
-// Bayesian optimisation in the unit cube, without a host: what was seen goes in, poses to measure and the model's
-// optimum come out.
+// Bayesian optimisation in the unit cube with an ask-and-tell interface.
 #pragma once
 
 #include <array>
@@ -16,36 +15,36 @@ namespace bo_gp {
 using surrogates::Matrix;
 using surrogates::Vector;
 
-// The defaults are scikit-optimize's.
+// Defaults as in scikit-optimize.
 struct Recipe {
   std::vector<surrogates::Acquisition> portfolio = {surrogates::Acquisition::expected_improvement,
                                                     surrogates::Acquisition::lower_bound,
-                                                    surrogates::Acquisition::probability};  // hedged between
+                                                    surrogates::Acquisition::probability};  // more than one: gp_hedge
   surrogates::Shape shape = surrogates::Shape::matern52;
-  std::size_t initial_points = 10;  // 0: one more than dimensions
-  bool latin = false;               // initial points: a Latin hypercube instead of uniform ones
+  std::size_t initial_points = 10;  // 0: dimensions + 1
+  bool latin = false;               // initial points: a Latin hypercube; false: uniform
   double xi = 0.01;
-  bool xi_relative = false;      // in deviations of the merits
-  bool model_incumbent = false;  // to beat: the lowest posterior mean at a measured pose, not the lowest merit
-  bool priors = false;           // on the hyper-parameters
+  bool xi_relative = false;      // xi in standard deviations of the merits
+  bool model_incumbent = false;  // incumbent: the lowest posterior mean at a measured pose; false: the lowest merit
+  bool priors = false;           // on the hyperparameters
   bool warp = false;
   double kappa = 1.96;
-  double caution = 0;  // deviations added to the mean whose lowest point is the optimum
+  double caution = 0;  // optimum: the minimum of mean + caution * deviation
   double noise = 0;    // share of the merits' variance; 0: fitted
   std::size_t candidates = 10000;
-  std::size_t near_candidates = 0;  // besides: around the model's optimum
+  std::size_t near_candidates = 0;  // additional candidates around the model's optimum
   std::size_t restarts = 2;
-  std::size_t exact_points = 80;  // more than that: the short cuts of README.md
+  std::size_t exact_points = 80;  // with more points the approximations described in README.md
 };
 
 class Proposer {
  public:
   Proposer(std::size_t dimensions, const Recipe& recipe, std::uint64_t seed);
 
-  // A value that is no usable number counts as bad as the worst one seen.
+  // A non-finite value counts as the worst one so far.
   void tell(const Vector& point, double value);
   Vector ask();
-  // The lowest posterior mean (plus caution); nothing while the initial points are measured.
+  // The minimum of the posterior mean (plus caution); empty until the initial points are measured.
   const std::optional<Vector>& optimum() const { return optimum_; }
 
  private:
@@ -66,15 +65,15 @@ class Proposer {
   Recipe recipe_;
   relign::Random initial_;
   relign::Random candidates_;
-  relign::Random dice_;
+  relign::Random choices_;
   surrogates::ThetaBounds bounds_;
   surrogates::ThetaPrior prior_;
-  std::vector<Vector> starts_;  // of the search for theta: the same ones at every fit
-  std::vector<Vector> design_;  // initial points still to be measured, the last one first
+  std::vector<Vector> starts_;  // for the optimisation of theta, the same at every fit
+  std::vector<Vector> design_;  // initial points not yet measured, taken from the end
   std::vector<Vector> points_;
   std::vector<double> values_;
   Vector theta_;
-  std::size_t fitted_with_ = 0;  // points
+  std::size_t fitted_with_ = 0;  // number of points at the last fit of theta
   std::optional<surrogates::GaussianProcess> model_;
   std::optional<Vector> optimum_;
   double incumbent_ = 0;

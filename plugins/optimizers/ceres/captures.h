@@ -1,5 +1,5 @@
-// Captures as least squares sees them: differences from the reference image, blurred. All that least squares needs of
-// residuals is the product of one with another, so that 40,000 pixels are looked at once per capture and pair.
+// Residuals of captures: differences from the reference image, blurred. Least squares needs only their inner products,
+// so each pair of captures is processed once.
 #pragma once
 
 #include <Eigen/Dense>
@@ -24,21 +24,21 @@ class Captures {
     add_blurred();
   }
 
-  // Standard deviation of the blur as a share of the image's shorter side.
+  // share: standard deviation of the blur, as a share of the image's shorter side.
   void set_blur(double share) {
     sigma_ = share * static_cast<double>(std::min(binned_.width(), binned_.height()));
     blurred_.clear();
     products_.resize(0, 0);
     while (blurred_.size() < raw_.size()) add_blurred();
-    const Eigen::VectorXf seen = blur(reference_);
-    const double power = seen.squaredNorm() / static_cast<double>(seen.size());
+    const Eigen::VectorXf soft = blur(reference_);
+    const double power = soft.squaredNorm() / static_cast<double>(soft.size());
     contrast_ = power > 0 && std::isfinite(power) ? std::sqrt(power) : 1;
   }
 
-  // Mean over the pixels of the product of two residuals, in units of the blurred reference's own mean square.
+  // Inner products of all residuals, as means over pixels relative to the blurred reference's mean square.
   Eigen::MatrixXd products() const { return products_ / (contrast_ * contrast_); }
 
-  // What noise adds to the product of a capture with itself, from two captures at one pose.
+  // The contribution of noise to the product of a capture with itself, from two captures at the same pose.
   double noise(Eigen::Index one, Eigen::Index other) const {
     const Eigen::MatrixXd all = products();
     return std::max(0.0, 0.5 * (all(one, one) + all(other, other)) - all(one, other));
@@ -72,8 +72,8 @@ class Captures {
   Eigen::MatrixXd products_;
 };
 
-// Columns with the same products as the captures have, one for each: residuals of as many numbers as there are captures
-// (Cholesky's factor; a capture that is a combination of those before it adds no number).
+// Returns short vectors, one column per capture, with the given inner products (a Cholesky factor; a capture that is a
+// combination of earlier ones adds no dimension).
 inline Eigen::MatrixXd coordinates(const Eigen::MatrixXd& products) {
   const Eigen::Index count = products.rows();
   Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(count, count);

@@ -1,4 +1,4 @@
-// Levenberg-Marquardt on the merit, or on the image's difference from the reference. See README.md.
+// ceres: Levenberg-Marquardt on the difference from the reference image, or on the merit. See README.md.
 #include <relign/plugin.hpp>
 
 #include "captures.h"
@@ -16,11 +16,11 @@ using ceres_plugin::Vector;
 using pictures::to_pose;
 using pictures::to_vector;
 
-constexpr double kSmallestShare = 0.02;  // of the first differences: finer ones measure noise alone
-constexpr double kReach = 0.06;          // of one step of the local model
-constexpr double kLongestProbe = 0.12;
-constexpr int kProbesPerAxis = 20;   // then the trial is finished
-constexpr double kTimesProbe = 1.5;  // width of the neighbourhood that the local model is fitted to
+constexpr double kSmallestShare = 0.02;  // of the first differences: smaller ones measure noise
+constexpr double kReach = 0.06;          // share of the travel: longest step of the local model
+constexpr double kLongestProbe = 0.12;   // share of the travel
+constexpr int kProbesPerAxis = 20;       // then the trial ends
+constexpr double kTimesProbe = 1.5;      // width of the local model's neighbourhood, in probe lengths
 
 class Ceres final : public relign::Optimizer {
  public:
@@ -31,8 +31,8 @@ class Ceres final : public relign::Optimizer {
         last_blur_(given.number("last_blur")),
         probe_(given.number("probe")) {
     if (last_blur_ > first_blur_)
-      throw std::invalid_argument("last_blur: expected at most first_blur, " + std::to_string(first_blur_) +
-                                  ", found " + std::to_string(last_blur_));
+      throw std::invalid_argument("parameter 'last_blur': found '" + std::to_string(last_blur_) +
+                                  "', must be at most 'first_blur', " + std::to_string(first_blur_));
   }
 
   void run(relign::Conversation& talk) override {
@@ -48,29 +48,29 @@ class Ceres final : public relign::Optimizer {
  private:
   Vector strides() const { return Vector::Constant(lower_.size(), difference_); }
 
-  // One residual, the merit: a search for its zero.
+  // One residual, the merit: searches for its zero.
   void search_by_merit(relign::Conversation& talk) const {
     const relign::Observation first = talk.first();
     const double unit = std::isfinite(first.merit) && first.merit > 0 ? first.merit : 1;
     std::vector<double> residuals;
     double worst = 1;
-    // Below zero nothing is better than zero; what is no number is as bad as the worst that was one.
+    // Negative merits count as 0, non-finite ones as the worst finite one.
     const auto take = [&](double merit) {
       const double residual = std::isfinite(merit) ? std::clamp(merit / unit, 0.0, 1e6) : worst;
       worst = std::max(worst, residual);
       residuals.push_back(residual);
     };
     take(first.merit);
-    const auto look = [&](const Vector& x) {
-      const auto seen = talk.step(to_pose(x));
-      if (seen) take(seen->merit);
-      return seen.has_value();
+    const auto evaluate = [&](const Vector& x) {
+      const auto observation = talk.step(to_pose(x));
+      if (observation) take(observation->merit);
+      return observation.has_value();
     };
     const auto all = [&]() -> Matrix {
       return Eigen::Map<const Matrix>(residuals.data(), 1, static_cast<Eigen::Index>(residuals.size()));
     };
-    SecantSolver solver({lower_, upper_, look, all}, to_vector(talk.box().clamp(first.pose)));
-    // The best measured pose counts: it may be one of the differences'.
+    SecantSolver solver({lower_, upper_, evaluate, all}, to_vector(talk.box().clamp(first.pose)));
+    // Makes no recommendation: the best measured pose, which the host uses, may be one of the differences.
     solver.search(strides(), kSmallestShare);
   }
 
@@ -79,22 +79,22 @@ class Ceres final : public relign::Optimizer {
     captures.set_blur(first_blur_);
     const relign::Observation first = talk.first();
     captures.add(first.image());
-    const auto look = [&](const Vector& x) {
-      const auto seen = talk.step(to_pose(x));
-      if (seen) captures.add(seen->image());
-      return seen.has_value();
+    const auto evaluate = [&](const Vector& x) {
+      const auto observation = talk.step(to_pose(x));
+      if (observation) captures.add(observation->image());
+      return observation.has_value();
     };
     const auto all = [&]() -> Matrix { return ceres_plugin::coordinates(captures.products()); };
-    SecantSolver solver({lower_, upper_, look, all}, to_vector(talk.box().clamp(first.pose)));
-    if (approach(talk, captures, solver)) refine(talk, captures, solver, look);
+    SecantSolver solver({lower_, upper_, evaluate, all}, to_vector(talk.box().clamp(first.pose)));
+    if (approach(talk, captures, solver)) refine(talk, captures, solver, evaluate);
   }
 
-  // Coarse to fine, by Broyden's Jacobian, until finer images tell no more. False when stopped.
+  // Coarse-to-fine steps with Broyden's Jacobian, down to last_blur. Returns false when stopped.
   bool approach(relign::Conversation& talk, Captures& captures, SecantSolver& solver) const {
     if (!solver.difference(strides())) return false;
-    const int most_looks = 2 * static_cast<int>(lower_.size());
+    const int most_evaluations = 2 * static_cast<int>(lower_.size());
     double blur = first_blur_, radius = 30;
-    for (int failures = 0; solver.looks() < most_looks;) {
+    for (int failures = 0; solver.evaluations() < most_evaluations;) {
       const SecantSolver::Step made = solver.step(radius, 1e-5);
       if (made == SecantSolver::Step::stopped) return false;
       const bool lower = made == SecantSolver::Step::lower;
@@ -113,15 +113,16 @@ class Ceres final : public relign::Optimizer {
     return true;
   }
 
-  // Probes around what the local model thinks best, which follows. Probes go along the directions that the image tells
-  // apart, both ways, and as far as it takes to see them.
-  template <class Look>
-  void refine(relign::Conversation& talk, Captures& captures, const SecantSolver& solver, const Look& look) const {
+  // Probes around the optimum of the local model, which is updated after every capture. Probes go both ways along the
+  // principal directions of the Jacobian, each as far as changes the image by `probe_`.
+  template <class Evaluate>
+  void refine(relign::Conversation& talk, Captures& captures, const SecantSolver& solver,
+              const Evaluate& evaluate) const {
     captures.set_blur(last_blur_);
     std::vector<Vector> points = solver.points();
     Vector at = solver.best();
     const auto once = static_cast<Eigen::Index>(solver.base()), again = static_cast<Eigen::Index>(points.size());
-    if (!look(at)) return;
+    if (!evaluate(at)) return;
     points.push_back(at);
     const double noise = captures.noise(once, again);
     const Eigen::Index n = at.size();
@@ -138,7 +139,7 @@ class Ceres final : public relign::Optimizer {
       Vector probe = at + (k % 2 == 0 ? length : -length) * model.axes.col(direction);
       if (!probe.allFinite()) probe = at;
       points.push_back(probe.cwiseMax(lower_).cwiseMin(upper_));
-      if (!look(points.back())) return;
+      if (!evaluate(points.back())) return;
     }
     at = fit_locally(points, captures.products(), noise, at, solver.combinations(), near, lower_, upper_).optimum;
     talk.recommend(to_pose(at));

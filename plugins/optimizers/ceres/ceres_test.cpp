@@ -20,7 +20,7 @@ using test::FakeConversation;
 using test::FakeSetup;
 using test::Pose;
 
-// ---- the solver on published problems of least squares ------------------------------------------
+// ---- the solver on published least-squares problems ----------------------------------------------
 
 struct Problem {
   const char* name;
@@ -61,25 +61,26 @@ Vector powell_singular(const Vector& x) {
                  std::sqrt(10.0) * std::pow(x[0] - x[3], 2)});
 }
 
-// Minimises in units of the start's size, by the solver alone: differences of 1e-3 first, then finer ones.
+// Minimises with the solver, in units of the start's magnitude: differences of 1e-3 first, then finer ones.
 Vector minimise(const Problem& problem, double box) {
   const Vector unit = problem.start.cwiseAbs().cwiseMax(1e-5);
-  std::vector<Vector> seen;
+  std::vector<Vector> evaluated;
   const double scale = 1 / std::max(1.0, problem.residuals(problem.start).norm());
-  const auto look = [&](const Vector& u) {
-    seen.push_back(problem.residuals(u.cwiseProduct(unit)) * scale);
-    return seen.size() < 5000;
+  const auto evaluate = [&](const Vector& u) {
+    evaluated.push_back(problem.residuals(u.cwiseProduct(unit)) * scale);
+    return evaluated.size() < 5000;
   };
   const auto all = [&]() -> Matrix {
-    Matrix columns(seen[0].size(), static_cast<Eigen::Index>(seen.size()));
-    for (std::size_t i = 0; i < seen.size(); ++i) columns.col(static_cast<Eigen::Index>(i)) = seen[i];
+    Matrix columns(evaluated[0].size(), static_cast<Eigen::Index>(evaluated.size()));
+    for (std::size_t i = 0; i < evaluated.size(); ++i) columns.col(static_cast<Eigen::Index>(i)) = evaluated[i];
     return columns;
   };
   const Vector start = problem.start.cwiseQuotient(unit);
-  look(start);
-  SecantSolver solver({Vector::Constant(start.size(), -box), Vector::Constant(start.size(), box), look, all}, start);
+  evaluate(start);
+  SecantSolver solver({Vector::Constant(start.size(), -box), Vector::Constant(start.size(), box), evaluate, all},
+                      start);
   solver.search(Vector::Constant(start.size(), 1e-3), 1e-6);
-  EXPECT_LT(seen.size(), 3000u) << problem.name;
+  EXPECT_LT(evaluated.size(), 3000u) << problem.name;
   return solver.best().cwiseProduct(unit);
 }
 
@@ -101,14 +102,14 @@ TEST(SecantSolver, FindsThePublishedParametersToFourDigits) {
   }
 }
 
-TEST(SecantSolver, ASingularJacobianAtTheOptimumIsNoHindrance) {
+TEST(SecantSolver, ConvergesWithSingularJacobianAtTheOptimum) {
   const Vector found = minimise({"Powell singular", vector({3, -1, 0.1, 1}), {}, powell_singular}, 100);
   EXPECT_LT(powell_singular(found).squaredNorm(), 1e-6);
 }
 
 TEST(SecantSolver, StopsAtABound) {
   const Vector found = minimise({"Rosenbrock in a box", vector({-1.2, 1}), {}, rosenbrock}, 0.5 / 1.2);
-  EXPECT_NEAR(found[0], 0.5, 1e-4);  // x1 <= 0.5, x2 <= 0.4167: the parabola is met there
+  EXPECT_NEAR(found[0], 0.5, 1e-4);  // x1 <= 0.5, x2 <= 0.4167: on the parabola
   EXPECT_NEAR(found[1], 0.25, 1e-3);
 }
 
@@ -116,7 +117,7 @@ TEST(SecantSolver, StopsAtABound) {
 
 constexpr std::uint32_t kSide = 48;
 
-// Three blobs whose place, width and balance are the pose; a lens seen from far away.
+// Three blobs whose position, width and balance depend on the pose: a simplified lens.
 struct Picture {
   static std::vector<float> paint(const Pose& pose, const Pose& optimum) {
     std::vector<float> pixels(kSide * kSide);
@@ -171,7 +172,7 @@ struct Trial {
     test::run_plugin("ceres", id, parameters, *conversation);
   }
 
-  // Farthest axis of a pose from the optimum.
+  // Largest distance of a pose from the optimum over the axes.
   double miss(const Pose& pose) const {
     double worst = 0;
     for (std::size_t axis = 0; axis < pose.size(); ++axis)
@@ -187,7 +188,7 @@ struct Trial {
   std::unique_ptr<FakeConversation> conversation;
 };
 
-TEST(CeresImage, ReachesTheOptimumOfAnImageInEveryDimension) {
+TEST(CeresImage, FindsOptimumInAnyDimension) {
   for (const std::uint32_t axes : {1u, 2u, 3u, 5u}) {
     SCOPED_TRACE(axes);
     Trial trial(axes, 0, 1, 40);
@@ -197,7 +198,7 @@ TEST(CeresImage, ReachesTheOptimumOfAnImageInEveryDimension) {
   }
 }
 
-TEST(CeresImage, ProbesAverageNoiseAwayThatHidesTheBestMeasuredPose) {
+TEST(CeresImage, ProbesAverageOutNoise) {
   double recommended = 0, measured_best = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     Trial trial(5, 0.2, seed, 40);
@@ -209,7 +210,7 @@ TEST(CeresImage, ProbesAverageNoiseAwayThatHidesTheBestMeasuredPose) {
   EXPECT_LT(recommended, 0.7 * measured_best);
 }
 
-TEST(CeresImage, RecommendsAtEveryStepOnceItHasAModel) {
+TEST(CeresImage, RecommendsAtEveryStepAfterFirstModel) {
   Trial trial(5, 0.05, 1, 40);
   trial.run("ceres-image");
   for (std::size_t made = 14; made < 40; ++made)
@@ -218,14 +219,14 @@ TEST(CeresImage, RecommendsAtEveryStepOnceItHasAModel) {
         << made;
 }
 
-TEST(CeresImage, FinishesByItself) {
+TEST(CeresImage, FinishesBeforeTheBudgetIsSpent) {
   Trial trial(2, 0.01, 1, 100000);
   trial.run("ceres-image");
   EXPECT_FALSE(trial.conversation->stopped);
   EXPECT_LT(trial.conversation->steps.size(), 60u);
 }
 
-TEST(CeresScalar, FindsTheBottomOfABowl) {
+TEST(CeresScalar, MinimisesQuadratic) {
   for (const std::uint32_t axes : {1u, 2u, 5u}) {
     SCOPED_TRACE(axes);
     FakeSetup setup;
@@ -241,30 +242,30 @@ TEST(CeresScalar, FindsTheBottomOfABowl) {
   }
 }
 
-TEST(Ceres, ABlurThatWouldGrowIsRefusedWithASentence) {
+TEST(Ceres, RejectsLastBlurAboveFirstBlur) {
   Trial trial(2, 0, 1, 10);
   try {
     trial.run("ceres", {{"first_blur", 0.01}, {"last_blur", 0.02}});
     FAIL() << "no exception";
   } catch (const Error& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("last_blur: expected at most first_blur"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("parameter 'last_blur': found '0.020000', must be at most"));
   }
 }
 
 // ---- parts ---------------------------------------------------------------------------------------
 
-TEST(Captures, CoordinatesHaveTheProductsOfTheImages) {
+TEST(Captures, CoordinatesHaveGivenInnerProducts) {
   Matrix any(3, 5);
   Random random(4);
   for (double& entry : any.reshaped()) entry = random.normal();
-  const Matrix products = any.transpose() * any;  // 5 captures that span 3 numbers
+  const Matrix products = any.transpose() * any;  // 5 captures that span 3 dimensions
   const Matrix columns = ceres_plugin::coordinates(products);
   EXPECT_LT((columns.transpose() * columns - products).norm(), 1e-9 * products.norm());
 }
 
-TEST(Captures, NoiseIsWhatTwoCapturesAtOnePoseDoNotShare) {
+TEST(Captures, EstimatesNoiseFromTwoCapturesAtOnePose) {
   const Pose pose(5, 0.0);
-  std::vector<float> clean = Picture::paint(pose, pose), seen = clean;
+  std::vector<float> clean = Picture::paint(pose, pose), noisy = clean;
   const auto view = [](const std::vector<float>& pixels) {
     return relign_image{sizeof(relign_image), RELIGN_SAMPLE_FLOAT32, kSide, kSide, 1, 0,
                         pixels.data(),        kSide * sizeof(float)};
@@ -273,9 +274,9 @@ TEST(Captures, NoiseIsWhatTwoCapturesAtOnePoseDoNotShare) {
   captures.set_blur(0);
   for (std::uint64_t seed = 1; seed <= 2; ++seed) {
     Random random(seed);
-    for (std::size_t i = 0; i < seen.size(); ++i)
-      seen[i] = 0.5F * clean[i] + 0.1F * static_cast<float>(random.normal());
-    captures.add(ImageView(view(seen)));
+    for (std::size_t i = 0; i < noisy.size(); ++i)
+      noisy[i] = 0.5F * clean[i] + 0.1F * static_cast<float>(random.normal());
+    captures.add(ImageView(view(noisy)));
   }
   double power = 0;
   for (const float pixel : clean) power += pixel * pixel / static_cast<double>(clean.size());

@@ -1,5 +1,5 @@
-// A quadratic model of the residuals around a pose, fitted to every capture near it at once, and the pose that it
-// thinks best. Where Broyden's update learns from a step what it can, this averages noise away.
+// A quadratic model of the residuals around a pose, fitted to all captures near it, and its optimum. Unlike Broyden's
+// update, the fit averages out noise.
 #pragma once
 
 #include <Eigen/Dense>
@@ -12,20 +12,20 @@
 namespace ceres_plugin {
 
 struct LocalModel {
-  Vector optimum;   // in the box
-  Matrix squares;   // J'J without what noise adds to it
-  Matrix axes;      // its principal directions, columns; the one the image feels least comes first
-  Vector strength;  // squared change of the image per unit along each
+  Vector optimum;   // inside the box
+  Matrix squares;   // J'J, corrected for noise
+  Matrix axes;      // its eigenvectors as columns, the least sensitive direction first
+  Vector strength;  // its eigenvalues: squared change of the image per unit
 };
 
 struct Neighbourhood {
-  Matrix metric;      // a capture's weight is exp(-d' metric d / 2)
+  Matrix metric;      // weight of a capture at displacement d: exp(-d' metric d / 2)
   double reach = 0;   // longest step
-  double stride = 0;  // what the prior Jacobian is worth: differences of this length
+  double stride = 0;  // length of the differences behind the prior Jacobian, which determines its weight
 };
 
-// 1, the way from the pose, and all products of two ways, these in units of the metric and so that turning the axes
-// makes no difference to a ridge over them.
+// Basis of the model: 1, the displacement, and all quadratic terms, the latter in units of the metric and scaled so
+// that a ridge penalty is invariant to rotations.
 inline Vector quadratic_terms(const Vector& away, const Matrix& root_of_metric) {
   const Eigen::Index n = away.size();
   const Vector far = root_of_metric * away;
@@ -38,15 +38,15 @@ inline Vector quadratic_terms(const Vector& away, const Matrix& root_of_metric) 
   return terms;
 }
 
-// products: of all captures with each other. noise: what it adds to those of a capture with itself, and so, squared
-// weights being what they are, to J'J: without that correction steps along directions that the image hardly feels would
-// follow the noise of the differences. prior: Jacobian as combinations of the first captures.
+// products: inner products of all captures. noise: its contribution to the product of a capture with itself, which is
+// subtracted; otherwise steps along insensitive directions would follow the noise of the differences. prior: a Jacobian
+// as combinations of the first captures.
 inline LocalModel fit_locally(const std::vector<Vector>& points, const Matrix& products, double noise, const Vector& at,
                               const Matrix& prior, const Neighbourhood& near, const Vector& lower,
                               const Vector& upper) {
-  // Damping shortens every step along what is hardly felt: as a share of J'J a hundredth is too much. What noise added
-  // to J'J is known but for a small share, which damps what is felt less than that. Curvature is held small by a ridge
-  // as heavy as one capture, or else it would take up the noise of few captures.
+  // Damping shortens steps along insensitive directions; 0.01 of J'J would be too much. The noise term of J'J is known
+  // except for a small share, which damps the directions below it. A ridge with the weight of one capture keeps the
+  // curvature small, which would otherwise fit the noise of few captures.
   constexpr double kPriorWeight = 0.06, kDamping = 0.001, kNoiseShare = 0.02, kRidge = 1;
   const auto count = static_cast<Eigen::Index>(points.size());
   const Eigen::Index n = at.size();
@@ -66,7 +66,7 @@ inline LocalModel fit_locally(const std::vector<Vector>& points, const Matrix& p
     right.row(axis + 1).head(prior.rows()) += trust * prior.col(axis).transpose();
   }
   normal.diagonal().tail(normal.rows() - n - 1).array() += kRidge;
-  // Residual at `at`, its Jacobian there and its curvature, as combinations of captures.
+  // Rows: residual, Jacobian and curvature at `at`, as combinations of captures.
   const Matrix fitted = normal.ldlt().solve(right);
   Matrix clean = products;
   clean.diagonal().array() -= noise;

@@ -1,8 +1,8 @@
-// Least squares without derivatives, one look at a time: steps of Levenberg-Marquardt (ceres::TinySolver) on a Jacobian
-// that is differenced once and then corrected by Broyden's rank-one update after every look.
+// Derivative-free least squares: Levenberg-Marquardt steps (ceres::TinySolver) with a Jacobian that is differenced once
+// and then corrected by Broyden's rank-one update after every evaluation.
 //
-// The Jacobian is kept as combinations of the residuals seen, not as numbers: whoever owns the residuals may express
-// them in other coordinates (blur the images less, say) and go on with the same Jacobian.
+// The Jacobian is stored as linear combinations of evaluated residuals, so the caller may change the coordinates of the
+// residuals (for example the blur of images) and continue with the same Jacobian.
 #pragma once
 
 #include <ceres/tiny_solver.h>
@@ -23,28 +23,28 @@ class SecantSolver {
  public:
   struct Problem {
     Vector lower, upper;  // the box
-    // Looks at a point in the box; false when there are no more looks.
-    std::function<bool(const Vector&)> look;
-    // Residuals of all looks, a column each, in any coordinates that agree with each other.
+    // Evaluates a point in the box; false when the budget is spent.
+    std::function<bool(const Vector&)> evaluate;
+    // Residuals of all evaluations, one per column, in any common coordinates.
     std::function<Matrix()> residuals;
   };
 
-  // The look at `start` has been made.
+  // `start` must have been evaluated.
   SecantSolver(Problem problem, const Vector& start)
       : problem_(std::move(problem)), combinations_(Matrix::Zero(0, start.size())) {
     remember(start);
   }
 
-  int looks() const { return static_cast<int>(points_.size()); }
+  int evaluations() const { return static_cast<int>(points_.size()); }
   const std::vector<Vector>& points() const { return points_; }
-  int base() const { return base_; }  // the look that steps start from
+  int base() const { return base_; }  // index of the evaluation that steps start from
   const Vector& best() const { return points_[static_cast<std::size_t>(base_)]; }
-  // looks x axes: the Jacobian is residuals * combinations.
+  // Evaluations x axes: the Jacobian is residuals * combinations.
   const Matrix& combinations() const { return combinations_; }
-  double last_step() const { return last_step_; }  // along its longest axis
+  double last_step() const { return last_step_; }  // largest component
 
-  // One look a stride away along every axis, on the roomier side; the Jacobian is divided by the true strides. False
-  // when there are no more looks.
+  // Differences the Jacobian: one evaluation per axis, one stride towards the side with more room. Returns false when
+  // the budget is spent.
   bool difference(const Vector& strides) {
     const int at = base_;
     for (Eigen::Index axis = 0; axis < strides.size(); ++axis) {
@@ -53,41 +53,42 @@ class SecantSolver {
       x[axis] = std::clamp(x[axis] + (up ? strides[axis] : -strides[axis]), problem_.lower[axis], problem_.upper[axis]);
       const double stride = x[axis] - best()[axis];
       if (stride == 0) continue;  // the box has no width here
-      if (!look(x)) return false;
+      if (!evaluate(x)) return false;
       combinations_.col(axis).setZero();
-      combinations_(looks() - 1, axis) = 1 / stride;
+      combinations_(evaluations() - 1, axis) = 1 / stride;
       combinations_(at, axis) = -1 / stride;
     }
     return true;
   }
 
-  enum class Step { lower, not_lower, none, stopped };  // none: too short to be worth a look
+  enum class Step { lower, not_lower, none, stopped };  // none: the step is too short
 
-  // One step from the base, which follows when the squared residuals got lower. 1 / radius is the damping as a share of
-  // the Jacobian's squares.
+  // One step from the base; the base moves if the sum of squares decreases. 1 / radius is the damping as a share of
+  // J'J.
   Step step(double radius, double shortest) {
-    const int looks_before = looks(), base_before = base_;
+    const int evaluations_before = evaluations(), base_before = base_;
     const Matrix shown = problem_.residuals();
     Function function{this, static_cast<int>(shown.rows()) + 1, static_cast<int>(best().size())};
     ceres::TinySolver<Function> solver;
-    solver.options.max_num_iterations = 2;  // counted from 1, and the second is not begun
+    solver.options.max_num_iterations = 2;  // counted from 1; the second iteration is not started
     solver.options.gradient_tolerance = -1;
     solver.options.function_tolerance = 0;
     solver.options.cost_threshold = -1;
-    solver.options.parameter_tolerance = 1e-300;  // TinySolver's is a share of the distance from 0, which means nothing
+    solver.options.parameter_tolerance = 1e-300;  // TinySolver's is relative to the distance from 0, meaningless here
     solver.options.initial_trust_region_radius = radius;
     shortest_ = shortest;
     Vector x = best();
     solver.Solve(function, &x);
     if (stopped_) return Step::stopped;
     if (base_ != base_before) return Step::lower;
-    return looks() == looks_before ? Step::none : Step::not_lower;
+    return evaluations() == evaluations_before ? Step::none : Step::not_lower;
   }
 
-  // Steps and new differences until strides are shorter than `smallest` of what they were. Differences get finer where
-  // they do not lead much lower any more.
+  // Repeats differences and steps until the strides are below `smallest` of their initial lengths. Strides are
+  // shortened when a Jacobian no longer decreases the sum of squares by much.
   void search(const Vector& strides, double smallest) {
-    const auto most_steps = 2 * strides.size();  // of one Jacobian: beyond it little of what was differenced is left
+    const auto most_steps =
+        2 * strides.size();  // per Jacobian: after more updates it no longer reflects the differences
     double radius = kFirstRadius;
     for (double share = 1; share >= smallest;) {
       const double before = cost();
@@ -108,7 +109,7 @@ class SecantSolver {
  private:
   static constexpr double kFirstRadius = 30;
 
-  // What TinySolver calls: with a Jacobian at the base, and at the candidate once it has accepted that.
+  // The cost function for TinySolver, which requests a Jacobian at the base, and at a candidate after accepting it.
   struct Function {
     using Scalar = double;
     enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = Eigen::Dynamic };
@@ -138,35 +139,35 @@ class SecantSolver {
 
   double cost() const { return problem_.residuals().col(base_).squaredNorm(); }
 
-  bool look(const Vector& x) {
-    stopped_ = stopped_ || !problem_.look(x);
+  bool evaluate(const Vector& x) {
+    stopped_ = stopped_ || !problem_.evaluate(x);
     if (!stopped_) remember(x);
     return !stopped_;
   }
 
   void remember(const Vector& x) {
     points_.push_back(x);
-    Matrix longer = Matrix::Zero(looks(), x.size());
+    Matrix longer = Matrix::Zero(evaluations(), x.size());
     longer.topRows(combinations_.rows()) = combinations_;
     combinations_ = longer;
   }
 
-  // Gives the look, or -1.
+  // Returns the index of the evaluation, or -1.
   int try_step(const Vector& wanted) {
     if (!wanted.allFinite()) return -1;
     const Vector x = wanted.cwiseMax(problem_.lower).cwiseMin(problem_.upper);
     const Vector step = x - best();
     last_step_ = step.lpNorm<Eigen::Infinity>();
-    if (last_step_ <= shortest_ || !look(x)) return -1;
-    // Broyden: the least change of the Jacobian that explains what this step did.
-    Vector change = Vector::Zero(looks());
-    change[looks() - 1] = 1;
+    if (last_step_ <= shortest_ || !evaluate(x)) return -1;
+    // Broyden: the smallest change of the Jacobian that reproduces this step.
+    Vector change = Vector::Zero(evaluations());
+    change[evaluations() - 1] = 1;
     change[base_] = -1;
     combinations_ += (change - combinations_ * step) * (step / step.squaredNorm()).transpose();
-    return looks() - 1;
+    return evaluations() - 1;
   }
 
-  // An axis at its bound that would go on outwards is held.
+  // Fixes axes at a bound whose step would lead outside.
   void hold_at_bounds(const Vector& residual, Eigen::Map<Matrix>& columns) const {
     const Vector gradient = columns.transpose() * residual;
     for (Eigen::Index axis = 0; axis < gradient.size(); ++axis)

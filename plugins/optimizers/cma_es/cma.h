@@ -1,6 +1,6 @@
-// The covariance matrix adaptation evolution strategy, (mu/mu_w, lambda), as in N. Hansen, "The CMA Evolution Strategy:
-// A Tutorial" (arXiv 1604.00772), with the tutorial's default constants and weights of the better half alone. It knows
-// nothing of merits: it draws points and is told which of them were the best. See README.md.
+// The (mu/mu_w, lambda) covariance matrix adaptation evolution strategy of N. Hansen, "The CMA Evolution Strategy: A
+// Tutorial" (arXiv 1604.00772), with its default constants and positive weights only. It draws points and learns from
+// their ranking; merits are evaluated elsewhere. See README.md.
 #pragma once
 
 #include <Eigen/Dense>
@@ -14,7 +14,7 @@ namespace cma_es {
 using Vector = Eigen::VectorXd;
 using Matrix = Eigen::MatrixXd;
 
-// What the tutorial's table 1 gives for n axes and a population of lambda.
+// Table 1 of the tutorial for n axes and a population of lambda.
 struct Constants {
   Constants(int axes, int population) : n(axes), lambda(population), mu(population / 2), weights(mu) {
     for (int i = 0; i < mu; ++i) weights[i] = std::log((lambda + 1) / 2.0) - std::log(i + 1.0);
@@ -30,14 +30,14 @@ struct Constants {
   static int usual_population(int axes) { return 4 + static_cast<int>(3 * std::log(double(axes))); }
 
   int n, lambda, mu;
-  Vector weights;  // of the mu best, the best one first
+  Vector weights;  // for the mu best, best first
   double mu_eff, c_c, c_s, c_1, c_mu, damping;
   double expected_length;  // of a standard normal vector
 };
 
 class Evolution {
  public:
-  // stride: standard deviation of the first draws, axis by axis; none may be zero.
+  // stride: standard deviation of the first draws per axis, not 0.
   Evolution(const Vector& mean, const Vector& stride, int population)
       : k_(static_cast<int>(mean.size()), population),
         scale_(stride),
@@ -50,7 +50,7 @@ class Evolution {
 
   const Constants& constants() const { return k_; }
   const Vector& mean() const { return mean_; }
-  // Standard deviation of the draws along the longest axis of their ellipsoid, as a share of the first one.
+  // Largest standard deviation of the draws over all directions, in units of the first one.
   double spread() const { return sigma_ * lengths_.maxCoeff(); }
   double condition() const { return std::pow(lengths_.maxCoeff() / lengths_.minCoeff(), 2); }
 
@@ -61,10 +61,10 @@ class Evolution {
     return mean_ + sigma_ * scale_.cwiseProduct(turned);
   }
 
-  // All of one generation's draws, the best one first.
+  // ranked: all draws of one generation, best first.
   void learn(const std::vector<Vector>& ranked) {
     ++generation_;
-    Vector step = Vector::Zero(k_.n);  // of the mean, in strides
+    Vector step = Vector::Zero(k_.n);  // move of the mean, in units of the stride and sigma
     Matrix rank_mu = Matrix::Zero(k_.n, k_.n);
     for (int i = 0; i < k_.mu; ++i) {
       const Vector y = (ranked[i] - mean_).cwiseQuotient(scale_) / sigma_;
@@ -76,7 +76,7 @@ class Evolution {
     const Vector whitened = axes_ * (axes_.transpose() * step).cwiseQuotient(lengths_);
     path_s_ = (1 - k_.c_s) * path_s_ + std::sqrt(k_.c_s * (2 - k_.c_s) * k_.mu_eff) * whitened;
     const double length = path_s_.norm();
-    // A path that is long because the step size is still too small says nothing of the shape.
+    // While the step size is still increasing, the path does not reflect the shape (h_sigma in the tutorial).
     const double begun = std::sqrt(1 - std::pow(1 - k_.c_s, 2.0 * generation_));
     const bool calm = length / begun < (1.4 + 2.0 / (k_.n + 1)) * k_.expected_length;
     path_c_ *= 1 - k_.c_c;
@@ -89,13 +89,13 @@ class Evolution {
   }
 
  private:
-  // Where no merit holds it back the step size would grow without end.
+  // Limits the step size where merits do not.
   static constexpr double kLargestSpread = 1e3;
 
   void decompose() {
     const Eigen::SelfAdjointEigenSolver<Matrix> solver(covariance_);
     const double largest = solver.eigenvalues().maxCoeff();
-    if (solver.info() != Eigen::Success || !(largest > 0) || !std::isfinite(largest)) return;  // as it was
+    if (solver.info() != Eigen::Success || !(largest > 0) || !std::isfinite(largest)) return;  // keep the previous one
     axes_ = solver.eigenvectors();
     lengths_ = solver.eigenvalues().cwiseMax(1e-20 * largest).cwiseSqrt();
   }
@@ -105,8 +105,8 @@ class Evolution {
   Vector mean_;
   Vector path_c_, path_s_;
   Matrix covariance_;
-  Matrix axes_;     // of the ellipsoid
-  Vector lengths_;  // of its half axes
+  Matrix axes_;     // eigenvectors of the covariance
+  Vector lengths_;  // square roots of its eigenvalues
   double sigma_ = 1;
   int generation_ = 0;
 };

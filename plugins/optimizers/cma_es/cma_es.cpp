@@ -1,4 +1,4 @@
-// CMA-ES in a box, with restarts. See README.md.
+// cma-es: CMA-ES in a box, with restarts. See README.md.
 #include <numeric>
 #include <relign/plugin.hpp>
 
@@ -11,9 +11,9 @@ using cma_es::Vector;
 using pictures::to_pose;
 using pictures::to_vector;
 
-constexpr int kMostRestarts = 9;  // as Auger and Hansen do; the population is doubled each time
+constexpr int kMostRestarts = 9;  // as Auger and Hansen; each doubles the population
 constexpr int kLeastPopulation = 4;
-constexpr int kMostPopulation = 4096;  // beyond it a generation has no end
+constexpr int kMostPopulation = 4096;
 constexpr int kFlatGenerations = 5;
 constexpr double kWorstCondition = 1e14;
 
@@ -24,8 +24,8 @@ class CmaEs final : public relign::Optimizer {
         tolerance_(given.number("tolerance")),
         population_(static_cast<int>(given.integer("population"))) {
     if (population_ != 0 && population_ < kLeastPopulation)
-      throw std::invalid_argument("population: expected 0 (the usual one) or at least 4, found " +
-                                  std::to_string(population_));
+      throw std::invalid_argument("parameter 'population': found '" + std::to_string(population_) +
+                                  "', must be 0 (the default population) or at least 4");
   }
 
   void run(relign::Conversation& talk) override {
@@ -45,16 +45,16 @@ class CmaEs final : public relign::Optimizer {
 
  private:
   struct Drawn {
-    Vector point;       // as drawn: may lie outside the box
+    Vector point;       // as drawn, may be outside the box
     double away2 = 0;   // squared distance to the box, in strides
-    double merit = 0;   // of the pose in the box nearest to it
-    double ranked = 0;  // the merit and what being away costs
+    double merit = 0;   // of the nearest pose in the box
+    double ranked = 0;  // the merit plus the penalty for the distance
   };
 
-  // False when no step is left.
+  // Runs one search. Returns false when no step is left.
   bool search(const Vector& start, int population, relign::Random& random) {
     Vector stride(start.size());
-    for (long axis = 0; axis < start.size(); ++axis) {  // a narrow box is searched in finer strides
+    for (long axis = 0; axis < start.size(); ++axis) {  // shorter strides in a narrow box
       const double width = box_.upper[size_t(axis)] - box_.lower[size_t(axis)];
       stride[axis] = width > 0 ? std::min(stride_, width / 2) : stride_;
     }
@@ -65,9 +65,9 @@ class CmaEs final : public relign::Optimizer {
       std::vector<Drawn> generation(static_cast<size_t>(population));
       for (Drawn& drawn : generation)
         if (!measure(evolution, stride, random, drawn)) return false;
-      const bool told_apart = rank(generation, evolution.spread());
-      flat = told_apart ? 0 : flat + 1;
-      if (!told_apart) continue;  // an order of equals would only make the mean walk
+      const bool distinct = rank(generation, evolution.spread());
+      flat = distinct ? 0 : flat + 1;
+      if (!distinct) continue;  // an arbitrary ranking would make the mean drift
       std::vector<Vector> ranked;
       for (const Drawn& drawn : generation) ranked.push_back(drawn.point);
       evolution.learn(ranked);
@@ -80,14 +80,13 @@ class CmaEs final : public relign::Optimizer {
     drawn.point = evolution.draw(random);
     const relign::Pose pose = box_.clamp(to_pose(drawn.point));
     drawn.away2 = (drawn.point - to_vector(pose)).cwiseQuotient(stride).squaredNorm();
-    const auto seen = talk_->step(pose);
-    if (!seen) return false;
-    drawn.merit = seen->merit;
+    const auto observation = talk_->step(pose);
+    if (!observation) return false;
+    drawn.merit = observation->merit;
     return true;
   }
 
-  // Sorts, the best first. A merit that is no finite number is as bad as the generation's worst. False when all are
-  // equally good.
+  // Sorts by merit, best first; a non-finite merit is ranked last. Returns false if all are equal.
   static bool rank(std::vector<Drawn>& generation, double spread) {
     double best = std::numeric_limits<double>::infinity(), worst = -best;
     for (const Drawn& drawn : generation)
@@ -98,8 +97,8 @@ class CmaEs final : public relign::Optimizer {
     const bool all_finite = std::all_of(generation.begin(), generation.end(),
                                         [](const Drawn& drawn) { return std::isfinite(drawn.merit); });
     if (best > worst || (best == worst && all_finite)) return false;
-    // The penalty is the generation's own range of merits at one spread of the draws: no unit of the merit in it. Half
-    // of each, so that merits of 1e308 have a range, too.
+    // The penalty is the generation's range of merits per squared spread of the draws, so it is independent of the unit
+    // of the merit. Merits are halved so that the range of values near 1e308 does not overflow.
     const double range = worst / 2 - best / 2;
     for (Drawn& drawn : generation) {
       const double merit = std::isfinite(drawn.merit) ? drawn.merit / 2 - best / 2 : range;
@@ -111,12 +110,12 @@ class CmaEs final : public relign::Optimizer {
     return true;
   }
 
-  // The end of a search is looked at once: of several searches the one that ended lowest is recommended.
+  // Measures the end of a search; of several searches the one with the lowest end is recommended.
   bool confirm(const relign::Pose& end) {
-    const auto seen = talk_->step(end);
-    if (!seen) return false;
-    if (std::isfinite(seen->merit) && (!confirmed_ || seen->merit < lowest_end_)) {
-      lowest_end_ = seen->merit;
+    const auto observation = talk_->step(end);
+    if (!observation) return false;
+    if (std::isfinite(observation->merit) && (!confirmed_ || observation->merit < lowest_end_)) {
+      lowest_end_ = observation->merit;
       confirmed_ = true;
       talk_->recommend(end);
     }
@@ -125,7 +124,7 @@ class CmaEs final : public relign::Optimizer {
 
   double stride_;     // share of the travel
   double tolerance_;  // share of the travel
-  int population_;    // 0: the usual one
+  int population_;    // 0: the default
   relign::Conversation* talk_ = nullptr;
   relign::Box box_;
   bool confirmed_ = false;  // a search has ended at lowest_end_

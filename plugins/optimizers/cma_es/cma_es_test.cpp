@@ -19,8 +19,8 @@ using test::FakeConversation;
 using test::FakeSetup;
 using test::Pose;
 
-// Values of pycma 4.5.0 without negative weights, where it has the tutorial's formulas.
-TEST(CmaEs, ConstantsAreThoseOfTheTutorial) {
+// Values of pycma 4.5.0 without negative weights, where it uses the tutorial's formulas.
+TEST(CmaEs, ConstantsMatchTutorial) {
   const Constants k(10, Constants::usual_population(10));
   EXPECT_EQ(k.lambda, 10);
   EXPECT_EQ(k.mu, 5);
@@ -43,7 +43,7 @@ double ellipsoid(const Vector& x) {
   return sum;
 }
 
-// The ellipsoid along axes that are no coordinate axes.
+// The ellipsoid with rotated axes.
 double turned(const Vector& x) {
   Random random(3);
   Matrix any(x.size(), x.size());
@@ -52,7 +52,7 @@ double turned(const Vector& x) {
   return ellipsoid(rotation * x);
 }
 
-// Merits looked at until one is below 1e-10.
+// Number of evaluations until a merit is below 1e-10.
 int merits_needed(double (*merit)(const Vector&), int axes, std::uint64_t seed) {
   Random random(seed);
   Evolution evolution(Vector::Constant(axes, 0.3), Vector::Constant(axes, 0.1), Constants::usual_population(axes));
@@ -79,8 +79,8 @@ int median_needed(double (*merit)(const Vector&), int axes) {
   return needed[10];
 }
 
-// Medians of pycma 4.5.0 without negative weights, 21 seeds; see README.md. Its c_sigma and c_mu differ a little.
-TEST(CmaEs, ConvergesAsFastAsHansensOwn) {
+// Medians of pycma 4.5.0 without negative weights, 21 seeds; see README.md. Its c_sigma and c_mu differ slightly.
+TEST(CmaEs, ConvergesAsFastAsPycma) {
   const struct {
     const char* name;
     double (*merit)(const Vector&);
@@ -118,7 +118,7 @@ FakeSetup bowl_setup(std::uint32_t axes) {
   return setup;
 }
 
-TEST(CmaEs, FindsTheBottomOfABowlInEveryDimension) {
+TEST(CmaEs, MinimisesQuadraticInAnyDimension) {
   for (const std::uint32_t axes : {1u, 2u, 5u, 6u, 10u}) {
     SCOPED_TRACE(axes);
     FakeSetup setup = bowl_setup(axes);
@@ -130,12 +130,12 @@ TEST(CmaEs, FindsTheBottomOfABowlInEveryDimension) {
   }
 }
 
-TEST(CmaEs, RecommendsItsMeanAfterEveryGeneration) {
+TEST(CmaEs, RecommendsMeanAfterEveryGeneration) {
   FakeConversation conversation(bowl_setup(5));
   run(conversation);
-  ASSERT_EQ(conversation.recommendations.size(), 6u);  // 50 steps, 8 a generation
+  ASSERT_EQ(conversation.recommendations.size(), 6u);  // 50 steps, 8 per generation
   for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(conversation.recommendations[i].steps_made, 8 * (i + 1));
-  // The first one: the weighted mean of the four best of eight, none of which met a wall.
+  // The first one: the weighted mean of the four best of eight, all inside the box.
   std::vector<FakeConversation::Visit> best(conversation.steps.begin(), conversation.steps.begin() + 8);
   std::sort(best.begin(), best.end(), [](const auto& a, const auto& b) { return a.merit < b.merit; });
   const Constants k(5, 8);
@@ -146,7 +146,7 @@ TEST(CmaEs, RecommendsItsMeanAfterEveryGeneration) {
   }
 }
 
-// Excess over the bottom of a noisy bowl, mean of 20 seeds: of what is recommended, and of what was measured best.
+// Excess over the minimum of a noisy quadratic, mean of 20 seeds: of the recommendation and of the best measured pose.
 struct Excess {
   double recommended = 0, measured_best = 0;
 };
@@ -170,13 +170,13 @@ Excess noisy_excess(int population) {
   return excess;
 }
 
-TEST(CmaEs, LargerGenerationsAverageMoreNoiseAway) {
+TEST(CmaEs, LargerPopulationsReduceNoise) {
   const Excess usual = noisy_excess(0), twice = noisy_excess(16);
   EXPECT_LT(twice.recommended, 0.7 * usual.recommended);
   EXPECT_LT(twice.recommended, 0.7 * twice.measured_best);
 }
 
-TEST(CmaEs, FindsAnOptimumInACornerAndStaysInTheBox) {
+TEST(CmaEs, FindsOptimumInCornerOfTheBox) {
   FakeSetup setup;
   setup.axes = 3;
   setup.lower = {0.2, -0.5, 2};
@@ -194,11 +194,11 @@ TEST(CmaEs, FindsAnOptimumInACornerAndStaysInTheBox) {
   EXPECT_NEAR(setup.merit(conversation.recommendations.back().pose, 0), 0.2 - 0.5 + 2, 0.005);
 }
 
-TEST(CmaEs, StartsAgainElsewhereAndLeavesALocalMinimum) {
+TEST(CmaEs, RestartsLeaveLocalMinimum) {
   FakeSetup setup;
   setup.axes = 2;
   setup.budget = 3000;
-  setup.merit = [](const Pose& pose, std::uint32_t) {  // the start lies in the upper one of two hollows
+  setup.merit = [](const Pose& pose, std::uint32_t) {  // the start is in the higher of two minima
     const double here = pose[0] * pose[0] + pose[1] * pose[1];
     const double there = std::pow(pose[0] - 0.4, 2) + std::pow(pose[1] + 0.4, 2);
     return std::min(0.2 + 10 * here, 0.1 + 5 * there);
@@ -210,7 +210,7 @@ TEST(CmaEs, StartsAgainElsewhereAndLeavesALocalMinimum) {
   EXPECT_NEAR(setup.merit(conversation.recommendations.back().pose, 0), 0.1, 1e-4);
 }
 
-TEST(CmaEs, FlatMeritsEndTheTrialWithoutAdvice) {
+TEST(CmaEs, ConstantMeritsEndTheTrialWithoutRecommendation) {
   FakeSetup setup = bowl_setup(5);
   for (const double level : {0.03, std::numeric_limits<double>::quiet_NaN()}) {
     setup.merit = [level](const Pose&, std::uint32_t) { return level; };
@@ -223,12 +223,12 @@ TEST(CmaEs, FlatMeritsEndTheTrialWithoutAdvice) {
   }
 }
 
-TEST(CmaEs, APopulationTooSmallToChooseFromIsRefusedWithASentence) {
+TEST(CmaEs, RejectsTooSmallPopulation) {
   try {
     Algorithm algorithm(catalog().resolve_or_throw(Kind::optimizer, "cma-es", {{"population", 3}}), {});
     FAIL() << "no exception";
   } catch (const Error& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("population: expected 0 (the usual one) or at least 4, found 3"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("found '3', must be 0 (the default population) or at least 4"));
   }
 }
 

@@ -1,4 +1,4 @@
-// Coordinate walk: sweeps one axis after the other and stays at the best point of each sweep. See README.md.
+// coordinate-walk: sweeps one axis after the other and stays at the best point of each sweep. See README.md.
 #include <cmath>
 #include <limits>
 #include <relign/plugin.hpp>
@@ -10,11 +10,11 @@ struct Sample {
   double merit;  // finite
 };
 
-// The lowest point of the least-squares parabola, or nothing when it has none. Offsets from the middle of the sweep,
-// in half sweeps, keep the normal equations well conditioned.
+// The minimum of the least-squares parabola, if it has one. Coordinates are scaled to -1 to 1 over the sweep, so that
+// the normal equations are well conditioned.
 std::optional<double> vertex(const std::vector<Sample>& samples, double middle, double half) {
   if (samples.size() < 3 || !(half > 0)) return std::nullopt;
-  double scale = 0;  // huge merits must not overflow in the sums
+  double scale = 0;  // avoids overflow of the sums
   for (const Sample& sample : samples) scale = std::max(scale, std::fabs(sample.merit));
   if (scale == 0) return std::nullopt;
   double s[5] = {};  // sums of u^k
@@ -27,7 +27,7 @@ std::optional<double> vertex(const std::vector<Sample>& samples, double middle, 
       if (k < 3) t[k] += power * (sample.merit / scale);
     }
   }
-  // Cramer's rule for y = c + b u + a u^2; the determinant is positive when three coordinates differ.
+  // Cramer's rule for y = c + b u + a u^2; the determinant is positive if at least three coordinates differ.
   const double determinant =
       s[4] * (s[2] * s[0] - s[1] * s[1]) - s[3] * (s[3] * s[0] - s[1] * s[2]) + s[2] * (s[3] * s[1] - s[2] * s[2]);
   const double a =
@@ -47,27 +47,27 @@ class CoordinateWalk final : public relign::Optimizer {
         parabola_(given.text("choose") == "parabola"),
         shrink_(given.number("shrink")) {
     if (points_ == 1)
-      throw std::invalid_argument("points: a sweep needs at least 2, or 0 to take them from the budget");
+      throw std::invalid_argument("parameter 'points': found '1', must be 0 (from the budget) or at least 2");
   }
 
   void run(relign::Conversation& talk) override {
     const relign::Box box = talk.box();
     const std::size_t axes = talk.axes();
     pose_ = box.clamp(talk.first().pose);
-    // At least one point on either side of something; a budget below that ends within the first sweeps.
+    // A parabola needs 3 points, a choice 2; a smaller budget ends within the first sweeps.
     if (points_ == 0) points_ = std::clamp<std::size_t>(talk.budget() / (axes * rounds_), parabola_ ? 3 : 2, 1001);
     if (random_start_) {
       relign::Random random(talk.seed());
       for (std::size_t axis = 0; axis < axes; ++axis)
         pose_[axis] = place(box.lower[axis], box.upper[axis], random.below(points_));
     }
-    double share = 1;  // of the box's width that a sweep covers
+    double share = 1;  // width of a sweep, as a share of the box
     for (std::size_t round = 0; round < rounds_; ++round, share *= shrink_)
       for (std::size_t axis = 0; axis < axes; ++axis) {
         const double half = 0.5 * share * (box.upper[axis] - box.lower[axis]);
         double lower = box.lower[axis];
         double upper = box.upper[axis];
-        if (share < 1) {  // around where we are, moved into the box as a whole
+        if (share < 1) {  // centred at the pose, shifted into the box as a whole
           lower =
               std::clamp(pose_[axis] - half, box.lower[axis], std::max(box.lower[axis], box.upper[axis] - 2 * half));
           upper = std::min(lower + 2 * half, box.upper[axis]);
@@ -77,23 +77,24 @@ class CoordinateWalk final : public relign::Optimizer {
   }
 
  private:
-  // As numpy.linspace: the last point is the upper limit itself.
+  // As numpy.linspace: the last point is exactly the upper limit.
   double place(double lower, double upper, std::size_t index) const {
     if (index + 1 == points_) return upper;
     return std::min(upper, lower + static_cast<double>(index) * ((upper - lower) / static_cast<double>(points_ - 1)));
   }
 
-  // False when the trial is over: what an unfinished sweep saw is not recommended, it may have missed its valley.
+  // Returns false when the trial is over. An unfinished sweep is not recommended, because it may have missed the
+  // minimum.
   bool sweep(relign::Conversation& talk, std::size_t axis, double lower, double upper) {
     std::vector<Sample> samples;
     relign::Pose candidate = pose_;
     for (std::size_t index = 0; index < points_; ++index) {
       candidate[axis] = place(lower, upper, index);
-      const auto seen = talk.step(candidate);
-      if (!seen) return false;
-      if (std::isfinite(seen->merit)) samples.push_back({candidate[axis], seen->merit});
+      const auto observation = talk.step(candidate);
+      if (!observation) return false;
+      if (std::isfinite(observation->merit)) samples.push_back({candidate[axis], observation->merit});
     }
-    if (samples.empty()) return true;  // nothing learnt: stay, and let the next axis try
+    if (samples.empty()) return true;  // no usable merit: keep the pose and continue with the next axis
     const Sample* best = &samples.front();
     for (const Sample& sample : samples)
       if (sample.merit < best->merit) best = &sample;

@@ -16,7 +16,7 @@ void run(const FakeConversation& conversation, const Json& parameters = {}, cons
   test::run_plugin("coordinate_walk", id, parameters, conversation);
 }
 
-TEST(CoordinateWalk, BeginsAtARandomPointOfTheGrid) {
+TEST(CoordinateWalk, StartsAtRandomGridPoint) {
   std::vector<Pose> begins;
   for (const std::uint64_t seed : {1u, 2u}) {
     FakeSetup setup = bowl_setup(10, 1);
@@ -30,13 +30,13 @@ TEST(CoordinateWalk, BeginsAtARandomPointOfTheGrid) {
   EXPECT_NE(begins[0], begins[1]);
 }
 
-// The package relign 0.1.0, which was given the grid indices that our seed draws, made these sweeps.
-TEST(CoordinateWalk, WalksAsThePackageDoes) {
+// Results of the package relign 0.1.0 with the grid indices drawn from our seed.
+TEST(CoordinateWalk, MatchesPackage) {
   struct Case {
     std::uint32_t axes, budget, rounds;
     Pose end;
     double last_merit;
-    double sum_of_merits;  // one number for the whole way
+    double sum_of_merits;  // summarises all steps
   };
   const Case cases[] = {
       {3, 42, 2, {1 / 6.0, -1 / 6.0, 1 / 6.0}, 0.24799727777777775, 16.24517455555555},
@@ -55,7 +55,7 @@ TEST(CoordinateWalk, WalksAsThePackageDoes) {
   }
 }
 
-TEST(CoordinateWalk, SweepsAxisByAxisAndRecommendsWhatEachSweepFound) {
+TEST(CoordinateWalk, SweepsAxisByAxisAndRecommendsBestOfEachSweep) {
   FakeSetup setup = bowl_setup(3, 50);
   FakeConversation conversation(setup);
   run(conversation, {{"points", 5}, {"rounds", 2}});
@@ -78,7 +78,7 @@ TEST(CoordinateWalk, SweepsAxisByAxisAndRecommendsWhatEachSweepFound) {
   }
 }
 
-TEST(CoordinateWalk, TakesThePointsOfASweepFromTheBudget) {
+TEST(CoordinateWalk, DerivesPointsFromBudget) {
   struct Case {
     std::uint32_t axes, budget, rounds, captures;
   };
@@ -91,7 +91,7 @@ TEST(CoordinateWalk, TakesThePointsOfASweepFromTheBudget) {
   }
 }
 
-TEST(CoordinateWalk, AParabolaFindsTheBottomOfASeparableBowlInOneRound) {
+TEST(CoordinateWalk, ParabolaMinimisesSeparableQuadraticInOneRound) {
   for (const std::uint32_t points : {3u, 4u, 9u}) {
     FakeSetup setup = bowl_setup(4, 100);
     setup.merit = [](const Pose& pose, std::uint32_t) {
@@ -110,12 +110,12 @@ TEST(CoordinateWalk, AParabolaFindsTheBottomOfASeparableBowlInOneRound) {
   }
 }
 
-TEST(CoordinateWalk, AParabolaUpsideDownOrBeyondTheSweepStaysInIt) {
+TEST(CoordinateWalk, ParabolaResultStaysWithinTheSweep) {
   FakeSetup hill = bowl_setup(1, 5);
   hill.merit = [](const Pose& pose, std::uint32_t) { return 1 - (pose[0] - 0.1) * (pose[0] - 0.1); };
   FakeConversation on_a_hill(hill);
   run(on_a_hill, {{"choose", "parabola"}});
-  EXPECT_EQ(on_a_hill.recommendations.at(0).pose[0], -0.5);  // farthest from the top
+  EXPECT_EQ(on_a_hill.recommendations.at(0).pose[0], -0.5);  // the lowest measured merit
   FakeSetup slope = bowl_setup(1, 5);
   slope.merit = [](const Pose& pose, std::uint32_t) { return (pose[0] - 0.9) * (pose[0] - 0.9); };
   FakeConversation on_a_slope(slope);
@@ -123,35 +123,36 @@ TEST(CoordinateWalk, AParabolaUpsideDownOrBeyondTheSweepStaysInIt) {
   EXPECT_EQ(on_a_slope.recommendations.at(0).pose[0], 0.5);
 }
 
-TEST(CoordinateWalk, LaterRoundsShrinkAroundWhereTheWalkIs) {
+TEST(CoordinateWalk, LaterRoundsShrinkAroundThePose) {
   FakeSetup setup = bowl_setup(2, 100);
   setup.merit = [](const Pose& pose, std::uint32_t) { return std::fabs(pose[0] - 0.5) + std::fabs(pose[1]); };
   FakeConversation conversation(setup);
   run(conversation, {{"points", 5}, {"rounds", 2}, {"shrink", 0.5}});
   ASSERT_EQ(conversation.steps.size(), 20u);
   for (std::size_t i = 0; i < 5; ++i) {
-    EXPECT_EQ(conversation.steps[10 + i].pose[0], 0.125 * static_cast<double>(i));  // moved off the wall as a whole
+    EXPECT_EQ(conversation.steps[10 + i].pose[0], 0.125 * static_cast<double>(i));  // shifted into the box as a whole
     EXPECT_EQ(conversation.steps[15 + i].pose[1], -0.25 + 0.125 * static_cast<double>(i));
   }
 }
 
-TEST(CoordinateWalk, BrokenMeritsAreNoWinners) {
+TEST(CoordinateWalk, IgnoresNonFiniteMerits) {
   FakeSetup setup = bowl_setup(2, 8);
   const auto merits = std::vector<double>{1, NAN, 4, -INFINITY, 5, NAN, NAN, INFINITY, NAN};
   setup.merit = [merits](const Pose&, std::uint32_t step) { return merits[step]; };
   FakeConversation conversation(setup);
   run(conversation, {{"points", 4}, {"begin", "start"}});
-  ASSERT_EQ(conversation.recommendations.size(), 1u);  // the second sweep said nothing
+  ASSERT_EQ(conversation.recommendations.size(), 1u);  // the second sweep has no finite merit
   EXPECT_EQ(conversation.recommendations[0].pose, conversation.steps[1].pose);
 }
 
-TEST(CoordinateWalk, OnePointIsRefusedWithASentence) {
+TEST(CoordinateWalk, RejectsOnePoint) {
   FakeConversation conversation(bowl_setup(2, 8));
   try {
     run(conversation, {{"points", 1}});
     FAIL() << "no exception";
   } catch (const std::exception& error) {
-    EXPECT_NE(std::string(error.what()).find("a sweep needs at least 2"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("must be 0 (from the budget) or at least 2"), std::string::npos)
+        << error.what();
   }
 }
 

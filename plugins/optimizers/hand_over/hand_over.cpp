@@ -1,4 +1,4 @@
-// Hand-over: one algorithm for some steps, then another one from where it led. See README.md.
+// hand-over: runs one algorithm for some steps, then another one from its result. See README.md.
 #include <relign/plugin.hpp>
 
 namespace {
@@ -10,33 +10,32 @@ class HandOver final : public relign::Optimizer {
 
   void run(relign::Conversation& talk) override {
     const unsigned budget = talk.budget();
-    if (budget == 0) return;  // `run` takes no zero
+    if (budget == 0) return;  // `run` needs at least one step
     const unsigned granted = std::min(first_steps_, budget);
     const relign::RunOutcome first = talk.run("first", granted);
     if (!first.last) return;  // stopped
     const bool stopped = !first.finished && first.steps < granted;
-    // Until the second one is heard the best measured pose counts: a recommendation made here would hold until the
-    // second one returns, however much better the poses are that it finds.
-    if (stopped || first.steps >= budget) return repeat(talk, first);
+    // The first recommendation is not forwarded here: it would stay in force until the second algorithm returns.
+    // Without one the host uses the best measured pose.
+    if (stopped || first.steps >= budget) return forward(talk, first);
 
     unsigned used = first.steps;
-    if (const relign::Pose pose = meeting_point(first, talk.box()); pose != first.last->pose) {
+    if (const relign::Pose pose = start_of_second(first, talk.box()); pose != first.last->pose) {
       if (!talk.step(pose)) return;
       ++used;
     }
-    if (used >= budget) return repeat(talk, first);
-    repeat(talk, talk.run("then", budget - used));
+    if (used >= budget) return forward(talk, first);
+    forward(talk, talk.run("then", budget - used));
   }
 
  private:
-  // Where the second one starts.
-  relign::Pose meeting_point(const relign::RunOutcome& first, const relign::Box& box) const {
+  relign::Pose start_of_second(const relign::RunOutcome& first, const relign::Box& box) const {
     if (from_ == "recommendation" && first.recommendation) return box.clamp(*first.recommendation);
     if (from_ != "last" && first.best) return box.clamp(first.best->pose);
     return first.last->pose;
   }
 
-  static void repeat(relign::Conversation& talk, const relign::RunOutcome& outcome) {
+  static void forward(relign::Conversation& talk, const relign::RunOutcome& outcome) {
     if (outcome.recommendation) talk.recommend(*outcome.recommendation);
   }
 

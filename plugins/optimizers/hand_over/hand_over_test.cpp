@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
-#include "contract/fake_conversation.h"
 #include "conformance/conduct.h"
+#include "contract/fake_conversation.h"
 #include "plugin_host/objects.h"
 
 namespace relign {
@@ -19,7 +19,7 @@ using test::Pose;
 plugin_host::Catalog& catalog() {
   static auto* catalog = [] {
     auto* fresh = new plugin_host::Catalog;
-    fresh->scan(RELIGN_PLUGIN_DIR);  // the algorithms that it names by default, too
+    fresh->scan(RELIGN_PLUGIN_DIR);  // includes the default algorithms
     return fresh;
   }();
   return *catalog;
@@ -29,14 +29,14 @@ Choice choice(const Json& parameters = {}) {
   return catalog().resolve_or_throw(Kind::optimizer, "hand-over", parameters);
 }
 
-// What an algorithm that stands in for `first` or `then` does.
+// Behaviour of the stand-in for `first` or `then`.
 struct Script {
-  std::vector<Pose> visits;  // as far as its steps reach; then it has finished
+  std::vector<Pose> visits;  // limited by its steps; then it finishes
   std::optional<Pose> recommendation;
   bool fails = false;
 };
 
-// A trial on three axes whose merit is the distance to (0.3, 0.3, 0.3), with scripts for the algorithms that are run.
+// A trial with three axes whose merit is the squared distance to (0.3, 0.3, 0.3), with scripted algorithms.
 struct ScriptedTrial {
   ScriptedTrial() : conversation(make_setup()) {
     service.struct_size = sizeof service;
@@ -89,9 +89,9 @@ struct ScriptedTrial {
     const relign_conversation& talk = conversation.talk();
     const std::size_t before = conversation.steps.size();
     for (std::size_t i = 0; i < std::min<std::size_t>(most, script.visits.size()); ++i) {
-      relign_observation seen{};
-      seen.struct_size = sizeof seen;
-      if (talk.step(talk.context, script.visits[i].data(), 3, &seen) != RELIGN_OK) break;
+      relign_observation observation{};
+      observation.struct_size = sizeof observation;
+      if (talk.step(talk.context, script.visits[i].data(), 3, &observation) != RELIGN_OK) break;
     }
     outcome.steps = std::uint32_t(conversation.steps.size() - before);
     outcome.end = outcome.steps < most && !conversation.stopped ? RELIGN_RUN_FINISHED : RELIGN_RUN_STEPS_SPENT;
@@ -112,7 +112,7 @@ struct ScriptedTrial {
 
 const Pose kFar = {-0.4, 0, 0}, kNear = {0.3, 0.2, 0.3}, kMiddle = {0.1, 0.1, 0.1}, kAdvice = {0.25, 0.25, 0.25};
 
-TEST(HandOver, TheSecondStartsWhereItsParameterSays) {
+TEST(HandOver, StartsSecondAtConfiguredPose) {
   const struct {
     const char* from;
     std::optional<Pose> recommendation;
@@ -132,7 +132,7 @@ TEST(HandOver, TheSecondStartsWhereItsParameterSays) {
   }
 }
 
-TEST(HandOver, NoMoveIsSpentWhereTheStageIsThereAlready) {
+TEST(HandOver, SkipsMoveToCurrentPose) {
   ScriptedTrial trial;
   trial.scripts["first"] = {{kFar, kNear}, kNear};
   trial.run({{"first_steps", 2}});
@@ -140,14 +140,14 @@ TEST(HandOver, NoMoveIsSpentWhereTheStageIsThereAlready) {
   EXPECT_EQ(trial.calls.back(), "then 8");
 }
 
-TEST(HandOver, WhatTheFirstDoesNotUseIsTheSeconds) {
+TEST(HandOver, GivesUnusedStepsToSecond) {
   ScriptedTrial trial;
   trial.scripts["first"] = {{kNear}, std::nullopt};
   trial.run({{"first_steps", 5}});
   EXPECT_EQ(trial.calls, (std::vector<std::string>{"first 5", "then 9"}));
 }
 
-TEST(HandOver, RepeatsTheSecondsRecommendationAndNotTheFirsts) {
+TEST(HandOver, ForwardsRecommendationOfSecondOnly) {
   ScriptedTrial trial;
   trial.scripts["first"] = {{kFar, kNear}, kMiddle};
   trial.scripts["then"] = {{kFar, kFar}, kAdvice};
@@ -157,7 +157,7 @@ TEST(HandOver, RepeatsTheSecondsRecommendationAndNotTheFirsts) {
   EXPECT_EQ(trial.conversation.recommendations[0].steps_made, 5u);
 }
 
-TEST(HandOver, AFirstThatSpendsTheBudgetHasTheLastWord) {
+TEST(HandOver, ForwardsRecommendationOfFirstThatSpendsTheBudget) {
   for (const unsigned first_steps : {10u, 50u}) {
     ScriptedTrial trial;
     trial.scripts["first"] = {std::vector<Pose>(20, kFar), kAdvice};
@@ -169,7 +169,7 @@ TEST(HandOver, AFirstThatSpendsTheBudgetHasTheLastWord) {
   }
 }
 
-TEST(HandOver, TheLastStepMayBeTheMoveBetweenThem) {
+TEST(HandOver, LastStepMayBeTheMoveBetween) {
   ScriptedTrial trial;
   trial.scripts["first"] = {std::vector<Pose>(9, kFar), kAdvice};
   trial.run({{"first_steps", 9}});
@@ -178,7 +178,7 @@ TEST(HandOver, TheLastStepMayBeTheMoveBetweenThem) {
   EXPECT_EQ(trial.conversation.recommendations.size(), 1u);
 }
 
-TEST(HandOver, AFailureOfEitherEndsTheTrialWithItsText) {
+TEST(HandOver, FailureOfEitherFailsTheTrial) {
   for (const char* broken : {"first", "then"}) {
     ScriptedTrial trial;
     trial.scripts["first"] = {{kNear}, std::nullopt};
@@ -192,14 +192,14 @@ TEST(HandOver, AFailureOfEitherEndsTheTrialWithItsText) {
   }
 }
 
-TEST(HandOver, AdviceOutsideTheBoxIsFollowedToItsEdge) {
+TEST(HandOver, ClampsRecommendationToTheBox) {
   ScriptedTrial trial;
   trial.scripts["first"] = {{kNear}, Pose{0.7, 0, -0.9}};
   trial.run({{"first_steps", 1}});
   EXPECT_EQ(trial.visited().back(), (Pose{0.5, 0, -0.5}));
 }
 
-TEST(HandOver, EveryPresetNamesAlgorithmsThatExist) {
+TEST(HandOver, PresetsResolve) {
   for (const auto& preset : choice().plugin->presets) {
     SCOPED_TRACE(preset.id);
     const Choice chosen = catalog().resolve_or_throw(Kind::optimizer, preset.id);
@@ -207,7 +207,7 @@ TEST(HandOver, EveryPresetNamesAlgorithmsThatExist) {
   }
 }
 
-TEST(HandOver, AnAlgorithmThatDoesNotExistAndNoStepsAreRefused) {
+TEST(HandOver, RejectsUnknownAlgorithmAndZeroSteps) {
   EXPECT_THROW(choice({{"first", "no-such-algorithm"}}), Error);
   EXPECT_THROW(choice({{"first_steps", 0}}), Error);
   EXPECT_THROW(choice({{"from", "elsewhere"}}), Error);

@@ -1,4 +1,4 @@
-// Home: what one gains by trusting the design and moving to its nominal pose.
+// home: moves to the nominal pose of the design. See README.md.
 #include <relign/plugin.hpp>
 
 namespace {
@@ -8,7 +8,7 @@ class Home final : public relign::Optimizer {
   explicit Home(const relign::Parameters&) {}
 
   void run(relign::Conversation& talk) override {
-    const relign::Pose nominal(talk.axes(), 0.5);  // in the stage's own coordinates, which knowing the start grants
+    const relign::Pose nominal(talk.axes(), 0.5);  // in coordinates of the stage, because the start is observed
     if (talk.step(nominal)) talk.recommend(nominal);
   }
 };

@@ -6,7 +6,7 @@
 namespace relign {
 namespace {
 
-TEST(Home, MovesOnceToTheNominalPoseAndFinishes) {
+TEST(Home, MovesOnceToNominalPose) {
   plugin_host::Catalog catalog;
   catalog.add(std::string(RELIGN_PLUGIN_DIR) + "/home");
   const plugin_host::Choice choice = catalog.resolve_or_throw(plugin_host::Kind::optimizer, "home");

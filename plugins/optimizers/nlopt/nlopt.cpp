@@ -1,4 +1,4 @@
-// NLopt's bounded searches without derivatives, local and global. See README.md.
+// nlopt: NLopt's derivative-free methods with bounds, local and global. See README.md.
 #include <cmath>
 #include <exception>
 #include <nlopt.hpp>
@@ -12,7 +12,7 @@ struct Method {
   bool global;
 };
 
-// README.md says why PRAXIS, NEWUOA with a box, ESCH and AGS are not here.
+// README.md lists the reasons for omitting PRAXIS, NEWUOA with bounds, ESCH and AGS.
 constexpr Method methods[] = {
     {"sbplx", nlopt::LN_SBPLX, false},   {"bobyqa", nlopt::LN_BOBYQA, false},
     {"cobyla", nlopt::LN_COBYLA, false}, {"neldermead", nlopt::LN_NELDERMEAD, false},
@@ -24,10 +24,10 @@ constexpr Method methods[] = {
 const Method& method_from_name(const std::string& name) {
   for (const Method& method : methods)
     if (name == method.name) return method;
-  throw std::invalid_argument("unknown method '" + name + "'");
+  throw std::invalid_argument("parameter 'method': unknown method '" + name + "'");
 }
 
-// How many poses NLopt's populations have unless told otherwise; 0: the method has none.
+// NLopt's default population; 0: the method has none.
 std::size_t usual_population(nlopt::algorithm algorithm, std::size_t axes) {
   switch (algorithm) {
     case nlopt::GN_CRS2_LM:
@@ -53,28 +53,28 @@ class NloptSearch final : public relign::Optimizer {
     box_ = talk.box();
     const relign::Observation first = talk.first();
     best_pose_ = box_.clamp(first.pose);
-    // The capture at the start pose is free, but counts only where the start lies in the box.
+    // The capture at the start pose is free, but counts only if the start is inside the box.
     if (std::isfinite(first.merit)) {
       worst_merit_ = first.merit;
       if (best_pose_ == first.pose) best_merit_ = first.merit;
     }
-    if (method_.global) {  // goes on until the budget is spent
+    if (method_.global) {  // runs until the budget is spent
       search();
       return;
     }
-    // NLopt ends when its moves get small or the noise confuses it. While there is budget, start
-    // again from the best pose with half the stride.
+    // A local search ends when its steps become small, or because of noise. Restart from the best pose with half the
+    // stride while budget remains.
     for (; stride_ >= tolerance_ && !stopped_; stride_ /= 2) search();
   }
 
  private:
-  // One run of NLopt. Its own result is ignored: some methods return a point that is not the best.
+  // One run of NLopt. Its result is ignored, because some methods return a point that is not the best.
   void search() {
     nlopt::opt search = prepare(method_);
     search.set_maxeval(static_cast<int>(std::min<unsigned>(talk_->budget(), 1u << 30)) + 1);
     if (method_.algorithm == nlopt::G_MLSL_LDS) search.set_local_optimizer(prepare(local_));
     if (const std::size_t poses = population()) search.set_population(static_cast<unsigned>(poses));
-    // NLopt has one generator per thread, and the whole search runs in this one: what others draw changes nothing.
+    // NLopt has one generator per thread, and the search runs in this thread, so other trials do not affect it.
     nlopt::srand(relign::Random(talk_->seed()).bits());
     search.set_min_objective(evaluate, this);
     evaluations_ = 0;
@@ -82,14 +82,14 @@ class NloptSearch final : public relign::Optimizer {
     double merit = 0;
     try {
       search.optimize(pose, merit);
-    } catch (const nlopt::forced_stop&) {  // by evaluate
+    } catch (const nlopt::forced_stop&) {  // thrown by evaluate
     } catch (const nlopt::roundoff_limited&) {
-    } catch (const std::runtime_error&) {  // NLopt's general failure: what was measured stays
+    } catch (const std::runtime_error&) {  // NLopt's generic failure; measurements so far remain valid
     }
     if (failure_) std::rethrow_exception(failure_);
   }
 
-  // Global methods have no stride, and NLopt's tolerances would end them where two poses happen to be close.
+  // Global methods have no stride, and NLopt's tolerances would end them as soon as two poses are close.
   nlopt::opt prepare(const Method& method) const {
     const std::size_t axes = best_pose_.size();
     nlopt::opt search(method.algorithm, static_cast<unsigned>(axes));
@@ -106,7 +106,8 @@ class NloptSearch final : public relign::Optimizer {
     return search;
   }
 
-  // NLopt's populations are made for thousands of merits: unless told, one is at most a third of the budget.
+  // NLopt's default populations suit thousands of evaluations; by default a population is at most a third of the
+  // budget.
   std::size_t population() const {
     const std::size_t axes = best_pose_.size();
     if (population_ == 0) {
@@ -114,27 +115,27 @@ class NloptSearch final : public relign::Optimizer {
       return std::min(usual, std::max<std::size_t>(talk_->budget() / 3, axes + 2));
     }
     if (method_.algorithm == nlopt::GN_CRS2_LM && population_ < axes + 1)
-      throw std::invalid_argument("population: crs2 needs one more than there are axes, at least " +
-                                  std::to_string(axes + 1));
+      throw std::invalid_argument("parameter 'population': found '" + std::to_string(population_) +
+                                  "', crs2 needs at least " + std::to_string(axes + 1) + " (axes + 1)");
     return population_;
   }
 
-  // Called by NLopt. Its wrapper turns forced_stop into nlopt_force_stop; nothing else may leave.
+  // Called by NLopt. Its wrapper converts forced_stop into nlopt_force_stop; no other exception may escape.
   static double evaluate(const std::vector<double>& pose, std::vector<double>& /*gradient*/, void* self) {
     return static_cast<NloptSearch*>(self)->measure(pose);
   }
 
   double measure(const relign::Pose& asked) {
-    // Merits that differ by many orders of magnitude can break a model: that search is over.
+    // Merits that differ by many orders of magnitude can break a model; end the search then.
     for (const double value : asked)
       if (!std::isfinite(value)) throw nlopt::forced_stop();
-    const relign::Pose pose = box_.clamp(asked);  // BOBYQA may leave the box by the last bit
-    // NLopt begins at the best pose: its merit is known. Only then, so that every further call costs
-    // budget and a search that turns in circles comes to an end.
+    const relign::Pose pose = box_.clamp(asked);  // BOBYQA may leave the box by rounding
+    // The first evaluation is at the best pose, whose merit is known. All further calls cost budget, so that a cycling
+    // search ends.
     if (evaluations_++ == 0 && pose == best_pose_ && std::isfinite(best_merit_)) return best_merit_;
     try {
       if (!stopped_)
-        if (const auto seen = talk_->step(pose)) return take(*seen);
+        if (const auto observation = talk_->step(pose)) return take(*observation);
     } catch (...) {
       failure_ = std::current_exception();
     }
@@ -142,24 +143,24 @@ class NloptSearch final : public relign::Optimizer {
     throw nlopt::forced_stop();
   }
 
-  // The merit NLopt shall see. One that is no number counts as bad as the worst one seen, so that
-  // the models of BOBYQA and COBYLA stay finite.
-  double take(const relign::Observation& seen) {
-    if (!std::isfinite(seen.merit)) return worst_merit_;
-    worst_merit_ = std::max(worst_merit_, seen.merit);
-    if (seen.merit < best_merit_) {
-      best_merit_ = seen.merit;
-      best_pose_ = seen.pose;
+  // Updates the incumbent and returns the merit for NLopt. A non-finite merit is replaced by the worst finite one, so
+  // that the models of BOBYQA and COBYLA stay finite.
+  double take(const relign::Observation& observation) {
+    if (!std::isfinite(observation.merit)) return worst_merit_;
+    worst_merit_ = std::max(worst_merit_, observation.merit);
+    if (observation.merit < best_merit_) {
+      best_merit_ = observation.merit;
+      best_pose_ = observation.pose;
       talk_->recommend(best_pose_);
     }
-    return seen.merit;
+    return observation.merit;
   }
 
   Method method_;
   Method local_;            // of mlsl
   double stride_;           // share of the travel
   double tolerance_;        // share of the travel
-  std::size_t population_;  // 0: by the budget
+  std::size_t population_;  // 0: from the budget
   relign::Conversation* talk_ = nullptr;
   relign::Box box_;
   relign::Pose best_pose_;

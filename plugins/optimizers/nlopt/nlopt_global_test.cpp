@@ -1,4 +1,4 @@
-// The global methods, and what holds for all of them.
+// Tests of the global methods and of properties of all methods.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ using test::run_nlopt;
 
 const std::vector<std::string> random_presets = {"nlopt-crs2", "nlopt-isres"};
 
-TEST(Nlopt, GlobalMethodsSpendTheBudgetOnConstantAndOnBrokenMerits) {
+TEST(Nlopt, GlobalMethodsSpendBudgetOnConstantAndNonFiniteMerits) {
   for (const std::string& id : nlopt_presets()) {
     if (std::count(nlopt_local_presets.begin(), nlopt_local_presets.end(), id)) continue;
     for (const std::uint32_t axes : {1u, 2u, 5u, 10u})
@@ -41,8 +41,8 @@ TEST(Nlopt, GlobalMethodsSpendTheBudgetOnConstantAndOnBrokenMerits) {
   }
 }
 
-// What NLopt's own tests ask of every method: two bounded functions, here to 2e-2 of their lowest values.
-TEST(Nlopt, EveryMethodSolvesNloptsTwoFunctions) {
+// The two bounded functions of NLopt's own tests, to within 2e-2 of their minima.
+TEST(Nlopt, EveryMethodSolvesNloptTestFunctions) {
   struct Function {
     const char* name;
     std::function<double(double, double)> value;
@@ -70,7 +70,7 @@ TEST(Nlopt, EveryMethodSolvesNloptsTwoFunctions) {
       FakeSetup setup;
       setup.axes = 2;
       setup.budget = 3000;
-      // In shares of the box, as poses are: the box is one wide, about its middle.
+      // Poses are shares of the box, -0.5 to 0.5.
       const auto value_at = [&function](const Pose& pose) {
         const double x = (pose[0] + 0.5) * (function.upper[0] - function.lower[0]) + function.lower[0];
         const double y = (pose[1] + 0.5) * (function.upper[1] - function.lower[1]) + function.lower[1];
@@ -104,7 +104,7 @@ std::vector<Pose> steps_of(
   return poses;
 }
 
-// Two threads that take turns, capture by capture.
+// Makes two threads alternate, capture by capture.
 class Turns {
  public:
   void take(int who) {
@@ -131,12 +131,12 @@ class Turns {
   bool gone_[2] = {};
 };
 
-TEST(Nlopt, TrialsInTwoThreadsDrawTheirOwnRandomNumbers) {
+TEST(Nlopt, ConcurrentTrialsHaveIndependentRandomNumbers) {
   for (const std::string& id : random_presets) {
     SCOPED_TRACE(id);
     const std::vector<Pose> alone[] = {steps_of(id, 1), steps_of(id, 2)};
     EXPECT_NE(alone[0], alone[1]);
-    EXPECT_EQ(steps_of(id, 1), alone[0]);  // whatever the thread drew before
+    EXPECT_EQ(steps_of(id, 1), alone[0]);  // independent of earlier draws in the thread
     Turns turns;
     std::vector<Pose> beside[2];
     std::vector<std::thread> threads;
@@ -151,7 +151,7 @@ TEST(Nlopt, TrialsInTwoThreadsDrawTheirOwnRandomNumbers) {
   }
 }
 
-TEST(Nlopt, ANarrowBoxIsNoTrouble) {
+TEST(Nlopt, AcceptsNarrowBox) {
   for (const std::string& id : nlopt_presets()) {
     SCOPED_TRACE(id);
     FakeSetup setup = bowl_setup(3);
@@ -168,7 +168,7 @@ TEST(Nlopt, ANarrowBoxIsNoTrouble) {
   }
 }
 
-TEST(Nlopt, APopulationThatIsTooSmallIsRefusedWithASentence) {
+TEST(Nlopt, RejectsTooSmallPopulation) {
   FakeConversation conversation(bowl_setup(5));
   try {
     run_nlopt("nlopt-crs2", conversation, {{"population", 5}});

@@ -18,7 +18,7 @@ using test::nlopt_presets;
 using test::Pose;
 using test::run_nlopt;
 
-TEST(Nlopt, FindsTheBottomOfABowlInEveryDimension) {
+TEST(Nlopt, MinimisesQuadraticInAnyDimension) {
   for (const std::string& id : nlopt_local_presets)
     for (const std::uint32_t axes : {1u, 2u, 5u, 6u}) {
       SCOPED_TRACE(id + ", " + std::to_string(axes) + " axes");
@@ -30,7 +30,7 @@ TEST(Nlopt, FindsTheBottomOfABowlInEveryDimension) {
     }
 }
 
-TEST(Nlopt, RecommendsItsBestMeasuredPoseAtEveryImprovement) {
+TEST(Nlopt, RecommendsEveryImprovement) {
   for (const std::string& id : nlopt_presets()) {
     SCOPED_TRACE(id);
     FakeConversation conversation(bowl_setup(5));
@@ -47,7 +47,7 @@ TEST(Nlopt, RecommendsItsBestMeasuredPoseAtEveryImprovement) {
   }
 }
 
-TEST(Nlopt, TheStartIsNotMeasuredTwice) {
+TEST(Nlopt, DoesNotMeasureStartAgain) {
   for (const std::string& id : nlopt_presets()) {
     SCOPED_TRACE(id);
     FakeSetup setup = bowl_setup(5);
@@ -59,7 +59,7 @@ TEST(Nlopt, TheStartIsNotMeasuredTwice) {
   }
 }
 
-TEST(Nlopt, AStartOutsideTheBoxIsEnteredAtItsEdge) {
+TEST(Nlopt, ClampsStartToTheBox) {
   for (const std::string& id : nlopt_presets()) {
     SCOPED_TRACE(id);
     FakeSetup setup = bowl_setup(3);
@@ -75,7 +75,7 @@ TEST(Nlopt, AStartOutsideTheBoxIsEnteredAtItsEdge) {
   }
 }
 
-TEST(Nlopt, StartsAgainWhileThereIsBudgetAndFinishesWhenTheStrideIsSpent) {
+TEST(Nlopt, RestartsUntilStrideIsBelowTolerance) {
   for (const std::string& id : nlopt_local_presets) {
     SCOPED_TRACE(id);
     FakeSetup setup = bowl_setup(2);
@@ -91,7 +91,7 @@ TEST(Nlopt, StartsAgainWhileThereIsBudgetAndFinishesWhenTheStrideIsSpent) {
   }
 }
 
-TEST(Nlopt, ConstantMeritsEndTheTrial) {
+TEST(Nlopt, LocalMethodsFinishOnConstantMerits) {
   for (const std::string& id : nlopt_local_presets)
     for (const std::uint32_t axes : {1u, 2u, 5u, 6u}) {
       SCOPED_TRACE(id + ", " + std::to_string(axes) + " axes");
@@ -106,7 +106,7 @@ TEST(Nlopt, ConstantMeritsEndTheTrial) {
     }
 }
 
-TEST(Nlopt, FirstStrideIsTheSizeOfTheFirstMove) {
+TEST(Nlopt, FirstMoveHasLengthOfFirstStride) {
   for (const std::string& id : nlopt_local_presets) {
     SCOPED_TRACE(id);
     FakeSetup setup = bowl_setup(5);
@@ -119,7 +119,7 @@ TEST(Nlopt, FirstStrideIsTheSizeOfTheFirstMove) {
   }
 }
 
-TEST(Nlopt, AFailureOfTheHostLeavesWithItsText) {
+TEST(Nlopt, PropagatesFailureOfTheHost) {
   for (const std::string& id : nlopt_presets()) {
     SCOPED_TRACE(id);
     FakeSetup setup = bowl_setup(5);

@@ -1,4 +1,4 @@
-// What the tests of the nlopt plugin share.
+// Helpers for the tests of the nlopt plugin.
 #pragma once
 
 #include <string>

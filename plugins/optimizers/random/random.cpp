@@ -1,4 +1,4 @@
-// Random search: the floor that every other method has to beat.
+// random: uniform random search, the baseline. See README.md.
 #include <relign/plugin.hpp>
 
 namespace {

@@ -8,7 +8,7 @@
 namespace relign {
 namespace {
 
-TEST(RandomSearch, IsUniformInTheBoxAndRecommendsNothing) {
+TEST(RandomSearch, IsUniformInTheBoxWithoutRecommendations) {
   plugin_host::Catalog catalog;
   catalog.add(std::string(RELIGN_PLUGIN_DIR) + "/random");
   test::FakeSetup setup;
@@ -41,7 +41,7 @@ TEST(RandomSearch, IsUniformInTheBoxAndRecommendsNothing) {
   }
 }
 
-TEST(RandomSearch, AnotherSeedTakesOtherSteps) {
+TEST(RandomSearch, StepsDependOnSeed) {
   plugin_host::Catalog catalog;
   catalog.add(std::string(RELIGN_PLUGIN_DIR) + "/random");
   test::Pose first_step[2];

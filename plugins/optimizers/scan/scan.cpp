@@ -1,14 +1,14 @@
-// A full grid over the box, coarse points first. See README.md.
+// scan: a full grid over the box, coarse points first. See README.md.
 #include <cmath>
 #include <limits>
 #include <relign/plugin.hpp>
 
 namespace {
 
-constexpr std::size_t most_points = 1001;  // per axis; the manifest's maximum too
+constexpr std::size_t most_points = 1001;  // per axis; also the maximum in the manifest
 
-// The largest n <= most_points with n^axes <= budget, at least 1. In integers: the power 1/axes in floating point
-// gives 4 for 125 steps and 3 axes.
+// The largest n <= most_points with n^axes <= budget, at least 1. Uses integers: a floating-point root gives 4 for 125
+// steps and 3 axes.
 std::size_t points_for(unsigned budget, std::size_t axes) {
   const auto fits = [&](std::size_t points) {
     double grid = 1;  // exact up to 2^53, and a budget has 32 bits
@@ -20,7 +20,7 @@ std::size_t points_for(unsigned budget, std::size_t axes) {
   return points;
 }
 
-// The indices of one axis in the order of their visit; level l is the first ends[l] of them.
+// The indices of one axis in visiting order; level l consists of the first ends[l] of them.
 struct Ladder {
   std::vector<std::size_t> order;
   std::vector<std::size_t> ends;
@@ -33,7 +33,7 @@ Ladder rows(std::size_t points) {
   return ladder;
 }
 
-// The middle, then the ends, then the middles of the gaps until none is left.
+// The middle, the ends, then repeatedly the middles of the gaps.
 Ladder coarse_first(std::size_t points) {
   Ladder ladder;
   std::vector<bool> taken(points, false);
@@ -48,10 +48,10 @@ Ladder coarse_first(std::size_t points) {
   while (ladder.order.size() > ladder.ends.back()) {
     ladder.ends.push_back(ladder.order.size());
     const std::vector<bool> before = taken;
-    std::size_t left = 0;  // index 0 is taken by now
+    std::size_t left = 0;  // index 0 is already taken
     for (std::size_t index = 1; index < points; ++index) {
       if (!before[index]) continue;
-      take((left + index) / 2);  // nothing new in a gap that is closed
+      take((left + index) / 2);  // no effect for neighbours
       left = index;
     }
   }
@@ -77,11 +77,11 @@ class Scan final : public relign::Optimizer {
   }
 
  private:
-  // The points of one level that were not in the level before; false when the trial is over. What is passed over was
-  // a step each, so that the search for the next point never takes longer than the trial has.
+  // Visits the points of a level that were not part of the previous level. Returns false when the trial is over. Every
+  // point that is skipped was a step before, so skipping never dominates the time of a trial.
   bool visit(relign::Conversation& talk, const Ladder& ladder, std::size_t level) {
     const std::size_t known = level == 0 ? 0 : ladder.ends[level - 1];
-    std::vector<std::size_t> places(talk.axes(), 0);  // in ladder.order, axis by axis
+    std::vector<std::size_t> places(talk.axes(), 0);  // index into ladder.order per axis
     relign::Pose pose(talk.axes());
     while (true) {
       bool fresh = false;
@@ -89,11 +89,11 @@ class Scan final : public relign::Optimizer {
       if (fresh) {
         for (std::size_t axis = 0; axis < pose.size(); ++axis)
           pose[axis] = coordinate(axis, ladder.order[places[axis]]);
-        const auto seen = talk.step(pose);
-        if (!seen) return false;
-        take(talk, *seen);
+        const auto observation = talk.step(pose);
+        if (!observation) return false;
+        take(talk, *observation);
       }
-      std::size_t axis = places.size();  // count on, the last axis fastest
+      std::size_t axis = places.size();  // next point, the last axis fastest
       while (axis > 0 && ++places[axis - 1] == ladder.ends[level]) places[--axis] = 0;
       if (axis == 0) return true;
     }
@@ -110,11 +110,11 @@ class Scan final : public relign::Optimizer {
     return lower + static_cast<double>(index) * ((upper - lower) / static_cast<double>(points_ - 1));
   }
 
-  // The first of equal merits stays; one that is no finite number never counts.
-  void take(relign::Conversation& talk, const relign::Observation& seen) {
-    if (!std::isfinite(seen.merit) || seen.merit >= best_merit_) return;
-    best_merit_ = seen.merit;
-    talk.recommend(seen.pose);
+  // Recommends the pose if its merit is finite and lower than all before.
+  void take(relign::Conversation& talk, const relign::Observation& observation) {
+    if (!std::isfinite(observation.merit) || observation.merit >= best_merit_) return;
+    best_merit_ = observation.merit;
+    talk.recommend(observation.pose);
   }
 
   std::size_t points_;

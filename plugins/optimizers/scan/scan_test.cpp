@@ -17,9 +17,9 @@ void run(const FakeConversation& conversation, const std::string& id, const Json
   test::run_plugin("scan", id, parameters, conversation);
 }
 
-// What the scan of the package relign 0.1.0 returned for the same bowl; the three-axis grid, where that package rounds
-// the cube root of 64 down to 3, is asked for by its number of points.
-TEST(Scan, PackagePresetReachesWhatThePackageReaches) {
+// Results of the package relign 0.1.0 on the same function. For three axes, where the package rounds the cube root of
+// 64 down to 3, the number of points is given.
+TEST(Scan, PackagePresetMatchesPackage) {
   struct Case {
     std::uint32_t axes, budget, points, captures;
     Pose best;
@@ -41,7 +41,7 @@ TEST(Scan, PackagePresetReachesWhatThePackageReaches) {
   }
 }
 
-TEST(Scan, PackagePresetGoesRowByRowFromLimitToLimit) {
+TEST(Scan, PackagePresetScansRowsFromLimitToLimit) {
   FakeSetup setup = bowl_setup(2, 6);
   setup.lower = {-1, 2};
   setup.upper = {1, 4};
@@ -64,7 +64,7 @@ TEST(Scan, EveryOrderVisitsEveryPointOnce) {
         std::set<Pose> distinct;
         for (const auto& visit : conversation.steps) {
           distinct.insert(visit.pose);
-          for (const double value : visit.pose) {  // the middles of the cells
+          for (const double value : visit.pose) {  // centres of the cells
             const double index = (value + 0.5) * points - 0.5;
             EXPECT_NEAR(index, std::round(index), 1e-12);
           }
@@ -76,8 +76,8 @@ TEST(Scan, EveryOrderVisitsEveryPointOnce) {
       }
 }
 
-// Stopped anywhere, no gap is more than twice as wide as another one.
-TEST(Scan, CoarsePointsComeFirst) {
+// At any time no gap is more than twice as wide as another one.
+TEST(Scan, VisitsCoarsePointsFirst) {
   FakeConversation conversation(bowl_setup(1, 100));
   run(conversation, "scan", {{"points", 9}, {"placement", "ends"}});
   const std::vector<double> expected = {0, -0.5, 0.5, -0.25, 0.25, -0.375, -0.125, 0.125, 0.375};
@@ -89,11 +89,11 @@ TEST(Scan, CoarsePointsComeFirst) {
     for (const double value : visit.pose) EXPECT_TRUE(value == 0 || std::fabs(value) == 0.5) << value;
 }
 
-TEST(Scan, TakesTheLargestGridThatTheBudgetAllows) {
+TEST(Scan, UsesLargestGridWithinBudget) {
   struct Case {
     std::uint32_t axes, budget, captures;
   };
-  // 125 and 64 are where a root in floating point goes wrong.
+  // A floating-point root is wrong for 125 and 64.
   for (const Case& given : {Case{3, 125, 125}, Case{3, 124, 64}, Case{3, 64, 64}, Case{5, 242, 32}, Case{5, 243, 243},
                             Case{10, 1, 1}, Case{1, 7, 7}}) {
     SCOPED_TRACE(std::to_string(given.axes) + " axes, " + std::to_string(given.budget));
@@ -104,7 +104,7 @@ TEST(Scan, TakesTheLargestGridThatTheBudgetAllows) {
   }
 }
 
-TEST(Scan, RecommendsTheBestSoFarAndNoBrokenMerit) {
+TEST(Scan, RecommendsBestFiniteMerit) {
   FakeSetup setup = bowl_setup(2, 9);
   setup.start = {0.1, 0};
   const auto merits = std::vector<double>{5, 7, NAN, -INFINITY, 4, 4, 3, INFINITY, 6, 8};

@@ -1,10 +1,10 @@
-// Simultaneous perturbation stochastic approximation (Spall 1992). See README.md.
+// spsa: simultaneous perturbation stochastic approximation (Spall 1992). See README.md.
 #include <cmath>
 #include <relign/plugin.hpp>
 
 namespace {
 
-// base^-exponent for base >= 1: the same bits with every C library, which std::pow does not promise.
+// base^-exponent for base >= 1, with the same bits for every C library, unlike std::pow.
 double decay(double base, double exponent) { return relign::portable_exp(-exponent * relign::portable_log(base)); }
 
 class Spsa final : public relign::Optimizer {
@@ -27,7 +27,7 @@ class Spsa final : public relign::Optimizer {
     for (unsigned k = 0; k < iterations; ++k) {
       const double c = perturbation_ * decay(k + 1.0, gamma_);
       if (!measure_gradient(talk, random, c)) return;
-      // a_k = a / (A + k + 1)^alpha, with a such that an average slope moves the first iterate by the stride.
+      // a_k = a / (A + k + 1)^alpha, with `a` such that an average slope moves the first iterate by the stride.
       const double gain = stride_ * decay((offset + k + 1) / (offset + 1), alpha_);
       advance(gain);
       recommend(talk, k + 1, iterations);
@@ -35,34 +35,34 @@ class Spsa final : public relign::Optimizer {
   }
 
  private:
-  // Means of `gradients` two-sided differences into gradient_; false when the trial is over.
+  // Writes the mean of `gradients_` two-sided differences to gradient_. Returns false when the trial is over.
   bool measure_gradient(relign::Conversation& talk, relign::Random& random, double c) {
     const std::size_t axes = iterate_.size();
     gradient_.assign(axes, 0);
     relign::Pose centre = iterate_;
     relign::Pose reach(axes);
     for (std::size_t axis = 0; axis < axes; ++axis) {
-      // Both captures of a difference lie in the box: its centre is moved off the walls (Sadegh 1997).
+      // The centre is moved so that both captures of a difference are inside the box (Sadegh 1997).
       reach[axis] = std::min(c, 0.25 * (box_.upper[axis] - box_.lower[axis]));
       centre[axis] = std::clamp(centre[axis], box_.lower[axis] + reach[axis], box_.upper[axis] - reach[axis]);
     }
     unsigned usable = 0;
     for (unsigned repeat = 0; repeat < gradients_; ++repeat) {
       relign::Pose sign(axes);
-      for (double& s : sign) s = random.bits() >> 31 ? 1 : -1;  // Bernoulli +-1: the bits' top one
+      for (double& s : sign) s = random.bits() >> 31 ? 1 : -1;  // +-1 with equal probability, from the top bit
       relign::Pose ahead(axes);
       relign::Pose behind(axes);
       for (std::size_t axis = 0; axis < axes; ++axis) {
         ahead[axis] = centre[axis] + sign[axis] * reach[axis];
         behind[axis] = centre[axis] - sign[axis] * reach[axis];
       }
-      const auto high = talk.step(box_.clamp(ahead));  // the sums may miss the box by their last bit
+      const auto high = talk.step(box_.clamp(ahead));  // the sums may leave the box by rounding
       if (!high) return false;
       const double high_merit = high->merit;
       const auto low = talk.step(box_.clamp(behind));
       if (!low) return false;
       const double slope = (high_merit - low->merit) / (2 * c);
-      if (!std::isfinite(slope)) continue;  // a broken capture says nothing of the slope
+      if (!std::isfinite(slope)) continue;
       ++usable;
       learn_scale(std::fabs(slope));
       for (std::size_t axis = 0; axis < axes; ++axis)
@@ -73,19 +73,19 @@ class Spsa final : public relign::Optimizer {
     return true;
   }
 
-  // The merit's unit is unknown: the mean of the first slopes stands for it, and is fixed then, so that steps shrink
-  // with the slope near the optimum.
+  // The unit of the merit is unknown: the mean of the first slopes is used as scale. It is then fixed, so that steps
+  // shrink with the slope near the optimum.
   void learn_scale(double slope) {
     if (slopes_ == scale_slopes) return;
     scale_ += (slope - scale_) / ++slopes_;
   }
 
   void advance(double gain) {
-    if (!(scale_ > 0) || !std::isfinite(scale_)) return;  // flat so far
+    if (!(scale_ > 0) || !std::isfinite(scale_)) return;  // all slopes were 0
     for (std::size_t axis = 0; axis < iterate_.size(); ++axis) {
       const double move = gain * (gradient_[axis] / scale_);
       if (std::isnan(move)) continue;
-      // No move is longer than the first stride: one slope of pure noise must not throw the iterate across the box.
+      // Moves are limited to the first stride, so that a slope of pure noise cannot throw the iterate across the box.
       iterate_[axis] =
           std::clamp(iterate_[axis] - std::clamp(move, -stride_, stride_), box_.lower[axis], box_.upper[axis]);
     }
@@ -96,7 +96,7 @@ class Spsa final : public relign::Optimizer {
       talk.recommend(iterate_);
       return;
     }
-    // Polyak and Ruppert: the mean of the iterates, without the way to the valley.
+    // Polyak-Ruppert averaging over the second half of the iterates.
     if (averaged_ == 0) mean_.assign(iterate_.size(), 0);
     ++averaged_;
     for (std::size_t axis = 0; axis < mean_.size(); ++axis) mean_[axis] += (iterate_[axis] - mean_[axis]) / averaged_;

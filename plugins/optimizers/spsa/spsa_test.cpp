@@ -25,7 +25,7 @@ FakeSetup setup_of(std::uint32_t axes, std::uint32_t budget, std::function<doubl
   return setup;
 }
 
-// On a slope the differences are exact: perturbations and moves are Spall's two sequences, digit by digit.
+// Differences of a linear merit are exact, so perturbations and moves equal Spall's two sequences.
 TEST(Spsa, FollowsSpallsGainSequences) {
   FakeConversation conversation(setup_of(1, 100, [](const Pose& pose) { return 7 * pose[0]; }));
   run(conversation, {{"perturbation", 0.01}, {"first_stride", 0.002}});
@@ -42,7 +42,7 @@ TEST(Spsa, FollowsSpallsGainSequences) {
   }
 }
 
-// For a quadratic merit the expected difference is the gradient itself. Every axis' moves are compared over seeds.
+// For a quadratic merit the expected difference equals the gradient. Compares the moves of every axis over seeds.
 TEST(Spsa, MovesDownTheGradientOnAverage) {
   const auto merit = [](const Pose& pose) { return pose[0] + 0.5 * pose[1] - 0.25 * pose[2] + 3 * pose[0] * pose[1]; };
   double sum[3] = {};
@@ -53,14 +53,14 @@ TEST(Spsa, MovesDownTheGradientOnAverage) {
     setup.seed = static_cast<std::uint64_t>(seed);
     FakeConversation conversation(setup);
     run(conversation);
-    // The first pair's slope, along the signs that the capture shows, is an estimate per axis.
+    // The first pair gives an estimate per axis: its slope times the sign of the perturbation.
     const auto& high = conversation.steps.at(0);
     const auto& low = conversation.steps.at(1);
     const double slope = (high.merit - low.merit) / 0.2;
     const Pose& moved = conversation.recommendations.at(0).pose;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double sign = high.pose[axis] > 0 ? 1 : -1;
-      // The first slope is its own unit: the move is the whole stride, against the slope's sign.
+      // The first slope defines the scale: the move is one stride, against the sign of the slope.
       EXPECT_NEAR(moved[axis], slope * sign > 0 ? -0.1 : 0.1, 1e-12);
       sum[axis] += slope * sign;
       square[axis] += slope * sign * slope * sign;
@@ -74,7 +74,7 @@ TEST(Spsa, MovesDownTheGradientOnAverage) {
   }
 }
 
-TEST(Spsa, FindsTheValleyInEveryDimensionAlsoInNoise) {
+TEST(Spsa, MinimisesQuadraticWithAndWithoutNoise) {
   for (const std::uint32_t axes : {1u, 2u, 5u, 10u})
     for (const double noise : {0.0, 0.005}) {
       SCOPED_TRACE(std::to_string(axes) + " axes, noise " + std::to_string(noise));
@@ -93,7 +93,7 @@ TEST(Spsa, FindsTheValleyInEveryDimensionAlsoInNoise) {
     }
 }
 
-TEST(Spsa, RecommendsTheIterateAfterEveryGradient) {
+TEST(Spsa, RecommendsIterateAfterEveryGradient) {
   for (const std::uint32_t gradients : {1u, 3u}) {
     FakeConversation conversation(setup_of(5, 60, off_centre_bowl));
     run(conversation, {{"gradients", gradients}});
@@ -103,7 +103,7 @@ TEST(Spsa, RecommendsTheIterateAfterEveryGradient) {
   }
 }
 
-TEST(Spsa, AverageIsTheMeanOfTheLateIterates) {
+TEST(Spsa, AverageIsMeanOfLateIterates) {
   FakeConversation plain(setup_of(3, 40, off_centre_bowl));
   run(plain);
   FakeConversation averaged(setup_of(3, 40, off_centre_bowl));
@@ -118,10 +118,10 @@ TEST(Spsa, AverageIsTheMeanOfTheLateIterates) {
   }
 }
 
-TEST(Spsa, NeverLeavesTheBoxAndMeasuresBothSidesAtItsWalls) {
+TEST(Spsa, StaysInTheBoxAndMeasuresBothSidesAtItsLimits) {
   FakeSetup setup = setup_of(3, 200, [](const Pose& pose) { return pose[0] - 20 * pose[1]; });
   setup.lower = {-0.1, -0.02, 0.3};
-  setup.upper = {0.4, 0.02, 0.3};  // the third axis cannot move at all
+  setup.upper = {0.4, 0.02, 0.3};  // the third axis has no width
   setup.start = {0.9, -0.7, 0};
   FakeConversation conversation(setup);
   run(conversation);
@@ -138,12 +138,12 @@ TEST(Spsa, NeverLeavesTheBoxAndMeasuresBothSidesAtItsWalls) {
       EXPECT_GE(recommendation.pose[axis], setup.lower[axis]);
       EXPECT_LE(recommendation.pose[axis], setup.upper[axis]);
     }
-  // The second axis' slope outweighs the first one's in every difference: it goes to its wall and stays.
+  // The slope of the second axis dominates every difference: it moves to its limit and stays.
   EXPECT_EQ(conversation.recommendations.back().pose[1], 0.02);
   EXPECT_EQ(conversation.recommendations.back().pose[2], 0.3);
 }
 
-TEST(Spsa, BrokenMeritsMoveNothing) {
+TEST(Spsa, NonFiniteMeritsDoNotMoveTheIterate) {
   FakeSetup setup = setup_of(2, 20, off_centre_bowl);
   setup.merit = [](const Pose& pose, std::uint32_t step) { return step % 2 ? off_centre_bowl(pose) : NAN; };
   FakeConversation conversation(setup);
@@ -152,9 +152,9 @@ TEST(Spsa, BrokenMeritsMoveNothing) {
   for (const auto& recommendation : conversation.recommendations) EXPECT_EQ(recommendation.pose, Pose(2, 0.0));
 }
 
-TEST(Spsa, NoMoveIsLongerThanTheFirstStride) {
+TEST(Spsa, MovesAreLimitedToFirstStride) {
   FakeSetup setup = setup_of(2, 200, off_centre_bowl);
-  setup.merit = [](const Pose& pose, std::uint32_t step) {  // slopes of nothing at first, then of a cliff
+  setup.merit = [](const Pose& pose, std::uint32_t step) {  // flat at first, then a cliff
     return step < 20 ? 1e-9 * pose[0] : 1e9 * pose[0] * (step % 4 < 2 ? 1 : -1);
   };
   FakeConversation conversation(setup);

@@ -1,4 +1,4 @@
-// Centring: how far the image goes with each axis, learnt from every move, and the pose that brings it back.
+// Centring: estimates the image shift per axis from all moves, and the pose that centres the image.
 #ifndef THROUGH_FOCUS_CENTRING_HPP
 #define THROUGH_FOCUS_CENTRING_HPP
 
@@ -14,13 +14,13 @@ namespace through_focus {
 
 class Centring {
  public:
-  // Moves shorter than `probe` tell more noise than response.
+  // probe: moves shorter than this measure noise rather than the response.
   Centring(std::size_t axes, double probe) : probe_(probe), response_(axes, {0, 0}), learnt_(axes, false) {}
 
-  // What a move says. An axis that moves for the first time gets the whole of what the others do not explain; later
-  // the smallest change that explains it (Broyden).
-  void learn(const Seen& before, const Seen& after) {
-    if (!before.look.placed || !after.look.placed) return;
+  // Updates the response from a move. An axis that moves for the first time is assigned the entire unexplained shift;
+  // later moves cause the smallest change that explains them (Broyden).
+  void learn(const Capture& before, const Capture& after) {
+    if (!before.metrics.placed || !after.metrics.placed) return;
     const std::size_t axes = response_.size();
     std::vector<double> move(axes);
     double square = 0;
@@ -35,7 +35,7 @@ class Centring {
     }
     if (fresh_count > 1 || !(square > 1e-12)) return;
     for (std::size_t side = 0; side < 2; ++side) {
-      double rest = after.look.shift[side] - before.look.shift[side];
+      double rest = after.metrics.shift[side] - before.metrics.shift[side];
       for (std::size_t axis = 0; axis < axes; ++axis) rest -= response_[axis][side] * move[axis];
       if (fresh_count == 1) {
         response_[fresh][side] += rest / move[fresh];
@@ -47,19 +47,19 @@ class Centring {
     if (fresh_count == 1) learnt_[fresh] = true;
   }
 
-  // `pose` with the axes across such that the image comes to the middle, by what these captures say on average; nothing
-  // where they cannot tell. With more `axes` all of them share the way, each as it helps: the smallest move.
-  std::optional<relign::Pose> centred(const std::vector<Seen>& captures, relign::Pose pose,
+  // Returns `pose` with the given axes changed by the smallest move that centres the image, based on the mean over the
+  // captures; nothing if the response does not determine it.
+  std::optional<relign::Pose> centred(const std::vector<Capture>& captures, relign::Pose pose,
                                       const std::vector<std::size_t>& axes = {0, 1}) const {
     if (response_.size() < 2 || !learnt_[0] || !learnt_[1]) return std::nullopt;
     double off[2] = {0, 0}, count = 0;
-    for (const Seen& seen : captures) {
-      if (!seen.look.placed) continue;
+    for (const Capture& capture : captures) {
+      if (!capture.metrics.placed) continue;
       ++count;
       for (std::size_t side = 0; side < 2; ++side) {
-        off[side] += seen.look.shift[side];
+        off[side] += capture.metrics.shift[side];
         for (std::size_t axis = 0; axis < pose.size(); ++axis)
-          off[side] += response_[axis][side] * (pose[axis] - seen.pose[axis]);
+          off[side] += response_[axis][side] * (pose[axis] - capture.pose[axis]);
       }
     }
     if (count == 0) return std::nullopt;
@@ -71,7 +71,8 @@ class Centring {
       c += response[1] * response[1];
     }
     const double determinant = a * c - b * b;
-    if (!(determinant > 1e-4 * (a + c) * (a + c))) return std::nullopt;  // all of them move it the same way
+    if (!(determinant > 1e-4 * (a + c) * (a + c)))
+      return std::nullopt;  // all of them shift the image in the same direction
     const double right = (off[0] * c - off[1] * b) / determinant / count;
     const double down = (off[1] * a - off[0] * b) / determinant / count;
     for (const std::size_t axis : axes) pose[axis] -= response_[axis][0] * right + response_[axis][1] * down;

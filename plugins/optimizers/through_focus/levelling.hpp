@@ -13,19 +13,19 @@
 
 namespace through_focus {
 
-// The lowest point of the parabola through the mismatch of these captures along an axis, within their range.
-inline std::optional<double> lowest(const std::vector<Seen>& captures, std::size_t focus_axis, double around) {
+// The minimum of a parabola fitted to the mismatch of the captures along an axis, within their range.
+inline std::optional<double> lowest(const std::vector<Capture>& captures, std::size_t focus_axis, double around) {
   std::array<std::array<double, 4>, 3> rows{};
   double lower = std::numeric_limits<double>::infinity(), upper = -lower;
-  for (const Seen& seen : captures) {
-    if (!seen.look.sound) continue;
-    const double z = seen.pose[focus_axis] - around;
+  for (const Capture& capture : captures) {
+    if (!capture.metrics.sound) continue;
+    const double z = capture.pose[focus_axis] - around;
     lower = std::min(lower, z);
     upper = std::max(upper, z);
     const double powers[3] = {1, z, z * z};
     for (std::size_t i = 0; i < 3; ++i) {
       for (std::size_t k = 0; k < 3; ++k) rows[i][k] += powers[i] * powers[k];
-      rows[i][3] += powers[i] * seen.look.mismatch;
+      rows[i][3] += powers[i] * capture.metrics.mismatch;
     }
   }
   double curve[3];
@@ -33,42 +33,42 @@ inline std::optional<double> lowest(const std::vector<Seen>& captures, std::size
   return around + std::clamp(-0.5 * curve[1] / curve[2], lower, upper);
 }
 
-// How the sharpness slopes across the image on both sides of the focus, the difference per length of focus. It grows
-// with the tilt of the plane of best focus; what the lens itself blurs unevenly is on both sides and drops out.
+// Difference of the sharpness slopes above and below focus, per unit of focus. It is proportional to the tilt of the
+// plane of best focus; uneven blur of the lens itself is the same on both sides and cancels.
 struct Evenness {
   double tilt[2] = {0, 0};
   double slope[2] = {0, 0};
   double variance[2] = {0, 0};
 };
 
-inline Evenness evenness_between(const Look& below, const Look& above, double distance) {
-  Evenness told;
+inline Evenness evenness_between(const Metrics& below, const Metrics& above, double distance) {
+  Evenness evenness;
   for (std::size_t side = 0; side < 2; ++side) {
-    told.slope[side] = (above.slope[side] - below.slope[side]) / distance;
-    told.variance[side] = (above.slope_variance[side] + below.slope_variance[side]) / (distance * distance);
+    evenness.slope[side] = (above.slope[side] - below.slope[side]) / distance;
+    evenness.variance[side] = (above.slope_variance[side] + below.slope_variance[side]) / (distance * distance);
   }
-  return told;
+  return evenness;
 }
 
 using Tilts = std::array<std::optional<double>, 2>;
 
-// slope = offset + gain * tilt for one direction in the image, least squares over all looks.
+// slope = offset + gain * tilt for one direction in the image, by least squares.
 struct Line {
   double offset = 0;
   double gain[2] = {0, 0};
-  double significance[2] = {0, 0};  // square of each gain over its variance
+  double significance[2] = {0, 0};  // squared gain over its variance
 };
 
-inline std::optional<Line> fit_line(const std::vector<Evenness>& looks, std::size_t side, std::size_t tilts) {
+inline std::optional<Line> fit_line(const std::vector<Evenness>& measured, std::size_t side, std::size_t tilts) {
   std::array<std::array<double, 4>, 3> rows{};
   double variance = 0;
-  for (const Evenness& look : looks) {
-    const double terms[3] = {1, look.tilt[0] - looks.front().tilt[0], look.tilt[1] - looks.front().tilt[1]};
+  for (const Evenness& one : measured) {
+    const double terms[3] = {1, one.tilt[0] - measured.front().tilt[0], one.tilt[1] - measured.front().tilt[1]};
     for (std::size_t i = 0; i < 3; ++i) {
       for (std::size_t k = 0; k < 3; ++k) rows[i][k] += terms[i] * terms[k];
-      rows[i][3] += terms[i] * look.slope[side];
+      rows[i][3] += terms[i] * one.slope[side];
     }
-    variance += look.variance[side] / static_cast<double>(looks.size());
+    variance += one.variance[side] / static_cast<double>(measured.size());
   }
   for (std::size_t absent = tilts; absent < 2; ++absent) rows[absent + 1][absent + 1] += 1;
   double solution[3];
@@ -86,20 +86,20 @@ inline std::optional<Line> fit_line(const std::vector<Evenness>& looks, std::siz
   return line;
 }
 
-// The tilts at which both sides of the focus are blurred alike. One whose effect does not stand out from the noise
-// is left alone; none goes further than `reach` from the first look, where it would rest on noise.
-inline Tilts level_tilts(const std::vector<Evenness>& looks, std::size_t tilts, double reach) {
-  constexpr double kStandsOut = 4;  // two standard deviations, by an upper estimate
+// The tilts at which both sides of the focus are equally blurred. A tilt without significant effect is omitted; the
+// others are limited to `reach` from the first measurement.
+inline Tilts level_tilts(const std::vector<Evenness>& measured, std::size_t tilts, double reach) {
+  constexpr double kSignificant = 4;  // two standard deviations, squared
   Tilts level;
   Line lines[2];
   for (std::size_t side = 0; side < 2; ++side) {
-    const auto line = fit_line(looks, side, tilts);
+    const auto line = fit_line(measured, side, tilts);
     if (!line) return level;
     lines[side] = *line;
   }
   bool works[2] = {false, false};
   double square[2][2] = {{0, 0}, {0, 0}}, right[2] = {0, 0};  // of the least squares problem gain * tilt = -offset
-  for (std::size_t i = 0; i < tilts; ++i) works[i] = lines[0].significance[i] + lines[1].significance[i] > kStandsOut;
+  for (std::size_t i = 0; i < tilts; ++i) works[i] = lines[0].significance[i] + lines[1].significance[i] > kSignificant;
   for (std::size_t i = 0; i < 2; ++i)
     for (const Line& line : lines) {
       if (!works[i]) continue;
@@ -109,11 +109,11 @@ inline Tilts level_tilts(const std::vector<Evenness>& looks, std::size_t tilts, 
   for (std::size_t i = 0; i < 2; ++i)
     if (!works[i]) square[i][i] = 1;
   const double determinant = square[0][0] * square[1][1] - square[0][1] * square[1][0];
-  if (!(determinant > 0.01 * square[0][0] * square[1][1])) return level;  // the tilts look alike
+  if (!(determinant > 0.01 * square[0][0] * square[1][1])) return level;  // the tilts have the same effect
   for (std::size_t i = 0; i < 2; ++i) {
     const std::size_t other = 1 - i;
     const double move = (right[i] * square[other][other] - right[other] * square[i][other]) / determinant;
-    if (works[i]) level[i] = looks.front().tilt[i] + std::clamp(move, -reach, reach);
+    if (works[i]) level[i] = measured.front().tilt[i] + std::clamp(move, -reach, reach);
   }
   return level;
 }

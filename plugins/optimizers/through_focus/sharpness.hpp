@@ -1,4 +1,4 @@
-// How sharp a capture is, and where: its slopes against those of the reference image, laid at the same place.
+// Shift, sharpness and slope of the sharpness of a capture, by comparison with the gradients of the reference image.
 #ifndef THROUGH_FOCUS_SHARPNESS_HPP
 #define THROUGH_FOCUS_SHARPNESS_HPP
 
@@ -11,25 +11,25 @@
 
 namespace through_focus {
 
-// What one capture tells.
-struct Look {
+// Measurements on one capture.
+struct Metrics {
   double shift[2] = {0, 0};  // pixels: right, down
   bool placed = false;       // the shift is known
-  double rotation = 0;       // degrees clockwise; NaN where nobody knows
-  double difference = 0;     // mean square difference to the reference as it is, smoothed
-  double mismatch = 0;       // the same with the reference shifted under the capture
-  double sharpness = 0;      // 1: edges as steep as the reference's
-  double slope[2] = {0, 0};  // its change per half image: to the right, down
+  double rotation = 0;       // degrees clockwise; NaN if unknown
+  double difference = 0;     // mean squared difference from the reference image, smoothed
+  double mismatch = 0;       // the same with the reference shifted by `shift`
+  double sharpness = 0;      // 1: edges as steep as in the reference
+  double slope[2] = {0, 0};  // change of the sharpness per half image: right, down
   double slope_variance[2] = {0, 0};
-  bool sound = false;  // all numbers but the rotation are finite
+  bool sound = false;  // all values except the rotation are finite
 };
 
-struct Seen {
+struct Capture {
   relign::Pose pose;
-  Look look;
+  Metrics metrics;
 };
 
-// Solves the symmetric 3 x 3 system by elimination; false where it tells nothing.
+// Solves a symmetric 3 x 3 system by elimination. Returns false if it is singular.
 inline bool solve3(std::array<std::array<double, 4>, 3> rows, double* solution) {
   for (int column = 0; column < 3; ++column) {
     int pivot = column;
@@ -50,7 +50,7 @@ inline bool solve3(std::array<std::array<double, 4>, 3> rows, double* solution) 
   return true;
 }
 
-// The reference, moved by a shift in pixels, between pixels linearly; beyond its border it goes on evenly.
+// The reference shifted by a number of pixels, with bilinear interpolation; border pixels are repeated.
 class Shifted {
  public:
   Shifted(const relign::ImageView& image, double right, double down)
@@ -76,8 +76,8 @@ class Shifted {
   double column_, row_, right_, down_;
 };
 
-// Mean square of a difference after a running mean of five pixels along both directions: most of the noise is gone,
-// of the blur's trace hardly anything.
+// Mean square of a difference image after a 5 x 5 running mean, which removes most of the noise but little of the
+// effect of blur.
 inline double smooth_square(const std::vector<double>& values, std::size_t width, std::size_t height) {
   constexpr std::size_t kWindow = 5;
   if (width < kWindow || height < kWindow) {
@@ -100,29 +100,30 @@ inline double smooth_square(const std::vector<double>& values, std::size_t width
          static_cast<double>(kWindow * kWindow * kWindow * kWindow * (width - kWindow + 1) * (height - kWindow + 1));
 }
 
-// Each pixel says how steep the capture is where the reference is: the product of both gradients over the square of
-// the reference's. Noise averages out of it, which it does not out of a capture's own gradient energy. The plane
-// sharpness + slope * place is the least squares fit, edges weighing as they are steep.
-inline Look look_at(const relign::ImageView& seen, const relign::ImageView& wanted, double right, double down) {
-  Look look;
-  if (seen.width() != wanted.width() || seen.height() != wanted.height()) return look;
-  const std::size_t width = seen.width(), height = seen.height();
-  if (width < 3 || height < 3) return look;
-  look.placed = std::isfinite(right) && std::isfinite(down);
-  look.shift[0] = look.placed ? right : 0;
-  look.shift[1] = look.placed ? down : 0;
-  const Shifted laid(wanted, look.shift[0], look.shift[1]);
+// Sharpness at a pixel is the inner product of the gradients of capture and reference over the squared gradient of the
+// reference. Noise averages out of it, unlike out of the capture's gradient energy. Fits the plane sharpness + slope *
+// position by least squares, weighted by the squared gradient of the reference.
+inline Metrics metrics_of(const relign::ImageView& capture, const relign::ImageView& wanted, double right,
+                          double down) {
+  Metrics metrics;
+  if (capture.width() != wanted.width() || capture.height() != wanted.height()) return metrics;
+  const std::size_t width = capture.width(), height = capture.height();
+  if (width < 3 || height < 3) return metrics;
+  metrics.placed = std::isfinite(right) && std::isfinite(down);
+  metrics.shift[0] = metrics.placed ? right : 0;
+  metrics.shift[1] = metrics.placed ? down : 0;
+  const Shifted laid(wanted, metrics.shift[0], metrics.shift[1]);
   std::vector<double> reference(width * height), plain(width * height), moved(width * height);
   for (std::size_t y = 0; y < height; ++y)
     for (std::size_t x = 0; x < width; ++x) {
       const std::size_t pixel = y * width + x;
-      const auto value = static_cast<double>(seen.at(x, y));
+      const auto value = static_cast<double>(capture.at(x, y));
       reference[pixel] = laid.at(x, y);
       plain[pixel] = value - static_cast<double>(wanted.at(x, y));
       moved[pixel] = value - reference[pixel];
     }
-  look.difference = smooth_square(plain, width, height);
-  look.mismatch = smooth_square(moved, width, height);
+  metrics.difference = smooth_square(plain, width, height);
+  metrics.mismatch = smooth_square(moved, width, height);
 
   std::array<std::array<double, 4>, 3> rows{};
   double square = 0;
@@ -131,13 +132,13 @@ inline Look look_at(const relign::ImageView& seen, const relign::ImageView& want
     for (std::size_t x = 1; x + 1 < width; ++x) {
       const double* r = &reference[y * width + x];
       const double reference_x = r[1] - r[-1], reference_y = *(r + width) - *(r - width);
-      const double seen_x = static_cast<double>(seen.at(x + 1, y)) - static_cast<double>(seen.at(x - 1, y));
-      const double seen_y = static_cast<double>(seen.at(x, y + 1)) - static_cast<double>(seen.at(x, y - 1));
+      const double capture_x = static_cast<double>(capture.at(x + 1, y)) - static_cast<double>(capture.at(x - 1, y));
+      const double capture_y = static_cast<double>(capture.at(x, y + 1)) - static_cast<double>(capture.at(x, y - 1));
       const double weight = reference_x * reference_x + reference_y * reference_y;
-      const double product = reference_x * seen_x + reference_y * seen_y;
-      square += seen_x * seen_x + seen_y * seen_y;
-      const double place[3] = {1, (static_cast<double>(x) - half_x - look.shift[0]) / half_x,
-                               (static_cast<double>(y) - half_y - look.shift[1]) / half_y};
+      const double product = reference_x * capture_x + reference_y * capture_y;
+      square += capture_x * capture_x + capture_y * capture_y;
+      const double place[3] = {1, (static_cast<double>(x) - half_x - metrics.shift[0]) / half_x,
+                               (static_cast<double>(y) - half_y - metrics.shift[1]) / half_y};
       for (std::size_t i = 0; i < 3; ++i) {
         for (std::size_t k = 0; k < 3; ++k) rows[i][k] += weight * place[i] * place[k];
         rows[i][3] += product * place[i];
@@ -145,22 +146,22 @@ inline Look look_at(const relign::ImageView& seen, const relign::ImageView& want
     }
   double plane[3];
   if (solve3(rows, plane)) {
-    look.sharpness = plane[0];
-    look.slope[0] = plane[1];
-    look.slope[1] = plane[2];
-    // Of the fit's residuals: noise, and what a plane cannot follow. Their neighbours depend on each other, mostly
-    // against each other, which makes this an upper estimate.
+    metrics.sharpness = plane[0];
+    metrics.slope[0] = plane[1];
+    metrics.slope[1] = plane[2];
+    // Residual variance of the fit: noise and deviations from a plane. Neighbouring residuals are mostly negatively
+    // correlated, so this is an upper estimate.
     for (std::size_t i = 0; i < 3; ++i) square -= plane[i] * rows[i][3];
     const double variance = std::fmax(0, square) / (2.0 * static_cast<double>((width - 2) * (height - 2)));
     for (std::size_t side = 0; side < 2; ++side) {
       auto unit = rows;
       for (std::size_t i = 0; i < 3; ++i) unit[i][3] = i == side + 1 ? 1 : 0;
       double column[3];
-      look.slope_variance[side] = solve3(unit, column) ? variance * column[side + 1] : 0;
+      metrics.slope_variance[side] = solve3(unit, column) ? variance * column[side + 1] : 0;
     }
-    look.sound = look.placed && std::isfinite(look.difference) && std::isfinite(look.mismatch);
+    metrics.sound = metrics.placed && std::isfinite(metrics.difference) && std::isfinite(metrics.mismatch);
   }
-  return look;
+  return metrics;
 }
 
 }  // namespace through_focus

@@ -1,20 +1,20 @@
-// Centre, sweep the focus, level the plane of best focus, verify: the way of production lines. See README.md.
+// through-focus: centre the image, sweep the focus, level the plane of best focus, verify. See README.md.
 #include "centring.hpp"
 #include "levelling.hpp"
 
 namespace {
 
 using relign::Pose;
-using through_focus::Look;
-using through_focus::look_at;
-using through_focus::Seen;
+using through_focus::Capture;
+using through_focus::Metrics;
+using through_focus::metrics_of;
 
-// Axes by the order that all scenes keep: across, across, focus, two tilts, turn. A shorter stage lacks the later ones,
-// but one that has a single axis focuses. What comes after the turn stays where it is.
+// The axis order of all scenes: two lateral axes, focus, two tilts, rotation. A stage with fewer axes lacks the later
+// ones, except that a single axis is the focus. Further axes are not moved.
 constexpr std::size_t kAcross = 2, kFirstTilt = 3, kMostTilts = 2, kTurn = 5;
-constexpr int kLongestSearch = 40;  // images; a search that finds no target ends the trial
-constexpr int kLongestSweep = 12;   // images; a sweep that finds no focus ends the trial
-constexpr double kTolerance = 1.3;  // smoothed mean squares differ by less than that through the captures' noise
+constexpr int kLongestSearch = 40;  // images; the trial ends if the target is not found
+constexpr int kLongestSweep = 12;   // images; the trial ends if no focus is found
+constexpr double kTolerance = 1.3;  // ratio of smoothed mean squares explained by noise
 
 class ThroughFocus final : public relign::Optimizer {
  public:
@@ -31,7 +31,7 @@ class ThroughFocus final : public relign::Optimizer {
     focus_axis_ = talk.axes() > 1 ? kAcross : 0;
     const relign::Observation first = talk.first();
     take(first);
-    if (box_.clamp(first.pose) != first.pose && !go(first.pose)) return;  // enters the box
+    if (box_.clamp(first.pose) != first.pose && !go(first.pose)) return;  // moves into the box
     if (find_target() && learn_centring() && turn_upright() && sweep() && probe_tilts()) level();
   }
 
@@ -44,13 +44,13 @@ class ThroughFocus final : public relign::Optimizer {
   void take(const relign::Observation& observation) {
     const relign::Measures measures = talk_->measures();
     const relign::ImageView image = observation.image();
-    Seen seen{observation.pose,
-              look_at(image, talk_->reference(), measures.measure("shift_x_px"), measures.measure("shift_y_px"))};
-    if (talk_->axes() > kTurn) seen.look.rotation = measures.measure("rotation_deg");
-    held_ = (observation.limits_low | observation.limits_high) != 0;
-    if (now_ && !held_) centring_->learn(*now_, seen);
-    now_ = std::move(seen);
-    const double difference = now_->look.difference;
+    Capture capture{observation.pose, metrics_of(image, talk_->reference(), measures.measure("shift_x_px"),
+                                                 measures.measure("shift_y_px"))};
+    if (talk_->axes() > kTurn) capture.metrics.rotation = measures.measure("rotation_deg");
+    at_limit_ = (observation.limits_low | observation.limits_high) != 0;
+    if (now_ && !at_limit_) centring_->learn(*now_, capture);
+    now_ = std::move(capture);
+    const double difference = now_->metrics.difference;
     if (std::isfinite(difference) && difference < best_difference_ && box_.clamp(now_->pose) == now_->pose) {
       best_difference_ = difference;
       best_ = now_->pose;
@@ -58,17 +58,17 @@ class ThroughFocus final : public relign::Optimizer {
     }
   }
 
-  // One move and one capture; false once there are no more.
+  // One move and one capture; false when the trial is over.
   bool go(const Pose& pose) {
-    const auto seen = talk_->step(box_.clamp(pose));
-    if (seen) take(*seen);
-    return seen.has_value();
+    const auto observation = talk_->step(box_.clamp(pose));
+    if (observation) take(*observation);
+    return observation.has_value();
   }
 
-  // `pose` with the image in the middle and upright, as far as is known.
+  // `pose` changed so that the image is centred and upright, as far as the response is known.
   Pose centred(Pose pose) const {
-    if (turn_response_ != 0 && std::isfinite(now_->look.rotation))
-      pose[kTurn] = now_->pose[kTurn] - now_->look.rotation / turn_response_;
+    if (turn_response_ != 0 && std::isfinite(now_->metrics.rotation))
+      pose[kTurn] = now_->pose[kTurn] - now_->metrics.rotation / turn_response_;
     return box_.clamp(centring_->centred({*now_}, pose).value_or(pose));
   }
   Pose centred_at(Pose pose) const {
@@ -76,21 +76,21 @@ class ThroughFocus final : public relign::Optimizer {
     return centred(std::move(pose));
   }
 
-  // The same by all of these captures: one alone misses the middle by its noise.
-  Pose centred_by(const std::vector<Seen>& captures, const Pose& pose) const {
+  // The same based on several captures, which reduces the noise.
+  Pose centred_by(const std::vector<Capture>& captures, const Pose& pose) const {
     const Pose near = centred_at(pose);
     return box_.clamp(centring_->centred(captures, near).value_or(near));
   }
 
-  // Towards the side of the box that has more room.
+  // A move towards the side of the box with more room.
   double inward(std::size_t axis, double length) const {
     return now_->pose[axis] > 0.5 * (box_.lower[axis] + box_.upper[axis]) ? -length : length;
   }
 
-  // Until the target is seen somewhere: the middle of the box first, then evenly all over it (Halton's points).
+  // Searches until the target is visible: first the middle of the box, then Halton points.
   bool find_target() {
     constexpr unsigned kPrimes[] = {2, 3, 5, 7, 11, 13};
-    for (unsigned image = 1; !now_->look.sound; ++image) {
+    for (unsigned image = 1; !now_->metrics.sound; ++image) {
       if (image > kLongestSearch) return false;
       Pose pose = now_->pose;
       for (std::size_t axis = 0; axis < std::min(pose.size(), std::size(kPrimes)); ++axis) {
@@ -112,20 +112,20 @@ class ThroughFocus final : public relign::Optimizer {
       if (!go(pose)) return false;
     }
     if (!go(centred(now_->pose))) return false;
-    // The stage's walls hold the image back: the tilts are far off. They go to the middle of the box, the best guess.
-    if (tilts() > 0 && now_->look.placed && at_wall()) {
+    // If limits prevent centring, the tilts are far off: move them to the middle of the box, the best guess.
+    if (tilts() > 0 && now_->metrics.placed && lateral_at_limit()) {
       Pose pose = now_->pose;
       for (std::size_t axis = 0; axis < kFirstTilt + tilts(); ++axis)
         if (axis != focus_axis_) pose[axis] = 0.5 * (box_.lower[axis] + box_.upper[axis]);
       if (!go(pose)) return false;
     }
     if (!go(centred(now_->pose))) return false;
-    return tilts() == 0 || !now_->look.placed || !at_wall() || share_centring();
+    return tilts() == 0 || !now_->metrics.placed || !lateral_at_limit() || centre_with_tilts();
   }
 
-  // The middle of the box was no better (where the start is unknown, it is the start): tilts and shifts alike may be
-  // far off, so they share the way to the image's middle.
-  bool share_centring() {
+  // If the middle of the box is no better (without a known start it is the start), tilts and shifts may both be far
+  // off: centre the image with all of them, by the smallest move.
+  bool centre_with_tilts() {
     std::vector<std::size_t> axes = {0, 1};
     Pose middle = now_->pose;
     for (std::size_t axis = 0; axis < kAcross; ++axis) middle[axis] = 0.5 * (box_.lower[axis] + box_.upper[axis]);
@@ -140,72 +140,72 @@ class ThroughFocus final : public relign::Optimizer {
     return go(centred(now_->pose));
   }
 
-  bool at_wall() const {
-    if (held_) return true;
+  bool lateral_at_limit() const {
+    if (at_limit_) return true;
     for (std::size_t axis = 0; axis < kAcross; ++axis)
       if (now_->pose[axis] <= box_.lower[axis] || now_->pose[axis] >= box_.upper[axis]) return true;
     return false;
   }
 
-  // A small turn tells how the image follows; from then on `centred` keeps it upright.
+  // Measures the effect of the rotation axis by a small move; from then on centred() keeps the image upright.
   bool turn_upright() {
-    if (talk_->axes() <= kTurn || !std::isfinite(now_->look.rotation)) return true;
-    const Seen before = *now_;
+    if (talk_->axes() <= kTurn || !std::isfinite(now_->metrics.rotation)) return true;
+    const Capture before = *now_;
     Pose pose = now_->pose;
     pose[kTurn] += inward(kTurn, tilt_probe_);
     if (!go(centred(pose))) return false;
     const double move = now_->pose[kTurn] - before.pose[kTurn];
-    const double turned = now_->look.rotation - before.look.rotation;
-    // Less than a tenth of a degree says more of the noise than of the axis.
+    const double turned = now_->metrics.rotation - before.metrics.rotation;
+    // Below a tenth of a degree noise dominates.
     if (!(std::fabs(turned) > 0.1) || !(std::fabs(move) > 1e-9)) return true;
     turn_response_ = turned / move;
     return go(centred(now_->pose));
   }
 
-  // Through focus in equal strides, on until the sharpest image lies between two others; false without a focus.
+  // Steps through focus in equal strides until the sharpest image is between two others. Returns false without a focus.
   bool sweep() {
-    if (talk_->axes() <= focus_axis_ || !now_->look.sound) return false;
-    std::vector<Seen> captures = {*now_};  // in order of z
+    if (talk_->axes() <= focus_axis_ || !now_->metrics.sound) return false;
+    std::vector<Capture> captures = {*now_};  // in order of z
     bool upwards = inward(focus_axis_, defocus_) > 0;
     for (int image = 0; image < kLongestSweep; ++image) {
       std::size_t sharpest = 0;
       for (std::size_t i = 1; i < captures.size(); ++i)
-        if (captures[i].look.sharpness > captures[sharpest].look.sharpness) sharpest = i;
+        if (captures[i].metrics.sharpness > captures[sharpest].metrics.sharpness) sharpest = i;
       if (captures.size() > 1) {
         if (sharpest > 0 && sharpest + 1 < captures.size()) {
           focus_ = captures[sharpest].pose[focus_axis_];
-          const std::vector<Seen> near(captures.begin() + static_cast<std::ptrdiff_t>(sharpest) - 1,
-                                       captures.begin() + static_cast<std::ptrdiff_t>(sharpest) + 2);
+          const std::vector<Capture> near(captures.begin() + static_cast<std::ptrdiff_t>(sharpest) - 1,
+                                          captures.begin() + static_cast<std::ptrdiff_t>(sharpest) + 2);
           focus_ = through_focus::lowest(near, focus_axis_, focus_).value_or(focus_);
           return true;
         }
         upwards = sharpest > 0;
       }
       const double from = upwards ? captures.back().pose[focus_axis_] : captures.front().pose[focus_axis_];
-      const double wall = upwards ? box_.upper[focus_axis_] : box_.lower[focus_axis_];
-      if (from == wall) {  // sharpest at the wall: that is the focus
-        focus_ = wall;
+      const double limit = upwards ? box_.upper[focus_axis_] : box_.lower[focus_axis_];
+      if (from == limit) {  // sharpest at the limit
+        focus_ = limit;
         return true;
       }
       Pose pose = now_->pose;
       pose[focus_axis_] = from + (upwards ? defocus_ : -defocus_);
-      if (!go(centred(pose)) || !now_->look.sound) return false;
+      if (!go(centred(pose)) || !now_->metrics.sound) return false;
       captures.insert(upwards ? captures.end() : captures.begin(), *now_);
     }
     return false;
   }
 
-  // At `pose`'s tilts, one capture on each side of the focus.
-  bool look_around(const Pose& tilted, std::vector<Seen>* captures) {
-    Look sides[2];
+  // One capture on each side of the focus, with the tilts of `tilted`.
+  bool capture_both_sides(const Pose& tilted, std::vector<Capture>* captures) {
+    Metrics sides[2];
     double z[2];
     for (int side = 0; side < 2; ++side) {
-      // Begins on the side where the stage is: less travel.
+      // Start on the side of the current pose, for less travel.
       const bool above = (side == 0) == (now_->pose[focus_axis_] > focus_);
       Pose pose = tilted;
       pose[focus_axis_] = focus_ + (above ? defocus_ : -defocus_);
-      if (!go(centred_at(pose)) || !now_->look.sound) return false;
-      sides[above ? 1 : 0] = now_->look;
+      if (!go(centred_at(pose)) || !now_->metrics.sound) return false;
+      sides[above ? 1 : 0] = now_->metrics;
       z[above ? 1 : 0] = now_->pose[focus_axis_];
       captures->push_back(*now_);
     }
@@ -219,19 +219,19 @@ class ThroughFocus final : public relign::Optimizer {
     if (tilts() == 0) return true;
     Pose middle = now_->pose;
     middle[focus_axis_] = focus_;
-    std::vector<Seen> unused;
-    if (!look_around(middle, &unused)) return false;
+    std::vector<Capture> unused;
+    if (!capture_both_sides(middle, &unused)) return false;
     for (std::size_t tilt = 0; tilt < tilts(); ++tilt) {
       Pose pose = middle;
       pose[kFirstTilt + tilt] += inward(kFirstTilt + tilt, tilt_probe_);
-      if (!look_around(pose, &unused)) return false;
+      if (!capture_both_sides(pose, &unused)) return false;
     }
     return true;
   }
 
-  // Level, look on both sides of the focus, level again with all that is known.
+  // Repeats: compute the level tilts from all measurements, then capture both sides of the focus there.
   void level() {
-    std::vector<Seen> captures;
+    std::vector<Capture> captures;
     Pose solution = now_->pose;
     for (std::size_t tilt = 0; tilt < tilts(); ++tilt)
       solution[kFirstTilt + tilt] = evenness_.front().tilt[tilt];  // before the probes
@@ -239,22 +239,24 @@ class ThroughFocus final : public relign::Optimizer {
       const auto level = through_focus::level_tilts(evenness_, tilts(), 3 * tilt_probe_);
       for (std::size_t tilt = 0; tilt < tilts(); ++tilt)
         solution[kFirstTilt + tilt] = level[tilt].value_or(solution[kFirstTilt + tilt]);
-      // Captures at other tilts are blurred otherwise: they say nothing of the focus here.
-      captures.erase(
-          std::remove_if(captures.begin(), captures.end(),
-                         [&](const Seen& seen) { return tilt_between(seen.pose, solution) > 0.5 * tilt_probe_; }),
-          captures.end());
+      // Captures at other tilts have another focus.
+      captures.erase(std::remove_if(captures.begin(), captures.end(),
+                                    [&](const Capture& capture) {
+                                      return tilt_between(capture.pose, solution) > 0.5 * tilt_probe_;
+                                    }),
+                     captures.end());
       focus_ = through_focus::lowest(captures, focus_axis_, focus_).value_or(focus_);
       solution[focus_axis_] = focus_;
       solution = box_.clamp(solution);
       focus_ = solution[focus_axis_];
-      // What is recommended has been looked at in focus: at the first solution, where it moves and at the end.
+      // Recommended poses are verified by a capture in focus: at the first solution, after a change of tilts, and at
+      // the end.
       if (captures.empty() || round == rounds_) {
         if (!verify(solution, &captures)) return;
       } else if (solved_) {
         talk_->recommend(centred_by(captures, solution));
       }
-      if (round < rounds_ && !look_around(solution, &captures)) return;
+      if (round < rounds_ && !capture_both_sides(solution, &captures)) return;
     }
   }
 
@@ -265,12 +267,12 @@ class ThroughFocus final : public relign::Optimizer {
     return largest;
   }
 
-  // Recommended when it is no worse than the best capture of all, but for noise; else that one stays.
-  bool verify(const Pose& pose, std::vector<Seen>* captures) {
+  // Captures at `pose` and recommends it if it is not significantly worse than the best capture; otherwise that one.
+  bool verify(const Pose& pose, std::vector<Capture>* captures) {
     if (!go(captures->empty() ? centred_at(pose) : centred_by(*captures, pose))) return false;
-    if (!now_->look.sound) return false;
+    if (!now_->metrics.sound) return false;
     captures->push_back(*now_);
-    solved_ = now_->look.difference <= best_difference_ * kTolerance;
+    solved_ = now_->metrics.difference <= best_difference_ * kTolerance;
     talk_->recommend(solved_ ? centred_by(*captures, now_->pose) : best_);
     return true;
   }
@@ -280,11 +282,11 @@ class ThroughFocus final : public relign::Optimizer {
   relign::Conversation* talk_ = nullptr;
   relign::Box box_;
   std::size_t focus_axis_ = kAcross;
-  std::optional<Seen> now_;
+  std::optional<Capture> now_;
   Pose best_;
   double best_difference_ = std::numeric_limits<double>::infinity();
   bool solved_ = false;
-  bool held_ = false;  // by a limit of the stage, at the last move
+  bool at_limit_ = false;  // the last move hit a limit of the stage
   std::optional<through_focus::Centring> centring_;
   double turn_response_ = 0;  // degrees per share of the travel; 0: unknown
   double focus_ = 0;

@@ -11,8 +11,8 @@ namespace {
 
 constexpr std::uint32_t kSide = 64;
 
-// A toy station: a grid of soft edges that moves with the first two axes and with the tilts, and whose blur grows
-// with the distance from a plane of best focus.
+// A toy scene: a grid of soft edges that shifts with the first two axes and with the tilts, and whose blur grows with
+// the distance from a plane of best focus.
 class ToyStation {
  public:
   explicit ToyStation(std::uint32_t axes) : pose_(axes, 0.0), wanted_(std::size_t{kSide} * kSide) {
@@ -67,7 +67,7 @@ class ToyStation {
   }
 
   test::Pose optimum_;
-  double lit = 1e9;  // further from the optimum than this in any axis, images are dark and shifts unknown
+  double lit = 1e9;  // farther from the optimum than this on any axis images are dark and shifts unknown
 
  private:
   bool is_dark() const {
@@ -116,7 +116,7 @@ void expect_at_optimum(const test::FakeConversation& conversation, const ToyStat
     EXPECT_NEAR(pose[axis], toy.optimum_[axis], axis < 2 ? 0.015 : 0.02) << axis;
 }
 
-TEST(ThroughFocus, CentresFocusesLevelsAndTurns) {
+TEST(ThroughFocus, AlignsAllAxes) {
   for (const std::uint32_t axes : {1u, 3u, 4u, 5u, 6u}) {
     SCOPED_TRACE(axes);
     ToyStation toy(axes);
@@ -128,7 +128,7 @@ TEST(ThroughFocus, CentresFocusesLevelsAndTurns) {
   }
 }
 
-TEST(ThroughFocus, LooksForATargetThatIsOutOfSight) {
+TEST(ThroughFocus, SearchesForTargetOutsideTheImage) {
   ToyStation toy(5);
   toy.lit = 0.3;
   test::FakeSetup setup = toy.setup();
@@ -140,8 +140,8 @@ TEST(ThroughFocus, LooksForATargetThatIsOutOfSight) {
   expect_at_optimum(conversation, toy);
 }
 
-// The tilts hide the middle of the image from the axes across: all four have to move.
-TEST(ThroughFocus, TiltsHelpToCentreWhereTheWallsAreInTheWay) {
+// The tilts shift the image too far for the lateral axes alone: all four must move.
+TEST(ThroughFocus, CentresWithTiltsAtTheLimits) {
   ToyStation toy(5);
   test::FakeSetup setup = toy.setup();
   toy.optimum_ = {0.3, -0.3, 0.06, 0.3, 0.3};
@@ -153,7 +153,7 @@ TEST(ThroughFocus, TiltsHelpToCentreWhereTheWallsAreInTheWay) {
   expect_at_optimum(conversation, toy);
 }
 
-TEST(ThroughFocus, EveryBudgetEndsAtOnceWithARecommendationInTheBox) {
+TEST(ThroughFocus, EndsAtOnceWithRecommendationForAnyBudget) {
   for (std::uint32_t budget = 1; budget <= 30; ++budget) {
     SCOPED_TRACE(budget);
     ToyStation toy(5);
@@ -171,7 +171,7 @@ TEST(ThroughFocus, EveryBudgetEndsAtOnceWithARecommendationInTheBox) {
   }
 }
 
-TEST(ThroughFocus, NothingButDarkImagesEndsTheTrial) {
+TEST(ThroughFocus, DarkImagesEndTheTrial) {
   ToyStation toy(5);
   toy.lit = -1;
   test::FakeSetup setup = toy.setup();

@@ -1,5 +1,4 @@
-// What sources are worth, on the family that the method's authors use: Hartmann6 with drawn weights, 120 source
-// samples, noise 0.1, 30 steps.
+// Benefit of sources on the authors' benchmark family: Hartmann6 with random weights, 120 source samples, noise 0.1.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -37,7 +36,7 @@ struct Hartmann6 {
     }
     return sum;
   }
-  // The optimum lies at the same place, near enough, for the whole family.
+  // The position of the optimum is practically the same for the whole family.
   double lowest() const {
     Vector at(6);
     at << 0.20169, 0.150011, 0.476874, 0.275332, 0.311652, 0.6573;
@@ -67,7 +66,7 @@ SourceData sources(std::uint64_t seed, std::size_t count, std::size_t each, Stac
   return data;
 }
 
-// Regret of the recommendation after so many steps from a drawn start.
+// Regret of the recommendation after each step, from a random start.
 std::vector<double> regrets(const SourceData& data, Stacking stacking, std::uint64_t seed, int steps) {
   relign::Random random(seed, 6);
   const Hartmann6 target = Hartmann6::drawn(random);
@@ -75,14 +74,14 @@ std::vector<double> regrets(const SourceData& data, Stacking stacking, std::uint
   setup.stacking = stacking;
   setup.candidates = 2000;
   Search search(data, setup, seed);
-  std::vector<double> told;
+  std::vector<double> values;
   Vector at = surrogates::uniform_point(random, 6);
   for (int step = 0; step <= steps; ++step) {
     search.tell(at, target(at) + kNoise * random.normal());
-    told.push_back(target(search.best()) - target.lowest());
+    values.push_back(target(search.best()) - target.lowest());
     at = search.ask();
   }
-  return told;
+  return values;
 }
 
 double median(std::vector<double> values) {
@@ -90,7 +89,7 @@ double median(std::vector<double> values) {
   return 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
 }
 
-TEST(TransferGpHartmann6, SourcesAreWorthMoreThanTenSteps) {
+TEST(TransferGpHartmann6, SourcesReduceRegretAtStepTen) {
   constexpr int kSeeds = 7;
   std::vector<double> with, without;
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
@@ -104,7 +103,7 @@ TEST(TransferGpHartmann6, SourcesAreWorthMoreThanTenSteps) {
 }
 
 #ifdef RELIGN_BO_GP
-// bo-gp as a user runs it, from the same start in the same noise; where it recommends nothing, its best measured pose.
+// Regret of bo-gp from the same start with the same noise; without a recommendation that of its best measured pose.
 double regret_of_bo_gp(std::uint64_t seed, std::uint32_t steps) {
   using namespace relign;
   Random random(seed, 6);
@@ -135,7 +134,7 @@ double regret_of_bo_gp(std::uint64_t seed, std::uint32_t steps) {
   return target(at(best)) - target.lowest();
 }
 
-TEST(TransferGpHartmann6, IsAheadOfBoGpAtStepTen) {
+TEST(TransferGpHartmann6, HasLowerRegretThanBoGpAtStepTen) {
   constexpr int kSeeds = 7;
   for (const Stacking stacking : {Stacking::exact, Stacking::boosted}) {
     std::vector<double> ours, theirs;

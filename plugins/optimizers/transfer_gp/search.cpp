@@ -9,12 +9,12 @@
 namespace transfer_gp {
 namespace {
 
-// How far the target's theta may lie from the middle of the sources', in natural logarithms.
+// Standard deviation of the prior of the target's theta around the median of the sources', in natural logarithms.
 constexpr double kSpread = 1;
-// Hyper-parameters are fitted at every step up to few values, seldom up to many, and no more beyond.
+// Hyperparameters are fitted at every step up to kFew values, at every tenth up to kMany, and then fixed.
 constexpr Eigen::Index kFew = 60, kMany = 120;
-constexpr Eigen::Index kFewCandidates = 1000;  // beyond many
-constexpr double kLargest = 1e4;               // of a standardised merit: beyond it nothing but "very bad" is meant
+constexpr Eigen::Index kFewCandidates = 1000;  // with kMany values or more
+constexpr double kLargest = 1e4;               // standardised merits are clamped to this
 
 Candidates first_candidates(SourceData& data, const SearchSetup& setup) {
   if (data.finished) return std::move(data.candidates);
@@ -23,11 +23,11 @@ Candidates first_candidates(SourceData& data, const SearchSetup& setup) {
                          surrogates::uniform_points(random, data.dimensions, setup.candidates));
 }
 
-// The middle of what the differences between sources were fitted with: the target is one more of them.
+// The median theta of the differences between sources, because the target adds one more difference.
 Vector prior_centre(const SourceData& data) {
   const auto d = static_cast<Eigen::Index>(data.dimensions);
   if (data.sources.empty()) return first_theta(d);
-  const std::size_t first = data.sources.size() > 1 ? 1 : 0;  // the first one is no difference
+  const std::size_t first = data.sources.size() > 1 ? 1 : 0;  // the first source is not a difference
   Vector centre(d + 2);
   for (Eigen::Index i = 0; i < d + 2; ++i) {
     std::vector<double> values;
@@ -70,8 +70,8 @@ void Search::tell(const Vector& unit, double merit) {
   merits_.push_back(merit);
   const Vector usable = surrogates::usable_merits(merits_);
   const auto n = static_cast<Eigen::Index>(merits_.size());
-  // Without sources the target has its own scale, which changes with every value; and what stands for a merit that is
-  // no number changes with the worst one that is.
+  // Without sources the scale is that of the target and changes with every value, as does the replacement of non-finite
+  // merits.
   if (sources_.size() == 0) scale_.standard = surrogates::Standard(usable);
   if (n == kMany) keep_first(candidates_, kFewCandidates);
   target_.add(unit, 0, candidates_);
@@ -100,7 +100,7 @@ void Search::refit() {
 
 template <class Cost>
 Vector Search::zoom(Vector at, double cost, int rounds, Eigen::Index count, const Cost& costs) {
-  double radius = 0.08;  // about the distance of candidates, in six dimensions, from each other along an axis
+  double radius = 0.08;  // about the spacing of candidates along an axis in six dimensions
   for (int round = 0; round < rounds; ++round, radius *= 0.4) {
     Matrix around = at.replicate(1, count);
     for (double& coordinate : around.reshaped())
@@ -115,7 +115,7 @@ Vector Search::zoom(Vector at, double cost, int rounds, Eigen::Index count, cons
 }
 
 Vector Search::ask() {
-  const auto cost_of = [this](const Predictions& told) { return Vector(told.mean - setup_.kappa * told.deviation); };
+  const auto cost_of = [this](const Predictions& at) { return Vector(at.mean - setup_.kappa * at.deviation); };
   const Vector costs = cost_of(predictions_);
   const Eigen::Index lowest = surrogates::lowest(costs, 1).front();
   return zoom(candidates_.points.col(lowest), costs[lowest], 2, 24,
@@ -126,7 +126,7 @@ Vector Search::best() {
   const Eigen::Index lowest = surrogates::lowest(predictions_.mean, 1).front();
   Vector at = candidates_.points.col(lowest);
   double mean = predictions_.mean[lowest];
-  // Candidates are far from each other; what was measured may be better than all of them.
+  // Candidates are sparse; a measured pose may be better than all of them.
   const Vector measured = target_.mean(target_.points());
   const Eigen::Index known = surrogates::lowest(measured, 1).front();
   if (measured[known] < mean) {

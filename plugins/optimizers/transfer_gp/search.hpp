@@ -1,4 +1,4 @@
-// The search on one target, free of the conversation: told values, it names the next place and the best one.
+// Bayesian optimisation of one target with an ask-and-tell interface.
 #pragma once
 
 #include <relign/random.hpp>
@@ -12,15 +12,15 @@ struct SearchSetup {
   Shape shape = Shape::rbf;
   Stacking stacking = Stacking::exact;
   double kappa = 3;
-  std::size_t candidates = 4000;  // of a search without sources
+  std::size_t candidates = 4000;  // number, for a search without sources
 };
 
-// Space-filling: one sample in every slice of every axis.
+// dimensions x count points in the unit cube, one in every slice of every axis.
 Matrix latin_hypercube(relign::Random& random, std::size_t dimensions, std::size_t count);
 
 class Search {
  public:
-  // data: finished, or without sources, when this is a plain Gaussian process.
+  // data: finished, or without sources (a Gaussian process without a learnt prior).
   Search(SourceData data, const SearchSetup& setup, std::uint64_t seed);
 
   void tell(const Vector& unit, double merit);
@@ -30,7 +30,7 @@ class Search {
  private:
   void refit();
   double standardised(double merit) const;
-  // Random places around the best so far, closer from round to round.
+  // Local random search around `at` with decreasing radius.
   template <class Cost>
   Vector zoom(Vector at, double cost, int rounds, Eigen::Index count, const Cost& costs);
 
@@ -39,10 +39,10 @@ class Search {
   Scale scale_;
   Candidates candidates_;
   TargetModel target_;
-  Vector centre_;  // of the prior of theta
+  Vector centre_;  // mean of the prior of theta
   Vector theta_;
-  std::vector<double> merits_;  // as told
-  Predictions predictions_;     // of the candidates
+  std::vector<double> merits_;  // not scaled
+  Predictions predictions_;     // at the candidates
   relign::Random random_;
 };
 

@@ -13,11 +13,11 @@ constexpr char kTitle[] = "relign transfer-gp 1\n";
 constexpr std::size_t kTitleSize = sizeof kTitle - 1;
 
 [[noreturn]] void refuse(const std::string& what) {
-  throw std::runtime_error("the prepared data cannot be used: " + what +
-                           "; relign-bench plugin prepare transfer-gp --again makes it anew");
+  throw std::runtime_error("cannot use the pretraining data: " + what +
+                           "; recreate them with relign-bench plugin prepare transfer-gp --again");
 }
 
-// Word by word, so that megabytes take milliseconds.
+// 8 bytes at a time, because the data have megabytes.
 std::uint64_t checksum(const char* bytes, std::size_t count) {
   std::uint64_t sum = 0xcbf29ce484222325U ^ count;
   for (std::size_t at = 0; at < count; at += 8) {
@@ -56,7 +56,7 @@ class Reader {
     const std::uint64_t rows = number(), columns = number();
     constexpr std::uint64_t most = std::uint64_t{1} << 32;
     if (rows > most || columns > most || (columns > 0 && rows > left_ / sizeof(typename Array::Scalar) / columns))
-      refuse("it ends too early");
+      refuse("truncated");
     values.resize(static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(columns));
     take(values.data(), rows * columns * sizeof(typename Array::Scalar));
   }
@@ -64,7 +64,7 @@ class Reader {
 
  private:
   void take(void* to, std::size_t count) {
-    if (count > left_) refuse("it ends too early");
+    if (count > left_) refuse("truncated");
     if (count > 0) std::memcpy(to, at_, count);
     at_ += count;
     left_ -= count;
@@ -81,17 +81,17 @@ void check(const SourceData& data) {
     const bool fits = source.points.rows() == d && source.points.cols() == source.merits.size() &&
                       source.merits.size() > 0 && source.theta.size() == (data.finished ? d + 2 : 0);
     if (!fits || !source.points.allFinite() || !source.merits.allFinite() || !source.theta.allFinite())
-      refuse("a source is incomplete");
+      refuse("incomplete source");
   }
   const Candidates& candidates = data.candidates;
   const Eigen::Index m = candidates.points.cols();
   const auto feature = [&](const Eigen::MatrixXf& rows) {
     return rows.cols() == m && (rows.rows() == 0 || rows.rows() == all) && rows.allFinite();
   };
-  if (data.dimensions == 0 || data.sources.empty()) refuse("there is no source in it");
+  if (data.dimensions == 0 || data.sources.empty()) refuse("no sources");
   if (data.finished && (candidates.points.rows() != d || m == 0 || candidates.mean.size() != m ||
                         candidates.variance.size() != m || !feature(candidates.white) || !feature(candidates.excess)))
-    refuse("its candidates are incomplete");
+    refuse("incomplete candidates");
 }
 
 }  // namespace
@@ -111,7 +111,7 @@ Scale SourceData::scale() const {
   if (compress) {
     std::sort(all.begin(), all.end());
     scale.middle = all[all.size() / 2];
-    scale.unit = scale.middle - all[all.size() / 10];  // 0 where merits are flat: then nothing is compressed
+    scale.unit = scale.middle - all[all.size() / 10];  // 0 for constant merits: no compression
   }
   scale.standard =
       surrogates::Standard(scale(Eigen::Map<const Vector>(all.data(), static_cast<Eigen::Index>(all.size()))));
@@ -141,9 +141,9 @@ std::string SourceData::to_bytes() const {
 
 SourceData SourceData::from_bytes(const std::string& bytes) {
   constexpr std::size_t head = kTitleSize + sizeof(std::uint64_t);
-  if (bytes.size() < head || bytes.compare(0, kTitleSize, kTitle) != 0) refuse("it is not of this plugin");
+  if (bytes.size() < head || bytes.compare(0, kTitleSize, kTitle) != 0) refuse("not written by transfer-gp");
   Reader sum(bytes.data() + kTitleSize, sizeof(std::uint64_t));
-  if (sum.number() != checksum(bytes.data() + head, bytes.size() - head)) refuse("it is damaged");
+  if (sum.number() != checksum(bytes.data() + head, bytes.size() - head)) refuse("wrong checksum");
   Reader reader(bytes.data() + head, bytes.size() - head);
   SourceData data;
   data.dimensions = static_cast<std::size_t>(reader.number());
@@ -162,7 +162,7 @@ SourceData SourceData::from_bytes(const std::string& bytes) {
   reader.array(data.candidates.variance);
   reader.array(data.candidates.white);
   reader.array(data.candidates.excess);
-  if (!reader.at_end()) refuse("there is more in it than there should be");
+  if (!reader.at_end()) refuse("unexpected bytes at the end");
   check(data);
   return data;
 }
@@ -172,7 +172,7 @@ SourceModel model_of(const SourceData& data, Shape shape, Stacking stacking) {
   const Scale scale = data.scale();
   for (const Source& source : data.sources)
     if (!model.append(source.points, scale(source.merits), source.theta))
-      refuse("its hyper-parameters make no covariance matrix");
+      refuse("hyperparameters give an indefinite covariance matrix");
   return model;
 }
 

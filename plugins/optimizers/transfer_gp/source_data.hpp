@@ -1,5 +1,5 @@
-// What is kept of the sources: their samples, then the hyper-parameters fitted to them and the candidates whitened by
-// them. Bytes come from a file that anybody may have touched: reading checks them.
+// The pretraining data: samples of the sources, their fitted hyperparameters, and candidates whitened by their
+// covariance. Reading validates the bytes, which may be damaged.
 #pragma once
 
 #include <string>
@@ -12,16 +12,15 @@ namespace transfer_gp {
 
 struct Source {
   Matrix points;  // d x n, in the unit cube
-  Vector merits;  // usable numbers, in their own units
+  Vector merits;  // finite, not scaled
   Vector theta;   // empty until fitted
 };
 
-// Brings the merits of all sources, and of the target, to one scale: mean 0, deviation 1. Above the middle of them,
-// where nobody will look for the optimum, they may be compressed before, so that the well below is not a dent in a
-// mountain.
+// Scales merits of sources and target to mean 0 and deviation 1 over the sources. Optionally compresses merits above
+// the median by a logarithm first, so that the range below it, which contains the optimum, is resolved.
 struct Scale {
   surrogates::Standard standard;
-  double middle = 0, unit = 0;  // unit 0: nothing is compressed
+  double middle = 0, unit = 0;  // unit 0: no compression
 
   double operator()(double merit) const;
   Vector operator()(const Vector& merits) const { return merits.unaryExpr(*this); }
@@ -31,17 +30,17 @@ struct SourceData {
   std::size_t dimensions = 0;
   bool compress = false;
   std::vector<Source> sources;
-  bool finished = false;  // fitted, with candidates
-  Candidates candidates;  // no covariance
+  bool finished = false;  // fitted and with candidates
+  Candidates candidates;  // without covariance
 
   Scale scale() const;
 
   std::string to_bytes() const;
-  // Throws std::runtime_error with a sentence.
+  // Throws std::runtime_error if the bytes are damaged or inconsistent.
   static SourceData from_bytes(const std::string& bytes);
 };
 
-// The model of finished data.
+// data: finished.
 SourceModel model_of(const SourceData& data, Shape shape, Stacking stacking);
 
 }  // namespace transfer_gp

@@ -64,7 +64,7 @@ SourceModel fit_in_turn(SourceData& data, Shape shape, Stacking stacking) {
     const surrogates::Likelihood likelihood(shape, source.points, values - known.mean,
                                             exact ? model.covariance(known, known) : Matrix());
     source.theta = surrogates::fit_theta(likelihood, theta_bounds(d), {first_theta(d), before});
-    // A matrix that rounding spoils gets more noise.
+    // Increase the noise until the matrix is numerically positive definite.
     for (int tries = 0; !model.append(source.points, values, source.theta) && tries < 60; ++tries)
       source.theta[d + 1] += 1;
     before = source.theta;
@@ -131,7 +131,7 @@ void fit_together(SourceData& data, Shape shape, int iterations) {
         return -value;
       },
       start, one.lower.replicate(levels, 1), one.upper.replicate(levels, 1), limits);
-  if (!std::isfinite(found.value)) return;  // as they were
+  if (!std::isfinite(found.value)) return;  // keep the current ones
   for (Eigen::Index level = 0; level < levels; ++level)
     data.sources[static_cast<std::size_t>(level)].theta = found.at.segment(level * (d + 2), d + 2);
 }

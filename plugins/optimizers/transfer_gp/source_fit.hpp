@@ -1,4 +1,4 @@
-// Hyper-parameters of the sources.
+// Fits the hyperparameters of the sources.
 #pragma once
 
 #include "source_data.hpp"
@@ -6,19 +6,19 @@
 
 namespace transfer_gp {
 
-// Of the target's kernel and of those of the sources: amplitude may be small, where instances hardly differ.
+// Bounds for the kernels of sources and target. The amplitude may be small, because instances may hardly differ.
 surrogates::ThetaBounds theta_bounds(Eigen::Index dimensions);
-// Before anything is known.
+// The start of the first fit.
 Vector first_theta(Eigen::Index dimensions);
 
-// One source after the other, each on what the ones before it left (the stacks of Tighineanu et al.). The model has
-// them all at the end.
+// Fits one source after the other, each to the residuals of the previous ones (the stacks of Tighineanu et al.).
+// Returns the model of all sources.
 SourceModel fit_in_turn(SourceData& data, Shape shape, Stacking stacking);
 
-// All of them together by the likelihood of all samples, from where they are, for so many iterations.
+// Maximises the joint likelihood of all samples from the current hyperparameters, for at most `iterations`.
 void fit_together(SourceData& data, Shape shape, int iterations);
 
-// That likelihood (exact stacking); `thetas` one after the other. The gradient may be null.
+// The joint likelihood (exact stacking). thetas: those of all sources, concatenated. gradient may be null.
 double joint_log_likelihood(const SourceData& data, Shape shape, const Vector& thetas, Vector* gradient);
 
 }  // namespace transfer_gp

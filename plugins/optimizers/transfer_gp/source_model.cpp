@@ -8,7 +8,7 @@
 namespace transfer_gp {
 namespace {
 
-constexpr Eigen::Index kBlock = 256;  // columns at a time: small enough for the cache
+constexpr Eigen::Index kBlock = 256;  // columns at a time, to fit into the cache
 
 template <class Right>
 void solve_lower(const Matrix& root, Right&& right) {
@@ -20,7 +20,7 @@ void solve_transposed(const Matrix& root, Right&& right) {
   root.transpose().triangularView<Eigen::Upper>().solveInPlace(right);
 }
 
-// Lower factor; false where there is none.
+// Lower Cholesky factor; false if the matrix is not positive definite.
 bool factor(Matrix matrix, Matrix& root) {
   const Eigen::LLT<Matrix> done(matrix);
   root = done.matrixL();
@@ -44,7 +44,7 @@ bool SourceModel::append(const Matrix& points, const Vector& values, const Vecto
     solve_transposed(level.own_root, level.own_weights);
   }
   if (stacking_ != Stacking::means) {
-    // Rows are appended to the joint factor: what is left of the new block is its posterior covariance.
+    // Appends rows to the joint factor; the Schur complement of the new block is its posterior covariance.
     Matrix beside = cross(points);
     if (before > 0) solve_lower(root_, beside);
     Matrix corner = prior(points, points) + own - beside.transpose() * beside;
@@ -74,7 +74,7 @@ bool SourceModel::append(const Matrix& points, const Vector& values, const Vecto
 
 Matrix SourceModel::cross(const Matrix& points) const {
   Matrix sum = Matrix::Zero(size(), points.cols());
-  // Level l reaches every source from l on.
+  // Level l contributes to all sources from l on.
   for (const Level& level : levels_)
     sum.bottomRows(size() - level.first) += level.kernel.between(points_.rightCols(size() - level.first), points);
   return sum;
@@ -102,7 +102,7 @@ Vector SourceModel::mean_less(const Matrix& points, const Vector& white_weights)
   return cross(points).transpose() * (weights_ - weights);
 }
 
-// Mean = sum over levels of k_j(x, X_j) K_j^-1 (y_j - means of the levels before at X_j), read as a sum over y.
+// Mean = sum over levels of k_j(x, X_j) K_j^-1 (y_j - means of the previous levels at X_j), as a linear function of y.
 Matrix SourceModel::stacked_weights(const Matrix& points) const {
   Matrix weights = Matrix::Zero(size(), points.cols());
   for (auto level = levels_.rbegin(); level != levels_.rend(); ++level) {
@@ -137,7 +137,7 @@ Known SourceModel::know(const Matrix& points) const {
     Matrix white = cross(part);
     if (!boosted) known.mean.segment(first, count) = white.transpose() * weights_;
     solve_lower(root_, white);
-    // The error of an estimator w . y: prior - 2 w . cross + w . K w = (prior - |white|^2) + |L^T w - white|^2.
+    // Error variance of an estimator w . y: prior - 2 w . cross + w . K w = (prior - |white|^2) + |L^T w - white|^2.
     if (boosted)
       known.excess.middleCols(first, count) =
           Matrix(root_.transpose().triangularView<Eigen::Upper>() * stacked_weights(part)) - white;

@@ -80,7 +80,7 @@ void TargetModel::set_theta(const Vector& theta) {
   Matrix matrix = kernel_.between(points(), points());
   if (sources_->stacking() == Stacking::exact) matrix += covariance_;
   matrix.diagonal().array() += std::exp(theta[theta.size() - 1]) + surrogates::kJitter;
-  // Poses that repeat under a tiny noise: as much jitter as it takes.
+  // Repeated poses under tiny noise: increase the jitter until the factorisation succeeds.
   for (double jitter = 1e-9; !root_.compute(matrix) && jitter < 1e6; jitter *= 10)
     matrix.diagonal().array() += jitter * kernel_.amplitude();
   weights_ = root_.solve(residual());
@@ -109,21 +109,21 @@ Predictions TargetModel::predict(const Matrix& at) const {
 Predictions TargetModel::predict(const Matrix& at, const Vector& mean, const Vector& variance,
                                  const Matrix& covariance) const {
   Matrix own = kernel_.between(points(), at);
-  Predictions told;
+  Predictions predicted;
   Vector left = Vector::Constant(at.cols(), kernel_.amplitude()) + variance;
   if (sources_->stacking() == Stacking::exact) own += covariance;
-  told.mean = mean + own.transpose() * weights_;
+  predicted.mean = mean + own.transpose() * weights_;
   root_.whiten(own);
   left -= own.colwise().squaredNorm().transpose();
   if (sources_->stacking() == Stacking::boosted) {
-    // The sources' error h passes as h(x) - A h(X), A = k(x, X) (K + noise)^-1.
+    // The sources' error h contributes h(x) - A h(X) with A = k(x, X) (K + noise)^-1.
     Matrix passed = own;  // becomes A^T
     root_.unwhiten(passed);
     left -= 2 * passed.cwiseProduct(covariance).colwise().sum().transpose();
     left += passed.cwiseProduct(covariance_ * passed).colwise().sum().transpose();
   }
-  told.deviation = left.cwiseMax(0).cwiseSqrt();
-  return told;
+  predicted.deviation = left.cwiseMax(0).cwiseSqrt();
+  return predicted;
 }
 
 Vector TargetModel::mean(const Matrix& at) const {

@@ -1,4 +1,4 @@
-// The target: few values, on top of what the sources taught.
+// Gaussian process of the target with the sources' posterior as prior.
 #pragma once
 
 #include "source_model.hpp"
@@ -6,15 +6,14 @@
 
 namespace transfer_gp {
 
-// Many places at which predictions are asked for again and again: whitened once, kept in single precision, and their
-// covariance with the target's points grows by a row for each of those.
+// Points at which predictions are repeated at every step: whitened once, stored in single precision; their covariance
+// with the target's points grows by a row per point.
 struct Candidates {
   Matrix points;                  // d x m
   Vector mean, variance;          // m
   Eigen::MatrixXf white, excess;  // as Known
   Matrix covariance;              // with the target's points, n x m
 };
-// The first of them alone.
 void keep_first(Candidates& candidates, Eigen::Index count);
 Candidates make_candidates(const SourceModel& sources, const Matrix& points);
 
@@ -26,33 +25,33 @@ class TargetModel {
  public:
   explicit TargetModel(const SourceModel& sources) : sources_(&sources) {}
 
-  // One more value, in standardised units; the candidates' covariance grows with it. set_theta or extend must follow.
+  // Adds a standardised value and a row to the candidates' covariance. set_theta or extend must follow.
   void add(const Vector& point, double value, Candidates& candidates);
-  void set_values(const Vector& values);  // of all points
+  void set_values(const Vector& values);  // replaces all values
 
   Eigen::Index size() const { return values_.size(); }
-  // What the sources do not explain, for the search of theta: values less their mean, and the covariance that is left
-  // of them there (empty where the stacking takes no notice of it).
+  // For the fit of theta: values minus the sources' mean, and the sources' posterior covariance there (empty unless the
+  // stacking is exact).
   Vector residual() const { return values_ - known_.mean; }
   Matrix fixed_covariance() const;
   const Matrix& points() const { return known_.points; }
 
-  // Theta of the target's own kernel, for what follows.
+  // Sets theta of the target's own kernel and refactorises.
   void set_theta(const Vector& theta);
-  // The same theta with one value more, by a row of the factor, not a new one.
+  // Appends the last value to the factor with the current theta.
   void extend();
 
   Predictions predict(const Candidates& candidates) const;
   Predictions predict(const Matrix& points) const;
-  // The mean alone, with much less work.
+  // The mean only, with much less work.
   Vector mean(const Matrix& points) const;
 
  private:
   Predictions predict(const Matrix& points, const Vector& mean, const Vector& variance, const Matrix& covariance) const;
 
   const SourceModel* sources_;
-  Known known_;        // at the target's points
-  Matrix covariance_;  // of the sources' posterior there, n x n
+  Known known_;        // the prior at the target's points
+  Matrix covariance_;  // the sources' posterior covariance there, n x n
   Vector values_;
   Vector theta_;
   surrogates::Kernel kernel_{Shape::rbf, Vector::Zero(2)};

@@ -1,4 +1,5 @@
-// TransferGP (Tighineanu et al., AISTATS 2022): what earlier lenses taught is the prior of the next one.
+// transfer-gp: Bayesian optimisation whose prior is learnt from source instances (TransferGP, Tighineanu et al.,
+// AISTATS 2022). See README.md.
 #include <algorithm>
 #include <cmath>
 #include <relign/plugin.hpp>
@@ -34,7 +35,7 @@ class TransferGp final : public relign::Optimizer {
     if (!bytes) data.dimensions = talk.axes();
     if (!bytes) data.compress = compress_;
     if (data.dimensions != talk.axes())
-      throw std::runtime_error("the prepared data are of " + std::to_string(data.dimensions) +
+      throw std::runtime_error("the pretraining data have " + std::to_string(data.dimensions) +
                                " axes, this trial has " + std::to_string(talk.axes()));
     if (prepared.preparing()) {
       sample(talk, data);
@@ -42,14 +43,17 @@ class TransferGp final : public relign::Optimizer {
       prepared.save(data.to_bytes());
       return;
     }
-    if (!bytes) log_.warn("nothing was prepared: this is a plain Gaussian process");
-    if (bytes && !data.finished) throw std::runtime_error("the prepared data were not finished");
+    if (!bytes) log_.warn("no pretraining data: using a Gaussian process without sources");
+    if (bytes && !data.finished)
+      throw std::runtime_error(
+          "the pretraining data are incomplete; recreate them with relign-bench plugin "
+          "prepare transfer-gp --again");
     search(talk, std::move(data));
   }
 
  private:
-  // One more source: the start, a part of the budget spread over the box, and the rest around the best so far, closer
-  // and closer: where the next lens will be searched is where knowledge counts.
+  // Samples a source: the start, a Latin hypercube over the box, and the remaining steps around the best pose so far at
+  // decreasing distances, where later searches need the model to be accurate.
   void sample(relign::Conversation& talk, SourceData& data) const {
     const surrogates::UnitBox box(talk.box());
     relign::Random random(talk.seed());
@@ -69,10 +73,10 @@ class TransferGp final : public relign::Optimizer {
         for (double& coordinate : places.col(i))
           coordinate = std::clamp(coordinate + radius * random.normal(), 0.0, 1.0);
       }
-      const auto seen = talk.step(box.to_pose(places.col(i)));
-      if (!seen) break;
+      const auto observation = talk.step(box.to_pose(places.col(i)));
+      if (!observation) break;
       points.col(made++) = places.col(i);
-      merits.push_back(seen->merit);
+      merits.push_back(observation->merit);
     }
     data.sources.push_back({points.leftCols(made), surrogates::usable_merits(merits), {}});
   }
@@ -90,13 +94,13 @@ class TransferGp final : public relign::Optimizer {
     const relign::Box limits = talk.box();
     const surrogates::UnitBox box(limits);
     Search search(std::move(data), setup_, talk.seed());
-    std::optional<relign::Observation> seen = talk.first();
-    Vector unit = box.to_unit(seen->pose);
-    while (seen) {
-      search.tell(unit, seen->merit);
+    std::optional<relign::Observation> observation = talk.first();
+    Vector unit = box.to_unit(observation->pose);
+    while (observation) {
+      search.tell(unit, observation->merit);
       talk.recommend(limits.clamp(box.to_pose(search.best())));
       unit = search.ask();
-      seen = talk.step(limits.clamp(box.to_pose(unit)));
+      observation = talk.step(limits.clamp(box.to_pose(unit)));
     }
   }
 

@@ -1,4 +1,4 @@
-// The identities of the hierarchy, against other ways to work them out, and what is kept of the sources.
+// Identities of the hierarchy against independent computations, fits, and the format of the pretraining data.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ Vector theta_of(std::size_t level) {
   return theta;
 }
 
-// Values of a made-up family, already of mean 0 and deviation 1 or so.
+// A synthetic family with values of mean 0 and deviation 1, approximately.
 SourceData family() {
   SourceData data;
   data.dimensions = kAxes;
@@ -43,7 +43,7 @@ SourceData family() {
   return data;
 }
 
-// Values as they are: normalisation is not what is tested here.
+// A model of the values without scaling.
 SourceModel raw_model(const SourceData& data, Stacking stacking, std::size_t levels = kLevels) {
   SourceModel model(Shape::rbf, stacking);
   for (std::size_t level = 0; level < levels; ++level)
@@ -66,7 +66,7 @@ Matrix kernel(std::size_t level, const Matrix& a, const Matrix& b) {
 }
 double noise(std::size_t level) { return std::exp(theta_of(level)[kAxes + 1]) + surrogates::kJitter; }
 
-// The joint HGP by its definition: one matrix of all samples, one solve.
+// The joint HGP by definition: one matrix of all samples.
 Posterior joint(const SourceData& data, std::size_t levels, const Matrix& at) {
   const auto all = static_cast<Eigen::Index>(levels) * kEach;
   Matrix matrix(all, all), beside(all, at.cols()), prior = Matrix::Zero(at.cols(), at.cols());
@@ -90,7 +90,7 @@ Posterior joint(const SourceData& data, std::size_t levels, const Matrix& at) {
   return {beside.transpose() * root.solve(values), prior - beside.transpose() * root.solve(beside)};
 }
 
-// The stack by its definition: the posterior of one level plus the next kernel is the prior of the next level.
+// The stack by definition: the posterior of one level plus the next kernel is the prior of the next level.
 Posterior stack(const SourceData& data, std::size_t levels, const Matrix& at) {
   Matrix points(kAxes, static_cast<Eigen::Index>(levels) * kEach + at.cols());
   for (std::size_t i = 0; i < levels; ++i)
@@ -110,7 +110,7 @@ Posterior stack(const SourceData& data, std::size_t levels, const Matrix& at) {
   return {now.mean.tail(at.cols()), now.covariance.bottomRightCorner(at.cols(), at.cols())};
 }
 
-TEST(TransferGpHierarchy, OneLevelAfterTheOtherIsTheJointModel) {
+TEST(TransferGpHierarchy, SequentialConditioningEqualsJointModel) {
   const SourceData data = family();
   const Matrix at = places(8, 12);
   const SourceModel model = raw_model(data, Stacking::exact);
@@ -122,11 +122,11 @@ TEST(TransferGpHierarchy, OneLevelAfterTheOtherIsTheJointModel) {
     EXPECT_LT((model.variance(known) - other.covariance.diagonal()).cwiseAbs().maxCoeff(), 1e-8);
   }
   EXPECT_LT((model.mean(at) - known.mean).cwiseAbs().maxCoeff(), 1e-12);
-  EXPECT_GT(known.mean.cwiseAbs().maxCoeff(), 0.1) << "or it would say nothing";
+  EXPECT_GT(known.mean.cwiseAbs().maxCoeff(), 0.1) << "otherwise the comparison is meaningless";
 }
 
-// The last source is a target like any other: told value by value on top of the others, it is the joint model of all.
-TEST(TransferGpHierarchy, ATargetToldValueByValueIsTheJointModelOfAll) {
+// The last source as target, added value by value, gives the joint model of all sources.
+TEST(TransferGpHierarchy, TargetAddedValueByValueEqualsJointModel) {
   const SourceData data = family();
   const Source& last = data.sources.back();
   const Matrix at = places(9, 40);
@@ -136,17 +136,17 @@ TEST(TransferGpHierarchy, ATargetToldValueByValueIsTheJointModelOfAll) {
   for (Eigen::Index i = 0; i < kEach; ++i) target.add(last.points.col(i), last.merits[i], candidates);
   target.set_theta(last.theta);
   const Posterior whole = joint(data, kLevels, at);
-  const Predictions told = target.predict(at);
-  EXPECT_LT((told.mean - whole.mean).cwiseAbs().maxCoeff(), 1e-8);
-  EXPECT_LT((told.deviation.array().square() - whole.covariance.diagonal().array()).cwiseAbs().maxCoeff(), 1e-8);
+  const Predictions predicted = target.predict(at);
+  EXPECT_LT((predicted.mean - whole.mean).cwiseAbs().maxCoeff(), 1e-8);
+  EXPECT_LT((predicted.deviation.array().square() - whole.covariance.diagonal().array()).cwiseAbs().maxCoeff(), 1e-8);
   EXPECT_LT((target.mean(at) - whole.mean).cwiseAbs().maxCoeff(), 1e-8);
-  // Candidates are kept in single precision.
+  // Candidates are stored in single precision.
   const Predictions kept = target.predict(candidates);
   EXPECT_LT((kept.mean - whole.mean).cwiseAbs().maxCoeff(), 1e-4);
-  EXPECT_LT((kept.deviation - told.deviation).cwiseAbs().maxCoeff(), 1e-3);
+  EXPECT_LT((kept.deviation - predicted.deviation).cwiseAbs().maxCoeff(), 1e-3);
 }
 
-TEST(TransferGpHierarchy, AppendingALevelIsFactorisingAnew) {
+TEST(TransferGpHierarchy, AppendEqualsRefactorisation) {
   const SourceData data = family();
   const Matrix at = places(10, 15);
   SourceModel grown = raw_model(data, Stacking::exact, kLevels - 1);
@@ -157,13 +157,13 @@ TEST(TransferGpHierarchy, AppendingALevelIsFactorisingAnew) {
   EXPECT_LT((grown.covariance(known, known) - anew.covariance).cwiseAbs().maxCoeff(), 1e-10);
 }
 
-TEST(TransferGpHierarchy, WithoutTargetValuesThePosteriorIsTheSources) {
+TEST(TransferGpHierarchy, WithoutTargetValuesPosteriorIsThatOfTheSources) {
   const SourceData data = family();
   const Matrix at = places(11, 15);
   for (const Stacking stacking : {Stacking::exact, Stacking::means, Stacking::boosted}) {
     const SourceModel sources = raw_model(data, stacking);
     const Known known = sources.know(at);
-    // A value far away with endless noise tells nothing.
+    // A value with huge noise has no effect.
     Candidates candidates = make_candidates(sources, at);
     TargetModel target(sources);
     target.add(Vector::Constant(kAxes, 0.5), 3.0, candidates);
@@ -171,15 +171,15 @@ TEST(TransferGpHierarchy, WithoutTargetValuesThePosteriorIsTheSources) {
     theta[0] = std::log(1e-12);
     theta[kAxes + 1] = std::log(1e12);
     target.set_theta(theta);
-    const Predictions told = target.predict(at);
-    EXPECT_LT((told.mean - known.mean).cwiseAbs().maxCoeff(), 1e-8);
-    EXPECT_LT((told.deviation - sources.variance(known).cwiseSqrt()).cwiseAbs().maxCoeff(), 1e-5);
+    const Predictions predicted = target.predict(at);
+    EXPECT_LT((predicted.mean - known.mean).cwiseAbs().maxCoeff(), 1e-8);
+    EXPECT_LT((predicted.deviation - sources.variance(known).cwiseSqrt()).cwiseAbs().maxCoeff(), 1e-5);
     EXPECT_EQ(make_candidates(sources, at).covariance.rows(), 0);
   }
 }
 
-// mhgp: each level fits what the means before it leave; nothing of the sources is uncertain.
-TEST(TransferGpHierarchy, MeansAloneAreAStackOfResiduals) {
+// mhgp: each level is fitted to the residuals of the previous means, and the sources have no variance.
+TEST(TransferGpHierarchy, MeansStackFitsResiduals) {
   const SourceData data = family();
   const Matrix at = places(12, 10);
   Vector mean = Vector::Zero(at.cols());
@@ -199,8 +199,9 @@ TEST(TransferGpHierarchy, MeansAloneAreAStackOfResiduals) {
   EXPECT_EQ(means.variance(means.know(at)).maxCoeff(), 0);
 }
 
-// bhgp: the covariance of its error follows level by level from B S B^T + what the level's own kernel leaves.
-TEST(TransferGpHierarchy, TheBoostedCovarianceIsThatOfTheErrorOfTheMeans) {
+// bhgp: the error covariance follows level by level from B S B^T plus the posterior covariance of the level's own
+// kernel.
+TEST(TransferGpHierarchy, BoostedCovarianceIsThatOfTheErrorOfTheMeans) {
   const SourceData data = family();
   const Matrix at = places(13, 8);
   Matrix points(kAxes, static_cast<Eigen::Index>(kLevels) * kEach + at.cols());
@@ -222,10 +223,10 @@ TEST(TransferGpHierarchy, TheBoostedCovarianceIsThatOfTheErrorOfTheMeans) {
   const Known known = boosted.know(at);
   EXPECT_LT((boosted.covariance(known, known) - error.bottomRightCorner(at.cols(), at.cols())).cwiseAbs().maxCoeff(),
             1e-9);
-  // No estimator is better than the exact one.
+  // The exact estimator has the smallest variance.
   EXPECT_GE((boosted.variance(known) - exact.variance(exact.know(at))).minCoeff(), -1e-12);
 
-  // A target on top is one more level of the same kind.
+  // The target is one more level of the same kind.
   const SourceModel fewer = raw_model(data, Stacking::boosted, kLevels - 1);
   Candidates candidates = make_candidates(fewer, at);
   TargetModel target(fewer);
@@ -236,7 +237,7 @@ TEST(TransferGpHierarchy, TheBoostedCovarianceIsThatOfTheErrorOfTheMeans) {
   EXPECT_LT((target.predict(at).deviation - boosted.variance(known).cwiseSqrt()).cwiseAbs().maxCoeff(), 1e-8);
 }
 
-TEST(TransferGpFit, TheJointLikelihoodsGradientIsThatOfItsDifferences) {
+TEST(TransferGpFit, JointLikelihoodGradientMatchesFiniteDifferences) {
   const SourceData data = family();
   Vector thetas(static_cast<Eigen::Index>(kLevels) * (kAxes + 2));
   for (std::size_t level = 0; level < kLevels; ++level)
@@ -257,7 +258,7 @@ TEST(TransferGpFit, TheJointLikelihoodsGradientIsThatOfItsDifferences) {
   }
 }
 
-TEST(TransferGpFit, FittingTogetherIsAtLeastAsLikelyAsInTurn) {
+TEST(TransferGpFit, JointFitIncreasesLikelihood) {
   SourceData data = family();
   fit_in_turn(data, Shape::rbf, Stacking::exact);
   const auto likelihood = [&] {
@@ -271,7 +272,7 @@ TEST(TransferGpFit, FittingTogetherIsAtLeastAsLikelyAsInTurn) {
   EXPECT_GT(likelihood(), in_turn);
 }
 
-TEST(TransferGpData, ReadsWhatItWroteAndRefusesAllElse) {
+TEST(TransferGpData, RoundTripsAndRejectsDamagedBytes) {
   SourceData data = family();
   data.candidates = make_candidates(fit_in_turn(data, Shape::rbf, Stacking::exact), places(14, 20));
   data.finished = true;
@@ -289,7 +290,7 @@ TEST(TransferGpData, ReadsWhatItWroteAndRefusesAllElse) {
     EXPECT_THROW(SourceData::from_bytes(damaged), std::runtime_error) << place;
   }
   data.sources[1].theta.resize(2);
-  EXPECT_THROW(SourceData::from_bytes(data.to_bytes()), std::runtime_error) << "its checksum is right, its content not";
+  EXPECT_THROW(SourceData::from_bytes(data.to_bytes()), std::runtime_error) << "valid checksum, inconsistent content";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// gaussian_spot: a Gaussian density instead of a lens, exact and quick. See README.md.
+// gaussian_spot: a toy scene, a Gaussian density instead of a lens. See README.md.
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <relign/plugin.hpp>
@@ -14,11 +14,11 @@ constexpr double kPeakAtNominal = 1.591549430;  // 1 / (2 pi 0.1)
 
 relign::Pose nominal_pose() { return {0.5, 0.5, 0.5, 0.5, 0.5}; }
 
-// The density at the pixels' centres, per square millimetre. No function of the C library but the square root, which
-// is exact to the last bit: the same pixels on every machine.
+// The density at the pixels' centres, per square millimetre. Uses no function of the C library except the square root,
+// which is correctly rounded, so pixels are the same on every machine.
 std::vector<float> render(const relign::Pose& true_pose) {
   const double x_mm = 2 * true_pose[0] - 1, y_mm = 2 * true_pose[1] - 1;
-  const double along = 0.05 + true_pose[2] * true_pose[2] / 5;  // variances of the spot's own axes, square millimetres
+  const double along = 0.05 + true_pose[2] * true_pose[2] / 5;  // variances along the spot's principal axes, mm^2
   const double across = 0.05 + true_pose[3] * true_pose[3] / 5;
   const relign::SineCosine angle = relign::portable_sine_cosine(90 * true_pose[4]);
   const double peak = 1 / (kTwoPi * std::sqrt(along * across));
@@ -40,7 +40,7 @@ class Spot final : public relign::Assembly {
   Spot(double photons, const std::vector<float>& reference)
       : photons_per_density_(photons * kPitchMm * kPitchMm), reference_(reference) {}
 
-  // A pixel counts a number of photons whose variance is its mean.
+  // Photon noise: the variance of a pixel's photon count is its mean.
   void capture(const relign::Pose& true_pose, std::uint64_t frame_seed, float* pixels) override {
     const std::vector<float> clean = render(true_pose);
     relign::Random random(frame_seed);
@@ -105,7 +105,7 @@ class GaussianSpot final : public relign::Scene {
 
   std::unique_ptr<relign::Assembly> mount(std::string_view offsets_json) override {
     if (!Json::parse(offsets_json).empty())
-      throw std::invalid_argument("gaussian_spot has no elements that could be offset");
+      throw std::invalid_argument("gaussian_spot has no elements, offsets must be empty");
     return std::make_unique<Spot>(photons_, reference_);
   }
 

@@ -41,7 +41,7 @@ struct Bench {
   MountedAssembly spot;
 };
 
-// A Gaussian by its centre and covariance matrix, as textbooks write it.
+// A bivariate normal density by its centre and covariance matrix.
 struct Gaussian {
   explicit Gaussian(const Pose& pose) : x(-1 + 2 * pose[0]), y(-1 + 2 * pose[1]) {
     const double v1 = 0.05 + pose[2] * pose[2] / 5, v2 = 0.05 + pose[3] * pose[3] / 5;
@@ -55,7 +55,7 @@ struct Gaussian {
     return std::exp(-0.5 * (yy * dx * dx - 2 * xy * dx * dy + xx * dy * dy) / determinant) /
            (2 * kPi * std::sqrt(determinant));
   }
-  // Integral of the product of two over the infinite plane: one whose covariance is their sum.
+  // Integral of the product of two over the infinite plane: a density with the sum of both covariances.
   static double overlap(const Gaussian& a, const Gaussian& b) {
     Gaussian sum = a;
     sum.xx += b.xx;
@@ -69,7 +69,7 @@ struct Gaussian {
 const Pose kNominal = {0.5, 0.5, 0.5, 0.5, 0.5};
 const Pose kTilted = {0.6, 0.45, 0.7, 0.1, 0.3};
 
-TEST(GaussianSpot, PixelsAreTheDensityAtTheirCentres) {
+TEST(GaussianSpot, PixelsMatchDensityAtTheirCentres) {
   Bench bench;
   for (const Pose& pose : {kNominal, kTilted, Pose{0, 1, 1, 0, 1}}) {
     const Gaussian gaussian(pose);
@@ -85,7 +85,7 @@ TEST(GaussianSpot, PixelsAreTheDensityAtTheirCentres) {
   EXPECT_EQ(std::vector<float>(reference.pixels, reference.pixels + kSide * kSide), bench.clean(kNominal));
 }
 
-TEST(GaussianSpot, TruthIsTheIntegralOfTheSquaredDifference) {
+TEST(GaussianSpot, NoiseFreeMseMatchesIntegral) {
   Bench bench;
   const Gaussian nominal(kNominal);
   for (const Pose& pose :
@@ -94,16 +94,16 @@ TEST(GaussianSpot, TruthIsTheIntegralOfTheSquaredDifference) {
     const double integral =
         Gaussian::overlap(moved, moved) + Gaussian::overlap(nominal, nominal) - 2 * Gaussian::overlap(moved, nominal);
     const auto truth = bench.spot.noise_free_mse(pose, 1);
-    // The square has 4 mm^2. Its border cuts a little off: less than 3 in 1,000 of these.
+    // The square has 4 mm^2; less than 3 in 1,000 of these integrals is outside.
     EXPECT_NEAR(truth.mse / (integral / 4), 1, 3e-3);
     EXPECT_EQ(truth.standard_error, 0);
   }
   EXPECT_EQ(bench.spot.noise_free_mse(kNominal, 1).mse, 0);
-  // Where the spot is round, its angle does not matter but in the last bits.
+  // A round spot does not depend on the angle, up to rounding.
   EXPECT_LT(bench.spot.noise_free_mse({0.5, 0.5, 0.5, 0.5, 0.1}, 1).mse, 1e-12);
 }
 
-TEST(GaussianSpot, NoiseIsThatOfThePhotons) {
+TEST(GaussianSpot, NoiseHasPhotonVariance) {
   const double photons = 2e5;
   Bench bench(Json{{"photons", photons}});
   const std::vector<float> clean = bench.clean(kTilted);
@@ -111,7 +111,7 @@ TEST(GaussianSpot, NoiseIsThatOfThePhotons) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     const std::vector<float> noisy = bench.captured(kTilted, seed);
     for (std::size_t i = 0; i < clean.size(); ++i) {
-      if (clean[i] < 1e-3F) continue;  // rounding to float would show
+      if (clean[i] < 1e-3F) continue;  // rounding to float would dominate
       const double deviate = (double{noisy[i]} - clean[i]) / std::sqrt(clean[i] / (photons * kArea));
       ++n;
       sum += deviate;
@@ -127,8 +127,8 @@ TEST(GaussianSpot, NoiseIsThatOfThePhotons) {
   EXPECT_EQ(dark_room.captured(kTilted, 3), dark_room.clean(kTilted));
 }
 
-// numpy gives the same clean pixels, and the same truth but for the order of its sum (5e-15).
-TEST(GaussianSpot, BitsAreFrozen) {
+// NumPy gives the same clean pixels and, up to the order of the sum (5e-15), the same MSE.
+TEST(GaussianSpot, MatchesFrozenBits) {
   Bench bench;
   const std::vector<float> clean = bench.clean(kTilted), noisy = bench.captured(kTilted, 7);
   EXPECT_EQ(clean[20 * kSide + 30], 0x1.f05c4ap-1F);

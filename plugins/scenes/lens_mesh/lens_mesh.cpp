@@ -1,4 +1,4 @@
-// Scene plugin: a scene of lens_system with the glass as meshes, which Embree traces.
+// lens_mesh: a scene of lens_system with elements as triangle meshes, traced with Embree. See README.md.
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
@@ -28,7 +28,7 @@ std::string trimmed(const std::string& text) {
   return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(' ') - first + 1);
 }
 
-// "L1=lens_0.PLY, L2=lens_1.PLY".
+// Parses "L1=lens_0.PLY, L2=lens_1.PLY".
 std::map<std::string, std::string> read_names(const std::string& text) {
   std::map<std::string, std::string> names;
   for (std::size_t from = 0; from < text.size();) {
@@ -38,25 +38,25 @@ std::map<std::string, std::string> read_names(const std::string& text) {
     const std::string name = trimmed(part.substr(0, equals));
     const std::string file = equals == std::string::npos ? "" : trimmed(part.substr(equals + 1));
     if (name.empty() || file.empty())
-      throw Error(ErrorKind::bad_input, "the parameter 'names' has the part '" + trimmed(part) +
-                                            "'; expected NAME=FILE, as in \"L1=lens_0.PLY, L2=lens_1.PLY\"");
+      throw Error(ErrorKind::bad_input, "parameter 'names': found '" + trimmed(part) +
+                                            "', must be NAME=FILE, as in \"L1=lens_0.PLY, L2=lens_1.PLY\"");
     if (!names.emplace(name, file).second)
-      throw Error(ErrorKind::bad_input, "the parameter 'names' names a file of " + name + " twice");
+      throw Error(ErrorKind::bad_input, "parameter 'names': duplicate file for '" + name + "'");
     from = to + 1;
   }
   return names;
 }
 
-// NAME.ply, NAME.stl or NAME.obj in a folder, in small or capital letters.
+// Finds NAME.ply, NAME.stl or NAME.obj, extension in lower or upper case.
 fs::path mesh_of(const std::string& name, const fs::path& folder) {
   for (const char* extension : {".ply", ".stl", ".obj", ".PLY", ".STL", ".OBJ"})
     if (const fs::path file = folder / (name + extension); fs::exists(file)) return file;
-  throw Error(ErrorKind::bad_input, "there is no mesh of the element " + name + " in " + folder.string() +
-                                        ": expected " + name + ".ply, " + name + ".stl or " + name +
-                                        ".obj; the parameter 'names' tells of other names (\"" + name + "=FILE\")");
+  throw Error(ErrorKind::bad_input, "no mesh of element '" + name + "' in '" + folder.string() + "'; must be " + name +
+                                        ".ply, " + name + ".stl or " + name +
+                                        ".obj, or named by parameter 'names' (\"" + name + "=FILE\")");
 }
 
-// The folder, empty for meshes made from the lens file, and the files named otherwise than their elements.
+// The folder (empty: make meshes from the lens file) and the names of files that are not named after their element.
 struct Source {
   std::string folder;
   std::map<std::string, std::string> names;
@@ -79,13 +79,12 @@ Source source_of_file(const fs::path& file) {
   return found;
 }
 
-// Parameters come before the scene file.
+// Parameters take precedence over the scene file.
 Source source_of(const relign::Parameters& given, const imaging::SceneFile& scene) {
   const Source own{given.text("meshes"), read_names(given.text("names"))};
   if (!own.folder.empty()) return own;
   if (!own.names.empty())
-    throw Error(ErrorKind::bad_input,
-                "the parameter 'names' is given, but no folder: 'meshes' names the one that the files lie in");
+    throw Error(ErrorKind::bad_input, "parameter 'names' needs the folder of the files; set parameter 'meshes'");
   return scene.meshes.is_null() ? own : source_of_file(scene.files.front());
 }
 
@@ -101,9 +100,9 @@ relign::lens_scene::Parts parts(const relign::Parameters& given) {
   } else {
     const fs::path folder = text;
     if (!fs::is_directory(folder))
-      throw Error(ErrorKind::bad_input, "the meshes' folder '" + text +
-                                            "' is no folder; expected one with a mesh of each element, "
-                                            "such as 'relign-bench lens export-mesh -o FOLDER' writes");
+      throw Error(ErrorKind::bad_input, "parameter 'meshes': '" + text +
+                                            "' is not a folder; must be one with a mesh of each element, as written by "
+                                            "'relign-bench lens export-mesh -o FOLDER'");
     const auto add = [&](const std::string& name, const fs::path& file, meshes::Demand demand) {
       meshes[name] = meshes::read_mesh(file, demand);
       parts.tracer_hash += name + relign::sha256_file(file);

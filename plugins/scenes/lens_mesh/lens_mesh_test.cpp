@@ -1,4 +1,4 @@
-// Scenes of meshes through the plugin's border, beside those of spheres.
+// Mesh scenes through the plugin interface, compared with analytic ones.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -73,11 +73,11 @@ class LensMeshTest : public testing::Test {
   Catalog catalog_;
 };
 
-// The same rays through both: what differs is the mesh. Rays are led astray by the square of the pitch
-// (mesh_lens_meshes); the share of the light that moves follows, down to what floats leave.
-TEST_F(LensMeshTest, TellsNoMtf) { EXPECT_FALSE(scene("relign_od_mesh", {}).mount("{}").mtf(kPose, 10)); }
+TEST_F(LensMeshTest, HasNoMtf) { EXPECT_FALSE(scene("relign_od_mesh", {}).mount("{}").mtf(kPose, 10)); }
 
-TEST_F(LensMeshTest, ImagesComeCloserWithThePitch) {
+// Both scenes trace the same rays. The error of a ray falls with the square of the pitch (mesh_lens_meshes), and so
+// does the difference between images, down to rounding to float.
+TEST_F(LensMeshTest, ImagesConvergeWithThePitch) {
   imaging::SceneChoices choices;
   choices.pixels = 50;
   const imaging::SceneFile file =
@@ -99,18 +99,18 @@ TEST_F(LensMeshTest, ImagesComeCloserWithThePitch) {
       meshes[element.name] = meshes::element_mesh(element, pitch_mm);
     meshes::LensMeshes tracer(file.lens, meshes);
     const std::vector<float> found = render(&tracer);
-    double astray = 0, light = 0;
+    double difference = 0, light = 0;
     for (std::size_t i = 0; i < exact.size(); ++i) {
-      astray += std::fabs(static_cast<double>(found[i] - exact[i]));
+      difference += std::fabs(static_cast<double>(found[i] - exact[i]));
       light += static_cast<double>(exact[i]);
     }
-    shares.push_back(astray / light);
+    shares.push_back(difference / light);
   }
   EXPECT_LT(shares[1], 0.001);
-  EXPECT_GT(shares[0] / shares[1], 10) << "16 without floats";
+  EXPECT_GT(shares[0] / shares[1], 10) << "16 without rounding to float";
 }
 
-TEST_F(LensMeshTest, TruthIsThatOfTheSpheres) {
+TEST_F(LensMeshTest, NoiseFreeMseMatchesAnalyticLens) {
   Scene spheres = scene("relign_od", Json::object()), meshes = scene("relign_od_mesh", Json::object());
   MountedAssembly of_meshes = meshes.mount(kOffsets), of_spheres = spheres.mount(kOffsets);
   const auto found = of_meshes.noise_free_mse(kPose, 5), expected = of_spheres.noise_free_mse(kPose, 6);
@@ -129,10 +129,11 @@ TEST_F(LensMeshTest, EverySamplerHasTheSameMean) {
       for (const float pixel : pixels) means[i] += static_cast<double>(pixel) / 10000;
     }
   }
-  // One ray counts 0.0603: the mean of 10,000 pixels of mean 0.018 scatters by sqrt(0.0603 x 0.018 / 10000) = 0.0003.
+  // A ray has weight 0.0603: the mean of 10,000 pixels of mean 0.018 has standard deviation
+  // sqrt(0.0603 x 0.018 / 10000) = 0.0003.
   EXPECT_NEAR(means[0], means[2], 0.0013);
-  EXPECT_NEAR(means[1], means[2], 0.0015) << "the hemisphere also sees what comes through edges";
-  EXPECT_NEAR(means[2], 0.0181, 0.0006) << "that of the spheres";
+  EXPECT_NEAR(means[1], means[2], 0.0015) << "sampler hemisphere includes light through edges";
+  EXPECT_NEAR(means[2], 0.0181, 0.0006) << "value of the analytic lens";
 }
 
 TEST_F(LensMeshTest, ImagesDoNotDependOnThreads) {
@@ -145,21 +146,21 @@ TEST_F(LensMeshTest, ImagesDoNotDependOnThreads) {
   EXPECT_EQ(first, second);
 }
 
-TEST_F(LensMeshTest, FilesGiveTheSameImageAsTheLensFile) {
+TEST_F(LensMeshTest, MeshFilesMatchMeshesFromLensFile) {
   write_meshes(0.3);
   Scene made = scene("relign_od_mesh", {{"pitch_mm", 0.3}});
   Scene read = scene("relign_od_mesh", {{"meshes", folder_.string()}});
-  EXPECT_LT(rms_difference(noise_free(made), noise_free(read)), 1e-4) << "floats in files";
+  EXPECT_LT(rms_difference(noise_free(made), noise_free(read)), 1e-4) << "files hold floats";
   EXPECT_EQ(Json::parse(read.describe()).at("files").size(), 6u) << "scene, lens, four meshes";
 
   std::filesystem::rename(folder_ / "L2.ply", folder_ / "second lens.PLY");
   EXPECT_THAT(failure({{"meshes", folder_.string()}}),
-              HasSubstr("expected L2.ply, L2.stl or L2.obj; the parameter 'names' tells of other names"));
+              HasSubstr("must be L2.ply, L2.stl or L2.obj, or named by parameter 'names'"));
   Scene named = scene("relign_od_mesh", {{"meshes", folder_.string()}, {"names", "L2 = second lens.PLY"}});
   EXPECT_EQ(noise_free(named), noise_free(read));
 }
 
-TEST_F(LensMeshTest, SceneFilesSayWhereTheirMeshesLie) {
+TEST_F(LensMeshTest, ReadsMeshesNamedInSceneFile) {
   write_meshes(0.3);
   std::filesystem::rename(folder_ / "L1.ply", folder_ / "lens_0.PLY");
   const std::string data = std::string(RELIGN_PLUGIN_DIR) + "/lens_mesh/relign_od/";
@@ -184,13 +185,13 @@ TEST_F(LensMeshTest, SceneFilesSayWhereTheirMeshesLie) {
   }
 }
 
-TEST_F(LensMeshTest, BadInputIsNamed) {
-  EXPECT_THAT(failure({{"meshes", "/no/such/folder"}}), HasSubstr("'/no/such/folder' is no folder"));
-  EXPECT_THAT(failure({{"names", "L1=a.ply"}}), HasSubstr("'names' is given, but no folder"));
+TEST_F(LensMeshTest, ErrorsNameTheBadInput) {
+  EXPECT_THAT(failure({{"meshes", "/no/such/folder"}}), HasSubstr("'/no/such/folder' is not a folder"));
+  EXPECT_THAT(failure({{"names", "L1=a.ply"}}), HasSubstr("'names' needs the folder of the files"));
   write_meshes(0.5);
   const auto with_names = [&](const char* names) { return failure({{"meshes", folder_.string()}, {"names", names}}); };
-  EXPECT_THAT(with_names("L1"), HasSubstr("has the part 'L1'; expected NAME=FILE"));
-  EXPECT_THAT(with_names("L1=L1.ply,L1=L2.ply"), HasSubstr("names a file of L1 twice"));
+  EXPECT_THAT(with_names("L1"), HasSubstr("found 'L1', must be NAME=FILE"));
+  EXPECT_THAT(with_names("L1=L1.ply,L1=L2.ply"), HasSubstr("duplicate file for 'L1'"));
   EXPECT_THAT(with_names("apertur stop=L1.ply"), HasSubstr("did you mean 'aperture stop'?"));
   EXPECT_THAT(with_names("L1=none.ply"), HasSubstr("none.ply"));
   const std::string whole = read_file(folder_ / "L3.ply");

@@ -1,4 +1,4 @@
-// Scene plugin: a lens of spherical elements, traced face by face.
+// lens_system: a lens of spherical or aspheric elements, traced sequentially. See README.md.
 #include "lens_scene/lens_scene.h"
 
 namespace {

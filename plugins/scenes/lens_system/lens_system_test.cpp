@@ -1,4 +1,4 @@
-// The scene through the plugin's border, as the harness uses it.
+// The scene through the plugin interface, as the harness uses it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ class LensSystemTest : public testing::Test {
   HostServices services_;
 };
 
-TEST_F(LensSystemTest, DescribesThePapersScene) {
+TEST_F(LensSystemTest, DescribesPaperScene) {
   Scene scene(catalog_.resolve_or_throw(Kind::scene, "relign_od"), services_);
   const Json facts = Json::parse(scene.describe());
   EXPECT_EQ(facts.at("axes").size(), 5u);
@@ -51,7 +51,7 @@ TEST_F(LensSystemTest, DescribesThePapersScene) {
   EXPECT_NEAR(mean / 40000, 0.0181, 0.0003);
 }
 
-TEST_F(LensSystemTest, EveryPresetIsAScene) {
+TEST_F(LensSystemTest, EveryPresetCaptures) {
   const std::vector<std::string> ids = catalog_.ids(Kind::scene);
   int scenes = 0;
   for (const std::string& id : ids) {
@@ -71,7 +71,7 @@ TEST_F(LensSystemTest, EveryPresetIsAScene) {
   EXPECT_EQ(scenes, 12);
 }
 
-TEST_F(LensSystemTest, SixthAxisAndOtherChoices) {
+TEST_F(LensSystemTest, HasSixthAxisOnRequest) {
   Scene scene(catalog_.resolve_or_throw(Kind::scene, "relign_od", {{"rotation_z", true}, {"pixels", 50}}), services_);
   const Json facts = Json::parse(scene.describe());
   EXPECT_EQ(facts.at("axes").at(5).at("name"), "Rz");
@@ -82,7 +82,7 @@ TEST_F(LensSystemTest, SixthAxisAndOtherChoices) {
   EXPECT_GE(*std::min_element(pixels.begin(), pixels.end()), 0.0F);
 }
 
-TEST_F(LensSystemTest, TruthIsUnbiasedAndSharpNearTheOptimum) {
+TEST_F(LensSystemTest, NoiseFreeMseIsUnbiasedAtTheOptimum) {
   Scene scene(catalog_.resolve_or_throw(Kind::scene, "relign_od"), services_);
   MountedAssembly perfect = scene.mount("{}");
   const int n = 40;
@@ -96,10 +96,10 @@ TEST_F(LensSystemTest, TruthIsUnbiasedAndSharpNearTheOptimum) {
   }
   const double spread = std::sqrt(squares / n - sum * sum / n / n);
   EXPECT_NEAR(sum / n, 0, 4 * spread / std::sqrt(n) + 1e-8) << "the MSE at the optimum is 0";
-  EXPECT_NEAR(errors / n / spread, 1, 0.35) << "the standard error says what the spread is";
+  EXPECT_NEAR(errors / n / spread, 1, 0.35) << "the standard error must match the spread";
 }
 
-TEST_F(LensSystemTest, TruthAgreesWithTheImages) {
+TEST_F(LensSystemTest, NoiseFreeMseMatchesNoiseFreeImages) {
   Scene scene(catalog_.resolve_or_throw(Kind::scene, "relign_od"), services_);
   MountedAssembly tilted = scene.mount(R"({"L3": {"tilt_deg": [0.4, -0.3]}, "L4": {"shift_mm": [0, 0.01, 0]}})");
   const std::vector<double> pose = {0.55, 0.48, 0.6, 0.5, 0.45};
@@ -110,10 +110,10 @@ TEST_F(LensSystemTest, TruthAgreesWithTheImages) {
   for (std::size_t i = 0; i < image.size(); ++i)
     mse += std::pow(static_cast<double>(image[i]) - static_cast<double>(reference.pixels[i]), 2) / 40000;
   const auto truth = tilted.noise_free_mse(pose, 9);
-  EXPECT_NEAR(truth.mse, mse, 4 * truth.standard_error + 3e-7) << "the picture has a little noise left";
+  EXPECT_NEAR(truth.mse, mse, 4 * truth.standard_error + 3e-7) << "the noise-free image has little noise";
 }
 
-TEST_F(LensSystemTest, TellsItsMtfWhateverItsPixelsAre) {
+TEST_F(LensSystemTest, MtfDoesNotDependOnPixels) {
   const std::vector<double> nominal(5, 0.5);
   std::vector<MountedAssembly::FieldMtf> found;
   for (const int pixels : {20, 40}) {
@@ -122,7 +122,7 @@ TEST_F(LensSystemTest, TellsItsMtfWhateverItsPixelsAre) {
     ASSERT_TRUE(mtf);
     found.push_back(*mtf);
   }
-  EXPECT_NEAR(found[0].centre, 0.81, 0.01) << "of rays, by imaging_field_mtf";
+  EXPECT_NEAR(found[0].centre, 0.81, 0.01) << "geometric, see imaging_field_mtf";
   EXPECT_NEAR(found[0].corner, 0.91, 0.01);
   EXPECT_NEAR(found[0].centre, found[1].centre, 1e-9);
   EXPECT_NEAR(found[0].corner, found[1].corner, 1e-9);
@@ -132,19 +132,19 @@ TEST_F(LensSystemTest, TellsItsMtfWhateverItsPixelsAre) {
   EXPECT_LT(tilted->corner, found[0].corner - 0.002);
 }
 
-TEST_F(LensSystemTest, ThePackagesSceneHasAVeil) {
+TEST_F(LensSystemTest, PackageSceneHasStrayLight) {
   Scene scene(catalog_.resolve_or_throw(Kind::scene, "relign_od-package", {{"pixels", 40}}), services_);
   const relign_image image = scene.reference();
   double mean = 0, corner = 0;
   for (int i = 0; i < 1600; ++i) mean += image.pixels[i] / 1600;
   for (int i = 0; i < 6; ++i) corner += image.pixels[i] / 6;
   EXPECT_NEAR(mean, 0.0197, 0.0004) << "the package's own reference image: 0.0197";
-  EXPECT_GT(corner, 0.00003) << "the veil reaches the corners";
+  EXPECT_GT(corner, 0.00003) << "stray light reaches the corners";
   MountedAssembly perfect = scene.mount("{}");
   EXPECT_NEAR(perfect.noise_free_mse({0.5, 0.5, 0.5, 0.5, 0.5}, 1).mse, 0, 3e-5);
 }
 
-TEST_F(LensSystemTest, BadInputIsNamed) {
+TEST_F(LensSystemTest, ErrorsNameTheBadInput) {
   EXPECT_THAT(failure("relign_od", {{"target", "/no/such/file.png"}}), HasSubstr("/no/such/file.png"));
   EXPECT_THAT(failure("relign_od", {{"samples", 0}}), HasSubstr("samples"));
   EXPECT_THAT(failure("relign_od", {{"transport", "frensel"}}), HasSubstr("fresnel"));
@@ -162,7 +162,7 @@ TEST_F(LensSystemTest, BadInputIsNamed) {
   std::filesystem::remove_all(folder);
 }
 
-TEST_F(LensSystemTest, UnknownElementsAreRefused) {
+TEST_F(LensSystemTest, RejectsUnknownElements) {
   Scene scene(catalog_.resolve_or_throw(Kind::scene, "relign_od"), services_);
   try {
     scene.mount(R"({"L9": {"tilt_deg": [0, 0]}})");
