@@ -138,7 +138,7 @@ class Replay {
     std::optional<records::Difference> difference =
         records::first_difference(was, outcome.record, tolerant ? records::kOtherCpuTolerance : 0);
     // The same numbers in other bytes: somebody has written into the file.
-    const bool same_bytes = lines == records::to_lines(records::as_recorded_then(was, outcome.record)) + "\n";
+    const bool same_bytes = lines == records::to_lines(records::with_members_of(was, outcome.record)) + "\n";
     if (!difference && !tolerant && !same_bytes)
       difference = records::Difference{true, 0, "bytes of the lines", "others", "others for the same values", 0};
     const std::lock_guard<std::mutex> hold(mutex_);
