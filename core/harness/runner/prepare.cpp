@@ -10,7 +10,7 @@
 #include "runner/mtf_check.h"
 #include "runner/run.h"
 #include "runner/stations.h"
-#include "trials/rig.h"
+#include "trials/stage.h"
 
 namespace relign::runner {
 namespace {
