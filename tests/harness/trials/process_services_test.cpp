@@ -96,9 +96,8 @@ TEST_F(ProcessServices, RejectWithTheSameMessages) {
   const TrialResult result = trial.run();
   EXPECT_EQ(result.end, End::finished) << result.message;
   EXPECT_THAT(result.steps, SizeIs(3));
-  const char* const words[] = {"'sharpness'", "no element 'L9'", "whole number \"seed\"", "object",
-                               "'then'",      "at least 1 step", "no parameter 'scrpt'",  "whole number \"steps\"",
-                               "out of ideas"};
+  const char* const words[] = {"'sharpness'",     "no element 'L9'",      "integer 'seed'",  "object",      "'then'",
+                               "at least 1 step", "no parameter 'scrpt'", "integer 'steps'", "out of ideas"};
   ASSERT_THAT(trial.logged("refused"), SizeIs(9));
   for (std::size_t i = 0; i < 9; ++i) EXPECT_THAT(trial.refusal(i), HasSubstr(words[i]));
 }
@@ -220,10 +219,10 @@ prepared.save(b"last"))py";
   trial.setup.preparing = &preparing;
   EXPECT_EQ(trial.run().message, "");
   ASSERT_THAT(trial.logged("refused"), SizeIs(5));
-  EXPECT_THAT(trial.refusal(0), HasSubstr("ask for \"room\" first"));
+  EXPECT_THAT(trial.refusal(0), HasSubstr("request 'room' first"));
   EXPECT_THAT(trial.refusal(1), HasSubstr("at most 1 GiB"));
-  EXPECT_THAT(trial.refusal(2), HasSubstr("whole number \"bytes\""));
-  EXPECT_THAT(trial.refusal(4), HasSubstr("ask for \"room\" first"));
+  EXPECT_THAT(trial.refusal(2), HasSubstr("integer 'bytes'"));
+  EXPECT_THAT(trial.refusal(4), HasSubstr("request 'room' first"));
   ASSERT_TRUE(preparing.bytes);
   EXPECT_EQ(*preparing.bytes, "last");
 }
