@@ -289,11 +289,11 @@ bool ChildProcess::has_ended() {
   return result != 0 ? errno != EINTR : info.si_pid == process_;
 }
 
-void ChildProcess::end(double patience_seconds) {
+void ChildProcess::end(double timeout_seconds) {
   if (process_ < 0) return;
   messages_.reset();
   connected_ = false;
-  const Deadline deadline = in_seconds(patience_seconds);
+  const Deadline deadline = in_seconds(timeout_seconds);
   int nap_microseconds = 100;
   while (!has_ended()) {
     if (ProcessClock::now() >= *deadline) {

@@ -73,9 +73,9 @@ class ChildProcess {
     if (output_.get() >= 0) take_output();
   }
 
-  // Closes the connection, gives the child `patience_seconds` to end by itself, collects its remaining output, kills
+  // Closes the connection, gives the child `timeout_seconds` to end by itself, collects its remaining output, kills
   // the group and reaps the child. Has no effect when called again.
-  void end(double patience_seconds);
+  void end(double timeout_seconds);
 
   // After end: "ended with exit status 3", "was killed by SIGSEGV".
   const std::string& how_it_ended() const { return how_it_ended_; }
