@@ -14,7 +14,7 @@
 #include "base/error.h"
 #include "base/json_source.h"
 #include "base/seeds.h"
-#include "trials/rig.h"
+#include "trials/stage.h"
 #include "trials/trial.h"
 
 namespace relign {

@@ -5,7 +5,7 @@
 
 #include "base/error.h"
 #include "base/json_source.h"
-#include "trials/rig.h"
+#include "trials/stage.h"
 
 namespace relign::cli {
 

@@ -11,7 +11,7 @@
 #include "base/error.h"
 #include "base/json_source.h"
 #include "plugin_host/catalog.h"
-#include "trials/stage.h"
+#include "trials/stage_motion.h"
 
 namespace relign::python {
 

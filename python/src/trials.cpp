@@ -3,7 +3,7 @@
 #include "bindings.h"
 #include "records/record.h"
 #include "runner/trial_runner.h"
-#include "trials/rig.h"
+#include "trials/stage.h"
 
 namespace relign::python {
 namespace {

@@ -90,7 +90,7 @@ TEST(CliMtfSpec, IncludesDiffractionWhereTheSceneSaysSo) {
   place.write("suite.json", suite.dump());
   const Outcome other = relign_bench(place, {"validate", "suite.json"});
   EXPECT_EQ(other.exit_code, 2);
-  EXPECT_THAT(other.err, HasSubstr("asks for an MTF without diffraction, and that of the scene"));
+  EXPECT_THAT(other.err, HasSubstr("requires an MTF without diffraction, but that of the scene"));
   suite["spec"]["mtf"].erase("diffraction");
   place.write("suite.json", suite.dump());
   EXPECT_THAT(relign_bench(place, {"validate", "suite.json"}).out, HasSubstr("(with diffraction)"));
@@ -117,8 +117,8 @@ TEST(CliMtfSpec, ASceneThatCannotTellItIsRefusedBeforeAnythingRuns) {
     const Outcome outcome = relign_bench(place, {verb, "suite.json"});
     EXPECT_EQ(outcome.exit_code, 2) << verb;
     EXPECT_THAT(outcome.err,
-                HasSubstr("the suite's \"spec\" asks for the MTF at 10 lp/mm, which the scene 'gaussian_spot' "
-                          "cannot tell: it does not offer it; leave \"mtf\" out"))
+                HasSubstr("the suite's 'spec' requires the MTF at 10 lp/mm, which is unavailable for the scene "
+                          "'gaussian_spot': it does not offer it; remove 'mtf' from"))
         << verb;
     EXPECT_THAT(outcome.err, Not(HasSubstr("'relign_od'"))) << verb;
   }

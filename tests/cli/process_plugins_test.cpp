@@ -190,7 +190,7 @@ if __name__ == "__main__": serve(Prints)
   const std::string page = place.read("out/report.html");
   for (const std::string& log : logs()) {
     EXPECT_EQ(place.read("out/" + log), all);
-    EXPECT_THAT(failed.err, HasSubstr("all that its plugins printed: out/" + log));
+    EXPECT_THAT(failed.err, HasSubstr("output of its plugins: out/" + log));
     EXPECT_THAT(page, HasSubstr(log));
   }
   // Quiet in a new version: the trials run again and their old logs are gone.

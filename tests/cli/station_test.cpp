@@ -52,7 +52,7 @@ TEST(CliStation, EveryVerbKnowsWhatAStationIs) {
   EXPECT_THAT(level.err, HasSubstr("use none"));
   const Outcome home = bench({"try", "home", "--scene", "toy-station"});
   EXPECT_EQ(home.exit_code, 2);
-  EXPECT_THAT(home.err, HasSubstr("must be told the true start"));
+  EXPECT_THAT(home.err, HasSubstr("requires the true start pose"));
   const Outcome rendered = bench({"render", "--scene", "toy-station", "-o", "a.png"});
   EXPECT_EQ(rendered.exit_code, 2);
   EXPECT_THAT(rendered.err, HasSubstr("is a station"));

@@ -8,14 +8,14 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "images/score.h"
-#include "trials/rig.h"
+#include "trials/stage.h"
 
 namespace relign::environment {
 namespace {
 
 struct Slot {
   std::optional<plugin_host::MountedAssembly> assembly;
-  std::optional<trials::Stage> stage;
+  std::optional<trials::StageMotion> stage;
   Batch::State state;
   bool searched = false;
   std::optional<plugin_host::MountedAssembly::Optimum> optimum;
@@ -28,28 +28,27 @@ struct Batch::Implementation {
       : setup(std::move(given)),
         parallel(std::max(1U, std::min(setup.threads, setup.slots))),
         level(setup.level, services()) {
-    if (setup.slots == 0) throw Error(ErrorKind::bad_input, "a batch has at least one slot");
-    // A process scene answers one thread at a time; one process a thread is what it costs.
+    if (setup.slots == 0) throw Error(ErrorKind::bad_input, "expected at least 1 slot, found 0");
+    // A process scene answers one thread at a time, so that each thread needs a process.
     for (unsigned i = 0; i < parallel.threads(); ++i)
       scenes.push_back(std::make_unique<plugin_host::Scene>(setup.scene, services()));
     facts = trials::facts_of(*scenes.front(), setup.scene.id);
     if (facts.owns_stage)
-      throw Error(ErrorKind::bad_input, "scene '" + setup.scene.id +
-                                            "' is a station: it has the one lens before it, and none can be drawn; "
-                                            "use a scene that simulates");
+      throw Error(ErrorKind::bad_input,
+                  "scene '" + setup.scene.id + "' is a station, whose lens cannot be drawn; use a simulated scene");
     pixels = std::size_t{facts.image_width} * facts.image_height;
     const relign_image image = scenes.front()->reference();
     reference.assign(image.pixels, image.pixels + pixels);
     frames.assign(pixels * setup.slots, 0.0F);
     slots.resize(setup.slots);
   }
-  ~Implementation() { slots.clear(); }  // lenses go before their scenes
+  ~Implementation() { slots.clear(); }  // lenses must be destroyed before their scenes
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;
 
   plugin_host::HostServices services() const {
     plugin_host::HostServices services;
-    services.threads = 1;  // whole frames side by side scale better than threads inside one
+    services.threads = 1;  // frames in parallel scale better than threads within a frame
     services.cache_folder = setup.cache_folder;
     services.log = [tell = setup.on_message](int importance, const std::string& message) {
       if (tell && importance >= RELIGN_LOG_WARNING) tell(message);
@@ -62,26 +61,26 @@ struct Batch::Implementation {
     for (const unsigned slot : named) {
       if (slot >= slots.size())
         throw Error(ErrorKind::bad_input,
-                    "there is no slot " + std::to_string(slot) + "; slots: 0 to " + std::to_string(slots.size() - 1));
-      if (seen[slot]) throw Error(ErrorKind::bad_input, "slot " + std::to_string(slot) + " is named twice");
+                    "found slot " + std::to_string(slot) + "; expected 0 to " + std::to_string(slots.size() - 1));
+      if (seen[slot]) throw Error(ErrorKind::bad_input, "slot " + std::to_string(slot) + " is given twice");
       seen[slot] = true;
       if (must_hold_a_lens && !slots[slot].assembly)
-        throw Error(ErrorKind::bad_input, "slot " + std::to_string(slot) + " holds no lens yet; reset it first");
+        throw Error(ErrorKind::bad_input, "slot " + std::to_string(slot) + " has no lens yet; reset it first");
     }
   }
 
-  // How many axes; after a look at slots and poses.
+  // Checks slots and poses. Returns the number of axes.
   std::size_t check_poses(const std::vector<unsigned>& named, const double* true_poses) const {
     check(named, true);
     const std::size_t axes = facts.axes.size();
     if (!std::all_of(true_poses, true_poses + axes * named.size(),
                      [](double value) { return value >= 0 && value <= 1; }))
-      throw Error(ErrorKind::bad_input, "a true pose lies outside [0, 1]");
+      throw Error(ErrorKind::bad_input, "a true pose is outside [0, 1]");
     return axes;
   }
 
-  // body(place in `named`) for each. A slot belongs to one scene object for life, and a scene object is used by one
-  // thread at a time.
+  // Calls body(index into `named`) for each. Each slot uses one scene object throughout, and each scene object is used
+  // by one thread at a time.
   template <class Body>
   void for_each(const std::vector<unsigned>& named, const Body& body) {
     parallel.for_each(static_cast<int>(scenes.size()), [&](int scene, unsigned) {
@@ -130,7 +129,7 @@ void Batch::reset(const std::vector<Draw>& draws) {
   std::vector<unsigned> named;
   for (const Draw& draw : draws) named.push_back(draw.slot);
   in.check(named, false);
-  // The level is one object, used by this thread alone.
+  // The noise level is one object, used only by this thread.
   std::vector<trials::Instance> instances;
   for (const Draw& draw : draws)
     instances.push_back(trials::draw_instance(in.level, in.facts, in.setup.suite_seed, draw.domain, draw.number));
@@ -152,10 +151,10 @@ void Batch::move_by(const std::vector<unsigned>& slots, const double* moves) {
   in.check(slots, true);
   const std::size_t axes = in.facts.axes.size();
   if (!std::all_of(moves, moves + axes * slots.size(), [](double value) { return std::isfinite(value); }))
-    throw Error(ErrorKind::bad_input, "a move holds a number that is not finite");
+    throw Error(ErrorKind::bad_input, "a move has a non-finite number");
   in.for_each(slots, [&](std::size_t k) {
     Slot& slot = in.slots[slots[k]];
-    const trials::Stage::Arrival arrival =
+    const trials::StageMotion::Arrival arrival =
         slot.stage->move_by(std::vector<double>(moves + axes * k, moves + axes * (k + 1)));
     slot.state.limits_low = arrival.limits_low;
     slot.state.limits_high = arrival.limits_high;
@@ -184,7 +183,7 @@ void Batch::render_at(const std::vector<unsigned>& slots, const double* true_pos
   });
   if (!offered)
     throw Error(ErrorKind::bad_input,
-                "scene '" + in.setup.scene.id + "' has no images without noise; average captures");
+                "scene '" + in.setup.scene.id + "' has no noise-free images; average captures instead");
 }
 
 std::vector<trials::Truth> Batch::truths(const std::vector<unsigned>& slots) {

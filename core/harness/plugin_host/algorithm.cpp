@@ -9,25 +9,26 @@ namespace relign::plugin_host {
 
 namespace {
 
-// The conversation as the plugin gets it: every function switches to the host's floating-point
-// state and back, and keeps exceptions from unwinding through the plugin's frames.
-class ShieldedConversation {
+// The trial as the plugin gets it: every function switches to the host's floating-point state and back, and keeps
+// exceptions from unwinding through the plugin's frames.
+class ShieldedTrial {
  public:
-  ShieldedConversation(const relign_conversation& talk, const FloatingPointState& host_state)
-      : talk_(talk), callbacks_(host_state) {
+  ShieldedTrial(const relign_conversation& trial, const FloatingPointState& host_state)
+      : trial_(trial), callbacks_(host_state) {
     shield_.struct_size = sizeof shield_;
     shield_.context = this;
-    shield_.task = talk.task;
-    shield_.first = [](void* context, relign_observation* seen) {
-      return self(context).shielded([&](const relign_conversation& inner) { return inner.first(inner.context, seen); });
-    };
-    shield_.step = [](void* context, const double* pose, std::uint32_t axes, relign_observation* seen) {
+    shield_.task = trial.task;
+    shield_.first = [](void* context, relign_observation* observation) {
       return self(context).shielded(
-          [&](const relign_conversation& inner) { return inner.step(inner.context, pose, axes, seen); });
+          [&](const relign_conversation& inner) { return inner.first(inner.context, observation); });
     };
-    shield_.move = [](void* context, const double* delta, std::uint32_t axes, relign_observation* seen) {
+    shield_.step = [](void* context, const double* pose, std::uint32_t axes, relign_observation* observation) {
       return self(context).shielded(
-          [&](const relign_conversation& inner) { return inner.move(inner.context, delta, axes, seen); });
+          [&](const relign_conversation& inner) { return inner.step(inner.context, pose, axes, observation); });
+    };
+    shield_.move = [](void* context, const double* delta, std::uint32_t axes, relign_observation* observation) {
+      return self(context).shielded(
+          [&](const relign_conversation& inner) { return inner.move(inner.context, delta, axes, observation); });
     };
     shield_.recommend = [](void* context, const double* pose, std::uint32_t axes) {
       return self(context).shielded(
@@ -44,21 +45,21 @@ class ShieldedConversation {
       return service;
     };
   }
-  ShieldedConversation(const ShieldedConversation&) = delete;
-  ShieldedConversation& operator=(const ShieldedConversation&) = delete;
+  ShieldedTrial(const ShieldedTrial&) = delete;
+  ShieldedTrial& operator=(const ShieldedTrial&) = delete;
 
   const relign_conversation* shield() const { return &shield_; }
   std::exception_ptr thrown() const { return callbacks_.thrown(); }
 
  private:
-  static ShieldedConversation& self(void* context) { return *static_cast<ShieldedConversation*>(context); }
+  static ShieldedTrial& self(void* context) { return *static_cast<ShieldedTrial*>(context); }
 
   template <class Body>
   relign_status shielded(Body&& body) noexcept {
-    return callbacks_.call([&] { return body(talk_); });
+    return callbacks_.call([&] { return body(trial_); });
   }
 
-  const relign_conversation& talk_;
+  const relign_conversation& trial_;
   CallbackShield callbacks_;
   ShieldedServices services_{callbacks_};
   relign_conversation shield_{};
@@ -75,18 +76,17 @@ class LibraryAlgorithm {
   LibraryAlgorithm(const Choice& choice, const HostServices& services)
       : object_(choice, services, algorithm_table(*choice.plugin)) {}
 
-  void run(const relign_conversation& talk) {
+  void run(const relign_conversation& trial) {
     std::exception_ptr thrown;
     const auto body = [&](const FloatingPointState& host_state) {
-      ShieldedConversation conversation(talk, host_state);
-      const relign_status status = object_.table().run(object_.get(), conversation.shield());
-      thrown = conversation.thrown();
+      ShieldedTrial shielded(trial, host_state);
+      const relign_status status = object_.table().run(object_.get(), shielded.shield());
+      thrown = shielded.thrown();
       return thrown ? RELIGN_OK : status;
     };
     const relign_status status = object_.host().call("run", body);
     if (thrown) std::rethrow_exception(thrown);
-    if (status == RELIGN_UNSUPPORTED)
-      object_.host().throw_failure("run", "it says that it does not support this trial");
+    if (status == RELIGN_UNSUPPORTED) object_.host().throw_failure("run", "it does not support this trial");
   }
 
  private:
@@ -96,7 +96,7 @@ class LibraryAlgorithm {
 }  // namespace
 
 struct Algorithm::Implementation {
-  // One of the two.
+  // Exactly one of the two is set.
   std::unique_ptr<LibraryAlgorithm> library;
   std::unique_ptr<ProcessAlgorithm> process;
 };
@@ -111,9 +111,9 @@ Algorithm::Algorithm(const Choice& choice, const HostServices& services)
 
 Algorithm::~Algorithm() = default;
 
-void Algorithm::run(const relign_conversation& talk) {
-  if (implementation_->process) return implementation_->process->run(talk);
-  implementation_->library->run(talk);
+void Algorithm::run(const relign_conversation& trial) {
+  if (implementation_->process) return implementation_->process->run(trial);
+  implementation_->library->run(trial);
 }
 
 }  // namespace relign::plugin_host

@@ -22,7 +22,7 @@ const char* const kManifestName = "relign-plugin.json";
 
 bool same_namespace(Kind a, Kind b) { return a == b || (is_algorithm(a) && is_algorithm(b)); }
 
-// How users call the members of a namespace.
+// The name of a namespace in messages.
 std::string namespace_name(Kind kind) {
   if (is_algorithm(kind)) return "algorithm";
   return kind == Kind::scene ? "scene" : "noise level";
@@ -37,30 +37,31 @@ bool same_file(const fs::path& a, const fs::path& b) {
   return fs::equivalent(a, b, error) && !error;
 }
 
-// The manifest that stands for a plugin's folder, library or manifest.
+// The manifest of a plugin given by its folder, library or manifest.
 fs::path manifest_of(const fs::path& plugin) {
   std::error_code error;
   if (!fs::exists(plugin, error)) refuse(plugin.string() + " does not exist");
   if (fs::is_directory(plugin, error)) {
     const fs::path manifest = plugin / kManifestName;
-    if (!fs::exists(manifest, error)) refuse(plugin.string() + " is no plugin folder: it holds no " + kManifestName);
+    if (!fs::exists(manifest, error)) refuse(plugin.string() + " is not a plugin folder: it has no " + kManifestName);
     return manifest;
   }
-  if (plugin.extension() != ".so") return plugin;  // a manifest, or a script that is its own
+  if (plugin.extension() != ".so") return plugin;  // a manifest, or a script that contains one
   const fs::path manifest = plugin.parent_path() / kManifestName;
-  if (!fs::exists(manifest, error)) refuse(plugin.string() + " is no plugin: no " + kManifestName + " lies beside it");
+  if (!fs::exists(manifest, error))
+    refuse(plugin.string() + " is not a plugin: there is no " + kManifestName + " beside it");
   return manifest;
 }
 
-// Folders with a manifest, in order of their names, each once however many links lead to it.
+// Folders with a manifest, sorted by name; each one once, even if several links lead to it.
 void find_plugin_folders(const fs::path& folder, int depth, std::set<fs::path>& visited, std::vector<fs::path>& found) {
-  constexpr int kDeepest = 8;
+  constexpr int kMaxDepth = 8;
   std::error_code error;
   const fs::path canonical = fs::canonical(folder, error);
-  if (error || depth > kDeepest || !visited.insert(canonical).second) return;
+  if (error || depth > kMaxDepth || !visited.insert(canonical).second) return;
   if (fs::exists(folder / kManifestName, error)) {
     found.push_back(folder);
-    return;  // what lies below belongs to this plugin
+    return;  // folders below belong to this plugin
   }
   std::vector<fs::path> below;
   for (fs::directory_iterator entry(folder, fs::directory_options::skip_permission_denied, error), end;
@@ -78,11 +79,11 @@ void add_problem(std::vector<Problem>& problems, const std::string& message) {
   problems.push_back(problem);
 }
 
-// "tolerance.json" is a file that is not there, "rho0.3" an id that is not known.
-bool ends_as_files_do(const std::string& name) {
+// Tells missing files ("tolerance.json") from unknown ids ("rho0.3").
+bool has_file_extension(const std::string& name) {
   const std::string ending = fs::path(name).extension().string();
-  constexpr std::size_t kLongest = 6;
-  return ending.size() > 1 && ending.size() <= kLongest &&
+  constexpr std::size_t kMaxLength = 6;
+  return ending.size() > 1 && ending.size() <= kMaxLength &&
          std::all_of(ending.begin() + 1, ending.end(), [](unsigned char letter) { return std::isalpha(letter) != 0; });
 }
 
@@ -95,25 +96,24 @@ std::string missing_text(const fs::path& path) {
   return path.string() + " does not exist" + (nearest.empty() ? "" : "; did you mean '" + nearest + "'?");
 }
 
-// What people name who mean the scene that is made from it, or the document that lies in it.
-void refuse_what_leads_to_a_document(Kind kind, const fs::path& path) {
+// Helps users who give a lens file instead of a scene made from it, or a folder instead of the document in it.
+void refuse_near_misses(Kind kind, const fs::path& path) {
   std::error_code error;
   std::string ending = path.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
   if (ending == ".zmx" || ending == ".seq" || ending == ".len")
-    throw Error(ErrorKind::bad_input, path.string() +
-                                          " is a lens file; make a scene of it first: relign-bench scene new " +
-                                          path.filename().string() + ", and name its scene.json");
+    throw Error(ErrorKind::bad_input, path.string() + " is a lens file; create a scene with 'relign-bench scene new " +
+                                          path.filename().string() + "' and use its scene.json");
   if (!fs::is_directory(path, error) || fs::exists(path / kManifestName, error)) return;
   const fs::path document = path / (kind == Kind::scene ? "scene.json" : "tolerances.json");
   if (!is_algorithm(kind) && fs::exists(document, error))
-    throw Error(ErrorKind::bad_input, path.string() + " is no plugin folder: it holds no " + kManifestName +
-                                          ". Name the file that is meant: " + document.string());
+    throw Error(ErrorKind::bad_input, path.string() + " is not a plugin folder: it has no " + kManifestName +
+                                          "; did you mean " + document.string() + "?");
 }
 
 }  // namespace
 
-// What a name or path leads to, before parameters.
+// The result of looking up a name or path, before parameters are applied.
 struct Catalog::Found {
   std::shared_ptr<const Manifest> plugin;
   const Preset* preset = nullptr;
@@ -132,10 +132,9 @@ std::shared_ptr<const Manifest> Catalog::add_plugin(const fs::path& plugin) {
   std::error_code error;
   if (!fs::exists(manifest->library, error))
     refuse(file.string() + ": its library " + manifest->library.string() +
-           " does not exist; build the plugin, or correct \"library\"");
+           " does not exist; build the plugin, or correct 'library'");
   if (plugin.extension() == ".so" && !same_file(manifest->library, absolute_path(plugin)))
-    refuse(plugin.string() + " is not the library that " + file.string() + " names (" + manifest->library.string() +
-           ")");
+    refuse(plugin.string() + " is not the library named in " + file.string() + " (" + manifest->library.string() + ")");
 
   std::vector<std::string> names = {manifest->id};
   for (const Preset& preset : manifest->presets) names.push_back(preset.id);
@@ -143,7 +142,7 @@ std::shared_ptr<const Manifest> Catalog::add_plugin(const fs::path& plugin) {
     if (!same_namespace(known->kind, manifest->kind)) continue;
     for (const std::string& name : names)
       if (normalised_name(known->id) == normalised_name(name) || known->preset(name))
-        refuse(file.string() + ": the " + namespace_name(manifest->kind) + " '" + name + "' exists already in " +
+        refuse(file.string() + ": the " + namespace_name(manifest->kind) + " '" + name + "' already exists in " +
                known->folder.string() + "; rename one of them ('-' equals '_')");
   }
   plugins_.push_back(manifest);
@@ -155,7 +154,7 @@ std::shared_ptr<const Manifest> Catalog::add_plugin(const fs::path& plugin) {
 void Catalog::scan(const fs::path& root) {
   std::error_code error;
   if (!fs::is_directory(root, error)) {
-    refused_.push_back(root.string() + " is no folder");
+    refused_.push_back(root.string() + " is not a folder");
     return;
   }
   std::set<fs::path> visited;
@@ -212,12 +211,12 @@ Catalog::Found Catalog::find_name(Kind kind, const std::string& name) const {
 std::string Catalog::unknown_text(Kind kind, const std::string& name) const {
   for (const Kind other : {Kind::scene, Kind::noise_level, Kind::optimizer})
     if (!same_namespace(other, kind) && find_name(other, name).plugin)
-      return "'" + name + "' is the name of a" + (is_algorithm(other) ? "n " : " ") + namespace_name(other) +
-             ", expected " + (is_algorithm(kind) ? "an " : "a ") + namespace_name(kind);
+      return "'" + name + "' is a" + (is_algorithm(other) ? "n " : " ") + namespace_name(other) + "; expected " +
+             (is_algorithm(kind) ? "an " : "a ") + namespace_name(kind);
   std::string text = "unknown " + namespace_name(kind) + " '" + name + "'" + suggestion(name, ids(kind));
-  // Perhaps it exists and was refused: then that is what the user needs to know.
+  // If it exists but was refused, the user needs that reason.
   for (const std::string& refused : refused_)
-    if (refused.find(name) != std::string::npos) return text + "\n  refused before: " + refused;
+    if (refused.find(name) != std::string::npos) return text + "\n  refused: " + refused;
   return text;
 }
 
@@ -229,10 +228,10 @@ Catalog::Found Catalog::find(Kind kind, const std::string& id_or_path, const fs:
   const fs::path path = absolute_path(relative_to / id_or_path);
   std::error_code error;
   if (id_or_path.empty() || !fs::exists(path, error)) {
-    if (names_a_path || ends_as_files_do(id_or_path)) throw Error(ErrorKind::bad_input, missing_text(path));
+    if (names_a_path || has_file_extension(id_or_path)) throw Error(ErrorKind::bad_input, missing_text(path));
     throw Error(ErrorKind::bad_input, unknown_text(kind, id_or_path));
   }
-  refuse_what_leads_to_a_document(kind, path);
+  refuse_near_misses(kind, path);
 
   if (path.extension() == ".json" && path.filename() != kManifestName) {
     const JsonSource source = JsonSource::from_file(path);
@@ -248,25 +247,25 @@ Catalog::Found Catalog::find(Kind kind, const std::string& id_or_path, const fs:
         if (problem.kind() == ErrorKind::plugin_refused) throw;
         complain(problem.what());
       }
-      if (found.plugin->document.empty()) complain("'" + found.plugin->id + "' reads no documents");
+      if (found.plugin->document.empty()) complain("'" + found.plugin->id + "' does not take documents");
       if (found.preset && found.preset->parameters.contains(found.plugin->document))
-        complain("'" + found.id + "' brings a file of its own, whose place this file would take as a whole: write \"" +
-                 found.plugin->id + "\"");
+        complain("'" + found.id + "' is a preset with a document of its own; use '" + found.plugin->id + "' instead");
       found.id = path.stem().string();
       found.document = path;
       return found;
     }
     if (!source.root().is_object() || !source.root().contains("kind"))
-      throw Error(ErrorKind::bad_input, path.string() + " is neither a plugin's manifest nor a document with \"use\"");
+      throw Error(ErrorKind::bad_input, path.string() + " is neither a plugin's manifest nor a document with 'use'");
   } else if (!fs::is_directory(path, error) && path.extension() != ".so" && path.extension() != ".json" &&
              !is_plugin_script(path)) {
-    throw Error(ErrorKind::bad_input, path.string() + " is no plugin: expected a plugin's folder, its library (.so), " +
-                                          "its Python script (.py), its manifest, or a JSON document with \"use\"");
+    throw Error(ErrorKind::bad_input, path.string() +
+                                          " is not a plugin; expected a plugin's folder, its library (.so), " +
+                                          "its Python script (.py), its manifest, or a JSON document with 'use'");
   }
   const auto plugin = add_plugin(path);
   if (!same_namespace(plugin->kind, kind))
     throw Error(ErrorKind::bad_input, path.string() + " is a plugin of the kind " + kind_name(plugin->kind) +
-                                          ", expected " + (is_algorithm(kind) ? "an " : "a ") + namespace_name(kind));
+                                          "; expected " + (is_algorithm(kind) ? "an " : "a ") + namespace_name(kind));
   return {plugin, nullptr, plugin->id, {}};
 }
 
@@ -278,8 +277,8 @@ Choice Catalog::choose(const Found& found, const Json& given, const fs::path& re
   if (!found.document.empty() && (given.is_null() || given.is_object())) {
     for (const auto& item : given.items())
       if (normalised_name(item.key()) == normalised_name(plugin.document))
-        add_problem(problems, "the document " + found.document.string() + " is the parameter '" + plugin.document +
-                                  "': it cannot be given as well");
+        add_problem(problems, "the parameter '" + plugin.document + "' cannot be given: it is the document " +
+                                  found.document.string());
     if (problems.size() == problems_before) all[plugin.document] = found.document.string();
   }
   EffectiveParameters effective = effective_parameters(plugin, found.preset, all, relative_to, problems);
@@ -301,15 +300,16 @@ Choice Catalog::choose(const Found& found, const Json& given, const fs::path& re
   return {found.plugin, found.id, effective.values, canonical_json(identity), std::move(algorithms)};
 }
 
-// The algorithm that a parameter names: an id, preset or path, or {"use": ..., "parameters": {...}}. Null after a
+// Resolves the algorithm of a parameter: an id, preset or path, or {"use": ..., "parameters": {...}}. Null after a
 // mistake.
 std::shared_ptr<const Choice> Catalog::choose_inner(const Json& value, const fs::path& relative_to,
                                                     const std::string& pointer, std::vector<Problem>& problems,
                                                     int depth) {
-  constexpr int kDeepest = 4;  // an algorithm whose default is itself would never end
+  constexpr int kMaxDepth = 4;  // ends the recursion of an algorithm whose default is itself
   const std::size_t problems_before = problems.size();
   try {
-    if (depth > kDeepest) throw Error(ErrorKind::bad_input, "algorithms that run algorithms nest deeper than 4");
+    if (depth > kMaxDepth)
+      throw Error(ErrorKind::bad_input, "algorithms that run algorithms are nested deeper than 4 levels");
     const std::string name = value.is_object() ? value.at("use").get<std::string>() : value.get<std::string>();
     const Json given = value.is_object() ? value.value("parameters", Json::object()) : Json::object();
     Choice inner = choose(find(Kind::optimizer, name, relative_to, true), given, relative_to, problems, depth);
@@ -328,10 +328,10 @@ Choice with_changes(const Choice& choice, const Json& changes) {
   for (const auto& [name, value] : changes.items()) {
     const Parameter* parameter = choice.plugin->parameter(name);
     if (parameter && parameter->type == ParameterType::algorithm)
-      add_problem(problems, "the parameter '" + name + "' names an algorithm: it is chosen before the trial");
+      add_problem(problems, "the parameter '" + name + "' is an algorithm, which cannot be changed during a trial");
     all[parameter ? parameter->name : name] = value;
   }
-  // Effective parameters are complete: no preset and no default comes in any more.
+  // Effective parameters are complete, so that presets and defaults have no effect here.
   const EffectiveParameters effective =
       effective_parameters(*choice.plugin, nullptr, all, choice.plugin->folder, problems);
   throw_if_any(problems);

@@ -1,4 +1,4 @@
-// Every plugin that can be used, by id, preset or path.
+// Finds plugins by id, preset or path, and resolves their parameters.
 #pragma once
 
 #include <filesystem>
@@ -11,35 +11,35 @@
 
 namespace relign::plugin_host {
 
-// A plugin with its effective parameters: what a suite's entry resolves to.
+// A plugin with its effective parameters: the result of resolving an entry of a suite.
 struct Choice {
   std::shared_ptr<const Manifest> plugin;
-  std::string id;   // as used: plugin id, preset id, or the file stem of a document
+  std::string id;   // plugin id, preset id, or the file stem of a document
   Json parameters;  // effective: defaults, then preset, then given; file parameters are absolute paths
-  // Equal for equal plugins, parameters and contents of files, on every machine: file parameters
-  // enter with the SHA-256 of their content.
-  std::string identity;  // canonical JSON
-  // The algorithms that parameters of type "algorithm" name, resolved, by the parameter's name.
+  // Canonical JSON, equal for equal plugins, parameters and contents of files on every machine: file parameters are
+  // replaced by the SHA-256 of their content.
+  std::string identity;
+  // The resolved algorithms of parameters of type "algorithm", by the parameter's name.
   std::map<std::string, std::shared_ptr<const Choice>> algorithms;
 };
 
-// The choice with some of its parameters changed (an object; null or {} for none); those of type "algorithm" cannot be.
-// Throws Error(bad_input) listing every mistake.
+// A copy with some parameters changed (an object; null or {} for none); those of type "algorithm" cannot be changed.
+// Throws Error(bad_input) that lists every mistake.
 Choice with_changes(const Choice& choice, const Json& changes);
 
 class Catalog {
  public:
-  // Adds one plugin folder, a library, a Python script, or a manifest file. Throws Error(plugin_refused), also
+  // Adds a plugin: its folder, library, Python script or manifest. Throws Error(plugin_refused), also
   // when an id or preset of the same namespace (scenes; noise levels; algorithms) exists already.
-  // Adding the same folder again does nothing.
+  // Adding the same folder again has no effect.
   std::shared_ptr<const Manifest> add(const std::filesystem::path& plugin);
 
-  // Adds every folder below `root` that holds a relign-plugin.json. One bad plugin never spoils
-  // the scan: what was refused is kept as text in refused().
+  // Adds every folder below `root` that has a relign-plugin.json. Continues after a bad plugin and appends its error to
+  // refused().
   void scan(const std::filesystem::path& root);
 
-  // The folders that every program of ours scans: ../lib/relign-bench/plugins beside the program's
-  // own bin folder, then each entry of RELIGN_PLUGIN_PATH.
+  // The folders that our programs scan: ../lib/relign-bench/plugins relative to the program's folder, then each entry
+  // of RELIGN_PLUGIN_PATH.
   static std::vector<std::filesystem::path> default_roots();
 
   const std::vector<std::shared_ptr<const Manifest>>& plugins() const { return plugins_; }  // sorted by kind, id
@@ -49,16 +49,16 @@ class Catalog {
   std::vector<std::string> ids(Kind kind) const;
 
   // Resolves an id, preset or path (a plugin's folder, library, script or manifest, or a JSON document
-  // with "use"; relative to `relative_to`) and applies `given` (an object or null). optimizer and agent
-  // are one namespace. On mistakes appends to `problems` (no place filled in; pointer relative to the
-  // entry: "" or "/parameters/NAME") and returns an empty Choice (plugin is null).
+  // with "use"; relative to `relative_to`) and applies the parameters `given` (an object or null). Optimizers and
+  // agents share a namespace. On mistakes appends to `problems` (without position; pointer relative to the entry: "" or
+  // "/parameters/NAME") and returns an empty Choice (plugin is null).
   Choice resolve(Kind kind, const std::string& id_or_path, const Json& given, const std::filesystem::path& relative_to,
                  std::vector<Problem>& problems);
 
-  // The same for one use outside a suite; throws Error(bad_input or plugin_refused).
+  // The same outside of a suite; throws Error(bad_input or plugin_refused).
   Choice resolve_or_throw(Kind kind, const std::string& id_or_path, const Json& given = {});
 
-  // The plugin that resolve() would take, whatever its parameters; null after a mistake, which resolve() reports.
+  // The plugin that resolve() would choose, for any parameters; null after a mistake, which resolve() reports.
   std::shared_ptr<const Manifest> plugin_of(Kind kind, const std::string& id_or_path,
                                             const std::filesystem::path& relative_to);
 

@@ -52,7 +52,7 @@ Choice choice_from_json(const Json& json) {
   try {
     return read(json);
   } catch (const Json::exception& error) {
-    throw Error(ErrorKind::internal, std::string("a choice sent to a worker cannot be read: ") + error.what());
+    throw Error(ErrorKind::internal, std::string("malformed choice sent to a worker: ") + error.what());
   }
 }
 
@@ -63,7 +63,7 @@ Json recorded_parameters(const Choice& choice) {
     if (parameter.type != ParameterType::file || !recorded.contains(parameter.name)) continue;
     Json& value = recorded[parameter.name];
     const std::string content = text_of(identity, parameter.name.c_str());
-    if (value.is_string() && !content.empty())  // none was given
+    if (value.is_string() && !content.empty())  // no content: the optional file was not given
       value = name_below(choice.plugin->folder, value.get<std::string>()) + " (" + content.substr(0, kShownHash) + ")";
   }
   return recorded;

@@ -60,48 +60,48 @@ EnvironmentWatch::EnvironmentWatch() : before_(std::make_unique<Snapshot>()) {
 EnvironmentWatch::~EnvironmentWatch() = default;
 
 std::vector<std::string> EnvironmentWatch::changes() {
-  std::vector<std::string> sentences;
+  std::vector<std::string> messages;
   std::error_code error;
 
   const std::filesystem::path folder = std::filesystem::current_path(error);
   if (folder != before_->folder && !before_->folder.empty()) {
-    sentences.push_back("the working directory was changed to " + folder.string());
+    messages.push_back("the working directory was changed to " + folder.string());
     std::filesystem::current_path(before_->folder, error);
-    if (error) sentences.back() += " (and could not be restored: " + error.message() + ")";
+    if (error) messages.back() += " (and could not be restored: " + error.message() + ")";
   }
 
   if (const std::string locale = process_locale(); locale != before_->locale) {
-    sentences.push_back("the locale was changed from " + before_->locale + " to " + locale);
+    messages.push_back("the locale was changed from " + before_->locale + " to " + locale);
     std::setlocale(LC_ALL, before_->locale.c_str());
   }
   if (::uselocale(nullptr) != before_->thread_locale) {
-    sentences.push_back("the locale of the thread was changed");
+    messages.push_back("the locale of the thread was changed");
     ::uselocale(before_->thread_locale);
   }
   if (!(std::locale() == before_->cpp_locale)) {
-    sentences.push_back("the global C++ locale was changed to " + std::locale().name());
+    messages.push_back("the global C++ locale was changed to " + std::locale().name());
     std::locale::global(before_->cpp_locale);
-    std::setlocale(LC_ALL, before_->locale.c_str());  // std::locale::global sets this one as well
+    std::setlocale(LC_ALL, before_->locale.c_str());  // std::locale::global sets it as well
   }
 
   const std::vector<struct sigaction> handlers = current_handlers();
   for (int number = 1; number <= SIGRTMAX; ++number) {
     const auto index = static_cast<std::size_t>(number);
     if (!can_be_handled(number) || same_handler(handlers[index], before_->handlers[index])) continue;
-    sentences.push_back("the handler of " + signal_name(number) + " was changed");
+    messages.push_back("the handler of " + signal_name(number) + " was changed");
     ::sigaction(number, &before_->handlers[index], nullptr);
   }
 
-  // Calls into plugins are guarded, so that the state is already restored: the guard remembers.
+  // The guards of calls into plugins have restored the state and counted the changes.
   const FloatingPointState now = FloatingPointState::current();
   if (floating_point_changes().count != before_->floating_point_count) {
-    sentences.push_back(floating_point_changes().last);
+    messages.push_back(floating_point_changes().last);
     before_->floating_point_count = floating_point_changes().count;
   } else if (!now.same_mode(before_->floating_point)) {
-    sentences.push_back("the floating-point mode was changed (" + before_->floating_point.changes_to(now) + ")");
+    messages.push_back("the floating-point mode was changed (" + before_->floating_point.changes_to(now) + ")");
   }
   before_->floating_point.apply();
-  return sentences;
+  return messages;
 }
 
 }  // namespace relign::plugin_host

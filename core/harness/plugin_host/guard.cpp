@@ -67,10 +67,10 @@ std::string FloatingPointState::changes_to(const FloatingPointState& later) cons
     parts.push_back(std::string("subnormals-are-zero was switched ") +
                     (later.mxcsr_ & kSubnormalsAreZero ? "on" : "off"));
   if (changed & kExceptionMasks) parts.push_back("floating-point exceptions were masked differently");
-  if (changed & kRounding) parts.push_back("the rounding direction was changed");
+  if (changed & kRounding) parts.push_back("the rounding mode was changed");
   if (x87_ != later.x87_) parts.push_back("the x87 control word was changed");
 #else
-  if (rounding_ != later.rounding_) parts.push_back("the rounding direction was changed");
+  if (rounding_ != later.rounding_) parts.push_back("the rounding mode was changed");
 #endif
   return join(parts, ", ");
 }
@@ -82,8 +82,8 @@ FloatingPointGuard::~FloatingPointGuard() {
   try {
     ++thread_changes.count;
     thread_changes.last =
-        "the floating-point mode was left changed by '" + culprit_ + "' (" + before_.changes_to(after) + ")";
-  } catch (...) {  // no memory for the sentence: the state itself is restored
+        "the floating-point mode was changed by '" + plugin_id_ + "' (" + before_.changes_to(after) + ")";
+  } catch (...) {  // no memory for the message; the state itself is restored
   }
 }
 
@@ -101,7 +101,7 @@ ObjectHost::ObjectHost(const Manifest& manifest, const HostServices& services)
   host_.context = this;
   host_.plugin_folder = {folder_.data(), folder_.size()};
   host_.cache_folder = {cache_.data(), cache_.size()};
-  // The three below are called from the plugin: nothing may be thrown through it.
+  // The plugin calls the three functions below: no exception may unwind through it.
   host_.fail = [](void* context, relign_text message) {
     auto* self = static_cast<ObjectHost*>(context);
     try {
@@ -128,22 +128,22 @@ void ObjectHost::forget_failure() {
 std::string ObjectHost::failure_text(relign_status status) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    // A plugin may report from a thread of its own: then any sentence is better than none.
+    // A plugin may report from another thread: then any message is better than none.
     auto found = failures_.find(std::this_thread::get_id());
     if (found == failures_.end()) found = failures_.begin();
     if (found != failures_.end()) {
-      std::string sentence = found->second;
+      std::string message = found->second;
       failures_.erase(found);
-      if (!sentence.empty()) return sentence;
+      if (!message.empty()) return message;
     }
   }
-  if (status == RELIGN_BAD_ARGUMENT) return "it refuses the host's arguments and gives no reason";
-  if (status == RELIGN_FAILED) return "it reports a failure and gives no reason";
+  if (status == RELIGN_BAD_ARGUMENT) return "it refused the host's arguments without a reason";
+  if (status == RELIGN_FAILED) return "it reported a failure without a reason";
   return "it returned the unknown status " + std::to_string(status);
 }
 
-void ObjectHost::throw_failure(const char* what, const std::string& sentence) const {
-  throw Error(ErrorKind::plugin_failed, "plugin '" + plugin_id_ + "' failed in " + what + ": " + sentence);
+void ObjectHost::throw_failure(const char* what, const std::string& message) const {
+  throw Error(ErrorKind::plugin_failed, "plugin '" + plugin_id_ + "' failed in " + what + ": " + message);
 }
 
 TextSink::TextSink() {
@@ -152,7 +152,7 @@ TextSink::TextSink() {
   sink_.write = [](void* context, relign_text text) {
     try {
       *static_cast<std::string*>(context) = to_string(text);
-    } catch (...) {  // no memory: the text stays empty, which the reader refuses
+    } catch (...) {  // no memory: the text stays empty, and its reader reports that
     }
   };
 }
@@ -168,7 +168,7 @@ const Json* value_of(void* context, relign_text name, std::initializer_list<Para
   return found == choice->parameters.end() ? nullptr : &*found;
 }
 
-// Getters are called from the plugin: a lack of memory must not unwind through it.
+// The plugin calls the getters: std::bad_alloc must not unwind through it.
 template <class Body>
 relign_status shielded(Body&& body) noexcept {
   try {
@@ -182,7 +182,7 @@ relign_status shielded(Body&& body) noexcept {
 
 ParameterTable::ParameterTable(const Choice& choice) : choice_(choice), json_(canonical_json(choice.parameters)) {
   table_.struct_size = sizeof table_;
-  table_.context = const_cast<Choice*>(&choice_);  // the getters only read
+  table_.context = const_cast<Choice*>(&choice_);  // the getters do not modify it
   table_.json = {json_.data(), json_.size()};
   table_.number = [](void* context, relign_text name, double* value) {
     return shielded([&]() -> relign_status {

@@ -1,8 +1,7 @@
-// The guard around every call into a plugin, and around every call back from it.
+// Guards every call into a plugin, and every call back from it.
 //
-// A plugin may change the processor's floating-point mode (merely loading a library linked with
-// -ffast-math does), report a failure, or let an exception escape although it must not. None of
-// that may reach the simulator or the other plugins.
+// A plugin may change the processor's floating-point mode (loading a library linked with -ffast-math is enough), report
+// a failure, or let an exception escape although it must not. None of this may affect the simulator or other plugins.
 #pragma once
 
 #include <relign/plugin.h>
@@ -19,15 +18,15 @@
 
 namespace relign::plugin_host {
 
-// Rounding, treatment of subnormal numbers and masked exceptions of this thread; on x86-64 the
-// control words of both floating-point units.
+// Rounding mode, treatment of subnormal numbers and masked exceptions of this thread; on x86-64 the control words of
+// both floating-point units.
 class FloatingPointState {
  public:
   static FloatingPointState current();
   void apply() const;
-  // Equal in mode; the sticky flags that any inexact operation raises do not count.
+  // Compares the modes, not the sticky flags that any inexact operation raises.
   bool same_mode(const FloatingPointState& other) const;
-  // "flush-to-zero was switched on, the rounding direction was changed"
+  // "flush-to-zero was switched on, the rounding mode was changed"
   std::string changes_to(const FloatingPointState& later) const;
 
  private:
@@ -40,30 +39,31 @@ class FloatingPointState {
   int rounding_ = 0;
 };
 
-// Restores the floating-point state at the end of its scope and remembers, for this thread, that it
-// had to. `culprit` is borrowed.
+// Restores the floating-point state at the end of its scope and, if it had changed, counts the change for this thread.
+// `plugin_id` is borrowed.
 class FloatingPointGuard {
  public:
-  explicit FloatingPointGuard(const std::string& culprit) : culprit_(culprit), before_(FloatingPointState::current()) {}
+  explicit FloatingPointGuard(const std::string& plugin_id)
+      : plugin_id_(plugin_id), before_(FloatingPointState::current()) {}
   ~FloatingPointGuard();
   FloatingPointGuard(const FloatingPointGuard&) = delete;
   FloatingPointGuard& operator=(const FloatingPointGuard&) = delete;
   const FloatingPointState& before() const { return before_; }
 
  private:
-  const std::string& culprit_;
+  const std::string& plugin_id_;
   FloatingPointState before_;
 };
 
-// How often a guard of this thread found the state changed, and what it would say of the last time.
+// Number of changes that guards of this thread found, and a message on the last one.
 struct FloatingPointChanges {
   std::uint64_t count = 0;
   std::string last;
 };
 const FloatingPointChanges& floating_point_changes();
 
-// What one plugin object needs of the host for its whole life: its relign_host, the sentences it
-// gives to host->fail, and the guarded way to call it.
+// The host's side of one plugin object: its relign_host, the messages that it passes to host->fail, and guarded calls
+// of its functions.
 class ObjectHost {
  public:
   ObjectHost(const Manifest& manifest, const HostServices& services);
@@ -89,13 +89,13 @@ class ObjectHost {
       }
     }
     if (escaped)
-      throw_failure(what, "an exception left the library, which plugins must never let happen (plugin.hpp guards it)");
+      throw_failure(what, "an exception escaped from the library; catch it in the plugin, as plugin.hpp does");
     if (status != RELIGN_OK && status != RELIGN_STOP && status != RELIGN_UNSUPPORTED)
       throw_failure(what, failure_text(status));
     return status;
   }
 
-  [[noreturn]] void throw_failure(const char* what, const std::string& sentence) const;
+  [[noreturn]] void throw_failure(const char* what, const std::string& message) const;
 
  private:
   void forget_failure();
@@ -107,7 +107,7 @@ class ObjectHost {
   std::function<void(int, const std::string&)> log_;
   relign_host host_{};
   std::mutex mutex_;
-  // By thread: a scene's assemblies may fail in several threads at once.
+  // By thread, because a scene's assemblies may fail in several threads at once.
   std::map<std::thread::id, std::string> failures_;
 };
 
@@ -123,7 +123,7 @@ class TextSink {
   relign_text_sink sink_{};
 };
 
-// The effective parameters of a choice as the plugin sees them, for the time of create.
+// The effective parameters of a choice in the form that create gets; valid during create.
 class ParameterTable {
  public:
   explicit ParameterTable(const Choice& choice);

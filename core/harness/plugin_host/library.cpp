@@ -35,10 +35,10 @@ std::string build_text(const relign_plugin_description& entry) {
   return text;
 }
 
-// Checks what every plugin states of itself, in an order that never reads beyond struct_size.
+// Checks a plugin's description, in an order that never reads beyond struct_size.
 void check_description(const Manifest& manifest, const relign_plugin_description& entry) {
   if (!RELIGN_HAS_MEMBER(&entry, min_host_minor))
-    refuse(manifest, "its description states a size of " + std::to_string(entry.struct_size) + " bytes only", "unknown",
+    refuse(manifest, "its description has only " + std::to_string(entry.struct_size) + " bytes", "unknown",
            "rebuild it with relign_add_plugin and RELIGN_PLUGIN");
   const bool fits = entry.abi_major == RELIGN_ABI_MAJOR && entry.min_host_minor <= RELIGN_ABI_MINOR;
   if (!fits) {
@@ -55,7 +55,7 @@ void check_description(const Manifest& manifest, const relign_plugin_description
     refuse(manifest, "its description is incomplete (" + std::to_string(entry.struct_size) + " bytes)",
            build_text(entry), "rebuild it with relign_add_plugin and RELIGN_PLUGIN");
   if (manifest.text != entry.manifest_json)
-    refuse(manifest, "the manifest in " + manifest.folder.string() + " is not the one inside the library",
+    refuse(manifest, "the manifest in " + manifest.folder.string() + " differs from the one inside the library",
            build_text(entry), "build the plugin again: relign_add_plugin embeds the manifest and copies it beside",
            kSupported + ", with both manifests equal byte for byte");
 }
@@ -66,7 +66,7 @@ const relign_plugin_description* open_library(const Manifest& manifest, const st
            "shared libraries (ELF) for this machine's processor");
   void* library = nullptr;
   {
-    const FloatingPointGuard guard(manifest.id);  // a library linked with -ffast-math changes it when loaded
+    const FloatingPointGuard guard(manifest.id);  // loading a library linked with -ffast-math changes the state
     library = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   }
   if (!library) {
@@ -77,7 +77,7 @@ const relign_plugin_description* open_library(const Manifest& manifest, const st
            symbol ? "link the library that defines the symbol into the plugin (LIBRARIES of relign_add_plugin)"
                   : "install the library it needs, or build the plugin again on this machine");
   }
-  // Never closed, refused or not: code of the library may still be referenced.
+  // Never closed, even if refused: code of the library may still be referenced.
   const void* symbol = ::dlsym(library, RELIGN_PLUGIN_ENTRY_SYMBOL);
   if (!symbol)
     refuse(manifest, "the library does not export " RELIGN_PLUGIN_ENTRY_SYMBOL, "unknown",
@@ -94,8 +94,8 @@ const relign_plugin_description& load_library(const Manifest& manifest) {
   std::error_code error;
   const std::filesystem::path file = std::filesystem::canonical(manifest.library, error);
   if (error)
-    refuse(manifest, "its library cannot be found (" + error.message() + ")", "unknown",
-           "build the plugin, or correct \"library\" in its manifest");
+    refuse(manifest, "cannot find its library (" + error.message() + ")", "unknown",
+           "build the plugin, or correct 'library' in its manifest");
   const std::lock_guard<std::mutex> lock(mutex);
   const auto known = loaded->find(file);
   const relign_plugin_description* entry = known != loaded->end() ? known->second : open_library(manifest, file);
@@ -111,20 +111,21 @@ const void* plugin_interface(const Manifest& manifest, const char* interface_id,
     const FloatingPointGuard guard(manifest.id);
     try {
       table = entry.get_interface({interface_id, std::strlen(interface_id)});
-    } catch (...) {  // reported below as if there were none
+    } catch (...) {  // reported below as a missing table
     }
   }
   if (!table)
     refuse(manifest,
-           std::string("the manifest says ") + kind_name(manifest.kind) + ", but the library offers no " + interface_id,
-           build_text(entry), "derive the class in RELIGN_PLUGIN from the base of its kind, or correct \"kind\"",
+           std::string("the manifest has the kind ") + kind_name(manifest.kind) + ", but the library offers no " +
+               interface_id,
+           build_text(entry), "derive the class in RELIGN_PLUGIN from the base of its kind, or correct 'kind'",
            interface_id);
   std::uint32_t size = 0;
   std::memcpy(&size, table, sizeof size);
   if (size < required_size)
     refuse(manifest,
-           std::string("its table ") + interface_id + " has " + std::to_string(size) + " bytes, " +
-               std::to_string(required_size) + " are needed",
+           std::string("its table ") + interface_id + " has " + std::to_string(size) + " bytes; expected at least " +
+               std::to_string(required_size),
            build_text(entry), "rebuild the plugin with the relign/plugin.h of this version");
   return table;
 }
@@ -132,12 +133,12 @@ const void* plugin_interface(const Manifest& manifest, const char* interface_id,
 void require_function(const Manifest& manifest, const char* interface_id, const char* name, bool present) {
   if (present) return;
   refuse(manifest, std::string("its table ") + interface_id + " has no function '" + name + "'",
-         build_text(load_library(manifest)), "fill in every function that plugin.h does not call optional");
+         build_text(load_library(manifest)), "set every function that plugin.h does not mark as optional");
 }
 
 std::string check_shared_library(const std::filesystem::path& file) {
   std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) return "its library is no file";
+  if (!std::filesystem::is_regular_file(file, error)) return "its library is not a file";
   std::string bytes;
   try {
     bytes = read_file(file);
@@ -146,7 +147,7 @@ std::string check_shared_library(const std::filesystem::path& file) {
   }
   Elf64_Ehdr header;
   if (bytes.size() < sizeof header || std::memcmp(bytes.data(), ELFMAG, SELFMAG) != 0)
-    return "its library is no shared library";
+    return "its library is not a shared library";
   std::memcpy(&header, bytes.data(), sizeof header);
 #if defined(__x86_64__)
   const unsigned machine = EM_X86_64;
@@ -157,7 +158,7 @@ std::string check_shared_library(const std::filesystem::path& file) {
 #endif
   if (header.e_ident[EI_CLASS] != ELFCLASS64 || header.e_machine != machine)
     return "its library was built for another kind of processor";
-  if (header.e_type != ET_DYN) return "its library is no shared library";
+  if (header.e_type != ET_DYN) return "its library is not a shared library";
   const std::uint64_t size = bytes.size();
   const auto inside = [size](std::uint64_t offset, std::uint64_t length) {
     return offset <= size && length <= size - offset;

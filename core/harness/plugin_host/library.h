@@ -1,5 +1,5 @@
-// Plugin libraries: checking, loading, asking for the table of functions. A refusal says what the
-// library was built for, what is supported, and what to do.
+// Plugin libraries: checks and loads them, and gets their tables of functions. Errors name what the library was built
+// for, what is supported, and what to do.
 #pragma once
 
 #include <relign/plugin.h>
@@ -12,22 +12,22 @@
 
 namespace relign::plugin_host {
 
-// The library's description, loaded at the first call and never unloaded. Throws
-// Error(plugin_refused). Any thread.
+// The library's description. Loads the library at the first call; it is never unloaded. Throws
+// Error(plugin_refused). Thread-safe.
 const relign_plugin_description& load_library(const Manifest& manifest);
 
-// The table of functions of one interface, whose first `required_size` bytes the writer filled.
+// The table of functions of one interface, of which the plugin must have filled at least `required_size` bytes.
 // Throws Error(plugin_refused).
 const void* plugin_interface(const Manifest& manifest, const char* interface_id, std::size_t required_size);
 
-// Throws Error(plugin_refused) when a function that every plugin of this interface has is missing.
+// Throws Error(plugin_refused) when a mandatory function of the interface is missing.
 void require_function(const Manifest& manifest, const char* interface_id, const char* name, bool present);
 
-// Why the file cannot be a complete shared library for this machine, or an empty text. The system's
-// loader does not check this: it maps a truncated file and dies of SIGBUS.
+// Why the file cannot be a complete shared library for this machine; empty if it can. The system's loader does not
+// check this: with a truncated file the process dies of SIGBUS.
 std::string check_shared_library(const std::filesystem::path& file);
 
-// True when a struct of which the writer filled `struct_size` bytes contains the member.
+// True when the member is within the `struct_size` bytes that the struct's writer filled.
 #define RELIGN_HAS_MEMBER(pointer, member) \
   ((pointer)->struct_size >=               \
    offsetof(std::remove_cv_t<std::remove_reference_t<decltype(*(pointer))>>, member) + sizeof((pointer)->member))

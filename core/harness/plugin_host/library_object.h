@@ -1,5 +1,5 @@
-// One object of a plugin's library: the host's table for it, its making, its end, and the guarded way to call it. The
-// kinds differ in their tables only.
+// One object of a plugin's library: creates, calls (guarded) and destroys it. The kinds of plugins differ only in their
+// tables.
 #pragma once
 
 #include <relign/plugin.h>
@@ -30,7 +30,7 @@ class LibraryObject {
   LibraryObject(const Choice& choice, const HostServices& services, const Table& table)
       : host_(*choice.plugin, services), table_(table) {
     const ParameterTable parameters(choice);
-    demand("create", "it made no object and gives no reason", [&] {
+    demand("create", "it returned no object and no reason", [&] {
       const relign_status status = table_.create(host_.host(), parameters.table(), &object_);
       return status == RELIGN_OK && !object_ ? RELIGN_UNSUPPORTED : status;
     });
@@ -46,14 +46,14 @@ class LibraryObject {
   Object* get() const { return object_; }
 
   // Runs `body`, which calls the plugin's function `what`. Throws Error(plugin_failed) unless it returns RELIGN_OK;
-  // `if_not` is the sentence for a plugin that gives none.
+  // `if_not` is the message for a plugin that gives none.
   template <class Body>
   void demand(const char* what, const char* if_not, Body&& body) {
     const relign_status status = host_.call(what, [&](const FloatingPointState&) -> relign_status { return body(); });
     if (status != RELIGN_OK) host_.throw_failure(what, if_not);
   }
 
-  // Runs `body` where nobody can be told of a failure: in destructors.
+  // Runs `body` and ignores failures, for destructors.
   template <class Body>
   void quietly(Body&& body) noexcept {
     const FloatingPointGuard guard(host_.plugin_id());

@@ -1,4 +1,4 @@
-// Scenes that are libraries.
+// Scenes in libraries.
 #include <cstring>
 
 #include "plugin_host/library_object.h"
@@ -22,7 +22,7 @@ const relign_scene_interface& scene_table(const Manifest& manifest) {
 
 std::uint32_t axes_of(const std::vector<double>& pose) { return static_cast<std::uint32_t>(pose.size()); }
 
-// Null where not offered.
+// Null for abilities that the scene does not offer.
 struct Abilities {
   const relign_scene_noise_free* noise_free = nullptr;
   const relign_scene_optimum* optimum = nullptr;
@@ -34,7 +34,7 @@ class LibraryAssembly final : public AssemblyBackend {
  public:
   LibraryAssembly(SceneObject& scene, const Abilities& can, const std::string& offsets_json)
       : scene_(scene), can_(can) {
-    scene_.demand("mount", "it mounted nothing and gives no reason", [&] {
+    scene_.demand("mount", "it returned no assembly and no reason", [&] {
       const relign_status status =
           scene_.table().mount(scene_.get(), {offsets_json.data(), offsets_json.size()}, &object_);
       return status == RELIGN_OK && !object_ ? RELIGN_UNSUPPORTED : status;
@@ -45,14 +45,14 @@ class LibraryAssembly final : public AssemblyBackend {
   }
 
   void capture(const std::vector<double>& true_pose, std::uint64_t frame_seed, float* pixels) override {
-    scene_.demand("capture", "it captured nothing and gives no reason", [&] {
+    scene_.demand("capture", "it returned no image and no reason", [&] {
       return scene_.table().capture(object_, true_pose.data(), axes_of(true_pose), frame_seed, pixels);
     });
   }
 
   MountedAssembly::Truth noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed) override {
     MountedAssembly::Truth truth{};
-    scene_.demand("noise_free_mse", "it measured nothing and gives no reason", [&] {
+    scene_.demand("noise_free_mse", "it returned no value and no reason", [&] {
       return scene_.table().noise_free_mse(object_, true_pose.data(), axes_of(true_pose), seed, &truth.mse,
                                            &truth.standard_error);
     });
@@ -72,7 +72,7 @@ class LibraryAssembly final : public AssemblyBackend {
     relign_average reached{};
     reached.struct_size = sizeof reached;
     bool offered = true;
-    scene_.demand("render_average", "it rendered nothing and gives no reason", [&] {
+    scene_.demand("render_average", "it returned no image and no reason", [&] {
       const relign_status status =
           can_.average->render(object_, true_pose.data(), axes_of(true_pose), seed, error, samples, pixels, &reached);
       offered = status != RELIGN_UNSUPPORTED;
@@ -87,7 +87,7 @@ class LibraryAssembly final : public AssemblyBackend {
     MountedAssembly::Optimum found;
     found.true_pose.resize(axes);
     bool offered = true;
-    scene_.demand("own_optimum", "it found nothing and gives no reason", [&] {
+    scene_.demand("own_optimum", "it returned no optimum and no reason", [&] {
       const relign_status status =
           can_.optimum->find(object_, seed, found.true_pose.data(), static_cast<std::uint32_t>(axes), &found.truth.mse,
                              &found.truth.standard_error);
@@ -102,7 +102,7 @@ class LibraryAssembly final : public AssemblyBackend {
     relign_field_mtf told{};
     told.struct_size = sizeof told;
     bool offered = true;
-    scene_.demand("mtf", "it told nothing and gives no reason", [&] {
+    scene_.demand("mtf", "it returned no MTF and no reason", [&] {
       const relign_status status = can_.mtf->measure(object_, true_pose.data(), axes_of(true_pose), lp_per_mm, &told);
       offered = status != RELIGN_UNSUPPORTED;
       return offered ? status : RELIGN_OK;
@@ -144,7 +144,7 @@ class LibraryScene final : public SceneBackend {
 
   std::string describe() override {
     const TextSink description;
-    object_.demand("describe", "it wrote nothing and gives no reason",
+    object_.demand("describe", "it returned no description and no reason",
                    [&] { return object_.table().describe(object_.get(), description.sink()); });
     return description.text();
   }
@@ -152,7 +152,7 @@ class LibraryScene final : public SceneBackend {
   relign_image reference() override {
     relign_image image{};
     image.struct_size = sizeof image;
-    object_.demand("reference", "it gave no image and no reason",
+    object_.demand("reference", "it returned no image and no reason",
                    [&] { return object_.table().reference(object_.get(), &image); });
     return image;
   }
@@ -164,8 +164,7 @@ class LibraryScene final : public SceneBackend {
   bool offers_stage() const override { return stage_ != nullptr; }
 
   void begin(std::uint64_t seed) override {
-    object_.demand("begin", "it went to no start pose and gives no reason",
-                   [&] { return stage_->begin(object_.get(), seed); });
+    object_.demand("begin", "it did not start and gave no reason", [&] { return stage_->begin(object_.get(), seed); });
   }
 
   Scene::StageMove move_by(const std::vector<double>& delta) override {
@@ -174,7 +173,7 @@ class LibraryScene final : public SceneBackend {
     relign_stage_move answer{};
     answer.struct_size = sizeof answer;
     answer.moved = made.moved.data();
-    object_.demand("move_by", "it did not move and gives no reason",
+    object_.demand("move_by", "it did not move and gave no reason",
                    [&] { return stage_->move_by(object_.get(), delta.data(), axes_of(delta), &answer); });
     made.limits_low = answer.limits_low;
     made.limits_high = answer.limits_high;
@@ -184,13 +183,13 @@ class LibraryScene final : public SceneBackend {
 
   double capture(float* pixels) override {
     double machine_seconds = 0;
-    object_.demand("capture", "it captured nothing and gives no reason",
+    object_.demand("capture", "it returned no image and no reason",
                    [&] { return stage_->capture(object_.get(), pixels, &machine_seconds); });
     return machine_seconds;
   }
 
-  [[noreturn]] void refuse(const char* what, const std::string& sentence) override {
-    object_.host().throw_failure(what, sentence);
+  [[noreturn]] void refuse(const char* what, const std::string& message) override {
+    object_.host().throw_failure(what, message);
   }
 
  private:

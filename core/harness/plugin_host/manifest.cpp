@@ -49,7 +49,7 @@ std::vector<std::string> names_of(const Table& table) {
   return names;
 }
 
-// Ids are typed in shells, written into file names and pages.
+// Restricted because ids are typed in shells and written into file names and pages.
 std::string check_id(const std::string& id) {
   const auto plain = [](char letter) {
     return (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') || (letter >= '0' && letter <= '9');
@@ -59,8 +59,8 @@ std::string check_id(const std::string& id) {
         return plain(letter) || letter == '-' || letter == '_' || letter == '.';
       });
   return fits ? ""
-              : "expected 1 to 64 letters, digits, '-', '_' or '.', starting with a letter or digit, found \"" + id +
-                    "\"";
+              : "expected 1 to 64 letters, digits, '-', '_' or '.', starting with a letter or digit, found '" + id +
+                    "'";
 }
 
 std::vector<std::string> read_texts(ObjectReader& reader, const std::string& key, bool may_repeat = false) {
@@ -71,12 +71,12 @@ std::vector<std::string> read_texts(ObjectReader& reader, const std::string& key
                       return item.is_string() && !item.get_ref<const std::string&>().empty();
                     });
   if (!fits) {
-    reader.complain(key, "expected a list of texts");
+    reader.complain(key, "expected a list of strings");
     return texts;
   }
   texts = list->get<std::vector<std::string>>();
   if (!may_repeat && std::set<std::string>(texts.begin(), texts.end()).size() != texts.size())
-    reader.complain(key, "an entry stands twice");
+    reader.complain(key, "duplicate entry");
   return texts;
 }
 
@@ -92,19 +92,19 @@ Parameter read_one_parameter(const JsonSource& source, const std::string& pointe
   if (found != std::end(kTypes))
     parameter.type = found->type;
   else if (!type.empty())
-    reader.complain("type", "unknown type \"" + type + "\"; known: " + join(names_of(kTypes), ", "));
+    reader.complain("type", "unknown type '" + type + "'; known: " + join(names_of(kTypes), ", "));
   const bool numeric = parameter.type == ParameterType::number || parameter.type == ParameterType::integer;
   for (const char* key : {"minimum", "maximum"}) {
     if (!reader.has(key)) continue;
     const double bound = reader.number(key, 0, -kInfinity, kInfinity);
-    if (!numeric) reader.complain(key, "only a number or an integer has a range");
+    if (!numeric) reader.complain(key, "only a parameter of type number or integer has a range");
     (std::string(key) == "minimum" ? parameter.minimum : parameter.maximum) = bound;
   }
   if (parameter.minimum && parameter.maximum && *parameter.minimum > *parameter.maximum)
-    reader.complain("minimum", "the minimum is larger than the maximum");
+    reader.complain("minimum", "must not be larger than 'maximum'");
   parameter.allowed = read_texts(reader, "allowed");
   if (!parameter.allowed.empty() && parameter.type != ParameterType::text)
-    reader.complain("allowed", "only a text has a list of allowed values");
+    reader.complain("allowed", "only a parameter of type text has a list of allowed values");
   parameter.unit = reader.string("unit", "");
   parameter.description = reader.string("description", "");
   if (const Json* value = reader.get("default")) parameter.default_value = *value;
@@ -128,10 +128,9 @@ std::vector<Parameter> read_parameters(const JsonSource& source, ObjectReader& m
   std::set<std::string> seen;
   for (const auto& [name, value] : object->items()) {
     if (const std::string wrong = check_id(name); !wrong.empty()) reader.complain(name, wrong);
-    if (!seen.insert(normalised_name(name)).second)
-      reader.complain(name, "another parameter has this name already ('-' equals '_')");
+    if (!seen.insert(normalised_name(name)).second) reader.complain(name, "duplicate parameter name ('-' equals '_')");
     if (!value.is_object()) {
-      reader.complain(name, "expected an object with \"type\"");
+      reader.complain(name, "expected an object with 'type'");
       continue;
     }
     parameters.push_back(read_one_parameter(source, reader.pointer_to(name), name, problems));
@@ -139,7 +138,7 @@ std::vector<Parameter> read_parameters(const JsonSource& source, ObjectReader& m
   return parameters;
 }
 
-// The preset's values under the manifest's spelling of their names.
+// The preset's values by the manifest's spelling of their names.
 Json read_preset_parameters(ObjectReader& reader, const Manifest& manifest, const std::string& pointer,
                             const JsonSource& source, std::vector<Problem>& problems) {
   Json checked = Json::object();
@@ -155,11 +154,11 @@ Json read_preset_parameters(ObjectReader& reader, const Manifest& manifest, cons
   for (const auto& [name, value] : values->items()) {
     const Parameter* parameter = manifest.parameter(name);
     if (!parameter) {
-      inner.complain(name, "unknown parameter \"" + name + "\"" + suggestion(name, names));
+      inner.complain(name, "unknown parameter '" + name + "'" + suggestion(name, names));
       continue;
     }
     if (const std::string wrong = check_parameter(*parameter, value); !wrong.empty()) inner.complain(name, wrong);
-    if (checked.contains(parameter->name)) inner.complain(name, "the parameter stands twice");
+    if (checked.contains(parameter->name)) inner.complain(name, "duplicate parameter");
     checked[parameter->name] = value;
   }
   return checked;
@@ -177,7 +176,7 @@ void read_presets(const JsonSource& source, ObjectReader& reader, Manifest& mani
   for (const auto& [id, value] : object->items()) {
     if (const std::string wrong = check_id(id); !wrong.empty()) presets.complain(id, wrong);
     if (!seen.insert(normalised_name(id)).second)
-      presets.complain(id, "the plugin or another preset has this name already ('-' equals '_')");
+      presets.complain(id, "the plugin or another preset already has this name ('-' equals '_')");
     const std::string pointer = presets.pointer_to(id);
     ObjectReader one(source, pointer, problems);
     Preset preset;
@@ -196,19 +195,19 @@ void read_knowledge(ObjectReader& reader, Manifest& manifest) {
   for (const std::string& entry : manifest.knows)
     if (std::none_of(std::begin(kKnowledge), std::end(kKnowledge),
                      [&](const NamedKnowledge& known) { return entry == known.name; }))
-      reader.complain("knows", "unknown entry \"" + entry + "\"" + suggestion(entry, names_of(kKnowledge)));
+      reader.complain("knows", "unknown entry '" + entry + "'" + suggestion(entry, names_of(kKnowledge)));
   if (!is_algorithm(manifest.kind)) {
-    if (named) reader.complain("knows", "only optimizers and agents declare what they know");
-    if (manifest.oracle) reader.complain("oracle", "only optimizers and agents can be an oracle");
+    if (named) reader.complain("knows", "only optimizers and agents declare observations");
+    if (manifest.oracle) reader.complain("oracle", "only optimizers and agents can be oracles");
   } else if (manifest.oracle &&
              std::find(manifest.knows.begin(), manifest.knows.end(), "start") == manifest.knows.end()) {
-    reader.complain("oracle", "an oracle is told the true start: \"knows\" must contain \"start\"");
+    reader.complain("oracle", "an oracle gets the true start; add \"start\" to \"knows\"");
   }
 }
 
 constexpr const char* kOneFolder =
-    ", which lies outside the plugin's folder: a plugin is one folder, which can be copied, hashed and trusted as a "
-    "whole";
+    ", which is outside the plugin's folder; keep all files of a plugin in its folder, so that it can be copied and "
+    "hashed as a whole";
 
 // A plugin is a library or, with "command", a process.
 void read_way_to_run(ObjectReader& reader, Manifest& manifest) {
@@ -217,20 +216,21 @@ void read_way_to_run(ObjectReader& reader, Manifest& manifest) {
   if (library.empty()) reader.complain("library", "expected the library's file name");
   manifest.library = (manifest.folder / library).lexically_normal();
   if (!library.empty() && !lies_inside(manifest.library, manifest.folder))
-    reader.complain("library", "found \"" + library + "\"" + kOneFolder);
+    reader.complain("library", "found '" + library + "'" + kOneFolder);
   if (!reader.has("command")) return;
   if (manifest.command.empty()) reader.complain("command", "expected a program and its arguments");
-  if (reader.has("library")) reader.complain("command", "a plugin has a \"library\" or a \"command\", not both");
+  if (reader.has("library"))
+    reader.complain("command", "found 'command' and 'library'; expected one of them, not both");
   manifest.library = manifest.source;
   bool is_program = true, found = false;
   for (const std::string& word : manifest.command) {
     const std::filesystem::path file = (manifest.folder / word).lexically_normal();
     std::error_code error;
     const bool is_file = std::filesystem::is_regular_file(file, error);
-    // The program itself may be the system's: "/usr/bin/python3".
+    // The program itself may be outside of the folder: "/usr/bin/python3".
     const bool is_systems = std::exchange(is_program, false) && !word.empty() && word.front() == '/';
     if (!is_file || is_systems) continue;
-    if (!lies_inside(file, manifest.folder)) reader.complain("command", "found \"" + word + "\"" + kOneFolder);
+    if (!lies_inside(file, manifest.folder)) reader.complain("command", "found '" + word + "'" + kOneFolder);
     if (!std::exchange(found, true)) manifest.library = file;
   }
 }
@@ -245,7 +245,7 @@ Json read_check(ObjectReader& reader, const Manifest& manifest) {
   for (const auto& [name, value] : given->items()) {
     const Parameter* parameter = manifest.parameter(name);
     if (!parameter)
-      reader.complain("check", "there is no parameter \"" + name + "\"");
+      reader.complain("check", "unknown parameter '" + name + "'");
     else if (const std::string wrong = check_parameter(*parameter, value); !wrong.empty())
       reader.complain("check", name + ": " + wrong);
   }
@@ -258,7 +258,7 @@ Manifest read_checked(const JsonSource& source, const std::filesystem::path& fil
   manifest.source = std::filesystem::absolute(file).lexically_normal();
   manifest.folder = manifest.source.parent_path();
   if (!source.root().is_object()) {
-    problems.push_back(source.problem("", "expected an object: the plugin's manifest"));
+    problems.push_back(source.problem("", "expected an object, the plugin's manifest"));
     return manifest;
   }
   ObjectReader reader(source, "", problems);
@@ -269,14 +269,15 @@ Manifest read_checked(const JsonSource& source, const std::filesystem::path& fil
   if (const auto known = kind_from_name(kind))
     manifest.kind = *known;
   else if (!kind.empty())
-    reader.complain("kind", "unknown kind \"" + kind + "\"" + suggestion(kind, names_of(kKinds)));
+    reader.complain("kind", "unknown kind '" + kind + "'" + suggestion(kind, names_of(kKinds)));
   manifest.summary = reader.required_string("summary");
-  if (reader.has("summary") && manifest.summary.empty()) reader.complain("summary", "one sentence is needed");
+  if (reader.has("summary") && manifest.summary.empty())
+    reader.complain("summary", "expected one sentence, found an empty string");
   manifest.license = reader.string("license", "");
   manifest.citation = reader.string("citation", "");
   manifest.reproducible = reader.string("reproducible", "anywhere");
   if (manifest.reproducible != "anywhere" && manifest.reproducible != "this_cpu")
-    reader.complain("reproducible", "expected \"anywhere\" or \"this_cpu\", found \"" + manifest.reproducible + "\"");
+    reader.complain("reproducible", "expected 'anywhere' or 'this_cpu', found '" + manifest.reproducible + "'");
   read_way_to_run(reader, manifest);
   read_knowledge(reader, manifest);
   manifest.parameters = read_parameters(source, reader, problems);
@@ -285,7 +286,7 @@ Manifest read_checked(const JsonSource& source, const std::filesystem::path& fil
   if (!manifest.document.empty()) {
     const Parameter* parameter = manifest.parameter(manifest.document);
     if (!parameter || parameter->type != ParameterType::file)
-      reader.complain("document", "expected the name of a parameter of type file, found \"" + manifest.document + "\"");
+      reader.complain("document", "expected the name of a parameter of type file, found '" + manifest.document + "'");
     else
       manifest.document = parameter->name;
   }

@@ -1,5 +1,5 @@
-// What a plugin says of itself, read from the relign-plugin.json beside its library. Listing,
-// describing and validating use this alone: nothing is loaded for it.
+// The manifest of a plugin: reads and checks the relign-plugin.json beside its library. Listing, describing and
+// validating use only this and load nothing.
 //
 // {
 //   "id": "compass", "kind": "optimizer", "summary": "One sentence.",
@@ -12,12 +12,14 @@
 // Required: id, kind, summary. Parameter types: number, integer, boolean, text (optional "allowed": [...]),
 // file (a path, resolved against the file that names it), algorithm (the id of another one, or
 // {"use": id, "parameters": {...}}), json (anything).
-// Further keys: "library" (default ID.so), or "command": ["python3", "compass.py"] for a plugin that is a
-// process, started in the manifest's folder (docs/process_plugins.md); "oracle": true (is told the true start
-// under every protocol; drawn dashed), "document": "scene" (a JSON file with "use" may stand for the plugin;
-// its path becomes that parameter), "prepare": {"sources": 10, "steps": 100} for an algorithm that learns beforehand on
-// source instances (docs/services.md); each of the two is a number, or the name of an integer parameter that has it;
-// "check": {"other_scenes": true}, parameters with which `plugin check` tries it on its made-up trials.
+// Further keys:
+// "library" (default ID.so), or "command": ["python3", "compass.py"] for a plugin that runs as a process in the
+// manifest's folder (docs/process_plugins.md);
+// "oracle": true, for an algorithm that gets the true start under every protocol (dashed in figures);
+// "document": "scene": a JSON file with "use" may replace the plugin's id; its path becomes that parameter;
+// "prepare": {"sources": 10, "steps": 100}, for an algorithm with pretraining on source instances (docs/services.md);
+// each of the two is a number, or the name of an integer parameter;
+// "check": {"other_scenes": true}, parameters with which `plugin check` runs it on synthetic trials.
 #pragma once
 
 #include <filesystem>
@@ -41,7 +43,7 @@ enum class ParameterType { number, integer, boolean, text, file, algorithm, json
 struct Parameter {
   std::string name;
   ParameterType type = ParameterType::number;
-  Json default_value;  // null: the parameter must be given (by a preset or the user)
+  Json default_value;  // null: a preset or the user must give the parameter
   std::optional<double> minimum;
   std::optional<double> maximum;
   std::vector<std::string> allowed;  // text: empty = any
@@ -66,15 +68,15 @@ struct Manifest {
   std::string reproducible = "anywhere";  // or "this_cpu"
   std::string license;
   std::string citation;
-  Json prepare;          // {"sources": ..., "steps": ...}, checked; null: never prepared (preparation.h)
-  Json check;            // object of parameters, for the conformance kit alone
+  Json prepare;          // {"sources": ..., "steps": ...}, checked; null: no pretraining (preparation.h)
+  Json check;            // object of parameters, only for the conformance checks
   std::string document;  // name of the file parameter that a path with "use" fills; empty: none
 
-  std::filesystem::path folder;  // where the manifest lies
-  std::filesystem::path source;  // the manifest, or the script that is its own
-  // Absolute path of the shared library. Of a process: the first file of ours in its command, else `source`.
+  std::filesystem::path folder;  // of the manifest
+  std::filesystem::path source;  // the manifest, or the script that contains it
+  // Absolute path of the shared library. For a process: the first file within the folder in its command, else `source`.
   std::filesystem::path library;
-  std::vector<std::string> command;  // of a process; empty for a library
+  std::vector<std::string> command;  // for a process; empty for a library
   std::string text;                  // verbatim
 
   const Parameter* parameter(const std::string& name) const;  // null when there is none
@@ -82,12 +84,12 @@ struct Manifest {
   std::uint32_t knows_bits() const;                           // RELIGN_KNOWS_*
 };
 
-// Reads and checks a manifest file. Throws Error(plugin_refused) listing every mistake.
+// Reads and checks a manifest file. Throws Error(plugin_refused) that lists every mistake.
 Manifest read_manifest(const std::filesystem::path& file);
-// The same for text that stands for the manifest in `file`.
+// The same for the text of a manifest; `file` is its place in messages.
 Manifest read_manifest_text(const std::string& text, const std::filesystem::path& file);
 
-// Checks one value against a parameter; returns what is wrong with it, or an empty text.
+// Checks a value against a parameter. Returns a message, or an empty string when it is valid.
 std::string check_parameter(const Parameter& parameter, const Json& value);
 
 }  // namespace relign::plugin_host

@@ -21,7 +21,7 @@ class NoiseLevel::Implementation::Library final : public Implementation {
 
   std::string draw(std::uint64_t seed, const std::string& scene_description) override {
     const TextSink drawn;
-    object_.demand("draw", "it drew nothing and gives no reason", [&] {
+    object_.demand("draw", "it returned no draw and no reason", [&] {
       return object_.table().draw(object_.get(), seed, {scene_description.data(), scene_description.size()},
                                   drawn.sink());
     });

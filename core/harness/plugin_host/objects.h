@@ -1,8 +1,7 @@
 // Plugins as C++ objects: the host's side of relign/plugin.h, and of the messages to plugins that are processes.
 //
-// Every call into a plugin passes the guard: floating-point state (MXCSR, rounding) is saved and
-// restored, a failure becomes Error(plugin_failed) with the plugin's id and its sentence. After a
-// trial, environment_changes() tells what else a plugin left behind.
+// Every call into a plugin is guarded: the floating-point state (MXCSR, rounding) is saved and restored, and a failure
+// becomes Error(plugin_failed) with the plugin's id and message. EnvironmentWatch finds other side effects of a plugin.
 #pragma once
 
 #include <relign/plugin.h>
@@ -22,18 +21,18 @@
 
 namespace relign::plugin_host {
 
-// What the host gives to a plugin's objects besides its parameters.
+// The host's services for a plugin's objects.
 struct HostServices {
   unsigned threads = 1;
   std::filesystem::path cache_folder;                              // empty: none
   std::function<void(int level, const std::string& message)> log;  // may be empty; any thread
-  // Once it is up, a plugin's process is waited for RELIGN_STOP_SECONDS and no longer. May be null; must outlive the
+  // Once it is true, the host waits for a plugin's process at most RELIGN_STOP_SECONDS. May be null; must outlive the
   // object.
   const std::atomic<bool>* stop = nullptr;
 };
 
-// A plugin's process broke off its work. `outcome` is how a trial ends by it (records/record.h): "crashed(SIGSEGV)",
-// "timeout", "protocol_error".
+// A plugin's process ended, hung or sent a malformed message. `outcome` is the end of the trial (records/record.h):
+// "crashed(SIGSEGV)", "timeout", "protocol_error".
 class PluginEnded : public Error {
  public:
   PluginEnded(const std::string& message, std::string outcome)
@@ -46,18 +45,18 @@ class PluginEnded : public Error {
 
 class Algorithm {
  public:
-  // Loads the library if need be and creates the object; or starts the plugin's process. Throws Error:
-  // plugin_refused when the library cannot be loaded or its ABI or manifest do not fit, or the command
-  // cannot be started; plugin_failed when handshake or create failed.
+  // Loads the library if needed and creates the object; or starts the plugin's process. Throws Error:
+  // plugin_refused when the library cannot be loaded, its ABI or manifest does not match, or the command
+  // cannot be started; plugin_failed when the handshake or create fails.
   Algorithm(const Choice& choice, const HostServices& services);
   ~Algorithm();
   Algorithm(const Algorithm&) = delete;
   Algorithm& operator=(const Algorithm&) = delete;
 
-  // Drives one whole trial. Throws Error(plugin_failed) when the plugin reports a failure. An
-  // exception thrown by a function of `talk` never crosses the plugin: the plugin is told to stop,
-  // and the exception leaves from here. While `talk` works, the host's floating-point state holds.
-  void run(const relign_conversation& talk);
+  // Runs one whole trial. Throws Error(plugin_failed) when the plugin reports a failure. An exception
+  // from a function of `trial` does not pass through the plugin: the plugin gets RELIGN_STOP, and the
+  // exception is rethrown here. Functions of `trial` run with the host's floating-point state.
+  void run(const relign_conversation& trial);
 
  private:
   struct Implementation;
@@ -71,7 +70,7 @@ class NoiseLevel {
   NoiseLevel(const NoiseLevel&) = delete;
   NoiseLevel& operator=(const NoiseLevel&) = delete;
 
-  // W as JSON text, unchecked (task reads it).
+  // W as JSON text, unchecked (trials/instance.h reads it).
   std::string draw(std::uint64_t seed, const std::string& scene_description);
 
  private:
@@ -81,7 +80,7 @@ class NoiseLevel {
 
 class Scene;
 
-// One mounted lens. Outlives nothing: destroy it before its Scene.
+// One mounted lens. Keeps its scene's object alive.
 class MountedAssembly {
  public:
   ~MountedAssembly();
@@ -94,25 +93,25 @@ class MountedAssembly {
     double standard_error;
   };
   Truth noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed);
-  // False when the scene does not offer it.
+  // False when the scene cannot render without noise.
   bool render_noise_free(const std::vector<double>& true_pose, float* pixels);
   struct Average {
-    double standard_error = 0;  // of a pixel, root mean square over all
-    std::uint64_t samples = 0;  // a pixel
+    double standard_error = 0;  // per pixel, root mean square over the image
+    std::uint64_t samples = 0;  // per pixel
   };
-  // A noise-free image whose noise is known (relign_scene_average); nothing when the scene does not offer it.
+  // An average image with known standard error (relign_scene_average); nothing when the scene does not offer it.
   std::optional<Average> render_average(const std::vector<double>& true_pose, std::uint64_t seed, double error,
                                         std::uint64_t samples, float* pixels);
   struct Optimum {
     std::vector<double> true_pose;
     Truth truth{};
   };
-  // The pose at which this lens is best; nothing when the scene does not look for it.
+  // The pose at which this lens is best; nothing when the scene does not search it.
   std::optional<Optimum> own_optimum(std::uint64_t seed, std::size_t axes);
   struct FieldMtf {
     double centre = 0, corner = 0;
   };
-  // The lens's geometric MTF (relign_scene_mtf); nothing when the scene does not tell it.
+  // The lens's geometric MTF (relign_scene_mtf); nothing when the scene does not offer it.
   std::optional<FieldMtf> mtf(const std::vector<double>& true_pose, double lp_per_mm);
 
  private:
@@ -122,8 +121,8 @@ class MountedAssembly {
   std::unique_ptr<Implementation> implementation_;
 };
 
-// One object per worker; a process of its own where the plugin is one. Used, with its assemblies, by one thread at a
-// time when it is a process.
+// One object per worker, with a process of its own if the plugin runs as a process. Such a scene and its assemblies
+// must be used by one thread at a time.
 class Scene {
  public:
   Scene(const Choice& choice, const HostServices& services);
@@ -132,14 +131,14 @@ class Scene {
   Scene& operator=(const Scene&) = delete;
 
   std::string describe();    // JSON text as the plugin wrote it
-  relign_image reference();  // valid as long as this
+  relign_image reference();  // valid as long as this object
   MountedAssembly mount(const std::string& offsets_json);
 
-  // A scene that owns its stage (RELIGN_SCENE_STAGE); the other three throw Error without one.
+  // Whether the scene owns its stage (RELIGN_SCENE_STAGE). If not, the three functions below throw Error.
   bool offers_stage() const;
   void begin(std::uint64_t seed);
   struct StageMove {
-    std::vector<double> moved;  // by the station's own encoders
+    std::vector<double> moved;  // by the station's encoders
     std::uint64_t limits_low = 0;
     std::uint64_t limits_high = 0;
     double machine_seconds = 0;
@@ -153,20 +152,20 @@ class Scene {
   std::shared_ptr<Implementation> implementation_;
 };
 
-// SHA-256 of a plugin's library (or the files in its command) and manifest, recorded beside trials.
+// SHA-256 of a plugin's library (or the files in its command) and manifest, recorded with trials.
 std::string plugin_hash(const Manifest& manifest);
 
-// What of this process plugins must leave alone: working directory, locale, signal handlers,
-// floating-point state. Take one before a trial and ask after it.
+// Watches the process state that plugins must not change: working directory, locale, signal handlers, floating-point
+// state. Construct it before a trial and call changes() afterwards.
 // Working directory, locale and handlers belong to the whole process: with several workers as
-// threads, a sentence may name what another worker's plugin did at the same time.
+// threads, a message may name a change by another worker's plugin.
 class EnvironmentWatch {
  public:
   EnvironmentWatch();
   ~EnvironmentWatch();
   EnvironmentWatch(const EnvironmentWatch&) = delete;
   EnvironmentWatch& operator=(const EnvironmentWatch&) = delete;
-  // A sentence per thing that changed since construction; what changed is restored.
+  // Restores what changed since construction, and returns a message for each change.
   std::vector<std::string> changes();
 
  private:

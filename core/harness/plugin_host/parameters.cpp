@@ -38,8 +38,8 @@ bool fits_int64(const Json& value) {
          (!value.is_number_unsigned() || value.get<std::uint64_t>() <= std::uint64_t{INT64_MAX});
 }
 
-// One form for equal values, so that 1 and 1.0 are the same trial.
-Json one_form(const Parameter& parameter, const Json& value) {
+// Gives equal values one form, so that 1 and 1.0 mean the same trial.
+Json normalised(const Parameter& parameter, const Json& value) {
   if (parameter.type == ParameterType::number) return value.get<double>() + 0.0;  // -0 becomes 0
   if (parameter.type == ParameterType::integer) return value.get<std::int64_t>();
   return value;
@@ -63,7 +63,7 @@ std::string check_parameter(const Parameter& parameter, const Json& value) {
     case ParameterType::boolean:
       return value.is_boolean() ? "" : "expected true or false" + found;
     case ParameterType::text: {
-      if (!value.is_string()) return "expected a text" + found;
+      if (!value.is_string()) return "expected a string" + found;
       if (parameter.allowed.empty()) return "";
       const auto text = value.get<std::string>();
       for (const std::string& allowed : parameter.allowed)
@@ -119,7 +119,7 @@ EffectiveParameters effective_parameters(const Manifest& manifest, const Preset*
     return effective;
   }
 
-  // What the user gave, by the manifest's spelling; the user's own spelling is for messages.
+  // The user's spelling of each given parameter, for messages, by the manifest's spelling.
   std::map<std::string, std::string> spelled;
   std::vector<std::string> names;
   for (const Parameter& parameter : manifest.parameters) names.push_back(parameter.name);
@@ -129,9 +129,9 @@ EffectiveParameters effective_parameters(const Manifest& manifest, const Preset*
       const Parameter* parameter = manifest.parameter(name);
       if (!parameter)
         complain(pointer, "'" + manifest.id + "' has no parameter '" + name + "'" +
-                              (names.empty() ? "; it has none at all" : suggestion(name, names)));
+                              (names.empty() ? "; it has no parameters" : suggestion(name, names)));
       else if (!spelled.emplace(parameter->name, name).second)
-        complain(pointer, "the parameter '" + parameter->name + "' stands twice");
+        complain(pointer, "duplicate parameter '" + parameter->name + "'");
     }
   }
 
@@ -147,7 +147,7 @@ EffectiveParameters effective_parameters(const Manifest& manifest, const Preset*
       pointer = "/parameters/" + pointer_token(own->second);
     }
     if (value.is_null() && parameter.type != ParameterType::json) {
-      complain(pointer, "the parameter '" + parameter.name + "' must be given" +
+      complain(pointer, "missing parameter '" + parameter.name + "'" +
                             (parameter.description.empty() ? "" : " (" + parameter.description + ")"));
       continue;
     }
@@ -156,7 +156,7 @@ EffectiveParameters effective_parameters(const Manifest& manifest, const Preset*
       continue;
     }
     if (parameter.type != ParameterType::file || is_empty_optional_file(parameter, value)) {
-      effective.values[parameter.name] = one_form(parameter, value);
+      effective.values[parameter.name] = normalised(parameter, value);
       effective.identity[parameter.name] = effective.values[parameter.name];
       continue;
     }
@@ -164,7 +164,7 @@ EffectiveParameters effective_parameters(const Manifest& manifest, const Preset*
     std::error_code error;
     if (!std::filesystem::is_regular_file(path, error)) {
       complain(pointer, parameter.name + ": " + path.string() +
-                            (std::filesystem::exists(path, error) ? " is no file" : " does not exist"));
+                            (std::filesystem::exists(path, error) ? " is not a file" : " does not exist"));
       continue;
     }
     try {

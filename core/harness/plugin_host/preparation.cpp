@@ -11,9 +11,9 @@ struct Count {
 };
 constexpr Count kCounts[] = {{"sources", 1000}, {"steps", 100000}};
 
-// A parameter that gives a count must not allow one that makes no sense.
+// A parameter that sets a count must have a valid range.
 std::string check_range(const Parameter* parameter, const Count& count) {
-  const std::string wanted = "expected a whole number from 1 to " + std::to_string(count.most) +
+  const std::string wanted = "expected an integer from 1 to " + std::to_string(count.most) +
                              ", or the name of an integer parameter with a minimum and a maximum in that range";
   if (!parameter || parameter->type != ParameterType::integer || !parameter->minimum || !parameter->maximum)
     return wanted;
@@ -41,16 +41,16 @@ void read_preparation(const JsonSource& source, ObjectReader& reader, Manifest& 
                       std::vector<Problem>& problems) {
   const Json* stated = reader.get("prepare");
   if (!stated) return;
-  if (!is_algorithm(manifest.kind)) reader.complain("prepare", "only optimizers and agents are prepared");
+  if (!is_algorithm(manifest.kind)) reader.complain("prepare", "only optimizers and agents have pretraining");
   if (!stated->is_object()) {
-    reader.complain("prepare", "expected an object with \"sources\" and \"steps\"");
+    reader.complain("prepare", "expected an object with 'sources' and 'steps'");
     return;
   }
   ObjectReader counts(source, "/prepare", problems);
   Json checked = Json::object();
   for (const Count& count : kCounts) {
     if (!counts.has(count.name)) {
-      counts.complain("", "the key \"" + std::string(count.name) + "\" is missing");
+      counts.complain("", "missing key '" + std::string(count.name) + "'");
       continue;
     }
     const Json* value = counts.get(count.name);

@@ -1,4 +1,4 @@
-// "prepare" of a manifest: what a plugin wants to learn beforehand, on source instances (relign.prepared/1).
+// "prepare" of a manifest: the pretraining that an algorithm asks for, on source instances (relign.prepared/1).
 #pragma once
 
 #include <optional>
@@ -9,19 +9,19 @@
 
 namespace relign::plugin_host {
 
-// How an algorithm is prepared: conversations on so many source instances, of so many steps each.
+// The extent of an algorithm's pretraining: the number of source instances, and of steps on each.
 struct Preparation {
   unsigned sources = 0;
   unsigned steps = 0;
 };
 
-// What "prepare" means with these effective parameters; nothing for a plugin that is never prepared.
+// The pretraining with these effective parameters; nothing for a plugin without "prepare".
 std::optional<Preparation> preparation(const Manifest& manifest, const Json& parameters);
 
-// Whether this algorithm, or one that it runs, is ever prepared.
+// Whether this algorithm, or one that it runs, has pretraining.
 bool is_prepared(const Choice& choice);
 
-// Reads the key "prepare" into the manifest, whose parameters are read already; mistakes become problems.
+// Reads the key "prepare" into the manifest, whose parameters must have been read; mistakes become problems.
 void read_preparation(const JsonSource& source, ObjectReader& reader, Manifest& manifest,
                       std::vector<Problem>& problems);
 

@@ -17,7 +17,7 @@ constexpr NamedBit kKnowledge[] = {{RELIGN_KNOWS_IMAGES, "images"}, {RELIGN_KNOW
                                    {RELIGN_KNOWS_START, "start"},   {RELIGN_KNOWS_BOX, "box"},
                                    {RELIGN_KNOWS_DESIGN, "design"}, {RELIGN_KNOWS_LEVEL, "level"}};
 
-// Written by hand: canonical text of doubles matters here, and a step should cost microseconds.
+// Not by a JSON library: doubles need their canonical text here, and a step should cost microseconds.
 std::string run_line(const relign_task& task) {
   Json known = Json::array();
   for (const NamedBit& entry : kKnowledge)
@@ -45,97 +45,97 @@ std::string run_line(const relign_task& task) {
 ProcessAlgorithm::ProcessAlgorithm(const Choice& choice, const HostServices& services)
     : plugin_(choice, services), pixels_(plugin_.pixel_file()) {}
 
-void ProcessAlgorithm::begin(const relign_conversation& talk) {
-  const relign_task& task = *talk.task;
+void ProcessAlgorithm::begin(const relign_conversation& trial) {
+  const relign_task& task = *trial.task;
   axes_ = task.axes;
   image_bytes_ = std::size_t{task.image_width} * task.image_height * sizeof(float);
   if (!pixels_.grow(2 * image_bytes_)) plugin_.fail(kRun, kNoMemoryForPixels);
-  services_.emplace(talk, pixels_, image_bytes_);
+  services_.emplace(trial, pixels_, image_bytes_);
   plugin_.send_line(run_line(task), kRun);
 }
 
-void ProcessAlgorithm::run(const relign_conversation& talk) {
-  begin(talk);
+void ProcessAlgorithm::run(const relign_conversation& trial) {
+  begin(trial);
   Deadline stop_deadline;
-  std::string late = "it was told to stop and did not return in time";
+  std::string late = "it did not return in time after a stop";
   for (std::size_t stops = 0;;) {
     const Json request = plugin_.receive(kRun, stop_deadline, late.c_str());
     if (request["message"] == "done") return;
-    if (answer(request, talk) != RELIGN_STOP) continue;
-    if (!stop_deadline) stop_deadline = in_seconds(plugin_.patience().stop_seconds);
+    if (answer(request, trial) != RELIGN_STOP) continue;
+    if (!stop_deadline) stop_deadline = in_seconds(plugin_.timeouts().stop_seconds);
     if (++stops > 1)
-      late = "it was told " + std::to_string(stops) +
-             " times that there are no more steps (step() gives None then) and did not return from run in time";
+      late = "it did not return from run in time after " + std::to_string(stops) +
+             " stops (step() returns None when there are no more steps)";
   }
 }
 
-relign_status ProcessAlgorithm::answer(const Json& request, const relign_conversation& talk) {
+relign_status ProcessAlgorithm::answer(const Json& request, const relign_conversation& trial) {
   const std::string& name = request["message"].get_ref<const std::string&>();
-  relign_observation seen{};
-  seen.struct_size = sizeof seen;
+  relign_observation observation{};
+  observation.struct_size = sizeof observation;
   relign_status status = RELIGN_UNSUPPORTED;
   bool observes = true;
   if (name == "step" || name == "move") {
     const bool relative = name == "move";
     const std::vector<double> values = plugin_.numbers(request, relative ? "delta" : "pose", kRun);
-    status = (relative ? talk.move : talk.step)(talk.context, values.data(), static_cast<std::uint32_t>(values.size()),
-                                                &seen);
+    status = (relative ? trial.move : trial.step)(trial.context, values.data(),
+                                                  static_cast<std::uint32_t>(values.size()), &observation);
   } else if (name == "recommend") {
     const std::vector<double> pose = plugin_.numbers(request, "pose", kRun);
-    status = talk.recommend(talk.context, pose.data(), static_cast<std::uint32_t>(pose.size()));
+    status = trial.recommend(trial.context, pose.data(), static_cast<std::uint32_t>(pose.size()));
     observes = false;
   } else if (name == "first") {
-    status = talk.first(talk.context, &seen);
+    status = trial.first(trial.context, &observation);
   } else if (name == "reference") {
-    status = share_reference(talk);
+    status = share_reference(trial);
     observes = false;
   } else if (name == "service") {
-    const Json told = services_->answer(request);
-    plugin_.send(told, kRun);
-    return told["message"] == "stop" ? RELIGN_STOP : RELIGN_OK;
+    const Json reply = services_->answer(request);
+    plugin_.send(reply, kRun);
+    return reply["message"] == "stop" ? RELIGN_STOP : RELIGN_OK;
   }
   if (status == RELIGN_OK && observes)
-    tell(seen);
+    send_observation(observation);
   else if (status == RELIGN_OK)
     plugin_.send_line("{\"message\":\"ok\"}\n", kRun);
   else if (status == RELIGN_STOP)
     plugin_.send_line("{\"message\":\"stop\"}\n", kRun);
   else if (status == RELIGN_BAD_ARGUMENT)
     plugin_.send({{"message", "refused"},
-                  {"text", name == "first" ? "step 0 can be seen until the first step is made"
-                                           : "the host refused the pose (wrong number of axes, or not finite)"}},
+                  {"text", name == "first" ? "step 0 is available only before the first step"
+                                           : "invalid pose (wrong number of axes, or not finite)"}},
                  kRun);
   else if (status == RELIGN_UNSUPPORTED)
-    plugin_.send({{"message", "unsupported"}, {"text", "this host does not know the request \"" + name + "\""}}, kRun);
+    plugin_.send({{"message", "unsupported"}, {"text", "unknown request '" + name + "'"}}, kRun);
   else
-    plugin_.send({{"message", "failed"}, {"text", name + ": the host reports a failure"}}, kRun);
+    plugin_.send({{"message", "failed"}, {"text", name + ": the host reported a failure"}}, kRun);
   return status;
 }
 
-void ProcessAlgorithm::tell(const relign_observation& seen) {
-  if (seen.image && image_bytes_ > 0) share(*seen.image, 0);
-  line_ = "{\"message\":\"observation\",\"step\":" + std::to_string(seen.step) + ",\"pose\":";
-  append_numbers(line_, seen.pose, axes_);
+void ProcessAlgorithm::send_observation(const relign_observation& observation) {
+  if (observation.image && image_bytes_ > 0) share(*observation.image, 0);
+  line_ = "{\"message\":\"observation\",\"step\":" + std::to_string(observation.step) + ",\"pose\":";
+  append_numbers(line_, observation.pose, axes_);
   line_ += ",\"merit\":";
-  append_number(line_, seen.merit);
-  line_ += ",\"limits_low\":" + std::to_string(seen.limits_low) +
-           ",\"limits_high\":" + std::to_string(seen.limits_high) + ",\"machine_seconds\":";
-  append_number(line_, seen.machine_seconds);
+  append_number(line_, observation.merit);
+  line_ += ",\"limits_low\":" + std::to_string(observation.limits_low) +
+           ",\"limits_high\":" + std::to_string(observation.limits_high) + ",\"machine_seconds\":";
+  append_number(line_, observation.machine_seconds);
   line_ += "}\n";
   plugin_.send_line(line_, kRun);
 }
 
-// O* goes behind the image of the latest observation.
-relign_status ProcessAlgorithm::share_reference(const relign_conversation& talk) {
+// Places O* behind the image of the latest observation.
+relign_status ProcessAlgorithm::share_reference(const relign_conversation& trial) {
   const relign_text id = {RELIGN_SERVICE_REFERENCE, std::strlen(RELIGN_SERVICE_REFERENCE)};
-  const void* service = image_bytes_ > 0 && talk.get_service ? talk.get_service(talk.context, id) : nullptr;
+  const void* service = image_bytes_ > 0 && trial.get_service ? trial.get_service(trial.context, id) : nullptr;
   if (!service) return RELIGN_UNSUPPORTED;
   share(*static_cast<const relign_reference_service*>(service)->image, image_bytes_);
   return RELIGN_OK;
 }
 
 void ProcessAlgorithm::share(const relign_image& image, std::size_t offset_bytes) {
-  if (!pixels_.put(image, offset_bytes, image_bytes_)) plugin_.fail(kRun, "an image is larger than the task said");
+  if (!pixels_.put(image, offset_bytes, image_bytes_)) plugin_.fail(kRun, "an image is larger than stated in the task");
 }
 
 }  // namespace relign::plugin_host

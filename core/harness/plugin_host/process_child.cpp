@@ -22,18 +22,18 @@
 namespace relign::plugin_host {
 namespace {
 
-// The child's descriptors. Behind these nothing of the host's is open in the child.
+// The child's descriptors. Higher ones are closed in the child.
 constexpr int kToHost = 3;
 constexpr int kFromHost = 4;
 constexpr int kPixels = 5;
 constexpr int kFirstUnused = 6;
 
-constexpr double kSecondsBetweenLooks = 0.1;  // at the stop flag
+constexpr double kStopPollSeconds = 0.1;
 constexpr std::chrono::microseconds kAwake{100};
-constexpr std::size_t kLongestLine = std::size_t{1} << 20;  // bytes of one message
-constexpr std::size_t kLinesKept = 12;                      // of the output, for a failure's text
-constexpr std::size_t kLengthKept = 300;                    // of each of them
-constexpr std::size_t kLongestOutputLine = 1 << 16;         // passed on in one piece
+constexpr std::size_t kMaxLineBytes = std::size_t{1} << 20;  // bytes of one message
+constexpr std::size_t kLinesKept = 12;                       // of the output, for failure messages
+constexpr std::size_t kLengthKept = 300;                     // of each of these lines
+constexpr std::size_t kMaxOutputLineBytes = 1 << 16;         // passed on in one piece
 
 [[noreturn]] void cannot_start(const std::vector<std::string>& command, int code) {
   const std::string name = command.empty() ? "" : command.front();
@@ -41,8 +41,8 @@ constexpr std::size_t kLongestOutputLine = 1 << 16;         // passed on in one 
                                              (code == ENOENT ? "; install it, or correct \"command\"" : ""));
 }
 
-// A close-on-exec copy out of the way of the child's own numbers.
-Descriptor out_of_the_way(Descriptor descriptor) { return Descriptor(::fcntl(descriptor.get(), F_DUPFD_CLOEXEC, 16)); }
+// A close-on-exec copy whose number does not collide with those of the child.
+Descriptor renumbered(Descriptor descriptor) { return Descriptor(::fcntl(descriptor.get(), F_DUPFD_CLOEXEC, 16)); }
 
 class SpawnSettings {
  public:
@@ -132,14 +132,14 @@ ChildProcess::~ChildProcess() { end(0); }
 void ChildProcess::start() {
   int sockets[2], pipes[2];
   if (options_.command.empty()) cannot_start(options_.command, EINVAL);
-  // A socket rather than a pipe: writing to it when nobody reads gives an error and no signal.
+  // A socket, not a pipe: writing without a reader returns an error and raises no signal.
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets) != 0) cannot_start(options_.command, errno);
   messages_ = Descriptor(sockets[0]);
-  const Descriptor childs_messages = out_of_the_way(Descriptor(sockets[1]));
+  const Descriptor childs_messages = renumbered(Descriptor(sockets[1]));
   if (::pipe2(pipes, O_CLOEXEC) != 0) cannot_start(options_.command, errno);
   output_ = Descriptor(pipes[0]);
-  const Descriptor childs_output = out_of_the_way(Descriptor(pipes[1]));
-  pixel_file_ = out_of_the_way(Descriptor(::memfd_create("relign-pixels", MFD_CLOEXEC | MFD_ALLOW_SEALING)));
+  const Descriptor childs_output = renumbered(Descriptor(pipes[1]));
+  pixel_file_ = renumbered(Descriptor(::memfd_create("relign-pixels", MFD_CLOEXEC | MFD_ALLOW_SEALING)));
   if (childs_messages.get() < 0 || childs_output.get() < 0 || pixel_file_.get() < 0)
     cannot_start(options_.command, errno);
   ::fcntl(output_.get(), F_SETFL, O_NONBLOCK);
@@ -180,7 +180,7 @@ Deadline ChildProcess::with_stop(const Deadline& deadline) {
   return earlier(deadline, stop_deadline_);
 }
 
-// What the child printed before it answered is taken up before its answer.
+// Collects output first, so that what the child printed before its answer is logged before it.
 bool ChildProcess::is_ready(short wanted, int milliseconds, bool& broken) {
   pollfd watched[2] = {{messages_.get(), wanted, 0}, {output_.get(), POLLIN, 0}};  // -1 is not watched
   const int ready = ::poll(watched, 2, milliseconds);
@@ -192,8 +192,8 @@ bool ChildProcess::is_ready(short wanted, int milliseconds, bool& broken) {
 
 bool ChildProcess::wait_until_ready(short wanted, Deadline given) {
   bool broken = false;
-  // Awake for a moment: a core that has gone to sleep takes longer to wake than most answers take to come. Whoever
-  // else has work for this core gets it.
+  // Polls for a moment before sleeping: waking a sleeping core takes longer than most answers do. Yields the core to
+  // other work.
   const ProcessClock::time_point sleep_at = ProcessClock::now() + kAwake;
   do {
     if (is_ready(wanted, 0, broken)) return true;
@@ -201,9 +201,9 @@ bool ChildProcess::wait_until_ready(short wanted, Deadline given) {
   } while (ProcessClock::now() < sleep_at);
   while (!broken) {
     const Deadline deadline = with_stop(given);
-    // A flag wakes nobody: look at it now and then.
-    const bool looks = options_.stop && !stop_deadline_;
-    const Deadline wake = looks ? earlier(deadline, in_seconds(kSecondsBetweenLooks)) : deadline;
+    // A flag does not wake us up, so that we poll it.
+    const bool polls_stop = options_.stop && !stop_deadline_;
+    const Deadline wake = polls_stop ? earlier(deadline, in_seconds(kStopPollSeconds)) : deadline;
     if (is_ready(wanted, milliseconds_until(wake), broken)) return true;
     if (deadline && ProcessClock::now() >= *deadline) return false;
   }
@@ -236,7 +236,7 @@ ChildProcess::Got ChildProcess::receive(std::string& line, Deadline deadline) {
       return Got::line;
     }
     searched_ = received_.size();
-    if (received_.size() > kLongestLine) return Got::too_long;
+    if (received_.size() > kMaxLineBytes) return Got::too_long;
     if (!connected_) return received_.empty() ? Got::end : Got::end_within_line;
     if (received_.empty())
       line_deadline_.reset();
@@ -257,7 +257,7 @@ ChildProcess::Got ChildProcess::receive(std::string& line, Deadline deadline) {
 
 void ChildProcess::take_output() {
   char buffer[1 << 14];
-  // Bounded, so that a child that prints without end cannot keep us here.
+  // Bounded, because a child may print without end.
   for (int rounds = 0; rounds < 64 && output_.get() >= 0; ++rounds) {
     const ssize_t got = ::read(output_.get(), buffer, sizeof buffer);
     if (got < 0 && errno == EINTR) continue;
@@ -268,7 +268,7 @@ void ChildProcess::take_output() {
     }
     for (const char letter : std::string_view(buffer, static_cast<std::size_t>(got))) {
       if (letter != '\n') output_line_ += letter;
-      if (letter == '\n' || output_line_.size() >= kLongestOutputLine)
+      if (letter == '\n' || output_line_.size() >= kMaxOutputLineBytes)
         take_output_line(std::exchange(output_line_, {}));
     }
   }
@@ -289,11 +289,11 @@ bool ChildProcess::has_ended() {
   return result != 0 ? errno != EINTR : info.si_pid == process_;
 }
 
-void ChildProcess::end(double patience_seconds) {
+void ChildProcess::end(double timeout_seconds) {
   if (process_ < 0) return;
   messages_.reset();
   connected_ = false;
-  const Deadline deadline = in_seconds(patience_seconds);
+  const Deadline deadline = in_seconds(timeout_seconds);
   int nap_microseconds = 100;
   while (!has_ended()) {
     if (ProcessClock::now() >= *deadline) {
@@ -304,7 +304,7 @@ void ChildProcess::end(double patience_seconds) {
     std::this_thread::sleep_for(std::chrono::microseconds(nap_microseconds));
     nap_microseconds = std::min(2 * nap_microseconds, 5000);
   }
-  // While the leader is not reaped, no other group or session can have this number.
+  // Until the leader is reaped, no other group or session can get this number.
   ::kill(-process_, SIGKILL);
   if (options_.leads_session) kill_session(process_);
   reap();

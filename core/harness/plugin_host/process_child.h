@@ -1,11 +1,10 @@
-// A plugin's process: its start, the lines exchanged with it, its output, its end. Knows neither JSON
-// nor Python; what the lines mean stands in docs/process_plugins.md and process_plugin.h.
+// A plugin's process: starts it, exchanges lines with it, collects its output, ends it. Independent of JSON and Python;
+// docs/process_plugins.md and process_plugin.h define the contents of the lines.
 //
-// The child leads a process group of its own, which is killed with it: nothing that it started is left. A child that
-// starts such children itself leads a session, and all of that goes.
-// It gets /dev/null as stdin, one pipe for stdout and stderr (its log), a two-way connection for
-// messages under two descriptor numbers that it is told in its environment, and a memory file for
-// pixels. A child that dies can never raise SIGPIPE in the host.
+// The child leads a process group of its own, which is killed with it, so that none of its own children remains. A
+// child that starts such groups itself leads a session, which is killed as a whole. It gets /dev/null as stdin, one
+// pipe for stdout and stderr (its log), a two-way connection for messages under two descriptor numbers given in its
+// environment, and a memory file for pixels. A child that dies cannot raise SIGPIPE in the host.
 #pragma once
 
 #include <sys/types.h>
@@ -24,11 +23,11 @@
 namespace relign::plugin_host {
 
 using ProcessClock = std::chrono::steady_clock;
-using Deadline = std::optional<ProcessClock::time_point>;  // empty: wait as long as it takes
+using Deadline = std::optional<ProcessClock::time_point>;  // empty: no limit
 
 Deadline in_seconds(double seconds);
 
-// Owns a descriptor.
+// Owns a file descriptor.
 class Descriptor {
  public:
   explicit Descriptor(int number = -1) : number_(number) {}
@@ -46,51 +45,52 @@ class Descriptor {
 class ChildProcess {
  public:
   struct Options {
-    std::vector<std::string> command;                        // found on PATH; words with a slash are relative to folder
-    std::filesystem::path folder;                            // the child's working directory
-    std::vector<std::string> environment;                    // "NAME=value", over the host's own
-    bool leads_session = false;                              // ends with all that it or its own children started
-    double seconds_for_a_line = 5;                           // from the first byte of a message to its end
-    const std::atomic<bool>* stop = nullptr;                 // once it is up, every wait ends
-    double seconds_after_stop = 5;                           // so much later; may be null
+    std::vector<std::string> command;      // found on PATH; words with a slash are relative to folder
+    std::filesystem::path folder;          // the child's working directory
+    std::vector<std::string> environment;  // "NAME=value", added to the host's own
+    bool leads_session = false;            // all processes of its session are killed with it
+    double seconds_for_a_line = 5;         // from the first byte of a message to its end
+    // Once it is true, every wait ends within `seconds_after_stop`. May be null.
+    const std::atomic<bool>* stop = nullptr;
+    double seconds_after_stop = 5;
     std::function<void(const std::string& line)> on_output;  // each line of its stdout and stderr; may be empty
   };
   // Throws Error(plugin_refused) when the system cannot start the command.
   explicit ChildProcess(Options options);
-  ~ChildProcess();  // kills what is left of the group
+  ~ChildProcess();  // kills the rest of the group
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
 
-  // False when the child has closed its side, or does not read until the deadline.
+  // False when the child has closed its side, or does not read before the deadline.
   bool send(std::string_view bytes, Deadline deadline);
 
   enum class Got { line, end, end_within_line, late, late_within_line, too_long };
-  // The next line, without its end. Takes up the child's output while it waits.
+  // Receives the next line, without its newline. Collects the child's output while waiting.
   Got receive(std::string& line, Deadline deadline);
 
-  // Takes up what the child has printed until now.
+  // Collects what the child has printed so far.
   void take_up_output() {
     if (output_.get() >= 0) take_output();
   }
 
-  // Tells the child that no more messages come, gives it `patience_seconds` to end by itself, takes up
-  // what it still prints, kills the group and reaps the child. Does nothing the second time.
-  void end(double patience_seconds);
+  // Closes the connection, gives the child `timeout_seconds` to end by itself, collects its remaining output, kills
+  // the group and reaps the child. Has no effect when called again.
+  void end(double timeout_seconds);
 
   // After end: "ended with exit status 3", "was killed by SIGSEGV".
   const std::string& how_it_ended() const { return how_it_ended_; }
-  // After end, of a child that ended by itself: "crashed(SIGSEGV)", "crashed(exit 3)"; empty when we killed it.
+  // After end, for a child that ended by itself: "crashed(SIGSEGV)", "crashed(exit 3)"; empty when we killed it.
   const std::string& crash() const { return crash_; }
-  // Somebody else sent it SIGKILL: a person, or a system short of memory.
+  // Killed by a SIGKILL that we did not send: by a user, or by a system short of memory.
   bool was_lost() const { return crash_ == "crashed(SIGKILL)"; }
   pid_t process() const { return process_; }  // -1 after end
-  // The last lines of stdout and stderr, cut to what a message can hold.
+  // The last lines of stdout and stderr, shortened for messages.
   const std::deque<std::string>& last_output() const { return last_output_; }
 
-  // A file in memory for pixels, and how the child opens it.
+  // A file in memory for pixels, and the path and descriptor number under which the child has it.
   int pixel_file() const { return pixel_file_.get(); }
   static std::string pixel_path();
-  static int childs_pixel_file();  // its number there
+  static int childs_pixel_file();
 
  private:
   void start();
@@ -108,8 +108,8 @@ class ChildProcess {
   bool connected_ = true;
   std::string received_;
   std::size_t searched_ = 0;
-  Deadline line_deadline_;  // a line that has begun must end
-  Deadline stop_deadline_;  // once options_.stop was seen up
+  Deadline line_deadline_;  // for the end of a line that has begun
+  Deadline stop_deadline_;  // set when options_.stop is true
   std::string output_line_;
   std::deque<std::string> last_output_;
   bool killed_by_us_ = false;

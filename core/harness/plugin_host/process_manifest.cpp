@@ -15,15 +15,15 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A virtual environment's Python says so by RELIGN_PYTHON: what the script imports may be there alone.
+// RELIGN_PYTHON names the Python of a virtual environment, which may be the only one with the script's imports.
 std::string interpreter() {
   const char* chosen = std::getenv("RELIGN_PYTHON");
   return chosen && *chosen ? chosen : "python3";
 }
 
-const char* const kFiles = "files";  // from the script a list of modules; as kept an object with their hashes
+const char* const kFiles = "files";  // a list of modules from the script; in the cache an object with their hashes
 
-// Where Python looks for a script's modules first: beside the file itself, not beside a link to it.
+// The first folder that Python searches for a script's modules: that of the file itself, not of a link to it.
 fs::path module_folder(const fs::path& script) {
   std::error_code error;
   const fs::path file = fs::canonical(script, error);
@@ -38,17 +38,17 @@ Json hashes_of(const Json& names, const fs::path& folder) {
     if (file.empty() || file.is_absolute()) continue;
     try {
       hashes[file.generic_string()] = sha256_file(folder / file);
-    } catch (const Error&) {  // gone again: it will not be found the next time either
+    } catch (const Error&) {  // deleted meanwhile; it will be missing the next time, too
     }
   }
   return hashes;
 }
 
-// The JSON object that the script writes, on one line.
-std::string ask_script(const fs::path& script) {
-  const auto refuse = [&](const std::string& sentence) {
-    throw Error(ErrorKind::plugin_refused, script.string() + " is no plugin: `" + interpreter() + " " +
-                                               script.filename().string() + " --manifest` failed: " + sentence);
+// Runs the script for its manifest: a JSON object on one line.
+std::string run_for_manifest(const fs::path& script) {
+  const auto refuse = [&](const std::string& message) {
+    throw Error(ErrorKind::plugin_refused, script.string() + " is not a plugin: `" + interpreter() + " " +
+                                               script.filename().string() + " --manifest` failed: " + message);
   };
   ChildProcess::Options options;
   options.command = {interpreter(), script.filename().string(), "--manifest"};
@@ -56,26 +56,26 @@ std::string ask_script(const fs::path& script) {
   options.environment = process_environment();
   ChildProcess child(std::move(options));
   std::string line;
-  const double patience_seconds = ProcessPatience::from_environment().handshake_seconds;
-  const ChildProcess::Got got = child.receive(line, in_seconds(patience_seconds));
+  const double timeout_seconds = ProcessTimeouts::from_environment().handshake_seconds;
+  const ChildProcess::Got got = child.receive(line, in_seconds(timeout_seconds));
   child.end(got == ChildProcess::Got::late ? 0 : 2);
   if (got == ChildProcess::Got::end) {
-    // An import that is missing, a mistake of syntax: the last line names it, and the traceback follows.
+    // For a missing import or a syntax error the last line of a traceback is the message.
     const bool raised = child.crash() != "crashed(exit 0)" && !child.last_output().empty();
     refuse((raised ? child.last_output().back()
-                   : "it wrote none; end the file with serve(YourClass) of relign_bench.plugin") +
+                   : "it printed no manifest; end the file with serve(YourClass) of relign_bench.plugin") +
            ending_text(child));
   }
   if (got != ChildProcess::Got::line)
-    refuse(got_text(got, "it said nothing for " + std::to_string(static_cast<int>(patience_seconds)) + " s") +
+    refuse(got_text(got, "it printed nothing for " + std::to_string(static_cast<int>(timeout_seconds)) + " s") +
            ending_text(child));
   Json manifest = parsed_json(line);
-  if (!manifest.is_object()) refuse("what it wrote is no JSON object" + ending_text(child));
+  if (!manifest.is_object()) refuse("expected a JSON object" + ending_text(child));
   if (manifest.contains(kFiles)) manifest[kFiles] = hashes_of(manifest[kFiles], module_folder(script));
   return canonical_json(manifest);
 }
 
-// What answers besides the script: relign_bench, whose defaults are part of the manifest.
+// The source of relign_bench, whose defaults are part of a script's manifest.
 std::string relign_bench_text() {
   std::vector<fs::path> files;
   std::error_code error;
@@ -88,8 +88,8 @@ std::string relign_bench_text() {
   return text;
 }
 
-// What the script said last time; empty when there is nothing, or when a module has changed.
-std::string kept_text(const fs::path& kept, const fs::path& folder) {
+// The cached manifest; empty when there is none, or when a module has changed.
+std::string cached_text(const fs::path& kept, const fs::path& folder) {
   std::error_code error;
   if (kept.empty() || !fs::exists(kept, error)) return "";
   try {
@@ -105,7 +105,7 @@ std::string kept_text(const fs::path& kept, const fs::path& folder) {
   }
 }
 
-// The order of "knows" means nothing.
+// Sorted, because the order of "knows" has no meaning.
 Json knowledge(const Json& manifest) {
   Json words = manifest.value("knows", Json::array());
   if (words.is_array()) std::sort(words.begin(), words.end());
@@ -122,18 +122,18 @@ std::string kind_of(const Json& manifest) {
 std::string manifest_difference(const Manifest& stated, const Json& said) {
   const Json manifest = parsed_json(stated.text);
   const std::string advice = is_plugin_script(stated.source)
-                                 ? "; a class must say the same at every start"
-                                 : "; make them equal, or leave the manifest out: a Python file is its own";
+                                 ? "; a class must have the same manifest at every start"
+                                 : "; make them equal, or remove the manifest and use the Python file as the plugin";
   const auto differ = [&advice](const std::string& what, const Json& ours, const Json& theirs) {
-    const auto shown = [](const Json& value) { return value.is_null() ? "nothing" : value.dump(); };
-    return "it does not fit its manifest: " + what + " is " + shown(ours) + " in the manifest and " + shown(theirs) +
+    const auto shown = [](const Json& value) { return value.is_null() ? "missing" : value.dump(); };
+    return "it does not match its manifest: " + what + " is " + shown(ours) + " in the manifest and " + shown(theirs) +
            " in the class" + advice;
   };
-  if (kind_of(manifest) != kind_of(said)) return differ("\"kind\"", member(manifest, "kind"), member(said, "kind"));
-  if (knowledge(manifest) != knowledge(said)) return differ("\"knows\"", knowledge(manifest), knowledge(said));
+  if (kind_of(manifest) != kind_of(said)) return differ("'kind'", member(manifest, "kind"), member(said, "kind"));
+  if (knowledge(manifest) != knowledge(said)) return differ("'knows'", knowledge(manifest), knowledge(said));
   const Json ours = manifest.value("parameters", Json::object());
   const Json theirs = said.value("parameters", Json::object());
-  if (!theirs.is_object()) return "what it says of its parameters is no object";
+  if (!theirs.is_object()) return "expected an object 'parameters' in its manifest, found " + theirs.dump();
   Json all = ours;
   all.update(theirs);
   for (const auto& [name, ignored] : all.items()) {
@@ -142,7 +142,7 @@ std::string manifest_difference(const Manifest& stated, const Json& said) {
     if (!one.is_object()) continue;
     for (const char* part : {"type", "default", "minimum", "maximum", "allowed"})
       if (member(one, part) != member(other, part))
-        return differ("\"" + std::string(part) + "\" of parameter '" + name + "'", member(one, part),
+        return differ("'" + std::string(part) + "' of parameter '" + name + "'", member(one, part),
                       member(other, part));
   }
   return "";
@@ -170,14 +170,14 @@ Manifest read_script_manifest(const fs::path& script) {
   const fs::path cache = cache_folder();
   const fs::path kept =
       cache.empty() ? cache : cache / "manifests" / (short_hash("script manifest 3\n" + content) + ".json");
-  std::string text = kept_text(kept, module_folder(script));
+  std::string text = cached_text(kept, module_folder(script));
   const bool known = !text.empty();
-  if (!known) text = ask_script(script);
+  if (!known) text = run_for_manifest(script);
   Manifest manifest = script_manifest_of(text, script);
   if (!known && !kept.empty()) {
     try {
       write_file_atomically(kept, text);
-    } catch (const Error&) {  // asked again next time
+    } catch (const Error&) {  // without a cache the script runs again next time
     }
   }
   return manifest;

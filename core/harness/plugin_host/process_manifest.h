@@ -1,4 +1,4 @@
-// Plugins that are one file: a Python script whose class is the manifest (`python3 FILE --manifest`).
+// Plugins in one file: a Python script whose class contains the manifest (`python3 FILE --manifest`).
 #pragma once
 
 #include <filesystem>
@@ -8,20 +8,19 @@
 
 namespace relign::plugin_host {
 
-// True for a path that ends like such a file, whether it exists or not.
+// True for a path with the extension of such a file, whether it exists or not.
 bool is_plugin_script(const std::filesystem::path& path);
 
-// Runs the script for its manifest, or reads what it said last time: the answer is kept in the cache
-// folder under the hash of the file and of relign_bench, and counts as long as the modules that it imported from its
-// own folder are what they were. Their hashes stand in the manifest's text, so that plugin_hash knows them. Throws
-// Error(plugin_refused).
+// Runs the script for its manifest, or reads it from the cache folder, where it is stored under the hash of the file
+// and of relign_bench. A cached manifest is valid while the modules that the script imported from its own folder are
+// unchanged. Their hashes are part of the manifest's text, and therefore of plugin_hash. Throws Error(plugin_refused).
 Manifest read_script_manifest(const std::filesystem::path& script);
 
-// The same from what the script said, which is Manifest::text of such a plugin; runs nothing.
+// The same from the text that the script printed, which is Manifest::text of such a plugin; runs nothing.
 Manifest script_manifest_of(const std::string& text, const std::filesystem::path& script);
 
-// What a process says of itself in its handshake against the manifest that it was started by, in all that decides what
-// it is given: the first difference as a sentence, empty without one.
+// Compares the manifest that a process sends in its handshake with the one that it was started by, in everything that
+// affects a trial. Returns a message on the first difference; empty if there is none.
 std::string manifest_difference(const Manifest& stated, const Json& said);
 
 }  // namespace relign::plugin_host

@@ -1,5 +1,5 @@
-// Numbers in the messages of a process: the shortest decimals that read back as the same double, null for what is not
-// finite, in every locale. Written by hand: a step should cost microseconds.
+// Numbers in messages to processes: the shortest decimals that read back as the same double, null for non-finite
+// numbers, independent of the locale. Faster than a JSON library: a step should cost microseconds.
 #pragma once
 
 #include <cstddef>

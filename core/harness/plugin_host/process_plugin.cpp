@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kProtocol = 1;
-constexpr int kDeepestMessage = 100;
+constexpr int kMaxNesting = 100;
 
 double seconds_from_environment(const char* name, double otherwise) {
   const char* text = std::getenv(name);
@@ -28,15 +28,15 @@ std::string environment_value(const char* name) {
   return text ? text : "";
 }
 
-// What was received, short enough for a sentence.
+// A received line, shortened for a message.
 std::string excerpt(const std::string& line) {
-  constexpr std::size_t kLongest = 80;
+  constexpr std::size_t kMaxLength = 80;
   std::string shown;
-  for (const char letter : line.substr(0, kLongest)) shown += letter >= ' ' && letter <= '~' ? letter : '?';
-  return "'" + shown + (line.size() > kLongest ? "...' (" + std::to_string(line.size()) + " bytes)" : "'");
+  for (const char letter : line.substr(0, kMaxLength)) shown += letter >= ' ' && letter <= '~' ? letter : '?';
+  return "'" + shown + (line.size() > kMaxLength ? "...' (" + std::to_string(line.size()) + " bytes)" : "'");
 }
 
-// How deep lists and objects lie in each other: what walks over a message calls itself as often.
+// Nesting depth of lists and objects; limits the recursion of code that walks over a message.
 int nesting(const std::string& line) {
   int depth = 0, deepest = 0;
   bool in_text = false;
@@ -52,7 +52,7 @@ int nesting(const std::string& line) {
 }
 
 std::string line_of(const Json& message) {
-  // Texts come from users' files: what is no UTF-8 must not stop us.
+  // Strings come from users' files and may contain invalid UTF-8.
   return message.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -69,12 +69,12 @@ const std::string* text_member(const Json& message, const char* name) {
 
 }  // namespace
 
-ProcessPatience ProcessPatience::from_environment() {
-  ProcessPatience patience;
-  patience.handshake_seconds = seconds_from_environment("RELIGN_HANDSHAKE_SECONDS", patience.handshake_seconds);
-  patience.stop_seconds = seconds_from_environment("RELIGN_STOP_SECONDS", patience.stop_seconds);
-  patience.call_seconds = seconds_from_environment("RELIGN_CALL_SECONDS", patience.call_seconds);
-  return patience;
+ProcessTimeouts ProcessTimeouts::from_environment() {
+  ProcessTimeouts timeouts;
+  timeouts.handshake_seconds = seconds_from_environment("RELIGN_HANDSHAKE_SECONDS", timeouts.handshake_seconds);
+  timeouts.stop_seconds = seconds_from_environment("RELIGN_STOP_SECONDS", timeouts.stop_seconds);
+  timeouts.call_seconds = seconds_from_environment("RELIGN_CALL_SECONDS", timeouts.call_seconds);
+  return timeouts;
 }
 
 fs::path python_folder() {
@@ -90,10 +90,10 @@ std::vector<std::string> process_environment() {
   const std::string users_path = environment_value("PYTHONPATH");
   if (const fs::path folder = python_folder(); !folder.empty())
     environment.push_back("PYTHONPATH=" + folder.string() + (users_path.empty() ? "" : ":" + users_path));
-  // Sets of texts keep their order from run to run.
+  // Makes the order of sets of strings repeatable.
   if (environment_value("PYTHONHASHSEED").empty()) environment.push_back("PYTHONHASHSEED=0");
-  // Our folder may not be writable, and a plugin's folder should not change. Where Python is told to write no bytecode,
-  // another folder would only hide what lies beside its own library, and every start would compile that again.
+  // Keeps bytecode out of our folder, which may be read-only, and out of a plugin's folder. Not if Python writes no
+  // bytecode: then another folder would only hide that of the standard library, which every start would compile again.
   if (const fs::path cache = cache_folder(); !cache.empty() && environment_value("PYTHONPYCACHEPREFIX").empty() &&
                                              environment_value("PYTHONDONTWRITEBYTECODE").empty())
     environment.push_back("PYTHONPYCACHEPREFIX=" + (cache / "python").string());
@@ -105,39 +105,39 @@ std::string got_text(ChildProcess::Got got, const std::string& what_is_late) {
     case ChildProcess::Got::line:
       return "";
     case ChildProcess::Got::end:
-      return "its process closed the conversation";
+      return "its process closed the connection";
     case ChildProcess::Got::end_within_line:
-      return "its process closed the conversation in the middle of a message";
+      return "its process closed the connection in the middle of a message";
     case ChildProcess::Got::late:
       return what_is_late;
     case ChildProcess::Got::late_within_line:
-      return "it sent half a message and then nothing more";
+      return "it sent an incomplete message and then nothing more";
     case ChildProcess::Got::too_long:
-      return "it sent more than a million bytes without the end of a line";
+      return "it sent more than a million bytes without a newline";
   }
   return "";
 }
 
 std::string ending_text(const ChildProcess& child) {
-  std::string text = ". Its process " + child.how_it_ended();
+  std::string text = "; its process " + child.how_it_ended();
   if (child.last_output().empty()) return text + " and had printed nothing";
-  text += "; the end of its output:";
+  text += "; its last output:";
   for (const std::string& line : child.last_output()) text += "\n  " + line;
   return text;
 }
 
 ProcessPlugin::ProcessPlugin(const Choice& choice, const HostServices& services)
     : plugin_id_(choice.plugin->id),
-      patience_(ProcessPatience::from_environment()),
-      ready_by_(in_seconds(patience_.handshake_seconds)) {
+      timeouts_(ProcessTimeouts::from_environment()),
+      ready_by_(in_seconds(timeouts_.handshake_seconds)) {
   const Manifest& manifest = *choice.plugin;
   ChildProcess::Options options;
   options.command = manifest.command;
   options.folder = manifest.folder;
   options.environment = process_environment();
-  options.seconds_for_a_line = patience_.stop_seconds;
+  options.seconds_for_a_line = timeouts_.stop_seconds;
   options.stop = services.stop;
-  options.seconds_after_stop = patience_.stop_seconds;
+  options.seconds_after_stop = timeouts_.stop_seconds;
   if (services.log) options.on_output = [log = services.log](const std::string& line) { log(RELIGN_LOG_INFO, line); };
   try {
     child_.emplace(std::move(options));
@@ -149,14 +149,14 @@ ProcessPlugin::ProcessPlugin(const Choice& choice, const HostServices& services)
 }
 
 ProcessPlugin::~ProcessPlugin() {
-  constexpr double kSecondsToLeave = 2;
-  const bool sound = failure_.empty();
-  if (sound) child_->send("{\"message\":\"bye\"}\n", in_seconds(kSecondsToLeave));
-  child_->end(sound ? kSecondsToLeave : 0);
+  constexpr double kSecondsToExit = 2;
+  const bool healthy = failure_.empty();
+  if (healthy) child_->send("{\"message\":\"bye\"}\n", in_seconds(kSecondsToExit));
+  child_->end(healthy ? kSecondsToExit : 0);
 }
 
 void ProcessPlugin::shake_hands(const Manifest& manifest) {
-  const char* during = "its handshake";
+  const char* during = "the handshake";
   send({{"message", "hello"},
         {"protocols", Json::array({kProtocol})},
         {"id", manifest.id},
@@ -165,16 +165,16 @@ void ProcessPlugin::shake_hands(const Manifest& manifest) {
        during);
   const Json answer = expect("hello", during, ready_by_);
   if (!answer.contains("protocol") || answer["protocol"] != kProtocol)
-    fail(during, "it did not choose a protocol version of the host's (" + std::to_string(kProtocol) + ")");
+    fail(during, "unsupported protocol version; expected \"protocol\": " + std::to_string(kProtocol));
   const std::string* id = text_member(answer, "id");
   if (!id || normalised_name(*id) != normalised_name(manifest.id))
     fail(during,
-         "it says that it is " + (id ? "'" + *id + "'" : "nobody") + "; the manifest says '" + manifest.id + "'");
+         "found " + (id ? "the id '" + *id + "'" : "no id") + "; expected '" + manifest.id + "' as in the manifest");
   if (const auto said = answer.find("manifest"); said != answer.end() && said->is_object())
     if (const std::string difference = manifest_difference(manifest, *said); !difference.empty())
       fail(during, difference);
   if (const auto needs = answer.find("needs"); needs != answer.end() && !(needs->is_array() && needs->empty()))
-    fail(during, "it needs abilities that this host does not have: " + needs->dump());
+    fail(during, "it needs abilities that this host lacks: " + needs->dump());
 }
 
 void ProcessPlugin::create(const Choice& choice, const HostServices& services) {
@@ -189,8 +189,8 @@ void ProcessPlugin::create(const Choice& choice, const HostServices& services) {
 
 void ProcessPlugin::send_line(std::string_view line, const char* during) {
   if (!failure_.empty()) throw PluginEnded(failure_, outcome_);
-  if (child_->send(line, in_seconds(patience_.handshake_seconds))) return;
-  fail(during, "it reads no more messages", Why::ended);
+  if (child_->send(line, in_seconds(timeouts_.handshake_seconds))) return;
+  fail(during, "it stopped reading messages", Cause::ended);
 }
 
 void ProcessPlugin::send(const Json& message, const char* during) { send_line(line_of(message), during); }
@@ -202,15 +202,16 @@ Json ProcessPlugin::receive(const char* during, Deadline deadline, const char* w
   if (late) child_->end(0);  // it hangs
   const bool ended = got == ChildProcess::Got::end || got == ChildProcess::Got::end_within_line;
   if (got != ChildProcess::Got::line)
-    fail(during, got_text(got, what_is_late), late ? Why::late : ended ? Why::ended : Why::rubbish);
-  if (nesting(line) > kDeepestMessage) fail(during, "it sent " + excerpt(line) + ", which is nested too deep");
+    fail(during, got_text(got, what_is_late), late ? Cause::timeout : ended ? Cause::ended : Cause::malformed_message);
+  const auto malformed = [&](const char* why) { fail(during, "malformed message " + excerpt(line) + ": " + why); };
+  if (nesting(line) > kMaxNesting) malformed("nested too deep");
   Json message = Json::parse(line, nullptr, false);
-  if (message.is_discarded()) fail(during, "it sent " + excerpt(line) + ", which is no JSON");
+  if (message.is_discarded()) malformed("invalid JSON");
   const std::string* name = message.is_object() ? text_member(message, "message") : nullptr;
-  if (!name) fail(during, "it sent " + excerpt(line) + ", which is no message");
+  if (!name) malformed("expected an object with a string 'message'");
   if (*name == "failed") {
     const std::string* text = text_member(message, "text");
-    fail(during, text && !text->empty() ? *text : "it reports a failure and gives no reason", Why::said_so);
+    fail(during, text && !text->empty() ? *text : "it reported a failure without a reason", Cause::reported);
   }
   return message;
 }
@@ -221,8 +222,8 @@ Json ProcessPlugin::expect(const char* name, const char* during, Deadline deadli
 
 Json ProcessPlugin::ask_line(std::string_view line, const char* name, const char* during, const char* otherwise) {
   send_line(line, during);
-  const std::string late = "it did not answer within " + shortest(patience_.call_seconds) + " s";
-  return checked(receive(during, in_seconds(patience_.call_seconds), late.c_str()), name, otherwise, during);
+  const std::string late = "it did not answer within " + shortest(timeouts_.call_seconds) + " s";
+  return checked(receive(during, in_seconds(timeouts_.call_seconds), late.c_str()), name, otherwise, during);
 }
 
 Json ProcessPlugin::ask(const Json& request, const char* name, const char* during) {
@@ -232,7 +233,7 @@ Json ProcessPlugin::ask(const Json& request, const char* name, const char* durin
 Json ProcessPlugin::checked(Json message, const char* name, const char* otherwise, const char* during) {
   const std::string& found = *text_member(message, "message");
   if (found != name && (!otherwise || found != otherwise))
-    fail(during, "expected the message \"" + std::string(name) + "\", found " + excerpt(message.dump()));
+    fail(during, "expected the message '" + std::string(name) + "', found " + excerpt(message.dump()));
   return message;
 }
 
@@ -243,26 +244,26 @@ const Json& ProcessPlugin::member(const Json& message, const char* name, const c
                                   Fits&& fits) {
   const auto found = message.find(name);
   if (found == message.end() || !fits(*found))
-    fail(during, "its message \"" + *text_member(message, "message") + "\" has no " + what + " \"" + name + "\"");
+    fail(during, "malformed message '" + *text_member(message, "message") + "': expected " + what + " '" + name + "'");
   return *found;
 }
 
 const Json& ProcessPlugin::object(const Json& message, const char* name, const char* during) {
-  return member(message, name, during, "object", [](const Json& value) { return value.is_object(); });
+  return member(message, name, during, "an object", [](const Json& value) { return value.is_object(); });
 }
 
 double ProcessPlugin::number(const Json& message, const char* name, const char* during) {
-  return number_or_nan(member(message, name, during, "number", is_number_or_null));
+  return number_or_nan(member(message, name, during, "a number", is_number_or_null));
 }
 
 std::uint64_t ProcessPlugin::bits(const Json& message, const char* name, const char* during) {
-  const char* what = "whole number from 0 to 2^64 - 1";
+  const char* what = "an integer from 0 to 2^64 - 1";
   return member(message, name, during, what, [](const Json& value) { return value.is_number_unsigned(); })
       .get<std::uint64_t>();
 }
 
 std::vector<double> ProcessPlugin::numbers(const Json& message, const char* name, const char* during) {
-  const Json& list = member(message, name, during, "list of numbers", [](const Json& value) {
+  const Json& list = member(message, name, during, "a list of numbers", [](const Json& value) {
     return value.is_array() && std::all_of(value.begin(), value.end(), is_number_or_null);
   });
   std::vector<double> values;
@@ -270,14 +271,14 @@ std::vector<double> ProcessPlugin::numbers(const Json& message, const char* name
   return values;
 }
 
-void ProcessPlugin::fail(const char* during, const std::string& sentence, Why why) {
-  // A process that has just closed the conversation is about to end by itself, and how it does is worth knowing.
-  constexpr double kSecondsToDie = 1;
-  failure_ = "plugin '" + plugin_id_ + "' failed in " + during + ": " + sentence;
-  child_->end(kSecondsToDie);
+void ProcessPlugin::fail(const char* during, const std::string& message, Cause cause) {
+  // A process that has just closed the connection is about to end by itself: wait for its exit status.
+  constexpr double kSecondsToEnd = 1;
+  failure_ = "plugin '" + plugin_id_ + "' failed in " + during + ": " + message;
+  child_->end(kSecondsToEnd);
   failure_ += ending_text(*child_);
-  outcome_ = why == Why::said_so ? "failed" : why == Why::late ? "timeout" : "protocol_error";
-  if (why == Why::ended && !child_->crash().empty()) outcome_ = child_->crash();
+  outcome_ = cause == Cause::reported ? "failed" : cause == Cause::timeout ? "timeout" : "protocol_error";
+  if (cause == Cause::ended && !child_->crash().empty()) outcome_ = child_->crash();
   throw PluginEnded(failure_, outcome_);
 }
 

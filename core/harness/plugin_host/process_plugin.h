@@ -1,6 +1,6 @@
-// A plugin that is a process of its own, before anyone knows of what kind: its start, the handshake, and
-// messages (JSON objects, one a line; docs/process_plugins.md). Whatever the process does wrong becomes
-// Error(plugin_failed) that names the plugin, what it did, how it ended and the end of its output.
+// A plugin of any kind that runs as a process: start, handshake, and messages (JSON objects, one per line;
+// docs/process_plugins.md). Every fault of the process becomes Error(plugin_failed) with the plugin's id, the fault,
+// the exit status and the last lines of output.
 #pragma once
 
 #include <cstdint>
@@ -17,53 +17,53 @@
 
 namespace relign::plugin_host {
 
-// Seconds that a plugin may take, each with the environment variable that overrides it.
-struct ProcessPatience {
+// Time limits of a plugin, each with the environment variable that overrides it.
+struct ProcessTimeouts {
   double handshake_seconds = 30;  // RELIGN_HANDSHAKE_SECONDS: from its start until it is ready for a trial
-  double stop_seconds = 5;        // RELIGN_STOP_SECONDS: from the first "stop" until it says "done"
+  double stop_seconds = 5;        // RELIGN_STOP_SECONDS: from the first "stop" until its "done"
   double call_seconds = 60;       // RELIGN_CALL_SECONDS: for one answer of a scene or a noise level
-  static ProcessPatience from_environment();
+  static ProcessTimeouts from_environment();
 };
 
-// Where relign_bench lies: ../share/relign-bench/python beside the program's own folder, in a build as after an
-// installation. Empty: nowhere.
+// The folder of relign_bench: ../share/relign-bench/python relative to the program's folder, in builds and
+// installations alike. Empty if it does not exist.
 std::filesystem::path python_folder();
 
-// What the command of a plugin gets besides the host's own environment, so that Python plugins find
-// relign_bench and equal trials stay equal.
+// Variables added to the environment of a plugin's command, so that Python plugins find relign_bench and equal trials
+// stay equal.
 std::vector<std::string> process_environment();
 
 class ProcessPlugin {
  public:
-  // Starts the command, shakes hands and hands over the parameters. Throws Error: plugin_refused when it cannot be
+  // Starts the command, performs the handshake and sends the parameters. Throws Error: plugin_refused when it cannot be
   // started, plugin_failed when the handshake or create fails.
   ProcessPlugin(const Choice& choice, const HostServices& services);
-  ~ProcessPlugin();  // says good-bye if all went well, and ends the process
+  ~ProcessPlugin();  // sends "bye" unless it failed, and ends the process
   ProcessPlugin(const ProcessPlugin&) = delete;
   ProcessPlugin& operator=(const ProcessPlugin&) = delete;
 
-  // `during` names in failures what was under way ("run"). The line ends with '\n'.
+  // `during` names the current activity in failures ("run"). The line ends with '\n'.
   void send_line(std::string_view line, const char* during);
   void send(const Json& message, const char* during);
-  // The next message: an object whose "message" is a text. "failed" becomes an Error.
+  // Receives the next message: an object with a string "message". "failed" becomes an Error.
   Json receive(const char* during, Deadline deadline, const char* what_is_late);
-  // Receives, and refuses every other message than `name`.
+  // Receives the message `name`, and fails for any other.
   Json expect(const char* name, const char* during, Deadline deadline);
-  // Sends a request and waits for its answer `name`, or `otherwise` where it is given, as long as one call may take.
+  // Sends a request and waits for its answer `name` (or `otherwise`, unless null) within call_seconds.
   Json ask_line(std::string_view line, const char* name, const char* during, const char* otherwise = nullptr);
   Json ask(const Json& request, const char* name, const char* during);
 
-  // Members that a message must have; null is NaN in numbers. Otherwise they fail.
+  // Mandatory members of a message; fails without them. null is NaN in numbers.
   const Json& object(const Json& message, const char* member, const char* during);
   double number(const Json& message, const char* member, const char* during);
   std::uint64_t bits(const Json& message, const char* member, const char* during);
   std::vector<double> numbers(const Json& message, const char* member, const char* during);
 
-  enum class Why { rubbish, late, ended, said_so };  // what it sent, did not send, or reported
-  // Ends the process and throws PluginEnded. From then on every request fails in the same words.
-  [[noreturn]] void fail(const char* during, const std::string& sentence, Why why = Why::rubbish);
+  enum class Cause { malformed_message, timeout, ended, reported };
+  // Ends the process and throws PluginEnded. Every later request fails with the same message.
+  [[noreturn]] void fail(const char* during, const std::string& message, Cause cause = Cause::malformed_message);
 
-  const ProcessPatience& patience() const { return patience_; }
+  const ProcessTimeouts& timeouts() const { return timeouts_; }
   int pixel_file() const { return child_->pixel_file(); }
 
  private:
@@ -74,15 +74,15 @@ class ProcessPlugin {
   const Json& member(const Json& message, const char* name, const char* during, const char* what, Fits&& fits);
 
   std::string plugin_id_;
-  ProcessPatience patience_;
-  Deadline ready_by_;  // the end of handshake and create
+  ProcessTimeouts timeouts_;
+  Deadline ready_by_;  // for handshake and create
   std::optional<ChildProcess> child_;
-  std::string failure_, outcome_;  // empty: no message was wrong
+  std::string failure_, outcome_;  // empty: no failure so far
 };
 
-// What went wrong with a child whose last receive gave `got`; empty for a line.
+// Message on the fault of a child whose last receive returned `got`; empty for a line.
 std::string got_text(ChildProcess::Got got, const std::string& what_is_late);
-// ". Its process ended with exit status 1; the end of its output:\n  line\n  line"; the child was ended.
+// "; its process ended with exit status 1; its last output:\n  line\n  line". Call it after child.end().
 std::string ending_text(const ChildProcess& child);
 
 }  // namespace relign::plugin_host

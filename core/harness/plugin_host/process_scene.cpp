@@ -1,6 +1,6 @@
-// Scenes that are processes: simulators and stations (docs/process_plugins.md has the messages). Pixels pass the
-// memory file of the process: it is emptied before each request for an image, and read, never mapped, afterwards,
-// so that a process that writes too little or cuts the file costs a sentence and not the host.
+// Scenes that run as processes: simulators and stations (docs/process_plugins.md has the messages). Pixels pass through
+// the memory file of the process, which is emptied before each request for an image and read, never mapped, afterwards:
+// a process that writes too little or truncates the file causes an error and does not kill the host.
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -16,7 +16,7 @@ namespace {
 
 std::string request(const char* name) { return "{\"message\":\"" + std::string(name) + "\""; }
 
-// What all requests of one scene share: the process, and the image that it writes.
+// The process of one scene, and the image that it writes.
 class SceneProcess {
  public:
   SceneProcess(const Choice& choice, const HostServices& services) : plugin_(choice, services) {
@@ -32,25 +32,25 @@ class SceneProcess {
   std::uint32_t height() const { return height_; }
   std::size_t pixels() const { return std::size_t{width_} * height_; }
 
-  // Asks for an image. `line` lacks its end.
+  // Requests an image. `line` is without its newline and closing brace.
   Json ask_for_image(std::string line, const char* answer, const char* during, float* pixels,
                      const char* otherwise = nullptr) {
-    if (::ftruncate(plugin_.pixel_file(), 0) != 0) errno = 0;  // of a process that has ended: ask says so
+    if (::ftruncate(plugin_.pixel_file(), 0) != 0) errno = 0;  // of a process that has ended, which ask reports
     Json answered = plugin_.ask_line(line + "}\n", answer, during, otherwise);
     if (answered["message"] == answer) take_pixels(during, pixels);
     return answered;
   }
 
  private:
-  // 0 when the description has none, which task reports together with its other mistakes.
+  // 0 when the description has none, which trials/scene_facts.h reports together with other mistakes.
   std::uint32_t side(const char* name) const {
-    constexpr double kLargest = 20000;  // pixels
+    constexpr double kMaxSide = 20000;  // pixels
     const auto image = description_.find("image");
     if (image == description_.end() || !image->is_object()) return 0;
     const auto found = image->find(name);
     if (found == image->end() || !found->is_number()) return 0;
     const double value = found->get<double>();
-    return value >= 1 && value <= kLargest && value == std::floor(value) ? static_cast<std::uint32_t>(value) : 0;
+    return value >= 1 && value <= kMaxSide && value == std::floor(value) ? static_cast<std::uint32_t>(value) : 0;
   }
 
   void take_pixels(const char* during, float* pixels) {
@@ -59,7 +59,7 @@ class SceneProcess {
     const bool known = ::fstat(plugin_.pixel_file(), &file) == 0;
     const auto found = known ? static_cast<std::size_t>(file.st_size) : 0;
     if (found != wanted)
-      plugin_.fail(during, "its image file has " + std::to_string(found) + " bytes, expected " +
+      plugin_.fail(during, "its image file has " + std::to_string(found) + " bytes; expected " +
                                std::to_string(wanted) + ": " + std::to_string(height_) + " rows of " +
                                std::to_string(width_) + " float32 values");
     auto* place = reinterpret_cast<char*>(pixels);
@@ -89,7 +89,7 @@ class ProcessAssembly final : public AssemblyBackend {
   ~ProcessAssembly() override {
     try {
       scene_.plugin().ask_line(about_this("unmount") + "}\n", "ok", "unmount");
-    } catch (...) {  // the scene's next request says it
+    } catch (...) {  // the scene's next request reports it
     }
   }
 
@@ -136,12 +136,12 @@ class ProcessScene final : public SceneBackend {
  public:
   ProcessScene(const Choice& choice, const HostServices& services) : scene_(choice, services) {}
 
-  // Asked once: the image's size must not change under its readers.
+  // Requested once, because the size of images must not change.
   std::string describe() override { return scene_.description().dump(); }
 
   relign_image reference() override {
     if (reference_.empty()) {
-      if (scene_.pixels() == 0) refuse("reference", "its description tells no size of the image");
+      if (scene_.pixels() == 0) refuse("reference", "its description has no image size");
       std::vector<float> pixels(scene_.pixels());
       scene_.ask_for_image(request("reference"), "ok", "reference", pixels.data());
       reference_ = std::move(pixels);
@@ -179,7 +179,7 @@ class ProcessScene final : public SceneBackend {
     Scene::StageMove made;
     made.moved = plugin.numbers(answer, "moved", what);
     if (made.moved.size() != delta.size())
-      refuse(what, "it moved " + std::to_string(made.moved.size()) + " axes, expected " + std::to_string(delta.size()));
+      refuse(what, "it moved " + std::to_string(made.moved.size()) + " axes; expected " + std::to_string(delta.size()));
     made.limits_low = plugin.bits(answer, "limits_low", what);
     made.limits_high = plugin.bits(answer, "limits_high", what);
     made.machine_seconds = plugin.number(answer, "machine_seconds", what);
@@ -191,8 +191,8 @@ class ProcessScene final : public SceneBackend {
     return scene_.plugin().number(answer, "machine_seconds", "capture");
   }
 
-  [[noreturn]] void refuse(const char* what, const std::string& sentence) override {
-    scene_.plugin().fail(what, sentence);
+  [[noreturn]] void refuse(const char* what, const std::string& message) override {
+    scene_.plugin().fail(what, message);
   }
 
  private:

@@ -11,8 +11,8 @@
 namespace relign::plugin_host {
 namespace {
 
-constexpr const char* kNoMemoryForData = "the host has no memory for the prepared data that it would share";
-constexpr std::uint64_t kMostData = std::uint64_t{1} << 30;  // as relign/plugin.h says
+constexpr const char* kNoMemoryForData = "the host has not enough memory for the shared data";
+constexpr std::uint64_t kMaxDataBytes = std::uint64_t{1} << 30;  // as in relign/plugin.h
 
 Json refused(const std::string& text) { return {{"message", "refused"}, {"text", text}}; }
 
@@ -32,10 +32,10 @@ std::optional<std::uint64_t> whole_number(const Json& request, const char* membe
 }
 
 Json no_whole_number(const char* member) {
-  return refused("expected a whole number \"" + std::string(member) + "\" from 0");
+  return refused("expected a non-negative integer '" + std::string(member) + "'");
 }
 
-// An object as text; an empty one when the member is absent.
+// A member as JSON text; "{}" when it is missing.
 std::string object_text(const Json& request, const char* member) {
   const auto found = request.find(member);
   return found == request.end() ? "{}" : found->dump();
@@ -43,14 +43,14 @@ std::string object_text(const Json& request, const char* member) {
 
 relign_text view(const std::string& text) { return {text.data(), text.size()}; }
 
-// What a service answered instead of RELIGN_OK, with its own sentence.
+// The answer for any status other than RELIGN_OK, with the service's message.
 template <class Service>
-Json not_done(relign_status status, const Service& service) {
+Json failure_answer(relign_status status, const Service& service) {
   if (status == RELIGN_STOP) return {{"message", "stop"}};
-  TextSink sentence;
-  service.why(service.context, sentence.sink());
+  TextSink reason;
+  service.why(service.context, reason.sink());
   const char* name = status == RELIGN_FAILED ? "failed" : status == RELIGN_UNSUPPORTED ? "unsupported" : "refused";
-  return {{"message", name}, {"text", sentence.text()}};
+  return {{"message", name}, {"text", reason.text()}};
 }
 
 Json ask_measures(const Json& request, const relign_measures_service& measures) {
@@ -58,15 +58,15 @@ Json ask_measures(const Json& request, const relign_measures_service& measures) 
   TextSink list;
   if (call == "list") {
     const relign_status status = measures.list(measures.context, list.sink());
-    if (status != RELIGN_OK) return not_done(status, measures);
+    if (status != RELIGN_OK) return failure_answer(status, measures);
     return {{"message", "result"}, {"measures", Json::parse(list.text(), nullptr, false)}};
   }
-  if (call != "measure") return unsupported("\"" + call + "\"");
+  if (call != "measure") return unsupported("'" + call + "'");
   const std::string name = text_of(request, "name");
   const std::string arguments = object_text(request, "arguments");
   double value = 0;
   const relign_status status = measures.measure(measures.context, view(name), view(arguments), &value);
-  if (status != RELIGN_OK) return not_done(status, measures);
+  if (status != RELIGN_OK) return failure_answer(status, measures);
   return {{"message", "result"}, {"value", value}};
 }
 
@@ -75,25 +75,25 @@ Json ask_prior(const Json& request, const relign_prior_service& prior) {
   if (!number) return no_whole_number("number");
   TextSink drawn;
   const relign_status status = prior.draw(prior.context, *number, drawn.sink());
-  if (status != RELIGN_OK) return not_done(status, prior);
+  if (status != RELIGN_OK) return failure_answer(status, prior);
   return {{"message", "result"}, {"drawn", Json::parse(drawn.text(), nullptr, false)}};
 }
 
-// null for null: the members of a message "observation".
-Json observation(const relign_observation* seen, std::uint32_t axes) {
-  if (!seen) return nullptr;
-  return {{"step", seen->step},
-          {"pose", std::vector<double>(seen->pose, seen->pose + axes)},
-          {"merit", seen->merit},
-          {"limits_low", seen->limits_low},
-          {"limits_high", seen->limits_high},
-          {"machine_seconds", seen->machine_seconds}};
+// The members of a message "observation"; null for null.
+Json to_json(const relign_observation* observation, std::uint32_t axes) {
+  if (!observation) return nullptr;
+  return {{"step", observation->step},
+          {"pose", std::vector<double>(observation->pose, observation->pose + axes)},
+          {"merit", observation->merit},
+          {"limits_low", observation->limits_low},
+          {"limits_high", observation->limits_high},
+          {"machine_seconds", observation->machine_seconds}};
 }
 
 }  // namespace
 
-ProcessServices::ProcessServices(const relign_conversation& talk, SharedPixels& pixels, std::size_t image_bytes)
-    : talk_(talk), pixels_(pixels), image_bytes_(image_bytes) {}
+ProcessServices::ProcessServices(const relign_conversation& trial, SharedPixels& pixels, std::size_t image_bytes)
+    : trial_(trial), pixels_(pixels), image_bytes_(image_bytes) {}
 
 Json ProcessServices::answer(const Json& request) {
   const std::string id = text_of(request, "service");
@@ -105,18 +105,18 @@ Json ProcessServices::answer(const Json& request) {
   if (asked && id == RELIGN_SERVICE_MODEL) return ask_model(request, *static_cast<const relign_model_service*>(asked));
   if (asked && id == RELIGN_SERVICE_PREPARED)
     return ask_prepared(request, *static_cast<const relign_prepared_service*>(asked));
-  return unsupported("\"" + id + "\"");
+  return unsupported("'" + id + "'");
 }
 
 const void* ProcessServices::service(const char* id) const {
-  return talk_.get_service ? talk_.get_service(talk_.context, {id, std::strlen(id)}) : nullptr;
+  return trial_.get_service ? trial_.get_service(trial_.context, {id, std::strlen(id)}) : nullptr;
 }
 
 // ---- run --------------------------------------------------------------------------------------
 
 Json ProcessServices::ask_run(const Json& request, const relign_run_service& run) {
   const std::string call = text_of(request, "call");
-  if (call != "run") return unsupported("\"" + call + "\"");
+  if (call != "run") return unsupported("'" + call + "'");
   const auto steps = whole_number(request, "steps");
   if (!steps || *steps > std::numeric_limits<std::uint32_t>::max()) return no_whole_number("steps");
   const std::string parameter = text_of(request, "parameter");
@@ -126,16 +126,16 @@ Json ProcessServices::ask_run(const Json& request, const relign_run_service& run
   const relign_status status =
       run.run(run.context, view(parameter), view(parameters), static_cast<std::uint32_t>(*steps), &outcome);
   const bool made_steps = status == RELIGN_OK || status == RELIGN_FAILED;
-  Json told = status == RELIGN_OK ? Json{{"message", "result"}} : not_done(status, run);
+  Json told = status == RELIGN_OK ? Json{{"message", "result"}} : failure_answer(status, run);
   if (!made_steps) return told;
-  // After a failure too: the stage is where the other algorithm left it.
-  const std::uint32_t axes = talk_.task->axes;
+  // Also after a failure, because the other algorithm has moved the stage.
+  const std::uint32_t axes = trial_.task->axes;
   told["steps"] = outcome.steps;
-  told["last"] = observation(outcome.last, axes);
+  told["last"] = to_json(outcome.last, axes);
   if (outcome.last && outcome.last->image && image_bytes_ > 0) pixels_.put(*outcome.last->image, 0, image_bytes_);
   if (status != RELIGN_OK) return told;
   told["end"] = outcome.end == RELIGN_RUN_FINISHED ? "finished" : "steps_spent";
-  told["best"] = observation(outcome.best, axes);
+  told["best"] = to_json(outcome.best, axes);
   told["recommendation"] = nullptr;
   if (outcome.recommendation)
     told["recommendation"] = std::vector<double>(outcome.recommendation, outcome.recommendation + axes);
@@ -147,7 +147,7 @@ Json ProcessServices::ask_run(const Json& request, const relign_run_service& run
 Json ProcessServices::ask_model(const Json& request, const relign_model_service& model) {
   const std::string call = text_of(request, "call");
   if (call == "scene") {
-    // Room of its own, behind the trial's images: those stay what they are while the model works.
+    // Behind the trial's images, which must not change while the model works.
     const std::size_t offset = 2 * image_bytes_;
     if (!pixels_.grow(offset + std::size_t{model.image_width} * model.image_height * sizeof(float)))
       return {{"message", "failed"}, {"text", kNoMemoryForPixels}};
@@ -164,12 +164,12 @@ Json ProcessServices::ask_model(const Json& request, const relign_model_service&
     const std::string offsets = object_text(request, "offsets");
     relign_model_lens* lens = nullptr;
     const relign_status status = model.mount(model.context, view(offsets), &lens);
-    if (status != RELIGN_OK) return not_done(status, model);
+    if (status != RELIGN_OK) return failure_answer(status, model);
     lenses_[++lenses_made_] = lens;
     return {{"message", "result"}, {"lens", lenses_made_}};
   }
   if (call == "capture" || call == "noise_free" || call == "unmount") return ask_lens(request, model, call);
-  return unsupported("\"" + call + "\"");
+  return unsupported("'" + call + "'");
 }
 
 Json ProcessServices::ask_lens(const Json& request, const relign_model_service& model, const std::string& call) {
@@ -179,14 +179,14 @@ Json ProcessServices::ask_lens(const Json& request, const relign_model_service& 
   if (call == "unmount") {
     const relign_status status = model.unmount(model.context, known->second);
     lenses_.erase(known);
-    return status == RELIGN_OK ? Json{{"message", "result"}} : not_done(status, model);
+    return status == RELIGN_OK ? Json{{"message", "result"}} : failure_answer(status, model);
   }
   std::vector<double> pose;
   if (const auto given = request.find("pose"); given != request.end() && given->is_array())
     for (const Json& value : *given)
       pose.push_back(value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN());
   const std::size_t offset = 2 * image_bytes_;
-  if (pixels_.bytes() <= offset) return refused("ask for \"scene\" first: its answer tells where the pixels will lie");
+  if (pixels_.bytes() <= offset) return refused("request 'scene' first; its answer has the offset of the pixels");
   const auto axes = static_cast<std::uint32_t>(pose.size());
   relign_status status = RELIGN_OK;
   if (call == "noise_free") {
@@ -196,12 +196,12 @@ Json ProcessServices::ask_lens(const Json& request, const relign_model_service& 
     if (!seed) return no_whole_number("seed");
     status = model.capture(model.context, known->second, pose.data(), axes, *seed, pixels_.at(offset));
   }
-  return status == RELIGN_OK ? Json{{"message", "result"}} : not_done(status, model);
+  return status == RELIGN_OK ? Json{{"message", "result"}} : failure_answer(status, model);
 }
 
 // ---- prepared ---------------------------------------------------------------------------------
 
-// The data, any bytes, lie in the shared file behind what the model may write, so that neither disturbs the other.
+// The data (any bytes) are in the shared file behind the model's pixels, so that neither overwrites the other.
 Json ProcessServices::ask_prepared(const Json& request, const relign_prepared_service& prepared) {
   const std::string call = text_of(request, "call");
   if (call == "source")
@@ -209,7 +209,7 @@ Json ProcessServices::ask_prepared(const Json& request, const relign_prepared_se
             {"preparing", prepared.preparing != 0},
             {"source", prepared.source},
             {"sources", prepared.sources}};
-  if (call != "load" && call != "room" && call != "save") return unsupported("\"" + call + "\"");
+  if (call != "load" && call != "room" && call != "save") return unsupported("'" + call + "'");
   std::size_t offset = 2 * image_bytes_;
   if (const auto* model = static_cast<const relign_model_service*>(service(RELIGN_SERVICE_MODEL)))
     offset += std::size_t{model->image_width} * model->image_height * sizeof(float);
@@ -219,8 +219,8 @@ Json ProcessServices::ask_prepared(const Json& request, const relign_prepared_se
   if (call == "load") {
     TextSink data;
     const relign_status status = prepared.load(prepared.context, data.sink());
-    if (status == RELIGN_UNSUPPORTED) return place(nullptr);  // there is none
-    if (status != RELIGN_OK) return not_done(status, prepared);
+    if (status == RELIGN_UNSUPPORTED) return place(nullptr);  // no data
+    if (status != RELIGN_OK) return failure_answer(status, prepared);
     if (!pixels_.grow(offset + data.text().size())) return {{"message", "failed"}, {"text", kNoMemoryForData}};
     if (!data.text().empty()) std::memcpy(pixels_.at(offset), data.text().data(), data.text().size());
     return place(data.text().size());
@@ -228,16 +228,16 @@ Json ProcessServices::ask_prepared(const Json& request, const relign_prepared_se
   const auto bytes = whole_number(request, "bytes");
   if (!bytes) return no_whole_number("bytes");
   if (call == "room") {
-    if (!prepared.preparing) return refused("this is a trial: data are saved while an algorithm is prepared");
-    if (*bytes > kMostData) return refused("at most 1 GiB can be saved");
+    if (!prepared.preparing) return refused("cannot save in a benchmark trial, only in pretraining");
+    if (*bytes > kMaxDataBytes) return refused("found " + std::to_string(*bytes) + " bytes; expected at most 1 GiB");
     if (!pixels_.grow(offset + *bytes)) return {{"message", "failed"}, {"text", kNoMemoryForData}};
     data_room_ = *bytes;
     return place(*bytes);
   }
-  if (*bytes > data_room_) return refused("ask for \"room\" first: its answer tells where the data are to lie");
+  if (*bytes > data_room_) return refused("request 'room' first; its answer has the offset of the data");
   const char* data = *bytes > 0 ? reinterpret_cast<const char*>(pixels_.at(offset)) : "";
   const relign_status status = prepared.save(prepared.context, {data, *bytes});
-  return status == RELIGN_OK ? Json{{"message", "result"}} : not_done(status, prepared);
+  return status == RELIGN_OK ? Json{{"message", "result"}} : failure_answer(status, prepared);
 }
 
 }  // namespace relign::plugin_host

@@ -1,4 +1,4 @@
-// Services of a conversation (relign/plugin.h) as requests of a process. docs/process_plugins.md lists them.
+// Services of a trial (relign/plugin.h) as requests of a process; docs/process_plugins.md lists them.
 #pragma once
 
 #include <relign/plugin.h>
@@ -12,14 +12,14 @@
 
 namespace relign::plugin_host {
 
-inline constexpr const char* kNoMemoryForPixels = "the host has no memory for the pixels that it would share";
+inline constexpr const char* kNoMemoryForPixels = "the host has not enough memory for the shared pixels";
 
-// Of one trial.
+// The services of one trial.
 class ProcessServices {
  public:
-  // `image_bytes`: room of the latest image, at the beginning of `pixels`, and of the reference behind it; 0 when no
-  // images are granted. Both must outlive this, and so must `talk`.
-  ProcessServices(const relign_conversation& talk, SharedPixels& pixels, std::size_t image_bytes);
+  // `image_bytes`: size of the latest image at the beginning of `pixels`, and of the reference behind it; 0 when the
+  // algorithm does not observe images. `trial` and `pixels` must outlive this object.
+  ProcessServices(const relign_conversation& trial, SharedPixels& pixels, std::size_t image_bytes);
   ProcessServices(const ProcessServices&) = delete;
   ProcessServices& operator=(const ProcessServices&) = delete;
 
@@ -32,14 +32,14 @@ class ProcessServices {
   Json ask_model(const Json& request, const relign_model_service& model);
   Json ask_lens(const Json& request, const relign_model_service& model, const std::string& call);
   Json ask_prepared(const Json& request, const relign_prepared_service& prepared);
-  const void* service(const char* id) const;  // null when it is not offered
+  const void* service(const char* id) const;  // null when not offered
 
-  const relign_conversation& talk_;
+  const relign_conversation& trial_;
   SharedPixels& pixels_;
   std::size_t image_bytes_;
-  std::map<std::uint64_t, relign_model_lens*> lenses_;  // by the number that the process knows
+  std::map<std::uint64_t, relign_model_lens*> lenses_;  // by the number that the process uses
   std::uint64_t lenses_made_ = 0;
-  std::size_t data_room_ = 0;  // bytes behind the model's pixels that the process may fill, to save them
+  std::size_t data_room_ = 0;  // bytes behind the model's pixels reserved for data to save
 };
 
 }  // namespace relign::plugin_host

@@ -12,7 +12,7 @@
 namespace relign::plugin_host {
 namespace {
 
-// A file of /proc, which is small; empty when the process has gone.
+// Reads a file of /proc, which is small; empty when the process has ended.
 std::string read_of(pid_t process, const char* name) {
   const std::string path = "/proc/" + std::to_string(process) + "/" + name;
   const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
@@ -33,7 +33,7 @@ std::vector<pid_t> processes_of_session(pid_t session) {
     if (entry->d_name[0] < '1' || entry->d_name[0] > '9') continue;
     const auto process = static_cast<pid_t>(std::atol(entry->d_name));
     const std::string stat = read_of(process, "stat");
-    // "12 (name, which may hold anything) S parent group session ..."
+    // "12 (name with any characters) S parent group session ..."
     const std::size_t name_end = stat.rfind(')');
     if (name_end == std::string::npos) continue;
     char state = 0;
@@ -46,9 +46,9 @@ std::vector<pid_t> processes_of_session(pid_t session) {
 }
 
 void kill_session(pid_t session, pid_t spared) {
-  // What is killed may have started another one just before.
-  constexpr int kMostRounds = 20;
-  for (int round = 0; round < kMostRounds; ++round) {
+  // A process may have started another one just before it was killed.
+  constexpr int kMaxRounds = 20;
+  for (int round = 0; round < kMaxRounds; ++round) {
     bool any = false;
     for (const pid_t process : processes_of_session(session)) {
       if (process == spared) continue;

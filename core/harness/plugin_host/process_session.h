@@ -1,4 +1,4 @@
-// All processes of a session, found in /proc: a worker with the plugins' processes that it started.
+// The processes of a session, from /proc: a worker and the processes of its plugins.
 #pragma once
 
 #include <sys/types.h>
@@ -8,10 +8,10 @@
 
 namespace relign::plugin_host {
 
-// Without those that have ended and wait to be reaped.
+// Excludes processes that have ended and wait to be reaped.
 std::vector<pid_t> processes_of_session(pid_t session);
 
-// Sends SIGKILL to every process of the session but `spared`, until none is left.
+// Sends SIGKILL to every process of the session except `spared`, until none is left.
 void kill_session(pid_t session, pid_t spared = -1);
 
 // Memory in use by a process, shared pages included; 0 when it has ended.

@@ -36,7 +36,7 @@ relign_image Scene::reference() {
   if (!RELIGN_HAS_MEMBER(&image, row_stride_bytes) || image.sample_format != RELIGN_SAMPLE_FLOAT32 ||
       image.channels != 1 || image.width == 0 || image.height == 0 || !image.pixels ||
       image.row_stride_bytes < std::uint64_t{image.width} * sizeof(float))
-    implementation_->backend->refuse("reference", "the image is no complete float32 image of one channel");
+    implementation_->backend->refuse("reference", "the image is not a complete float32 image of one channel");
   return image;
 }
 
@@ -53,20 +53,20 @@ void Scene::begin(std::uint64_t seed) { implementation_->own_stage("begin").begi
 
 namespace {
 
-// What cannot be in a station's answer, or an empty text.
+// Messages on invalid values in a station's answer; empty if there are none.
 std::string flaw_of_seconds(double machine_seconds) {
   if (std::isfinite(machine_seconds) && machine_seconds >= 0) return "";
-  return "it took " + shortest(machine_seconds) + " s by its own account; expected a finite number, not negative";
+  return "machine_seconds is " + shortest(machine_seconds) + "; expected a finite number of at least 0";
 }
 
 std::string flaw_of(const Scene::StageMove& answer, std::size_t axes) {
   const std::uint64_t known_axes = axes >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << axes) - 1;
   if ((answer.limits_low | answer.limits_high) & ~known_axes)
-    return "it tells limits of more than its " + std::to_string(axes) + " axes; bit i stands for axis i";
+    return "limit flags exceed its " + std::to_string(axes) + " axes; expected bit i for axis i";
   for (std::size_t axis = 0; axis < axes; ++axis)
     if (!std::isfinite(answer.moved[axis]))
-      return "it tells that axis " + std::to_string(axis) + " moved by " + shortest(answer.moved[axis]) +
-             "; expected a share of the travel";
+      return "the reported move of axis " + std::to_string(axis) + " is " + shortest(answer.moved[axis]) +
+             "; expected a fraction of the travel";
   return flaw_of_seconds(answer.machine_seconds);
 }
 
@@ -98,7 +98,8 @@ void MountedAssembly::capture(const std::vector<double>& true_pose, std::uint64_
 MountedAssembly::Truth MountedAssembly::noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed) {
   const Truth truth = implementation_->backend->noise_free_mse(true_pose, seed);
   if (!std::isfinite(truth.mse) || !std::isfinite(truth.standard_error) || truth.standard_error < 0)
-    implementation_->scene->backend->refuse("noise_free_mse", "value or standard error is no finite number");
+    implementation_->scene->backend->refuse("noise_free_mse",
+                                            "value or standard error is not finite, or the standard error is negative");
   return truth;
 }
 
@@ -123,8 +124,7 @@ std::optional<MountedAssembly::Optimum> MountedAssembly::own_optimum(std::uint64
       std::isfinite(found->truth.mse) && std::isfinite(found->truth.standard_error) && found->truth.standard_error >= 0;
   for (const double value : found->true_pose) possible = possible && value >= 0 && value <= 1;
   if (!possible)
-    implementation_->scene->backend->refuse("own_optimum",
-                                            "its pose lies outside the travel, or its error is no finite number");
+    implementation_->scene->backend->refuse("own_optimum", "the pose is outside the travel, or the error is invalid");
   return found;
 }
 
@@ -133,7 +133,7 @@ std::optional<MountedAssembly::FieldMtf> MountedAssembly::mtf(const std::vector<
   if (!found) return found;
   for (const double value : {found->centre, found->corner})
     if (!(value >= 0 && value <= 1))
-      implementation_->scene->backend->refuse("mtf", "it tells " + shortest(value) + "; expected a number from 0 to 1");
+      implementation_->scene->backend->refuse("mtf", "found an MTF of " + shortest(value) + "; expected 0 to 1");
   return found;
 }
 

@@ -1,5 +1,5 @@
-// What stands behind Scene: a library's object or a process. Both hand over what the plugin said as it said it; Scene
-// checks it, once for both.
+// The backends of Scene: a library's object or a process. They return the plugin's answers unchecked; Scene checks them
+// for both.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace relign::plugin_host {
 
-// A mounted lens. Goes before its scene.
+// A mounted lens. Must be destroyed before its scene.
 class AssemblyBackend {
  public:
   AssemblyBackend() = default;
@@ -30,7 +30,7 @@ class AssemblyBackend {
   virtual std::optional<MountedAssembly::FieldMtf> mtf(const std::vector<double>& true_pose, double lp_per_mm) = 0;
 };
 
-// Every function throws Error(plugin_failed) when the plugin reports a failure, or cannot be understood.
+// Every function throws Error(plugin_failed) when the plugin reports a failure or sends a malformed message.
 class SceneBackend {
  public:
   SceneBackend() = default;
@@ -42,14 +42,14 @@ class SceneBackend {
   virtual relign_image reference() = 0;
   virtual std::unique_ptr<AssemblyBackend> mount(const std::string& offsets_json) = 0;
 
-  // The three below are called only when it offers a stage.
+  // The three functions after offers_stage are called only when it returns true.
   virtual bool offers_stage() const = 0;
   virtual void begin(std::uint64_t seed) = 0;
   virtual Scene::StageMove move_by(const std::vector<double>& delta) = 0;  // `moved` has as many values as `delta`
   virtual double capture(float* pixels) = 0;                               // machine seconds
 
-  // The plugin gave in `what` something that cannot be: throws Error(plugin_failed).
-  [[noreturn]] virtual void refuse(const char* what, const std::string& sentence) = 0;
+  // Throws Error(plugin_failed): the plugin's function `what` returned an invalid result.
+  [[noreturn]] virtual void refuse(const char* what, const std::string& message) = 0;
 };
 
 std::unique_ptr<SceneBackend> make_library_scene(const Choice& choice, const HostServices& services);

@@ -18,7 +18,7 @@ void ShieldedServices::fill(Pair<Service>& pair, const void* service) {
 
 const void* ShieldedServices::shielded(std::string_view id, const void* service) {
   if (!service) return nullptr;
-  if (id == RELIGN_SERVICE_REFERENCE) return service;  // holds no function
+  if (id == RELIGN_SERVICE_REFERENCE) return service;  // it has no functions
   if (id == RELIGN_SERVICE_MEASURES) {
     using Table = relign_measures_service;
     fill(measures_, service);

@@ -1,5 +1,5 @@
-// The services of a conversation as a plugin gets them: copies of the host's tables whose functions pass the guard,
-// like those of the conversation itself.
+// The services of a trial as a plugin gets them: copies of the host's tables with guarded functions, like those of the
+// trial itself.
 #pragma once
 
 #include <relign/plugin.h>
@@ -11,7 +11,7 @@
 
 namespace relign::plugin_host {
 
-// One plugin's way back into the host: each call has the host's floating-point state, and no exception
+// Guards calls from a plugin into the host: they run with the host's floating-point state, and no exception
 // unwinds through the plugin's frames. After the first exception every call returns RELIGN_STOP.
 class CallbackShield {
  public:
@@ -46,7 +46,7 @@ class ShieldedServices {
   ShieldedServices(const ShieldedServices&) = delete;
   ShieldedServices& operator=(const ShieldedServices&) = delete;
 
-  // The plugin's copy of `service`, valid as long as this; null for null, and for ids this host cannot guard.
+  // The plugin's copy of `service`, valid as long as this object; null for null, and for unknown ids.
   const void* shielded(std::string_view id, const void* service);
 
  private:

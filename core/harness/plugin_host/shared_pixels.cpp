@@ -15,7 +15,7 @@ SharedPixels::~SharedPixels() {
 bool SharedPixels::grow(std::size_t bytes) {
   if (bytes <= bytes_) return true;
   if (::ftruncate(file_, static_cast<off_t>(bytes)) != 0) return false;
-  // A process that made the file smaller would kill the host, which has it mapped.
+  // The host has the file mapped: if the process could shrink it, the host would die of SIGBUS.
   ::fcntl(file_, F_ADD_SEALS, F_SEAL_SHRINK);
   void* mapped = mapped_ ? ::mremap(mapped_, bytes_, bytes, MREMAP_MAYMOVE)
                          : ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file_, 0);

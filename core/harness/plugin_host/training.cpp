@@ -11,25 +11,25 @@ namespace relign::plugin_host {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t kLargestSideFile = std::size_t{16} << 20;
-constexpr std::size_t kLongestMachine = 200;
+constexpr std::size_t kMaxSideFileBytes = std::size_t{16} << 20;
+constexpr std::size_t kMaxMachineLength = 200;
 
 Json amount(const Json& object, const char* key) {
   const Json value = object.is_object() ? object.value(key, Json()) : Json();
   return value.is_number() && std::isfinite(value.get<double>()) && value.get<double>() >= 0 ? value : Json();
 }
 
-Json read_facts(const Json& told) {
-  Json facts = {{"hours", amount(told, "hours")}, {"steps", amount(told, "steps")}};
-  facts["machine"] = text_of(told, "machine").substr(0, kLongestMachine);
-  const Json before = amount(object_of(told, "warm_start"), "hours");
+Json read_facts(const Json& stated) {
+  Json facts = {{"hours", amount(stated, "hours")}, {"steps", amount(stated, "steps")}};
+  facts["machine"] = text_of(stated, "machine").substr(0, kMaxMachineLength);
+  const Json before = amount(object_of(stated, "warm_start"), "hours");
   if (facts["hours"].is_number() && before.is_number())
     facts["hours"] = facts["hours"].get<double>() + before.get<double>();
   return facts;
 }
 
-// What the manifest states, with the parameter's name as the manifest spells it.
-Json stated(const Manifest& manifest) {
+// "training" as it is in the manifest.
+Json training_entry(const Manifest& manifest) {
   const Json root = Json::parse(manifest.text, nullptr, false);
   return root.is_object() ? root.value("training", Json()) : Json();
 }
@@ -43,15 +43,15 @@ Json sum(const Json& a, const Json& b) {
 }  // namespace
 
 Json side_file_of(const Choice& choice) {
-  const Json own = stated(*choice.plugin);
+  const Json own = training_entry(*choice.plugin);
   const Parameter* parameter = own.is_string() ? choice.plugin->parameter(own.get<std::string>()) : nullptr;
   if (!parameter || !choice.parameters.is_object()) return nullptr;
   const Json file = choice.parameters.value(parameter->name, Json());
   if (!file.is_string()) return nullptr;
   try {
     const std::filesystem::path side = std::filesystem::path(file.get<std::string>()).replace_extension(".json");
-    const Json told = Json::parse(read_file(side, kLargestSideFile), nullptr, false);
-    return told.is_object() ? told : Json();
+    const Json content = Json::parse(read_file(side, kMaxSideFileBytes), nullptr, false);
+    return content.is_object() ? content : Json();
   } catch (const Error&) {
     return nullptr;
   }
@@ -69,7 +69,7 @@ Json training_of(const Choice& choice) {
     const std::string known = text_of(all, "machine"), other = text_of(facts, "machine");
     if (known != other) all["machine"] = known.empty() || other.empty() ? known + other : known + ", " + other;
   };
-  const Json own = stated(*choice.plugin);
+  const Json own = training_entry(*choice.plugin);
   if (own.is_object()) add(read_facts(own));
   if (!training_parameter(*choice.plugin).empty()) add(read_facts(object_of(side_file_of(choice), "trained")));
   for (const auto& [parameter, inner] : choice.algorithms) add(training_of(*inner));
@@ -77,7 +77,7 @@ Json training_of(const Choice& choice) {
 }
 
 std::string training_parameter(const Manifest& manifest) {
-  const Json own = stated(manifest);
+  const Json own = training_entry(manifest);
   const Parameter* parameter = own.is_string() ? manifest.parameter(own.get<std::string>()) : nullptr;
   return parameter ? parameter->name : "";
 }
@@ -91,12 +91,11 @@ void check_training(const JsonSource& source, ObjectReader& reader, const Manife
     const Parameter* parameter = manifest.parameter(given->get<std::string>());
     if (!parameter || parameter->type != ParameterType::file)
       reader.complain("training",
-                      "expected the name of a parameter of type file, found \"" + given->get<std::string>() + "\"");
+                      "expected the name of a parameter of type file, found '" + given->get<std::string>() + "'");
     return;
   }
   if (!given->is_object()) {
-    reader.complain("training",
-                    "expected an object with \"hours\", \"steps\", \"machine\", or the name of a file parameter");
+    reader.complain("training", "expected an object with 'hours', 'steps', 'machine', or the name of a file parameter");
     return;
   }
   ObjectReader facts(source, "/training", problems);

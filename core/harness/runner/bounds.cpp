@@ -19,16 +19,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostLenses = 2;  // they differ by a tenth, and each takes half a second
+constexpr std::size_t kMaxInstances = 2;  // bounds of instances differ by a tenth, and each takes half a second
 constexpr std::size_t kPixelsOfAll = 400'000;
 
 std::size_t lenses_of(const trials::SceneFacts& facts) {
-  return std::clamp<std::size_t>(kPixelsOfAll / (std::size_t{facts.image_width} * facts.image_height), 1, kMostLenses);
+  return std::clamp<std::size_t>(kPixelsOfAll / (std::size_t{facts.image_width} * facts.image_height), 1,
+                                 kMaxInstances);
 }
 
-// One trial of each of the first lenses: which algorithm's does not matter.
-std::map<std::uint64_t, const suites::PlannedTrial*> first_lenses(const PreparedPlan& prepared, std::size_t scene,
-                                                                 std::size_t level) {
+// One trial of each of the first instances, of any algorithm.
+std::map<std::uint64_t, const suites::PlannedTrial*> first_instances(const PreparedPlan& prepared, std::size_t scene,
+                                                                     std::size_t level) {
   std::map<std::uint64_t, const suites::PlannedTrial*> lenses;
   for (const suites::PlannedTrial& trial : prepared.plan.trials)
     if (trial.scene == scene && trial.level == level) lenses.emplace(trial.instance, &trial);
@@ -36,7 +37,8 @@ std::map<std::uint64_t, const suites::PlannedTrial*> first_lenses(const Prepared
   return lenses;
 }
 
-// Whether the file is there and of the same lenses: a folder may have seen another seed or level of the same name.
+// Whether the file exists and is of the same instances: the folder may have been used with another seed, or another
+// noise level of the same name.
 bool holds(const fs::path& file, const std::string& key) {
   std::error_code code;
   return fs::is_regular_file(file, code) && text_of(Json::parse(read_file(file), nullptr, false), "key") == key;
@@ -58,7 +60,7 @@ void write_bounds(const PreparedPlan& prepared, const std::vector<std::size_t>& 
       const fs::path file = results / scene_folder(prepared, scene) / "next_image" / (name + ".json");
       const std::string key = short_hash(suite.levels[level].choice.identity + "\n" + std::to_string(suite.seed));
       if (holds(file, key)) continue;
-      const auto first = first_lenses(prepared, scene, level);
+      const auto first = first_instances(prepared, scene, level);
       if (first.empty() || !ran.count(first.begin()->second->id)) continue;
       Json known_by = key_of_scene(prepared, scene);
       known_by["level"] = {plugin_host::plugin_hash(*suite.levels[level].choice.plugin),
@@ -84,8 +86,8 @@ void write_bounds(const PreparedPlan& prepared, const std::vector<std::size_t>& 
       } catch (const Error& error) {
         if (error.kind() != ErrorKind::plugin_failed) throw;
         if (options.on_message)
-          options.on_message("the bound of one more image is missing for " + suite.scenes[scene].name + ", " + name +
-                             ": " + error.what());
+          options.on_message("no bound of one more image for " + suite.scenes[scene].name + ", " + name + ": " +
+                             error.what());
         continue;
       }
       if (is_new && lenses.size() == first.size()) kept.write(lenses);

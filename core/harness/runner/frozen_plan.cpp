@@ -34,7 +34,7 @@ Json parsed(const std::string& json) {
   return value.is_discarded() ? Json(json) : value;
 }
 
-// The ids of one algorithm on one scene and level stand in one text: a million trials are 16 MB.
+// One string has all ids of one algorithm on one scene and noise level: a million trials take 16 MB.
 Json blocks_of(const PreparedPlan& prepared) {
   const suites::Suite& suite = prepared.plan.suite;
   Json blocks = Json::array();
@@ -56,36 +56,36 @@ Json blocks_of(const PreparedPlan& prepared) {
   return blocks;
 }
 
-// What decides which trials there are, what they give, and in which part they are.
+// Hash of everything that determines the trials, their results and their shards.
 std::string hash_of_plan(Json content) {
   for (const char* key : {"format", "plan", "program", "suite_file", "suite_folder"}) content.erase(key);
   return short_hash(canonical_json(content));
 }
 
-// What is wrong with the parts of a plan file that this program takes for granted; empty: nothing. The hash does not
-// tell: whoever writes a file can write its hash, too.
+// Checks the members of a plan file that this program relies on; returns a message, or an empty string. The hash is no
+// protection, because an edited file can have a new hash.
 std::string mistake_of_lists(const Json& content) {
   const auto is_object = [](const Json& entry) { return entry.is_object(); };
   for (const char* key : {"scenes", "noise_levels", "algorithms", "blocks"})
     if (!content.contains(key) || !content[key].is_array() ||
         !std::all_of(content[key].begin(), content[key].end(), is_object))
-      return std::string("'") + key + "' is no list of objects";
+      return std::string("expected a list of objects '") + key + "'";
   const auto program = content.find("program");
   if (program == content.end() || !program->is_object() || !program->contains("hash") ||
       !(*program)["hash"].is_string())
-    return "it does not tell which program made it";
+    return "expected 'program' with the hash of the program that made it";
   std::uint64_t trials = 0;
   for (const Json& block : content["blocks"]) {
     const std::string ids = text_of(block, "ids");
-    if (ids.empty() || ids.size() % kIdSize != 0) return "the ids of its trials are no ids";
+    if (ids.empty() || ids.size() % kIdSize != 0) return "malformed ids of trials";
     trials += ids.size() / kIdSize;
   }
   if (trials != content["trials"].get<std::uint64_t>())
-    return "it has " + std::to_string(trials) + " trials and says that there are " + content["trials"].dump();
+    return "found " + std::to_string(trials) + " trials; expected " + content["trials"].dump() + " by 'trials'";
   return "";
 }
 
-// Sentences on every member of the two lists' entries that differs, by the entries' names.
+// Appends a message on every difference between the entries of two lists, matched by name.
 void compare_lists(const char* key, const std::string& what, const Json& was, const Json& is,
                    std::vector<std::string>& changes) {
   std::map<std::string, const Json*> now;
@@ -93,7 +93,7 @@ void compare_lists(const char* key, const std::string& what, const Json& was, co
   for (const Json& entry : was.at(key)) {
     const auto found = now.find(text_of(entry, "name") + "\n" + text_of(entry, "protocol"));
     if (found == now.end()) {
-      changes.push_back(what + " '" + text_of(entry, "name") + "' is gone");
+      changes.push_back(what + " '" + text_of(entry, "name") + "' was removed");
       continue;
     }
     for (const auto& [member, value] : entry.items())
@@ -102,7 +102,7 @@ void compare_lists(const char* key, const std::string& what, const Json& was, co
                           found->second->value(member, Json()).dump());
     now.erase(found);
   }
-  for (const auto& [name, entry] : now) changes.push_back(what + " '" + text_of(*entry, "name") + "' is new");
+  for (const auto& [name, entry] : now) changes.push_back(what + " '" + text_of(*entry, "name") + "' was added");
 }
 
 }  // namespace
@@ -111,9 +111,9 @@ Json freeze(const PreparedPlan& prepared, unsigned shards, const fs::path& folde
   const suites::Suite& suite = prepared.plan.suite;
   const std::size_t instances = count_instances(prepared.plan);
   if (shards < 1 || shards > instances)
-    throw Error(ErrorKind::bad_input, "--shards " + std::to_string(shards) + ": the suite can be cut into 1 to " +
+    throw Error(ErrorKind::bad_input, "--shards " + std::to_string(shards) + ": the suite can be split into 1 to " +
                                           std::to_string(instances) +
-                                          " parts, one for each instance of each scene and noise level");
+                                          " shards, one per instance of each scene and noise level");
   const LibraryHashes hashes = hash_libraries(suite);
   const auto common = [&hashes](const std::string& name, const plugin_host::Choice& choice) {
     return Json{{"name", name},
@@ -157,28 +157,31 @@ FrozenPlan read_plan(const fs::path& file) {
   plan.content = parsed_json(read_file(file));
   const Json& content = plan.content;
   const auto refuse = [&file](const std::string& why) {
-    throw Error(ErrorKind::bad_input, file.string() + " " + why + "; relign-bench plan SUITE -o FILE writes one");
+    throw Error(ErrorKind::bad_input,
+                file.string() + " " + why + "; make a plan with 'relign-bench plan SUITE -o FILE'");
   };
   if (!content.is_object() || !content.contains("blocks") || !content.contains("format"))
-    refuse("is no plan (a suite is run without --plan)");
-  if (!content["format"].is_number_integer() || content["format"].get<std::int64_t>() < 1) refuse("names no format");
+    refuse("is not a plan (run a suite without --plan)");
+  if (!content["format"].is_number_integer() || content["format"].get<std::int64_t>() < 1)
+    refuse("has no valid 'format'");
   if (content["format"].get<std::int64_t>() > kPlanFormat)
     throw Error(ErrorKind::bad_input, file.string() + " has format " + content["format"].dump() +
                                           ", which is newer than this program's " + std::to_string(kPlanFormat) +
                                           "; use a newer relign-bench");
   for (const char* key : {"plan", "name", "suite", "suite_file", "suite_folder"})
-    if (!content.contains(key) || !content[key].is_string()) refuse(std::string("is damaged: it has no '") + key + "'");
+    if (!content.contains(key) || !content[key].is_string())
+      refuse(std::string("is damaged: missing key '") + key + "'");
   for (const char* key : {"shards", "trials"})
     if (!content.contains(key) || !content[key].is_number_unsigned())
-      refuse(std::string("is damaged: it has no '") + key + "'");
+      refuse(std::string("is damaged: missing key '") + key + "'");
   if (const std::string mistake = mistake_of_lists(content); !mistake.empty()) refuse("is damaged: " + mistake);
   plan.hash = hash_of_plan(content);
-  if (plan.hash != content["plan"]) refuse("is damaged or was changed by hand: its content is not what its hash says");
+  if (plan.hash != content["plan"]) refuse("is damaged or was edited: its content does not match its hash");
   plan.name = content["name"].get<std::string>();
   plan.trials = content["trials"].get<std::size_t>();
   const auto shards = content["shards"].get<std::uint64_t>();
   if (shards < 1 || shards > std::max<std::size_t>(plan.trials, 1))
-    refuse("is damaged: " + std::to_string(plan.trials) + " trials in " + std::to_string(shards) + " parts");
+    refuse("is damaged: " + std::to_string(plan.trials) + " trials in " + std::to_string(shards) + " shards");
   plan.shards = static_cast<unsigned>(shards);
   plan.suite_text = content["suite"].get<std::string>();
   plan.suite_file = content["suite_file"].get<std::string>();
@@ -196,11 +199,9 @@ void check_unchanged(const FrozenPlan& frozen, const PreparedPlan& prepared) {
   compare_lists("algorithms", "algorithm", frozen.content, now, changes);
   if (changes.empty())
     changes.push_back("the list of trials: was " + std::to_string(frozen.trials) + ", is " +
-                      std::to_string(prepared.plan.trials.size()) + ", or other ids for the same");
-  throw Error(ErrorKind::bad_input, frozen.file.string() +
-                                        " was made with other plugins or data than are here now:\n  " +
-                                        join(changes, "\n  ") +
-                                        "\nBring back what the plan was made with, or make a new plan and begin anew");
+                      std::to_string(prepared.plan.trials.size()) + ", or their ids changed");
+  throw Error(ErrorKind::bad_input, frozen.file.string() + " was made with different plugins or data:\n  " +
+                                        join(changes, "\n  ") + "\nrestore them, or make a new plan and start again");
 }
 
 std::vector<std::size_t> places_of_shard(const suites::Plan& plan, unsigned shard, unsigned shards) {
@@ -221,7 +222,7 @@ std::vector<std::string> ids_of_shard(const FrozenPlan& plan, unsigned shard) {
     while (place < entries.size() && text_of(entries[place], "name") != name) ++place;
     return place;
   };
-  // How many instances each scene has on each level, in the order in which they are dealt out.
+  // The index of the first instance of each scene and noise level, in the order in which instances are dealt out.
   std::map<std::pair<std::size_t, std::size_t>, std::size_t> first;
   std::vector<std::pair<std::pair<std::size_t, std::size_t>, std::string>> blocks;
   for (const Json& block : plan.content.at("blocks")) {

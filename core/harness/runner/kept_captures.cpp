@@ -1,4 +1,4 @@
-// What a report shows of a station's trials, which nothing can capture again.
+// Pictures of a station's trials, which cannot be captured again later.
 #include <algorithm>
 #include <cstdio>
 

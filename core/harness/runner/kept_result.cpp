@@ -13,7 +13,7 @@
 namespace relign::runner {
 namespace {
 
-constexpr int kKeptFormat = 1;  // raise it when the same key begins to mean another result
+constexpr int kKeptFormat = 1;  // increase it when the same key would give another result
 
 std::string digest_of(const Json& value) { return sha256_hex(canonical_json(value)); }
 

@@ -1,5 +1,5 @@
-// Small results that follow from plugins and data alone and take seconds to make, kept in the cache from one run to the
-// next: the error around a scene's nominal pose, the bound of one more image.
+// Cache of small results that are functions of plugins and data and take seconds to compute: the error around a scene's
+// nominal pose, the bound of one more image.
 #pragma once
 
 #include <filesystem>
@@ -12,12 +12,12 @@ namespace relign::runner {
 
 class KeptResult {
  public:
-  // `kind` names its folder below `cache`; `key` holds all that the result follows from, and its hash names the file.
-  // An empty cache keeps nothing.
+  // `kind` is the folder below `cache`; `key` contains everything that determines the result, and its hash is the name
+  // of the file. With an empty `cache` nothing is stored.
   KeptResult(const std::filesystem::path& cache, const std::string& kind, Json key);
 
-  Json read() const;  // null where it was not kept, is damaged or belongs to another key
-  // A result that cannot be kept is made again the next time: throws nothing.
+  Json read() const;  // null when it is missing, damaged or of another key
+  // Ignores failures: then the result is computed again the next time.
   void write(const Json& value) const noexcept;
 
  private:
@@ -25,8 +25,8 @@ class KeptResult {
   std::filesystem::path file_;
 };
 
-// What a result of a scene of the plan follows from: its plugin, parameters and data, and where it may differ by the
-// processor, that.
+// What determines a result of a scene of the plan: its plugin, parameters and data, and the processor if results may
+// depend on it.
 Json key_of_scene(const PreparedPlan& prepared, std::size_t scene);
 
 }  // namespace relign::runner

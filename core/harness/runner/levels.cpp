@@ -13,7 +13,7 @@ void check_levels(const suites::Suite& suite, const std::vector<trials::SceneFac
       const plugin_host::HostServices own = services(level.name);
       try {
         trials::draw_instance(level.choice, level.name, facts[scene], suite.scenes[scene].name, own, suite.seed,
-                            suite.first_instance);
+                              suite.first_instance);
       } catch (const Error& error) {
         if (error.kind() != ErrorKind::bad_input) throw;
         mistakes += (mistakes.empty() ? "" : "\n") + std::string(error.what());

@@ -1,4 +1,4 @@
-// Whether a suite's noise levels and scenes go together, known before any trial.
+// Checks before the first trial that a suite's noise levels fit its scenes.
 #pragma once
 
 #include <functional>
@@ -11,8 +11,8 @@
 
 namespace relign::runner {
 
-// Draws the first instance of every level for every scene. Throws Error(bad_input) that lists every pair which cannot
-// be used. One entry of `facts` per scene; `services` is asked before each draw, by the level's name.
+// Draws the first instance of every level for every scene. Throws Error(bad_input) that lists every unusable pair. One
+// entry of `facts` per scene; `services` is called before each draw with the level's name.
 void check_levels(const suites::Suite& suite, const std::vector<trials::SceneFacts>& facts,
                   const std::function<plugin_host::HostServices(const std::string& name)>& services);
 

@@ -1,4 +1,4 @@
-// Whether the scenes of a suite can tell the MTF that its specification asks for.
+// Checks that the scenes of a suite offer the MTF that its specification requires.
 #pragma once
 
 #include <optional>
@@ -10,8 +10,8 @@
 
 namespace relign::runner {
 
-// What the perfect lens has at the nominal pose; nothing when no MTF is asked for. Throws Error(bad_input) when the
-// scene does not tell it, or when the suite's spec asks for diffraction and the scene's MTF has none, or the reverse.
+// The MTF of the perfect lens at the nominal pose; nothing when none is required. Throws Error(bad_input) when the
+// scene does not offer it, or when only one of the suite's spec and the scene's MTF includes diffraction.
 std::optional<plugin_host::MountedAssembly::FieldMtf> check_mtf(const suites::Suite& suite, const std::string& name,
                                                                 plugin_host::Scene& scene,
                                                                 const trials::SceneFacts& facts);

@@ -38,7 +38,7 @@ constexpr std::size_t kFilmFrames = 8;
 
 std::string film_name() { return "film.webp"; }
 
-// Places in the record's steps: the first and the last, and between them more at the beginning, where most happens.
+// Indices of the steps in a film: the first, the last, and more near the beginning, where the pose changes most.
 std::vector<std::size_t> film_frames(std::size_t steps) {
   std::set<std::size_t> places;
   const std::size_t frames = std::min(kFilmFrames, steps);
@@ -46,7 +46,8 @@ std::vector<std::size_t> film_frames(std::size_t steps) {
     const double share = frames == 1 ? 0 : static_cast<double>(frame) / static_cast<double>(frames - 1);
     places.insert(static_cast<std::size_t>(std::lround(std::expm1(std::log(static_cast<double>(steps)) * share))));
   }
-  for (std::size_t place = 0; places.size() < frames; ++place) places.insert(place);  // rounded to the same
+  for (std::size_t place = 0; places.size() < frames; ++place)
+    places.insert(place);  // fills up where rounding gave equal indices
   return {places.begin(), places.end()};
 }
 
@@ -55,14 +56,14 @@ struct Chosen {
   const char* why;
 };
 
-// What the choice is made by; the steps of the chosen are read when they are needed.
+// Data for choosing trials; the steps of chosen ones are read later.
 struct Candidate {
   double score;
   std::uint64_t instance;
   records::StoredTrial where;
 };
 
-// Noise-free MSE at the recommended pose of the last step; where nobody knows it, the lowest measured RMSE.
+// Noise-free MSE at the recommended pose of the last step; where it is unknown, the lowest measured RMSE.
 double score_of(const std::vector<records::StepNumbers>& steps) {
   double score = steps.back().recommended_mse;
   if (!std::isnan(score)) return score;
@@ -82,7 +83,7 @@ class Pictures {
     for (std::size_t place = 0; place < prepared_.plan.trials.size(); ++place)
       planned_.emplace(prepared_.plan.trials[place].id, &prepared_.plan.trials[place]);
     const std::vector<Chosen> chosen = choose_all();
-    // Captured scene by scene and instance by instance, so that each lens is mounted once.
+    // Sorted by scene and instance, so that each lens is mounted once.
     std::vector<const Chosen*> captures;
     for (const Chosen& one : chosen) captures.push_back(&one);
     std::stable_sort(captures.begin(), captures.end(), [this](const Chosen* a, const Chosen* b) {
@@ -97,7 +98,7 @@ class Pictures {
       if (stopped()) return;
       const suites::PlannedTrial& trial = *planned_.at(one->record.trial);
       if (trial.scene != scene) write_scene(scene = trial.scene);
-      if (prepared_.scenes[trial.scene].owns_stage) continue;  // kept while the trial ran
+      if (prepared_.scenes[trial.scene].owns_stage) continue;  // stored during the trial
       guarded([&] { capture(make_job(prepared_, trial), one->record); });
     }
     remove_strangers(chosen);
@@ -113,7 +114,7 @@ class Pictures {
       body();
     } catch (const Error& error) {
       if (error.kind() != ErrorKind::plugin_failed) throw;
-      if (options_.on_message) options_.on_message(std::string("a picture is missing: ") + error.what());
+      if (options_.on_message) options_.on_message(std::string("cannot capture a picture: ") + error.what());
     }
   }
 
@@ -136,7 +137,7 @@ class Pictures {
     return all;
   }
 
-  // Best, median and worst by score; with one trial it is all three. Ties go to the lower instance, so that the choice
+  // Best, median and worst by score; a single trial is all three. Ties go to the lower instance, so that the choice
   // does not depend on the order.
   void choose(std::vector<Candidate>& trials, std::vector<Chosen>& all) const {
     if (trials.empty()) return;
@@ -182,8 +183,7 @@ class Pictures {
     });
   }
 
-  // The start as the algorithm saw it; then what the sensor sees at the last recommendation, in the
-  // noise of the last step.
+  // Captures the start with the noise of step 0, and the last recommendation with the noise of the last step.
   void capture(const TrialJob& job, const records::TrialRecord& record) {
     const fs::path folder = results_ / "pictures" / record.trial;
     const records::StepRecord& last = record.steps.back();
@@ -214,7 +214,7 @@ class Pictures {
     std::set<std::string> wanted;
     for (const Chosen& one : chosen) wanted.insert(one.record.trial);
     for (const suites::SceneEntry& scene : prepared_.plan.suite.scenes) wanted.insert(scene.name);
-    for (const auto& [id, trial] : planned_)  // a later run may choose others
+    for (const auto& [id, trial] : planned_)  // a later run may choose different trials
       if (prepared_.scenes[trial->scene].owns_stage) wanted.insert(id);
     std::vector<fs::path> strangers;
     std::error_code code;
@@ -223,7 +223,7 @@ class Pictures {
     for (const fs::path& stranger : strangers) fs::remove_all(stranger, code);
   }
 
-  // With what a reader wants to know of each frame, so that a page need not look for it in the records.
+  // With the data shown beside each frame, so that a page does not need to read the records.
   static Json film_index(const records::TrialRecord& record) {
     Json frames = Json::array();
     for (const std::size_t place : film_frames(record.steps.size())) {

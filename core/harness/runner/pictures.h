@@ -1,6 +1,6 @@
-// The pictures a report shows, taken after the last trial: best, median and worst trial of every scene,
-// noise level, protocol and algorithm, and each scene's reference. Reports only embed them. A station
-// cannot show anything again: of its trials the first and the last capture are kept while they run.
+// The pictures of a report, captured after the last trial: best, median and worst trial of every scene,
+// noise level, protocol and algorithm, and each scene's reference image. Reports only embed them. Trials on a station
+// cannot be repeated: their first and last captures are stored during the trial.
 #pragma once
 
 #include <atomic>
@@ -23,14 +23,14 @@ struct PictureOptions {
   std::function<std::string(const plugin_host::Choice& scene)> draw_lens;  // as in RunOptions
 };
 
-std::string frame_name(unsigned step);  // of a picture's file
+std::string frame_name(unsigned step);  // file name of a picture
 
 // First and last capture of a trial on a station.
 class KeptCaptures {
  public:
   explicit KeptCaptures(const trials::SceneFacts& scene) : scene_(scene) {}
   void keep(const trials::Step& step, const float* pixels);
-  // Writes them below pictures/, over what an earlier try left. Throws Error(io).
+  // Writes them below pictures/, replacing those of an earlier attempt. Throws Error(io).
   void write(const std::filesystem::path& results, const std::string& trial) const;
 
  private:
@@ -39,9 +39,9 @@ class KeptCaptures {
   unsigned last_step_ = 0;
 };
 
-// Writes pictures/ (index.json last) and scenes/<hash>/. Frames that are there already stay, those of
-// trials that are no longer shown go. A scene that fails costs its pictures and a message. Throws
-// Error(io) when the folder cannot be written.
+// Writes pictures/ (index.json last) and scenes/<hash>/. Keeps existing frames, removes those of trials that are no
+// longer shown. A scene that fails yields a message and no pictures. Throws Error(io) when the folder cannot be
+// written.
 void write_pictures(const PreparedPlan& prepared, const std::filesystem::path& results, const PictureOptions& options);
 
 }  // namespace relign::runner

@@ -1,5 +1,5 @@
-// What the algorithms of a plan load: prepared before the first trial, one preparation for each scene, noise level and
-// algorithm that needs it (preparation.h).
+// The pretraining of a plan's algorithms before the first trial, once for each scene, noise level and algorithm that
+// needs it (preparation.h).
 #pragma once
 
 #include <cstddef>
@@ -16,17 +16,17 @@ namespace relign::runner {
 
 class PlanPreparation {
  public:
-  // How one trial's algorithm is prepared; throws Error as Preparer::prepare does.
+  // Pretrains the algorithm of one trial; throws Error as Preparer::prepare does.
   using Make = std::function<Preparer::Entries(const suites::PlannedTrial& trial)>;
-  // Without `make` they are prepared here, in this process.
+  // Without `make`, pretraining runs in this process.
   PlanPreparation(const PreparedPlan& plan, Preparer::Options options, Make make = nullptr)
       : plan_(plan), preparer_(std::move(options)), make_(std::move(make)) {}
 
-  // Of the trials at these places. on_begin gets the name of each algorithm before it is looked at. Once the run is
-  // asked to stop it returns early: no trial will begin either.
+  // For the trials at these positions. Calls on_begin with the name of each algorithm before it starts. Returns early
+  // once the run is stopped, because no trial will start then.
   void prepare(const std::vector<std::size_t>& places, const std::function<void(const std::string&)>& on_begin);
 
-  // Null when the trial's algorithm loads nothing.
+  // Null when the trial's algorithm has no pretraining.
   const Preparer::Entries* of(const suites::PlannedTrial& trial) const;
 
   // For manifest.json.

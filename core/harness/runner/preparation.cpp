@@ -13,9 +13,9 @@
 namespace relign::runner {
 namespace {
 
-// Enters every key: raise it when preparing begins to mean something else.
+// Part of every key: increase it when pretraining with the same key would give other data.
 constexpr int kPreparationVersion = 1;
-// Not the user's: what is prepared does not depend on the suite it is for.
+// A constant, because pretraining does not depend on the suite.
 constexpr std::uint64_t kPreparationSeed = 0;
 
 Json identity_json(const std::string& identity) {
@@ -37,7 +37,7 @@ std::string place_of(const TrialJob& job) {
 }
 
 void check_stop(const std::atomic<bool>* stop) {
-  if (stop && stop->load()) throw Error(ErrorKind::stopped, "stopped while an algorithm was being prepared");
+  if (stop && stop->load()) throw Error(ErrorKind::stopped, "stopped during pretraining");
 }
 
 }  // namespace
@@ -46,14 +46,14 @@ Preparer::Preparer(Options options) : options_(std::move(options)) {}
 Preparer::~Preparer() = default;
 
 const Preparer::Entries& Preparer::prepare(const TrialJob& job, const std::string& scene_data) {
-  const std::string asked = canonical_json(key_of(job.algorithm, job, scene_data));
-  if (const auto known = answers_.find(asked); known != answers_.end()) return known->second;
+  const std::string key = canonical_json(key_of(job.algorithm, job, scene_data));
+  if (const auto known = answers_.find(key); known != answers_.end()) return known->second;
   Entries entries;
   if (!job.facts.owns_stage) prepare_one(job.algorithm, job, scene_data, entries);
-  return answers_[asked] = std::move(entries);
+  return answers_[key] = std::move(entries);
 }
 
-// What an algorithm runs is prepared first: it may be used while the outer one is prepared.
+// Inner algorithms first, because the outer one may run them during its pretraining.
 void Preparer::prepare_one(const plugin_host::Choice& algorithm, const TrialJob& job, const std::string& scene_data,
                            Entries& entries) {
   for (const auto& [parameter, inner] : algorithm.algorithms) prepare_one(*inner, job, scene_data, entries);
@@ -67,7 +67,7 @@ void Preparer::prepare_one(const plugin_host::Choice& algorithm, const TrialJob&
 
 PreparedEntry Preparer::make(const plugin_host::Choice& algorithm, const TrialJob& job, const Json& key,
                              const Entries& inner) {
-  const auto tell = [this](const std::string& message) {
+  const auto report = [this](const std::string& message) {
     if (options_.on_message) options_.on_message(message);
   };
   const auto wanted = *plugin_host::preparation(*algorithm.plugin, algorithm.parameters);
@@ -81,12 +81,13 @@ PreparedEntry Preparer::make(const plugin_host::Choice& algorithm, const TrialJo
     std::string problem;
     entry.data = store.read(problem);
     if (entry.data.bytes) return entry;
-    if (!problem.empty()) tell("prepared data of " + entry.algorithm + ": " + problem + "; made anew");
+    if (!problem.empty())
+      report("pretrained data of " + entry.algorithm + ": " + problem + "; repeating the pretraining");
   }
 
-  tell("preparing " + entry.algorithm + " for " + place_of(job) + ": " + std::to_string(wanted.sources) +
-       (wanted.sources == 1 ? " source" : " sources") + " of " + std::to_string(wanted.steps) +
-       " steps, kept for later runs");
+  report("pretraining " + entry.algorithm + " for " + place_of(job) + ": " + std::to_string(wanted.sources) +
+         (wanted.sources == 1 ? " source" : " sources") + " of " + std::to_string(wanted.steps) +
+         " steps, stored for later runs");
   if (!runner_)
     runner_ = std::make_unique<TrialRunner>(
         TrialRunner::Options{options_.threads, options_.cache_folder, options_.on_message, options_.stop});
@@ -96,7 +97,7 @@ PreparedEntry Preparer::make(const plugin_host::Choice& algorithm, const TrialJo
   TrialJob source = job;
   source.id.clear();
   source.algorithm = algorithm;
-  source.algorithm_name = algorithm.plugin->id;  // its seeds: the same under every name that a suite gives it
+  source.algorithm_name = algorithm.plugin->id;  // seeds do not depend on the name in a suite
   source.budget = wanted.steps;
   source.suite_seed = kPreparationSeed;
   source.preparing = &preparing;
@@ -108,14 +109,14 @@ PreparedEntry Preparer::make(const plugin_host::Choice& algorithm, const TrialJo
     check_stop(options_.stop);
     if (options_.on_source) options_.on_source();
     if (!outcome.stopped && !records::ended_well(outcome.record.end)) {
-      entry.data.failure = "preparing " + entry.algorithm + " failed on source " + std::to_string(preparing.source) +
+      entry.data.failure = "pretraining " + entry.algorithm + " failed on source " + std::to_string(preparing.source) +
                            ": " + outcome.record.message;
       return entry;
     }
   }
   entry.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (!preparing.bytes) {
-    entry.data.failure = "preparing " + entry.algorithm + " failed: it saved nothing on any source";
+    entry.data.failure = "pretraining " + entry.algorithm + " failed: it saved no data on any source";
     return entry;
   }
   entry.made_now = true;
@@ -130,7 +131,7 @@ PreparedEntry Preparer::make(const plugin_host::Choice& algorithm, const TrialJo
                              {"scene_name", job.scene_name},
                              {"noise_level_name", job.level_name}});
   } catch (const Error& error) {
-    tell("what was prepared for " + entry.algorithm + " is not kept: " + error.what());
+    report("cannot store the pretrained data of " + entry.algorithm + ": " + error.what());
     entry.file.clear();
   }
   return entry;
@@ -144,9 +145,9 @@ const std::string& Preparer::hash_of(const plugin_host::Choice& choice) {
 
 Json Preparer::key_of(const plugin_host::Choice& algorithm, const TrialJob& job, const std::string& scene_data) {
   const std::function<Json(const plugin_host::Choice&)> identified = [&](const plugin_host::Choice& choice) {
-    Json told = {{"hash", hash_of(choice)}, {"identity", identity_json(choice.identity)}};
-    for (const auto& [parameter, inner] : choice.algorithms) told["runs"][parameter] = identified(*inner);
-    return told;
+    Json entry = {{"hash", hash_of(choice)}, {"identity", identity_json(choice.identity)}};
+    for (const auto& [parameter, inner] : choice.algorithms) entry["runs"][parameter] = identified(*inner);
+    return entry;
   };
   return {{"preparation", kPreparationVersion},
           {"algorithm", identified(algorithm)},
@@ -201,7 +202,7 @@ Preparer::Entries without_data(const plugin_host::Choice& algorithm, const std::
     entry.algorithm = algorithm.plugin->id;
     entry.sources = wanted->sources;
     entry.steps = wanted->steps;
-    entry.data.failure = "preparing " + entry.algorithm + " failed: " + failure;
+    entry.data.failure = "pretraining " + entry.algorithm + " failed: " + failure;
   }
   return entries;
 }

@@ -10,7 +10,7 @@
 #include "runner/mtf_check.h"
 #include "runner/run.h"
 #include "runner/stations.h"
-#include "trials/rig.h"
+#include "trials/stage.h"
 
 namespace relign::runner {
 namespace {
@@ -64,8 +64,8 @@ PreparedPlan prepare_all(suites::Suite suite, const std::filesystem::path& cache
     try {
       plugin_host::Algorithm(entry.choice, as(entry.name));
     } catch (const Error& error) {
-      // A library that cannot be loaded ends the run; one that cannot make its object fails in each of
-      // its trials, and the others go on.
+      // A library that cannot be loaded ends the run. One that cannot create its object fails in its own trials, and
+      // the others run.
       if (error.kind() != ErrorKind::plugin_failed) throw;
     }
   }
@@ -83,7 +83,7 @@ PreparedPlan prepare_all(suites::Suite suite, const std::filesystem::path& cache
 
 }  // namespace
 
-// Paths stay out of it, they differ from machine to machine.
+// Without paths, which differ between machines.
 std::string data_identity(const trials::SceneFacts& facts) {
   std::vector<std::pair<std::string, std::string>> files;
   for (const std::string& file : facts.files)
@@ -99,7 +99,7 @@ PreparedPlan prepare(suites::Suite suite, const std::filesystem::path& cache_fol
   try {
     return prepare_all(std::move(suite), cache_folder, on_message, stop);
   } catch (const Error&) {
-    check_stop(stop);  // a process that was not waited for any longer is no mistake of the suite
+    check_stop(stop);  // after a stop, an error may come from a process that we no longer wait for
     throw;
   }
 }

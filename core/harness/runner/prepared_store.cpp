@@ -31,14 +31,14 @@ trials::PreparedData PreparedStore::read(std::string& problem) const {
     return trials::PreparedData{};
   };
   try {
-    const Json told = parsed_json(read_file(sidecar_));
-    if (!told.is_object()) return refuse(sidecar_.string() + " is no JSON object");
-    if (told.value("format", Json()) != kStoreFormat) return refuse(sidecar_.string() + " has another format");
-    if (told.value("key", Json()) != key_) return refuse(sidecar_.string() + " belongs to something else");
+    const Json side = parsed_json(read_file(sidecar_));
+    if (!side.is_object()) return refuse(sidecar_.string() + " is not a JSON object");
+    if (side.value("format", Json()) != kStoreFormat) return refuse(sidecar_.string() + " has another format");
+    if (side.value("key", Json()) != key_) return refuse(sidecar_.string() + " has another key");
     trials::PreparedData data;
     data.bytes = std::make_shared<const std::string>(read_file(data_file_));
     data.hash = sha256_hex(*data.bytes);
-    if (told.value("sha256", Json()) != data.hash) return refuse(data_file_.string() + " is damaged");
+    if (side.value("sha256", Json()) != data.hash) return refuse(data_file_.string() + " is damaged");
     return data;
   } catch (const Error& error) {
     return refuse(error.what());

@@ -1,8 +1,8 @@
-// What was prepared (relign.prepared/1), kept in the user's cache from one run to the next:
+// Pretrained data (relign.prepared/1) in the user's cache:
 //   prepared/<plugin>/<hash of the key>.data   the algorithm's bytes
 //   prepared/<plugin>/<hash of the key>.json   {"format", "key", "sha256", "bytes", "made": {...}}
-// The key is everything that the bytes depend on; the sidecar repeats it, so that whoever looks into the folder can
-// tell what a file is, and a file that is damaged or belongs to something else is noticed.
+// The key contains everything that the bytes depend on. The side file repeats it, so that users can identify a file,
+// and damaged or foreign files are detected.
 #pragma once
 
 #include <filesystem>
@@ -15,14 +15,14 @@ namespace relign::runner {
 
 class PreparedStore {
  public:
-  // `cache` empty: nothing is kept. `plugin`: its id, a folder's name.
+  // With an empty `cache` nothing is stored. `plugin`: its id, which is the folder's name.
   PreparedStore(const std::filesystem::path& cache, const std::string& plugin, Json key);
 
-  // Null bytes when there are none. `problem` says what is wrong with files that are there; else it is empty.
+  // Null bytes when there are none. `problem`: what is wrong with existing files; else empty.
   trials::PreparedData read(std::string& problem) const;
 
-  // Atomic: another process sees the old pair, the new one, or notices. Throws Error(io). `made` is provenance: when,
-  // how long, by which program.
+  // Atomic: another process reads the old pair or the new one, or detects a mix. Throws Error(io). `made` is
+  // provenance: date, duration, program.
   void write(const trials::PreparedData& data, const Json& made) const;
 
   bool keeps() const { return !data_file_.empty(); }

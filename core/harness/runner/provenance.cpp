@@ -16,7 +16,7 @@
 namespace relign::runner {
 namespace {
 
-// The text after the separator in the first line that starts with `key`; empty without.
+// The text after the separator in the first line that starts with `key`; empty if there is none.
 std::string value_in_file(const char* file, const std::string& key, char separator) {
   std::ifstream lines(file);
   for (std::string line; std::getline(lines, line);) {
@@ -45,7 +45,7 @@ std::string system_name() {
   return distribution.empty() ? kernel : distribution + ", " + kernel;
 }
 
-// The running program; empty where the system does not show it.
+// Hash of the running program; empty where it cannot be read.
 std::string program_hash() {
   try {
     return sha256_file("/proc/self/exe");

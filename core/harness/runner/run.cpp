@@ -44,9 +44,9 @@ class Run {
 
   RunSummary execute() {
     if (writer_.repaired() > 0)
-      tell("the run before was cut off while it wrote: what was half-written is dropped and runs again");
-    // Before anything is kept or dropped: trials that were made with other data run again.
-    learnt_.prepare(selected_, [this](const std::string& algorithm) { report_progress("preparing " + algorithm); });
+      tell("the previous run ended while writing; half-written trials are dropped and run again");
+    // First, because trials made with other pretrained data run again.
+    learnt_.prepare(selected_, [this](const std::string& algorithm) { report_progress("pretraining " + algorithm); });
     preparing_worker_.reset();
     drop_outdated();
     Json manifest = make_manifest(prepared_, hashes_, options_.command, learnt_.to_json());
@@ -56,7 +56,7 @@ class Run {
     writer_.write_manifest(manifest);
     const std::vector<std::size_t> todo = plan_work();
     report_progress("trials");
-    if (!todo.empty()) {  // what was verified is no longer what is there
+    if (!todo.empty()) {  // an earlier verification does not cover new trials
       std::error_code code;
       fs::remove(options_.results / "verify.json", code);
     }
@@ -65,7 +65,7 @@ class Run {
     std::vector<std::string> order;
     for (const suites::PlannedTrial& trial : prepared_.plan.trials) order.push_back(trial.id);
     writer_.finish(order);
-    if (!asked_to_stop()) {
+    if (!stop_requested()) {
       report_progress("pictures");
       PictureOptions pictures;
       pictures.cache_folder = options_.cache_folder;
@@ -76,14 +76,14 @@ class Run {
       write_pictures(prepared_, options_.results, pictures);
       write_bounds(prepared_, selected_, options_.results, pictures);
     }
-    summary_.stopped = asked_to_stop();
+    summary_.stopped = stop_requested();
     summary_.seconds = seconds_since(begin_);
     collect_failures();
     return summary_;
   }
 
  private:
-  bool asked_to_stop() const { return options_.stop && options_.stop->load(); }
+  bool stop_requested() const { return options_.stop && options_.stop->load(); }
 
   void tell(const std::string& message) {
     if (!options_.on_message) return;
@@ -107,7 +107,7 @@ class Run {
     return options;
   }
 
-  // One worker for all that is prepared: what a plugin does there costs its own trials.
+  // Pretrains in one worker process, so that faults of a plugin affect only its own trials.
   PlanPreparation::Make in_a_worker() {
     return [this](const suites::PlannedTrial& trial) {
       if (!preparing_worker_) preparing_worker_ = process_worker(core_count(), options_.stop);
@@ -122,8 +122,8 @@ class Run {
             learnt_.of(trial) ? runner::hash_of(*learnt_.of(trial)) : ""};
   }
 
-  // Finished trials that this plan would no longer give: their plugins changed, or the suite shows them
-  // under other names. They run again.
+  // Drops finished trials that this plan would not reproduce, because their plugins or display names changed. They run
+  // again.
   void drop_outdated() {
     const std::map<std::string, records::FinishedTrial> finished = writer_.finished();
     std::map<std::string, std::size_t> changed;  // plugin id -> trials
@@ -143,9 +143,9 @@ class Run {
       const bool scene = check(before.plugins.scene, now.scene, suite_.scenes[trial.scene].choice);
       const bool level = check(before.plugins.noise_level, now.noise_level, suite_.levels[trial.level].choice);
       const bool algorithm = check(before.plugins.algorithm, now.algorithm, suite_.algorithms[trial.algorithm].choice);
-      // Also when nothing could be prepared before: those trials failed for it.
+      // Also when pretraining failed before, and the trials with it.
       const bool learnt = !algorithm && !now.prepared.empty() && before.plugins.prepared != now.prepared;
-      if (learnt) ++changed["what was prepared for " + suite_.algorithms[trial.algorithm].choice.plugin->id];
+      if (learnt) ++changed["pretrained data of " + suite_.algorithms[trial.algorithm].choice.plugin->id];
       if (scene) remove_scene_files(trial.scene);
       const bool named =
           before.scene != suite_.scenes[trial.scene].name || before.noise_level != suite_.levels[trial.level].name;
@@ -159,12 +159,12 @@ class Run {
       }
     }
     for (const auto& [plugin, trials] : changed)
-      tell(plugin + " changed: " + std::to_string(trials) + (trials == 1 ? " trial" : " trials") + " rerun");
+      tell(plugin + " changed: " + std::to_string(trials) + (trials == 1 ? " trial runs again" : " trials run again"));
     if (retried > 0)
       tell(std::to_string(retried) + (retried == 1 ? " failed trial runs" : " failed trials run") + " again");
     if (renamed > 0)
-      tell("the suite shows scenes or noise levels under other names now: " + std::to_string(renamed) +
-           (renamed == 1 ? " trial" : " trials") + " rerun");
+      tell("scenes or noise levels were renamed in the suite: " + std::to_string(renamed) +
+           (renamed == 1 ? " trial runs again" : " trials run again"));
     writer_.drop(outdated);
     for (const std::string& trial : outdated) {
       std::error_code code;
@@ -173,7 +173,7 @@ class Run {
   }
 
   void remove_scene_files(std::size_t scene) {
-    std::error_code code;  // what stays would be an old picture, which is overwritten or still true
+    std::error_code code;  // ignored: remaining pictures are overwritten or still valid
     fs::remove_all(options_.results / scene_folder(prepared_, scene), code);
     fs::remove_all(options_.results / "pictures" / suite_.scenes[scene].name, code);
   }
@@ -189,26 +189,26 @@ class Run {
     std::size_t extra = 0;
     for (const std::string& trial : writer_.finished_trials()) ++(planned.count(trial) ? kept : extra);
     if (kept > 0 && !was.empty() && !is.empty() && was != is)
-      tell("relign-bench itself changed since these results were begun; " + std::to_string(kept) +
+      tell("relign-bench has changed since the first of these results; " + std::to_string(kept) +
            " finished trials are kept (choose a new folder with --out to run all of them again)");
     if (extra == 0) return;
     const std::string file = before.value("suite_file", std::string());
     const bool same_file = file.empty() || file == suite_.file;
-    tell(
-        std::to_string(extra) + (extra == 1 ? " finished trial in " : " finished trials in ") +
-        options_.results.string() + (extra == 1 ? " belongs to " : " belong to ") +
-        (same_file ? "an earlier form of the suite" : "another suite, " + file + " (this one is " + suite_.file + ")") +
-        (extra == 1 ? "; it is kept but not shown" : "; they are kept but not shown") +
-        (same_file ? "" : ". Give the suites different names, or one of them --out"));
+    tell(std::to_string(extra) + (extra == 1 ? " finished trial in " : " finished trials in ") +
+         options_.results.string() + (extra == 1 ? " belongs to " : " belong to ") +
+         (same_file ? "an earlier version of the suite"
+                    : "another suite, " + file + " (this one is " + suite_.file + ")") +
+         (extra == 1 ? "; it is kept but not shown" : "; they are kept but not shown") +
+         (same_file ? "" : "; give the suites different names, or one of them another folder with --out"));
   }
 
-  // An analysis plan that was changed after the first results were there is no plan: readers must know.
+  // An analysis plan that was changed after the first results is not pre-registered: reports mark it.
   void remember_first_analysis(const Json& before, Json& now) {
     if (!before.is_object() || writer_.finished_trials().empty()) return;
     const std::string first = before.value("analysis_began_with", before.value("analysis_hash", std::string("none")));
     if (first == now.value("analysis_hash", std::string("none"))) return;
     now["analysis_began_with"] = first;
-    tell("the suite's analysis plan is not the one that these results were begun with; the report names it changed");
+    tell("the suite's analysis plan has changed since the first of these results; the report marks it as changed");
   }
 
   std::vector<std::size_t> plan_work() {
@@ -239,7 +239,7 @@ class Run {
       return prepared_.scenes[prepared_.plan.trials[place].scene].owns_stage;
     });
     const std::size_t wanted = station ? 1 : options_.workers == 0 ? cores : options_.workers;
-    if (station && options_.workers > 1) tell("one worker instead of several: a station runs one trial at a time");
+    if (station && options_.workers > 1) tell("using one worker: a station runs one trial at a time");
     const auto workers = static_cast<unsigned>(std::min<std::size_t>(wanted, todo.size()));
     const unsigned threads = std::max(1U, cores / workers);
     workers_ = workers;
@@ -257,20 +257,20 @@ class Run {
           worker_is_done_.notify_one();
         });
     } catch (const std::system_error&) {
-      // Fewer threads than asked for do the same work; with none at all this thread does it.
+      // Fewer threads than requested do the same work; without any, this thread does it.
       if (team.empty()) work_through(queue, threads);
     }
     wait_for(team);
     if (failure_) std::rethrow_exception(failure_);
   }
 
-  // A trial may hang: the workers cannot be relied on to see that they are asked to stop.
+  // Polls the stop flag here, because a worker may be waiting for a trial that hangs.
   void wait_for(std::vector<std::thread>& team) {
     {
       std::unique_lock<std::mutex> hold(progress_mutex_);
       while (workers_done_ < team.size()) {
         worker_is_done_.wait_for(hold, std::chrono::milliseconds(100));
-        if (asked_to_stop()) halt_ = true;
+        if (stop_requested()) halt_ = true;
       }
     }
     for (std::thread& worker : team) worker.join();
@@ -311,9 +311,9 @@ class Run {
     try {
       const std::unique_ptr<TrialWorker> worker = make_worker(threads);
       std::size_t group = TrialQueue::kNoGroup;
-      double writing_seconds = 0;  // of the trial before
+      double writing_seconds = 0;  // of the previous trial
       while (!halt_) {
-        if (asked_to_stop()) halt_ = true;
+        if (stop_requested()) halt_ = true;
         if (halt_) break;
         const std::optional<std::size_t> place = queue.next(group);
         if (!place) break;
@@ -328,7 +328,7 @@ class Run {
 
   void run_one(TrialWorker& worker, std::size_t place, double& writing_seconds) {
     const suites::PlannedTrial& trial = prepared_.plan.trials[place];
-    // The worker looks at halt_ before each step; it also rises when another worker cannot go on.
+    // The worker checks halt_ before each step; it is also set when another worker fails.
     WorkedTrial worked = worker.run(trial, learnt_.of(trial));
     if (worked.stopped) return;
     worked.times.plugins = plugins_of(trial);
@@ -364,7 +364,7 @@ class Run {
   std::string log_hint(const std::string& trial) const {
     const fs::path file = options_.results / records::log_file(trial);
     std::error_code code;
-    return fs::exists(file, code) ? "\n  all that its plugins printed: " + file.string() : "";
+    return fs::exists(file, code) ? "\n  output of its plugins: " + file.string() : "";
   }
 
   const PreparedPlan& prepared_;

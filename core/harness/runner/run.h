@@ -1,4 +1,4 @@
-// Runs a plan: every trial on the same instances, resumable by trial id, with pictures at the end.
+// Runs a plan: all algorithms on the same instances, resumable by trial id, with pictures at the end.
 // Workers are processes (worker_process.h), or threads (thread_worker.h).
 #pragma once
 
@@ -17,29 +17,31 @@ namespace relign::runner {
 
 struct Progress {
   std::size_t total = 0;  // trials of this run
-  std::size_t done = 0;   // finished now or found finished
+  std::size_t done = 0;   // finished in this run or before
   std::size_t failed = 0;
-  std::size_t reused = 0;  // found finished
+  std::size_t reused = 0;  // finished before
   double seconds = 0;      // since the start
-  std::string doing;       // "trials", "pictures"
+  std::string doing;       // current activity: "trials", "pictures"
 };
 
 struct RunOptions {
   std::filesystem::path results;  // folder
   unsigned workers = 0;           // 0: all cores
-  // The command that runs run_worker() (worker.h). Empty: workers are threads of this process, and the suite's limits
-  // of a trial's time and memory do not hold.
+  // The command that runs run_worker() (worker.h). Empty: workers are threads of this process, without the suite's
+  // limits of time and memory.
   std::vector<std::string> worker_program;
-  bool retry_failed = false;  // finished trials that ended in a failure run again
-  // key=value: scene, noise_level, algorithm, protocol, instance. Values of one key add up, keys narrow down.
+  bool retry_failed = false;  // run finished trials that failed again
+  // key=value: scene, noise_level, algorithm, protocol, instance. Values of one key are alternatives; different keys
+  // must all match.
   std::vector<std::pair<std::string, std::string>> only;
   std::filesystem::path cache_folder;
-  std::string command;  // for manifest.json: how to run this again
+  std::string command;  // for manifest.json: the command to repeat this run
   const std::atomic<bool>* stop = nullptr;
   std::function<void(const Progress&)> on_progress;    // any thread, one at a time
   std::function<void(const std::string&)> on_message;  // warnings, notes such as "compass changed: 30 trials
                                                        // rerun"; any thread, one at a time
-  // The lens of a scene in section, as SVG, for reports; "" where there is none to draw. Optics are not known here.
+  // Draws the cross-section of a scene's lens as SVG for reports; "" where there is none. A function of the caller,
+  // because this module does not depend on optics.
   std::function<std::string(const plugin_host::Choice& scene)> draw_lens;
 };
 
@@ -55,26 +57,26 @@ struct RunSummary {
 
 struct PreparedPlan {
   suites::Plan plan;
-  std::vector<trials::SceneFacts> scenes;     // one per suite scene
+  std::vector<trials::SceneFacts> scenes;   // one per scene of the suite
   std::vector<std::string> scene_identity;  // canonical JSON: hashes of the data files behind each scene
-  Json shard = nullptr;                     // for manifest.json, where these are the trials of a part of a plan
+  Json shard = nullptr;                     // for manifest.json, if these are the trials of a shard
 };
 
-// Creates each scene once (which fills the cache of reference images), asks every noise level for one
-// draw and loads every algorithm, so that what cannot work is known before the first trial. Throws Error;
-// Error(stopped) soon after `stop` is up.
+// Creates each scene once (which fills the cache of reference images), draws once from every noise level and loads
+// every algorithm, so that errors are found before the first trial. Throws Error; Error(stopped) soon after `stop`
+// becomes true.
 PreparedPlan prepare(suites::Suite suite, const std::filesystem::path& cache_folder,
                      const std::function<void(const std::string&)>& on_message = {},
                      const std::atomic<bool>* stop = nullptr);
 
-// Throws Error(bad_input) for an `only` that names nothing, Error(io) for the folder. What an algorithm
-// does wrong is a failed trial, never an exception.
+// Throws Error(bad_input) for an `only` without matches, Error(io) for the folder. A fault of an algorithm is a failed
+// trial, not an exception.
 RunSummary run(const PreparedPlan& prepared, const RunOptions& options);
 
-// Names and contents of the data files behind a scene, as canonical JSON: what identifies it beyond its Choice.
+// Names and hashes of the data files of a scene as canonical JSON: its identity in addition to its Choice.
 std::string data_identity(const trials::SceneFacts& facts);
 
-// The folder of a scene's own files below the results: "scenes/<hash>".
+// The folder of a scene's files within the results: "scenes/<hash>".
 std::string scene_folder(const PreparedPlan& prepared, std::size_t scene);
 
 }  // namespace relign::runner

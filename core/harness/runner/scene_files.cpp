@@ -11,10 +11,10 @@
 namespace relign::runner {
 namespace {
 
-// One for all poses: what is left of an estimate's error is nearly the same at neighbours, and lines are smooth.
+// The same for all poses, so that neighbouring estimates have nearly equal errors and lines are smooth.
 constexpr std::uint64_t kTruthSeed = 4;
 constexpr int kTimed = 5;
-// Shares of the travel from the nominal pose: dense where the error falls steeply.
+// Distances from the nominal pose as fractions of the travel: dense where the error falls steeply.
 constexpr double kAway[] = {0.01, 0.025, 0.05, 0.1, 0.2, 0.35, 0.5};
 constexpr int kPlaneSteps = 4;  // to each side
 constexpr double kPlaneStep = 0.03;
@@ -26,7 +26,7 @@ std::vector<double> line_shares(double nominal) {
   for (const double away : kAway)
     for (const double share : {nominal - away, nominal + away})
       if (inside(share)) shares.push_back(share);
-  for (const double end : {0.0, 1.0})  // where the nominal pose is not the middle
+  for (const double end : {0.0, 1.0})  // if the nominal pose is off centre
     if (std::fabs(end - nominal) > kAway[std::size(kAway) - 1]) shares.push_back(end);
   std::sort(shares.begin(), shares.end());
   return shares;
@@ -51,12 +51,12 @@ class Values {
   }
 
   bool too_slow(const std::vector<double>& pose) {
-    double fastest = kSlowestLandscapeValue * 2;
+    double fastest = kMaxLandscapeValueSeconds * 2;
     for (int k = 0; k < kTimed; ++k) {
       const auto begin = std::chrono::steady_clock::now();
       mse(pose);
       fastest = std::min(fastest, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
-      if (fastest <= kSlowestLandscapeValue) return false;
+      if (fastest <= kMaxLandscapeValueSeconds) return false;
     }
     return true;
   }
@@ -68,7 +68,7 @@ class Values {
 
 }  // namespace
 
-// What is not finite is written as null.
+// Non-finite values are written as null.
 Json measure_landscape(plugin_host::Scene& scene, const trials::SceneFacts& facts, const std::atomic<bool>* stop) {
   if (facts.owns_stage || !facts.truth || facts.axes.empty()) return nullptr;
   try {

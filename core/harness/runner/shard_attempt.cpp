@@ -18,8 +18,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The running kernel, which is as far as a lock on a file reaches for certain: machines of one name, and one machine
-// before and after it was switched off, have different folders.
+// Identifies the running kernel, beyond which file locks are not reliable: machines of equal names, and one machine
+// before and after a reboot, get different folders.
 std::string machine_name() {
   char host[256] = "";
   ::gethostname(host, sizeof host - 1);
@@ -37,7 +37,7 @@ std::set<std::string> complete_trials(const fs::path& folder, const std::functio
   try {
     return records::complete_trials(folder);
   } catch (const Error& error) {
-    if (tell) tell(std::string("an earlier attempt's trials run again: ") + error.what());
+    if (tell) tell(std::string("trials of an earlier attempt run again: ") + error.what());
     return {};
   }
 }
@@ -55,7 +55,7 @@ void require_plan(const fs::path& attempt, const std::string& plan_hash) {
   const Json shard = manifest.value("shard", Json::object());
   if (shard.is_object() && shard.value("plan", Json()) == plan_hash) return;
   throw Error(ErrorKind::bad_input,
-              attempt.string() + " holds results of another plan; choose another folder with --out");
+              attempt.string() + " has results of another plan; choose another folder with --out");
 }
 
 ShardAttempt::ShardAttempt(const fs::path& results, unsigned shard, const std::string& plan_hash,
@@ -73,7 +73,7 @@ ShardAttempt::ShardAttempt(const fs::path& results, unsigned shard, const std::s
       continue;
     }
     folder_ = results / name;
-    // Without locks nobody knows whether the folder is being written: nothing is shared then.
+    // Without locks we cannot tell whether the folder is being written, and do not share it.
     if (!claim_->held())
       folder_ += "-" + std::to_string(::getpid()) + "-" +
                  std::to_string(std::chrono::system_clock::now().time_since_epoch().count());

@@ -1,9 +1,9 @@
-// Where one attempt at a shard writes. Two attempts at the same shard can be alive at once: a cluster requeues a job
-// whose node it has lost, and the node goes on. So each machine writes a folder of its own:
-//   <results>/shard-0003.<host>-<boot>        a results folder like any other; boot: six digits of the machine's boot
-//   id <results>/shard-0003.<host>-<boot>-2      while the first is being written, on the same machine
-// An attempt goes on in its machine's folder where nobody writes it, and runs nothing that another folder of the shard
-// has a complete record of. `merge` joins them all and compares what two of them did.
+// The results folder of one shard attempt. Two attempts at the same shard can run at once: a cluster requeues a job
+// whose node it has lost, and the node continues. Therefore each machine writes a folder of its own:
+//   <results>/shard-0003.<host>-<boot>     an ordinary results folder; boot: six digits of the machine's boot id
+//   <results>/shard-0003.<host>-<boot>-2   on the same machine while the first one is being written
+// An attempt continues its machine's folder unless another process is writing it, and skips trials that are complete in
+// another folder of the shard. `merge` joins all of them and compares duplicates.
 #pragma once
 
 #include <filesystem>
@@ -24,12 +24,12 @@ class ShardAttempt {
 
   const std::filesystem::path& folder() const { return folder_; }
   std::string name() const { return folder_.filename().string(); }
-  // Complete in another attempt's folder and not in this one.
+  // Trials that are complete in another attempt's folder but not in this one.
   const std::set<std::string>& done_elsewhere() const { return done_elsewhere_; }
 
  private:
   std::filesystem::path folder_;
-  std::optional<records::ResultsLock> claim_;  // from before the first look until the run has ended
+  std::optional<records::ResultsLock> claim_;  // held from before reading the folder until the run has ended
   std::set<std::string> done_elsewhere_;
 };
 

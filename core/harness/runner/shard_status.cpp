@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The part that a folder named "shard-0003.HOST-BOOT" is of; `shards` for other names.
+// The shard of a folder "shard-0003.HOST-BOOT"; `shards` for other names.
 unsigned shard_of(const std::string& name, unsigned shards) {
   const std::string start = "shard-";
   const std::size_t dot = name.find('.');
@@ -56,7 +56,7 @@ std::vector<ShardStatus> status_of_shards(const FrozenPlan& plan, const fs::path
       try {
         done.merge(records::complete_trials(results / attempt));
       } catch (const Error& error) {
-        on_message(std::string("does not count: ") + error.what());
+        on_message(std::string("ignored: ") + error.what());
       }
     }
     const std::vector<std::string> ids = ids_of_shard(plan, number);

@@ -1,5 +1,5 @@
-// How far the parts of a plan are, by the records on disk: no queue knows better, and every queue says "failed" of jobs
-// that did their work and "completed" of jobs that did not.
+// The state of a plan's shards by the records on disk. The states of a cluster's queue are unreliable: it may report
+// "failed" for jobs that did their work, and "completed" for jobs that did not.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@ namespace relign::runner {
 enum class ShardState { missing, partly, complete };
 
 struct ShardStatus {
-  std::size_t trials = 0;             // in the plan
+  std::size_t trials = 0;             // planned
   std::size_t done = 0;               // with a complete record in any attempt's folder
   std::vector<std::string> attempts;  // names of their folders
 
@@ -27,8 +27,8 @@ struct ShardStatus {
 
 const char* to_string(ShardState state);
 
-// One entry a part. What cannot be read is told to `on_message` and does not count. A results folder that is not there
-// has no attempts. Throws Error(bad_input) when it holds attempts of another plan.
+// One entry per shard. Unreadable folders do not count and are reported to `on_message`. A missing results folder has
+// no attempts. Throws Error(bad_input) when it holds attempts of another plan.
 std::vector<ShardStatus> status_of_shards(const FrozenPlan& plan, const std::filesystem::path& results,
                                           const std::function<void(const std::string&)>& on_message);
 

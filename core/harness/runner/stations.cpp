@@ -8,8 +8,8 @@ namespace relign::runner {
 
 void check_stations(const suites::Suite& suite, const std::vector<trials::SceneFacts>& facts) {
   std::string mistakes;
-  const auto complain = [&mistakes](const std::string& sentence) {
-    mistakes += (mistakes.empty() ? "" : "\n") + sentence;
+  const auto complain = [&mistakes](const std::string& message) {
+    mistakes += (mistakes.empty() ? "" : "\n") + message;
   };
   for (std::size_t scene = 0; scene < facts.size(); ++scene) {
     if (!facts[scene].owns_stage) continue;
@@ -17,12 +17,11 @@ void check_stations(const suites::Suite& suite, const std::vector<trials::SceneF
     for (const suites::LevelEntry& level : suite.levels)
       if (level.choice.plugin->id != "none")
         complain("noise level '" + level.name + "' cannot be used with the station '" + name +
-                 "': its lenses, start and stage are its own, nothing is drawn; use \"none\"");
+                 "', which has its own lenses, start and stage; use 'none'");
     for (const suites::AlgorithmEntry& algorithm : suite.algorithms)
       if (algorithm.merit == "combined")
-        complain("'" + algorithm.name +
-                 "': merit \"combined\" needs the true pose, which nobody knows on the station '" + name +
-                 "'; use \"rmse\"");
+        complain("'" + algorithm.name + "': merit 'combined' needs the true pose, which is unknown on the station '" +
+                 name + "'; use 'rmse'");
   }
   if (!mistakes.empty()) throw Error(ErrorKind::bad_input, mistakes);
 }
@@ -36,8 +35,8 @@ std::vector<std::string> leave_out_told_methods(suites::Suite& suite, const std:
   for (const suites::AlgorithmEntry& algorithm : suite.algorithms)
     for (std::size_t scene = 0; scene < facts.size(); ++scene)
       if (!can_run_on(algorithm, facts[scene]))
-        notes.push_back(algorithm.name + " is left out on the station '" + suite.scenes[scene].name +
-                        "': it must be told the true start pose, which nobody knows there");
+        notes.push_back("skipping " + algorithm.name + " on the station '" + suite.scenes[scene].name +
+                        "': it requires the true start pose, which is unknown there");
   const auto runs_nowhere = [&facts](const suites::AlgorithmEntry& algorithm) {
     return std::none_of(facts.begin(), facts.end(),
                         [&algorithm](const trials::SceneFacts& scene) { return can_run_on(algorithm, scene); });

@@ -1,5 +1,5 @@
-// What a station (a scene that owns its stage) asks of a suite: no noise level, no merit that needs
-// truth, and no method that must be told the start.
+// Requirements of a station (a scene that owns its stage) on a suite: no noise level, no merit that needs
+// ground truth, and no algorithm that requires the start.
 #pragma once
 
 #include <string>
@@ -13,11 +13,11 @@ namespace relign::runner {
 // Throws Error(bad_input) that lists every mistake. One entry of `facts` per scene of the suite.
 void check_stations(const suites::Suite& suite, const std::vector<trials::SceneFacts>& facts);
 
-// False for a method that must be told the start pose, on a station, where nobody knows it.
+// False for an algorithm that requires the start pose on a station, where it is unknown.
 bool can_run_on(const suites::AlgorithmEntry& algorithm, const trials::SceneFacts& scene);
 
-// Takes methods out of the suite that can run on none of its scenes. Returns a sentence per method
-// that is left out anywhere. Throws Error(bad_input) when no method is left.
+// Removes algorithms from the suite that can run on none of its scenes. Returns a message per algorithm and scene that
+// is skipped. Throws Error(bad_input) when no algorithm remains.
 std::vector<std::string> leave_out_told_methods(suites::Suite& suite, const std::vector<trials::SceneFacts>& facts);
 
 }  // namespace relign::runner

@@ -1,4 +1,4 @@
-// Trials in this process, for debuggers (`--isolation none`): a plugin that crashes or hangs takes the run with it.
+// Runs trials in this process, for debuggers (`--isolation none`): a plugin that crashes or hangs ends the run.
 #pragma once
 
 #include "runner/trial_runner.h"

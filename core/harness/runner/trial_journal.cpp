@@ -12,7 +12,7 @@
 namespace relign::runner {
 namespace {
 
-constexpr std::size_t kMostBytes = std::size_t{1} << 30;
+constexpr std::size_t kMaxBytes = std::size_t{1} << 30;
 constexpr std::uint64_t kDigestOfNothing = 14695981039346656037ULL;
 
 std::uint64_t add_to_digest(std::uint64_t digest, std::string_view bytes) {
@@ -34,11 +34,11 @@ std::string all_of(int file) {
     if (got < 0) fail("read");
     if (got == 0) return text;
     text.append(buffer, static_cast<std::size_t>(got));
-    if (text.size() > kMostBytes) return text;  // no trial writes so much: somebody made the file longer
+    if (text.size() > kMaxBytes) return text;  // longer than any trial: a plugin has extended the file
   }
 }
 
-// A log may hold any bytes, and they stay what they are; an entry is one line.
+// Escapes line ends and keeps all other bytes, because an entry is one line.
 std::string escaped(std::string_view text) {
   std::string line;
   for (const char letter : text) {
@@ -61,7 +61,7 @@ std::string unescaped(std::string_view line) {
   return text;
 }
 
-// One entry; false for what cannot be one.
+// Reads one entry; false for a malformed one.
 bool take(std::string_view line, const std::string& trial, bool checked, Journal& journal) {
   if (line.empty()) return false;
   const std::string_view rest = line.substr(1);
@@ -146,7 +146,7 @@ Journal read_journal(int file, const std::string& trial, bool checked) {
       break;
     }
   }
-  // A worker may die between the two lines of a step.
+  // A worker may have died between the two lines of a step.
   for (auto* seconds :
        {&journal.times.algorithm_seconds, &journal.times.simulation_seconds, &journal.times.truth_seconds})
     seconds->resize(journal.steps, 0.0);

@@ -1,8 +1,8 @@
-// What a worker's process writes of a trial while it goes on, in a file in memory that its coordinator holds: when the
-// worker dies, the steps it had finished are there.
+// The journal of a running trial: a worker's process writes it to a file in memory that its coordinator holds, so that
+// finished steps survive the worker's death.
 //
-// One line an entry: 'S' and a step's line as it will stand in trials/, 'T' and the step's host times, 'L' and a piece
-// of the log with its line ends escaped.
+// One entry per line: 'S' and a step's line as in trials/, 'T' and the step's host times, 'L' and a piece of the log
+// with escaped line ends.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 namespace relign::runner {
 
-// Any thread: a plugin may log from its own.
+// Thread-safe, because a plugin may log from any thread.
 class JournalWriter {
  public:
   explicit JournalWriter(int file) : file_(file) {}
@@ -23,7 +23,7 @@ class JournalWriter {
   void add_step(const std::string& trial, const records::StepRecord& step, double algorithm_seconds,
                 double simulation_seconds, double truth_seconds);
   void add_log(std::string_view text);
-  void write_text(const std::string& text);  // instead of entries: what is too long for a message
+  void write_text(const std::string& text);  // instead of entries: a text that is too long for a message
   std::uint64_t size() const { return size_; }
   std::uint64_t digest() const { return digest_; }  // of all bytes (FNV-1a)
 
@@ -44,8 +44,8 @@ struct Journal {
 
 void clear_journal(int file);
 
-// `checked`: every step line is read, and what follows the first that is no step of this trial is left out, as what a
-// dying process may leave. Else lines are taken as they are: compare size and digest.
+// With `checked`, parses every step line and ignores everything from the first invalid one, which a dying process may
+// leave. Without it, takes lines unchecked: the caller compares size and digest.
 Journal read_journal(int file, const std::string& trial, bool checked);
 
 struct JournalText {

@@ -18,8 +18,8 @@ void TrialLog::add(int level, const std::string& who, const std::string& message
   line += (who.empty() ? "" : who + ": ") + message + "\n";
   const std::lock_guard<std::mutex> hold(mutex_);
   if (!open_) return;
-  // Once something is cut all that follows is: what stands there has no gaps.
-  if (cut_lines_ == 0 && text_.size() + line.size() <= kMostBytes) {
+  // After the first cut everything is cut, so that the log has no gaps.
+  if (cut_lines_ == 0 && text_.size() + line.size() <= kMaxBytes) {
     text_ += line;
     if (on_text_) on_text_(line);
   } else {

@@ -1,5 +1,5 @@
-// What the plugins of one trial print and log, as it will stand in logs/<trial id>.txt. A function of their output
-// only: no times, and nothing that depends on which worker the trial ran on.
+// The output of one trial's plugins, as written to logs/<trial id>.txt. A function of their output only: without times,
+// and independent of the worker that ran the trial.
 #pragma once
 
 #include <cstdint>
@@ -13,16 +13,16 @@ namespace relign::runner {
 
 class TrialLog {
  public:
-  static constexpr std::size_t kMostBytes = std::size_t{1} << 20;
+  static constexpr std::size_t kMaxBytes = std::size_t{1} << 20;
 
-  // on_text gets each piece that stays, as soon as it is said; may be empty.
+  // on_text gets each piece that is kept, immediately; may be empty.
   explicit TrialLog(std::function<void(std::string_view)> on_text = {}) : on_text_(std::move(on_text)) {}
 
-  // Lines count from here on; before, and after take, they are nobody's.
+  // Lines are kept from here until take.
   void begin();
-  // `level` as in relign_host::log, `who` said it (empty: the trial's algorithm). Any thread.
+  // `level` as in relign_host::log; `who` is its source (empty: the trial's algorithm). Thread-safe.
   void add(int level, const std::string& who, const std::string& message);
-  // All of it, with a closing line that says how much was cut; empty when nothing was said.
+  // Returns the log, with a last line on how much was cut; empty when there was no output.
   std::string take();
 
  private:

@@ -1,5 +1,5 @@
-// Hands trials out to workers. Trials of one instance form a group: a worker stays with its group, so
-// that a lens is mounted once for all algorithms, and helps another group only when none is untouched.
+// Hands out trials to workers. Trials of one instance form a group: a worker stays with its group, so
+// that a lens is mounted once for all algorithms, and joins another worker's group only when all groups have started.
 #pragma once
 
 #include <cstddef>
@@ -11,10 +11,10 @@ namespace relign::runner {
 
 class TrialQueue {
  public:
-  // Groups of places in the plan, in the order to hand them out.
+  // Groups of positions in the plan, in the order in which they are handed out.
   explicit TrialQueue(std::vector<std::vector<std::size_t>> groups);
 
-  // The next place for a worker; `group` is the worker's own memory, starting at kNoGroup. Thread-safe.
+  // The next position for a worker; `group` is the worker's state, initially kNoGroup. Thread-safe.
   static constexpr std::size_t kNoGroup = static_cast<std::size_t>(-1);
   std::optional<std::size_t> next(std::size_t& group);
 
@@ -23,7 +23,7 @@ class TrialQueue {
   std::mutex mutex_;
   std::vector<std::vector<std::size_t>> groups_;
   std::vector<std::size_t> taken_;  // of each group
-  std::size_t untouched_ = 0;       // first group that nobody has started
+  std::size_t untouched_ = 0;       // first group that has not started
 };
 
 }  // namespace relign::runner

@@ -81,7 +81,7 @@ TrialJob make_job(const PreparedPlan& prepared, const suites::PlannedTrial& tria
   const suites::Suite& suite = prepared.plan.suite;
   const suites::AlgorithmEntry& algorithm = suite.algorithms.at(trial.algorithm);
   const auto protocol = trials::protocol_from_name(algorithm.protocol);
-  if (!protocol) throw Error(ErrorKind::internal, "a plan names the unknown protocol '" + algorithm.protocol + "'");
+  if (!protocol) throw Error(ErrorKind::internal, "unknown protocol '" + algorithm.protocol + "' in a plan");
   TrialJob job;
   job.id = trial.id;
   job.scene_name = suite.scenes.at(trial.scene).name;
@@ -106,7 +106,7 @@ TrialJob make_job(const PreparedPlan& prepared, const suites::PlannedTrial& tria
   return job;
 }
 
-// What stays from trial to trial. The order of members matters: the lens goes before its scene.
+// State kept from trial to trial. The order of members matters: the lens is destroyed before its scene.
 struct TrialRunner::Bench {
   std::string scene_key, level_key;
   std::unique_ptr<plugin_host::Scene> scene;
@@ -115,8 +115,8 @@ struct TrialRunner::Bench {
   trials::Instance instance;
   std::unique_ptr<plugin_host::MountedAssembly> assembly;
   using Optimum = plugin_host::MountedAssembly::Optimum;
-  std::optional<std::optional<Optimum>> own_optimum;      // of the assembly, once it was asked for
-  std::pair<double, records::MtfRecord> own_optimum_mtf;  // with its frequency; of the assembly, once it was asked for
+  std::optional<std::optional<Optimum>> own_optimum;      // of the assembly, once requested
+  std::pair<double, records::MtfRecord> own_optimum_mtf;  // with its frequency; of the assembly, once requested
 
   const std::optional<Optimum>& optimum(std::size_t axes) {
     if (!own_optimum) own_optimum = assembly->own_optimum(frame_seed(instance.seed, 0, FrameStream::own_optimum), axes);
@@ -200,7 +200,7 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
   records::TrialRecord& record = outcome.record = begin_record(job);
   outcome.times.trial = job.id;
 
-  std::vector<trials::Step> made;  // kept apart, so that a failing scene leaves the steps before it
+  std::vector<trials::Step> made;  // survive a failure of the scene
   try {
     const Placed placed = place(job);
     if (const auto optimum = placed.own_optimum()) {
@@ -236,7 +236,7 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
       if (on_step) on_step(step, pixels);
     };
     const auto begin = std::chrono::steady_clock::now();
-    log_->begin();  // not before: which trial makes a scene depends on the workers
+    log_->begin();  // not earlier: which trial creates a scene depends on the workers
     const trials::TrialResult result = trials::run_trial(setup);
     outcome.stopped = result.end == trials::End::stopped;
     record.end = result.outcome.empty() || outcome.stopped ? trials::end_name(result.end) : result.outcome;
@@ -260,11 +260,11 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
         outcome.seconds - result.seconds_after_last_step - result.judging_seconds - plugin_seconds(outcome.times);
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::plugin_failed) throw;
-    bench_ = std::make_unique<Bench>();  // nobody knows what state the scene is in
+    bench_ = std::make_unique<Bench>();  // the state of the scene is unknown
     const auto* ended = dynamic_cast<const plugin_host::PluginEnded*>(&error);
     record.end = ended ? ended->outcome() : trials::end_name(trials::End::failed);
     record.message = error.what();
-    outcome.stopped = stop && stop->load();  // a scene's process, too, is not waited for any longer then
+    outcome.stopped = stop && stop->load();  // the failure may come from a process that we no longer wait for
     add_steps(made, outcome);
   }
   outcome.log = log_->take();

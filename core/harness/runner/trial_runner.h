@@ -1,5 +1,5 @@
-// Runs single trials from plain data, and keeps what the next trial can use again: the scene, the noise
-// level, the mounted lens. `run`, `try` and `verify` share this path; one per thread.
+// Runs single trials from plain data, and keeps the scene, the noise level and the mounted lens for the next trial.
+// Used by `run`, `try` and `verify`; one object per thread.
 #pragma once
 
 #include <atomic>
@@ -20,23 +20,23 @@
 
 namespace relign::runner {
 
-// All that a worker needs for one trial.
+// Everything that a worker needs for one trial.
 struct TrialJob {
   std::string id;
-  std::string scene_name, level_name, algorithm_name;  // shown
-  std::string method, training;                        // of a list of trainings; else empty
+  std::string scene_name, level_name, algorithm_name;  // display names
+  std::string method, training;                        // for an entry of a list of trainings; else empty
   plugin_host::Choice scene, level, algorithm;
   trials::SceneFacts facts;
   trials::Protocol protocol = trials::Protocol::paper;
   trials::Merit merit = trials::Merit::combined;
   trials::Limits limits = trials::Limits::soft;
   trials::MachineTime machine_time;  // the suite's values over the scene's
-  unsigned budget = 50;            // steps after step 0
-  double mtf_lp_per_mm = 0;        // of the specification; 0: no MTF is asked for
+  unsigned budget = 50;              // steps after step 0
+  double mtf_lp_per_mm = 0;          // of the specification; 0: no MTF
   std::uint64_t suite_seed = 1;
   std::uint64_t instance = 0;
-  std::shared_ptr<const trials::PreparedByIdentity> prepared = nullptr;  // what its algorithms load
-  // Not null: `instance` is a source instance, on which the algorithm is prepared (preparation.h).
+  std::shared_ptr<const trials::PreparedByIdentity> prepared = nullptr;  // pretrained data of its algorithms
+  // Not null: pretraining on `instance`, a source instance (preparation.h).
   trials::Preparing* preparing = nullptr;
 };
 
@@ -49,21 +49,21 @@ TrialJob make_job(const PreparedPlan& prepared, const suites::PlannedTrial& tria
 struct TrialOutcome {
   records::TrialRecord record;
   records::TrialTimes times;  // plugin hashes not filled in
-  std::string log;            // what its plugins printed and logged; empty: nothing
-  double seconds = 0;         // from its first step to its end, host; harness_seconds of `times` is a part of it
-  bool stopped = false;       // ended because it was asked to stop: the record is no result
+  std::string log;            // output of its plugins; may be empty
+  double seconds = 0;         // from its first step to its end, host; includes harness_seconds of `times`
+  bool stopped = false;       // ended by a stop: the record does not count
 };
 
 class TrialRunner {
  public:
   struct Options {
-    unsigned threads = 1;  // for the scene's own work
+    unsigned threads = 1;  // for the scene
     std::filesystem::path cache_folder;
     std::function<void(const std::string&)> on_message;  // a plugin's warnings; any thread
-    const std::atomic<bool>* stop = nullptr;             // for scenes and levels that are processes; may be null
+    const std::atomic<bool>* stop = nullptr;             // for scenes and levels that run as processes; may be null
     std::function<void(std::string_view)> on_log = {};   // each piece of a trial's log; may be empty
     std::function<void()> on_runaway = {};               // see trials::TrialSetup; may be empty
-    // Once the lens is mounted, with what is known of the trial before its first step; may be empty.
+    // Called when the lens is mounted, with the record before the first step; may be empty.
     std::function<void(const records::TrialRecord&)> on_begin = {};
   };
   explicit TrialRunner(Options options);
@@ -71,17 +71,17 @@ class TrialRunner {
   TrialRunner(const TrialRunner&) = delete;
   TrialRunner& operator=(const TrialRunner&) = delete;
 
-  // A failure of algorithm, noise level or scene is a record with end "failed" and the steps made until
-  // then. Throws Error only for what concerns more than this trial (a library that cannot be loaded).
+  // A failure of algorithm, noise level or scene becomes a record with end "failed" and the steps so far.
+  // Throws Error only for failures that concern more than this trial (a library that cannot be loaded).
   using OnStep = std::function<void(const trials::Step&, const float* pixels)>;
   TrialOutcome run(const TrialJob& job, const std::atomic<bool>* stop = nullptr, const OnStep& on_step = {});
 
-  // The job's lens in its scene. References are valid until the next run or place.
+  // Mounts the job's lens in its scene. References are valid until the next run or place.
   struct Placed {
     const trials::Instance& instance;
     plugin_host::MountedAssembly* assembly;  // null on a station, which has its own lens
     relign_image reference;
-    // The lens's best pose; nothing where the scene does not know it. Looked for once, when first asked for.
+    // The lens's best pose; nothing where the scene does not search it. Computed at the first call.
     std::function<std::optional<plugin_host::MountedAssembly::Optimum>()> own_optimum;
   };
   Placed place(const TrialJob& job);
@@ -90,7 +90,7 @@ class TrialRunner {
 
  private:
   struct Bench;
-  // `name` is shown before warnings; in a trial's log the algorithm's own lines have none.
+  // `name` precedes warnings; in a trial's log the algorithm's lines have none.
   plugin_host::HostServices services(const std::string& name, unsigned threads, bool algorithm = false) const;
   Options options_;
   std::shared_ptr<TrialLog> log_;

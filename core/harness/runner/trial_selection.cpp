@@ -11,7 +11,7 @@
 namespace relign::runner {
 namespace {
 
-// What `only` may name, per key; also how a trial answers to it.
+// The keys of `only`.
 const std::vector<std::string> kOnlyKeys = {"scene", "noise_level", "algorithm", "protocol", "instance"};
 
 std::string answer(const suites::Suite& suite, const suites::PlannedTrial& trial, const std::string& key) {
@@ -28,7 +28,7 @@ std::vector<std::size_t> select_trials(const suites::Plan& plan,
                                        const std::vector<std::pair<std::string, std::string>>& only) {
   std::map<std::string, std::set<std::string>> wanted;
   for (const auto& [given_key, given_value] : only) {
-    const std::string& value = given_value;  // which a lambda may capture
+    const std::string& value = given_value;  // lambdas cannot capture structured bindings
     std::string key = given_key;
     std::replace(key.begin(), key.end(), '-', '_');
     if (std::find(kOnlyKeys.begin(), kOnlyKeys.end(), key) == kOnlyKeys.end())

@@ -1,4 +1,4 @@
-// Which trials of a plan are run.
+// Selects the trials of a plan to run.
 #pragma once
 
 #include <cstddef>
@@ -10,13 +10,14 @@
 
 namespace relign::runner {
 
-// Places in the plan of the trials that `only` leaves: key=value, with the keys scene, noise_level, algorithm, protocol
-// and instance. Values of one key add up, keys narrow down. Throws Error(bad_input) for what the plan does not have.
+// Positions in the plan of the trials that match `only`: key=value, with the keys scene, noise_level, algorithm,
+// protocol and instance. Values of one key are alternatives; different keys must all match. Throws Error(bad_input) for
+// keys and values that the plan does not have.
 std::vector<std::size_t> select_trials(const suites::Plan& plan,
                                        const std::vector<std::pair<std::string, std::string>>& only);
 
-// Groups for a TrialQueue, of positions in `places`: by instance, all its algorithms together, so that one lens is
-// mounted once, and a run that is stopped early leaves every algorithm the same instances.
+// Groups for a TrialQueue, of indices into `places`: by instance with all its algorithms, so that a lens is
+// mounted once, and a run that is stopped early has the same instances for every algorithm.
 std::vector<std::vector<std::size_t>> group_by_instance(const suites::Plan& plan,
                                                         const std::vector<std::size_t>& places);
 

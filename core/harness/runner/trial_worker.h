@@ -1,5 +1,5 @@
-// What `run` hands trials to: a thread of the program (thread_worker.h) or a process of its own (worker_process.h). One
-// per thread of the coordinator.
+// Interface of the workers of `run`: threads of the program (thread_worker.h) or processes (worker_process.h). One per
+// thread of the coordinator.
 #pragma once
 
 #include <atomic>
@@ -13,14 +13,14 @@
 
 namespace relign::runner {
 
-// A trial as it will be written.
+// A finished trial, ready to be written.
 struct WorkedTrial {
-  records::TrialRecord record;  // all but the steps
+  records::TrialRecord record;  // without the steps
   std::string step_lines;       // each with its newline
   std::size_t steps = 0;
   records::TrialTimes times;  // plugin hashes not filled in
   std::string log;
-  bool stopped = false;  // was asked to stop: no result
+  bool stopped = false;  // ended by a stop: does not count
 };
 
 class TrialWorker {
@@ -30,14 +30,15 @@ class TrialWorker {
   TrialWorker(const TrialWorker&) = delete;
   TrialWorker& operator=(const TrialWorker&) = delete;
 
-  // `prepared`: what the trial's algorithm loads; null: nothing. Whatever a plugin does is in the record; throws Error
-  // for what concerns more than this trial (a library that cannot be loaded, a worker that cannot be started).
+  // `prepared`: pretrained data of the trial's algorithm; may be null. Faults of plugins are in the record; throws
+  // Error for failures that concern more than this trial (a library that cannot be loaded, a worker that cannot be
+  // started).
   virtual WorkedTrial run(const suites::PlannedTrial& trial, const Preparer::Entries* prepared) = 0;
 };
 
 struct WorkerOptions {
-  unsigned threads = 1;           // for the scene's own work
-  std::filesystem::path results;  // for the captures of a station
+  unsigned threads = 1;           // for the scene
+  std::filesystem::path results;  // for captures of a station
   std::filesystem::path cache_folder;
   std::function<void(const std::string&)> on_message;  // any thread
   const std::atomic<bool>* stop = nullptr;

@@ -26,7 +26,7 @@ namespace {
 
 bool promises_this_cpu(const plugin_host::Choice& choice) { return reproducible_of(choice) == "this_cpu"; }
 
-// The replays of one suite's trials.
+// Replays the trials of one suite.
 class Replay {
  public:
   Replay(const VerifyOptions& options, const PreparedPlan& prepared, const Json& manifest,
@@ -39,7 +39,7 @@ class Replay {
         learnt_(prepared, preparer_options()),
         other_cpu_(made_on_another_processor(manifest)) {}
 
-  // `places[i]` is the trial's place in the plan.
+  // `places[i]` is the position of trials[i] in the plan.
   void run(const std::vector<ChosenTrial>& trials, const std::vector<std::size_t>& places, VerifySummary& summary,
            std::set<Change>& changes, const std::function<void()>& on_done) {
     learnt_.prepare(places, [](const std::string&) {});
@@ -87,11 +87,11 @@ class Replay {
     of(suite_.levels[trial.level].choice, found->second.noise_level);
     of(suite_.algorithms[trial.algorithm].choice, found->second.algorithm);
     const Preparer::Entries* entries = learnt_.of(trial);
-    compare("what was prepared for " + suite_.algorithms[trial.algorithm].name, found->second.prepared,
+    compare("pretrained data of " + suite_.algorithms[trial.algorithm].name, found->second.prepared,
             entries ? runner::hash_of(*entries) : "");
   }
 
-  // The record as it is, with what it lacked.
+  // The record with the missing members added.
   static records::TrialRecord completed(records::TrialRecord was, const records::TrialRecord& is) {
     was.glued_mse = is.glued_mse;
     was.glued_mse_error = is.glued_mse_error;
@@ -137,10 +137,10 @@ class Replay {
                                          promises_this_cpu(job.algorithm));
     std::optional<records::Difference> difference =
         records::first_difference(was, outcome.record, tolerant ? records::kOtherCpuTolerance : 0);
-    // The same numbers in other bytes: somebody has written into the file.
-    const bool same_bytes = lines == records::to_lines(records::as_recorded_then(was, outcome.record)) + "\n";
+    // Equal numbers in different bytes: the file was edited.
+    const bool same_bytes = lines == records::to_lines(records::with_members_of(was, outcome.record)) + "\n";
     if (!difference && !tolerant && !same_bytes)
-      difference = records::Difference{true, 0, "bytes of the lines", "others", "others for the same values", 0};
+      difference = records::Difference{true, 0, "bytes of the lines", "other", "other bytes for equal values", 0};
     const std::lock_guard<std::mutex> hold(mutex_);
     ++summary.replayed;
     if (difference) {
@@ -165,7 +165,7 @@ class Replay {
   LibraryHashes hashes_;
   PlanPreparation learnt_;
   bool other_cpu_;
-  std::mutex mutex_;  // guards what follows and the summary
+  std::mutex mutex_;  // guards the members below and the summary
   std::vector<std::optional<ReplayDifference>> found_;
   std::map<std::string, records::TrialRecord> completed_;
   std::exception_ptr failure_;
@@ -183,13 +183,13 @@ suites::Suite read_suite(const StoredSuite& stored, const VerifyOptions& options
     std::error_code code;
     if (!folder.empty() && !fs::is_directory(folder, code))
       throw Error(error.kind(), "the suite of these results was read from " + stored.file +
-                                    " and names files beside it; there is no folder " + folder.string() +
-                                    " here. Say where they are by --suite-folder DIR. What is missing without them:\n" +
+                                    " and needs files beside it, but there is no folder " + folder.string() +
+                                    "; give their folder with --suite-folder DIR. Errors without them:\n" +
                                     error.what());
-    throw Error(error.kind(), std::string("the suite that the results keep cannot be read here:\n") + error.what() +
-                                  "\nIts files are looked for below " +
-                                  (folder.empty() ? "this folder" : folder.string()) +
-                                  " (--suite-folder DIR), its plugins where they always are and at --plugin PATH");
+    throw Error(error.kind(), std::string("cannot read the suite of these results:\n") + error.what() +
+                                  "\nits files are searched in " +
+                                  (folder.empty() ? "the current folder" : folder.string()) +
+                                  " (--suite-folder DIR), its plugins in the usual folders and at --plugin PATH");
   }
 }
 

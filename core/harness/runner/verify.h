@@ -1,5 +1,5 @@
-// Replays trials of a results folder from what its manifest keeps, and compares every recorded line, host times aside,
-// bit for bit.
+// Replays trials of a results folder from its manifest, and compares every recorded line (except host times) bit for
+// bit.
 #pragma once
 
 #include <atomic>
@@ -18,13 +18,13 @@ namespace relign::runner {
 
 struct VerifyOptions {
   std::filesystem::path results;
-  std::size_t sample = 0;  // how many trials; 0: all
-  std::uint64_t seed = 1;  // which ones
-  std::string trial;       // not empty: this one alone
-  // Only trials that lack what the rules "best" and "current" need (records::lacks_rules); to those that are equal in
-  // what they have it is added.
+  std::size_t sample = 0;  // number of trials; 0: all
+  std::uint64_t seed = 1;  // of the sample
+  std::string trial;       // not empty: only this trial
+  // Replays only trials that lack the scores of the recommendation rules "best" and "current" (records::lacks_rules),
+  // and adds these scores where everything else is equal.
   bool add_rules = false;
-  // What relative paths of the suite are below; empty: the suite file's folder as the manifest names it.
+  // The folder to which relative paths of the suite refer; empty: that of the suite file in the manifest.
   std::filesystem::path suite_folder;
   unsigned workers = 0;  // 0: all cores
   std::filesystem::path cache_folder;
@@ -35,7 +35,7 @@ struct VerifyOptions {
   std::function<void(const trials::SceneFacts&, const trials::Step&, const float* pixels)> on_step;
 };
 
-// What is not as it was when the trials were made. Hashes are shortened.
+// A difference between the environment of the recorded trials and this one. Hashes are shortened.
 struct Change {
   std::string what, was, is;
   bool operator<(const Change& other) const {
@@ -46,18 +46,18 @@ struct Change {
 struct ReplayDifference {
   std::string trial, label;  // label: "compass on relign_od rho0.25 #3"
   records::Difference difference;
-  bool tolerated_more = false;  // it was compared with kOtherCpuTolerance and is beyond it
+  bool tolerated_more = false;  // it exceeds kOtherCpuTolerance, with which it was compared
 };
 
 struct VerifySummary {
   std::size_t recorded = 0;  // complete trials of the plan
   std::size_t replayed = 0, equal = 0;
-  std::size_t with_tolerance = 0;    // of those equal: within kOtherCpuTolerance, their plugins promise no more here
+  std::size_t with_tolerance = 0;    // of `equal`: only within kOtherCpuTolerance, on another processor
   double largest_deviation = 0;      // among these, |is - was| / (1 + |was|)
-  std::size_t stations = 0;          // cannot be replayed: a machine made them
-  std::size_t ended_by_machine = 0;  // a crash, a time or memory limit: what ended them is not in the record
-  std::size_t unknown = 0;           // the suite as it is here now has no such trial: data or definitions changed
-  std::size_t completed = 0;         // with add_rules: records that have all rules now
+  std::size_t stations = 0;          // cannot be replayed: recorded on hardware
+  std::size_t ended_by_machine = 0;  // cannot be replayed: ended by a crash or a limit of time or memory
+  std::size_t unknown = 0;           // not in the suite as it is now, because data or definitions changed
+  std::size_t completed = 0;         // with add_rules: records that were completed
   std::vector<ReplayDifference> differences;
   std::vector<Change> changes;
   bool stopped = false;
@@ -65,8 +65,8 @@ struct VerifySummary {
   bool all_equal() const { return differences.empty() && unknown == 0; }
 };
 
-// Throws Error: bad_input for a folder that is none, newer or damaged, a suite that cannot be read here any more, and a
-// trial that is not there or cannot be replayed; plugin_refused; io.
+// Throws Error: bad_input for a folder that is not a results folder, newer or damaged, a suite that can no longer be
+// read, and a trial that does not exist or cannot be replayed; plugin_refused; io.
 VerifySummary verify(const VerifyOptions& options, plugin_host::Catalog& catalog);
 
 }  // namespace relign::runner

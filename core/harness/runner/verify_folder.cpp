@@ -13,7 +13,7 @@
 namespace relign::runner {
 namespace {
 
-// The folder itself, or those that it was merged from.
+// The folder itself, or the folders that it was merged from.
 std::vector<Json> sources_of(const Json& manifest) {
   const Json& sources = list_of(manifest, "sources");
   if (!sources.empty()) return {sources.begin(), sources.end()};
@@ -67,11 +67,9 @@ std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json&
     throw Error(ErrorKind::bad_input, "--trial " + options.trial + ": " + options.results.string() +
                                           " has no complete trial of this id; instances.csv lists them");
   if (!options.trial.empty() && count == 0)
-    throw Error(
-        ErrorKind::bad_input,
-        "--trial " + options.trial +
-            (summary.stations > 0 ? ": a station made it, and can show nothing again"
-                                  : ": what ended it (a crash, a limit) is not in its record; it cannot be replayed"));
+    throw Error(ErrorKind::bad_input,
+                "--trial " + options.trial + ": cannot be replayed, because " +
+                    (summary.stations > 0 ? "it ran on a station" : "it was ended by a crash or a limit"));
   for (auto& [algorithm, candidates] : by_algorithm)
     std::stable_sort(candidates.begin(), candidates.end(),
                      [](const Candidate& a, const Candidate& b) { return a.rank < b.rank; });

@@ -1,4 +1,4 @@
-// What `verify` reads of a results folder: which trials are to be replayed, and what they were made with.
+// Reads a results folder for `verify`: chooses trials to replay, and compares their environment with this one.
 #pragma once
 
 #include <map>
@@ -18,22 +18,22 @@ struct ChosenTrial {
   records::StoredTrial where;
 };
 
-// A suite of the folder: one, or of a merged folder several.
+// A suite of the folder; a merged folder may have several.
 struct StoredSuite {
   std::string text, file, name;
 };
 std::vector<StoredSuite> suites_of(const Json& manifest);
 
-// Trials to replay, and the counts of those that cannot be; a sample takes the algorithms in turn, and of each those
-// whose hash with the seed is smallest. Throws Error(bad_input) for options.trial.
+// Chooses trials to replay, and counts those that cannot be replayed. A sample takes the algorithms in turn, and of
+// each the trials with the smallest hashes of seed and id. Throws Error(bad_input) for options.trial.
 std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json& manifest, VerifySummary& summary);
 
-// Whether some of the records are of a processor that may give other numbers than this one.
+// Whether some of the records are from a processor that may give different numbers than this one.
 bool made_on_another_processor(const Json& manifest);
-// What program and processor are not as they were.
+// Compares program and processor.
 void compare_machines(const Json& manifest, std::set<Change>& changes);
 
-// Scenes' data, and parameters of plugins, by the names shown.
+// Compares the scenes' data and the plugins' parameters, by display names.
 void compare_definitions(const Json& manifest, const PreparedPlan& prepared, std::set<Change>& changes);
 
 }  // namespace relign::runner

@@ -46,14 +46,12 @@ int descriptor_from_environment(const char* name) {
   const char* text = std::getenv(name);
   const int number = text ? std::atoi(text) : -1;
   if (number < 0 || ::fcntl(number, F_GETFD) < 0)
-    throw Error(ErrorKind::bad_input,
-                "'worker' is started by 'run', which tells it where to listen; it is not for use "
-                "by hand");
+    throw Error(ErrorKind::bad_input, "'worker' is an internal command that 'run' starts");
   ::fcntl(number, F_SETFD, FD_CLOEXEC);
   return number;
 }
 
-// Lines from and to the coordinator. A thread of its own reads them, since a plugin may not return.
+// Lines from and to the coordinator. Read in a separate thread, because a plugin may not return.
 class Channel {
  public:
   Channel()
@@ -113,7 +111,7 @@ class Channel {
     arrived_.notify_one();
   }
 
-  // Nobody listens any more. Nothing of the plugins' is run at the end: they may hang.
+  // The coordinator is gone. Exits without running the plugins' destructors, because they may hang.
   [[noreturn]] static void leave() {
     if (::getsid(0) == ::getpid()) plugin_host::kill_session(::getpid(), ::getpid());
     ::_exit(0);
@@ -129,7 +127,7 @@ class Channel {
 void limit_resources([[maybe_unused]] std::size_t memory_bytes) {
   const rlimit none{0, 0};
   ::setrlimit(RLIMIT_CORE, &none);
-#ifndef RELIGN_SANITIZED  // whose shadow memory is larger than any limit
+#ifndef RELIGN_SANITIZED  // the shadow memory of sanitizers is larger than any limit
   if (memory_bytes > 0) {
     const rlimit data{memory_bytes, memory_bytes};
     ::setrlimit(RLIMIT_DATA, &data);
@@ -141,7 +139,7 @@ void limit_resources([[maybe_unused]] std::size_t memory_bytes) {
 class Worker {
  public:
   Worker() : journal_(descriptor_from_environment("RELIGN_JOURNAL_FD")) {
-    // What a plugin prints is its trial's: it must have left the program when the trial ends.
+    // Line-buffered, so that all output of a plugin is written when its trial ends.
     std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
   }
 
@@ -209,11 +207,11 @@ class Worker {
 
   void keep_prepared(const Json& json) { prepared_[group_of(json)] = data_of(entries_from_json(json.at("entries"))); }
 
-  void prepare(const Json& asked) {
-    const suites::PlannedTrial trial = planned_trial_from_json(asked.at("trial"));
+  void prepare(const Json& request) {
+    const suites::PlannedTrial trial = planned_trial_from_json(request.at("trial"));
     plan_.check_libraries(trial);
     const Preparer::Entries& entries =
-        preparer_->prepare(make_job(plan_.prepared, trial), asked.at("scene_data").get<std::string>());
+        preparer_->prepare(make_job(plan_.prepared, trial), request.at("scene_data").get<std::string>());
     journal_.write_text(to_json(entries).dump(-1, ' ', false, Json::error_handler_t::replace));
     channel_.send({{"entries", {{"size", journal_.size()}, {"digest", journal_.digest()}}}});
   }
@@ -232,7 +230,7 @@ class Worker {
       journal_.add_step(trial.id, to_record(step), step.algorithm_seconds, step.simulation_seconds, step.truth_seconds);
     };
     TrialOutcome outcome = runner_->run(job, &channel_.stop(), on_step);
-    // What the plugin's own copies of these streams hold back must leave now.
+    // Writes out what the plugin has buffered in these streams.
     std::cout.flush();
     std::fflush(nullptr);
     if (job.facts.owns_stage && !outcome.stopped) captures.write(results_, trial.id);

@@ -21,11 +21,10 @@ std::optional<double> number(const Json& times, const char* key) {
 
 void check(const plugin_host::Choice& choice, WorkerPlan& plan) {
   const std::string& library = choice.plugin->library.string();
-  if (plan.looked_at.insert(library).second && plugin_host::plugin_hash(*choice.plugin) != plan.hashes.at(library))
-    throw Error(ErrorKind::plugin_refused,
-                library +
-                    " is not the file that this run began with: it was changed meanwhile; run the same command "
-                    "again, which repeats what the change touches");
+  if (plan.checked.insert(library).second && plugin_host::plugin_hash(*choice.plugin) != plan.hashes.at(library))
+    throw Error(
+        ErrorKind::plugin_refused,
+        library + " has changed during this run; run the same command again, which repeats the affected trials");
   for (const auto& [name, inner] : choice.algorithms) check(*inner, plan);
 }
 

@@ -1,5 +1,5 @@
-// What a worker's process is told before its first trial: scenes, levels and algorithms with their manifests and the
-// hashes of their libraries. It scans no folder, and what changed on disk since the run began is refused.
+// The set-up of a worker's process: scenes, levels and algorithms with their manifests and the hashes of their
+// libraries. A worker scans no folders, and refuses files that have changed since the run began.
 #pragma once
 
 #include <set>
@@ -10,15 +10,15 @@
 
 namespace relign::runner {
 
-// All but the trials.
+// Everything except the trials.
 Json to_json(const PreparedPlan& prepared, const LibraryHashes& hashes);
 
 struct WorkerPlan {
   PreparedPlan prepared;  // without trials
   LibraryHashes hashes;
-  std::set<std::string> looked_at;  // libraries that are what they were
+  std::set<std::string> checked;  // unchanged libraries
 
-  // Throws Error(plugin_refused) when a library the trial loads is no longer the one that the run began with.
+  // Throws Error(plugin_refused) when a library that the trial loads has changed since the run began.
   void check_libraries(const suites::PlannedTrial& trial);
 };
 

@@ -21,11 +21,11 @@ using plugin_host::in_seconds;
 using Clock = plugin_host::ProcessClock;
 
 constexpr double kSecondsToStart = 120;
-constexpr double kSecondsToLeave = 2;
+constexpr double kSecondsToExit = 2;
 constexpr double kSecondsAfterStop = 5;
-constexpr double kSecondsBetweenLooks = 0.1;    // at the stop flag
-constexpr double kSecondsBetweenWeighings = 1;  // of the memory
-constexpr int kMostLosses = 3;
+constexpr double kStopPollSeconds = 0.1;
+constexpr double kMemoryPollSeconds = 1;
+constexpr int kMaxLosses = 3;
 
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
@@ -35,11 +35,11 @@ std::size_t session_bytes(pid_t session) {
   return bytes;
 }
 
-// A plugin can write into the worker's connection: nothing in a message is taken for granted.
+// Checks every member, because a plugin can write into the worker's connection.
 std::string error_text(const Json& error) {
   const auto text = error.is_object() ? error.find("text") : error.end();
   return error.is_object() && text != error.end() && text->is_string() ? text->get<std::string>()
-                                                                       : "a worker reports an error and no more";
+                                                                       : "a worker reported an error without a message";
 }
 
 ErrorKind error_kind(const Json& error) {
@@ -58,23 +58,23 @@ void fill(WorkedTrial& worked, Journal journal) {
 
 }  // namespace
 
-// One go at one trial.
+// One attempt at one trial.
 struct ProcessWorker::Attempt {
   const suites::PlannedTrial* trial = nullptr;
   WorkedTrial worked;
   Fate fate = Fate::finished;
   bool begun = false;
-  bool preparing = false;  // no trial: `trial` says for which
+  bool preparing = false;  // pretraining for `trial` instead of running it
   std::optional<Preparer::Entries> entries;
-  bool babble = false;                     // something other than messages came
-  Clock::time_point clock = Clock::now();  // of what is limited: first the lens, then the trial
-  Clock::time_point weighed = Clock::now();
-  std::optional<Clock::time_point> stop_asked;
+  bool malformed_line = false;             // received a line that is not a message
+  Clock::time_point clock = Clock::now();  // start of the limited time: first of mounting the lens, then of the trial
+  Clock::time_point memory_checked = Clock::now();
+  std::optional<Clock::time_point> stop_sent;
   double sent_at = 0;  // by clock_seconds
 
   std::string after_steps() const {
     if (preparing) return "";
-    return worked.steps == 0 ? " before step 0 was over" : " after step " + std::to_string(worked.steps - 1);
+    return worked.steps == 0 ? " before the end of step 0" : " after step " + std::to_string(worked.steps - 1);
   }
 };
 
@@ -82,30 +82,30 @@ ProcessWorker::ProcessWorker(const PreparedPlan& plan, const LibraryHashes& hash
                              Limits limits, WorkerOptions options)
     : plan_(plan), hashes_(hashes), program_(std::move(program)), limits_(limits), options_(std::move(options)) {}
 
-ProcessWorker::~ProcessWorker() { stop_worker(kSecondsToLeave); }
+ProcessWorker::~ProcessWorker() { stop_worker(kSecondsToExit); }
 
-void ProcessWorker::stop_worker(double patience_seconds) {
-  if (child_) child_->end(patience_seconds);
+void ProcessWorker::stop_worker(double timeout_seconds) {
+  if (child_) child_->end(timeout_seconds);
   child_.reset();
-  told_.clear();
+  sent_.clear();
   trials_ = 0;
 }
 
 void ProcessWorker::start() {
   for (int losses = 0; !started(); ++losses)
-    if (losses + 1 == kMostLosses)
-      throw Error(ErrorKind::internal, "a worker did not start: somebody else killed it (SIGKILL) " +
-                                           std::to_string(kMostLosses) + " times: the machine may be short of memory");
+    if (losses + 1 == kMaxLosses)
+      throw Error(ErrorKind::internal, "a worker did not start: it was killed from outside (SIGKILL) " +
+                                           std::to_string(kMaxLosses) + " times; the machine may be short of memory");
 }
 
-// False when somebody else killed it.
+// False when it was killed from outside.
 bool ProcessWorker::started() {
   ChildProcess::Options options;
   options.command = program_;
   options.environment = {"RELIGN_JOURNAL_FD=" + std::to_string(ChildProcess::childs_pixel_file())};
   options.leads_session = true;
   options.on_output = [this](const std::string& line) {
-    if (printed_.size() + line.size() < TrialLog::kMostBytes && cut_bytes_ == 0)
+    if (printed_.size() + line.size() < TrialLog::kMaxBytes && cut_bytes_ == 0)
       printed_ += "printed: " + line + "\n";
     else
       cut_bytes_ += line.size() + 1;
@@ -121,7 +121,7 @@ bool ProcessWorker::started() {
   const auto got = child_->receive(line, in_seconds(kSecondsToStart));
   const Json answer = got == ChildProcess::Got::line ? parsed_json(line) : Json();
   if (answer.is_object() && answer.contains("ready")) return true;
-  child_->end(kSecondsToLeave);
+  child_->end(kSecondsToExit);
   if (child_->was_lost()) return false;
   std::string text = "a worker did not start: ";
   if (answer.is_object() && answer.contains("error"))
@@ -133,12 +133,12 @@ bool ProcessWorker::started() {
 }
 
 void ProcessWorker::send(const Json& message) {
-  // A worker that does not read is noticed by what it does not answer.
+  // No check here: a worker that does not read is detected by its missing answer.
   child_->send(message.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n", in_seconds(kSecondsToStart));
 }
 
 void ProcessWorker::send_prepared(const suites::PlannedTrial& trial, const Preparer::Entries* prepared) {
-  if (!prepared || !told_.insert({trial.scene, trial.level, trial.algorithm}).second) return;
+  if (!prepared || !sent_.insert({trial.scene, trial.level, trial.algorithm}).second) return;
   send({{"prepared",
          {{"scene", trial.scene},
           {"level", trial.level},
@@ -152,7 +152,7 @@ WorkedTrial ProcessWorker::run(const suites::PlannedTrial& trial, const Preparer
     if (!child_) start();
     const bool was_new = trials_ == 0;
     Attempt attempt = this->attempt(trial, prepared);
-    if (attempt.fate == Fate::lost && ++losses < kMostLosses) {
+    if (attempt.fate == Fate::lost && ++losses < kMaxLosses) {
       if (options_.on_message)
         options_.on_message("a worker was killed from outside; trial " + trial.id + " runs again");
       continue;
@@ -160,9 +160,9 @@ WorkedTrial ProcessWorker::run(const suites::PlannedTrial& trial, const Preparer
     if (attempt.fate == Fate::blamed) stop_worker(0);
     if (attempt.fate == Fate::blamed && !was_new) continue;
     if (attempt.fate == Fate::lost)
-      attempt.worked.record.message = "its worker was killed by SIGKILL " + std::to_string(kMostLosses) +
-                                      " times, not by this run: the machine may be short of memory";
-    if (child_ && holds_too_much()) stop_worker(kSecondsToLeave);
+      attempt.worked.record.message = "its worker was killed by SIGKILL " + std::to_string(kMaxLosses) +
+                                      " times, not by this run; the machine may be short of memory";
+    if (child_ && holds_too_much()) stop_worker(kSecondsToExit);
     return std::move(attempt.worked);
   }
 }
@@ -178,9 +178,9 @@ Preparer::Entries ProcessWorker::prepare(const suites::PlannedTrial& trial) {
     ++trials_;
     while (const std::optional<Json> message = receive(attempt))
       if (take(*message, attempt)) break;
-    if (attempt.worked.stopped) throw Error(ErrorKind::stopped, "stopped while an algorithm was being prepared");
+    if (attempt.worked.stopped) throw Error(ErrorKind::stopped, "stopped during pretraining");
     if (attempt.entries) return std::move(*attempt.entries);
-    if (attempt.fate == Fate::lost && losses + 1 < kMostLosses) continue;
+    if (attempt.fate == Fate::lost && losses + 1 < kMaxLosses) continue;
     const records::TrialRecord& record = attempt.worked.record;
     return without_data(plan_.plan.suite.algorithms[trial.algorithm].choice, record.end + ", " + record.message);
   }
@@ -210,16 +210,16 @@ ProcessWorker::Attempt ProcessWorker::attempt(const suites::PlannedTrial& trial,
   return attempt;
 }
 
-// The next message; nothing once the trial is over without one.
+// Receives the next message; nothing when the trial has ended without one.
 std::optional<Json> ProcessWorker::receive(Attempt& attempt) {
   while (true) {
     std::string line;
-    const auto got = child_->receive(line, in_seconds(kSecondsBetweenLooks));
+    const auto got = child_->receive(line, in_seconds(kStopPollSeconds));
     if (got == ChildProcess::Got::line) {
       Json message = parsed_json(line);
       if (message.is_object()) return message;
-      // It is waited for: how far a trial came must not depend on when this was read.
-      attempt.babble = true;
+      // Wait for the end: the steps of a trial must not depend on when this line was read.
+      attempt.malformed_line = true;
       continue;
     }
     if (got == ChildProcess::Got::end) {
@@ -227,14 +227,14 @@ std::optional<Json> ProcessWorker::receive(Attempt& attempt) {
       return std::nullopt;
     }
     if (got == ChildProcess::Got::too_long || got == ChildProcess::Got::end_within_line) {
-      end_by(attempt, "protocol_error", "half a message came over the connection of its worker");
+      end_by(attempt, "protocol_error", "its worker sent an incomplete message");
       return std::nullopt;
     }
-    if (options_.stop && options_.stop->load() && !attempt.stop_asked) {
-      attempt.stop_asked = Clock::now();
+    if (options_.stop && options_.stop->load() && !attempt.stop_sent) {
+      attempt.stop_sent = Clock::now();
       child_->send("{\"stop\":true}\n", in_seconds(1));
     }
-    if (attempt.stop_asked && seconds_since(*attempt.stop_asked) > kSecondsAfterStop) {
+    if (attempt.stop_sent && seconds_since(*attempt.stop_sent) > kSecondsAfterStop) {
       attempt.worked.stopped = true;
       attempt.fate = Fate::stopped;
       stop_worker(0);
@@ -245,12 +245,12 @@ std::optional<Json> ProcessWorker::receive(Attempt& attempt) {
              std::string(attempt.preparing ? "one source"
                          : attempt.begun   ? "the trial"
                                            : "mounting the lens") +
-                 " was not done after " + shortest(limits_.trial_seconds) + " s (\"trial_seconds\" of the suite)");
-      attempt.fate = Fate::finished;  // slow is slow in a new worker, too
+                 " took longer than " + shortest(limits_.trial_seconds) + " s ('trial_seconds' of the suite)");
+      attempt.fate = Fate::finished;  // a new worker would not be faster
       return std::nullopt;
     }
-    if (limits_.memory_bytes > 0 && seconds_since(attempt.weighed) > kSecondsBetweenWeighings) {
-      attempt.weighed = Clock::now();
+    if (limits_.memory_bytes > 0 && seconds_since(attempt.memory_checked) > kMemoryPollSeconds) {
+      attempt.memory_checked = Clock::now();
       if (session_bytes(child_->process()) > limits_.memory_bytes) {
         end_by(attempt, "out_of_memory", "");
         return std::nullopt;
@@ -288,7 +288,7 @@ bool ProcessWorker::take(const Json& message, Attempt& attempt) {
       return true;
     }
     if (message.contains("runaway")) {
-      end_by(attempt, "overspent", "went on asking for steps after the last, and never returned");
+      end_by(attempt, "overspent", "kept asking for steps after the last one and never returned");
       return true;
     }
     if (message.contains("done")) {
@@ -296,15 +296,15 @@ bool ProcessWorker::take(const Json& message, Attempt& attempt) {
       return true;
     }
   } catch (const Json::exception&) {
-    end_by(attempt, "protocol_error", "a message without its members came over the connection of its worker");
+    end_by(attempt, "protocol_error", "its worker sent a malformed message with missing members");
     return true;
   } catch (const Error&) {
-    end_by(attempt, "protocol_error", "a message with a wrong member came over the connection of its worker");
+    end_by(attempt, "protocol_error", "its worker sent a malformed message with invalid members");
     return true;
   }
   if (message.contains("error") && message["error"].is_object())
     throw Error(error_kind(message["error"]), error_text(message["error"]));
-  end_by(attempt, "protocol_error", "a message that no worker sends came over the connection of its worker");
+  end_by(attempt, "protocol_error", "its worker sent an unknown message");
   return true;
 }
 
@@ -328,19 +328,19 @@ void ProcessWorker::take_done(const Json& done, Attempt& attempt) {
   }
   if (journal.size != done.at("size") || journal.digest != done.at("digest") || !closing.closing ||
       closing.steps != journal.steps || closing.trial.trial != attempt.trial->id) {
-    end_by(attempt, "protocol_error", "what its worker wrote of the trial was changed by somebody else");
-    fill(worked, Journal{});  // nothing of it can be trusted
+    end_by(attempt, "protocol_error", "the journal of its worker was changed by another writer");
+    fill(worked, Journal{});  // none of it can be trusted
     worked.times.trial = attempt.trial->id;
     return;
   }
   worked.record = std::move(closing.trial);
-  if (attempt.babble) {
+  if (attempt.malformed_line) {
     worked.record.end = "protocol_error";
-    worked.record.message = "something other than a message came over the connection of its worker";
+    worked.record.message = "its worker sent a line that is not a message";
     attempt.fate = Fate::blamed;
   }
   fill(worked, std::move(journal));
-  // The way there and back. Both sides read the same clock, the system's since it started.
+  // Adds the time of the messages in both directions. Both sides use the same system clock.
   if (const Json& harness = done.at("harness_seconds"); !harness.is_null())
     worked.times.harness_seconds = harness.get<double>() + done.at("received_at").get<double>() - attempt.sent_at +
                                    clock_seconds() - done.at("sent_at").get<double>();
@@ -351,7 +351,7 @@ void ProcessWorker::take_done(const Json& done, Attempt& attempt) {
   if (worked.record.end == "crashed(SIGKILL)") attempt.fate = Fate::lost;  // a plugin's own process
 }
 
-// The worker is of no use any more: what it finished is taken, and it goes.
+// Keeps the finished steps of a worker that cannot continue, and ends it.
 void ProcessWorker::end_by(Attempt& attempt, const std::string& end, const std::string& message) {
   attempt.fate = Fate::blamed;
   WorkedTrial& worked = attempt.worked;
@@ -363,14 +363,14 @@ void ProcessWorker::end_by(Attempt& attempt, const std::string& end, const std::
 }
 
 std::string ProcessWorker::memory_message(const Attempt& attempt) const {
-  return "it needs more memory than the " + shortest(static_cast<double>(limits_.memory_bytes / 1'000'000)) +
-         " MB that a trial may have (\"trial_memory_mb\" of the suite)" + attempt.after_steps();
+  return "it needs more memory than the limit of " + shortest(static_cast<double>(limits_.memory_bytes / 1'000'000)) +
+         " MB ('trial_memory_mb' of the suite)" + attempt.after_steps();
 }
 
 void ProcessWorker::take_death(Attempt& attempt) {
-  // The journal goes with the child's descriptors.
+  // Duplicated, because end() closes the child's descriptors.
   const plugin_host::Descriptor journal(::dup(child_->pixel_file()));
-  child_->end(kSecondsToLeave);
+  child_->end(kSecondsToExit);
   const std::string how = child_->how_it_ended(), crash = child_->crash();
   const bool lost = child_->was_lost();
   WorkedTrial& worked = attempt.worked;

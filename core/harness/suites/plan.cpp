@@ -9,17 +9,18 @@
 namespace relign::suites {
 namespace {
 
-// Enters every id. Change it only when the same words begin to mean another result, because every
-// result that anybody has published becomes unresumable with it.
+// Part of every id. Change it only when the same suite would give different results, because no published
+// result can be resumed after that.
 constexpr int kTrialIdVersion = 1;
 
-// An identity is canonical JSON; a text that is none (a test's, another host's) counts as itself.
+// An identity is canonical JSON; any other text (from a test or another host) counts as a string.
 Json identity_json(const std::string& identity) {
   Json parsed = Json::parse(identity, nullptr, false);
   return parsed.is_discarded() ? Json(identity) : parsed;
 }
 
-// A scene's own specification is in its data; the suite's decides what is measured, its limits do not.
+// Only what the suite's specification adds to the measurements. Its limits do not matter, and a scene's own
+// specification is part of the scene's data.
 Json measured_mtf(const Suite& suite) {
   const auto mtf = suite.spec.is_object() ? suite.spec.find("mtf") : suite.spec.end();
   return mtf != suite.spec.end() && mtf->is_object() ? mtf->value("lp_per_mm", Json()) : Json();
@@ -30,7 +31,7 @@ std::string instance_set_hash(const Suite& suite, const std::vector<std::string>
   for (std::size_t index = 0; index < suite.scenes.size(); ++index)
     scenes.push_back(suite.scenes[index].choice.identity + "\n" + scene_identity[index]);
   for (const LevelEntry& level : suite.levels) levels.push_back(level.choice.identity);
-  // The order of a list in the suite does not change the set.
+  // The set does not depend on the order of lists in the suite.
   std::sort(scenes.begin(), scenes.end());
   std::sort(levels.begin(), levels.end());
   return short_hash(canonical_json({{"instance_set", kTrialIdVersion},
@@ -49,14 +50,14 @@ std::string effective_merit(const AlgorithmEntry& algorithm) {
 }
 
 bool is_oracle(const AlgorithmEntry& algorithm) {
-  // The paper's protocol tells every search method the start: nobody is an oracle there.
+  // The paper's protocol grants the start to every optimizer, so that there are no oracles.
   const bool start_is_granted = algorithm.protocol == "paper";
   return algorithm.choice.plugin->oracle && !start_is_granted;
 }
 
 Plan make_plan(Suite suite, const std::vector<std::string>& scene_identity) {
   if (scene_identity.size() != suite.scenes.size())
-    throw Error(ErrorKind::internal, "make_plan: one identity per scene is needed");
+    throw Error(ErrorKind::internal, "make_plan needs one identity per scene");
   Plan plan;
   plan.instance_set = instance_set_hash(suite, scene_identity);
   const Json machine_time = machine_time_json(suite.machine_time), mtf = measured_mtf(suite);

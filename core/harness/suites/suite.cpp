@@ -13,10 +13,10 @@
 namespace relign::suites {
 namespace {
 
-constexpr std::int64_t kMostInstances = 1'000'000;
-constexpr double kLongestTrial = 1e7;      // seconds
-constexpr std::int64_t kLeastMemory = 64;  // MB
-constexpr std::size_t kMostTrainings = 100;
+constexpr std::int64_t kMaxInstances = 1'000'000;
+constexpr double kMaxTrialSeconds = 1e7;   // seconds
+constexpr std::int64_t kMinMemoryMb = 64;  // MB
+constexpr std::size_t kMaxTrainings = 100;
 const std::vector<std::string> kProtocols = {"paper", "blind"};
 const std::vector<std::string> kMerits = {"combined", "rmse"};
 const std::vector<std::string> kLimits = {"soft", "hard"};
@@ -24,21 +24,21 @@ const std::vector<std::string> kMeasures = {"rmse", "yield"};
 const std::vector<std::string> kRules = {"own", "best", "current"};
 constexpr double kRelevantRatio = 1.1;
 
-// A text out of a few allowed ones; the fallback after a mistake.
+// Reads one of a few allowed strings; returns the fallback after a mistake.
 std::string one_of(ObjectReader& reader, const std::string& key, const std::vector<std::string>& allowed,
                    const std::string& fallback) {
   const std::string found = reader.string(key, fallback);
   if (found == fallback || std::find(allowed.begin(), allowed.end(), found) != allowed.end()) return found;
   const std::string nearest = nearest_name(found, allowed);
-  reader.complain(key, "found \"" + found + "\", allowed: " + join(allowed, ", ") +
+  reader.complain(key, "found '" + found + "'; allowed: " + join(allowed, ", ") +
                            (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
   return fallback;
 }
 
-// Names stand in tables, file names and on command lines (--only algorithm=NAME).
+// Restricted because names appear in tables, file names and on command lines (--only algorithm=NAME).
 std::string name_mistake(const std::string& name) {
   if (name.empty()) return "a name must not be empty";
-  if (name.size() > 80) return "a name has at most 80 characters";
+  if (name.size() > 80) return "a name must have at most 80 characters";
   if (name.front() == '.') return "a name must not start with a dot";
   for (const char letter : name)
     if (letter == '/' || letter == '\\' || static_cast<unsigned char>(letter) < 0x20 || letter == 0x7f)
@@ -46,7 +46,7 @@ std::string name_mistake(const std::string& name) {
   return "";
 }
 
-// One entry of scenes, noise_levels or algorithms, as written.
+// One entry of scenes, noise_levels or algorithms, before checks against other entries.
 struct Entry {
   std::string pointer;
   bool usable = false;
@@ -56,10 +56,10 @@ struct Entry {
   std::vector<std::string> protocols;
   std::string merit;
   unsigned steps = 0;
-  std::string method, training;  // of an entry that is a list of trainings
+  std::string method, training;  // for an entry with a list of trainings
 };
 
-// What tells the files apart: their stems, and where two are the same their whole paths.
+// Names that distinguish the files: their stems, or their whole paths where stems are equal.
 std::vector<std::string> training_names(const std::vector<std::string>& files) {
   std::vector<std::string> names;
   for (const std::string& file : files) names.push_back(std::filesystem::path(file).stem().string());
@@ -91,7 +91,7 @@ class SuiteReader {
     if (const std::string mistake = name_mistake(suite.name); top_.has("name") && !mistake.empty())
       top_.complain("name", mistake);
     suite.seed = static_cast<std::uint64_t>(top_.integer("seed", 1, 0, std::numeric_limits<std::int64_t>::max()));
-    suite.instances = static_cast<unsigned>(top_.integer("instances", 100, 1, kMostInstances));
+    suite.instances = static_cast<unsigned>(top_.integer("instances", 100, 1, kMaxInstances));
     suite.first_instance =
         static_cast<unsigned>(top_.integer("first_instance", 0, 0, std::numeric_limits<std::int32_t>::max()));
     defaults_.steps = static_cast<unsigned>(top_.integer("steps", 50, 1, kMostSteps));
@@ -114,10 +114,10 @@ class SuiteReader {
         suite.algorithms.push_back(algorithm);
       }
     }
-    suite.trial_seconds = top_.number("trial_seconds", suite.trial_seconds, 0.1, kLongestTrial);
+    suite.trial_seconds = top_.number("trial_seconds", suite.trial_seconds, 0.1, kMaxTrialSeconds);
     suite.trial_memory_mb = static_cast<unsigned>(top_.integer("trial_memory_mb", 0, 0, 1'000'000'000));
-    if (top_.has("trial_memory_mb") && suite.trial_memory_mb < kLeastMemory)
-      top_.complain("trial_memory_mb", "a worker needs " + std::to_string(kLeastMemory) + " or more by itself");
+    if (top_.has("trial_memory_mb") && suite.trial_memory_mb < kMinMemoryMb)
+      top_.complain("trial_memory_mb", "must be at least " + std::to_string(kMinMemoryMb) + ", the need of a worker");
     suite.machine_time = machine_time();
     suite.spec = spec();
     suite.targets = targets();
@@ -140,11 +140,11 @@ class SuiteReader {
     std::vector<Entry> found;
     const Json* list = top_.get(key);
     if (!list) {
-      if (source_.root().is_object()) top_.complain("", "the key \"" + key + "\" is missing (list of entries)");
+      if (source_.root().is_object()) top_.complain("", "missing key '" + key + "' (a list of entries)");
       return found;
     }
     if (!list->is_array() || list->empty()) {
-      top_.complain(key, list->is_array() ? "the list is empty: name at least one"
+      top_.complain(key, list->is_array() ? "expected at least one entry, found an empty list"
                                           : std::string("expected a list, found ") + list->type_name());
       return found;
     }
@@ -156,7 +156,7 @@ class SuiteReader {
     return found;
   }
 
-  // One, or one for each of its trainings.
+  // Returns one entry, or one for each of its trainings.
   std::vector<Entry> read_entry(const std::string& pointer, const Json& value, plugin_host::Kind kind) {
     Entry entry;
     entry.pointer = pointer;
@@ -167,7 +167,7 @@ class SuiteReader {
       return {entry};
     }
     if (!value.is_object()) {
-      complain(pointer, std::string("expected an id, a path or an object with \"use\", found ") + value.type_name());
+      complain(pointer, std::string("expected an id, a path or an object with 'use', found ") + value.type_name());
       return {};
     }
     ObjectReader reader(source_, pointer, problems_);
@@ -190,12 +190,12 @@ class SuiteReader {
     reader.refuse_unknown();
     if (((parameters && !parameters->empty()) || trainings) && !entry.named)
       complain(pointer, std::string(trainings ? "a list of trainings needs" : "changed parameters need") +
-                            " a \"name\", which tables will show");
+                            " a 'name' for tables");
     if (entry.named)
       if (const std::string mistake = name_mistake(entry.name); !mistake.empty() && problems_.size() == mistakes)
         reader.complain("name", mistake);
     if (use.empty()) {
-      if (problems_.size() == mistakes) reader.complain("use", "an id, a preset or a path is missing");
+      if (problems_.size() == mistakes) reader.complain("use", "expected an id, a preset or a path");
       return {};
     }
     const Json given = parameters ? *parameters : Json(nullptr);
@@ -204,7 +204,8 @@ class SuiteReader {
     return {entry};
   }
 
-  // `entry` once for each model file of "trainings", which becomes the parameter that the manifest's "training" names.
+  // Copies of `entry` for each model file of "trainings"; the file becomes the parameter named by the manifest's
+  // "training".
   std::vector<Entry> with_trainings(ObjectReader& reader, const Entry& entry, plugin_host::Kind kind,
                                     const std::string& use, const Json& parameters, const Json& trainings) {
     const auto plugin = catalog_.plugin_of(kind, use, relative_to_);
@@ -213,23 +214,23 @@ class SuiteReader {
       Entry unused = entry;
       if (plugin)
         reader.complain("trainings", "'" + plugin->id +
-                                         "' has no trained model: \"training\" of its manifest names no "
+                                         "' has no trained model: 'training' in its manifest names no "
                                          "file parameter");
       else
-        resolve(unused, kind, use, parameters, entry.pointer + "/use");  // what is wrong with it
+        resolve(unused, kind, use, parameters, entry.pointer + "/use");  // reports the mistake
       return {};
     }
     std::vector<std::string> files;
     if (trainings.is_array())
       for (const Json& file : trainings)
         if (file.is_string() && !file.get<std::string>().empty()) files.push_back(file.get<std::string>());
-    if (files.empty() || files.size() != trainings.size() || files.size() > kMostTrainings) {
-      reader.complain("trainings", "expected a list of 1 to " + std::to_string(kMostTrainings) +
-                                       " model files, one a training, for example [\"seed1.onnx\", \"seed2.onnx\"]");
+    if (files.empty() || files.size() != trainings.size() || files.size() > kMaxTrainings) {
+      reader.complain("trainings", "expected a list of 1 to " + std::to_string(kMaxTrainings) +
+                                       " model files, one per training, for example [\"seed1.onnx\", \"seed2.onnx\"]");
       return {};
     }
     if (parameters.is_object() && parameters.contains(parameter)) {
-      complain(entry.pointer + "/parameters/" + parameter, "\"trainings\" gives this parameter: name the file there");
+      complain(entry.pointer + "/parameters/" + parameter, "'trainings' sets this parameter; give the file there");
       return {};
     }
     std::vector<Entry> list;
@@ -245,31 +246,30 @@ class SuiteReader {
       const std::size_t mistakes = problems_.size();
       resolve(one, kind, use, given, pointer, entry.pointer + "/parameters/" + parameter);
       if (const std::string mistake = name_mistake(one.name); !mistake.empty() && problems_.size() == mistakes)
-        complain(pointer, "'" + one.name + "' cannot stand in tables: " + mistake);
+        complain(pointer, "invalid name '" + one.name + "': " + mistake);
       for (std::size_t before = 0; before < list.size(); ++before)
         if (one.usable && list[before].choice.identity == one.choice.identity)
-          complain(pointer, "this is the same model as " + entry.pointer + "/trainings/" + std::to_string(before) +
-                                ": a training counts once");
+          complain(pointer, "duplicate of the model at " + entry.pointer + "/trainings/" + std::to_string(before));
       list.push_back(std::move(one));
     }
     return list;
   }
 
-  // Mistakes come back relative to the entry; `use_pointer` is where its id stands, and what is wrong at
-  // `also_there` of the entry is reported there too.
+  // The catalogue reports mistakes relative to the entry; `use_pointer` is the pointer of its id, and mistakes at
+  // `also_there` of the entry are reported there, too.
   void resolve(Entry& entry, plugin_host::Kind kind, const std::string& use, const Json& parameters,
                const std::string& use_pointer, const std::string& also_there = "") {
     std::vector<Problem> found;
     try {
       entry.choice = catalog_.resolve(kind, use, parameters, relative_to_, found);
     } catch (const Error& error) {
-      // A plugin that is refused is reported with the suite's other mistakes.
+      // Reports a refused plugin together with the suite's other mistakes.
       Problem problem;
       problem.message = error.what();
       found.push_back(problem);
     }
     for (const Problem& problem : found) {
-      // A path may lead to a document of its own, whose mistakes have a place there.
+      // Mistakes in a document that a path names have a position in that document.
       if (!problem.file.empty()) {
         problems_.push_back(problem);
         continue;
@@ -281,10 +281,10 @@ class SuiteReader {
     if (!entry.usable || entry.named) return;
     entry.name = entry.choice.id;
     if (const std::string mistake = name_mistake(entry.name); !mistake.empty())
-      complain(use_pointer, "'" + entry.name + "' cannot stand in tables (" + mistake + "): give the entry a \"name\"");
+      complain(use_pointer, "invalid name '" + entry.name + "' (" + mistake + "); give the entry a 'name'");
   }
 
-  // Two rows of a table must not look alike; and one scene under two names would be the same trials twice.
+  // Rows of a table need different names; and one scene under two names would run the same trials twice.
   void refuse_clashes(const std::vector<Entry>& entries, bool algorithms) {
     std::map<std::string, std::string> by_name, by_identity;
     for (const Entry& entry : entries) {
@@ -297,24 +297,24 @@ class SuiteReader {
       for (const std::string& key : keys) {
         const auto [same_name, is_fresh] = by_name.emplace(key, entry.pointer);
         if (!is_fresh && fresh_name)
-          complain(entry.pointer, "the name '" + entry.name + "' is taken by " + same_name->second +
+          complain(entry.pointer, "duplicate name '" + entry.name + "', already used by " + same_name->second +
                                       (algorithms ? " under the same protocol" : "") +
-                                      ": give one of them another \"name\"");
+                                      "; give one of them another 'name'");
         fresh_name = fresh_name && is_fresh;
       }
       if (algorithms || !fresh_name) continue;
       const auto [same, fresh] = by_identity.emplace(entry.choice.identity, entry.pointer);
-      if (!fresh) complain(entry.pointer, "this is the same as " + same->second + " under another name");
+      if (!fresh) complain(entry.pointer, "duplicate of " + same->second + " under another name");
     }
   }
 
-  // "protocol": one, or "protocols": a list of them; the fallback where neither is there, and after a mistake.
+  // Reads "protocol" or the list "protocols"; returns the fallback where both are missing, and after a mistake.
   std::vector<std::string> read_protocols(ObjectReader& reader, const std::vector<std::string>& fallback) {
     const Json* list = reader.get("protocols");
     const std::string one = one_of(reader, "protocol", kProtocols, fallback.front());
     if (!list) return reader.has("protocol") ? std::vector{one} : fallback;
     if (reader.has("protocol")) {
-      reader.complain("protocols", "\"protocol\" and \"protocols\" are both given: leave out one of them");
+      reader.complain("protocols", "found 'protocol' and 'protocols'; expected one of them, not both");
       return fallback;
     }
     std::vector<std::string> found;
@@ -324,11 +324,11 @@ class SuiteReader {
             std::find(found.begin(), found.end(), name) == found.end())
           found.push_back(name.get<std::string>());
     if (!found.empty() && found.size() == list->size()) return found;
-    reader.complain("protocols", "expected a list of different protocols, allowed: " + join(kProtocols, ", "));
+    reader.complain("protocols", "expected a list of different protocols; allowed: " + join(kProtocols, ", "));
     return fallback;
   }
 
-  // The names of contrasts are checked against the algorithms, home and random among them.
+  // Checks the names of contrasts against the algorithms, including home and random.
   Json analysis(const Suite& suite) {
     if (!top_.get("analysis")) return nullptr;
     const std::string pointer = top_.pointer_to("analysis");
@@ -359,7 +359,7 @@ class SuiteReader {
             if (std::find(names.begin(), names.end(), name) != names.end()) continue;
             const std::string nearest = nearest_name(name, names);
             complain(pointer + "/contrasts/" + std::to_string(i) + "/" + std::to_string(side),
-                     "no algorithm of this suite has the name '" + name + "'" +
+                     "unknown algorithm '" + name + "' in this suite" +
                          (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
           }
       }
@@ -381,7 +381,7 @@ class SuiteReader {
   }
 
   std::vector<double> targets() {
-    constexpr std::size_t kMostTargets = 1000;
+    constexpr std::size_t kMaxTargets = 1000;
     const Json* value = top_.get("targets");
     if (!value) return {};
     std::vector<double> targets;
@@ -389,15 +389,15 @@ class SuiteReader {
       for (const Json& one : *value)
         if (one.is_number()) targets.push_back(one.get<double>());
     const bool falling = std::adjacent_find(targets.begin(), targets.end(), std::less_equal<>()) == targets.end();
-    if (!value->is_array() || value->empty() || value->size() > kMostTargets || targets.size() != value->size() ||
+    if (!value->is_array() || value->empty() || value->size() > kMaxTargets || targets.size() != value->size() ||
         !falling || !(targets.back() > 0) || !(targets.front() <= 1))
-      top_.complain("targets", "expected a falling list of 1 to " + std::to_string(kMostTargets) +
-                                   " RMSE levels between 0 and 1, for example [0.02, 0.01, 0.005]");
+      top_.complain("targets", "expected a descending list of 1 to " + std::to_string(kMaxTargets) +
+                                   " RMSE targets between 0 and 1, for example [0.02, 0.01, 0.005]");
     return targets;
   }
 
-  // home and random stand in every table, under every protocol that is used: readers see what one move
-  // to the nominal pose and what chance would give.
+  // Adds home and random under every protocol in use, so that every table shows the result of one move to the nominal
+  // pose and that of chance.
   void add_baselines(Suite& suite) {
     std::vector<std::string> protocols;
     for (const AlgorithmEntry& entry : suite.algorithms)

@@ -10,18 +10,18 @@ namespace {
 
 std::vector<double> read_start(ObjectReader& top, std::size_t axes) {
   const std::vector<double> start = top.numbers("start", axes, {});
-  if (!top.has("start")) top.complain("", "the key \"start\" is missing (the true start pose)");
+  if (!top.has("start")) top.complain("", "missing key 'start' (the true start pose)");
   for (std::size_t i = 0; i < start.size(); ++i)
     if (!(start[i] >= 0 && start[i] <= 1))
-      top.complain("start", "value " + std::to_string(i) + " is " + shortest(start[i]) +
-                                "; a start pose lies from 0 to 1 on every axis");
+      top.complain("start",
+                   "value " + std::to_string(i) + " is " + shortest(start[i]) + "; expected 0 to 1 on every axis");
   return start;
 }
 
 std::vector<double> read_distortion(ObjectReader& top, std::size_t axes) {
   const Json* rows = top.get("distortion");
   const std::string wanted =
-      "expected " + std::to_string(axes) + " rows of " + std::to_string(axes) + " numbers under \"distortion\"";
+      "expected " + std::to_string(axes) + " rows of " + std::to_string(axes) + " numbers under 'distortion'";
   std::vector<double> matrix;
   bool fits = rows && rows->is_array() && rows->size() == axes;
   for (std::size_t i = 0; fits && i < axes; ++i) {
@@ -36,23 +36,23 @@ std::vector<double> read_distortion(ObjectReader& top, std::size_t axes) {
     top.complain("distortion", wanted);
     return {};
   }
-  // Without an inverse, an axis could not be moved alone: no stage is like that.
+  // Without an inverse, no command would move one axis alone; real stages have one.
   const auto size = static_cast<Eigen::Index>(axes);
   const Eigen::FullPivLU<Eigen::MatrixXd> factors(
       Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(matrix.data(), size,
                                                                                                size));
   if (!factors.isInvertible() || !(factors.rcond() > 1e-9))
-    top.complain("distortion", "this matrix has no usable inverse: different moves would end at the same pose");
+    top.complain("distortion", "the matrix is singular or nearly so; expected one with a usable inverse");
   return matrix;
 }
 
-// Offsets with both members of every element, so that equal draws are equal texts.
+// Offsets with both members of every element, so that equal draws give equal strings.
 Json read_elements(const JsonSource& source, ObjectReader& top, const SceneFacts& scene,
                    std::vector<Problem>& problems) {
   Json elements = Json::object();
   const Json* given = top.get("elements");
   if (!given) {
-    top.complain("", "the key \"elements\" is missing ({} for a perfect lens)");
+    top.complain("", "missing key 'elements' ({} for a perfect lens)");
     return elements;
   }
   ObjectReader all(source, "/elements", problems);
@@ -67,8 +67,7 @@ Json read_elements(const JsonSource& source, ObjectReader& top, const SceneFacts
   }
   for (const auto& [name, value] : given->items())
     if (std::find(scene.elements.begin(), scene.elements.end(), name) == scene.elements.end())
-      all.complain(name,
-                   "scene \"" + scene.name + "\" has no element \"" + name + "\"" + suggestion(name, scene.elements));
+      all.complain(name, "scene '" + scene.name + "' has no element '" + name + "'" + suggestion(name, scene.elements));
   return elements;
 }
 
@@ -90,10 +89,10 @@ Variances read(const JsonSource& source, const SceneFacts& scene) {
 
 Variances read_variances(const std::string& drawn, const SceneFacts& scene, const std::string& level_id) {
   try {
-    return read(JsonSource::from_text(drawn, "variances"), scene);
+    return read(JsonSource::from_text(drawn, "perturbations"), scene);
   } catch (const Error& error) {
     const std::string who = level_id.empty() ? "the noise level" : "noise level '" + level_id + "'";
-    throw Error(ErrorKind::plugin_failed, who + " drew variances that cannot be used:\n" + error.what());
+    throw Error(ErrorKind::plugin_failed, who + " drew unusable perturbations:\n" + error.what());
   }
 }
 

@@ -15,7 +15,7 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr double kUnbounded = std::numeric_limits<double>::max();
 
 struct Images {
-  images::View seen, reference;
+  images::View capture, reference;
 };
 
 struct Measure {
@@ -28,21 +28,21 @@ struct Measure {
 double star_contrast(const Images& images, ObjectReader& arguments) {
   images::StarCircle circle;
   circle.cycles = static_cast<int>(arguments.integer("cycles", 0, 1, 10'000));
-  if (!arguments.has("cycles")) arguments.complain("", "the key \"cycles\" is missing");
+  if (!arguments.has("cycles")) arguments.complain("", "missing key 'cycles'");
   const double cycles_per_pixel = arguments.number("cycles_per_pixel", 0, 1e-6, 1);
   circle.radius_px = arguments.number("radius_px", 0, 0, kUnbounded);
   if (arguments.has("cycles_per_pixel") == arguments.has("radius_px"))
-    arguments.complain("", "expected either \"cycles_per_pixel\" or \"radius_px\"");
+    arguments.complain("", "expected either 'cycles_per_pixel' or 'radius_px'");
   else if (arguments.has("cycles_per_pixel"))
     circle.radius_px = circle.cycles / (2 * kPi * cycles_per_pixel);
-  const images::Moments middle = images::moments(images.seen);
+  const images::Moments middle = images::moments(images.capture);
   circle.x_px = arguments.number("x_px", middle.centroid_x_px, -kUnbounded, kUnbounded);
   circle.y_px = arguments.number("y_px", middle.centroid_y_px, -kUnbounded, kUnbounded);
-  return images::star_contrast(images.seen, circle);
+  return images::star_contrast(images.capture, circle);
 }
 
 double mtf(const Images& images, ObjectReader& arguments) {
-  const images::View& image = images.seen;
+  const images::View& image = images.capture;
   const double cycles_per_pixel = arguments.required_number("cycles_per_pixel", 0, 1);
   const auto width = static_cast<std::int64_t>(image.width), height = static_cast<std::int64_t>(image.height);
   const auto place = [&](const char* key, std::int64_t fallback, std::int64_t largest) {
@@ -54,36 +54,38 @@ double mtf(const Images& images, ObjectReader& arguments) {
   region.width = place("width", width - static_cast<std::int64_t>(region.x), width);
   region.height = place("height", height - static_cast<std::int64_t>(region.y), height);
   if (region.x + region.width > image.width || region.y + region.height > image.height)
-    arguments.complain("", "the region reaches beyond the image of " + std::to_string(width) + " x " +
-                               std::to_string(height) + " pixels");
+    arguments.complain(
+        "", "the region exceeds the image of " + std::to_string(width) + " x " + std::to_string(height) + " pixels");
   return images::edge_mtf(image, region, cycles_per_pixel);
 }
 
-images::Registration registration(const Images& images) { return images::registration(images.seen, images.reference); }
+images::Registration registration(const Images& images) {
+  return images::registration(images.capture, images.reference);
+}
 
 const std::vector<Measure>& measures() {
   static const std::vector<Measure> all = {
-      {"mean", "Mean level", {}, [](const Images& images, ObjectReader&) { return images::mean(images.seen); }},
+      {"mean", "Mean level", {}, [](const Images& images, ObjectReader&) { return images::mean(images.capture); }},
       {"contrast",
        "Standard deviation / mean",
        {},
-       [](const Images& images, ObjectReader&) { return images::contrast(images.seen); }},
+       [](const Images& images, ObjectReader&) { return images::contrast(images.capture); }},
       {"sharpness",
        "Gradient energy / mean squared (1 / px^2)",
        {},
-       [](const Images& images, ObjectReader&) { return images::sharpness(images.seen); }},
+       [](const Images& images, ObjectReader&) { return images::sharpness(images.capture); }},
       {"centroid_x_px",
-       "Centre of the light above the background, from the middle of the first column",
+       "Centroid of the light above the background, from the middle of the first column",
        {},
-       [](const Images& images, ObjectReader&) { return images::moments(images.seen).centroid_x_px; }},
+       [](const Images& images, ObjectReader&) { return images::moments(images.capture).centroid_x_px; }},
       {"centroid_y_px",
-       "Centre of the light above the background, from the middle of the top row",
+       "Centroid of the light above the background, from the middle of the top row",
        {},
-       [](const Images& images, ObjectReader&) { return images::moments(images.seen).centroid_y_px; }},
+       [](const Images& images, ObjectReader&) { return images::moments(images.capture).centroid_y_px; }},
       {"width_px",
        "Root mean second moment of the light above the background: a Gaussian spot's sigma",
        {},
-       [](const Images& images, ObjectReader&) { return images::moments(images.seen).width_px; }},
+       [](const Images& images, ObjectReader&) { return images::moments(images.capture).width_px; }},
       {"star_contrast",
        "Modulation of a Siemens star's fundamental wave on a circle",
        {{"cycles", "bright spokes of the star"},
@@ -101,15 +103,15 @@ const std::vector<Measure>& measures() {
         {"height", "rows; default: all below"}},
        mtf},
       {"shift_x_px",
-       "How far the image lies to the right of the reference image",
+       "Shift to the right, relative to the reference image",
        {},
        [](const Images& images, ObjectReader&) { return registration(images).shift_x_px; }},
       {"shift_y_px",
-       "How far the image lies below the reference image",
+       "Shift downwards, relative to the reference image",
        {},
        [](const Images& images, ObjectReader&) { return registration(images).shift_y_px; }},
       {"rotation_deg",
-       "How far the image is turned about its middle against the reference image, clockwise as displayed",
+       "Rotation about the image centre relative to the reference image, clockwise as displayed",
        {},
        [](const Images& images, ObjectReader&) { return registration(images).rotation_deg; }}};
   return all;
@@ -142,7 +144,7 @@ double measure(const images::View& image, const images::View& reference, const s
     throw_if_any(problems);
     return value;
   }
-  throw Error(ErrorKind::bad_input, "there is no measure '" + name + "'" + suggestion(name, names));
+  throw Error(ErrorKind::bad_input, "unknown measure '" + name + "'" + suggestion(name, names));
 }
 
 }  // namespace relign::trials

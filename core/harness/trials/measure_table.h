@@ -1,5 +1,5 @@
-// The measures of pixels/measures.h and registration.h by name, with arguments as JSON: what the service
-// "relign.measures/1" offers.
+// The measures of images/measures.h and images/registration.h by name, with arguments as JSON, for the service
+// "relign.measures/1".
 #pragma once
 
 #include <string>
@@ -12,8 +12,8 @@ namespace relign::trials {
 // [{"name": ..., "summary": ..., "arguments": {name: meaning}}, ...]
 Json list_measures();
 
-// Of an image; some compare it with the reference image. NaN when the image does not allow it. Throws Error(bad_input)
-// for an unknown measure or wrong arguments; empty text stands for no arguments.
+// Computes a measure of an image; some compare it with the reference image. NaN where it is undefined for the image.
+// Empty `arguments_json`: no arguments. Throws Error(bad_input) for an unknown measure or wrong arguments.
 double measure(const images::View& image, const images::View& reference, const std::string& name,
                const std::string& arguments_json);
 

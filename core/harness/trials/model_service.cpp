@@ -3,24 +3,24 @@
 #include <algorithm>
 
 #include "base/seeds.h"
-#include "trials/conversation.h"
 #include "trials/instance.h"
 #include "trials/service_answer.h"
+#include "trials/trial_host.h"
 
 namespace relign::trials {
 namespace {
 
-constexpr std::size_t kMostLenses = 16;  // each holds tables of rays
+constexpr std::size_t kMaxLenses = 16;  // each has tables of rays in memory
 
-// No frame of a benchmark instance can be made with it, whatever seed the algorithm chooses.
+// Maps the algorithm's seed into the training domain, where no frame of a benchmark instance can be reproduced.
 std::uint64_t frame_of(std::uint64_t chosen_seed) {
   return frame_seed(instance_seed(0, SeedDomain::training, chosen_seed), 0, FrameStream::capture);
 }
 
 }  // namespace
 
-ModelService::ModelService(ServiceSite& site) : site_(&site) {
-  const SceneFacts& scene = *site.host.setup().scene;
+ModelService::ModelService(ServiceContext& shared) : shared_(&shared) {
+  const SceneFacts& scene = *shared.host.setup().scene;
   table_.struct_size = sizeof table_;
   table_.context = this;
   table_.scene_json = {scene.text.data(), scene.text.size()};
@@ -40,11 +40,11 @@ ModelService::Lenses::iterator ModelService::find(relign_model_lens* lens) {
 
 relign_status ModelService::mount(void* context, relign_text offsets_json, relign_model_lens** made) {
   ModelService& model = self(context);
-  return model.site_->answer_unless_stopped([&]() -> relign_status {
-    if (!made) return model.site_->refuse("there is no place for the lens");
-    if (model.lenses_.size() >= kMostLenses)
-      return model.site_->refuse("16 lenses are mounted already: unmount one of them");
-    const TrialSetup& setup = model.site_->host.setup();
+  return model.shared_->answer_unless_stopped([&]() -> relign_status {
+    if (!made) return model.shared_->refuse("'made' is null");
+    if (model.lenses_.size() >= kMaxLenses)
+      return model.shared_->refuse("16 lenses are mounted, the maximum; unmount one of them first");
+    const TrialSetup& setup = model.shared_->host.setup();
     model.lenses_.push_back(setup.design->mount(read_offsets(text_of(offsets_json), *setup.scene)));
     *made = reinterpret_cast<relign_model_lens*>(&model.lenses_.back());
     return RELIGN_OK;
@@ -55,11 +55,11 @@ plugin_host::MountedAssembly* ModelService::ready(relign_model_lens* lens, const
                                                   const float* pixels) {
   const auto found = find(lens);
   if (found == lenses_.end()) {
-    site_->refuse("this lens is not mounted");
-  } else if (!site_->is_pose(true_pose, axes)) {
-    site_->refuse("expected one finite number per axis");
+    shared_->refuse("this lens is not mounted");
+  } else if (!shared_->is_pose(true_pose, axes)) {
+    shared_->refuse("invalid pose; expected one finite number per axis");
   } else if (!pixels) {
-    site_->refuse("there is no place for the pixels");
+    shared_->refuse("'pixels' is null");
   } else {
     return &*found;
   }
@@ -69,7 +69,7 @@ plugin_host::MountedAssembly* ModelService::ready(relign_model_lens* lens, const
 relign_status ModelService::capture(void* context, relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
                                     std::uint64_t seed, float* pixels) {
   ModelService& model = self(context);
-  return model.site_->answer_unless_stopped([&]() -> relign_status {
+  return model.shared_->answer_unless_stopped([&]() -> relign_status {
     plugin_host::MountedAssembly* assembly = model.ready(lens, true_pose, axes, pixels);
     if (!assembly) return RELIGN_BAD_ARGUMENT;
     assembly->capture(std::vector<double>(true_pose, true_pose + axes), frame_of(seed), pixels);
@@ -80,27 +80,27 @@ relign_status ModelService::capture(void* context, relign_model_lens* lens, cons
 relign_status ModelService::noise_free(void* context, relign_model_lens* lens, const double* true_pose,
                                        std::uint32_t axes, float* pixels) {
   ModelService& model = self(context);
-  return model.site_->answer_unless_stopped([&]() -> relign_status {
+  return model.shared_->answer_unless_stopped([&]() -> relign_status {
     plugin_host::MountedAssembly* assembly = model.ready(lens, true_pose, axes, pixels);
     if (!assembly) return RELIGN_BAD_ARGUMENT;
     if (assembly->render_noise_free(std::vector<double>(true_pose, true_pose + axes), pixels)) return RELIGN_OK;
-    model.site_->why = "the scene offers no noise-free images";
+    model.shared_->why = "the scene offers no noise-free images";
     return RELIGN_UNSUPPORTED;
   });
 }
 
 relign_status ModelService::unmount(void* context, relign_model_lens* lens) {
   ModelService& model = self(context);
-  return model.site_->answer([&]() -> relign_status {
+  return model.shared_->answer([&]() -> relign_status {
     const auto found = model.find(lens);
-    if (found == model.lenses_.end()) return model.site_->refuse("this lens is not mounted");
+    if (found == model.lenses_.end()) return model.shared_->refuse("this lens is not mounted");
     model.lenses_.erase(found);
     return RELIGN_OK;
   });
 }
 
 relign_status ModelService::why(void* context, const relign_text_sink* sentence) {
-  return tell_why(self(context).site_, sentence);
+  return tell_why(self(context).shared_, sentence);
 }
 
 }  // namespace relign::trials

@@ -1,5 +1,5 @@
-// "relign.model/1": a simulator of the scene's design for an algorithm, with offsets and seeds of its own. It shares
-// the scene object of the trial, for images are pure functions of (offsets, pose, seed), and nothing of the instance.
+// "relign.model/1": a simulator of the scene's design, for which an algorithm chooses offsets and seeds. It uses the
+// scene object of the trial, since images are pure functions of (offsets, pose, seed), and nothing of the instance.
 #pragma once
 
 #include <list>
@@ -11,7 +11,7 @@ namespace relign::trials {
 
 class ModelService {
  public:
-  explicit ModelService(ServiceSite& site);
+  explicit ModelService(ServiceContext& shared);
   ModelService(const ModelService&) = delete;
   ModelService& operator=(const ModelService&) = delete;
   const relign_model_service* table() const { return &table_; }
@@ -28,13 +28,13 @@ class ModelService {
 
   using Lenses = std::list<plugin_host::MountedAssembly>;
   Lenses::iterator find(relign_model_lens* lens);
-  // The lens and a sound pose, or null with the sentence set.
+  // The lens, if all arguments are valid; otherwise null, with the reason in `why`.
   plugin_host::MountedAssembly* ready(relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
                                       const float* pixels);
 
-  ServiceSite* site_;
+  ServiceContext* shared_;
   relign_model_service table_{};
-  Lenses lenses_;  // addresses stay: they are the handles
+  Lenses lenses_;  // a list, because the addresses are the handles
 };
 
 }  // namespace relign::trials

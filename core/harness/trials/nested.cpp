@@ -5,47 +5,47 @@
 #include <cstring>
 #include <limits>
 
-#include "trials/conversation.h"
+#include "trials/trial_host.h"
 
 namespace relign::trials {
 namespace {
 
-constexpr double kHalfBox = 0.5;  // as under the protocol "blind"
+constexpr double kHalfBox = 0.5;  // as in the protocol "blind"
 
 }  // namespace
 
-NestedConversation::NestedConversation(Conversation& host, Seat& outer, const plugin_host::Choice& inner,
-                                       unsigned budget, std::uint64_t seed, double largest_move)
+NestedTrial::NestedTrial(TrialHost& host, TrialView& outer, const plugin_host::Choice& inner, unsigned budget,
+                         std::uint64_t seed, double largest_move)
     : host_(&host), outer_(&outer), inner_(&inner), services_(host, *this) {
-  const relign_task& theirs = *outer.table().task;
-  task_ = theirs;
-  task_.knows = theirs.knows & inner.plugin->knows_bits();
+  const relign_task& outer_task = *outer.table().task;
+  task_ = outer_task;
+  task_.knows = outer_task.knows & inner.plugin->knows_bits();
 
   relign_observation here{};
   here.struct_size = sizeof here;
-  outer.tell(&here);
-  origin_.assign(theirs.axes, 0.0);
-  // Whoever does not know the start counts from where it starts itself.
-  if (!(task_.knows & RELIGN_KNOWS_START)) origin_.assign(here.pose, here.pose + theirs.axes);
+  outer.write_observation(&here);
+  origin_.assign(outer_task.axes, 0.0);
+  // Without the start, coordinates are relative to the pose at which the inner algorithm starts.
+  if (!(task_.knows & RELIGN_KNOWS_START)) origin_.assign(here.pose, here.pose + outer_task.axes);
   describe_task(seed, budget, largest_move);
   best_.merit = std::numeric_limits<double>::infinity();
-  look();
+  take_outer_observation();
 }
 
-void NestedConversation::describe_task(std::uint64_t seed, unsigned budget, double largest_move) {
-  const relign_task& theirs = *outer_->table().task;
+void NestedTrial::describe_task(std::uint64_t seed, unsigned budget, double largest_move) {
+  const relign_task& outer_task = *outer_->table().task;
   task_.struct_size = sizeof task_;
   task_.budget = budget;
   task_.seed = seed;
-  task_.largest_move = std::min(largest_move, theirs.largest_move);
+  task_.largest_move = std::min(largest_move, outer_task.largest_move);
   task_.box_lower = nullptr;
   task_.box_upper = nullptr;
   if (task_.knows & RELIGN_KNOWS_BOX) {
-    // The outer one's box; but that would tell the start to an algorithm that must not know it.
-    const bool would_tell_start = theirs.knows & ~task_.knows & RELIGN_KNOWS_START;
+    // The outer box, except where it would reveal the start to an algorithm that may not observe it.
+    const bool would_reveal_start = outer_task.knows & ~task_.knows & RELIGN_KNOWS_START;
     for (std::size_t i = 0; i < origin_.size(); ++i) {
-      box_lower_.push_back(would_tell_start ? -kHalfBox : theirs.box_lower[i] - origin_[i]);
-      box_upper_.push_back(would_tell_start ? kHalfBox : theirs.box_upper[i] - origin_[i]);
+      box_lower_.push_back(would_reveal_start ? -kHalfBox : outer_task.box_lower[i] - origin_[i]);
+      box_upper_.push_back(would_reveal_start ? kHalfBox : outer_task.box_upper[i] - origin_[i]);
     }
     task_.box_lower = box_lower_.data();
     task_.box_upper = box_upper_.data();
@@ -55,18 +55,18 @@ void NestedConversation::describe_task(std::uint64_t seed, unsigned budget, doub
   table_.struct_size = sizeof table_;
   table_.context = this;
   table_.task = &task_;
-  table_.first = [](void* context, relign_observation* seen) {
-    NestedConversation& nested = self(context);
-    if (!seen || seen->struct_size < kSmallestObservation || nested.steps_ != 0)
+  table_.first = [](void* context, relign_observation* observation) {
+    NestedTrial& nested = self(context);
+    if (!observation || observation->struct_size < kMinObservationSize || nested.steps_ != 0)
       return nested.host_->refuse(RELIGN_BAD_ARGUMENT);
-    nested.tell(seen);
+    nested.write_observation(observation);
     return relign_status{RELIGN_OK};
   };
-  table_.step = [](void* context, const double* pose, std::uint32_t axes, relign_observation* seen) {
-    return self(context).request(pose, axes, false, seen);
+  table_.step = [](void* context, const double* pose, std::uint32_t axes, relign_observation* observation) {
+    return self(context).request(pose, axes, false, observation);
   };
-  table_.move = [](void* context, const double* delta, std::uint32_t axes, relign_observation* seen) {
-    return self(context).request(delta, axes, true, seen);
+  table_.move = [](void* context, const double* delta, std::uint32_t axes, relign_observation* observation) {
+    return self(context).request(delta, axes, true, observation);
   };
   table_.recommend = [](void* context, const double* pose, std::uint32_t axes) {
     return self(context).recommend(pose, axes);
@@ -76,58 +76,58 @@ void NestedConversation::describe_task(std::uint64_t seed, unsigned budget, doub
   };
 }
 
-void NestedConversation::look() {
-  relign_observation theirs{};
-  theirs.struct_size = sizeof theirs;
-  outer_->tell(&theirs);
-  if (theirs.merit < best_.merit) {
-    best_pose_.assign(theirs.pose, theirs.pose + task_.axes);
-    best_ = theirs;
+void NestedTrial::take_outer_observation() {
+  relign_observation latest{};
+  latest.struct_size = sizeof latest;
+  outer_->write_observation(&latest);
+  if (latest.merit < best_.merit) {
+    best_pose_.assign(latest.pose, latest.pose + task_.axes);
+    best_ = latest;
     best_.pose = best_pose_.data();
   }
-  pose_.assign(theirs.pose, theirs.pose + task_.axes);
+  pose_.assign(latest.pose, latest.pose + task_.axes);
   for (std::size_t i = 0; i < pose_.size(); ++i) pose_[i] -= origin_[i];
-  seen_ = theirs;
-  seen_.step = steps_;
-  seen_.pose = pose_.data();
-  if (!(task_.knows & RELIGN_KNOWS_MERIT)) seen_.merit = std::numeric_limits<double>::quiet_NaN();
-  if (!(task_.knows & RELIGN_KNOWS_IMAGES)) seen_.image = nullptr;
+  observation_ = latest;
+  observation_.step = steps_;
+  observation_.pose = pose_.data();
+  if (!(task_.knows & RELIGN_KNOWS_MERIT)) observation_.merit = std::numeric_limits<double>::quiet_NaN();
+  if (!(task_.knows & RELIGN_KNOWS_IMAGES)) observation_.image = nullptr;
 }
 
-void NestedConversation::tell(relign_observation* seen) const {
-  relign_observation all = seen_;
-  all.struct_size = static_cast<std::uint32_t>(std::min<std::size_t>(seen->struct_size, sizeof all));
-  std::memcpy(seen, &all, all.struct_size);
+void NestedTrial::write_observation(relign_observation* observation) const {
+  relign_observation all = observation_;
+  all.struct_size = static_cast<std::uint32_t>(std::min<std::size_t>(observation->struct_size, sizeof all));
+  std::memcpy(observation, &all, all.struct_size);
 }
 
-relign_status NestedConversation::request(const double* values, std::uint32_t axes, bool relative,
-                                          relign_observation* seen) {
+relign_status NestedTrial::request(const double* values, std::uint32_t axes, bool relative,
+                                   relign_observation* observation) {
   const relign_conversation& outer = outer_->table();
   if (steps_ >= task_.budget) {
-    told_to_stop_ = true;
+    stopped_ = true;
     return host_->refuse(RELIGN_STOP);
   }
-  if (!seen || seen->struct_size < kSmallestObservation || !values || axes != task_.axes)
+  if (!observation || observation->struct_size < kMinObservationSize || !values || axes != task_.axes)
     return host_->refuse(RELIGN_BAD_ARGUMENT);
-  std::vector<double> theirs(values, values + axes);
+  std::vector<double> outer_values(values, values + axes);
   if (!relative)
-    for (std::size_t i = 0; i < theirs.size(); ++i) theirs[i] += origin_[i];
+    for (std::size_t i = 0; i < outer_values.size(); ++i) outer_values[i] += origin_[i];
   relign_observation answer{};
   answer.struct_size = sizeof answer;
-  const relign_status status = (relative ? outer.move : outer.step)(outer.context, theirs.data(), axes, &answer);
-  if (status == RELIGN_STOP) told_to_stop_ = true;
+  const relign_status status = (relative ? outer.move : outer.step)(outer.context, outer_values.data(), axes, &answer);
+  if (status == RELIGN_STOP) stopped_ = true;
   if (status != RELIGN_OK) return status;
   ++steps_;
-  look();
-  // What was commanded comes back as it was said, without the rounding of two shifts.
+  take_outer_observation();
+  // Returns a commanded pose exactly as given, without the rounding of two shifts.
   if (!relative)
     for (std::size_t i = 0; i < pose_.size(); ++i)
-      if (answer.pose[i] == theirs[i]) pose_[i] = values[i];
-  tell(seen);
+      if (answer.pose[i] == outer_values[i]) pose_[i] = values[i];
+  write_observation(observation);
   return RELIGN_OK;
 }
 
-relign_status NestedConversation::recommend(const double* pose, std::uint32_t axes) {
+relign_status NestedTrial::recommend(const double* pose, std::uint32_t axes) {
   if (!pose || axes != task_.axes || !std::all_of(pose, pose + axes, [](double v) { return std::isfinite(v); }))
     return host_->refuse(RELIGN_BAD_ARGUMENT);
   recommendation_.emplace(pose, pose + axes);

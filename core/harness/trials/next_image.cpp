@@ -9,13 +9,13 @@
 namespace relign::trials {
 namespace {
 
-// Of the travel. At edges between black and lit a larger one finds light where there is none.
+// Fraction of the travel. A larger difference would blur edges between black and lit pixels.
 constexpr double kDifference = 0.001;
-constexpr double kSmallestShare = 1e-10;  // of the largest eigenvalue; below it a direction changes nothing
-constexpr double kLeastVariance = 1e-3;   // of the mean one: no pixel knows everything
+constexpr double kMinEigenvalueRatio = 1e-10;  // to the largest eigenvalue; smaller ones are directions without effect
+constexpr double kMinVarianceRatio = 1e-3;     // to the mean variance; bounds the weight of a pixel
 
-// A line of a picture is not worth minutes.
-constexpr std::chrono::seconds kLongestRender{3};
+// Above this the bound, one line in a figure, would take minutes to compute.
+constexpr std::chrono::seconds kMaxRenderTime{3};
 
 }  // namespace
 
@@ -26,11 +26,11 @@ Eigen::VectorXd noise_law(const Eigen::VectorXd& mean, const Eigen::VectorXd& va
   double slope = spread > 0 ? std::max(0.0, off.dot(variance) / spread) : 0;
   if (average < slope * lit) slope = average / lit;  // no negative variance in the dark
   const double dark = average - slope * lit;
-  return (dark + slope * mean.array()).max(kLeastVariance * average);
+  return (dark + slope * mean.array()).max(kMinVarianceRatio * average);
 }
 
 double next_image_excess(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& weights) {
-  // In units of each axis's own effect, so that small eigenvalues mean little effect and not large units.
+  // Scales each axis by its effect, so that a small eigenvalue means a small effect and not a large unit.
   Eigen::VectorXd scale = jacobian.colwise().norm();
   const double largest = scale.size() > 0 ? scale.maxCoeff() : 0;
   if (!(largest > 0)) return 0;
@@ -39,7 +39,7 @@ double next_image_excess(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd&
   const Eigen::MatrixXd information = scaled.transpose() * weights.asDiagonal() * scaled;
   const Eigen::MatrixXd effect = scaled.transpose() * scaled;
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solved(information);
-  const double smallest = kSmallestShare * solved.eigenvalues().maxCoeff();
+  const double smallest = kMinEigenvalueRatio * solved.eigenvalues().maxCoeff();
   double excess = 0;
   for (Eigen::Index k = 0; k < solved.eigenvalues().size(); ++k) {
     if (!(solved.eigenvalues()[k] > smallest)) continue;
@@ -56,7 +56,7 @@ std::optional<double> next_image_excess(plugin_host::MountedAssembly& lens, cons
   Eigen::VectorXf image(pixels);
   const auto begin = std::chrono::steady_clock::now();
   if (!lens.render_noise_free(optimum, image.data())) return std::nullopt;
-  if (std::chrono::steady_clock::now() - begin > kLongestRender) return std::nullopt;
+  if (std::chrono::steady_clock::now() - begin > kMaxRenderTime) return std::nullopt;
   const Eigen::VectorXd mean = image.cast<double>();
   Eigen::MatrixXd jacobian(pixels, axes);
   for (Eigen::Index axis = 0; axis < axes; ++axis) {

@@ -1,16 +1,16 @@
 #include "trials/prepared_service.h"
 
-#include "trials/conversation.h"
 #include "trials/service_answer.h"
+#include "trials/trial_host.h"
 
 namespace relign::trials {
 namespace {
 
-constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;
+constexpr std::uint64_t kMaxBytes = std::uint64_t{1} << 30;
 
 }  // namespace
 
-PreparedService::PreparedService(ServiceSite& site) : site_(&site) {
+PreparedService::PreparedService(ServiceContext& shared) : shared_(&shared) {
   table_.struct_size = sizeof table_;
   table_.context = this;
   if (const Preparing* now = preparing()) {
@@ -19,40 +19,44 @@ PreparedService::PreparedService(ServiceSite& site) : site_(&site) {
     table_.sources = now->sources;
   }
   table_.load = [](void* context, const relign_text_sink* data) {
-    return self(context).site_->answer([&] { return self(context).load(data); });
+    return self(context).shared_->answer([&] { return self(context).load(data); });
   };
   table_.save = [](void* context, relign_text data) {
-    return self(context).site_->answer([&] { return self(context).save(data); });
+    return self(context).shared_->answer([&] { return self(context).save(data); });
   };
-  table_.why = [](void* context, const relign_text_sink* sentence) { return tell_why(self(context).site_, sentence); };
+  table_.why = [](void* context, const relign_text_sink* sentence) {
+    return tell_why(self(context).shared_, sentence);
+  };
 }
 
 Preparing* PreparedService::preparing() const {
-  return &site_->seat == &site_->host ? site_->host.setup().preparing : nullptr;
+  return &shared_->view == &shared_->host ? shared_->host.setup().preparing : nullptr;
 }
 
 relign_status PreparedService::load(const relign_text_sink* data) {
   if (const Preparing* now = preparing()) {
-    site_->why = "no source before this one has saved anything";
+    shared_->why = "no data: no earlier source instance has saved any";
     return now->bytes ? write_text(data, *now->bytes) : RELIGN_UNSUPPORTED;
   }
-  const PreparedByIdentity* prepared = site_->host.setup().prepared;
-  const auto found = prepared ? prepared->find(site_->seat.algorithm().identity) : PreparedByIdentity::const_iterator();
+  const PreparedByIdentity* prepared = shared_->host.setup().prepared;
+  const auto found =
+      prepared ? prepared->find(shared_->view.algorithm().identity) : PreparedByIdentity::const_iterator();
   const bool known = prepared && found != prepared->end();
   if (known && found->second.bytes) return write_text(data, *found->second.bytes);
   if (known && !found->second.failure.empty()) {
-    site_->why = found->second.failure;
+    shared_->why = found->second.failure;
     return RELIGN_FAILED;
   }
-  site_->why = "nothing was prepared for this trial";
+  shared_->why = "no pretrained data for this trial";
   return RELIGN_UNSUPPORTED;
 }
 
 relign_status PreparedService::save(relign_text data) {
   Preparing* now = preparing();
-  if (!now) return site_->refuse("this is a trial: only a conversation on a source instance may save");
-  if (data.size > kMostBytes) return site_->refuse("more than 1 GiB");
-  if (!data.data && data.size > 0) return site_->refuse("there are no bytes");
+  if (!now) return shared_->refuse("cannot save in a benchmark trial, only in pretraining on a source instance");
+  if (data.size > kMaxBytes)
+    return shared_->refuse("found " + std::to_string(data.size) + " bytes; expected at most 1 GiB");
+  if (!data.data && data.size > 0) return shared_->refuse("'data' is null");
   now->bytes = std::make_shared<const std::string>(text_of(data));
   return RELIGN_OK;
 }

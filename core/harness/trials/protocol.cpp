@@ -13,8 +13,8 @@ namespace {
 constexpr double kAgentMove = 0.2;  // paper: agents move by at most this per axis and step
 constexpr double kBoxLower = 0.2;   // paper: baselines search [0.2, 0.8]^n
 constexpr double kBoxUpper = 0.8;
-constexpr double kBlindHalfBox = 0.5;  // around the unknown start: holds the nominal pose wherever the start is
-constexpr double kNearDistance = 0.1;  // paper's C: closer than this, the image alone counts
+constexpr double kBlindHalfBox = 0.5;  // around the unknown start: contains the nominal pose for every start
+constexpr double kNearDistance = 0.1;  // paper's C: within this distance only the image counts
 }  // namespace
 
 const char* protocol_name(Protocol protocol) { return protocol == Protocol::paper ? "paper" : "blind"; }
@@ -42,9 +42,9 @@ Rules make_rules(Protocol protocol, const plugin_host::Manifest& algorithm, cons
   if (protocol == Protocol::blind) rules.knows &= ~std::uint32_t{RELIGN_KNOWS_START};
   if (algorithm.oracle) {
     if (scene.owns_stage)
-      throw Error(ErrorKind::bad_input, "'" + algorithm.id +
-                                            "' must be told the true start pose, which nobody knows on " +
-                                            "the station '" + scene.name + "'");
+      throw Error(
+          ErrorKind::bad_input,
+          "'" + algorithm.id + "' requires the true start pose, which is unknown on the station '" + scene.name + "'");
     rules.knows |= RELIGN_KNOWS_START;
   }
   if (scene.owns_stage) rules.knows &= ~std::uint32_t{RELIGN_KNOWS_START};

@@ -1,12 +1,12 @@
-// Protocols: what an algorithm is told, and in which coordinates it speaks.
+// Protocols: what an algorithm may observe, and the coordinates of its poses.
 //
-// paper  search methods know the true start and the box [0.2, 0.8]^n and move without a step limit;
+// paper  optimizers get the true start and the box [0.2, 0.8]^n and move without a step limit;
 //        merit = combined: measured RMSE, plus the distance to the nominal pose while that is above 0.1.
-//        Agents get images and moves of up to 0.2 per axis.
-// blind  coordinates count from the unknown start; box = start +- 0.5 per axis; merit = measured RMSE;
-//        each step tells which axes met a limit.
-// On a station nobody knows start and true pose: under both protocols coordinates count from the
-// start, box = start +- 0.5, merit = measured RMSE; algorithms that must be told the start cannot run.
+//        Agents get images and move by up to 0.2 per axis and step.
+// blind  coordinates are relative to the unknown start; box = start +- 0.5 per axis; merit = measured RMSE;
+//        each step reports which axes met a limit.
+// On a station start and true pose are unknown: under both protocols coordinates are relative to the
+// start, box = start +- 0.5, merit = measured RMSE; algorithms that require the start cannot run.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ std::optional<Protocol> protocol_from_name(const std::string& name);
 const char* merit_name(Merit merit);
 std::optional<Merit> merit_from_name(const std::string& name);
 
-// The rules of one trial, worked out from protocol, algorithm and instance.
+// The rules of one trial, derived from protocol, algorithm and instance.
 struct Rules {
   std::uint32_t knows = 0;              // granted RELIGN_KNOWS_* bits
   std::vector<double> commanded_start;  // coordinates of the start pose
@@ -39,12 +39,12 @@ struct Rules {
   bool recommend_current = false;  // default recommendation: current pose (agents), else best measured
 };
 
-// Throws Error(bad_input) when a station is given an algorithm that must be told the start.
+// Throws Error(bad_input) for an algorithm that requires the start on a station.
 Rules make_rules(Protocol protocol, const plugin_host::Manifest& algorithm, const Instance& instance,
                  const SceneFacts& scene);
 
-// The paper's reward with its sign turned: rmse + distance while distance > 0.1, else rmse;
-// distance = Euclidean norm of true pose minus nominal pose, in shares of the travel.
+// The paper's reward with opposite sign: rmse + distance while distance > 0.1, else rmse;
+// distance = Euclidean norm of true pose minus nominal pose, in fractions of the travel.
 double combined_merit(double rmse, const std::vector<double>& true_pose, const std::vector<double>& nominal_pose);
 
 }  // namespace relign::trials

@@ -9,7 +9,7 @@ namespace relign::trials {
 
 class RunService {
  public:
-  explicit RunService(ServiceSite& site);
+  explicit RunService(ServiceContext& shared);
   RunService(const RunService&) = delete;
   RunService& operator=(const RunService&) = delete;
   const relign_run_service* table() const { return &table_; }
@@ -20,7 +20,7 @@ class RunService {
   static relign_status why(void* context, const relign_text_sink* sentence);
   relign_status run_inner(const plugin_host::Choice& inner, std::uint32_t most_steps, relign_run_outcome& outcome);
 
-  ServiceSite* site_;
+  ServiceContext* shared_;
   relign_run_service table_{};
   std::uint64_t runs_ = 0;
   // What the last outcome points to.

@@ -7,13 +7,13 @@ namespace relign::trials {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t kMostAxes = 64;  // limit flags are the bits of one 64-bit word
+constexpr std::size_t kMaxAxes = 64;  // limit flags are the bits of one 64-bit word
 
 std::vector<Axis> read_axes(const JsonSource& source, ObjectReader& top, std::vector<Problem>& problems) {
   std::vector<Axis> axes;
   const Json* list = top.get("axes");
-  if (!list || !list->is_array() || list->empty() || list->size() > kMostAxes) {
-    top.complain("axes", "expected a list of 1 to " + std::to_string(kMostAxes) + " axes");
+  if (!list || !list->is_array() || list->empty() || list->size() > kMaxAxes) {
+    top.complain("axes", "expected a list of 1 to " + std::to_string(kMaxAxes) + " axes");
     return axes;
   }
   for (std::size_t i = 0; i < list->size(); ++i) {
@@ -24,13 +24,14 @@ std::vector<Axis> read_axes(const JsonSource& source, ObjectReader& top, std::ve
     axis.lower = reader.required_number("lower", -kInfinity, kInfinity);
     axis.upper = reader.required_number("upper", -kInfinity, kInfinity);
     reader.refuse_unknown();
-    if (reader.has("name") && axis.name.empty()) reader.complain("name", "an axis needs a name");
+    if (reader.has("name") && axis.name.empty())
+      reader.complain("name", "expected the name of the axis, found an empty string");
     if (reader.has("unit") && axis.unit != "mm" && axis.unit != "deg")
-      reader.complain("unit", "expected \"mm\" or \"deg\", found \"" + axis.unit + "\"");
+      reader.complain("unit", "expected 'mm' or 'deg', found '" + axis.unit + "'");
     if (reader.has("lower") && reader.has("upper") && !(axis.lower < axis.upper))
-      reader.complain("upper", "must be greater than \"lower\"");
+      reader.complain("upper", "must be greater than 'lower'");
     const bool twice = std::any_of(axes.begin(), axes.end(), [&](const Axis& a) { return a.name == axis.name; });
-    if (twice && !axis.name.empty()) reader.complain("name", "the axis \"" + axis.name + "\" stands twice");
+    if (twice && !axis.name.empty()) reader.complain("name", "duplicate axis '" + axis.name + "'");
     axes.push_back(std::move(axis));
   }
   return axes;
@@ -44,7 +45,7 @@ std::vector<std::string> read_texts(ObjectReader& reader, const std::string& key
                       return item.is_string() && !item.get_ref<const std::string&>().empty();
                     });
   if (!fits) {
-    reader.complain(key, "expected a list of texts under \"" + key + "\"");
+    reader.complain(key, "expected a list of non-empty strings under '" + key + "'");
     return texts;
   }
   return list->get<std::vector<std::string>>();
@@ -54,34 +55,35 @@ SceneFacts read(const JsonSource& source) {
   std::vector<Problem> problems;
   SceneFacts facts;
   facts.text = source.text();
-  // Unknown keys of the description itself are allowed: scenes and levels may share more than we read.
+  // Unknown keys of the description itself are allowed: a scene may pass more to noise levels than we read.
   ObjectReader top(source, "", problems);
   throw_if_any(problems);
   facts.name = top.required_string("name");
-  if (top.has("name") && facts.name.empty()) top.complain("name", "a scene needs a name");
+  if (top.has("name") && facts.name.empty())
+    top.complain("name", "expected the name of the scene, found an empty string");
   facts.summary = top.string("summary", "");
   facts.axes = read_axes(source, top, problems);
   facts.owns_stage = top.boolean("owns_stage", false);
   facts.truth = top.boolean("truth", true);
   if (facts.owns_stage && facts.truth)
     top.complain(top.has("truth") ? "truth" : "",
-                 "a scene that owns its stage knows no truth: it says \"truth\": false");
+                 "a scene that owns its stage has no ground truth; expected \"truth\": false");
 
   facts.nominal_pose =
       top.numbers("nominal_pose", facts.axes.size(),
                   facts.owns_stage ? std::vector<double>(facts.axes.size(), 0.5) : std::vector<double>{});
   if (!top.has("nominal_pose") && !facts.owns_stage)
-    top.complain("", "the key \"nominal_pose\" is missing (one number per axis)");
+    top.complain("", "missing key 'nominal_pose' (one number per axis)");
   for (const double value : facts.nominal_pose)
-    if (!(value >= 0 && value <= 1)) top.complain("nominal_pose", "every value must lie from 0 to 1");
+    if (!(value >= 0 && value <= 1)) top.complain("nominal_pose", "every value must be from 0 to 1");
 
   if (!top.has("image")) {
-    top.complain("", "the key \"image\" is missing ({\"width\": ..., \"height\": ..., \"white\": ...})");
+    top.complain("", "missing key 'image' ({\"width\": ..., \"height\": ..., \"white\": ...})");
   } else {
     constexpr std::int64_t largest_side = 20000;
     ObjectReader image(source, "/image", problems);
     for (const char* side : {"width", "height"})
-      if (!image.has(side)) image.complain("", "the key \"" + std::string(side) + "\" is missing (pixels)");
+      if (!image.has(side)) image.complain("", "missing key '" + std::string(side) + "' (pixels)");
     facts.image_width = static_cast<unsigned>(image.integer("width", 1, 1, largest_side));
     facts.image_height = static_cast<unsigned>(image.integer("height", 1, 1, largest_side));
     facts.image_white = image.number("white", 1, 1e-12, 1e12);
@@ -91,7 +93,7 @@ SceneFacts read(const JsonSource& source) {
   facts.elements = read_texts(top, "elements", !facts.owns_stage);
   for (auto name = facts.elements.begin(); name != facts.elements.end(); ++name)
     if (std::find(facts.elements.begin(), name, *name) != name)
-      top.complain("elements", "the element \"" + *name + "\" stands twice");
+      top.complain("elements", "duplicate element '" + *name + "'");
   facts.files = read_texts(top, "files", false);
   if (top.get("machine_time"))
     facts.machine_time = changed_by(read_machine_time(source, "/machine_time", problems), facts.machine_time);
@@ -118,8 +120,7 @@ SceneFacts read_scene_facts(const std::string& description, const std::string& s
   try {
     return read(JsonSource::from_text(description, "description"));
   } catch (const Error& error) {
-    throw Error(ErrorKind::plugin_failed,
-                "scene '" + scene_id + "' describes itself in a way that cannot be used:\n" + error.what());
+    throw Error(ErrorKind::plugin_failed, "scene '" + scene_id + "' has an unusable description:\n" + error.what());
   }
 }
 

@@ -1,4 +1,4 @@
-// What a scene says of itself, checked: the JSON of relign_scene_interface::describe.
+// The checked description of a scene: the JSON of relign_scene_interface::describe.
 #pragma once
 
 #include <string>
@@ -17,7 +17,7 @@ struct Axis {
   double travel() const { return upper - lower; }
 };
 
-// Simulated machine time of one step: travel (all axes at once, the slowest counts), settling,
+// Simulated machine time of one step: travel (all axes at once, the slowest one counts), settling,
 // exposure, readout.
 struct MachineTime {
   double speed_mm_per_s = 5;
@@ -27,7 +27,7 @@ struct MachineTime {
   double readout_ms = 30;
 };
 
-// `times` with what was given in their place.
+// `times` with the members that are given replaced.
 MachineTime changed_by(const MachineTimeKeys& given, MachineTime times);
 
 struct SceneFacts {
@@ -40,15 +40,15 @@ struct SceneFacts {
   double image_white = 1;  // display value of a lit pixel
   std::vector<std::string> elements;
   MachineTime machine_time;
-  Json spec;                       // as the scene wrote it, null when absent
+  Json spec;                       // as in the description, null when absent
   std::vector<std::string> files;  // data files the image depends on
   bool owns_stage = false;         // a station: relative moves, no W, no true pose
-  bool truth = true;               // noise-free errors can be asked for
+  bool truth = true;               // the scene computes noise-free errors
   std::string text;                // the description verbatim
 };
 
-// Throws Error(plugin_failed) that lists every mistake in the description. A station may leave out
-// nominal_pose (then 0.5) and elements.
+// Throws Error(plugin_failed) that lists every mistake in the description. A station may omit
+// nominal_pose (default 0.5) and elements.
 SceneFacts read_scene_facts(const std::string& description, const std::string& scene_id);
 
 }  // namespace relign::trials

@@ -1,14 +1,14 @@
-// How every function of a service answers; for the files that implement services.
+// Helpers of every service function: status codes, messages, refusals. For the files that implement services.
 #pragma once
 
 #include "base/error.h"
-#include "trials/conversation.h"
 #include "trials/services.h"
+#include "trials/trial_host.h"
 
 namespace relign::trials {
 
 template <class Body>
-relign_status ServiceSite::answer(Body&& body) {
+relign_status ServiceContext::answer(Body&& body) {
   if (std::this_thread::get_id() != thread) return RELIGN_BAD_ARGUMENT;
   why.clear();
   try {
@@ -21,25 +21,25 @@ relign_status ServiceSite::answer(Body&& body) {
   }
 }
 
-// RELIGN_STOP, and RELIGN_FAILED for whoever does not heed it for ever.
-inline relign_status stop(ServiceSite& site) {
-  const relign_status status = site.host.refuse(RELIGN_STOP);
-  site.why = site.host.refusal();
+// Answers RELIGN_STOP, but RELIGN_FAILED to an algorithm that ignores it for too long.
+inline relign_status stop(ServiceContext& shared) {
+  const relign_status status = shared.host.refuse(RELIGN_STOP);
+  shared.why = shared.host.refusal();
   return status;
 }
 
 template <class Body>
-relign_status ServiceSite::answer_unless_stopped(Body&& body) {
-  return answer([&]() -> relign_status { return host.asked_to_stop() ? stop(*this) : body(); });
+relign_status ServiceContext::answer_unless_stopped(Body&& body) {
+  return answer([&]() -> relign_status { return host.stop_requested() ? stop(*this) : body(); });
 }
 
 inline std::string text_of(relign_text text) {
   return text.data ? std::string(text.data, static_cast<std::size_t>(text.size)) : std::string();
 }
 
-// The `why` of a service whose context is its site.
+// The `why` of a service whose context is its ServiceContext.
 inline relign_status tell_why(void* context, const relign_text_sink* sentence) {
-  return write_text(sentence, static_cast<ServiceSite*>(context)->why);
+  return write_text(sentence, static_cast<ServiceContext*>(context)->why);
 }
 
 }  // namespace relign::trials

@@ -4,12 +4,12 @@
 #include <cmath>
 
 #include "base/json_source.h"
-#include "trials/conversation.h"
 #include "trials/measure_table.h"
 #include "trials/model_service.h"
 #include "trials/prepared_service.h"
 #include "trials/run_service.h"
 #include "trials/service_answer.h"
+#include "trials/trial_host.h"
 
 namespace relign::trials {
 
@@ -19,16 +19,16 @@ relign_status write_text(const relign_text_sink* sink, std::string_view text) {
   return RELIGN_OK;
 }
 
-bool ServiceSite::is_pose(const double* values, std::uint32_t axes) const {
-  return values && axes == seat.table().task->axes &&
+bool ServiceContext::is_pose(const double* values, std::uint32_t axes) const {
+  return values && axes == view.table().task->axes &&
          std::all_of(values, values + axes, [](double value) { return std::isfinite(value); });
 }
 
-Services::Services(Conversation& host, Seat& seat) : site_(host, seat) {}
+Services::Services(TrialHost& host, TrialView& view) : shared_(host, view) {}
 Services::~Services() = default;
 
 const void* Services::get(std::string_view id) {
-  if (std::this_thread::get_id() != site_.thread) return nullptr;
+  if (std::this_thread::get_id() != shared_.thread) return nullptr;
   if (id == RELIGN_SERVICE_REFERENCE) return reference();
   if (id == RELIGN_SERVICE_MEASURES) return measures();
   if (id == RELIGN_SERVICE_PRIOR) return prior();
@@ -39,27 +39,27 @@ const void* Services::get(std::string_view id) {
 }
 
 const void* Services::reference() {
-  if (!site_.grants(RELIGN_KNOWS_IMAGES)) return nullptr;
+  if (!shared_.grants(RELIGN_KNOWS_IMAGES)) return nullptr;
   reference_.struct_size = sizeof reference_;
-  reference_.image = &site_.host.reference_image();
+  reference_.image = &shared_.host.reference_image();
   return &reference_;
 }
 
 const void* Services::measures() {
-  if (!site_.grants(RELIGN_KNOWS_IMAGES)) return nullptr;
+  if (!shared_.grants(RELIGN_KNOWS_IMAGES)) return nullptr;
   measures_.struct_size = sizeof measures_;
-  measures_.context = &site_;
+  measures_.context = &shared_;
   measures_.list = [](void* context, const relign_text_sink* sink) {
-    auto& site = *static_cast<ServiceSite*>(context);
-    return site.answer([&] { return write_text(sink, list_measures().dump()); });
+    auto& shared = *static_cast<ServiceContext*>(context);
+    return shared.answer([&] { return write_text(sink, list_measures().dump()); });
   };
   measures_.measure = [](void* context, relign_text name, relign_text arguments_json, double* value) {
-    auto& site = *static_cast<ServiceSite*>(context);
-    return site.answer([&]() -> relign_status {
-      if (!value) return site.refuse("there is no place for the value");
-      const relign_image &seen = site.host.last_capture(), &wanted = site.host.reference_image();
-      *value = measure({seen.pixels, seen.width, seen.height}, {wanted.pixels, wanted.width, wanted.height},
-                       text_of(name), text_of(arguments_json));
+    auto& shared = *static_cast<ServiceContext*>(context);
+    return shared.answer([&]() -> relign_status {
+      if (!value) return shared.refuse("'value' is null");
+      const relign_image &capture = shared.host.last_capture(), &reference = shared.host.reference_image();
+      *value = measure({capture.pixels, capture.width, capture.height},
+                       {reference.pixels, reference.width, reference.height}, text_of(name), text_of(arguments_json));
       return RELIGN_OK;
     });
   };
@@ -69,7 +69,7 @@ const void* Services::measures() {
 
 namespace {
 
-// W in the form that a level writes.
+// The JSON form in which a noise level returns W.
 std::string variances_json(const Variances& variances) {
   const std::size_t axes = variances.start.size();
   Json rows = Json::array();
@@ -85,15 +85,15 @@ std::string variances_json(const Variances& variances) {
 }  // namespace
 
 const void* Services::prior() {
-  const TrialSetup& setup = site_.host.setup();
-  if (!site_.grants(RELIGN_KNOWS_LEVEL) || !setup.level || setup.scene->owns_stage) return nullptr;
+  const TrialSetup& setup = shared_.host.setup();
+  if (!shared_.grants(RELIGN_KNOWS_LEVEL) || !setup.level || setup.scene->owns_stage) return nullptr;
   prior_.struct_size = sizeof prior_;
-  prior_.context = &site_;
+  prior_.context = &shared_;
   prior_.draw = [](void* context, std::uint64_t number, const relign_text_sink* drawn) {
-    auto& site = *static_cast<ServiceSite*>(context);
-    return site.answer_unless_stopped([&] {
-      // Of the domain of training: no benchmark instance has such a seed, whatever the number.
-      const TrialSetup& trial = site.host.setup();
+    auto& shared = *static_cast<ServiceContext*>(context);
+    return shared.answer_unless_stopped([&] {
+      // The training domain shares no seed with benchmark instances, whatever the number.
+      const TrialSetup& trial = shared.host.setup();
       const std::uint64_t seed = instance_seed(0, SeedDomain::training, number);
       return write_text(drawn,
                         variances_json(read_variances(trial.level->draw(seed, trial.scene->text), *trial.scene, "")));
@@ -104,21 +104,21 @@ const void* Services::prior() {
 }
 
 const void* Services::run() {
-  if (site_.seat.algorithm().algorithms.empty()) return nullptr;
-  if (!run_) run_ = std::make_unique<RunService>(site_);
+  if (shared_.view.algorithm().algorithms.empty()) return nullptr;
+  if (!run_) run_ = std::make_unique<RunService>(shared_);
   return run_->table();
 }
 
 const void* Services::model() {
-  const TrialSetup& setup = site_.host.setup();
-  if (!site_.grants(RELIGN_KNOWS_DESIGN) || !setup.design || setup.scene->owns_stage) return nullptr;
-  if (!model_) model_ = std::make_unique<ModelService>(site_);
+  const TrialSetup& setup = shared_.host.setup();
+  if (!shared_.grants(RELIGN_KNOWS_DESIGN) || !setup.design || setup.scene->owns_stage) return nullptr;
+  if (!model_) model_ = std::make_unique<ModelService>(shared_);
   return model_->table();
 }
 
 const void* Services::prepared() {
-  if (site_.seat.algorithm().plugin->prepare.is_null()) return nullptr;
-  if (!prepared_) prepared_ = std::make_unique<PreparedService>(site_);
+  if (shared_.view.algorithm().plugin->prepare.is_null()) return nullptr;
+  if (!prepared_) prepared_ = std::make_unique<PreparedService>(shared_);
   return prepared_->table();
 }
 

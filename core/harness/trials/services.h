@@ -1,7 +1,7 @@
-// The services of a conversation (RELIGN_SERVICE_*): what a trial offers to one algorithm besides moving and looking.
-// Each is null unless the seat's algorithm is granted what it needs.
+// The services of a trial (RELIGN_SERVICE_*): what it offers to one algorithm besides moves and captures.
+// Each is null unless the view's algorithm may observe what the service needs.
 //
-// Time spent here is the algorithm's, as if it had done the work itself: services do not stop its clock.
+// Services do not stop the algorithm's clock: their time counts as if the algorithm had done the work itself.
 #pragma once
 
 #include <memory>
@@ -9,35 +9,35 @@
 #include <string_view>
 #include <thread>
 
-#include "trials/seat.h"
+#include "trials/trial_view.h"
 
 namespace relign::trials {
 
-class Conversation;
+class TrialHost;
 class ModelService;
 class PreparedService;
 class RunService;
 
-// What the functions of one seat's services share.
-struct ServiceSite {
-  ServiceSite(Conversation& trial, Seat& own) : host(trial), seat(own) {}
+// State that the functions of one view's services share.
+struct ServiceContext {
+  ServiceContext(TrialHost& trial, TrialView& own) : host(trial), view(own) {}
 
   // Runs the body of one service function, which returns a status. Error(bad_input) becomes RELIGN_BAD_ARGUMENT and
-  // Error(plugin_failed) RELIGN_FAILED, each with its sentence; everything else leaves as it is and ends the trial.
+  // Error(plugin_failed) RELIGN_FAILED, with the message in `why`; other exceptions propagate and end the trial.
   template <class Body>
   relign_status answer(Body&& body);
-  // The same for work that may be long: RELIGN_STOP instead once the user stopped the run.
+  // The same for work that may take long: returns RELIGN_STOP instead once the user has stopped the run.
   template <class Body>
   relign_status answer_unless_stopped(Body&& body);
-  relign_status refuse(const std::string& sentence) {
-    why = sentence;
+  relign_status refuse(const std::string& reason) {
+    why = reason;
     return RELIGN_BAD_ARGUMENT;
   }
   bool is_pose(const double* values, std::uint32_t axes) const;
-  bool grants(std::uint32_t bits) const { return (seat.table().task->knows & bits) == bits; }
+  bool grants(std::uint32_t bits) const { return (view.table().task->knows & bits) == bits; }
 
-  Conversation& host;
-  Seat& seat;
+  TrialHost& host;
+  TrialView& view;
   std::string why;  // of the last refusal
   std::thread::id thread = std::this_thread::get_id();
 };
@@ -46,7 +46,7 @@ relign_status write_text(const relign_text_sink* sink, std::string_view text);
 
 class Services {
  public:
-  Services(Conversation& host, Seat& seat);
+  Services(TrialHost& host, TrialView& view);
   ~Services();
   Services(const Services&) = delete;
   Services& operator=(const Services&) = delete;
@@ -61,7 +61,7 @@ class Services {
   const void* model();
   const void* prepared();
 
-  ServiceSite site_;
+  ServiceContext shared_;
   relign_reference_service reference_{};
   relign_measures_service measures_{};
   relign_prior_service prior_{};

@@ -1,155 +1,119 @@
 #include "trials/stage.h"
 
-#include <Eigen/LU>
 #include <algorithm>
-#include <cmath>
+#include <limits>
 #include <utility>
 
 #include "base/error.h"
+#include "base/seeds.h"
 
 namespace relign::trials {
 namespace {
 
-// A reached pose is known to rounding only: a target this little beyond a wall lies on it.
-constexpr double kOnTheWall = 1e-12;
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-// A million travels away is as far as any pose: keeps the arithmetic finite.
-constexpr double kFarthest = 1e6;
+class SimulatedStage final : public Stage {
+ public:
+  SimulatedStage(const TrialSetup& setup, const Rules& rules)
+      : setup_(setup),
+        motion_(*setup.scene, setup.instance->variances, rules.commanded_start, setup.limits, setup.machine_time) {}
 
-std::vector<double> product(const std::vector<double>& matrix, const std::vector<double>& vector) {
-  const std::size_t n = vector.size();
-  std::vector<double> result(n, 0.0);
-  for (std::size_t row = 0; row < n; ++row)
-    for (std::size_t column = 0; column < n; ++column) result[row] += matrix[row * n + column] * vector[column];
-  return result;
-}
+  Arrival start() override { return {motion_.commanded_pose(), motion_.true_pose(), 0, 0, 0}; }
 
-std::vector<double> inverse(const std::vector<double>& matrix, std::size_t n) {
-  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  const auto size = static_cast<Eigen::Index>(n);
-  std::vector<double> result(n * n);
-  Eigen::Map<RowMajor>(result.data(), size, size) =
-      Eigen::Map<const RowMajor>(matrix.data(), size, size).partialPivLu().inverse();
-  return result;
-}
+  Arrival step_to(const std::vector<double>& commanded) override {
+    StageMotion::Arrival arrival = motion_.step_to(commanded);
+    return {std::move(arrival.commanded_pose), std::move(arrival.true_pose), arrival.limits_low, arrival.limits_high,
+            arrival.travel_seconds + setup_.machine_time.settle_ms / 1000};
+  }
+
+  const std::vector<double>& reached_pose() const override { return motion_.reached_pose(); }
+
+  double capture(unsigned step, float* pixels) override {
+    setup_.assembly->capture(motion_.true_pose(), frame_seed(setup_.instance->seed, step, FrameStream::capture),
+                             pixels);
+    return (setup_.machine_time.exposure_ms + setup_.machine_time.readout_ms) / 1000;
+  }
+
+  VirtualMove would_reach(const std::vector<double>& commanded) const override {
+    StageMotion::Arrival arrival = motion_.would_reach(commanded);
+    const double settle = arrival.travel_seconds > 0 ? setup_.machine_time.settle_ms / 1000 : 0;
+    const bool shifts = !setup_.instance->variances.cure_shift.empty();
+    std::vector<double> uncured = shifts ? arrival.true_pose : std::vector<double>();
+    return {cured(std::move(arrival.true_pose)), arrival.travel_seconds + settle, std::move(uncured)};
+  }
+
+  std::vector<double> cured(std::vector<double> true_pose) const override {
+    // The stage's limits do not stop the glue, but a scene accepts only poses within the travel.
+    const std::vector<double>& cure_shift = setup_.instance->variances.cure_shift;
+    for (std::size_t i = 0; i < cure_shift.size(); ++i)
+      true_pose[i] = std::clamp(true_pose[i] + cure_shift[i], 0.0, 1.0);
+    return true_pose;
+  }
+
+  Truth truth_at(const std::vector<double>& true_pose, std::uint64_t seed) override {
+    if (!has_ground_truth()) return {kUnknown, kUnknown};
+    const auto value = setup_.assembly->noise_free_mse(true_pose, seed);
+    return {value.mse, value.standard_error};
+  }
+  bool has_ground_truth() const override { return setup_.scene->truth; }
+
+ private:
+  const TrialSetup& setup_;
+  StageMotion motion_;
+};
+
+// Commanded coordinates are relative to the start. Where a limit cuts a move, the station's encoders report the reached
+// position, so that a commanded pose always means the same place.
+class HardwareStage final : public Stage {
+ public:
+  HardwareStage(const TrialSetup& setup, const Rules& rules)
+      : setup_(setup), unknown_(rules.commanded_start.size(), kUnknown), reached_(rules.commanded_start) {}
+
+  Arrival start() override {
+    setup_.station->begin(setup_.instance->seed);
+    return {reached_, unknown_, 0, 0, 0};
+  }
+
+  Arrival step_to(const std::vector<double>& commanded) override {
+    std::vector<double> delta = commanded;
+    for (std::size_t i = 0; i < delta.size(); ++i) delta[i] -= reached_[i];
+    const plugin_host::Scene::StageMove made = setup_.station->move_by(delta);
+    for (std::size_t i = 0; i < delta.size(); ++i)
+      // A complete move ends at the commanded pose, bit for bit.
+      reached_[i] = made.moved[i] == delta[i] ? commanded[i] : reached_[i] + made.moved[i];
+    return {commanded, unknown_, made.limits_low, made.limits_high, made.machine_seconds};
+  }
+
+  const std::vector<double>& reached_pose() const override { return reached_; }
+  double capture(unsigned, float* pixels) override { return setup_.station->capture(pixels); }
+  VirtualMove would_reach(const std::vector<double>&) const override { return {unknown_, kUnknown}; }
+  std::vector<double> cured(std::vector<double>) const override { return unknown_; }
+  Truth truth_at(const std::vector<double>&, std::uint64_t) override { return {kUnknown, kUnknown}; }
+  bool has_ground_truth() const override { return false; }
+
+ private:
+  const TrialSetup& setup_;
+  std::vector<double> unknown_;
+  std::vector<double> reached_;
+};
 
 }  // namespace
 
-Stage::Stage(const SceneFacts& scene, const Variances& variances, std::vector<double> commanded_start, Limits limits)
-    : Stage(scene, variances, std::move(commanded_start), limits, scene.machine_time) {}
-
-Stage::Stage(const SceneFacts& scene, const Variances& variances, std::vector<double> commanded_start, Limits limits,
-             const MachineTime& machine_time)
-    : start_(variances.start),
-      distortion_(variances.distortion),
-      commanded_start_(std::move(commanded_start)),
-      limits_(limits),
-      true_pose_(start_),
-      commanded_pose_(commanded_start_),
-      reached_pose_(commanded_start_) {
-  const std::size_t n = scene.axes.size();
-  if (start_.size() != n || distortion_.size() != n * n || commanded_start_.size() != n)
-    throw Error(ErrorKind::internal, "the stage got variances of another number of axes than the scene has");
-  inverse_distortion_ = inverse(distortion_, n);
-  for (const Axis& axis : scene.axes)
-    seconds_per_travel_.push_back(axis.travel() /
-                                  (axis.unit == "deg" ? machine_time.speed_deg_per_s : machine_time.speed_mm_per_s));
+std::unique_ptr<Stage> make_stage(const TrialSetup& setup, const Rules& rules) {
+  if (setup.scene->owns_stage) return std::make_unique<HardwareStage>(setup, rules);
+  return std::make_unique<SimulatedStage>(setup, rules);
 }
 
-std::vector<double> Stage::reached_at(const std::vector<double>& true_pose) const {
-  std::vector<double> moved(true_pose.size());
-  for (std::size_t i = 0; i < moved.size(); ++i) moved[i] = true_pose[i] - start_[i];
-  std::vector<double> reached = product(inverse_distortion_, moved);
-  for (std::size_t i = 0; i < reached.size(); ++i) reached[i] += commanded_start_[i];
-  return reached;
-}
-
-// Soft: every coordinate stops at its own wall, the others go on.
-void Stage::stop_at_each_wall(Arrival& arrival) const {
-  for (std::size_t i = 0; i < arrival.true_pose.size(); ++i) {
-    double& value = arrival.true_pose[i];
-    if (value < -kOnTheWall) arrival.limits_low |= std::uint64_t{1} << i;
-    if (value > 1 + kOnTheWall) arrival.limits_high |= std::uint64_t{1} << i;
-    value = std::clamp(value, 0.0, 1.0);
-  }
-  if (arrival.limits_low || arrival.limits_high) arrival.reached_pose = reached_at(arrival.true_pose);
-}
-
-// Hard: the share of the move up to the first wall in its way is made, the rest is not. A wall that
-// the move leaves or follows is not in its way.
-void Stage::stop_at_first_wall(const std::vector<double>& target, Arrival& arrival) const {
-  const std::size_t n = target.size();
-  std::vector<double> share(n, 1.0);  // of the move until this axis meets a wall
-  double made = 1;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (target[i] < -kOnTheWall) {
-      share[i] = true_pose_[i] / (true_pose_[i] - target[i]);
-    } else if (target[i] > 1 + kOnTheWall) {
-      share[i] = (1 - true_pose_[i]) / (target[i] - true_pose_[i]);
-    } else {
-      continue;
-    }
-    made = std::min(made, share[i]);
-  }
-  if (made < 1) {
-    for (std::size_t i = 0; i < n; ++i) {
-      const bool meets_wall = share[i] <= made + kOnTheWall && share[i] < 1;
-      if (meets_wall && target[i] < 0) arrival.limits_low |= std::uint64_t{1} << i;
-      if (meets_wall && target[i] > 1) arrival.limits_high |= std::uint64_t{1} << i;
-      arrival.true_pose[i] =
-          meets_wall ? (target[i] < 0 ? 0.0 : 1.0) : true_pose_[i] + made * (target[i] - true_pose_[i]);
-    }
-    for (std::size_t i = 0; i < n; ++i)
-      arrival.reached_pose[i] = reached_pose_[i] + made * (arrival.reached_pose[i] - reached_pose_[i]);
-  }
-  for (double& value : arrival.true_pose) value = std::clamp(value, 0.0, 1.0);
-}
-
-Stage::Arrival Stage::would_reach(const std::vector<double>& commanded) const {
-  const std::size_t n = start_.size();
-  if (commanded.size() != n) throw Error(ErrorKind::internal, "the stage got a pose of another number of axes");
-  std::vector<double> from_start(n);
-  Arrival arrival;
-  arrival.commanded_pose = commanded;
-  arrival.reached_pose.resize(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    from_start[i] = std::clamp(commanded[i] - commanded_start_[i], -kFarthest, kFarthest);
-    arrival.reached_pose[i] =
-        std::clamp(commanded[i], commanded_start_[i] - kFarthest, commanded_start_[i] + kFarthest);
-  }
-  std::vector<double> target = product(distortion_, from_start);
-  for (std::size_t i = 0; i < n; ++i) target[i] += start_[i];
-  arrival.true_pose = target;
-
-  if (limits_ == Limits::soft)
-    stop_at_each_wall(arrival);
-  else
-    stop_at_first_wall(target, arrival);
-
-  for (std::size_t i = 0; i < n; ++i) {
-    arrival.true_pose[i] += 0.0;  // no negative zero: equal poses are equal bit for bit
-    arrival.travel_seconds = std::max(arrival.travel_seconds,
-                                      std::fabs(arrival.reached_pose[i] - reached_pose_[i]) * seconds_per_travel_[i]);
-  }
-  return arrival;
-}
-
-Stage::Arrival Stage::step_to(const std::vector<double>& commanded) {
-  Arrival arrival = would_reach(commanded);
-  true_pose_ = arrival.true_pose;
-  commanded_pose_ = arrival.commanded_pose;
-  reached_pose_ = arrival.reached_pose;
-  return arrival;
-}
-
-// Goes through the linear map like every other move, so that the pose it ends at can be commanded
-// again, and recommended, bit for bit.
-Stage::Arrival Stage::move_by(const std::vector<double>& delta) {
-  if (delta.size() != reached_pose_.size())
-    throw Error(ErrorKind::internal, "the stage got a move of another number of axes");
-  std::vector<double> commanded = reached_pose_;
-  for (std::size_t i = 0; i < delta.size(); ++i) commanded[i] += delta[i];
-  return step_to(commanded);
+SceneFacts facts_of(plugin_host::Scene& scene, const std::string& scene_id) {
+  SceneFacts facts = read_scene_facts(scene.describe(), scene_id);
+  if (facts.owns_stage != scene.offers_stage())
+    throw Error(
+        ErrorKind::plugin_failed,
+        "scene '" + scene_id + "': " +
+            (facts.owns_stage ? "its description has \"owns_stage\": true, but it does not offer "
+                                "" RELIGN_SCENE_STAGE
+                              : "it offers " RELIGN_SCENE_STAGE ", but its description lacks \"owns_stage\": true"));
+  return facts;
 }
 
 }  // namespace relign::trials

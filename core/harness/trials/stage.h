@@ -1,63 +1,59 @@
-// The stage: turns commanded moves into true poses, with distortion and limits, and counts
-// simulated machine time.
-//
-// Law (paper): true pose s' = clip(s + D a) for a commanded move a. "soft" clips every coordinate on
-// its own; "hard" stops the whole move at the first wall it would cross. Encoders and true pose are
-// tied by one linear map for the whole trial, s = start + D (c - c_start), so that the same commanded
-// pose always means the same true pose; where a limit cuts a move, the commanded pose that a relative
-// move continues from is the one the stage reached.
+// The stage of one trial, with the lens and the sensor: simulated, or the hardware of a station. TrialHost asks it for
+// moves, captures and, where there is one, ground truth.
 #pragma once
 
-#include <cstdint>
+#include <memory>
+#include <string>
 #include <vector>
 
-#include "trials/instance.h"
-#include "trials/scene_facts.h"
+#include "trials/protocol.h"
+#include "trials/trial.h"
 
 namespace relign::trials {
 
-enum class Limits { soft, hard };
-
 class Stage {
  public:
-  // commanded_start: coordinates of the start pose (the true start, or all 0 when they count from it).
-  Stage(const SceneFacts& scene, const Variances& variances, std::vector<double> commanded_start, Limits limits);
-  // With other machine times than the scene's own.
-  Stage(const SceneFacts& scene, const Variances& variances, std::vector<double> commanded_start, Limits limits,
-        const MachineTime& machine_time);
+  Stage() = default;
+  Stage(const Stage&) = delete;
+  Stage& operator=(const Stage&) = delete;
+  virtual ~Stage() = default;
 
   struct Arrival {
-    std::vector<double> true_pose;
-    std::vector<double> commanded_pose;  // as asked
-    std::vector<double> reached_pose;    // commanded coordinates of where it ended; as asked unless a limit cut it
+    std::vector<double> commanded_pose;  // as requested
+    std::vector<double> true_pose;       // NaN where unknown
     std::uint64_t limits_low = 0;        // bit i: axis i met its lower limit on this move
     std::uint64_t limits_high = 0;
-    double travel_seconds = 0;  // of this move, from reached to reached pose
+    double machine_seconds = 0;  // of this move, including settling
   };
+  // Moves to the start pose. Call it once, before anything else.
+  virtual Arrival start() = 0;
+  virtual Arrival step_to(const std::vector<double>& commanded) = 0;
+  virtual const std::vector<double>& reached_pose() const = 0;  // where relative moves start
 
-  const std::vector<double>& true_pose() const { return true_pose_; }
-  const std::vector<double>& commanded_pose() const { return commanded_pose_; }  // last asked for
-  const std::vector<double>& reached_pose() const { return reached_pose_; }      // where relative moves start
+  // Captures an image at the current pose. Returns machine seconds.
+  virtual double capture(unsigned step, float* pixels) = 0;
 
-  // Where a move would end; changes nothing. Used for recommendations.
-  Arrival would_reach(const std::vector<double>& commanded) const;
-  Arrival step_to(const std::vector<double>& commanded);  // moves
-  Arrival move_by(const std::vector<double>& delta);      // moves, relative to the reached pose
+  // The result of fixing the lens at a recommended pose: a move there, and the shift while the glue cures. Nothing
+  // moves. NaN where unknown.
+  struct VirtualMove {
+    std::vector<double> true_pose;
+    double machine_seconds = 0;
+    std::vector<double> uncured_true_pose = {};  // before curing; empty where curing shifts nothing
+  };
+  virtual VirtualMove would_reach(const std::vector<double>& commanded) const = 0;
+  // True pose after curing at this true pose; the same pose where curing shifts nothing.
+  virtual std::vector<double> cured(std::vector<double> true_pose) const = 0;
 
- private:
-  void stop_at_each_wall(Arrival& arrival) const;
-  void stop_at_first_wall(const std::vector<double>& target, Arrival& arrival) const;
-  std::vector<double> reached_at(const std::vector<double>& true_pose) const;
-
-  std::vector<double> start_;
-  std::vector<double> distortion_;          // row-major
-  std::vector<double> inverse_distortion_;  // row-major
-  std::vector<double> seconds_per_travel_;  // per axis: time for a move over the whole travel
-  std::vector<double> commanded_start_;
-  Limits limits_;
-  std::vector<double> true_pose_;
-  std::vector<double> commanded_pose_;  // as asked
-  std::vector<double> reached_pose_;    // equal to commanded_pose_ unless a limit cut the move
+  // Noise-free error at a true pose. NaN where unknown.
+  virtual Truth truth_at(const std::vector<double>& true_pose, std::uint64_t seed) = 0;
+  virtual bool has_ground_truth() const = 0;
 };
+
+// Makes the stage of the setup's scene. `setup` must outlive it.
+std::unique_ptr<Stage> make_stage(const TrialSetup& setup, const Rules& rules);
+
+// Reads the scene's description, and checks that it offers a stage exactly when "owns_stage" is true. Throws
+// Error(plugin_failed).
+SceneFacts facts_of(plugin_host::Scene& scene, const std::string& scene_id);
 
 }  // namespace relign::trials

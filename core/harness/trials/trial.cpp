@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "base/error.h"
-#include "trials/conversation.h"
+#include "trials/trial_host.h"
 
 namespace relign::trials {
 
@@ -51,27 +51,27 @@ void check(const TrialSetup& setup) {
   const relign_image& reference = setup.reference;
   const std::string who = "scene '" + setup.scene->name + "': ";
   if (reference.width != setup.scene->image_width || reference.height != setup.scene->image_height)
-    throw Error(ErrorKind::plugin_failed, who + "its reference has " + std::to_string(reference.width) + " x " +
-                                              std::to_string(reference.height) + " pixels, its description says " +
+    throw Error(ErrorKind::plugin_failed, who + "the reference image has " + std::to_string(reference.width) + " x " +
+                                              std::to_string(reference.height) + " pixels; expected " +
                                               std::to_string(setup.scene->image_width) + " x " +
-                                              std::to_string(setup.scene->image_height));
+                                              std::to_string(setup.scene->image_height) + " as in its description");
 }
 
-// Runs the algorithm; the message is the sentence of its failure, empty when it returned well.
-TrialResult drive(const TrialSetup& setup, Conversation& conversation) {
+// Runs the algorithm. The message in the result is empty when it returned without a failure.
+TrialResult run_algorithm(const TrialSetup& setup, TrialHost& host) {
   plugin_host::EnvironmentWatch watch;
   TrialResult result;
   try {
     plugin_host::Algorithm algorithm(*setup.algorithm, algorithm_services(setup));
-    conversation.algorithm_starts();
-    algorithm.run(conversation.table());
-    conversation.algorithm_ended();
+    host.algorithm_starts();
+    algorithm.run(host.table());
+    host.algorithm_ended();
   } catch (const std::exception& error) {
-    conversation.algorithm_ended();
+    host.algorithm_ended();
     const auto* ours = dynamic_cast<const Error*>(&error);
     const bool algorithms_own = ours && ours->kind() == ErrorKind::plugin_failed;
-    // The host's own failures leave from close(); what is left was refused before the trial began.
-    if (!conversation.host_failed() && !algorithms_own) throw;
+    // close() rethrows the host's failures; any other exception here means a library that was refused before the trial.
+    if (!host.host_failed() && !algorithms_own) throw;
     result.message = error.what();
     if (const auto* ended = dynamic_cast<const plugin_host::PluginEnded*>(&error)) result.outcome = ended->outcome();
   }
@@ -79,15 +79,15 @@ TrialResult drive(const TrialSetup& setup, Conversation& conversation) {
   return result;
 }
 
-// By each rule, each pose once.
-void measure_mtf(const TrialSetup& setup, const Conversation& conversation, TrialResult& result) {
+// Measures the MTF for each recommendation rule, and at each pose once.
+void measure_mtf(const TrialSetup& setup, const TrialHost& host, TrialResult& result) {
   std::map<std::vector<double>, std::optional<plugin_host::MountedAssembly::FieldMtf>> known;
   const auto at = [&](const std::vector<double>& pose) {
     auto found = known.find(pose);
     if (found == known.end()) found = known.emplace(pose, setup.assembly->mtf(pose, setup.mtf_lp_per_mm)).first;
     return found->second;
   };
-  const std::vector<double>& uncured = conversation.uncured_true_pose();
+  const std::vector<double>& uncured = host.uncured_true_pose();
   const bool shifts = !uncured.empty();
   result.mtf.glued = at(result.steps.back().recommended_true_pose);
   if (shifts) result.mtf.uncured = at(uncured);
@@ -96,7 +96,7 @@ void measure_mtf(const TrialSetup& setup, const Conversation& conversation, Tria
     if (step.measured_rmse < best->measured_rmse) best = &step;
   const auto of_step = [&](const Step& step) {
     TrialResult::GluedMtf mtf;
-    mtf.glued = at(conversation.glued_true_pose(step));
+    mtf.glued = at(host.glued_true_pose(step));
     if (shifts) mtf.uncured = at(step.true_pose);
     return mtf;
   };
@@ -112,32 +112,32 @@ TrialResult run_trial(const TrialSetup& setup) {
   if (setup.merit && *setup.merit != rules.merit) {
     if (setup.scene->owns_stage)
       throw Error(ErrorKind::bad_input,
-                  "merit \"combined\" needs the true pose, which nobody knows on a station: use \"rmse\"");
+                  "merit 'combined' needs the true pose, which is unknown on a station; use 'rmse'");
     rules.merit = *setup.merit;
   }
 
-  Conversation conversation(setup, std::move(rules));
-  TrialResult result = drive(setup, conversation);
-  conversation.close();
+  TrialHost host(setup, std::move(rules));
+  TrialResult result = run_algorithm(setup, host);
+  host.close();
 
-  if (!conversation.refusal().empty()) result.message = conversation.refusal();
-  // A failure while the run is being stopped may come of that: a process that hangs is not waited for any longer.
-  const bool gave_up = !result.message.empty() && setup.stop && setup.stop->load();
-  if (conversation.was_stopped() || gave_up)
+  if (!host.refusal().empty()) result.message = host.refusal();
+  // A failure during a stop may be caused by it, because the host stops waiting for processes that hang.
+  const bool failed_while_stopping = !result.message.empty() && setup.stop && setup.stop->load();
+  if (host.was_stopped() || failed_while_stopping)
     result.end = End::stopped;
-  else if (!conversation.refusal().empty() && conversation.budget_is_spent())
+  else if (!host.refusal().empty() && host.budget_is_spent())
     result.end = End::overspent;
   else if (!result.message.empty())
     result.end = End::failed;
   else
-    result.end = conversation.budget_is_spent() ? End::budget_spent : End::finished;
-  result.seconds_after_last_step = conversation.seconds_after_last_step();
+    result.end = host.budget_is_spent() ? End::budget_spent : End::finished;
+  result.seconds_after_last_step = host.seconds_after_last_step();
   const auto begin = std::chrono::steady_clock::now();
-  result.uncured_mse = conversation.uncured_truth().mse;
-  if (result.end != End::stopped) result.glued_truths = conversation.glued_truths();
-  result.steps = conversation.take_steps();
+  result.uncured_mse = host.uncured_truth().mse;
+  if (result.end != End::stopped) result.glued_truths = host.glued_truths();
+  result.steps = host.take_steps();
   if (setup.mtf_lp_per_mm > 0 && setup.assembly && !result.steps.empty() && result.end != End::stopped)
-    measure_mtf(setup, conversation, result);
+    measure_mtf(setup, host, result);
   result.judging_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return result;
 }

@@ -1,4 +1,4 @@
-// One trial: an algorithm on an instance, step by step, with budget, clocks and both truths.
+// One trial: an algorithm on an instance, step by step, with budget, clocks and ground truth.
 #pragma once
 
 #include <atomic>
@@ -14,7 +14,7 @@
 #include "trials/instance.h"
 #include "trials/protocol.h"
 #include "trials/scene_facts.h"
-#include "trials/stage.h"
+#include "trials/stage_motion.h"
 
 namespace relign::trials {
 
@@ -26,35 +26,35 @@ struct Truth {
 enum class RecommendationSource { own, best_measured, current };
 const char* recommendation_source_name(RecommendationSource source);
 
-// Everything known of one step; NaN where nobody knows, as all truths on a station. Host seconds are kept apart (they
-// differ from run to run).
+// The complete record of one step; NaN where unknown, such as all ground truth on a station. Host seconds differ from
+// run to run and are kept apart.
 struct Step {
   unsigned number = 0;
-  std::vector<double> commanded_pose;  // as asked, in the trial's coordinates
+  std::vector<double> commanded_pose;  // as requested, in the trial's coordinates
   std::vector<double> true_pose;
   std::uint64_t limits_low = 0;
   std::uint64_t limits_high = 0;
   double measured_rmse = 0;              // of the capture against O*
-  double merit = 0;                      // what the algorithm was (or would have been) shown
+  double merit = 0;                      // as shown to the algorithm, if it observes the merit
   double machine_seconds = 0;            // simulated clock after this capture
   std::vector<double> recommended_pose;  // commanded coordinates
   RecommendationSource recommendation_source = RecommendationSource::best_measured;
-  double recommended_seconds = 0;  // machine time if one moved back to the recommendation now
+  double recommended_seconds = 0;  // machine time including a move to the recommendation
   std::vector<double> recommended_true_pose;
   Truth commanded_truth;
   Truth recommended_truth;
   // host time of this step, seconds
-  double algorithm_seconds = 0;   // between the answer before and this request
+  double algorithm_seconds = 0;   // between the previous answer and this request
   double simulation_seconds = 0;  // capture
   double truth_seconds = 0;
 };
 
 enum class End {
   budget_spent,  // all steps were used
-  finished,      // the algorithm returned before; its recommendation is carried forward
-  failed,        // the plugin reported a failure; the steps made are kept as a censored record
-  overspent,     // the algorithm went on asking for steps after the last
-  stopped        // the run was asked to stop; the trial is not a result
+  finished,      // the algorithm returned earlier; its recommendation is carried forward
+  failed,        // the plugin reported a failure; the steps so far are kept as a censored record
+  overspent,     // the algorithm kept asking for steps after the last one
+  stopped        // the run was stopped; the trial does not count
 };
 const char* end_name(End end);  // "budget_spent", ...
 
@@ -70,54 +70,54 @@ struct TrialSetup {
   const plugin_host::Choice* algorithm = nullptr;
   plugin_host::Scene* design = nullptr;      // the scene, for the service "model"; null: not offered
   plugin_host::NoiseLevel* level = nullptr;  // for the service "prior"; null: not offered
-  // For the service "prepared" (prepared_service.h). By Choice::identity; null: nothing.
+  // For the service "prepared" (prepared_service.h). By Choice::identity; null: none.
   const std::map<std::string, PreparedData>* prepared = nullptr;
-  Preparing* preparing = nullptr;  // not null: the algorithm is being prepared, no truth is asked for
+  Preparing* preparing = nullptr;  // not null: pretraining of the algorithm, without ground truth
   plugin_host::HostServices services;
   Protocol protocol = Protocol::paper;
-  std::optional<Merit> merit;  // overrides the protocol's; a station allows rmse alone
+  std::optional<Merit> merit;  // overrides the protocol's; a station allows only rmse
   Limits limits = Limits::soft;
   unsigned budget = 50;  // steps after step 0
   std::uint64_t algorithm_seed = 0;
   MachineTime machine_time;
-  double mtf_lp_per_mm = 0;                 // over 0: the lens's MTF is measured once the trial has ended
-  const std::atomic<bool>* stop = nullptr;  // may be null; checked before every step and while a process is waited for
-  // Called when an algorithm goes on asking even after it was told, again and again, that it failed: it will never
-  // return. May end the process, or return and let it go on for ever. May be empty.
+  double mtf_lp_per_mm = 0;                 // above 0: measure the lens's MTF when the trial has ended
+  const std::atomic<bool>* stop = nullptr;  // may be null; checked before every step and while waiting for a process
+  // Called when an algorithm keeps asking although RELIGN_FAILED was returned many times: it will never return by
+  // itself. May end the process, or return and let the algorithm continue. May be empty.
   std::function<void()> on_runaway;
-  // Called with the record of each step and its capture (valid during the call) once the record is
-  // complete: when the algorithm asks for the next step, or at the end, for until then it may still
-  // recommend. Before on_step of step k no capture of step k + 1 is made. What it throws ends the trial
-  // and leaves run_trial. May be empty.
+  // Called with the record of each step and its capture (valid during the call) once the record is complete: when the
+  // algorithm asks for the next step, or at the end, because until then it may recommend. on_step of step k is called
+  // before the capture of step k + 1. An exception from it ends the trial and propagates out of run_trial. May be
+  // empty.
   std::function<void(const Step&, const float* pixels)> on_step;
 };
 
-// What the algorithms of the trial get: setup.services, and the trial's own stop flag.
+// The host services for the algorithms of the trial: setup.services with the trial's stop flag.
 plugin_host::HostServices algorithm_services(const TrialSetup& setup);
 
 struct TrialResult {
   std::vector<Step> steps;  // at least step 0, unless the scene failed
   End end = End::budget_spent;
-  std::string message;                           // why it failed
-  std::string outcome;                           // how a plugin's process broke off (PluginEnded); mostly empty
-  std::vector<std::string> environment_changes;  // what the plugin left behind, a sentence each
+  std::string message;                           // the reason of a failure
+  std::string outcome;                           // how a plugin's process ended (PluginEnded); usually empty
+  std::vector<std::string> environment_changes;  // side effects that the plugin left in the process, a message each
   double seconds_after_last_step = 0;            // algorithm time, host
-  // Noise-free, at the last recommendation before the glue shifts the lens; NaN where it does not.
+  // Noise-free, at the last recommendation before curing; NaN where curing shifts nothing.
   double uncured_mse = std::numeric_limits<double>::quiet_NaN();
-  // Noise-free, of each step in order, where gluing at its commanded pose would leave the lens: what the rules "best"
-  // and "current" (stats/rules.h) are scored by. Empty where the glue shifts nothing: then it is commanded_truth.
+  // Noise-free, for each step in order: after curing at its commanded pose. The scores of the recommendation rules
+  // "best" and "current" (statistics/rules.h). Empty where curing shifts nothing: then commanded_truth holds them.
   std::vector<Truth> glued_truths;
-  // At one pose, where the glue leaves the lens and before it shifts it.
+  // At one pose, after and before curing.
   struct GluedMtf {
     std::optional<plugin_host::MountedAssembly::FieldMtf> glued, uncured;
   };
   // At the last recommendation, at the step of the lowest measured RMSE, and at the last step.
   GluedMtf mtf, best_mtf, current_mtf;
-  double judging_seconds = 0;  // what these took, host
+  double judging_seconds = 0;  // host time for the scores above
 };
 
-// Runs the trial in this thread. Throws Error only for failures of the scene or of ours, and
-// plugin_refused when the algorithm's library cannot be used; an algorithm's failure is a result.
+// Runs the trial in this thread. Throws Error only for failures of the scene or the host, and
+// plugin_refused when the algorithm's library cannot be used; an algorithm's failure is part of the result.
 TrialResult run_trial(const TrialSetup& setup);
 
 }  // namespace relign::trials

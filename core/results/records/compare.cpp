@@ -17,12 +17,12 @@ std::string written(double value) {
 }
 
 bool same_bits(double a, double b) {
-  // What is not finite is null in a file: there all of it is the same.
+  // Files have null for every non-finite number.
   if (!std::isfinite(a) || !std::isfinite(b)) return std::isfinite(a) == std::isfinite(b);
   return std::memcmp(&a, &b, sizeof a) == 0;
 }
 
-// Walks over two records in the order of their lines; `see` gets each pair of numbers or texts until it returns true.
+// Gets each pair of values of two records, in the order of their lines, and keeps the first and the largest difference.
 class Comparison {
  public:
   explicit Comparison(double tolerance) : tolerance_(tolerance) {}
@@ -100,7 +100,7 @@ void compare_closing(const TrialRecord& was, const TrialRecord& is, Comparison& 
   const double none = std::numeric_limits<double>::quiet_NaN();
   comparison.number("own_optimum_mse", was.has_own_optimum ? was.own_optimum_mse : none,
                     is.has_own_optimum ? is.own_optimum_mse : none);
-  // Records of before it was written have none.
+  // Older records lack it.
   if (!was.own_optimum_pose.empty() && !is.own_optimum_pose.empty())
     comparison.numbers("own_optimum_pose", was.own_optimum_pose, is.own_optimum_pose);
   comparison.number("uncured_mse", was.uncured_mse, is.uncured_mse);
@@ -111,7 +111,7 @@ void compare_closing(const TrialRecord& was, const TrialRecord& is, Comparison& 
   mtf("mtf_centre", "mtf_corner", was.mtf, is.mtf);
   mtf("uncured_mtf_centre", "uncured_mtf_corner", was.uncured_mtf, is.uncured_mtf);
   mtf("own_optimum_mtf_centre", "own_optimum_mtf_corner", was.own_optimum_mtf, is.own_optimum_mtf);
-  // Records of before they were written have none.
+  // Older records lack them.
   if (!was.glued_mse.empty() && !is.glued_mse.empty()) {
     comparison.numbers("glued_mse", was.glued_mse, is.glued_mse);
     comparison.numbers("glued_mse_error", was.glued_mse_error, is.glued_mse_error);
@@ -122,7 +122,7 @@ void compare_closing(const TrialRecord& was, const TrialRecord& is, Comparison& 
     mtf("current_mtf_centre", "current_mtf_corner", was.current_mtf, is.current_mtf);
     mtf("current_uncured_mtf_centre", "current_uncured_mtf_corner", was.current_uncured_mtf, is.current_uncured_mtf);
   }
-  // Replaced as in the file, where bytes that are no UTF-8 cannot stand.
+  // Files have a replacement for invalid UTF-8; here, too.
   const auto as_written = [](const Json& value) { return value.dump(-1, ' ', false, Json::error_handler_t::replace); };
   comparison.text("message", as_written(was.message), as_written(is.message));
   comparison.text("warnings", as_written(was.warnings), as_written(is.warnings));

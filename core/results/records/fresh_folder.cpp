@@ -16,7 +16,7 @@ namespace {
   throw Error(ErrorKind::io, "cannot write " + path.string() + ": " + code.message());
 }
 
-// What stands in a folder, but for these names.
+// The entries of a folder except for these names.
 std::vector<fs::path> others(const fs::path& folder, const std::set<std::string>& names) {
   std::vector<fs::path> found;
   std::error_code code;
@@ -35,7 +35,7 @@ FreshFolder::FreshFolder(const fs::path& out)
   // Killed between the two moves of put_in_place, or after them.
   if (fs::exists(old_ / "manifest.json", code)) {
     if (!fs::exists(out_, code)) fs::rename(old_, out_, code);
-    keep_strangers();
+    keep_foreign_files();
   }
   refuse_foreign();
   fs::create_directories(fresh_, code);
@@ -59,7 +59,7 @@ FreshFolder::~FreshFolder() {
 void FreshFolder::put_in_place() {
   std::error_code code;
   if (fs::exists(out_, code)) {
-    const ResultsLock nobody_else(out_);
+    const ResultsLock lock(out_);
     fs::remove_all(old_, code);
     fs::rename(out_, old_, code);
     if (code) fail(out_, code);
@@ -68,28 +68,28 @@ void FreshFolder::put_in_place() {
   if (code) fail(out_, code);
   in_place_ = true;
   fs::remove(out_ / ResultsLock::kFileName, code);
-  keep_strangers();
+  keep_foreign_files();
 }
 
 void FreshFolder::refuse_foreign() const {
   std::error_code code;
   if (!fs::exists(out_, code)) return;
-  if (!fs::is_directory(out_, code)) throw Error(ErrorKind::bad_input, out_.string() + " is no folder");
+  if (!fs::is_directory(out_, code)) throw Error(ErrorKind::bad_input, out_.string() + " is not a folder");
   const Json manifest = read_manifest(out_);
   if (manifest.is_null() ? !fs::is_empty(out_, code) : !manifest.contains("sources"))
     throw Error(ErrorKind::bad_input, out_.string() +
-                                          (manifest.is_null() ? " is not empty" : " holds results of its own") +
-                                          "; choose a new folder with --out: only what merge made is replaced");
+                                          (manifest.is_null() ? " is not empty" : " contains the results of a run") +
+                                          "; choose a new folder with --out: merge replaces only its own output");
 }
 
-void FreshFolder::keep_strangers() const {
+void FreshFolder::keep_foreign_files() const {
   static const std::set<std::string> ours = {"manifest.json", "trials",        "times",         "logs",
                                              "pictures",      "scenes",        "aggregate.csv", "curves.csv",
                                              "curves.json",   "instances.csv", "report.html",   ResultsLock::kFileName};
   std::error_code code;
-  for (const fs::path& stranger : others(old_, ours)) {
-    fs::rename(stranger, out_ / stranger.filename(), code);
-    if (code) fail(stranger, code);
+  for (const fs::path& foreign : others(old_, ours)) {
+    fs::rename(foreign, out_ / foreign.filename(), code);
+    if (code) fail(foreign, code);
   }
   fs::remove_all(old_, code);
 }

@@ -1,5 +1,4 @@
-// A results folder that takes its place only when it is whole: until then what was there stays as it is.
-// Used inside this room.
+// A results folder that is built beside its destination and replaces it only when complete. Internal to this module.
 #pragma once
 
 #include <filesystem>
@@ -11,21 +10,21 @@ namespace relign::records {
 
 class FreshFolder {
  public:
-  // Made as OUT.merging. Throws Error(bad_input) when there is something at `out` that merge did not make, Error(io)
-  // for a folder that cannot be written or in which another merge works.
+  // Creates OUT.merging. Throws Error(bad_input) when `out` exists and merge did not make it, Error(io) for a folder
+  // that cannot be written or that another merge is writing.
   explicit FreshFolder(const std::filesystem::path& out);
-  ~FreshFolder();  // without put_in_place nothing is left
+  ~FreshFolder();  // removes the folder unless put_in_place succeeded
   FreshFolder(const FreshFolder&) = delete;
   FreshFolder& operator=(const FreshFolder&) = delete;
 
   const std::filesystem::path& path() const { return fresh_; }
 
-  // Files beside the old results that are nobody's results are kept.
+  // Replaces `out`. Keeps files beside the old results that are not part of a results folder.
   void put_in_place();
 
  private:
   void refuse_foreign() const;
-  void keep_strangers() const;
+  void keep_foreign_files() const;
   std::filesystem::path out_, fresh_, old_;
   std::optional<ResultsLock> lock_;
   bool in_place_ = false;

@@ -1,4 +1,5 @@
-// Whether an instance's number means the same lens in two results folders, by their manifests; and if not, by what.
+// Compares the manifests of two results folders: does an instance number mean the same instance in both, and if not,
+// what differs?
 #pragma once
 
 #include <string>
@@ -12,12 +13,12 @@ namespace relign::records {
 std::vector<std::string> differing(const Json& a, const Json& b, const std::vector<const char*>& keys,
                                    const std::string& in_a, const std::string& in_b);
 
-// Of scenes and noise levels under equal names, those that are not the same; where `all` is set, those too that one
-// of the two lacks. Sentences.
+// Messages on scenes and noise levels that have equal names but differ; with `all`, also on those that one folder
+// lacks.
 std::vector<std::string> different_scenes_and_levels(const Json& a, const Json& b, bool all, const std::string& in_a,
                                                      const std::string& in_b);
 
-// Why lenses of equal numbers are not the same in both; empty when they are, however many each has.
+// Messages on why instances of equal numbers differ; empty when they are the same, however many each folder has.
 std::vector<std::string> different_lenses(const Json& a, const Json& b, const std::string& in_a,
                                           const std::string& in_b);
 

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::string_view kStepStart = "{\"trial\":\"";
 
-// "0000.jsonl" -> 0; nothing of ours otherwise.
+// "0000.jsonl" -> 0; false for any other name.
 bool file_number(const fs::path& file, std::size_t& number) {
   const std::string stem = file.stem().string();
   if (file.extension() != ".jsonl" || stem.empty() || stem.size() > 9) return false;
@@ -27,7 +27,7 @@ bool file_number(const fs::path& file, std::size_t& number) {
   return true;
 }
 
-// Id and number of a step line by its first bytes, which to_lines always writes alike; parsing every
+// Reads id and number of a step line from its first bytes, which to_lines always writes in the same form: parsing every
 // step of a large folder only to find its blocks would take minutes.
 bool step_line(std::string_view line, std::string_view& trial, bool& first) {
   if (line.substr(0, kStepStart.size()) != kStepStart) return false;
@@ -77,7 +77,8 @@ bool BlockFinder::add(std::string_view line, std::size_t offset, std::size_t num
   }
   const std::string place = file_name_ + ":" + std::to_string(number);
   ReadLine closing = read_trial_line(line, place);
-  if (!closing.closing) throw Error(ErrorKind::bad_input, place + ": the line is damaged: neither a step nor an end");
+  if (!closing.closing)
+    throw Error(ErrorKind::bad_input, place + ": the line is damaged: expected a step or a closing line");
   if (steps_ > 0 && closing.trial.trial != trial_) abandon();
   if (steps_ == 0) {
     begin_ = offset;
@@ -85,7 +86,7 @@ bool BlockFinder::add(std::string_view line, std::size_t offset, std::size_t num
   }
   if (closing.steps != steps_)
     throw Error(ErrorKind::bad_input, place + ": trial " + closing.trial.trial + " has " + std::to_string(steps_) +
-                                          " step lines where its closing line says " + std::to_string(closing.steps));
+                                          " step lines, but its closing line counts " + std::to_string(closing.steps));
   steps_ = 0;
   closed_ = std::move(closing.trial);
   return true;
@@ -153,10 +154,10 @@ std::size_t append_block(const fs::path& file, std::string_view block, bool flus
     else if (written == 0)
       reason = EIO;
     else
-      block.remove_prefix(static_cast<std::size_t>(written));  // the rest is tried once more: it tells the reason
+      block.remove_prefix(static_cast<std::size_t>(written));  // writing the rest again yields the reason as errno
   }
   if (reason == 0 && flush && ::fdatasync(descriptor) != 0 && errno != EINVAL) reason = errno;
-  // If even cutting fails, the half-written tail is cut when the folder is opened again.
+  // If this fails too, the half-written tail is cut off when the folder is opened the next time.
   if (reason != 0 && ::ftruncate(descriptor, before.st_size) != 0) {
   }
   if (::close(descriptor) != 0 && reason == 0) reason = errno;

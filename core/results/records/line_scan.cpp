@@ -1,4 +1,4 @@
-// Reading line files a piece at a time.
+// Reads line files line by line.
 #include <cstring>
 #include <fstream>
 
@@ -44,7 +44,7 @@ void scan_trials(const fs::path& file, const std::function<void(const TrialRecor
 }
 
 void scan_times(const fs::path& file, const std::function<void(const std::string&, const BlockPlace&)>& on_trial) {
-  // As to_line always writes it; parsing every number of a million lines would take a minute.
+  // to_line always writes this start; parsing every number of a million lines would take a minute.
   static const std::string start = "{\"format\":" + std::to_string(kFormat) + ",\"trial\":\"";
   for_each_line(file, [&](std::string_view line, std::size_t offset, std::size_t number) {
     const std::size_t quote = line.find('"', start.size());

@@ -17,14 +17,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Without the links and dots in which two names of one folder may differ.
+// Resolves links and dots, so that two names of one folder compare equal.
 fs::path real(const fs::path& folder) {
   std::error_code code;
   const fs::path found = fs::weakly_canonical(folder, code);
   return code ? folder : found;
 }
 
-// Results folders; a folder of shards stands for the shards in it.
+// Results folders; replaces a folder of shards by the shards in it.
 std::vector<fs::path> expand(const MergeOptions& options) {
   std::vector<fs::path> folders;
   std::set<fs::path> known;
@@ -34,7 +34,7 @@ std::vector<fs::path> expand(const MergeOptions& options) {
   for (const fs::path& source : options.sources) {
     std::error_code code;
     if (!fs::is_directory(source, code))
-      throw Error(ErrorKind::io, "cannot read " + source.string() + ": there is no such folder");
+      throw Error(ErrorKind::io, "cannot read " + source.string() + ": no such folder");
     if (fs::exists(source / "manifest.json", code)) {
       add(source);
       continue;
@@ -44,9 +44,9 @@ std::vector<fs::path> expand(const MergeOptions& options) {
       if (entry->path().filename().string().rfind("shard-", 0) == 0 && fs::exists(entry->path() / "manifest.json"))
         shards.push_back(entry->path());
     if (shards.empty())
-      throw Error(
-          ErrorKind::bad_input,
-          source.string() + " is no results folder: it has no manifest.json, and no folders shard-... that have");
+      throw Error(ErrorKind::bad_input,
+                  source.string() +
+                      " is not a results folder: it contains neither manifest.json nor folders shard-... with one");
     std::sort(shards.begin(), shards.end());
     for (const fs::path& shard : shards) add(shard);
   }
@@ -57,18 +57,19 @@ std::vector<PackedId> take_order(Json& manifest, const fs::path& folder) {
   const std::string file = (folder / "manifest.json").string();
   const auto order = manifest.find("order");
   if (order == manifest.end() || !order->is_array())
-    throw Error(ErrorKind::bad_input, file + " is damaged: it has no list 'order'");
+    throw Error(ErrorKind::bad_input, file + " is damaged: expected a list 'order'");
   std::vector<PackedId> ids;
   ids.reserve(order->size());
   for (const Json& id : *order) {
-    if (!id.is_string()) throw Error(ErrorKind::bad_input, file + " is damaged: 'order' holds " + id.dump());
+    if (!id.is_string())
+      throw Error(ErrorKind::bad_input, file + " is damaged: expected trial ids in 'order', found " + id.dump());
     ids.push_back(packed(id.get_ref<const std::string&>(), file));
   }
   manifest.erase("order");
   return ids;
 }
 
-// Line files of 1000 places each, filled in the plan's order.
+// Writes line files of 1000 trials each, in the plan's order.
 class LineFilesWriter {
  public:
   explicit LineFilesWriter(fs::path folder) : folder_(std::move(folder)) {}
@@ -81,7 +82,7 @@ class LineFilesWriter {
     if (text_.size() > (std::size_t{8} << 20)) flush();
   }
   void flush() {
-    // Not flushed to the disk: what is copied from is still there.
+    // No flush to the disk: after a crash the sources still exist.
     if (!text_.empty()) append_block(folder_ / line_file_name(file_), text_, false);
     text_.clear();
   }
@@ -92,7 +93,7 @@ class LineFilesWriter {
   std::string text_;
 };
 
-// Trials, their times, and the ids in the plan's order, missing ones in between.
+// Writes the trials and their times. Returns the ids in the plan's order, including missing trials.
 std::vector<PackedId> write_lines(MergeIndex& index, const fs::path& folder) {
   std::stable_sort(index.times.begin(), index.times.end(), [](const FoundTimes& a, const FoundTimes& b) {
     return std::make_pair(a.id, a.source) < std::make_pair(b.id, b.source);
@@ -109,7 +110,7 @@ std::vector<PackedId> write_lines(MergeIndex& index, const fs::path& folder) {
     const std::size_t place = order.size();
     order.push_back(trial.id);
     trials.add(place, reader.read(trial.file, trial.block));
-    // The last line of a trial counts.
+    // The last line of a trial is the valid one.
     const auto after = std::upper_bound(index.times.begin(), index.times.end(), std::make_pair(trial.id, trial.source),
                                         [](const std::pair<PackedId, std::uint32_t>& wanted, const FoundTimes& one) {
                                           return wanted < std::make_pair(one.id, one.source);
@@ -137,11 +138,11 @@ Json to_json(const Disagreement& one) {
           {"difference", std::move(difference)}};
 }
 
-// The list of a million ids is written as text: as JSON values it would take more memory than all the rest.
+// Writes the list of ids as text: a million of them as JSON values would take more memory than all the rest.
 void write_manifest(const fs::path& folder, const Json& manifest, const std::vector<PackedId>& order) {
   std::string text = manifest.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
   const std::string empty = "\n  \"order\": []";
-  const std::size_t at = text.find(empty);  // no text value holds a bare newline
+  const std::size_t at = text.find(empty);  // found only here: string values have no bare newline
   if (at == std::string::npos) throw Error(ErrorKind::internal, "a merged manifest has no place for its order");
   std::string list = "\n  \"order\": [";
   list.reserve(order.size() * 26 + 32);
@@ -174,13 +175,13 @@ MergeSummary merge(const MergeOptions& options) {
   ManifestJoin manifests;
   MergeIndex index;
   const std::vector<fs::path> folders = expand(options);
-  if (folders.empty()) throw Error(ErrorKind::bad_input, "nothing to merge: no results folder is given");
+  if (folders.empty()) throw Error(ErrorKind::bad_input, "nothing to merge: give at least one results folder");
   for (const fs::path& folder : folders)
     if (real(folder) == real(options.out))
       throw Error(ErrorKind::bad_input,
-                  options.out.string() + " is among the folders that are merged; choose another one with --out");
+                  options.out.string() + " is one of the folders to merge; choose another output folder with --out");
   FreshFolder fresh(options.out);
-  // All manifests first: what does not belong together is known before a large file is read.
+  // All manifests first, so that incompatible folders are refused before a large file is read.
   for (const fs::path& folder : folders) {
     Json manifest = read_manifest(folder);
     manifest.erase("order");
@@ -194,7 +195,7 @@ MergeSummary merge(const MergeOptions& options) {
     }
     index.add(folder, order, manifests, summary);
   }
-  settle_duplicates(index, manifests, summary);
+  resolve_duplicates(index, manifests, summary);
   summary.trials = index.trials.size();
   summary.missing = index.missing.size();
   summary.shards = manifests.shards();

@@ -16,14 +16,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The steps of what ended early must be the first steps of what came to its end.
-bool begins_alike(TrialRecord whole, TrialRecord early, double tolerance) {
+// Whether the steps of the failed attempt `early` are the first steps of the finished trial `whole`.
+bool is_prefix(TrialRecord whole, TrialRecord early, double tolerance) {
   if (early.steps.size() > whole.steps.size()) return false;
   whole.steps.resize(early.steps.size());
   whole.end = early.end;
   whole.message = early.message;
   whole.warnings = early.warnings;
-  // It ended before these were known.
+  // Known only at the end of a trial.
   if (!early.has_own_optimum) whole.has_own_optimum = false;
   if (std::isnan(early.own_optimum_mtf.centre)) whole.own_optimum_mtf = {};
   whole.uncured_mse = early.uncured_mse;
@@ -37,7 +37,7 @@ bool begins_alike(TrialRecord whole, TrialRecord early, double tolerance) {
 PackedId packed(const std::string& id, const std::string& place) {
   PackedId small{};
   if (id.empty() || id.size() > small.size())
-    throw Error(ErrorKind::bad_input, place + ": '" + id + "' is no trial id (1 to 16 characters)");
+    throw Error(ErrorKind::bad_input, place + ": invalid trial id '" + id + "'; expected 1 to 16 characters");
   std::copy(id.begin(), id.end(), small.begin());
   return small;
 }
@@ -84,8 +84,8 @@ void MergeIndex::add(const fs::path& folder, const std::vector<PackedId>& order,
       const int scene = manifests.scene(closing.scene), level = manifests.level(closing.noise_level),
                 algorithm = manifests.algorithm(closing.algorithm, closing.protocol);
       if (scene < 0 || level < 0 || algorithm < 0)
-        throw Error(ErrorKind::bad_input, file.string() + ": trial " + closing.trial + " is of " + label_of(closing) +
-                                              ", which the folder's manifest.json does not name");
+        throw Error(ErrorKind::bad_input, file.string() + ": trial " + closing.trial + " (" + label_of(closing) +
+                                              ") is not of a scene, noise level and algorithm in manifest.json");
       const PlanPlace place{static_cast<std::uint32_t>(scene), static_cast<std::uint32_t>(level),
                             static_cast<std::uint32_t>(algorithm), 0, closing.instance};
       known[static_cast<std::size_t>(at)] = place;
@@ -121,8 +121,8 @@ const std::string& BlockReader::read(std::uint32_t file, const BlockPlace& place
   };
   if (open_.size() < files_.size()) open_.resize(files_.size(), -1);
   if (open_[file] < 0) {
-    constexpr std::size_t kMostOpen = 200;  // a process may often have 1024
-    if (opened_.size() == kMostOpen) {
+    constexpr std::size_t kMaxOpen = 200;  // a process may often have 1024
+    if (opened_.size() == kMaxOpen) {
       ::close(open_[opened_.front()]);
       open_[opened_.front()] = -1;
       opened_.erase(opened_.begin());
@@ -160,7 +160,7 @@ void compare_with_kept(MergeIndex& index, BlockReader& reader, const FoundTrial&
   const TrialRecord was = reader.record(kept.file, kept.block), is = reader.record(other.file, other.block);
   const double tolerance =
       manifests.may_differ_by_cpu(was.scene, was.noise_level, was.algorithm) ? kOtherCpuTolerance : 0;
-  if (kept.ended_well && !other.ended_well && begins_alike(was, is, tolerance)) {
+  if (kept.ended_well && !other.ended_well && is_prefix(was, is, tolerance)) {
     ++summary.superseded;
     return;
   }
@@ -170,7 +170,7 @@ void compare_with_kept(MergeIndex& index, BlockReader& reader, const FoundTrial&
     ++summary.within_tolerance;
     return;
   }
-  // Equal numbers in other bytes: somebody has written into the file.
+  // Equal numbers in different bytes: the file was edited.
   if (!difference) difference = Difference{true, 0, "bytes of the lines", "other", "other", 0};
   if (!disagrees) ++summary.disagreeing;
   disagrees = true;
@@ -181,7 +181,7 @@ void compare_with_kept(MergeIndex& index, BlockReader& reader, const FoundTrial&
 
 }  // namespace
 
-void settle_duplicates(MergeIndex& index, const ManifestJoin& manifests, MergeSummary& summary) {
+void resolve_duplicates(MergeIndex& index, const ManifestJoin& manifests, MergeSummary& summary) {
   std::vector<FoundTrial>& trials = index.trials;
   std::sort(trials.begin(), trials.end(), [](const FoundTrial& a, const FoundTrial& b) {
     return std::make_tuple(a.id, !a.ended_well, a.source, a.file, a.block.offset) <
@@ -221,8 +221,8 @@ void settle_duplicates(MergeIndex& index, const ManifestJoin& manifests, MergeSu
     throw Error(ErrorKind::bad_input,
                 "trial " + unpacked(a.id) + " of " + index.sources[a.source].string() + " and trial " + unpacked(b.id) +
                     " of " + index.sources[b.source].string() + " are both " + label_of(one) +
-                    ", but not the same trial: the algorithm's data (a model file, say) or settings of the suite "
-                    "differ. Give one of them another \"name\" in its suite, and run it again");
+                    ", but with different data of the algorithm (such as a model file) or different settings in the "
+                    "suites; give one of them another \"name\" in its suite and run it again");
   }
 }
 

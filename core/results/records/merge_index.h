@@ -1,5 +1,5 @@
-// Where every trial of a merge lies, by its place in the merged plan. Small and without texts: there may be a million.
-// Used inside this room.
+// Index of a merge: the file, bytes and position in the merged plan of every trial. Entries are small and without
+// strings, since there may be a million. Internal to this module.
 #pragma once
 
 #include <array>
@@ -21,8 +21,8 @@ using PackedId = std::array<char, 16>;
 PackedId packed(const std::string& id, const std::string& place);  // throws Error(bad_input) for a longer one
 std::string unpacked(const PackedId& id);
 
-// The order of a plan: scene, noise level, algorithm, instance. `after` counts planned trials without a record behind
-// the last one that has one: nobody knows what they are.
+// Position in a plan, ordered by scene, noise level, algorithm, instance. A planned trial without a record is known by
+// its id only: it takes the position of the last trial before it that has a record, and `after` counts on from there.
 struct PlanPlace {
   std::uint32_t scene = 0, level = 0, algorithm = 0, after = 0;
   std::uint64_t instance = 0;
@@ -51,7 +51,7 @@ struct MissingTrial {
 
 class MergeIndex {
  public:
-  // All complete trials that the manifest's order names, and those that it names and are nowhere. Throws Error.
+  // Adds the trials that the manifest's order names: complete ones to `trials`, the others to `missing`. Throws Error.
   void add(const std::filesystem::path& folder, const std::vector<PackedId>& order, const ManifestJoin& manifests,
            MergeSummary& summary);
 
@@ -65,7 +65,7 @@ class MergeIndex {
   std::uint32_t add_file(const std::filesystem::path& file);
 };
 
-// Bytes of places in many files; few of them are open at a time.
+// Reads blocks from many files, with a limited number of them open at a time.
 class BlockReader {
  public:
   explicit BlockReader(const std::vector<std::filesystem::path>& files) : files_(files), open_(files.size(), -1) {}
@@ -82,8 +82,8 @@ class BlockReader {
   std::string text_;
 };
 
-// Leaves one record of each trial in `index.trials`, in the plan's order: what came to its end before what did not,
-// then the folder that was given first. Compares the others with it.
-void settle_duplicates(MergeIndex& index, const ManifestJoin& manifests, MergeSummary& summary);
+// Keeps one record of each trial in `index.trials`, in the plan's order: a finished one before a failed one, then that
+// of the folder given first. Compares the others with it.
+void resolve_duplicates(MergeIndex& index, const ManifestJoin& manifests, MergeSummary& summary);
 
 }  // namespace relign::records

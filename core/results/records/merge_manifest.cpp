@@ -16,11 +16,11 @@ namespace {
 
 const Json& list(const Json& object, const char* key, const fs::path& folder) {
   const Json& value = member(object, key);
-  const bool of_objects = std::string_view(key) == "algorithms";  // of noise levels the name alone may stand there
+  const bool of_objects = std::string_view(key) == "algorithms";  // a noise level may be its name alone
   if (!value.is_array() ||
       (of_objects && std::any_of(value.begin(), value.end(), [](const Json& entry) { return !entry.is_object(); })))
     throw Error(ErrorKind::bad_input,
-                (folder / "manifest.json").string() + " is damaged: it has no list '" + key + "'");
+                (folder / "manifest.json").string() + " is damaged: expected a list '" + key + "'");
   return value;
 }
 
@@ -69,17 +69,15 @@ void ManifestJoin::join_lists(const fs::path& folder, const Json& manifest) {
   std::vector<std::string> different;
   if (text_of(first_, "instance_set") != text_of(manifest, "instance_set"))
     different = differing(first_, manifest, {"instance_set", "seed", "first_instance", "instances"}, a, b);
-  for (const std::string& sentence : different_scenes_and_levels(first_, manifest, true, a, b))
-    different.push_back(sentence);
-  // These are no part of the set, but whoever compares takes them for equal.
-  for (const std::string& sentence : differing(first_, manifest, {"limits", "machine_time"}, a, b))
-    different.push_back(sentence);
+  for (const std::string& message : different_scenes_and_levels(first_, manifest, true, a, b))
+    different.push_back(message);
+  // Not part of the instance set, but results that differ in them are not comparable.
+  for (const std::string& message : differing(first_, manifest, {"limits", "machine_time"}, a, b))
+    different.push_back(message);
   if (!different.empty())
     throw Error(ErrorKind::bad_input,
-                a + " and " + b +
-                    " cannot be merged: only results on the same instances, under the same names, "
-                    "can stand beside each other.\n  " +
-                    join(different, "\n  ") + "\nMake the suites alike in this, and run one of them again");
+                "cannot merge " + a + " and " + b + ": their scenes, noise levels, instances or limits differ:\n  " +
+                    join(different, "\n  ") + "\nmake the suites equal in this and run one of them again");
   for (const Json& entry : manifest["algorithms"]) {
     const int place = place_of(algorithms_, algorithm_key(entry));
     if (place < 0) {
@@ -91,9 +89,10 @@ void ManifestJoin::join_lists(const fs::path& folder, const Json& manifest) {
     const auto other = differing(known, entry, {"plugin", "parameters", "merit", "steps"}, a, b);
     if (!other.empty())
       throw Error(ErrorKind::bad_input, "algorithm " + name_and_protocol(entry) + " of " + b +
-                                            " is another one than before under this name:\n  " + join(other, "\n  ") +
-                                            "\nGive one of them another \"name\" in its suite, and run it again");
-    // Somebody's suite names what another one had added.
+                                            " differs from the algorithm of this name in the other folders:\n  " +
+                                            join(other, "\n  ") +
+                                            "\ngive one of them another \"name\" in its suite and run it again");
+    // A suite that lists the algorithm overrides one where it was added automatically.
     if (!member(entry, "added").is_boolean() || !entry["added"].get<bool>()) known["added"] = false;
   }
   if (member(first_, "spec") != member(manifest, "spec")) other_specs_.push_back(b);
@@ -131,12 +130,13 @@ void ManifestJoin::add_source(const fs::path& folder, const Json& manifest) {
     for (const Json& entry : manifest[key])
       if (text_of(entry, "reproducible") == "this_cpu") this_cpu_.insert(text_of(entry, "name"));
 
-  // A merged folder stands for the folders that it was made of.
+  // Replaces a merged folder by the folders that it was made of.
   if (const Json& inner = member(manifest, "sources"); inner.is_array() && !inner.empty()) {
     const Json& inner_suites = member(manifest, "suites");
     for (Json source : inner) {
       if (!source.is_object())
-        throw Error(ErrorKind::bad_input, (folder / "manifest.json").string() + " is damaged: a source is no object");
+        throw Error(ErrorKind::bad_input,
+                    (folder / "manifest.json").string() + " is damaged: expected objects in 'sources'");
       const Json& number = member(source, "suite");
       if (inner_suites.is_array() && number.is_number_unsigned() && number.get<std::size_t>() < inner_suites.size())
         source["suite"] = suite_number(inner_suites[number.get<std::size_t>()]);
@@ -176,8 +176,8 @@ unsigned ManifestJoin::shards() const {
     if (plan.is_null()) plan = shard;
     if (member(shard, "plan") != member(plan, "plan")) return 0;
   }
-  constexpr std::uint64_t kMost = 10'000'000;  // as many as trials; a file can say anything
-  return plan.is_null() ? 0 : static_cast<unsigned>(std::min(plan["of"].get<std::uint64_t>(), kMost));
+  constexpr std::uint64_t kMaxShards = 10'000'000;  // as many as trials: bounds the memory for a damaged file
+  return plan.is_null() ? 0 : static_cast<unsigned>(std::min(plan["of"].get<std::uint64_t>(), kMaxShards));
 }
 
 std::vector<unsigned> ManifestJoin::missing_shards() const {
@@ -192,23 +192,23 @@ std::vector<unsigned> ManifestJoin::missing_shards() const {
 }
 
 std::vector<std::string> ManifestJoin::notes() const {
-  std::vector<std::string> sentences;
+  std::vector<std::string> messages;
   if (cpus_.size() > 1)
-    sentences.push_back("results of several processors, host times cannot be compared: " + counted(cpus_));
-  if (flags_.size() > 1) sentences.push_back("relign-bench was built with different flags: " + counted(flags_));
+    messages.push_back("results from several processors; host times are not comparable: " + counted(cpus_));
+  if (flags_.size() > 1) messages.push_back("relign-bench was built with different flags: " + counted(flags_));
   if (!other_specs_.empty())
-    sentences.push_back("spec: that of " + first_folder_.string() + " is shown; another one is in " +
-                        join(other_specs_, ", "));
+    messages.push_back("using the spec of " + first_folder_.string() + "; a different one is in " +
+                       join(other_specs_, ", "));
   if (!other_analyses_.empty())
-    sentences.push_back("analysis plan: that of " + first_folder_.string() + " is shown; another one, or none, is in " +
-                        join(other_analyses_, ", "));
+    messages.push_back("using the analysis plan of " + first_folder_.string() + "; a different one, or none, is in " +
+                       join(other_analyses_, ", "));
   if (programs_.size() > 1)
-    sentences.push_back("results of " + std::to_string(programs_.size()) + " builds of relign-bench");
+    messages.push_back("results from " + std::to_string(programs_.size()) + " builds of relign-bench");
   for (const auto& [name, hashes] : plugins_)
     if (hashes.size() > 1)
-      sentences.push_back("plugin of '" + name + "': " + std::to_string(hashes.size()) +
-                          " versions of its library; the manifest's sources name them");
-  return sentences;
+      messages.push_back("plugin of '" + name + "': " + std::to_string(hashes.size()) +
+                         " versions of its library; see \"sources\" in manifest.json");
+  return messages;
 }
 
 Json ManifestJoin::joined(const std::vector<std::size_t>& taken) const {

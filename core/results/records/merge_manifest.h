@@ -1,4 +1,4 @@
-// The manifests of a merge: whether they belong together, and the one that describes them all. Used inside this room.
+// The manifests of a merge: checks that they belong together, and joins them into one. Internal to this module.
 #pragma once
 
 #include <filesystem>
@@ -14,26 +14,25 @@ namespace relign::records {
 
 class ManifestJoin {
  public:
-  // `manifest` without its order. Throws Error(bad_input) that says what differs from the first one.
+  // `manifest` comes without its order. Throws Error(bad_input) naming the differences from the first one.
   void add(const std::filesystem::path& folder, Json manifest);
 
-  // By the names shown; -1 when no manifest has it.
+  // Positions by display names; -1 when no manifest has it.
   int scene(const std::string& name) const { return place_of(scenes_, name); }
   int level(const std::string& name) const { return place_of(levels_, name); }
   int algorithm(const std::string& name, const std::string& protocol) const;
 
-  // Whether one of these promises equal numbers on one processor alone, and the folders are of several.
+  // Whether one of these plugins is reproducible only on one processor, and the folders are from several.
   bool may_differ_by_cpu(const std::string& scene, const std::string& level, const std::string& algorithm) const;
 
-  // Shards of the one plan that all folders belong to; 0 without.
+  // Shards of the plan that all folders share; 0 if there is none.
   unsigned shards() const;
   std::vector<unsigned> missing_shards() const;
 
-  // What the folders do not have in common and no result depends on by itself: programs, processors, plugins.
-  // Sentences.
+  // Messages on differences that do not prevent a merge: programs, processors, plugins.
   std::vector<std::string> notes() const;
 
-  // The manifest of the whole but for `order`, which is an empty list; taken[i]: trials from the i-th folder added.
+  // The merged manifest with an empty list `order`; taken[i]: trials from the i-th folder added.
   Json joined(const std::vector<std::size_t>& taken) const;
 
  private:

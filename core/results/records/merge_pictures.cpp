@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "base/inside.h"
+#include "base/json_members.h"
 #include "records/record.h"
 
 namespace relign::records {
@@ -20,7 +21,7 @@ namespace {
   throw Error(ErrorKind::io, "cannot write " + path.string() + ": " + code.message());
 }
 
-// A file from a source's folder `root`; what lies elsewhere, by its name or behind a link, is nobody's picture.
+// Copies `file` from a source's folder `root`. Ignores files outside of it, whether by name or behind a link.
 void copy_once(const fs::path& root, const fs::path& file, const fs::path& to) {
   std::error_code code;
   const fs::path from = root / file;
@@ -31,17 +32,6 @@ void copy_once(const fs::path& root, const fs::path& file, const fs::path& to) {
   if (!fs::copy_file(from, to / file, code) && code) fail(to / file, code);
 }
 
-std::string text(const Json& object, const char* key) {
-  const auto found = object.is_object() ? object.find(key) : object.end();
-  return object.is_object() && found != object.end() && found->is_string() ? found->get<std::string>() : "";
-}
-
-const Json& list(const Json& object, const char* key) {
-  static const Json kNone = Json::array();
-  const auto found = object.is_object() ? object.find(key) : object.end();
-  return object.is_object() && found != object.end() && found->is_array() ? *found : kNone;
-}
-
 struct Pictured {
   Json entry;
   std::uint32_t source = 0;
@@ -49,7 +39,8 @@ struct Pictured {
   std::uint64_t instance = 0;
 };
 
-// As the runner chooses: noise-free MSE at the last recommendation; on a station the lowest measured RMSE.
+// Score by which the runner chooses, too: noise-free MSE at the last recommendation; on a station, the lowest measured
+// RMSE.
 double score_of(const TrialRecord& trial) {
   if (trial.steps.empty()) return std::numeric_limits<double>::infinity();
   double score = trial.steps.back().recommended_mse;
@@ -66,7 +57,7 @@ class PictureJoin {
               [&index](std::uint32_t a, std::uint32_t b) { return index.trials[a].id < index.trials[b].id; });
   }
 
-  // The trial if its record was taken from this source.
+  // The trial, if the index took its record from this source; else null.
   const FoundTrial* taken(const std::string& trial, std::uint32_t source) const {
     if (trial.empty() || trial.size() > PackedId().size()) return nullptr;
     const PackedId id = packed(trial, "");
@@ -99,20 +90,20 @@ class PictureJoin {
     if (!fs::exists(folder / "index.json", code)) return;
     const Json pictures = parsed_json(read_file(folder / "index.json"));
     if (pictures.is_discarded())
-      throw Error(ErrorKind::bad_input, (folder / "index.json").string() + " is damaged: it is no JSON");
+      throw Error(ErrorKind::bad_input, (folder / "index.json").string() + " is damaged: invalid JSON");
     check_format(pictures, (folder / "index.json").string());
-    for (const Json& reference : list(pictures, "references")) {
-      const std::string file = text(reference, "file");
+    for (const Json& reference : list_of(pictures, "references")) {
+      const std::string file = text_of(reference, "file");
       if (file.empty() || !lies_inside(folder / file, folder)) continue;
       copy_once(folder, file, out_ / "pictures");
       if (std::find(references_.begin(), references_.end(), reference) == references_.end())
         references_.push_back(reference);
     }
-    for (const Json& entry : list(pictures, "trials")) {
-      const FoundTrial* trial = taken(text(entry, "trial"), source);
+    for (const Json& entry : list_of(pictures, "trials")) {
+      const FoundTrial* trial = taken(text_of(entry, "trial"), source);
       if (!trial) continue;
       const auto group = std::make_tuple(trial->place.scene, trial->place.level, trial->place.algorithm);
-      groups_[group][text(entry, "why")].push_back(
+      groups_[group][text_of(entry, "why")].push_back(
           {entry, source, score_of(reader_.record(trial->file, trial->block)), trial->place.instance});
     }
   }
@@ -129,9 +120,10 @@ class PictureJoin {
         const bool best = std::string_view(why) == "best", worst = std::string_view(why) == "worst";
         const Pictured& one = best ? all.front() : worst ? all.back() : all[(all.size() - 1) / 2];
         const fs::path folder = index_.sources[one.source] / "pictures";
-        for (const Json& frame : list(one.entry, "frames")) copy_once(folder, text(frame, "file"), out_ / "pictures");
+        for (const Json& frame : list_of(one.entry, "frames"))
+          copy_once(folder, text_of(frame, "file"), out_ / "pictures");
         if (const auto film = one.entry.find("film"); film != one.entry.end())
-          copy_once(folder, text(*film, "file"), out_ / "pictures");
+          copy_once(folder, text_of(*film, "file"), out_ / "pictures");
         trials.push_back(one.entry);
       }
     if (trials.empty() && references_.empty()) return;

@@ -1,4 +1,4 @@
-// What lies beside the lines of merged folders: logs, pictures, scenes. Used inside this room.
+// Copies the other files of merged folders: logs, pictures, scenes. Internal to this module.
 #pragma once
 
 #include <filesystem>
@@ -7,9 +7,9 @@
 
 namespace relign::records {
 
-// Logs of the trials in `index` (settled), the scenes' own files, and of the pictures those of the best, the median and
-// the worst trial among the pictured ones. Shards picture their own three: best and worst are those of the whole, the
-// median is the middle of the shards' medians. Throws Error(io).
+// Copies the logs of the trials in `index` (without duplicates), the scenes' files, and the pictures of the best, the
+// median and the worst trial among those with pictures. Each shard has pictures of its own three: best and worst are
+// those of the whole study, the median is the median of the shards' medians. Throws Error(io).
 void copy_files(const MergeIndex& index, const std::filesystem::path& out);
 
 }  // namespace relign::records

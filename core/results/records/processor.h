@@ -1,12 +1,12 @@
-// Which processors may give other numbers.
+// Compares processors for reproducibility.
 #pragma once
 
 #include "base/json_source.h"
 
 namespace relign::records {
 
-// Of two objects "machine" of manifests: whether plugins that are reproducible on one kind of processor give the same
-// numbers on both. By instruction sets; by the processors' names where a manifest was written before it had those.
+// For the "machine" objects of two manifests: whether plugins that are reproducible only on one processor give the same
+// numbers on both. Compares instruction sets, or the processors' names where an older manifest lacks them.
 bool same_processor(const Json& one, const Json& other);
 
 }  // namespace relign::records

@@ -8,15 +8,15 @@ namespace fs = std::filesystem;
 void require_results(const fs::path& folder) {
   std::error_code code;
   if (!fs::is_directory(folder, code))
-    throw Error(ErrorKind::io, "cannot read " + folder.string() + ": there is no such folder");
+    throw Error(ErrorKind::io, "cannot read " + folder.string() + ": no such folder");
   if (!fs::exists(folder / "manifest.json", code))
-    throw Error(ErrorKind::bad_input, folder.string() + " is no results folder: it has no manifest.json");
-  // Without this, a study as it is published would be taken for one that has not begun, and its tables written over.
+    throw Error(ErrorKind::bad_input, folder.string() + " is not a results folder: it has no manifest.json");
+  // Without this check, a published study would look like one that has not begun, and its tables would be overwritten.
   if (!fs::exists(folder / "trials", code) && fs::exists(folder / "instances.csv", code))
     throw Error(ErrorKind::bad_input, folder.string() +
-                                          " was published without its raw trials (there is no folder trials in it): "
-                                          "nothing can be ranked, replayed or written again. Its numbers stand in "
-                                          "instances.csv and curves.csv; its suite, run again, makes the trials");
+                                          " was published without its raw trials (it has no folder trials) and cannot "
+                                          "be ranked, replayed or rewritten; see instances.csv and curves.csv for its "
+                                          "numbers, or run its suite again");
   read_manifest(folder);  // refuses a newer format
 }
 
@@ -44,7 +44,7 @@ Json read_manifest(const fs::path& folder) {
   const std::string text = read_file(file);
   Json manifest = parsed_json(text);
   if (manifest.is_discarded()) {
-    std::string why = "it is nested too deep";
+    std::string why = "nested too deep";
     try {
       [[maybe_unused]] const Json thrown = Json::parse(text);
     } catch (const Json::exception& error) {
@@ -82,7 +82,7 @@ std::set<std::string> complete_trials(const fs::path& folder) {
 std::vector<TrialTimes> read_times(const fs::path& folder) {
   require_results(folder);
   std::vector<TrialTimes> times;
-  std::map<std::string, std::size_t> place;  // a trial that ran again: its last line counts
+  std::map<std::string, std::size_t> place;  // of a trial that ran again, the last line is the valid one
   for (const fs::path& file : line_files(folder / "times")) {
     const std::string text = read_file(file, kMostRecordBytes);
     for (const Block& block : split_times(text, file.string()).blocks) {

@@ -12,8 +12,8 @@
 namespace relign::records {
 namespace {
 
-// Writes one JSON object with its keys in the order they are added, unlike nlohmann's sorted one: a
-// person reads the trial's id first.
+// Writes one JSON object with its keys in the order they are added (nlohmann::json sorts them), so that a line starts
+// with the trial's id.
 class LineWriter {
  public:
   LineWriter& add(const char* key, double value) { return raw(key, number(value)); }
@@ -51,7 +51,7 @@ class LineWriter {
     if (value == 0 && std::signbit(value)) return "-0.0";  // readers take "-0" for the integer 0
     return shortest(value);
   }
-  // A plugin's message may hold any bytes; what is no UTF-8 is replaced, a line break is escaped.
+  // A plugin's message may hold any bytes: invalid UTF-8 is replaced, line breaks are escaped.
   static std::string text(const std::string& value) {
     return Json(value).dump(-1, ' ', false, Json::error_handler_t::replace);
   }
@@ -71,17 +71,17 @@ std::vector<double> read_numbers(const Json& list) {
   return values;
 }
 
-// A conversion would make 0 of 4294967296, and anything of 1e300.
+// Checked: get<unsigned>() would turn 4294967296 into 0, and 1e300 into anything.
 template <class Whole>
 Whole read_whole(const Json& value) {
   if (!value.is_number_unsigned() || value.get<std::uint64_t>() > std::numeric_limits<Whole>::max())
-    throw Error(ErrorKind::bad_input, "the line is damaged: expected a whole number from 0 to " +
+    throw Error(ErrorKind::bad_input, "the line is damaged: expected an integer from 0 to " +
                                           std::to_string(std::numeric_limits<Whole>::max()) + ", found " +
                                           value.dump().substr(0, 40));
   return static_cast<Whole>(value.get<std::uint64_t>());
 }
 
-// Files are called by it.
+// Restricted because files are named after it.
 std::string read_id(const Json& value) {
   constexpr std::size_t kLongest = 64;
   const std::string id = value.get<std::string>();
@@ -90,7 +90,7 @@ std::string read_id(const Json& value) {
                        return std::isalnum(letter) || letter == '-' || letter == '_' || letter == '.';
                      });
   if (!plain)
-    throw Error(ErrorKind::bad_input, "the line is damaged: '" + id.substr(0, kLongest) + "' is no id of a trial");
+    throw Error(ErrorKind::bad_input, "the line is damaged: invalid trial id '" + id.substr(0, kLongest) + "'");
   return id;
 }
 
@@ -98,7 +98,7 @@ std::uint64_t read_seed(const std::string& digits) {
   std::uint64_t seed = 0;
   const auto [end, code] = std::from_chars(digits.data(), digits.data() + digits.size(), seed);
   if (code != std::errc() || end != digits.data() + digits.size())
-    throw Error(ErrorKind::bad_input, "the line is damaged: '" + digits.substr(0, 40) + "' is no seed");
+    throw Error(ErrorKind::bad_input, "the line is damaged: invalid seed '" + digits.substr(0, 40) + "'");
   return seed;
 }
 
@@ -106,7 +106,7 @@ unsigned read_steps(const Json& value) {
   const auto steps = read_whole<unsigned>(value);
   if (steps > kMostSteps)
     throw Error(ErrorKind::bad_input,
-                "found step " + std::to_string(steps) + ", a trial has " + std::to_string(kMostSteps) + " at most");
+                "found step " + std::to_string(steps) + "; a trial has at most " + std::to_string(kMostSteps));
   return steps;
 }
 
@@ -202,7 +202,7 @@ bool lacks_rules(const TrialRecord& closing) {
          (std::isfinite(closing.mtf.centre) && !std::isfinite(closing.best_mtf.centre));
 }
 
-TrialRecord as_recorded_then(const TrialRecord& was, TrialRecord is) {
+TrialRecord with_members_of(const TrialRecord& was, TrialRecord is) {
   if (was.glued_mse.empty()) {
     is.glued_mse.clear();
     is.glued_mse_error.clear();
@@ -294,12 +294,13 @@ std::string to_line(const TrialTimes& times) {
 void check_format(const Json& object, const std::string& what) {
   const auto found = object.is_object() ? object.find("format") : object.end();
   if (!object.is_object() || found == object.end() || !found->is_number_integer())
-    throw Error(ErrorKind::bad_input, what + " does not name its format (\"format\": " + std::to_string(kFormat) + ")");
+    throw Error(ErrorKind::bad_input, what + " has no \"format\"; expected \"format\": " + std::to_string(kFormat));
   if (found->get<std::int64_t>() > kFormat)
     throw Error(ErrorKind::bad_input, what + " has format " + found->dump() + ", which is newer than this program's " +
                                           std::to_string(kFormat) + "; read it with a newer relign-bench");
   if (found->get<std::int64_t>() < 1)
-    throw Error(ErrorKind::bad_input, what + " has format " + found->dump() + ", which never existed");
+    throw Error(ErrorKind::bad_input,
+                what + " has the invalid format " + found->dump() + "; expected " + std::to_string(kFormat));
 }
 
 ReadLine read_trial_line(std::string_view line, const std::string& place) {

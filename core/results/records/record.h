@@ -1,5 +1,5 @@
-// What is written of a trial, and how it reads back. The format is described in results/README.md;
-// this header is its C++ form. Readers refuse a newer format with a word.
+// The record of a trial: its structs, and how they are written to and read from lines of JSON. results/README.md
+// describes the format. Readers refuse a newer format with an error.
 #pragma once
 
 #include <cstdint>
@@ -28,55 +28,55 @@ struct StepRecord {
   std::string recommendation;  // "own", "best_measured", "current"
   double recommended_seconds = 0;
   std::vector<double> recommended_true_pose;
-  double commanded_mse = 0, commanded_mse_error = 0;  // truth, signed, with standard error
+  double commanded_mse = 0, commanded_mse_error = 0;  // noise-free, signed, with standard error
   double recommended_mse = 0, recommended_mse_error = 0;
 };
 
-// The lens's MTF at points of the field, at the frequency of the specification; NaN, and not written, where nobody
-// asked.
+// The lens's MTF at two field points, at the frequency of the specification. NaN, and not written, where the
+// specification does not ask for MTF.
 struct MtfRecord {
   double centre = std::numeric_limits<double>::quiet_NaN(), corner = centre;
 };
 
 struct TrialRecord {
   std::string trial;                                    // id
-  std::string scene, noise_level, protocol, algorithm;  // names shown
+  std::string scene, noise_level, protocol, algorithm;  // display names
   std::string algorithm_id;                             // plugin or preset
-  std::string method, training;                         // of a suite's list of trainings; empty, and not written, else
+  std::string method, training;  // set, and written, only for an entry of a suite's list of trainings
   std::uint64_t instance = 0;
   std::uint64_t instance_seed = 0;
   std::string end;      // how it ended, see ended_well
-  std::string message;  // why it failed
+  std::string message;  // the reason of a failure
   unsigned budget = 0;
   double own_optimum_mse = 0;
   bool has_own_optimum = false;
-  std::vector<double> own_optimum_pose;  // true pose, a share of the travel an axis; empty: not known
-  // Noise-free, at the last recommendation before the glue cures; NaN, and not written, where that shifts nothing.
+  std::vector<double> own_optimum_pose;  // true pose, per axis as a fraction of the travel; empty: unknown
+  // Noise-free, at the last recommendation before the glue cures. NaN, and not written, where curing shifts nothing.
   double uncured_mse = std::numeric_limits<double>::quiet_NaN();
-  // Noise-free, a value a step, where gluing at its commanded pose would leave the lens; not written where the glue
-  // shifts nothing: then it is the step's commanded_mse. Records from before it was written have none either.
+  // Noise-free, one value per step: after curing, if the lens were fixed at that step's commanded pose. Not written
+  // where curing shifts nothing, because it equals the step's commanded_mse; older records lack it as well.
   std::vector<double> glued_mse, glued_mse_error;
-  // At the last recommendation where the glue leaves the lens, before it cures, and at the lens's own best pose.
+  // At the last recommendation after curing, at the same before curing, and at the lens's own best pose.
   MtfRecord mtf, uncured_mtf, own_optimum_mtf;
-  // The same at the step of the lowest measured RMSE, and at the last step.
+  // The first two at the step of the lowest measured RMSE, and at the last step.
   MtfRecord best_mtf, best_uncured_mtf, current_mtf, current_uncured_mtf;
-  std::vector<std::string> warnings;  // what the plugin left behind
+  std::vector<std::string> warnings;  // side effects the plugin left behind in its process
   std::vector<StepRecord> steps;
 };
 
-// Whether the noise-free scores of the rules "best" and "current" cannot be had from the record: it is of an earlier
-// program, and its glue shifts the lens or its specification asks for MTF. `closing` may be without steps.
+// Whether the record lacks the noise-free scores of the recommendation rules "best" and "current": an earlier version
+// wrote it, and curing shifts the lens or the specification asks for MTF. `closing` needs no steps.
 bool lacks_rules(const TrialRecord& closing);
 
-// `is` without what only a later program records, where `was` is of an earlier one: for comparing their bytes.
-TrialRecord as_recorded_then(const TrialRecord& was, TrialRecord is);
+// `is` without the members that `was`, written by an earlier version, does not have: for comparing their bytes.
+TrialRecord with_members_of(const TrialRecord& was, TrialRecord is);
 
 // "budget_spent" or "finished". Every other end is a failure, with the steps made until then as a censored record:
-// "failed" (a plugin said so), "crashed(SIGSEGV)", "crashed(exit 0)", "timeout", "out_of_memory", "protocol_error",
-// "overspent" (went on asking for steps after the last).
+// "failed" (reported by a plugin), "crashed(SIGSEGV)", "crashed(exit 0)", "timeout", "out_of_memory", "protocol_error",
+// "overspent" (kept asking for steps after the last one).
 bool ended_well(const std::string& end);
 
-// SHA-256 of the three plugins that made a trial, and of what was prepared for its algorithm (empty: nothing): when one
+// SHA-256 of the three plugins that made a trial, and of the algorithm's pretrained file (empty: none). When one
 // changes, its trials are run again.
 struct PluginHashes {
   std::string scene, noise_level, algorithm, prepared = {};
@@ -86,19 +86,19 @@ struct PluginHashes {
   }
 };
 
-// What differs from host to host, kept apart from the record so that equal trials have equal bytes.
+// Host times and plugin hashes: they differ between machines, and are kept apart so that equal trials have equal bytes.
 struct TrialTimes {
   std::string trial;
-  std::vector<double> algorithm_seconds, simulation_seconds, truth_seconds;  // one value a step
+  std::vector<double> algorithm_seconds, simulation_seconds, truth_seconds;  // one value per step
   PluginHashes plugins;
-  // Of the whole trial: what was neither algorithm nor scene, that is stage, scores, records, and the way between
-  // processes; and the writing of the trial before, since a line cannot hold the time of its own writing. NaN: not
-  // known.
+  // Of the whole trial: everything but algorithm and scene, that is stage, scoring, records and communication between
+  // processes; and the writing of the previous trial, since a line cannot hold the time of its own writing. NaN:
+  // unknown.
   double harness_seconds = std::numeric_limits<double>::quiet_NaN();
 };
 
-// One line a step, then the closing line; no trailing newline on the last. Numbers are the shortest
-// that read back equal; what is not finite is written as null and reads back as NaN.
+// One line per step, then the closing line, without a trailing newline. Numbers have the fewest digits
+// that read back equal; non-finite numbers are written as null and read back as NaN.
 std::string to_lines(const TrialRecord& record);
 // The same in parts, without newlines.
 std::string step_line(const std::string& trial, const StepRecord& step);
@@ -110,7 +110,7 @@ struct ReadLine {
   bool closing = false;
   TrialRecord trial;      // of a closing line: all but the steps; of a step: the id alone
   StepRecord step;        // of a step line
-  std::size_t steps = 0;  // of a closing line: how many step lines belong to it
+  std::size_t steps = 0;  // of a closing line: number of its step lines
 };
 
 // Throw Error(bad_input) that starts with `place` ("trials/0000.jsonl:7") for a damaged line, a missing
@@ -118,7 +118,7 @@ struct ReadLine {
 ReadLine read_trial_line(std::string_view line, const std::string& place);
 TrialTimes read_times_line(std::string_view line, const std::string& place);
 
-// Refuses a format that this program does not know. `what` names the file.
+// Throws Error(bad_input) unless "format" is one that this version reads. `what` names the file in the message.
 void check_format(const Json& object, const std::string& what);
 
 }  // namespace relign::records

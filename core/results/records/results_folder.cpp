@@ -16,8 +16,8 @@ namespace {
   throw Error(ErrorKind::io, "cannot write " + path.string() + ": " + code.message());
 }
 
-// Our own folders start with the lock, then the manifest; whatever else stands in a folder without
-// manifest belongs to somebody else.
+// A results folder starts with the lock, then the manifest. A folder without a manifest that holds anything else is
+// not ours to write into.
 void refuse_foreign(const fs::path& folder) {
   if (!read_manifest(folder).is_null()) return;
   std::error_code code;
@@ -27,8 +27,8 @@ void refuse_foreign(const fs::path& folder) {
     if ((name == "trials" || name == "times") && fs::is_directory(entry->path(), code) &&
         fs::is_empty(entry->path(), code))
       continue;
-    throw Error(ErrorKind::bad_input, folder.string() + " is no results folder: it holds '" + name +
-                                          "' and no manifest.json; choose an empty folder or a new name with --out");
+    throw Error(ErrorKind::bad_input, folder.string() + " is not a results folder: it contains '" + name +
+                                          "' but no manifest.json; choose an empty or new folder with --out");
   }
   if (code) throw Error(ErrorKind::io, "cannot read " + folder.string() + ": " + code.message());
 }
@@ -41,8 +41,8 @@ fs::path prepared(fs::path folder) {
   return folder;
 }
 
-// finish() writes NAME.new, moves NAME to NAME.old and NAME.new to NAME. A crash between the two moves
-// leaves no NAME: then NAME.new is whole.
+// finish() writes NAME.new, then moves NAME to NAME.old and NAME.new to NAME. After a crash between the two moves NAME
+// is missing and NAME.new is complete.
 void recover_swap(const fs::path& folder) {
   const fs::path fresh = folder.string() + ".new";
   std::error_code code;
@@ -68,7 +68,7 @@ void swap_in(const fs::path& folder) {
 
 using Splitter = Blocks (*)(std::string_view, const std::string&);
 
-// The text of every trial's block, the last one where there are several; `order` is of first appearance.
+// The text of every trial's block, the last one where there are several; `order` lists trials by first appearance.
 struct Collected {
   std::vector<std::string> order;
   std::map<std::string, std::string> text;
@@ -86,7 +86,7 @@ Collected collect(const fs::path& folder, Splitter split) {
   return all;
 }
 
-// Rewrites a folder of line files so that file k holds the trials of places 1000 k ... in order.
+// Rewrites a folder of line files so that file k holds the trials 1000 k to 1000 k + 999 of the plan in order.
 void arrange(const fs::path& folder, Splitter split, const std::vector<std::string>& places,
              const std::set<std::string>& keep) {
   const Collected all = collect(folder, split);
@@ -110,7 +110,7 @@ void arrange(const fs::path& folder, Splitter split, const std::vector<std::stri
   swap_in(folder);
 }
 
-// Cuts what stands after the last whole block; true when there was something.
+// Cuts off what follows the last whole block; true when there was anything to cut.
 bool repair(const fs::path& file, const std::string& text, const Blocks& split) {
   if (split.whole == text.size()) return false;
   cut_file(file, split.whole);
@@ -185,12 +185,12 @@ void ResultsWriter::append_lines(std::size_t place, const std::string& lines, co
   const std::string file = line_file_name(place / kTrialsPerFile);
   const std::string times_line = to_line(times) + "\n";
   const std::lock_guard<std::mutex> hold(mutex_);
-  // The times first: once the closing line is there, the trial is a result and nothing of it is missing.
+  // Times first: the closing line makes the trial a result, so that nothing of it may be missing then.
   const fs::path times_file = folder_ / "times" / file;
   const std::size_t before = append_block(times_file, times_line, false);
   try {
-    // Flushed once a second: a crash of the program loses nothing that was written, only a crash of the
-    // machine does; and a network disk that is full says so then.
+    // Flushed once a second: a crash of the program loses no written data, only a crash of the machine does; and a full
+    // network disk reports its error at a flush.
     const auto now = std::chrono::steady_clock::now();
     const bool flush = now - flushed_ >= std::chrono::seconds(1);
     append_block(folder_ / "trials" / file, lines, flush);
@@ -231,7 +231,7 @@ void ResultsWriter::finish(const std::vector<std::string>& order) {
   std::set<std::string> planned(order.begin(), order.end());
   for (const std::string& trial : collect(folder_ / "trials", split_trials).order)
     if (planned.insert(trial).second) places.push_back(trial);
-  std::set<std::string> keep;  // times of a trial without record are no one's
+  std::set<std::string> keep;  // drops the times of trials without a record
   for (const auto& [id, trial] : finished_) keep.insert(id);
   arrange(folder_ / "trials", split_trials, places, keep);
   arrange(folder_ / "times", split_times, places, keep);

@@ -25,13 +25,13 @@ ResultsLock::ResultsLock(const std::filesystem::path& folder, const std::string&
       if (reason == EWOULDBLOCK) {
         ::close(descriptor_);
         throw FolderInUse("another run is writing " + folder.string() +
-                          " at this moment; wait until it has ended or choose another folder with --out");
+                          "; wait until it has ended or choose another folder with --out");
       }
-      // A file system without locks (some network mounts): work without, as every program does there.
+      // A file system without locks (some network mounts): continue without one.
       if (reason != EINTR) return;
     } else {
-      // The owner before may have removed the file between our open and our lock: then this is a lock on
-      // nothing that others can see.
+      // The previous owner may have removed the file between our open and our lock: then other processes do not see
+      // the locked file, and we try again.
       struct stat mine {};
       struct stat there {};
       if (::fstat(descriptor_, &mine) == 0 && ::stat(file_.c_str(), &there) == 0 && mine.st_ino == there.st_ino &&

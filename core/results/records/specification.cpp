@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "base/json_members.h"
+
 namespace relign::records {
 namespace {
 
@@ -10,14 +12,7 @@ double number(const Json& object, const char* key) {
   return found != object.end() && found->is_number() ? found->get<double>() : std::numeric_limits<double>::quiet_NaN();
 }
 
-// Whether a spec's "mtf" includes diffraction.
-bool diffraction_of(const Json& spec) {
-  if (!spec.is_object()) return false;
-  const auto mtf = spec.find("mtf");
-  if (mtf == spec.end() || !mtf->is_object()) return false;
-  const auto found = mtf->find("diffraction");
-  return found != mtf->end() && found->is_boolean() && found->get<bool>();
-}
+bool includes_diffraction(const Json& spec) { return flag_of(member(spec, "mtf"), "diffraction"); }
 
 bool at_least(double value, double limit) { return std::isnan(limit) || value >= limit; }
 
@@ -43,7 +38,7 @@ Specification specification_of(const Json& of_suite, const Json& of_scene) {
   const auto mtf = spec.find("mtf");
   if (mtf == spec.end() || !mtf->is_object()) return found;
   found.lp_per_mm = number(*mtf, "lp_per_mm");
-  found.diffraction = diffraction_of(of_scene) || diffraction_of(of_suite);
+  found.diffraction = includes_diffraction(of_scene) || includes_diffraction(of_suite);
   found.mtf_centre = number(*mtf, "centre");
   found.mtf_corner = number(*mtf, "corner");
   return found;

@@ -13,9 +13,9 @@ namespace {
 
 namespace fast = simdjson::ondemand;
 
-// simdjson before 3.6.3 takes 0.19999999999999999999 for 0.0155 (its issue 2093): beyond 19 digits it is not asked. We
-// write 17 at most.
-constexpr int kMostDigits = 19;
+// simdjson before 3.6.3 reads 0.19999999999999999999 as 0.0155 (its issue 2093), so that numbers of more than 19 digits
+// go to the other reader. We write 17 at most.
+constexpr int kMaxDigits = 19;
 
 bool has_more_digits(std::string_view number) {
   int digits = 0;
@@ -23,10 +23,10 @@ bool has_more_digits(std::string_view number) {
     if (c == 'e' || c == 'E') break;
     if (c >= '0' && c <= '9' && (digits > 0 || c != '0')) ++digits;
   }
-  return digits > kMostDigits;
+  return digits > kMaxDigits;
 }
 
-// Null is written for what is not finite. False: neither a number that can be read here nor null.
+// Null stands for a non-finite number. Returns false for anything but null and a number that can be read here.
 bool take(fast::value value, double& number) {
   fast::json_type type;
   if (value.type().get(type)) return false;
@@ -67,7 +67,7 @@ bool take_all(fast::object object, StepNumbers& step) {
 
 struct StepNumbersReader::Parser {
   fast::parser parser;
-  std::string line;  // with the room behind it that the parser may read
+  std::string line;  // with reserved padding, which the parser may read
 };
 
 StepNumbersReader::StepNumbersReader() : parser_(std::make_unique<Parser>()) {}
@@ -84,7 +84,7 @@ StepNumbers StepNumbersReader::read(std::string_view line, std::string_view plac
   if (!parser_->parser.iterate(parser_->line.data(), line.size(), parser_->line.capacity()).get(document) &&
       !document.get_object().get(object) && take_all(object, step))
     return step;
-  // Another order of members, or a damaged line: the reader of whole records knows, and says what is wrong.
+  // Another order of members, or a damaged line: the reader of whole records accepts it or reports what is wrong.
   const ReadLine read = read_trial_line(line, std::string(place));
   const StepRecord& record = read.step;
   return {record.step,          record.measured,        record.machine_seconds, record.recommended_seconds,

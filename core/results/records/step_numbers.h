@@ -1,5 +1,5 @@
-// Of a step's line the numbers that curves are made of. A report looks at every step of a study; reading whole records
-// for it would take ten times as long.
+// Fast reader for the numbers of a step that curves are drawn from. A report reads every step of a study; reading
+// whole records would take ten times as long.
 #pragma once
 
 #include <limits>
@@ -18,8 +18,8 @@ struct StepNumbers {  // as in StepRecord
   std::string recommendation;
   std::vector<double> recommended_true_pose;
   double merit = 0;
-  // Where gluing at the commanded pose would leave the lens: TrialRecord::glued_mse, or commanded_mse where the glue
-  // shifts nothing. NaN where the record lacks it. Of the trial's closing line: set by set_glued.
+  // After curing at the commanded pose: TrialRecord::glued_mse, or commanded_mse where curing shifts nothing. NaN where
+  // the record lacks it. set_glued sets it from the trial's closing line.
   double glued_mse = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -34,8 +34,8 @@ class StepNumbersReader {
   StepNumbersReader(StepNumbersReader&&) noexcept;
   StepNumbersReader& operator=(StepNumbersReader&&) noexcept;
 
-  // `line` without its newline. Throws Error(bad_input) that starts with `place`; what it does not need of the line
-  // is not looked at.
+  // `line` without its newline. Throws Error(bad_input) that starts with `place`. Does not check members that it does
+  // not need.
   StepNumbers read(std::string_view line, std::string_view place);
 
  private:

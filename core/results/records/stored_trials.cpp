@@ -39,7 +39,7 @@ void for_each_with_steps(
         },
         on_incomplete,
         [&](std::string_view line, std::size_t line_number, std::size_t step) {
-          steps.resize(step);  // what an abandoned block left behind goes
+          steps.resize(step);  // drops the steps of an abandoned block
           steps.push_back(reader.read(line, name + ":" + std::to_string(line_number)));
         });
   }
@@ -55,7 +55,7 @@ const std::vector<StepNumbers>& StoredSteps::read(const StoredTrial& where) {
   if (!stream_.seekg(static_cast<std::streamoff>(where.offset)) ||
       !stream_.read(lines_.data(), static_cast<std::streamsize>(lines_.size())) || lines_.empty() ||
       lines_.back() != '\n')
-    throw Error(ErrorKind::io, "cannot read " + file.string() + " as before; did it change just now?");
+    throw Error(ErrorKind::io, "cannot read " + file.string() + " again; is a run writing it?");
   steps_.clear();
   const std::string_view lines = lines_;
   const std::size_t closing = lines.rfind('\n', lines.size() - 2);
@@ -75,7 +75,7 @@ TrialRecord read_stored(const fs::path& folder, const StoredTrial& where, std::s
   std::ifstream stream(file, std::ios::binary);
   if (!stream.seekg(static_cast<std::streamoff>(where.offset)) ||
       !stream.read(lines.data(), static_cast<std::streamsize>(lines.size())))
-    throw Error(ErrorKind::io, "cannot read " + file.string() + "; did it change just now?");
+    throw Error(ErrorKind::io, "cannot read " + file.string() + "; is a run writing it?");
   const Blocks split = split_trials(lines, file.string());
   if (split.blocks.size() != 1)
     throw Error(ErrorKind::io, file.string() + " changed while it was read; is a run writing it?");

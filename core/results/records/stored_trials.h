@@ -1,4 +1,4 @@
-// Trials where they lie: for who needs a few of many, or all one after the other.
+// Reads trials from their place in the files: a few out of many, or all of them one by one, without loading a folder.
 #pragma once
 
 #include <cstddef>
@@ -18,24 +18,24 @@ struct StoredTrial {
   std::size_t offset = 0, size = 0;  // bytes
 };
 
-// Calls `visit` for every complete trial of a results folder; the record has no steps. Memory goes with the longest
-// line. Throws Error for folders that are none, unreadable, damaged or newer files.
+// Calls `visit` for every complete trial of a results folder; the record has no steps. Memory grows with the longest
+// line. Throws Error for a folder that is not a results folder, and for unreadable, damaged or newer files.
 void for_each_stored(const std::filesystem::path& folder,
                      const std::function<void(const TrialRecord& closing, const StoredTrial& where)>& visit);
 
-// The same with the numbers of its steps; `on_incomplete` gets the trials that have steps but no closing line.
+// The same with the numbers of the trial's steps; `on_incomplete` gets the trials with steps but no closing line.
 void for_each_with_steps(const std::filesystem::path& folder,
                          const std::function<void(const TrialRecord& closing, const StoredTrial& where,
                                                   const std::vector<StepNumbers>& steps)>& visit,
                          const std::function<void(const std::string& trial)>& on_incomplete = {});
 
-// The numbers of the steps of one trial after the other, best in the order in which they lie.
+// Reads the step numbers of one trial after another; fastest in the order of the files.
 class StoredSteps {
  public:
   explicit StoredSteps(std::filesystem::path folder) : folder_(std::move(folder)) {}
-  // Until the next call. Throws Error as read_stored does.
+  // Valid until the next call. Throws Error as read_stored does.
   const std::vector<StepNumbers>& read(const StoredTrial& where);
-  // Of the trial that was read last; empty where nobody knows it.
+  // Of the trial read last; empty where it is unknown.
   const std::vector<double>& own_optimum_pose() const { return closing_.own_optimum_pose; }
 
  private:
@@ -48,10 +48,10 @@ class StoredSteps {
   std::vector<StepNumbers> steps_;
 };
 
-// The record with its steps; `text` gets the lines as they stand, when it is not null. Throws Error.
+// Reads the record with its steps; `text`, unless null, gets the lines as they are in the file. Throws Error.
 TrialRecord read_stored(const std::filesystem::path& folder, const StoredTrial& where, std::string* text = nullptr);
 
-// Calls `visit` for every line of times/, in file order: of a trial with several lines the last one counts.
+// Calls `visit` for every line of times/, in file order. The last line of a trial is the valid one.
 void for_each_times(const std::filesystem::path& folder, const std::function<void(const TrialTimes&)>& visit);
 
 }  // namespace relign::records

@@ -119,7 +119,7 @@ TEST_F(Curves, AreTheSameInLittleMemory) {
 TEST_F(Curves, SayThatTheFolderHasChanged) {
   const TrialTable trials = table(sample());
   write_file_atomically(folder_ / "trials" / "0000.jsonl", "");
-  EXPECT_THAT(error_text(ErrorKind::io, [&] { make_curves(trials); }), HasSubstr("did it change"));
+  EXPECT_THAT(error_text(ErrorKind::io, [&] { make_curves(trials); }), HasSubstr("is a run writing it?"));
 }
 
 TEST_F(Curves, JsonHasTheSameNumbers) {

@@ -1,4 +1,4 @@
-// A batch of lenses against single trials of the same instances.
+// A batch of instances against single trials of the same instances.
 #include "environment/batch.h"
 
 #include <gmock/gmock.h>
@@ -8,7 +8,7 @@
 
 #include "base/error.h"
 #include "error_text.h"
-#include "trials/rig.h"
+#include "trials/stage.h"
 
 namespace relign::environment {
 namespace {
@@ -46,7 +46,7 @@ class BatchOf : public testing::Test {
   std::filesystem::path cache_;
 };
 
-TEST_F(BatchOf, GivesTheFramesPosesAndTruthsOfATrial) {
+TEST_F(BatchOf, MatchesFramesPosesAndGroundTruthOfATrial) {
   const BatchSetup same = setup(2, 2);
   // The trial: eight random poses on benchmark instance 5.
   plugin_host::HostServices services;
@@ -79,8 +79,8 @@ TEST_F(BatchOf, GivesTheFramesPosesAndTruthsOfATrial) {
     const trials::Step& step = result.steps[k];
     const Batch::State& state = batch.state(1);
     EXPECT_EQ(state.step, k);
-    // A move is a difference of two poses, so that the sum meets the trial's pose but for rounding; a frame of another
-    // seed differs in most lit pixels.
+    // Moves are differences of poses, so that their sum equals the trial's pose up to rounding; a frame of another seed
+    // differs in most lit pixels.
     const std::vector<float> own = frame(batch, 1);
     std::size_t other_pixels = 0;
     for (std::size_t i = 0; i < own.size(); ++i) other_pixels += own[i] != frames[k][i] ? 1 : 0;
@@ -96,7 +96,7 @@ TEST_F(BatchOf, GivesTheFramesPosesAndTruthsOfATrial) {
   EXPECT_EQ(batch.state(0).step, 0u) << "the other slot stayed";
 }
 
-TEST_F(BatchOf, IsTheSameOnAnyNumberOfThreads) {
+TEST_F(BatchOf, IsIndependentOfTheNumberOfThreads) {
   std::vector<std::vector<float>> seen;
   std::vector<double> optima;
   for (const unsigned threads : {1U, 2U, 5U}) {
@@ -120,7 +120,7 @@ TEST_F(BatchOf, IsTheSameOnAnyNumberOfThreads) {
   EXPECT_EQ(seen[0], seen[2]);
 }
 
-TEST_F(BatchOf, DomainsAndNumbersGiveOtherLensesAndTheSameOnesAgain) {
+TEST_F(BatchOf, DrawsRepeatableInstancesPerDomainAndNumber) {
   Batch batch(setup(3, 2));
   batch.reset({{0, SeedDomain::training, 7}, {1, SeedDomain::tuning, 7}, {2, SeedDomain::training, 8}});
   const std::vector<float> first = frame(batch, 0);
@@ -130,7 +130,7 @@ TEST_F(BatchOf, DomainsAndNumbersGiveOtherLensesAndTheSameOnesAgain) {
   EXPECT_EQ(first, frame(batch, 2));
 }
 
-TEST_F(BatchOf, CapturesAnywhereWithoutMovingAStage) {
+TEST_F(BatchOf, CapturesAtAnyPoseWithoutMoving) {
   Batch batch(setup(2, 1));
   batch.reset({{0, SeedDomain::training, 1}, {1, SeedDomain::training, 2}});
   const std::vector<double> before = batch.state(0).true_pose;
@@ -148,24 +148,23 @@ TEST_F(BatchOf, CapturesAnywhereWithoutMovingAStage) {
   EXPECT_EQ(batch.state(0).true_pose, before);
 }
 
-TEST_F(BatchOf, RefusesWhatCannotBe) {
+TEST_F(BatchOf, RejectsInvalidArguments) {
   Batch batch(setup(2, 1));
   const double move[5] = {};
-  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { batch.move_by({0}, move); }),
-              HasSubstr("slot 0 holds no lens yet"));
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { batch.move_by({0}, move); }), HasSubstr("slot 0 has no lens yet"));
   EXPECT_THAT(error_text(ErrorKind::bad_input,
                          [&] {
                            batch.reset({{2, SeedDomain::training, 0}});
                          }),
-              HasSubstr("slots: 0 to 1"));
+              HasSubstr("expected 0 to 1"));
   EXPECT_THAT(error_text(ErrorKind::bad_input,
                          [&] {
                            batch.reset({{1, SeedDomain::training, 0}, {1, SeedDomain::training, 1}});
                          }),
-              HasSubstr("named twice"));
+              HasSubstr("given twice"));
   batch.reset({{0, SeedDomain::training, 0}});
   const double bad[5] = {0, 0, std::nan(""), 0, 0};
-  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { batch.move_by({0}, bad); }), HasSubstr("not finite"));
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { batch.move_by({0}, bad); }), HasSubstr("non-finite"));
   EXPECT_EQ(batch.state(0).step, 0u) << "nothing moved";
   const double outside[5] = {0.5, 0.5, 1.01, 0.5, 0.5};
   const std::uint64_t seed = 1;

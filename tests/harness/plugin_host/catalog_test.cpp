@@ -47,7 +47,7 @@ class CatalogTest : public test::FolderTest {
     problems_.clear();
     return catalog_.resolve(kind, name, given, folder_, problems_);
   }
-  // The problems of a use that must fail, one a line.
+  // The problems of a use that must fail, one per line.
   std::string problems(Kind kind, const std::string& name, const Json& given = {}) {
     const Choice choice = resolve(kind, name, given);
     EXPECT_FALSE(choice.plugin);
@@ -80,11 +80,11 @@ TEST_F(CatalogTest, DefaultsThenPresetThenGiven) {
 
 TEST_F(CatalogTest, OptimizersAndAgentsAreOneNamespace) {
   EXPECT_TRUE(resolve(Kind::agent, "compass").plugin);
-  EXPECT_THAT(problems(Kind::scene, "compass"), HasSubstr("'compass' is the name of an algorithm, expected a scene"));
-  EXPECT_THAT(problems(Kind::optimizer, "rho0.25"), HasSubstr("a noise level, expected an algorithm"));
+  EXPECT_THAT(problems(Kind::scene, "compass"), HasSubstr("'compass' is an algorithm; expected a scene"));
+  EXPECT_THAT(problems(Kind::optimizer, "rho0.25"), HasSubstr("a noise level; expected an algorithm"));
 }
 
-TEST_F(CatalogTest, MistakesAreToldAllAtOnceWithTheNearestName) {
+TEST_F(CatalogTest, ReportsAllMistakesWithTheNearestName) {
   EXPECT_THAT(problems(Kind::optimizer, "compas"), HasSubstr("unknown algorithm 'compas'; did you mean 'compass'?"));
   EXPECT_THAT(problems(Kind::noise_level, "xyzzy"), HasSubstr("unknown noise level 'xyzzy'; known: rho, rho0.25"));
   EXPECT_THAT(problems(Kind::optimizer, ""), HasSubstr("unknown algorithm ''"));
@@ -95,9 +95,9 @@ TEST_F(CatalogTest, MistakesAreToldAllAtOnceWithTheNearestName) {
   EXPECT_THAT(problems(Kind::noise_level, "rho0.3"), HasSubstr("unknown noise level 'rho0.3'"));
   write("triplet.ZMX", "VERS");
   EXPECT_THAT(problems(Kind::scene, "triplet.ZMX"),
-              HasSubstr("is a lens file; make a scene of it first: relign-bench scene new"));
+              HasSubstr("is a lens file; create a scene with 'relign-bench scene new "));
   write("my_lens/scene.json", "{}");
-  EXPECT_THAT(problems(Kind::scene, "./my_lens"), HasSubstr("Name the file that is meant: "));
+  EXPECT_THAT(problems(Kind::scene, "./my_lens"), HasSubstr("; did you mean "));
   EXPECT_THAT(
       problems(Kind::optimizer, "compass", {{"first_strid", 1}, {"count", "two"}, {"first_stride", 7}}),
       AllOf(
@@ -107,16 +107,16 @@ TEST_F(CatalogTest, MistakesAreToldAllAtOnceWithTheNearestName) {
   EXPECT_THAT(problems(Kind::optimizer, "compass", {1, 2}), HasSubstr("/parameters: expected an object"));
   EXPECT_THAT(problems(Kind::optimizer, "compass", {{"first_stride", 0.1}, {"first-stride", 0.2}}), HasSubstr("twice"));
   EXPECT_THAT(problems(Kind::noise_level, "rho", {{"a/b", 1}}),
-              AllOf(HasSubstr("/parameters/a~1b"), HasSubstr("none at all")));
-  EXPECT_THAT(problems(Kind::agent, "policy"), HasSubstr("'model' must be given (the network)"));
+              AllOf(HasSubstr("/parameters/a~1b"), HasSubstr("it has no parameters")));
+  EXPECT_THAT(problems(Kind::agent, "policy"), HasSubstr("missing parameter 'model' (the network)"));
   EXPECT_THAT(problems(Kind::agent, "policy", {{"model", "none.onnx"}}), HasSubstr("none.onnx does not exist"));
-  EXPECT_THAT(problems(Kind::agent, "policy", {{"model", "roots"}}), HasSubstr("is no file"));
+  EXPECT_THAT(problems(Kind::agent, "policy", {{"model", "roots"}}), HasSubstr("is not a file"));
   write("m.onnx", "m");
   EXPECT_THAT(problems(Kind::agent, "policy", {{"model", "m.onnx"}, {"then", "compas"}}),
               HasSubstr("/parameters/then: unknown algorithm 'compas'"));
 }
 
-TEST_F(CatalogTest, ResolvesTheAlgorithmsThatParametersName) {
+TEST_F(CatalogTest, ResolvesAlgorithmParameters) {
   write("m.onnx", "m");
   const Choice plain = resolve(Kind::agent, "policy", {{"model", "m.onnx"}});
   ASSERT_EQ(plain.algorithms.count("then"), 1u);
@@ -125,7 +125,7 @@ TEST_F(CatalogTest, ResolvesTheAlgorithmsThatParametersName) {
   const Json wide = {{"use", "compass_wide"}, {"parameters", {{"count", 3}}}};
   const Choice changed = resolve(Kind::agent, "policy", {{"model", "m.onnx"}, {"then", wide}});
   EXPECT_EQ(changed.algorithms.at("then")->parameters, (Json{{"count", 3}, {"first_stride", 0.3}}));
-  EXPECT_NE(plain.identity, changed.identity) << "another inner algorithm is another trial";
+  EXPECT_NE(plain.identity, changed.identity) << "another inner algorithm means another trial";
 
   const Choice later = with_changes(*changed.algorithms.at("then"), {{"first-stride", 0.2}});
   EXPECT_EQ(later.parameters, (Json{{"count", 3}, {"first_stride", 0.2}}));
@@ -134,7 +134,7 @@ TEST_F(CatalogTest, ResolvesTheAlgorithmsThatParametersName) {
   EXPECT_THROW(with_changes(changed, {{"then", "compass"}}), Error);
 }
 
-TEST_F(CatalogTest, WrongInnerAlgorithmsAreMistakesOfTheEntry) {
+TEST_F(CatalogTest, ReportsMistakesInInnerAlgorithms) {
   write("m.onnx", "m");
   const auto then = [&](const Json& value) {
     return problems(Kind::agent, "policy", {{"model", "m.onnx"}, {"then", value}});
@@ -149,10 +149,10 @@ TEST_F(CatalogTest, WrongInnerAlgorithmsAreMistakesOfTheEntry) {
     "parameters": {"then": {"type": "algorithm", "default": "loop"}}})",
          "loop.so");
   catalog_.add(folder_ / "roots" / "loop");
-  EXPECT_THAT(problems(Kind::optimizer, "loop"), HasSubstr("nest deeper than 4"));
+  EXPECT_THAT(problems(Kind::optimizer, "loop"), HasSubstr("nested deeper than 4"));
 }
 
-TEST_F(CatalogTest, FilesAreAbsoluteAndIdentifiedByContent) {
+TEST_F(CatalogTest, MakesFilesAbsoluteAndIdentifiesThemByContent) {
   write("a/m.onnx", "weights");
   write("b/other.onnx", "weights");
   write("c/m.onnx", "other weights");
@@ -169,7 +169,7 @@ TEST_F(CatalogTest, FilesAreAbsoluteAndIdentifiedByContent) {
               HasSubstr("\"model\":\"sha256:9a129038d9a00aed0cf6a7ea059ca50a813449061ab87848cf1a13eafdf33b2c\""));
 }
 
-TEST_F(CatalogTest, RecordedParametersTellFilesByNameAndContent) {
+TEST_F(CatalogTest, RecordsFilesByNameAndContent) {
   write("a/m.onnx", "weights");
   write("b/m.onnx", "weights");
   write("c/m.onnx", "other weights");
@@ -178,14 +178,14 @@ TEST_F(CatalogTest, RecordedParametersTellFilesByNameAndContent) {
   };
   EXPECT_EQ(recorded("a/m.onnx"),
             (Json{{"model", "m.onnx (sha256:9a129038d9a00aed)"}, {"notes", ""}, {"then", "compass"}}));
-  EXPECT_EQ(recorded("a/m.onnx"), recorded("b/m.onnx")) << "wherever it lies";
+  EXPECT_EQ(recorded("a/m.onnx"), recorded("b/m.onnx")) << "in any folder";
   EXPECT_NE(recorded("a/m.onnx"), recorded("c/m.onnx"));
   EXPECT_THAT(recorded_parameters(resolve(Kind::scene, "relign_od")).at("scene").get<std::string>(),
               testing::StartsWith("relign_od/scene.json (sha256:"))
-      << "below the plugin's folder";
+      << "inside the plugin's folder";
 }
 
-TEST_F(CatalogTest, EqualValuesHaveEqualIdentities) {
+TEST_F(CatalogTest, GivesEqualValuesEqualIdentities) {
   const std::string one = resolve(Kind::optimizer, "compass", {{"first_stride", 0.3}}).identity;
   EXPECT_EQ(one, resolve(Kind::optimizer, "compass-wide").identity);
   EXPECT_EQ(resolve(Kind::optimizer, "compass").identity, resolve(Kind::optimizer, "compass", {{"count", 2}}).identity);
@@ -193,75 +193,76 @@ TEST_F(CatalogTest, EqualValuesHaveEqualIdentities) {
   EXPECT_NE(one, resolve(Kind::optimizer, "compass-wide", {{"count", 3}}).identity);
 }
 
-TEST_F(CatalogTest, PathsLeadToPlugins) {
+TEST_F(CatalogTest, ResolvesPathsToPlugins) {
   const auto folder = plugin("elsewhere/probe", R"({"id": "probe", "kind": "optimizer", "summary": "s"})", "probe.so");
   EXPECT_EQ(resolve(Kind::optimizer, "elsewhere/probe").id, "probe");
-  EXPECT_EQ(resolve(Kind::optimizer, "./elsewhere/probe/").id, "probe");  // again: the same plugin
+  EXPECT_EQ(resolve(Kind::optimizer, "./elsewhere/probe/").id, "probe");  // the same plugin again
   EXPECT_EQ(resolve(Kind::optimizer, (folder / "probe.so").string()).id, "probe");
   EXPECT_EQ(resolve(Kind::optimizer, (folder / "relign-plugin.json").string()).id, "probe");
-  EXPECT_EQ(resolve(Kind::optimizer, "probe").id, "probe");  // by its id from now on
-  EXPECT_THAT(problems(Kind::scene, "elsewhere/probe"), HasSubstr("of the kind optimizer, expected a scene"));
+  EXPECT_EQ(resolve(Kind::optimizer, "probe").id, "probe");  // by its id, once added
+  EXPECT_THAT(problems(Kind::scene, "elsewhere/probe"), HasSubstr("of the kind optimizer; expected a scene"));
   write("elsewhere/probe/second.so", "x");
   Catalog fresh;
   EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { fresh.add(folder / "second.so"); }),
-              HasSubstr("is not the library that"));
+              HasSubstr("is not the library named in"));
   write("loose.so", "x");
-  EXPECT_THAT(problems(Kind::optimizer, "./loose.so"), HasSubstr("no relign-plugin.json lies beside it"));
-  EXPECT_THAT(problems(Kind::optimizer, "loose.so"), HasSubstr("no relign-plugin.json lies beside it"));
+  EXPECT_THAT(problems(Kind::optimizer, "./loose.so"), HasSubstr("there is no relign-plugin.json beside it"));
+  EXPECT_THAT(problems(Kind::optimizer, "loose.so"), HasSubstr("there is no relign-plugin.json beside it"));
   write("some.txt", "x");
   EXPECT_THAT(problems(Kind::optimizer, "./some.txt"), HasSubstr("expected a plugin's folder"));
-  EXPECT_THAT(problems(Kind::optimizer, "./roots"), HasSubstr("holds no relign-plugin.json"));
+  EXPECT_THAT(problems(Kind::optimizer, "./roots"), HasSubstr("has no relign-plugin.json"));
 }
 
-TEST_F(CatalogTest, ADocumentStandsForItsPlugin) {
+TEST_F(CatalogTest, ResolvesDocumentsToTheirPlugin) {
   write("my/lens.json", R"({"use": "lens-system", "anything": [1, 2]})");
   const Choice document = resolve(Kind::scene, "my/lens.json", {{"threads", 4}});
   ASSERT_TRUE(document.plugin);
   EXPECT_EQ(document.id, "lens");
   EXPECT_EQ(document.parameters, (Json{{"scene", (folder_ / "my/lens.json").string()}, {"threads", 4}}));
-  // A preset's file lies beside the manifest.
+  // A preset's file is relative to the manifest.
   EXPECT_EQ(resolve(Kind::scene, "relign_od").parameters.at("scene"),
             (folder_ / "roots/lens/relign_od/scene.json").string());
 
-  EXPECT_THAT(problems(Kind::scene, "my/lens.json", {{"scene", "x"}}), HasSubstr("cannot be given as well"));
+  EXPECT_THAT(problems(Kind::scene, "my/lens.json", {{"scene", "x"}}),
+              HasSubstr("the parameter 'scene' cannot be given"));
   write("my/wrong.json", "{\n \"use\": \"lens-sytem\"}");
   EXPECT_THAT(problems(Kind::scene, "my/wrong.json"),
               AllOf(HasSubstr("wrong.json:2:9: /use"), HasSubstr("did you mean 'lens_system'?")));
   write("my/level.json", R"({"use": "rho"})");
-  EXPECT_THAT(problems(Kind::noise_level, "my/level.json"), HasSubstr("'rho' reads no documents"));
+  EXPECT_THAT(problems(Kind::noise_level, "my/level.json"), HasSubstr("'rho' does not take documents"));
   write("my/nested.json", R"({"use": "./lens.json"})");
   EXPECT_THAT(problems(Kind::scene, "my/nested.json"), HasSubstr("cannot use another document"));
   write("my/number.json", R"({"use": 3})");
   EXPECT_THAT(problems(Kind::scene, "my/number.json"), HasSubstr("expected the id of a scene"));
   write("my/preset.json", R"({"use": "relign_od"})");
   EXPECT_THAT(problems(Kind::scene, "my/preset.json"),
-              AllOf(HasSubstr("preset.json:1:9: /use: 'relign_od' brings a file of its own"),
-                    HasSubstr("write \"lens_system\"")));
+              AllOf(HasSubstr("preset.json:1:9: /use: 'relign_od' is a preset with a document of its own"),
+                    HasSubstr("use 'lens_system'")));
   write("my/none.json", "{}");
   EXPECT_THAT(problems(Kind::scene, "my/none.json"), HasSubstr("neither a plugin's manifest nor a document"));
   write("my/broken.json", "{");
   EXPECT_THAT(problems(Kind::scene, "my/broken.json"), HasSubstr("no valid JSON"));
 }
 
-TEST_F(CatalogTest, DuplicatesAreRefused) {
+TEST_F(CatalogTest, RejectsDuplicates) {
   const auto refused = [&](const char* folder, const std::string& manifest) {
     const auto path = plugin(folder, manifest, "x.so");
     return test::error_text(ErrorKind::plugin_refused, [&] { catalog_.add(path); });
   };
   EXPECT_THAT(refused("d1", R"({"id": "compass", "kind": "agent", "summary": "s", "library": "x.so"})"),
-              AllOf(HasSubstr("'compass' exists already in"), HasSubstr("roots/compass")));
+              AllOf(HasSubstr("'compass' already exists in"), HasSubstr("roots/compass")));
   EXPECT_THAT(refused("d2", R"({"id": "compass_wide", "kind": "optimizer", "summary": "s", "library": "x.so"})"),
-              HasSubstr("'compass_wide' exists already"));
+              HasSubstr("'compass_wide' already exists"));
   EXPECT_THAT(refused("d3", R"({"id": "new", "kind": "optimizer", "summary": "s", "library": "x.so",
                                "presets": {"policy": {}}})"),
-              HasSubstr("'policy' exists already"));
+              HasSubstr("'policy' already exists"));
   // Another namespace may have the name.
   plugin("d4", R"({"id": "compass", "kind": "scene", "summary": "s"})", "compass.so");
   catalog_.add(folder_ / "d4");
   EXPECT_TRUE(resolve(Kind::scene, "compass").plugin);
 }
 
-TEST_F(CatalogTest, ABadPluginDoesNotSpoilTheScan) {
+TEST_F(CatalogTest, ScanContinuesAfterABadPlugin) {
   write("more/bad/relign-plugin.json", "{");
   plugin("more/good", R"({"id": "good", "kind": "scene", "summary": "s"})", "good.so");
   write("more/lost/relign-plugin.json", R"({"id": "lost", "kind": "scene", "summary": "s"})");
@@ -272,11 +273,11 @@ TEST_F(CatalogTest, ABadPluginDoesNotSpoilTheScan) {
   ASSERT_EQ(catalog_.refused().size(), 3u);
   EXPECT_THAT(catalog_.refused()[0], HasSubstr("bad/relign-plugin.json:1:"));
   EXPECT_THAT(catalog_.refused()[1], HasSubstr("lost.so does not exist; build the plugin"));
-  EXPECT_THAT(catalog_.refused()[2], HasSubstr("is no folder"));
-  EXPECT_THAT(problems(Kind::scene, "lost"), HasSubstr("refused before:"));
+  EXPECT_THAT(catalog_.refused()[2], HasSubstr("is not a folder"));
+  EXPECT_THAT(problems(Kind::scene, "lost"), HasSubstr("\n  refused:"));
 }
 
-TEST_F(CatalogTest, ThrowingFormKeepsTheKindOfError) {
+TEST_F(CatalogTest, ResolveOrThrowKeepsTheKindOfError) {
   EXPECT_THAT(test::error_text(ErrorKind::bad_input, [&] { catalog_.resolve_or_throw(Kind::scene, "nothing"); }),
               HasSubstr("unknown scene 'nothing'"));
   EXPECT_THAT(test::error_text(ErrorKind::bad_input,
@@ -289,7 +290,7 @@ TEST_F(CatalogTest, ThrowingFormKeepsTheKindOfError) {
                    [&] { catalog_.resolve_or_throw(Kind::optimizer, (folder_ / "bad").string()); });
 }
 
-TEST_F(CatalogTest, RootsComeFromTheEnvironment) {
+TEST_F(CatalogTest, ReadsRootsFromTheEnvironment) {
   ::setenv("RELIGN_PLUGIN_PATH", "/one::/two", 1);
   const std::vector<fs::path> roots = Catalog::default_roots();
   ::unsetenv("RELIGN_PLUGIN_PATH");

@@ -1,5 +1,5 @@
-// For tests: an algorithm written straight against plugin.h, wrong in the one way that the
-// definition FOREIGN_... names.
+// For tests: an algorithm written against plugin.h without the wrapper, with the fault that the definition FOREIGN_...
+// names.
 #include <relign/plugin.h>
 
 #include <cstring>

@@ -1,4 +1,4 @@
-// What a plugin does to the process, and what is left of it afterwards.
+// Changes of the process state by plugins: restored and reported.
 #include "plugin_host/guard.h"
 
 #include <gmock/gmock.h>
@@ -24,7 +24,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-// Half of the smallest normal number: zero where subnormal numbers are flushed.
+// Half of the smallest normal number: zero in flush-to-zero mode.
 double half_of_smallest() {
   volatile double smallest = std::numeric_limits<double>::min();
   return smallest / 2;
@@ -42,7 +42,7 @@ FakeSetup plain_setup() {
   return setup;
 }
 
-// One trial under watch, as the task does it.
+// One trial under watch, as run_trial does it.
 std::vector<std::string> changes_by(const std::string& deed) {
   const Choice choice = misbehaving(deed);
   EnvironmentWatch watch;
@@ -52,26 +52,26 @@ std::vector<std::string> changes_by(const std::string& deed) {
   return watch.changes();
 }
 
-TEST(Guard, ADecentPluginChangesNothing) { EXPECT_THAT(changes_by("nothing"), IsEmpty()); }
+TEST(Guard, ReportsNoChangesOfACleanPlugin) { EXPECT_THAT(changes_by("nothing"), IsEmpty()); }
 
-TEST(Guard, FloatingPointModeIsRestoredAndTheCulpritNamed) {
+TEST(Guard, RestoresFloatingPointModeAndNamesThePlugin) {
   EXPECT_THAT(changes_by("flush to zero"),
               ElementsAre(AllOf(HasSubstr("'misbehaving'"), HasSubstr("flush-to-zero was switched on"))));
   EXPECT_GT(half_of_smallest(), 0);
   EXPECT_THAT(changes_by("flush to zero in create"), ElementsAre(HasSubstr("flush-to-zero")));
   EXPECT_GT(half_of_smallest(), 0);
-  EXPECT_THAT(changes_by("rounding"), ElementsAre(AllOf(HasSubstr("rounding direction"), HasSubstr("x87"))));
+  EXPECT_THAT(changes_by("rounding"), ElementsAre(AllOf(HasSubstr("rounding mode"), HasSubstr("x87"))));
   EXPECT_EQ(std::fegetround(), FE_TONEAREST);
-  EXPECT_THAT(changes_by("nothing"), IsEmpty());  // each watch tells of its own time only
+  EXPECT_THAT(changes_by("nothing"), IsEmpty());  // each watch reports only changes since its construction
 }
 
-TEST(Guard, TheHostWorksInItsOwnModeWhileThePluginKeepsItsOwn) {
+TEST(Guard, KeepsFloatingPointModesOfHostAndPluginApart) {
   const Choice choice = misbehaving("flush to zero and step");
   FakeConversation conversation(plain_setup());
   Algorithm algorithm(choice, {});
-  algorithm.run(conversation.talk());  // fails if the plugin finds its own mode gone
+  algorithm.run(conversation.talk());  // fails if the plugin loses its mode
   ASSERT_EQ(conversation.steps.size(), 1u);
-  EXPECT_EQ(conversation.steps[0].merit, 1.0);  // subnormal numbers existed while the host measured
+  EXPECT_EQ(conversation.steps[0].merit, 1.0);  // the host computed with subnormal numbers
   EXPECT_GT(half_of_smallest(), 0);
 }
 
@@ -89,7 +89,7 @@ TEST_F(FastMathTest, LoadingAFastMathLibraryChangesNothing) {
   EXPECT_THAT(watch.changes(), ElementsAre(HasSubstr("'foreign'")));
 }
 
-TEST(Guard, FolderLocaleAndHandlersAreRestored) {
+TEST(Guard, RestoresFolderLocaleAndSignalHandlers) {
   const auto folder = std::filesystem::current_path();
   ASSERT_NE(folder, "/");
   EXPECT_THAT(changes_by("folder"), ElementsAre("the working directory was changed to /"));
@@ -110,15 +110,15 @@ TEST(Guard, FolderLocaleAndHandlersAreRestored) {
   EXPECT_EQ(now.sa_handler, SIG_DFL);
 }
 
-TEST(Guard, AWatchReportsEachChangeOnce) {
+TEST(Guard, ReportsEachChangeOnce) {
   EnvironmentWatch watch;
   std::fesetround(FE_DOWNWARD);
-  EXPECT_THAT(watch.changes(), ElementsAre(HasSubstr("rounding direction")));
+  EXPECT_THAT(watch.changes(), ElementsAre(HasSubstr("rounding mode")));
   EXPECT_EQ(std::fegetround(), FE_TONEAREST);
   EXPECT_THAT(watch.changes(), IsEmpty());
 }
 
-TEST(Guard, ExceptionsBecomeFailuresWithTheirText) {
+TEST(Guard, TurnsExceptionsIntoFailuresWithTheirText) {
   const auto failure = [](const std::string& deed) {
     FakeConversation conversation(plain_setup());
     return test::error_text(ErrorKind::plugin_failed,
@@ -129,7 +129,7 @@ TEST(Guard, ExceptionsBecomeFailuresWithTheirText) {
   EXPECT_EQ(failure("fail in create"), "plugin 'misbehaving' failed in create: made to fail");
 }
 
-TEST(Guard, AnExceptionOfTheHostPassesAroundThePlugin) {
+TEST(Guard, PassesHostExceptionsAroundThePlugin) {
   FakeSetup setup = plain_setup();
   setup.merit = [](const test::Pose&, std::uint32_t) -> double { throw std::out_of_range("of the host"); };
   FakeConversation conversation(setup);
@@ -138,7 +138,7 @@ TEST(Guard, AnExceptionOfTheHostPassesAroundThePlugin) {
   EXPECT_GT(half_of_smallest(), 0);
 }
 
-TEST(FloatingPointState, StickyFlagsAreNoChange) {
+TEST(FloatingPointState, IgnoresStickyFlags) {
   const FloatingPointState before = FloatingPointState::current();
   volatile double third = 1;
   third = third / 3;  // inexact

@@ -1,5 +1,5 @@
-// Refusals: whatever lies in the library's place, the user reads what it was built for, what is
-// supported and what to do, and the process lives on.
+// Errors for any file in place of a library: they name what it was built for, what is supported and what to do, and the
+// process survives.
 #include "plugin_host/library.h"
 
 #include <elf.h>
@@ -23,7 +23,7 @@ const char* const kForeignManifest = R"({"id": "foreign", "kind": "optimizer", "
 
 class LibraryTest : public test::FolderTest {
  protected:
-  // A plugin folder around some bytes.
+  // A plugin folder with these bytes as its library.
   Choice choice_of(const std::string& library_bytes, const std::string& manifest = kForeignManifest) {
     const std::string name = "plugin" + std::to_string(++made_);
     plugin(name, manifest, "foreign.so");
@@ -47,12 +47,12 @@ class LibraryTest : public test::FolderTest {
                             HasSubstr("what to do:"), HasSubstr("foreign.so")));
     return text;
   }
-  // Never used twice: a library is loaded once per process and path.
+  // Never reused, because a library is loaded once per process and path.
   static inline int made_ = 0;
 };
 
-TEST_F(LibraryTest, ASoundForeignPluginRuns) {
-  // What was built for a later minor version runs as well, as long as it does without what that brought.
+TEST_F(LibraryTest, RunsPluginsOfOtherCompilersAndNewerMinorVersions) {
+  // A plugin of a later minor version runs as well, if it does not need what that version added.
   for (const char* variant : {"sound", "newer_minor"}) {
     SCOPED_TRACE(variant);
     const Choice choice = choice_of(bytes_of(variant));
@@ -64,7 +64,7 @@ TEST_F(LibraryTest, ASoundForeignPluginRuns) {
   }
 }
 
-TEST_F(LibraryTest, OtherVersionsAreRefusedWithBothVersions) {
+TEST_F(LibraryTest, RejectsOtherVersionsAndNamesBoth) {
   const auto version = [](int major, int minor) { return std::to_string(major) + "." + std::to_string(minor); };
   EXPECT_THAT(
       refusal(bytes_of("newer_major")),
@@ -77,33 +77,33 @@ TEST_F(LibraryTest, OtherVersionsAreRefusedWithBothVersions) {
                     HasSubstr("update relign-bench")));
 }
 
-TEST_F(LibraryTest, IncompleteTablesAreRefused) {
-  EXPECT_THAT(refusal(bytes_of("short_description")), HasSubstr("a size of 8 bytes only"));
-  EXPECT_THAT(refusal(bytes_of("short_table")), HasSubstr("has 16 bytes, 32 are needed"));
+TEST_F(LibraryTest, RejectsIncompleteTables) {
+  EXPECT_THAT(refusal(bytes_of("short_description")), HasSubstr("its description has only 8 bytes"));
+  EXPECT_THAT(refusal(bytes_of("short_table")), HasSubstr("has 16 bytes; expected at least 32"));
   EXPECT_THAT(refusal(bytes_of("no_run")), HasSubstr("no function 'run'"));
   EXPECT_THAT(refusal(bytes_of("no_interface")), HasSubstr("offers no relign.algorithm/1"));
   EXPECT_THAT(refusal(bytes_of("no_entry")), HasSubstr("does not export relign_plugin_entry"));
 }
 
-TEST_F(LibraryTest, AMissingSymbolIsNamed) {
+TEST_F(LibraryTest, NamesMissingSymbols) {
   EXPECT_THAT(refusal(bytes_of("undefined_symbol")),
               AllOf(HasSubstr("relign_nobody_defines_this"), HasSubstr("LIBRARIES")));
 }
 
-TEST_F(LibraryTest, TheManifestBesideMustBeTheOneInside) {
+TEST_F(LibraryTest, RejectsManifestThatDiffersFromTheOneInside) {
   EXPECT_THAT(refusal(bytes_of("sound"), R"({"id": "foreign", "kind": "optimizer", "summary": "Changed."})"),
-              AllOf(HasSubstr("is not the one inside the library"), HasSubstr("build the plugin again")));
+              AllOf(HasSubstr("differs from the one inside the library"), HasSubstr("build the plugin again")));
   EXPECT_THAT(refusal(bytes_of("sound"), R"({"id": "foreign", "kind": "scene", "summary": "For tests."})"),
-              HasSubstr("is not the one inside the library"));
+              HasSubstr("differs from the one inside the library"));
 }
 
-TEST_F(LibraryTest, TruncatedLibrariesAreRefusedAtEveryLength) {
+TEST_F(LibraryTest, RejectsLibrariesTruncatedAtAnyLength) {
   const std::string whole = bytes_of("sound");
   for (int part = 0; part < 16; ++part)
     EXPECT_THAT(refusal(whole.substr(0, whole.size() * static_cast<std::size_t>(part) / 16)),
-                testing::AnyOf(HasSubstr("truncated"), HasSubstr("is no shared library")));
+                testing::AnyOf(HasSubstr("truncated"), HasSubstr("is not a shared library")));
   EXPECT_THAT(refusal(whole.substr(0, whole.size() - 1)), HasSubstr("truncated"));
-  // Without its table of sections only the loader's own table tells.
+  // Without the section table only the program headers remain.
   Elf64_Ehdr header;
   std::memcpy(&header, whole.data(), sizeof header);
   header.e_shoff = 0;
@@ -113,9 +113,9 @@ TEST_F(LibraryTest, TruncatedLibrariesAreRefusedAtEveryLength) {
   EXPECT_THAT(refusal(no_sections), HasSubstr("truncated"));
 }
 
-TEST_F(LibraryTest, OtherFilesAreRefused) {
-  EXPECT_THAT(refusal("#!/bin/sh\nexit 0\n"), HasSubstr("is no shared library"));
-  EXPECT_THAT(refusal(std::string(5000, '\0')), HasSubstr("is no shared library"));
+TEST_F(LibraryTest, RejectsOtherFiles) {
+  EXPECT_THAT(refusal("#!/bin/sh\nexit 0\n"), HasSubstr("is not a shared library"));
+  EXPECT_THAT(refusal(std::string(5000, '\0')), HasSubstr("is not a shared library"));
   std::string other_processor = bytes_of("sound");
   other_processor[offsetof(Elf64_Ehdr, e_machine)] = static_cast<char>(EM_RISCV);
   EXPECT_THAT(refusal(other_processor), HasSubstr("another kind of processor"));
@@ -124,14 +124,14 @@ TEST_F(LibraryTest, OtherFilesAreRefused) {
   EXPECT_THAT(refusal(nonsense), HasSubstr("truncated or corrupt"));
 }
 
-TEST_F(LibraryTest, AMissingLibraryIsRefused) {
+TEST_F(LibraryTest, RejectsMissingLibraries) {
   const Choice choice = choice_of(bytes_of("sound"));
   fs::remove(choice.plugin->library);
   EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { Algorithm made(choice, {}); }),
-              HasSubstr("cannot be found"));
+              HasSubstr("cannot find its library"));
 }
 
-TEST_F(LibraryTest, ThreadsMayLoadTheSameLibraryAtOnce) {
+TEST_F(LibraryTest, LoadsTheSameLibraryFromSeveralThreads) {
   const Choice choice = choice_of(bytes_of("sound"));
   std::vector<const relign_plugin_description*> seen(8);
   std::vector<std::thread> threads;
@@ -140,16 +140,16 @@ TEST_F(LibraryTest, ThreadsMayLoadTheSameLibraryAtOnce) {
   for (const auto* entry : seen) EXPECT_EQ(entry, seen[0]);
 }
 
-TEST_F(LibraryTest, ObjectsThatFailAreFailuresNotRefusals) {
+TEST_F(LibraryTest, ReportsFailuresOfObjectsAsPluginFailed) {
   const relign_conversation talk{
       sizeof(relign_conversation), 0, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr};
   const auto failure = [&](const char* variant) {
     const Choice choice = choice_of(bytes_of(variant));
     return test::error_text(ErrorKind::plugin_failed, [&] { Algorithm(choice, {}).run(talk); });
   };
-  EXPECT_EQ(failure("throws").find("plugin 'foreign' failed in run: an exception left the library"), 0u);
-  EXPECT_THAT(failure("no_object"), HasSubstr("failed in create: it made no object"));
-  EXPECT_THAT(failure("no_reason"), HasSubstr("failed in run: it reports a failure and gives no reason"));
+  EXPECT_EQ(failure("throws").find("plugin 'foreign' failed in run: an exception escaped from the library"), 0u);
+  EXPECT_THAT(failure("no_object"), HasSubstr("failed in create: it returned no object"));
+  EXPECT_THAT(failure("no_reason"), HasSubstr("failed in run: it reported a failure without a reason"));
   EXPECT_THAT(failure("unknown_status"), HasSubstr("unknown status -77"));
 }
 

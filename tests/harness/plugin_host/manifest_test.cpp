@@ -19,7 +19,7 @@ class ManifestTest : public test::FolderTest {
     const auto file = write("relign-plugin.json", manifest);
     return test::error_text(ErrorKind::plugin_refused, [&] { read_manifest(file); });
   }
-  // A sound optimizer with one more member.
+  // A valid optimizer with one more member.
   std::string refusal_with(const std::string& member) {
     return refusal("{\"id\": \"a\", \"kind\": \"optimizer\", \"summary\": \"One.\",\n " + member + "}");
   }
@@ -64,7 +64,7 @@ TEST_F(ManifestTest, ReadsEverything) {
   EXPECT_EQ(manifest.preset("full_slow")->parameters, (Json{{"mode", "slow"}, {"first_stride", 0.2}}));
 }
 
-TEST_F(ManifestTest, DefaultsOfASmallOne) {
+TEST_F(ManifestTest, UsesDefaultsOfAMinimalManifest) {
   const Manifest manifest =
       read_manifest(write("relign-plugin.json", R"({"id": "b", "kind": "noise_level", "summary": "One."})"));
   EXPECT_EQ(manifest.kind, Kind::noise_level);
@@ -74,27 +74,27 @@ TEST_F(ManifestTest, DefaultsOfASmallOne) {
   EXPECT_EQ(manifest.parameter("x"), nullptr);
 }
 
-TEST_F(ManifestTest, TellsEveryMistakeWithItsPlace) {
+TEST_F(ManifestTest, ReportsEveryMistakeWithItsPosition) {
   const std::string text = refusal(R"({
   "id": "bad id", "kind": "optimiser", "knows": ["image"],
   "parameters": {"x": {"type": "number", "default": "much"}},
   "preset": {}
 })");
   EXPECT_THAT(text, HasSubstr("relign-plugin.json:2:9: /id: expected 1 to 64 letters"));
-  EXPECT_THAT(text, HasSubstr("/kind: unknown kind \"optimiser\"; did you mean 'optimizer'?"));
+  EXPECT_THAT(text, HasSubstr("/kind: unknown kind 'optimiser'; did you mean 'optimizer'?"));
   EXPECT_THAT(text, HasSubstr("the key \"summary\" is missing"));
-  EXPECT_THAT(text, HasSubstr("/knows: unknown entry \"image\"; did you mean 'images'?"));
+  EXPECT_THAT(text, HasSubstr("/knows: unknown entry 'image'; did you mean 'images'?"));
   EXPECT_THAT(text, HasSubstr("3:53: /parameters/x/default: expected a number, found \"much\""));
   EXPECT_THAT(text, HasSubstr("unknown key \"preset\"; did you mean 'presets'?"));
 }
 
-TEST_F(ManifestTest, RefusesWhatMeansNothing) {
+TEST_F(ManifestTest, RejectsInvalidValues) {
   EXPECT_THAT(refusal("[1]"), HasSubstr("expected an object"));
   EXPECT_THAT(refusal("{"), HasSubstr("no valid JSON"));
   EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { read_manifest(folder_ / "none.json"); }),
               HasSubstr("none.json"));
   EXPECT_THAT(refusal_with(R"("reproducible": "maybe")"), HasSubstr("this_cpu"));
-  EXPECT_THAT(refusal_with(R"("oracle": true)"), HasSubstr("\"knows\" must contain \"start\""));
+  EXPECT_THAT(refusal_with(R"("oracle": true)"), HasSubstr("add \"start\" to \"knows\""));
   EXPECT_THAT(refusal_with(R"("document": "scene")"), HasSubstr("parameter of type file"));
   EXPECT_THAT(refusal_with(R"("library": "")"), HasSubstr("/library"));
   for (const char* outside : {"../other/other.so", "/usr/lib/other.so", "deep/../../other.so", ".."})
@@ -107,26 +107,27 @@ TEST_F(ManifestTest, RefusesWhatMeansNothing) {
   EXPECT_THAT(refusal(R"({"id": "a", "kind": "scene", "summary": "One.", "knows": ["box"]})"),
               HasSubstr("only optimizers and agents"));
   EXPECT_THAT(refusal_with(R"("parameters": [])"), HasSubstr("expected an object"));
-  EXPECT_THAT(refusal_with(R"("parameters": {"x": 1})"), HasSubstr("expected an object with \"type\""));
+  EXPECT_THAT(refusal_with(R"("parameters": {"x": 1})"), HasSubstr("expected an object with 'type'"));
   EXPECT_THAT(refusal_with(R"("parameters": {"x": {"type": "float"}})"), HasSubstr("known: number, integer"));
   EXPECT_THAT(refusal_with(R"("parameters": {"x": {"default": 1}})"), HasSubstr("\"type\" is missing"));
   EXPECT_THAT(refusal_with(R"("parameters": {"x": {"type": "number", "minimum": 2, "maximum": 1}})"),
-              HasSubstr("larger than the maximum"));
+              HasSubstr("must not be larger than 'maximum'"));
   EXPECT_THAT(refusal_with(R"("parameters": {"x": {"type": "number", "default": 3, "maximum": 1}})"),
               HasSubstr("at most 1, found 3"));
   EXPECT_THAT(refusal_with(R"("parameters": {"x": {"type": "text", "minimum": 2}})"), HasSubstr("has a range"));
-  EXPECT_THAT(refusal_with(R"("parameters": {"x": {"type": "number", "allowed": ["1"]}})"), HasSubstr("only a text"));
-  EXPECT_THAT(refusal_with(R"("parameters": {"x": {"type": "text", "allowed": ["a", "a"]}})"), HasSubstr("twice"));
+  EXPECT_THAT(refusal_with(R"("parameters": {"x": {"type": "number", "allowed": ["1"]}})"),
+              HasSubstr("only a parameter of type text"));
+  EXPECT_THAT(refusal_with(R"("parameters": {"x": {"type": "text", "allowed": ["a", "a"]}})"), HasSubstr("duplicate"));
   EXPECT_THAT(refusal_with(R"("parameters": {"a_b": {"type": "text"}, "a-b": {"type": "text"}})"),
-              HasSubstr("has this name already"));
-  EXPECT_THAT(refusal_with(R"("presets": {"A": {"parameters": {"x": 1}}})"), HasSubstr("unknown parameter \"x\""));
-  EXPECT_THAT(refusal_with(R"("presets": {"a": {}})"), HasSubstr("has this name already"));
+              HasSubstr("duplicate parameter name"));
+  EXPECT_THAT(refusal_with(R"("presets": {"A": {"parameters": {"x": 1}}})"), HasSubstr("unknown parameter 'x'"));
+  EXPECT_THAT(refusal_with(R"("presets": {"a": {}})"), HasSubstr("already has this name"));
   EXPECT_THAT(refusal_with(R"("presets": {"b": {"parameter": {}}})"), HasSubstr("unknown key \"parameter\""));
   EXPECT_THAT(refusal_with(R"("parameters": {"x": {"type": "integer"}}, "presets": {"b": {"parameters": {"x": 1.5}}})"),
               HasSubstr("/presets/b/parameters/x: expected an integer, found 1.5"));
 }
 
-TEST(CheckParameter, SaysWhatIsWrong) {
+TEST(CheckParameter, NamesTheMistake) {
   Parameter number{"x", ParameterType::number, {}, 0.5, 2, {}, "mm", ""};
   EXPECT_EQ(check_parameter(number, 1), "");
   EXPECT_EQ(check_parameter(number, 0.5), "");
@@ -151,14 +152,14 @@ TEST(CheckParameter, SaysWhatIsWrong) {
   EXPECT_EQ(check_parameter(boolean, 0), "expected true or false, found 0");
 }
 
-TEST(Kinds, NamesGoBothWays) {
+TEST(Kinds, NamesRoundTrip) {
   for (const Kind kind : {Kind::scene, Kind::noise_level, Kind::optimizer, Kind::agent})
     EXPECT_EQ(kind_from_name(kind_name(kind)), kind);
   EXPECT_EQ(kind_from_name("noise_level"), Kind::noise_level);
   EXPECT_EQ(kind_from_name("level"), std::nullopt);
 }
 
-TEST_F(ManifestTest, PreparationIsCountedByNumbersOrParameters) {
+TEST_F(ManifestTest, ReadsPretrainingFromNumbersOrParameters) {
   const std::string parameters =
       R"("parameters": {"much": {"type": "integer", "default": 7, "minimum": 1, "maximum": 20},
                         "any": {"type": "integer", "default": 7}})";
@@ -173,7 +174,7 @@ TEST_F(ManifestTest, PreparationIsCountedByNumbersOrParameters) {
   EXPECT_FALSE(preparation(read_manifest(write("relign-plugin.json", kFull)), {}));
   const auto refused = [&](const std::string& prepare) { return refusal_with("\"prepare\": " + prepare); };
   EXPECT_THAT(refused(R"({"sources": 0, "steps": 1})"), HasSubstr("sources"));
-  EXPECT_THAT(refused(R"({"sources": 1})"), HasSubstr("\"steps\" is missing"));
+  EXPECT_THAT(refused(R"({"sources": 1})"), HasSubstr("missing key 'steps'"));
   EXPECT_THAT(refused(R"({"sources": 1, "steps": "much"})"), HasSubstr("the name of an integer parameter"));
   EXPECT_THAT(refused(R"({"sources": 1, "steps": 1, "step": 1})"), HasSubstr("step"));
   EXPECT_THAT(refused("7"), HasSubstr("expected an object"));
@@ -181,9 +182,9 @@ TEST_F(ManifestTest, PreparationIsCountedByNumbersOrParameters) {
       preparation(read(R"({"sources": 3, "steps": 1}, "command": ["python3", "a.py"])"), {{"much", 7}, {"any", 7}})
           ->sources,
       3U)
-      << "a process learns beforehand, too";
+      << "processes have pretraining, too";
   EXPECT_THAT(refusal(R"({"id": "a", "kind": "scene", "summary": "One.", "prepare": {"sources": 1, "steps": 1}})"),
-              HasSubstr("only optimizers and agents are prepared"));
+              HasSubstr("only optimizers and agents have pretraining"));
   EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { read(R"({"sources": "any", "steps": 1})"); }),
               HasSubstr("with a minimum and a maximum"));
 }

@@ -1,4 +1,4 @@
-// Scenes and noise levels through the host's objects.
+// The host's objects for scenes and noise levels.
 #include "plugin_host/objects.h"
 
 #include <gmock/gmock.h>
@@ -18,7 +18,7 @@ Choice tiny(const std::string& broken = "nothing") {
   return catalog.resolve_or_throw(Kind::scene, "tiny-scene", {{"broken", broken}});
 }
 
-TEST(SceneObject, PassesEverythingThrough) {
+TEST(SceneObject, PassesArgumentsAndResults) {
   Scene scene(tiny(), {});
   EXPECT_EQ(scene.describe(), R"({"name": "tiny"})");
   const relign_image reference = scene.reference();
@@ -41,9 +41,9 @@ TEST(SceneObject, PassesEverythingThrough) {
   EXPECT_EQ(average->samples, 7u);
 }
 
-TEST(SceneObject, FailuresSayWhatAndWhy) {
+TEST(SceneObject, FailuresNameFunctionAndReason) {
   EXPECT_THAT(test::error_text(ErrorKind::plugin_failed, [] { Scene(tiny("reference"), {}).reference(); }),
-              HasSubstr("'tiny_scene' failed in reference: the image is no complete"));
+              HasSubstr("'tiny_scene' failed in reference: the image is not a complete"));
   EXPECT_THAT(test::error_text(ErrorKind::plugin_failed, [] { Scene(tiny("mount"), {}).mount("{}"); }),
               HasSubstr("failed in mount: cannot mount {}"));
   std::vector<float> pixels(12);
@@ -72,7 +72,7 @@ TEST(SceneObject, AssembliesMoveAndOutliveTheirSceneObject) {
   EXPECT_THAT(pixels, Each(1.5f));
 }
 
-TEST(SceneObject, AnAlgorithmIsNoScene) {
+TEST(SceneObject, RejectsAlgorithmAsScene) {
   Catalog catalog;
   catalog.add(std::string(RELIGN_TEST_PLUGINS) + "/misbehaving");
   const Choice choice = catalog.resolve_or_throw(Kind::optimizer, "misbehaving");
@@ -80,10 +80,10 @@ TEST(SceneObject, AnAlgorithmIsNoScene) {
               HasSubstr("offers no relign.scene/1"));
 }
 
-TEST(ObjectHost, GivesServicesToThePlugin) {
+TEST(ObjectHost, PassesServicesToThePlugin) {
   std::vector<std::string> logged;
   HostServices services;
-  services.threads = 0;  // at least one is granted
+  services.threads = 0;  // the plugin gets at least one
   services.cache_folder = "/cache";
   services.log = [&](int level, const std::string& text) { logged.push_back(std::to_string(level) + text); };
   const Choice choice = tiny();

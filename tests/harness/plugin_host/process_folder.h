@@ -1,4 +1,4 @@
-// A folder with plugins that are processes: Python scripts, with relign_bench and without.
+// A folder with plugins that run as processes: Python scripts, with relign_bench and without.
 #pragma once
 
 #include <cstdlib>
@@ -25,12 +25,12 @@ class ProcessFolderTest : public FolderTest {
 
   static bool runs(const std::string& command) { return std::system((command + " >/dev/null 2>&1").c_str()) == 0; }
 
-  // A plugin that speaks for itself: `body` has say(text), hear(), and begin(), which is done with handshake and
-  // create and gives the task of an algorithm.
+  // A plugin without relign_bench: `body` can use say(text), hear(), and begin(), which performs handshake and create
+  // and returns the task of an algorithm.
   std::filesystem::path raw(const std::string& body, const std::string& kind = "optimizer") {
     write("raw/raw.py", std::string(kRaw) + body);
     write("raw/relign-plugin.json", R"({"id": "raw", "kind": ")" + kind +
-                                        R"(", "summary": "Speaks for itself.", "command": ["python3", "raw.py"])" +
+                                        R"(", "summary": "Without relign_bench.", "command": ["python3", "raw.py"])" +
                                         (kind == "optimizer" ? R"(, "knows": ["merit", "box"]})" : "}"));
     return folder_ / "raw";
   }

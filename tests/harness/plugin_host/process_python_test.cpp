@@ -1,4 +1,4 @@
-// The classes of relign_bench.plugin for scenes, stations and noise levels, as the host sees them.
+// The classes of relign_bench.plugin for scenes, stations and noise levels, called by the host.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -25,7 +25,7 @@ class ProcessPythonTest : public test::ProcessFolderTest {
                  "from relign_bench.plugin import *\nclass Made(" +
                      base + "):\n" + indented(members, 4) + "if __name__ == '__main__': serve(Made)\n");
   }
-  // A station with these members besides, or instead.
+  // A station with additional or replaced members.
   fs::path python_station(const std::string& members) {
     return script("Station", R"py(def describe(self):
     return {"name": "made", "axes": [], "image": {"width": 3, "height": 2, "white": 1}}
@@ -46,7 +46,7 @@ def capture(self): return [[0.5] * 3] * 2, 0.5
   }
 };
 
-TEST_F(ProcessPythonTest, AStationInPython) {
+TEST_F(ProcessPythonTest, RunsAStationInPython) {
   Scene scene(choice(Kind::scene, python_station(R"(def move_by(self, delta):
     return Moved([delta[0], 0], 0.25, (0, +1))
 def capture(self): return array.array("f", [0.5] * 6), 0.5)")),
@@ -65,7 +65,7 @@ def capture(self): return array.array("f", [0.5] * 6), 0.5)")),
   EXPECT_THAT(logged_, Contains("begin 7"));
 }
 
-// Many wrong answers in one process: begin gives them to what speaks to the host, and prints its sentences.
+// Many invalid answers in one process: begin passes them to the class that sends messages, and prints its errors.
 const char* const kWrongAnswers = R"py(
 def capture(self): return self.wrong
 def move_by(self, delta): return self.wrong
@@ -81,7 +81,7 @@ def begin(self, seed):
     self.wrong = None
 )py";
 
-TEST_F(ProcessPythonTest, WrongShapesAndTypesBecomeSentences) {
+TEST_F(ProcessPythonTest, ReportsWrongShapesAndTypes) {
   const fs::path file = python_station(kWrongAnswers + std::string(R"py(
 def cases(self):
     few = ([[0] * 3], [[0] * 3, [0]], [[0] * 3, "abc"], bytes(20), array.array("d", [0] * 3), None)
@@ -108,13 +108,13 @@ def cases(self):
                                    "limits has 1 values, expected one per axis (2)"));
 }
 
-TEST_F(ProcessPythonTest, AnExceptionOfTheAuthorIsNamedWithItsLine) {
+TEST_F(ProcessPythonTest, ReportsExceptionsOfThePluginWithLine) {
   EXPECT_THAT(python_failure("def begin(self, seed): 1 / 0"),
               AllOf(HasSubstr("failed in begin: ZeroDivisionError"), HasSubstr("(made.py, line ")));
   EXPECT_THAT(python_failure("begin = Station.begin"), HasSubstr("Made has no begin(self, seed)"));
 }
 
-TEST_F(ProcessPythonTest, NumpyArraysArePixels) {
+TEST_F(ProcessPythonTest, AcceptsNumpyArraysAsPixels) {
   if (!runs("python3 -c 'import numpy'")) GTEST_SKIP() << "numpy is not installed";
   Scene scene(choice(Kind::scene, python_station(kWrongAnswers + std::string(R"py(
 import numpy
@@ -130,10 +130,10 @@ def capture(self):
                                    "capture() gave an array of <U1, expected 2 rows of 3 pixels"));
   std::vector<float> pixels(6);
   EXPECT_EQ(scene.capture(pixels.data()), 0.5);
-  EXPECT_THAT(pixels, ElementsAre(0, 0.5f, 1, 0.25f, 0.75f, 1.25f)) << "rows, whatever the array's order in memory";
+  EXPECT_THAT(pixels, ElementsAre(0, 0.5f, 1, 0.25f, 0.75f, 1.25f)) << "rows, for any memory order of the array";
 }
 
-TEST_F(ProcessPythonTest, ASimulatorMountsAndForgetsItsLenses) {
+TEST_F(ProcessPythonTest, MountsAndReleasesLenses) {
   const fs::path file = script("Scene", R"py(picture = parameter(True)
 def describe(self): return {"name": "made", "axes": [], "image": {"width": 3, "height": 2}, "elements": ["L1"]}
 def reference(self): return bytes(24)
@@ -179,14 +179,14 @@ class Lens(Assembly):
                                [&] {
                                  Scene(choice(Kind::scene, file), services_).mount("{}").mtf({1.5, 0.5}, 20);
                                }),
-              HasSubstr("failed in mtf: it tells 1.5; expected a number from 0 to 1"));
+              HasSubstr("failed in mtf: found an MTF of 1.5; expected 0 to 1"));
 
   Scene plain(choice(Kind::scene, file, {{"picture", false}}), services_);
   EXPECT_FALSE(plain.mount("{}").render_noise_free({0.5, 0.5}, pixels.data()));
   EXPECT_FALSE(plain.mount("{}").mtf({0.5, 0.5}, 20));
 }
 
-TEST_F(ProcessPythonTest, ANoiseLevelDraws) {
+TEST_F(ProcessPythonTest, DrawsFromANoiseLevel) {
   const fs::path file = script("NoiseLevel", R"(def draw(self, seed, scene):
     if seed == 1: return [seed]
     return {"start": [seed / 3, len(scene["axes"])], "distortion": [], "elements": {}})");

@@ -1,4 +1,4 @@
-// Scenes and noise levels that are processes: what they are asked, and what they may do wrong, message by message.
+// Scenes and noise levels that run as processes: requests, answers and every kind of fault, message by message.
 #include <gmock/gmock.h>
 
 #include <limits>
@@ -14,7 +14,7 @@ using testing::Each;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-// Answers of a scene of 3 x 2 pixels that speaks for itself; each case replaces one.
+// Answers of a scene of 3 x 2 pixels, written without relign_bench; each case replaces one.
 const char* const kScene = R"(
 import array
 def write(values, mode="wb"):
@@ -41,7 +41,7 @@ class ProcessSceneTest : public test::ProcessFolderTest {
   std::unique_ptr<Scene> station(const std::string& answers = "") {
     return std::make_unique<Scene>(choice(Kind::scene, raw(kScene + answers + kServeScene, "scene")), services_);
   }
-  // What a station says that answers `instead`: describe and reference, then one step.
+  // The failure of a station with an answer replaced by `instead`: describe and reference, then one step.
   std::string failure(const std::string& instead) {
     return test::error_text(ErrorKind::plugin_failed, [&] {
       const auto scene = station(instead + "\n");
@@ -54,7 +54,7 @@ class ProcessSceneTest : public test::ProcessFolderTest {
   }
 };
 
-TEST_F(ProcessSceneTest, AStationIsAskedAndItsAnswersPass) {
+TEST_F(ProcessSceneTest, PassesRequestsAndAnswersOfAStation) {
   const auto scene = station();
   EXPECT_TRUE(scene->offers_stage());
   EXPECT_EQ(Json::parse(scene->describe())["name"], "raw");
@@ -71,10 +71,10 @@ TEST_F(ProcessSceneTest, AStationIsAskedAndItsAnswersPass) {
   std::vector<float> pixels(6);
   EXPECT_EQ(scene->capture(pixels.data()), 1.5);
   EXPECT_THAT(pixels, Each(0.5f));
-  EXPECT_EQ(scene->reference().pixels[5], 5.0f) << "the reference stays";
+  EXPECT_EQ(scene->reference().pixels[5], 5.0f) << "the reference is unchanged";
 }
 
-TEST_F(ProcessSceneTest, NumbersAndSeedsArriveExactly) {
+TEST_F(ProcessSceneTest, PassesNumbersAndSeedsExactly) {
   const auto scene = station(R"(
 def answer_begin(asked): assert asked["seed"] == 2**64 - 1; return '{"message":"ok"}'
 def answer_move_by(asked):
@@ -86,48 +86,47 @@ def answer_move_by(asked):
   EXPECT_EQ(scene->move_by(delta).moved, delta);
 }
 
-TEST_F(ProcessSceneTest, WhatCannotBeIsRefusedInTheWordsOfLibraries) {
+TEST_F(ProcessSceneTest, RejectsInvalidAnswersWithTheMessagesOfLibraries) {
   const auto moved = [](const std::string& members) {
     return "def answer_move_by(asked): return '{\"message\":\"moved\"," + members + "}'";
   };
-  EXPECT_THAT(
-      failure(moved(R"("moved":[0,0],"limits_low":0,"limits_high":0,"machine_seconds":null)")),
-      AllOf(HasSubstr("plugin 'raw' failed in move_by: it took nan s by its own account; expected a finite number"),
-            HasSubstr("Its process")));
+  EXPECT_THAT(failure(moved(R"("moved":[0,0],"limits_low":0,"limits_high":0,"machine_seconds":null)")),
+              AllOf(HasSubstr("plugin 'raw' failed in move_by: machine_seconds is nan; expected a finite number"),
+                    HasSubstr("; its process")));
   EXPECT_THAT(failure(moved(R"("moved":[0,0],"limits_low":4,"limits_high":0,"machine_seconds":0)")),
-              HasSubstr("it tells limits of more than its 2 axes"));
+              HasSubstr("limit flags exceed its 2 axes"));
   EXPECT_THAT(failure(moved(R"("moved":[0,null],"limits_low":0,"limits_high":0,"machine_seconds":0)")),
-              HasSubstr("it tells that axis 1 moved by nan; expected a share of the travel"));
+              HasSubstr("the reported move of axis 1 is nan; expected a fraction of the travel"));
   EXPECT_THAT(failure(moved(R"("moved":[0],"limits_low":0,"limits_high":0,"machine_seconds":0)")),
-              HasSubstr("it moved 1 axes, expected 2"));
+              HasSubstr("it moved 1 axes; expected 2"));
   EXPECT_THAT(failure(moved(R"("moved":[0,0],"limits_low":-1,"limits_high":0,"machine_seconds":0)")),
-              HasSubstr("its message \"moved\" has no whole number from 0 to 2^64 - 1 \"limits_low\""));
+              HasSubstr("malformed message 'moved': expected an integer from 0 to 2^64 - 1 'limits_low'"));
   EXPECT_THAT(failure("def answer_capture(asked): write([0] * 6); return '{\"message\":\"captured\"}'"),
-              HasSubstr("its message \"captured\" has no number \"machine_seconds\""));
+              HasSubstr("malformed message 'captured': expected a number 'machine_seconds'"));
   EXPECT_THAT(
       failure(
           "def answer_capture(asked): write([0] * 6); return '{\"message\":\"captured\",\"machine_seconds\":null}'"),
-      HasSubstr("it took nan s by its own account"));
+      HasSubstr("machine_seconds is nan"));
   EXPECT_THAT(failure("def answer_describe(asked): return '{\"message\":\"described\",\"description\":[]}'"),
-              HasSubstr("failed in describe: its message \"described\" has no object \"description\""));
+              HasSubstr("failed in describe: malformed message 'described': expected an object 'description'"));
 }
 
-TEST_F(ProcessSceneTest, AnImageIsWholeOrAFailure) {
+TEST_F(ProcessSceneTest, RejectsIncompleteImages) {
   const char* few =
       "def answer_capture(asked): write([0] * 5); return '{\"message\":\"captured\",\"machine_seconds\":0}'";
   EXPECT_THAT(failure(few),
-              HasSubstr("failed in capture: its image file has 20 bytes, expected 24: 2 rows of 3 float32"));
+              HasSubstr("failed in capture: its image file has 20 bytes; expected 24: 2 rows of 3 float32"));
   EXPECT_THAT(failure("def answer_reference(asked): write([0] * 7); return '{\"message\":\"ok\"}'"),
-              HasSubstr("failed in reference: its image file has 28 bytes, expected 24"));
-  // The image of the request before does not count.
+              HasSubstr("failed in reference: its image file has 28 bytes; expected 24"));
+  // The image of the previous request does not count.
   EXPECT_THAT(failure("def answer_capture(asked): return '{\"message\":\"captured\",\"machine_seconds\":0}'"),
               HasSubstr("its image file has 0 bytes"));
   EXPECT_THAT(failure("def answer_describe(asked): return '{\"message\":\"described\",\"description\":"
                       "{\"image\":{\"width\":1e9,\"height\":1e9}}}'"),
-              HasSubstr("its description tells no size of the image"));
+              HasSubstr("its description has no image size"));
 }
 
-TEST_F(ProcessSceneTest, DeathsAndRubbishAreOutcomes) {
+TEST_F(ProcessSceneTest, ReportsCrashesAndMalformedMessages) {
   EXPECT_THAT(failure("def answer_capture(asked): print('the laser is off', flush=True); os.kill(os.getpid(), 6)"),
               AllOf(HasSubstr("failed in capture"), HasSubstr("killed by SIGABRT"), HasSubstr("\n  the laser is off")));
   EXPECT_THAT(failure("def answer_move_by(asked): say('{\"message\":\"mov'); os._exit(3)"),
@@ -135,17 +134,17 @@ TEST_F(ProcessSceneTest, DeathsAndRubbishAreOutcomes) {
   EXPECT_THAT(failure("def answer_begin(asked): return '{\"message\":\"failed\",\"text\":\"no air pressure\"}'"),
               HasSubstr("failed in begin: no air pressure"));
   EXPECT_THAT(failure("def answer_capture(asked): return '{\"message\":\"ok\"}'"),
-              HasSubstr("expected the message \"captured\", found '{\"message\":\"ok\"}'"));
+              HasSubstr("expected the message 'captured', found '{\"message\":\"ok\"}'"));
   EXPECT_THAT(failure("def answer_begin(asked): return '[' * 100000 + ']' * 100000"), HasSubstr("nested too deep"));
 }
 
-TEST_F(ProcessSceneTest, WhoHangsIsKilledAndNamed) {
+TEST_F(ProcessSceneTest, KillsAndNamesHangingProcess) {
   ::setenv("RELIGN_CALL_SECONDS", "0.5", 1);
   EXPECT_THAT(failure("def answer_capture(asked): time.sleep(100)"),
               AllOf(HasSubstr("failed in capture: it did not answer within 0.5 s"), HasSubstr("was killed")));
 }
 
-TEST_F(ProcessSceneTest, AfterAFailureEveryRequestFailsInTheSameWords) {
+TEST_F(ProcessSceneTest, RepeatsTheFailureForLaterRequests) {
   const auto scene =
       station("def answer_begin(asked): return '{\"message\":\"failed\",\"text\":\"no air pressure\"}'\n");
   const std::string first = test::error_text(ErrorKind::plugin_failed, [&] { scene->begin(1); });
@@ -153,7 +152,7 @@ TEST_F(ProcessSceneTest, AfterAFailureEveryRequestFailsInTheSameWords) {
   EXPECT_EQ(test::error_text(ErrorKind::plugin_failed, [&] { scene->capture(pixels.data()); }), first);
 }
 
-TEST_F(ProcessSceneTest, PrintingIsHarmless) {
+TEST_F(ProcessSceneTest, AcceptsAnyAmountOfOutput) {
   const auto scene = station(R"(
 def answer_capture(asked):
     for i in range(20000): print("x" * 50)
@@ -164,14 +163,14 @@ def answer_capture(asked):
   std::vector<float> pixels(6);
   scene->capture(pixels.data());
   EXPECT_THAT(pixels, Each(1.0f));
-  EXPECT_EQ(logged_.size(), 20001u) << "all is passed on; who keeps it bounds it";
+  EXPECT_EQ(logged_.size(), 20001u) << "all output is passed on; its receiver limits it";
 }
 
-TEST_F(ProcessSceneTest, ANoiseLevelThatDrawsNoObject) {
+TEST_F(ProcessSceneTest, RejectsDrawThatIsNotAnObject) {
   const char* draws_seven = "greet(); hear(); say('{\"message\":\"drawn\",\"drawn\":7}\\n'); hear()";
   NoiseLevel odd(choice(Kind::noise_level, raw(draws_seven, "noise-level")), services_);
   EXPECT_THAT(test::error_text(ErrorKind::plugin_failed, [&] { odd.draw(1, "{}"); }),
-              HasSubstr("its message \"drawn\" has no object \"drawn\""));
+              HasSubstr("malformed message 'drawn': expected an object 'drawn'"));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Algorithms that are processes: what they see, what they may do wrong, and what is left of them.
+// Algorithms that run as processes: their observations, every kind of fault, and clean-up.
 #include <gmock/gmock.h>
 #include <signal.h>
 #include <sys/wait.h>
@@ -33,7 +33,7 @@ class ProcessTest : public test::ProcessFolderTest {
     setup_.merit = [](const test::Pose& pose, std::uint32_t) { return test::bowl(pose, {0.3, -0.2}); };
   }
 
-  // A script that speaks through relign_bench: the body of run(self, talk).
+  // A script with relign_bench: the body of run(self, talk).
   fs::path script(const std::string& body, const std::string& members = "") {
     return write("guess.py",
                  "\"\"\"Tries what the test wants.\"\"\"\nimport os, sys, time\n"
@@ -56,7 +56,7 @@ class ProcessTest : public test::ProcessFolderTest {
 };
 
 #ifdef RELIGN_COMPASS
-TEST_F(ProcessTest, TheCompassesOfBothLanguagesWalkTheSameWay) {
+TEST_F(ProcessTest, CompassIsTheSameInBothLanguages) {
   const fs::path examples = fs::path(RELIGN_SOURCE_DIR) / "examples";
   setup_.axes = 5;
   setup_.budget = 400;
@@ -77,7 +77,7 @@ TEST_F(ProcessTest, TheCompassesOfBothLanguagesWalkTheSameWay) {
 }
 #endif
 
-TEST_F(ProcessTest, BytecodeIsKeptApartOnlyWhereItIsKept) {
+TEST_F(ProcessTest, RedirectsBytecodeOnlyIfItIsWritten) {
   const fs::path file = script("print('prefix:', sys.pycache_prefix, flush=True)");
   ::unsetenv("PYTHONDONTWRITEBYTECODE");
   run(file);
@@ -87,7 +87,7 @@ TEST_F(ProcessTest, BytecodeIsKeptApartOnlyWhereItIsKept) {
   EXPECT_THAT(logged_, Contains("prefix: None"));
 }
 
-TEST_F(ProcessTest, AScriptIsItsOwnManifestAndIsAskedOnce) {
+TEST_F(ProcessTest, CachesTheManifestOfAScript) {
   const fs::path file =
       script("pass", R"(stride = parameter(0.25, minimum=0, maximum=1, unit="share", description="How far")
 count = parameter(3)
@@ -102,11 +102,11 @@ knows = ("merit",))");
   EXPECT_EQ(catalog.resolve_or_throw(Kind::optimizer, "guess_wide").parameters["stride"], 0.5);
   EXPECT_EQ(choice.plugin->knows, std::vector<std::string>{"merit"});
 
-  // The second time from the cache: the answer is there, whatever the cache says.
+  // The second time from the cache, whatever its content.
   const fs::path kept = fs::directory_iterator(folder_ / "cache/relign-bench/manifests")->path();
   write(kept, R"({"id": "from-cache", "kind": "optimizer", "summary": "Kept."})");
   EXPECT_EQ(Catalog().resolve_or_throw(Kind::optimizer, file.string()).id, "from-cache");
-  // A changed file is asked again, and has another hash.
+  // A changed file runs again, and has another hash.
   const std::string before = plugin_hash(*choice.plugin);
   std::ofstream(file, std::ios::app) << "# changed\n";
   const Choice changed = Catalog().resolve_or_throw(Kind::optimizer, file.string());
@@ -114,7 +114,7 @@ knows = ("merit",))");
   EXPECT_NE(plugin_hash(*changed.plugin), before);
 }
 
-TEST_F(ProcessTest, ImportedModulesOfItsOwnFolderArePartOfAScript) {
+TEST_F(ProcessTest, HashesImportedModulesOfTheScriptFolder) {
   write("parts/__init__.py", "");
   write("parts/strides.py", "first = 0.25\n");
   write("unused.py", "raise RuntimeError('nobody imports this')\n");
@@ -135,11 +135,11 @@ TEST_F(ProcessTest, ImportedModulesOfItsOwnFolderArePartOfAScript) {
   EXPECT_EQ(plugin_hash(*asked().plugin), plugin_hash(*before.plugin));
   write("parts/strides.py", "first = 0.5  # a longer one\n");
   const Choice after = asked();
-  EXPECT_EQ(after.parameters["stride"], 0.5) << "asked again";
+  EXPECT_EQ(after.parameters["stride"], 0.5) << "the script ran again";
   EXPECT_NE(plugin_hash(*after.plugin), plugin_hash(*before.plugin));
 }
 
-TEST_F(ProcessTest, AManifestThatDoesNotFitItsClassIsRefused) {
+TEST_F(ProcessTest, RejectsManifestThatDiffersFromItsClass) {
   const std::string text =
       read_file(script("talk.step([0, 0])", "knows = (\"merit\", \"box\")\nstride = parameter(0.25, maximum=1)"));
   const auto refused = [&](const std::string& knows, const std::string& parameters) {
@@ -151,14 +151,14 @@ TEST_F(ProcessTest, AManifestThatDoesNotFitItsClassIsRefused) {
   };
   const std::string stride = R"("stride": {"type": "number", "default": 0.25, "maximum": 1)";
   EXPECT_THAT(refused(R"(["merit", "images"])", stride + "}"),
-              AllOf(HasSubstr(R"("knows" is ["images","merit"] in the manifest and ["box","merit"] in the class)"),
-                    HasSubstr("a Python file is its own")));
+              AllOf(HasSubstr(R"('knows' is ["images","merit"] in the manifest and ["box","merit"] in the class)"),
+                    HasSubstr("remove the manifest and use the Python file")));
   EXPECT_THAT(refused(R"(["box", "merit"])", R"("stride": {"type": "number", "default": 0.5, "maximum": 1})"),
-              HasSubstr(R"("default" of parameter 'stride' is 0.5 in the manifest and 0.25 in the class)"));
-  EXPECT_THAT(refused(R"(["box", "merit"])", ""), HasSubstr("parameter 'stride' is nothing in the manifest"));
+              HasSubstr("'default' of parameter 'stride' is 0.5 in the manifest and 0.25 in the class"));
+  EXPECT_THAT(refused(R"(["box", "merit"])", ""), HasSubstr("parameter 'stride' is missing in the manifest"));
   EXPECT_THAT(refused(R"(["box", "merit"])", stride + R"(}, "count": {"type": "integer", "default": 1})"),
               HasSubstr("parameter 'count' is"));
-  // Words for people may differ.
+  // Descriptions may differ.
   write("beside/relign-plugin.json",
         R"({"id": "guess", "kind": "optimizer", "summary": "Beside.", "knows": ["box", "merit"],
       "parameters": {)" +
@@ -167,10 +167,10 @@ TEST_F(ProcessTest, AManifestThatDoesNotFitItsClassIsRefused) {
   EXPECT_THAT(talk_->steps, SizeIs(1));
 }
 
-TEST_F(ProcessTest, WhatIsNoPluginIsRefusedWithItsWords) {
-  const fs::path broken = write("broken.py", "raise RuntimeError('nobody is at home')\n");
+TEST_F(ProcessTest, RejectsScriptsThatAreNotPlugins) {
+  const fs::path broken = write("broken.py", "raise RuntimeError('no config file')\n");
   EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { run(broken); }),
-              AllOf(HasSubstr("broken.py is no plugin"), HasSubstr("failed: RuntimeError: nobody is at home"),
+              AllOf(HasSubstr("broken.py is not a plugin"), HasSubstr("failed: RuntimeError: no config file"),
                     HasSubstr("status 1"), Not(HasSubstr("serve(YourClass)"))));
   const fs::path misspelt = write("misspelt.py",
                                   "\"\"\"Says know.\"\"\"\nfrom relign_bench.plugin import Optimizer, serve\n"
@@ -190,7 +190,7 @@ TEST_F(ProcessTest, WhatIsNoPluginIsRefusedWithItsWords) {
   EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { run(folder_ / "both"); }), HasSubstr("not both"));
 }
 
-TEST_F(ProcessTest, AnotherPythonMayRunIt) {
+TEST_F(ProcessTest, RunsWithAnotherPython) {
   const fs::path guess = write("guess.py",
                                "\"\"\"Ends at once.\"\"\"\nfrom relign_bench.plugin import Optimizer, serve\n"
                                "class Guess(Optimizer):\n    def run(self, talk): pass\nserve(Guess)\n");
@@ -203,7 +203,7 @@ TEST_F(ProcessTest, AnotherPythonMayRunIt) {
   EXPECT_THAT(read_file(folder_ / "asked"), HasSubstr("guess.py"));
 }
 
-TEST_F(ProcessTest, SeesTheWholeTask) {
+TEST_F(ProcessTest, PassesTheWholeTask) {
   setup_.seed = ~std::uint64_t{0};
   setup_.largest_move = 0.125;
   run(script(R"(assert talk.seed == 2**64 - 1 and talk.budget == 4 and talk.largest_move == 0.125
@@ -227,7 +227,7 @@ while talk.step([0, 0]): pass)"));
   EXPECT_THAT(talk_->steps, SizeIs(4));
 }
 
-TEST_F(ProcessTest, SeesPixelsWithAndWithoutNumpy) {
+TEST_F(ProcessTest, PassesPixelsWithAndWithoutNumpy) {
   setup_.knows |= RELIGN_KNOWS_IMAGES;
   const std::string body = R"(for target in ([0.1, 0.2], [0.3, 0.1]):
     seen = talk.step(target)
@@ -240,7 +240,7 @@ TEST_F(ProcessTest, SeesPixelsWithAndWithoutNumpy) {
 kept = seen.image
 unseen = talk.step([0, 0])
 talk.step([0.1, 0])
-assert abs(kept[0, 0] - seen.merit) < 1e-6, "what was looked at may be kept"
+assert abs(kept[0, 0] - seen.merit) < 1e-6, "arrays may be kept"
 try: unseen.image
 except RuntimeError as error: assert "are gone" in str(error)
 else: assert False
@@ -253,12 +253,12 @@ print("array:", type(image).__module__))";
             "command": ["python3", "-S", "guess.py"]})");
   run(folder_ / "plain");
   EXPECT_THAT(logged_, Contains("array: relign_bench.plugin"));
-  if (!runs("python3 -c 'import numpy'")) GTEST_SKIP() << "numpy is not installed: seen without it only";
+  if (!runs("python3 -c 'import numpy'")) GTEST_SKIP() << "numpy is not installed; tested without it";
   run(file);
   EXPECT_THAT(logged_, Contains("array: numpy"));
 }
 
-TEST_F(ProcessTest, TheSharedPixelsCannotBeTakenAwayFromTheHost) {
+TEST_F(ProcessTest, PreventsShrinkingOfSharedPixels) {
   setup_.knows |= RELIGN_KNOWS_IMAGES;
   run(script(R"(file = os.open("/proc/self/fd/5", os.O_RDWR)
 try: os.ftruncate(file, 0)
@@ -269,7 +269,7 @@ assert talk.step([0.1, 0.2]).image.shape == (8, 8))",
   EXPECT_THAT(talk_->steps, SizeIs(1));
 }
 
-TEST_F(ProcessTest, PrintingIsHarmless) {
+TEST_F(ProcessTest, AcceptsAnyAmountOfOutput) {
   run(script(R"(print("here I am")
 for i in range(20000):
     print("x" * 50, file=sys.stderr if i % 2 else sys.stdout)
@@ -284,46 +284,48 @@ talk.step([0.1, 0.1]))"));
   EXPECT_THAT(logged_, Contains(std::string(1000, 'y')));
 }
 
-TEST_F(ProcessTest, AnExceptionIsNamedWithItsLine) {
+TEST_F(ProcessTest, ReportsExceptionsWithLine) {
   const std::string text = failure(script("talk.step([0, 0])\nraise KeyError('the third lens')"));
   EXPECT_THAT(text, AllOf(HasSubstr("plugin 'guess' failed in run: KeyError: 'the third lens' (guess.py, line 7)"),
                           HasSubstr("ended with exit status 1"), HasSubstr("Traceback")));
-  EXPECT_THAT(talk_->steps, SizeIs(1)) << "the steps made are kept";
+  EXPECT_THAT(talk_->steps, SizeIs(1)) << "completed steps are kept";
   EXPECT_THAT(failure(script("pass", "def __init__(self): raise ValueError('no model')")),
               AllOf(HasSubstr("failed in create"), HasSubstr("ValueError: no model")));
 }
 
-TEST_F(ProcessTest, DeathsAreOutcomes) {
+TEST_F(ProcessTest, ReportsCrashes) {
   EXPECT_THAT(failure(raw("sys.exit('no licence')")),
-              AllOf(HasSubstr("failed in its handshake"), HasSubstr("exit status 1"), HasSubstr("no licence")));
+              AllOf(HasSubstr("failed in the handshake"), HasSubstr("exit status 1"), HasSubstr("no licence")));
   EXPECT_THAT(failure(raw("begin(); print('last words', flush=True); os.kill(os.getpid(), 11)")),
               AllOf(HasSubstr("failed in run"), HasSubstr("killed by SIGSEGV"), HasSubstr("\n  last words")));
   EXPECT_THAT(failure(raw("begin(); os._exit(0)")),
-              AllOf(HasSubstr("closed the conversation"), HasSubstr("ended with exit status 0")));
+              AllOf(HasSubstr("closed the connection"), HasSubstr("ended with exit status 0")));
   EXPECT_THAT(failure(script("talk.step([0, 0]); sys.exit(0)")), HasSubstr("it called sys.exit(0) during the trial"));
   EXPECT_THAT(failure(raw("begin(); say('{\"message\":\"st'); os._exit(3)")),
               AllOf(HasSubstr("in the middle of a message"), HasSubstr("exit status 3")));
 }
 
-TEST_F(ProcessTest, RubbishIsAnOutcome) {
+TEST_F(ProcessTest, ReportsMalformedMessages) {
   EXPECT_THAT(failure(raw("begin(); say('hello there\\n'); hear()")),
-              HasSubstr("it sent 'hello there', which is no JSON"));
-  EXPECT_THAT(failure(raw("begin(); say('[1, 2]\\n'); hear()")), HasSubstr("'[1, 2]', which is no message"));
-  EXPECT_THAT(failure(raw("begin(); say('{\"message\":7}\\n'); hear()")), HasSubstr("which is no message"));
+              HasSubstr("malformed message 'hello there': invalid JSON"));
+  EXPECT_THAT(failure(raw("begin(); say('[1, 2]\\n'); hear()")),
+              HasSubstr("malformed message '[1, 2]': expected an object"));
+  EXPECT_THAT(failure(raw("begin(); say('{\"message\":7}\\n'); hear()")),
+              HasSubstr("expected an object with a string 'message'"));
   EXPECT_THAT(failure(raw("begin(); say('{\"message\":\"step\",\"pose\":\"up\"}\\n'); hear()")),
-              HasSubstr("its message \"step\" has no list of numbers \"pose\""));
+              HasSubstr("malformed message 'step': expected a list of numbers 'pose'"));
   EXPECT_THAT(failure(raw("begin(); say('x' * 3000000); hear()")), HasSubstr("more than a million bytes"));
   EXPECT_THAT(failure(raw("hear(); say('{\"message\":\"hello\",\"protocol\":1,\"id\":\"other\"}\\n'); hear()")),
-              HasSubstr("it says that it is 'other'; the manifest says 'raw'"));
+              HasSubstr("found the id 'other'; expected 'raw' as in the manifest"));
   EXPECT_THAT(failure(raw("hear(); say('{\"message\":\"hello\",\"protocol\":9,\"id\":\"raw\"}\\n'); hear()")),
               HasSubstr("protocol version"));
   EXPECT_THAT(
       failure(
           raw("hear(); say('{\"message\":\"hello\",\"protocol\":1,\"id\":\"raw\",\"needs\":[\"gpu\"]}\\n'); hear()")),
-      HasSubstr("abilities that this host does not have: [\"gpu\"]"));
+      HasSubstr("abilities that this host lacks: [\"gpu\"]"));
 }
 
-TEST_F(ProcessTest, UnknownRequestsAndBadPosesAreAnswered) {
+TEST_F(ProcessTest, AnswersUnknownRequestsAndInvalidPoses) {
   run(raw(R"(begin()
 say('{"message":"step","pose":[1],"later":{}}\n'); assert hear()["message"] == "refused"
 say('{"message":"step","pose":[1,null]}\n'); assert hear()["message"] == "refused"
@@ -333,22 +335,23 @@ say('{"message":"done"}\n'))"));
   EXPECT_THAT(talk_->steps, SizeIs(1));
 }
 
-TEST_F(ProcessTest, WhoHangsIsKilledWithItsWholeGroup) {
+TEST_F(ProcessTest, KillsHangingProcessWithItsGroup) {
   ::setenv("RELIGN_HANDSHAKE_SECONDS", "1.5", 1);
   EXPECT_THAT(failure(raw("print('thinking', flush=True); time.sleep(100)")),
-              AllOf(HasSubstr("failed in its handshake: it did not answer in time"), HasSubstr("was killed")));
+              AllOf(HasSubstr("failed in the handshake: it did not answer in time"), HasSubstr("was killed")));
   ::unsetenv("RELIGN_HANDSHAKE_SECONDS");
   ::setenv("RELIGN_STOP_SECONDS", "0.4", 1);
-  EXPECT_THAT(failure(raw("begin(); say('{\"mess'); time.sleep(100)")), HasSubstr("half a message and then nothing"));
+  EXPECT_THAT(failure(raw("begin(); say('{\"mess'); time.sleep(100)")),
+              HasSubstr("an incomplete message and then nothing more"));
   EXPECT_THAT(failure(script("while talk.step([0, 0]): pass\n"
                              "import subprocess\n"
                              "child = subprocess.Popen(['sleep', '100'])\n"
                              "print('child', child.pid)\n"
                              "time.sleep(100)")),
-              HasSubstr("it was told to stop and did not return in time"));
-  // The commonest loop of all: it never looks at what step gives.
+              HasSubstr("it did not return in time after a stop"));
+  // The most common mistake: a loop that ignores the result of step.
   EXPECT_THAT(failure(script("while True: talk.step([0.5, 0.5])")),
-              AllOf(HasSubstr("times that there are no more steps (step() gives None then)"), HasSubstr("was killed")));
+              AllOf(HasSubstr("stops (step() returns None when there are no more steps)"), HasSubstr("was killed")));
   ASSERT_THAT(logged_, Contains(HasSubstr("child ")));
   const std::string process = logged_.back().substr(6);
   const auto lives = [&] {
@@ -357,11 +360,11 @@ TEST_F(ProcessTest, WhoHangsIsKilledWithItsWholeGroup) {
     return std::getline(stat, text) && text.find(") Z") == std::string::npos;
   };
   for (int wait = 0; wait < 200 && lives(); ++wait) std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  EXPECT_FALSE(lives()) << "its children are killed with it";
+  EXPECT_FALSE(lives()) << "its children must be killed with it";
 }
 
-TEST_F(ProcessTest, NothingIsLeftOfTwoHundredTrials) {
-  // Any language will do: here the shell.
+TEST_F(ProcessTest, LeavesNothingBehindAfterTwoHundredTrials) {
+  // A plugin may be in any language, here the shell.
   write("tiny/tiny.sh", R"(read -r hello <&4; echo '{"message":"hello","protocol":1,"id":"tiny"}' >&3
 read -r create <&4; echo '{"message":"created"}' >&3
 read -r run <&4; echo '{"message":"step","pose":[0.25,-0.5]}' >&3
@@ -382,7 +385,7 @@ read -r seen <&4; echo '{"message":"done"}' >&3; read -r bye <&4)");
   EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1) << "a child is left";
 }
 
-TEST_F(ProcessTest, TheHostsOwnFailureLeavesUnchanged) {
+TEST_F(ProcessTest, PropagatesHostExceptionsUnchanged) {
   setup_.merit = [](const test::Pose&, std::uint32_t step) -> double {
     if (step == 2) throw Error(ErrorKind::io, "the camera is unplugged");
     return 0.5;
@@ -391,8 +394,8 @@ TEST_F(ProcessTest, TheHostsOwnFailureLeavesUnchanged) {
             "the camera is unplugged");
 }
 
-// Not asserted: what it costs depends on what else the machine does. docs/process_plugins.md has a figure.
-TEST_F(ProcessTest, AStepsCostIsPrinted) {
+// Not asserted, because the cost depends on the load of the machine. docs/process_plugins.md has a figure.
+TEST_F(ProcessTest, PrintsTheCostOfAStep) {
   setup_.budget = 5000;
   setup_.axes = 5;
   setup_.merit = [](const test::Pose&, std::uint32_t step) { return 1.0 / (1 + step); };

@@ -1,4 +1,4 @@
-// A folder of its own for each test, and quick plugins in it.
+// A temporary folder for each test, and helpers to create plugins in it.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ class FolderTest : public testing::Test {
     return path;
   }
 
-  // A plugin folder with a manifest and a file in the library's place (nothing here loads it).
+  // A plugin folder with a manifest and a file in place of the library (never loaded here).
   std::filesystem::path plugin(const std::string& folder, const std::string& manifest, const std::string& library) {
     write(folder + "/relign-plugin.json", manifest);
     write(folder + "/" + library, "not loaded");

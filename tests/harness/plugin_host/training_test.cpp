@@ -35,7 +35,7 @@ class TrainingTest : public test::FolderTest {
   Catalog catalog_;
 };
 
-TEST_F(TrainingTest, TheFileBesideTheModelIsFoundByTheParameterNamed) {
+TEST_F(TrainingTest, FindsTheFileBesideTheModel) {
   const auto side_file = [this](const std::string& id, const Json& parameters = {}) {
     return side_file_of(catalog_.resolve_or_throw(id == "policy" ? Kind::agent : Kind::optimizer, id, parameters));
   };
@@ -48,16 +48,16 @@ TEST_F(TrainingTest, TheFileBesideTheModelIsFoundByTheParameterNamed) {
   EXPECT_TRUE(side_file("tuned").is_null());
 }
 
-TEST_F(TrainingTest, TheFileBesideTheModelTellsItAndItsWarmStartCounts) {
+TEST_F(TrainingTest, ReadsCostFromTheFileBesideTheModelWithWarmStart) {
   EXPECT_EQ(of("policy"), Json({{"hours", 1.75}, {"steps", 4000}, {"machine", "four cores"}}));
 }
 
-TEST_F(TrainingTest, AUsersOwnModelTellsItsOwn) {
+TEST_F(TrainingTest, ReadsCostOfTheUsersModel) {
   write("mine.onnx", "network");
   write("mine.json", R"({"trained": {"hours": 0.1, "steps": 7}})");
   const Json mine = {{"model", (folder_ / "mine.onnx").string()}};
   EXPECT_EQ(of("policy", mine), Json({{"hours", 0.1}, {"steps", 7}, {"machine", ""}}));
-  // Trained somehow, but nobody says how: that is not the same as not trained.
+  // Trained at unknown cost, which differs from not trained.
   const Json unknown = {{"hours", nullptr}, {"steps", nullptr}, {"machine", ""}};
   for (const char* text : {"{", "[]", R"({"trained": {"hours": -1, "steps": "many"}})", "{}"}) {
     write("mine.json", text);
@@ -67,7 +67,7 @@ TEST_F(TrainingTest, AUsersOwnModelTellsItsOwn) {
   EXPECT_EQ(of("policy", mine), unknown);
 }
 
-TEST_F(TrainingTest, StatedNumbersAndThoseOfAlgorithmsThatItRuns) {
+TEST_F(TrainingTest, AddsStatedCostsOfInnerAlgorithms) {
   EXPECT_EQ(of("tuned"), Json({{"hours", 2}, {"steps", nullptr}, {"machine", "a cluster"}}));
   EXPECT_TRUE(of("plain").is_null());
   EXPECT_EQ(of("relay"), of("policy"));
@@ -75,7 +75,7 @@ TEST_F(TrainingTest, StatedNumbersAndThoseOfAlgorithmsThatItRuns) {
             Json({{"hours", 3.75}, {"steps", nullptr}, {"machine", "four cores, a cluster"}}));
 }
 
-TEST_F(TrainingTest, MistakesOfTheManifestAreRefused) {
+TEST_F(TrainingTest, RejectsMistakesInTheManifest) {
   const auto refusal = [&](const std::string& training, const std::string& kind = "agent") {
     write("bad/relign-plugin.json",
           R"({"id": "bad", "summary": "s", "parameters": {"count": {"type": "integer", "default": 1}}, "kind": ")" +
@@ -88,9 +88,9 @@ TEST_F(TrainingTest, MistakesOfTheManifestAreRefused) {
     return std::string("none");
   };
   EXPECT_EQ(refusal(R"({"hours": 1, "steps": 3, "machine": "m"})"), "none");
-  EXPECT_THAT(refusal(R"("model")"), HasSubstr("a parameter of type file, found \"model\""));
-  EXPECT_THAT(refusal(R"("count")"), HasSubstr("a parameter of type file, found \"count\""));
-  EXPECT_THAT(refusal("3"), HasSubstr("expected an object with \"hours\""));
+  EXPECT_THAT(refusal(R"("model")"), HasSubstr("a parameter of type file, found 'model'"));
+  EXPECT_THAT(refusal(R"("count")"), HasSubstr("a parameter of type file, found 'count'"));
+  EXPECT_THAT(refusal("3"), HasSubstr("expected an object with 'hours'"));
   EXPECT_THAT(refusal(R"({"hours": -1})"), HasSubstr("/training/hours"));
   EXPECT_THAT(refusal(R"({"days": 1})"), HasSubstr("days"));
   EXPECT_THAT(refusal(R"({"hours": 1})", "scene"), HasSubstr("only optimizers and agents are trained"));

@@ -1,4 +1,4 @@
-// The bound of one more image beside the results.
+// The bound of one more image, stored with the results.
 #include "runner/bounds.h"
 
 #include <algorithm>
@@ -25,7 +25,7 @@ class BoundsTest : public ToyTest {
   }
 };
 
-TEST_F(BoundsTest, OfEveryLevelOnItsFirstLenses) {
+TEST_F(BoundsTest, CoverEveryLevelOnItsFirstInstances) {
   run(prepared(suite(R"({"tells_optimum": true})")), options("a"));
   const std::vector<fs::path> files = bounds("a");
   ASSERT_EQ(files.size(), 2U);
@@ -35,13 +35,13 @@ TEST_F(BoundsTest, OfEveryLevelOnItsFirstLenses) {
   EXPECT_EQ(written["noise_level"], "toy-wild");
   ASSERT_EQ(written["lenses"].size(), 2U);
   EXPECT_EQ(written["lenses"][1]["instance"], 1);
-  // Even noise of 0.01 on 96 pixels, two axes; eight captures tell its variance to some per cent.
+  // Uniform noise of 0.01 on 96 pixels, two axes; eight captures give its variance to a few per cent.
   for (const Json& lens : written["lenses"])
     EXPECT_NEAR(lens["excess_mse"].get<double>(), 2 * 1e-4 / 96, 0.4 * 2 * 1e-4 / 96) << lens;
   EXPECT_TRUE(messages_.empty());
 }
 
-TEST_F(BoundsTest, StayUntilTheLensesAreOthers) {
+TEST_F(BoundsTest, AreKeptUntilTheInstancesChange) {
   run(prepared(suite(R"({"tells_optimum": true})")), options("a"));
   const fs::path file = bounds("a").front();
   const std::string before = read_file(file);
@@ -53,12 +53,13 @@ TEST_F(BoundsTest, StayUntilTheLensesAreOthers) {
   fs::copy_file(file, bounds("b").front(), fs::copy_options::overwrite_existing);
   const std::string other = read_file(bounds("b").back());
   run(prepared(suite(R"({"tells_optimum": true})", R"(, "seed": 5)")), options("b"));
-  EXPECT_NE(read_file(bounds("b").front()), before) << "of another seed's lenses";
+  EXPECT_NE(read_file(bounds("b").front()), before) << "instances of another seed";
   EXPECT_EQ(read_file(bounds("b").back()), other);
 }
 
-// What was kept is taken where it is whole and of the same scene, level and lenses; else it is made again.
-TEST_F(BoundsTest, AndLandscapesAreKeptFromOneRunToTheNext) {
+// Cached results are used if they are complete and of the same scene, level and instances; else they are computed
+// again.
+TEST_F(BoundsTest, AndLandscapesAreCachedBetweenRuns) {
   const PreparedPlan plan = prepared(suite(R"({"tells_optimum": true})"));
   const auto run_into = [&](const std::string& name) {
     RunOptions with_cache = options(name);
@@ -96,7 +97,7 @@ TEST_F(BoundsTest, AndLandscapesAreKeptFromOneRunToTheNext) {
   EXPECT_EQ(run_into("e"), first);
 }
 
-TEST_F(BoundsTest, OnePartOfManyDoesIt) {
+TEST_F(BoundsTest, AreWrittenByOneShard) {
   const PreparedPlan plan = prepared(suite(R"({"tells_optimum": true})"));
   RunOptions first = options("first"), second = options("second");
   first.only = {{"instance", "0"}};
@@ -107,12 +108,12 @@ TEST_F(BoundsTest, OnePartOfManyDoesIt) {
   EXPECT_TRUE(bounds("second").empty());
 }
 
-TEST_F(BoundsTest, AreMissingWhereTheSceneCannot) {
+TEST_F(BoundsTest, AreMissingIfTheSceneFails) {
   run(prepared(suite("{}")), options("silent"));
   EXPECT_TRUE(bounds("silent").empty());
   run(prepared(suite(R"({"tells_optimum": true, "broken_above": -1})")), options("broken"));
   EXPECT_TRUE(bounds("broken").empty());
-  EXPECT_THAT(messages_, testing::Contains(testing::HasSubstr("the bound of one more image is missing for toy")));
+  EXPECT_THAT(messages_, testing::Contains(testing::HasSubstr("no bound of one more image for toy")));
 }
 
 }  // namespace

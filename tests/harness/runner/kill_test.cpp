@@ -1,5 +1,5 @@
-// kill -9 of workers and of the whole program at random moments: whatever is killed, the same command goes on, and what
-// it ends with is what an undisturbed run writes. RELIGN_KILLS=100 for the long form.
+// kill -9 of workers and of the whole program at random moments: the same command resumes and finally writes the same
+// results as an uninterrupted run. RELIGN_KILLS=100 for the long form.
 #include <fcntl.h>
 #include <signal.h>
 #include <spawn.h>
@@ -59,7 +59,7 @@ class KillTest : public ToyTest {
     return found;
   }
 
-  // The exit status when it ends within the time.
+  // The exit status if it ends within the time.
   static std::optional<int> ended_within(pid_t program, double seconds) {
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
     int status = 0;
@@ -70,18 +70,18 @@ class KillTest : public ToyTest {
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   }
 
-  // What must be equal: the rest says when and how it was made.
+  // The files that must be equal; the others depend on time and place.
   std::map<std::string, std::string> results(const std::string& name) const {
     std::map<std::string, std::string> files = contents(name);
-    files.erase("report.html");    // shows times
-    files.erase("manifest.json");  // has the folder's name and the moment
+    files.erase("report.html");    // contains times
+    files.erase("manifest.json");  // contains the folder's name and the date
     return files;
   }
 
   std::string log() const { return fs::exists(folder_ / "log.txt") ? read_file(folder_ / "log.txt") : ""; }
 };
 
-TEST_F(KillTest, NothingIsLost) {
+TEST_F(KillTest, ResumesAfterKill) {
   const char* wanted = std::getenv("RELIGN_KILLS");
   const int kills = wanted ? std::atoi(wanted) : 15;
   constexpr int kTrialsFailed = 3;  // the stumbler's
@@ -108,7 +108,7 @@ TEST_F(KillTest, NothingIsLost) {
         }
         ++programs;
         ::kill(program, SIGKILL);
-        // The workers end by themselves, and with them whatever they still write.
+        // Wait until the workers have ended by themselves and write no more.
         for (const pid_t worker : workers)
           for (int wait = 0; wait < 1000 && ::kill(worker, 0) == 0; ++wait)
             std::this_thread::sleep_for(std::chrono::milliseconds(2));

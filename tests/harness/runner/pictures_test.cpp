@@ -13,13 +13,13 @@ namespace {
 
 using PicturesTest = ToyTest;
 
-TEST_F(PicturesTest, ShowBestMedianAndWorst) {
+TEST_F(PicturesTest, ShowBestMedianAndWorstTrials) {
   run(prepared(suite_text(kWalkers)), options("a"));
   const Json index = Json::parse(read_file(folder_ / "a/pictures/index.json"));
   EXPECT_EQ(index["format"], 1);
   EXPECT_EQ(index["references"], Json::parse(R"([{"scene": "toy-scene", "file": "toy-scene/reference.png"}])"));
   EXPECT_TRUE(fs::exists(folder_ / "a/pictures/toy-scene/reference.png"));
-  // Two levels, three algorithms; the stumbler has unfailed trials at both.
+  // Two levels, three algorithms; the stumbler has successful trials at both.
   ASSERT_EQ(index["trials"].size(), 18U);
 
   std::vector<std::pair<double, std::string>> walkers;
@@ -41,8 +41,8 @@ TEST_F(PicturesTest, ShowBestMedianAndWorst) {
   }
 }
 
-// The first frame is what the algorithm saw at step 0; the last one lies at the recommended pose.
-TEST_F(PicturesTest, AreTheFramesOfTheTrial) {
+// The first frame is the capture of step 0; the last one is at the recommended pose.
+TEST_F(PicturesTest, MatchTheFramesOfTheTrial) {
   const PreparedPlan plan = prepared(suite_text("\"toy-walker\""));
   run(plan, options("a"));
   const Json index = Json::parse(read_file(folder_ / "a/pictures/index.json"));
@@ -72,7 +72,7 @@ TEST_F(PicturesTest, AreTheFramesOfTheTrial) {
   expect_equal(id + "/step-005.png", final_frame);
 }
 
-TEST_F(PicturesTest, AFilmShowsTheTrialFromItsFirstToItsLastCapture) {
+TEST_F(PicturesTest, FilmShowsFirstToLastCapture) {
   const PreparedPlan plan = prepared(R"({"scenes": ["toy-scene"], "noise_levels": ["toy-level"], "instances": 1,
                                          "steps": 40, "algorithms": ["toy-walker"]})");
   run(plan, options("a"));
@@ -92,26 +92,26 @@ TEST_F(PicturesTest, AFilmShowsTheTrialFromItsFirstToItsLastCapture) {
   EXPECT_EQ(picture.width, 8 * picture.height);
 }
 
-TEST_F(PicturesTest, ThatAreThereStay) {
+TEST_F(PicturesTest, KeepExistingFiles) {
   const PreparedPlan plan = prepared(suite_text("\"toy-walker\""));
   run(plan, options("a"));
   const Json index = Json::parse(read_file(folder_ / "a/pictures/index.json"));
   const fs::path frame = folder_ / "a/pictures" / index["trials"][0]["frames"][0]["file"].get<std::string>();
   const auto written = fs::last_write_time(frame);
-  fs::create_directories(folder_ / "a/pictures/0123456789abcdef");  // of a trial that is shown no more
+  fs::create_directories(folder_ / "a/pictures/0123456789abcdef");  // of a trial that is no longer shown
   run(plan, options("a"));
   EXPECT_EQ(fs::last_write_time(frame), written);
   EXPECT_FALSE(fs::exists(folder_ / "a/pictures/0123456789abcdef"));
 }
 
-// What a scene's folder holds besides, as JSON; null where there is no such file.
+// A JSON file of a scene's folder; null if it does not exist.
 Json scene_json(const fs::path& results, const std::string& name) {
   for (const auto& entry : fs::directory_iterator(results / "scenes"))
     if (fs::exists(entry.path() / name)) return Json::parse(read_file(entry.path() / name));
   return nullptr;
 }
 
-TEST_F(PicturesTest, ALandscapeOfThePerfectLensLiesBesideTheReference) {
+TEST_F(PicturesTest, WritesLandscapeOfThePerfectLens) {
   const PreparedPlan plan = prepared(suite_text("\"toy-walker\""));
   run(plan, options("a"));
   const Json landscape = scene_json(folder_ / "a", "landscape.json");
@@ -127,7 +127,7 @@ TEST_F(PicturesTest, ALandscapeOfThePerfectLensLiesBesideTheReference) {
   const std::size_t middle = shares.size() / 2;
   EXPECT_EQ(shares[middle], 0.5);
   EXPECT_NEAR(mse[middle].get<double>(), 0, 1e-8);
-  // The scene's own number, without an algorithm and whatever the levels draw.
+  // The scene's own value, independent of algorithms and noise levels.
   TrialRunner runner({1, {}, {}});
   const TrialJob job = make_job(plan, plan.plan.trials.front());
   plugin_host::MountedAssembly lens = runner.scene(job).mount("{}");
@@ -137,12 +137,12 @@ TEST_F(PicturesTest, ALandscapeOfThePerfectLensLiesBesideTheReference) {
   EXPECT_EQ(plane["across"], "x");
   EXPECT_EQ(plane["up"], "y");
   ASSERT_EQ(plane["mse"].size(), plane["across_shares"].size() * plane["up_shares"].size());
-  const std::size_t right_end = plane["across_shares"].size() - 1;  // of the lowest row
+  const std::size_t right_end = plane["across_shares"].size() - 1;  // in the lowest row
   EXPECT_NEAR(plane["mse"][right_end].get<double>(),
               lens.noise_free_mse({plane["across_shares"].back(), plane["up_shares"].front()}, 1).mse, 1e-7);
 }
 
-TEST_F(PicturesTest, ALensIsDrawnByWhoKnowsOpticsAndOnlyOnce) {
+TEST_F(PicturesTest, DrawsTheLensOnceByTheGivenFunction) {
   const PreparedPlan plan = prepared(suite_text("\"toy-walker\""));
   int asked = 0;
   RunOptions with_drawing = options("a");
@@ -161,8 +161,8 @@ TEST_F(PicturesTest, ALensIsDrawnByWhoKnowsOpticsAndOnlyOnce) {
     EXPECT_FALSE(fs::exists(entry.path() / "lens.svg"));
 }
 
-// The camera falls off on the way along x: no landscape, and nothing else is lost.
-TEST_F(PicturesTest, ASceneThatFailsOnTheWayCostsItsLandscapeAlone) {
+// The camera fails along x: the landscape is missing, and nothing else.
+TEST_F(PicturesTest, FailingSceneLosesOnlyItsLandscape) {
   const PreparedPlan plan =
       prepared(R"({"scenes": [{"use": "toy-scene", "name": "fragile", "parameters": {"blind_above": 0.99}}],
     "noise_levels": ["toy-level"], "instances": 2, "steps": 3, "algorithms": ["toy-walker"]})");

@@ -1,4 +1,4 @@
-// Algorithms that learn beforehand: on which instances, once for all, the same whoever prepares, and what trials load.
+// Pretraining of algorithms: on which instances, once, reproducibly, and the data that trials load.
 #include "runner/preparation.h"
 
 #include <fstream>
@@ -51,7 +51,7 @@ class PreparationTest : public ToyTest {
   }
 };
 
-TEST_F(PreparationTest, IsDoneOnceKeptAndTheSameWhenItIsLost) {
+TEST_F(PreparationTest, RunsOnceAndReproducesLostData) {
   const PreparedPlan of = plan(R"("toy-learner")");
   Preparer first = preparer();
   const PreparedEntry made = only_entry(first, of);
@@ -60,12 +60,12 @@ TEST_F(PreparationTest, IsDoneOnceKeptAndTheSameWhenItIsLost) {
   EXPECT_EQ(made.steps, 3U);
   ASSERT_TRUE(made.data.bytes) << made.data.failure;
   EXPECT_THAT(*made.data.bytes, HasSubstr("nothing; source 0 of 2"));
-  EXPECT_THAT(*made.data.bytes, HasSubstr("; source 1 of 2")) << "the second source began with what the first left";
+  EXPECT_THAT(*made.data.bytes, HasSubstr("; source 1 of 2")) << "the second source starts with the data of the first";
   EXPECT_EQ(made.data.hash, sha256_hex(*made.data.bytes));
   EXPECT_THAT(messages_,
-              ElementsAre(HasSubstr("preparing toy-learner for toy-scene, toy-level, paper: 2 sources of 3")));
+              ElementsAre(HasSubstr("pretraining toy-learner for toy-scene, toy-level, paper: 2 sources of 3")));
   only_entry(first, of, 1);
-  EXPECT_THAT(messages_, SizeIs(1)) << "another instance needs nothing new";
+  EXPECT_THAT(messages_, SizeIs(1)) << "another instance needs no pretraining";
 
   Preparer second = preparer();
   EXPECT_FALSE(only_entry(second, of).made_now);
@@ -74,12 +74,12 @@ TEST_F(PreparationTest, IsDoneOnceKeptAndTheSameWhenItIsLost) {
   fs::remove_all(folder_ / "cache");
   Preparer third = preparer();
   EXPECT_TRUE(only_entry(third, of).made_now);
-  EXPECT_EQ(only_entry(third, of).data.hash, made.data.hash) << "lost and made anew, it is what it was";
+  EXPECT_EQ(only_entry(third, of).data.hash, made.data.hash) << "lost data are reproduced";
   Preparer fourth = preparer(true);
   EXPECT_TRUE(only_entry(fourth, of).made_now);
 }
 
-TEST_F(PreparationTest, IsKeptApartByLevelProtocolAndParametersAndNotByTheSuitesSeed) {
+TEST_F(PreparationTest, DependsOnLevelProtocolAndParametersButNotOnTheSuiteSeed) {
   const PreparedPlan of = plan(
       R"("toy-learner", {"use": "toy-learner", "name": "blind", "protocol": "blind"},
          {"use": "toy-learner", "name": "more", "parameters": {"sources": 3}}, {"use": "toy-learner", "name": "again"})");
@@ -93,7 +93,7 @@ TEST_F(PreparationTest, IsKeptApartByLevelProtocolAndParametersAndNotByTheSuites
         entries.begin()->second.file.filename().string();
   }
   ASSERT_THAT(files, SizeIs(8));
-  EXPECT_EQ(files["toy-level toy-learner"], files["toy-level again"]) << "a name in a suite changes nothing";
+  EXPECT_EQ(files["toy-level toy-learner"], files["toy-level again"]) << "independent of the name in a suite";
   std::set<std::string> different;
   for (const auto& [what, file] : files) different.insert(file);
   EXPECT_THAT(different, SizeIs(6));
@@ -103,9 +103,9 @@ TEST_F(PreparationTest, IsKeptApartByLevelProtocolAndParametersAndNotByTheSuites
   EXPECT_EQ(only_entry(other, other_seed).file.filename(), files["toy-level toy-learner"]);
 }
 
-// No source has the seed of an instance, nor its draw. All seeds are first halves of one bijection of (domain, number)
-// under a key, so that within a suite different words meet different blocks; here for as many as a test can ask.
-TEST_F(PreparationTest, NoSourceIsABenchmarkInstance) {
+// No source has the seed of an instance, or its draw. All seeds are first halves of one bijection of (domain, number)
+// under a key, so that within a suite different inputs give different blocks; checked here for a large sample.
+TEST_F(PreparationTest, UsesNoBenchmarkInstanceAsSource) {
   std::set<std::uint64_t> sources;
   for (std::uint64_t number = 0; number < 1000; ++number)
     sources.insert(instance_seed(0, SeedDomain::preparation, number));
@@ -115,7 +115,7 @@ TEST_F(PreparationTest, NoSourceIsABenchmarkInstance) {
       ASSERT_EQ(sources.count(instance_seed(suite_seed, SeedDomain::benchmark, number)), 0U)
           << suite_seed << " " << number;
 
-  // And the runner takes them from that domain.
+  // The runner uses the seeds of that domain.
   const PreparedPlan of = plan(R"("toy-learner")");
   TrialRunner runner({1, {}, {}});
   TrialJob job = make_job(of, of.plan.trials[0]);
@@ -134,7 +134,7 @@ TEST_F(PreparationTest, NoSourceIsABenchmarkInstance) {
   }
 }
 
-TEST_F(PreparationTest, DamagedAndForeignFilesAreNoticedAndMadeAnew) {
+TEST_F(PreparationTest, ReplacesDamagedAndForeignFiles) {
   const PreparedPlan of = plan(R"("toy-learner")");
   Preparer first = preparer();
   const PreparedEntry made = only_entry(first, of);
@@ -151,17 +151,17 @@ TEST_F(PreparationTest, DamagedAndForeignFilesAreNoticedAndMadeAnew) {
     EXPECT_THAT(messages_, Contains(HasSubstr(sentence)));
     EXPECT_EQ(read_file(made.file), *made.data.bytes);
   };
-  spoil(made.file, "rubbish", "is damaged; made anew");
-  spoil(sidecar, "{", "is no JSON object");
+  spoil(made.file, "malformed", "is damaged; repeating the pretraining");
+  spoil(sidecar, "{", "is not a JSON object");
   spoil(sidecar, R"({"format": 99})", "has another format");
   Json foreign = Json::parse(good);
   foreign["key"]["protocol"] = "blind";
-  spoil(sidecar, foreign.dump(), "belongs to something else");
+  spoil(sidecar, foreign.dump(), "has another key");
   fs::remove(sidecar);
   spoil(made.file, *made.data.bytes, ".json");
 }
 
-TEST_F(PreparationTest, WithoutACacheItIsMadeForTheRunAlone) {
+TEST_F(PreparationTest, WorksWithoutACache) {
   const PreparedPlan of = plan(R"("toy-learner")");
   Preparer nothing_kept{Preparer::Options{}};
   const PreparedEntry entry = only_entry(nothing_kept, of);
@@ -169,10 +169,10 @@ TEST_F(PreparationTest, WithoutACacheItIsMadeForTheRunAlone) {
   EXPECT_TRUE(entry.file.empty());
 }
 
-TEST_F(PreparationTest, TrialsLoadItAndTellWhichOneTheyHad) {
+TEST_F(PreparationTest, TrialsLoadTheDataAndRecordTheirHash) {
   const PreparedPlan of = plan(R"("toy-learner")");
   run(of, with_cache("a"));
-  EXPECT_THAT(messages_, Contains(HasSubstr("preparing toy-learner for toy-scene, toy-level")));
+  EXPECT_THAT(messages_, Contains(HasSubstr("pretraining toy-learner for toy-scene, toy-level")));
   Preparer known = preparer();
   const std::string hash = only_entry(known, of).data.hash;
   const Json manifest = Json::parse(read_file(folder_ / "a/manifest.json"));
@@ -183,7 +183,8 @@ TEST_F(PreparationTest, TrialsLoadItAndTellWhichOneTheyHad) {
   EXPECT_THAT(log, HasSubstr("loaded nothing; source 0 of 2"));
   EXPECT_THAT(read_file(folder_ / "a/times/0000.jsonl"), HasSubstr(R"("prepared":")" + hash + "\""));
 
-  // Again: nothing is prepared, nothing is run, every file is the same. Elsewhere, with an empty cache, too.
+  // A second run changes nothing: no pretraining, no trials, equal files. A run into another folder with an empty cache
+  // writes the same.
   messages_.clear();
   const auto before = contents("a");
   EXPECT_EQ(run(of, with_cache("a")).reused, of.plan.trials.size());
@@ -194,10 +195,10 @@ TEST_F(PreparationTest, TrialsLoadItAndTellWhichOneTheyHad) {
   EXPECT_EQ(contents("b"), before);
 }
 
-TEST_F(PreparationTest, TrialsWithOtherDataRunAgain) {
+TEST_F(PreparationTest, RunsTrialsAgainAfterTheDataChanged) {
   const PreparedPlan of = plan(R"("toy-learner")");
   run(of, with_cache("a"));
-  // As if another machine had prepared it, with other last digits.
+  // Simulates data from another machine, with different last digits.
   Preparer known = preparer();
   const PreparedEntry entry = only_entry(known, of);
   fs::path sidecar = entry.file;
@@ -208,22 +209,22 @@ TEST_F(PreparationTest, TrialsWithOtherDataRunAgain) {
   std::ofstream(entry.file) << "other";
   messages_.clear();
   const RunSummary summary = run(of, with_cache("a"));
-  EXPECT_THAT(messages_, Contains("what was prepared for toy-learner changed: 6 trials rerun"));
+  EXPECT_THAT(messages_, Contains("pretrained data of toy-learner changed: 6 trials run again"));
   EXPECT_EQ(summary.reused, of.plan.trials.size() - 6);
 }
 
-TEST_F(PreparationTest, AFailureIsThatOfTheTrialsAndTellsWhy) {
+TEST_F(PreparationTest, FailureFailsTheTrialsWithItsReason) {
   const PreparedPlan of = plan(R"({"use": "toy-learner", "name": "trips", "parameters": {"trips_on": 1}},
                                   {"use": "toy-learner", "name": "forgets", "parameters": {"forgets": true}})");
   const RunSummary summary = run(of, with_cache("a"));
   EXPECT_EQ(summary.failed, 24U);
-  EXPECT_THAT(summary.failures.at(0), HasSubstr("preparing toy-learner failed on source 1"));
+  EXPECT_THAT(summary.failures.at(0), HasSubstr("pretraining toy-learner failed on source 1"));
   EXPECT_THAT(summary.failures.at(0), HasSubstr("tripped"));
-  EXPECT_THAT(summary.failures, Contains(HasSubstr("it saved nothing on any source")));
-  EXPECT_FALSE(fs::exists(folder_ / "cache/prepared/toy-learner")) << "half of it is not kept";
+  EXPECT_THAT(summary.failures, Contains(HasSubstr("it saved no data on any source")));
+  EXPECT_FALSE(fs::exists(folder_ / "cache/prepared/toy-learner")) << "incomplete data are not stored";
 }
 
-TEST_F(PreparationTest, InAProcessOfItsOwnItIsTheSame) {
+TEST_F(PreparationTest, IsTheSameInAWorkerProcess) {
   const PreparedPlan of = plan(R"("toy-learner", "toy-walker")");
   run(of, options("thread"));
   RunOptions process = in_processes("process");
@@ -237,7 +238,7 @@ TEST_F(PreparationTest, InAProcessOfItsOwnItIsTheSame) {
   EXPECT_TRUE(fs::exists(folder_ / "cache/prepared/toy-learner"));
 }
 
-TEST_F(PreparationTest, InAProcessOfItsOwnItMayBeLarge) {
+TEST_F(PreparationTest, AcceptsLargeDataFromAWorkerProcess) {
   const PreparedPlan of =
       plan(R"({"use": "toy-learner", "name": "collects", "parameters": {"bytes": 3000000, "sources": 1}})");
   EXPECT_EQ(run(of, in_processes("process")).failed, 0U);
@@ -245,7 +246,7 @@ TEST_F(PreparationTest, InAProcessOfItsOwnItMayBeLarge) {
   EXPECT_EQ(contents("process"), contents("thread"));
 }
 
-TEST_F(PreparationTest, ACrashIsThatOfTheAlgorithmsTrials) {
+TEST_F(PreparationTest, CrashFailsOnlyTheAlgorithmsTrials) {
   ::setenv("ASAN_OPTIONS", "handle_abort=0", 1);
   const PreparedPlan of = plan(R"({"use": "toy-learner", "name": "crashes", "parameters": {"crashes_on": 1}},
                                   "toy-walker", "toy-learner")");
@@ -253,22 +254,22 @@ TEST_F(PreparationTest, ACrashIsThatOfTheAlgorithmsTrials) {
   EXPECT_EQ(summary.finished, of.plan.trials.size());
   EXPECT_EQ(summary.failed, 12U);
   EXPECT_THAT(summary.failures.at(0),
-              HasSubstr("preparing toy-learner failed: crashed(SIGABRT), its worker was killed by SIGABRT"));
+              HasSubstr("pretraining toy-learner failed: crashed(SIGABRT), its worker was killed by SIGABRT"));
   for (const records::TrialRecord& trial : records::read_trials(folder_ / "a"))
     EXPECT_EQ(records::ended_well(trial.end), trial.algorithm != "crashes") << trial.message;
 }
 
-TEST_F(PreparationTest, ASourceHasTheTimeOfATrial) {
+TEST_F(PreparationTest, LimitsTheTimeOfASource) {
   const PreparedPlan of =
       plan(R"({"use": "toy-learner", "name": "hangs", "parameters": {"hangs_on": 1}}, "toy-walker")",
            R"(, "trial_seconds": 0.5)");
   const RunSummary summary = run(of, in_processes("a"));
   EXPECT_EQ(summary.finished, of.plan.trials.size());
   EXPECT_EQ(summary.failed, 12U);
-  EXPECT_THAT(summary.failures.at(0), HasSubstr("timeout, one source was not done after 0.5 s"));
+  EXPECT_THAT(summary.failures.at(0), HasSubstr("timeout, one source took longer than 0.5 s"));
 }
 
-TEST_F(PreparationTest, AskedToStopItKeepsNothing) {
+TEST_F(PreparationTest, StoresNothingAfterAStop) {
   const PreparedPlan of = plan(R"("toy-learner")");
   const std::atomic<bool> stop{true};
   Preparer::Options given;

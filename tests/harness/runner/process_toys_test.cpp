@@ -1,4 +1,4 @@
-// Scene, station and noise level as processes, from suite to records: the toys of python_toys/.
+// Scene, station and noise level that run as processes, from suite to records: the toys of python_toys/.
 #include <cstdlib>
 #include <set>
 
@@ -29,7 +29,7 @@ class ProcessToysTest : public ToyTest {
     return prepare(suites::read_suite(JsonSource::from_text(suite, "toy.json"), ".", catalog), {});
   }
 
-  // Records as text, with what belongs to the plugin's form alone taken out.
+  // Records as text, without members that depend on whether a plugin is a library or a process.
   std::vector<std::string> trials(const std::string& name) const {
     std::vector<std::string> texts;
     for (records::TrialRecord record : records::read_trials(folder_ / name)) {
@@ -40,7 +40,7 @@ class ProcessToysTest : public ToyTest {
   }
 };
 
-TEST_F(ProcessToysTest, TrialsEqualThoseOfTheLibrariesForAnyNumberOfWorkers) {
+TEST_F(ProcessToysTest, MatchTheLibrariesForAnyNumberOfWorkers) {
   const std::string suite = suite_text(R"("toy-walker")");
   run(plan_with({kToys / "toy_scene", kToys / "toy_level", kToys / "toy_walker"}, suite), options("libraries"));
   const std::vector<fs::path> python = {kPythonToys / "toy_scene.py", kPythonToys / "toy_level.py",
@@ -53,7 +53,7 @@ TEST_F(ProcessToysTest, TrialsEqualThoseOfTheLibrariesForAnyNumberOfWorkers) {
   EXPECT_EQ(contents("1"), contents("2"));
 }
 
-TEST_F(ProcessToysTest, AStationThatDiesCostsItsTrialAndTheNextGetsAFreshProcess) {
+TEST_F(ProcessToysTest, RestartsAStationThatDies) {
   const std::string suite = R"({"scenes": [{"use": "toy-station", "name": "bench",
       "parameters": {"dies_in_trial": 2}}], "noise_levels": ["none"], "algorithms": ["toy-walker"],
       "instances": 3, "steps": 3})";
@@ -64,8 +64,8 @@ TEST_F(ProcessToysTest, AStationThatDiesCostsItsTrialAndTheNextGetsAFreshProcess
   const RunSummary summary = run(plan, options("1", 2));
   EXPECT_THAT(messages_, Contains(HasSubstr("a station runs one trial at a time")));
   EXPECT_EQ(summary.finished, 6U);
-  EXPECT_EQ(summary.failed, 3U) << "a process makes one trial, and dies in its second";
-  std::set<std::string> messages;  // each names its process
+  EXPECT_EQ(summary.failed, 3U) << "a process completes one trial and dies in the second";
+  std::set<std::string> messages;  // each has its process id
   for (const records::TrialRecord& record : records::read_trials(folder_ / "1")) {
     if (records::ended_well(record.end)) {
       EXPECT_EQ(record.steps.size(), 4U);
@@ -73,7 +73,7 @@ TEST_F(ProcessToysTest, AStationThatDiesCostsItsTrialAndTheNextGetsAFreshProcess
       continue;
     }
     EXPECT_EQ(record.end, "crashed(exit 9)");
-    EXPECT_EQ(record.steps.size(), 2U) << "what was made is kept";
+    EXPECT_EQ(record.steps.size(), 2U) << "completed steps are kept";
     EXPECT_THAT(record.message, AllOf(HasSubstr("plugin 'toy-station' failed in move_by"),
                                       HasSubstr("ended with exit status 9"), HasSubstr("lost its reference")));
     messages.insert(record.message);
@@ -81,7 +81,7 @@ TEST_F(ProcessToysTest, AStationThatDiesCostsItsTrialAndTheNextGetsAFreshProcess
   EXPECT_EQ(messages.size(), 3U);
 }
 
-TEST_F(ProcessToysTest, WhatALearnerSavesAndLoadsEqualsThatOfTheLibrary) {
+TEST_F(ProcessToysTest, PretrainedDataMatchTheLibrary) {
   const std::string suite = suite_text(
       R"("toy-learner", {"use": "toy-learner", "name": "collects", "parameters": {"bytes": 3000000, "sources": 1}})");
   const auto learnt = [&](const fs::path& learner, const std::string& name) {
@@ -101,7 +101,7 @@ TEST_F(ProcessToysTest, WhatALearnerSavesAndLoadsEqualsThatOfTheLibrary) {
   EXPECT_EQ(trials("python"), trials("libraries"));
 }
 
-TEST_F(ProcessToysTest, ALearnerThatFailsFailsItsTrialsWithItsSentence) {
+TEST_F(ProcessToysTest, FailedPretrainingFailsTheTrialsWithItsMessage) {
   const RunSummary summary =
       run(plan_with({kToys / "toy_scene", kToys / "toy_level", kPythonToys / "toy_learner.py"},
                     suite_text(R"({"use": "toy-learner", "name": "trips", "parameters": {"trips_on": 1}})")),
@@ -109,7 +109,7 @@ TEST_F(ProcessToysTest, ALearnerThatFailsFailsItsTrialsWithItsSentence) {
   EXPECT_EQ(summary.failed, 12U);
   ASSERT_FALSE(summary.failures.empty());
   EXPECT_THAT(summary.failures.front(),
-              AllOf(HasSubstr("preparing toy-learner failed on source 1"), HasSubstr("tripped")));
+              AllOf(HasSubstr("pretraining toy-learner failed on source 1"), HasSubstr("tripped")));
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ plugin_host::Choice choice_that_promises(const std::string& where) {
   return choice;
 }
 
-TEST(Provenance, AnAlgorithmIsAsReproducibleAsThoseThatItRuns) {
+TEST(Provenance, AlgorithmIsAsReproducibleAsTheOnesItRuns) {
   const auto anywhere = choice_that_promises("anywhere"), this_cpu = choice_that_promises("this_cpu");
   EXPECT_EQ(reproducible_of(anywhere), "anywhere");
   EXPECT_EQ(reproducible_of(this_cpu), "this_cpu");
@@ -29,10 +29,10 @@ TEST(Provenance, AnAlgorithmIsAsReproducibleAsThoseThatItRuns) {
 
   plugin_host::Choice outer = anywhere;
   outer.algorithms["first"] = std::make_shared<plugin_host::Choice>(hand_over);
-  EXPECT_EQ(reproducible_of(outer), "this_cpu") << "however deep";
+  EXPECT_EQ(reproducible_of(outer), "this_cpu") << "at any depth";
 }
 
-TEST(Provenance, AModelsSideFileTakesThePromiseBack) {
+TEST(Provenance, SideFileOverridesReproducibilityOfTheManifest) {
   const auto folder = std::filesystem::temp_directory_path() / ("relign-provenance-" + std::to_string(::getpid()));
   std::filesystem::create_directories(folder);
   plugin_host::Choice choice = choice_that_promises("anywhere");

@@ -1,4 +1,4 @@
-// Runs into a folder that holds results already: stopped, changed, renamed.
+// Runs into a folder with existing results: stopped, changed, renamed.
 #include <thread>
 
 #include "runner/run.h"
@@ -13,7 +13,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using RunAgainTest = ToyTest;
 
-TEST_F(RunAgainTest, ASecondRunReusesEverything) {
+TEST_F(RunAgainTest, SecondRunReusesEverything) {
   const PreparedPlan plan = prepared(suite_text(kWalkers));
   const RunSummary first = run(plan, options("a"));
   const auto before = contents("a");
@@ -26,8 +26,8 @@ TEST_F(RunAgainTest, ASecondRunReusesEverything) {
   EXPECT_THAT(messages_, testing::IsEmpty());
 }
 
-// Stopped after some trials, with the others in flight dropped, and resumed until all is done.
-TEST_F(RunAgainTest, AStoppedRunResumedEqualsOneThatWasNot) {
+// Stopped after some trials, while others are running, and resumed until all are finished.
+TEST_F(RunAgainTest, ResumedRunEqualsUninterruptedRun) {
   const PreparedPlan plan = prepared(suite_text(kWalkers));
   run(plan, options("whole"));
   const auto whole = contents("whole");
@@ -51,7 +51,7 @@ TEST_F(RunAgainTest, AStoppedRunResumedEqualsOneThatWasNot) {
   EXPECT_EQ(contents("parts"), whole);
 }
 
-TEST_F(RunAgainTest, AStopBeforeTheFirstTrialRunsNone) {
+TEST_F(RunAgainTest, StopBeforeTheFirstTrialRunsNone) {
   const PreparedPlan plan = prepared(suite_text(kWalkers));
   const std::atomic<bool> stop{true};
   RunOptions stopped = options("a");
@@ -75,21 +75,21 @@ TEST_F(RunAgainTest, HalfWrittenTrialsRunAgain) {
   EXPECT_THAT(messages_[0], HasSubstr("half-written"));
 }
 
-TEST_F(RunAgainTest, AChangedPluginRunsItsTrialsAgain) {
+TEST_F(RunAgainTest, RunsTrialsOfAChangedPluginAgain) {
   run(prepared(suite_text(kWalkers)), options("a"));
   const PreparedPlan changed = prepared(suite_text(kWalkers), "toy_walker_changed");
   const RunSummary summary = run(changed, options("a"));
-  EXPECT_THAT(messages_, ElementsAre("toy-walker changed: 24 trials rerun"));
+  EXPECT_THAT(messages_, ElementsAre("toy-walker changed: 24 trials run again"));
   EXPECT_EQ(summary.reused, 12U);  // the stumbler's
   EXPECT_EQ(summary.finished, 36U);
   run(changed, options("fresh"));
   EXPECT_EQ(contents("a"), contents("fresh"));
-  // And it did change: another stride.
+  // The results did change, with another stride.
   run(prepared(suite_text(kWalkers)), options("before"));
   EXPECT_NE(read_file(folder_ / "before/trials/0000.jsonl"), read_file(folder_ / "a/trials/0000.jsonl"));
 }
 
-TEST_F(RunAgainTest, ARenamedLevelRunsAgainUnderItsName) {
+TEST_F(RunAgainTest, RunsTrialsOfARenamedLevelAgain) {
   const auto text = [](const char* name) {
     return R"({"scenes": ["toy-scene"], "algorithms": ["toy-walker"], "instances": 3, "steps": 2, "noise_levels": [
                {"use": "toy-level", "name": ")" +
@@ -98,11 +98,11 @@ TEST_F(RunAgainTest, ARenamedLevelRunsAgainUnderItsName) {
   run(prepared(text("wide")), options("a"));
   run(prepared(text("broad")), options("a"));
   ASSERT_EQ(messages_.size(), 1U);
-  EXPECT_THAT(messages_[0], HasSubstr("under other names now: 3 trials rerun"));
+  EXPECT_THAT(messages_[0], HasSubstr("were renamed in the suite: 3 trials run again"));
   for (const records::TrialRecord& record : records::read_trials(folder_ / "a")) EXPECT_EQ(record.noise_level, "broad");
 }
 
-TEST_F(RunAgainTest, TrialsOfAnEarlierFormOfTheSuiteAreKeptButNotShown) {
+TEST_F(RunAgainTest, KeepsButHidesTrialsOfAnEarlierSuite) {
   run(prepared(suite_text("\"toy-walker\"")), options("a"));
   const PreparedPlan longer = prepared(suite_text("\"toy-walker\"", R"(, "seed": 2)"));
   const RunSummary summary = run(longer, options("a"));
@@ -113,7 +113,7 @@ TEST_F(RunAgainTest, TrialsOfAnEarlierFormOfTheSuiteAreKeptButNotShown) {
   const auto shown = records::read_planned_trials(folder_ / "a");
   ASSERT_EQ(shown.size(), 12U);
   EXPECT_EQ(shown[0].trial, longer.plan.trials[0].id);
-  EXPECT_THAT(messages_[0], HasSubstr("an earlier form of the suite"));
+  EXPECT_THAT(messages_[0], HasSubstr("an earlier version of the suite"));
   // The same folder for the suite of another file.
   messages_.clear();
   PreparedPlan other = prepared(suite_text("\"toy-walker\"", R"(, "seed": 3)"));
@@ -121,11 +121,11 @@ TEST_F(RunAgainTest, TrialsOfAnEarlierFormOfTheSuiteAreKeptButNotShown) {
   run(other, options("a"));
   EXPECT_THAT(messages_,
               Contains(AllOf(HasSubstr("belong to another suite, "), HasSubstr("(this one is elsewhere/toy.json)"))));
-  // Back again: nothing is lost.
+  // With the first suite again: nothing is lost.
   EXPECT_EQ(run(prepared(suite_text("\"toy-walker\"")), options("a")).reused, 12U);
 }
 
-TEST_F(RunAgainTest, ANewProgramIsSaidAndItsResultsKept) {
+TEST_F(RunAgainTest, ReportsANewProgramAndKeepsResults) {
   const PreparedPlan plan = prepared(suite_text("\"toy-walker\""));
   run(plan, options("a"));
   Json manifest = records::read_manifest(folder_ / "a");
@@ -133,10 +133,10 @@ TEST_F(RunAgainTest, ANewProgramIsSaidAndItsResultsKept) {
   write_file_atomically(folder_ / "a" / "manifest.json", manifest.dump());
   EXPECT_EQ(run(plan, options("a")).reused, 12U);
   ASSERT_EQ(messages_.size(), 1U);
-  EXPECT_THAT(messages_[0], HasSubstr("relign-bench itself changed"));
+  EXPECT_THAT(messages_[0], HasSubstr("relign-bench has changed"));
 }
 
-TEST_F(RunAgainTest, TwoRunsIntoOneFolderAtOnceAreRefused) {
+TEST_F(RunAgainTest, RejectsTwoRunsIntoOneFolder) {
   const PreparedPlan plan = prepared(suite_text(kWalkers));
   const records::ResultsWriter other(folder_ / "a");
   EXPECT_THAT(error_text(ErrorKind::io, [&] { run(plan, options("a")); }), HasSubstr("another run is writing"));

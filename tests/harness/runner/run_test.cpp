@@ -31,13 +31,13 @@ TEST_F(RunTest, RunsEveryTrialOfThePlan) {
     EXPECT_EQ(record.budget, 5U);
     EXPECT_THAT(record.warnings, testing::IsEmpty());
   }
-  // The same lens start at both levels: one instance number, one seed.
+  // The same seed at both levels: it depends on the instance number.
   EXPECT_EQ(trials[0].instance_seed, trials[6].instance_seed);
   EXPECT_EQ(trials[0].steps[0].true_pose, trials[6].steps[0].true_pose);
   EXPECT_THAT(messages_, testing::IsEmpty());
 }
 
-TEST_F(RunTest, NumbersDoNotDependOnTheNumberOfWorkers) {
+TEST_F(RunTest, ResultsDoNotDependOnTheNumberOfWorkers) {
   const PreparedPlan plan = prepared(suite_text(kWalkers));
   for (const unsigned workers : {1U, 2U, 3U}) run(plan, options(std::to_string(workers), workers));
   const auto one = contents("1");
@@ -46,7 +46,7 @@ TEST_F(RunTest, NumbersDoNotDependOnTheNumberOfWorkers) {
   EXPECT_EQ(one, contents("3"));
 }
 
-TEST_F(RunTest, AFailingAlgorithmCostsItsTrialOnly) {
+TEST_F(RunTest, FailingAlgorithmFailsOnlyItsTrials) {
   const PreparedPlan plan = prepared(suite_text(kWalkers));
   const RunSummary summary = run(plan, options("a", 2));
   EXPECT_EQ(summary.trials, 36U);
@@ -58,7 +58,7 @@ TEST_F(RunTest, AFailingAlgorithmCostsItsTrialOnly) {
       ++failed;
       EXPECT_EQ(record.algorithm, "toy-stumbler");
       EXPECT_THAT(record.message, HasSubstr("stumbled"));
-      EXPECT_EQ(record.steps.size(), 3U);  // the steps made are kept
+      EXPECT_EQ(record.steps.size(), 3U);  // completed steps are kept
     }
     if (record.end == "finished") ++ended_early;
     if (record.algorithm == "short-walker") {
@@ -73,7 +73,7 @@ TEST_F(RunTest, AFailingAlgorithmCostsItsTrialOnly) {
                                                   HasSubstr(" toy-stumbler on toy-scene "), HasSubstr("stumbled")));
 }
 
-TEST_F(RunTest, AFailingSceneCostsItsTrialOnly) {
+TEST_F(RunTest, FailingSceneFailsOnlyItsTrials) {
   const PreparedPlan plan = prepared(
       R"({"scenes": [{"use": "toy-scene", "name": "frail", "parameters": {"broken_above": 0.7}}],
           "noise_levels": ["toy-level"], "algorithms": ["toy-walker"], "instances": 20, "steps": 5})");
@@ -87,7 +87,7 @@ TEST_F(RunTest, AFailingSceneCostsItsTrialOnly) {
     }
 }
 
-TEST_F(RunTest, WhatAPluginLeavesBehindIsAWarningThatNamesIt) {
+TEST_F(RunTest, RecordsSideEffectsAsWarnings) {
   const PreparedPlan plan = prepared(suite_text(R"("toy-meddler")"));
   const fs::path before = fs::current_path();
   run(plan, options("a"));
@@ -98,7 +98,7 @@ TEST_F(RunTest, WhatAPluginLeavesBehindIsAWarningThatNamesIt) {
   EXPECT_THAT(trials[3].warnings[0], testing::StartsWith("toy-meddler: "));
 }
 
-TEST_F(RunTest, OnlyNarrowsDown) {
+TEST_F(RunTest, OnlySelectsTrials) {
   const PreparedPlan plan = prepared(suite_text(kWalkers));
   RunOptions some = options("a");
   some.only = {{"algorithm", "toy_walker"}, {"noise-level", "toy-wild"}, {"instance", "2"}, {"instance", "4"}};
@@ -106,14 +106,14 @@ TEST_F(RunTest, OnlyNarrowsDown) {
   const auto trials = records::read_trials(folder_ / "a");
   ASSERT_EQ(trials.size(), 2U);
   EXPECT_EQ(trials[0].algorithm + trials[0].noise_level + std::to_string(trials[0].instance), "toy-walkertoy-wild2");
-  // The rest later gives the folder of one run.
+  // Running the rest gives the folder of one run.
   const RunSummary rest = run(plan, options("a"));
   EXPECT_EQ(rest.reused, 2U);
   run(plan, options("b"));
   EXPECT_EQ(contents("a"), contents("b"));
 }
 
-TEST_F(RunTest, OnlyThatNamesNothingIsRefused) {
+TEST_F(RunTest, RejectsOnlyWithoutMatches) {
   const PreparedPlan plan = prepared(suite_text(kWalkers));
   RunOptions some = options("a");
   some.only = {{"algoritm", "x"}};
@@ -125,7 +125,7 @@ TEST_F(RunTest, OnlyThatNamesNothingIsRefused) {
   EXPECT_FALSE(fs::exists(folder_ / "a"));
 }
 
-TEST_F(RunTest, TheManifestSaysWhatWasRunWithWhat) {
+TEST_F(RunTest, ManifestRecordsSuiteAndPlugins) {
   const std::string text = suite_text(kWalkers, R"(, "machine_time": {"settle_ms": 7})");
   const PreparedPlan plan = prepared(text);
   RunOptions with_command = options("a");
@@ -166,7 +166,7 @@ TEST_F(RunTest, ProgressCountsEveryTrial) {
   for (std::size_t index = 1; index < seen.size(); ++index) EXPECT_GE(seen[index].done, seen[index - 1].done);
 }
 
-TEST_F(RunTest, FoldersThatCannotBeWrittenAreRefusedBeforeAnyTrial) {
+TEST_F(RunTest, RejectsUnwritableFoldersBeforeAnyTrial) {
   const PreparedPlan plan = prepared(suite_text(kWalkers));
   RunOptions bad = options("a");
   bad.results = "/proc/results";
@@ -179,7 +179,7 @@ TEST_F(RunTest, FoldersThatCannotBeWrittenAreRefusedBeforeAnyTrial) {
   EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { run(plan, bad); }), HasSubstr("letter.txt"));
 }
 
-TEST_F(RunTest, ALevelThatDoesNotFitTheSceneIsTheSuitesMistake) {
+TEST_F(RunTest, ReportsLevelThatDoesNotFitTheScene) {
   const std::string text =
       R"({"scenes": ["toy-scene"], "algorithms": ["toy-walker"],
           "noise_levels": [{"use": "toy-level", "name": "odd", "parameters": {"element": "L9"}}]})";
@@ -187,7 +187,7 @@ TEST_F(RunTest, ALevelThatDoesNotFitTheSceneIsTheSuitesMistake) {
               testing::AllOf(HasSubstr("noise level 'odd' cannot be used with scene 'toy-scene'"), HasSubstr("L9")));
 }
 
-TEST_F(RunTest, ALibraryThatCannotBeLoadedIsRefusedBeforeAnyTrial) {
+TEST_F(RunTest, RejectsUnloadableLibraryBeforeAnyTrial) {
   fs::create_directories(folder_ / "torn");
   const fs::path whole = fs::path(RELIGN_RUNNER_TEST_PLUGINS) / "toy_walker";
   fs::copy_file(whole / "relign-plugin.json", folder_ / "torn" / "relign-plugin.json");

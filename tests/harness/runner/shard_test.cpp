@@ -1,4 +1,4 @@
-// Plans in files, their parts, and attempts at one part.
+// Plans in files, their shards, and attempts at one shard.
 #include "records/merge.h"
 #include "runner/frozen_plan.h"
 #include "runner/shard_attempt.h"
@@ -16,7 +16,7 @@ class ShardTest : public ToyTest {
     write_file_atomically(folder_ / name, freeze(plan, shards, folder_).dump(1));
     return read_plan(folder_ / name);
   }
-  // As the verb does: the trials of the part that nobody has done.
+  // Like the verb: runs the remaining trials of the shard.
   RunSummary run_part(PreparedPlan plan, const FrozenPlan& frozen, unsigned shard, const std::string& name,
                       const std::atomic<bool>* stop = nullptr) {
     const ShardAttempt attempt(folder_ / name, shard, frozen.hash, {});
@@ -38,7 +38,7 @@ class ShardTest : public ToyTest {
   }
 };
 
-TEST_F(ShardTest, PartsAreDisjointAndTogetherThePlan) {
+TEST_F(ShardTest, ShardsPartitionThePlan) {
   const suites::Plan plan = prepared(suite_text(kWalkers)).plan;
   for (const unsigned shards : {1U, 2U, 5U, 12U}) {
     std::set<std::size_t> all;
@@ -53,7 +53,7 @@ TEST_F(ShardTest, PartsAreDisjointAndTogetherThePlan) {
   }
 }
 
-TEST_F(ShardTest, ThePlansFileAloneTellsWhichTrialsAPartHas) {
+TEST_F(ShardTest, ReadsShardIdsFromThePlanFileAlone) {
   const PreparedPlan plan = prepared(suite_text(kWalkers));
   for (const unsigned shards : {1U, 5U, 7U, 12U}) {
     const FrozenPlan frozen = freeze_as("plan.json", plan, shards);
@@ -66,7 +66,7 @@ TEST_F(ShardTest, ThePlansFileAloneTellsWhichTrialsAPartHas) {
   }
 }
 
-TEST_F(ShardTest, MergedPartsHaveTheBytesOfOneRun) {
+TEST_F(ShardTest, MergedShardsHaveTheBytesOfOneRun) {
   const PreparedPlan plan = prepared(suite_text(kWalkers));
   run(plan, options("one", 2));
   const auto one = contents("one");
@@ -89,7 +89,7 @@ TEST_F(ShardTest, MergedPartsHaveTheBytesOfOneRun) {
   }
 }
 
-TEST_F(ShardTest, APlanReadsBackAndItsSuiteIsFoundFromIt) {
+TEST_F(ShardTest, PlanRoundTripsWithItsSuite) {
   const PreparedPlan plan = prepared(suite_text(kWalkers));
   fs::create_directories(folder_ / "sub");
   write_file_atomically(folder_ / "sub/plan.json", freeze(plan, 4, folder_ / "sub").dump());
@@ -105,30 +105,30 @@ TEST_F(ShardTest, APlanReadsBackAndItsSuiteIsFoundFromIt) {
   EXPECT_EQ(frozen_ids, ids);
   check_unchanged(frozen, plan);
   EXPECT_NE(freeze(plan, 5, folder_)["plan"], frozen.hash);
-  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { freeze(plan, 13, folder_); }), HasSubstr("1 to 12 parts"));
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { freeze(plan, 13, folder_); }), HasSubstr("1 to 12 shards"));
 }
 
-TEST_F(ShardTest, AChangedPluginOrSuiteIsRefusedWithWhatChanged) {
+TEST_F(ShardTest, RejectsChangedPluginOrSuiteAndNamesTheChange) {
   const FrozenPlan frozen = freeze_as("plan.json", prepared(suite_text(kWalkers)), 2);
   EXPECT_THAT(error_text(ErrorKind::bad_input,
                          [&] { check_unchanged(frozen, prepared(suite_text(kWalkers), "toy_walker_changed")); }),
               AllOf(HasSubstr("plan.json"), HasSubstr("algorithm 'toy-walker', plugin_hash: was")));
   EXPECT_THAT(
       error_text(ErrorKind::bad_input, [&] { check_unchanged(frozen, prepared(suite_text(R"("toy-walker")"))); }),
-      HasSubstr("'short-walker' is gone"));
+      HasSubstr("'short-walker' was removed"));
 }
 
-TEST_F(ShardTest, DamagedAndNewerPlansAreRefused) {
+TEST_F(ShardTest, RejectsDamagedAndNewerPlans) {
   Json content = freeze(prepared(suite_text(R"("toy-walker")")), 2, folder_);
   const auto refused = [&](const Json& text) {
     write_file_atomically(folder_ / "plan.json", text.is_string() ? text.get<std::string>() : text.dump());
     return error_text(ErrorKind::bad_input, [&] { read_plan(folder_ / "plan.json"); });
   };
-  EXPECT_THAT(refused(Json(content.dump().substr(0, 200))), HasSubstr("no plan"));
-  EXPECT_THAT(refused(Json(suite_text(kWalkers))), HasSubstr("no plan"));
+  EXPECT_THAT(refused(Json(content.dump().substr(0, 200))), HasSubstr("is not a plan"));
+  EXPECT_THAT(refused(Json(suite_text(kWalkers))), HasSubstr("is not a plan"));
   Json changed = content;
   changed["shards"] = 3;
-  EXPECT_THAT(refused(changed), HasSubstr("changed by hand"));
+  EXPECT_THAT(refused(changed), HasSubstr("was edited"));
   changed = content;
   changed.erase("suite");
   EXPECT_THAT(refused(changed), HasSubstr("'suite'"));
@@ -138,7 +138,7 @@ TEST_F(ShardTest, DamagedAndNewerPlansAreRefused) {
   EXPECT_THAT(error_text(ErrorKind::io, [&] { read_plan(folder_ / "none.json"); }), HasSubstr("none.json"));
 }
 
-TEST_F(ShardTest, TwoAttemptsAtOnceHaveFoldersOfTheirOwn) {
+TEST_F(ShardTest, ConcurrentAttemptsHaveSeparateFolders) {
   fs::path first, second;
   {
     const ShardAttempt a(folder_ / "r", 3, "hash", {});
@@ -153,11 +153,11 @@ TEST_F(ShardTest, TwoAttemptsAtOnceHaveFoldersOfTheirOwn) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "r"), fs::directory_iterator()), 0);
 }
 
-TEST_F(ShardTest, AnAttemptOnAnotherMachineRunsOnlyWhatIsLeft) {
+TEST_F(ShardTest, AttemptOnAnotherMachineRunsRemainingTrials) {
   const PreparedPlan plan = prepared(suite_text(kWalkers));
   const FrozenPlan frozen = freeze_as("plan.json", plan, 2);
   EXPECT_EQ(run_part(plan, frozen, 0, "r").finished, 18U);
-  // The machine that did it is another one, and died before it had done everything.
+  // Simulates another machine, which died before it had finished.
   const fs::path own = ShardAttempt(folder_ / "r", 0, frozen.hash, {}).folder();
   const fs::path dead = folder_ / "r/shard-0000.dead-abc123";
   fs::rename(own, dead);
@@ -166,17 +166,17 @@ TEST_F(ShardTest, AnAttemptOnAnotherMachineRunsOnlyWhatIsLeft) {
   for (int closing = 0; closing < 10; ++closing) cut = text.find("\n", text.find("\"end\":", cut)) + 1;
   write_file_atomically(dead / "trials/0000.jsonl", text.substr(0, cut + 40));
   EXPECT_EQ(run_part(plan, frozen, 0, "r").trials, 8U);
-  EXPECT_EQ(run_part(plan, frozen, 0, "r").reused, 8U);  // and goes on in its own folder
+  EXPECT_EQ(run_part(plan, frozen, 0, "r").reused, 8U);  // and continues in its own folder
   run_part(plan, frozen, 1, "r");
   const records::MergeSummary summary = join("r");
   EXPECT_EQ(summary.trials, 36U);
-  EXPECT_EQ(summary.half_written, 0U);  // one cut line, no whole step
+  EXPECT_EQ(summary.half_written, 0U);  // one cut line, no complete step
   EXPECT_EQ(summary.missing + summary.duplicates + summary.disagreeing, 0U);
   EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { ShardAttempt(folder_ / "r", 0, "another", {}); }),
               HasSubstr("another plan"));
 }
 
-TEST_F(ShardTest, TwoAttemptsThatDidTheSameAgree) {
+TEST_F(ShardTest, ConcurrentAttemptsAgree) {
   const PreparedPlan plan = prepared(suite_text(kWalkers));
   const FrozenPlan frozen = freeze_as("plan.json", plan, 1);
   run_part(plan, frozen, 0, "r");

@@ -30,9 +30,9 @@ class StationTest : public ToyTest {
   }
 };
 
-TEST_F(StationTest, WhatIsUnknownIsNullAndWhatIsMeasuredStands) {
+TEST_F(StationTest, RecordsUnknownAsNullAndMeasurements) {
   const PreparedPlan plan = station_plan(suite());
-  EXPECT_THAT(messages_, Contains(AllOf(HasSubstr("home is left out"), HasSubstr("'bench'"))));
+  EXPECT_THAT(messages_, Contains(AllOf(HasSubstr("skipping home"), HasSubstr("'bench'"))));
   ASSERT_EQ(plan.plan.trials.size(), 8U);  // toy-walker and random
   const RunSummary summary = run(plan, options("a", 3));
   EXPECT_EQ(summary.finished, 8U);
@@ -40,7 +40,7 @@ TEST_F(StationTest, WhatIsUnknownIsNullAndWhatIsMeasuredStands) {
   EXPECT_THAT(messages_, Contains(HasSubstr("a station runs one trial at a time")));
   for (const records::TrialRecord& record : records::read_trials(folder_ / "a")) {
     ASSERT_EQ(record.steps.size(), 4U);
-    EXPECT_EQ(record.steps[0].commanded_pose, std::vector<double>({0, 0}));  // counts from the start
+    EXPECT_EQ(record.steps[0].commanded_pose, std::vector<double>({0, 0}));  // relative to the start
     EXPECT_DOUBLE_EQ(record.steps[0].machine_seconds, 0.5);
     EXPECT_DOUBLE_EQ(record.steps[3].machine_seconds, 0.5 + 3 * 0.75);
     for (const records::StepRecord& step : record.steps) {
@@ -61,7 +61,7 @@ TEST_F(StationTest, WhatIsUnknownIsNullAndWhatIsMeasuredStands) {
   EXPECT_EQ(manifest["scenes"][0]["owns_stage"], true);
 }
 
-TEST_F(StationTest, PicturesAreTheFirstAndLastCaptureOfTheTrial) {
+TEST_F(StationTest, KeepsFirstAndLastCaptureOfEachTrial) {
   run(station_plan(suite()), options("a"));
   const Json index = Json::parse(read_file(folder_ / "a/pictures/index.json"));
   ASSERT_EQ(index["trials"].size(), 6U);
@@ -73,7 +73,7 @@ TEST_F(StationTest, PicturesAreTheFirstAndLastCaptureOfTheTrial) {
   EXPECT_EQ(index["references"].size(), 1U);
 }
 
-TEST_F(StationTest, AFailureIsTheTrialsOutcomeAndIsNotTriedAgain) {
+TEST_F(StationTest, RecordsFailureWithoutRetry) {
   const PreparedPlan plan = station_plan(suite(R"({"fails_at_move": 2})"));
   const RunSummary summary = run(plan, options("a"));
   EXPECT_EQ(summary.finished, 8U);
@@ -83,11 +83,11 @@ TEST_F(StationTest, AFailureIsTheTrialsOutcomeAndIsNotTriedAgain) {
   for (const records::TrialRecord& record : records::read_trials(folder_ / "a")) {
     if (record.end != "failed") continue;
     ++failed;
-    EXPECT_EQ(record.steps.size(), 2U);  // what was made is kept
+    EXPECT_EQ(record.steps.size(), 2U);  // completed steps are kept
     EXPECT_THAT(record.message, AllOf(HasSubstr("toy-station"), HasSubstr("lost its reference")));
     messages.insert(record.message);
   }
-  // Every second trial failed, so that no trial in between was begun a second time.
+  // Every second trial failed, so that no trial was started twice.
   EXPECT_EQ(failed, 4U);
   EXPECT_EQ(messages.size(), 4U);
 
@@ -97,19 +97,19 @@ TEST_F(StationTest, AFailureIsTheTrialsOutcomeAndIsNotTriedAgain) {
   EXPECT_EQ(contents("a"), before);
 }
 
-TEST_F(StationTest, DrawsNothingAndTellsNoTruthOrTheSuiteIsRefused) {
+TEST_F(StationTest, RejectsNoiseLevelAndCombinedMerit) {
   const std::string level = error_text(ErrorKind::bad_input, [this] {
     station_plan(R"({"scenes": ["toy-station"], "noise_levels": ["toy-level"], "algorithms": ["toy-walker"]})");
   });
-  EXPECT_THAT(level, AllOf(HasSubstr("'toy-level'"), HasSubstr("toy-station"), HasSubstr("use \"none\"")));
+  EXPECT_THAT(level, AllOf(HasSubstr("'toy-level'"), HasSubstr("toy-station"), HasSubstr("use 'none'")));
   const std::string merit = error_text(ErrorKind::bad_input, [this] {
     station_plan(R"({"scenes": ["toy-station"], "noise_levels": ["none"],
                      "algorithms": [{"use": "toy-walker", "merit": "combined"}]})");
   });
-  EXPECT_THAT(merit, HasSubstr("use \"rmse\""));
+  EXPECT_THAT(merit, HasSubstr("use 'rmse'"));
 }
 
-TEST_F(StationTest, BesideASimulatedSceneOnlyItsOwnTrialsLackHome) {
+TEST_F(StationTest, SkipsHomeOnlyOnTheStation) {
   const PreparedPlan plan = station_plan(
       R"({"scenes": ["toy-station", "toy-scene"], "noise_levels": ["none"], "algorithms": ["random"], "instances": 2,
           "steps": 3})");

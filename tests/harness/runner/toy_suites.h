@@ -1,4 +1,4 @@
-// Suites of toy plugins and a folder that goes away, for tests of the runner.
+// Suites of toy plugins and a temporary folder, for tests of the runner.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -23,7 +23,7 @@ using test::error_text;
 class ToyTest : public testing::Test {
  protected:
   void SetUp() override {
-    // In memory where there is room: on a disk these tests do little but wait for flushes.
+    // In memory if possible: on a disk these tests mostly wait for flushes.
     const fs::path memory = "/dev/shm";
     const bool in_memory = ::access(memory.c_str(), W_OK) == 0;
     folder_ = (in_memory ? memory : fs::temp_directory_path()) / ("relign-runner-" + std::to_string(::getpid()));
@@ -32,13 +32,13 @@ class ToyTest : public testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  // Two levels, 6 instances, 5 steps; algorithms as given (JSON entries).
+  // Two levels, 6 instances, 5 steps; `algorithms` are JSON entries.
   static std::string suite_text(const std::string& algorithms, const std::string& more = "") {
     return R"({"scenes": ["toy-scene"], "noise_levels": ["toy-level", "toy-wild"], "instances": 6, "steps": 5,
                "algorithms": [)" +
            algorithms + "]" + more + "}";
   }
-  // A scene that tells where lenses are best and how fine lines they carry, and a specification that asks for it.
+  // A scene that offers own optima and MTF, and a specification.
   static std::string mtf_suite(const std::string& spec, bool tells = true) {
     return R"({"scenes": [{"use": "toy-scene", "name": "sharp", "parameters": {"tells_optimum": true, "tells_mtf": )" +
            std::string(tells ? "true" : "false") +
@@ -70,7 +70,7 @@ class ToyTest : public testing::Test {
     return options;
   }
 
-  // Every file below a folder with its bytes; times differ from run to run and count by name only.
+  // Every file below a folder with its bytes; times differ from run to run, so that only their names are compared.
   std::map<std::string, std::string> contents(const std::string& name) const {
     std::map<std::string, std::string> files;
     for (const auto& entry : fs::recursive_directory_iterator(folder_ / name)) {

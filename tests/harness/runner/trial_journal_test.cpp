@@ -33,7 +33,7 @@ class TrialJournalTest : public testing::Test {
   int file_;
 };
 
-TEST_F(TrialJournalTest, GivesBackWhatWasWritten) {
+TEST_F(TrialJournalTest, RoundTrips) {
   JournalWriter writer(file_);
   writer.begin();
   writer.add_log("first\nsecond \\n, not a line end\n");
@@ -53,7 +53,7 @@ TEST_F(TrialJournalTest, GivesBackWhatWasWritten) {
   }
 }
 
-TEST_F(TrialJournalTest, WhatADyingProcessLeavesIsReadUpToItsLastWholeStep) {
+TEST_F(TrialJournalTest, ReadsUpToTheLastCompleteStep) {
   JournalWriter writer(file_);
   writer.begin();
   writer.add_step("aa", step(0), 1, 1, 1);
@@ -66,7 +66,7 @@ TEST_F(TrialJournalTest, WhatADyingProcessLeavesIsReadUpToItsLastWholeStep) {
   EXPECT_NE(journal.digest, writer.digest());
 }
 
-TEST_F(TrialJournalTest, RubbishEndsIt) {
+TEST_F(TrialJournalTest, StopsAtMalformedEntries) {
   const std::string good = "S" + records::step_line("aa", step(0)) + "\nT[1,1,1]\n";
   const std::vector<std::string> all = {"S{}\n",
                                         "\n",

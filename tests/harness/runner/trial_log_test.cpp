@@ -6,7 +6,7 @@
 namespace relign::runner {
 namespace {
 
-TEST(TrialLog, LinesSayWhoAndHowSerious) {
+TEST(TrialLog, LinesNameSourceAndSeverity) {
   TrialLog log;
   log.add(RELIGN_LOG_INFO, "", "before the trial");
   log.begin();
@@ -20,19 +20,19 @@ TEST(TrialLog, LinesSayWhoAndHowSerious) {
   EXPECT_EQ(log.take(), "");
 }
 
-TEST(TrialLog, WhatIsTooMuchIsCutAndCounted) {
+TEST(TrialLog, CutsAndCountsExcessOutput) {
   TrialLog log;
   log.begin();
   const std::string line(99, 'x');  // 100 bytes with its end
   for (int i = 0; i < 20000; ++i) log.add(RELIGN_LOG_INFO, "", line);
-  log.add(RELIGN_LOG_INFO, "", "");  // would fit, but there are no gaps
+  log.add(RELIGN_LOG_INFO, "", "");  // would fit, but the log must have no gaps
   const std::string text = log.take();
   const std::string closing = "(cut here: 9516 more lines, 951501 bytes)\n";
   ASSERT_EQ(text.size(), 10485 * 100 + closing.size()) << text.substr(text.size() - 60);
   EXPECT_EQ(text.substr(10485 * 100), closing);
 
   log.begin();
-  log.add(RELIGN_LOG_INFO, "", std::string(TrialLog::kMostBytes, 'y'));
+  log.add(RELIGN_LOG_INFO, "", std::string(TrialLog::kMaxBytes, 'y'));
   EXPECT_EQ(log.take(), "(cut here: 1 more line, 1048577 bytes)\n");
 }
 

@@ -9,7 +9,7 @@
 namespace relign::runner {
 namespace {
 
-TEST(TrialQueue, AWorkerStaysWithItsGroup) {
+TEST(TrialQueue, WorkerStaysWithItsGroup) {
   TrialQueue queue({{0, 6}, {1, 7}, {2, 8}});
   std::size_t first = TrialQueue::kNoGroup;
   std::size_t second = TrialQueue::kNoGroup;
@@ -17,14 +17,14 @@ TEST(TrialQueue, AWorkerStaysWithItsGroup) {
   EXPECT_EQ(queue.next(second), 1U);
   EXPECT_EQ(queue.next(first), 6U);
   EXPECT_EQ(queue.next(first), 2U);
-  // No group is untouched: the second helps wherever something is left, its own first.
+  // All groups have started: the second worker takes remaining trials, those of its own group first.
   EXPECT_EQ(queue.next(second), 7U);
   EXPECT_EQ(queue.next(second), 8U);
   EXPECT_EQ(queue.next(second), std::nullopt);
   EXPECT_EQ(queue.next(first), std::nullopt);
 }
 
-TEST(TrialQueue, ManyWorkersTakeEveryTrialOnce) {
+TEST(TrialQueue, ManyWorkersTakeEveryTrialExactlyOnce) {
   std::vector<std::vector<std::size_t>> groups;
   for (std::size_t group = 0; group < 50; ++group) groups.push_back({3 * group, 3 * group + 1, 3 * group + 2});
   TrialQueue queue(groups);

@@ -10,8 +10,8 @@ namespace {
 
 using TrialRunnerTest = ToyTest;
 
-// What `verify` does: any trial alone, in any order, on a runner with or without history.
-TEST_F(TrialRunnerTest, AReplayEqualsTheRecord) {
+// As in `verify`: single trials in any order, on a new or a used runner.
+TEST_F(TrialRunnerTest, ReplayEqualsTheRecord) {
   const PreparedPlan plan = prepared(suite_text(kWalkers));
   run(plan, options("a", 2));
   std::map<std::string, std::string> recorded;
@@ -26,7 +26,7 @@ TEST_F(TrialRunnerTest, AReplayEqualsTheRecord) {
   }
 }
 
-TEST_F(TrialRunnerTest, ShowsEveryStepAndItsCapture) {
+TEST_F(TrialRunnerTest, PassesEveryStepAndItsCapture) {
   const PreparedPlan plan = prepared(suite_text(kWalkers));
   TrialRunner runner({1, {}, {}});
   std::vector<unsigned> steps;
@@ -41,7 +41,7 @@ TEST_F(TrialRunnerTest, ShowsEveryStepAndItsCapture) {
   EXPECT_EQ(outcome.times.simulation_seconds.size(), 6U);
 }
 
-TEST_F(TrialRunnerTest, AStoppedTrialIsNoResult) {
+TEST_F(TrialRunnerTest, StoppedTrialDoesNotCount) {
   const PreparedPlan plan = prepared(suite_text(kWalkers));
   TrialRunner runner({1, {}, {}});
   std::atomic<bool> stop{false};
@@ -53,7 +53,7 @@ TEST_F(TrialRunnerTest, AStoppedTrialIsNoResult) {
   EXPECT_LT(outcome.record.steps.size(), 6U);
 }
 
-TEST_F(TrialRunnerTest, JobsCarryTheSuitesChoices) {
+TEST_F(TrialRunnerTest, JobsHaveTheSettingsOfTheSuite) {
   const PreparedPlan plan = prepared(suite_text(R"({"use": "toy-walker", "protocol": "blind"})",
                                                 R"(, "limits": "hard", "seed": 5, "machine_time": {"settle_ms": 7})"));
   const TrialJob job = make_job(plan, plan.plan.trials[7]);
@@ -69,7 +69,7 @@ TEST_F(TrialRunnerTest, JobsCarryTheSuitesChoices) {
   EXPECT_EQ(job.budget, 5U);
 }
 
-TEST_F(TrialRunnerTest, MeasuresTheMtfThatTheSpecificationAsksFor) {
+TEST_F(TrialRunnerTest, MeasuresTheMtfOfTheSpecification) {
   const PreparedPlan plan = prepared(mtf_suite(R"({"mtf": {"lp_per_mm": 4, "centre": 0.5}})"));
   const PreparedPlan without = prepared(mtf_suite(R"({"rmse": 0.1})"));
   ASSERT_EQ(plan.plan.trials.size(), without.plan.trials.size());
@@ -82,7 +82,7 @@ TEST_F(TrialRunnerTest, MeasuresTheMtfThatTheSpecificationAsksFor) {
     EXPECT_NEAR(record.mtf.centre, centre, 1e-12);
     EXPECT_NEAR(record.mtf.corner, centre / (1 + 4 * std::fabs(glued[1] - 0.5)), 1e-12);
     EXPECT_NEAR(record.own_optimum_mtf.corner, 1, 1e-12);
-    EXPECT_TRUE(std::isnan(record.uncured_mtf.centre)) << "no glue shifts it";
+    EXPECT_TRUE(std::isnan(record.uncured_mtf.centre)) << "curing shifts nothing";
   }
   for (std::size_t index = 0; index < plan.plan.trials.size(); ++index) {
     EXPECT_NE(plan.plan.trials[index].id, without.plan.trials[index].id);
@@ -91,15 +91,15 @@ TEST_F(TrialRunnerTest, MeasuresTheMtfThatTheSpecificationAsksFor) {
   }
 }
 
-TEST_F(TrialRunnerTest, ASceneThatCannotTellTheMtfIsRefused) {
+TEST_F(TrialRunnerTest, RejectsSceneWithoutMtf) {
   const std::string told = error_text(
       ErrorKind::bad_input, [] { prepared(mtf_suite(R"({"mtf": {"lp_per_mm": 80, "corner": 0.35}})", false)); });
   EXPECT_THAT(told,
-              testing::HasSubstr("the suite's \"spec\" asks for the MTF at 80 lp/mm, which the scene 'sharp' cannot "
-                                 "tell: it does not offer it; leave \"mtf\" out"));
+              testing::HasSubstr("the suite's 'spec' requires the MTF at 80 lp/mm, which is unavailable for the scene "
+                                 "'sharp': it does not offer it; remove 'mtf' from"));
 }
 
-// The user of services of tests/harness/trials; the toy walker takes over.
+// The service user of tests/harness/trials, which runs the toy walker as inner algorithm.
 TEST_F(TrialRunnerTest, OffersDesignLevelAndOtherAlgorithms) {
   const PreparedPlan plan = prepared(suite_text(R"({"use": ")" RELIGN_SERVICE_USER R"(", "name": "user", "parameters": {
       "then": "toy-walker",
@@ -116,7 +116,7 @@ TEST_F(TrialRunnerTest, OffersDesignLevelAndOtherAlgorithms) {
   std::string log;
   for (const std::string& message : said) log += "warning: " + message.substr(6) + "\n";
   EXPECT_EQ(outcome.log, log);
-  EXPECT_NE(runner.run(make_job(plan, plan.plan.trials[1])).log, log) << "each trial has its own";
+  EXPECT_NE(runner.run(make_job(plan, plan.plan.trials[1])).log, log) << "each trial has its own log";
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ class VerifyTest : public ToyTest {
   }
 };
 
-TEST_F(VerifyTest, AReplayEqualsWhatWasRecordedFailuresIncluded) {
+TEST_F(VerifyTest, ReplayEqualsRecordsIncludingFailures) {
   run(prepared(suite_text(kWalkers)), options("a", 2));
   const VerifySummary summary = check("a");
   EXPECT_EQ(summary.recorded, 36U);
@@ -47,7 +47,7 @@ TEST_F(VerifyTest, AReplayEqualsWhatWasRecordedFailuresIncluded) {
   EXPECT_TRUE(summary.all_equal());
 }
 
-TEST_F(VerifyTest, AForgedNumberIsFoundByStepAndField) {
+TEST_F(VerifyTest, FindsForgedNumberByStepAndField) {
   run(prepared(suite_text(R"("toy-walker")")), options("a"));
   records::TrialRecord forged = records::read_trials(folder_ / "a")[4];
   const std::string honest = records::to_lines(forged);
@@ -65,7 +65,7 @@ TEST_F(VerifyTest, AForgedNumberIsFoundByStepAndField) {
   EXPECT_THAT(summary.changes, IsEmpty());
 }
 
-TEST_F(VerifyTest, OtherBytesOfTheSameNumbersAreADifference) {
+TEST_F(VerifyTest, ReportsDifferentBytesOfEqualNumbers) {
   run(prepared(suite_text(R"("toy-walker")")), options("a"));
   change("a/trials/0000.jsonl", "\"step\":3,", "\"step\":3, ");
   const VerifySummary summary = check("a");
@@ -73,7 +73,7 @@ TEST_F(VerifyTest, OtherBytesOfTheSameNumbersAreADifference) {
   EXPECT_EQ(summary.differences[0].difference.field, "bytes of the lines");
 }
 
-TEST_F(VerifyTest, AChangedPluginIsNamedBesideWhatItChanged) {
+TEST_F(VerifyTest, NamesChangedPlugin) {
   run(prepared(suite_text(R"("toy-walker", "toy-stumbler")")), options("a"));
   const VerifySummary summary = check("a", "toy_walker_changed");
   EXPECT_EQ(summary.replayed, 24U);
@@ -83,20 +83,20 @@ TEST_F(VerifyTest, AChangedPluginIsNamedBesideWhatItChanged) {
   EXPECT_NE(summary.changes[0].was, summary.changes[0].is);
 }
 
-TEST_F(VerifyTest, AnotherProcessorAndProgramAreTold) {
+TEST_F(VerifyTest, ReportsAnotherProcessorAndProgram) {
   run(prepared(suite_text(R"("toy-walker")")), options("a"));
   edit_manifest([](Json& manifest) {
     manifest["machine"] = {{"cpu", "Abacus"}};
     manifest["program"]["flags"] = "-O0";
   });
   VerifySummary summary = check("a");
-  EXPECT_TRUE(summary.all_equal());  // these toys promise equal numbers anywhere
+  EXPECT_TRUE(summary.all_equal());  // these toys are reproducible anywhere
   EXPECT_EQ(summary.with_tolerance, 0U);
   ASSERT_EQ(summary.changes.size(), 2U);
   EXPECT_EQ(summary.changes[0].what, "CPU");
   EXPECT_EQ(summary.changes[0].was, "Abacus");
   EXPECT_EQ(summary.changes[1].what, "program flags");
-  // So there is no tolerance for them either.
+  // Therefore they have no tolerance.
   records::TrialRecord other = records::read_trials(folder_ / "a")[0];
   const std::string before = records::to_lines(other);
   other.steps[1].measured += 1e-9;
@@ -104,7 +104,7 @@ TEST_F(VerifyTest, AnotherProcessorAndProgramAreTold) {
   EXPECT_EQ(check("a").differences.size(), 1U);
 }
 
-TEST_F(VerifyTest, WhatIsMarkedThisCpuHasAToleranceOnAnotherProcessorAlone) {
+TEST_F(VerifyTest, ToleratesThisCpuPluginsOnlyOnAnotherProcessor) {
   const PreparedPlan plan = prepared(suite_text(R"("toy-stumbler")"));
   run(plan, options("a"));
   records::TrialRecord other = records::read_trials(folder_ / "a")[0];
@@ -112,7 +112,7 @@ TEST_F(VerifyTest, WhatIsMarkedThisCpuHasAToleranceOnAnotherProcessorAlone) {
   other.steps[1].measured += 1e-9;
   change("a/trials/0000.jsonl", before, records::to_lines(other));
   EXPECT_EQ(check("a").differences.size(), 1U);
-  // Another name is no other processor, other instructions are.
+  // Other instruction sets mean another processor, another name does not.
   edit_manifest([](Json& manifest) { manifest["machine"]["cpu"] = "Abacus"; });
   EXPECT_EQ(check("a").differences.size(), 1U);
   EXPECT_THAT(check("a").changes, IsEmpty());
@@ -125,7 +125,7 @@ TEST_F(VerifyTest, WhatIsMarkedThisCpuHasAToleranceOnAnotherProcessorAlone) {
   EXPECT_NEAR(summary.largest_deviation, 1e-9 / (1 + other.steps[1].measured), 1e-14);
 }
 
-TEST_F(VerifyTest, ASampleIsSpreadOverTheAlgorithmsAndDependsOnItsSeedAlone) {
+TEST_F(VerifyTest, SampleCoversAlgorithmsAndDependsOnlyOnItsSeed) {
   run(prepared(suite_text(kWalkers)), options("a"));
   std::map<std::string, std::string> algorithm;
   for (const records::TrialRecord& record : records::read_trials(folder_ / "a"))
@@ -149,7 +149,7 @@ TEST_F(VerifyTest, ASampleIsSpreadOverTheAlgorithmsAndDependsOnItsSeedAlone) {
   EXPECT_EQ(sample(1000, 1).size(), 36U);
 }
 
-TEST_F(VerifyTest, StationsAndTrialsThatTheMachineEndedAreCountedNotReplayed) {
+TEST_F(VerifyTest, CountsStationsAndCrashesWithoutReplay) {
   run(prepared(suite_text(R"("toy-walker")")), options("a"));
   records::TrialRecord lost = records::read_trials(folder_ / "a")[0];
   const std::string before = records::to_lines(lost);
@@ -165,7 +165,7 @@ TEST_F(VerifyTest, StationsAndTrialsThatTheMachineEndedAreCountedNotReplayed) {
   EXPECT_TRUE(summary.all_equal());
 }
 
-TEST_F(VerifyTest, OneTrialShowsItsFrames) {
+TEST_F(VerifyTest, ReplaysOneTrialWithItsFrames) {
   run(prepared(suite_text(R"("toy-walker")")), options("a"));
   const std::string id = records::read_trials(folder_ / "a")[3].trial;
   VerifyOptions one = verify_options("a");
@@ -182,16 +182,17 @@ TEST_F(VerifyTest, OneTrialShowsItsFrames) {
   EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { verify(one, catalog); }), HasSubstr("no complete trial"));
 }
 
-TEST_F(VerifyTest, ASuiteThatGivesOtherTrialsNowIsNoReproduction) {
+TEST_F(VerifyTest, ReportsUnknownTrialsOfAChangedSuite) {
   run(prepared(suite_text(R"("toy-walker")")), options("a"));
   edit_manifest([](Json& manifest) { manifest["suite"] = suite_text(R"("toy-walker")", R"(, "seed": 2)"); });
   const VerifySummary summary = check("a");
   EXPECT_EQ(summary.unknown, 12U);
   EXPECT_FALSE(summary.all_equal());
   edit_manifest([](Json& manifest) { manifest["suite"] = "{}"; });
-  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { check("a"); }), HasSubstr("cannot be read here"));
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { check("a"); }),
+              HasSubstr("cannot read the suite of these results"));
   edit_manifest([](Json& manifest) { manifest["suite_file"] = "gone/toy.json"; });
-  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { check("a"); }), HasSubstr("there is no folder gone here"));
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { check("a"); }), HasSubstr("there is no folder gone;"));
 }
 
 }  // namespace

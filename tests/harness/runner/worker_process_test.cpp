@@ -1,4 +1,4 @@
-// Workers that are processes: what a plugin does in one costs its trial, and nothing else.
+// Workers in processes: a plugin's fault affects its own trial only.
 #include "runner/worker_process.h"
 
 #include <fstream>
@@ -13,7 +13,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::StartsWith;
 
-// Children of this process, those that wait to be reaped included.
+// Children of this process, including those that wait to be reaped.
 std::vector<std::string> children() {
   std::vector<std::string> found;
   for (const auto& thread : fs::directory_iterator("/proc/self/task")) {
@@ -33,7 +33,7 @@ class WorkerProcessTest : public ToyTest {
  protected:
   void SetUp() override {
     ToyTest::SetUp();
-    // Sanitizers would turn a signal into an exit status of their own.
+    // Otherwise sanitizers turn a signal into an exit status.
     for (const char* options : {"ASAN_OPTIONS", "TSAN_OPTIONS"}) ::setenv(options, "handle_segv=0:handle_abort=0", 1);
   }
 
@@ -47,12 +47,12 @@ class WorkerProcessTest : public ToyTest {
     return R"({"use": "toy-saboteur", "name": ")" + deed + R"(", "parameters": {"deed": ")" + deed + "\"}}";
   }
 
-  // Runs a saboteur beside a walker with two workers.
+  // Runs a saboteur and a walker with two workers.
   RunSummary sabotage(const std::string& deed, const std::string& more = "") {
     return run(prepared(suite_text("\"toy-walker\", " + saboteur(deed), more)), options(deed, 2));
   }
 
-  // What the walker wrote, which nothing may have changed.
+  // The walker's records, which must be unaffected.
   std::vector<std::string> walked(const std::string& name) const {
     std::vector<std::string> lines;
     for (const records::TrialRecord& record : records::read_trials(folder_ / name))
@@ -76,7 +76,7 @@ class WorkerProcessTest : public ToyTest {
   }
 };
 
-TEST_F(WorkerProcessTest, MeasuresTheMtfAsAThreadDoes) {
+TEST_F(WorkerProcessTest, MeasuresTheMtfLikeAThread) {
   const PreparedPlan plan = prepared(mtf_suite(R"({"rmse": 0.1, "mtf": {"lp_per_mm": 4}})"));
   run(plan, options("process", 2));
   run(plan, ToyTest::options("thread"));
@@ -95,7 +95,7 @@ struct Deed {
 
 class SaboteurTest : public WorkerProcessTest, public testing::WithParamInterface<Deed> {};
 
-TEST_P(SaboteurTest, CostsItsTrialsOnly) {
+TEST_P(SaboteurTest, FailsOnlyItsTrials) {
   const Deed& deed = GetParam();
   const std::string limits = deed.name == std::string("hang")  ? R"(, "trial_seconds": 0.3)"
                              : deed.name == std::string("eat") ? R"(, "trial_memory_mb": 400)"
@@ -108,7 +108,7 @@ TEST_P(SaboteurTest, CostsItsTrialsOnly) {
   for (const records::TrialRecord& trial : trials) {
     EXPECT_EQ(trial.end, deed.end) << trial.message;
     EXPECT_THAT(trial.message, HasSubstr(deed.message));
-    // Where memory is not limited by the system, the worker is weighed now and then, and ended in the middle of a step.
+    // Without a memory limit by the system, the worker's memory is polled, and it is ended in the middle of a step.
     if (!(kSanitized && trial.end == "out_of_memory")) {
       EXPECT_EQ(trial.steps.size(), deed.steps);
     }
@@ -125,8 +125,8 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(Deed{"none", "budget_spent", "", 6},
                     Deed{"crash", "crashed(SIGSEGV)", "killed by SIGSEGV after step 1", 2},
                     Deed{"abort", "crashed(SIGABRT)", "SIGABRT", 2}, Deed{"hang", "timeout", "0.3 s", 2},
-                    Deed{"eat", "out_of_memory", "400 MB", 3}, Deed{"babble", "protocol_error", "connection", 6},
-                    Deed{"scribble", "protocol_error", "changed by somebody else", 0},
+                    Deed{"eat", "out_of_memory", "400 MB", 3}, Deed{"babble", "protocol_error", "not a message", 6},
+                    Deed{"scribble", "protocol_error", "changed by another writer", 0},
                     Deed{"overspend", "overspent", "100000 times", 6}, Deed{"insist", "overspent", "never returned", 5},
                     Deed{"nan", "failed", "finite", 3}, Deed{"leave_bounds", "budget_spent", "", 6},
                     Deed{"floating_point", "budget_spent", "", 6}, Deed{"locale", "budget_spent", "", 6},
@@ -136,7 +136,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Deed{"kill", "crashed(SIGKILL)", "3 times", 2}),
     [](const testing::TestParamInfo<Deed>& deed) { return std::string(deed.param.name); });
 
-TEST_F(WorkerProcessTest, WritesWhatThreadsWrite) {
+TEST_F(WorkerProcessTest, WritesTheSameAsThreads) {
   const PreparedPlan plan = prepared(suite_text(kWalkers));
   run(plan, ToyTest::options("threads", 2));
   const auto threads = contents("threads");
@@ -149,20 +149,20 @@ TEST_F(WorkerProcessTest, WritesWhatThreadsWrite) {
   EXPECT_THAT(children(), IsEmpty());
 }
 
-// The way to the worker and back costs something, however late this side wakes up.
-TEST_F(WorkerProcessTest, TheHarnessTakesTime) {
+// Messages to the worker and back take time, even if this side wakes up late.
+TEST_F(WorkerProcessTest, RecordsHarnessTime) {
   run(prepared(suite_text("\"toy-walker\"")), options("a", 4));
   for (const records::TrialTimes& times : records::read_times(folder_ / "a")) EXPECT_GT(times.harness_seconds, 0);
 }
 
-TEST_F(WorkerProcessTest, WhatAPluginPrintsIsInItsTrialsLog) {
+TEST_F(WorkerProcessTest, LogsOutputOfPlugins) {
   sabotage("print");
   for (const records::TrialRecord& trial : of_saboteur("print"))
     EXPECT_EQ(read_file(folder_ / "print" / records::log_file(trial.trial)),
               "printed: without a line end\nprinted: from a stream\nprinted: to stderr\n");
 }
 
-TEST_F(WorkerProcessTest, AStopEndsAHangingTrial) {
+TEST_F(WorkerProcessTest, StopEndsAHangingTrial) {
   std::atomic<bool> stop{false};
   RunOptions wanted = options("stopped");
   wanted.stop = &stop;
@@ -177,7 +177,7 @@ TEST_F(WorkerProcessTest, AStopEndsAHangingTrial) {
   EXPECT_THAT(children(), IsEmpty());
 }
 
-TEST_F(WorkerProcessTest, AChangedLibraryIsRefused) {
+TEST_F(WorkerProcessTest, RejectsChangedLibrary) {
   const PreparedPlan plan = prepared(suite_text("\"toy-walker\""));
   LibraryHashes hashes = hash_libraries(plan.plan.suite);
   for (auto& [library, hash] : hashes)
@@ -186,10 +186,10 @@ TEST_F(WorkerProcessTest, AChangedLibraryIsRefused) {
   with.results = folder_ / "none";
   ProcessWorker worker(plan, hashes, {RELIGN_PROGRAM, "worker"}, {}, with);
   EXPECT_THAT(error_text(ErrorKind::plugin_refused, [&] { worker.run(plan.plan.trials.front(), nullptr); }),
-              testing::AllOf(HasSubstr("toy_walker.so"), HasSubstr("changed meanwhile")));
+              testing::AllOf(HasSubstr("toy_walker.so"), HasSubstr("has changed during this run")));
 }
 
-TEST_F(WorkerProcessTest, AWorkerThatCannotStartEndsTheRun) {
+TEST_F(WorkerProcessTest, EndsTheRunIfAWorkerCannotStart) {
   RunOptions wanted = options("a");
   wanted.worker_program = {"/bin/false"};
   EXPECT_THAT(error_text(ErrorKind::internal, [&] { run(prepared(suite_text("\"toy-walker\"")), wanted); }),

@@ -37,7 +37,7 @@ Suite small_suite() {
 
 const std::vector<std::string> kData = {R"({"files":[{"name":"lens.json","sha256":"00"}]})"};
 
-TEST(Plan, GoesBySceneLevelAlgorithmInstance) {
+TEST(Plan, OrdersBySceneLevelAlgorithmInstance) {
   const Plan plan = make_plan(small_suite(), kData);
   ASSERT_EQ(plan.trials.size(), 12U);
   EXPECT_EQ(plan.trials[0].instance, 0U);
@@ -53,8 +53,8 @@ TEST(Plan, GoesBySceneLevelAlgorithmInstance) {
   EXPECT_EQ(ids.size(), 12U);
 }
 
-// Frozen: published results are found again by these ids. If this fails, the change breaks the resuming
-// and merging of every folder there is.
+// Frozen: published results are identified by these ids. If this fails, the change breaks resuming
+// and merging of all existing folders.
 TEST(Plan, IdsAreFrozen) {
   const Plan plan = make_plan(small_suite(), kData);
   EXPECT_EQ(plan.trials.front().id, "ae3a7d8a9967afa4");
@@ -62,7 +62,7 @@ TEST(Plan, IdsAreFrozen) {
   EXPECT_EQ(plan.instance_set, "8f7f082b7abc1e08");
 }
 
-TEST(Plan, AnIdStaysWhenOtherTrialsComeOrGo) {
+TEST(Plan, IdsDoNotDependOnOtherTrials) {
   const Plan whole = make_plan(small_suite(), kData);
   Suite suite = small_suite();
   suite.algorithms.erase(suite.algorithms.begin());
@@ -76,20 +76,20 @@ TEST(Plan, AnIdStaysWhenOtherTrialsComeOrGo) {
   EXPECT_EQ(part.trials[0].id, whole.trials.back().id);
 }
 
-TEST(Plan, NamesOfScenesAndLevelsAreNoIngredient) {
+TEST(Plan, IdsDoNotDependOnNamesOfScenesAndLevels) {
   Suite suite = small_suite();
   suite.scenes[0].name = "my toy";
   suite.levels[0].name = "quiet";
   EXPECT_EQ(make_plan(suite, kData).trials[0].id, make_plan(small_suite(), kData).trials[0].id);
 }
 
-TEST(Plan, TheProtocolsOwnMeritIsTheSameAsNamingIt) {
+TEST(Plan, DefaultMeritEqualsNamingIt) {
   Suite suite = small_suite();
   suite.algorithms[0].merit = "combined";
   EXPECT_EQ(make_plan(suite, kData).trials[0].id, make_plan(small_suite(), kData).trials[0].id);
 }
 
-TEST(Plan, EveryIngredientChangesTheId) {
+TEST(Plan, IdsDependOnEverythingThatDeterminesTheResult) {
   const Plan base = make_plan(small_suite(), kData);
   const std::vector<std::pair<const char*, std::function<void(Suite&)>>> changes = {
       {"scene", [](Suite& s) { s.scenes[0].choice.identity = R"({"kind":"scene","parameters":{"white":0.6}})"; }},
@@ -124,8 +124,8 @@ TEST(Plan, EveryIngredientChangesTheId) {
       << "data files";
 }
 
-// What counts as good enough may be changed when trials have run.
-TEST(Plan, LimitsOfTheSpecificationAreNoIngredient) {
+// The limits may change after trials have run.
+TEST(Plan, IdsDoNotDependOnLimitsOfTheSpecification) {
   const auto id = [](const Json& spec) {
     Suite suite = small_suite();
     suite.spec = spec;
@@ -136,7 +136,7 @@ TEST(Plan, LimitsOfTheSpecificationAreNoIngredient) {
             id({{"mtf", {{"lp_per_mm", 20}, {"corner", 0.3}}}}));
 }
 
-TEST(Plan, TheInstanceSetIsWhatAlgorithmsAreComparedOn) {
+TEST(Plan, InstanceSetDependsOnInstancesOnly) {
   const std::string base = make_plan(small_suite(), kData).instance_set;
   Suite suite = small_suite();
   suite.algorithms.pop_back();

@@ -77,7 +77,7 @@ class SuiteReaderTest : public testing::Test {
   plugin_host::Catalog catalog_;
 };
 
-TEST_F(SuiteReaderTest, FillsInTheDefaults) {
+TEST_F(SuiteReaderTest, FillsInDefaults) {
   const std::string text =
       R"({"$schema": "x", "scenes": ["toy"], "noise_levels": ["rho0", "rho0.5"], "algorithms": ["bo-gp"]})";
   const Suite suite = read(text);
@@ -103,7 +103,7 @@ TEST_F(SuiteReaderTest, FillsInTheDefaults) {
   EXPECT_EQ(suite.algorithms[1].choice.plugin->id, "home");
 }
 
-TEST_F(SuiteReaderTest, TakesEveryKey) {
+TEST_F(SuiteReaderTest, AcceptsEveryKey) {
   const Suite suite = read(with(R"({"use": "bo-gp", "name": "bo-bold", "parameters": {"kappa": 5}, "steps": 10,
                                    "protocol": "paper", "merit": "rmse"}, "home")",
                                 R"(, "name": "mine", "seed": 9, "instances": 7, "first_instance": 3, "steps": 30,
@@ -129,8 +129,8 @@ TEST_F(SuiteReaderTest, TakesEveryKey) {
   EXPECT_EQ(suite.algorithms[1].steps, 30U);
 }
 
-// Readers of a table compare within a protocol, so each one that is used gets its baselines.
-TEST_F(SuiteReaderTest, BaselinesAreAddedUnderEveryProtocolInUse) {
+// Tables are compared within a protocol, so that each protocol in use gets its baselines.
+TEST_F(SuiteReaderTest, AddsBaselinesUnderEveryProtocolInUse) {
   const Suite suite = read(with(R"({"use": "bo-gp", "protocol": "blind"}, "home", "random", "bo_gp")"));
   ASSERT_EQ(suite.algorithms.size(), 6U);
   for (std::size_t index : {4U, 5U}) {
@@ -139,7 +139,7 @@ TEST_F(SuiteReaderTest, BaselinesAreAddedUnderEveryProtocolInUse) {
   }
 }
 
-TEST_F(SuiteReaderTest, ProtocolsRunEveryEntryUnderEachOfThem) {
+TEST_F(SuiteReaderTest, RunsEntriesUnderEachProtocolOfTheList) {
   const Suite suite = read(R"({"scenes": ["toy"], "noise_levels": ["rho0"], "protocols": ["paper", "blind"],
     "algorithms": ["bo_gp", {"use": "home", "protocol": "blind"}, {"use": "random", "protocols": ["blind", "paper"]}]})");
   std::vector<std::string> found;
@@ -153,13 +153,14 @@ TEST_F(SuiteReaderTest, ProtocolsRunEveryEntryUnderEachOfThem) {
               HasSubstr("/protocols: expected a list of different"));
   EXPECT_THAT(with_protocols(R"("protocols": ["paper", "paper"])"),
               HasSubstr("/protocols: expected a list of different"));
-  EXPECT_THAT(with_protocols(R"("protocols": ["paper"], "protocol": "blind")"), HasSubstr("are both given"));
+  EXPECT_THAT(with_protocols(R"("protocols": ["paper"], "protocol": "blind")"),
+              HasSubstr("expected one of them, not both"));
   EXPECT_THAT(mistakes(R"({"scenes": ["toy"], "noise_levels": ["rho0"], "protocols": ["paper", "blind"],
                            "algorithms": ["home", {"use": "random", "name": "home", "protocol": "blind"}]})"),
-              HasSubstr("is taken by /algorithms/0 under the same protocol"));
+              HasSubstr("already used by /algorithms/0 under the same protocol"));
 }
 
-TEST_F(SuiteReaderTest, AnAnalysisPlanHasDefaultsAndItsMistakesAreNamed) {
+TEST_F(SuiteReaderTest, ReadsAnalysisPlanAndReportsItsMistakes) {
   const auto suite_with = [](const std::string& plan) {
     return R"({"scenes": ["toy"], "noise_levels": ["rho0"], "algorithms": ["bo_gp"], "analysis": )" + plan + "}";
   };
@@ -171,16 +172,15 @@ TEST_F(SuiteReaderTest, AnAnalysisPlanHasDefaultsAndItsMistakesAreNamed) {
                   {"smallest_relevant_ratio", 1.1},
                   {"yield", nullptr}}));
   EXPECT_THAT(mistakes(suite_with(R"({"rule": "bset"})")), HasSubstr("/analysis/rule: found \"bset\""));
-  EXPECT_THAT(
-      mistakes(suite_with(R"({"contrasts": [["bo-gp", "randm"]]})")),
-      HasSubstr("/analysis/contrasts/0/1: no algorithm of this suite has the name 'randm'; did you mean 'random'?"));
+  EXPECT_THAT(mistakes(suite_with(R"({"contrasts": [["bo-gp", "randm"]]})")),
+              HasSubstr("/analysis/contrasts/0/1: unknown algorithm 'randm' in this suite; did you mean 'random'?"));
   EXPECT_THAT(mistakes(suite_with(R"({"contrasts": [["bo-gp", "bo-gp"]]})")), HasSubstr("pairs of different methods"));
   EXPECT_THAT(mistakes(suite_with(R"({"smallest_relevant_ratio": 0.9})")),
               HasSubstr("/analysis/smallest_relevant_ratio"));
   EXPECT_THAT(mistakes(suite_with(R"({"alpha": 0.05})")), HasSubstr("/analysis/alpha: unknown key"));
 }
 
-TEST_F(SuiteReaderTest, PathsAreRelativeToTheSuitesFolder) {
+TEST_F(SuiteReaderTest, ResolvesPathsRelativeToTheSuite) {
   write_file_atomically(folder_ / "my_lens" / "scene.json", R"({"use": "toy"})");
   write_file_atomically(folder_ / "my_lens" / "suite.json",
                         R"({"scenes": ["scene.json"], "noise_levels": ["rho0"], "algorithms": ["../plugins/bo"]})");
@@ -191,7 +191,7 @@ TEST_F(SuiteReaderTest, PathsAreRelativeToTheSuitesFolder) {
   EXPECT_EQ(suite.algorithms[0].name, "bo-gp");
 }
 
-TEST_F(SuiteReaderTest, TrainingsAreOneEntryForEachModel) {
+TEST_F(SuiteReaderTest, MakesOneEntryPerTraining) {
   add_trained();
   const Suite suite = read(with(R"({"use": "net", "name": "ours", "trainings": ["a/one.onnx", "a/two.onnx"], "steps": 7,
                                    "parameters": {"gain": 0.5}})"));
@@ -207,16 +207,16 @@ TEST_F(SuiteReaderTest, TrainingsAreOneEntryForEachModel) {
   EXPECT_EQ(suite.algorithms[2].training, "");
 }
 
-TEST_F(SuiteReaderTest, TrainingsWithEqualFileNamesAreNamedByTheirFolders) {
+TEST_F(SuiteReaderTest, NamesTrainingsOfEqualFileNamesByFolder) {
   add_trained();
   const Suite suite = read(with(R"({"use": "net", "name": "ours", "trainings": ["a/one.onnx", "./b/one.onnx"]})"));
   EXPECT_THAT(names(suite), testing::ElementsAre("ours (a-one)", "ours (b-one)", "home", "random"));
 }
 
-TEST_F(SuiteReaderTest, MistakesInTrainingsHaveTheirPlace) {
+TEST_F(SuiteReaderTest, ReportsMistakesInTrainingsWithPosition) {
   add_trained();
   EXPECT_THAT(mistakes(with(R"({"use": "net", "trainings": ["a/one.onnx"]})")),
-              HasSubstr("a list of trainings needs a \"name\""));
+              HasSubstr("a list of trainings needs a 'name'"));
   EXPECT_THAT(mistakes(with(R"({"use": "bo-gp", "name": "ours", "trainings": ["a/one.onnx"]})")),
               HasSubstr("'bo-gp' has no trained model"));
   EXPECT_THAT(mistakes(with(R"({"use": "net", "name": "ours", "trainings": []})")),
@@ -225,12 +225,12 @@ TEST_F(SuiteReaderTest, MistakesInTrainingsHaveTheirPlace) {
               HasSubstr("a list of 1 to 100 model"));
   EXPECT_THAT(
       mistakes(with(R"({"use": "net", "name": "ours", "trainings": ["a/one.onnx"], "parameters": {"model": "x"}})")),
-      HasSubstr("\"trainings\" gives this parameter"));
+      HasSubstr("'trainings' sets this parameter"));
   EXPECT_THAT(
       mistakes(with("{\"use\": \"net\", \"name\": \"ours\",\n \"trainings\": [\"a/one.onnx\",\n  \"none.onnx\"]}")),
       AllOf(HasSubstr("quick.json:3:3"), HasSubstr("none.onnx")));
   EXPECT_THAT(mistakes(with(R"({"use": "net", "name": "ours", "trainings": ["a/one.onnx", "a/../a/one.onnx"]})")),
-              HasSubstr("this is the same model as"));
+              HasSubstr("duplicate of the model at"));
   EXPECT_THAT(mistakes(with(R"({"use": "nte", "name": "ours", "trainings": ["a/one.onnx"]})")),
               HasSubstr("did you mean 'net'"));
   EXPECT_THAT(mistakes(R"({"scenes": [{"use": "toy", "name": "x", "trainings": ["a"]}], "noise_levels": ["rho0"],
@@ -238,7 +238,7 @@ TEST_F(SuiteReaderTest, MistakesInTrainingsHaveTheirPlace) {
               HasSubstr("unknown key"));
 }
 
-TEST_F(SuiteReaderTest, AllMistakesComeOutAtOnceWithTheirPlace) {
+TEST_F(SuiteReaderTest, ReportsAllMistakesWithPosition) {
   const std::string found = mistakes(R"({
   "scenes": ["toy"],
   "noise_levels": ["rho1"],
@@ -258,7 +258,7 @@ TEST_F(SuiteReaderTest, AllMistakesComeOutAtOnceWithTheirPlace) {
   EXPECT_THAT(found, HasSubstr("quick.json:7:71: /algorithms/1/stepz: unknown key \"stepz\"; did you mean 'steps'?"));
   EXPECT_THAT(found, HasSubstr("quick.json:8:59: /algorithms/2/parameters/kappa: "));
   EXPECT_THAT(found, HasSubstr("quick.json:8:73: /algorithms/2/steps: expected an integer from 1"));
-  EXPECT_THAT(found, HasSubstr("quick.json:10:15: /protocol: found \"papier\", allowed: paper, blind; did you mean "
+  EXPECT_THAT(found, HasSubstr("quick.json:10:15: /protocol: found 'papier'; allowed: paper, blind; did you mean "
                                "'paper'?"));
   EXPECT_THAT(found, HasSubstr("quick.json:11:16: /instances: expected an integer from 1"));
   EXPECT_EQ(std::count(found.begin(), found.end(), '\n'), 8);
@@ -266,19 +266,20 @@ TEST_F(SuiteReaderTest, AllMistakesComeOutAtOnceWithTheirPlace) {
   EXPECT_LT(found.find("quick.json:8:73"), found.find("quick.json:10:15"));
 }
 
-TEST_F(SuiteReaderTest, EachMistakeIsNamed) {
+TEST_F(SuiteReaderTest, NamesEachMistake) {
   EXPECT_THAT(mistakes("[]"), HasSubstr("expected an object, found array"));
   EXPECT_THAT(mistakes("{"), HasSubstr("quick.json:1:"));
-  EXPECT_THAT(mistakes("{}"), AllOf(HasSubstr("\"scenes\" is missing"), HasSubstr("\"noise_levels\" is missing"),
-                                    HasSubstr("\"algorithms\" is missing")));
-  EXPECT_THAT(mistakes(with("")), HasSubstr("/algorithms: the list is empty"));
+  EXPECT_THAT(mistakes("{}"), AllOf(HasSubstr("missing key 'scenes'"), HasSubstr("missing key 'noise_levels'"),
+                                    HasSubstr("missing key 'algorithms'")));
+  EXPECT_THAT(mistakes(with("")), HasSubstr("/algorithms: expected at least one entry"));
   EXPECT_THAT(mistakes(with("3")), HasSubstr("/algorithms/0: expected an id, a path or an object"));
   EXPECT_THAT(mistakes(with("{}")), HasSubstr("\"use\" is missing"));
   EXPECT_THAT(mistakes(with(R"({"use": "bo-gp", "parameters": 3})")), HasSubstr("/parameters: expected an object"));
   EXPECT_THAT(mistakes(with(R"({"use": "bo-gp", "parameters": {"kappa": 3}})")),
-              HasSubstr("changed parameters need a \"name\""));
-  EXPECT_THAT(mistakes(with(R"("bo-gp", "bo_gp")")), HasSubstr("'bo-gp' is taken by /algorithms/0"));
-  EXPECT_THAT(mistakes(with(R"("bo-gp", {"use": "home", "name": "bo-gp"})")), HasSubstr("is taken"));
+              HasSubstr("changed parameters need a 'name'"));
+  EXPECT_THAT(mistakes(with(R"("bo-gp", "bo_gp")")),
+              HasSubstr("duplicate name 'bo-gp', already used by /algorithms/0"));
+  EXPECT_THAT(mistakes(with(R"("bo-gp", {"use": "home", "name": "bo-gp"})")), HasSubstr("duplicate name"));
   EXPECT_THAT(mistakes(with(R"({"use": "bo-gp", "name": "a/b"})")), HasSubstr("slashes"));
   EXPECT_THAT(mistakes(with(R"({"use": "bo-gp", "name": ""})")), HasSubstr("must not be empty"));
   EXPECT_THAT(mistakes(with(R"({"use": "bo-gp", "merit": "rms"})")), HasSubstr("did you mean 'rmse'?"));
@@ -287,7 +288,7 @@ TEST_F(SuiteReaderTest, EachMistakeIsNamed) {
   EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "spec": {"rms": 1})")), HasSubstr("did you mean 'rmse'?"));
   EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "spec": {"mtf": {}})")), HasSubstr("\"lp_per_mm\" is missing"));
   for (const char* targets : {"[]", "0.1", "[0.1, \"0.05\"]", "[0.1, 0.1]", "[0.05, 0.1]", "[0.1, 0]", "[2, 1]"})
-    EXPECT_THAT(mistakes(with("\"bo-gp\"", std::string(R"(, "targets": )") + targets)), HasSubstr("falling list"))
+    EXPECT_THAT(mistakes(with("\"bo-gp\"", std::string(R"(, "targets": )") + targets)), HasSubstr("descending list"))
         << targets;
   EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "machine_time": {"settle": 1})")),
               HasSubstr("/machine_time/settle: unknown key"));
@@ -298,20 +299,20 @@ TEST_F(SuiteReaderTest, EachMistakeIsNamed) {
   EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "name": "../up")")), HasSubstr("/name"));
 }
 
-TEST_F(SuiteReaderTest, ScenesAndLevelsTakeNoProtocol) {
+TEST_F(SuiteReaderTest, RejectsProtocolOfScenesAndLevels) {
   EXPECT_THAT(mistakes(R"({"scenes": [{"use": "toy", "protocol": "blind"}], "noise_levels": ["rho0"],
                            "algorithms": ["bo-gp"]})"),
               HasSubstr("/scenes/0/protocol: unknown key"));
 }
 
 // Two names for one noise level would run and show the same trials twice.
-TEST_F(SuiteReaderTest, TheSameLevelTwiceIsRefused) {
+TEST_F(SuiteReaderTest, RejectsDuplicateNoiseLevels) {
   EXPECT_THAT(mistakes(R"({"scenes": ["toy"], "algorithms": ["bo-gp"],
       "noise_levels": ["rho0.5", {"use": "rho", "name": "half", "parameters": {"width": 0.5}}]})"),
-              HasSubstr("/noise_levels/1: this is the same as /noise_levels/0"));
+              HasSubstr("/noise_levels/1: duplicate of /noise_levels/0"));
 }
 
-TEST_F(SuiteReaderTest, AMissingFileIsAnIoError) {
+TEST_F(SuiteReaderTest, ReportsMissingFileAsIoError) {
   try {
     read_suite(folder_ / "missing.json", catalog_);
     FAIL();

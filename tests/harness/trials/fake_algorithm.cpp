@@ -1,9 +1,9 @@
 // An algorithm that follows a script and logs every answer. Actions:
-//   step POSE, move DELTA, recommend POSE, first   the conversation's functions
-//   insist N, insist_badly N    N requests whose answers are ignored; the second with no axes at all
-//   fail                        fails with a sentence
-//   nap MS                      thinks
-//   round_up, rounding          switches the rounding direction; logs the present one
+//   step POSE, move DELTA, recommend POSE, first   the functions of the trial
+//   insist N, insist_badly N    N requests whose answers are ignored; the second without axes
+//   fail                        fails with a message
+//   nap MS                      sleeps
+//   round_up, rounding          sets the rounding mode; logs the current one
 //   leave_folder                changes the working directory
 // Values may be "nan" or "inf". The script "refuse_to_be_made" fails in the constructor.
 #include <unistd.h>

@@ -1,4 +1,4 @@
-// The fake plugins of this folder as the tests use them.
+// Helpers for tests that use the fake plugins of this folder.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -21,8 +21,8 @@ inline plugin_host::Choice fake(plugin_host::Kind kind, const std::string& folde
                                   parameters);
 }
 
-// One trial of a scripted algorithm (see fake_algorithm.cpp) on the fake scene, every part of it open to the test
-// before and after.
+// One trial of a scripted algorithm (see fake_algorithm.cpp) on the fake scene. Tests may change every part before it
+// runs and read it afterwards.
 struct FakeTrial {
   explicit FakeTrial(const std::string& script_json, const std::string& algorithm_folder = "fake_optimizer",
                      const Json& scene_parameters = Json::object()) {
@@ -51,16 +51,16 @@ struct FakeTrial {
     return run_trial(setup);
   }
 
-  // The values logged under a word: what the algorithm saw ("seen"), was answered ("answer"), was told ("task").
+  // The values logged under a word: the algorithm's observations ("seen"), answers ("answer") and task ("task").
   std::vector<Json> logged(const std::string& word) const {
     std::vector<Json> values;
     for (const std::string& line : algorithm_log)
       if (line.rfind(word + " ", 0) == 0) values.push_back(Json::parse(line.substr(word.size() + 1)));
     return values;
   }
-  // Seeds of the scene's captures ("capture") or truths ("truth"), in order.
+  // Seeds of the scene's captures ("capture") or noise-free scores ("truth"), in order.
   std::vector<std::uint64_t> seeds(const std::string& word) const { return scene_numbers(word); }
-  // Where the scene wrote its captures.
+  // Addresses to which the scene wrote its captures.
   std::vector<std::uint64_t> buffers() const { return scene_numbers("buffer"); }
   std::vector<std::uint64_t> scene_numbers(const std::string& word) const {
     std::vector<std::uint64_t> values;
@@ -79,7 +79,7 @@ struct FakeTrial {
   std::optional<MachineTime> machine_time;
 };
 
-// With everything that the host can offer to `folder`, a user of services.
+// A trial with every service that the host offers, for the algorithm in `folder`.
 struct TrialWithServices : FakeTrial {
   TrialWithServices(const std::string& folder, const Json& parameters, const Json& scene_parameters)
       : FakeTrial("[]", "fake_optimizer", scene_parameters),
@@ -88,7 +88,7 @@ struct TrialWithServices : FakeTrial {
     setup.design = scene.get();
     setup.level = &level;
   }
-  // What was logged under a word, which must be there.
+  // A value logged under a word; fails the test when it is missing.
   Json answer(const std::string& word, std::size_t which = 0) const {
     const auto values = logged(word);
     EXPECT_GT(values.size(), which) << word << " was not logged; refused: " << Json(logged("refused")).dump();

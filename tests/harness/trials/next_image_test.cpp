@@ -1,4 +1,4 @@
-// The bound of one more image against values worked out by hand, and against estimates that reach it.
+// The bound of one more image, compared with values computed by hand and with estimates that reach it.
 #include "trials/next_image.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ Eigen::MatrixXd some_jacobian(Eigen::Index pixels, Eigen::Index axes) {
   return Eigen::MatrixXd::NullaryExpr(pixels, axes, [&] { return random.normal(); });
 }
 
-TEST(NextImage, EvenNoiseCostsItsVarianceTimesTheAxesOverThePixels) {
+TEST(NextImage, UniformNoiseGivesVarianceTimesAxesOverPixels) {
   const Eigen::MatrixXd jacobian = some_jacobian(300, 5);
   const Eigen::VectorXd weights = Eigen::VectorXd::Constant(300, 1 / 0.04);
   EXPECT_NEAR(next_image_excess(jacobian, weights), 5 * 0.04 / 300, 1e-15);
@@ -25,13 +25,13 @@ TEST(NextImage, EvenNoiseCostsItsVarianceTimesTheAxesOverThePixels) {
 }
 
 // Two pixels, one axis: J = (3, 4), v = (2, 8); C = 1 / (9/2 + 16/8) = 1/6.5; J'J C / 2 = 25 / 13.
-TEST(NextImage, UnevenNoiseByHand) {
+TEST(NextImage, MatchesUnevenNoiseByHand) {
   const Eigen::MatrixXd jacobian = (Eigen::MatrixXd(2, 1) << 3, 4).finished();
   const Eigen::VectorXd weights = (Eigen::VectorXd(2) << 0.5, 0.125).finished();
   EXPECT_NEAR(next_image_excess(jacobian, weights), 25.0 / 13.0, 1e-14);
 }
 
-TEST(NextImage, AxesThatChangeNothingCostNothing) {
+TEST(NextImage, IgnoresAxesWithoutEffect) {
   Eigen::MatrixXd jacobian = some_jacobian(200, 4);
   jacobian.col(1).setZero();
   jacobian.col(3) = -2 * jacobian.col(0);
@@ -39,20 +39,20 @@ TEST(NextImage, AxesThatChangeNothingCostNothing) {
   EXPECT_EQ(next_image_excess(Eigen::MatrixXd::Zero(50, 3), Eigen::VectorXd::Constant(50, 1)), 0);
 }
 
-TEST(NextImage, TheNoiseOfACameraGrowsWithTheLight) {
+TEST(NextImage, FitsNoiseThatGrowsWithTheSignal) {
   const Eigen::VectorXd mean = Eigen::VectorXd::LinSpaced(101, 0, 1);
   const Eigen::VectorXd photons = 0.5 * mean, both = (0.02 + 0.5 * mean.array()).matrix();
   EXPECT_TRUE(noise_law(mean, both).isApprox(both, 1e-12));
   const Eigen::VectorXd law = noise_law(mean, photons);
   EXPECT_NEAR(law[50], photons[50], 1e-12);
-  EXPECT_NEAR(law[0], 1e-3 * 0.25, 1e-12) << "a black pixel does not know everything";
-  const Eigen::VectorXd falling = 0.1 - 0.05 * mean.array();  // no camera: its mean everywhere
+  EXPECT_NEAR(law[0], 1e-3 * 0.25, 1e-12) << "bounded weight of a black pixel";
+  const Eigen::VectorXd falling = 0.1 - 0.05 * mean.array();  // unlike a camera: the fit is constant
   EXPECT_NEAR(noise_law(mean, falling)[100], 0.075, 1e-12);
   EXPECT_EQ(noise_law(mean, Eigen::VectorXd::Zero(101)).maxCoeff(), 0);
 }
 
 // Weighted least squares is efficient for normal noise: its error is the bound.
-TEST(NextImage, TheBestEstimateReachesIt) {
+TEST(NextImage, EfficientEstimateReachesTheBound) {
   constexpr Eigen::Index kPixels = 60;
   constexpr int kImages = 20'000;
   const Eigen::MatrixXd jacobian = some_jacobian(kPixels, 3);

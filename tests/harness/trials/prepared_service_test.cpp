@@ -1,5 +1,4 @@
-// "relign.prepared/1" inside one conversation: what is loaded, who may save, and what an algorithm gets that another
-// one runs.
+// "relign.prepared/1" within one trial: what is loaded, who may save, and what an inner algorithm gets.
 #include "trials/prepared_service.h"
 
 #include <gmock/gmock.h>
@@ -20,7 +19,7 @@ struct LearnerTrial : TrialWithServices {
       : TrialWithServices(folder, {{"script", Json::parse(script)}, {"then", absolute(then)}}, Json::object()) {
     setup.prepared = &prepared;
   }
-  // Parameters that are given are not relative to the plugin's folder.
+  // Given parameters are not relative to the plugin's folder.
   static Json absolute(Json then) {
     const std::string plugins = RELIGN_TASK_TEST_PLUGINS;
     Json& path = then.is_object() ? then.at("use") : then;
@@ -47,18 +46,18 @@ INSTANTIATE_TEST_SUITE_P(Learners, PreparedService,
                          testing::Values("service_user_learner", "service_user_python/service_user_learner.py"),
                          [](const auto& learner) { return learner.index == 0 ? "Library" : "Process"; });
 
-TEST_P(PreparedService, ATrialLoadsAndDoesNotSave) {
+TEST_P(PreparedService, TrialLoadsButDoesNotSave) {
   const std::string bytes("a\0b", 3);
   LearnerTrial trial(R"([["load"], ["save", "mine"], ["load"]])", GetParam());
   trial.give(trial.algorithm, bytes);
   const TrialResult result = trial.run();
   EXPECT_EQ(result.end, End::finished) << result.message;
   EXPECT_EQ(trial.answer("load"), Json({false, bytes}));
-  EXPECT_THAT(trial.answer("refused").get<std::string>(), HasSubstr("this is a trial"));
+  EXPECT_THAT(trial.answer("refused").get<std::string>(), HasSubstr("cannot save in a benchmark trial"));
   EXPECT_EQ(trial.answer("load", 1), Json({false, bytes}));
 }
 
-TEST_P(PreparedService, NothingIsNoFailureAndAFailureIsTold) {
+TEST_P(PreparedService, ReportsFailureButNotMissingData) {
   LearnerTrial nothing(R"([["load"]])", GetParam());
   nothing.run();
   EXPECT_EQ(nothing.answer("load"), Json({false, nullptr}));
@@ -67,12 +66,12 @@ TEST_P(PreparedService, NothingIsNoFailureAndAFailureIsTold) {
   empty.run();
   EXPECT_EQ(empty.answer("load"), Json({false, ""}));
   LearnerTrial failed(R"([["load"]])", GetParam());
-  failed.prepared[failed.algorithm.identity].failure = "it rained on source 3";
+  failed.prepared[failed.algorithm.identity].failure = "source 3 failed";
   failed.run();
-  EXPECT_THAT(failed.answer("refused").get<std::string>(), HasSubstr("it rained on source 3"));
+  EXPECT_THAT(failed.answer("refused").get<std::string>(), HasSubstr("source 3 failed"));
 }
 
-TEST_P(PreparedService, AnAlgorithmThatDoesNotDeclareItHasNone) {
+TEST_P(PreparedService, RequiresDeclarationInTheManifest) {
   const bool library = std::string(GetParam()) == "service_user_learner";
   LearnerTrial trial(R"([["load"], ["save", "x"]])", library ? "service_user" : "service_user_python/service_user.py");
   trial.give(trial.algorithm, "not for it");
@@ -81,7 +80,7 @@ TEST_P(PreparedService, AnAlgorithmThatDoesNotDeclareItHasNone) {
   EXPECT_THAT(trial.answer("refused").get<std::string>(), HasSubstr("this host prepares nothing"));
 }
 
-TEST_P(PreparedService, WhilePreparingWhatWasSavedIsLoadedAndNoTruthIsAsked) {
+TEST_P(PreparedService, PretrainingLoadsSavedDataAndNeedsNoGroundTruth) {
   LearnerTrial trial(R"([["load"], ["save", "one"], ["load"], ["step", [0.5, 0.5, 0.5]], ["save", "two"]])",
                      GetParam());
   trial.give(trial.algorithm, "of trials");
@@ -95,10 +94,10 @@ TEST_P(PreparedService, WhilePreparingWhatWasSavedIsLoadedAndNoTruthIsAsked) {
   ASSERT_TRUE(preparing.bytes);
   EXPECT_EQ(*preparing.bytes, "two");
   EXPECT_TRUE(std::isnan(result.steps.back().commanded_truth.mse));
-  EXPECT_TRUE(trial.seeds("truth").empty()) << "truths are costly, and nobody reads these";
+  EXPECT_TRUE(trial.seeds("truth").empty()) << "ground truth is costly and not needed here";
 }
 
-TEST_P(PreparedService, TheInnerAlgorithmLoadsItsOwnAndNeverSaves) {
+TEST_P(PreparedService, InnerAlgorithmLoadsItsOwnDataAndNeverSaves) {
   const std::string inner =
       R"({"use": "../service_user_learner", "parameters": {"script": [["load"], ["save", "x"]]}})";
   LearnerTrial trial(R"([["run", "then", 1], ["load"]])", GetParam(), Json::parse(inner));
@@ -108,8 +107,8 @@ TEST_P(PreparedService, TheInnerAlgorithmLoadsItsOwnAndNeverSaves) {
   preparing.sources = 1;
   trial.setup.preparing = &preparing;
   trial.run();
-  EXPECT_EQ(trial.answer("load"), Json({false, "inner"})) << "its conversation is no preparation of its own";
-  EXPECT_THAT(trial.answer("refused").get<std::string>(), HasSubstr("this is a trial"));
+  EXPECT_EQ(trial.answer("load"), Json({false, "inner"})) << "the inner algorithm is not pretrained here";
+  EXPECT_THAT(trial.answer("refused").get<std::string>(), HasSubstr("cannot save in a benchmark trial"));
   EXPECT_EQ(trial.answer("load", 1), Json({true, nullptr}));
   EXPECT_FALSE(preparing.bytes);
 }

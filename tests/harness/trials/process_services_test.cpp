@@ -1,5 +1,5 @@
-// The services of a conversation over messages: a Python algorithm is answered what a library is answered, and both
-// hand over to each other. Fake scene and words of the log as in services_test.cpp.
+// The services of a trial over messages: a Python algorithm gets the answers that a library gets, and each runs the
+// other as inner algorithm. Fake scene and words of the log as in services_test.cpp.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -61,7 +61,7 @@ class ProcessServices : public test::FolderTest {
   }
 };
 
-TEST_F(ProcessServices, AreAnsweredAsTheLibrarysAre) {
+TEST_F(ProcessServices, MatchTheLibraryAnswers) {
   const Json script = Json::parse(R"([["reference"], ["measure", "mean"], ["measure", "contrast"], ["list"],
       ["measure", "mtf", {"cycles_per_pixel": 0.1}], ["draw", 7], ["draw", 8],
       ["model", {}, [0.5, 0.5, 0.5], 18446744073709551615],
@@ -83,11 +83,11 @@ TEST_F(ProcessServices, AreAnsweredAsTheLibrarysAre) {
   EXPECT_THAT(library.logged("model"), SizeIs(2));
   for (const char* word : {"reference", "measure", "list", "draw", "model", "step", "run", "seen", "answer", "refused"})
     EXPECT_EQ(library.logged(word), python.logged(word)) << word;
-  // The inner one's seed is its own of the same trial.
+  // The inner algorithm's seeds are equal, too.
   EXPECT_EQ(library.logged("task"), python.logged("task"));
 }
 
-TEST_F(ProcessServices, RefuseWithTheSameSentences) {
+TEST_F(ProcessServices, RejectWithTheSameMessages) {
   const Json script = Json::parse(R"([["measure", "sharpnes"], ["model", {"L9": {}}, [0.5, 0.5, 0.5], 1],
       ["model", {}, [0.5, 0.5, 0.5], -1], ["model", [1], [0.5, 0.5, 0.5], 1],
       ["run", "than", 1], ["run", "then", 0], ["run", "then", 1, {"scrpt": []}], ["run", "then", -1],
@@ -96,14 +96,13 @@ TEST_F(ProcessServices, RefuseWithTheSameSentences) {
   const TrialResult result = trial.run();
   EXPECT_EQ(result.end, End::finished) << result.message;
   EXPECT_THAT(result.steps, SizeIs(3));
-  const char* const words[] = {"'sharpness'", "no element \"L9\"", "whole number \"seed\"", "object",
-                               "'then'",      "at least one",      "no parameter 'scrpt'",  "whole number \"steps\"",
-                               "out of ideas"};
+  const char* const words[] = {"'sharpness'",     "no element 'L9'",      "integer 'seed'",  "object",      "'then'",
+                               "at least 1 step", "no parameter 'scrpt'", "integer 'steps'", "out of ideas"};
   ASSERT_THAT(trial.logged("refused"), SizeIs(9));
   for (std::size_t i = 0; i < 9; ++i) EXPECT_THAT(trial.refusal(i), HasSubstr(words[i]));
 }
 
-TEST_F(ProcessServices, EachLanguageHandsOverToEach) {
+TEST_F(ProcessServices, RunsInnerAlgorithmsInEitherLanguage) {
   const Json inner_script =
       Json::parse(R"([["reference"], ["measure", "mean"], ["step", [0.45, 0.5, 0.5]], ["recommend", [0.5, 0.4, 0.5]],
                       ["model", {}, [0.5, 0.5, 0.5], 3], ["step", [0.55, 0.5, 0.5]], ["step", [0.65, 0.5, 0.5]]])");
@@ -126,7 +125,7 @@ TEST_F(ProcessServices, EachLanguageHandsOverToEach) {
   }
 }
 
-TEST_F(ProcessServices, APythonThatDiesIsTheCallersToHandle) {
+TEST_F(ProcessServices, ReportsDeathOfInnerProcessToTheCaller) {
   const std::string dies = python("talk.step([0.5, 0.5, 0.5])\nos._exit(7)", R"("merit", "start")");
   ServiceTrial trial(kLibrary,
                      {{"script", Json::parse(R"([["run", "then", 2], ["step", [0.6, 0.5, 0.5]]])")}, {"then", dies}});
@@ -136,7 +135,7 @@ TEST_F(ProcessServices, APythonThatDiesIsTheCallersToHandle) {
   EXPECT_THAT(trial.refusal(0), AllOf(HasSubstr("plugin 'guess' failed in run"), HasSubstr("exit status 7")));
 }
 
-TEST_F(ProcessServices, ImagesAreThoseOfWhereTheStageIs) {
+TEST_F(ProcessServices, ServesOnlyTheImagesOfTheCurrentStep) {
   ServiceTrial trial(python(R"py(before = talk.first
 mean = lambda image: float(image[1, 2])
 half = talk.run("then", 2, script=[["move", 0.1, 0, 0], ["move", 0.1, 0, 0]])
@@ -159,7 +158,7 @@ assert after.step == 4, after)py"),
   ASSERT_THAT(trial.logged("failed"), SizeIs(1));
 }
 
-TEST_F(ProcessServices, TheModelHasRoomOfItsOwn) {
+TEST_F(ProcessServices, ModelHasItsOwnPixelBuffer) {
   const std::string body = R"py(model = talk.model()
 assert model is talk.model()
 assert (model.width, model.height) == (3, 2) and model.scene["elements"] == ["L1", "L2"]
@@ -180,7 +179,7 @@ others.append(model.mount())
 try: lens.capture([0.5, 0.5, 0.5], 1)
 except ValueError as error: print("refused", json.dumps(str(error)))
 else: assert False
-assert float(image[0, 0]) > 0.59, "what was looked at is kept")py";
+assert float(image[0, 0]) > 0.59, "arrays survive later captures")py";
   ServiceTrial alone(python(body, R"("design")"), Json::object());
   EXPECT_EQ(alone.run().message, "");
   ASSERT_THAT(alone.logged("refused"), SizeIs(4));
@@ -193,8 +192,8 @@ assert float(image[0, 0]) > 0.59, "what was looked at is kept")py";
   EXPECT_EQ(with_images.run().message, "");
 }
 
-// What a process asks for by itself is looked at; and the data disturb neither the images nor the model's.
-TEST_F(ProcessServices, PreparedDataHaveRoomOfTheirOwn) {
+// The host checks messages that a process sends by itself, and the data do not overwrite images or model pixels.
+TEST_F(ProcessServices, PreparedDataHaveTheirOwnBuffer) {
   const std::string body = R"py(seen, wanted, prepared = talk.first, talk.reference, talk.prepared()
 lens = talk.model().mount()
 before = float(lens.capture([0.5, 0.5, 0.5], 1)[0, 0])
@@ -220,15 +219,15 @@ prepared.save(b"last"))py";
   trial.setup.preparing = &preparing;
   EXPECT_EQ(trial.run().message, "");
   ASSERT_THAT(trial.logged("refused"), SizeIs(5));
-  EXPECT_THAT(trial.refusal(0), HasSubstr("ask for \"room\" first"));
+  EXPECT_THAT(trial.refusal(0), HasSubstr("request 'room' first"));
   EXPECT_THAT(trial.refusal(1), HasSubstr("at most 1 GiB"));
-  EXPECT_THAT(trial.refusal(2), HasSubstr("whole number \"bytes\""));
-  EXPECT_THAT(trial.refusal(4), HasSubstr("ask for \"room\" first"));
+  EXPECT_THAT(trial.refusal(2), HasSubstr("integer 'bytes'"));
+  EXPECT_THAT(trial.refusal(4), HasSubstr("request 'room' first"));
   ASSERT_TRUE(preparing.bytes);
   EXPECT_EQ(*preparing.bytes, "last");
 }
 
-TEST_F(ProcessServices, NamesWhatTheManifestLacks) {
+TEST_F(ProcessServices, NamesMissingManifestKeys) {
   ServiceTrial trial(python(R"py(for ask in (talk.model, lambda: talk.draw_prior(1)):
     try: ask()
     except RuntimeError as error: print("refused", json.dumps(str(error)))
@@ -240,8 +239,8 @@ TEST_F(ProcessServices, NamesWhatTheManifestLacks) {
   EXPECT_THAT(trial.refusal(0), HasSubstr("relign.model/1"));
 }
 
-// Half an hour of work in the model ends with the call under way.
-TEST_F(ProcessServices, ALongModelLoopEndsWhenTheUserStops) {
+// Half an hour of work in the model ends with the current call.
+TEST_F(ProcessServices, StopEndsALongModelLoop) {
   for (const char* plugin : {kLibrary, kPython}) {
     for (const char* work : {R"([["step", [0.5, 0.5, 0.5]], ["model_nap", 1800000]])",
                              R"([["step", [0.5, 0.5, 0.5]], ["draw", 1], ["measure", "mean"]])"}) {
@@ -251,14 +250,14 @@ TEST_F(ProcessServices, ALongModelLoopEndsWhenTheUserStops) {
       trial.setup.on_step = [&](const Step&, const float*) { stop = true; };
       const TrialResult result = trial.run();
       EXPECT_EQ(result.end, End::stopped) << plugin;
-      EXPECT_EQ(result.message, "") << "to stop is no failure";
+      EXPECT_EQ(result.message, "") << "a stop is not a failure";
       EXPECT_THAT(trial.logged("step"), SizeIs(1));
-      EXPECT_THAT(trial.logged("measure"), IsEmpty()) << "Stopped passes those who handle failures";
+      EXPECT_THAT(trial.logged("measure"), IsEmpty()) << "handlers of failures do not catch Stopped";
     }
   }
 }
 
-TEST_F(ProcessServices, TheDocumentsExamplesMakeTheSameTrial) {
+TEST_F(ProcessServices, DocumentedExamplesMakeTheSameTrial) {
   const Json then = {
       {"use", (fs::path(RELIGN_TASK_TEST_PLUGINS) / "fake_optimizer").string()},
       {"parameters", {{"script", Json::parse(R"([["step", 0.4, 0.5, 0.5], ["step", 0.5, 0.5, 0.6]])")}}}};

@@ -1,4 +1,4 @@
-// What each protocol tells whom: one table, and the paper's merit by hand.
+// What algorithms may observe under each protocol, as one table; and the paper's merit by hand.
 #include "trials/protocol.h"
 
 #include <gmock/gmock.h>
@@ -30,13 +30,13 @@ struct Row {
   bool oracle;
   std::vector<std::string> declares;
   std::uint32_t granted;
-  bool own_coordinates;  // of the stage: the start is told
+  bool own_coordinates;  // of the stage: the algorithm gets the start
   double largest_move;
 };
 
 class ProtocolTable : public testing::TestWithParam<Row> {};
 
-TEST_P(ProtocolTable, GrantsWhatItSays) {
+TEST_P(ProtocolTable, GrantsObservationsOfTheTable) {
   const Row& row = GetParam();
   SCOPED_TRACE(row.what);
   SceneFacts scene;
@@ -61,7 +61,7 @@ TEST_P(ProtocolTable, GrantsWhatItSays) {
     EXPECT_THAT(rules.box_upper, Each(0.8));
   } else {
     EXPECT_THAT(rules.commanded_start, ElementsAre(0, 0));
-    EXPECT_THAT(rules.box_lower, Each(-0.5)) << "the box says nothing of where the start is";
+    EXPECT_THAT(rules.box_lower, Each(-0.5)) << "the box does not reveal the start";
     EXPECT_THAT(rules.box_upper, Each(0.5));
   }
 }
@@ -69,7 +69,7 @@ TEST_P(ProtocolTable, GrantsWhatItSays) {
 INSTANTIATE_TEST_SUITE_P(
     All, ProtocolTable,
     testing::Values(
-        Row{"paper: a search method is told the start",
+        Row{"paper: an optimizer gets the start",
             Protocol::paper,
             Kind::optimizer,
             false,
@@ -77,7 +77,7 @@ INSTANTIATE_TEST_SUITE_P(
             kMerit | kStart | kBox,
             true,
             kUnlimited},
-        Row{"paper: only what is declared",
+        Row{"paper: only declared observations",
             Protocol::paper,
             Kind::optimizer,
             false,
@@ -85,7 +85,7 @@ INSTANTIATE_TEST_SUITE_P(
             kMerit | kBox,
             false,
             kUnlimited},
-        Row{"paper: all there is",
+        Row{"paper: all observations",
             Protocol::paper,
             Kind::optimizer,
             false,
@@ -101,7 +101,7 @@ INSTANTIATE_TEST_SUITE_P(
             kImages,
             false,
             0.2},
-        Row{"blind: nobody is told the start",
+        Row{"blind: the start is hidden",
             Protocol::blind,
             Kind::optimizer,
             false,
@@ -118,7 +118,7 @@ INSTANTIATE_TEST_SUITE_P(
             false,
             kUnlimited},
         Row{"blind: agents move freely", Protocol::blind, Kind::agent, false, {"images"}, kImages, false, kUnlimited},
-        Row{"blind: an oracle is told the start",
+        Row{"blind: an oracle gets the start",
             Protocol::blind,
             Kind::optimizer,
             true,
@@ -127,17 +127,17 @@ INSTANTIATE_TEST_SUITE_P(
             true,
             kUnlimited},
         Row{"an oracle need not declare it", Protocol::blind, Kind::optimizer, true, {}, kStart, true, kUnlimited},
-        Row{"knowing nothing", Protocol::blind, Kind::agent, false, {}, 0u, false, kUnlimited}));
+        Row{"no observations", Protocol::blind, Kind::agent, false, {}, 0u, false, kUnlimited}));
 
-TEST(CombinedMerit, IsThePapersRewardTurnedRound) {
-  // Further than 0.1 from the nominal pose the distance is added; nearer, the image alone counts.
+TEST(CombinedMerit, EqualsNegatedRewardOfThePaper) {
+  // Beyond 0.1 from the nominal pose the distance is added; within, only the image counts.
   EXPECT_DOUBLE_EQ(combined_merit(0.04, {0.8, 0.9}, {0.5, 0.5}), 0.54);
   EXPECT_DOUBLE_EQ(combined_merit(0.04, {0.59, 0.5}, {0.5, 0.5}), 0.04);
   EXPECT_DOUBLE_EQ(combined_merit(0.04, {0.5, 0.5, 0.61}, {0.5, 0.5, 0.5}), 0.15);
   EXPECT_EQ(combined_merit(0.04, {0.125}, {0.125}), 0.04);
   const double just_at = std::sqrt(0.1 * 0.1);
   ASSERT_EQ(just_at, 0.1);
-  EXPECT_EQ(combined_merit(0.04, {0.1}, {0.0}), 0.04) << "at 0.1 itself nothing is added";
+  EXPECT_EQ(combined_merit(0.04, {0.1}, {0.0}), 0.04) << "nothing is added at exactly 0.1";
 }
 
 TEST(Names, ReadBack) {
@@ -148,7 +148,7 @@ TEST(Names, ReadBack) {
   EXPECT_EQ(merit_from_name(""), std::nullopt);
 }
 
-TEST(Rules, OnAStationNobodyIsToldTheStartUnderEitherProtocol) {
+TEST(Rules, StationsHideTheStartUnderBothProtocols) {
   SceneFacts station;
   station.name = "bench";
   station.axes.resize(2);

@@ -1,4 +1,4 @@
-// A scene's description: what is read, and that every mistake is named.
+// Reading a scene's description and reporting every mistake in it.
 #include "trials/scene_facts.h"
 
 #include <gmock/gmock.h>
@@ -21,7 +21,7 @@ const char* const kGood = R"({
   "machine_time": {"speed_mm_per_s": 2, "settle_ms": 0},
   "spec": {"rmse": 0.02}, "sensor_side_mm": 5})";
 
-TEST(SceneFacts, AStationNamesNeitherNominalPoseNorElementsAndTellsNoTruth) {
+TEST(SceneFacts, StationNeedsNoNominalPoseElementsOrGroundTruth) {
   const std::string station = R"({"name": "bench", "owns_stage": true, "truth": false,
     "axes": [{"name": "x", "unit": "mm", "lower": -1, "upper": 1}], "image": {"width": 20, "height": 10}})";
   const SceneFacts facts = read_scene_facts(station, "bench");
@@ -51,7 +51,7 @@ TEST(SceneFacts, ReadsEverything) {
   EXPECT_THAT(facts.files, ElementsAre("/data/lens.json"));
   EXPECT_EQ(facts.machine_time.speed_mm_per_s, 2);
   EXPECT_EQ(facts.machine_time.settle_ms, 0);
-  EXPECT_EQ(facts.machine_time.speed_deg_per_s, 5) << "what is not said keeps its default";
+  EXPECT_EQ(facts.machine_time.speed_deg_per_s, 5) << "missing members keep their defaults";
   EXPECT_EQ(facts.spec.at("rmse"), 0.02);
   EXPECT_EQ(facts.text, kGood);
 }
@@ -61,7 +61,7 @@ std::string refusal(const std::string& description) {
     read_scene_facts(description, "my-scene");
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), ErrorKind::plugin_failed);
-    EXPECT_THAT(error.what(), HasSubstr("scene 'my-scene' describes itself"));
+    EXPECT_THAT(error.what(), HasSubstr("scene 'my-scene' has an unusable description"));
     return error.what();
   }
   return "no error";
@@ -75,25 +75,26 @@ std::string with(const std::string& part, const std::string& replacement) {
   return text.replace(found, part.size(), replacement);
 }
 
-TEST(SceneFacts, RefusesEveryMistakeWithASentence) {
+TEST(SceneFacts, ReportsEveryMistake) {
   EXPECT_THAT(refusal("no JSON"), HasSubstr("no valid JSON"));
   EXPECT_THAT(refusal("[]"), HasSubstr("expected an object"));
-  EXPECT_THAT(refusal("{}"), AllOf(HasSubstr("\"name\""), HasSubstr("axes"), HasSubstr("\"nominal_pose\""),
-                                   HasSubstr("\"image\""), HasSubstr("\"elements\"")))
+  EXPECT_THAT(refusal("{}"), AllOf(HasSubstr("\"name\""), HasSubstr("axes"), HasSubstr("'nominal_pose'"),
+                                   HasSubstr("'image'"), HasSubstr("'elements'")))
       << "all at once";
-  EXPECT_THAT(refusal(with("\"lens\"", "\"\"")), HasSubstr("needs a name"));
-  EXPECT_THAT(refusal(with("\"Rx\"", "\"x\"")), HasSubstr("the axis \"x\" stands twice"));
-  EXPECT_THAT(refusal(with("\"deg\"", "\"rad\"")), HasSubstr("expected \"mm\" or \"deg\", found \"rad\""));
+  EXPECT_THAT(refusal(with("\"lens\"", "\"\"")), HasSubstr("expected the name of the scene"));
+  EXPECT_THAT(refusal(with("\"Rx\"", "\"x\"")), HasSubstr("duplicate axis 'x'"));
+  EXPECT_THAT(refusal(with("\"deg\"", "\"rad\"")), HasSubstr("expected 'mm' or 'deg', found 'rad'"));
   EXPECT_THAT(refusal(with("\"lower\": -7", "\"lower\": 7")), HasSubstr("/axes/1/upper: must be greater"));
   EXPECT_THAT(refusal(with("\"lower\": -7", "\"lowest\": -7")), HasSubstr("did you mean 'lower'"));
   EXPECT_THAT(refusal(with("[0.5, 0.25]", "[0.5]")), HasSubstr("expected a list of 2 numbers"));
   EXPECT_THAT(refusal(with("[0.5, 0.25]", "[0.5, 1.25]")), HasSubstr("from 0 to 1"));
-  EXPECT_THAT(refusal(with("\"width\": 200, ", "")), HasSubstr("\"width\" is missing"));
+  EXPECT_THAT(refusal(with("\"width\": 200, ", "")), HasSubstr("missing key 'width'"));
   EXPECT_THAT(refusal(with("200", "0")), HasSubstr("/image/width"));
   EXPECT_THAT(refusal(with("0.115", "-1")), HasSubstr("/image/white"));
-  EXPECT_THAT(refusal(with("[\"L1\", \"L2\"]", "[\"L1\", \"L1\"]")), HasSubstr("the element \"L1\" stands twice"));
-  EXPECT_THAT(refusal(with("[\"L1\", \"L2\"]", "[\"L1\", 2]")), HasSubstr("expected a list of texts"));
-  EXPECT_THAT(refusal(with("[\"/data/lens.json\"]", "\"lens.json\"")), HasSubstr("expected a list of texts"));
+  EXPECT_THAT(refusal(with("[\"L1\", \"L2\"]", "[\"L1\", \"L1\"]")), HasSubstr("duplicate element 'L1'"));
+  EXPECT_THAT(refusal(with("[\"L1\", \"L2\"]", "[\"L1\", 2]")), HasSubstr("expected a list of non-empty strings"));
+  EXPECT_THAT(refusal(with("[\"/data/lens.json\"]", "\"lens.json\"")),
+              HasSubstr("expected a list of non-empty strings"));
   EXPECT_THAT(refusal(with("\"speed_mm_per_s\": 2", "\"speed_mm_per_s\": 0")), HasSubstr("/machine_time/speed"));
   EXPECT_THAT(refusal(with("\"settle_ms\": 0", "\"settle_mss\": 0")), HasSubstr("did you mean 'settle_ms'"));
   EXPECT_THAT(refusal(with("{\"rmse\": 0.02}", "3")), HasSubstr("/spec: expected an object"));

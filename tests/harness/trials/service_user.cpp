@@ -1,4 +1,4 @@
-// An algorithm that follows a script through the services and logs what they answer. Actions:
+// An algorithm that calls services according to a script and logs the answers. Actions:
 //   reference                          logs the sum and size of O*
 //   measure NAME [ARGUMENTS]           logs the value (null for NaN)
 //   list                               logs the names of the measures
@@ -7,9 +7,9 @@
 //   model OFFSETS POSE SEED            logs the first pixel of a capture, and of a noise-free one
 //   model_nap MS                       captures in the model for that long
 //   keep_lens                          keeps a mounted lens beyond run
-//   load, save TEXT                    logs whether it is being prepared, and what it loads
+//   load, save TEXT                    logs whether it is in pretraining, and what it loads
 //   step POSE, recommend POSE, round_up, rounding
-// What is thrown is logged under "refused", and the script goes on.
+// Exceptions are logged under "refused", and the script continues.
 #include <cfenv>
 #include <chrono>
 #include <cmath>
@@ -58,7 +58,7 @@ class ServiceUser final : public relign::Optimizer {
     } else if (verb == "list") {
       log(verb, Json::parse(talk.measures().list()));
     } else if (verb == "draw") {
-      log(verb, talk.prior().draw(action.at(1)));  // as text: numbers are read in the plugin's rounding
+      log(verb, talk.prior().draw(action.at(1)));  // as text: numbers would be read in the plugin's rounding mode
     } else if (verb == "run") {
       const relign::RunOutcome outcome = talk.run(action.at(1).get<std::string>(), action.at(2).get<unsigned>(),
                                                   action.size() > 3 ? action.at(3).dump() : "");

@@ -1,5 +1,5 @@
-// The services of a conversation, in process: what each answers, who is granted it, what it costs, and that nothing
-// of the instance comes through. Fake scene: start (0.3, 0.58, 0.5), optimum 0.5 on every axis, O* = 0.5 everywhere.
+// The services of a trial, in process: their answers, access, cost, and that they reveal nothing of the instance.
+// Fake scene: start (0.3, 0.58, 0.5), optimum 0.5 on every axis, O* = 0.5 everywhere.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -28,21 +28,21 @@ struct ServiceTrial : TrialWithServices {
 
 // ---- reference and measures ---------------------------------------------------------------------
 
-TEST(Services, ReferenceIsTheWholeImageWithoutGaps) {
+TEST(Services, ReferenceIsTheWholeImageWithoutRowGaps) {
   ServiceTrial trial(R"([["reference"], ["step", [0.5, 0.5, 0.5]], ["reference"]])");
   trial.run();
   EXPECT_EQ(trial.answer("reference"), Json({3, 2, 3.0}));
   EXPECT_EQ(trial.answer("reference", 1), Json({3, 2, 3.0})) << "valid for the whole trial";
 }
 
-TEST(Services, MeasuresAreOfTheLastCapture) {
+TEST(Services, MeasuresUseTheLastCapture) {
   ServiceTrial trial(R"([["measure", "mean"], ["step", [0.5, 0.58, 0.5]], ["measure", "mean"], ["measure", "contrast"],
                          ["measure", "mtf", {"cycles_per_pixel": 0.1}], ["measure", "centroid_x_px"]])");
   trial.run();
   EXPECT_NEAR(trial.answer("measure").get<double>(), 0.5 + std::sqrt(0.04 + 0.0064), 1e-6);
   EXPECT_NEAR(trial.answer("measure", 1).get<double>(), 0.58, 1e-6);
   EXPECT_NEAR(trial.answer("measure", 2).get<double>(), 0, 1e-6);
-  EXPECT_EQ(trial.answer("measure", 3), nullptr) << "an image without an edge is no failure";
+  EXPECT_EQ(trial.answer("measure", 3), nullptr) << "an image without an edge is not a failure";
   EXPECT_EQ(trial.answer("measure", 4), nullptr);
 }
 
@@ -55,7 +55,7 @@ TEST(Services, MeasuresAreListed) {
                                           "star_contrast", "mtf", "shift_x_px", "shift_y_px", "rotation_deg"}));
 }
 
-TEST(Services, ShiftAndRotationAreAgainstTheReference) {
+TEST(Services, ShiftAndRotationAreRelativeToTheReference) {
   // An L of light, and the same two columns to the right and one row up.
   images::Image reference(60, 50), seen(60, 50);
   for (std::size_t y = 10; y < 40; ++y)
@@ -69,7 +69,7 @@ TEST(Services, ShiftAndRotationAreAgainstTheReference) {
   EXPECT_TRUE(std::isnan(measure(images::Image(60, 50, 0.2F), reference, "shift_x_px", "")));
 }
 
-TEST(Services, WrongMeasuresAreRefusedWithASentence) {
+TEST(Services, RejectsInvalidMeasuresWithMessage) {
   ServiceTrial trial(R"([["measure", "sharpnes"], ["measure", "mtf"], ["measure", "mean", {"radius": 2}],
                          ["measure", "star_contrast", {"cycles": 8}], ["measure", "mtf", {"cycles_per_pixel": 9}],
                          ["measure", "mtf", {"cycles_per_pixel": 0.1, "x": 2, "width": 2}]])");
@@ -77,14 +77,14 @@ TEST(Services, WrongMeasuresAreRefusedWithASentence) {
   EXPECT_THAT(trial.answer("refused").get<std::string>(), HasSubstr("'sharpness'"));
   EXPECT_THAT(trial.answer("refused", 1).get<std::string>(), HasSubstr("cycles_per_pixel"));
   EXPECT_THAT(trial.answer("refused", 2).get<std::string>(), HasSubstr("radius"));
-  EXPECT_THAT(trial.answer("refused", 3).get<std::string>(), HasSubstr("\"radius_px\""));
+  EXPECT_THAT(trial.answer("refused", 3).get<std::string>(), HasSubstr("'radius_px'"));
   EXPECT_THAT(trial.answer("refused", 4).get<std::string>(), HasSubstr("9"));
   EXPECT_THAT(trial.answer("refused", 5).get<std::string>(), HasSubstr("3 x 2 pixels"));
 }
 
 // ---- knows ----------------------------------------------------------------------------------------
 
-TEST(Services, AreRefusedToAnAlgorithmThatDoesNotDeclareWhatTheyNeed) {
+TEST(Services, RequireDeclaredObservations) {
   ServiceTrial trial(
       R"([["reference"], ["measure", "mean"], ["draw", 1], ["model", {}, [0.5, 0.5, 0.5], 1], ["run", "then", 1]])",
       "service_user_ignorant");
@@ -94,7 +94,7 @@ TEST(Services, AreRefusedToAnAlgorithmThatDoesNotDeclareWhatTheyNeed) {
   for (std::size_t i = 0; i < 5; ++i) EXPECT_THAT(trial.answer("refused", i).get<std::string>(), HasSubstr(words[i]));
 }
 
-TEST(Services, AreNotOfferedWithoutASimulatorOrALevel) {
+TEST(Services, AreNotOfferedWithoutSimulatorOrNoiseLevel) {
   ServiceTrial trial(R"([["draw", 1], ["model", {}, [0.5, 0.5, 0.5], 1]])");
   trial.setup.design = nullptr;
   trial.setup.level = nullptr;
@@ -103,17 +103,17 @@ TEST(Services, AreNotOfferedWithoutASimulatorOrALevel) {
   EXPECT_THAT(trial.answer("refused", 1).get<std::string>(), HasSubstr("not offered"));
 }
 
-TEST(Services, WhoDeclaresImagesAloneIsGivenNoMeritAndNoStart) {
+TEST(Services, DeclaringImagesGrantsNeitherMeritNorStart) {
   ServiceTrial trial(R"([["step", [0.1, 0, 0]], ["measure", "mean"]])", "service_user_images");
   const TrialResult result = trial.run();
   EXPECT_EQ(trial.answer("step"), Json({{"step", 1}, {"pose", {0.1, 0, 0}}, {"merit", nullptr}, {"image", true}}));
-  EXPECT_NEAR(result.steps.at(1).true_pose.at(0), 0.4, 1e-12) << "coordinates count from the unknown start";
+  EXPECT_NEAR(result.steps.at(1).true_pose.at(0), 0.4, 1e-12) << "coordinates are relative to the unknown start";
   EXPECT_THAT(trial.logged("measure"), SizeIs(1));
 }
 
 // ---- prior ------------------------------------------------------------------------------------------
 
-TEST(Services, PriorDrawsAreOfTheTrainingSeedsAndTheSameInEveryTrial) {
+TEST(Services, PriorDrawsUseTrainingSeedsAndRepeatInEveryTrial) {
   const std::string script = R"([["draw", 7], ["draw", 8], ["draw", 7]])";
   ServiceTrial trial(script), other(script);
   other.instance.number = 4;
@@ -132,7 +132,7 @@ TEST(Services, PriorDrawsAreOfTheTrainingSeedsAndTheSameInEveryTrial) {
     return Json::parse(trial.level.draw(seed, trial.facts.text)).at("start");
   };
   EXPECT_EQ(drawn["start"], start_of(instance_seed(0, SeedDomain::training, 7)));
-  // Neither this instance nor any benchmark's, whatever the suite's seed.
+  // Neither this instance nor any benchmark instance, for any suite seed.
   EXPECT_NE(drawn["start"], start_of(trial.instance.seed));
   for (std::uint64_t suite_seed = 0; suite_seed < 3; ++suite_seed)
     for (std::uint64_t number = 0; number < 100; ++number)
@@ -141,7 +141,7 @@ TEST(Services, PriorDrawsAreOfTheTrainingSeedsAndTheSameInEveryTrial) {
 
 // ---- run ----------------------------------------------------------------------------------------------
 
-TEST(Services, AnInnerRunUsesTheOuterBudgetExactly) {
+TEST(Services, InnerRunUsesExactlyTheOuterBudget) {
   ServiceTrial trial(R"([["step", [0.4, 0.58, 0.5]],
       ["run", "then", 3, {"script": [["first"], ["step", 0.42, 0.58, 0.5], ["step", 0.44, 0.58, 0.5],
                                      ["step", 0.46, 0.58, 0.5], ["step", 0.6, 0.58, 0.5], ["step", 0.6, 0.58, 0.5]]}],
@@ -160,11 +160,11 @@ TEST(Services, AnInnerRunUsesTheOuterBudgetExactly) {
   EXPECT_EQ(trial.answer("run")["finished"], false);
   EXPECT_EQ(trial.answer("run")["last"]["step"], 4);
   EXPECT_EQ(trial.answer("run")["last"]["pose"], Json({0.46, 0.58, 0.5}));
-  EXPECT_EQ(trial.answer("run", 1)["steps"], 2) << "the trial's last ones";
+  EXPECT_EQ(trial.answer("run", 1)["steps"], 2) << "the last steps of the trial";
   EXPECT_EQ(trial.answer("run", 2)["steps"], 0);
   EXPECT_EQ(trial.answer("run", 2)["last"], nullptr);
   EXPECT_EQ(trial.answer("step", 1), nullptr) << "the budget is spent";
-  // As the inner one sees it: its own step 0 is the outer one's last.
+  // The inner algorithm's step 0 is the outer algorithm's last step.
   const auto seen = trial.logged("seen");
   ASSERT_THAT(seen, SizeIs(6));
   EXPECT_EQ(seen[0]["step"], 0);
@@ -176,7 +176,7 @@ TEST(Services, AnInnerRunUsesTheOuterBudgetExactly) {
   EXPECT_EQ(trial.logged("answer"), (std::vector<Json>{"stop", "stop", "stop"}));
 }
 
-TEST(Services, AnInnerRunThatReturnsEarlyLeavesTheRest) {
+TEST(Services, InnerRunThatReturnsEarlyLeavesTheRestOfTheBudget) {
   ServiceTrial trial(R"([["run", "then", 3, {"script": [["step", 0.5, 0.5, 0.5]]}], ["step", [0.5, 0.6, 0.5]]])");
   const TrialResult result = trial.run();
   EXPECT_THAT(result.steps, SizeIs(3));
@@ -188,7 +188,7 @@ TEST(Services, AnInnerRunThatReturnsEarlyLeavesTheRest) {
   EXPECT_EQ(result.end, End::finished);
 }
 
-TEST(Services, AnInnerRecommendationCountsOnlyWhenRepeated) {
+TEST(Services, InnerRecommendationCountsOnlyWhenRepeated) {
   const std::string run = R"(["run", "then", 1, {"script": [["recommend", 0.1, 0.2, 0.3], ["step", 0.5, 0.5, 0.5]]}])";
   ServiceTrial trial("[" + run + R"(, ["step", [0.6, 0.5, 0.5]], ["recommend", [0.1, 0.2, 0.3]]])");
   const TrialResult result = trial.run();
@@ -200,7 +200,7 @@ TEST(Services, AnInnerRecommendationCountsOnlyWhenRepeated) {
   EXPECT_EQ(trial.answer("run")["recommendation"], Json({0.1, 0.2, 0.3}));
 }
 
-TEST(Services, AnInnerRunKnowsOnlyWhatBothKnowAndCountsFromWhereItStarts) {
+TEST(Services, InnerRunObservesTheIntersectionInItsOwnCoordinates) {
   ServiceTrial trial(R"([["step", [0.05, 0, 0]],
       ["run", "then", 1, {"script": [["first"], ["recommend", 0.2, 0, 0], ["step", 0.1, 0, 0]]}]])",
                      "service_user_images");
@@ -210,15 +210,15 @@ TEST(Services, AnInnerRunKnowsOnlyWhatBothKnowAndCountsFromWhereItStarts) {
   EXPECT_EQ(trial.answer("task")["box"], nullptr);
   EXPECT_EQ(trial.answer("seen")["pose"], Json({0.0, 0.0, 0.0}));
   EXPECT_EQ(trial.answer("seen")["merit"], nullptr);
-  EXPECT_EQ(trial.answer("seen", 1)["pose"], Json({0.1, 0.0, 0.0})) << "as it was commanded, bit for bit";
+  EXPECT_EQ(trial.answer("seen", 1)["pose"], Json({0.1, 0.0, 0.0})) << "as commanded, bit for bit";
   EXPECT_NEAR(result.steps[2].true_pose[0], 0.3 + 0.05 + 0.1, 1e-12);
   const Json outcome = trial.answer("run");
-  EXPECT_NEAR(outcome["last"]["pose"][0].get<double>(), 0.15, 1e-12) << "in the outer one's coordinates";
+  EXPECT_NEAR(outcome["last"]["pose"][0].get<double>(), 0.15, 1e-12) << "in the outer algorithm's coordinates";
   EXPECT_NEAR(outcome["recommendation"][0].get<double>(), 0.25, 1e-12);
-  EXPECT_EQ(outcome["best"], nullptr) << "that would tell the merit";
+  EXPECT_EQ(outcome["best"], nullptr) << "it would reveal the merit";
 }
 
-TEST(Services, AnInnerFailureIsTheCallersToHandle) {
+TEST(Services, ReportsInnerFailureToTheCaller) {
   ServiceTrial trial(R"([["run", "then", 2, {"script": [["step", 0.5, 0.5, 0.5], ["fail"]]}],
                          ["step", [0.6, 0.5, 0.5]]])");
   const TrialResult result = trial.run();
@@ -227,15 +227,15 @@ TEST(Services, AnInnerFailureIsTheCallersToHandle) {
   EXPECT_THAT(result.steps, SizeIs(3));
 }
 
-TEST(Services, ARunThatCannotBeIsRefused) {
+TEST(Services, RejectsInvalidRuns) {
   ServiceTrial trial(R"([["run", "than", 1], ["run", "then", 0], ["run", "then", 1, {"scrpt": []}]])");
   EXPECT_THAT(trial.run().steps, SizeIs(1));
   EXPECT_THAT(trial.answer("refused").get<std::string>(), HasSubstr("'then'"));
-  EXPECT_THAT(trial.answer("refused", 1).get<std::string>(), HasSubstr("at least one step"));
+  EXPECT_THAT(trial.answer("refused", 1).get<std::string>(), HasSubstr("at least 1 step"));
   EXPECT_THAT(trial.answer("refused", 2).get<std::string>(), HasSubstr("'script'"));
 }
 
-TEST(Services, ASceneThatFailsDuringAnInnerRunEndsTheTrial) {
+TEST(Services, SceneFailureDuringInnerRunEndsTheTrial) {
   ServiceTrial trial(R"([["run", "then", 3, {"script": [["step", 0.5, 0.5, 0.5], ["step", 0.5, 0.5, 0.6]]}],
                          ["step", [0.6, 0.5, 0.5]]])",
                      "service_user", {{"fail_at", 2}});
@@ -245,10 +245,10 @@ TEST(Services, ASceneThatFailsDuringAnInnerRunEndsTheTrial) {
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), HasSubstr("the lamp is out"));
   }
-  EXPECT_THAT(trial.logged("refused"), SizeIs(0)) << "the outer one is told to stop, not that the inner one failed";
+  EXPECT_THAT(trial.logged("refused"), SizeIs(0)) << "the outer algorithm gets a stop, not a failure of the inner one";
 }
 
-TEST(Services, AnInnerRunThatNeverEndsAskingIsEnded) {
+TEST(Services, EndsInnerRunThatKeepsAsking) {
   ServiceTrial trial(R"([["run", "then", 1, {"script": [["insist", 300000]]}]])");
   const TrialResult result = trial.run();
   EXPECT_EQ(result.end, End::failed);
@@ -257,7 +257,7 @@ TEST(Services, AnInnerRunThatNeverEndsAskingIsEnded) {
 
 // ---- model ------------------------------------------------------------------------------------------------
 
-TEST(Services, TheModelKnowsNothingOfTheInstance) {
+TEST(Services, ModelIsIndependentOfTheInstance) {
   const std::string script = R"([["model", {}, [0.5, 0.5, 0.5], 1], ["model", {}, [0.5, 0.5, 0.5], 2],
                                  ["model", {"L1": {"shift_mm": [0.1, 0, 0]}}, [0.5, 0.5, 0.5], 1]])";
   const Json noisy = {{"noise", 0.05}};
@@ -274,38 +274,38 @@ TEST(Services, TheModelKnowsNothingOfTheInstance) {
   EXPECT_NE(one, two) << "the seed makes the noise";
   EXPECT_NEAR(one, 0.525, 0.025);
   EXPECT_NEAR(shifted - one, 0.1, 1e-6);
-  EXPECT_EQ(trial.answer("model")[2], nullptr) << "this scene offers no noise-free images";
-  EXPECT_THAT(result.steps, SizeIs(1)) << "the model costs no step";
-  // The seeds it gave to the scene are no frame of this instance.
+  EXPECT_EQ(trial.answer("model")[2], nullptr) << "the scene renders no noise-free images";
+  EXPECT_THAT(result.steps, SizeIs(1)) << "the model costs no steps";
+  // The seeds passed to the scene differ from the frame seeds of this instance.
   const std::vector<std::uint64_t> seeds = trial.seeds("capture");
   EXPECT_EQ(std::set<std::uint64_t>(seeds.begin(), seeds.end()).size(), 3u) << "step 0, seed 1 twice, seed 2";
   EXPECT_EQ(seeds.at(0), frame_seed(trial.instance.seed, 0, FrameStream::capture));
   EXPECT_EQ(seeds.at(1), frame_seed(instance_seed(0, SeedDomain::training, 1), 0, FrameStream::capture));
 }
 
-TEST(Services, TheModelRefusesWhatTheSceneHasNot) {
+TEST(Services, ModelRejectsUnknownElementsAndPoses) {
   ServiceTrial trial(R"([["model", {"L9": {}}, [0.5, 0.5, 0.5], 1], ["model", {}, [0.5, 0.5], 1],
                          ["model", [], [0.5, 0.5, 0.5], 1]])");
   trial.run();
-  EXPECT_THAT(trial.answer("refused").get<std::string>(), HasSubstr("no element \"L9\""));
+  EXPECT_THAT(trial.answer("refused").get<std::string>(), HasSubstr("no element 'L9'"));
   EXPECT_THAT(trial.answer("refused", 1).get<std::string>(), HasSubstr("per axis"));
   EXPECT_THAT(trial.answer("refused", 2).get<std::string>(), HasSubstr("object"));
 }
 
-TEST(Services, TimeInTheModelIsTheAlgorithms) {
+TEST(Services, CountsModelTimeAsAlgorithmTime) {
   ServiceTrial trial(R"([["model_nap", 80], ["step", [0.5, 0.5, 0.5]]])");
   const TrialResult result = trial.run();
   ASSERT_THAT(result.steps, SizeIs(2));
   EXPECT_GE(result.steps[1].algorithm_seconds, 0.08);
 }
 
-TEST(Services, ALensThatIsKeptBeyondTheRunDoesNoHarm) {
+TEST(Services, AllowsALensKeptBeyondTheRun) {
   ServiceTrial trial(R"([["keep_lens"]])");
   EXPECT_EQ(trial.run().end, End::finished);
   EXPECT_THAT(trial.logged("refused"), SizeIs(0));
 }
 
-TEST(Services, WorkInTheHostsRoundingAndLeaveThePlugins) {
+TEST(Services, KeepRoundingModesOfHostAndPluginApart) {
   const std::string measures = R"(["measure", "mean"], ["draw", 3], ["model", {}, [0.41, 0.53, 0.57], 4])";
   ServiceTrial trial("[" + measures + "]");
   ServiceTrial rounding_up(R"([["round_up"], )" + measures + R"(, ["rounding"]])");
@@ -318,7 +318,7 @@ TEST(Services, WorkInTheHostsRoundingAndLeaveThePlugins) {
 // ---- the document ---------------------------------------------------------------------------------------
 
 // The plugin is compiled from the document's listing.
-TEST(Services, TheDocumentsExampleRuns) {
+TEST(Services, DocumentedExampleRuns) {
   ServiceTrial trial("[]");
   const std::string then = (std::filesystem::path(RELIGN_TASK_TEST_PLUGINS) / "fake_optimizer").string();
   const Json inner = {{"use", then}, {"parameters", {{"script", Json::parse(R"([["step", 0.5, 0.5, 0.5]])")}}}};
@@ -331,7 +331,7 @@ TEST(Services, TheDocumentsExampleRuns) {
   EXPECT_THAT(trial.algorithm_log, testing::Contains(HasSubstr("no edge; sharpness")));
 }
 
-TEST(Services, TheDocumentShowsItsManifestAndEveryMeasure) {
+TEST(Services, DocumentShowsTheManifestAndEveryMeasure) {
   const std::string document = read_file(RELIGN_SERVICES_DOCUMENT);
   EXPECT_THAT(document, HasSubstr(read_file(RELIGN_SERVICES_MANIFEST)));
   for (const Json& measure : list_measures())

@@ -1,6 +1,4 @@
-// The stage's law: values by hand, and what must hold for any sequence of moves.
-#include "trials/stage.h"
-
+// The stage's motion law: values computed by hand, and properties of any sequence of moves.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,6 +7,7 @@
 #include <relign/random.hpp>
 
 #include "base/error.h"
+#include "trials/stage_motion.h"
 
 namespace relign::trials {
 namespace {
@@ -34,69 +33,69 @@ auto near(const std::vector<double>& expected) { return Pointwise(DoubleNear(1e-
 
 const std::vector<double> kIdentity = {1, 0, 0, 1};
 
-TEST(Stage, DistortsMovesByHand) {
+TEST(StageMotion, DistortsMovesAsComputedByHand) {
   // true = start + D (c - c_start): (0.3, 0.6) + [[1.1, 0.2], [-0.1, 0.9]] (0.2, -0.1) = (0.5, 0.49)
-  Stage stage(scene_with(2), variances({0.3, 0.6}, {1.1, 0.2, -0.1, 0.9}), {0, 0}, Limits::soft);
+  StageMotion stage(scene_with(2), variances({0.3, 0.6}, {1.1, 0.2, -0.1, 0.9}), {0, 0}, Limits::soft);
   EXPECT_THAT(stage.true_pose(), ElementsAre(0.3, 0.6));
   EXPECT_THAT(stage.commanded_pose(), ElementsAre(0, 0));
-  const Stage::Arrival arrival = stage.step_to({0.2, -0.1});
+  const StageMotion::Arrival arrival = stage.step_to({0.2, -0.1});
   EXPECT_THAT(arrival.true_pose, near({0.5, 0.49}));
   EXPECT_THAT(arrival.commanded_pose, ElementsAre(0.2, -0.1));
   EXPECT_THAT(arrival.reached_pose, ElementsAre(0.2, -0.1));
   EXPECT_EQ(arrival.limits_low, 0u);
   EXPECT_EQ(arrival.limits_high, 0u);
   // A relative move adds D a: (0.5, 0.49) + D (0.1, 0.1) = (0.63, 0.57)
-  const Stage::Arrival moved = stage.move_by({0.1, 0.1});
+  const StageMotion::Arrival moved = stage.move_by({0.1, 0.1});
   EXPECT_THAT(moved.true_pose, near({0.63, 0.57}));
   EXPECT_THAT(moved.commanded_pose, near({0.3, 0.0}));
 }
 
-TEST(Stage, CommandedCoordinatesMayBeTheStagesOwn) {
-  // The same distortion, told the true start: the nominal pose 0.5 is missed by the distortion alone.
-  Stage stage(scene_with(2), variances({0.3, 0.6}, {1.1, 0.2, -0.1, 0.9}), {0.3, 0.6}, Limits::soft);
+TEST(StageMotion, AcceptsCoordinatesOfTheStage) {
+  // The same distortion with coordinates of the stage: a move to the nominal pose 0.5 misses it by the distortion only.
+  StageMotion stage(scene_with(2), variances({0.3, 0.6}, {1.1, 0.2, -0.1, 0.9}), {0.3, 0.6}, Limits::soft);
   EXPECT_THAT(stage.step_to({0.5, 0.5}).true_pose, near({0.5, 0.49}));
 }
 
-TEST(Stage, SoftLimitsStopEveryAxisAlone) {
-  Stage stage(scene_with(2), variances({0.5, 0.5}, kIdentity), {0, 0}, Limits::soft);
-  const Stage::Arrival arrival = stage.step_to({0.8, -0.2});
+TEST(StageMotion, SoftLimitsStopEachAxisSeparately) {
+  StageMotion stage(scene_with(2), variances({0.5, 0.5}, kIdentity), {0, 0}, Limits::soft);
+  const StageMotion::Arrival arrival = stage.step_to({0.8, -0.2});
   EXPECT_THAT(arrival.true_pose, near({1.0, 0.3}));
   EXPECT_EQ(arrival.limits_high, 1u);
   EXPECT_EQ(arrival.limits_low, 0u);
   EXPECT_THAT(arrival.commanded_pose, ElementsAre(0.8, -0.2));
   EXPECT_THAT(arrival.reached_pose, near({0.5, -0.2}));
-  // A relative move continues from the pose reached, not from the pose asked for.
+  // A relative move continues from the reached pose, not from the commanded one.
   EXPECT_THAT(stage.move_by({-0.1, -0.9}).true_pose, near({0.9, 0.0}));
   EXPECT_THAT(stage.reached_pose(), near({0.4, -0.5}));
 }
 
-TEST(Stage, SoftLimitsUnderDistortionKeepTheLinearMap) {
+TEST(StageMotion, SoftLimitsUnderDistortionKeepTheLinearMap) {
   // Target (0.5, 0.5) + [[1, 0.5], [0, 1]] (0.4, 0.4) = (1.1, 0.9), clipped to (1, 0.9): the reached
   // commanded pose solves D c = (0.5, 0.4): c = (0.3, 0.4).
-  Stage stage(scene_with(2), variances({0.5, 0.5}, {1, 0.5, 0, 1}), {0, 0}, Limits::soft);
+  StageMotion stage(scene_with(2), variances({0.5, 0.5}, {1, 0.5, 0, 1}), {0, 0}, Limits::soft);
   EXPECT_THAT(stage.step_to({0.4, 0.4}).true_pose, near({1.0, 0.9}));
   EXPECT_THAT(stage.reached_pose(), near({0.3, 0.4}));
   EXPECT_THAT(stage.move_by({-0.1, 0.0}).true_pose, near({0.9, 0.9}));
 }
 
-TEST(Stage, HardLimitsStopTheWholeMoveAtTheFirstWall) {
-  Stage stage(scene_with(2), variances({0.5, 0.5}, kIdentity), {0, 0}, Limits::hard);
-  // From (0.5, 0.5) by (1.0, 0.4): x meets its wall after half of the move.
-  const Stage::Arrival arrival = stage.step_to({1.0, 0.4});
+TEST(StageMotion, HardLimitsStopTheWholeMoveAtTheFirstLimit) {
+  StageMotion stage(scene_with(2), variances({0.5, 0.5}, kIdentity), {0, 0}, Limits::hard);
+  // From (0.5, 0.5) by (1.0, 0.4): x meets its limit after half of the move.
+  const StageMotion::Arrival arrival = stage.step_to({1.0, 0.4});
   EXPECT_THAT(arrival.true_pose, near({1.0, 0.7}));
   EXPECT_EQ(arrival.limits_high, 1u);
   EXPECT_THAT(arrival.reached_pose, near({0.5, 0.2}));
 }
 
-TEST(Stage, HardLimitsDoNotStick) {
-  Stage stage(scene_with(2), variances({0.5, 0.5}, kIdentity), {0, 0}, Limits::hard);
+TEST(StageMotion, HardLimitsAllowMovesAlongAndAway) {
+  StageMotion stage(scene_with(2), variances({0.5, 0.5}, kIdentity), {0, 0}, Limits::hard);
   stage.step_to({0.7, 0.0});
   ASSERT_EQ(stage.true_pose()[0], 1.0);
-  // Along the wall.
-  Stage::Arrival arrival = stage.move_by({0.0, 0.3});
+  // Along the limit.
+  StageMotion::Arrival arrival = stage.move_by({0.0, 0.3});
   EXPECT_THAT(arrival.true_pose, near({1.0, 0.8}));
   EXPECT_EQ(arrival.limits_high, 0u);
-  // Into the wall: nothing moves, and the flag says why.
+  // Into the limit: nothing moves, and the flag is set.
   arrival = stage.move_by({0.1, -0.3});
   EXPECT_THAT(arrival.true_pose, near({1.0, 0.8}));
   EXPECT_EQ(arrival.limits_high, 1u);
@@ -107,43 +106,43 @@ TEST(Stage, HardLimitsDoNotStick) {
   EXPECT_EQ(arrival.limits_high | arrival.limits_low, 0u);
 }
 
-TEST(Stage, HardLimitsInACornerNameBothWalls) {
-  Stage stage(scene_with(2), variances({0.5, 0.5}, kIdentity), {0, 0}, Limits::hard);
-  const Stage::Arrival arrival = stage.step_to({-1.0, 1.0});
+TEST(StageMotion, HardLimitsReportBothLimitsInACorner) {
+  StageMotion stage(scene_with(2), variances({0.5, 0.5}, kIdentity), {0, 0}, Limits::hard);
+  const StageMotion::Arrival arrival = stage.step_to({-1.0, 1.0});
   EXPECT_THAT(arrival.true_pose, ElementsAre(0.0, 1.0));
   EXPECT_EQ(arrival.limits_low, 1u);
   EXPECT_EQ(arrival.limits_high, 2u);
 }
 
-TEST(Stage, TravelTakesAsLongAsTheSlowestAxis) {
+TEST(StageMotion, TravelTakesAsLongAsTheSlowestAxis) {
   SceneFacts scene = scene_with(4);  // 2 mm at 5 mm/s: 0.4 s per travel; 14 deg at 10 deg/s: 1.4 s
   scene.machine_time.speed_deg_per_s = 10;
   const std::vector<double> identity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-  Stage stage(scene, variances({0.5, 0.5, 0.5, 0.5}, identity), {0, 0, 0, 0}, Limits::soft);
+  StageMotion stage(scene, variances({0.5, 0.5, 0.5, 0.5}, identity), {0, 0, 0, 0}, Limits::soft);
   EXPECT_DOUBLE_EQ(stage.step_to({0.3, -0.1, 0, 0.05}).travel_seconds, 0.12);
   EXPECT_DOUBLE_EQ(stage.step_to({0.3, -0.1, 0, 0.25}).travel_seconds, 0.28);
   EXPECT_EQ(stage.step_to({0.3, -0.1, 0, 0.25}).travel_seconds, 0);
-  // A cut move takes the time of the part that was made: x from 0.3 to 0.5.
+  // A cut move takes the time of the completed part: x from 0.3 to 0.5.
   EXPECT_DOUBLE_EQ(stage.step_to({100, -0.1, 0, 0.25}).travel_seconds, 0.08);
 
   MachineTime slow;
   slow.speed_mm_per_s = 0.5;
-  Stage slow_stage(scene, variances({0.5, 0.5, 0.5, 0.5}, identity), {0, 0, 0, 0}, Limits::soft, slow);
+  StageMotion slow_stage(scene, variances({0.5, 0.5, 0.5, 0.5}, identity), {0, 0, 0, 0}, Limits::soft, slow);
   EXPECT_DOUBLE_EQ(slow_stage.step_to({0.3, 0, 0, 0}).travel_seconds, 1.2);
 }
 
-TEST(Stage, AskingWhereAMoveWouldEndMovesNothing) {
-  Stage stage(scene_with(2), variances({0.5, 0.5}, kIdentity), {0, 0}, Limits::soft);
+TEST(StageMotion, WouldReachDoesNotMove) {
+  StageMotion stage(scene_with(2), variances({0.5, 0.5}, kIdentity), {0, 0}, Limits::soft);
   stage.step_to({0.1, 0.1});
-  const Stage::Arrival arrival = stage.would_reach({2, 2});
+  const StageMotion::Arrival arrival = stage.would_reach({2, 2});
   EXPECT_THAT(arrival.true_pose, ElementsAre(1, 1));
   EXPECT_THAT(stage.commanded_pose(), ElementsAre(0.1, 0.1));
   EXPECT_THAT(stage.true_pose(), near({0.6, 0.6}));
 }
 
-TEST(Stage, AbsurdPosesStayFinite) {
+TEST(StageMotion, ExtremePosesStayFinite) {
   for (const Limits limits : {Limits::soft, Limits::hard}) {
-    Stage stage(scene_with(2), variances({0.5, 0.5}, {1, -0.9, -0.9, 1}), {0, 0}, limits);
+    StageMotion stage(scene_with(2), variances({0.5, 0.5}, {1, -0.9, -0.9, 1}), {0, 0}, limits);
     stage.step_to({1.7e308, 1.7e308});
     stage.move_by({-1.7e308, 1.7e308});
     for (const double value : stage.true_pose()) {
@@ -154,9 +153,9 @@ TEST(Stage, AbsurdPosesStayFinite) {
   }
 }
 
-TEST(Stage, RefusesAnotherNumberOfAxes) {
-  EXPECT_THROW(Stage(scene_with(3), variances({0.5, 0.5}, kIdentity), {0, 0}, Limits::soft), Error);
-  Stage stage(scene_with(2), variances({0.5, 0.5}, kIdentity), {0, 0}, Limits::soft);
+TEST(StageMotion, RejectsWrongNumberOfAxes) {
+  EXPECT_THROW(StageMotion(scene_with(3), variances({0.5, 0.5}, kIdentity), {0, 0}, Limits::soft), Error);
+  StageMotion stage(scene_with(2), variances({0.5, 0.5}, kIdentity), {0, 0}, Limits::soft);
   EXPECT_THROW(stage.step_to({0.1}), Error);
   EXPECT_THROW(stage.move_by({0.1, 0, 0}), Error);
 }
@@ -184,13 +183,13 @@ struct RandomStage {
   Random random;
   SceneFacts scene;
   Variances drawn;
-  std::optional<Stage> stage;
+  std::optional<StageMotion> stage;
 };
 
 TEST(StageProperty, SoftPosesDoNotDependOnThePath) {
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     RandomStage one(seed, Limits::soft);
-    Stage fresh = *one.stage;
+    StageMotion fresh = *one.stage;
     const std::vector<double> goal = one.pose(1.5);
     for (int i = 0; i < 10; ++i) {
       if (one.random.uniform() < 0.5)
@@ -204,12 +203,12 @@ TEST(StageProperty, SoftPosesDoNotDependOnThePath) {
   }
 }
 
-TEST(StageProperty, StaysInsideAndTellsTheTruthAboutLimits) {
+TEST(StageProperty, StaysInsideAndReportsLimits) {
   for (const Limits limits : {Limits::soft, Limits::hard}) {
     for (std::uint64_t seed = 0; seed < 200; ++seed) {
       RandomStage one(seed, limits);
       for (int i = 0; i < 20; ++i) {
-        const Stage::Arrival arrival = one.stage->move_by(one.pose(0.6));
+        const StageMotion::Arrival arrival = one.stage->move_by(one.pose(0.6));
         ASSERT_EQ(arrival.limits_low & arrival.limits_high, 0u);
         for (std::size_t axis = 0; axis < arrival.true_pose.size(); ++axis) {
           ASSERT_GE(arrival.true_pose[axis], 0);
@@ -221,7 +220,7 @@ TEST(StageProperty, StaysInsideAndTellsTheTruthAboutLimits) {
             EXPECT_EQ(arrival.true_pose[axis], 1);
           }
         }
-        // The linear map ties what was reached to where the lens is.
+        // The linear map relates the reached pose to the true pose.
         const std::vector<double> reached = one.stage->reached_pose();
         EXPECT_THAT(one.stage->would_reach(reached).true_pose, Pointwise(DoubleNear(1e-11), arrival.true_pose));
         if (!(arrival.limits_low | arrival.limits_high)) {
@@ -232,19 +231,19 @@ TEST(StageProperty, StaysInsideAndTellsTheTruthAboutLimits) {
   }
 }
 
-TEST(StageProperty, FollowingAWallNeverSticksToIt) {
-  // Rounding may put the commanded pose a hair beyond the wall; that is no obstacle.
+TEST(StageProperty, MovesAlongALimitFreely) {
+  // Rounding may put the commanded pose slightly beyond the limit, which must not block the move.
   for (const Limits limits : {Limits::soft, Limits::hard}) {
     for (std::uint64_t seed = 0; seed < 500; ++seed) {
       Random random(seed);
       const std::vector<double> start = {random.uniform(), random.uniform()};
       const double stretch = random.uniform(0.9, 1.1);
-      Stage stage(scene_with(2), variances(start, {stretch, 0, 0, 1}), {0, 0}, limits);
-      stage.step_to({-2 * random.uniform(1, 2), 0});  // x meets its lower wall
+      StageMotion stage(scene_with(2), variances(start, {stretch, 0, 0, 1}), {0, 0}, limits);
+      stage.step_to({-2 * random.uniform(1, 2), 0});  // x meets its lower limit
       ASSERT_EQ(stage.true_pose()[0], 0.0);
       for (int i = 0; i < 5; ++i) {
         const double goal = random.uniform();
-        const Stage::Arrival arrival = stage.move_by({0.0, goal - stage.true_pose()[1]});
+        const StageMotion::Arrival arrival = stage.move_by({0.0, goal - stage.true_pose()[1]});
         EXPECT_EQ(arrival.limits_high | arrival.limits_low, 0u) << "seed " << seed;
         EXPECT_NEAR(arrival.true_pose[1], goal, 1e-12) << "seed " << seed;
       }
@@ -252,13 +251,13 @@ TEST(StageProperty, FollowingAWallNeverSticksToIt) {
   }
 }
 
-TEST(StageProperty, HardMovesWithoutAWallEqualSoftMoves) {
+TEST(StageProperty, HardMovesWithoutALimitEqualSoftMoves) {
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     RandomStage soft(seed, Limits::soft), hard(seed, Limits::hard);
     for (int i = 0; i < 10; ++i) {
       const std::vector<double> delta = soft.pose(0.2);
-      const Stage::Arrival softly = soft.stage->move_by(delta);
-      const Stage::Arrival hardly = hard.stage->move_by(delta);
+      const StageMotion::Arrival softly = soft.stage->move_by(delta);
+      const StageMotion::Arrival hardly = hard.stage->move_by(delta);
       if (softly.limits_low | softly.limits_high) {
         EXPECT_NE(hardly.limits_low | hardly.limits_high, 0u) << "seed " << seed;
         break;
@@ -268,14 +267,14 @@ TEST(StageProperty, HardMovesWithoutAWallEqualSoftMoves) {
   }
 }
 
-TEST(StageProperty, ARecommendationOfThePresentPoseIsThePresentPose) {
-  // Bit for bit, also where a limit cut the move: truths are reused by comparing poses.
+TEST(StageProperty, RecommendingTheCurrentPoseReachesItExactly) {
+  // Bit for bit, also where a limit cut the move: ground truth is reused for equal poses.
   for (const Limits limits : {Limits::soft, Limits::hard}) {
     for (std::uint64_t seed = 0; seed < 200; ++seed) {
       RandomStage one(seed, limits);
       for (int i = 0; i < 20; ++i) {
-        const Stage::Arrival arrival = one.stage->move_by(one.pose(0.6));
-        const Stage::Arrival stay = one.stage->would_reach(one.stage->commanded_pose());
+        const StageMotion::Arrival arrival = one.stage->move_by(one.pose(0.6));
+        const StageMotion::Arrival stay = one.stage->would_reach(one.stage->commanded_pose());
         EXPECT_EQ(stay.true_pose, arrival.true_pose) << "seed " << seed << " move " << i;
         EXPECT_EQ(stay.travel_seconds, 0);
       }

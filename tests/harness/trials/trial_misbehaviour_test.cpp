@@ -1,4 +1,4 @@
-// Algorithms that fail, misuse the conversation or do not stop; scenes that fail; runs that are stopped.
+// Algorithms that fail, misuse the trial or do not stop; scenes that fail; runs that are stopped.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-TEST(Misbehaviour, UnusablePosesAreRefusedAndCostNothing) {
+TEST(Misbehaviour, RejectsUnusablePosesAtNoCost) {
   FakeTrial trial(
       R"([["step", "nan", 0.5, 0.5],
           ["step", 0.5, "inf", 0.5],
@@ -36,14 +36,14 @@ TEST(Misbehaviour, UnusablePosesAreRefusedAndCostNothing) {
   EXPECT_EQ(trial.logged("seen").at(0)["step"], 0) << "step 0 is still there after the refusals";
 }
 
-TEST(Misbehaviour, StepZeroCannotBeSeenAgainLater) {
+TEST(Misbehaviour, RejectsFirstAfterTheFirstStep) {
   FakeTrial trial(R"([["first"], ["first"], ["step", 0.5, 0.5, 0.5], ["first"]])");
   trial.run();
   EXPECT_THAT(trial.logged("seen"), SizeIs(3));
-  EXPECT_EQ(trial.logged("answer"), std::vector<Json>{"bad argument"}) << "its image is gone";
+  EXPECT_EQ(trial.logged("answer"), std::vector<Json>{"bad argument"}) << "its image was overwritten";
 }
 
-TEST(Misbehaviour, TheBudgetCannotBeOverspent) {
+TEST(Misbehaviour, StopsAtTheBudget) {
   FakeTrial trial(R"([["insist", 1000], ["step", 0.5, 0.5, 0.5]])");
   const TrialResult result = trial.run();
   EXPECT_THAT(result.steps, SizeIs(5));
@@ -52,7 +52,7 @@ TEST(Misbehaviour, TheBudgetCannotBeOverspent) {
   EXPECT_EQ(result.end, End::budget_spent);
 }
 
-TEST(Misbehaviour, WhoNeverStopsAskingIsTurnedOut) {
+TEST(Misbehaviour, EndsTrialThatKeepsAsking) {
   FakeTrial trial(R"([["insist", 1000000]])");
   const TrialResult result = trial.run();
   EXPECT_EQ(result.end, End::overspent);
@@ -66,7 +66,7 @@ TEST(Misbehaviour, WhoNeverStopsAskingIsTurnedOut) {
   EXPECT_THAT(refused.steps, SizeIs(1));
 }
 
-TEST(Misbehaviour, AFailureKeepsTheStepsMade) {
+TEST(Misbehaviour, FailureKeepsTheStepsSoFar) {
   FakeTrial trial(R"([["step", 0.5, 0.5, 0.5], ["fail"]])");
   const TrialResult result = trial.run();
   EXPECT_EQ(result.end, End::failed);
@@ -76,14 +76,14 @@ TEST(Misbehaviour, AFailureKeepsTheStepsMade) {
   EXPECT_GT(result.steps[1].commanded_truth.standard_error, 0) << "the last step is complete";
 }
 
-TEST(Misbehaviour, AFailureAfterTheLastStepIsAFailure) {
+TEST(Misbehaviour, FailureAfterTheLastStepIsAFailure) {
   FakeTrial trial(R"([["insist", 5], ["fail"]])");
   const TrialResult result = trial.run();
   EXPECT_THAT(result.steps, SizeIs(5));
   EXPECT_EQ(result.end, End::failed);
 }
 
-TEST(Misbehaviour, AnAlgorithmThatCannotBeMadeLeavesStepZero) {
+TEST(Misbehaviour, FailureToCreateTheAlgorithmLeavesStepZero) {
   FakeTrial trial(R"("refuse_to_be_made")");
   const TrialResult result = trial.run();
   EXPECT_EQ(result.end, End::failed);
@@ -91,7 +91,7 @@ TEST(Misbehaviour, AnAlgorithmThatCannotBeMadeLeavesStepZero) {
   EXPECT_THAT(result.steps, SizeIs(1));
 }
 
-TEST(Misbehaviour, TheHostKeepsItsOwnRounding) {
+TEST(Misbehaviour, HostKeepsItsRoundingMode) {
   const char* const moves = R"([["step", 0.41, 0.52, 0.53], ["rounding"], ["move", 0.1, 0.1, 0.1]])";
   FakeTrial trial(moves);
   const TrialResult expected = trial.run();
@@ -99,7 +99,7 @@ TEST(Misbehaviour, TheHostKeepsItsOwnRounding) {
   FakeTrial rounding(std::string(R"([["round_up"], )") + (moves + 1));
   const TrialResult result = rounding.run();
   EXPECT_EQ(std::fegetround(), FE_TONEAREST);
-  EXPECT_EQ(rounding.logged("rounding"), std::vector<Json>{"up"}) << "the algorithm keeps its own while it runs";
+  EXPECT_EQ(rounding.logged("rounding"), std::vector<Json>{"up"}) << "the algorithm keeps its mode while it runs";
   ASSERT_EQ(result.steps.size(), expected.steps.size());
   for (std::size_t k = 0; k < result.steps.size(); ++k) {
     EXPECT_EQ(result.steps[k].measured_rmse, expected.steps[k].measured_rmse);
@@ -109,26 +109,26 @@ TEST(Misbehaviour, TheHostKeepsItsOwnRounding) {
   EXPECT_THAT(result.environment_changes, Contains(HasSubstr("rounding")));
 }
 
-TEST(Misbehaviour, WhatIsLeftBehindIsNamedAndPutBack) {
+TEST(Misbehaviour, ReportsAndRevertsChangesOfTheEnvironment) {
   const auto folder = std::filesystem::current_path();
   FakeTrial trial(R"([["leave_folder"]])");
   const TrialResult result = trial.run();
   EXPECT_THAT(result.environment_changes, ElementsAre(HasSubstr("working directory")));
   EXPECT_EQ(std::filesystem::current_path(), folder);
-  EXPECT_EQ(result.end, End::finished) << "a culprit is named, its result counts";
+  EXPECT_EQ(result.end, End::finished) << "the result counts in spite of the change";
 }
 
-TEST(Stopping, AStoppedRunIsNoResult) {
+TEST(Stopping, StoppedTrialDoesNotCount) {
   std::atomic<bool> stop{false};
   FakeTrial trial(R"([["step", 0.5, 0.5, 0.5], ["step", 0.5, 0.5, 0.6], ["step", 0.5, 0.5, 0.7], ["fail"]])");
   trial.setup.stop = &stop;
   trial.setup.on_step = [&](const Step& step, const float*) { stop = step.number == 1; };
   const TrialResult result = trial.run();
-  EXPECT_EQ(result.end, End::stopped) << "whatever the algorithm makes of it";
-  EXPECT_THAT(result.steps, SizeIs(3)) << "step 2 was on its way when step 1's record was written";
+  EXPECT_EQ(result.end, End::stopped) << "whatever the algorithm does then";
+  EXPECT_THAT(result.steps, SizeIs(3)) << "step 2 was in progress when the record of step 1 was completed";
 }
 
-TEST(Stopping, ACompleteTrialIsAResultEvenSo) {
+TEST(Stopping, CompleteTrialCountsDespiteStop) {
   std::atomic<bool> stop{true};
   FakeTrial trial(R"([["step", 0.5, 0.5, 0.5]])");
   trial.setup.stop = &stop;
@@ -150,7 +150,7 @@ std::string thrown_by(FakeTrial& trial) {
   return "nothing was thrown";
 }
 
-TEST(SceneFailure, IsNeverTheAlgorithms) {
+TEST(SceneFailure, IsNotAttributedToTheAlgorithm) {
   FakeTrial at_start("[]", "fake_optimizer", {{"fail_at", 0}});
   EXPECT_THAT(thrown_by(at_start), HasSubstr("the lamp is out"));
   FakeTrial later(R"([["step", 0.5, 0.5, 0.5], ["step", 0.5, 0.5, 0.5]])", "fake_optimizer", {{"fail_at", 2}});
@@ -159,18 +159,18 @@ TEST(SceneFailure, IsNeverTheAlgorithms) {
   EXPECT_THAT(thrown_by(and_algorithm), HasSubstr("the lamp is out"));
 }
 
-TEST(SceneFailure, PixelsThatAreNoNumbersAreFound) {
+TEST(SceneFailure, ReportsNonFinitePixels) {
   FakeTrial trial(R"([["step", 0.5, 0.5, 0.5]])", "fake_optimizer", {{"bad_pixel_at", 1}});
-  EXPECT_THAT(thrown_by(trial), HasSubstr("step 1 has pixels that are no numbers"));
+  EXPECT_THAT(thrown_by(trial), HasSubstr("step 1 has non-finite pixels"));
 }
 
-TEST(SceneFailure, AReferenceOfAnotherSizeIsRefused) {
+TEST(SceneFailure, RejectsReferenceOfAnotherSize) {
   FakeTrial trial("[]");
   trial.facts.image_width = 4;
-  EXPECT_THAT(thrown_by(trial), HasSubstr("3 x 2 pixels, its description says 4 x 2"));
+  EXPECT_THAT(thrown_by(trial), HasSubstr("3 x 2 pixels; expected 4 x 2"));
 }
 
-TEST(HostFailure, OfTheStepsReceiverComesThroughUnchanged) {
+TEST(HostFailure, PropagatesExceptionsOfOnStep) {
   FakeTrial trial(R"([["step", 0.5, 0.5, 0.5]])");
   trial.setup.on_step = [](const Step&, const float*) { throw Error(ErrorKind::io, "the disk is full"); };
   EXPECT_EQ(thrown_by(trial), "the disk is full");
@@ -179,7 +179,7 @@ TEST(HostFailure, OfTheStepsReceiverComesThroughUnchanged) {
   EXPECT_EQ(thrown_by<std::length_error>(other), "too long");
 }
 
-TEST(HostFailure, AnIncompleteSetupIsRefused) { EXPECT_THROW(run_trial(TrialSetup{}), Error); }
+TEST(HostFailure, RejectsIncompleteSetup) { EXPECT_THROW(run_trial(TrialSetup{}), Error); }
 
 }  // namespace
 }  // namespace relign::trials

@@ -1,4 +1,4 @@
-// Which pose counts as recommended at each step, and when a step's record is written.
+// Which pose counts as recommended at each step, and when a step's record is complete.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@ using testing::DoubleEq;
 using testing::ElementsAre;
 using testing::SizeIs;
 
-TEST(Recommendation, StaysUntilReplacedAndBelongsToTheStepBeforeIt) {
+TEST(Recommendation, StaysUntilReplacedAndBelongsToTheStepBefore) {
   FakeTrial trial(
       R"([["step", 0.4, 0.5, 0.5],
           ["step", 0.45, 0.5, 0.5],
@@ -30,15 +30,15 @@ TEST(Recommendation, StaysUntilReplacedAndBelongsToTheStepBeforeIt) {
   EXPECT_EQ(source(1), RecommendationSource::best_measured);
   EXPECT_EQ(x(1), 0.4);
   EXPECT_EQ(source(2), RecommendationSource::own);
-  EXPECT_EQ(x(2), 0.43) << "the last word before the next step";
+  EXPECT_EQ(x(2), 0.43) << "the last recommendation before the next step";
   EXPECT_EQ(source(3), RecommendationSource::own);
   EXPECT_EQ(x(3), 0.43);
   EXPECT_EQ(source(4), RecommendationSource::own);
   EXPECT_EQ(x(4), 0.5) << "given after the last step, before the end";
-  EXPECT_EQ(result.end, End::budget_spent) << "all steps used, none asked for beyond them";
+  EXPECT_EQ(result.end, End::budget_spent) << "all steps used, none requested beyond them";
 }
 
-TEST(Recommendation, IsJudgedWhereTheCuredGlueLeavesTheLens) {
+TEST(Recommendation, IsScoredAfterCuring) {
   const char* const script = R"([["step", 0.4, 0.5, 0.5], ["recommend", 0.45, 0.5, 0.5], ["step", 0.98, 0.5, 0.5],
                                  ["recommend", 0.98, 0.5, 0.5]])";
   FakeTrial without(script), with(script);
@@ -46,7 +46,7 @@ TEST(Recommendation, IsJudgedWhereTheCuredGlueLeavesTheLens) {
   const TrialResult before = without.run(), after = with.run();
   ASSERT_THAT(after.steps, SizeIs(3));
   for (std::size_t k = 0; k < after.steps.size(); ++k) {
-    // Neither poses, captures nor the commanded pose's truth know anything of the glue.
+    // Curing affects neither poses nor captures nor the ground truth of the commanded pose.
     EXPECT_EQ(after.steps[k].true_pose, before.steps[k].true_pose);
     EXPECT_EQ(after.steps[k].measured_rmse, before.steps[k].measured_rmse);
     EXPECT_EQ(after.steps[k].commanded_truth.mse, before.steps[k].commanded_truth.mse);
@@ -56,21 +56,21 @@ TEST(Recommendation, IsJudgedWhereTheCuredGlueLeavesTheLens) {
   }
   EXPECT_THAT(before.steps[1].recommended_true_pose, ElementsAre(DoubleEq(0.45), DoubleEq(0.5), 0.5));
   EXPECT_THAT(after.steps[1].recommended_true_pose, ElementsAre(DoubleEq(0.5), DoubleEq(0.49), 0.5));
-  EXPECT_EQ(after.steps[2].recommended_true_pose[0], 1) << "scenes know the travel only";
-  // What the last recommendation was worth before, is told once.
+  EXPECT_EQ(after.steps[2].recommended_true_pose[0], 1) << "scenes accept only poses within the travel";
+  // The score of the last recommendation before curing is reported once.
   EXPECT_EQ(after.uncured_mse, before.steps[2].recommended_truth.mse);
-  EXPECT_TRUE(std::isnan(before.uncured_mse)) << "nothing cures";
+  EXPECT_TRUE(std::isnan(before.uncured_mse)) << "curing shifts nothing";
 }
 
-// Other rules than the method's own judge where it stood, each pose once.
-TEST(Recommendation, EveryStepIsScoredWhereTheGlueWouldLeaveTheLens) {
+// Recommendation rules other than the method's own are scored at commanded poses, each pose once.
+TEST(Recommendation, ScoresEveryStepAfterCuring) {
   const char* const script = R"([["step", 0.4, 0.5, 0.5], ["recommend", 0.4, 0.5, 0.5], ["step", 0.98, 0.5, 0.5]])";
   FakeTrial without(script), with(script);
   with.instance.variances.cure_shift = {0.05, -0.01, 0};
-  EXPECT_THAT(without.run().glued_truths, SizeIs(0)) << "commanded_truth is it";
+  EXPECT_THAT(without.run().glued_truths, SizeIs(0)) << "equals commanded_truth";
   const TrialResult result = with.run();
   ASSERT_THAT(result.glued_truths, SizeIs(3));
-  EXPECT_EQ(result.glued_truths[1].mse, result.steps[2].recommended_truth.mse) << "the pose that it recommends";
+  EXPECT_EQ(result.glued_truths[1].mse, result.steps[2].recommended_truth.mse) << "the recommended pose";
   EXPECT_NE(result.glued_truths[2].mse, result.steps[2].commanded_truth.mse);
   FakeTrial there(R"([["step", 0.4, 0.5, 0.5], ["recommend", 0.4, 0.5, 0.5], ["step", 0.98, 0.5, 0.5],
                       ["recommend", 0.98, 0.5, 0.5]])");
@@ -98,7 +98,7 @@ TEST(Recommendation, MayComeBeforeAnyStep) {
   EXPECT_EQ(result.end, End::finished);
 }
 
-TEST(Recommendation, WithoutOneTheBestMeasuredPoseCountsForOptimizers) {
+TEST(Recommendation, DefaultsToBestMeasuredPoseForOptimizers) {
   FakeTrial trial(R"([["step", 0.45, 0.5, 0.5], ["step", 0.52, 0.5, 0.5], ["step", 0.7, 0.5, 0.5]])");
   const TrialResult result = trial.run();
   ASSERT_THAT(result.steps, SizeIs(4));
@@ -109,7 +109,7 @@ TEST(Recommendation, WithoutOneTheBestMeasuredPoseCountsForOptimizers) {
   for (const Step& step : result.steps) EXPECT_EQ(step.recommendation_source, RecommendationSource::best_measured);
 }
 
-TEST(Recommendation, OfEqualMeasurementsTheFirstCounts) {
+TEST(Recommendation, PrefersTheFirstOfEqualMeasurements) {
   FakeTrial trial(R"([["step", 0.25, 0.5, 0.5], ["step", 0.75, 0.5, 0.5]])");
   trial.setup.merit = Merit::rmse;
   trial.instance.variances.start = {0.125, 0.5, 0.5};
@@ -118,7 +118,7 @@ TEST(Recommendation, OfEqualMeasurementsTheFirstCounts) {
   EXPECT_EQ(result.steps[2].recommended_pose[0], 0.25);
 }
 
-TEST(Recommendation, WithoutOneTheCurrentPoseCountsForAgents) {
+TEST(Recommendation, DefaultsToCurrentPoseForAgents) {
   FakeTrial trial(R"([["move", 0.2, 0, 0], ["move", 0.2, 0, 0]])", "fake_agent");
   const TrialResult result = trial.run();
   ASSERT_THAT(result.steps, SizeIs(3));
@@ -132,7 +132,7 @@ TEST(Recommendation, WithoutOneTheCurrentPoseCountsForAgents) {
   EXPECT_THAT(trial.seeds("truth"), SizeIs(3));
 }
 
-TEST(Recommendation, OfTheCurrentPoseHoldsAtALimit) {
+TEST(Recommendation, CurrentPoseIsExactAtALimit) {
   for (const Limits limits : {Limits::soft, Limits::hard}) {
     FakeTrial trial(R"([["move", 0.7, 0.1, 0.2], ["move", 0.7, 0.1, -0.1]])", "fake_agent");
     trial.setup.protocol = Protocol::blind;
@@ -145,14 +145,14 @@ TEST(Recommendation, OfTheCurrentPoseHoldsAtALimit) {
   }
 }
 
-TEST(Recommendation, AnUnusableOneIsRefusedAndTheOldOneStays) {
+TEST(Recommendation, RejectsUnusableRecommendationAndKeepsThePrevious) {
   FakeTrial trial(R"([["recommend", 0.5, 0.5, 0.5], ["recommend", "nan", 0, 0], ["recommend", 0.1]])");
   const TrialResult result = trial.run();
   EXPECT_EQ(trial.logged("answer"), (std::vector<Json>{"bad argument", "bad argument"}));
   EXPECT_THAT(result.steps[0].recommended_pose, ElementsAre(0.5, 0.5, 0.5));
 }
 
-TEST(OnStep, ComesOnceAStepIsCompleteWithItsOwnCapture) {
+TEST(OnStep, RunsOncePerCompleteStepWithItsCapture) {
   FakeTrial trial(R"([["first"], ["step", 0.5, 0.58, 0.5], ["recommend", 0.5, 0.5, 0.5], ["step", 0.5, 0.5, 0.6]])");
   std::vector<unsigned> numbers;
   std::vector<std::size_t> captures_before;

@@ -1,5 +1,5 @@
-// Trials on the fake scene, whose scores are known by hand: records, clocks, truths, seeds, and what
-// an algorithm is told. Start (0.3, 0.58, 0.5), optimum and nominal pose 0.5, no distortion.
+// Trials on the fake scene, whose scores are computed by hand: records, clocks, ground truth, seeds, and the
+// algorithm's observations. Start (0.3, 0.58, 0.5), optimum and nominal pose 0.5, no distortion.
 #include "trials/trial.h"
 
 #include <gmock/gmock.h>
@@ -41,7 +41,7 @@ TEST(Trial, RecordsPosesScoresAndEnd) {
   EXPECT_NEAR(result.steps[2].merit, kDistance[2], kFloat);
 }
 
-TEST(Trial, TheMeritCanBeChosen) {
+TEST(Trial, MeritCanBeOverridden) {
   FakeTrial trial(kTwoSteps);
   trial.setup.merit = Merit::rmse;
   const TrialResult result = trial.run();
@@ -49,21 +49,21 @@ TEST(Trial, TheMeritCanBeChosen) {
   EXPECT_EQ(trial.logged("seen")[0]["merit"], result.steps[0].measured_rmse);
 }
 
-TEST(Trial, MachineTimeByHand) {
+TEST(Trial, MatchesMachineTimeByHand) {
   // 5 mm/s over 2 mm: 0.4 s a travel; 5 deg/s over 14 deg: 2.8 s. Settle 40, exposure 15, readout 30 ms.
   FakeTrial trial(kTwoSteps);
   const TrialResult result = trial.run();
   EXPECT_NEAR(result.steps[0].machine_seconds, 0.045, 1e-12);
   EXPECT_NEAR(result.steps[1].machine_seconds, 0.045 + 0.08 + 0.085, 1e-12);
   EXPECT_NEAR(result.steps[2].machine_seconds, 0.21 + 0.14 + 0.085, 1e-12);
-  // The best measured pose is step 1's: from step 2 the stage must travel back and settle.
+  // The best measured pose is that of step 1: from step 2 the stage must travel back and settle.
   EXPECT_NEAR(result.steps[0].recommended_seconds, 0.045, 1e-12);
   EXPECT_NEAR(result.steps[1].recommended_seconds, 0.21, 1e-12);
   EXPECT_NEAR(result.steps[2].recommended_seconds, 0.435 + 0.14 + 0.04, 1e-12);
   EXPECT_NEAR(trial.logged("seen")[2]["seconds"].get<double>(), 0.435, 1e-12);
 }
 
-TEST(Trial, MachineTimeOfTheSetupCounts) {
+TEST(Trial, UsesMachineTimeOfTheSetup) {
   FakeTrial trial(kTwoSteps);
   trial.machine_time = MachineTime{1, 14, 0, 100, 0};
   const TrialResult result = trial.run();
@@ -73,7 +73,7 @@ TEST(Trial, MachineTimeOfTheSetupCounts) {
 
 double truth_noise(std::uint64_t seed) { return 1e-6 * Random(seed).uniform(); }
 
-TEST(Trial, BothTruthsByHand) {
+TEST(Trial, MatchesGroundTruthByHand) {
   FakeTrial trial(R"([["step", 0.5, 0.58, 0.5], ["recommend", 0.5, 0.5, 0.6], ["step", 0.5, 0.5, 0.6], ["first"]])");
   const TrialResult result = trial.run();
   ASSERT_THAT(result.steps, SizeIs(3));
@@ -84,7 +84,7 @@ TEST(Trial, BothTruthsByHand) {
   EXPECT_EQ(result.steps[0].recommended_truth.mse, result.steps[0].commanded_truth.mse);
   EXPECT_NEAR(result.steps[1].commanded_truth.mse, d1 + noise(1, FrameStream::truth_commanded), 1e-14);
   EXPECT_NEAR(result.steps[1].recommended_truth.mse, d2 + noise(1, FrameStream::truth_recommended), 1e-14);
-  // Step 2 reaches what was recommended: one pose, one truth.
+  // Step 2 reaches the recommended pose: one pose, one score.
   EXPECT_EQ(result.steps[2].true_pose, result.steps[1].recommended_true_pose);
   EXPECT_EQ(result.steps[2].commanded_truth.mse, result.steps[1].recommended_truth.mse);
   EXPECT_EQ(result.steps[2].recommended_truth.mse, result.steps[1].recommended_truth.mse);
@@ -94,7 +94,7 @@ TEST(Trial, BothTruthsByHand) {
       << "three poses, three evaluations";
 }
 
-TEST(Trial, TheVirtualMoveToTheRecommendationGoesThroughTheStage) {
+TEST(Trial, AppliesStageMotionToTheRecommendation) {
   FakeTrial trial(R"([["recommend", 0.5, 0.5, 1.5]])");
   trial.instance.variances.distortion = {1, 0, 0, 0, 2, 0, 0, 0, 1};
   const TrialResult result = trial.run();
@@ -105,7 +105,7 @@ TEST(Trial, TheVirtualMoveToTheRecommendationGoesThroughTheStage) {
   EXPECT_NEAR(result.steps[0].recommended_seconds, 0.045 + 0.5 * 2.8 + 0.04, 1e-12) << "travel up to the limit";
 }
 
-TEST(Trial, AllAlgorithmsOfAnInstanceSeeTheSameNoise) {
+TEST(Trial, AllAlgorithmsOfAnInstanceGetTheSameNoise) {
   FakeTrial one(kTwoSteps);
   FakeTrial other(R"([["move", 0.1, 0, 0], ["move", 0.1, 0, 0]])", "fake_agent");
   other.setup.algorithm_seed = 99;
@@ -142,7 +142,7 @@ TEST(Trial, IsDeterministic) {
   }
 }
 
-TEST(Trial, TellsASearchMethodWhatThePaperTells) {
+TEST(Trial, ShowsAnOptimizerTheObservationsOfThePaper) {
   FakeTrial trial(kTwoSteps);
   trial.run();
   const Json task = trial.logged("task").at(0);
@@ -158,10 +158,10 @@ TEST(Trial, TellsASearchMethodWhatThePaperTells) {
   EXPECT_EQ(seen[1]["step"], 1);
   EXPECT_EQ(seen[1]["pose"], (Json{0.5, 0.58, 0.5}));
   EXPECT_NEAR(seen[1]["merit"].get<double>(), 0.08, kFloat);
-  EXPECT_NEAR(seen[1]["pixel"].get<double>(), 0.58, kFloat) << "the image is the one of this step";
+  EXPECT_NEAR(seen[1]["pixel"].get<double>(), 0.58, kFloat) << "the image of this step";
 }
 
-TEST(Trial, BlindCoordinatesCountFromTheStart) {
+TEST(Trial, BlindCoordinatesAreRelativeToTheStart) {
   FakeTrial trial(R"([["first"], ["step", 0.2, 0, 0], ["move", 0.6, -0.6, 0]])");
   trial.setup.protocol = Protocol::blind;
   const TrialResult result = trial.run();
@@ -170,7 +170,7 @@ TEST(Trial, BlindCoordinatesCountFromTheStart) {
   EXPECT_EQ(task["box"], (Json{{-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}}));
   const auto seen = trial.logged("seen");
   EXPECT_EQ(seen[0]["pose"], (Json{0.0, 0.0, 0.0}));
-  EXPECT_NEAR(seen[0]["merit"].get<double>(), kDistance[0], kFloat) << "the distance is not given away";
+  EXPECT_NEAR(seen[0]["merit"].get<double>(), kDistance[0], kFloat) << "the merit does not reveal the distance";
   EXPECT_EQ(seen[1]["low"], 0);
   EXPECT_EQ(seen[2]["high"], 1);
   EXPECT_EQ(seen[2]["low"], 2);
@@ -180,7 +180,7 @@ TEST(Trial, BlindCoordinatesCountFromTheStart) {
   EXPECT_THAT(result.steps[2].true_pose, ElementsAre(1.0, 0.0, 0.5));
 }
 
-TEST(Trial, AnAgentSeesImagesOnlyAndMovesInShortSteps) {
+TEST(Trial, AgentGetsOnlyImagesAndShortMoves) {
   FakeTrial trial(R"([["first"], ["move", 0.5, -0.1, -7], ["step", -0.1, 0, 0]])", "fake_agent");
   const TrialResult result = trial.run();
   EXPECT_EQ(trial.logged("task").at(0)["largest_move"], 0.2);
@@ -189,13 +189,13 @@ TEST(Trial, AnAgentSeesImagesOnlyAndMovesInShortSteps) {
   ASSERT_THAT(seen, SizeIs(3));
   EXPECT_EQ(seen[0]["merit"], nullptr);
   EXPECT_NEAR(seen[0]["pixel"].get<double>(), 0.5 + kDistance[0], kFloat);
-  EXPECT_EQ(seen[1]["pose"], (Json{0.2, -0.1, -0.2})) << "every axis is cut alone";
+  EXPECT_EQ(seen[1]["pose"], (Json{0.2, -0.1, -0.2})) << "each axis is cut separately";
   EXPECT_EQ(seen[2]["pose"], (Json{0.0, 0.0, 0.0})) << "absolute moves are cut too; the uncut axes arrive";
   EXPECT_NEAR(result.steps[1].merit, result.steps[1].measured_rmse + std::sqrt(0.0004 + 0.04), kFloat)
       << "recorded although not shown";
 }
 
-TEST(Trial, AnAlgorithmLooksAtTheVeryPixelsThatTheSceneWrote) {
+TEST(Trial, PassesPixelsWithoutCopying) {
   FakeTrial trial(R"([["show_buffers"], ["first"], ["step", 0.5, 0.58, 0.5], ["step", 0.5, 0.58, 0.55]])",
                   "fake_agent");
   std::vector<std::uint64_t> recorded;
@@ -211,7 +211,7 @@ TEST(Trial, AnAlgorithmLooksAtTheVeryPixelsThatTheSceneWrote) {
   EXPECT_EQ(recorded, written);
 }
 
-TEST(Trial, AnOracleIsToldTheStartUnderEveryProtocol) {
+TEST(Trial, OracleGetsTheStartUnderEveryProtocol) {
   FakeTrial trial(R"([["first"]])", "fake_oracle");
   trial.setup.protocol = Protocol::blind;
   trial.run();
@@ -219,7 +219,7 @@ TEST(Trial, AnOracleIsToldTheStartUnderEveryProtocol) {
   EXPECT_EQ(trial.logged("seen").at(0)["pixel"], nullptr) << "it declared no images";
 }
 
-TEST(Trial, HardLimitsReachTheStage) {
+TEST(Trial, AppliesHardLimits) {
   FakeTrial trial(R"([["step", 1.7, 0.58, 0.9]])");
   trial.setup.limits = Limits::hard;
   const TrialResult result = trial.run();
@@ -227,7 +227,7 @@ TEST(Trial, HardLimitsReachTheStage) {
               testing::Pointwise(testing::DoubleNear(1e-15), std::vector<double>{1.0, 0.58, 0.7}));
 }
 
-TEST(Trial, RelativeMovesGoOnFromWhereALimitStoppedTheStage) {
+TEST(Trial, RelativeMovesContinueFromTheLimit) {
   FakeTrial trial(R"([["move", 5, 0, 0], ["move", -0.25, 0, 0]])");
   const TrialResult result = trial.run();
   EXPECT_EQ(result.steps[1].true_pose[0], 1.0);
@@ -235,7 +235,7 @@ TEST(Trial, RelativeMovesGoOnFromWhereALimitStoppedTheStage) {
   EXPECT_NEAR(result.steps[2].commanded_pose[0], 0.75, 1e-12);
 }
 
-TEST(Trial, TheLargestMoveCountsFromWhereALimitStoppedTheStage) {
+TEST(Trial, LargestMoveIsMeasuredFromTheLimit) {
   FakeTrial trial(R"([["move", 0.2, 0, 0], ["move", 0.2, 0, 0], ["step", 0, 0, 0]])", "fake_agent");
   trial.instance.variances.start = {0.75, 0.5, 0.5};  // the second move is stopped at 0.25 of 0.4
   const TrialResult result = trial.run();
@@ -243,7 +243,7 @@ TEST(Trial, TheLargestMoveCountsFromWhereALimitStoppedTheStage) {
   EXPECT_NEAR(result.steps[3].commanded_pose[0], 0.05, 1e-12);
 }
 
-TEST(Trial, TimesTheAlgorithmApartFromTheSimulation) {
+TEST(Trial, TimesAlgorithmAndSimulationSeparately) {
   FakeTrial trial(R"([["nap", 30], ["step", 0.5, 0.5, 0.5], ["step", 0.5, 0.5, 0.6], ["nap", 20]])");
   const TrialResult result = trial.run();
   EXPECT_EQ(result.steps[0].algorithm_seconds, 0);
@@ -256,7 +256,7 @@ TEST(Trial, TimesTheAlgorithmApartFromTheSimulation) {
   }
 }
 
-TEST(Trial, ACallerWithNoTimeForTheAlgorithmStillGetsStepZero) {
+TEST(Trial, KeepsStepZeroWhenStoppedAtOnce) {
   FakeTrial trial(R"([["step", 0.5, 0.5, 0.5]])");
   trial.setup.budget = 0;
   const TrialResult result = trial.run();
@@ -264,7 +264,7 @@ TEST(Trial, ACallerWithNoTimeForTheAlgorithmStillGetsStepZero) {
   EXPECT_EQ(result.end, End::budget_spent);
 }
 
-TEST(Trial, HasNamesForWhatIsWritten) {
+TEST(Trial, NamesEndsAndRecommendationSources) {
   EXPECT_STREQ(end_name(End::budget_spent), "budget_spent");
   EXPECT_STREQ(recommendation_source_name(RecommendationSource::own), "own");
   EXPECT_STREQ(recommendation_source_name(RecommendationSource::best_measured), "best_measured");

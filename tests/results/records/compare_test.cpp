@@ -10,7 +10,7 @@
 namespace relign::records {
 namespace {
 
-TEST(Compare, EqualRecordsHaveNoDifference) {
+TEST(Compare, FindsNoDifferenceInEqualRecords) {
   TrialRecord a = sample_trial("t"), b = a;
   EXPECT_FALSE(first_difference(a, b));
   a.steps[1].commanded_mse = b.steps[1].commanded_mse = std::numeric_limits<double>::quiet_NaN();
@@ -19,7 +19,7 @@ TEST(Compare, EqualRecordsHaveNoDifference) {
   EXPECT_FALSE(first_difference(a, b));
 }
 
-TEST(Compare, TheFirstDifferenceIsNamedAsItStandsInTheFile) {
+TEST(Compare, ReportsFirstDifferenceAsWrittenInTheFile) {
   const TrialRecord a = sample_trial("t");
   TrialRecord b = a;
   b.end = "finished";
@@ -36,14 +36,14 @@ TEST(Compare, TheFirstDifferenceIsNamedAsItStandsInTheFile) {
   EXPECT_EQ(to_string(*first_difference(a, b)), "closing line, steps: was 3, is 2");
 }
 
-TEST(Compare, ZerosOfEitherSignDiffer) {
+TEST(Compare, DistinguishesSignedZeros) {
   TrialRecord a = sample_trial("t"), b = a;
   a.steps[0].merit = 0.0;
   b.steps[0].merit = -0.0;
   EXPECT_EQ(to_string(*first_difference(a, b)), "step 0, merit: was 0, is -0.0");
 }
 
-TEST(Compare, ATolerancePassesSmallNumbersOnly) {
+TEST(Compare, AppliesToleranceToFiniteNumbersOnly) {
   const TrialRecord a = sample_trial("t");
   TrialRecord b = a;
   b.steps[2].measured += 1e-7;

@@ -1,4 +1,4 @@
-// What becomes of files, provenance and pictures in a merge.
+// Files, provenance and pictures of merged folders.
 #include <fstream>
 
 #include "merge_fixture.h"
@@ -9,7 +9,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-TEST_F(MergeTest, WhatStandsBesideTheResultsIsKeptWhenTheyAreReplaced) {
+TEST_F(MergeTest, KeepsForeignFilesWhenReplacingResults) {
   const fs::path a = make("a", {trial("w0")}, manifest({"walker"}, {"w0"}));
   join({a});
   std::ofstream(folder_ / "out/notes.txt") << "mine";
@@ -20,10 +20,10 @@ TEST_F(MergeTest, WhatStandsBesideTheResultsIsKeptWhenTheyAreReplaced) {
   // Killed between the two moves: the old folder is not lost.
   fs::rename(folder_ / "out", folder_ / "out.merging.old");
   fs::create_directories(folder_ / "empty");
-  EXPECT_THAT(refused({folder_ / "empty"}), HasSubstr("no results folder"));
+  EXPECT_THAT(refused({folder_ / "empty"}), HasSubstr("is not a results folder"));
   join({a});
   EXPECT_EQ(bytes("out/notes.txt"), "mine");
-  // Killed while it wrote: what is left of that is nobody's.
+  // Killed while writing: the leftovers are removed.
   fs::create_directories(folder_ / "out.merging/trials");
   std::ofstream(folder_ / "out.merging/trials/0007.jsonl") << "half";
   join({a, b});
@@ -34,7 +34,7 @@ TEST_F(MergeTest, WhatStandsBesideTheResultsIsKeptWhenTheyAreReplaced) {
   EXPECT_EQ(read_trials(folder_ / "out").size(), 2U);
 }
 
-TEST_F(MergeTest, MergedFoldersMergeAgainWithTheProvenanceOfTheirSources) {
+TEST_F(MergeTest, KeepsProvenanceWhenMergingMergedFolders) {
   const fs::path a = make("a", {trial("w0")}, manifest({"walker"}, {"w0"}));
   const fs::path b = make("b", {trial("r0")}, manifest({"runner"}, {"r0"}));
   const fs::path c = make("c", {trial("w1")}, manifest({"walker"}, {"w1"}));
@@ -49,7 +49,7 @@ TEST_F(MergeTest, MergedFoldersMergeAgainWithTheProvenanceOfTheirSources) {
   EXPECT_EQ(sources[2]["trials"], 1);
 }
 
-TEST_F(MergeTest, LogsScenesAndPicturesComeAlong) {
+TEST_F(MergeTest, CopiesLogsScenesAndPictures) {
   const auto pictured = [](const std::string& id, const std::string& why) {
     return Json{{"trial", id},
                 {"why", why},
@@ -86,8 +86,8 @@ TEST_F(MergeTest, LogsScenesAndPicturesComeAlong) {
   EXPECT_FALSE(fs::exists(folder_ / "out/pictures/w2"));
 }
 
-// A folder from a stranger must not bring files of this machine into what is published.
-TEST_F(MergeTest, LinksThatLeaveTheFolderAreNotFollowed) {
+// An untrusted folder must not bring files of this machine into published results.
+TEST_F(MergeTest, DoesNotFollowLinksOutOfTheFolder) {
   write_file_atomically(folder_ / "secret/key.txt", "secret");
   const fs::path made = make("a", {trial("w0")}, manifest({"walker"}, {"w0"}));
   const Json index = {

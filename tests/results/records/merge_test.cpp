@@ -1,4 +1,4 @@
-// What belongs together, what is refused, and what two folders tell of one trial.
+// Which folders can be merged, and how records of one trial in several folders are resolved.
 #include <cmath>
 #include <fstream>
 
@@ -11,7 +11,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-TEST_F(MergeTest, ANewcomersResultsStandBesideTheStudyInThePlansOrder) {
+TEST_F(MergeTest, MergesNewAlgorithmIntoStudyInPlanOrder) {
   const fs::path study =
       make("study", {trial("w0"), trial("w1"), trial("w2")}, manifest({"walker"}, {"w0", "w1", "w2"}));
   const fs::path ours = make("ours", {trial("r2"), trial("r0"), trial("r1")}, manifest({"runner"}, {"r0", "r1", "r2"}));
@@ -33,7 +33,7 @@ TEST_F(MergeTest, ANewcomersResultsStandBesideTheStudyInThePlansOrder) {
   EXPECT_FALSE(fs::exists(folder_ / "out.merging"));
 }
 
-TEST_F(MergeTest, ShardsGiveTheBytesOfOneRun) {
+TEST_F(MergeTest, ShardsMergeToTheBytesOfOneRun) {
   const Json whole = manifest({"walker", "runner"}, {"w0", "w1", "r0", "r1"});
   make("one", {trial("w0"), trial("w1"), trial("r0"), trial("r1")}, whole);
   const auto shard = [&](unsigned number, const std::vector<std::string>& ids) {
@@ -55,7 +55,7 @@ TEST_F(MergeTest, ShardsGiveTheBytesOfOneRun) {
   EXPECT_EQ(read_manifest(folder_ / "out")["order"], whole["order"]);
 }
 
-TEST_F(MergeTest, EqualDuplicatesCountOnceAndDifferentOnesAreNamed) {
+TEST_F(MergeTest, DropsEqualDuplicatesAndReportsDifferentOnes) {
   TrialRecord other = trial("w1");
   other.steps[2].measured = std::nextafter(other.steps[2].measured, 1);
   const fs::path a = make("a", {trial("w0"), trial("w1")}, manifest({"walker"}, {"w0", "w1"}));
@@ -75,7 +75,7 @@ TEST_F(MergeTest, EqualDuplicatesCountOnceAndDifferentOnesAreNamed) {
   EXPECT_EQ(read_manifest(folder_ / "out")["merge"]["disagreements"][0]["difference"]["field"], "measured");
 }
 
-TEST_F(MergeTest, ThisCpuPluginsHaveAToleranceBetweenProcessorsOnly) {
+TEST_F(MergeTest, ToleratesThisCpuPluginsBetweenProcessorsOnly) {
   TrialRecord other = trial("w0");
   other.steps[2].measured += 1e-9;
   Json here = manifest({"walker"}, {"w0"}), there = here;
@@ -89,7 +89,7 @@ TEST_F(MergeTest, ThisCpuPluginsHaveAToleranceBetweenProcessorsOnly) {
   EXPECT_EQ(summary.disagreeing, 0U);
   EXPECT_EQ(summary.within_tolerance, 1U);
   EXPECT_THAT(notes_, ElementsAre(HasSubstr("one (1 folder), two (1 folder)")));
-  // By instruction sets, where both manifests have them.
+  // Compares instruction sets where both manifests have them.
   here["machine"]["instruction_sets"] = there["machine"]["instruction_sets"] = "amd: sse3";
   EXPECT_EQ(join({make("a1", {trial("w0")}, here), make("b1", {other}, there)}).disagreeing, 1U);
   there["machine"]["instruction_sets"] = "amd: sse3 avx2";
@@ -100,7 +100,7 @@ TEST_F(MergeTest, ThisCpuPluginsHaveAToleranceBetweenProcessorsOnly) {
   EXPECT_EQ(join({a, c}).disagreeing, 1U);
 }
 
-TEST_F(MergeTest, WhatCameToItsEndCountsMoreThanWhatEndedEarly) {
+TEST_F(MergeTest, PrefersFinishedTrialsToFailedAttempts) {
   TrialRecord early = trial("w0");
   early.end = "failed";
   early.message = "lost";
@@ -111,12 +111,12 @@ TEST_F(MergeTest, WhatCameToItsEndCountsMoreThanWhatEndedEarly) {
   EXPECT_EQ(summary.superseded, 1U);
   EXPECT_EQ(summary.disagreeing, 0U);
   EXPECT_EQ(read_trials(folder_ / "out").at(0).end, "budget_spent");
-  early.steps[1].true_pose[0] = 0.7;  // ... unless its steps were others
+  early.steps[1].true_pose[0] = 0.7;  // ... unless its steps differ
   const fs::path c = make("c", {early}, manifest({"walker"}, {"w0"}));
   EXPECT_EQ(join({c, b}).disagreeing, 1U);
 }
 
-TEST_F(MergeTest, HalfWrittenAndMissingTrialsAreCountedAndKeepTheirPlaces) {
+TEST_F(MergeTest, CountsHalfWrittenAndMissingTrialsAndKeepsPlanOrder) {
   std::vector<std::string> order;
   std::vector<TrialRecord> trials;
   for (int number = 0; number < 1002; ++number) {
@@ -135,7 +135,7 @@ TEST_F(MergeTest, HalfWrittenAndMissingTrialsAreCountedAndKeepTheirPlaces) {
   EXPECT_THAT(second, testing::StartsWith("{\"trial\":\"w1000\""));  // place 1000, w5 counted
 }
 
-TEST_F(MergeTest, OtherInstancesAreRefusedWithWhatDiffers) {
+TEST_F(MergeTest, RejectsOtherInstancesAndNamesDifferences) {
   const fs::path a = make("a", {trial("w0")}, manifest({"walker"}, {"w0"}));
   Json other = manifest({"walker"}, {"w1"});
   other["instance_set"] = "5e8";
@@ -143,7 +143,7 @@ TEST_F(MergeTest, OtherInstancesAreRefusedWithWhatDiffers) {
   other["scenes"][0]["identity"] = "j";
   const fs::path b = make("b", {trial("w1")}, other);
   EXPECT_THAT(refused({a, b}),
-              testing::AllOf(HasSubstr("cannot be merged"), HasSubstr("seed: 1 in " + a.string() + ", 7 in"),
+              testing::AllOf(HasSubstr("cannot merge"), HasSubstr("seed: 1 in " + a.string() + ", 7 in"),
                              HasSubstr("scene 'toy', identity: \"i\"")));
   EXPECT_FALSE(fs::exists(folder_ / "out"));
   EXPECT_FALSE(fs::exists(folder_ / "out.merging"));
@@ -152,21 +152,21 @@ TEST_F(MergeTest, OtherInstancesAreRefusedWithWhatDiffers) {
   EXPECT_THAT(refused({a, make("c", {trial("w1")}, hard)}), HasSubstr("limits: \"soft\""));
 }
 
-TEST_F(MergeTest, AnotherAlgorithmUnderTheSameNameIsRefused) {
+TEST_F(MergeTest, RejectsDifferentAlgorithmsOfOneName) {
   const fs::path a = make("a", {trial("w0")}, manifest({"walker"}, {"w0"}));
   Json other = manifest({"walker"}, {"w1"});
   other["algorithms"][0]["parameters"]["stride"] = 0.2;
   EXPECT_THAT(
       refused({a, make("b", {trial("w1")}, other)}),
       testing::AllOf(HasSubstr("'walker' (protocol paper)"), HasSubstr("\"stride\":0.2"), HasSubstr("\"name\"")));
-  // The same parameters, but another model file: only the id tells.
+  // The same parameters, but another model file: only the id differs.
   TrialRecord another = trial("w0");
   another.trial = "x0";
   EXPECT_THAT(refused({a, make("c", {another}, manifest({"walker"}, {"x0"}))}),
               testing::AllOf(HasSubstr("w0"), HasSubstr("x0"), HasSubstr("both walker on toy calm #0")));
 }
 
-TEST_F(MergeTest, NewerFormatsDamagedFoldersAndForeignFoldersAreRefused) {
+TEST_F(MergeTest, RejectsNewerDamagedAndForeignFolders) {
   const fs::path a = make("a", {trial("w0")}, manifest({"walker"}, {"w0"}));
   Json newer = manifest({"walker"}, {"w0"});
   newer["format"] = 2;
@@ -174,14 +174,14 @@ TEST_F(MergeTest, NewerFormatsDamagedFoldersAndForeignFoldersAreRefused) {
   write_file_atomically(folder_ / "newer/manifest.json", newer.dump());
   EXPECT_THAT(refused({a, folder_ / "newer"}), HasSubstr("newer"));
   const fs::path damaged = make("damaged", {trial("w1")}, manifest({"walker"}, {"w1"}));
-  std::ofstream(damaged / "trials/0000.jsonl", std::ios::app) << "rubbish\n";
+  std::ofstream(damaged / "trials/0000.jsonl", std::ios::app) << "malformed\n";
   EXPECT_THAT(refused({a, damaged}), HasSubstr("0000.jsonl:5"));
-  EXPECT_THAT(refused({a}, "a/../a"), HasSubstr("among the folders"));
+  EXPECT_THAT(refused({a}, "a/../a"), HasSubstr("one of the folders to merge"));
   EXPECT_THAT(refused({a}, "newer"), HasSubstr("newer"));
-  EXPECT_THAT(refused({a}, "damaged"), HasSubstr("results of its own"));
+  EXPECT_THAT(refused({a}, "damaged"), HasSubstr("contains the results of a run"));
   fs::create_directories(folder_ / "mine/notes");
   EXPECT_THAT(refused({a}, "mine"), HasSubstr("not empty"));
-  EXPECT_THAT(refused({folder_ / "mine"}), HasSubstr("no results folder"));
+  EXPECT_THAT(refused({folder_ / "mine"}), HasSubstr("is not a results folder"));
   EXPECT_EQ(read_trials(a).size(), 1U);
 }
 

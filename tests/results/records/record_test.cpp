@@ -26,8 +26,8 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-// What a specification asked for stands in the closing line; where none did, nothing of it does.
-TEST(Record, TheMtfIsWrittenWhereItWasMeasured) {
+// The closing line has MTF members only where a specification asks for them.
+TEST(Record, WritesMtfOnlyWhereMeasured) {
   TrialRecord record = sample_trial("0123456789abcdef");
   EXPECT_THAT(to_lines(record), testing::Not(HasSubstr("mtf")));
   const auto read_back = [&record] { return read_trial_line(lines_of(to_lines(record)).back(), "here").trial; };
@@ -47,9 +47,9 @@ TEST(Record, TheMtfIsWrittenWhereItWasMeasured) {
   EXPECT_EQ(again.own_optimum_mtf.corner, 1);
 }
 
-TEST(Record, WhatOtherRulesNeedIsWrittenWhereTheGlueShiftsTheLens) {
+TEST(Record, WritesScoresOfOtherRulesOnlyWhereCuringShiftsTheLens) {
   TrialRecord record = sample_trial("0123456789abcdef");
-  EXPECT_FALSE(lacks_rules(record)) << "commanded_mse is it";
+  EXPECT_FALSE(lacks_rules(record)) << "equals commanded_mse";
   EXPECT_THAT(to_lines(record), testing::Not(HasSubstr("glued")));
   const TrialRecord earlier = record;
   record.uncured_mse = 1e-4;
@@ -66,14 +66,14 @@ TEST(Record, WhatOtherRulesNeedIsWrittenWhereTheGlueShiftsTheLens) {
   EXPECT_EQ(again.glued_mse_error, record.glued_mse_error);
   EXPECT_EQ(again.best_mtf.corner, 0.25);
   EXPECT_EQ(again.current_uncured_mtf.centre, 0.125);
-  EXPECT_TRUE(as_recorded_then(earlier, record).glued_mse.empty());
-  EXPECT_EQ(as_recorded_then(record, record).glued_mse, record.glued_mse);
+  EXPECT_TRUE(with_members_of(earlier, record).glued_mse.empty());
+  EXPECT_EQ(with_members_of(record, record).glued_mse, record.glued_mse);
   record.glued_mse.pop_back();
   EXPECT_THROW(read_trial_line(lines_of(to_lines(record)).back(), "here"), Error);
 }
 
 // The examples of results/README.md, byte for byte.
-TEST(Record, IsWrittenAsTheFormatSays) {
+TEST(Record, WritesTheExamplesOfTheFormat) {
   TrialRecord record;
   record.trial = "4f1c0a9b2d3e4f50";
   record.end = "budget_spent";
@@ -141,7 +141,7 @@ TEST(Record, ReadsBackBitForBit) {
   EXPECT_EQ(closing.trial.uncured_mse, record.uncured_mse);
 }
 
-TEST(Record, WhatIsNotFiniteIsNullAndReadsAsNaN) {
+TEST(Record, WritesNonFiniteAsNullAndReadsItAsNaN) {
   TrialRecord record = sample_trial("0123456789abcdef", 0);
   record.steps[0].merit = std::numeric_limits<double>::infinity();
   record.steps[0].true_pose = {std::numeric_limits<double>::quiet_NaN(), 1};
@@ -154,14 +154,14 @@ TEST(Record, WhatIsNotFiniteIsNullAndReadsAsNaN) {
   EXPECT_EQ(step.true_pose[1], 1);
 }
 
-TEST(Record, AMessageThatIsNoUtf8IsStillWritten) {
+TEST(Record, WritesMessagesOfInvalidUtf8) {
   TrialRecord record = sample_trial("0123456789abcdef", 0);
   record.message = "bad \xff byte";
   const auto lines = lines_of(to_lines(record));
   EXPECT_THAT(read_trial_line(lines[1], "x").trial.message, HasSubstr("bad"));
 }
 
-TEST(Record, NewerFormatsAndDamageAreRefusedWithThePlace) {
+TEST(Record, RejectsNewerFormatsAndDamageWithPosition) {
   std::string closing = lines_of(to_lines(sample_trial("0123456789abcdef", 0)))[1];
   closing.replace(closing.find(":1,"), 3, ":2,");
   EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { read_trial_line(closing, "trials/0000.jsonl:7"); }),
@@ -172,13 +172,13 @@ TEST(Record, NewerFormatsAndDamageAreRefusedWithThePlace) {
               HasSubstr("commanded_pose"));
 }
 
-// A report takes room for every step of the budget.
-TEST(Record, MoreStepsThanATrialCanHaveAreRefused) {
+// A report allocates memory for every step of the budget.
+TEST(Record, RejectsMoreStepsThanTheLimit) {
   TrialRecord record = sample_trial("0123456789abcdef", 0);
   record.budget = 4'000'000'000U;
   EXPECT_THAT(
       error_text(ErrorKind::bad_input, [&] { read_trial_line(lines_of(to_lines(record))[1], "f:2"); }),
-      testing::AllOf(testing::StartsWith("f:2"), HasSubstr("found step 4000000000, a trial has 100000 at most")));
+      testing::AllOf(testing::StartsWith("f:2"), HasSubstr("found step 4000000000; a trial has at most 100000")));
   record.steps[0].step = 100'001;
   EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { read_trial_line(lines_of(to_lines(record))[0], "f:1"); }),
               HasSubstr("found step 100001"));

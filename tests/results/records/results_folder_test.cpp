@@ -60,7 +60,7 @@ TEST_F(ResultsFolderTest, WritesAndReadsTrials) {
   EXPECT_EQ(read_times(folder_)[1].trial, "bb");
 }
 
-TEST_F(ResultsFolderTest, ThreadsMayAppendAtOnce) {
+TEST_F(ResultsFolderTest, AppendsFromSeveralThreads) {
   ResultsWriter writer(folder_);
   writer.write_manifest({{"format", 1}});
   std::vector<std::thread> threads;
@@ -73,9 +73,9 @@ TEST_F(ResultsFolderTest, ThreadsMayAppendAtOnce) {
   EXPECT_EQ(trials().size(), 100U);
 }
 
-// Cut at every byte of the second trial's block: the first trial stays whole, the second is no result, and
-// running it again gives the bytes of a run that was never cut.
-TEST_F(ResultsFolderTest, AHalfWrittenTailIsNoResult) {
+// Cut within the second trial's block: the first trial stays whole, the second does not count, and running it again
+// gives the bytes of a run that was never cut.
+TEST_F(ResultsFolderTest, CutsHalfWrittenTails) {
   std::string whole;
   {
     ResultsWriter writer(folder_);
@@ -115,7 +115,7 @@ TEST_F(ResultsFolderTest, ReaderNamesIncompleteTrials) {
   EXPECT_THAT(incomplete, ElementsAre("bb"));
 }
 
-TEST_F(ResultsFolderTest, DamageInTheMiddleIsAnErrorWithItsLine) {
+TEST_F(ResultsFolderTest, ReportsDamageInTheMiddleWithItsLine) {
   {
     ResultsWriter writer(folder_);
     writer.write_manifest({{"format", 1}});
@@ -128,10 +128,10 @@ TEST_F(ResultsFolderTest, DamageInTheMiddleIsAnErrorWithItsLine) {
   lines.erase(lines.find('\n') + 1, lines.find('\n', lines.find('\n') + 1) - lines.find('\n'));
   write_file_atomically(folder_ / "trials/0000.jsonl", lines);
   EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { read_trials(folder_); }),
-              HasSubstr("trial aa has 2 step lines where its closing line says 3"));
+              HasSubstr("trial aa has 2 step lines, but its closing line counts 3"));
 }
 
-TEST_F(ResultsFolderTest, FinishBringsThePlansOrder) {
+TEST_F(ResultsFolderTest, FinishSortsByThePlan) {
   const std::vector<std::string> order = {"aa", "bb", "cc", "dd"};
   {
     ResultsWriter writer(folder_ / "one");
@@ -157,7 +157,7 @@ TEST_F(ResultsFolderTest, FinishBringsThePlansOrder) {
     EXPECT_FALSE(fs::exists(folder_ / "two" / name)) << name;
 }
 
-TEST_F(ResultsFolderTest, ACrashWhileFinishingLosesNothing) {
+TEST_F(ResultsFolderTest, RecoversFromCrashDuringFinish) {
   {
     ResultsWriter writer(folder_);
     writer.write_manifest({{"format", 1}});
@@ -176,7 +176,7 @@ TEST_F(ResultsFolderTest, ACrashWhileFinishingLosesNothing) {
   EXPECT_FALSE(fs::exists(folder_ / "trials.old"));
 }
 
-TEST_F(ResultsFolderTest, DroppedTrialsAreGoneAndComeAgain) {
+TEST_F(ResultsFolderTest, DropsTrialsThatCanBeAppendedAgain) {
   ResultsWriter writer(folder_);
   writer.write_manifest({{"format", 1}});
   for (const char* id : {"aa", "bb", "cc"}) add(writer, 0, id);
@@ -188,7 +188,7 @@ TEST_F(ResultsFolderTest, DroppedTrialsAreGoneAndComeAgain) {
   EXPECT_THAT(trials(), ElementsAre("bb", "aa"));
 }
 
-TEST_F(ResultsFolderTest, PlannedTrialsFollowTheManifest) {
+TEST_F(ResultsFolderTest, ReadsPlannedTrialsInManifestOrder) {
   ResultsWriter writer(folder_);
   for (const char* id : {"aa", "bb", "cc"}) add(writer, 0, id);
   writer.write_manifest({{"format", 1}, {"order", {"cc", "missing", "aa"}}});
@@ -197,7 +197,7 @@ TEST_F(ResultsFolderTest, PlannedTrialsFollowTheManifest) {
   EXPECT_THAT(ids, ElementsAre("cc", "aa"));
 }
 
-TEST_F(ResultsFolderTest, TwoWritersAtOnceAreRefused) {
+TEST_F(ResultsFolderTest, RejectsSecondWriter) {
   {
     ResultsWriter writer(folder_);
     writer.write_manifest({{"format", 1}});
@@ -208,15 +208,14 @@ TEST_F(ResultsFolderTest, TwoWritersAtOnceAreRefused) {
   EXPECT_THAT(after.finished_trials(), ElementsAre("aa"));
 }
 
-TEST_F(ResultsFolderTest, ForeignFoldersAreLeftAlone) {
+TEST_F(ResultsFolderTest, RejectsForeignFolders) {
   write_file_atomically(folder_ / "thesis.tex", "years of work");
   EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { ResultsWriter writer(folder_); }),
-              testing::AllOf(HasSubstr("no results folder"), HasSubstr("thesis.tex")));
+              testing::AllOf(HasSubstr("is not a results folder"), HasSubstr("thesis.tex")));
   EXPECT_FALSE(fs::exists(folder_ / "trials"));
-  // Somebody else's manifest.json.
+  // The manifest.json of another program.
   write_file_atomically(folder_ / "manifest.json", "{\"name\": \"web page\"}");
-  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { ResultsWriter writer(folder_); }),
-              HasSubstr("does not name its format"));
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { ResultsWriter writer(folder_); }), HasSubstr("has no \"format\""));
   write_file_atomically(folder_ / "manifest.json", "{\"form");
   EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { ResultsWriter writer(folder_); }), HasSubstr("damaged"));
 }
@@ -228,7 +227,7 @@ TEST_F(ResultsFolderTest, NewerFormatsAreRefused) {
   EXPECT_FALSE(fs::exists(folder_ / "trials"));
 }
 
-TEST_F(ResultsFolderTest, FoldersThatCannotBeWrittenAreNamed) {
+TEST_F(ResultsFolderTest, NamesFoldersThatCannotBeWritten) {
   write_file_atomically(folder_ / "file", "");
   EXPECT_THAT(error_text(ErrorKind::io, [&] { ResultsWriter writer(folder_ / "file"); }), HasSubstr("file"));
   EXPECT_THAT(error_text(ErrorKind::io, [&] { ResultsWriter writer(folder_ / "file" / "below"); }), HasSubstr("below"));
@@ -238,8 +237,8 @@ TEST_F(ResultsFolderTest, FoldersThatCannotBeWrittenAreNamed) {
   EXPECT_THAT(error_text(ErrorKind::io, [&] { read_trials(folder_ / "missing"); }), HasSubstr("no such folder"));
 }
 
-// A limit on the size of files acts like a full disk: the write stops in the middle of a block.
-TEST_F(ResultsFolderTest, AFullDiskLeavesNoHalfTrial) {
+// A limit on file size acts like a full disk: the write stops in the middle of a block.
+TEST_F(ResultsFolderTest, FullDiskLeavesNoHalfTrial) {
   ResultsWriter writer(folder_);
   writer.write_manifest({{"format", 1}});
   add(writer, 0, "aa");
@@ -262,8 +261,8 @@ TEST_F(ResultsFolderTest, AFullDiskLeavesNoHalfTrial) {
   EXPECT_THAT(trials(), ElementsAre("aa", "bb"));
 }
 
-// A device that is always full, in place of the file.
-TEST_F(ResultsFolderTest, AFullDeviceIsAnError) {
+// Writes to a device that is always full.
+TEST_F(ResultsFolderTest, ReportsFullDevice) {
   if (!fs::exists("/dev/full")) GTEST_SKIP() << "this system has no /dev/full";
   ResultsWriter writer(folder_);
   fs::create_symlink("/dev/full", folder_ / "times" / "0000.jsonl");
@@ -272,14 +271,14 @@ TEST_F(ResultsFolderTest, AFullDeviceIsAnError) {
   fs::remove(folder_ / "times" / "0000.jsonl");
 }
 
-TEST_F(ResultsFolderTest, WhatWasPublishedWithoutItsTrialsIsNoEmptyStudy) {
+TEST_F(ResultsFolderTest, RejectsStudiesPublishedWithoutTrials) {
   {
     ResultsWriter writer(folder_);
     writer.write_manifest({{"format", 1}});
   }
   EXPECT_THAT(read_trials(folder_), IsEmpty());
   fs::remove_all(folder_ / "trials");
-  EXPECT_THAT(read_trials(folder_), IsEmpty()) << "nothing that could be lost";
+  EXPECT_THAT(read_trials(folder_), IsEmpty()) << "nothing to lose";
   write_file_atomically(folder_ / "instances.csv", "trial\n");
   EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { read_trials(folder_); }),
               HasSubstr("was published without its raw trials"));

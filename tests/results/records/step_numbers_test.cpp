@@ -1,4 +1,4 @@
-// The quick reader of a step's numbers against the reader of whole records.
+// The fast reader of step numbers agrees with the reader of whole records.
 #include "records/step_numbers.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ StepRecord step() {
 
 }  // namespace
 
-TEST(StepNumbers, OfAStepAsItIsWritten) {
+TEST(StepNumbers, ReadsStepLines) {
   StepNumbersReader reader;
   const StepNumbers read = reader.read(step_line("00000000000000a0", step()), "a line");
   EXPECT_EQ(read.step, 7);
@@ -46,7 +46,7 @@ TEST(StepNumbers, OfAStepAsItIsWritten) {
 }
 
 // As other programs write them.
-TEST(StepNumbers, OfMoreDigitsThanADoubleHas) {
+TEST(StepNumbers, ReadsMoreDigitsThanADoubleHas) {
   std::string line = step_line("00000000000000a0", step());
   const std::string found = "\"recommended_seconds\":12.5";
   for (const auto& [text, value] : {std::pair{"0.199999999999999999999999", 0.2},
@@ -61,10 +61,10 @@ TEST(StepNumbers, OfMoreDigitsThanADoubleHas) {
   }
 }
 
-TEST(StepNumbers, MembersInAnotherOrderAndDamage) {
+TEST(StepNumbers, ReadsAnyMemberOrderAndReportsDamage) {
   StepNumbersReader reader;
   Json json = Json::parse(step_line("00000000000000a0", step()));
-  EXPECT_EQ(reader.read(json.dump(), "a line").recommended_seconds, 12.5);  // by the alphabet
+  EXPECT_EQ(reader.read(json.dump(), "a line").recommended_seconds, 12.5);  // sorted by key
   json.erase("measured");
   try {
     reader.read(json.dump(), "trials/0000.jsonl:3");

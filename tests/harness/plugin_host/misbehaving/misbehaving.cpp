@@ -1,4 +1,4 @@
-// For tests: does what plugins must not do, as asked.
+// For tests: does what plugins must not do, chosen by a parameter.
 #include <locale.h>
 #include <unistd.h>
 #include <xmmintrin.h>

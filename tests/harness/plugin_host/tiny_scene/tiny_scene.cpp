@@ -1,4 +1,4 @@
-// For tests: the smallest scene; every pixel is the sum of pose and frame seed.
+// For tests: a minimal scene; every pixel is the sum of pose and frame seed.
 #include <cmath>
 #include <relign/plugin.hpp>
 

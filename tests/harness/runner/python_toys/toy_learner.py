@@ -1,4 +1,4 @@
-"""Learns beforehand what merits look like: ../toy_learner in Python, byte for byte."""
+"""An algorithm with pretraining: ../toy_learner in Python, byte for byte."""
 
 from relign_bench.plugin import Optimizer, parameter, serve
 
@@ -7,7 +7,7 @@ class ToyLearner(Optimizer):
     id = "toy-learner"
     prepare = {"sources": "sources", "steps": 3}
     sources = parameter(2, minimum=1, maximum=4, description="How many")
-    bytes = parameter(0, description="So many are saved besides")
+    bytes = parameter(0, description="Additional bytes to save")
     trips_on = parameter(-1, description="The source on which it fails")
 
     def run(self, talk):

@@ -1,4 +1,4 @@
-"""A station in memory: its own crooked stage before a spot, and a start nobody is told; ../toy_station in Python."""
+"""A simulated station with a distorted stage and a hidden start: ../toy_station in Python."""
 
 import os
 

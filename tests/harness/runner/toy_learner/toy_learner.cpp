@@ -1,6 +1,6 @@
-// Learns beforehand: how often it sampled on which source, and the merits there. In a trial it recommends nothing and
-// logs what it loaded. Parameter "forgets": saves nothing; "trips_on": fails on that source; "crashes_on" and
-// "hangs_on": does that there.
+// An algorithm with pretraining: saves its sources, numbers of samples and merits. In a trial it recommends nothing and
+// logs what it loaded. Parameters: "forgets" saves nothing; "trips_on" fails, "crashes_on" crashes and "hangs_on" hangs
+// on that source.
 #include <chrono>
 #include <cstdlib>
 #include <relign/plugin.hpp>

@@ -1,4 +1,4 @@
-// A scene that costs nothing: one lens element, two axes, a Gaussian spot.
+// A fast scene: one lens element, two axes, a Gaussian spot.
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-// A station worked out by hand: two axes of 2 mm, distortion and start hidden, 0.25 s a move, 0.5 s a capture.
+// A station with known values: two axes of 2 mm, hidden distortion and start, 0.25 s per move, 0.5 s per capture.
 #include <cmath>
 #include <relign/plugin.hpp>
 
@@ -70,7 +70,7 @@ class ToyStation final : public relign::Station {
     return place - before;
   }
 
-  inline static unsigned begins = 0;  // one station, however many objects drive it
+  inline static unsigned begins = 0;  // one station, for any number of objects
   std::int64_t fails_at_move_;
   std::int64_t moves_ = 0;
   std::vector<float> reference_;

@@ -1,4 +1,4 @@
-// A scene whose scores are known by hand. Three axes (x, y in mm, Rx in deg); 3 x 2 pixels.
+// A scene whose scores can be computed by hand. Three axes (x, y in mm, Rx in deg); 3 x 2 pixels.
 // Reference: 0.5 everywhere, in rows with a gap between them. Capture: 0.5 + d + noise, where d is the distance of the
 // true pose from the optimum (0.5 on every axis, x moved by the offset of L1) and the noise is one number
 // made from the frame seed. Noise-free MSE: d^2 + 1e-6 u(seed), standard error 1e-7.
@@ -79,7 +79,7 @@ class FakeScene final : public relign::Scene {
     image.height = 2;
     image.channels = 1;
     image.pixels = reference_;
-    image.row_stride_bytes = 4 * sizeof(float);  // the fourth value of a row belongs to no pixel
+    image.row_stride_bytes = 4 * sizeof(float);  // the fourth value of a row is padding
     return image;
   }
 

@@ -1,4 +1,4 @@
-"""Uses the services as its script says and prints their answers: service_user.cpp in Python, word for word."""
+"""Calls services according to a script and prints their answers: service_user.cpp in Python, word for word."""
 import json
 import math
 import time

@@ -1,4 +1,4 @@
-"""Uses the services as its script says, and learns beforehand."""
+"""Calls services according to a script, and is pretrained."""
 from relign_bench.plugin import serve
 from service_user import ServiceUser
 

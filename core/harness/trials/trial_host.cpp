@@ -1,4 +1,4 @@
-#include "trials/conversation.h"
+#include "trials/trial_host.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,8 +14,8 @@
 namespace relign::trials {
 namespace {
 
-// An algorithm that goes on asking this often for steps it cannot get will never end by itself.
-constexpr std::uint64_t kMostRefusals = 100'000;
+// After so many refused requests the host concludes that the algorithm will never return by itself.
+constexpr std::uint64_t kMaxRefusals = 100'000;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -35,34 +35,34 @@ std::vector<float> packed(const relign_image& image) {
 }  // namespace
 
 // Stops the algorithm's clock for the time of one answer.
-struct Conversation::Answer {
-  explicit Answer(Conversation& conversation) : host(conversation) {
+struct TrialHost::Answer {
+  explicit Answer(TrialHost& conversation) : host(conversation) {
     host.algorithm_seconds_ += seconds_since(host.left_host_);
   }
   ~Answer() { host.left_host_ = Clock::now(); }
   Answer(const Answer&) = delete;
   Answer& operator=(const Answer&) = delete;
 
-  Conversation& host;
+  TrialHost& host;
 };
 
-Conversation::Conversation(const TrialSetup& setup, Rules rules)
+TrialHost::TrialHost(const TrialSetup& setup, Rules rules)
     : setup_(&setup),
       rules_(std::move(rules)),
-      rig_(make_rig(setup, rules_)),
+      stage_(make_stage(setup, rules_)),
       reference_(packed(setup.reference)),
       pixels_(reference_.size()),
       best_merit_(std::numeric_limits<double>::infinity()),
       left_host_(Clock::now()),
       thread_(std::this_thread::get_id()) {
   describe_task();
-  Rig::Arrival start = rig_->start();
+  Stage::Arrival start = stage_->start();
   pending_.commanded_pose = std::move(start.commanded_pose);
   pending_.true_pose = std::move(start.true_pose);
   capture();
 }
 
-void Conversation::describe_task() {
+void TrialHost::describe_task() {
   const SceneFacts& scene = *setup_->scene;
   Json axes = Json::array();
   for (const Axis& axis : scene.axes)
@@ -104,76 +104,78 @@ void Conversation::describe_task() {
   table_.get_service = answer_service;
 }
 
-// ---- what the algorithm calls -----------------------------------------------------------------
+// ---- functions that the algorithm calls -------------------------------------------------------
 
-relign_status Conversation::answer_first(void* context, relign_observation* seen) {
-  Conversation& host = self(context);
+relign_status TrialHost::answer_first(void* context, relign_observation* observation) {
+  TrialHost& host = self(context);
   const Answer answer(host);
-  if (!seen || seen->struct_size < kSmallestObservation || host.pending_.number != 0)
+  if (!observation || observation->struct_size < kMinObservationSize || host.pending_.number != 0)
     return host.refuse(RELIGN_BAD_ARGUMENT);
-  host.tell(seen);
+  host.write_observation(observation);
   return RELIGN_OK;
 }
 
-relign_status Conversation::answer_step(void* context, const double* pose, std::uint32_t axes,
-                                        relign_observation* seen) {
-  return self(context).request(pose, axes, false, seen);
+relign_status TrialHost::answer_step(void* context, const double* pose, std::uint32_t axes,
+                                     relign_observation* observation) {
+  return self(context).request(pose, axes, false, observation);
 }
 
-relign_status Conversation::answer_move(void* context, const double* delta, std::uint32_t axes,
-                                        relign_observation* seen) {
-  return self(context).request(delta, axes, true, seen);
+relign_status TrialHost::answer_move(void* context, const double* delta, std::uint32_t axes,
+                                     relign_observation* observation) {
+  return self(context).request(delta, axes, true, observation);
 }
 
-relign_status Conversation::answer_recommend(void* context, const double* pose, std::uint32_t axes) {
-  Conversation& host = self(context);
+relign_status TrialHost::answer_recommend(void* context, const double* pose, std::uint32_t axes) {
+  TrialHost& host = self(context);
   const Answer answer(host);
   if (!host.is_pose(pose, axes)) return host.refuse(RELIGN_BAD_ARGUMENT);
   host.own_recommendation_.emplace(pose, pose + axes);
   return RELIGN_OK;
 }
 
-const void* Conversation::answer_service(void* context, relign_text id) {
+const void* TrialHost::answer_service(void* context, relign_text id) {
   return id.data ? self(context).services_.get({id.data, static_cast<std::size_t>(id.size)}) : nullptr;
 }
 
-relign_status Conversation::request(const double* values, std::uint32_t axes, bool relative, relign_observation* seen) {
+relign_status TrialHost::request(const double* values, std::uint32_t axes, bool relative,
+                                 relign_observation* observation) {
   if (std::this_thread::get_id() != thread_) return RELIGN_BAD_ARGUMENT;
   const Answer answer(*this);
   if (budget_is_spent()) return refuse(RELIGN_STOP);
-  if (asked_to_stop()) return refuse(RELIGN_STOP);
-  if (!seen || seen->struct_size < kSmallestObservation || !is_pose(values, axes)) return refuse(RELIGN_BAD_ARGUMENT);
+  if (stop_requested()) return refuse(RELIGN_STOP);
+  if (!observation || observation->struct_size < kMinObservationSize || !is_pose(values, axes))
+    return refuse(RELIGN_BAD_ARGUMENT);
   try {
     std::vector<double> commanded(values, values + axes);
     if (relative)
-      for (std::size_t i = 0; i < commanded.size(); ++i) commanded[i] += rig_->reached_pose()[i];
+      for (std::size_t i = 0; i < commanded.size(); ++i) commanded[i] += stage_->reached_pose()[i];
     close_step();
     move_and_capture(within_largest_move(std::move(commanded)));
-    tell(seen);
+    write_observation(observation);
     return RELIGN_OK;
   } catch (...) {
-    // Scene or on_step, not the algorithm: close() tells them apart by this.
+    // Marks a failure of the scene or of on_step, which close() rethrows, unlike one of the algorithm.
     host_failure_ = std::current_exception();
     throw;
   }
 }
 
-relign_status Conversation::refuse(relign_status status) {
-  if (++refused_ < kMostRefusals) return status;
-  if (refused_ == 2 * kMostRefusals && setup_->on_runaway) setup_->on_runaway();
+relign_status TrialHost::refuse(relign_status status) {
+  if (++refused_ < kMaxRefusals) return status;
+  if (refused_ == 2 * kMaxRefusals && setup_->on_runaway) setup_->on_runaway();
   if (refusal_.empty())
-    refusal_ = "asked " + std::to_string(kMostRefusals) + " times for what it cannot get (" +
+    refusal_ = "made " + std::to_string(kMaxRefusals) + " requests that had to be refused (" +
                (status == RELIGN_STOP ? "steps beyond the end of the trial)" : "bad arguments)");
   return RELIGN_FAILED;
 }
 
-bool Conversation::is_pose(const double* values, std::uint32_t axes) const {
+bool TrialHost::is_pose(const double* values, std::uint32_t axes) const {
   return values && axes == task_.axes && std::all_of(values, values + axes, [](double v) { return std::isfinite(v); });
 }
 
-void Conversation::tell(relign_observation* seen) const {
+void TrialHost::write_observation(relign_observation* observation) const {
   relign_observation all{};
-  all.struct_size = static_cast<std::uint32_t>(std::min<std::size_t>(seen->struct_size, sizeof all));
+  all.struct_size = static_cast<std::uint32_t>(std::min<std::size_t>(observation->struct_size, sizeof all));
   all.step = pending_.number;
   all.pose = pending_.commanded_pose.data();
   all.merit = rules_.knows & RELIGN_KNOWS_MERIT ? pending_.merit : std::numeric_limits<double>::quiet_NaN();
@@ -181,13 +183,13 @@ void Conversation::tell(relign_observation* seen) const {
   all.limits_high = pending_.limits_high;
   all.image = rules_.knows & RELIGN_KNOWS_IMAGES ? &image_ : nullptr;
   all.machine_seconds = pending_.machine_seconds;
-  std::memcpy(seen, &all, all.struct_size);
+  std::memcpy(observation, &all, all.struct_size);
 }
 
 // ---- one step ---------------------------------------------------------------------------------
 
-std::vector<double> Conversation::within_largest_move(std::vector<double> commanded) const {
-  const std::vector<double>& here = rig_->reached_pose();
+std::vector<double> TrialHost::within_largest_move(std::vector<double> commanded) const {
+  const std::vector<double>& here = stage_->reached_pose();
   for (std::size_t i = 0; i < commanded.size(); ++i) {
     const double move = commanded[i] - here[i];
     if (std::fabs(move) > rules_.largest_move) commanded[i] = here[i] + std::copysign(rules_.largest_move, move);
@@ -195,8 +197,8 @@ std::vector<double> Conversation::within_largest_move(std::vector<double> comman
   return commanded;
 }
 
-void Conversation::move_and_capture(const std::vector<double>& commanded) {
-  Rig::Arrival arrival = rig_->step_to(commanded);
+void TrialHost::move_and_capture(const std::vector<double>& commanded) {
+  Stage::Arrival arrival = stage_->step_to(commanded);
   Step step;
   step.number = pending_.number + 1;
   step.commanded_pose = std::move(arrival.commanded_pose);
@@ -209,15 +211,15 @@ void Conversation::move_and_capture(const std::vector<double>& commanded) {
   capture();
 }
 
-// The capture of the pending step, its score and its time.
-void Conversation::capture() {
+// Takes the capture of the pending step, and its score and time.
+void TrialHost::capture() {
   const auto start = Clock::now();
-  pending_.machine_seconds += rig_->capture(pending_.number, pixels_.data());
+  pending_.machine_seconds += stage_->capture(pending_.number, pixels_.data());
   pending_.simulation_seconds = seconds_since(start);
   pending_.measured_rmse = images::rmse(pixels_.data(), reference_.data(), pixels_.size());
   if (!std::isfinite(pending_.measured_rmse))
     throw Error(ErrorKind::plugin_failed, "scene '" + setup_->scene->name + "': the capture of step " +
-                                              std::to_string(pending_.number) + " has pixels that are no numbers");
+                                              std::to_string(pending_.number) + " has non-finite pixels");
   pending_.merit = rules_.merit == Merit::combined
                        ? combined_merit(pending_.measured_rmse, pending_.true_pose, setup_->scene->nominal_pose)
                        : pending_.measured_rmse;
@@ -229,10 +231,10 @@ void Conversation::capture() {
 
 // ---- the record of a step ---------------------------------------------------------------------
 
-void Conversation::close_step() {
+void TrialHost::close_step() {
   const auto start = Clock::now();
   choose_recommendation();
-  const Rig::VirtualMove move = rig_->would_reach(pending_.recommended_pose);
+  const Stage::VirtualMove move = stage_->would_reach(pending_.recommended_pose);
   pending_.recommended_true_pose = move.true_pose;
   pending_.recommended_seconds = pending_.machine_seconds + move.machine_seconds;
   pending_.commanded_truth = truth_at(pending_.true_pose, pending_.number, FrameStream::truth_commanded);
@@ -243,7 +245,7 @@ void Conversation::close_step() {
   if (setup_->on_step) setup_->on_step(pending_, pixels_.data());
 }
 
-void Conversation::choose_recommendation() {
+void TrialHost::choose_recommendation() {
   if (own_recommendation_) {
     pending_.recommendation_source = RecommendationSource::own;
     pending_.recommended_pose = *own_recommendation_;
@@ -256,31 +258,31 @@ void Conversation::choose_recommendation() {
   }
 }
 
-// One evaluation per true pose: a recommendation that stays costs nothing, and reads the same.
-Truth Conversation::truth_at(const std::vector<double>& true_pose, unsigned step, FrameStream stream) {
+// Evaluates each true pose once: an unchanged recommendation costs nothing and keeps its value.
+Truth TrialHost::truth_at(const std::vector<double>& true_pose, unsigned step, FrameStream stream) {
   const std::uint64_t seed = frame_seed(setup_->instance->seed, step, stream);
   if (setup_->preparing) return {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
-  if (!rig_->tells_truth()) return rig_->truth_at(true_pose, seed);
+  if (!stage_->has_ground_truth()) return stage_->truth_at(true_pose, seed);
   if (const auto known = truths_.find(true_pose); known != truths_.end()) return known->second;
-  return truths_[true_pose] = rig_->truth_at(true_pose, seed);
+  return truths_[true_pose] = stage_->truth_at(true_pose, seed);
 }
 
-Truth Conversation::uncured_truth() {
+Truth TrialHost::uncured_truth() {
   if (uncured_true_pose_.empty()) return {std::numeric_limits<double>::quiet_NaN(), 0};
   return truth_at(uncured_true_pose_, pending_.number, FrameStream::truth_recommended);
 }
 
-std::vector<Truth> Conversation::glued_truths() {
+std::vector<Truth> TrialHost::glued_truths() {
   std::vector<Truth> truths;
-  if (uncured_true_pose_.empty() || setup_->preparing || !rig_->tells_truth()) return truths;
+  if (uncured_true_pose_.empty() || setup_->preparing || !stage_->has_ground_truth()) return truths;
   for (const Step& step : steps_)
     truths.push_back(truth_at(glued_true_pose(step), step.number, FrameStream::truth_recommended));
   return truths;
 }
 
-void Conversation::algorithm_ended() { algorithm_seconds_ += seconds_since(left_host_); }
+void TrialHost::algorithm_ended() { algorithm_seconds_ += seconds_since(left_host_); }
 
-void Conversation::close() {
+void TrialHost::close() {
   if (host_failure_) std::rethrow_exception(host_failure_);
   close_step();
 }
