@@ -169,7 +169,7 @@ class Readers(unittest.TestCase):
                 for place in self.ELSEWHERE.get(name, ()):
                     del expected[f"{place}/{tools.UNKNOWN}"]
                 said = self.said_of(name, document)[1]
-                found = re.findall(rf': (/\S*{tools.UNKNOWN}): unknown key "{tools.UNKNOWN}"; known: (.*)', said)
+                found = re.findall(rf": (/\S*{tools.UNKNOWN}): unknown key '{tools.UNKNOWN}'; allowed: (.*)", said)
                 found = {place: set(known.split(", ")) for place, known in found}
                 self.assertEqual(found.keys(), expected.keys(), said)
                 # Of alternatives a reader knows those that it meets: together the objects of one kind have all.

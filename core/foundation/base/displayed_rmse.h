@@ -1,11 +1,11 @@
-// How a signed, unbiased mean squared error is shown.
+// Converts a signed, unbiased mean squared error into the RMSE that is displayed.
 #pragma once
 
 #include <cmath>
 
 namespace relign {
 
-// sqrt(max(0, mse)): noise may bring an error near 0 below it. NaN, which stands for unknown, stays NaN.
+// sqrt(max(0, mse)); the estimate of an error near 0 may be negative. NaN (unknown) stays NaN.
 inline double displayed_rmse(double mse) { return mse <= 0 ? 0 : std::sqrt(mse); }
 
 }  // namespace relign

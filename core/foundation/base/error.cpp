@@ -7,16 +7,17 @@
 namespace relign {
 namespace {
 
-std::string fit_to_show(const std::string& message) {
+std::string printable_excerpt(const std::string& message) {
   if (message.size() <= kLongestError) return printable(message);
   std::size_t cut = kLongestError;
   while (cut > kLongestError - 4 && (static_cast<unsigned char>(message[cut]) & 0xC0U) == 0x80) --cut;
-  return printable(message.substr(0, cut)) + "... (" + std::to_string(message.size() - cut) + " bytes more)";
+  return printable(message.substr(0, cut)) + "... (" + std::to_string(message.size() - cut) + " more bytes)";
 }
 
 }  // namespace
 
-Error::Error(ErrorKind kind, const std::string& message) : std::runtime_error(fit_to_show(message)), kind_(kind) {}
+Error::Error(ErrorKind kind, const std::string& message)
+    : std::runtime_error(printable_excerpt(message)), kind_(kind) {}
 
 std::string Problem::to_string() const {
   std::string text;
@@ -35,7 +36,7 @@ void throw_if_any(const std::vector<Problem>& problems) {
   for (std::size_t i = 0; i < std::min(problems.size(), kMostProblems); ++i)
     text += (i > 0 ? "\n" : "") + problems[i].to_string();
   if (problems.size() > kMostProblems)
-    text += "\nand " + std::to_string(problems.size() - kMostProblems) + " mistakes more";
+    text += "\nand " + std::to_string(problems.size() - kMostProblems) + " more mistakes";
   throw Error(ErrorKind::bad_input, text);
 }
 

@@ -1,7 +1,7 @@
-// Failures as values a user can act on.
+// The project's exception type, and the mistakes collected while a user's file is read.
 //
-// Error is the only exception our rooms throw on purpose. Its kind decides the exit code of the
-// program; its text says what was found, where, what is allowed and what to do.
+// Error is the only exception that the modules throw on purpose. Its kind sets the exit code of the
+// program; its text gives what was found, where, what is allowed and what to do.
 #pragma once
 
 #include <cstddef>
@@ -12,19 +12,19 @@
 namespace relign {
 
 enum class ErrorKind {
-  bad_input,       // arguments, suite or data file of the user: exit code 2
-  plugin_refused,  // a plugin could not be found, loaded or trusted: exit code 5
-  plugin_failed,   // a plugin reported a failure while it worked: a trial outcome, else exit code 1
-  io,              // a folder or file cannot be read or written: exit code 2
-  stopped,         // the user or a signal asked to stop: exit code 75 or 130
-  internal         // a rule of ours was broken: exit code 1
+  bad_input,       // invalid arguments, suite or data file: exit code 2
+  plugin_refused,  // a plugin was not found, could not be loaded or failed a check: exit code 5
+  plugin_failed,   // a plugin failed while it ran: a trial outcome, outside trials exit code 1
+  io,              // a file or folder cannot be read or written: exit code 2
+  stopped,         // stopped by the user or a signal: exit code 75 or 130
+  internal         // a bug in this program: exit code 1
 };
 
 inline constexpr std::size_t kLongestError = 100'000;  // bytes
 inline constexpr std::size_t kMostProblems = 100;
 
-// Messages quote files of strangers: what() is UTF-8 without control characters but line ends and tabs, and is cut
-// after kLongestError bytes.
+// Messages quote untrusted files: what() is UTF-8 without control characters other than line ends and tabs, and is
+// truncated to kLongestError bytes.
 class Error : public std::runtime_error {
  public:
   Error(ErrorKind kind, const std::string& message);
@@ -34,20 +34,20 @@ class Error : public std::runtime_error {
   ErrorKind kind_;
 };
 
-// One mistake in a user's file. line and column count from 1; 0 when the place is unknown.
+// One mistake in a user's file. line and column count from 1; 0 if unknown.
 struct Problem {
   std::string file;
   int line = 0;
   int column = 0;
   std::string pointer;  // JSON pointer, empty outside JSON
-  std::string message;  // found, allowed, nearest name
+  std::string message;  // what was found, what is allowed, nearest name
 
   // "suite.json:14:9: /algorithms/2: unknown algorithm 'bo-pg'; did you mean 'bo-gp'?"
   std::string to_string() const;
 };
 
-// Throws one Error (bad_input) that lists the problems, one a line: the first kMostProblems, and how many more there
-// are. Does nothing without any.
+// Throws one Error(bad_input) that lists the problems, one per line: the first kMostProblems and the number of further
+// ones. Does nothing if `problems` is empty.
 void throw_if_any(const std::vector<Problem>& problems);
 
 }  // namespace relign

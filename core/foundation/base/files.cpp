@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <sstream>
 #include <system_error>
 
 #include "base/error.h"
@@ -17,21 +18,21 @@ namespace fs = std::filesystem;
 namespace {
 
 [[noreturn]] void fail(const char* what, const fs::path& path, int code) {
-  throw Error(ErrorKind::io, std::string(what) + " " + path.string() + ": " + std::strerror(code));
+  throw Error(ErrorKind::io, std::string(what) + " '" + path.string() + "': " + std::strerror(code));
 }
 
 std::string megabytes(std::size_t bytes) {
   return bytes >> 20U > 0 ? std::to_string(bytes >> 20U) + " MB" : std::to_string(bytes) + " bytes";
 }
 
-constexpr std::size_t kPiece = 1 << 16;  // written at a time
+constexpr std::size_t kBufferBytes = 1 << 16;
 
 }  // namespace
 
 AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)), temporary_(path_.string() + ".tmp-XXXXXX") {
   std::error_code code;
   if (path_.has_parent_path()) fs::create_directories(path_.parent_path(), code);
-  if (code) fail("cannot create the folder of", path_, code.value());
+  if (code) fail("cannot create the folder for", path_, code.value());
   descriptor_ = ::mkstemp(temporary_.data());
   if (descriptor_ < 0) fail("cannot write", path_, errno);
 }
@@ -42,18 +43,18 @@ AtomicFile::~AtomicFile() {
 }
 
 void AtomicFile::write(std::string_view piece) {
-  waiting_ += piece;
-  if (waiting_.size() >= kPiece) flush();
+  buffer_ += piece;
+  if (buffer_.size() >= kBufferBytes) flush();
 }
 
 void AtomicFile::flush() {
-  for (std::string_view rest = waiting_; !rest.empty();) {
+  for (std::string_view rest = buffer_; !rest.empty();) {
     const ssize_t written = ::write(descriptor_, rest.data(), rest.size());
     if (written < 0 && errno == EINTR) continue;
     if (written < 0) fail("cannot write", path_, errno);
     rest.remove_prefix(static_cast<std::size_t>(written));
   }
-  waiting_.clear();
+  buffer_.clear();
 }
 
 void AtomicFile::commit() {
@@ -67,7 +68,7 @@ void AtomicFile::commit() {
 
 std::string read_file(const fs::path& path, std::size_t most) {
   std::error_code code;
-  if (fs::is_directory(path, code)) throw Error(ErrorKind::io, "cannot read " + path.string() + ": it is a folder");
+  if (fs::is_directory(path, code)) throw Error(ErrorKind::io, "cannot read '" + path.string() + "': it is a folder");
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) fail("cannot read", path, errno);
   std::string content;
@@ -84,8 +85,8 @@ std::string read_file(const fs::path& path, std::size_t most) {
     content.append(buffer, static_cast<std::size_t>(got));
     if (content.size() > most) {
       ::close(descriptor);
-      throw Error(ErrorKind::bad_input, path.string() + ": the file has more than the " + megabytes(most) +
-                                            " that are read; is it the one that was meant?");
+      throw Error(ErrorKind::bad_input, path.string() + ": the file is larger than " + megabytes(most) +
+                                            ", the most that is read; is it the intended file?");
     }
   }
   ::close(descriptor);
@@ -111,6 +112,15 @@ fs::path cache_folder() {
   fs::create_directories(folder, code);
   if (code || ::access(folder.c_str(), W_OK) != 0) return {};
   return folder;
+}
+
+fs::path program_on_path(const std::string& name) {
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path ? path : "");
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (const fs::path file = fs::path(folder) / name; !folder.empty() && ::access(file.c_str(), X_OK) == 0)
+      return file;
+  return {};
 }
 
 }  // namespace relign

@@ -1,4 +1,4 @@
-// Whole-file reading and writing with errors that name the file and the reason.
+// Reads and writes whole files; errors name the file and the system's reason.
 #pragma once
 
 #include <filesystem>
@@ -9,12 +9,12 @@ namespace relign {
 
 inline constexpr std::size_t kMostFileBytes = std::size_t{1} << 30;
 
-// The file's bytes. Throws Error: io with the path and the system's reason; bad_input when there are more than `most`,
-// of which no more are read: what a stranger's file names may be a device without end.
+// The file's bytes. Throws Error: io if unreadable; bad_input if there are more than `most` bytes, of which no more are
+// read, because an untrusted file may name an endless device.
 std::string read_file(const std::filesystem::path& path, std::size_t most = kMostFileBytes);
 
-// A file written piece by piece into a temporary file in the same folder; commit() flushes it to the disk and renames
-// it. Without commit nothing is left of it. Creates missing folders. Throws Error(io).
+// Writes a file piece by piece to a temporary file in the same folder; commit() flushes it to disk and renames it.
+// Without commit() the temporary file is removed. Creates missing folders. Throws Error(io).
 class AtomicFile {
  public:
   explicit AtomicFile(std::filesystem::path path);
@@ -27,16 +27,18 @@ class AtomicFile {
  private:
   void flush();
   std::filesystem::path path_;
-  std::string temporary_, waiting_;
+  std::string temporary_, buffer_;
   int descriptor_ = -1;
 };
 
-// Writes into a temporary file in the same folder, flushes it to the disk and renames it: readers
-// see the old file or the whole new one. Creates missing folders. Throws Error(io).
+// AtomicFile in one call: readers see either the old file or the complete new one. Throws Error(io).
 void write_file_atomically(const std::filesystem::path& path, std::string_view content);
 
-// The user's cache folder for this program (XDG_CACHE_HOME or ~/.cache, plus "relign-bench"),
-// created if need be; empty when there is none that can be written.
+// The user's cache folder for this program ($XDG_CACHE_HOME or ~/.cache, plus "relign-bench"), created
+// if missing; empty if it is not writable.
 std::filesystem::path cache_folder();
+
+// The first executable file of this name on PATH; empty if there is none.
+std::filesystem::path program_on_path(const std::string& name);
 
 }  // namespace relign

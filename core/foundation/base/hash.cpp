@@ -12,7 +12,7 @@ std::string sha256_hex(std::string_view content) {
   unsigned char digest[EVP_MAX_MD_SIZE];
   unsigned int size = 0;
   if (EVP_Digest(content.data(), content.size(), digest, &size, EVP_sha256(), nullptr) != 1)
-    throw Error(ErrorKind::internal, "SHA-256 is not available from OpenSSL");
+    throw Error(ErrorKind::internal, "OpenSSL does not provide SHA-256");
   return to_hex({reinterpret_cast<const char*>(digest), size});
 }
 

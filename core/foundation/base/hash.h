@@ -1,4 +1,4 @@
-// Content hashes: SHA-256, so that anyone can check them with sha256sum or hashlib.
+// Content hashes. SHA-256, so that anyone can check them with sha256sum or hashlib.
 #pragma once
 
 #include <filesystem>

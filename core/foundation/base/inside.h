@@ -1,11 +1,12 @@
-// Whether a file that a stranger's folder names is in that folder.
+// Keeps file names from untrusted manifests inside the folder of the manifest.
 #pragma once
 
 #include <filesystem>
 
 namespace relign {
 
-// Links followed, of what exists; false also when that fails. `path` itself need not exist.
+// True if `path` is inside `folder` after symbolic links are resolved. `path` need not exist. False if links cannot be
+// resolved.
 bool lies_inside(const std::filesystem::path& path, const std::filesystem::path& folder);
 
 }  // namespace relign

@@ -1,5 +1,5 @@
-// Reading JSON that the program itself wrote. Files that people write are read by ObjectReader (json_source.h), which
-// collects their mistakes.
+// Tolerant access to JSON that the program itself wrote. For files that people write use ObjectReader (json_source.h),
+// which reports every mistake.
 #pragma once
 
 #include <cstdint>
@@ -10,12 +10,12 @@ namespace relign {
 
 using Json = nlohmann::json;
 
-// Members that may be missing or, in a damaged file, of another type. References are borrowed from the object.
-const Json& member(const Json& object, const char* key);      // null without
-std::string text_of(const Json& object, const char* key);     // "" without; numbers as text
-std::uint64_t count_of(const Json& object, const char* key);  // 0 without
-bool flag_of(const Json& object, const char* key);            // false without
-const Json& list_of(const Json& object, const char* key);     // an empty list without
-const Json& object_of(const Json& object, const char* key);   // an empty object without
+// Members that may be missing or, in a damaged file, have another type. Returned references live as long as `object`.
+const Json& member(const Json& object, const char* key);      // null if missing
+std::string text_of(const Json& object, const char* key);     // "" if missing; other types as JSON text
+std::uint64_t count_of(const Json& object, const char* key);  // 0 if missing
+bool flag_of(const Json& object, const char* key);            // false if missing
+const Json& list_of(const Json& object, const char* key);     // an empty list if missing
+const Json& object_of(const Json& object, const char* key);   // an empty object if missing
 
 }  // namespace relign

@@ -1,4 +1,4 @@
-// Where the values of a JSON text stand, as lines and columns. Used by json_source.cpp alone.
+// Positions of JSON values in their text, as lines and columns. Used by json_source.cpp only.
 #pragma once
 
 #include <cstddef>
@@ -11,32 +11,33 @@
 
 namespace relign {
 
-// Without going through the whole text for each place: there may be a mistake in every line.
+// Byte offset to line and column without a scan of the whole text: every line may have a mistake.
 class LineTable {
  public:
   explicit LineTable(const std::string& text);
-  // Both from 1, of a byte of the text that this was made from.
+  // Both from 1. `text` is the text of the constructor.
   std::pair<int, int> line_and_column(const std::string& text, std::size_t offset) const;
 
  private:
   struct Mark {
     int line = 1;
-    std::size_t begin = 0;  // of the line
+    std::size_t begin = 0;  // offset of the line's first byte
   };
   std::vector<Mark> marks_;
 };
 
-// Where a value begins, and those in it. A table by pointers would repeat long keys for every value below them.
+// Offset of a value and of the values inside it. A tree, because a table of JSON pointers would repeat long keys for
+// every value below them.
 struct JsonPlace {
   struct Inner {
     std::vector<JsonPlace> items;
     std::map<std::string, JsonPlace> members;
   };
   std::size_t offset = 0;
-  std::unique_ptr<Inner> inner;  // null: neither list nor object
+  std::unique_ptr<Inner> inner;  // null for values that are neither list nor object
 };
 
-// The innermost place on the way of a JSON pointer.
+// The place of a JSON pointer, or of its innermost existing ancestor.
 const JsonPlace& place_of(const JsonPlace& root, std::string_view pointer);
 
 }  // namespace relign

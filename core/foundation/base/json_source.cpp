@@ -10,9 +10,9 @@
 namespace relign {
 namespace {
 
-// Reads characters for nlohmann's parser and counts them: the parser has read a token (and for
-// numbers one character more) when it reports it, so the token's start is the first character
-// after the previous token that is neither space nor separator.
+// Reads characters for nlohmann's parser and counts them. The parser reports a token after reading it
+// (and, for numbers, one more character), so the token starts at the first character after the previous
+// token that is neither space nor separator.
 struct CountingIterator {
   using difference_type = std::ptrdiff_t;
   using value_type = char;
@@ -35,14 +35,14 @@ struct CountingIterator {
 
 constexpr std::size_t kLargestFile = std::size_t{256} << 20U;
 
-// Builds the document and the table of offsets from the parser's events.
+// Builds the document and the tree of offsets from the parser's events.
 class Builder : public nlohmann::json_sax<Json> {
  public:
   Builder(const std::string& text, const std::size_t& read, JsonPlace& places)
       : text_(text), read_(read), places_(places) {}
 
   Json root;
-  std::string error;  // empty: none
+  std::string error;  // empty if none
   std::size_t error_offset = 0;
 
   bool null() override { return value(nullptr); }
@@ -60,7 +60,7 @@ class Builder : public nlohmann::json_sax<Json> {
     const std::size_t start = token_start();
     Level& level = levels_.back();
     if (level.value->contains(name)) {
-      error = "the key \"" + name + "\" stands twice in one object";
+      error = "duplicate key '" + name + "'";
       error_offset = start;
       return false;
     }
@@ -87,7 +87,6 @@ class Builder : public nlohmann::json_sax<Json> {
     while (start < text_.size() && std::string_view(" \t\r\n,:]}").find(text_[start]) != std::string_view::npos)
       ++start;
     previous_end_ = std::min(read_, text_.size());
-    // A number is reported after one character too many was read.
     while (previous_end_ > start + 1 &&
            std::string_view(" \t\r\n,:]}").find(text_[previous_end_ - 1]) != std::string_view::npos)
       --previous_end_;
@@ -163,9 +162,9 @@ Json parsed_json(std::string_view text, std::size_t deepest) {
 JsonSource JsonSource::from_file(const std::filesystem::path& path) {
   std::error_code code;
   if (const std::uintmax_t size = std::filesystem::file_size(path, code); !code && size > kLargestFile)
-    throw Error(ErrorKind::bad_input, path.string() + " has " + std::to_string(size >> 20U) +
-                                          " MB; JSON files of this program have at most " +
-                                          std::to_string(kLargestFile >> 20U));
+    throw Error(ErrorKind::bad_input, path.string() + ": the file has " + std::to_string(size >> 20U) +
+                                          " MB; JSON files may have at most " + std::to_string(kLargestFile >> 20U) +
+                                          " MB");
   return from_text(read_file(path, kLargestFile), path.string());
 }
 
@@ -183,7 +182,7 @@ JsonSource JsonSource::from_text(std::string text, std::string file_name) {
     Problem problem;
     problem.file = source.file_;
     std::tie(problem.line, problem.column) = places->lines.line_and_column(source.text_, builder.error_offset);
-    problem.message = "this is no valid JSON: " + builder.error;
+    problem.message = "invalid JSON: " + builder.error;
     throw_if_any({problem});
   }
   source.root_ = std::move(builder.root);

@@ -1,7 +1,7 @@
-// JSON from a user's file, with the place of every value, so that errors can point at it.
+// JSON from a user's file with the position of every value, so that errors can point at it.
 //
-// Use it for files people write (suites, scene files, manifests). parsed_json is enough for what our own programs
-// wrote.
+// Use it for files that people write (suites, scene files, manifests). For JSON that the program itself wrote,
+// parsed_json and json_members.h are enough.
 #pragma once
 
 #include <filesystem>
@@ -17,17 +17,17 @@ namespace relign {
 
 using Json = nlohmann::json;
 
-// Deeper lists and objects in each other are refused: whatever walks over a value calls itself as often.
+// Deeper nesting is rejected, because code that walks over a value recurses once per level.
 inline constexpr std::size_t kDeepestJson = 200;
 
-// The value, or a discarded one for what is no JSON, or nested deeper than kDeepestJson or `deepest`.
+// The parsed value; a discarded one (is_discarded()) if the text is not JSON or is nested deeper than kDeepestJson or
+// `deepest`.
 Json parsed_json(std::string_view text, std::size_t deepest = kDeepestJson);
 
 class JsonSource {
  public:
-  // Reads and parses. Throws Error: io when unreadable, bad_input with file:line:column when it is no JSON or nested
-  // deeper than kDeepestJson, when an object names a key twice, or for a file of more than 256 MB. The root may be of
-  // any type.
+  // Reads and parses; the root may have any type. Throws Error: io if unreadable; bad_input with file:line:column for
+  // invalid JSON, nesting deeper than kDeepestJson and duplicate keys, and for files larger than 256 MB.
   static JsonSource from_file(const std::filesystem::path& path);
   static JsonSource from_text(std::string text, std::string file_name);
 
@@ -35,7 +35,7 @@ class JsonSource {
   const std::string& file() const { return file_; }
   const std::string& text() const { return text_; }  // verbatim
 
-  // A problem at a value (JSON pointer, "" is the root).
+  // A problem at the value with this JSON pointer ("" is the root).
   Problem problem(const std::string& pointer, const std::string& message) const;
 
  private:
@@ -46,15 +46,15 @@ class JsonSource {
   std::shared_ptr<const Places> places_;
 };
 
-// Reads the members of one object and remembers every mistake: wrong types, missing or unknown
-// keys. Getters return the fallback after a mistake, so that all mistakes come out at once.
+// Reads the members of one object and collects every mistake: wrong types, missing or unknown keys.
+// Getters return the fallback after a mistake, so that all mistakes of a file are reported at once.
 class ObjectReader {
  public:
-  // `object` is what stands at `pointer`; if it is no object, that is a problem and all is absent.
+  // Reads the value at `pointer`. If it is not an object, that is a problem and every member is absent.
   ObjectReader(const JsonSource& source, std::string pointer, std::vector<Problem>& problems);
 
   bool has(const std::string& key) const;
-  const Json* get(const std::string& key);  // null when absent; marks the key as known
+  const Json* get(const std::string& key);  // null if absent; marks the key as known
   double number(const std::string& key, double fallback, double minimum, double maximum);
   double required_number(const std::string& key, double minimum, double maximum);
   std::int64_t integer(const std::string& key, std::int64_t fallback, std::int64_t minimum, std::int64_t maximum);
@@ -64,8 +64,9 @@ class ObjectReader {
   std::vector<double> numbers(const std::string& key, std::size_t count, const std::vector<double>& fallback);
 
   std::string pointer_to(const std::string& key) const;
-  void complain(const std::string& key, const std::string& message);  // empty key: the object itself
-  // Call last: every member that nobody asked for is a problem ("$schema" is allowed).
+  void complain(const std::string& key, const std::string& message);           // empty key: at the object itself
+  void complain_missing(const std::string& key, const std::string& expected);  // "missing key 'KEY' (EXPECTED)"
+  // Call last: every member that was not read is a problem ("$schema" is allowed).
   void refuse_unknown();
 
  private:

@@ -1,10 +1,10 @@
-// Limits that several rooms keep to.
+// Limits shared by several modules.
 #pragma once
 
 namespace relign {
 
-// Steps of a trial: in suites and on the command line, and in records, so that a stranger's line does not decide how
-// much memory a report takes.
+// Steps of a trial, in suites, on the command line and in records. In records it bounds the memory that a report takes
+// for an untrusted file.
 inline constexpr unsigned kMostSteps = 100'000;
 
 }  // namespace relign

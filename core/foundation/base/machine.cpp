@@ -16,15 +16,15 @@ namespace {
 
 constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
 
-// "max", a missing file and anything else that is no number: no limit.
+// "max", a missing file and everything else that is not a number mean no limit.
 std::size_t limit_in(const fs::path& file) {
   std::ifstream stream(file);
   std::size_t bytes = 0;
   return stream >> bytes ? bytes : kNoLimit;
 }
 
-// Of the group and all those it is in: each of them may be the tighter one.
-std::size_t tightest(const fs::path& root, fs::path group, const char* file) {
+// The lowest limit of the group and its ancestors.
+std::size_t lowest_limit(const fs::path& root, fs::path group, const char* file) {
   std::size_t bytes = limit_in(root / file);
   for (group = group.relative_path(); !group.empty(); group = group.parent_path())
     bytes = std::min(bytes, limit_in(root / group / file));
@@ -44,9 +44,9 @@ std::size_t usable_memory_bytes(const fs::path& cgroups, const fs::path& own_gro
     const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",";
     const fs::path group = line.substr(second + 1);
     if (controllers == ",,")
-      bytes = std::min(bytes, tightest(cgroups, group, "memory.max"));
+      bytes = std::min(bytes, lowest_limit(cgroups, group, "memory.max"));
     else if (controllers.find(",memory,") != std::string::npos)
-      bytes = std::min(bytes, tightest(cgroups / "memory", group, "memory.limit_in_bytes"));
+      bytes = std::min(bytes, lowest_limit(cgroups / "memory", group, "memory.limit_in_bytes"));
   }
   return bytes;
 }
@@ -54,7 +54,7 @@ std::size_t usable_memory_bytes(const fs::path& cgroups, const fs::path& own_gro
 std::string instruction_sets() {
 #if defined(__x86_64__)
   std::string text = __builtin_cpu_is("intel") ? "intel:" : __builtin_cpu_is("amd") ? "amd:" : "x86-64:";
-  // The builtin takes literals alone.
+  // The builtin accepts string literals only.
 #define RELIGN_ADD_SET(name) text += __builtin_cpu_supports(name) ? " " name : ""
   RELIGN_ADD_SET("sse3");
   RELIGN_ADD_SET("ssse3");

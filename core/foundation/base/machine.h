@@ -1,4 +1,4 @@
-// What this process may use of the machine.
+// Memory, processors and instruction sets that this process may use.
 #pragma once
 
 #include <cstddef>
@@ -7,17 +7,17 @@
 
 namespace relign {
 
-// Main memory in bytes: the machine's, or less where a control group (a container, a queue's job) allows less.
-// `cgroups`: where the system mounts them.
+// Main memory in bytes: the machine's, or the limit of a control group (of a container or a batch job) if that is
+// lower. `cgroups`: mount point of the control groups; `own_groups`: list of the groups of this process.
 std::size_t usable_memory_bytes(const std::filesystem::path& cgroups = "/sys/fs/cgroup",
                                 const std::filesystem::path& own_groups = "/proc/self/cgroup");
 
-// The processor's maker and the instruction sets for which libraries (OpenCV, Embree, the C library's mathematics)
-// choose other code at run time, such as "intel: sse3 ssse3 ...". Where this is equal, results are equal bit for bit;
-// the maker counts because approximate reciprocals differ between makers.
+// The processor's vendor and the instruction sets on which libraries (OpenCV, Embree, the C library's mathematics)
+// dispatch at run time, such as "intel: sse3 ssse3 ...". Results are equal bit for bit on machines where this text is
+// equal; the vendor is part of it because approximate reciprocals differ between vendors.
 std::string instruction_sets();
 
-// Processors that this process may run on, at least 1.
+// Number of processors that this process may run on, at least 1.
 unsigned core_count();
 
 }  // namespace relign

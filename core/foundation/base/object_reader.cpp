@@ -42,6 +42,10 @@ void ObjectReader::complain(const std::string& key, const std::string& message) 
   problems_.push_back(source_.problem(key.empty() ? pointer_ : pointer_to(key), message));
 }
 
+void ObjectReader::complain_missing(const std::string& key, const std::string& expected) {
+  complain("", "missing key '" + key + "' (" + expected + ")");
+}
+
 const Json* ObjectReader::get(const std::string& key) {
   known_.push_back(key);
   if (!has(key)) return nullptr;
@@ -50,7 +54,7 @@ const Json* ObjectReader::get(const std::string& key) {
 
 const Json* ObjectReader::member(const std::string& key, const char* type, bool required) {
   const Json* value = get(key);
-  if (!value && required && object_) complain("", "the key \"" + key + "\" is missing (" + type + ")");
+  if (!value && required && object_) complain_missing(key, type);
   return value;
 }
 
@@ -102,17 +106,17 @@ std::int64_t ObjectReader::integer(const std::string& key, std::int64_t fallback
 }
 
 std::string ObjectReader::string(const std::string& key, const std::string& fallback) {
-  const Json* value = member(key, "text", false);
+  const Json* value = member(key, "string", false);
   if (!value) return fallback;
   if (!value->is_string()) {
-    complain(key, "expected a text, found " + shown(*value));
+    complain(key, "expected a string, found " + shown(*value));
     return fallback;
   }
   return value->get<std::string>();
 }
 
 std::string ObjectReader::required_string(const std::string& key) {
-  return member(key, "text", true) ? string(key, "") : "";
+  return member(key, "string", true) ? string(key, "") : "";
 }
 
 bool ObjectReader::boolean(const std::string& key, bool fallback) {
@@ -140,13 +144,13 @@ std::vector<double> ObjectReader::numbers(const std::string& key, std::size_t co
 
 void ObjectReader::refuse_unknown() {
   if (!object_) return;
-  std::vector<std::string> once;  // some were asked for twice
+  std::vector<std::string> once;  // a key may have been read twice
   for (const std::string& key : known_)
     if (std::find(once.begin(), once.end(), key) == once.end()) once.push_back(key);
   known_ = std::move(once);
   for (const auto& [key, value] : object_->items()) {
     if (key == "$schema" || std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
-    complain(key, "unknown key \"" + key + "\"" + suggestion(key, known_));
+    complain(key, "unknown key '" + key + "'" + suggestion(key, known_));
   }
 }
 

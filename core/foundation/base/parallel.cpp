@@ -12,13 +12,13 @@ namespace relign {
 
 namespace {
 
-// How long a thread without work stays awake before it sleeps: frames and their parts follow each other within
-// microseconds, and to wake a sleeper takes longer than some of them. Whoever else has work gets the core.
-constexpr std::chrono::microseconds kAwake{100};
+// How long an idle thread spins before it sleeps. Frames and their parts follow each other within microseconds, and
+// waking a thread takes longer than some of them. It yields, so that other threads with work get the core.
+constexpr std::chrono::microseconds kSpinTime{100};
 
 template <class Condition>
 void await(const Condition& condition) {
-  const auto sleep_at = std::chrono::steady_clock::now() + kAwake;
+  const auto sleep_at = std::chrono::steady_clock::now() + kSpinTime;
   while (!condition() && std::chrono::steady_clock::now() < sleep_at) std::this_thread::yield();
 }
 
@@ -59,7 +59,7 @@ struct Parallel::Shared {
       }
       work(thread);
       if (busy.fetch_sub(1) > 1) continue;
-      const std::lock_guard<std::mutex> lock(mutex);  // the caller is either awake or waits by now
+      const std::lock_guard<std::mutex> lock(mutex);  // the caller is either spinning or waiting by now
       done.notify_one();
     }
   }

@@ -1,5 +1,5 @@
-// A few threads that share the items of one loop at a time. Which thread does which item never
-// matters: bodies write to places of their own item only.
+// A thread pool for one parallel loop at a time. Results do not depend on which thread runs which item,
+// because a body writes only to data of its own item.
 #pragma once
 
 #include <memory>
@@ -8,15 +8,15 @@ namespace relign {
 
 class Parallel {
  public:
-  explicit Parallel(unsigned threads);  // 1: everything runs in the caller
+  explicit Parallel(unsigned threads);  // 1: everything runs in the calling thread
   ~Parallel();
   Parallel(const Parallel&) = delete;
   Parallel& operator=(const Parallel&) = delete;
 
   unsigned threads() const { return threads_; }
-  // body(item, thread) for item 0..count-1, thread 0..threads()-1; returns when all are done. The first
-  // exception of a body is thrown here after all threads have stopped. Not re-entrant.
-  // Allocates nothing.
+  // Calls body(item, thread) for each item in 0..count-1, with thread in 0..threads()-1, and returns when all are
+  // done. The first exception of a body is rethrown here after all threads have stopped. Not re-entrant. Does not
+  // allocate.
   template <class Body>
   void for_each(int count, const Body& body) {
     run(count, &body, [](const void* of, int item, unsigned thread) { (*static_cast<const Body*>(of))(item, thread); });

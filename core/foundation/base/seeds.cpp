@@ -25,7 +25,7 @@ std::uint64_t frame_seed(std::uint64_t instance_seed, std::uint32_t step, FrameS
 }
 
 std::uint64_t algorithm_seed(std::uint64_t suite_seed, std::string_view label, std::uint64_t number) {
-  // FNV-1a folds the label; Philox does the mixing.
+  // FNV-1a hashes the label; Philox mixes the bits.
   std::uint64_t folded = 0xcbf29ce484222325u;
   for (const char letter : label) folded = (folded ^ static_cast<unsigned char>(letter)) * 0x100000001b3u;
   return mix(mix(suite_seed, folded, 0, Purpose::algorithm), number, 1, Purpose::algorithm);

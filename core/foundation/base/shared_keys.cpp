@@ -15,7 +15,7 @@ MachineTimeKeys read_machine_time(const JsonSource& source, const std::string& p
   ObjectReader reader(source, pointer, problems);
   const auto number = [&reader](const char* key, double smallest) -> std::optional<double> {
     if (!reader.has(key)) {
-      reader.get(key);  // known, though absent
+      reader.get(key);  // marks it as known
       return std::nullopt;
     }
     return reader.number(key, smallest, smallest, kLargest);

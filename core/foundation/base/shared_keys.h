@@ -1,5 +1,4 @@
-// Keys that mean the same in a suite, in a scene file and in what a scene says of itself: one reader of them, so that a
-// mistake is a mistake wherever it stands.
+// Readers of keys that suites, scene files and scene descriptions share, so that all three are checked alike.
 #pragma once
 
 #include <optional>
@@ -10,15 +9,15 @@
 
 namespace relign {
 
-// "machine_time": the simulated clock. What is absent is the default of whoever reads it.
+// "machine_time": the simulated clock. Absent keys take the caller's defaults.
 struct MachineTimeKeys {
   std::optional<double> speed_mm_per_s, speed_deg_per_s, settle_ms, exposure_ms, readout_ms;
 };
 
-// `pointer` names an object of `source` that is there. Mistakes become problems.
+// `pointer` names an existing object of `source`. Mistakes are added to `problems`.
 MachineTimeKeys read_machine_time(const JsonSource& source, const std::string& pointer, std::vector<Problem>& problems);
 
-// "spec": what counts as good enough. It is kept as it stands (records/specification.h reads what was checked here).
+// "spec": the limits of a good alignment. Checks only; records/specification.h reads the values.
 void check_specification(const JsonSource& source, const std::string& pointer, std::vector<Problem>& problems);
 
 }  // namespace relign

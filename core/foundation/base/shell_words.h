@@ -1,4 +1,4 @@
-// Words for scripts and commands that people copy.
+// Quotes words for shell scripts and for commands that users copy.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace relign {
 
-// One word for a POSIX shell, in quotes unless it needs none: a shell takes it as it stands, whatever is in it.
+// `word` as one word for a POSIX shell, in single quotes where needed, so that the shell expands nothing in it.
 std::string shell_quoted(std::string_view word);
 
 }  // namespace relign

@@ -32,9 +32,15 @@ std::string significant(double value, int digits) {
   return std::string(buffer, end.ptr);
 }
 
+std::string fixed(double value, int decimals) {
+  char buffer[512];  // the largest double has 309 digits before the point
+  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, decimals);
+  return std::string(buffer, end.ptr);
+}
+
 namespace {
 
-// The character at the beginning of `text` and its bytes; no bytes where there is no UTF-8.
+// The first character of `text` and its number of bytes, which is 0 for invalid UTF-8.
 std::pair<std::uint32_t, std::size_t> character_at(std::string_view text) {
   const auto first = static_cast<unsigned char>(text.front());
   if (first < 0x80) return {first, 1};
@@ -51,10 +57,10 @@ std::pair<std::uint32_t, std::size_t> character_at(std::string_view text) {
   return {code, size};
 }
 
-bool is_shown(std::uint32_t code) {
+bool is_printable(std::uint32_t code) {
   const bool control = (code < 0x20 && code != '\n' && code != '\t') || (code >= 0x7F && code <= 0x9F);
-  const bool turns_direction = (code >= 0x202A && code <= 0x202E) || (code >= 0x2066 && code <= 0x2069);
-  return !control && !turns_direction;
+  const bool changes_direction = (code >= 0x202A && code <= 0x202E) || (code >= 0x2066 && code <= 0x2069);
+  return !control && !changes_direction;
 }
 
 }  // namespace
@@ -64,7 +70,7 @@ std::string printable(std::string_view text) {
   shown.reserve(text.size());
   while (!text.empty()) {
     const auto [code, size] = character_at(text);
-    if (size > 0 && is_shown(code)) {
+    if (size > 0 && is_printable(code)) {
       shown += text.substr(0, size);
     } else {
       constexpr const char* kDigits = "0123456789abcdef";
@@ -121,7 +127,7 @@ std::string suggestion(std::string_view name, const std::vector<std::string>& kn
   const std::string nearest = nearest_name(name, known);
   if (!nearest.empty()) return "; did you mean '" + nearest + "'?";
   if (known.empty()) return "";
-  return "; known: " + join(known, ", ");
+  return "; allowed: " + join(known, ", ");
 }
 
 std::string to_hex(std::string_view bytes) {
@@ -139,9 +145,9 @@ std::string from_hex(std::string_view digits) {
   const auto value = [](char digit) -> unsigned {
     if (digit >= '0' && digit <= '9') return static_cast<unsigned>(digit - '0');
     if (digit >= 'a' && digit <= 'f') return static_cast<unsigned>(digit - 'a') + 10U;
-    throw Error(ErrorKind::bad_input, std::string("'") + digit + "' is no hexadecimal digit (0-9, a-f)");
+    throw Error(ErrorKind::bad_input, std::string("'") + digit + "' is not a hexadecimal digit (0-9, a-f)");
   };
-  if (digits.size() % 2 != 0) throw Error(ErrorKind::bad_input, "an odd number of hexadecimal digits");
+  if (digits.size() % 2 != 0) throw Error(ErrorKind::bad_input, "odd number of hexadecimal digits");
   std::string bytes;
   bytes.reserve(digits.size() / 2);
   for (std::size_t i = 0; i < digits.size(); i += 2)

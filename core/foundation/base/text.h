@@ -1,4 +1,4 @@
-// Small helpers for names and numbers in messages and files.
+// Formats names and numbers for messages and files.
 #pragma once
 
 #include <string>
@@ -7,26 +7,29 @@
 
 namespace relign {
 
-// Shortest text that reads back as the same double; independent of the locale.
+// Shortest text that parses to the same double; independent of the locale.
 std::string shortest(double value);
 
-// A number for people: `digits` significant digits, no exponent between 1e-4 and 1e6.
+// `value` with `digits` significant digits, without exponent between 1e-4 and 1e6; "-" for NaN.
 std::string significant(double value, int digits = 3);
 
-// The text as a terminal, a log or a page may have it: control characters but line ends and tabs, marks that turn the
-// direction of writing, and bytes that are no UTF-8 become \x1b or \u202e.
+// `value` with `decimals` digits after the point, without exponent; independent of the locale.
+std::string fixed(double value, int decimals);
+
+// The text made safe for a terminal, a log or a page: control characters other than line ends and tabs, Unicode marks
+// that change the writing direction, and invalid UTF-8 are replaced by escapes such as \x1b and \u202e.
 std::string printable(std::string_view text);
 
-// `-` equals `_` in every name a user types.
+// The name with '_' replaced by '-': users may type either.
 std::string normalised_name(std::string_view name);
 
-// The most similar of `known` if it is similar enough, else empty.
+// The most similar name in `known` by edit distance; empty if none is similar.
 std::string nearest_name(std::string_view name, const std::vector<std::string>& known);
 
-// "; did you mean 'x'?" or, without a similar name, "; known: a, b, c".
+// "; did you mean 'x'?" or, without a similar name, "; allowed: a, b, c".
 std::string suggestion(std::string_view name, const std::vector<std::string>& known);
 
-// Two lower-case digits a byte. from_hex throws Error(bad_input) for anything else.
+// Two lower-case digits per byte. from_hex throws Error(bad_input) for anything else.
 std::string to_hex(std::string_view bytes);
 std::string from_hex(std::string_view digits);
 

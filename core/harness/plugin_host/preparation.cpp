@@ -50,7 +50,7 @@ void read_preparation(const JsonSource& source, ObjectReader& reader, Manifest& 
   Json checked = Json::object();
   for (const Count& count : kCounts) {
     if (!counts.has(count.name)) {
-      counts.complain("", "missing key '" + std::string(count.name) + "'");
+      counts.complain_missing(count.name, "an integer or the name of a parameter");
       continue;
     }
     const Json* value = counts.get(count.name);

@@ -140,7 +140,7 @@ class SuiteReader {
     std::vector<Entry> found;
     const Json* list = top_.get(key);
     if (!list) {
-      if (source_.root().is_object()) top_.complain("", "missing key '" + key + "' (a list of entries)");
+      if (source_.root().is_object()) top_.complain_missing(key, "a list of entries");
       return found;
     }
     if (!list->is_array() || list->empty()) {

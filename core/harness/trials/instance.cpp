@@ -10,7 +10,7 @@ namespace {
 
 std::vector<double> read_start(ObjectReader& top, std::size_t axes) {
   const std::vector<double> start = top.numbers("start", axes, {});
-  if (!top.has("start")) top.complain("", "missing key 'start' (the true start pose)");
+  if (!top.has("start")) top.complain_missing("start", "the true start pose");
   for (std::size_t i = 0; i < start.size(); ++i)
     if (!(start[i] >= 0 && start[i] <= 1))
       top.complain("start",
@@ -52,7 +52,7 @@ Json read_elements(const JsonSource& source, ObjectReader& top, const SceneFacts
   Json elements = Json::object();
   const Json* given = top.get("elements");
   if (!given) {
-    top.complain("", "missing key 'elements' ({} for a perfect lens)");
+    top.complain_missing("elements", "{} for a perfect lens");
     return elements;
   }
   ObjectReader all(source, "/elements", problems);

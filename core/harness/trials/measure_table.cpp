@@ -28,7 +28,7 @@ struct Measure {
 double star_contrast(const Images& images, ObjectReader& arguments) {
   images::StarCircle circle;
   circle.cycles = static_cast<int>(arguments.integer("cycles", 0, 1, 10'000));
-  if (!arguments.has("cycles")) arguments.complain("", "missing key 'cycles'");
+  if (!arguments.has("cycles")) arguments.complain_missing("cycles", "number of bright spokes");
   const double cycles_per_pixel = arguments.number("cycles_per_pixel", 0, 1e-6, 1);
   circle.radius_px = arguments.number("radius_px", 0, 0, kUnbounded);
   if (arguments.has("cycles_per_pixel") == arguments.has("radius_px"))

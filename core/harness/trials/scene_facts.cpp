@@ -73,17 +73,17 @@ SceneFacts read(const JsonSource& source) {
       top.numbers("nominal_pose", facts.axes.size(),
                   facts.owns_stage ? std::vector<double>(facts.axes.size(), 0.5) : std::vector<double>{});
   if (!top.has("nominal_pose") && !facts.owns_stage)
-    top.complain("", "missing key 'nominal_pose' (one number per axis)");
+    top.complain_missing("nominal_pose", "one number per axis");
   for (const double value : facts.nominal_pose)
     if (!(value >= 0 && value <= 1)) top.complain("nominal_pose", "every value must be from 0 to 1");
 
   if (!top.has("image")) {
-    top.complain("", "missing key 'image' ({\"width\": ..., \"height\": ..., \"white\": ...})");
+    top.complain_missing("image", "{\"width\": ..., \"height\": ..., \"white\": ...}");
   } else {
     constexpr std::int64_t largest_side = 20000;
     ObjectReader image(source, "/image", problems);
     for (const char* side : {"width", "height"})
-      if (!image.has(side)) image.complain("", "missing key '" + std::string(side) + "' (pixels)");
+      if (!image.has(side)) image.complain_missing(side, "pixels");
     facts.image_width = static_cast<unsigned>(image.integer("width", 1, 1, largest_side));
     facts.image_height = static_cast<unsigned>(image.integer("height", 1, 1, largest_side));
     facts.image_white = image.number("white", 1, 1e-12, 1e12);

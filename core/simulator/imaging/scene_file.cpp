@@ -118,7 +118,7 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
   scene.diffraction = top.boolean("diffraction", false);
   const std::vector<WeightedWavelength> wavelengths = read_wavelengths(source, top, problems);
   for (const char* key : {"sensor", "emitter", "travel"})
-    if (!top.get(key)) top.complain("", std::string("the key \"") + key + "\" is missing (an object)");
+    if (!top.get(key)) top.complain_missing(key, "an object");
 
   scene.sensor = read_sensor(source, "/sensor", choices.pixels, problems);
 

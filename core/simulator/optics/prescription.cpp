@@ -51,7 +51,7 @@ class Reader {
   void each(ObjectReader& parent, const std::string& key, bool required, Body&& body) {
     const Json* list = parent.get(key);
     if (!list) {
-      if (required) parent.complain("", "the key \"" + key + "\" is missing (a list)");
+      if (required) parent.complain_missing(key, "a list");
       return;
     }
     if (!list->is_array() || (required && list->empty())) {
@@ -76,7 +76,7 @@ class Reader {
   // The index of a named glass; 1 after a mistake.
   double index_of_glass(ObjectReader& face, const std::string& name) {
     if (lens_.wavelength_nm <= 0) {
-      face.complain("glass_after", "a glass needs the lens's wavelength: the key \"wavelength_nm\" is missing");
+      face.complain("glass_after", "a glass needs the lens's wavelength: missing key 'wavelength_nm'");
       return 1.5;
     }
     const Glass* glass = nullptr;
@@ -120,8 +120,8 @@ class Reader {
       for (std::size_t i = 0; i + 1 < element.faces.size(); ++i)
         if (std::fabs(element.faces[i].index_after) == 1)
           problems_.push_back(source_.problem(reader.pointer_to("faces") + "/" + std::to_string(i),
-                                              "the key \"index_after\" is missing (refractive index of the glass), or "
-                                              "\"glass_after\" (its name)"));
+                                              "missing key 'index_after' (refractive index of the glass) or "
+                                              "'glass_after' (its name)"));
       if (reader.get("placement")) read_placement(reader.pointer_to("placement"), element);
     }
     reader.refuse_unknown();
@@ -201,7 +201,7 @@ class Reader {
     ObjectReader reader(source_, face.pointer_to(key), problems_);
     const double radius = reader.required_number("radius_mm", 1e-6, 1e6);
     q_radius_mm_ = radius;
-    if (!reader.get("coefficients")) reader.complain("", "the key \"coefficients\" is missing (a list of numbers)");
+    if (!reader.get("coefficients")) reader.complain_missing("coefficients", "a list of numbers");
     const std::vector<double> coefficients =
         read_terms(reader, "coefficients", kMostQTerms, "Forbes's a0, a1, ... in mm");
     reader.refuse_unknown();

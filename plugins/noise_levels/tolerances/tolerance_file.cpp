@@ -104,7 +104,7 @@ Tolerances read_tolerances(const relign::JsonSource& source) {
   read.law = one_of(top, "law", kLaws, Law::normal);
 
   const Json* elements = top.get("elements");
-  if (!elements) top.complain("", "the key \"elements\" is missing (limits by element; \"*\" for all other elements)");
+  if (!elements) top.complain_missing("elements", "limits by element; \"*\" for all other elements");
   if (elements) {
     ObjectReader all(source, "/elements", problems);  // reports an error if it is not an object
     if (elements->is_object())
@@ -120,7 +120,7 @@ Tolerances read_tolerances(const relign::JsonSource& source) {
   if (top.get("start"))
     read.start = read_pose(source, "start", read.law, problems);
   else
-    top.complain("", "the key \"start\" is missing (limits of the start around the nominal pose)");
+    top.complain_missing("start", "limits of the start around the nominal pose");
   if (top.get("cure_shift")) read.cure_shift = read_pose(source, "cure_shift", read.law, problems);
   if (read.cure_shift && all_zero(*read.cure_shift)) read.cure_shift.reset();
 

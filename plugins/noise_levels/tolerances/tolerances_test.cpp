@@ -189,9 +189,9 @@ TEST_F(TolerancesTest, ReportsAllErrorsWithPositions) {
  "limits_are_sigmas": 0, "colour": 1})");
   EXPECT_THAT(text, AllOf(HasSubstr("limits.json:2:34: /elements/L3/shift_um"), HasSubstr("found '-3'"),
                           HasSubstr("found 'front', allowed: own_front"), HasSubstr("/elements/L3/shift_mm"),
-                          HasSubstr("/movement/cross_talk"), HasSubstr("\"start\" is missing"), HasSubstr("colour")));
+                          HasSubstr("/movement/cross_talk"), HasSubstr("missing key 'start'"), HasSubstr("colour")));
   EXPECT_THAT(text, AllOf(HasSubstr("limits.json:3:47: /movement/backlash_um"), HasSubstr("only 0 is allowed")));
-  EXPECT_THAT(refusal("{\"use\": \"tolerances\"}"), HasSubstr("\"elements\" is missing"));
+  EXPECT_THAT(refusal("{\"use\": \"tolerances\"}"), HasSubstr("missing key 'elements'"));
   EXPECT_THAT(refusal(R"({"use": "tolerances", "elements": 3, "start": {"shift_um": 4}})"),
               AllOf(HasSubstr("/elements: expected an object"), HasSubstr("/start/shift_um: expected a list")));
 }

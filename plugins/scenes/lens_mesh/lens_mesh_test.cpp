@@ -179,9 +179,9 @@ TEST_F(LensMeshTest, ReadsMeshesNamedInSceneFile) {
     scene(file.string(), Json::object());
     FAIL();
   } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("/meshes: the key \"folder\" is missing"));
+    EXPECT_THAT(error.what(), HasSubstr("/meshes: missing key 'folder'"));
     EXPECT_THAT(error.what(), HasSubstr("/meshes/files/L1: expected"));
-    EXPECT_THAT(error.what(), HasSubstr("unknown key \"folders\""));
+    EXPECT_THAT(error.what(), HasSubstr("unknown key 'folders'"));
   }
 }
 

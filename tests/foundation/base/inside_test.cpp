@@ -10,7 +10,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-TEST(LiesInside, NamesAndLinks) {
+TEST(LiesInside, ResolvesParentsAndLinks) {
   const fs::path root = fs::temp_directory_path() / ("inside_test_" + std::to_string(::getpid()));
   const fs::path folder = root / "folder";
   write_file_atomically(folder / "below/file.txt", "a");

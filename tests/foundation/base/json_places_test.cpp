@@ -1,5 +1,5 @@
-// Property: in any document, the place reported for a value is where its text stands. Documents are
-// written here, piece by piece, so that every place is known independently of any parser.
+// Property: in random documents, the position reported for a value is the position of its text. The documents
+// are written here piece by piece, so that the positions are known independently of any parser.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -56,7 +56,7 @@ class Writer {
     text_ += ']';
   }
   void object(const std::string& pointer, int depth) {
-    // As written, and as a JSON pointer says it.
+    // As written in the document, and as a token of a JSON pointer.
     static const std::pair<const char*, const char*> keys[] = {
         {"\"a\"", "a"},           {"\"\"", ""},         {"\"a/b\"", "a~1b"},          {"\"~\"", "~0"},
         {R"("\"")", "\""},        {R"("\u0041")", "A"}, {"\"\xc3\xa9\"", "\xc3\xa9"}, {"\"7\"", "7"},
@@ -86,7 +86,7 @@ class Writer {
   std::map<std::string, std::size_t> places_;
 };
 
-TEST(JsonPlaces, AreWhereTheValuesStand) {
+TEST(JsonPlaces, MatchPositionsInRandomDocuments) {
   std::size_t checked = 0;
   for (std::uint64_t seed = 0; seed < 3000; ++seed) {
     const Writer written(seed);

@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-TEST(InstructionSets, AreTheSystemsOwn) {
+TEST(InstructionSets, MatchProcCpuinfo) {
   const std::string sets = instruction_sets() + " ";
 #if defined(__x86_64__)
   std::ifstream info("/proc/cpuinfo");
@@ -49,7 +49,7 @@ class MemoryLimit : public testing::Test {
       static_cast<std::size_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
 };
 
-TEST_F(MemoryLimit, IsTheMachinesWithoutGroups) {
+TEST_F(MemoryLimit, IsMachineMemoryWithoutControlGroups) {
   EXPECT_EQ(found(""), whole_);
   EXPECT_EQ(found("nonsense\n0::/job\n"), whole_);
   limit("job/memory.max", "max\n");
@@ -58,7 +58,7 @@ TEST_F(MemoryLimit, IsTheMachinesWithoutGroups) {
   EXPECT_EQ(found("0::/job\n"), whole_);
 }
 
-TEST_F(MemoryLimit, IsTheTightestOfTheGroupsAroundIt) {
+TEST_F(MemoryLimit, IsLowestLimitOfAllAncestors) {
   limit("slice/memory.max", "3000000\n");
   limit("slice/job/memory.max", "5000000\n");
   EXPECT_EQ(found("0::/slice/job\n"), 3000000U);
@@ -67,7 +67,7 @@ TEST_F(MemoryLimit, IsTheTightestOfTheGroupsAroundIt) {
   EXPECT_EQ(found("0::/\n"), 2000000U);
 }
 
-TEST_F(MemoryLimit, KnowsTheOlderVersion) {
+TEST_F(MemoryLimit, ReadsControlGroupsVersion1) {
   limit("memory/job/memory.limit_in_bytes", "4000000\n");
   EXPECT_EQ(found("5:cpu,cpuacct:/other\n4:memory:/job\n"), 4000000U);
 }

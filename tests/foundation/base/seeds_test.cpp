@@ -10,8 +10,8 @@
 namespace relign {
 namespace {
 
-// Known answers of the Random123 distribution (kat_vectors, philox4x32 10 rounds).
-TEST(Philox, KnownAnswers) {
+// From the Random123 distribution (kat_vectors, philox4x32 10 rounds).
+TEST(Philox, MatchesKnownAnswers) {
   using Block = std::array<std::uint32_t, 4>;
   EXPECT_EQ(philox4x32({0, 0, 0, 0}, {0, 0}), (Block{0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8}));
   EXPECT_EQ(philox4x32({0xffffffff, 0xffffffff, 0xffffffff, 0xffffffff}, {0xffffffff, 0xffffffff}),
@@ -20,7 +20,7 @@ TEST(Philox, KnownAnswers) {
             (Block{0xd16cfe09, 0x94fdcceb, 0x5001e420, 0x24126ea1}));
 }
 
-TEST(Random, MomentsOfUniformAndNormal) {
+TEST(Random, MatchesMomentsOfUniformAndNormal) {
   Random random(42);
   const int n = 200000;
   double sum = 0, squares = 0, normal_sum = 0, normal_squares = 0, normal_fourth = 0;
@@ -43,7 +43,7 @@ TEST(Random, MomentsOfUniformAndNormal) {
   EXPECT_NEAR(normal_fourth / n, 3, 5 * 9.8 / std::sqrt(n));
 }
 
-TEST(Random, PortableLogIsTheLogarithm) {
+TEST(Random, PortableLogMatchesLibraryLog) {
   Random random(3);
   for (int i = 0; i < 100000; ++i) {
     const double x = std::ldexp(random.uniform() + 0x1p-60, static_cast<int>(random.below(80)) - 60);
@@ -51,7 +51,7 @@ TEST(Random, PortableLogIsTheLogarithm) {
   }
 }
 
-TEST(Random, BelowCoversItsRangeEvenly) {
+TEST(Random, BelowIsUniform) {
   Random random(7, 3);
   int counts[6] = {};
   for (int i = 0; i < 60000; ++i) ++counts[random.below(6)];
@@ -66,22 +66,22 @@ TEST(Random, StreamsDiffer) {
   EXPECT_EQ(Random(1, 5).bits64(), Random(1, 5).bits64());
 }
 
-TEST(Seeds, EveryAxisHasItsOwn) {
-  std::set<std::uint64_t> seen;
+TEST(Seeds, DifferForEveryArgument) {
+  std::set<std::uint64_t> seeds;
   for (std::uint64_t number = 0; number < 1000; ++number)
     for (const SeedDomain domain :
          {SeedDomain::benchmark, SeedDomain::training, SeedDomain::tuning, SeedDomain::preparation})
-      seen.insert(instance_seed(1, domain, number));
-  EXPECT_EQ(seen.size(), 4000u) << "training, tuning, source and benchmark instances are disjoint";
+      seeds.insert(instance_seed(1, domain, number));
+  EXPECT_EQ(seeds.size(), 4000u) << "training, tuning, source and benchmark instances are disjoint";
   for (std::uint32_t step = 0; step < 100; ++step)
     for (const FrameStream stream :
          {FrameStream::capture, FrameStream::truth_commanded, FrameStream::truth_recommended, FrameStream::own_optimum})
-      seen.insert(frame_seed(1, step, stream));
-  for (const char* label : {"a", "b", "ab", ""}) seen.insert(algorithm_seed(1, label, 0));
-  EXPECT_EQ(seen.size(), 4000u + 400u + 4u);
+      seeds.insert(frame_seed(1, step, stream));
+  for (const char* label : {"a", "b", "ab", ""}) seeds.insert(algorithm_seed(1, label, 0));
+  EXPECT_EQ(seeds.size(), 4000u + 400u + 4u);
 }
 
-TEST(Seeds, AreFrozen) {
+TEST(Seeds, MatchFrozenValues) {
   // Published results depend on these values: they never change within a format.
   EXPECT_EQ(instance_seed(1, SeedDomain::benchmark, 0), instance_seed(1, SeedDomain::benchmark, 0));
   EXPECT_EQ(instance_seed(1, SeedDomain::benchmark, 0), 8483642811779845944u);

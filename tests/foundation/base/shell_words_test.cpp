@@ -1,4 +1,4 @@
-// Names go into scripts that run by themselves at night: whatever they are made of, a shell must give them back.
+// Names of files and users go into scripts, so shells must return every quoted word byte for byte.
 #include "base/shell_words.h"
 
 #include <gtest/gtest.h>
@@ -10,8 +10,8 @@
 namespace relign {
 namespace {
 
-// Behind the word stands another one, so that an empty word which vanished is noticed.
-std::string given_back(const std::string& shell, const std::string& word) {
+// A second word follows, so that a lost empty word is detected.
+std::string echoed(const std::string& shell, const std::string& word) {
   const cli_test::Workplace place;
   const cli_test::Outcome outcome =
       cli_test::Running(place, {shell, "-c", "printf '[%s]' " + shell_quoted(word) + " end"}).wait();
@@ -22,13 +22,13 @@ std::string given_back(const std::string& shell, const std::string& word) {
 
 std::string every_byte() {
   std::string bytes;
-  for (int byte = 1; byte < 256; ++byte) bytes += static_cast<char>(byte);  // no word has a zero in it
+  for (int byte = 1; byte < 256; ++byte) bytes += static_cast<char>(byte);  // a word cannot contain a zero byte
   return bytes;
 }
 
 class ShellWords : public testing::TestWithParam<const char*> {};
 
-TEST_P(ShellWords, AShellGivesTheBytesBack) {
+TEST_P(ShellWords, SurviveTheShell) {
   if (!std::filesystem::exists(GetParam())) GTEST_SKIP() << GetParam() << " is not installed";
   for (const std::string& word : {std::string(),
                                   std::string(" "),
@@ -60,14 +60,13 @@ TEST_P(ShellWords, AShellGivesTheBytesBack) {
                                   std::string("K\xc3\xb6ln"),
                                   std::string("\xff\xfe not UTF-8 \xc3"),
                                   every_byte()})
-    EXPECT_EQ(given_back(GetParam(), word), "[" + word + "][end]") << "as " << shell_quoted(word);
+    EXPECT_EQ(echoed(GetParam(), word), "[" + word + "][end]") << "as " << shell_quoted(word);
 }
 
 INSTANTIATE_TEST_SUITE_P(Shells, ShellWords, testing::Values("/bin/sh", "/bin/bash"),
                          [](const auto& shell) { return std::filesystem::path(shell.param).filename().string(); });
 
-// What people copy from the terminal should look as they would write it.
-TEST(ShellWords, QuotesStandOnlyWhereTheyAreNeeded) {
+TEST(ShellWords, AreQuotedOnlyWhereNeeded) {
   EXPECT_EQ(shell_quoted("results/quick-2.json"), "results/quick-2.json");
   EXPECT_EQ(shell_quoted("two words"), "'two words'");
 }

@@ -10,13 +10,13 @@
 namespace relign {
 namespace {
 
-TEST(Text, ShortestReadsBack) {
+TEST(Text, ShortestRoundTrips) {
   EXPECT_EQ(shortest(0.1), "0.1");
   EXPECT_EQ(shortest(1.0 / 3), "0.3333333333333333");
   EXPECT_EQ(shortest(1e300), "1e+300");
 }
 
-TEST(Text, SignificantIsForPeople) {
+TEST(Text, SignificantRoundsToThreeDigits) {
   EXPECT_EQ(significant(0.033712), "0.0337");
   EXPECT_EQ(significant(123.456), "123");
   EXPECT_EQ(significant(1234567.0), "1.23e+06");
@@ -24,26 +24,32 @@ TEST(Text, SignificantIsForPeople) {
   EXPECT_EQ(significant(std::nan("")), "-");
 }
 
-TEST(Text, PrintableLeavesNothingThatATerminalObeys) {
+TEST(Text, FixedHasTheGivenDecimals) {
+  EXPECT_EQ(fixed(-7.745581, 5), "-7.74558");
+  EXPECT_EQ(fixed(2, 3), "2.000");
+  EXPECT_EQ(fixed(1e300, 1).size(), 303U);
+}
+
+TEST(Text, PrintableEscapesControlsAndInvalidUtf8) {
   EXPECT_EQ(printable("plain \xc3\xa4 \xe2\x82\xac \xf0\x9f\x94\xad\n\t"),
             "plain \xc3\xa4 \xe2\x82\xac \xf0\x9f\x94\xad\n\t");
   EXPECT_EQ(printable("\x1b[2J"), "\\x1b[2J");
   EXPECT_EQ(printable(std::string_view("a\0b\r\x7f", 5)), "a\\x00b\\x0d\\x7f");
   EXPECT_EQ(printable("\xc2\x9b"), "\\x9b") << "a control character of two bytes";
-  EXPECT_EQ(printable("\xe2\x80\xae"), "\\u202e") << "turns the direction of writing";
+  EXPECT_EQ(printable("\xe2\x80\xae"), "\\u202e") << "changes the writing direction";
   EXPECT_EQ(printable("\xff"), "\\xff");
-  EXPECT_EQ(printable("\xe2\x82"), "\\xe2\\x82") << "cut short";
-  EXPECT_EQ(printable("\xc0\xaf"), "\\xc0\\xaf") << "a slash in too many bytes";
-  EXPECT_EQ(printable("\xed\xa0\x80"), "\\xed\\xa0\\x80") << "half a character of UTF-16";
+  EXPECT_EQ(printable("\xe2\x82"), "\\xe2\\x82") << "truncated";
+  EXPECT_EQ(printable("\xc0\xaf"), "\\xc0\\xaf") << "overlong encoding of a slash";
+  EXPECT_EQ(printable("\xed\xa0\x80"), "\\xed\\xa0\\x80") << "UTF-16 surrogate";
 }
 
-TEST(ErrorText, IsFitToBeShown) {
+TEST(ErrorText, IsPrintableAndTruncated) {
   const Error error(ErrorKind::bad_input, "unknown \x1b[31mname\n" + std::string(2 * kLongestError, 'x'));
   EXPECT_EQ(std::string(error.what()).rfind("unknown \\x1b[31mname\nxx", 0), 0u);
   EXPECT_LT(std::string(error.what()).size(), kLongestError + 100);
 }
 
-TEST(ErrorText, NamesTheFirstMistakesAndHowManyMore) {
+TEST(ErrorText, ListsTheFirstMistakesAndCountsTheOthers) {
   std::vector<Problem> problems(kMostProblems + 7);
   for (Problem& problem : problems) problem.message = "wrong";
   try {
@@ -52,18 +58,18 @@ TEST(ErrorText, NamesTheFirstMistakesAndHowManyMore) {
   } catch (const Error& error) {
     const std::string text = error.what();
     EXPECT_EQ(static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n')), kMostProblems);
-    EXPECT_EQ(text.substr(text.rfind('\n') + 1), "and 7 mistakes more");
+    EXPECT_EQ(text.substr(text.rfind('\n') + 1), "and 7 more mistakes");
   }
 }
 
 TEST(Text, NearestNameIgnoresDashAndUnderscore) {
   EXPECT_EQ(nearest_name("nlopt_sbplex", {"nlopt-sbplx", "random"}), "nlopt-sbplx");
-  EXPECT_EQ(nearest_name("relign_do", {"relign_l2", "relign_od"}), "relign_od") << "two letters swapped are one slip";
+  EXPECT_EQ(nearest_name("relign_do", {"relign_l2", "relign_od"}), "relign_od") << "a transposition is one edit";
   EXPECT_EQ(nearest_name("zebra", {"nlopt-sbplx", "random"}), "");
-  EXPECT_EQ(suggestion("zebra", {"home", "random"}), "; known: home, random");
+  EXPECT_EQ(suggestion("zebra", {"home", "random"}), "; allowed: home, random");
 }
 
-TEST(Text, HexadecimalDigitsReadBack) {
+TEST(Text, HexRoundTrips) {
   std::string bytes;
   for (int byte = 0; byte < 256; ++byte) bytes += static_cast<char>(byte);
   EXPECT_EQ(to_hex(std::string_view("\x00\x9f\xff", 3)), "009fff");

@@ -86,7 +86,7 @@ TEST_F(CatalogTest, OptimizersAndAgentsAreOneNamespace) {
 
 TEST_F(CatalogTest, ReportsAllMistakesWithTheNearestName) {
   EXPECT_THAT(problems(Kind::optimizer, "compas"), HasSubstr("unknown algorithm 'compas'; did you mean 'compass'?"));
-  EXPECT_THAT(problems(Kind::noise_level, "xyzzy"), HasSubstr("unknown noise level 'xyzzy'; known: rho, rho0.25"));
+  EXPECT_THAT(problems(Kind::noise_level, "xyzzy"), HasSubstr("unknown noise level 'xyzzy'; allowed: rho, rho0.25"));
   EXPECT_THAT(problems(Kind::optimizer, ""), HasSubstr("unknown algorithm ''"));
   EXPECT_THAT(problems(Kind::optimizer, "./none"), HasSubstr("none does not exist"));
   write("limits.json", "{}");
@@ -241,7 +241,7 @@ TEST_F(CatalogTest, ResolvesDocumentsToTheirPlugin) {
   write("my/none.json", "{}");
   EXPECT_THAT(problems(Kind::scene, "my/none.json"), HasSubstr("neither a plugin's manifest nor a document"));
   write("my/broken.json", "{");
-  EXPECT_THAT(problems(Kind::scene, "my/broken.json"), HasSubstr("no valid JSON"));
+  EXPECT_THAT(problems(Kind::scene, "my/broken.json"), HasSubstr("invalid JSON"));
 }
 
 TEST_F(CatalogTest, RejectsDuplicates) {

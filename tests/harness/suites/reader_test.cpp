@@ -252,10 +252,10 @@ TEST_F(SuiteReaderTest, ReportsAllMistakesWithPosition) {
   "instances": 0
 })");
   EXPECT_THAT(found, HasSubstr("quick.json:3:20: /noise_levels/0: unknown"));
-  EXPECT_THAT(found, HasSubstr("quick.json:4:16: /algoritms: unknown key \"algoritms\"; did you mean 'algorithms'?"));
+  EXPECT_THAT(found, HasSubstr("quick.json:4:16: /algoritms: unknown key 'algoritms'; did you mean 'algorithms'?"));
   EXPECT_THAT(found, AllOf(HasSubstr("quick.json:6:5: /algorithms/0: unknown"), HasSubstr("did you mean 'bo-gp'?")));
   EXPECT_THAT(found, HasSubstr("quick.json:7:58: /algorithms/1/parameters/kapa: "));
-  EXPECT_THAT(found, HasSubstr("quick.json:7:71: /algorithms/1/stepz: unknown key \"stepz\"; did you mean 'steps'?"));
+  EXPECT_THAT(found, HasSubstr("quick.json:7:71: /algorithms/1/stepz: unknown key 'stepz'; did you mean 'steps'?"));
   EXPECT_THAT(found, HasSubstr("quick.json:8:59: /algorithms/2/parameters/kappa: "));
   EXPECT_THAT(found, HasSubstr("quick.json:8:73: /algorithms/2/steps: expected an integer from 1"));
   EXPECT_THAT(found, HasSubstr("quick.json:10:15: /protocol: found 'papier'; allowed: paper, blind; did you mean "
@@ -273,7 +273,7 @@ TEST_F(SuiteReaderTest, NamesEachMistake) {
                                     HasSubstr("missing key 'algorithms'")));
   EXPECT_THAT(mistakes(with("")), HasSubstr("/algorithms: expected at least one entry"));
   EXPECT_THAT(mistakes(with("3")), HasSubstr("/algorithms/0: expected an id, a path or an object"));
-  EXPECT_THAT(mistakes(with("{}")), HasSubstr("\"use\" is missing"));
+  EXPECT_THAT(mistakes(with("{}")), HasSubstr("missing key 'use'"));
   EXPECT_THAT(mistakes(with(R"({"use": "bo-gp", "parameters": 3})")), HasSubstr("/parameters: expected an object"));
   EXPECT_THAT(mistakes(with(R"({"use": "bo-gp", "parameters": {"kappa": 3}})")),
               HasSubstr("changed parameters need a 'name'"));
@@ -286,7 +286,7 @@ TEST_F(SuiteReaderTest, NamesEachMistake) {
   EXPECT_THAT(mistakes(with(R"("rho0")")), HasSubstr("noise level"));
   EXPECT_THAT(mistakes(with(R"("./missing.so")")), HasSubstr("does not exist"));
   EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "spec": {"rms": 1})")), HasSubstr("did you mean 'rmse'?"));
-  EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "spec": {"mtf": {}})")), HasSubstr("\"lp_per_mm\" is missing"));
+  EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "spec": {"mtf": {}})")), HasSubstr("missing key 'lp_per_mm'"));
   for (const char* targets : {"[]", "0.1", "[0.1, \"0.05\"]", "[0.1, 0.1]", "[0.05, 0.1]", "[0.1, 0]", "[2, 1]"})
     EXPECT_THAT(mistakes(with("\"bo-gp\"", std::string(R"(, "targets": )") + targets)), HasSubstr("descending list"))
         << targets;
