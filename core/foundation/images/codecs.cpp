@@ -25,7 +25,7 @@ void refuse_large(std::size_t width, std::size_t height, std::size_t most) {
   if (width == 0 || height == 0) damaged("it has no pixels");
   if (height > most / width)
     throw Error(ErrorKind::bad_input, "the image has " + std::to_string(width) + " x " + std::to_string(height) +
-                                          " pixels; at most " + std::to_string(most) + " are read");
+                                          " pixels; allowed: at most " + std::to_string(most));
 }
 
 float luma(float red, float green, float blue) { return 0.299F * red + 0.587F * green + 0.114F * blue; }
@@ -91,7 +91,7 @@ std::vector<float> grey_of(const Sample* samples, std::size_t pixels, int channe
   std::vector<float> grey(pixels);
   for (std::size_t i = 0; i < pixels; ++i) {
     const Sample* pixel = samples + i * static_cast<std::size_t>(channels);
-    // Rounded to the samples' own steps, as image libraries return grey of colour files.
+    // Rounded to integer sample values, as image libraries do when they convert colour to grey.
     const float value =
         channels == 1 ? static_cast<float>(pixel[0]) : std::floor(luma(pixel[0], pixel[1], pixel[2]) + 0.5F);
     grey[i] = value / white;
@@ -134,7 +134,7 @@ struct JpegErrors {
   std::longjmp(errors->leave, 1);
 }
 
-// A damaged stream is a warning to libjpeg, which fills the rest with grey: here it is an error.
+// libjpeg only warns of a damaged stream and fills the rest with grey; here it is an error.
 void jpeg_warned(j_common_ptr jpeg, int level) {
   if (level < 0) jpeg_failed(jpeg);
 }
@@ -208,7 +208,7 @@ std::string encode_png(const Samples& samples) {
     throw Error(ErrorKind::internal, "libpng cannot write the image: " + message);
   }
   png_set_write_fn(png, &bytes, png_append, png_flush_nothing);
-  // Fast rather than small: runs of equal differences are what these pictures have.
+  // Fast rather than small: these images have long runs of equal differences.
   png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
   png_set_compression_level(png, 1);
   png_set_compression_strategy(png, 3);  // Z_RLE

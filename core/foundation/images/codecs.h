@@ -1,4 +1,4 @@
-// Compressed image formats, in memory: libpng, libjpeg, libtiff and libwebp behind one type.
+// Encodes and decodes image formats in memory: libpng, libjpeg, libtiff and libwebp behind one interface.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@ struct Samples {
   std::vector<std::uint16_t> sixteen;  // filled for 16 bits
 };
 
-// Grey, 0 (black) to 1 (white), row by row from the top; `values` as in the file for float TIFF.
+// Grey values from 0 (black) to 1 (white), row by row from the top; for float TIFF the values of the file.
 struct GreyPixels {
   std::size_t width = 0, height = 0;
   std::vector<float> values;
@@ -34,7 +34,7 @@ std::string encode_tiff(std::size_t width, std::size_t height, const float* valu
 
 // Decodes PNG, JPEG, TIFF or WebP, recognised by their first bytes. Colour becomes grey by the weights 0.299, 0.587,
 // 0.114 (ITU-R BT.601), alpha is ignored. Throws Error(bad_input) without a file name: for other formats, for damaged
-// files, and for images of more than `most_pixels`, which are refused before they are unpacked.
+// files, and for images of more than `most_pixels`, which are rejected before they are decoded.
 GreyPixels decode_grey(std::string_view bytes, std::size_t most_pixels);
 
 }  // namespace relign::images

@@ -1,4 +1,4 @@
-// The slanted edge of ISO 12233, step by step; see measures.h.
+// Slanted-edge MTF after ISO 12233; see measures.h.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,20 +14,20 @@ constexpr double kNotMeasurable = std::numeric_limits<double>::quiet_NaN();
 constexpr double kPi = 3.14159265358979323846;
 constexpr int kBinsPerPixel = 4;
 
-// The region, turned so that the edge runs from top to bottom.
+// The region, transposed if needed so that the edge runs from top to bottom.
 struct Patch {
   const View& image;
   Region region;
-  bool turned = false;
-  std::size_t width() const { return turned ? region.height : region.width; }
-  std::size_t height() const { return turned ? region.width : region.height; }
+  bool transposed = false;
+  std::size_t width() const { return transposed ? region.height : region.width; }
+  std::size_t height() const { return transposed ? region.width : region.height; }
   double at(std::size_t x, std::size_t y) const {
-    return turned ? image.at(region.x + y, region.y + x) : image.at(region.x + x, region.y + y);
+    return transposed ? image.at(region.x + y, region.y + x) : image.at(region.x + x, region.y + y);
   }
 };
 
-// Which way the light changes more.
-bool runs_across(const Patch& patch) {
+// True if the edge is closer to horizontal: the light changes more from row to row than from column to column.
+bool is_horizontal(const Patch& patch) {
   double across = 0, down = 0;
   for (std::size_t y = 0; y + 1 < patch.height(); ++y)
     for (std::size_t x = 0; x + 1 < patch.width(); ++x) {
@@ -44,7 +44,8 @@ struct Line {
   double at(double y) const { return offset + slope * y; }
 };
 
-// The edge: where each row's derivative has its centre, looking only near `guess` when there is one.
+// Fits a line through the centroids of the rows' derivatives, within half_window_px of `guess` if there is one. False
+// without an edge.
 bool fit_line(const Patch& patch, const Line* guess, double half_window_px, Line& line) {
   double n = 0, sum_y = 0, sum_x = 0, sum_yy = 0, sum_yx = 0;
   for (std::size_t row = 0; row < patch.height(); ++row) {
@@ -73,15 +74,15 @@ bool fit_line(const Patch& patch, const Line* guess, double half_window_px, Line
   return true;
 }
 
-// One bin of the edge's profile along its normal: the mean of its pixels, and where they lie on average. Pixels do not
-// fill bins evenly; taking them for the bin's middle would cost several per cent at high frequencies.
+// One bin of the edge spread function: mean value and mean place of its pixels. Pixels do not fill bins evenly; using
+// the centre of the bin instead of the mean place would cost several per cent of the MTF at high frequencies.
 struct Bin {
   double value = 0;
-  double place_px = 0;
+  double place_px = 0;  // distance from the edge
 };
 
-// The profile, kBinsPerPixel bins a pixel; the edge lies at 0. Empty when some bin got no pixel: the edge does not lean
-// enough.
+// The edge spread function along the edge's normal, kBinsPerPixel bins per pixel, with the edge at 0. Empty if a bin
+// has no pixel because the edge is not slanted enough.
 std::vector<Bin> profile_of(const Patch& patch, const Line& line, double half_length_px) {
   const double cosine = 1 / std::sqrt(1 + line.slope * line.slope);
   const auto half = static_cast<std::ptrdiff_t>(half_length_px * kBinsPerPixel);
@@ -114,32 +115,32 @@ double edge_mtf(const View& image, const Region& region, double cycles_per_pixel
       region.y + region.height > image.height || !(cycles_per_pixel >= 0) || !(cycles_per_pixel <= 1))
     return kNotMeasurable;
   Patch patch{image, region};
-  patch.turned = runs_across(patch);
+  patch.transposed = is_horizontal(patch);
 
   Line line;
   if (!fit_line(patch, nullptr, 0, line)) return kNotMeasurable;
-  // Once more near the first line: far from the edge there is only noise.
+  // Fit again near the first line: far from the edge there is only noise.
   const Line first = line;
   if (!fit_line(patch, &first, std::max(4.0, static_cast<double>(patch.width()) / 4), line)) return kNotMeasurable;
 
-  // As far as every row reaches on both sides.
+  // Extent of the profile: as far as every row reaches on both sides of the edge.
   const double cosine = 1 / std::sqrt(1 + line.slope * line.slope);
   const double top = line.at(0), bottom = line.at(static_cast<double>(patch.height() - 1));
-  const double room = std::min(std::min(top, bottom), static_cast<double>(patch.width() - 1) - std::max(top, bottom));
-  if (!(room * cosine >= 3)) return kNotMeasurable;
-  const double half_length = room * cosine;
+  const double margin = std::min(std::min(top, bottom), static_cast<double>(patch.width() - 1) - std::max(top, bottom));
+  if (!(margin * cosine >= 3)) return kNotMeasurable;
+  const double half_length = margin * cosine;
   const std::vector<Bin> profile = profile_of(patch, line, half_length);
   if (profile.size() < 8) return kNotMeasurable;
 
-  // Transform of the derivative, with the outer halves faded out: there is only noise.
+  // Fourier transform of the derivative, with the outer halves, where there is only noise, tapered.
   double real = 0, imaginary = 0, level = 0;
   for (std::size_t k = 0; k + 1 < profile.size(); ++k) {
     const double place = (profile[k].place_px + profile[k + 1].place_px) / 2;
     const double share = std::fabs(place) / half_length;
-    const double fade = share <= 0.5 ? 1.0 : 0.5 + 0.5 * std::cos(2 * kPi * (std::min(share, 1.0) - 0.5));
-    const double rise = fade * (profile[k + 1].value - profile[k].value);
+    const double taper = share <= 0.5 ? 1.0 : 0.5 + 0.5 * std::cos(2 * kPi * (std::min(share, 1.0) - 0.5));
+    const double rise = taper * (profile[k + 1].value - profile[k].value);
     const double phase = 2 * kPi * cycles_per_pixel * place;
-    // A difference averages the derivative over the way between its ends.
+    // A difference averages the derivative over the distance between its ends.
     const double blur = sinc(cycles_per_pixel * (profile[k + 1].place_px - profile[k].place_px));
     real += rise * std::cos(phase) / blur;
     imaginary += rise * std::sin(phase) / blur;
@@ -147,9 +148,9 @@ double edge_mtf(const View& image, const Region& region, double cycles_per_pixel
   }
   const auto less = [](const Bin& a, const Bin& b) { return a.value < b.value; };
   const auto [lowest, highest] = std::minmax_element(profile.begin(), profile.end(), less);
-  // No step from one level to another.
+  // Not a step from one level to another.
   if (!(std::fabs(level) > 0.5 * (highest->value - lowest->value))) return kNotMeasurable;
-  const double bin_blur = sinc(cycles_per_pixel / kBinsPerPixel);  // a bin averages over its width
+  const double bin_blur = sinc(cycles_per_pixel / kBinsPerPixel);  // each bin averages over its width
   return std::sqrt(real * real + imaginary * imaginary) / std::fabs(level) / bin_blur;
 }
 

@@ -1,4 +1,4 @@
-// A grey image in memory: float32, row-major, tightly packed, row 0 on top.
+// A grey image in memory: float32, row-major, no padding, row 0 at the top.
 #pragma once
 
 #include <cstddef>

@@ -75,7 +75,7 @@ void write_image(const std::filesystem::path& path, const Image& image, float wh
     write_file_atomically(path, encode_tiff(image.width, image.height, image.values.data()));
   } else {
     throw Error(ErrorKind::bad_input,
-                path.string() + ": cannot write '" + ending + "' images; use .png, .npy or .tiff");
+                path.string() + ": unknown image format '" + ending + "'; allowed: .png, .npy, .tiff");
   }
 }
 
@@ -85,7 +85,7 @@ void write_preview(const std::filesystem::path& path, const Image& image, float 
 }
 
 void write_film(const std::filesystem::path& path, const std::vector<Image>& images, unsigned tile, float white) {
-  constexpr float kQuality = 60;  // of 100: noise is what costs, and nobody looks for it here
+  constexpr float kQuality = 60;  // of 100; image noise costs most of the bytes and does not matter here
   const auto side = static_cast<int>(tile);
   cv::Mat film = cv::Mat::zeros(side, side * static_cast<int>(images.size()), CV_8U);
   for (std::size_t number = 0; number < images.size(); ++number) {

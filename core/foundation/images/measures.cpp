@@ -25,7 +25,7 @@ double border_median(const View& image) {
   return static_cast<double>(*middle);
 }
 
-// Solves a symmetric 3 x 3 system by elimination with pivots; false when it has no single solution.
+// Solves a 3 x 3 system by Gaussian elimination with pivoting; false if it is singular.
 bool solve3(double (&a)[3][4], double (&x)[3]) {
   for (int column = 0; column < 3; ++column) {
     int pivot = column;
@@ -51,7 +51,7 @@ bool solve3(double (&a)[3][4], double (&x)[3]) {
 double mean(const View& image) {
   double sum = 0;
   for (std::size_t y = 0; y < image.height; ++y) {
-    double row = 0;  // by rows: sums of like size lose less
+    double row = 0;  // sums per row lose less precision
     for (std::size_t x = 0; x < image.width; ++x) row += image.at(x, y);
     sum += row;
   }
@@ -96,7 +96,7 @@ Moments moments(const View& image) {
       sum_y += light * static_cast<double>(y);
       magnitude += std::fabs(light);
     }
-  // Light and shadow in balance have no centre.
+  // Without net light above the background there is no centroid.
   if (!(std::fabs(sum) > 1e-6 * magnitude)) return {kNotMeasurable, kNotMeasurable, kNotMeasurable};
   Moments found;
   found.centroid_x_px = sum_x / sum;
@@ -114,7 +114,7 @@ Moments moments(const View& image) {
 }
 
 double star_contrast(const View& image, const StarCircle& circle) {
-  // Wide enough for a few hundred pixels, narrow enough that frequency changes little across it.
+  // Wide enough for a few hundred pixels, narrow enough that the frequency varies little across the ring.
   const double half_ring_px = std::max(1.0, 0.03 * circle.radius_px);
   const double outer = circle.radius_px + half_ring_px;
   if (!(circle.radius_px > half_ring_px) || circle.cycles < 1 || !(circle.x_px - outer >= 0) ||
@@ -132,7 +132,7 @@ double star_contrast(const View& image, const StarCircle& circle) {
       const double dy = static_cast<double>(y) - circle.y_px;
       const double radius = std::sqrt(dx * dx + dy * dy);
       if (std::fabs(radius - circle.radius_px) > half_ring_px) continue;
-      // (cos + i sin)^cycles by multiplication alone: the same bits everywhere.
+      // (cos + i sin)^cycles by multiplication only: the same bits on every machine.
       const double cosine = dx / radius, sine = dy / radius;
       double wave[3] = {1, 1, 0};
       for (int power = 0; power < circle.cycles; ++power) {

@@ -1,4 +1,4 @@
-// Gauss-Newton over shift, rotation, level and contrast on a small pyramid; see registration.h.
+// Gauss-Newton over shift, rotation, level and contrast on an image pyramid; see registration.h.
 #include "images/registration.h"
 
 #include <algorithm>
@@ -12,8 +12,8 @@ namespace {
 constexpr double kNotMeasurable = std::numeric_limits<double>::quiet_NaN();
 constexpr double kPi = 3.14159265358979323846;
 
-// Binomial blur, 1 pixel wide. Both images get it: it leaves shifts as they are, quiets noise, and lets a linear
-// interpolation between pixels be a good one.
+// Binomial blur with a standard deviation of 1 pixel, applied to both images: it preserves shifts, reduces noise and
+// makes linear interpolation between pixels accurate.
 Image smoothed(const View& view) {
   const auto clamped = [](std::ptrdiff_t place, std::size_t size) {
     return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(place, 0, static_cast<std::ptrdiff_t>(size) - 1));
@@ -47,45 +47,45 @@ Image halved(const View& view) {
   return half;
 }
 
-// One size of both images. `middle_*` is the same place of the scene at every size.
+// One level of the pyramid, with both images. `middle_*` is the same point of the scene on every level.
 struct Level {
   Image image, reference;
   double middle_x = 0, middle_y = 0;
 };
 
-// Unknowns, in the order in which they are solved for: what stands behind may be undetermined without harm to the rest.
+// Unknowns in the order of elimination: a later one may be undetermined without affecting the earlier ones.
 enum Unknown { kLevel, kContrast, kShiftX, kShiftY, kRotation, kUnknowns };
 
 struct Fit {
   double level = 0, contrast = 1, shift_x = 0, shift_y = 0;
   double cosine = 1, sine = 0;
-  bool told[kUnknowns] = {};                                   // by the images
-  double left_over = std::numeric_limits<double>::infinity();  // share of the variance that is not explained
+  bool determined[kUnknowns] = {};                             // by the images
+  double left_over = std::numeric_limits<double>::infinity();  // unexplained share of the variance
 };
 
-// Normal equations; `own` is what each diagonal would be if nothing else could explain the same change.
+// Normal equations. `own` is each diagonal element if no other unknown could explain the same change.
 struct System {
   double a[kUnknowns][kUnknowns + 1] = {};
   double own[kUnknowns] = {};
   double count = 0, sum = 0, squares = 0, errors = 0;
 
-  void add(double seen, double error, const double (&slopes)[kUnknowns]) {
+  void add(double value, double error, const double (&slopes)[kUnknowns]) {
     for (int row = 0; row < kUnknowns; ++row) {
       for (int column = row; column < kUnknowns; ++column) a[row][column] += slopes[row] * slopes[column];
       a[row][kUnknowns] += slopes[row] * error;
     }
     count += 1;
-    sum += seen;
-    squares += seen * seen;
+    sum += value;
+    squares += value * value;
     errors += error * error;
   }
-  // The first `unknowns` steps; one that the images do not tell is 0.
-  void solve(int unknowns, bool (&told)[kUnknowns], double (&steps)[kUnknowns]) {
+  // Solves for the first `unknowns` steps; a step that the images do not determine is 0.
+  void solve(int unknowns, bool (&determined)[kUnknowns], double (&steps)[kUnknowns]) {
     for (int row = 0; row < kUnknowns; ++row)
       for (int column = 0; column < row; ++column) a[row][column] = a[column][row];
     for (int k = 0; k < unknowns; ++k) {
-      told[k] = a[k][k] > 0.01 * own[k];
-      if (!told[k]) continue;
+      determined[k] = a[k][k] > 0.01 * own[k];
+      if (!determined[k]) continue;
       for (int row = k + 1; row < unknowns; ++row) {
         const double factor = a[row][k] / a[k][k];
         for (int column = k; column <= kUnknowns; ++column) a[row][column] -= factor * a[k][column];
@@ -93,7 +93,7 @@ struct System {
     }
     for (int k = unknowns - 1; k >= 0; --k) {
       steps[k] = 0;
-      if (!told[k]) continue;
+      if (!determined[k]) continue;
       double rest = a[k][kUnknowns];
       for (int column = k + 1; column < unknowns; ++column) rest -= a[k][column] * steps[column];
       steps[k] = rest / a[k][k];
@@ -117,40 +117,40 @@ System compare(const Level& at, const Fit& fit) {
       const double u = column - static_cast<double>(left), v = row - static_cast<double>(top);
       const double a = reference.at(left, top), b = reference.at(left + 1, top);
       const double c = reference.at(left, top + 1), d = reference.at(left + 1, top + 1);
-      const double value = (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * d);
+      const double expected = (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * d);
       const double across = fit.contrast * ((1 - v) * (b - a) + v * (d - c));
       const double down = fit.contrast * ((1 - u) * (c - a) + u * (d - b));
-      const double seen = image.at(x, y);
-      system.add(seen, seen - fit.level - fit.contrast * value,
-                 {1, value, fit.sine * down - fit.cosine * across, -fit.sine * across - fit.cosine * down,
+      const double value = image.at(x, y);
+      system.add(value, value - fit.level - fit.contrast * expected,
+                 {1, expected, fit.sine * down - fit.cosine * across, -fit.sine * across - fit.cosine * down,
                   across * py - down * px});
       const double steepness = across * across + down * down;
-      system.own[kContrast] += value * value;
+      system.own[kContrast] += expected * expected;
       system.own[kShiftX] += steepness / 2;
       system.own[kShiftY] += steepness / 2;
       system.own[kRotation] += steepness * (px * px + py * py) / 2;
     }
-  // An even level is told by any pixel; contrast by little.
+  // Little structure is enough to determine the contrast.
   system.own[kContrast] *= 0.01;
   return system;
 }
 
-// Improves the fit until it stands still.
+// Iterates until the fit has converged.
 void refine(const Level& at, Fit& fit) {
   constexpr int kMostSteps = 30;
-  constexpr double kFurthest_px = 4, kMostTurn = 0.1, kStill_px = 1e-3;
+  constexpr double kFurthest_px = 4, kMostTurn = 0.1, kConverged_px = 1e-3;
   const double reach = std::max(at.middle_x, at.middle_y);
   for (int step = 0; step <= kMostSteps; ++step) {
     System system = compare(at, fit);
     const double pixels = static_cast<double>(at.image.width * at.image.height);
     const double variance = system.squares - system.sum * system.sum / std::max(system.count, 1.0);
-    // Too little in common, or an image that is even but for rounding.
+    // False for too little overlap, and for an image that is uniform up to rounding.
     const bool comparable = system.count > pixels / 4 && variance > 1e-10 * system.squares;
     fit.left_over = comparable ? system.errors / variance : std::numeric_limits<double>::infinity();
-    // Level and contrast first: steps of the others are as long as the contrast is wrong.
+    // Level and contrast alone first: a wrong contrast scales the other steps.
     double steps[kUnknowns] = {};
-    system.solve(step == 0 ? kShiftX : kUnknowns, fit.told, steps);
-    if (!fit.told[kContrast] || std::isinf(fit.left_over)) return;
+    system.solve(step == 0 ? kShiftX : kUnknowns, fit.determined, steps);
+    if (!fit.determined[kContrast] || std::isinf(fit.left_over)) return;
     fit.level += steps[kLevel];
     fit.contrast += steps[kContrast];
     if (step == 0) continue;
@@ -159,16 +159,16 @@ void refine(const Level& at, Fit& fit) {
     const double turn = std::clamp(steps[kRotation], -kMostTurn, kMostTurn);
     fit.shift_x += x;
     fit.shift_y += y;
-    // A rotation by almost `turn` without the C library's sines.
+    // Rotation by approximately `turn`, without the C library's sine.
     const double square = turn * turn / 4, cosine = (1 - square) / (1 + square), sine = turn / (1 + square);
     const double before = fit.cosine;
     fit.cosine = before * cosine - fit.sine * sine;
     fit.sine = before * sine + fit.sine * cosine;
-    if (std::fabs(x) + std::fabs(y) + std::fabs(turn) * reach < kStill_px) return;
+    if (std::fabs(x) + std::fabs(y) + std::fabs(turn) * reach < kConverged_px) return;
   }
 }
 
-// Arctangent by halvings and a series: the same bits everywhere.
+// Arctangent by halving and a series: the same bits on every machine.
 double angle_deg(double cosine, double sine) {
   double t = sine / (1 + cosine);  // tangent of half the angle
   for (int halving = 0; halving < 3; ++halving) t /= 1 + std::sqrt(1 + t * t);
@@ -217,9 +217,10 @@ Registration registration(const View& image, const View& reference) {
     best.shift_y *= 2;
     refine(levels[finer - 1], best);
   }
-  if (!(best.left_over < 1 - kLeastExplained) || !best.told[kContrast] || !(best.contrast > 0)) return none;
-  return {best.told[kShiftX] ? best.shift_x : kNotMeasurable, best.told[kShiftY] ? best.shift_y : kNotMeasurable,
-          best.told[kRotation] ? angle_deg(best.cosine, best.sine) : kNotMeasurable};
+  if (!(best.left_over < 1 - kLeastExplained) || !best.determined[kContrast] || !(best.contrast > 0)) return none;
+  return {best.determined[kShiftX] ? best.shift_x : kNotMeasurable,
+          best.determined[kShiftY] ? best.shift_y : kNotMeasurable,
+          best.determined[kRotation] ? angle_deg(best.cosine, best.sine) : kNotMeasurable};
 }
 
 }  // namespace relign::images

@@ -51,7 +51,7 @@ toff_t size_of(thandle_t handle) { return memory(handle).bytes.size(); }
 using Tiff = std::unique_ptr<TIFF, void (*)(TIFF*)>;
 
 Tiff open_tiff(Memory& file, const char* mode) {
-  TIFFSetErrorHandler(nullptr);  // the caller says what is wrong, and where
+  TIFFSetErrorHandler(nullptr);  // the caller reports the error with the file's name
   TIFFSetWarningHandler(nullptr);
   return {TIFFClientOpen("image", mode, &file, read_some, write_some, seek, close_nothing, size_of, nullptr, nullptr),
           TIFFClose};
@@ -112,7 +112,7 @@ GreyPixels decode_tiff(std::string_view bytes, std::size_t most_pixels) {
   TIFFGetField(tiff.get(), TIFFTAG_PHOTOMETRIC, &meaning);
   if (width == 0 || height > most_pixels / width)
     throw Error(ErrorKind::bad_input, "the image has " + std::to_string(width) + " x " + std::to_string(height) +
-                                          " pixels; at most " + std::to_string(most_pixels) + " are read");
+                                          " pixels; allowed: at most " + std::to_string(most_pixels));
   const bool whole = format == SAMPLEFORMAT_UINT && (bits == 8 || bits == 16),
              real = format == SAMPLEFORMAT_IEEEFP && bits == 32;
   const bool grey = meaning == PHOTOMETRIC_MINISBLACK || meaning == PHOTOMETRIC_MINISWHITE,

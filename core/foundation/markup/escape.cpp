@@ -51,7 +51,7 @@ std::string json_for_script(const Json& value) {
   std::string out;
   out.reserve(plain.size());
   for (const char c : plain) {
-    switch (c) {  // these stand only inside JSON strings, where an escape means the same
+    switch (c) {  // occur only inside JSON strings, where an escape has the same meaning
       case '<':
         out += "\\u003c";
         break;
@@ -75,7 +75,7 @@ std::string markdown_text(std::string_view text) {
     const auto alphanumeric = [&](std::size_t at) {
       return at < plain.size() && std::isalnum(static_cast<unsigned char>(plain[at])) != 0;
     };
-    // Inside a word an underscore is no markup, and names are full of them.
+    // Inside a word, as in many names, an underscore is not markup.
     const bool in_word = plain[i] == '_' && i > 0 && alphanumeric(i - 1) && alphanumeric(i + 1);
     if (std::string_view("\\`*_<>&[]|~!").find(plain[i]) != std::string_view::npos && !in_word) out += '\\';
     out += plain[i];

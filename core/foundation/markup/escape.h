@@ -1,5 +1,5 @@
-// Text from results is written by strangers: plugins, suites and messages may hold markup or
-// terminal sequences. Everything that leaves this room passes through one of these.
+// Escapes text for HTML, Markdown, CSV and terminals. Names and messages of plugins and suites are untrusted and may
+// contain markup or terminal sequences, so that everything the report writes passes through one of these functions.
 #pragma once
 
 #include <string>
@@ -9,24 +9,24 @@
 
 namespace relign {
 
-// For HTML text and quoted attributes: & < > " ' are replaced, control characters become U+FFFD.
+// For HTML text and quoted attributes: & < > " ' are escaped, control characters become U+FFFD.
 std::string html_escaped(std::string_view text);
 
-// JSON that can stand inside <script>: < > & are written as \u escapes, so that no content can end
-// the element or open a comment.
+// JSON for embedding in <script>: < > & are written as \u escapes, so that no content can end the element
+// or open a comment.
 std::string json_for_script(const Json& value);
 
 // For a terminal: control characters (C0, DEL, C1) become '?', so that a name cannot move the cursor.
 std::string terminal_text(std::string_view text);
 
-// For a cell of a Markdown table: what would be markup is escaped, control characters and line ends become '?'.
+// For a cell of a Markdown table: markup is escaped, control characters and line ends become '?'.
 std::string markdown_text(std::string_view text);
 
-// A field of a CSV file (RFC 4180): control characters become '?', and what a spreadsheet would take for a formula
-// (a text that begins with = + - @) gets an apostrophe before it.
+// For a field of a CSV file (RFC 4180): control characters become '?', and text that a spreadsheet would read as a
+// formula (it begins with = + - @) is prefixed with an apostrophe.
 std::string csv_field(std::string_view text);
 
-// Columns the text takes, one per code point; and the text cut to that many with "..." at its end.
+// Width of the text in columns, one per code point; and the text truncated to that many, with "..." at its end.
 std::size_t columns(std::string_view text);
 std::string clipped(std::string_view text, std::size_t most_columns);
 

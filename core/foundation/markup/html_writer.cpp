@@ -24,7 +24,7 @@ HtmlWriter& HtmlWriter::open(std::string_view tag, const Attributes& attributes)
 HtmlWriter& HtmlWriter::close() {
   if (open_.empty()) return *this;
   out_ += "</" + open_.back() + '>';
-  // A line per block keeps the page's source readable; inline elements must not gain spaces.
+  // One line per block keeps the page's source readable; inline elements must not gain spaces.
   const std::string& tag = open_.back();
   if (tag == "tr" || tag == "p" || tag == "li" || tag == "div" || tag == "section" || tag == "figure" ||
       tag == "details" || tag == "table" || tag == "tbody")

@@ -1,5 +1,5 @@
-// Writes HTML so that forgetting to escape is impossible: text and attribute values are escaped
-// here, and there is no way to add raw markup.
+// Writes HTML in which everything is escaped: text and attribute values are escaped here, and there is
+// no way to add raw markup.
 #pragma once
 
 #include <string>
@@ -9,7 +9,8 @@
 
 namespace relign {
 
-using Attributes = std::vector<std::pair<std::string_view, std::string>>;  // names are ours, values anybody's
+using Attributes =
+    std::vector<std::pair<std::string_view, std::string>>;  // names are literals of ours, values are escaped
 
 class HtmlWriter {
  public:
@@ -20,7 +21,7 @@ class HtmlWriter {
   HtmlWriter& element(std::string_view tag, std::string_view text) { return element(tag, {}, text); }
   HtmlWriter& empty(std::string_view tag, const Attributes& attributes = {});  // <br>, <image ... />
 
-  // Closes what is open and hands the text over.
+  // Closes the open elements and returns the text.
   std::string take();
 
  private:

@@ -1,4 +1,4 @@
-// Image files: what is written reads back, what cannot be read is refused with a sentence.
+// Image files: round trips, and errors for files that cannot be read or written.
 #include "images/image_file.h"
 
 #include <gmock/gmock.h>
@@ -45,14 +45,14 @@ class ImageFileTest : public testing::Test {
   fs::path folder_;
 };
 
-// 3 x 2, every pixel another value.
+// 3 x 2 pixels of different values.
 Image sample() {
   Image image(3, 2);
   image.values = {0.0F, 0.25F, 0.5F, 0.75F, 1.0F, 0.125F};
   return image;
 }
 
-TEST(Image, IsRowMajorWithTheTopRowFirst) {
+TEST(Image, IsRowMajorWithTopRowFirst) {
   Image image = sample();
   EXPECT_EQ(image.at(2, 0), 0.5F);
   EXPECT_EQ(image.at(0, 1), 0.75F);
@@ -80,7 +80,7 @@ TEST_F(ImageFileTest, PngMapsWhiteToFullScaleAndClips) {
   EXPECT_EQ(read.values[3], 1);
 }
 
-TEST_F(ImageFileTest, TiffKeepsEveryFloat) {
+TEST_F(ImageFileTest, TiffKeepsFloats) {
   Image image = sample();
   image.values[1] = 1.0F / 3;
   image.values[2] = -2.5e-7F;
@@ -93,7 +93,7 @@ TEST_F(ImageFileTest, TiffKeepsEveryFloat) {
   }
 }
 
-TEST_F(ImageFileTest, NpyIsWhatNumpyWrites) {
+TEST_F(ImageFileTest, NpyMatchesNumpyFormat) {
   write_image(folder_ / "a.npy", sample());
   const std::string bytes = read_file(folder_ / "a.npy");
   // The format's own description: magic, version 1.0, length of the header, a Python dictionary padded
@@ -111,14 +111,14 @@ TEST_F(ImageFileTest, NpyIsWhatNumpyWrites) {
   for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(values[i], sample().values[i]);
 }
 
-TEST_F(ImageFileTest, NpyOfAnEmptyImageIsStillOne) {
+TEST_F(ImageFileTest, WritesNpyOfAnEmptyImage) {
   write_image(folder_ / "a.npy", Image(0, 0));
   const std::string bytes = read_file(folder_ / "a.npy");
   EXPECT_THAT(bytes, HasSubstr("(0, 0)"));
   EXPECT_EQ(bytes.size() % 64, 0u);
 }
 
-TEST_F(ImageFileTest, PreviewIsAnEightBitPng) {
+TEST_F(ImageFileTest, PreviewIsEightBitPng) {
   Image image(2, 1);
   image.values = {0.0575F, 0.2F};
   write_preview(folder_ / "p.png", image, 0.115F);
@@ -132,7 +132,7 @@ TEST_F(ImageFileTest, PreviewIsAnEightBitPng) {
   EXPECT_EQ(read.values[1], 1);
 }
 
-TEST_F(ImageFileTest, AFilmHasItsImagesSideBySide) {
+TEST_F(ImageFileTest, FilmStripHasImagesSideBySide) {
   Image white(40, 20), grey(4, 4);
   std::fill(white.values.begin(), white.values.end(), 2.0F);
   std::fill(grey.values.begin(), grey.values.end(), 0.5F);
@@ -173,7 +173,7 @@ TEST_F(ImageFileTest, RefusesHugeImagesBeforeUnpackingThem) {
   EXPECT_THAT(refusal(file("huge.png", png), ErrorKind::bad_input), HasSubstr("huge.png"));
 }
 
-TEST_F(ImageFileTest, RefusesWhatIsNoImage) {
+TEST_F(ImageFileTest, RejectsFilesThatAreNotImages) {
   EXPECT_THAT(refusal(folder_ / "missing.png", ErrorKind::io), HasSubstr("No such file"));
   EXPECT_THAT(refusal(folder_, ErrorKind::io), HasSubstr("folder"));
   EXPECT_THAT(refusal(file("empty.png", ""), ErrorKind::bad_input),
@@ -183,7 +183,7 @@ TEST_F(ImageFileTest, RefusesWhatIsNoImage) {
   EXPECT_THAT(refusal(file("magic.png", "\x89PNG\r\n\x1a\n"), ErrorKind::bad_input), HasSubstr("ends too early"));
 }
 
-TEST_F(ImageFileTest, RefusesTruncatedImages) {
+TEST_F(ImageFileTest, RejectsTruncatedImages) {
   Image noisy(64, 64);
   for (std::size_t i = 0; i < noisy.values.size(); ++i)
     noisy.values[i] = static_cast<float>(std::fmod(static_cast<double>(i) * 0.618, 1.0));
@@ -197,20 +197,20 @@ TEST_F(ImageFileTest, RefusesTruncatedImages) {
   }
 }
 
-TEST_F(ImageFileTest, RefusesOtherEndings) {
+TEST_F(ImageFileTest, RejectsUnknownExtensions) {
   for (const char* name : {"a.jpg", "a.exr", "a", "a.png.bak"}) {
     try {
       write_image(folder_ / name, sample());
       ADD_FAILURE() << name;
     } catch (const Error& error) {
       EXPECT_EQ(error.kind(), ErrorKind::bad_input);
-      EXPECT_THAT(error.what(), HasSubstr("use .png, .npy or .tiff"));
+      EXPECT_THAT(error.what(), HasSubstr("allowed: .png, .npy, .tiff"));
     }
     EXPECT_FALSE(fs::exists(folder_ / name));
   }
 }
 
-TEST_F(ImageFileTest, AFolderThatCannotBeWrittenIsAnIoError) {
+TEST_F(ImageFileTest, ReportsUnwritableFolderAsIoError) {
   for (const char* name : {"a.png", "a.npy", "a.tiff"}) {
     try {
       write_image(fs::path("/proc/nothing") / name, sample());

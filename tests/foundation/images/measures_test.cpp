@@ -1,4 +1,4 @@
-// Measures against images whose answer is known on paper.
+// Image measures against images whose values are known analytically.
 #include "images/measures.h"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ Image gaussian_spot(double x0, double y0, double sigma, double background = 0) {
   });
 }
 
-// A step from 0.1 to 0.9 across a line through the middle, leaning by `degrees`, blurred by a Gaussian.
+// A step from 0.1 to 0.9 across a line through the centre, slanted by `degrees`, blurred by a Gaussian.
 Image blurred_edge(std::size_t size, double degrees, double sigma) {
   const double angle = degrees * kPi / 180, middle = static_cast<double>(size) / 2 - 0.3;
   return painted(size, size, [=](double x, double y) {
@@ -39,27 +39,27 @@ double gaussian_mtf(double sigma, double f) { return std::exp(-2 * kPi * kPi * s
 
 Region whole(const Image& image) { return {0, 0, image.width, image.height}; }
 
-TEST(Mean, AndContrastByHand) {
+TEST(MeanAndContrast, MatchHandCalculation) {
   const Image image = painted(4, 2, [](double x, double) { return x < 2 ? 1.0 : 3.0; });
   EXPECT_DOUBLE_EQ(mean(image), 2);
   EXPECT_DOUBLE_EQ(contrast(image), 0.5);
   EXPECT_TRUE(std::isnan(contrast(Image(4, 4, 0.0F)))) << "no light";
 }
 
-TEST(Contrast, OfAGratingIsItsModulationByRootTwo) {
+TEST(Contrast, OfGratingIsModulationOverRootTwo) {
   const Image grating = painted(160, 20, [](double x, double) { return 0.3 * (1 + 0.6 * std::sin(2 * kPi * x / 16)); });
   EXPECT_NEAR(contrast(grating), 0.6 / std::sqrt(2.0), 1e-6);
 }
 
-TEST(Sharpness, OfARampIsItsSlopeByLevelSquared) {
+TEST(Sharpness, OfRampIsSquaredSlopeOverSquaredLevel) {
   const Image ramp = painted(41, 30, [](double x, double y) { return 1 + 0.02 * (x - 20) + 0.01 * (y - 14.5); });
   EXPECT_NEAR(sharpness(ramp), 0.02 * 0.02 + 0.01 * 0.01, 1e-8);
   Image brighter = ramp;
   for (float& value : brighter.values) value *= 8;
-  EXPECT_DOUBLE_EQ(sharpness(brighter), sharpness(ramp)) << "the lamp's level does not count";
+  EXPECT_DOUBLE_EQ(sharpness(brighter), sharpness(ramp)) << "independent of the light level";
 }
 
-TEST(Sharpness, FallsWithBlur) {
+TEST(Sharpness, DecreasesWithBlur) {
   double before = 1e9;
   for (const double sigma : {0.7, 1.0, 1.5, 2.5, 4.0}) {
     const double now = sharpness(blurred_edge(64, 5, sigma));
@@ -68,7 +68,7 @@ TEST(Sharpness, FallsWithBlur) {
   }
 }
 
-TEST(Moments, FindAShiftedSpotAndItsWidth) {
+TEST(Moments, LocateShiftedSpotAndItsWidth) {
   for (const double background : {0.0, 0.7}) {
     const Moments found = moments(gaussian_spot(33.37, 24.81, 2.6, background));
     EXPECT_NEAR(found.centroid_x_px, 33.37, 2e-3);
@@ -77,7 +77,7 @@ TEST(Moments, FindAShiftedSpotAndItsWidth) {
   }
 }
 
-TEST(Moments, FindADarkSpotToo) {
+TEST(Moments, LocateDarkSpot) {
   Image image = gaussian_spot(20.25, 31.5, 3);
   for (float& value : image.values) value = 2 - value;
   const Moments found = moments(image);
@@ -85,7 +85,7 @@ TEST(Moments, FindADarkSpotToo) {
   EXPECT_NEAR(found.centroid_y_px, 31.5, 2e-3);
 }
 
-TEST(Moments, OfAnEvenImageAreNotMeasurable) {
+TEST(Moments, AreNanForUniformImage) {
   EXPECT_TRUE(std::isnan(moments(Image(20, 20, 0.4F)).centroid_x_px));
   EXPECT_TRUE(std::isnan(moments(Image(20, 20, 0.4F)).width_px));
 }
@@ -96,16 +96,16 @@ Image star(double x0, double y0, int cycles, double modulation, double phase = 0
   });
 }
 
-TEST(StarContrast, OfASinusoidalStarIsItsModulation) {
+TEST(StarContrast, OfSinusoidalStarIsItsModulation) {
   const Image image = star(101.3, 98.6, 36, 0.62);
   for (const double radius : {30.0, 45.0, 80.0})
     EXPECT_NEAR(star_contrast(image, {101.3, 98.6, radius, 36}), 0.62, 0.002) << radius;
-  EXPECT_LT(star_contrast(image, {101.3, 98.6, 60, 24}), 0.02) << "another number of spokes is not there";
+  EXPECT_LT(star_contrast(image, {101.3, 98.6, 60, 24}), 0.02) << "no other number of spokes";
 }
 
-TEST(StarContrast, OfABlurredStarFallsAsItsBlurSays) {
-  // At radius r, a star's wave is a grating of cycles / (2 pi r): a Gaussian blur takes exp(-2 pi^2 sigma^2 f^2) of it,
-  // here painted in directly.
+TEST(StarContrast, OfBlurredStarMatchesGaussianMtf) {
+  // At radius r the star is a grating of frequency f = cycles / (2 pi r), whose modulation a Gaussian blur multiplies
+  // by exp(-2 pi^2 sigma^2 f^2). The image is painted with that modulation.
   const double sigma = 1.5;
   const int cycles = 36;
   const Image image = painted(200, 200, [=](double x, double y) {
@@ -119,13 +119,13 @@ TEST(StarContrast, OfABlurredStarFallsAsItsBlurSays) {
   }
 }
 
-TEST(StarContrast, OfABlackAndWhiteStarIsItsFundamental) {
+TEST(StarContrast, OfBinaryStarIsItsFundamental) {
   const Image image = painted(
       200, 200, [](double x, double y) { return std::cos(12 * std::atan2(y - 99.5, x - 99.5)) > 0 ? 1.0 : 0.0; });
   EXPECT_NEAR(star_contrast(image, {99.5, 99.5, 80, 12}), 4 / kPi, 0.02);
 }
 
-TEST(StarContrast, IsNotMeasurableBeyondTheImageOrThePixels) {
+TEST(StarContrast, IsNanOutsideTheImageAndBeyondPixelResolution) {
   const Image image = star(100, 100, 36, 0.5);
   EXPECT_TRUE(std::isnan(star_contrast(image, {100, 100, 120, 36})));
   EXPECT_TRUE(std::isnan(star_contrast(image, {100, 100, 3, 36}))) << "36 cycles on 19 pixels";
@@ -134,9 +134,9 @@ TEST(StarContrast, IsNotMeasurableBeyondTheImageOrThePixels) {
   EXPECT_TRUE(std::isnan(star_contrast(Image(200, 200, 0.0F), {100, 100, 30, 36}))) << "no light";
 }
 
-TEST(EdgeMtf, OfAGaussianBlurIsKnownWithinTwoPercent) {
+TEST(EdgeMtf, MatchesGaussianBlurWithinTwoPercent) {
   for (const double sigma : {0.6, 1.0, 1.8})
-    for (const double degrees : {4.0, 8.5, 20.0, -11.0, 86.0, 79.0}) {  // the last two lie nearly flat
+    for (const double degrees : {4.0, 8.5, 20.0, -11.0, 86.0, 79.0}) {  // the last two edges are nearly horizontal
       const Image image = blurred_edge(90, degrees, sigma);
       EXPECT_NEAR(edge_mtf(image, whole(image), 0), 1, 1e-12);
       for (const double f : {0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5}) {
@@ -148,7 +148,7 @@ TEST(EdgeMtf, OfAGaussianBlurIsKnownWithinTwoPercent) {
     }
 }
 
-TEST(EdgeMtf, LooksAtItsRegionAlone) {
+TEST(EdgeMtf, UsesOnlyItsRegion) {
   Image image(150, 120, 0.3F);
   const Image edge = blurred_edge(60, 7, 1.2);
   for (std::size_t y = 0; y < 60; ++y)
@@ -157,7 +157,7 @@ TEST(EdgeMtf, LooksAtItsRegionAlone) {
   EXPECT_TRUE(std::isnan(edge_mtf(image, {100, 40, 60, 60}, 0.2))) << "beyond the image";
 }
 
-TEST(EdgeMtf, StandsNoise) {
+TEST(EdgeMtf, ToleratesNoise) {
   Image image = blurred_edge(90, 6, 1.2);
   Random random(5);
   for (float& value : image.values) value += static_cast<float>(0.01 * random.normal());
@@ -165,11 +165,12 @@ TEST(EdgeMtf, StandsNoise) {
   EXPECT_NEAR(edge_mtf(image, whole(image), 0.2), gaussian_mtf(1.2, 0.2), 0.04);
 }
 
-TEST(EdgeMtf, IsNotMeasurableWithoutALeaningEdge) {
+TEST(EdgeMtf, IsNanWithoutSlantedEdge) {
   const Image even(60, 60, 0.5F);
   EXPECT_TRUE(std::isnan(edge_mtf(even, whole(even), 0.1)));
   const Image straight = blurred_edge(60, 0, 1);
-  EXPECT_TRUE(std::isnan(edge_mtf(straight, whole(straight), 0.1))) << "an edge along the pixels has no finer samples";
+  EXPECT_TRUE(std::isnan(edge_mtf(straight, whole(straight), 0.1)))
+      << "an edge along the pixel grid has no finer samples";
   const Image spot = gaussian_spot(40, 30, 3);
   EXPECT_TRUE(std::isnan(edge_mtf(spot, whole(spot), 0.1)));
 }

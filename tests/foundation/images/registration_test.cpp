@@ -12,10 +12,10 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-// Light at a place from the middle of the image, in pixels.
+// Light at a position relative to the centre of the image, in pixels.
 using Chart = std::function<double(double, double)>;
 
-// A place (x, y) of the chart appears at the image's middle + shift + the place turned clockwise (y runs down).
+// Point (x, y) of the chart appears at the image's centre + shift + (x, y) rotated clockwise (y points down).
 Image shown(const Chart& chart, const Registration& how, std::size_t width = 160, std::size_t height = 120) {
   const double angle = how.rotation_deg * kPi / 180;
   Image image(width, height);
@@ -29,13 +29,13 @@ Image shown(const Chart& chart, const Registration& how, std::size_t width = 160
   return image;
 }
 
-// A soft star on a soft round patch, as a lens shows it.
+// A blurred star on a blurred disc, as a lens images it.
 double star(double x, double y) {
   const double radius = std::hypot(x, y), waves = 1 - std::exp(-radius * radius / 60);
   return 0.1 / (1 + std::exp((radius - 38) / 1.5)) * (1 + waves * std::cos(12 * std::atan2(y, x)));
 }
 
-// Fills the whole image.
+// A pattern that fills the whole image.
 double waves(double x, double y) {
   return 0.5 + 0.1 * std::cos(0.31 * x + 0.11 * y) + 0.1 * std::cos(0.09 * x - 0.23 * y + 1) + 0.1 * std::cos(0.05 * x);
 }
@@ -48,35 +48,35 @@ void expect_found(const Registration& found, const Registration& painted, double
 
 const Registration kPainted[] = {{0, 0, 0}, {0.4, -0.3, 0.2}, {-3.7, 2.2, -1.5}, {12.3, 8.9, 4}, {-15, 9.6, -6}};
 
-TEST(Registration, FindsShiftAndRotationOfAStar) {
+TEST(Registration, FindsShiftAndRotationOfStar) {
   for (const Registration& painted : kPainted)
     expect_found(registration(shown(star, painted), shown(star, {})), painted, 0.01, 0.02);
 }
 
-TEST(Registration, FindsThemInAChartThatFillsTheImage) {
+TEST(Registration, FindsShiftAndRotationOfFullFrameChart) {
   for (const Registration& painted : {kPainted[0], kPainted[1], kPainted[2]})  // less than half a period of the waves
     expect_found(registration(shown(waves, painted), shown(waves, {})), painted, 0.01, 0.02);
 }
 
-TEST(Registration, FindsAStarFarOff) {
+TEST(Registration, FindsStarFarFromTheCentre) {
   const Registration painted{61.5, -33.2, 3};
   expect_found(registration(shown(star, painted, 220, 201), shown(star, {}, 220, 201)), painted, 0.01, 0.02);
 }
 
-TEST(Registration, ComparesWithAReferenceThatIsOffItself) {
-  // Both have the middle of the image as their pivot: shifts add where rotations are none.
+TEST(Registration, AcceptsDecentredReference) {
+  // Without rotation the shifts of image and reference subtract.
   const Registration found = registration(shown(star, {5, -2, 0}), shown(star, {-4.5, 1.25, 0}));
   expect_found(found, {9.5, -3.25, 0}, 0.01, 0.02);
 }
 
-TEST(Registration, LevelAndContrastDoNotCount) {
+TEST(Registration, IgnoresLevelAndContrast) {
   Image image = shown(star, kPainted[2]);
   for (float& value : image.values) value = 0.3F + 8 * value;
   expect_found(registration(image, shown(star, {})), kPainted[2], 0.01, 0.02);
 }
 
-TEST(Registration, StandsNoise) {
-  // Two photons a lit pixel, as a capture of the paper's scene.
+TEST(Registration, ToleratesNoise) {
+  // Noise of a capture of the paper's scene: about two photons per lit pixel.
   Random random(7);
   Image image = shown(star, kPainted[2]);
   for (float& value : image.values) {
@@ -86,7 +86,7 @@ TEST(Registration, StandsNoise) {
   expect_found(registration(image, shown(star, {})), kPainted[2], 0.15, 0.3);
 }
 
-TEST(Registration, TellsOnlyWhatTheImagesTell) {
+TEST(Registration, IsNanWhereUndetermined) {
   const Chart spot = [](double x, double y) { return std::exp(-(x * x + y * y) / 50); };
   const Registration of_spot = registration(shown(spot, {3.2, -1.4, 0}), shown(spot, {}));
   EXPECT_NEAR(of_spot.shift_x_px, 3.2, 0.01);
@@ -98,26 +98,26 @@ TEST(Registration, TellsOnlyWhatTheImagesTell) {
   EXPECT_TRUE(std::isnan(of_edge.shift_y_px)) << of_edge.shift_y_px;
 }
 
-TEST(Registration, OfDifferentThingsIsNothing) {
-  const auto is_nothing = [](const Registration& found) {
+TEST(Registration, IsNanForDifferentContent) {
+  const auto is_nan = [](const Registration& found) {
     return std::isnan(found.shift_x_px) && std::isnan(found.shift_y_px) && std::isnan(found.rotation_deg);
   };
   const Image reference = shown(star, {});
   for (const float level : {0.0F, 0.2F, 0.4F, 3e5F})
-    EXPECT_TRUE(is_nothing(registration(Image(160, 120, level), reference))) << "an even image of " << level;
-  EXPECT_TRUE(is_nothing(registration(reference, Image(160, 120, 0.4F)))) << "an even reference";
-  EXPECT_TRUE(is_nothing(registration(shown(star, {}, 100, 120), reference))) << "another size";
-  EXPECT_TRUE(is_nothing(registration(Image(4, 4, 1), Image(4, 4, 1)))) << "too small";
+    EXPECT_TRUE(is_nan(registration(Image(160, 120, level), reference))) << "uniform image of " << level;
+  EXPECT_TRUE(is_nan(registration(reference, Image(160, 120, 0.4F)))) << "uniform reference";
+  EXPECT_TRUE(is_nan(registration(shown(star, {}, 100, 120), reference))) << "another size";
+  EXPECT_TRUE(is_nan(registration(Image(4, 4, 1), Image(4, 4, 1)))) << "too small";
   Random random(2);
   Image noise(160, 120);
   for (float& value : noise.values) value = static_cast<float>(random.normal());
-  EXPECT_TRUE(is_nothing(registration(noise, reference)));
+  EXPECT_TRUE(is_nan(registration(noise, reference)));
   Image negative = reference;
   for (float& value : negative.values) value = -value;
-  EXPECT_TRUE(is_nothing(registration(negative, reference))) << "light and shadow changed places";
+  EXPECT_TRUE(is_nan(registration(negative, reference))) << "inverted contrast";
   Image broken = reference;
   broken.at(30, 30) = std::nanf("");
-  EXPECT_TRUE(is_nothing(registration(broken, reference)));
+  EXPECT_TRUE(is_nan(registration(broken, reference)));
 }
 
 }  // namespace

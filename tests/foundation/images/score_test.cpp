@@ -1,4 +1,4 @@
-// Distances between images, by hand.
+// RMSE against values calculated by hand.
 #include "images/score.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 namespace relign::images {
 namespace {
 
-TEST(Rmse, ByHand) {
+TEST(Rmse, MatchesHandCalculation) {
   const float a[] = {0, 1, 2, 3, 4};
   const float b[] = {0, 1, 4, 3, 3};
   EXPECT_EQ(rmse(a, a, 5), 0);
@@ -19,13 +19,13 @@ TEST(Rmse, ByHand) {
   EXPECT_EQ(rmse(b, a, 5), rmse(a, b, 5));
 }
 
-TEST(Rmse, KeepsSmallDifferencesOfLargeImages) {
+TEST(Rmse, ResolvesSmallDifferencesOfLargeImages) {
   // A million pixels that differ by 2^-10: a sum in float would lose the last of them.
   const std::vector<float> a(1'000'000, 1.0F), b(1'000'000, 1.0F + 0x1p-10F);
   EXPECT_DOUBLE_EQ(rmse(a.data(), b.data(), a.size()), 0x1p-10);
 }
 
-TEST(Rmse, OfPixelsThatAreNoNumbersIsNoNumber) {
+TEST(Rmse, IsNanForNanPixels) {
   const float a[] = {0, 0}, b[] = {0, std::nanf("")};
   EXPECT_TRUE(std::isnan(rmse(a, b, 2)));
 }
