@@ -10,6 +10,11 @@
 #include "base/error.h"
 
 namespace relign {
+namespace {
+
+constexpr const char* kHexDigits = "0123456789abcdef";
+
+}  // namespace
 
 std::string shortest(double value) {
   char buffer[32];
@@ -73,10 +78,9 @@ std::string printable(std::string_view text) {
     if (size > 0 && is_printable(code)) {
       shown += text.substr(0, size);
     } else {
-      constexpr const char* kDigits = "0123456789abcdef";
       shown += code < 0x100 ? "\\x" : "\\u";
       for (int shift = code < 0x100 ? 4 : 12; shift >= 0; shift -= 4)
-        shown += kDigits[code >> static_cast<unsigned>(shift) & 15U];
+        shown += kHexDigits[code >> static_cast<unsigned>(shift) & 15U];
     }
     text.remove_prefix(std::max<std::size_t>(size, 1));
   }
@@ -131,12 +135,11 @@ std::string suggestion(std::string_view name, const std::vector<std::string>& kn
 }
 
 std::string to_hex(std::string_view bytes) {
-  constexpr const char* kDigits = "0123456789abcdef";
   std::string digits;
   digits.reserve(2 * bytes.size());
   for (const char byte : bytes) {
-    digits += kDigits[static_cast<unsigned char>(byte) >> 4U];
-    digits += kDigits[static_cast<unsigned char>(byte) & 15U];
+    digits += kHexDigits[static_cast<unsigned char>(byte) >> 4U];
+    digits += kHexDigits[static_cast<unsigned char>(byte) & 15U];
   }
   return digits;
 }
