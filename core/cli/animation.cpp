@@ -58,7 +58,7 @@ std::vector<std::vector<double>> read_pose_path(const std::string& path, const t
   }
   for (std::size_t i = 0; i < listed->size(); ++i) {
     const Json& pose = listed->at(i);
-    // Numbers in a file are checked by the same rules, and complained of in the same words, as typed ones.
+    // As text, so that poses in files are checked and reported like poses on the command line.
     std::string text = pose.is_string() ? pose.get<std::string>() : pose.dump();
     if (pose.is_array()) text = text.substr(1, text.size() - 2);
     try {
@@ -93,18 +93,18 @@ images::Image take_image(plugin_host::MountedAssembly& assembly, const trials::S
   if (seed) {
     assembly.capture(pose, *seed, image.values.data());
   } else if (!assembly.render_noise_free(pose, image.values.data())) {
-    throw Error(ErrorKind::bad_input, "--noise-free: scene '" + scene_id + "' offers no noise-free images");
+    throw Error(ErrorKind::bad_input, "--noise-free: scene '" + scene_id + "' does not provide noise-free images");
   }
   return image;
 }
 
 void animate(plugin_host::MountedAssembly& assembly, const trials::SceneFacts& facts, const AnimationPlan& plan,
              ProgressMode mode) {
-  const bool film = plan.out.extension() == ".mp4";
+  const bool video = plan.out.extension() == ".mp4";
   const int width = static_cast<int>(facts.image_width), height = static_cast<int>(facts.image_height);
-  if (film) require_film_program();
+  if (video) require_ffmpeg();
   drawing::GreyGif gif(width, height, plan.frames_per_second);
-  std::string raw;  // of a film: frame behind frame
+  std::string raw;  // for .mp4: all frames, concatenated
   const std::atomic<bool>& stop = watch_for_stop();
   ProgressPrinter printer(mode, "frames");
   runner::Progress progress;
@@ -120,7 +120,7 @@ void animate(plugin_host::MountedAssembly& assembly, const trials::SceneFacts& f
     const std::optional<std::uint64_t> seed = plan.noise_free ? std::nullopt : std::optional(plan.seed + frame);
     const std::vector<std::uint8_t> grey =
         grey_of(take_image(assembly, facts, plan.poses[frame], seed, plan.scene_id), facts.image_white);
-    if (film)
+    if (video)
       raw.append(grey.begin(), grey.end());
     else
       gif.add(grey);
@@ -128,8 +128,8 @@ void animate(plugin_host::MountedAssembly& assembly, const trials::SceneFacts& f
   }
   printer.update(progress);
   printer.finish();
-  if (film)
-    write_film(plan.out, raw, width, height, plan.frames_per_second);
+  if (video)
+    write_video(plan.out, raw, width, height, plan.frames_per_second);
   else
     write_file_atomically(plan.out, gif.take());
 }

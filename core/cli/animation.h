@@ -1,4 +1,4 @@
-// Animations along a path of poses: what render --animate writes.
+// Animations along a path of poses, for render --animate.
 #pragma once
 
 #include <cstdint>
@@ -15,27 +15,30 @@
 
 namespace relign::cli {
 
-// "start->nominal", or the name of a file {"poses": [[0.5, ...], "nominal", ...]}; at least two poses.
+// Parses "start->nominal", or reads a file {"poses": [[0.5, ...], "nominal", ...]}; at least two poses, each one true
+// coordinate per axis from 0 to 1. Throws Error(bad_input).
 std::vector<std::vector<double>> read_pose_path(const std::string& path, const trials::SceneFacts& facts,
                                                 const std::optional<trials::Instance>& instance);
 
-// `frames` (at least 2) poses: every leg takes the same time, ends included.
+// `frames` (at least 2) poses, interpolated linearly, both ends included; every leg takes the same time.
 std::vector<std::vector<double>> frames_along(const std::vector<std::vector<double>>& path, int frames);
 
 struct AnimationPlan {
-  std::vector<std::vector<double>> poses;  // one a frame
-  std::uint64_t seed = 0;                  // of the first frame; each has the next one
+  std::vector<std::vector<double>> poses;  // one per frame
+  std::uint64_t seed = 0;                  // of the first frame; frame k has seed + k
   bool noise_free = false;
   double frames_per_second = 20;
   std::filesystem::path out;  // .gif or .mp4
   std::string scene_id;       // for errors
 };
 
-// Throws Error: bad_input without ffmpeg for .mp4, stopped after Ctrl-C (nothing is written then), io.
+// Renders and writes the animation. Throws Error: bad_input if .mp4 is wanted without ffmpeg, stopped after Ctrl-C
+// (nothing is written then), io.
 void animate(plugin_host::MountedAssembly& assembly, const trials::SceneFacts& facts, const AnimationPlan& plan,
              ProgressMode progress);
 
-// A capture with this seed; without one the expected image. Throws Error(bad_input) when the scene offers none.
+// A capture with this seed; without a seed the noise-free image. Throws Error(bad_input) if the scene does not provide
+// noise-free images.
 images::Image take_image(plugin_host::MountedAssembly& assembly, const trials::SceneFacts& facts,
                          const std::vector<double>& pose, std::optional<std::uint64_t> seed,
                          const std::string& scene_id);

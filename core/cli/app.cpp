@@ -36,14 +36,14 @@ int exit_code(ErrorKind kind) {
   return kInternal;
 }
 
-// The verb that the arguments name, or the program itself.
+// The chosen verb, or the program itself.
 const CLI::App* chosen_verb(const CLI::App& app) {
   const CLI::App* verb = &app;
   while (!verb->get_subcommands().empty()) verb = verb->get_subcommands().front();
   return verb;
 }
 
-// CLI11 says that an argument was not expected; a user wants to know which one was meant.
+// CLI11 reports only that an argument was not expected; this adds the most similar option or verb.
 std::string explain_parse_error(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App* verb = chosen_verb(app);
   std::vector<std::string> extras = app.remaining(true);
@@ -76,12 +76,13 @@ std::string help_hint(const CLI::App& app) {
 
 void add_global_options(CLI::App& app, Context& context) {
   app.add_flag("--json", context.json, "print the result as JSON");
-  app.add_option("--plugin", context.plugin_paths, "use one more plugin: its folder, library or manifest; repeatable")
+  app.add_option("--plugin", context.plugin_paths,
+                 "also load this plugin: folder, library, script or manifest; repeatable")
       ->type_name("PATH")
       ->allow_extra_args(false);
   app.add_option("--progress", context.progress_name,
-                 "how to show progress on stderr: auto (a line on a terminal, else plain), plain (a line every 10 s), "
-                 "json (an object a line) or none")
+                 "progress on stderr: auto (a status line on a terminal, otherwise plain), plain (a line every 10 s), "
+                 "json (one object per line) or none")
       ->type_name("MODE")
       ->check(CLI::IsMember({"auto", "plain", "json", "none"}))
       ->capture_default_str();
@@ -149,24 +150,36 @@ CLI::Validator whole_number() {
   return CLI::Validator(
       [](const std::string& text) {
         const bool digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
-        return digits && text.size() <= 19 ? std::string() : "'" + text + "' is no whole number from 0 up";
+        return digits && text.size() <= 19 ? std::string() : "'" + text + "' must be a non-negative integer";
       },
       "");
+}
+
+void add_rule_option(CLI::App& verb, std::string& rule) {
+  verb.add_option(
+          "--rule", rule,
+          "recommendation rule: own (the pose that the method recommends), best (pose of its lowest measured error) "
+          "or current (its latest pose) [default: the analysis plan's, else own]")
+      ->type_name("RULE:{own,best,current}")
+      ->check(CLI::IsMember({"own", "best", "current"}));
 }
 
 int run_program(int argc, const char* const* argv) {
   Context context;
   context.command_line.assign(argv, argv + argc);
-  CLI::App app("Compares methods of active alignment on simulated lenses: same seeded instances, honest scores.",
-               "relign-bench");
+  CLI::App app(
+      "Benchmark active alignment of lenses: every method runs on the same seeded instances and is scored by its "
+      "noise-free error.",
+      "relign-bench");
   try {
     app.formatter(help_formatter());
     app.set_help_flag("-h,--help", "print this help");
     app.require_subcommand(0, 1);
     app.footer(
         "Example:\n  relign-bench run suites/quick.json\n\n"
-        "Exit codes: 0 done; 1 internal; 2 bad arguments, suite or file; 3 done, some trials failed;\n"
-        "4 a replay or a duplicate differs; 5 plugin refused; 75 stopped early, resumable; 130 Ctrl-C.");
+        "Exit codes: 0 success; 1 internal error; 2 invalid arguments, suite or file; 3 finished, but trials\n"
+        "failed; 4 records differ, or a comparison gate failed; 5 plugin rejected; 75 stopped, resumable;\n"
+        "130 interrupted by Ctrl-C, resumable.");
     add_global_options(app, context);
     add_run(app, context);
     add_try(app, context);

@@ -1,9 +1,9 @@
-// The program's frame: global options, and how a verb plugs in.
+// Frame of the program: global options, and the interface of the verbs.
 //
-// A verb is one function `void add_NAME(CLI::App& app, Context& context)` in verb_NAME.cpp: it adds
-// its subcommand and, when that is chosen, sets context.action. The action runs after all arguments
-// were read and returns an exit code. Verbs throw Error; only run_program turns errors into exit
-// codes. stdout carries the result or its path, stderr everything else.
+// A verb is a function `void add_NAME(CLI::App& app, Context& context)` in verb_NAME.cpp. It adds its
+// subcommand, which sets context.action when it is chosen. The action runs after all arguments have
+// been parsed and returns an exit code. Verbs throw Error; only run_program turns errors into exit
+// codes. Results (or their paths) go to stdout, everything else to stderr.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -23,13 +23,13 @@ class Context {
   bool json = false;                      // --json
   std::vector<std::string> plugin_paths;  // --plugin
   std::string progress_name = "auto";     // --progress
-  std::vector<std::string> command_line;  // as typed, for "the same command goes on"
+  std::vector<std::string> command_line;  // as typed; shown in messages on how to resume
   std::function<int()> action;            // set by the chosen verb
 
-  // All plugins: scanned on first use, then those of --plugin. Throws Error(plugin_refused).
+  // All plugins: the installed ones and those of --plugin, scanned on first use. Throws Error(plugin_refused).
   plugin_host::Catalog& catalog();
 
-  // Threads, cache and log for objects that live in this process.
+  // Threads, cache folder and log for plugin objects in this process.
   plugin_host::HostServices services(unsigned threads) const;
 
   ProgressMode progress_mode() const;
@@ -40,20 +40,23 @@ class Context {
   bool scanned_ = false;
 };
 
-// What a verb's help says besides its options.
+// The texts of a verb's help besides its options.
 struct VerbText {
   const char* name;
-  const char* summary;   // one sentence
+  const char* summary;   // one sentence in the imperative
   const char* example;   // to copy and paste; several lines allowed
   const char* see_also;  // names of other verbs
 };
 CLI::App& add_verb(CLI::App& parent, const VerbText& text);
 
-// For options that are numbers or seeds: digits only, so that "-3" does not become a huge number.
+// For unsigned options: digits only, because CLI11 would convert "-3" to a huge number.
 CLI::Validator whole_number();
 
+// --rule, the recommendation rule of report and compare.
+void add_rule_option(CLI::App& verb, std::string& rule);
+
 void add_run(CLI::App& app, Context& context);
-void add_worker(CLI::App& app, Context& context);  // hidden: what run starts
+void add_worker(CLI::App& app, Context& context);  // hidden: worker processes of run
 void add_try(CLI::App& app, Context& context);
 void add_validate(CLI::App& app, Context& context);
 void add_doctor(CLI::App& app, Context& context);
@@ -77,16 +80,16 @@ void add_plugin(CLI::App& app, Context& context);
 void add_plugin_check(CLI::App& plugin, Context& context);    // below plugin
 void add_plugin_prepare(CLI::App& plugin, Context& context);  // below plugin
 
-// Reads the arguments, runs the verb, returns the exit code. Never throws.
+// Parses the arguments, runs the verb and returns the exit code. Never throws.
 int run_program(int argc, const char* const* argv);
 
-// Text for stdout; throws Error(io) when it cannot be written (a full disk, a closed pipe).
+// Writes to stdout. Throws Error(io) if that fails (full disk, closed pipe).
 void print_result(const std::string& text);
 
-// The same for people, with words of strangers in it: printable (base/text.h). JSON stays what it is.
+// print_result for text with untrusted words in it, made printable (base/text.h). Not for JSON.
 void print_text(const std::string& text);
 
-// A line for stderr: "warning: ...".
+// Writes "warning: TEXT" to stderr.
 void print_warning(const std::string& text);
 
 }  // namespace relign::cli

@@ -14,11 +14,10 @@ std::string read_assembly(const std::filesystem::path& file, const std::vector<s
   const Json* given = reader.get("elements");
   reader.refuse_unknown();
   if (given == nullptr) {
-    problems.push_back(source.problem("",
-                                      "'elements' is missing; allowed: {\"elements\": {\"L2\": {\"tilt_deg\": "
-                                      "[rx, ry], \"shift_mm\": [x, y, z]}}}"));
+    reader.complain_missing("elements", "such as {\"L2\": {\"tilt_deg\": [rx, ry], \"shift_mm\": [x, y, z]}}");
   } else if (!given->is_object()) {
-    problems.push_back(source.problem("/elements", "an object of elements by name is needed"));
+    problems.push_back(source.problem(
+        "/elements", std::string("expected an object of elements by name, found ") + given->type_name()));
   } else {
     for (const auto& [name, offsets] : given->items()) {
       const std::string pointer = "/elements/" + name;

@@ -1,4 +1,5 @@
-// Files that say how a lens was put together: {"elements": {"L2": {"tilt_deg": [rx, ry], "shift_mm": [x, y, z]}}}.
+// Reads assembly files, which offset elements of a lens:
+// {"elements": {"L2": {"tilt_deg": [rx, ry], "shift_mm": [x, y, z]}}}.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +8,8 @@
 
 namespace relign::cli {
 
-// The offsets as JSON text, as mount takes them. Throws Error(bad_input) that lists every mistake.
+// The value of "elements" as JSON text, for plugin_host::Scene::mount. `elements` are the scene's element names. Throws
+// Error(bad_input) that lists every mistake.
 std::string read_assembly(const std::filesystem::path& file, const std::vector<std::string>& elements);
 
 }  // namespace relign::cli

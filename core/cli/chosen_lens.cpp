@@ -9,25 +9,26 @@ namespace relign::cli {
 void add_lens_options(CLI::App& verb, LensChoice& choice) {
   CLI::Option* level = verb.add_option(
       "--noise-level", choice.level,
-      "mount the lens of an instance of this level, which may be an object as in a suite [default: a perfect lens]");
+      "mount the lens of an instance of this noise level (id, or an object as in a suite) [default: a perfect lens]");
   level->type_name("LEVEL");
-  verb.add_option("--instance", choice.instance, "number of the instance, from 0")
+  verb.add_option("--instance", choice.instance, "instance number, from 0")
       ->type_name("NUMBER")
       ->check(whole_number())
       ->needs(level)
       ->capture_default_str();
-  verb.add_option("--suite-seed", choice.suite_seed, "seed of the suite that the instance belongs to")
+  verb.add_option("--suite-seed", choice.suite_seed, "suite seed from which the instance is drawn")
       ->type_name("SEED")
       ->check(whole_number())
       ->needs(level)
       ->capture_default_str();
-  verb.add_option("--assembly", choice.assembly, "mount this lens: JSON with shift_mm and tilt_deg per element")
+  verb.add_option("--assembly", choice.assembly,
+                  "mount the lens with these element offsets: JSON with shift_mm and tilt_deg per element")
       ->type_name("FILE");
 }
 
 ChosenLens choose_lens(Context& context, const LensChoice& choice, const LoadedScene& scene) {
   if (!choice.assembly.empty() && !choice.level.empty())
-    throw Error(ErrorKind::bad_input, "--assembly and --noise-level both say which lens to mount; give one of them");
+    throw Error(ErrorKind::bad_input, "--assembly: cannot be combined with --noise-level; give one of them");
   ChosenLens lens;
   if (!choice.level.empty()) {
     const plugin_host::Choice level =
@@ -44,7 +45,7 @@ std::vector<double> chosen_pose(const std::string& text, const std::string& opti
   if (text == "nominal") return facts.nominal_pose;
   if (text == "start") {
     if (!instance)
-      throw Error(ErrorKind::bad_input, option + " start: only an instance has a start; give --noise-level too");
+      throw Error(ErrorKind::bad_input, option + " start: only an instance has a start pose; add --noise-level");
     return instance->variances.start;
   }
   const std::vector<double> pose = parse_numbers(text, option);
@@ -56,15 +57,15 @@ std::vector<double> chosen_pose(const std::string& text, const std::string& opti
   for (std::size_t axis = 0; axis < pose.size(); ++axis)
     if (pose[axis] < 0 || pose[axis] > 1)
       throw Error(ErrorKind::bad_input, option + ": " + shortest(pose[axis]) + " for " + names[axis] +
-                                            " is outside 0 to 1 (shares of the travel)");
+                                            " is outside 0 to 1 (fraction of the travel)");
   return pose;
 }
 
 void refuse_station(const LoadedScene& scene, const std::string& scene_id) {
   if (!scene.facts.owns_stage) return;
   throw Error(ErrorKind::bad_input, "--scene: '" + scene_id +
-                                        "' is a station; it shows no pose on demand. Watch it in a trial: "
-                                        "relign-bench try ALGORITHM --scene " +
+                                        "' is a hardware station, which cannot render a given pose; "
+                                        "capture its images in a trial: relign-bench try ALGORITHM --scene " +
                                         scene_id + " --frames DIR");
 }
 

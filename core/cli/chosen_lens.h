@@ -1,4 +1,4 @@
-// The lens and the pose that render and scene landscape are asked for, by the same options.
+// Options of render and scene landscape that choose the lens and the pose.
 #pragma once
 
 #include <cstdint>
@@ -18,22 +18,23 @@ struct LensChoice {
   std::string assembly;
 };
 
-// --noise-level, --instance, --suite-seed, --assembly.
+// Adds --noise-level, --instance, --suite-seed and --assembly.
 void add_lens_options(CLI::App& verb, LensChoice& choice);
 
 struct ChosenLens {
   std::optional<trials::Instance> instance;
-  std::string offsets = "{}";  // as mount takes them
+  std::string offsets = "{}";  // JSON for plugin_host::Scene::mount
 };
 
-// Throws Error(bad_input) when both a level and an assembly are given.
+// Throws Error(bad_input) if both a level and an assembly are given.
 ChosenLens choose_lens(Context& context, const LensChoice& choice, const LoadedScene& scene);
 
-// "nominal", "start" (of the instance) or one number per axis, 0 to 1. Errors name `option`.
+// Parses "nominal", "start" (of the instance) or one number per axis, 0 to 1. Throws Error(bad_input) that names
+// `option`.
 std::vector<double> chosen_pose(const std::string& text, const std::string& option, const trials::SceneFacts& facts,
                                 const std::optional<trials::Instance>& instance);
 
-// A station shows no pose on demand; throws Error(bad_input) that says what to do instead.
+// Throws Error(bad_input) for a hardware station, which cannot render a given pose.
 void refuse_station(const LoadedScene& scene, const std::string& scene_id);
 
 }  // namespace relign::cli

@@ -8,7 +8,7 @@
 namespace relign::cli {
 namespace {
 
-// What the names of values in the help mean; others are numbers and free text.
+// Completions by the name of the value in the help; other values are numbers and free text.
 const std::map<std::string, std::string> kIds = {
     {"SCENE", "scenes"}, {"LEVEL", "noise-levels"}, {"ALGORITHM", "algorithms"}, {"ID", ""}};
 const std::set<std::string> kFiles = {"FILE", "PATH", "LENSFILE", "RAYS"};
@@ -31,12 +31,12 @@ const CLI::App* find_verb(const CLI::App& parent, const std::string& name) {
   return nullptr;
 }
 
-// The words up to the cursor, understood as far as completing needs it.
+// The words up to the cursor, parsed as far as completion needs.
 struct Line {
   const CLI::App* verb = nullptr;
-  const CLI::Option* open = nullptr;  // option whose value comes next
-  std::size_t arguments = 0;          // that are no options
-  bool only_arguments = false;        // behind --
+  const CLI::Option* open = nullptr;  // option that expects a value
+  std::size_t arguments = 0;          // positional arguments so far
+  bool only_arguments = false;        // after --
   std::vector<std::string> plugins;   // values of --plugin
 };
 
@@ -54,13 +54,13 @@ void take_option(Line& line, const std::string& word) {
     take_value(line, *option, word.substr(equals + 1));
 }
 
-Line understand(const CLI::App& program, const std::vector<std::string>& words) {
+Line parse_line(const CLI::App& program, const std::vector<std::string>& words) {
   Line line;
   line.verb = &program;
   for (std::size_t i = 0; i + 1 < words.size(); ++i) {
     const std::string& word = words[i];
     if (line.open != nullptr) {
-      if (word == "=") continue;  // bash cuts --option=value there
+      if (word == "=") continue;  // bash splits --option=value at '='
       take_value(line, *line.open, word);
       line.open = nullptr;
     } else if (line.only_arguments || word.empty() || word == "-" || word.front() != '-') {
@@ -82,7 +82,8 @@ void add(Candidates& found, const std::string& typed, const Candidate& candidate
   if (begins_with(candidate.word, typed)) found.words.push_back(candidate);
 }
 
-// "MODE:{auto,plain}": the words in braces, which CLI11 appends for its validator of lists, and some verbs by hand.
+// The words in braces of "MODE:{auto,plain}". CLI11's list validator appends them to the type name; some verbs add them
+// by hand.
 std::vector<std::string> allowed_words(const std::string& type) {
   const std::size_t open = type.find('{'), close = type.find('}');
   if (open == std::string::npos || close == std::string::npos || close < open) return {};
@@ -99,7 +100,7 @@ std::vector<std::string> allowed_words(const std::string& type) {
   return words;
 }
 
-// `before` is the "--option=" of the word that is being typed.
+// `before` is the "--option=" of the current word, or empty.
 void add_values(Candidates& found, const CLI::Option& option, const std::string& before, const std::string& typed,
                 const std::vector<std::string>& plugins, const IdSource& ids) {
   const std::string type = option.get_type_name();
@@ -109,7 +110,7 @@ void add_values(Candidates& found, const CLI::Option& option, const std::string&
   if (const auto kind = kIds.find(name); kind != kIds.end()) {
     for (const Candidate& id : ids(kind->second, plugins))
       add(found, before + typed, {before + id.word, id.description});
-    // A path stands wherever an id does; files are offered once it looks like one.
+    // Paths are allowed wherever ids are; files are offered once the word looks like a path.
     found.files = typed.find('/') != std::string::npos || begins_with(typed, ".") || begins_with(typed, "~");
   }
   found.files = found.files || kFiles.count(name) > 0;
@@ -139,7 +140,7 @@ void add_argument(Candidates& found, const Line& line, const std::string& typed,
 
 Candidates complete(const CLI::App& program, const std::vector<std::string>& words, const IdSource& ids) {
   Candidates found;
-  const Line line = understand(program, words);
+  const Line line = parse_line(program, words);
   const std::string typed = words.empty() ? "" : words.back();
   if (line.open != nullptr) {
     add_values(found, *line.open, "", typed == "=" ? "" : typed, line.plugins, ids);

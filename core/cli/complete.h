@@ -1,5 +1,5 @@
-// What may stand where the cursor is: verbs, options, ids and words that an option takes, told by the program's own
-// arguments, so that no shell's script has a list of them.
+// Completions at the cursor: verbs, options, ids and values, derived from the program's own arguments, so that the
+// shells' scripts contain no lists of them.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -16,16 +16,16 @@ struct Candidate {
 
 struct Candidates {
   std::vector<Candidate> words;
-  bool files = false;    // files and folders, too
-  bool folders = false;  // folders, too
+  bool files = false;    // also offer files and folders
+  bool folders = false;  // also offer folders
 };
 
-// The ids of "scenes", "noise-levels" or "algorithms", or of all plugins (""); `plugins` are the --plugin that were
-// typed.
+// Ids of "scenes", "noise-levels", "algorithms" or, for "", of all plugins. `plugins` are the --plugin values typed so
+// far.
 using IdSource =
     std::function<std::vector<Candidate>(const std::string& kind, const std::vector<std::string>& plugins)>;
 
-// `words`: what stands behind the program's name, up to the cursor; the last one is being typed and may be empty.
+// `words` are the words after the program's name, up to the cursor; the last one is being typed and may be empty.
 Candidates complete(const CLI::App& program, const std::vector<std::string>& words, const IdSource& ids);
 
 }  // namespace relign::cli

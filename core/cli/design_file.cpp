@@ -35,22 +35,25 @@ CLI::Validator from_to(double least, double most, const std::string& range) {
       [least, most, range](std::string& text) {
         double value = 0;
         const bool number = CLI::detail::lexical_cast(text, value);
-        return number && value >= least && value <= most ? std::string() : "'" + text + "' is no number from " + range;
+        return number && value >= least && value <= most ? std::string()
+                                                         : "'" + text + "' must be a number from " + range;
       },
       "");
 }
 
 void add_design_options(CLI::App& verb, DesignOptions& options) {
-  verb.add_option("--glass", options.glass_files, "glass catalogue (.agf) to look names up in; repeatable")
+  verb.add_option("--glass", options.glass_files, "glass catalogue (.agf) to look up glass names in; repeatable")
       ->type_name("FILE")
       ->allow_extra_args(false);
-  verb.add_option("--alias", options.aliases, "read a glass name of the file as another, such as BK7=N-BK7; repeatable")
+  verb.add_option("--alias", options.aliases,
+                  "replace a glass name of the file by another, such as BK7=N-BK7; repeatable")
       ->type_name("NAME=NAME")
       ->allow_extra_args(false);
   verb.add_flag("--glass-from-file", options.glass_from_file,
-                "use the index and Abbe number that a Zemax file states beside a glass name that is unknown");
-  verb.add_option("--configuration", options.configuration,
-                  "configuration (Zemax) or zoom position (CODE V), from 1 [default: as the file stands]")
+                "for unknown glass names, use the index and Abbe number stated in the Zemax file");
+  verb.add_option(
+          "--configuration", options.configuration,
+          "configuration (Zemax) or zoom position (CODE V), from 1 [default: the one that is active in the file]")
       ->type_name("N")
       ->check(from_to(1, 1000, "1 to 1000"));
   verb.add_option("--wavelength", options.wavelength_nm, "wavelength, nm [default: the file's reference wavelength]")
@@ -76,8 +79,8 @@ void refuse_design_options(const DesignOptions& options) {
                                                     : nullptr;
   if (option)
     throw Error(ErrorKind::bad_input, std::string(option) +
-                                          ": is for the file of a design program; a lens file of ours has its glasses "
-                                          "and its wavelength in it");
+                                          ": only for files of design programs; a relign-bench lens file contains "
+                                          "its glasses and wavelength");
 }
 
 optics::Prescription lens_of_file(const std::string& file, const DesignOptions& options) {

@@ -1,4 +1,4 @@
-// Lenses from files, whatever wrote them: ours (.json), Zemax (.zmx), CODE V (.seq and its listing).
+// Reads lenses from files of any supported format: relign-bench (.json), Zemax (.zmx), CODE V (.seq and listing).
 #pragma once
 
 #include <string>
@@ -10,20 +10,20 @@
 
 namespace relign::cli {
 
-// How a design program's file is read.
+// Options for files of design programs.
 struct DesignOptions {
-  std::vector<std::string> glass_files;  // catalogues (.agf) to look names up in
+  std::vector<std::string> glass_files;  // catalogues (.agf) to look up glass names in
   std::vector<std::string> aliases;      // NAME=NAME
   bool glass_from_file = false;
-  int configuration = 0;       // 0: as the file stands
+  int configuration = 0;       // 0: the one that is active in the file
   double wavelength_nm = 0;    // 0: the file's reference wavelength
   bool polychromatic = false;  // an option of `scene new` alone
 };
-// --glass FILE and --alias NAME=NAME, both repeatable, --glass-from-file, --configuration N and
-// --wavelength NM.
+// Adds --glass and --alias, both repeatable, --glass-from-file, --configuration and --wavelength.
 void add_design_options(CLI::App& verb, DesignOptions& options);
 
-// A number in this range; `range` says it with the unit: who writes 0.55 for green light must see why not.
+// Validates a number from `least` to `most`. `range` is the same with the unit, for the message: a wavelength of 0.55
+// must be recognisable as micrometres.
 CLI::Validator from_to(double least, double most, const std::string& range);
 
 struct DesignLens {
@@ -31,13 +31,13 @@ struct DesignLens {
   lens_files::CompleteLens lens;
 };
 
-// A design program's file as `scene new` understands it. Throws Error.
+// Reads the file of a design program, for `scene new`. Throws Error.
 DesignLens read_design_lens(const std::string& file, const DesignOptions& options, const std::string& name);
 
-// Throws Error(bad_input) where an option is set: this lens is in no design program's file.
+// For a lens that does not come from a design program: throws Error(bad_input) if an option is set.
 void refuse_design_options(const DesignOptions& options);
 
-// The lens alone; what a design file leaves open is said on stderr. Throws Error.
+// Only the lens; prints remarks on the design file to stderr. Throws Error.
 optics::Prescription lens_of_file(const std::string& file, const DesignOptions& options);
 
 }  // namespace relign::cli

@@ -1,4 +1,4 @@
-// What the program's exit status says to scripts.
+// Exit codes of the program.
 #pragma once
 
 namespace relign::cli {
@@ -6,12 +6,12 @@ namespace relign::cli {
 enum ExitCode : int {
   kDone = 0,
   kInternal = 1,
-  kBadInput = 2,       // arguments, suite, data files, folders that cannot be read or written
-  kTrialsFailed = 3,   // done, but some trials failed
-  kGateTripped = 4,    // done, but results that should be equal are not, or a comparison's limit was exceeded
-  kPluginRefused = 5,  // a plugin could not be found, loaded or trusted
-  kStopped = 75,       // stopped early; the same command goes on
-  kInterrupted = 130   // Ctrl-C; the same command goes on
+  kBadInput = 2,       // invalid arguments, suite or data file; unreadable or unwritable file or folder
+  kTrialsFailed = 3,   // finished, but some trials failed
+  kGateTripped = 4,    // finished, but records that should be equal differ, or a gate of compare failed
+  kPluginRefused = 5,  // a plugin was not found, could not be loaded or failed a check
+  kStopped = 75,       // stopped early; the same command resumes
+  kInterrupted = 130   // Ctrl-C; the same command resumes
 };
 
 }  // namespace relign::cli

@@ -6,9 +6,7 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
-#include <sstream>
 #include <vector>
 
 #include "base/error.h"
@@ -22,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Runs a program found on PATH, its output in `log`; its exit status, or -1 when a signal ended it.
+// Runs a program from PATH with its output in `log`. Returns its exit status, or -1 if a signal ended it.
 int run_program(const std::vector<std::string>& command, const fs::path& log) {
   std::vector<char*> words;
   for (const std::string& word : command) words.push_back(const_cast<char*>(word.c_str()));
@@ -35,7 +33,7 @@ int run_program(const std::vector<std::string>& command, const fs::path& log) {
   pid_t process = 0;
   const int failed = posix_spawnp(&process, words[0], &actions, nullptr, words.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
-  if (failed != 0) throw Error(ErrorKind::io, command[0] + " cannot be started: " + std::string(std::strerror(failed)));
+  if (failed != 0) throw Error(ErrorKind::io, "cannot start '" + command[0] + "': " + std::strerror(failed));
   int status = 0;
   while (waitpid(process, &status, 0) < 0)
     if (errno != EINTR) return -1;
@@ -44,24 +42,20 @@ int run_program(const std::vector<std::string>& command, const fs::path& log) {
 
 }  // namespace
 
-void require_film_program() {
-  const char* path = std::getenv("PATH");
-  std::istringstream folders(path == nullptr ? "" : path);
-  std::string folder;
-  while (std::getline(folders, folder, ':'))
-    if (access((fs::path(folder) / "ffmpeg").c_str(), X_OK) == 0) return;
+void require_ffmpeg() {
+  if (!program_on_path("ffmpeg").empty()) return;
   throw Error(ErrorKind::bad_input,
-              "--out: .mp4 is written by the program ffmpeg, which is not on PATH (Debian and Ubuntu: ffmpeg). "
-              "Install it, or choose .gif");
+              "--out: .mp4 requires ffmpeg, which is not on PATH; install it (Debian and Ubuntu: package ffmpeg) or "
+              "choose .gif");
 }
 
-void write_film(const fs::path& out, const std::string& grey, int width, int height, double frames_per_second) {
+void write_video(const fs::path& out, const std::string& grey, int width, int height, double frames_per_second) {
   const auto beside = [&](const char* ending) {
     return fs::path(out.string() + ".part" + std::to_string(getpid()) + ending);
   };
-  const fs::path frames = beside(".grey"), film = beside(".mp4"), log = beside(".log");
+  const fs::path frames = beside(".grey"), video = beside(".mp4"), log = beside(".log");
   write_file_atomically(frames, grey);
-  // Players want even sides and yuv420p; -crf 14 keeps the noise that a capture is about.
+  // Players need even sides and yuv420p; -crf 14 preserves the noise of the captures.
   const int status = run_program({"ffmpeg",
                                   "-nostdin",
                                   "-y",
@@ -87,17 +81,17 @@ void write_film(const fs::path& out, const std::string& grey, int width, int hei
                                   "yuv420p",
                                   "-movflags",
                                   "+faststart",
-                                  film.string()},
+                                  video.string()},
                                  log);
   std::error_code failed;
-  const std::string words = fs::exists(log, failed) ? read_file(log) : "";
-  if (status == 0) fs::rename(film, out, failed);
+  const std::string output = fs::exists(log, failed) ? read_file(log) : "";
+  if (status == 0) fs::rename(video, out, failed);
   const bool written = status == 0 && !failed;
   std::error_code ignored;
-  for (const fs::path& leftover : {frames, film, log}) fs::remove(leftover, ignored);
+  for (const fs::path& leftover : {frames, video, log}) fs::remove(leftover, ignored);
   if (!written)
-    throw Error(ErrorKind::io, out.string() + ": ffmpeg wrote no film (exit status " + std::to_string(status) + ")" +
-                                   (words.empty() ? "" : ": " + words));
+    throw Error(ErrorKind::io, out.string() + ": ffmpeg failed (exit status " + std::to_string(status) + ")" +
+                                   (output.empty() ? "" : ": " + output));
 }
 
 }  // namespace relign::cli

@@ -1,4 +1,4 @@
-// Films by the program ffmpeg: coding video is nothing to do oneself.
+// Writes videos with the program ffmpeg.
 #pragma once
 
 #include <filesystem>
@@ -6,11 +6,11 @@
 
 namespace relign::cli {
 
-// Throws Error(bad_input) that says what to install when there is no ffmpeg on PATH.
-void require_film_program();
+// Throws Error(bad_input) with installation advice if ffmpeg is not on PATH.
+void require_ffmpeg();
 
-// `grey`: frames of width x height bytes, one behind the other. Throws Error(io) with ffmpeg's words when it fails.
-void write_film(const std::filesystem::path& out, const std::string& grey, int width, int height,
-                double frames_per_second);
+// `grey`: concatenated frames of width x height bytes. Throws Error(io) with ffmpeg's output if it fails.
+void write_video(const std::filesystem::path& out, const std::string& grey, int width, int height,
+                 double frames_per_second);
 
 }  // namespace relign::cli

@@ -1,4 +1,4 @@
-// The captures of a trial as image files.
+// Writes captures of a trial as image files.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +7,8 @@
 
 namespace relign::cli {
 
-// Writes FOLDER/step-NNN.png, the scene's white at full scale; makes the folder. Throws Error(io).
-void save_frame(const std::filesystem::path& folder, unsigned step, const trials::SceneFacts& facts, const float* pixels);
+// Writes FOLDER/step-NNN.png with the scene's white at full scale; creates the folder. Throws Error(io).
+void save_frame(const std::filesystem::path& folder, unsigned step, const trials::SceneFacts& facts,
+                const float* pixels);
 
 }  // namespace relign::cli

@@ -11,44 +11,44 @@
 namespace relign::cli {
 namespace {
 
-bool trial_under_way = false;
+bool trial_running = false;
 
-void tell_of_exit() {
-  if (!trial_under_way) return;
-  std::fputs("error: a plugin ended this process (exit) during the trial; an algorithm ends by returning from run\n",
+void report_exit() {
+  if (!trial_running) return;
+  std::fputs("error: a plugin called exit during the trial; an algorithm must end a trial by returning from run\n",
              stderr);
   ::_exit(kTrialsFailed);
 }
 
-void tell_of_crash(int) {
+void report_crash(int) {
   constexpr char kText[] =
-      "error: a plugin crashed during the trial, and this program with it; relign-bench run gives each a process of "
-      "its own, and goes on\n";
+      "error: a plugin crashed during the trial and ended this program; 'relign-bench run' isolates each trial in a "
+      "separate process\n";
   [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, kText, sizeof kText - 1);
-}  // the handler is gone by now: what crashed crashes again, and the shell sees it
+}  // SA_RESETHAND has removed the handler, so the crash repeats and the shell sees the signal
 
-void listen_for_crashes() {
+void install_crash_handlers() {
   for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) {
     struct sigaction before {
     }, ours{};
-    // A sanitizer's own handler knows more.
+    // Keeps the handlers of sanitizers.
     if (::sigaction(number, nullptr, &before) != 0 || before.sa_handler != SIG_DFL) continue;
-    ours.sa_handler = tell_of_crash;
+    ours.sa_handler = report_crash;
     ours.sa_flags = SA_RESETHAND;
     ::sigaction(number, &ours, nullptr);
   }
 }
 
-struct UnderWay {
-  explicit UnderWay(bool told) { trial_under_way = told; }
-  ~UnderWay() { trial_under_way = false; }
-  UnderWay(const UnderWay&) = delete;
-  UnderWay& operator=(const UnderWay&) = delete;
+struct RunningTrial {
+  explicit RunningTrial(bool exit_is_reported) { trial_running = exit_is_reported; }
+  ~RunningTrial() { trial_running = false; }
+  RunningTrial(const RunningTrial&) = delete;
+  RunningTrial& operator=(const RunningTrial&) = delete;
 };
 
 class StdoutToStderr {
  public:
-  explicit StdoutToStderr(bool wanted) : before_(wanted ? ::dup(STDOUT_FILENO) : -1) {
+  explicit StdoutToStderr(bool redirect) : before_(redirect ? ::dup(STDOUT_FILENO) : -1) {
     if (before_ >= 0) ::dup2(STDERR_FILENO, STDOUT_FILENO);
   }
   ~StdoutToStderr() {
@@ -67,9 +67,9 @@ class StdoutToStderr {
 }  // namespace
 
 trials::TrialResult run_guarded(const trials::TrialSetup& setup, bool keep_stdout) {
-  static const bool registered = std::atexit(tell_of_exit) == 0;
-  listen_for_crashes();
-  const UnderWay under_way(registered);
+  static const bool registered = std::atexit(report_exit) == 0;
+  install_crash_handlers();
+  const RunningTrial running(registered);
   const StdoutToStderr redirected(keep_stdout);
   return trials::run_trial(setup);
 }

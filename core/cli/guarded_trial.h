@@ -1,12 +1,12 @@
-// A trial in this process, where what a plugin does to its process it does to the program.
+// Runs a trial in this process and reports a plugin that ends the process.
 #pragma once
 
 #include "trials/trial.h"
 
 namespace relign::cli {
 
-// As trials::run_trial. A plugin that calls exit gives an error and the exit code of failed trials, one that crashes an
-// error before the signal does its work. keep_stdout: what plugins print goes to stderr, stdout is a document.
+// trials::run_trial, but prints an error if a plugin calls exit (exit code kTrialsFailed) or crashes (the signal then
+// ends the process). keep_stdout: redirects the plugins' output to stderr, because stdout carries a document.
 trials::TrialResult run_guarded(const trials::TrialSetup& setup, bool keep_stdout);
 
 }  // namespace relign::cli

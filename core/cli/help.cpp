@@ -46,7 +46,7 @@ std::string option_names(const CLI::Option& option) {
   for (const std::string& name : option.get_snames()) names.push_back("-" + name);
   for (const std::string& name : option.get_lnames()) names.push_back("--" + name);
   std::string text = join(names, ", ");
-  // CLI11 appends what its validators allow, which the descriptions say in words.
+  // Without the allowed values that CLI11's validators append; the descriptions list them.
   const std::string type = option.get_type_name();
   if (!type.empty() && option.get_expected_max() > 0) text += " " + type.substr(0, type.find(':'));
   return text;
@@ -70,7 +70,7 @@ class HelpFormatter : public CLI::FormatterBase {
     const auto verbs = app->get_subcommands(
         [](const CLI::App* verb) { return !verb->get_name().empty() && !verb->get_group().empty(); });
     const auto positionals = app->get_options([](const CLI::Option* option) { return option->get_positional(); });
-    // Options without a group are the program's own.
+    // Options without a group are internal.
     const auto is_named = [](const CLI::Option* option) {
       return !option->get_positional() && !option->get_group().empty();
     };

@@ -1,4 +1,4 @@
-// The look of every --help. Our own, so that it is the same for every version of CLI11.
+// Formats every --help. Not CLI11's formatter, so that the text is the same for every version of CLI11.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -13,7 +13,7 @@ std::atomic<int> stop_signal{0};
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free,
               "signal handlers may touch lock-free atomics only");
 
-// The handler stays installed: plugins are checked for changed handlers after every trial.
+// The handler stays installed, because plugins are checked for changed handlers after every trial.
 void on_signal(int number) {
   if (stop_requested.exchange(true)) _exit(128 + number);
   stop_signal = number;

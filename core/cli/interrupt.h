@@ -1,14 +1,14 @@
-// Ctrl-C and SIGTERM as a flag that long work looks at between steps.
+// Ctrl-C and SIGTERM as a flag that long operations check.
 #pragma once
 
 #include <atomic>
 
 namespace relign::cli {
 
-// From here on the first SIGINT or SIGTERM sets the flag; a second one ends the process at once.
+// Installs the handlers: the first SIGINT or SIGTERM sets the flag, a second one ends the process immediately.
 const std::atomic<bool>& watch_for_stop();
 
-// kInterrupted after Ctrl-C, kStopped after SIGTERM or without a signal.
+// kInterrupted after Ctrl-C, otherwise kStopped.
 int stop_exit_code();
 
 }  // namespace relign::cli

@@ -1,4 +1,4 @@
-// Which lens a verb is about.
+// Finds the scene file and the lens of a scene.
 #pragma once
 
 #include <filesystem>
@@ -9,10 +9,10 @@
 
 namespace relign::cli {
 
-// The scene file of a scene that is made of one: the document of its plugin. Throws Error(bad_input) for another scene.
+// The scene file from which a scene is made (the document of its plugin). Throws Error(bad_input) if it has none.
 std::filesystem::path scene_file_of(Context& context, const std::string& scene_id);
 
-// The lens file that this scene file names under "lens".
+// The lens file that the scene file names under "lens".
 std::filesystem::path lens_file_of_scene(Context& context, const std::string& scene_id);
 optics::Prescription lens_of(Context& context, const std::string& scene_id);
 

@@ -36,7 +36,7 @@ LensSubject subject_of_scene(const std::filesystem::path& scene_file) {
 std::vector<double> usual_fields(const optics::Prescription& lens) {
   constexpr double kNarrow_deg = 5;
   if (lens.half_field_deg <= 0) return {0};
-  // Whole degrees; of a telescope two digits.
+  // Whole degrees; two significant digits for the narrow field of a telescope.
   const double field = lens.half_field_deg,
                per_degree = field < kNarrow_deg ? std::pow(10, 1 - std::floor(std::log10(field))) : 1;
   return {0, std::round(0.7 * field * per_degree) / per_degree, std::floor(field * per_degree) / per_degree};

@@ -1,4 +1,4 @@
-// The section of a lens as `lens draw` and reports show it: with its surroundings when it comes from a scene.
+// The cross-section of a lens for `lens draw` and reports; of a scene, with sensor and object distance.
 #pragma once
 
 #include <filesystem>
@@ -13,7 +13,7 @@ namespace relign::cli {
 
 inline constexpr int kUsualRays = 7;
 
-// What is drawn: a lens, and its surroundings in lens coordinates when it comes from a scene.
+// A lens and, if it comes from a scene, its object and sensor in lens coordinates.
 struct LensSubject {
   optics::Prescription lens;
   std::string name;
@@ -23,10 +23,10 @@ struct LensSubject {
 
 LensSubject subject_of_scene(const std::filesystem::path& scene_file);  // throws Error as read_scene_file does
 
-// 0, 0.7 of the half field and the half field, degrees.
+// 0, 0.7 of the half field and the half field, degrees, rounded.
 std::vector<double> usual_fields(const optics::Prescription& lens);
 
-// Without rays. Both arguments must outlive it.
+// The drawing without rays. `subject` and `assembly` must outlive it.
 drawing::LensPicture picture_of(const LensSubject& subject, const optics::Assembly& assembly, bool as_built);
 drawing::DrawnFan fan_of(const LensSubject& subject, const optics::Assembly& assembly, double field_deg,
                          std::size_t series, int rays);

@@ -1,4 +1,4 @@
-// A new folder of files, written whole or not at all.
+// Creates a folder of files atomically: all files or none.
 #pragma once
 
 #include <filesystem>
@@ -13,15 +13,15 @@ using NewFiles = std::vector<std::pair<std::filesystem::path, std::string>>;
 
 class NewFolder {
  public:
-  // Throws Error(bad_input) when the folder exists already.
+  // Throws Error: bad_input if the folder exists, io.
   explicit NewFolder(const std::filesystem::path& folder);
-  ~NewFolder();  // what was not kept is removed
+  ~NewFolder();  // removes a draft that was not kept
   NewFolder(const NewFolder&) = delete;
   NewFolder& operator=(const NewFolder&) = delete;
 
-  // Writes into a draft beside the folder, which is returned for a last look. Throws Error(io).
+  // Writes to a draft beside the folder and returns the draft, so that the files can be checked. Throws Error(io).
   std::filesystem::path write(const NewFiles& files);
-  // The draft becomes the folder. Throws Error(io).
+  // Renames the draft to the folder. Throws Error(io).
   void keep();
 
  private:

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "base/displayed_rmse.h"
 #include "base/error.h"
 #include "base/seeds.h"
+#include "base/text.h"
 #include "cli/text_table.h"
 #include "cli/workbench.h"
 
@@ -20,18 +20,12 @@ LevelOptima::Spread spread(std::vector<double> values) {
   return {median, values.back()};
 }
 
-// Length of the difference of two poses over the axes with this unit.
+// Euclidean distance of a pose from the nominal pose over the axes with this unit.
 double distance(const trials::SceneFacts& facts, const std::vector<double>& pose, const char* unit) {
   double squares = 0;
   for (std::size_t i = 0; i < facts.axes.size(); ++i)
     if (facts.axes[i].unit == unit) squares += std::pow((pose[i] - facts.nominal_pose[i]) * facts.axes[i].travel(), 2);
   return std::sqrt(squares);
-}
-
-std::string figure(const char* format, double value) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, format, value);
-  return buffer;
 }
 
 }  // namespace
@@ -52,7 +46,7 @@ std::vector<LevelOptima> level_optima(Context& context, const std::string& scene
       const auto found = lens.own_optimum(seed, loaded.facts.axes.size());
       if (!found)
         throw Error(ErrorKind::bad_input,
-                    "--noise-level: scene '" + scene + "' does not look for the best pose of a lens");
+                    "--noise-level: scene '" + scene + "' does not search for the own optimum of an instance");
       shifts.push_back(distance(loaded.facts, found->true_pose, "mm"));
       tilts.push_back(distance(loaded.facts, found->true_pose, "deg"));
       own.push_back(displayed_rmse(found->truth.mse));
@@ -64,14 +58,13 @@ std::vector<LevelOptima> level_optima(Context& context, const std::string& scene
 }
 
 std::string optima_text(const std::vector<LevelOptima>& levels) {
-  TextTable table({"level", "lenses", "own optimum from nominal: mm", "largest", "deg", "largest", "RMSE there",
+  TextTable table({"level", "instances", "own optimum from nominal: mm", "largest", "deg", "largest", "RMSE there",
                    "largest", "RMSE at nominal"});
   for (const LevelOptima& level : levels)
-    table.add({level.level, std::to_string(level.instances), figure("%.4f", level.shift_mm.median),
-               figure("%.4f", level.shift_mm.largest), figure("%.3f", level.tilt_deg.median),
-               figure("%.3f", level.tilt_deg.largest), figure("%.5f", level.own_rmse.median),
-               figure("%.5f", level.own_rmse.largest), figure("%.5f", level.nominal_rmse.median)});
-  return "Medians over lenses; errors are noise-free.\n" + table.text();
+    table.add({level.level, std::to_string(level.instances), fixed(level.shift_mm.median, 4),
+               fixed(level.shift_mm.largest, 4), fixed(level.tilt_deg.median, 3), fixed(level.tilt_deg.largest, 3),
+               fixed(level.own_rmse.median, 5), fixed(level.own_rmse.largest, 5), fixed(level.nominal_rmse.median, 5)});
+  return "Medians over instances; errors are noise-free.\n" + table.text();
 }
 
 Json optima_json(const std::vector<LevelOptima>& levels) {

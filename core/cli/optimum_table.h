@@ -1,4 +1,4 @@
-// How far the own optima of a level's lenses lie from the nominal pose: what an alignment of this scene is about.
+// Distances of the instances' own optima from the nominal pose, by noise level: the size of the alignment task.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,8 @@ struct LevelOptima {
   Spread nominal_rmse;        // noise-free, at the nominal pose
 };
 
-// Of instances 0 to `instances` - 1 of seed 1. Throws Error(bad_input) for a scene that finds no optimum of its own.
+// Over instances 0 to `instances` - 1 of suite seed 1. Throws Error(bad_input) if the scene does not search for own
+// optima.
 std::vector<LevelOptima> level_optima(Context& context, const std::string& scene,
                                       const std::vector<std::string>& levels, unsigned instances);
 

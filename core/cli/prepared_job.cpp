@@ -39,9 +39,8 @@ Json read_parameters(const std::string& text) {
   if (text.empty()) return {};
   Json given = JsonSource::from_text(text, "--parameters").root();
   if (!given.is_object())
-    throw Error(
-        ErrorKind::bad_input,
-        "--parameters: '" + text + "' is no object; allowed: names with values, such as '{\"first_stride\": 0.1}'");
+    throw Error(ErrorKind::bad_input,
+                "--parameters: expected a JSON object such as '{\"first_stride\": 0.1}', found '" + text + "'");
   return given;
 }
 

@@ -1,5 +1,5 @@
-// What `try` and `plugin prepare` ask the runner's Preparer for: one algorithm on one scene, noise level and protocol,
-// with what a suite would have by default.
+// Pretraining jobs of `try` and `plugin prepare`: one algorithm on one scene, noise level and protocol, with the
+// defaults of a suite.
 #pragma once
 
 #include <string>
@@ -12,13 +12,14 @@ namespace relign::cli {
 runner::TrialJob job_for(const LoadedScene& scene, const plugin_host::Choice& level,
                          const plugin_host::Choice& algorithm, trials::Protocol protocol);
 
-// Says on stderr what is being prepared.
+// Options that print progress to stderr.
 runner::Preparer::Options preparer_options(const plugin_host::HostServices& services, bool again = false);
 
-// The object of --parameters; null for an empty text. Throws Error(bad_input).
+// Parses the value of --parameters; null for an empty text. Throws Error(bad_input).
 Json read_parameters(const std::string& text);
 
-// The paper's middle level, where the scene has the two elements that it offsets.
+// "rho0.25", the paper's middle level, which offsets two elements; "rho0" for scenes with fewer, "none" for hardware
+// stations.
 std::string default_level(const trials::SceneFacts& scene);
 
 }  // namespace relign::cli

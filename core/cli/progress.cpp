@@ -27,9 +27,9 @@ bool terminal_can_repaint() {
 double seconds_since(Clock::time_point moment) { return std::chrono::duration<double>(Clock::now() - moment).count(); }
 
 std::string counts_text(const runner::Progress& progress, const std::string& counted) {
-  if (progress.total == 0) return "";  // before the trials are known
+  if (progress.total == 0) return "";  // the trials are not known yet
   std::string text = ": " + std::to_string(progress.done) + " of " + std::to_string(progress.total) + " " + counted;
-  if (progress.reused > 0) text += " (" + std::to_string(progress.reused) + " from before)";
+  if (progress.reused > 0) text += " (" + std::to_string(progress.reused) + " reused)";
   if (progress.failed > 0) text += ", " + std::to_string(progress.failed) + " failed";
   return text;
 }
@@ -55,6 +55,8 @@ std::string duration_text(double seconds) {
   if (whole < 3600) return std::to_string(whole / 60) + " min " + std::to_string(whole % 60) + " s";
   return std::to_string(whole / 3600) + " h " + std::to_string(whole % 3600 / 60) + " min";
 }
+
+std::string trials_text(std::size_t count) { return std::to_string(count) + (count == 1 ? " trial" : " trials"); }
 
 ProgressPrinter::ProgressPrinter(ProgressMode mode, const char* counted)
     : mode_(mode), counted_(counted), phase_since_(Clock::now()), last_printed_(Clock::now()) {
@@ -102,7 +104,7 @@ void ProgressPrinter::finish() {
   if (ticker_.joinable()) ticker_.join();
 }
 
-// Paints even when no trial ends, so that a long trial does not look like a hang.
+// Repaints even if no trial ends, so that a long trial does not look like a hang.
 void ProgressPrinter::tick() {
   std::unique_lock<std::mutex> lock(mutex_);
   while (!finished_) {
@@ -125,26 +127,26 @@ void ProgressPrinter::paint_line() {
   painted_ = true;
 }
 
-// Of this phase; 0 until enough is done to tell.
+// Rate of this phase; 0 until there is an estimate.
 double ProgressPrinter::per_second() const {
-  constexpr std::size_t kEnough = 3;
+  constexpr std::size_t kLeastForEstimate = 3;
   const std::size_t done_here = progress_.done - std::min(progress_.done, done_at_phase_start_);
   const double elapsed = seconds_since(phase_since_);
-  return done_here >= kEnough && elapsed > 0 ? static_cast<double>(done_here) / elapsed : 0;
+  return done_here >= kLeastForEstimate && elapsed > 0 ? static_cast<double>(done_here) / elapsed : 0;
 }
 
 std::string ProgressPrinter::outlook_text() const {
   const double rate = per_second();
   if (rate <= 0 || progress_.done >= progress_.total) return "";
-  const std::string speed = rate >= 1 ? significant(rate, 2) + " a second" : significant(60 * rate, 2) + " a minute";
+  const std::string speed =
+      rate >= 1 ? significant(rate, 2) + " per second" : significant(60 * rate, 2) + " per minute";
   return ", " + speed + ", about " + duration_text(static_cast<double>(progress_.total - progress_.done) / rate) +
          " left";
 }
 
 void ProgressPrinter::print_plain() {
   std::fprintf(stderr, "%s%s, %s%s\n", progress_.doing.c_str(), counts_text(progress_, counted_).c_str(),
-               duration_text(std::max(progress_.seconds, seconds_since(phase_since_))).c_str(),
-               outlook_text().c_str());
+               duration_text(std::max(progress_.seconds, seconds_since(phase_since_))).c_str(), outlook_text().c_str());
   std::fflush(stderr);
   last_printed_ = Clock::now();
 }
@@ -156,14 +158,9 @@ void ProgressPrinter::print_line(const nlohmann::json& line) {
 
 void ProgressPrinter::print_json() {
   const double rate = per_second();
-  nlohmann::json line = {{"doing", progress_.doing},
-                         {"done", progress_.done},
-                         {"total", progress_.total},
-                         {"failed", progress_.failed},
-                         {"reused", progress_.reused},
-                         {"seconds", progress_.seconds},
-                         {"per_second", nullptr},
-                         {"seconds_left", nullptr}};
+  nlohmann::json line = {{"doing", progress_.doing},   {"done", progress_.done},     {"total", progress_.total},
+                         {"failed", progress_.failed}, {"reused", progress_.reused}, {"seconds", progress_.seconds},
+                         {"per_second", nullptr},      {"seconds_left", nullptr}};
   if (rate > 0) {
     line["per_second"] = rate;
     line["seconds_left"] = static_cast<double>(progress_.total - progress_.done) / rate;

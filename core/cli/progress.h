@@ -1,6 +1,6 @@
-// How far a run is, on stderr: one repainted line on a terminal, a plain line every 10 seconds
+// Prints the progress of a run to stderr: one repainted line on a terminal, a plain line every 10 seconds
 // elsewhere, JSON lines for programs, or nothing. A JSON line is {"doing", "done", "total", "failed",
-// "reused", "seconds", "per_second", "seconds_left"}, the last two null until enough is done to tell,
+// "reused", "seconds", "per_second", "seconds_left"}, the last two null until there is an estimate,
 // or {"message"}.
 #pragma once
 
@@ -18,23 +18,23 @@ namespace relign::cli {
 
 enum class ProgressMode { line, plain, json, none };
 
-// "auto" becomes line on a terminal that can repaint, else plain.
+// "auto" is `line` on a terminal that can repaint, otherwise `plain`.
 std::optional<ProgressMode> progress_mode_from_name(const std::string& name);
 
-// Colours on stderr: a terminal, and NO_COLOR is not set.
+// True if stderr is a terminal and NO_COLOR is not set.
 bool stderr_has_colours();
 
 class ProgressPrinter {
  public:
-  // `counted`: what progress counts, in the plural.
+  // `counted`: the unit of progress, in the plural.
   explicit ProgressPrinter(ProgressMode mode, const char* counted = "trials");
   ~ProgressPrinter();
   ProgressPrinter(const ProgressPrinter&) = delete;
   ProgressPrinter& operator=(const ProgressPrinter&) = delete;
 
   void update(const runner::Progress& progress);  // any thread
-  void message(const std::string& text);          // a line that stays; any thread
-  void finish();                                  // takes the repainted line away; called once more is harmless
+  void message(const std::string& text);          // a permanent line; any thread
+  void finish();                                  // clears the repainted line; may be called again
 
  private:
   void tick();
@@ -62,5 +62,8 @@ class ProgressPrinter {
 
 // "12 s", "3 min 20 s", "2 h 5 min".
 std::string duration_text(double seconds);
+
+// "1 trial", "2 trials".
+std::string trials_text(std::size_t count);
 
 }  // namespace relign::cli

@@ -42,7 +42,7 @@ NewFiles read_template(const fs::path& folder) {
 }
 
 void rename_plugin(NewFiles& files, const std::string& name) {
-  // A plugin called "policy" must not give its class the name of one in the template.
+  // The class of a plugin called "policy" must not collide with a class of the template.
   std::string its_class = class_name(name);
   const auto taken = [&](const auto& file) { return has_word(file.second, its_class); };
   while (std::any_of(files.begin(), files.end(), taken)) its_class += "Plugin";
@@ -59,8 +59,8 @@ fs::path template_folder() {
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
   const fs::path folder = program.parent_path().parent_path() / "share" / "relign-bench" / "templates";
   if (error || !fs::is_directory(folder, error))
-    throw Error(ErrorKind::io, "the templates of this program are missing (expected in " + folder.string() +
-                                   "); install it again with cmake --install");
+    throw Error(ErrorKind::io,
+                "no templates in '" + folder.string() + "'; reinstall this program with 'cmake --install'");
   return folder;
 }
 
@@ -80,8 +80,8 @@ std::string check_plugin_name(const std::string& name) {
   const auto allowed = [](char c) { return is_word(c) || c == '-' || c == '.'; };
   if (!name.empty() && name.size() <= 64 && is_letter(name[0]) && std::all_of(name.begin(), name.end(), allowed))
     return "";
-  return "'" + name +
-         "' is no name for a plugin: expected 1 to 64 letters, digits, '-', '_' or '.', starting with a letter";
+  return "invalid plugin name '" + name +
+         "'; allowed: 1 to 64 letters, digits, '-', '_' or '.', starting with a letter";
 }
 
 std::string class_name(const std::string& name) {
@@ -100,8 +100,8 @@ void write_project(const fs::path& templates, const NewPlugin& wanted) {
     throw Error(ErrorKind::bad_input, wrong);
   const fs::path source = templates / (wanted.kind + "-" + wanted.language);
   if (!fs::is_directory(source))
-    throw Error(ErrorKind::bad_input, "there is no template for " + wanted.kind + " in " + wanted.language +
-                                          "; there are: " + join(known_templates(templates), ", "));
+    throw Error(ErrorKind::bad_input, "no template for " + wanted.kind + " in " + wanted.language +
+                                          "; available: " + join(known_templates(templates), ", "));
   NewFolder folder(wanted.folder);
   NewFiles files = read_template(source);
   rename_plugin(files, wanted.name);

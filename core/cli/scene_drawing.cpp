@@ -15,7 +15,7 @@ std::string scene_lens_svg(const plugin_host::Choice& scene) {
     for (const double field : usual_fields(subject.lens))
       picture.fans.push_back(fan_of(subject, assembly, field, picture.fans.size(), kUsualRays));
     return drawing::lens_svg(picture);
-  } catch (const Error&) {  // another plugin's document
+  } catch (const Error&) {  // the document of another plugin
     return "";
   }
 }

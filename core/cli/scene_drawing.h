@@ -1,4 +1,4 @@
-// The drawing of a scene's lens that `run` leaves in the results folder for reports, which know no optics.
+// Draws a scene's lens for the results folder, because reports do not depend on optics.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace relign::cli {
 
-// As SVG: `lens draw --scene`. Empty for a scene that is not made of a lens file of ours. Never throws Error: a report
-// without it is still a report.
+// The SVG of `lens draw --scene`; empty for a scene without a lens file of ours. Does not throw Error: the drawing is
+// optional.
 std::string scene_lens_svg(const plugin_host::Choice& scene);
 
 }  // namespace relign::cli

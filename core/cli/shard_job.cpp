@@ -6,8 +6,8 @@
 namespace relign::cli {
 namespace {
 
-// "3/40"; false for anything else.
-bool split(const std::string& text, unsigned& number, unsigned& count) {
+// Parses "3/40"; false for anything else.
+bool parse_shard(const std::string& text, unsigned& number, unsigned& count) {
   const std::size_t slash = text.find('/');
   if (slash == std::string::npos) return false;
   const auto whole = [](const std::string& digits, unsigned& value) {
@@ -23,17 +23,17 @@ bool split(const std::string& text, unsigned& number, unsigned& count) {
 
 ShardJob::ShardJob(const std::string& plan_file, const std::string& shard) {
   unsigned count = 0;
-  if (!split(shard, number_, count))
+  if (!parse_shard(shard, number_, count))
     throw Error(ErrorKind::bad_input, "--shard: '" + shard + "' is not of the form i/n, such as 3/40");
   plan_ = runner::read_plan(plan_file);
-  const std::string parts = std::to_string(plan_.shards);
+  const std::string shards = std::to_string(plan_.shards);
   if (count != plan_.shards)
-    throw Error(ErrorKind::bad_input, "--shard " + shard + ": " + plan_file + " is cut into " + parts + " parts, not " +
-                                          std::to_string(count) + "; give --shard " + std::to_string(number_) + "/" +
-                                          parts + ", or make a plan with --shards " + std::to_string(count));
+    throw Error(ErrorKind::bad_input, "--shard " + shard + ": " + plan_file + " has " + shards + " shards, not " +
+                                          std::to_string(count) + "; use --shard " + std::to_string(number_) + "/" +
+                                          shards + ", or make a plan with --shards " + std::to_string(count));
   if (number_ >= count)
-    throw Error(ErrorKind::bad_input, "--shard " + shard + ": parts count from 0, the last one is " +
-                                          std::to_string(count - 1) + "/" + parts);
+    throw Error(ErrorKind::bad_input, "--shard " + shard + ": shards are numbered from 0; the last one is " +
+                                          std::to_string(count - 1) + "/" + shards);
 }
 
 suites::Suite ShardJob::read_suite(plugin_host::Catalog& catalog) const {
@@ -49,21 +49,21 @@ std::unique_ptr<runner::ShardAttempt> ShardJob::begin(const std::filesystem::pat
   runner::check_unchanged(plan_, prepared);
   const std::string program = plan_.content["program"].value("hash", std::string());
   if (!program.empty() && program != runner::program_json()["hash"])
-    on_message("relign-bench is another build than the one that made the plan; it should be one for all parts");
+    on_message("this build of relign-bench differs from the one that made the plan; use the same build for all shards");
   auto attempt = std::make_unique<runner::ShardAttempt>(results, number_, plan_.hash, on_message);
-  std::vector<suites::PlannedTrial> part;
+  std::vector<suites::PlannedTrial> remaining;
   std::size_t elsewhere = 0;
   for (const std::size_t place : runner::places_of_shard(prepared.plan, number_, plan_.shards)) {
     suites::PlannedTrial& trial = prepared.plan.trials[place];
     if (attempt->done_elsewhere().count(trial.id))
       ++elsewhere;
     else
-      part.push_back(std::move(trial));
+      remaining.push_back(std::move(trial));
   }
   if (elsewhere > 0)
-    on_message(std::to_string(elsewhere) + " of " + std::to_string(elsewhere + part.size()) +
-               " trials of this part are in the folder of an earlier attempt");
-  prepared.plan.trials = std::move(part);
+    on_message(std::to_string(elsewhere) + " of " + std::to_string(elsewhere + remaining.size()) +
+               " trials of this shard were completed by an earlier attempt");
+  prepared.plan.trials = std::move(remaining);
   prepared.shard = {{"number", number_}, {"of", plan_.shards}, {"plan", plan_.hash}, {"plan_trials", plan_.trials}};
   return attempt;
 }

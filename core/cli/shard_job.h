@@ -1,4 +1,4 @@
-// `run --plan P --shard i/n`: which trials these are, and where this attempt writes them.
+// `run --plan P --shard i/n`: the trials of a shard and the folder of this attempt.
 #pragma once
 
 #include <filesystem>
@@ -15,15 +15,15 @@ namespace relign::cli {
 
 class ShardJob {
  public:
-  // `shard` is "i/n". Throws Error(bad_input) when n is not the plan's own number of parts: how a plan is cut must not
-  // depend on what a queue says while a part of it is sent again.
+  // `shard` is "i/n". Throws Error(bad_input) if n is not the plan's number of shards: the division must not depend on
+  // the size of the job array with which some shards are resubmitted.
   ShardJob(const std::string& plan_file, const std::string& shard);
 
   suites::Suite read_suite(plugin_host::Catalog& catalog) const;
   const std::string& name() const { return plan_.name; }
 
-  // Leaves in `prepared` the trials of this part that no other attempt has done, and returns the attempt, which is to
-  // be kept until they have run. Throws Error(bad_input) when plugins or data are others than the plan's.
+  // Reduces `prepared` to the trials of this shard that no other attempt has completed and returns the attempt, which
+  // must be kept until they have run. Throws Error(bad_input) if plugins or data differ from the plan's.
   std::unique_ptr<runner::ShardAttempt> begin(const std::filesystem::path& results, runner::PreparedPlan& prepared,
                                               const std::function<void(const std::string&)>& on_message) const;
 

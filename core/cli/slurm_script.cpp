@@ -10,26 +10,26 @@
 namespace relign::cli {
 namespace {
 
-// Seconds before the limit at which Slurm gives notice: steps under way should end within them.
+// Slurm signals this many seconds before the time limit; the running steps should end within them.
 constexpr const char* kNotice = "120";
 
-// The program runs in the background, because bash looks at signals only between commands and while it waits. A
-// signal ends `wait` with a status that is not the program's; then it is waited for again.
+// The program runs in the background, because bash handles signals only between commands and in `wait`. A signal ends
+// `wait` with a status that is not the program's, so the script waits again.
 constexpr const char* kBody = R"(
-shard=${SLURM_ARRAY_TASK_ID:?this is a Slurm job array: send it with sbatch}
+shard=${SLURM_ARRAY_TASK_ID:?this script is a Slurm job array; submit it with sbatch}
 time_is_up=
 interrupted=
 
-# Shortly before the time limit Slurm tells this shell alone. The program is asked to stop, and ends with 75.
+# Shortly before the time limit Slurm signals only this shell, which asks the program to stop; it exits with 75.
 on_notice() {
   interrupted=yes
   [ -z "$time_is_up" ] || return 0
   time_is_up=yes
   kill -TERM "$run" 2>/dev/null
-  echo "relign-bench: the time limit is near; part $shard stops" >&2
+  echo "relign-bench: the time limit is near; shard $shard stops" >&2
 }
 trap on_notice USR1
-# A cancelled task: Slurm tells the program too, whose end is waited for.
+# A cancelled task: Slurm also signals the program; this shell waits for it to end.
 trap 'interrupted=yes' TERM
 
 "${command[@]}" --shard "$shard/$shards" &
@@ -44,13 +44,13 @@ do
 done
 
 if [ "$status" -eq 75 ] && [ -n "$time_is_up" ]; then
-  # Slurm ends this task, scontrol too, as soon as it has taken the request: the answer must still be heard.
+  # Slurm ends this task, including scontrol, as soon as it accepts the request; the shell must outlive that.
   trap '' TERM
   if [ "${SLURM_RESTART_COUNT:-0}" -lt "$requeues" ] &&
     scontrol requeue "${SLURM_ARRAY_JOB_ID}_${SLURM_ARRAY_TASK_ID}"; then
-    echo "relign-bench: part $shard goes on when Slurm starts it again" >&2
+    echo "relign-bench: shard $shard resumes when Slurm starts it again" >&2
   else
-    echo "relign-bench: part $shard is not complete; send it again: sbatch --array=$shard" >&2
+    echo "relign-bench: shard $shard is not complete; resubmit it with sbatch --array=$shard" >&2
   fi
 fi
 exit "$status"
@@ -61,12 +61,12 @@ std::string quoted(const std::filesystem::path& path) {
   if (std::any_of(text.begin(), text.end(),
                   [](char letter) { return std::iscntrl(static_cast<unsigned char>(letter)); }))
     throw Error(ErrorKind::bad_input, "'" + text +
-                                          "' has a control character in it, such as a newline; a batch script " +
-                                          "cannot name it: rename the file or folder");
+                                          "' contains a control character, such as a newline, which a batch script " +
+                                          "cannot contain; rename the file or folder");
   return shell_quoted(text);
 }
 
-// For a line that sbatch reads, where no quoting is certain.
+// For lines that sbatch reads, which have no reliable quoting.
 std::string plain_name(std::string name) {
   for (char& letter : name) {
     const bool plain = std::isalnum(static_cast<unsigned char>(letter)) || letter == '-' || letter == '.';
@@ -104,12 +104,12 @@ std::string slurm_script_text(const SlurmScript& script) {
   directive("requeue");
   directive("open-mode=append");
   text +=
-      "\n# Written by relign-bench slurm script: task i of the array runs part i of the plan.\n"
-      "#   sbatch FILE                 all parts\n"
-      "#   sbatch --array=3,17 FILE    these parts again; relign-bench slurm status names them\n"
-      "# What has a complete record is not run again, so that sending a part twice does no harm.\n\n";
-  text += "shards=" + std::to_string(script.shards) + "    # the plan's, whatever the size of the array that is sent\n";
-  text += "requeues=" + std::to_string(script.requeues) + "  # how often a part goes on after its time limit\n";
+      "\n# Written by relign-bench slurm script: task i of the array runs shard i of the plan.\n"
+      "#   sbatch FILE                 all shards\n"
+      "#   sbatch --array=3,17 FILE    these shards again; relign-bench slurm status lists them\n"
+      "# Trials with a complete record are not run again, so that submitting a shard twice does no harm.\n\n";
+  text += "shards=" + std::to_string(script.shards) + "    # of the plan, whatever the size of the submitted array\n";
+  text += "requeues=" + std::to_string(script.requeues) + "  # how often a shard is requeued after its time limit\n";
   text += "command=(\n  " + quoted(script.program) + " run\n  --plan " + quoted(script.plan) + "\n  --out " +
           quoted(script.results) + "\n  --workers " + std::to_string(script.cpus) + "\n";
   for (const std::filesystem::path& plugin : script.plugins) text += "  --plugin " + quoted(plugin) + "\n";

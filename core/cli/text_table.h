@@ -1,4 +1,4 @@
-// A table in plain text: columns as wide as their widest cell.
+// A plain-text table; columns are as wide as their widest cell.
 #pragma once
 
 #include <string>
@@ -9,9 +9,9 @@ namespace relign::cli {
 class TextTable {
  public:
   explicit TextTable(std::vector<std::string> header) : rows_{std::move(header)} {}
-  // What a terminal would obey, and line ends, stand in a cell as text (base/text.h).
+  // Control characters in cells are escaped (printable, base/text.h); line ends and tabs become spaces.
   void add(std::vector<std::string> row);
-  // Numbers are right-aligned, everything else left-aligned; no blanks at line ends.
+  // Columns of numbers are right-aligned, all others left-aligned; no trailing spaces.
   std::string text() const;
 
  private:

@@ -1,4 +1,4 @@
-// relign-bench compare: two results folders or two algorithms, for people and for continuous integration.
+// relign-bench compare: compares two results folders or two methods, as text and as gates for continuous integration.
 #include "base/error.h"
 #include "cli/app.h"
 #include "report/compare.h"
@@ -10,7 +10,7 @@ struct CompareArguments {
   std::string a, b;
   std::string track = "recommended";
   int step = -1;
-  double relevant = 0;  // 0: the plan's
+  double relevant = 0;  // 0: of the analysis plan
   std::string rule;
   std::vector<std::string> gates;
 };
@@ -31,36 +31,32 @@ int write_comparison(Context& context, const CompareArguments& arguments) {
 }  // namespace
 
 void add_compare(CLI::App& app, Context& context) {
-  CLI::App& verb =
-      add_verb(app, {"compare", "Say by how much B is better or worse than A on the same lenses, and how surely.",
-                     "relign-bench compare results/before results/after --gate 'recommended@20<=1.02x'\n"
-                     "relign-bench compare results/quick:random results/quick:nlopt-bobyqa",
-                     "report, verify"});
+  CLI::App& verb = add_verb(app, {"compare", "Compare two methods on the same instances, with confidence intervals.",
+                                  "relign-bench compare results/before results/after --gate 'recommended@20<=1.02x'\n"
+                                  "relign-bench compare results/quick:random results/quick:nlopt-bobyqa",
+                                  "report, verify"});
   auto arguments = std::make_shared<CompareArguments>();
-  verb.add_option("A", arguments->a, "results folder, or FOLDER:METHOD")->required()->type_name("A");
-  verb.add_option("B", arguments->b, "the same, of what is judged")->required()->type_name("B");
+  verb.add_option("A", arguments->a, "baseline: results folder, or FOLDER:METHOD")->required()->type_name("A");
+  verb.add_option("B", arguments->b, "candidate, in the same form")->required()->type_name("B");
   verb.add_option("--track", arguments->track,
-                  "recommended (by the rule), commanded, excess, recommended_best, recommended_current (noise-free), "
-                  "best or measured [default: recommended]")
+                  "error to compare; noise-free: recommended (by --rule), commanded, excess, recommended_best or "
+                  "recommended_current; measured: best or measured [default: recommended]")
       ->type_name("TRACK:{recommended,commanded,excess,recommended_best,recommended_current,best,measured}");
-  verb.add_option("--rule", arguments->rule,
-                  "which pose counts as recommended: own (the method's own), best (of its lowest measured error) or "
-                  "current (where it stands) [default: the analysis plan's, else own]")
-      ->type_name("RULE:{own,best,current}")
-      ->check(CLI::IsMember({"own", "best", "current"}));
-  verb.add_option("--step", arguments->step, "compare after this step [default: the last one that both have]")
+  add_rule_option(verb, arguments->rule);
+  verb.add_option("--step", arguments->step, "step to compare at [default: the last step that both have]")
       ->check(CLI::Range(0, 999999))
       ->type_name("N");
   verb.add_option(
           "--relevant", arguments->relevant,
-          "smallest ratio of errors that matters: within it A and B are practically equal [default: the analysis "
+          "smallest ratio of errors that matters; within it A and B are practically equal [default: the analysis "
           "plan's, else 1.1]")
       ->check(CLI::Range(1.0, 1000.0))
       ->type_name("RATIO");
-  verb.add_option("--gate", arguments->gates,
-                  "TRACK@STEP<=1.02x: the ratio B / A is at most 1.02; TRACK@STEP<=0.01: B's median is; "
-                  "yield>=0.95: B's yield is at least so; yield>=A-0.02: or at most 0.02 under A's; repeatable; exit "
-                  "code 4 when one does not hold")
+  verb.add_option(
+          "--gate", arguments->gates,
+          "condition that must hold, else exit code 4; repeatable. TRACK@STEP<=1.02x: ratio B / A at most 1.02; "
+          "TRACK@STEP<=0.01: median of B at most 0.01; yield>=0.95: yield of B at least 0.95; yield>=A-0.02: "
+          "yield of B at most 0.02 below that of A")
       ->type_name("GATE");
   verb.callback([&context, arguments] {
     context.action = [&context, arguments] { return write_comparison(context, *arguments); };

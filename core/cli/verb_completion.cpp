@@ -1,5 +1,5 @@
-// relign-bench completion: the script by which a shell completes verbs, options and ids. The scripts ask a hidden verb,
-// `complete`, what may stand where the cursor is.
+// relign-bench completion: prints the shells' completion scripts. The scripts call the hidden verb `complete` for the
+// completions at the cursor.
 #include "base/error.h"
 #include "base/text.h"
 #include "cli/app.h"
@@ -33,7 +33,7 @@ std::vector<Candidate> ids_of(Context& context, const std::string& kind, const s
   return ids;
 }
 
-// One candidate a line, a tab and its description behind it; ":files" and ":folders" stand for paths.
+// One candidate per line, followed by a tab and its description; ":files" and ":folders" ask the shell for paths.
 int print_candidates(Context& context, const CLI::App& program, const std::vector<std::string>& words) {
   const Candidates found =
       complete(program, words, [&](const auto& kind, const auto& plugins) { return ids_of(context, kind, plugins); });
@@ -49,13 +49,13 @@ int print_candidates(Context& context, const CLI::App& program, const std::vecto
 }  // namespace
 
 void add_completion(CLI::App& app, Context& context) {
-  CLI::App& verb = add_verb(app, {"completion", "Print the script by which a shell completes verbs, options and ids.",
+  CLI::App& verb = add_verb(app, {"completion", "Print a shell completion script for verbs, options and ids.",
                                   "relign-bench completion bash >> ~/.bashrc\n"
                                   "relign-bench completion zsh > \"${fpath[1]}/_relign-bench\"\n"
                                   "relign-bench completion fish > ~/.config/fish/completions/relign-bench.fish",
                                   "list, doctor"});
   auto shell = std::make_shared<std::string>();
-  verb.add_option("SHELL", *shell, "bash, zsh or fish")->required()->type_name("SHELL:{bash,zsh,fish}");
+  verb.add_option("SHELL", *shell, "shell: bash, zsh or fish")->required()->type_name("SHELL:{bash,zsh,fish}");
   verb.callback([&context, shell] {
     context.action = [shell] {
       print_result(script_of(*shell));
@@ -63,10 +63,10 @@ void add_completion(CLI::App& app, Context& context) {
     };
   });
 
-  CLI::App* asked = app.add_subcommand("complete", "What may stand where the cursor is")->group("");
+  CLI::App* complete_verb = app.add_subcommand("complete", "Print the completions at the cursor.")->group("");
   auto words = std::make_shared<std::vector<std::string>>();
-  asked->add_option("WORD", *words, "what stands behind the program's name, up to the cursor");
-  asked->callback([&app, &context, words] {
+  complete_verb->add_option("WORD", *words, "words after the program's name, up to the cursor");
+  complete_verb->callback([&app, &context, words] {
     context.action = [&app, &context, words] { return print_candidates(context, app, *words); };
   });
 }

@@ -1,4 +1,4 @@
-// relign-bench describe: one page on a plugin or preset, from its manifest alone.
+// relign-bench describe: prints a plugin or preset from its manifest, without loading it.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -61,7 +61,7 @@ std::string allowed_text(const Parameter& parameter) {
   return "any";
 }
 
-// Default, then what the preset changes.
+// The preset's value, or the default.
 Json shown_value(const Parameter& parameter, const Preset* preset) {
   if (preset != nullptr && preset->parameters.contains(parameter.name)) return preset->parameters.at(parameter.name);
   return parameter.default_value;
@@ -72,14 +72,14 @@ std::string readme_of(const Manifest& plugin) {
   return std::filesystem::exists(readme) ? readme.string() : "";
 }
 
-// Half of the value, or twice as much where half is not allowed, or the other truth value; null where there is none.
+// A different allowed value: half, double, or the negation of a boolean; null if there is none.
 Json another_value(const Parameter& parameter, const Json& value) {
   if (value.is_boolean()) return !value.get<bool>();
   if (!value.is_number()) return nullptr;
   const double now = value.get<double>();
   for (const double other : {now / 2, now * 2}) {
-    const bool allowed = other != now && other >= parameter.minimum.value_or(other) &&
-                         other <= parameter.maximum.value_or(other);
+    const bool allowed =
+        other != now && other >= parameter.minimum.value_or(other) && other <= parameter.maximum.value_or(other);
     if (!allowed) continue;
     if (!value.is_number_integer()) return other;
     if (other == std::floor(other)) return static_cast<std::int64_t>(other);
@@ -87,7 +87,7 @@ Json another_value(const Parameter& parameter, const Json& value) {
   return nullptr;
 }
 
-// How to try one of the parameters with another value; empty when there is none with a number or a truth value.
+// A command that tries another value of the first numeric or boolean parameter; empty if there is none.
 std::string try_command(const Manifest& plugin, const Preset* preset) {
   if (!plugin_host::is_algorithm(plugin.kind)) return "";
   for (const Parameter& parameter : plugin.parameters) {
@@ -99,14 +99,14 @@ std::string try_command(const Manifest& plugin, const Preset* preset) {
   return "";
 }
 
-// "10 sources of 100 steps"; a count that a parameter has is shown by the parameter's name.
+// "10 source instances, 100 steps each ..."; a count that is set by a parameter is shown as the parameter's name.
 std::string preparation_text(const Manifest& plugin) {
   const auto shown = [&plugin](const char* count) {
     const Json& stated = plugin.prepare.at(count);
     return stated.is_string() ? "'" + stated.get<std::string>() + "'" : stated.dump();
   };
   return shown("sources") + " source instances, " + shown("steps") +
-         " steps each, once for a scene, noise level and protocol";
+         " steps each, once per scene, noise level and protocol";
 }
 
 std::string page(const Manifest& plugin, const Preset* preset) {
@@ -115,14 +115,14 @@ std::string page(const Manifest& plugin, const Preset* preset) {
       id + "  (" + plugin_host::kind_name(plugin.kind) + (preset == nullptr ? "" : ", preset of " + plugin.id) + ")\n";
   text += (preset == nullptr || preset->summary.empty() ? plugin.summary : preset->summary) + "\n\n";
   if (plugin_host::is_algorithm(plugin.kind))
-    text += "knows         " + (plugin.knows.empty() ? "nothing" : join(plugin.knows, ", ")) +
-            (plugin.oracle ? " (an oracle: told the true start under every protocol)" : "") + "\n";
-  if (!plugin.prepare.is_null()) text += "prepares      " + preparation_text(plugin) + "\n";
-  text += "reproducible  " + std::string(plugin.reproducible == "this_cpu" ? "on one kind of processor" : "anywhere") +
-          "\n";
+    text += "observes      " + (plugin.knows.empty() ? "nothing" : join(plugin.knows, ", ")) +
+            (plugin.oracle ? " (an oracle: observes the true start under every protocol)" : "") + "\n";
+  if (!plugin.prepare.is_null()) text += "pretraining   " + preparation_text(plugin) + "\n";
+  text += "reproducible  " +
+          std::string(plugin.reproducible == "this_cpu" ? "on the same kind of processor" : "on any machine") + "\n";
   if (!plugin.license.empty()) text += "licence       " + plugin.license + "\n";
   if (!plugin.citation.empty()) text += "citation      " + plugin.citation + "\n";
-  if (const std::string readme = readme_of(plugin); !readme.empty()) text += "read          " + readme + "\n";
+  if (const std::string readme = readme_of(plugin); !readme.empty()) text += "README        " + readme + "\n";
 
   if (!plugin.parameters.empty()) {
     TextTable table({"parameter", "type", preset == nullptr ? "default" : "value", "allowed", "unit", "meaning"});
@@ -177,16 +177,16 @@ Json to_json(const Manifest& plugin, const Preset* preset) {
           {"presets", presets}};
 }
 
-// The id; of a path, that of the plugin which lies there.
+// The id itself, or the id of the plugin at this path.
 std::string id_of(Context& context, const std::string& given) {
   std::error_code error;
   if (given.find('/') == std::string::npos && !std::filesystem::is_regular_file(given, error)) return given;
   if (std::filesystem::path(given).extension() == ".json" && std::filesystem::exists(given, error)) {
     const Json document = JsonSource::from_file(given).root();
     if (document.is_object() && document.contains("use") && document["use"].is_string())
-      throw Error(ErrorKind::bad_input, given + " is a file that '" + document["use"].get<std::string>() +
-                                            "' reads; describe that. relign-bench lens info --scene FILE prints the "
-                                            "lens of a scene");
+      throw Error(ErrorKind::bad_input, given + " is an input file of '" + document["use"].get<std::string>() +
+                                            "'; describe that plugin, or print a scene's lens with 'relign-bench lens "
+                                            "info --scene FILE'");
   }
   return context.catalog().add(given)->id;
 }
@@ -219,7 +219,7 @@ int describe(Context& context, const DescribeArguments& arguments) {
     pages.push_back(optima_text(optima));
     all.front()["own_optima"] = optima_json(optima);
   }
-  // A scene and a noise level may share an id; almost always there is one page.
+  // Several pages only if plugins of different kinds share the id.
   if (context.json)
     print_result((all.size() == 1 ? all.front() : all).dump(2) + "\n");
   else
@@ -230,20 +230,19 @@ int describe(Context& context, const DescribeArguments& arguments) {
 }  // namespace
 
 void add_describe(CLI::App& app, Context& context) {
-  CLI::App& verb =
-      add_verb(app, {"describe", "Print one page on a plugin or preset: parameters, presets, what it knows.",
-                     "relign-bench describe nlopt-sbplx\n"
-                     "relign-bench describe relign_od --noise-level rho0.25 --noise-level rho0.5",
-                     "list, try"});
+  CLI::App& verb = add_verb(app, {"describe", "Describe a plugin or preset: what it observes, parameters, presets.",
+                                  "relign-bench describe nlopt-sbplx\n"
+                                  "relign-bench describe relign_od --noise-level rho0.25 --noise-level rho0.5",
+                                  "list, try"});
   auto arguments = std::make_shared<DescribeArguments>();
   DescribeArguments& given = *arguments;
-  verb.add_option("ID", given.id, "id of a plugin or preset, or a plugin's path")->required();
-  verb.add_option(
-          "--noise-level", given.levels,
-          "of a scene: how far the own optima of this level's lenses lie from the nominal pose; may be repeated")
+  verb.add_option("ID", given.id, "id of a plugin or preset, or path of a plugin")->required();
+  verb.add_option("--noise-level", given.levels,
+                  "for a scene: also print how far the own optima of this level's instances are from the nominal pose; "
+                  "repeatable")
       ->type_name("LEVEL")
       ->allow_extra_args(false);
-  verb.add_option("--instances", given.instances, "how many lenses of each level, from instance 0 of suite seed 1")
+  verb.add_option("--instances", given.instances, "number of instances per level, from instance 0 of suite seed 1")
       ->type_name("NUMBER")
       ->check(CLI::Range(1U, 10000U))
       ->capture_default_str();

@@ -1,4 +1,4 @@
-// relign-bench lens info, lens trace: one lens by itself. lens draw: verb_lens_draw.cpp. Meshes: verb_lens_mesh.cpp.
+// relign-bench lens info and lens trace. See verb_lens_draw.cpp for lens draw and verb_lens_mesh.cpp for meshes.
 #include <cmath>
 #include <memory>
 
@@ -46,19 +46,19 @@ std::vector<NamedValue> first_order_values(const optics::Prescription& lens) {
       {"entrance_pupil_z", "mm", "from the first vertex", data.entrance_pupil_z},
       {"exit_pupil_diameter", "mm", "", data.exit_pupil_diameter},
       {"exit_pupil_from_last", "mm", "from the last vertex", data.exit_pupil_from_last}};
-  // The design's specification and the stop may tell different apertures; images are made with the stop.
-  // The edge of a curved face is where real rays meet it, first order has it on the vertex's plane.
-  const double differs = lens.aperture_stop().on_face ? 0.1 : 0.01;
-  optics::Prescription as_it_opens = lens;
-  as_it_opens.entrance_pupil_diameter_mm = 0;
-  const double opens_to = optics::first_order(as_it_opens).f_number;
-  if (std::fabs(opens_to - data.f_number) > differs * std::fabs(data.f_number))
-    values.push_back(
-        {"f_number_of_opening", "", "as the stop opens, and as images are made; f_number is the design's", opens_to});
+  // The design's specified aperture may differ from the stop, which images use. For a stop on a curved face the
+  // tolerance is wider: real rays meet its edge away from the vertex plane, on which first-order optics places it.
+  const double tolerance = lens.aperture_stop().on_face ? 0.1 : 0.01;
+  optics::Prescription by_stop = lens;
+  by_stop.entrance_pupil_diameter_mm = 0;
+  const double stop_f_number = optics::first_order(by_stop).f_number;
+  if (std::fabs(stop_f_number - data.f_number) > tolerance * std::fabs(data.f_number))
+    values.push_back({"f_number_of_opening", "", "from the stop's opening, used for images; f_number is the design's",
+                      stop_f_number});
   return values;
 }
 
-// A number, or the reason why there is none.
+// A value, or the reason why it is undefined.
 struct Distortion {
   double percent = std::nan("");
   std::string reason;
@@ -73,27 +73,21 @@ Distortion distortion_of(const optics::Prescription& lens) {
   try {
     distortion.percent = 100 * optics::distortion(lens, lens.half_field_deg);
     if (!std::isfinite(distortion.percent))
-      distortion.reason = "no chief ray passes under " + significant(lens.half_field_deg, 4) + " degrees";
+      distortion.reason = "no chief ray passes at " + significant(lens.half_field_deg, 4) + " degrees";
   } catch (const Error& error) {
     distortion.reason = error.what();
   }
   return distortion;
 }
 
-// First-order values are quotients: without power there is no focus, with a stop in a focus no pupil.
+// First-order values are quotients: a lens without power has no focus, a stop at a focal point no pupil.
 std::string reason_without(const std::string& name) {
-  return name.find("pupil") != std::string::npos ? "the stop is at a focus, so that its image is infinitely far"
+  return name.find("pupil") != std::string::npos ? "the stop is at a focal point, so that its image is at infinity"
                                                  : "the lens has no power";
 }
 
-std::string digits(double value, int decimals) {
-  char buffer[64];
-  std::snprintf(buffer, sizeof buffer, "%.*f", decimals, value);
-  return buffer;
-}
-
 std::string surfaces_table(const optics::Prescription& lens) {
-  TextTable table({"surface", "z mm", "radius mm", "index after", "clear radius mm", "in listing mm"});
+  TextTable table({"surface", "z mm", "radius mm", "index after", "semi-diameter mm", "listing mm"});
   struct Row {
     double z;
     std::vector<std::string> cells;
@@ -108,15 +102,15 @@ std::string surfaces_table(const optics::Prescription& lens) {
                                                                : " inner";
       rows.push_back(
           {face.z_mm,
-           {element.name + part, digits(face.z_mm, 6), face.curvature == 0 ? "plane" : digits(1 / face.curvature, 5),
-            face.mirror ? "mirror" : digits(std::fabs(face.index_after), 6), digits(face.clear_radius_mm, 4),
-            digits(face.listing_clear_radius_mm, 6)}});
+           {element.name + part, fixed(face.z_mm, 6), face.curvature == 0 ? "plane" : fixed(1 / face.curvature, 5),
+            face.mirror ? "mirror" : fixed(std::fabs(face.index_after), 6), fixed(face.clear_radius_mm, 4),
+            fixed(face.listing_clear_radius_mm, 6)}});
     }
   for (const optics::Stop& stop : lens.stops) {
     const Row row{stop.z_mm,
-                  {stop.name, digits(stop.z_mm, 6), "stop", "", digits(stop.opening_radius_mm, 4),
-                   stop.in_listing ? digits(stop.opening_radius_mm, 6) : "-"}};
-    // With mirrors the places on the axis are not the order of the light.
+                  {stop.name, fixed(stop.z_mm, 6), "stop", "", fixed(stop.opening_radius_mm, 4),
+                   stop.in_listing ? fixed(stop.opening_radius_mm, 6) : "-"}};
+    // With mirrors the order along the axis is not the order of the light.
     rows.insert(lens.has_mirrors() ? rows.begin() + static_cast<std::ptrdiff_t>(lens.faces_before(stop)) : rows.end(),
                 row);
   }
@@ -124,7 +118,7 @@ std::string surfaces_table(const optics::Prescription& lens) {
   for (const optics::Element& element : lens.elements)
     for (const optics::Face& face : element.faces)
       if (!face.is_sphere()) {
-        shapes += "asphere at z = " + digits(face.z_mm, 6) + " mm: conic " + shortest(face.conic);
+        shapes += "asphere at z = " + fixed(face.z_mm, 6) + " mm: conic " + shortest(face.conic);
         const auto add = [&](const std::string& letter, std::size_t first_power, const std::vector<double>& terms) {
           for (std::size_t i = 0; i < terms.size(); ++i)
             shapes += ", " + letter + std::to_string(2 * i + first_power) + " " + shortest(terms[i]);
@@ -138,7 +132,7 @@ std::string surfaces_table(const optics::Prescription& lens) {
   if (!lens.has_mirrors())
     std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.z < b.z; });
   for (const Row& row : rows) table.add(row.cells);
-  table.add({"image", digits(lens.image_z_mm, 6), "plane", "", "", ""});
+  table.add({"image", fixed(lens.image_z_mm, 6), "plane", "", "", ""});
   return table.text() + shapes;
 }
 
@@ -169,9 +163,9 @@ int info(Context& context, const LensArguments& arguments) {
   for (const NamedValue& value : values) {
     std::string published = "-";
     for (const optics::Published& known : lens.published)
-      if (known.name == value.name) published = digits(known.value, 4);
+      if (known.name == value.name) published = fixed(known.value, 4);
     if (std::isfinite(value.value))
-      table.add({value.name, digits(value.value, 4), published, value.unit, value.meaning});
+      table.add({value.name, fixed(value.value, 4), published, value.unit, value.meaning});
     else
       table.add({value.name, "not defined", published, "", reason_without(value.name)});
   }
@@ -179,7 +173,7 @@ int info(Context& context, const LensArguments& arguments) {
   if (lens.half_field_deg > 0) {
     const bool distorts = std::isfinite(distortion.percent);
     text += "\ndistortion at " + significant(lens.half_field_deg, 4) + " degrees: " +
-            (distorts ? digits(distortion.percent, 2) + " %" : "not defined (" + distortion.reason + ")") + "\n";
+            (distorts ? fixed(distortion.percent, 2) + " %" : "not defined (" + distortion.reason + ")") + "\n";
   }
   print_text(text);
   return kDone;
@@ -205,21 +199,20 @@ int trace_rays(Context& context, const LensArguments& arguments) {
 }  // namespace
 
 void add_lens(CLI::App& app, Context& context) {
-  CLI::App& lens = add_verb(
-      app, {"lens", "Look at one lens by itself.", "relign-bench lens info --scene relign_od", "render, describe"});
+  CLI::App& lens = add_verb(app, {"lens", "Inspect, trace, draw or convert a lens.",
+                                  "relign-bench lens info --scene relign_od", "render, describe"});
   lens.require_subcommand(1);
   auto arguments = std::make_shared<LensArguments>();
 
   CLI::App& info_verb =
-      add_verb(lens, {"info", "Print a lens: surfaces, first-order data beside published values, distortion.",
+      add_verb(lens, {"info", "Print a lens: surfaces, first-order data with published values, distortion.",
                       "relign-bench lens info --scene relign_od\n"
                       "relign-bench lens info my_lens.zmx",
                       "lens draw, lens trace, scene new"});
-  CLI::Option* file =
-      info_verb.add_option("LENSFILE", arguments->lens_file,
-                           "a lens file: ours, Zemax .zmx, CODE V .seq or its listing [default: the scene's lens]");
-  info_verb
-      .add_option("--scene", arguments->scene, "scene whose lens is meant: id, preset or path [default: relign_od]")
+  CLI::Option* file = info_verb.add_option(
+      "LENSFILE", arguments->lens_file,
+      "lens file: relign-bench .json, Zemax .zmx, CODE V .seq or listing [default: the scene's lens]");
+  info_verb.add_option("--scene", arguments->scene, "scene whose lens to use: id, preset or path [default: relign_od]")
       ->type_name("SCENE")
       ->excludes(file);
   add_design_options(info_verb, arguments->design);
@@ -227,22 +220,23 @@ void add_lens(CLI::App& app, Context& context) {
       [&context, arguments] { context.action = [&context, arguments] { return info(context, *arguments); }; });
 
   CLI::App& trace_verb = add_verb(
-      lens,
-      {"trace", "Trace rays of a JSON file through a lens, in double precision: hits, image points, exit directions.",
-       "relign-bench lens trace rays.json --scene relign_od > traced.json\n"
-       "  rays.json: {\"rays\": [{\"start_mm\": [0, 0.5, -1], \"direction\": [0, 0, 1]}]}",
-       "lens info, render"});
+      lens, {"trace",
+             "Trace rays from a JSON file through a lens in double precision; print hits, image points and exit "
+             "directions.",
+             "relign-bench lens trace rays.json --scene relign_od > traced.json\n"
+             "  rays.json: {\"rays\": [{\"start_mm\": [0, 0.5, -1], \"direction\": [0, 0, 1]}]}",
+             "lens info, render"});
   trace_verb
       .add_option("RAYS", arguments->rays,
-                  "file with {\"rays\": [{\"start_mm\", \"direction\", \"elements\"}]}; mm, degrees")
+                  "JSON file {\"rays\": [{\"start_mm\", \"direction\", \"elements\"}]}; mm, degrees")
       ->required();
   trace_verb
-      .add_option("--scene", arguments->scene, "scene whose lens is meant: id, preset or path [default: relign_od]")
+      .add_option("--scene", arguments->scene, "scene whose lens to use: id, preset or path [default: relign_od]")
       ->type_name("SCENE");
   trace_verb
-      .add_option(
-          "--apertures", arguments->apertures,
-          "what stops rays: none, mesh (the scene's clear radii), listing (the design program's) [default: none]")
+      .add_option("--apertures", arguments->apertures,
+                  "apertures that stop rays: none, mesh (the scene's semi-diameters) or listing (the design program's) "
+                  "[default: none]")
       ->type_name("NAME")
       ->check(CLI::IsMember({"none", "mesh", "listing"}));
   trace_verb.callback(

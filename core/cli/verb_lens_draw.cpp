@@ -1,4 +1,4 @@
-// relign-bench lens draw: the cross-section of a lens with rays.
+// relign-bench lens draw: draws the cross-section of a lens with rays.
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kPngScale = 2;      // pixels for a unit of the drawing
+constexpr double kPngScale = 2;      // pixels per unit of the drawing
 constexpr double kWidestField = 89;  // degrees
 
 struct DrawArguments {
@@ -57,7 +57,7 @@ std::vector<double> chosen_fields(const DrawArguments& arguments, const optics::
 
 int draw(Context& context, const DrawArguments& arguments) {
   if (arguments.scene_given && !arguments.lens_file.empty())
-    throw Error(ErrorKind::bad_input, "LENSFILE and --scene both say which lens to draw; give one of them");
+    throw Error(ErrorKind::bad_input, "--scene: cannot be combined with LENSFILE; give one of them");
   const std::string ending = fs::path(arguments.out).extension().string();
   if (ending != ".svg" && ending != ".png")
     throw Error(ErrorKind::bad_input, "--out: '" + arguments.out + "' must end in .svg or .png");
@@ -77,7 +77,7 @@ int draw(Context& context, const DrawArguments& arguments) {
   Json drawn = Json::array();
   for (const double field : chosen_fields(arguments, subject.lens)) {
     drawing::DrawnFan fan = fan_of(subject, assembly, field, picture.fans.size(), arguments.rays);
-    if (fan.rays.empty()) print_warning("no ray of the field " + fan.label + " passes the lens; none is drawn");
+    if (fan.rays.empty()) print_warning("no ray at field angle " + fan.label + " passes the lens; none is drawn");
     drawn.push_back({{"field_deg", field}, {"rays", fan.rays.size()}});
     picture.fans.push_back(std::move(fan));
   }
@@ -95,13 +95,14 @@ int draw(Context& context, const DrawArguments& arguments) {
 void add_lens_draw(CLI::App& lens, Context& context) {
   auto arguments = std::make_shared<DrawArguments>();
   DrawArguments& given = *arguments;
-  CLI::App& verb = add_verb(lens, {"draw", "Draw the cross-section of a lens, with the rays of a few fields.",
+  CLI::App& verb = add_verb(lens, {"draw", "Draw the cross-section of a lens with rays at several field angles.",
                                    "relign-bench lens draw --fields 0,20,42 -o lens.svg\n"
                                    "relign-bench lens draw my_lens.json --assembly tilted.json --vertical -o lens.png",
                                    "lens info, scene landscape, render"});
   verb.add_option("LENSFILE", given.lens_file,
-                  "a lens file: ours, Zemax .zmx, CODE V .seq or its listing; its object is far away [default: the "
-                  "scene's lens]");
+                  "lens file: relign-bench .json, Zemax .zmx, CODE V .seq or listing; the object is at infinity "
+                  "[default: the scene's "
+                  "lens]");
   add_design_options(verb, given.design);
   verb.add_option_function<std::string>(
           "--scene",
@@ -109,21 +110,23 @@ void add_lens_draw(CLI::App& lens, Context& context) {
             arguments->scene = scene;
             arguments->scene_given = true;
           },
-          "scene whose lens, sensor and object distance are meant: id, preset or path")
+          "scene whose lens, sensor and object distance to use: id, preset or path")
       ->type_name("SCENE")
       ->default_str(given.scene);
-  verb.add_option("-o,--out", given.out, "picture: .svg or .png")->type_name("FILE")->capture_default_str();
-  verb.add_option("--fields", given.fields,
-                  "degrees with commas between, each in a colour of its own [default: 0, 0.7 of the half field, the "
-                  "half field]")
+  verb.add_option("-o,--out", given.out, "output file: .svg or .png")->type_name("FILE")->capture_default_str();
+  verb.add_option(
+          "--fields", given.fields,
+          "comma-separated field angles, degrees, each drawn in its own colour [default: 0, 0.7 of the half field, the "
+          "half field]")
       ->type_name("DEGREES");
-  verb.add_option("--rays", given.rays, "rays of each field, rim to rim of what passes the lens")
+  verb.add_option("--rays", given.rays, "rays per field, spread over the beam that passes the lens")
       ->type_name("COUNT")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  verb.add_option("--assembly", given.assembly, "draw this lens: JSON with shift_mm and tilt_deg per element")
+  verb.add_option("--assembly", given.assembly,
+                  "draw the lens with these element offsets: JSON with shift_mm and tilt_deg per element")
       ->type_name("FILE");
-  verb.add_flag("--vertical", given.vertical, "light travels downwards instead of to the right");
+  verb.add_flag("--vertical", given.vertical, "draw the light travelling downwards instead of to the right");
   verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return draw(context, *arguments); }; });
 }

@@ -1,10 +1,11 @@
-// relign-bench lens export-mesh, lens fit-mesh: lenses as triangle meshes.
+// relign-bench lens export-mesh and lens fit-mesh: converts lenses to triangle meshes and back.
 #include <algorithm>
 #include <filesystem>
 #include <memory>
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/text.h"
 #include "cli/app.h"
 #include "cli/lens_files.h"
 #include "cli/text_table.h"
@@ -51,26 +52,19 @@ struct Fit {
   meshes::FittedElement element;
 };
 
-std::string text_of(const char* format, double value) {
-  char buffer[64];
-  std::snprintf(buffer, sizeof buffer, format, value);
-  return buffer;
-}
-
-// A plane is what turns by less than this over its clear radius: 1e-7 rad, a radius of 30 km for a rim of 3 mm.
+// A face counts as plane if its slope at the rim is below 1e-7 rad: a radius of 30 km for a semi-diameter of 3 mm.
 bool is_plane(const meshes::FittedFace& face) { return std::fabs(face.curvature) * face.clear_radius_mm < 1e-7; }
 
 Json radius_of(const meshes::FittedFace& face) { return is_plane(face) ? Json() : Json(1 / face.curvature); }
 
 std::string table_of(const std::vector<Fit>& fits) {
-  TextTable table({"face", "z mm", "radius mm", "clear radius mm", "tilt x, y deg", "residual rms um", "largest um"});
+  TextTable table({"face", "z mm", "radius mm", "semi-diameter mm", "tilt x, y deg", "residual rms um", "largest um"});
   for (const Fit& fit : fits)
     for (const meshes::FittedFace* face : {&fit.element.front, &fit.element.back})
       table.add({fs::path(fit.file).filename().string() + (face == &fit.element.front ? " front" : " back"),
-                 text_of("%.6f", face->z_mm), is_plane(*face) ? "plane" : text_of("%.5f", 1 / face->curvature),
-                 text_of("%.4f", face->clear_radius_mm),
-                 text_of("%.4f", face->tilt_deg[0]) + ", " + text_of("%.4f", face->tilt_deg[1]),
-                 text_of("%.4f", 1000 * face->residual_rms_mm), text_of("%.4f", 1000 * face->residual_largest_mm)});
+                 fixed(face->z_mm, 6), is_plane(*face) ? "plane" : fixed(1 / face->curvature, 5),
+                 fixed(face->clear_radius_mm, 4), fixed(face->tilt_deg[0], 4) + ", " + fixed(face->tilt_deg[1], 4),
+                 fixed(1000 * face->residual_rms_mm, 4), fixed(1000 * face->residual_largest_mm, 4)});
   return table.text();
 }
 
@@ -84,14 +78,15 @@ Json json_of(const meshes::FittedFace& face) {
           {"corners", face.corners}};
 }
 
-// The scene's lens file with the fitted spheres in place of its own; meshes know no indices, stops and image plane.
+// The lens file `like` with its faces replaced by the fitted spheres. Meshes lack indices, stops and image plane.
 std::string lens_file_of(const std::vector<Fit>& fits, const fs::path& like) {
   const JsonSource source = JsonSource::from_file(like);
   const optics::Prescription lens = optics::read_prescription(source);
   if (lens.elements.size() != fits.size())
-    throw Error(ErrorKind::bad_input, "the lens of " + like.string() + " has " + std::to_string(lens.elements.size()) +
-                                          " elements, but " + std::to_string(fits.size()) +
-                                          " meshes are given; a lens file needs one of each, in any order");
+    throw Error(ErrorKind::bad_input, "the lens of '" + like.string() + "' has " +
+                                          std::to_string(lens.elements.size()) +
+                                          " elements, but the number of meshes is " + std::to_string(fits.size()) +
+                                          "; -o needs one mesh per element, in any order");
   Json root = source.root();
   root["source"] = "spheres fitted to meshes; all else of " + lens.name;
   root.erase("published");
@@ -99,8 +94,8 @@ std::string lens_file_of(const std::vector<Fit>& fits, const fs::path& like) {
     root.at("elements").at(e).erase("placement");
     Json& faces = root.at("elements").at(e).at("faces");
     if (faces.size() != 2)
-      throw Error(ErrorKind::bad_input, "element " + lens.elements[e].name + " of " + like.string() + " has " +
-                                            std::to_string(faces.size()) + " faces; a mesh gives two");
+      throw Error(ErrorKind::bad_input, "element '" + lens.elements[e].name + "' of '" + like.string() + "' has " +
+                                            std::to_string(faces.size()) + " faces; meshes are fitted with two");
     for (const auto& [at, face] : {std::pair{0, &fits[e].element.front}, {1, &fits[e].element.back}}) {
       Json& into = faces.at(static_cast<std::size_t>(at));
       into["z_mm"] = face->z_mm;
@@ -137,13 +132,13 @@ int fit_meshes(Context& context, const MeshArguments& arguments) {
 
 #else
 
-[[noreturn]] int left_out() {
+[[noreturn]] int no_mesh_support() {
   throw Error(ErrorKind::bad_input,
-              "this program was built without meshes: assimp or Embree 3 was missing (Debian and Ubuntu: "
-              "libassimp-dev libembree-dev). Install them and build again");
+              "this program was built without mesh support; install assimp and Embree 3 (Debian and Ubuntu: "
+              "libassimp-dev libembree-dev) and rebuild");
 }
-int export_meshes(Context&, const MeshArguments&) { left_out(); }
-int fit_meshes(Context&, const MeshArguments&) { left_out(); }
+int export_meshes(Context&, const MeshArguments&) { no_mesh_support(); }
+int fit_meshes(Context&, const MeshArguments&) { no_mesh_support(); }
 
 #endif
 
@@ -152,32 +147,32 @@ int fit_meshes(Context&, const MeshArguments&) { left_out(); }
 void add_lens_mesh(CLI::App& lens, Context& context) {
   auto arguments = std::make_shared<MeshArguments>();
   CLI::App& export_verb = add_verb(
-      lens, {"export-mesh", "Write the elements of a lens as closed triangle meshes, one PLY file each.",
+      lens, {"export-mesh", "Export each element of a lens as a closed triangle mesh in a PLY file.",
              "relign-bench lens export-mesh --scene relign_od --pitch 0.1 -o meshes", "lens fit-mesh, render"});
   export_verb
-      .add_option("--scene", arguments->scene, "scene whose lens is meant: id, preset or path [default: relign_od]")
+      .add_option("--scene", arguments->scene, "scene whose lens to use: id, preset or path [default: relign_od]")
       ->type_name("SCENE");
-  export_verb.add_option("--pitch", arguments->pitch_mm, "length of the triangles' edges, mm [default: 0.1]")
+  export_verb.add_option("--pitch", arguments->pitch_mm, "edge length of the triangles, mm [default: 0.1]")
       ->type_name("MM")
       ->check(CLI::Range(1e-4, 1e3));
-  export_verb.add_option("-o,--out", arguments->output, "folder for L1.ply and so on, in lens coordinates, mm")
+  export_verb.add_option("-o,--out", arguments->output, "folder for L1.ply, L2.ply, ..., in lens coordinates, mm")
       ->type_name("DIR")
       ->required();
   export_verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return export_meshes(context, *arguments); }; });
 
   CLI::App& fit_verb = add_verb(
-      lens, {"fit-mesh", "Fit spheres to meshes of lens elements: prints the prescription with its residual.",
+      lens, {"fit-mesh", "Fit spheres to meshes of lens elements; print the prescription and the residuals.",
              "relign-bench lens fit-mesh meshes/*.ply --scene relign_od -o lens.json", "lens export-mesh, lens info"});
   fit_verb
-      .add_option("FILE", arguments->files, "meshes of one element each (PLY, STL, OBJ): closed, around the z axis, mm")
+      .add_option("FILE", arguments->files, "one mesh per element (PLY, STL or OBJ): closed, centred on the z axis, mm")
       ->required();
   fit_verb
       .add_option("--scene", arguments->scene,
-                  "scene whose lens file gives -o what meshes do not tell: indices, stops, mount, image plane "
+                  "scene whose lens file provides for -o what meshes lack: indices, stops, barrel, image plane "
                   "[default: relign_od]")
       ->type_name("SCENE");
-  fit_verb.add_option("-o,--out", arguments->output, "also write a lens file")->type_name("FILE");
+  fit_verb.add_option("-o,--out", arguments->output, "also write the fitted lens to this lens file")->type_name("FILE");
   fit_verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return fit_meshes(context, *arguments); }; });
 }

@@ -1,4 +1,4 @@
-// relign-bench list: the plugins that can be used, with their presets.
+// relign-bench list: lists the available plugins and their presets.
 #include "base/error.h"
 #include "base/text.h"
 #include "cli/app.h"
@@ -10,7 +10,7 @@ namespace {
 using plugin_host::Kind;
 using plugin_host::Manifest;
 
-// "scenes", "scene", "noise_levels" ...; "algorithms" are optimizers and agents.
+// Accepts "scenes", "scene", "noise_levels", ...; "algorithms" are optimizers and agents.
 bool (*kind_filter(const std::string& name))(Kind) {
   std::string wanted = normalised_name(name);
   if (!wanted.empty() && wanted.back() == 's') wanted.pop_back();
@@ -52,10 +52,10 @@ int list(Context& context, const std::string& kind) {
 }  // namespace
 
 void add_list(CLI::App& app, Context& context) {
-  CLI::App& verb = add_verb(app, {"list", "List the plugins that can be used, with their presets.",
-                                  "relign-bench list algorithms", "describe, try"});
+  CLI::App& verb = add_verb(
+      app, {"list", "List the available plugins and their presets.", "relign-bench list algorithms", "describe, try"});
   auto kind = std::make_shared<std::string>();
-  verb.add_option("KIND", *kind, "scenes, noise-levels, algorithms, optimizers or agents [default: all]")
+  verb.add_option("KIND", *kind, "kind: scenes, noise-levels, algorithms, optimizers or agents [default: all]")
       ->type_name("KIND:{scenes,noise-levels,algorithms,optimizers,agents}");
   verb.callback([&context, kind] { context.action = [&context, kind] { return list(context, *kind); }; });
 }

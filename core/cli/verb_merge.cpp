@@ -1,4 +1,4 @@
-// relign-bench merge: results folders joined into one.
+// relign-bench merge: merges results folders into one.
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -18,9 +18,7 @@ struct MergeArguments {
   std::string out;
 };
 
-std::string trials_text(std::size_t count) { return std::to_string(count) + (count == 1 ? " trial" : " trials"); }
-
-// "3, 17, 41", and where it goes on if there are many.
+// "3,17,41", truncated after kShown numbers.
 std::string numbers_text(const std::vector<unsigned>& numbers) {
   constexpr std::size_t kShown = 50;
   std::vector<std::string> parts;
@@ -30,7 +28,7 @@ std::string numbers_text(const std::vector<unsigned>& numbers) {
 
 std::string result_text(const records::MergeSummary& summary, const fs::path& out) {
   std::string text = "merged   " + out.string() + "\ntrials   " + std::to_string(summary.trials);
-  if (summary.missing > 0) text += ", and " + std::to_string(summary.missing) + " planned ones without a result";
+  if (summary.missing > 0) text += ", and " + std::to_string(summary.missing) + " planned without a result";
   text += "\n";
   if (summary.shards > 0) {
     text += "shards   " + std::to_string(summary.shards - summary.missing_shards.size()) + " of " +
@@ -42,12 +40,13 @@ std::string result_text(const records::MergeSummary& summary, const fs::path& ou
     text += "twice    " + trials_text(summary.duplicates) + ", equal";
     if (summary.within_tolerance > 0)
       text += " (" + std::to_string(summary.within_tolerance) +
-              " of them within 1e-6 only: made on different processors by plugins that promise equal numbers on one)";
+              " of them only within 1e-6: from different kinds of processor, and of plugins that are reproducible on "
+              "one kind)";
     text += "\n";
   }
   if (summary.superseded > 0)
     text += "twice    " + trials_text(summary.superseded) +
-            " that ended early in one folder and came to their end in another; the latter are kept\n";
+            " that ended early in one folder and are complete in another; the complete ones are kept\n";
   return text;
 }
 
@@ -73,9 +72,9 @@ int run_merge(Context& context, const MergeArguments& arguments) {
   const records::MergeSummary summary = records::merge(options);
   print_disagreements(summary);
   if (summary.half_written > 0)
-    print_warning(trials_text(summary.half_written) + " were cut off while they were written, and do not count");
+    print_warning(trials_text(summary.half_written) + " are only partly written and are ignored");
   if (summary.left_out > 0)
-    print_warning(trials_text(summary.left_out) + " belong to an earlier form of a folder's suite, and are left out");
+    print_warning(trials_text(summary.left_out) + " belong to an earlier version of a folder's suite and are ignored");
   if (context.json) {
     Json result = records::to_json(summary);
     result["merged"] = arguments.out;
@@ -85,8 +84,7 @@ int run_merge(Context& context, const MergeArguments& arguments) {
     std::fprintf(stderr, "Next: relign-bench report %s\n", arguments.out.c_str());
   }
   if (summary.disagreeing == 0) return kDone;
-  print_warning(trials_text(summary.disagreeing) +
-                " came out differently in two folders: something in them is not reproducible");
+  print_warning(trials_text(summary.disagreeing) + " differ between two folders: they are not reproducible");
   return kGateTripped;
 }
 
@@ -95,16 +93,16 @@ int run_merge(Context& context, const MergeArguments& arguments) {
 void add_merge(CLI::App& app, Context& context) {
   CLI::App& verb =
       add_verb(app, {"merge",
-                     "Join results folders on the same instances: shards of a plan, or a newcomer's results "
-                     "beside a study.",
+                     "Merge results folders with the same instances: shards of a plan, or a study and results of a new "
+                     "method.",
                      "relign-bench merge results/study results/ours -o results/both\n"
                      "relign-bench merge results/quick -o results/quick-all   # all shards in results/quick",
                      "plan, run, report, verify"});
   auto arguments = std::make_shared<MergeArguments>();
-  verb.add_option("DIR", arguments->folders, "results folder, or a folder of shards; one or more")
+  verb.add_option("DIR", arguments->folders, "one or more results folders or folders of shards")
       ->required()
       ->type_name("DIR");
-  verb.add_option("-o,--out", arguments->out, "the merged folder: new, or what merge made before, which is replaced")
+  verb.add_option("-o,--out", arguments->out, "folder to create; a folder from an earlier merge is replaced")
       ->required()
       ->type_name("DIR");
   verb.callback(

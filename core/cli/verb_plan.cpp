@@ -1,4 +1,4 @@
-// relign-bench plan: a suite's trials frozen in a file, cut into parts for many machines.
+// relign-bench plan: freezes a suite's trials in a file, divided into shards for several machines.
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -21,13 +21,13 @@ struct PlanArguments {
   unsigned shards = 1;
 };
 
-// A plan is written over a plan, and over nothing else.
+// Only an earlier plan may be overwritten.
 void refuse_other_files(const fs::path& file) {
   std::error_code code;
   if (!fs::exists(file, code)) return;
   const Json content = parsed_json(read_file(file));
   if (!content.is_object() || !content.contains("blocks") || !content.contains("plan"))
-    throw Error(ErrorKind::bad_input, "--out " + file.string() + " is there and is no plan; choose another file");
+    throw Error(ErrorKind::bad_input, "--out: '" + file.string() + "' exists and is not a plan; choose another file");
 }
 
 int make_plan(Context& context, const PlanArguments& arguments) {
@@ -55,7 +55,7 @@ int make_plan(Context& context, const PlanArguments& arguments) {
                " to " + std::to_string(runner::places_of_shard(prepared.plan, 0, arguments.shards).size()) +
                " trials\n");
   std::fprintf(stderr,
-               "Next: run every part, on any machine that sees these files, in any order; then join them:\n"
+               "Next: run every shard, in any order and on any machine that can read these files, then merge:\n"
                "  relign-bench run --plan %s --shard 0/%u%s\n  relign-bench merge results/%s -o results/%s-merged\n",
                arguments.out.c_str(), arguments.shards, arguments.shards > 1 ? ("   ... " + last).c_str() : "",
                name.c_str(), name.c_str());
@@ -76,7 +76,7 @@ int plan_or_stop(Context& context, const PlanArguments& arguments) {
 
 void add_plan(CLI::App& app, Context& context) {
   CLI::App& verb =
-      add_verb(app, {"plan", "Freeze a suite's trials in a file and cut them into parts that many machines run.",
+      add_verb(app, {"plan", "Freeze a suite's trials in a plan and divide it into shards for several machines.",
                      "relign-bench plan suites/quick.json -o plan.json --shards 4\n"
                      "relign-bench run --plan plan.json --shard 0/4   # ... to 3/4\n"
                      "relign-bench merge results/quick -o results/quick-merged",
@@ -84,11 +84,11 @@ void add_plan(CLI::App& app, Context& context) {
   auto arguments = std::make_shared<PlanArguments>();
   arguments->out = "plan.json";
   verb.add_option("SUITE", arguments->suite, "suite file (JSON)")->required()->type_name("FILE");
-  verb.add_option("-o,--out", arguments->out, "the plan; suite, plugins and data files stay where they are")
+  verb.add_option("-o,--out", arguments->out, "plan file; plugins and data files are not copied into it")
       ->type_name("FILE")
       ->capture_default_str();
   verb.add_option("--shards", arguments->shards,
-                  "how many parts of about equal work; five to ten minutes each is a good size")
+                  "number of shards, of about equal work; five to ten minutes each is a good size")
       ->type_name("COUNT")
       ->check(CLI::Range(1U, 1000000U))
       ->capture_default_str();

@@ -1,4 +1,4 @@
-// relign-bench plugin new: a project for a plugin of one's own.
+// relign-bench plugin new: creates a plugin project.
 #include <filesystem>
 #include <memory>
 
@@ -22,10 +22,10 @@ struct NewArguments {
 void refuse_taken_name(Context& context, plugin_host::Kind kind, const std::string& name) {
   for (const std::string& id : context.catalog().ids(kind))
     if (normalised_name(id) == normalised_name(name))
-      throw Error(ErrorKind::bad_input, "there is a plugin or preset '" + id + "' already; choose another name");
+      throw Error(ErrorKind::bad_input, "plugin or preset '" + id + "' already exists; choose another name");
 }
 
-// What to type next, in the order of typing.
+// The next commands, in order.
 std::string next_steps(const NewPlugin& made) {
   const std::string folder = made.folder.string();
   const bool python = made.language == "python";
@@ -67,18 +67,19 @@ int new_plugin(Context& context, const NewArguments& arguments) {
 void add_new(CLI::App& plugin, Context& context) {
   CLI::App& verb = add_verb(
       plugin,
-      {"new", "Write a small, complete project for a plugin: source, manifest, CMakeLists.txt, README and test.",
+      {"new",
+       "Create a small, complete plugin project: source, README, test and, for C++, manifest and CMakeLists.txt.",
        "relign-bench plugin new --kind optimizer my_search", "plugin check, try, describe"});
   auto arguments = std::make_shared<NewArguments>();
-  verb.add_option("NAME", arguments->name, "the plugin's id: letters, digits, '-', '_' or '.'")->required();
-  verb.add_option("--kind", arguments->kind, "what it is: optimizer, agent, scene or noise-level; must be given")
+  verb.add_option("NAME", arguments->name, "id of the plugin: letters, digits, '-', '_' or '.'")->required();
+  verb.add_option("--kind", arguments->kind, "kind of plugin: optimizer, agent, scene or noise-level; required")
       ->type_name("KIND:{optimizer,agent,scene,noise-level}")
       ->required();
-  verb.add_option("--lang", arguments->language, "cpp or python")
+  verb.add_option("--lang", arguments->language, "language: cpp or python")
       ->type_name("LANGUAGE")
       ->check(CLI::IsMember({"cpp", "python"}))
       ->capture_default_str();
-  verb.add_option("-o,--out", arguments->out, "folder to make; must not exist [default: NAME]")->type_name("DIR");
+  verb.add_option("-o,--out", arguments->out, "folder to create; must not exist [default: NAME]")->type_name("DIR");
   verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return new_plugin(context, *arguments); }; });
 }
@@ -86,7 +87,7 @@ void add_new(CLI::App& plugin, Context& context) {
 }  // namespace
 
 void add_plugin(CLI::App& app, Context& context) {
-  CLI::App& plugin = add_verb(app, {"plugin", "Make, check and prepare plugins.",
+  CLI::App& plugin = add_verb(app, {"plugin", "Create, check and pretrain plugins.",
                                     "relign-bench plugin new --kind optimizer my_search", "list, describe, try"});
   plugin.require_subcommand(1);
   add_new(plugin, context);

@@ -1,4 +1,4 @@
-// relign-bench plugin check: whether plugins keep what plugins promise.
+// relign-bench plugin check: runs the conformance checks on plugins.
 
 #include <cstdio>
 #include <filesystem>
@@ -17,11 +17,11 @@ using conformance::Verdict;
 struct Arguments {
   std::vector<std::string> plugins;
   double deadline_s = 60;
-  std::string one;    // the child's check
-  int report_fd = 1;  // where the child reports
+  std::string one;    // in a child process: the check to run
+  int report_fd = 1;  // in a child process: where to report
 };
 
-// A path, or the id of a plugin that is found already.
+// Resolves a path, or the id of an installed plugin.
 std::filesystem::path plugin_path(Context& context, const std::string& plugin) {
   if (std::filesystem::exists(plugin) || plugin.find('/') != std::string::npos) return plugin;
   for (const auto& known : context.catalog().plugins())
@@ -86,15 +86,14 @@ void add_plugin_check(CLI::App& plugin, Context& context) {
   CLI::App& verb = add_verb(
       plugin,
       {"check",
-       "Check whether a plugin keeps what plugins promise. Each check runs in a process of its own, so that a "
-       "crash or an endless loop is a failed check. Exit code 0 when all passed, 5 when a plugin was refused or "
-       "a check failed.",
+       "Run the conformance checks on plugins, each in a separate process, so that a crash or an endless loop is a "
+       "failed check. Exit code 0 if all pass, 5 if a plugin is rejected or a check fails.",
        "relign-bench plugin check ./my_plugin", "list, describe, try"});
   auto arguments = std::make_shared<Arguments>();
   verb.add_option("PATH", arguments->plugins,
-                  "folder, library, script or manifest of a plugin, or the id of an installed one")
+                  "plugin: folder, library, script or manifest, or the id of an installed plugin")
       ->required();
-  verb.add_option("--deadline", arguments->deadline_s, "seconds that one check may take")
+  verb.add_option("--deadline", arguments->deadline_s, "time limit of a check, seconds")
       ->type_name("SECONDS")
       ->check(CLI::Range(1.0, 86400.0))
       ->capture_default_str();

@@ -1,4 +1,4 @@
-// relign-bench plugin prepare: lets an algorithm learn beforehand, on source instances that are no benchmark's.
+// relign-bench plugin prepare: pretrains an algorithm on source instances, which are never benchmark instances.
 #include <cstdio>
 #include <memory>
 
@@ -15,7 +15,7 @@ struct Arguments {
   std::string algorithm;
   std::string parameters;  // JSON; empty: none
   std::string scene = "relign_od";
-  std::string level;  // empty: what suits the scene
+  std::string level;  // empty: the scene's default
   std::string protocol = "paper";
   bool again = false;
 };
@@ -27,11 +27,11 @@ Json to_json(const runner::PreparedEntry& entry) {
 }
 
 std::string line_of(const runner::PreparedEntry& entry) {
-  char made[64] = "was there already";
-  if (entry.made_now) std::snprintf(made, sizeof made, "prepared in %.1f s", entry.seconds);
-  return entry.algorithm + ": " + std::to_string(entry.sources) + " sources of " + std::to_string(entry.steps) +
-         " steps, " + made + "\n" + (entry.file.empty() ? "not kept: there is no cache folder" : entry.file.string()) +
-         "\n";
+  char made[64] = "already in the cache";
+  if (entry.made_now) std::snprintf(made, sizeof made, "pretrained in %.1f s", entry.seconds);
+  return entry.algorithm + ": " + std::to_string(entry.sources) + " source instances of " +
+         std::to_string(entry.steps) + " steps, " + made + "\n" +
+         (entry.file.empty() ? "not kept: no cache folder" : entry.file.string()) + "\n";
 }
 
 int prepare(Context& context, const Arguments& arguments) {
@@ -39,15 +39,15 @@ int prepare(Context& context, const Arguments& arguments) {
   const plugin_host::Choice algorithm = named_choice(catalog, plugin_host::Kind::optimizer, arguments.algorithm,
                                                      "ALGORITHM", read_parameters(arguments.parameters));
   if (!plugin_host::is_prepared(algorithm))
-    throw Error(ErrorKind::bad_input,
-                "'" + algorithm.id + "' learns nothing beforehand: its manifest has no \"prepare\"");
+    throw Error(ErrorKind::bad_input, "'" + algorithm.id + "' has no pretraining: its manifest has no \"prepare\"");
   plugin_host::HostServices services = context.services(core_count());
   services.stop = &watch_for_stop();
   const LoadedScene scene =
       load_scene(named_choice(catalog, plugin_host::Kind::scene, arguments.scene, "--scene"), services);
   if (scene.facts.owns_stage)
-    throw Error(ErrorKind::bad_input,
-                "'" + arguments.scene + "' is a station: its lenses are its own, so there are no source instances");
+    throw Error(
+        ErrorKind::bad_input,
+        "'" + arguments.scene + "' is a hardware station with its own lenses; source instances cannot be drawn");
   const std::string level_name = arguments.level.empty() ? default_level(scene.facts) : arguments.level;
   const plugin_host::Choice level = named_choice(catalog, plugin_host::Kind::noise_level, level_name, "--noise-level");
   const runner::TrialJob job = job_for(scene, level, algorithm, *trials::protocol_from_name(arguments.protocol));
@@ -71,7 +71,7 @@ int prepare_or_stop(Context& context, const Arguments& arguments) {
     return prepare(context, arguments);
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::stopped) throw;
-    std::fprintf(stderr, "Stopped; nothing was kept. The same command begins again:\n  %s\n",
+    std::fprintf(stderr, "Stopped; nothing was kept. To start again, run the same command:\n  %s\n",
                  context.typed_command().c_str());
     return stop_exit_code();
   }
@@ -83,27 +83,26 @@ void add_plugin_prepare(CLI::App& plugin, Context& context) {
   CLI::App& verb = add_verb(
       plugin,
       {"prepare",
-       "Let an algorithm that learns beforehand do so now, on source instances of a scene and noise level that are no "
-       "benchmark's. What it learns is kept in the user's cache. run and try do this by themselves where it is "
-       "missing.",
+       "Pretrain an algorithm on source instances of a scene and noise level, which are never benchmark instances. The "
+       "result is kept in the user's cache. run and try pretrain automatically where it is missing.",
        "relign-bench plugin prepare transfer-gp --noise-level rho0.5", "run, try, describe"});
   auto arguments = std::make_shared<Arguments>();
-  verb.add_option("ALGORITHM", arguments->algorithm, "id, preset or path of an algorithm")->required();
+  verb.add_option("ALGORITHM", arguments->algorithm, "algorithm: id, preset or path")->required();
   verb.add_option("--parameters", arguments->parameters,
-                  "JSON object of the algorithm's parameters, as its trials will have them; describe lists them "
-                  "[default: the plugin's]")
+                  "algorithm parameters as a JSON object, the same as in its trials; listed by describe [default: the "
+                  "plugin's]")
       ->type_name("JSON");
-  verb.add_option("--scene", arguments->scene, "id, preset or path of a scene, or an object as in a suite")
+  verb.add_option("--scene", arguments->scene, "scene: id, preset, path, or an object as in a suite")
       ->type_name("SCENE")
       ->capture_default_str();
-  verb.add_option("--noise-level", arguments->level, "id, preset or path of a noise level, or an object as in a suite")
-      ->default_str("rho0.25; rho0 for a scene of fewer than two elements")
+  verb.add_option("--noise-level", arguments->level, "noise level: id, preset, path, or an object as in a suite")
+      ->default_str("rho0.25; rho0 for a scene with fewer than two elements")
       ->type_name("LEVEL");
-  verb.add_option("--protocol", arguments->protocol, "what the algorithm is told: paper or blind")
+  verb.add_option("--protocol", arguments->protocol, "protocol (what the algorithm observes): paper or blind")
       ->type_name("NAME")
       ->check(CLI::IsMember({"paper", "blind"}))
       ->capture_default_str();
-  verb.add_flag("--again", arguments->again, "prepare anew what is there already");
+  verb.add_flag("--again", arguments->again, "pretrain again, replacing a cached result");
   verb.callback([&context, arguments] {
     context.action = [&context, arguments] { return prepare_or_stop(context, *arguments); };
   });

@@ -1,4 +1,4 @@
-// relign-bench render: one image of one lens at one pose, or an animation along a path of poses.
+// relign-bench render: renders an image of a lens at a pose, or an animation along a path of poses.
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -33,7 +33,7 @@ struct RenderArguments {
   std::string out = "render.png";
 };
 
-// The options that stand for parameters of the scene; a scene without them says so.
+// The scene parameters that options set. Throws Error(bad_input) for parameters that the scene does not have.
 Json scene_parameters(const RenderArguments& arguments, const plugin_host::Manifest& scene, const std::string& used) {
   Json given = Json::object();
   const auto add = [&](const char* name, bool wanted, const Json& value) {
@@ -85,7 +85,7 @@ constexpr double kUsualError = 0.0003;
 
 struct TakenImage {
   images::Image image;
-  std::optional<plugin_host::MountedAssembly::Average> average;  // with --noise-free, where the scene states its noise
+  std::optional<plugin_host::MountedAssembly::Average> average;  // with --noise-free, if the scene reports the error
 };
 
 TakenImage take(plugin_host::MountedAssembly& assembly, const LoadedScene& scene, const std::vector<double>& pose,
@@ -98,22 +98,22 @@ TakenImage take(plugin_host::MountedAssembly& assembly, const LoadedScene& scene
     if (arguments.error > 0 || arguments.samples > 0)
       throw Error(ErrorKind::bad_input, std::string(arguments.error > 0 ? "--error" : "--samples") + ": scene '" +
                                             arguments.scene +
-                                            "' does not state the noise of its noise-free images; leave it out");
+                                            "' does not report the error of its noise-free images; omit the option");
     return {take_image(assembly, scene.facts, pose, std::nullopt, arguments.scene), {}};
   }
   const double reached = taken.average->standard_error;
   if (arguments.samples == 0 && reached > wanted)
     print_warning("--error: the standard error is " + significant(reached, 3) + ", not " + shortest(wanted) +
                   ": stopped at " + std::to_string(taken.average->samples) +
-                  " rays a pixel; allow a larger error, or set the rays a pixel with --samples");
+                  " rays per pixel; allow a larger error, or set the rays per pixel with --samples");
   return taken;
 }
 
 int render(Context& context, const RenderArguments& arguments) {
   if (arguments.error > 0 && !arguments.noise_free)
-    throw Error(ErrorKind::bad_input, "--error: needs --noise-free; captures have the scene's own noise");
+    throw Error(ErrorKind::bad_input, "--error: requires --noise-free; captures have the scene's own noise");
   if (arguments.error > 0 && arguments.samples > 0)
-    throw Error(ErrorKind::bad_input, "--error, --samples: found both; give one of them");
+    throw Error(ErrorKind::bad_input, "--error: cannot be combined with --samples; give one of them");
   const std::string ending = fs::path(arguments.out).extension().string();
   const bool moving = ending == ".gif" || ending == ".mp4";
   if (moving != !arguments.path.empty() || (!moving && ending != ".png" && ending != ".npy" && ending != ".tiff"))
@@ -123,8 +123,9 @@ int render(Context& context, const RenderArguments& arguments) {
   const LoadedScene scene = load_chosen_scene(context, arguments);
   refuse_station(scene, arguments.scene);
   if (moving && arguments.noise_free && (arguments.error > 0 || arguments.samples > 0))
-    throw Error(ErrorKind::bad_input, std::string(arguments.error > 0 ? "--error" : "--samples") +
-                                          ": not with --animate --noise-free, whose frames are the scene's own");
+    throw Error(ErrorKind::bad_input,
+                std::string(arguments.error > 0 ? "--error" : "--samples") +
+                    ": cannot be combined with --animate --noise-free, which uses the scene's own noise-free images");
   if (moving) return render_animation(context, arguments, scene);
   const ChosenLens lens = choose_lens(context, arguments.lens, scene);
   const std::vector<double> pose = chosen_pose(arguments.pose, "--pose", scene.facts, lens.instance);
@@ -144,7 +145,7 @@ int render(Context& context, const RenderArguments& arguments) {
   } else {
     print_result(arguments.out + "\n");
     if (average)
-      std::fprintf(stderr, "standard error %s a pixel (root mean square), %llu rays a pixel\n",
+      std::fprintf(stderr, "standard error %s per pixel (root mean square), %llu rays per pixel\n",
                    significant(average->standard_error, 2).c_str(), static_cast<unsigned long long>(average->samples));
   }
   return kDone;
@@ -153,61 +154,62 @@ int render(Context& context, const RenderArguments& arguments) {
 }  // namespace
 
 void add_render(CLI::App& app, Context& context) {
-  CLI::App& verb = add_verb(app, {"render", "Render one image of a lens at a pose.",
-                                  "relign-bench render --noise-level rho0.5 --instance 3 --pose start -o start.png\n"
-                                  "relign-bench render --pose 0.5,0.5,0.45,0.5,0.5 --noise-free -o defocus.npy\n"
-                                  "relign-bench render --noise-level rho0.5 --animate 'start->nominal' -o moving.gif",
-                                  "try, describe, lens draw, scene landscape"});
+  CLI::App& verb =
+      add_verb(app, {"render", "Render one image of a lens at a pose, or an animation along a path of poses.",
+                     "relign-bench render --noise-level rho0.5 --instance 3 --pose start -o start.png\n"
+                     "relign-bench render --pose 0.5,0.5,0.45,0.5,0.5 --noise-free -o defocus.npy\n"
+                     "relign-bench render --noise-level rho0.5 --animate 'start->nominal' -o moving.gif",
+                     "try, describe, lens draw, scene landscape"});
   auto arguments = std::make_shared<RenderArguments>();
   RenderArguments& given = *arguments;
-  verb.add_option("-o,--out", given.out,
-                  "image file: .png (16 bit, lit = white), .tiff or .npy (float32, irradiance for radiance 1); with "
-                  "--animate .gif "
-                  "or .mp4 (by the program ffmpeg)")
+  verb.add_option(
+          "-o,--out", given.out,
+          "output file: .png (16 bit, lit pixels white), .tiff or .npy (float32, irradiance for radiance 1); with "
+          "--animate: .gif or .mp4 (requires ffmpeg)")
       ->type_name("FILE")
       ->capture_default_str();
-  verb.add_option("--scene", given.scene, "id, preset or path of a scene, or an object as in a suite")
+  verb.add_option("--scene", given.scene, "scene: id, preset, path, or an object as in a suite")
       ->type_name("SCENE")
       ->capture_default_str();
   verb.add_option("--pose", given.pose,
-                  "true pose: nominal, start, or one number per axis, shares of the travel, 0 to 1")
+                  "true pose: nominal, start, or one number per axis as a fraction of the travel, 0 to 1")
       ->type_name("POSE:{nominal,start}")
       ->capture_default_str();
   add_lens_options(verb, given.lens);
   verb.add_option("--target", given.target,
-                  "show the lens this: an image file, or a name such as chessboard or slanted_edges:angle_deg=3 "
+                  "target to image: an image file, or a name such as chessboard or slanted_edges:angle_deg=3 "
                   "[default: the scene's]")
       ->type_name("TARGET");
-  verb.add_option("--sampler", given.sampler, "paper, hemisphere or pupil [default: the scene's]")
+  verb.add_option("--sampler", given.sampler, "ray sampler: paper, hemisphere or pupil [default: the scene's]")
       ->type_name("NAME:{paper,hemisphere,pupil}");
-  verb.add_option("--transport", given.transport, "refract, fresnel or ghost [default: the scene's]")
+  verb.add_option("--transport", given.transport, "light transport: refract, fresnel or ghost [default: the scene's]")
       ->type_name("NAME:{refract,fresnel,ghost}");
   verb.add_option("--samples", given.samples,
-                  "rays a pixel [default: the scene's; with --noise-free as many as --error needs]")
+                  "rays per pixel [default: the scene's; with --noise-free, as many as --error requires]")
       ->type_name("COUNT")
       ->check(whole_number());
-  verb.add_option("--seed", given.seed, "seed of the frame's noise, or of what is left of it with --noise-free")
+  verb.add_option("--seed", given.seed, "seed of the image's noise; with --noise-free, of the residual noise")
       ->type_name("SEED")
       ->check(whole_number())
       ->capture_default_str();
   verb.add_flag("--noise-free", given.noise_free,
-                "the expected image, averaged until --error is reached, which stderr states");
+                "render the expected image: average until --error is reached, and print the error to stderr");
   verb.add_option(
           "--error", given.error,
-          "with --noise-free: standard error of a pixel, root mean square over all; a warning where the scene's "
-          "bound of rays ends first [default: 0.0003]")
+          "with --noise-free: standard error per pixel to reach (root mean square over the image); warns if the "
+          "scene's limit of rays is reached first [default: 0.0003]")
       ->type_name("NUMBER")
       ->check(CLI::Range(1e-9, 1e9));
   verb.add_option(
           "--animate", given.path,
-          "an animation instead of one image, along a path of true poses, linear in between: poses as for --pose "
-          "with '->' between, or a file {\"poses\": [[...], \"nominal\", ...]}")
+          "render an animation along a path of true poses, interpolated linearly: poses as for --pose separated by "
+          "'->', or a file {\"poses\": [[...], \"nominal\", ...]}")
       ->type_name("PATH");
-  verb.add_option("--frames", given.frames, "frames of the animation; frame k has the noise of seed + k")
+  verb.add_option("--frames", given.frames, "number of frames of the animation; frame k uses seed + k")
       ->type_name("COUNT")
       ->check(CLI::Range(2, 10000))
       ->capture_default_str();
-  verb.add_option("--fps", given.frames_per_second, "frames a second; a GIF shows at most 50")
+  verb.add_option("--fps", given.frames_per_second, "frames per second; at most 50 in a GIF")
       ->type_name("NUMBER")
       ->check(CLI::Range(0.1, 120.0))
       ->capture_default_str();

@@ -1,4 +1,4 @@
-// relign-bench report: tables and page again, from results folders alone.
+// relign-bench report: writes page and tables from results folders alone.
 #include <filesystem>
 
 #include "base/error.h"
@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kReportFormat = 1;  // of the JSON document; results/README.md has its shape
+constexpr int kReportFormat = 1;  // of the JSON document, described in results/README.md
 
 struct ReportArguments {
   std::vector<std::string> folders;
@@ -24,11 +24,13 @@ struct ReportArguments {
 
 constexpr const char* kStandardOutput = "-";
 
-std::optional<statistics::Rule> rule_of(const ReportArguments& arguments) { return statistics::rule_named(arguments.rule); }
+std::optional<statistics::Rule> rule_of(const ReportArguments& arguments) {
+  return statistics::rule_named(arguments.rule);
+}
 
-// All folders in one text.
+// The report of all folders as one text.
 std::string exported(const ReportArguments& arguments) {
-  if (arguments.format == "html")  // one page of them all
+  if (arguments.format == "html")  // one page for all folders
     return report::Report(std::vector<fs::path>(arguments.folders.begin(), arguments.folders.end()), rule_of(arguments))
         .html();
   std::string text = arguments.format == "csv" ? report::ranking_csv_head() : "";
@@ -41,7 +43,7 @@ std::string exported(const ReportArguments& arguments) {
       text += report::ranking_csv_rows(report.data(), folder);
     } else {
       Json data = report.data();
-      data.erase("format");  // the document's own counts
+      data.erase("format");  // the document has its own
       data["folder"] = folder;
       results.push_back(std::move(data));
     }
@@ -52,7 +54,7 @@ std::string exported(const ReportArguments& arguments) {
   return text;
 }
 
-// On standard output, or in one file.
+// Writes to standard output or to one file.
 int write_text(Context& context, const ReportArguments& arguments) {
   const std::string text = exported(arguments);
   if (arguments.out.empty() || arguments.out == kStandardOutput) {
@@ -70,18 +72,18 @@ int write_reports(Context& context, const ReportArguments& arguments) {
   if (arguments.format != "html") {
     if (!arguments.figures.empty())
       throw Error(ErrorKind::bad_input,
-                  "--figures goes with the page; leave out --format " + arguments.format + ", or call report twice");
+                  "--figures: requires --format html, found '" + arguments.format + "'; run report twice for both");
     return write_text(context, arguments);
   }
   if (!arguments.figures.empty() && arguments.out.empty() && arguments.folders.size() > 1)
     throw Error(ErrorKind::bad_input,
-                "--figures names one folder, but " + std::to_string(arguments.folders.size()) +
-                    " results folders are given; add --out PAGE for one page and one set of figures of them all, or "
-                    "make the figures of each with a call of its own");
+                "--figures: one folder of figures for " + std::to_string(arguments.folders.size()) +
+                    " results folders; add --out PAGE for one page and one set of figures of all, or run report for "
+                    "each folder");
   if (arguments.out == kStandardOutput) {
     if (!arguments.figures.empty())
       throw Error(ErrorKind::bad_input,
-                  "--figures goes with a page in a file; name one with --out, or call report twice");
+                  "--figures: requires a page in a file, found --out -; choose a file, or run report twice");
     return write_text(context, arguments);
   }
   Json pages = Json::array(), figures = Json::array();
@@ -115,7 +117,7 @@ int write_reports(Context& context, const ReportArguments& arguments) {
 }  // namespace
 
 void add_report(CLI::App& app, Context& context) {
-  CLI::App& verb = add_verb(app, {"report", "Write the page and the tables of results folders again.",
+  CLI::App& verb = add_verb(app, {"report", "Write the page and the tables of results folders.",
                                   "relign-bench report results/quick\n"
                                   "relign-bench report results/quick --figures paper\n"
                                   "relign-bench report results/quick results/more --format csv -o ranking.csv\n"
@@ -123,26 +125,22 @@ void add_report(CLI::App& app, Context& context) {
                                   "relign-bench report results/mine results/published -o both.html",
                                   "run, merge, compare"});
   auto arguments = std::make_shared<ReportArguments>();
-  verb.add_option("DIR", arguments->folders, "results folder, one or more")->required()->type_name("DIR");
+  verb.add_option("DIR", arguments->folders, "one or more results folders")->required()->type_name("DIR");
   verb.add_option(
           "-o,--out", arguments->out,
-          "write this file alone; - is standard output; of several folders one page: those with the same "
-          "instance set are compared, others stand apart [default: html: DIR/report.html, and tables beside it; "
+          "write only this file (- for standard output); several folders make one page, which compares those with the "
+          "same instance set and shows the others separately [default: html: DIR/report.html, with tables beside it; "
           "md, csv, json: standard output]")
       ->type_name("FILE");
-  verb.add_option("--format", arguments->format,
-                  "html, md (Markdown tables for a README), csv (a row for each method of each scene, noise level and "
-                  "protocol) or json (all numbers of the page) [default: html]")
+  verb.add_option(
+          "--format", arguments->format,
+          "html, md (Markdown tables for a README), csv (one row per method, scene, noise level and protocol) or json "
+          "(all numbers of the page) [default: html]")
       ->type_name("FORMAT")
       ->check(CLI::IsMember({"html", "md", "csv", "json"}));
-  verb.add_option("--rule", arguments->rule,
-                  "which pose counts as recommended: own (the method's own), best (of its lowest measured error) or "
-                  "current (where it stands) [default: the analysis plan's, else own]")
-      ->type_name("RULE:{own,best,current}")
-      ->check(CLI::IsMember({"own", "best", "current"}));
+  add_rule_option(verb, arguments->rule);
   verb.add_option("--figures", arguments->figures,
-                  "besides, every figure as SVG and its numbers as CSV into this folder, for a paper "
-                  "[default: none]")
+                  "also write every figure as SVG, and its numbers as CSV, to this folder, for a paper [default: none]")
       ->type_name("FOLDER");
   verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return write_reports(context, *arguments); }; });

@@ -1,4 +1,4 @@
-// relign-bench run: a suite from start to report, or on from where it was stopped.
+// relign-bench run: runs a suite, or resumes it, and writes the report.
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -41,7 +41,7 @@ std::vector<std::pair<std::string, std::string>> parse_only(const std::vector<st
     const std::size_t equals = text.find('=');
     if (equals == std::string::npos || equals + 1 == text.size())
       throw Error(ErrorKind::bad_input,
-                  "--only: '" + text + "' is not of the form key=value; keys: " + join(keys, ", "));
+                  "--only: '" + text + "' is not of the form key=value; allowed keys: " + join(keys, ", "));
     const std::string key = text.substr(0, equals);
     bool known = false;
     for (const std::string& name : keys) {
@@ -54,7 +54,7 @@ std::vector<std::pair<std::string, std::string>> parse_only(const std::vector<st
   return pairs;
 }
 
-// What the user gave a scene decides whether it can be prepared: a mistake there is no internal error.
+// A scene fails to load because of the user's files or parameters, so its failure is reported as bad input.
 runner::PreparedPlan prepare(suites::Suite suite, const runner::RunOptions& options) {
   try {
     return runner::prepare(std::move(suite), options.cache_folder, options.on_message, options.stop);
@@ -64,13 +64,13 @@ runner::PreparedPlan prepare(suites::Suite suite, const runner::RunOptions& opti
   }
 }
 
-// A run would write its own manifest over the one that says where the merged trials come from.
+// A run would overwrite the manifest, which records the sources of the merged trials.
 void refuse_merged(const fs::path& results) {
   const Json manifest = records::read_manifest(results);
   if (manifest.is_object() && manifest.contains("sources"))
-    throw Error(ErrorKind::bad_input, results.string() +
-                                          " is a merged folder; run into a folder of its own with --out, and merge "
-                                          "that with the folders that this one was made of");
+    throw Error(ErrorKind::bad_input, "'" + results.string() +
+                                          "' is a merged folder; choose another folder with --out, and merge that with "
+                                          "the folders that this one was merged from");
 }
 
 void print_failures(const runner::RunSummary& summary) {
@@ -80,7 +80,7 @@ void print_failures(const runner::RunSummary& summary) {
     print_warning("... and " + std::to_string(summary.failures.size() - kShown) + " more");
 }
 
-// " --plugin PATH" for a plugin that no program of ours scans: without it the id alone says nothing.
+// " --plugin PATH" for a plugin outside the scanned folders, empty for others.
 std::string plugin_option(const plugin_host::Manifest& plugin) {
   const fs::path folder = fs::weakly_canonical(plugin.folder);
   for (const fs::path& root : plugin_host::Catalog::default_roots())
@@ -91,7 +91,7 @@ std::string plugin_option(const plugin_host::Manifest& plugin) {
   return " --plugin " + typed.lexically_proximate(fs::current_path()).string();
 }
 
-// Its id, or the file with "use" that it was read from.
+// The id of a choice, or the path of the document that it was read from.
 std::string typed_name(const plugin_host::Choice& choice) {
   const plugin_host::Manifest& plugin = *choice.plugin;
   if (plugin.preset(choice.id) != nullptr || !choice.parameters.contains(plugin.document)) return choice.id;
@@ -99,7 +99,7 @@ std::string typed_name(const plugin_host::Choice& choice) {
   return document.stem() == choice.id ? document.lexically_proximate(fs::current_path()).string() : choice.id;
 }
 
-// Parameters that its id alone does not give.
+// Parameters that differ from the plugin's defaults and the preset's values.
 Json own_parameters(const plugin_host::Choice& choice) {
   const plugin_host::Preset* preset = choice.plugin->preset(choice.id);
   Json own = Json::object();
@@ -114,7 +114,7 @@ Json own_parameters(const plugin_host::Choice& choice) {
   return own;
 }
 
-// What to type for it.
+// The choice as a command-line argument.
 std::string typed_choice(const plugin_host::Choice& choice) {
   const std::string name = typed_name(choice);
   const Json parameters = own_parameters(choice);
@@ -122,8 +122,8 @@ std::string typed_choice(const plugin_host::Choice& choice) {
   return shell_quoted("{\"use\": " + Json(name).dump() + ", \"parameters\": " + parameters.dump() + "}");
 }
 
-// The method to watch: the best of the last table, else the last one of the suite; home and random, which we may have
-// added, show little. `try` knows no other merit than the protocol's own.
+// The method for the suggested trial: the best of the last table, otherwise the last of the suite. Excluded are
+// baselines that the program added, and methods with a merit of their own, which `try` does not support.
 const suites::AlgorithmEntry& method_to_watch(const suites::Suite& suite, const std::string& best) {
   const suites::AlgorithmEntry* shown = &suite.algorithms.back();
   for (const suites::AlgorithmEntry& entry : suite.algorithms) {
@@ -134,7 +134,7 @@ const suites::AlgorithmEntry& method_to_watch(const suites::Suite& suite, const 
   return *shown;
 }
 
-// A trial of the suite, as `try` makes it again.
+// The `try` command that repeats a trial of the suite.
 std::string trial_to_watch(const suites::Suite& suite, const std::string& best) {
   const suites::AlgorithmEntry& method = method_to_watch(suite, best);
   const plugin_host::Choice &scene = suite.scenes.back().choice, &level = suite.levels.back().choice;
@@ -151,8 +151,8 @@ std::string trial_to_watch(const suites::Suite& suite, const std::string& best) 
   return command + join({plugins.begin(), plugins.end()}, "");
 }
 
-// A part of a plan has no report: its few instances of everything would say little.
-int print_part(Context& context, const fs::path& results, const runner::RunSummary& summary) {
+// A shard has no report: it has too few instances of each cell.
+int print_shard(Context& context, const fs::path& results, const runner::RunSummary& summary) {
   if (context.json) {
     const Json result = {{"results", results.empty() ? Json() : Json(results.string())},
                          {"trials", summary.trials},
@@ -162,10 +162,10 @@ int print_part(Context& context, const fs::path& results, const runner::RunSumma
                          {"seconds", summary.seconds}};
     print_result(result.dump(2) + "\n");
   } else if (results.empty()) {
-    std::fputs("Nothing is left to do: every trial of this part has its record.\n", stderr);
+    std::fputs("Nothing to do: every trial of this shard is recorded.\n", stderr);
   } else {
     print_result("results  " + results.string() + "\n");
-    std::fprintf(stderr, "%zu trials in %s.\nNext, when all parts have run: relign-bench merge %s -o DIR\n",
+    std::fprintf(stderr, "%zu trials in %s.\nNext, when all shards are complete: relign-bench merge %s -o DIR\n",
                  summary.trials, duration_text(summary.seconds).c_str(), results.parent_path().string().c_str());
   }
   return summary.failed > 0 ? kTrialsFailed : kDone;
@@ -186,7 +186,8 @@ int run_suite(Context& context, const RunArguments& arguments) {
     throw Error(ErrorKind::bad_input, "SUITE is required, or --plan FILE with --shard i/n");
   std::unique_ptr<ShardJob> job;
   if (!arguments.plan.empty()) job = std::make_unique<ShardJob>(arguments.plan, arguments.shard);
-  suites::Suite suite = job ? job->read_suite(context.catalog()) : suites::read_suite(arguments.suite, context.catalog());
+  suites::Suite suite =
+      job ? job->read_suite(context.catalog()) : suites::read_suite(arguments.suite, context.catalog());
   options.results = arguments.out.empty() ? fs::path("results") / suite.name : fs::path(arguments.out);
   refuse_merged(options.results);
 
@@ -204,25 +205,25 @@ int run_suite(Context& context, const RunArguments& arguments) {
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::stopped) throw;
     progress.finish();
-    std::fprintf(stderr, "Stopped before the first trial. The same command begins again:\n  %s\n",
+    std::fprintf(stderr, "Stopped before the first trial. To start again, run the same command:\n  %s\n",
                  context.typed_command().c_str());
     return stop_exit_code();
   }
   if (attempt) options.results = attempt->folder();
   if (attempt && prepared.plan.trials.empty()) {
     progress.finish();
-    return print_part(context, "", {});
+    return print_shard(context, "", {});
   }
   const runner::RunSummary summary = runner::run(prepared, options);
   progress.finish();
 
   if (summary.stopped) {
-    std::fprintf(stderr, "Stopped with %zu of %zu trials done. The same command goes on from here:\n  %s\n",
+    std::fprintf(stderr, "Stopped with %zu of %zu trials done. To resume, run the same command:\n  %s\n",
                  summary.finished, summary.trials, context.typed_command().c_str());
     return stop_exit_code();
   }
   print_failures(summary);
-  if (attempt) return print_part(context, options.results, summary);
+  if (attempt) return print_shard(context, options.results, summary);
 
   const fs::path page = options.results / "report.html";
   const report::Report report(options.results);
@@ -241,7 +242,7 @@ int run_suite(Context& context, const RunArguments& arguments) {
                  "\n");
     std::fprintf(stderr, "\n%zu trials in %s%s.\nNext: open the report in a browser, or watch one trial:\n  %s\n",
                  summary.trials, duration_text(summary.seconds).c_str(),
-                 summary.reused > 0 ? (", " + std::to_string(summary.reused) + " of them from before").c_str() : "",
+                 summary.reused > 0 ? (", " + std::to_string(summary.reused) + " of them reused").c_str() : "",
                  hint.c_str());
   }
   return summary.failed > 0 ? kTrialsFailed : kDone;
@@ -250,36 +251,38 @@ int run_suite(Context& context, const RunArguments& arguments) {
 }  // namespace
 
 void add_run(CLI::App& app, Context& context) {
-  CLI::App& verb = add_verb(app, {"run", "Run a suite, or go on with one that was stopped, and write its report.",
+  CLI::App& verb = add_verb(app, {"run", "Run a suite, or resume it, and write its report.",
                                   "relign-bench run suites/quick.json --workers 2\n"
                                   "relign-bench run --plan plan.json --shard 3/40",
                                   "validate, try, report, plan, verify"});
   auto arguments = std::make_shared<RunArguments>();
-  verb.add_option("SUITE", arguments->suite, "suite file (JSON); suites/ has some")->type_name("FILE");
-  verb.add_option(
-          "-o,--out", arguments->out,
-          "results folder [default: results/NAME, NAME being the suite's]; with --plan the parts' folders are in it")
+  verb.add_option("SUITE", arguments->suite, "suite file (JSON); see suites/ for examples")->type_name("FILE");
+  verb.add_option("-o,--out", arguments->out,
+                  "results folder; with --plan, the folder of the shards' folders [default: results/NAME, with the "
+                  "suite's name]")
       ->type_name("DIR");
-  verb.add_option("--workers", arguments->workers, "trials at the same time [default: all cores]")
+  verb.add_option("--workers", arguments->workers, "number of trials to run in parallel [default: all cores]")
       ->type_name("COUNT")
       ->check(CLI::Range(1U, 1024U));
   verb.add_option("--only", arguments->only,
-                  "run this part of the suite: scene=, noise_level=, algorithm=, protocol= or instance=; repeatable")
+                  "run only these trials: scene=, noise_level=, algorithm=, protocol= or instance=; repeatable")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
-  verb.add_option("--isolation", arguments->isolation,
-                  "process: every worker is a process of its own, and a plugin that crashes or hangs costs its trial; "
-                  "none: threads of this process, for debuggers")
+  verb.add_option(
+          "--isolation", arguments->isolation,
+          "process: each worker is a separate process, and a plugin that crashes or hangs fails only its trial; "
+          "none: workers are threads of this process, for debugging")
       ->type_name("MODE")
       ->check(CLI::IsMember({"process", "none"}))
       ->capture_default_str();
-  verb.add_flag("--retry-failed", arguments->retry_failed, "run trials again that ended in a failure");
+  verb.add_flag("--retry-failed", arguments->retry_failed, "rerun trials that failed");
   CLI::Option* plan =
-      verb.add_option("--plan", arguments->plan, "instead of a suite: a plan that the verb plan wrote; with --shard")
+      verb.add_option("--plan", arguments->plan,
+                      "plan to run instead of a suite, written by 'relign-bench plan'; requires --shard")
           ->type_name("FILE");
   CLI::Option* shard =
       verb.add_option("--shard", arguments->shard,
-                      "part i of the plan's n, from 0; writes shard-000i.MACHINE in the results folder")
+                      "shard i of the plan's n, from 0; writes shard-000i.MACHINE in the results folder")
           ->type_name("i/n");
   plan->needs(shard);
   shard->needs(plan);
@@ -289,8 +292,8 @@ void add_run(CLI::App& app, Context& context) {
 }
 
 void add_worker(CLI::App& app, Context& context) {
-  CLI::App* verb = app.add_subcommand("worker", "what 'run' starts its workers as");
-  verb->group("");  // not for people
+  CLI::App* verb = app.add_subcommand("worker", "Run as a worker process of run.");
+  verb->group("");  // hidden
   verb->callback([&context] { context.action = [] { return runner::run_worker(); }; });
 }
 

@@ -1,4 +1,4 @@
-// relign-bench scene landscape: the error over a scene's poses.
+// relign-bench scene landscape: maps the error over the poses of a scene.
 #include <algorithm>
 #include <filesystem>
 #include <memory>
@@ -19,8 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kPngScale = 2;  // pixels for a unit of the drawing
-// One for all poses: what is left of an estimate's error is nearly the same at neighbours, and maps are smooth.
+constexpr double kPngScale = 2;  // pixels per unit of the drawing
+// The same for all poses, so that neighbouring estimates have nearly the same residual error and the map is smooth.
 constexpr std::uint64_t kTruthSeed = 4;
 
 struct LandscapeArguments {
@@ -31,7 +31,7 @@ struct LandscapeArguments {
   std::string out = "landscape";
 };
 
-// Every pair of axes around the pose, and the value at each place.
+// Measures the planes through `pose`, one for every pair of axes.
 void measure(drawing::Landscape& landscape, plugin_host::MountedAssembly& assembly, const std::vector<double>& pose,
              ProgressMode mode) {
   const std::atomic<bool>& stop = watch_for_stop();
@@ -100,9 +100,9 @@ int landscape(Context& context, const LandscapeArguments& arguments) {
       load_scene(named_choice(context.catalog(), plugin_host::Kind::scene, arguments.scene, "--scene"), services);
   refuse_station(scene, arguments.scene);
   if (!scene.facts.truth)
-    throw Error(ErrorKind::bad_input, "--scene: '" + arguments.scene + "' tells no noise-free errors");
+    throw Error(ErrorKind::bad_input, "--scene: '" + arguments.scene + "' does not provide noise-free errors");
   if (scene.facts.axes.size() < 2)
-    throw Error(ErrorKind::bad_input, "--scene: '" + arguments.scene + "' has one axis; a plane needs two");
+    throw Error(ErrorKind::bad_input, "--scene: '" + arguments.scene + "' has fewer than two axes; a plane needs two");
   const ChosenLens lens = choose_lens(context, arguments.lens, scene);
   const std::vector<double> pose = chosen_pose(arguments.pose, "--pose", scene.facts, lens.instance);
 
@@ -128,32 +128,34 @@ int landscape(Context& context, const LandscapeArguments& arguments) {
 }  // namespace
 
 void add_scene(CLI::App& app, Context& context) {
-  CLI::App& scene = add_verb(app, {"scene", "Make a scene of your own, or look at one as a whole.",
-                                   "relign-bench scene landscape --scene relign_od -o landscape", "lens, render"});
+  CLI::App& scene =
+      add_verb(app, {"scene", "Create a scene from a lens file, or map the error of a scene over its poses.",
+                     "relign-bench scene landscape --scene relign_od -o landscape", "lens, render"});
   scene.require_subcommand(1);
   add_scene_new(scene, context);
   auto arguments = std::make_shared<LandscapeArguments>();
   LandscapeArguments& given = *arguments;
-  CLI::App& verb =
-      add_verb(scene, {"landscape", "Map the noise-free RMSE over every pair of axes: a drawing, a page and a table.",
-                       "relign-bench scene landscape --noise-level rho0.5 --instance 3 -o landscape\n"
-                       "relign-bench scene landscape --scene gaussian_spot -o spot.html",
-                       "lens draw, render, describe"});
+  CLI::App& verb = add_verb(
+      scene, {"landscape", "Map the noise-free RMSE over every pair of axes, as a picture, a page and a table.",
+              "relign-bench scene landscape --noise-level rho0.5 --instance 3 -o landscape\n"
+              "relign-bench scene landscape --scene gaussian_spot -o spot.html",
+              "lens draw, render, describe"});
   verb.add_option("-o,--out", given.out,
-                  "folder for landscape.png, .html and .csv, or one file with one of these endings")
+                  "folder for landscape.png, .html and .csv, or a single file with one of these extensions")
       ->type_name("PATH")
       ->capture_default_str();
-  verb.add_option("--scene", given.scene, "id, preset or path of a scene, or an object as in a suite")
+  verb.add_option("--scene", given.scene, "scene: id, preset, path, or an object as in a suite")
       ->type_name("SCENE")
       ->capture_default_str();
-  verb.add_option("--pose", given.pose,
-                  "true pose that all planes pass through: nominal, start, or one number per axis, shares of the "
-                  "travel, 0 to 1")
+  verb.add_option(
+          "--pose", given.pose,
+          "true pose that all planes contain: nominal, start, or one number per axis as a fraction of the travel, 0 "
+          "to 1")
       ->type_name("POSE:{nominal,start}")
       ->capture_default_str();
   add_lens_options(verb, given.lens);
   verb.add_option("--points", given.points,
-                  "poses on each axis; ten planes of 21 x 21 at 5 ms each take 22 s, of 41 x 41 four times as long")
+                  "poses per axis; ten planes of 21 x 21 poses at 5 ms each take 22 s, of 41 x 41 four times as long")
       ->type_name("COUNT")
       ->check(CLI::Range(3, 501))
       ->capture_default_str();

@@ -1,4 +1,4 @@
-// relign-bench scene new: a scene of one's own from a design program's file.
+// relign-bench scene new: creates a scene from the file of a design program.
 #include <filesystem>
 #include <memory>
 
@@ -33,41 +33,40 @@ struct NewArguments {
   DesignOptions design;
 };
 
-// "Cooke 50 mm" -> "Cooke_50_mm": names stand in tables and in names of folders. One '_' a character, however many
-// bytes of UTF-8 it has.
+// "Cooke 50 mm" -> "Cooke_50_mm", because names are used in tables and as folder names. One '_' per UTF-8 character.
 std::string plain_name(const std::string& name) {
   constexpr std::size_t kLongest = 64;
   std::string plain_name;
   for (const char letter : name) {
     const bool plain = (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') ||
                        (letter >= '0' && letter <= '9') || letter == '-' || letter == '.';
-    const bool goes_on = (static_cast<unsigned char>(letter) & 0xc0U) == 0x80U;
-    if (!goes_on && plain_name.size() < kLongest) plain_name += plain ? letter : '_';
+    const bool continuation = (static_cast<unsigned char>(letter) & 0xc0U) == 0x80U;
+    if (!continuation && plain_name.size() < kLongest) plain_name += plain ? letter : '_';
   }
   return plain_name;
 }
 
-// Of a file without a name: what stands for blanks and the like at the end says nothing.
+// The scene's name if none is given: the file's name without trailing replacements.
 std::string name_of_file(const fs::path& file) {
   std::string name = plain_name(file.stem().string());
   while (!name.empty() && name.back() == '_') name.pop_back();
   return name;
 }
 
-// A named target stays a name; an image file is copied into the folder, so that it can be moved.
+// A named target is kept as a name; an image file is copied, so that the folder can be moved.
 void choose_target(const std::string& target, lens_files::LayoutChoices& choices, NewFiles& files) {
-  constexpr int kTrial = 8;  // texels: only whether it can be drawn is asked
+  constexpr int kTexels = 8;  // small: only tests whether the target can be drawn
   choices.target = target;
-  if (imaging::draw_target(target, kTrial)) return;
+  if (imaging::draw_target(target, kTexels)) return;
   imaging::target_from_file(target);
   choices.target = "target" + fs::path(target).extension().string();
   choices.target_is_named = false;
   files.emplace_back(choices.target, read_file(target));
 }
 
-// Mistakes that only the written files show name the folder that was asked for, not the draft.
+// Runs `body` on the draft; errors name the wanted folder instead of the draft.
 template <class Body>
-void look_at_draft(const fs::path& draft, const fs::path& wanted, Body&& body) {
+void check_draft(const fs::path& draft, const fs::path& wanted, Body&& body) {
   try {
     body();
   } catch (const Error& error) {
@@ -78,13 +77,13 @@ void look_at_draft(const fs::path& draft, const fs::path& wanted, Body&& body) {
   }
 }
 
-// RMSE of the noise-free image of the perfect lens one pixel sideways of its nominal pose, as trials are judged.
+// RMSE of the perfect lens's noise-free image at one pixel sideways of the nominal pose, scored as in trials.
 double rmse_off_by_one_pixel(Context& context, const fs::path& scene_file, double pitch_mm, ProgressMode mode) {
-  constexpr std::uint64_t kLooks = 4;
+  constexpr std::uint64_t kRepeats = 4;
   ProgressPrinter printer(mode, "images");
   runner::Progress progress;
   progress.doing = "reference image and specification";
-  progress.total = 1 + kLooks;
+  progress.total = 1 + kRepeats;
   printer.update(progress);
   const LoadedScene loaded =
       load_scene(context.catalog().resolve_or_throw(plugin_host::Kind::scene, scene_file.string()),
@@ -93,10 +92,10 @@ double rmse_off_by_one_pixel(Context& context, const fs::path& scene_file, doubl
   pose.front() += pitch_mm / loaded.facts.axes.front().travel();
   plugin_host::MountedAssembly assembly = loaded.scene->mount("{}");
   double mse = 0;
-  for (std::uint64_t seed = 1; seed <= kLooks; ++seed) {
+  for (std::uint64_t seed = 1; seed <= kRepeats; ++seed) {
     progress.done = seed;
     printer.update(progress);
-    mse += assembly.noise_free_mse(pose, seed).mse / kLooks;
+    mse += assembly.noise_free_mse(pose, seed).mse / kRepeats;
   }
   return displayed_rmse(mse);
 }
@@ -117,7 +116,7 @@ void print_made(Context& context, const fs::path& folder, const lens_files::Lens
   for (const lens_files::LayoutLine& line : layout.lines) table.add({line.what, line.value, line.why});
   std::string text = folder.string() + ": " + std::to_string(lens.lens.elements.size()) + " elements from " +
                      design.file + " (" + design.format + ")\n\n" + table.text() + "\n";
-  text += remarks.empty() ? "Everything in the file was understood.\n" : "Remarks:\n";
+  text += remarks.empty() ? "The whole file was used.\n" : "Remarks:\n";
   for (const std::string& remark : remarks) text += "  " + remark + "\n";
   print_text(text);
   std::fprintf(stderr,
@@ -130,14 +129,14 @@ int new_scene(Context& context, const NewArguments& arguments) {
   lens_files::LayoutChoices choices;
   choices.name = arguments.name.empty() ? name_of_file(arguments.lens_file) : arguments.name;
   if (choices.name.empty() || choices.name[0] == '.' || choices.name != plain_name(choices.name))
-    throw Error(ErrorKind::bad_input, "'" + choices.name +
-                                          "' is no name for a scene: expected up to 64 letters, digits, '-', '_' or "
-                                          "'.'; give one with --name");
+    throw Error(ErrorKind::bad_input, "invalid scene name '" + choices.name +
+                                          "'; allowed: 1 to 64 letters, digits, '-', '_' or '.', not starting with "
+                                          "'.'; choose one with --name");
   choices.distance_mm = arguments.distance_mm;
   choices.polychromatic = arguments.design.polychromatic;
   if (!arguments.sensor.empty()) choices.sensor = lens_files::parse_sensor(arguments.sensor);
   const fs::path wanted = arguments.out.empty() ? choices.name : arguments.out;
-  // Two imports of one lens are two products: their results must not lie in one folder.
+  // Named after the folder, so that two imports of one lens have different results folders.
   choices.suite_name = plain_name(fs::absolute(wanted / "").lexically_normal().parent_path().filename().string());
   if (choices.suite_name[0] == '.' || choices.suite_name[0] == '-') choices.suite_name.clear();
 
@@ -154,9 +153,9 @@ int new_scene(Context& context, const NewArguments& arguments) {
   files.emplace_back("suite.json", lens_files::pretty(layout.suite));
   NewFolder folder(wanted);
   const fs::path draft = folder.write(files);
-  look_at_draft(draft, wanted, [&] {
+  check_draft(draft, wanted, [&] {
     imaging::read_scene_file(draft / "scene.json", {});
-    // Images of millions of pixels take minutes.
+    // Rendering millions of pixels takes minutes.
     constexpr double kManyPixels = 1e6;
     const bool large = choices.sensor && 1.0 * choices.sensor->columns * choices.sensor->rows > kManyPixels;
     const ProgressMode mode = large ? *progress_mode_from_name("auto") : ProgressMode::none;
@@ -174,31 +173,32 @@ int new_scene(Context& context, const NewArguments& arguments) {
 void add_scene_new(CLI::App& scene, Context& context) {
   CLI::App& verb = add_verb(
       scene,
-      {"new",
-       "Make a scene, tolerances and a suite that run from a lens file: Zemax .zmx, CODE V .seq, or CODE V's listing.",
+      {"new", "Create a scene, tolerances and a runnable suite from a lens file: Zemax .zmx, CODE V .seq or listing.",
        "relign-bench scene new my_lens.zmx -o my_lens --sensor 1920x1280@3.45\n"
        "relign-bench run my_lens/suite.json",
        "scene landscape, lens info, render, validate, run"});
   auto arguments = std::make_shared<NewArguments>();
   NewArguments& given = *arguments;
   verb.add_option("LENSFILE", given.lens_file, "lens file of a design program")->required();
-  verb.add_option("-o,--out", given.out, "folder to make; must not exist [default: the scene's name]")
+  verb.add_option("-o,--out", given.out, "folder to create; must not exist [default: the scene's name]")
       ->type_name("DIR");
   verb.add_option("--name", given.name, "the scene's name [default: the lens file's]")->type_name("NAME");
   verb.add_option("--sensor", given.sensor,
-                  "COLUMNSxROWS@PITCH_UM, or the side of a square in mm, 200 pixels [default: holds the image circle]")
+                  "COLUMNSxROWS@PITCH_UM, or the side in mm of a square sensor of 200 x 200 pixels [default: a "
+                  "square sensor that contains the image circle]")
       ->type_name("SIZE");
   verb.add_option("--target", given.target,
-                  "what the emitter shows: a target such as siemens_star or chessboard, or an image file")
+                  "target on the emitter: a name such as siemens_star or chessboard, or an image file")
       ->type_name("TARGET")
       ->capture_default_str();
   verb.add_option("--distance", given.distance_mm,
-                  "first vertex to emitter, mm [default: the file's object distance; else far enough to be sharp]")
+                  "distance from first vertex to emitter, mm [default: the file's object distance, else far enough to "
+                  "be in focus]")
       ->type_name("MM")
       ->check(from_to(1e-3, 1e6, "0.001 to 1000000 mm"));
   add_design_options(verb, given.design);
   verb.add_flag("--polychromatic", given.design.polychromatic,
-                "make images with all wavelengths of the file, by its weights [default: one wavelength]");
+                "render with all wavelengths of the file and its weights [default: one wavelength]");
   verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return new_scene(context, *arguments); }; });
 }

@@ -1,4 +1,4 @@
-// relign-bench slurm script: a plan as a job array.
+// relign-bench slurm script: prints a batch script that runs a plan as a job array.
 #include <unistd.h>
 
 #include <cstdio>
@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Slurm's MaxArraySize is 1001 where nobody has changed it.
+// Slurm's default MaxArraySize, which is the largest index + 1.
 constexpr unsigned kUsualArraySize = 1001;
 
 struct ScriptArguments {
@@ -28,7 +28,7 @@ bool all_digits(const std::string& text, std::size_t least, std::size_t most) {
   return text.size() >= least && text.size() <= most && text.find_first_not_of("0123456789") == std::string::npos;
 }
 
-// HH:MM:SS or D-HH:MM:SS in seconds; -1 for anything else.
+// Parses HH:MM:SS or D-HH:MM:SS; seconds, or -1 for anything else.
 long seconds_of(const std::string& time) {
   const std::size_t dash = time.find('-');
   const std::string days = dash == std::string::npos ? "0" : time.substr(0, dash);
@@ -46,9 +46,10 @@ CLI::Validator time_limit() {
       [](const std::string& text) {
         const long seconds = seconds_of(text);
         if (seconds < 0) return "'" + text + "' is not of the form HH:MM:SS or D-HH:MM:SS";
-        // The notice comes two minutes before the limit.
+        // Slurm signals two minutes before the limit.
         return seconds < 300
-                   ? "'" + text + "' is too short: 00:05:00 or longer, of which the last two minutes are to stop"
+                   ? "'" + text +
+                         "' is too short; allowed: 00:05:00 or longer, the last two minutes of which are for stopping"
                    : std::string();
       },
       "");
@@ -60,7 +61,7 @@ CLI::Validator memory_size() {
         const bool unit = !text.empty() && std::string("KMGT").find(text.back()) != std::string::npos;
         return all_digits(text.substr(0, text.size() - (unit ? 1 : 0)), 1, 12)
                    ? std::string()
-                   : "'" + text + "' is no size; such as 4G or 500M";
+                   : "'" + text + "' is not a memory size; expected, for example, 4G or 500M";
       },
       "");
 }
@@ -82,9 +83,9 @@ int print_script(Context& context, const ScriptArguments& arguments) {
   script.requeues = arguments.requeues;
   const std::string text = slurm_script_text(script);
   if (plan.shards >= kUsualArraySize)
-    print_warning("the plan has " + std::to_string(plan.shards) + " parts, and Slurm's usual limit is an array of " +
-                  std::to_string(kUsualArraySize - 1) +
-                  "; ask yours by 'scontrol show config | grep MaxArraySize', or plan with fewer --shards");
+    print_warning("the plan has " + std::to_string(plan.shards) +
+                  " shards, more than Slurm's default limit of an array, " + std::to_string(kUsualArraySize - 1) +
+                  "; check your cluster's with 'scontrol show config | grep MaxArraySize', or plan fewer --shards");
   if (context.json) {
     const Json result = {
         {"script", text}, {"name", plan.name}, {"shards", plan.shards}, {"results", script.results.string()}};
@@ -92,10 +93,10 @@ int print_script(Context& context, const ScriptArguments& arguments) {
     return kDone;
   }
   print_result(text);
-  // Who reads the script on a terminal sees it; who has sent it into a file reads what to do with it.
+  // Only if the script is redirected to a file: on a terminal it would obscure the script.
   if (isatty(STDOUT_FILENO) == 0)
     std::fprintf(stderr,
-                 "Next: sbatch FILE (with -p and -A as your cluster wants them), and later\n"
+                 "Next: sbatch FILE (with -p and -A as your cluster requires), and later\n"
                  "  relign-bench slurm status --plan %s%s\n",
                  arguments.plan.c_str(), arguments.out.empty() ? "" : (" -o " + arguments.out).c_str());
   return kDone;
@@ -104,41 +105,41 @@ int print_script(Context& context, const ScriptArguments& arguments) {
 }  // namespace
 
 void add_slurm(CLI::App& app, Context& context) {
-  CLI::App& slurm = add_verb(app, {"slurm", "Run a plan on a cluster with the queue Slurm.",
+  CLI::App& slurm = add_verb(app, {"slurm", "Run a plan on a Slurm cluster.",
                                    "relign-bench slurm script --plan plan.json > job.sh", "plan, run, merge"});
   slurm.require_subcommand(1);
-  CLI::App& verb = add_verb(slurm, {"script", "Print a batch script that runs a plan's parts as a job array.",
+  CLI::App& verb = add_verb(slurm, {"script", "Print a batch script that runs a plan's shards as a job array.",
                                     "relign-bench plan suites/quick.json -o plan.json --shards 40\n"
                                     "relign-bench slurm script --plan plan.json --cpus 4 --max-parallel 10 > job.sh\n"
                                     "sbatch job.sh",
                                     "slurm status, plan, run, merge"});
   auto arguments = std::make_shared<ScriptArguments>();
-  verb.add_option("--plan", arguments->plan, "what the verb plan wrote; how many parts there are is its own")
+  verb.add_option("--plan", arguments->plan, "plan file, written by 'relign-bench plan'; it sets the number of shards")
       ->required()
       ->type_name("FILE");
   verb.add_option("-o,--out", arguments->out,
-                  "results folder, which all nodes see [default: results/NAME, NAME being the suite's]")
+                  "results folder, visible to all nodes [default: results/NAME, with the suite's name]")
       ->type_name("DIR");
   verb.add_option("--max-parallel", arguments->max_parallel,
-                  "parts at the same time [default: as many as Slurm starts]")
+                  "number of shards to run in parallel [default: as many as Slurm starts]")
       ->type_name("COUNT")
       ->check(CLI::Range(1U, 1000000U));
   verb.add_option(
           "--time", arguments->time,
-          "a part's time limit, HH:MM:SS or D-HH:MM:SS, at least 00:05:00; two minutes before it the part stops, "
-          "and goes on when it is started again")
+          "time limit of a shard, HH:MM:SS or D-HH:MM:SS, at least 00:05:00; a shard stops two minutes before it and "
+          "resumes when it is started again")
       ->type_name("TIME")
       ->check(time_limit())
       ->capture_default_str();
-  verb.add_option("--cpus", arguments->cpus, "cores of a part: that many trials at the same time")
+  verb.add_option("--cpus", arguments->cpus, "cores per shard, each of which runs one trial at a time")
       ->type_name("COUNT")
       ->check(CLI::Range(1U, 1024U))
       ->capture_default_str();
-  verb.add_option("--mem", arguments->memory, "memory of a part, such as 4G [default: the cluster's]")
+  verb.add_option("--mem", arguments->memory, "memory per shard, such as 4G [default: the cluster's]")
       ->type_name("SIZE")
       ->check(memory_size());
   verb.add_option("--requeues", arguments->requeues,
-                  "how often a part that reached its time limit is started again by itself")
+                  "how often a shard that reached its time limit is requeued automatically")
       ->type_name("COUNT")
       ->check(CLI::Range(0U, 1000U))
       ->capture_default_str();

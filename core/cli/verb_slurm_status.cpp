@@ -1,4 +1,4 @@
-// relign-bench slurm status: which parts of a plan are to be sent again.
+// relign-bench slurm status: shows which shards of a plan must be resubmitted.
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -72,7 +72,7 @@ std::string status_text(const runner::FrozenPlan& plan, const std::vector<ShardS
   if (again.empty()) return text;
 
   constexpr std::size_t kShown = 40;
-  TextTable table({"part", "state", "trials", "of", "attempts"});
+  TextTable table({"shard", "state", "trials", "of", "attempts"});
   for (std::size_t i = 0; i < again.size() && i < kShown; ++i) {
     const ShardStatus& shard = shards[again[i]];
     table.add({std::to_string(again[i]), to_string(shard.state()), std::to_string(shard.done),
@@ -98,7 +98,7 @@ int print_status(Context& context, const StatusArguments& arguments) {
     std::fprintf(stderr, "Next: relign-bench merge %s -o DIR\n", shell_quoted(results.string()).c_str());
   else
     std::fputs(
-        "Parts that squeue still shows are at work. The others are sent again by the same script:\n"
+        "Shards that squeue still lists are running. Resubmit the others with the same script:\n"
         "  sbatch --array=... FILE\n",
         stderr);
   return complete ? kDone : kStopped;
@@ -108,16 +108,19 @@ int print_status(Context& context, const StatusArguments& arguments) {
 
 void add_slurm_status(CLI::App& slurm, Context& context) {
   CLI::App& verb = add_verb(
-      slurm, {"status",
-              "Tell which parts of a plan are complete, by the records on disk, and which to send again: exit code 0 "
-              "when all are complete, 75 when not.",
-              "relign-bench slurm status --plan plan.json\n"
-              "sbatch $(relign-bench slurm status --plan plan.json | grep ^--array=) job.sh",
-              "slurm script, run, merge"});
+      slurm,
+      {"status",
+       "Show which shards of a plan are complete and which to resubmit, from the records on disk. Exit code 0 if "
+       "all are complete, otherwise 75.",
+       "relign-bench slurm status --plan plan.json\n"
+       "sbatch $(relign-bench slurm status --plan plan.json | grep ^--array=) job.sh",
+       "slurm script, run, merge"});
   auto arguments = std::make_shared<StatusArguments>();
-  verb.add_option("--plan", arguments->plan, "what the verb plan wrote")->required()->type_name("FILE");
+  verb.add_option("--plan", arguments->plan, "plan file, written by 'relign-bench plan'")
+      ->required()
+      ->type_name("FILE");
   verb.add_option("-o,--out", arguments->out,
-                  "results folder with the parts [default: results/NAME, NAME being the suite's]")
+                  "results folder with the shards [default: results/NAME, with the suite's name]")
       ->type_name("DIR");
   verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return print_status(context, *arguments); }; });

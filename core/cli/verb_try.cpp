@@ -1,4 +1,4 @@
-// relign-bench try: one trial in this process, step by step, so that prints and debuggers work.
+// relign-bench try: runs one trial in this process, so that prints and debuggers work, and prints every step.
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -26,7 +26,7 @@ struct TryArguments {
   std::string algorithm;
   std::string parameters;  // JSON; empty: none
   std::string scene = "relign_od";
-  std::string level;  // empty: what suits the scene
+  std::string level;  // empty: the scene's default
   std::uint64_t instance = 0;
   std::uint64_t suite_seed = 1;
   std::string protocol = "paper";
@@ -34,17 +34,13 @@ struct TryArguments {
   std::string frames;
 };
 
-std::string rmse_text(double rmse) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.5f", rmse);
-  return buffer;
-}
+constexpr int kDecimals = 5;  // of an RMSE
 
-// Noise-free errors are known to 1e-4.
-std::string truth_text(const trials::Truth& truth) {
+// Noise-free errors are accurate to 1e-4.
+std::string noise_free_text(const trials::Truth& truth) {
   if (std::isnan(truth.mse)) return "unknown";
   const double rmse = displayed_rmse(truth.mse);
-  return rmse < 1e-4 ? "<0.0001" : rmse_text(rmse);
+  return rmse < 1e-4 ? "<0.0001" : fixed(rmse, kDecimals);
 }
 
 std::string header(std::size_t axes) {
@@ -63,8 +59,8 @@ std::string row(const trials::Step& step) {
   }
   char buffer[64 + 64 * 16];
   std::snprintf(buffer, sizeof buffer, "%4u  %s  %8s  %8s  %9s  %11s\n", step.number, pose.c_str(),
-                rmse_text(step.merit).c_str(), rmse_text(step.measured_rmse).c_str(),
-                truth_text(step.commanded_truth).c_str(), truth_text(step.recommended_truth).c_str());
+                fixed(step.merit, kDecimals).c_str(), fixed(step.measured_rmse, kDecimals).c_str(),
+                noise_free_text(step.commanded_truth).c_str(), noise_free_text(step.recommended_truth).c_str());
   return buffer;
 }
 
@@ -106,10 +102,10 @@ int end_of_trial(Context& context, const TryArguments& arguments, const trials::
       print_warning(arguments.algorithm + " failed: " + result.message);
       return kTrialsFailed;
     case trials::End::stopped:
-      std::fprintf(stderr, "Stopped. A trial starts again at step 0:\n  %s\n", context.typed_command().c_str());
+      std::fprintf(stderr, "Stopped. To run the trial again from step 0:\n  %s\n", context.typed_command().c_str());
       return stop_exit_code();
     case trials::End::finished:
-      std::fprintf(stderr, "%s declared itself finished after step %zu.\n", arguments.algorithm.c_str(),
+      std::fprintf(stderr, "%s ended the trial after step %zu.\n", arguments.algorithm.c_str(),
                    result.steps.size() - 1);
       break;
     case trials::End::budget_spent:
@@ -118,16 +114,17 @@ int end_of_trial(Context& context, const TryArguments& arguments, const trials::
   if (!context.json)
     std::fputs(truth ? "RMSE against the reference image; commanded and recommended are noise-free and never shown to "
                        "the algorithm.\n"
-                     : "RMSE against the reference image, measured only: this scene tells no truth.\n",
+                     : "RMSE against the reference image, measured only: this scene has no ground truth.\n",
                stderr);
   return kDone;
 }
 
-// What the algorithm loads; prepared now where it is missing.
-std::shared_ptr<const trials::PreparedByIdentity> prepared_for(const LoadedScene& scene, const plugin_host::Choice& level,
-                                                             const plugin_host::Choice& algorithm,
-                                                             trials::Protocol protocol,
-                                                             const plugin_host::HostServices& services) {
+// The algorithm's pretraining, from the cache or made now; null if it has none.
+std::shared_ptr<const trials::PreparedByIdentity> pretraining_of(const LoadedScene& scene,
+                                                                 const plugin_host::Choice& level,
+                                                                 const plugin_host::Choice& algorithm,
+                                                                 trials::Protocol protocol,
+                                                                 const plugin_host::HostServices& services) {
   if (!plugin_host::is_prepared(algorithm)) return nullptr;
   runner::Preparer preparer(preparer_options(services));
   return runner::data_of(
@@ -144,7 +141,7 @@ int run_try(Context& context, TryArguments arguments) {
     if (level >= RELIGN_LOG_WARNING)
       warn(level, message);
     else
-      std::fprintf(stderr, "%s\n", printable(message).c_str());  // what a scene prints that is a process
+      std::fprintf(stderr, "%s\n", printable(message).c_str());  // output of scenes that are processes
   };
   const LoadedScene scene =
       load_scene(named_choice(catalog, plugin_host::Kind::scene, arguments.scene, "--scene"), services);
@@ -152,9 +149,9 @@ int run_try(Context& context, TryArguments arguments) {
   const plugin_host::Choice level =
       named_choice(catalog, plugin_host::Kind::noise_level, arguments.level, "--noise-level");
   if (scene.facts.owns_stage && level.plugin->id != "none")
-    throw Error(ErrorKind::bad_input, "noise level '" + arguments.level + "' cannot be used with the station '" +
-                                          arguments.scene +
-                                          "': its lenses, start and stage are its own, nothing is drawn; use none");
+    throw Error(ErrorKind::bad_input, "noise level '" + arguments.level +
+                                          "' cannot be used with the hardware station '" + arguments.scene +
+                                          "', which has its own lenses, start pose and stage; use none");
   const trials::Instance instance = draw_instance(level, scene, services, arguments.suite_seed, arguments.instance);
   std::optional<plugin_host::MountedAssembly> assembly;
   if (!scene.facts.owns_stage) assembly.emplace(scene.scene->mount(instance.variances.elements_json));
@@ -177,8 +174,8 @@ int run_try(Context& context, TryArguments arguments) {
   setup.budget = arguments.steps;
   setup.algorithm_seed = algorithm_seed(arguments.suite_seed, algorithm.id, arguments.instance);
   setup.machine_time = scene.facts.machine_time;
-  const auto learnt = prepared_for(scene, level, algorithm, setup.protocol, services);
-  setup.prepared = learnt.get();
+  const auto pretraining = pretraining_of(scene, level, algorithm, setup.protocol, services);
+  setup.prepared = pretraining.get();
   setup.stop = services.stop;
   setup.on_step = [&](const trials::Step& step, const float* pixels) {
     if (!context.json) print_result((step.number == 0 ? header(scene.facts.axes.size()) : "") + row(step));
@@ -192,7 +189,7 @@ int try_or_stop(Context& context, const TryArguments& arguments) {
     return run_try(context, arguments);
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::stopped) throw;
-    std::fprintf(stderr, "Stopped before the trial. The same command begins again:\n  %s\n",
+    std::fprintf(stderr, "Stopped before the trial. To start again, run the same command:\n  %s\n",
                  context.typed_command().c_str());
     return stop_exit_code();
   }
@@ -201,43 +198,43 @@ int try_or_stop(Context& context, const TryArguments& arguments) {
 }  // namespace
 
 void add_try(CLI::App& app, Context& context) {
-  CLI::App& verb =
-      add_verb(app, {"try", "Run one trial in this process and print every step.",
-                     "relign-bench try nlopt-sbplx --noise-level rho0.5 --instance 3 --frames frames\n"
-                     "relign-bench try nlopt-sbplx --parameters '{\"first_stride\": 0.1}'\n"
-                     "relign-bench try imitation-ppo --noise-level '{\"use\": \"rho\", \"parameters\": {\"level\": 0.75}}'",
-                     "list, describe, run"});
+  CLI::App& verb = add_verb(
+      app, {"try", "Run one trial in this process and print every step.",
+            "relign-bench try nlopt-sbplx --noise-level rho0.5 --instance 3 --frames frames\n"
+            "relign-bench try nlopt-sbplx --parameters '{\"first_stride\": 0.1}'\n"
+            "relign-bench try imitation-ppo --noise-level '{\"use\": \"rho\", \"parameters\": {\"level\": 0.75}}'",
+            "list, describe, run"});
   auto arguments = std::make_shared<TryArguments>();
   verb.add_option("ALGORITHM", arguments->algorithm,
-                  "id, preset or path of an algorithm, or an object with \"use\" and \"parameters\" as in a suite")
+                  "algorithm: id, preset, path, or an object with \"use\" and \"parameters\" as in a suite")
       ->required();
   verb.add_option("--parameters", arguments->parameters,
-                  "JSON object of the algorithm's parameters; describe lists them [default: the plugin's]")
+                  "algorithm parameters as a JSON object; listed by describe [default: the plugin's]")
       ->type_name("JSON");
-  verb.add_option("--scene", arguments->scene, "id, preset or path of a scene, or an object as in a suite")
+  verb.add_option("--scene", arguments->scene, "scene: id, preset, path, or an object as in a suite")
       ->type_name("SCENE")
       ->capture_default_str();
   verb.add_option("--noise-level", arguments->level,
-                  "id, preset or path of a noise level, or an object as in a suite; a station takes none alone")
-      ->default_str("rho0.25; rho0 for a scene of fewer than two elements")
+                  "noise level: id, preset, path, or an object as in a suite; a hardware station requires none")
+      ->default_str("rho0.25; rho0 for a scene with fewer than two elements")
       ->type_name("LEVEL");
-  verb.add_option("--instance", arguments->instance, "number of the instance, from 0")
+  verb.add_option("--instance", arguments->instance, "instance number, from 0")
       ->type_name("NUMBER")
       ->check(whole_number())
       ->capture_default_str();
-  verb.add_option("--suite-seed", arguments->suite_seed, "seed of the suite that the instance belongs to")
+  verb.add_option("--suite-seed", arguments->suite_seed, "suite seed from which the instance is drawn")
       ->type_name("SEED")
       ->check(whole_number())
       ->capture_default_str();
-  verb.add_option("--protocol", arguments->protocol, "what the algorithm is told: paper or blind")
+  verb.add_option("--protocol", arguments->protocol, "protocol (what the algorithm observes): paper or blind")
       ->type_name("NAME")
       ->check(CLI::IsMember({"paper", "blind"}))
       ->capture_default_str();
-  verb.add_option("--steps", arguments->steps, "budget: moves with a capture after step 0")
+  verb.add_option("--steps", arguments->steps, "budget: number of steps (a move and a capture each) after step 0")
       ->type_name("COUNT")
       ->check(CLI::Range(1U, kMostSteps))
       ->capture_default_str();
-  verb.add_option("--frames", arguments->frames, "write every capture there as step-NNN.png [default: none]")
+  verb.add_option("--frames", arguments->frames, "write every capture to DIR/step-NNN.png [default: none]")
       ->type_name("DIR");
   verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return try_or_stop(context, *arguments); }; });

@@ -1,4 +1,4 @@
-// relign-bench validate: every mistake of a suite at once; else what it would take to run it.
+// relign-bench validate: checks a suite and estimates its run time.
 #include <chrono>
 
 #include "base/seeds.h"
@@ -19,11 +19,11 @@ using Clock = std::chrono::steady_clock;
 
 struct FrameCost {
   double capture_seconds = 0;
-  double truth_seconds = 0;
+  double noise_free_seconds = 0;
 };
 
-// One capture and one truth at the nominal pose of a perfect lens, on one thread as a worker would.
-// The first of each warms caches and is not counted.
+// Times one capture and one noise-free RMSE at the nominal pose of a perfect lens, on one thread as in a worker. The
+// first of each warms the caches and is not counted.
 FrameCost measure(const LoadedScene& scene) {
   plugin_host::MountedAssembly assembly = scene.scene->mount("{}");
   std::vector<float> pixels(std::size_t{scene.facts.image_width} * scene.facts.image_height);
@@ -34,7 +34,7 @@ FrameCost measure(const LoadedScene& scene) {
     const Clock::time_point captured = Clock::now();
     assembly.noise_free_mse(scene.facts.nominal_pose, 1);
     cost.capture_seconds = std::chrono::duration<double>(captured - start).count();
-    cost.truth_seconds = std::chrono::duration<double>(Clock::now() - captured).count();
+    cost.noise_free_seconds = std::chrono::duration<double>(Clock::now() - captured).count();
   }
   return cost;
 }
@@ -51,10 +51,10 @@ int validate(Context& context, const std::string& file) {
     const LoadedScene scene = load_scene(entry.choice, context.services(1));
     facts.push_back(scene.facts);
     const records::Specification spec = records::specification_of(suite.spec, scene.facts.spec);
-    constexpr double kKnownTo = 1e-4;
-    if (spec.rmse < kKnownTo)
-      print_warning(entry.name + ": the specification asks for an RMSE of " + significant(spec.rmse, 2) +
-                    ", and noise-free errors are known to 0.0001");
+    constexpr double kAccuracy = 1e-4;  // of noise-free errors
+    if (spec.rmse < kAccuracy)
+      print_warning(entry.name + ": the specification requires an RMSE of " + significant(spec.rmse, 2) +
+                    ", but noise-free errors are accurate only to 0.0001");
     try {
       const auto mtf = runner::check_mtf(suite, entry.name, *scene.scene, scene.facts);
       if (mtf && !spec.mtf_met_by(mtf->centre, mtf->corner))
@@ -68,14 +68,14 @@ int validate(Context& context, const std::string& file) {
       mistakes += (mistakes.empty() ? "" : "\n") + std::string(error.what());
     }
     station = station || scene.facts.owns_stage;
-    // Validating moves no machine.
+    // Does not move hardware.
     const FrameCost cost = scene.facts.owns_stage ? FrameCost{} : measure(scene);
     for (const suites::AlgorithmEntry& algorithm : suite.algorithms) {
       if (!runner::can_run_on(algorithm, scene.facts)) continue;
       const std::size_t captures = instances_per_algorithm * (std::size_t{algorithm.steps} + 1);
       trials += instances_per_algorithm;
       frames += captures;
-      seconds += static_cast<double>(captures) * (cost.capture_seconds + 2 * cost.truth_seconds);
+      seconds += static_cast<double>(captures) * (cost.capture_seconds + 2 * cost.noise_free_seconds);
     }
   }
   if (!mistakes.empty()) throw Error(ErrorKind::bad_input, mistakes);
@@ -98,13 +98,14 @@ int validate(Context& context, const std::string& file) {
   if (station) {
     print_result("suite          " + printable(suite.name) + "\ntrials         " + std::to_string(trials) +
                  "\nframes         " + std::to_string(frames) +
-                 "\nexpected time  unknown: a station's own (one trial at a time)\n");
+                 "\nexpected time  unknown: set by the hardware station (one trial at a time)\n");
     return kDone;
   }
   print_result("suite          " + printable(suite.name) + "\ntrials         " + std::to_string(trials) +
                "\nframes         " + std::to_string(frames) + "\nexpected time  at most " + duration_text(seconds) +
                " on " + std::to_string(cores) + (cores == 1 ? " core" : " cores") +
-               " (one capture and one truth just measured; two truths a step; without the algorithms' own time)\n" +
+               " (from one capture and one noise-free RMSE timed now, two noise-free RMSEs per step; without the "
+               "algorithms' own time)\n" +
                design_mtf);
   return kDone;
 }
@@ -113,7 +114,7 @@ int validate(Context& context, const std::string& file) {
 
 void add_validate(CLI::App& app, Context& context) {
   CLI::App& verb =
-      add_verb(app, {"validate", "Check a suite: every mistake at once, else trials, frames and expected time.",
+      add_verb(app, {"validate", "Check a suite; print all its mistakes, or its trials, frames and expected run time.",
                      "relign-bench validate suites/quick.json", "run, list, describe"});
   auto file = std::make_shared<std::string>();
   verb.add_option("SUITE", *file, "suite file (JSON)")->required()->type_name("FILE");

@@ -1,4 +1,4 @@
-// relign-bench verify: trials of a results folder run again and compared.
+// relign-bench verify: replays trials of a results folder and compares the records.
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -24,8 +24,6 @@ struct VerifyArguments {
   unsigned workers = 0;
   bool add_rules = false;
 };
-
-std::string trials_text(std::size_t count) { return std::to_string(count) + (count == 1 ? " trial" : " trials"); }
 
 Json to_json(const runner::ReplayDifference& one) {
   Json json = {{"trial", one.trial},
@@ -63,7 +61,7 @@ std::string verdict(const runner::VerifySummary& summary) {
   std::string text;
   for (const runner::ReplayDifference& one : summary.differences)
     text += "different  " + one.trial + " " + one.label + "\n           " + records::to_string(one.difference) +
-            (one.tolerated_more ? " (beyond the tolerance of 1e-6 for another CPU)" : "") + "\n";
+            (one.tolerated_more ? " (exceeds the tolerance of 1e-6 for another CPU)" : "") + "\n";
   for (const runner::Change& one : summary.changes)
     text += "changed    " + one.what + ": was " + one.was + ", is " + one.is + "\n";
   const std::size_t exact = summary.equal - summary.with_tolerance;
@@ -72,17 +70,17 @@ std::string verdict(const runner::VerifySummary& summary) {
   if (summary.with_tolerance > 0)
     text += ", " + std::to_string(summary.with_tolerance) + " equal within 1e-6 (largest deviation " +
             significant(summary.largest_deviation) +
-            "): made on another CPU by plugins that promise equal numbers on one alone";
+            "): recorded on another kind of CPU, with plugins that are reproducible on one kind";
   if (!summary.differences.empty()) text += ", " + std::to_string(summary.differences.size()) + " different";
   text += "\n";
   if (summary.stations > 0)
-    text += "not done   " + trials_text(summary.stations) + " of a station, which cannot be replayed\n";
+    text += "skipped    " + trials_text(summary.stations) + " of a hardware station, which cannot be replayed\n";
   if (summary.ended_by_machine > 0)
-    text += "not done   " + trials_text(summary.ended_by_machine) +
-            " that a crash or a limit ended, which is not in the record\n";
+    text += "skipped    " + trials_text(summary.ended_by_machine) +
+            " that ended by a crash or a limit, which a replay does not repeat\n";
   if (summary.unknown > 0)
-    text += "not done   " + trials_text(summary.unknown) +
-            " that the suite does not have here: its data files, or what its names stand for, are others than then\n";
+    text += "skipped    " + trials_text(summary.unknown) +
+            " that this suite does not contain: its data files, or the plugins that it names, have changed\n";
   if (summary.completed > 0)
     text += "added      the scores of the rules best and current to " + trials_text(summary.completed) +
             "; 'relign-bench report' shows them\n";
@@ -91,26 +89,26 @@ std::string verdict(const runner::VerifySummary& summary) {
           (nothing               ? "nothing could be replayed"
            : summary.all_equal() ? "the results are reproduced"
            : summary.changes.empty()
-               ? "not reproduced, though program, plugins and CPU are those of then: something is not reproducible"
-               : "not reproduced; what changed since then is above") +
+               ? "not reproduced, although program, plugins and CPU are unchanged: something is not deterministic"
+               : "not reproduced; see the changes listed above") +
           "\n";
   return text;
 }
 
-// The report shows it. Results in a folder that cannot be written are verified all the same.
-void keep(const std::string& results, const runner::VerifySummary& summary) {
-  Json said = to_json(summary);
-  said["format"] = records::kFormat;
-  for (const char* long_list : {"differences", "changes", "completed"}) said.erase(long_list);
+// Saves the verdict for the report. A read-only results folder is not an error.
+void save_verdict(const std::string& results, const runner::VerifySummary& summary) {
+  Json saved = to_json(summary);
+  saved["format"] = records::kFormat;
+  for (const char* long_list : {"differences", "changes", "completed"}) saved.erase(long_list);
   try {
-    write_file_atomically(std::filesystem::path(results) / "verify.json", said.dump(1) + "\n");
+    write_file_atomically(std::filesystem::path(results) / "verify.json", saved.dump(1) + "\n");
   } catch (const Error&) {
   }
 }
 
 int run_verify(Context& context, const VerifyArguments& arguments) {
   if (!arguments.frames.empty() && arguments.trial.empty())
-    throw Error(ErrorKind::bad_input, "--frames writes the frames of one trial: give --trial ID too");
+    throw Error(ErrorKind::bad_input, "--frames: requires --trial ID; it writes the captures of one trial");
   runner::VerifyOptions options;
   options.results = arguments.results;
   options.sample = arguments.sample;
@@ -145,15 +143,15 @@ int run_verify(Context& context, const VerifyArguments& arguments) {
   }
   progress.finish();
   if (summary.stopped) {
-    std::fprintf(stderr, "Stopped after %zu replays; nothing is kept of them.\n", summary.replayed);
+    std::fprintf(stderr, "Stopped after %zu replays; their results are not kept.\n", summary.replayed);
     return stop_exit_code();
   }
   if (arguments.add_rules && summary.recorded == 0) {
     print_result(context.json ? to_json(summary).dump(2) + "\n"
-                              : "Every trial of " + arguments.results + " has the scores of all rules.\n");
+                              : "Every trial in " + arguments.results + " has the scores of all rules.\n");
     return kDone;
   }
-  if (arguments.trial.empty() && !arguments.add_rules && summary.replayed > 0) keep(arguments.results, summary);
+  if (arguments.trial.empty() && !arguments.add_rules && summary.replayed > 0) save_verdict(arguments.results, summary);
   if (context.json) {
     Json result = to_json(summary);
     if (!arguments.frames.empty()) result["frames"] = {{"folder", arguments.frames}, {"count", frames}};
@@ -169,32 +167,33 @@ int run_verify(Context& context, const VerifyArguments& arguments) {
 }  // namespace
 
 void add_verify(CLI::App& app, Context& context) {
-  CLI::App& verb =
-      add_verb(app, {"verify", "Run trials of a results folder again and compare every recorded line bit for bit.",
-                     "relign-bench verify results/quick --sample 20\n"
-                     "relign-bench verify results/quick --trial 4f1c0a9b2d3e4f50 --frames frames",
-                     "run, merge, try"});
+  CLI::App& verb = add_verb(app, {"verify", "Replay recorded trials and compare every recorded line bit for bit.",
+                                  "relign-bench verify results/quick --sample 20\n"
+                                  "relign-bench verify results/quick --trial 4f1c0a9b2d3e4f50 --frames frames",
+                                  "run, merge, try"});
   auto arguments = std::make_shared<VerifyArguments>();
   verb.add_option("DIR", arguments->results, "results folder")->required()->type_name("DIR");
   verb.add_option("--sample", arguments->sample,
-                  "replay this many trials, spread over the algorithms [default: all of them]")
+                  "number of trials to replay, spread over the algorithms [default: all]")
       ->type_name("COUNT")
       ->check(CLI::Range(1U, 100000000U));
-  verb.add_option("--seed", arguments->seed, "which trials a sample takes")
+  verb.add_option("--seed", arguments->seed, "seed that selects the sample")
       ->type_name("SEED")
       ->check(whole_number())
       ->capture_default_str();
-  verb.add_option("--trial", arguments->trial, "replay this trial alone; instances.csv lists the ids")
+  verb.add_option("--trial", arguments->trial, "replay only this trial; instances.csv lists the ids")
       ->type_name("TRIAL");
-  verb.add_option("--frames", arguments->frames, "with --trial: write its captures there as step-NNN.png")
+  verb.add_option("--frames", arguments->frames, "with --trial: write its captures to DIR/step-NNN.png")
       ->type_name("DIR");
-  verb.add_flag("--add-rules", arguments->add_rules,
-                "replay the trials that lack the scores of the rules best and current, and add them where all else is "
-                "equal");
-  verb.add_option("--suite-folder", arguments->suite_folder,
-                  "what the suite's relative paths are below [default: its file's folder, as the manifest names it]")
+  verb.add_flag(
+      "--add-rules", arguments->add_rules,
+      "replay the trials that lack the scores of the rules best and current, and add the scores where all else is "
+      "equal");
+  verb.add_option(
+          "--suite-folder", arguments->suite_folder,
+          "base folder of the suite's relative paths [default: the suite file's folder, as recorded in the manifest]")
       ->type_name("DIR");
-  verb.add_option("--workers", arguments->workers, "trials at the same time [default: all cores]")
+  verb.add_option("--workers", arguments->workers, "number of trials to run in parallel [default: all cores]")
       ->type_name("COUNT")
       ->check(CLI::Range(1U, 1024U));
   verb.callback(

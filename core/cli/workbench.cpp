@@ -20,8 +20,7 @@ plugin_host::Choice named_choice(plugin_host::Catalog& catalog, plugin_host::Kin
   const Json* own = reader.get("parameters");
   if (own && !own->is_object())
     reader.complain("parameters", std::string("expected an object, found ") + own->type_name());
-  if (own && !parameters.empty())
-    reader.complain("parameters", "an option of its own gives some, too; give them in one of the two places");
+  if (own && !parameters.empty()) reader.complain("parameters", "also given by --parameters; give them in one place");
   reader.refuse_unknown();
   throw_if_any(problems);
   return catalog.resolve_or_throw(kind, use, own ? *own : parameters);
@@ -41,8 +40,8 @@ LoadedScene load_scene(plugin_host::Choice choice, const plugin_host::HostServic
 }
 
 trials::Instance draw_instance(const plugin_host::Choice& level, const LoadedScene& scene,
-                             const plugin_host::HostServices& services, std::uint64_t suite_seed,
-                             std::uint64_t number) {
+                               const plugin_host::HostServices& services, std::uint64_t suite_seed,
+                               std::uint64_t number) {
   return trials::draw_instance(level, level.id, scene.facts, scene.choice.id, services, suite_seed, number);
 }
 
@@ -56,7 +55,7 @@ std::vector<double> parse_numbers(const std::string& text, const std::string& op
     double number = 0;
     char rest = 0;
     if (!(number_text >> number) || number_text >> rest || !std::isfinite(number))
-      throw Error(ErrorKind::bad_input, option + ": '" + part + "' is no number; allowed: numbers with commas between");
+      throw Error(ErrorKind::bad_input, option + ": '" + part + "' is not a number; expected comma-separated numbers");
     numbers.push_back(number);
   }
   return numbers;

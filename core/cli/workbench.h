@@ -1,4 +1,4 @@
-// One scene and one of its lenses, in this process: what try, render and validate work on.
+// Loads a scene and draws an instance in this process, for try, render, validate and others.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@
 
 namespace relign::cli {
 
-// What an argument names: an id, a preset, a path, or an object with "use" and "parameters" as in a suite (its "name"
-// is not needed here). `parameters`: of its own option; null without. Throws Error(bad_input) that names `option`.
+// Resolves an id, a preset, a path, or an object with "use" and "parameters" as in a suite ("name" is ignored).
+// `parameters` are those of --parameters, null if absent. Throws Error(bad_input) that names `option`.
 plugin_host::Choice named_choice(plugin_host::Catalog& catalog, plugin_host::Kind kind, const std::string& text,
                                  const std::string& option, const Json& parameters = {});
 
@@ -25,15 +25,16 @@ struct LoadedScene {
   trials::SceneFacts facts;
 };
 
-// Failures while a scene is made or described come from what the user gave it (files, parameters):
-// they become Error(bad_input) that names the scene.
+// Throws Error(bad_input) that names the scene if it cannot be created or described, because the cause is the user's
+// files or parameters.
 LoadedScene load_scene(plugin_host::Choice choice, const plugin_host::HostServices& services);
 
 // Draws benchmark instance `number`, as a suite with this seed would.
 trials::Instance draw_instance(const plugin_host::Choice& level, const LoadedScene& scene,
-                             const plugin_host::HostServices& services, std::uint64_t suite_seed, std::uint64_t number);
+                               const plugin_host::HostServices& services, std::uint64_t suite_seed,
+                               std::uint64_t number);
 
-// "0.5,0.5,0.4" as numbers; throws Error(bad_input) that names the option.
+// Parses "0.5,0.5,0.4". Throws Error(bad_input) that names the option.
 std::vector<double> parse_numbers(const std::string& text, const std::string& option);
 
 }  // namespace relign::cli

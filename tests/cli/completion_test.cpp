@@ -1,4 +1,4 @@
-// What a shell offers at the cursor. bash's completion function is really run; zsh and fish where they are installed.
+// Completions in bash, and in zsh and fish where they are installed, from the shells' own completion functions.
 #include <gmock/gmock.h>
 
 #include <sstream>
@@ -28,8 +28,8 @@ std::string quoted(const std::vector<std::string>& words) {
   return text;
 }
 
-// What bash would offer for the last of these words, as readline has cut them.
-std::vector<std::string> bash_offers(const Workplace& place, const std::vector<std::string>& words) {
+// Bash's completions of the last of these words, which are split as by readline.
+std::vector<std::string> bash_completions(const Workplace& place, const std::vector<std::string>& words) {
   place.write("complete.bash",
               "set -u\neval \"$(\"$RELIGN_BENCH\" completion bash)\"\n"
               "COMP_WORDS=(\"$RELIGN_BENCH\"" +
@@ -47,7 +47,7 @@ bool installed(const std::string& program) {
   return shell(Workplace(), "command -v " + program + " >/dev/null").exit_code == 0;
 }
 
-TEST(Completion, BashTakesTheScriptAndUsesItForTheProgram) {
+TEST(Completion, BashLoadsTheScript) {
   const Workplace place;
   const Outcome script = relign_bench(place, {"completion", "bash"});
   ASSERT_EQ(script.exit_code, 0);
@@ -57,67 +57,69 @@ TEST(Completion, BashTakesTheScriptAndUsesItForTheProgram) {
   EXPECT_EQ(read.out, "complete -F _relign_bench relign-bench\n");
 }
 
-TEST(Completion, OffersVerbs) {
+TEST(Completion, CompletesVerbs) {
   const Workplace place;
-  EXPECT_THAT(bash_offers(place, {""}), IsSupersetOf({"run", "try", "list", "lens", "completion"}));
-  EXPECT_THAT(bash_offers(place, {""}), Not(Contains("worker"))) << "a hidden verb";
-  EXPECT_THAT(bash_offers(place, {"re"}), UnorderedElementsAre("render", "report"));
-  EXPECT_THAT(bash_offers(place, {"lens", "tr"}), ElementsAre("trace"));
-  EXPECT_THAT(bash_offers(place, {"--json", "lens", "tr"}), ElementsAre("trace"));
-  EXPECT_THAT(bash_offers(place, {"no-such-verb", "re"}), IsEmpty());
+  EXPECT_THAT(bash_completions(place, {""}), IsSupersetOf({"run", "try", "list", "lens", "completion"}));
+  EXPECT_THAT(bash_completions(place, {""}), Not(Contains("worker"))) << "a hidden verb";
+  EXPECT_THAT(bash_completions(place, {"re"}), UnorderedElementsAre("render", "report"));
+  EXPECT_THAT(bash_completions(place, {"lens", "tr"}), ElementsAre("trace"));
+  EXPECT_THAT(bash_completions(place, {"--json", "lens", "tr"}), ElementsAre("trace"));
+  EXPECT_THAT(bash_completions(place, {"no-such-verb", "re"}), IsEmpty());
 }
 
-TEST(Completion, OffersOptionsOfTheVerbAndOfTheProgram) {
+TEST(Completion, CompletesOptionsOfTheVerbAndOfTheProgram) {
   const Workplace place;
-  EXPECT_THAT(bash_offers(place, {"run", "--w"}), ElementsAre("--workers"));
-  EXPECT_THAT(bash_offers(place, {"run", "-"}), IsSupersetOf({"--workers", "--out", "--progress", "--help"}));
-  EXPECT_THAT(bash_offers(place, {"list", "-"}), Not(Contains("--workers")));
-  EXPECT_THAT(bash_offers(place, {"plugin", "check", "--one"}), IsEmpty()) << "a hidden option";
-  EXPECT_THAT(bash_offers(place, {"run", "--", "--w"}), IsEmpty());
+  EXPECT_THAT(bash_completions(place, {"run", "--w"}), ElementsAre("--workers"));
+  EXPECT_THAT(bash_completions(place, {"run", "-"}), IsSupersetOf({"--workers", "--out", "--progress", "--help"}));
+  EXPECT_THAT(bash_completions(place, {"list", "-"}), Not(Contains("--workers")));
+  EXPECT_THAT(bash_completions(place, {"plugin", "check", "--one"}), IsEmpty()) << "a hidden option";
+  EXPECT_THAT(bash_completions(place, {"run", "--", "--w"}), IsEmpty());
 }
 
-TEST(Completion, OffersIdsWhereTheyAreTaken) {
+TEST(Completion, CompletesIds) {
   const Workplace place;
-  EXPECT_THAT(bash_offers(place, {"try", "nlopt-sb"}), ElementsAre("nlopt-sbplx")) << "a preset";
-  EXPECT_THAT(bash_offers(place, {"try", ""}), Not(Contains("relign_od")));
-  EXPECT_THAT(bash_offers(place, {"try", "random", "--noise-level", ""}), IsSupersetOf({"rho0", "rho0.25", "rho0.5"}));
-  EXPECT_THAT(bash_offers(place, {"try", "random", "--scene", "relign_o"}), Contains("relign_od"));
-  EXPECT_THAT(bash_offers(place, {"describe", "r"}), IsSupersetOf({"random", "relign_od", "rho0"}));
-  EXPECT_THAT(bash_offers(place, {"try", "random", "rho"}), IsEmpty()) << "it takes one argument";
+  EXPECT_THAT(bash_completions(place, {"try", "nlopt-sb"}), ElementsAre("nlopt-sbplx")) << "a preset";
+  EXPECT_THAT(bash_completions(place, {"try", ""}), Not(Contains("relign_od")));
+  EXPECT_THAT(bash_completions(place, {"try", "random", "--noise-level", ""}),
+              IsSupersetOf({"rho0", "rho0.25", "rho0.5"}));
+  EXPECT_THAT(bash_completions(place, {"try", "random", "--scene", "relign_o"}), Contains("relign_od"));
+  EXPECT_THAT(bash_completions(place, {"describe", "r"}), IsSupersetOf({"random", "relign_od", "rho0"}));
+  EXPECT_THAT(bash_completions(place, {"try", "random", "rho"}), IsEmpty()) << "try takes one argument";
 }
 
-TEST(Completion, OffersTheWordsOfAnOptionHoweverItIsWritten) {
+TEST(Completion, CompletesValuesOfOptions) {
   const Workplace place;
-  EXPECT_THAT(bash_offers(place, {"try", "random", "--protocol", ""}), UnorderedElementsAre("paper", "blind"));
-  EXPECT_THAT(bash_offers(place, {"try", "random", "--protocol", "=", "b"}), ElementsAre("blind"));
-  EXPECT_THAT(bash_offers(place, {"try", "random", "--protocol", "="}), UnorderedElementsAre("paper", "blind"));
-  const Outcome whole = relign_bench(place, {"complete", "--", "try", "--protocol=b"});  // as zsh and fish ask
+  EXPECT_THAT(bash_completions(place, {"try", "random", "--protocol", ""}), UnorderedElementsAre("paper", "blind"));
+  EXPECT_THAT(bash_completions(place, {"try", "random", "--protocol", "=", "b"}), ElementsAre("blind"));
+  EXPECT_THAT(bash_completions(place, {"try", "random", "--protocol", "="}), UnorderedElementsAre("paper", "blind"));
+  const Outcome whole = relign_bench(place, {"complete", "--", "try", "--protocol=b"});  // as zsh and fish call it
   EXPECT_EQ(whole.out, "--protocol=blind\n");
-  EXPECT_THAT(bash_offers(place, {"completion", ""}), UnorderedElementsAre("bash", "zsh", "fish"));
-  EXPECT_THAT(bash_offers(place, {"list", "no"}), ElementsAre("noise-levels"));
-  EXPECT_THAT(bash_offers(place, {"plugin", "new", "--kind", "o"}), ElementsAre("optimizer"));
-  EXPECT_THAT(bash_offers(place, {"run", "--workers", ""}), IsEmpty()) << "a number";
+  EXPECT_THAT(bash_completions(place, {"completion", ""}), UnorderedElementsAre("bash", "zsh", "fish"));
+  EXPECT_THAT(bash_completions(place, {"list", "no"}), ElementsAre("noise-levels"));
+  EXPECT_THAT(bash_completions(place, {"plugin", "new", "--kind", "o"}), ElementsAre("optimizer"));
+  EXPECT_THAT(bash_completions(place, {"run", "--workers", ""}), IsEmpty()) << "a number";
 }
 
-TEST(Completion, OffersFilesAndFolders) {
+TEST(Completion, CompletesFilesAndFolders) {
   const Workplace place;
   place.write("my suites/one suite.json", "{}");
   place.write("my suites/inside/x", "");
-  EXPECT_THAT(bash_offers(place, {"run", "my"}), ElementsAre("my suites"));
-  EXPECT_THAT(bash_offers(place, {"run", "my suites/"}),
+  EXPECT_THAT(bash_completions(place, {"run", "my"}), ElementsAre("my suites"));
+  EXPECT_THAT(bash_completions(place, {"run", "my suites/"}),
               UnorderedElementsAre("my suites/one suite.json", "my suites/inside"));
-  EXPECT_THAT(bash_offers(place, {"report", "my suites/"}), ElementsAre("my suites/inside"));
-  EXPECT_THAT(bash_offers(place, {"try", "./my"}), ElementsAre("./my suites")) << "a path stands wherever an id does";
+  EXPECT_THAT(bash_completions(place, {"report", "my suites/"}), ElementsAre("my suites/inside"));
+  EXPECT_THAT(bash_completions(place, {"try", "./my"}), ElementsAre("./my suites"))
+      << "paths are allowed wherever ids are";
 }
 
-TEST(Completion, KnowsThePluginsOfTheLine) {
+TEST(Completion, UsesPluginsOfTheCommandLine) {
   const Workplace place;
-  EXPECT_THAT(bash_offers(place, {"--plugin", RELIGN_BREAKS_DOWN, "try", "breaks"}), ElementsAre("breaks_down"));
-  EXPECT_THAT(bash_offers(place, {"try", "breaks"}), IsEmpty());
-  EXPECT_THAT(bash_offers(place, {"--plugin", "nowhere", "try", "nlopt-sb"}), IsEmpty()) << "and no message";
+  EXPECT_THAT(bash_completions(place, {"--plugin", RELIGN_BREAKS_DOWN, "try", "breaks"}), ElementsAre("breaks_down"));
+  EXPECT_THAT(bash_completions(place, {"try", "breaks"}), IsEmpty());
+  EXPECT_THAT(bash_completions(place, {"--plugin", "nowhere", "try", "nlopt-sb"}), IsEmpty()) << "and no message";
 }
 
-TEST(Completion, ZshTakesTheScript) {
+TEST(Completion, ZshLoadsTheScriptAndCompletesIds) {
   if (!installed("zsh")) GTEST_SKIP() << "zsh is not installed";
   const Workplace place;
   const Outcome outcome = shell(place, R"("$RELIGN_BENCH" completion zsh > _relign-bench && zsh -n _relign-bench &&
@@ -131,7 +133,7 @@ _relign-bench')");
   EXPECT_THAT(outcome.out, testing::StartsWith("nlopt-sbplx:")) << outcome.err;
 }
 
-TEST(Completion, FishOffersVerbsAndIds) {
+TEST(Completion, FishCompletesVerbsAndIds) {
   if (!installed("fish")) GTEST_SKIP() << "fish is not installed";
   const Workplace place;
   const Outcome outcome = shell(place, R"(ln -s "$RELIGN_BENCH" relign-bench; export HOME="$PWD" PATH="$PWD:$PATH"
@@ -142,7 +144,7 @@ fish -c 'source script.fish; complete -C "relign-bench re"; complete -C "relign-
   EXPECT_THAT(outcome.out, testing::HasSubstr("nlopt-sbplx\t"));
 }
 
-TEST(Completion, RefusesAnUnknownShell) {
+TEST(Completion, RejectsUnknownShell) {
   const Outcome outcome = relign_bench(Workplace(), {"completion", "bahs"});
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_THAT(outcome.err, testing::HasSubstr("unknown shell 'bahs'; did you mean 'bash'?"));

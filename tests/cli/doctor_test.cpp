@@ -12,22 +12,22 @@ namespace {
 using nlohmann::json;
 using testing::HasSubstr;
 
-json sign(const json& signs, const std::string& what) {
-  for (const json& one : signs)
+json finding(const json& findings, const std::string& what) {
+  for (const json& one : findings)
     if (one["what"] == what) return one;
   return nullptr;
 }
 
-TEST(CliDoctor, FindsThisMachineWell) {
+TEST(CliDoctor, PassesOnThisMachine) {
   const Outcome outcome = relign_bench(Workplace(), {"doctor"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
   for (const char* what : {"processor", "instructions", "cores", "memory", "cache folder", "plugin folder", "python3"})
     EXPECT_THAT(outcome.out, HasSubstr(what));
-  const json signs = json::parse(relign_bench(Workplace(), {"--json", "doctor"}).out);
-  EXPECT_THAT(sign(signs, "plugin folder")["found"].get<std::string>(), HasSubstr(" plugins"));
+  const json findings = json::parse(relign_bench(Workplace(), {"--json", "doctor"}).out);
+  EXPECT_THAT(finding(findings, "plugin folder")["found"].get<std::string>(), HasSubstr(" plugins"));
 }
 
-TEST(CliDoctor, SaysWhatIsWrong) {
+TEST(CliDoctor, ReportsProblems) {
   const Workplace place;
   place.write("bad/relign-plugin.json", R"({"id": "bad", "kind": "optimiser", "summary": "x"})");
   Options options;
@@ -36,13 +36,13 @@ TEST(CliDoctor, SaysWhatIsWrong) {
                          {"PATH", "/none"}};
   const Outcome outcome = relign_bench(place, {"--json", "doctor"}, options);
   EXPECT_EQ(outcome.exit_code, 2);
-  const json signs = json::parse(outcome.out);
-  EXPECT_EQ(sign(signs, "cache folder")["state"], "wrong");
-  EXPECT_EQ(sign(signs, "plugin")["state"], "wrong");
-  EXPECT_THAT(sign(signs, "plugin")["found"].get<std::string>(), HasSubstr("optimiser"));
-  EXPECT_EQ(sign(signs, "python3")["state"], "note");
-  EXPECT_EQ(sign(signs, "sbatch")["state"], "note");
-  EXPECT_THAT(outcome.out, HasSubstr("none does not exist"));
+  const json findings = json::parse(outcome.out);
+  EXPECT_EQ(finding(findings, "cache folder")["state"], "wrong");
+  EXPECT_EQ(finding(findings, "plugin")["state"], "wrong");
+  EXPECT_THAT(finding(findings, "plugin")["found"].get<std::string>(), HasSubstr("optimiser"));
+  EXPECT_EQ(finding(findings, "python3")["state"], "note");
+  EXPECT_EQ(finding(findings, "sbatch")["state"], "note");
+  EXPECT_THAT(outcome.out, HasSubstr("none' does not exist"));
 }
 
 }  // namespace

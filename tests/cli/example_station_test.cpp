@@ -1,4 +1,4 @@
-// examples/station as its README starts it: a machine behind a line protocol, a plugin in Python, one broken
+// examples/station as described in its README: a machine behind a line protocol, a Python plugin, and a lost
 // connection.
 #include <gmock/gmock.h>
 
@@ -22,7 +22,7 @@ using testing::Not;
 
 const fs::path kExample = RELIGN_SOURCE_DIR "/examples/station";
 
-// The machine, ended with the test.
+// The machine's server; ends with the test.
 class Machine {
  public:
   Machine(const Workplace& place, const std::string& options)
@@ -31,7 +31,7 @@ class Machine {
                         "exec python3 -B '" + (kExample / "server.py").string() + "' --port 0 --program '" +
                             RELIGN_PROGRAM "' " + options + " >server.log 2>&1"}) {}
 
-  // Empty when it never listens.
+  // Empty if the server does not start.
   std::string port() {
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
     const std::regex listening("listening on 127.0.0.1:([0-9]+)\n");
@@ -49,7 +49,7 @@ class Machine {
   Running server_;
 };
 
-// What the machine drew for the lenses that it was asked for, as the digits that a file would hold.
+// The perturbations that the machine drew, as digits that could appear in a file.
 std::vector<std::string> hidden_numbers(const Workplace& place) {
   place.write("hidden.py", R"py(import re, sys
 sys.path.insert(0, sys.argv[1])
@@ -68,7 +68,7 @@ for seed in re.findall(r"NEXT (\d+)", open("server.log").read()):
   return numbers;
 }
 
-TEST(CliExampleStation, MeasuresTellsNoTruthAndLosesOneTrialWithItsConnection) {
+TEST(CliExampleStation, HidesGroundTruthAndFailsOneTrialOnLostConnection) {
   if (std::system("python3 -c '' 2>/dev/null") != 0) GTEST_SKIP() << "python3 is not installed";
   const Workplace place;
   Machine machine(place, "--drop-at 6");
@@ -80,7 +80,7 @@ TEST(CliExampleStation, MeasuresTellsNoTruthAndLosesOneTrialWithItsConnection) {
     "scenes": [{"use": "./station.py", "name": "bench", "parameters": {"port": )" +
                                 port + R"(}}], "algorithms": ["nlopt-sbplx"], "steps": 3})");
 
-  // Four trials of four pictures: the sixth is the second one of the trial that runs second.
+  // Four trials of four captures each: the sixth capture is the second of the second trial.
   const Outcome outcome = relign_bench(place, {"run", "suite.json", "--out", "out"});
   ASSERT_EQ(outcome.exit_code, 3) << outcome.err;  // done, one trial failed
   EXPECT_THAT(outcome.out, AllOf(HasSubstr("3 of 4 trials finished, 1 failed"), HasSubstr("measured only")));
@@ -122,7 +122,7 @@ TEST(CliExampleStation, MeasuresTellsNoTruthAndLosesOneTrialWithItsConnection) {
   }
 }
 
-TEST(CliExampleStation, ValidatesWithoutAMachineAndNamesWhereNobodyAnswers) {
+TEST(CliExampleStation, ValidatesWithoutMachineAndReportsUnreachableAddress) {
   if (std::system("python3 -c '' 2>/dev/null") != 0) GTEST_SKIP() << "python3 is not installed";
   const Workplace place;
   fs::copy_file(kExample / "station.py", place.path("station.py"));

@@ -1,5 +1,5 @@
-// Every --help, compared with approved texts in tests/cli/golden, and docs/commands.md, which is made of them. After a
-// wanted change:
+// Compares every --help with the approved texts in tests/cli/golden, and with docs/commands.md, which consists of them.
+// After an intended change:
 //   RELIGN_UPDATE_GOLDEN=1 ctest --test-dir build/release -R cli_help
 #include <gmock/gmock.h>
 
@@ -20,7 +20,7 @@ using testing::HasSubstr;
 
 const fs::path kGolden = fs::path(RELIGN_SOURCE_DIR) / "tests/cli/golden";
 
-// Asked once a verb, however many tests look at it.
+// Runs the program once per verb.
 const std::string& help(const std::vector<std::string>& verb) {
   static std::map<std::vector<std::string>, std::string> known;
   if (const auto found = known.find(verb); found != known.end()) return found->second;
@@ -66,7 +66,7 @@ std::string golden_name(const std::vector<std::string>& verb) {
   return name + ".txt";
 }
 
-TEST(CliHelp, IsAsApprovedForEveryVerb) {
+TEST(CliHelp, MatchesApprovedTextForEveryVerb) {
   std::vector<std::vector<std::string>> verbs;
   collect({}, verbs);
   ASSERT_GE(verbs.size(), 8U);
@@ -83,20 +83,18 @@ TEST(CliHelp, IsAsApprovedForEveryVerb) {
     std::ifstream stream(file);
     std::ostringstream approved;
     approved << stream.rdbuf();
-    EXPECT_EQ(text, approved.str()) << file << ": approve a wanted change with RELIGN_UPDATE_GOLDEN=1";
+    EXPECT_EQ(text, approved.str()) << file << ": approve an intended change with RELIGN_UPDATE_GOLDEN=1";
   }
   for (const fs::directory_entry& entry : fs::directory_iterator(kGolden))
-    EXPECT_EQ(expected_files.count(entry.path().filename()), 1U) << entry.path() << " belongs to no verb";
+    EXPECT_EQ(expected_files.count(entry.path().filename()), 1U) << entry.path() << " has no verb";
 }
 
-// docs/commands.md: every help text, the global options once.
+// docs/commands.md: every help text, with the global options only once.
 std::string document(const std::vector<std::vector<std::string>>& verbs) {
   std::string text =
-      "# The command line\n\nWhat `relign-bench VERB --help` prints, for every verb. Every verb takes the global "
-      "options of the "
-      "first block, too.\nThis page is made by a test (`RELIGN_UPDATE_GOLDEN=1 ctest --test-dir build/release -R "
-      "cli_help`), "
-      "and another run of it fails when it is stale.\n";
+      "# The command line\n\nThe output of `relign-bench VERB --help` for every verb. The global options of the first "
+      "block are allowed after every verb.\nA test generates this page (`RELIGN_UPDATE_GOLDEN=1 ctest --test-dir "
+      "build/release -R cli_help`) and fails if it is out of date.\n";
   for (const std::vector<std::string>& verb : verbs) {
     std::string name = "relign-bench";
     for (const std::string& word : verb) name += " " + word;
@@ -108,7 +106,7 @@ std::string document(const std::vector<std::vector<std::string>>& verbs) {
   return text;
 }
 
-TEST(CliHelp, IsWhatTheDocumentOfCommandsSays) {
+TEST(CliHelp, MatchesCommandsDocument) {
   std::vector<std::vector<std::string>> verbs;
   collect({}, verbs);
   const fs::path file = fs::path(RELIGN_SOURCE_DIR) / "docs/commands.md";
@@ -117,10 +115,10 @@ TEST(CliHelp, IsWhatTheDocumentOfCommandsSays) {
   std::ifstream stream(file);
   std::ostringstream written;
   written << stream.rdbuf();
-  EXPECT_EQ(text, written.str()) << file << ": approve a wanted change with RELIGN_UPDATE_GOLDEN=1";
+  EXPECT_EQ(text, written.str()) << file << ": approve an intended change with RELIGN_UPDATE_GOLDEN=1";
 }
 
-TEST(CliHelp, HasAnExampleThatNamesTheVerbAndASeeAlso) {
+TEST(CliHelp, HasExampleAndSeeAlsoForEveryVerb) {
   std::vector<std::vector<std::string>> verbs;
   collect({}, verbs);
   for (const std::vector<std::string>& verb : verbs) {
@@ -134,14 +132,14 @@ TEST(CliHelp, HasAnExampleThatNamesTheVerbAndASeeAlso) {
   }
 }
 
-TEST(CliHelp, WithoutArgumentsItGoesToStderrAndIsAMistake) {
+TEST(CliHelp, IsPrintedToStderrWithoutArguments) {
   const Outcome outcome = relign_bench(Workplace(), {});
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_EQ(outcome.out, "");
   EXPECT_EQ(outcome.err, help({}));
 }
 
-TEST(CliHelp, TheVersionNamesTheProgram) {
+TEST(CliVersion, NamesProgramAndPluginInterface) {
   const Outcome outcome = relign_bench(Workplace(), {"--version"});
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_THAT(outcome.out, testing::MatchesRegex("relign-bench [0-9.]+ \\(plugin interface [0-9.]+\\)\n"));

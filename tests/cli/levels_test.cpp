@@ -1,4 +1,4 @@
-// Noise levels as users write and mistake them: files of limits, and scenes that a level does not fit.
+// Noise levels on the command line and in suites: tolerance files, objects, and levels that do not fit a scene.
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
@@ -19,7 +19,7 @@ std::string limits(const std::string& element) {
  "start": {"shift_um": [200, 200, 100], "tilt_arcmin": [30, 30]}, "movement": {"cross_talk": 0.01}})";
 }
 
-TEST(CliLevels, AFileOfLimitsIsALevelInSuitesAndOnTheCommandLine) {
+TEST(CliLevels, AcceptsToleranceFilesInSuitesAndOptions) {
   const Workplace place;
   place.write("my_lens/tolerances.json", limits("L3"));
   place.write("suite.json", R"({"scenes": ["relign_od"], "algorithms": ["home"], "instances": 2, "steps": 1,
@@ -38,13 +38,14 @@ TEST(CliLevels, AFileOfLimitsIsALevelInSuitesAndOnTheCommandLine) {
     return outcome.exit_code == 0 ? json::parse(outcome.out) : json();
   };
   const json mine = tried("my_lens/tolerances.json");
-  // Starts depend on seed and limits alone, so another level with these limits starts there too; lenses differ.
+  // Start poses depend on seed and limits only, so a level with equal limits has the same start; element offsets
+  // differ.
   const json grade = tried("tolerances-precision");
   EXPECT_EQ(mine.at("steps").at(0).at("true_pose"), grade.at("steps").at(0).at("true_pose"));
   EXPECT_NE(mine.at("steps").at(1).at("measured"), grade.at("steps").at(1).at("measured"));
 }
 
-TEST(CliLevels, AnObjectAsInASuiteIsALevelOnTheCommandLine) {
+TEST(CliLevels, AcceptsObjectsInOptions) {
   const Workplace place;
   const auto steps = [&](const std::vector<std::string>& more) {
     std::vector<std::string> arguments = {"--json", "try", "home", "--steps", "1"};
@@ -61,7 +62,7 @@ TEST(CliLevels, AnObjectAsInASuiteIsALevelOnTheCommandLine) {
             named);
 }
 
-TEST(CliLevels, AWrongElementHasItsPlaceInTheFileWhateverTheVerb) {
+TEST(CliLevels, ReportsPlaceOfUnknownElementForEveryVerb) {
   const Workplace place;
   place.write("limits.json", limits("L9"));
   place.write("suite.json", R"({"scenes": ["relign_od", "gaussian_spot"], "algorithms": ["home"], "instances": 2,
@@ -78,14 +79,14 @@ TEST(CliLevels, AWrongElementHasItsPlaceInTheFileWhateverTheVerb) {
     EXPECT_EQ(outcome.exit_code, 2);
     EXPECT_THAT(outcome.err, wrong);
     if (command.back() != "suite.json") continue;
-    // Every pair of the suite that does not fit, at once.
+    // All pairs of the suite that do not fit are reported at once.
     EXPECT_THAT(outcome.err, AllOf(HasSubstr("'limits' cannot be used with scene 'gaussian_spot'"),
                                    HasSubstr("'rho0.25' cannot be used with scene 'gaussian_spot'"),
                                    HasSubstr("use rho0, which offsets none")));
   }
 }
 
-TEST(CliLevels, TheToyRunsWithLevelsThatOffsetNothing) {
+TEST(CliLevels, AcceptsLevelsWithoutOffsetsForGaussianSpot) {
   const Workplace place;
   const Outcome tried = relign_bench(place, {"try", "random", "--scene", "gaussian_spot", "--steps", "3"});
   EXPECT_EQ(tried.exit_code, 0) << tried.err;
@@ -96,7 +97,7 @@ TEST(CliLevels, TheToyRunsWithLevelsThatOffsetNothing) {
   ASSERT_EQ(relign_bench(place, {"validate", "suite.json"}).exit_code, 0);
   const Outcome run = relign_bench(place, {"run", "suite.json"});
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  // A perfect lens on a perfect stage that starts at the optimum: its truth is exactly 0.
+  // A perfect lens on a perfect stage, started at the optimum: the noise-free error is exactly 0.
   const Outcome perfect = relign_bench(
       place, {"try", "home", "--scene", "gaussian_spot", "--noise-level", "none", "--steps", "1", "--json"});
   ASSERT_EQ(perfect.exit_code, 0) << perfect.err;

@@ -1,4 +1,4 @@
-// A specification of MTF through the program: measured, judged, told; refused where a scene cannot tell it.
+// A specification with an MTF on the command line: measured, scored and reported; rejected if a scene has no MTF.
 #include <gmock/gmock.h>
 
 #include <fstream>
@@ -20,7 +20,7 @@ constexpr const char* kSuite =
   "noise_levels": ["rho0.5"], "instances": 4, "steps": 2, "algorithms": ["home", "random"],
   "spec": {"rmse": 0.2, "mtf": {"lp_per_mm": 10, "centre": 0.5, "corner": 0.4}}})";
 
-TEST(CliMtfSpec, SomeLensesMeetItAndSomeDoNot) {
+TEST(CliMtfSpec, CountsInstancesThatMeetIt) {
   const Workplace place;
   place.write("suite.json", kSuite);
   const Outcome outcome = relign_bench(place, {"run", "suite.json", "--workers", "2"});
@@ -31,7 +31,7 @@ TEST(CliMtfSpec, SomeLensesMeetItAndSomeDoNot) {
   for (std::string line; std::getline(lines, line);) {
     const json closing = json::parse(line);
     if (!closing.contains("end")) {
-      EXPECT_FALSE(closing.contains("mtf_centre")) << "no step is slower for it";
+      EXPECT_FALSE(closing.contains("mtf_centre")) << "not measured at steps";
       continue;
     }
     ++trials;
@@ -39,7 +39,7 @@ TEST(CliMtfSpec, SomeLensesMeetItAndSomeDoNot) {
       EXPECT_GE(closing.at(key), 0) << key;
       EXPECT_LE(closing.at(key), 1) << key;
     }
-    EXPECT_FALSE(closing.contains("uncured_mtf_centre")) << "no glue shifts anything here";
+    EXPECT_FALSE(closing.contains("uncured_mtf_centre")) << "no cure shift here";
     if (closing["mtf_centre"] >= 0.5 && closing["mtf_corner"] >= 0.4) in_spec.insert(closing["trial"]);
   }
   EXPECT_EQ(trials, 8U);
@@ -61,14 +61,14 @@ TEST(CliMtfSpec, SomeLensesMeetItAndSomeDoNot) {
   EXPECT_THAT(place.read("results/mtf/instances.csv"), HasSubstr(",message,mtf_centre,mtf_corner,"));
   EXPECT_EQ(relign_bench(place, {"verify", "results/mtf", "--sample", "2"}).exit_code, 0);
 
-  // Other limits judge the same trials.
+  // Other limits reuse the same trials.
   json suite = json::parse(kSuite);
   suite["spec"]["mtf"]["centre"] = 0.9;
   place.write("suite.json", suite.dump());
   EXPECT_EQ(json::parse(relign_bench(place, {"--json", "run", "suite.json"}).out).at("reused"), 8);
 }
 
-TEST(CliMtfSpec, IncludesDiffractionWhereTheSceneSaysSo) {
+TEST(CliMtfSpec, IncludesDiffractionIfTheSceneDoes) {
   const Workplace place;
   const std::string folder = std::string(RELIGN_SOURCE_DIR) + "/plugins/scenes/lens_system/relign_od/";
   json scene = json::parse(std::ifstream(folder + "scene.json"));
@@ -85,7 +85,7 @@ TEST(CliMtfSpec, IncludesDiffractionWhereTheSceneSaysSo) {
   EXPECT_THAT(valid.out, HasSubstr("centre 0.800, corner 0.897 (with diffraction)")) << valid.err;
   ASSERT_EQ(relign_bench(place, {"run", "suite.json"}).exit_code, 0);
   EXPECT_THAT(place.read("results/mtf/report.html"), HasSubstr("with diffraction, judged once, at the end"));
-  // The limits may be the suite's; the kind of MTF is the scene's.
+  // The suite may set the limits, but not the kind of MTF.
   suite["spec"] = {{"mtf", {{"lp_per_mm", 10}, {"diffraction", false}}}};
   place.write("suite.json", suite.dump());
   const Outcome other = relign_bench(place, {"validate", "suite.json"});
@@ -96,7 +96,7 @@ TEST(CliMtfSpec, IncludesDiffractionWhereTheSceneSaysSo) {
   EXPECT_THAT(relign_bench(place, {"validate", "suite.json"}).out, HasSubstr("(with diffraction)"));
 }
 
-TEST(CliMtfSpec, WithoutItRecordsAreThoseOfBefore) {
+TEST(CliMtfSpec, AddsNothingToRecordsWithoutIt) {
   const Workplace place;
   json suite = json::parse(kSuite);
   suite["spec"].erase("mtf");
@@ -107,7 +107,7 @@ TEST(CliMtfSpec, WithoutItRecordsAreThoseOfBefore) {
   EXPECT_THAT(place.read("results/mtf/instances.csv"), Not(HasSubstr("mtf_")));
 }
 
-TEST(CliMtfSpec, ASceneThatCannotTellItIsRefusedBeforeAnythingRuns) {
+TEST(CliMtfSpec, RejectsScenesWithoutMtf) {
   const Workplace place;
   json suite = json::parse(kSuite);
   suite["scenes"] = {"relign_od", "gaussian_spot"};

@@ -1,4 +1,4 @@
-// Names and words of strangers: refused with a sentence, or text wherever they are shown. Nothing of them is run.
+// Hostile names in suites, plugins and results: rejected, or printed as plain text, and never executed.
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
@@ -36,7 +36,7 @@ void expect_harmless(const Workplace& place, const Outcome& outcome, const std::
     EXPECT_FALSE(fs::exists(file)) << Json(name).dump();
 }
 
-TEST(CliNames, OfASuiteAreRefusedOrText) {
+TEST(CliNames, OfSuitesAreRejectedOrPrintedAsText) {
   const Workplace place;
   for (const std::string& name : kNames) {
     for (const char* list : {"scenes", "noise_levels", "algorithms"}) {
@@ -56,7 +56,7 @@ TEST(CliNames, OfASuiteAreRefusedOrText) {
   }
 }
 
-TEST(CliNames, OfPluginsAreRefusedOrText) {
+TEST(CliNames, OfPluginsAreRejectedOrPrintedAsText) {
   const Workplace place;
   for (const std::string& name : kNames) {
     const auto write = [&](const std::string& id) {
@@ -71,7 +71,7 @@ TEST(CliNames, OfPluginsAreRefusedOrText) {
     write(name);
     const Outcome refused = relign_bench(place, {"--plugin", "made", "list"});
     expect_harmless(place, refused, name);
-    EXPECT_NE(refused.exit_code, 0) << "no id of a plugin: " << Json(name).dump();
+    EXPECT_NE(refused.exit_code, 0) << "invalid plugin id: " << Json(name).dump();
     write("made");
     for (const std::vector<std::string>& words :
          {std::vector<std::string>{"list", "optimizers"}, std::vector<std::string>{"describe", "made"}}) {
@@ -84,8 +84,7 @@ TEST(CliNames, OfPluginsAreRefusedOrText) {
   }
 }
 
-// The script is read by a shell here as there.
-TEST(CliNames, OfARunStayTextInReportAndFiles) {
+TEST(CliNames, AreEscapedInReports) {
   const Workplace place;
   const std::string name = "<b>\"$(touch pwned)'`touch pwned`;";
   place.write("suite.json", Json{{"name", name},

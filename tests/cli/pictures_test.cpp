@@ -1,4 +1,4 @@
-// lens draw, scene landscape, render --animate, through the binary.
+// lens draw, scene landscape and render --animate.
 #include <gmock/gmock.h>
 #include <signal.h>
 #include <unistd.h>
@@ -24,14 +24,14 @@ std::size_t count_of(const std::string& text, const std::string& part) {
   return count;
 }
 
-// Whether a program under way has told of its progress.
+// True once the running program has reported progress.
 bool has_begun(const Workplace& place) {
   for (const auto& entry : std::filesystem::directory_iterator(place.folder()))
     if (place.read(entry.path().filename()).find("\"doing\"") != std::string::npos) return true;
   return false;
 }
 
-TEST(CliLensDraw, DrawsTheScenesLensWithItsRays) {
+TEST(CliLensDraw, DrawsLensOfSceneWithRays) {
   const Workplace place;
   const Outcome outcome = relign_bench(place, {"lens", "draw", "--fields", "0,20,42", "--rays", "5", "-o", "lens.svg"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -44,7 +44,7 @@ TEST(CliLensDraw, DrawsTheScenesLensWithItsRays) {
     EXPECT_THAT(svg, HasSubstr(word));
 }
 
-TEST(CliLensDraw, DrawsALensFileAndAnAssembly) {
+TEST(CliLensDraw, DrawsLensFileAndAssembly) {
   const Workplace place;
   const std::string lens = std::string(RELIGN_SOURCE_DIR) + "/plugins/scenes/lens_system/relign_od/lens.json";
   ASSERT_EQ(relign_bench(place, {"lens", "draw", lens, "-o", "perfect.svg"}).exit_code, 0);
@@ -58,7 +58,7 @@ TEST(CliLensDraw, DrawsALensFileAndAnAssembly) {
   EXPECT_THAT(place.read("lens.png"), StartsWith("\x89PNG"));
 }
 
-TEST(CliLensDraw, MistakesAreNamed) {
+TEST(CliLensDraw, ReportsInvalidInput) {
   const Workplace place;
   const Outcome ending = relign_bench(place, {"lens", "draw", "-o", "lens.jpg"});
   EXPECT_EQ(ending.exit_code, 2);
@@ -68,13 +68,13 @@ TEST(CliLensDraw, MistakesAreNamed) {
   EXPECT_THAT(relign_bench(place, {"lens", "draw", "--fields", "95"}).err, HasSubstr("95 is outside -89 to 89"));
   place.write("built.json", R"({"elements": {"L9": {}}})");
   EXPECT_THAT(relign_bench(place, {"lens", "draw", "--assembly", "built.json"}).err, HasSubstr("unknown element 'L9'"));
-  // A field that the lens cannot see is said, not left out silently.
+  // A field without rays is reported.
   const Outcome dark = relign_bench(place, {"lens", "draw", "--fields", "0,85"});
   EXPECT_EQ(dark.exit_code, 0);
-  EXPECT_THAT(dark.err, HasSubstr("no ray of the field 85 deg passes"));
+  EXPECT_THAT(dark.err, HasSubstr("no ray at field angle 85 deg passes"));
 }
 
-TEST(CliLandscape, WritesDrawingPageAndTable) {
+TEST(CliLandscape, WritesPicturePageAndTable) {
   const Workplace place;
   const Outcome outcome = relign_bench(
       place, {"scene", "landscape", "--scene", "gaussian_spot", "--points", "5", "-o", "maps", "--progress", "json"});
@@ -84,19 +84,19 @@ TEST(CliLandscape, WritesDrawingPageAndTable) {
   EXPECT_EQ(count_of(place.read("maps/landscape.html"), "<g class=\"panel\">"), 10U);
   EXPECT_EQ(count_of(place.read("maps/landscape.csv"), "\n"), 1U + 10 * 25);
   // The last line of progress counts every pose.
-  const std::string told = outcome.err.substr(outcome.err.rfind("\n{", outcome.err.size() - 2) + 1);
-  EXPECT_EQ(json::parse(told).at("done"), 250) << outcome.err;
-  EXPECT_EQ(json::parse(told).at("total"), 250);
+  const std::string last = outcome.err.substr(outcome.err.rfind("\n{", outcome.err.size() - 2) + 1);
+  EXPECT_EQ(json::parse(last).at("done"), 250) << outcome.err;
+  EXPECT_EQ(json::parse(last).at("total"), 250);
 }
 
-TEST(CliLandscape, IsLowestAtTheNominalPoseOfAPerfectLens) {
+TEST(CliLandscape, IsLowestAtNominalPoseOfPerfectLens) {
   const Workplace place;
   const Outcome outcome =
       relign_bench(place, {"scene", "landscape", "--points", "3", "-o", "map.csv", "--json", "--progress", "none"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
   EXPECT_EQ(json::parse(outcome.out).at("files"), json::array({"map.csv"}));
-  // The nominal pose is in the middle of every plane, and the perfect lens has no error there.
+  // The nominal pose is the centre of every plane; the perfect lens has no error there.
   std::istringstream table(place.read("map.csv"));
   std::size_t middles = 0;
   for (std::string line; std::getline(table, line);) {
@@ -112,7 +112,7 @@ TEST(CliLandscape, IsLowestAtTheNominalPoseOfAPerfectLens) {
   EXPECT_EQ(middles, 10U);
 }
 
-TEST(CliLandscape, MistakesAndCtrlC) {
+TEST(CliLandscape, ReportsInvalidInputAndStopsOnCtrlC) {
   const Workplace place;
   EXPECT_THAT(relign_bench(place, {"scene", "landscape", "-o", "map.svg"}).err,
               HasSubstr("ends in .png, .html or .csv"));
@@ -129,18 +129,18 @@ TEST(CliLandscape, MistakesAndCtrlC) {
   EXPECT_FALSE(std::filesystem::exists(place.path("map.csv")));
 }
 
-TEST(CliAnimate, WritesAGifAlongThePath) {
+TEST(CliAnimate, WritesGifAlongPath) {
   const Workplace place;
   const Outcome outcome =
       relign_bench(place, {"render", "--scene", "gaussian_spot", "--animate", "0.3,0.5,0.5,0.5,0.5->nominal",
                            "--frames", "5", "-o", "a.gif", "--json"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(place.read("a.gif"), StartsWith("GIF89a"));
-  const json told = json::parse(outcome.out);
-  ASSERT_EQ(told.at("frames"), 5);
-  EXPECT_DOUBLE_EQ(told.at("poses").at(1).at(0).get<double>(), 0.35);
-  EXPECT_EQ(told.at("poses").at(4), json::array({0.5, 0.5, 0.5, 0.5, 0.5}));
-  // A file of poses tells the same.
+  const json result = json::parse(outcome.out);
+  ASSERT_EQ(result.at("frames"), 5);
+  EXPECT_DOUBLE_EQ(result.at("poses").at(1).at(0).get<double>(), 0.35);
+  EXPECT_EQ(result.at("poses").at(4), json::array({0.5, 0.5, 0.5, 0.5, 0.5}));
+  // The same from a file of poses.
   place.write("path.json", R"({"poses": [[0.3, 0.5, 0.5, 0.5, 0.5], "nominal"]})");
   ASSERT_EQ(relign_bench(
                 place, {"render", "--scene", "gaussian_spot", "--animate", "path.json", "--frames", "5", "-o", "b.gif"})
@@ -149,7 +149,7 @@ TEST(CliAnimate, WritesAGifAlongThePath) {
   EXPECT_EQ(place.read("a.gif"), place.read("b.gif"));
 }
 
-TEST(CliAnimate, FilmsAreWrittenByFfmpeg) {
+TEST(CliAnimate, WritesVideoWithFfmpeg) {
   const Workplace place;
   const std::vector<std::string> film = {"render",   "--scene", "gaussian_spot", "--animate", "nominal->nominal",
                                          "--frames", "3",       "--fps",         "12.5",      "-o",
@@ -159,7 +159,7 @@ TEST(CliAnimate, FilmsAreWrittenByFfmpeg) {
   const Outcome missing = relign_bench(place, film, without);
   EXPECT_EQ(missing.exit_code, 2);
   EXPECT_THAT(missing.err, HasSubstr("ffmpeg, which is not on PATH"));
-  // One that notes what it was told and takes the frames for a film.
+  // A stand-in that records its arguments and copies the frames.
   const auto play = [&](const std::string& script) {
     place.write("ffmpeg", "#!/bin/sh\n" + script);
     std::filesystem::permissions(place.path("ffmpeg"), std::filesystem::perms::owner_all);
@@ -167,13 +167,13 @@ TEST(CliAnimate, FilmsAreWrittenByFfmpeg) {
     with.environment["PATH"] = place.folder().string() + ":/usr/bin:/bin";
     return relign_bench(place, film, with);
   };
-  const Outcome played =
-      play("echo \"$@\" > told\nwhile [ $# -gt 1 ]; do [ \"$1\" = -i ] && in=$2; shift; done\ncp \"$in\" \"$1\"\n");
+  const Outcome played = play(
+      "echo \"$@\" > arguments\nwhile [ $# -gt 1 ]; do [ \"$1\" = -i ] && in=$2; shift; done\ncp \"$in\" \"$1\"\n");
   ASSERT_EQ(played.exit_code, 0) << played.err;
-  const std::string told = place.read("told");
-  EXPECT_THAT(told, HasSubstr("-framerate 12.5"));
+  const std::string arguments = place.read("arguments");
+  EXPECT_THAT(arguments, HasSubstr("-framerate 12.5"));
   std::size_t side[2] = {0, 0};
-  ASSERT_EQ(std::sscanf(told.c_str() + told.find("-video_size ") + 12, "%zux%zu", &side[0], &side[1]), 2);
+  ASSERT_EQ(std::sscanf(arguments.c_str() + arguments.find("-video_size ") + 12, "%zux%zu", &side[0], &side[1]), 2);
   EXPECT_EQ(place.read("a.mp4").size(), 3 * side[0] * side[1]);
   const Outcome failed = play("echo no such codec >&2; exit 3\n");
   EXPECT_EQ(failed.exit_code, 2);
@@ -182,23 +182,23 @@ TEST(CliAnimate, FilmsAreWrittenByFfmpeg) {
     EXPECT_THAT(entry.path().string(), Not(HasSubstr(".part")));
 }
 
-TEST(CliAnimate, MistakesAreNamed) {
+TEST(CliAnimate, ReportsInvalidInput) {
   const Workplace place;
-  const auto said = [&](const std::vector<std::string>& more) {
+  const auto refusal = [&](const std::vector<std::string>& more) {
     std::vector<std::string> arguments = {"render", "--scene", "gaussian_spot"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const Outcome outcome = relign_bench(place, arguments);
     EXPECT_EQ(outcome.exit_code, 2);
     return outcome.err;
   };
-  EXPECT_THAT(said({"-o", "a.gif"}), HasSubstr(".gif and .mp4 need --animate"));
-  EXPECT_THAT(said({"--animate", "nominal->nominal", "-o", "a.png"}), HasSubstr("must end in .gif or .mp4"));
-  EXPECT_THAT(said({"--animate", "nominal->0.5", "-o", "a.gif"}), HasSubstr("1 numbers given"));
-  EXPECT_THAT(said({"--animate", "start->nominal", "-o", "a.gif"}), HasSubstr("only an instance has a start"));
+  EXPECT_THAT(refusal({"-o", "a.gif"}), HasSubstr(".gif and .mp4 need --animate"));
+  EXPECT_THAT(refusal({"--animate", "nominal->nominal", "-o", "a.png"}), HasSubstr("must end in .gif or .mp4"));
+  EXPECT_THAT(refusal({"--animate", "nominal->0.5", "-o", "a.gif"}), HasSubstr("1 numbers given"));
+  EXPECT_THAT(refusal({"--animate", "start->nominal", "-o", "a.gif"}), HasSubstr("only an instance has a start"));
   place.write("path.json", "{\"poses\": [\"nominal\",\n [2, 0, 0, 0, 0]]}");
-  EXPECT_THAT(said({"--animate", "path.json", "-o", "a.gif"}), HasSubstr("path.json:2:2: /poses/1: pose: 2 for"));
+  EXPECT_THAT(refusal({"--animate", "path.json", "-o", "a.gif"}), HasSubstr("path.json:2:2: /poses/1: pose: 2 for"));
   place.write("path.json", "{\"poses\": [\"nominal\"]}");
-  EXPECT_THAT(said({"--animate", "path.json", "-o", "a.gif"}), HasSubstr("at least two poses"));
+  EXPECT_THAT(refusal({"--animate", "path.json", "-o", "a.gif"}), HasSubstr("at least two poses"));
 }
 
 }  // namespace

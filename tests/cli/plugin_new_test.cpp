@@ -1,5 +1,5 @@
-// relign-bench plugin new: what is written, and what is refused without leaving anything behind. tests/out_of_tree
-// builds and uses what it writes.
+// relign-bench plugin new: the files that it writes, and errors, which leave nothing behind. tests/out_of_tree builds
+// and uses the projects.
 #include <gmock/gmock.h>
 
 #include <fstream>
@@ -15,7 +15,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-// What a user sees in the folder; the test's own files begin with a dot and are not counted, drafts are.
+// Files in the folder, drafts included, except the test's own.
 std::vector<std::string> left_behind(const Workplace& place) {
   std::vector<std::string> names;
   for (const fs::directory_entry& entry : fs::directory_iterator(place.folder())) {
@@ -36,7 +36,7 @@ void expect_refused(const std::vector<std::string>& arguments, const testing::Ma
   EXPECT_THAT(left_behind(place), testing::IsEmpty());
 }
 
-TEST(PluginNew, PrintsTheFolderAndWhatToTypeNext) {
+TEST(PluginNew, PrintsFolderAndNextCommands) {
   const Workplace place;
   const Outcome outcome = relign_bench(place, {"plugin", "new", "--kind", "optimizer", "my-own_search2"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -48,17 +48,17 @@ TEST(PluginNew, PrintsTheFolderAndWhatToTypeNext) {
   EXPECT_THAT(left_behind(place), testing::ElementsAre("my-own_search2"));
 }
 
-TEST(PluginNew, SaysTheSameInJson) {
+TEST(PluginNew, PrintsJson) {
   const Workplace place;
   const Outcome outcome =
       relign_bench(place, {"plugin", "new", "--kind", "noise_level", "loose", "-o", "deep/er/", "--json"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  const auto said = nlohmann::json::parse(outcome.out);
-  EXPECT_EQ(said.at("kind"), "noise-level");
+  const auto result = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(result.at("kind"), "noise-level");
   EXPECT_TRUE(fs::exists(place.path("deep/er/loose.cpp")));
 }
 
-TEST(PluginNew, EveryKindHasATemplateInPythonAndSaysHowToUseIt) {
+TEST(PluginNew, HasPythonTemplateForEveryKind) {
   const Workplace place;
   const std::map<std::string, std::string> use = {{"optimizer", "try ./mine.py"},
                                                   {"agent", "try ./mine.py"},
@@ -73,25 +73,25 @@ TEST(PluginNew, EveryKindHasATemplateInPythonAndSaysHowToUseIt) {
   }
 }
 
-TEST(PluginNew, AClassNeverGetsTheNameOfAnotherInItsTemplate) {
+TEST(PluginNew, AvoidsClassNamesOfTheTemplate) {
   const Workplace place;
   ASSERT_EQ(relign_bench(place, {"plugin", "new", "--kind", "agent", "policy"}).exit_code, 0);
   EXPECT_THAT(place.read("policy/policy.cpp"), HasSubstr("RELIGN_PLUGIN(PolicyPlugin)"));
 }
 
-TEST(PluginNew, RefusesNamesThatCannotBeUsed) {
+TEST(PluginNew, RejectsInvalidAndExistingNames) {
   for (const char* name : {"", "../up", "3d", "a b", "ä", "-x", ".hidden"})
-    expect_refused({"--kind", "agent", "--", name}, HasSubstr("no name for a plugin"));
+    expect_refused({"--kind", "agent", "--", name}, HasSubstr("invalid plugin name"));
   expect_refused({"--kind", "optimizer", "nlopt"}, HasSubstr("'nlopt' already"));
   expect_refused({"--kind", "agent", "nlopt_sbplx"}, HasSubstr("'nlopt-sbplx' already"));
 }
 
-TEST(PluginNew, SaysWhatCanBeMade) {
+TEST(PluginNew, RejectsUnknownKindAndLanguage) {
   expect_refused({"--kind", "optimiser", "mine"}, HasSubstr("did you mean 'optimizer'?"));
   expect_refused({"--kind", "scene", "--lang", "rust", "mine"}, HasSubstr("rust"));
 }
 
-TEST(PluginNew, LeavesWhatExistsAsItIs) {
+TEST(PluginNew, LeavesExistingFilesUnchanged) {
   const Workplace place;
   place.write("mine/notes.txt", "precious");
   place.write("file", "precious");
@@ -99,7 +99,7 @@ TEST(PluginNew, LeavesWhatExistsAsItIs) {
   for (const char* name : {"mine", "mine/", "file", "dangling"}) {
     const Outcome outcome = relign_bench(place, {"plugin", "new", "--kind", "scene", "fresh", "-o", name});
     EXPECT_EQ(outcome.exit_code, 2);
-    EXPECT_THAT(outcome.err, HasSubstr("exists already; nothing was written"));
+    EXPECT_THAT(outcome.err, HasSubstr("already exists; nothing was written"));
   }
   EXPECT_THAT(left_behind(place), testing::UnorderedElementsAre("mine", "file", "dangling"));
   EXPECT_EQ(place.read("mine/notes.txt"), "precious");

@@ -1,5 +1,4 @@
-// Python plugins of every kind through the program: a path is an id, both compasses make the same trial, deaths cost
-// theirs.
+// Python plugins of every kind on the command line: paths as ids, equality with C++ plugins, crashes, hangs, output.
 #include <gmock/gmock.h>
 #include <signal.h>
 
@@ -27,7 +26,7 @@ const std::string kCompass =
 #define RELIGN_NEEDS_PYTHON() \
   if (std::system("python3 -c '' 2>/dev/null") != 0) GTEST_SKIP() << "python3 is not installed"
 
-TEST(CliProcessPlugins, BothCompassesMakeTheSameTrial) {
+TEST(CliProcessPlugins, PythonAndCppCompassRunTheSameTrial) {
   RELIGN_NEEDS_PYTHON();
   const Workplace place;
   for (const char* protocol : {"paper", "blind"}) {
@@ -44,11 +43,11 @@ TEST(CliProcessPlugins, BothCompassesMakeTheSameTrial) {
   }
 }
 
-TEST(CliProcessPlugins, APathInASuiteAndADeathCostsItsTrialsOnly) {
+TEST(CliProcessPlugins, CrashFailsOnlyItsOwnTrials) {
   RELIGN_NEEDS_PYTHON();
   const Workplace place;
   fs::copy_file(kExample, place.path("compass.py"));
-  place.write("dies.py", R"("""Dies in its first trial's second step."""
+  place.write("dies.py", R"("""Exits in the second step."""
 import os
 from relign_bench.plugin import Optimizer, serve
 class Dies(Optimizer):
@@ -71,10 +70,10 @@ if __name__ == "__main__": serve(Dies)
   EXPECT_EQ(manifest["algorithms"][0]["plugin_hash"].get<std::string>().size(), 64U);
 }
 
-TEST(CliProcessPlugins, AnEndlessLoopEndsWithTheProgramThatIsKilled) {
+TEST(CliProcessPlugins, PluginProcessEndsWithTheKilledProgram) {
   RELIGN_NEEDS_PYTHON();
   const Workplace place;
-  place.write("loops.py", R"("""Never looks at the host again."""
+  place.write("loops.py", R"("""Runs an endless loop."""
 import os, subprocess
 from relign_bench.plugin import Optimizer, serve
 class Loops(Optimizer):
@@ -104,7 +103,7 @@ if __name__ == "__main__": serve(Loops)
     EXPECT_TRUE(within_30_s([&] { return ::kill(process, 0) != 0; })) << "process " << process << " is still there";
 }
 
-TEST(CliProcessPlugins, ScenesStationsAndNoiseLevelsArePathsToo) {
+TEST(CliProcessPlugins, AcceptsPathsOfScenesStationsAndNoiseLevels) {
   RELIGN_NEEDS_PYTHON();
   const Workplace place;
   fs::copy(RELIGN_SOURCE_DIR "/tests/harness/runner/python_toys", place.path("toys"));
@@ -132,7 +131,7 @@ TEST(CliProcessPlugins, ScenesStationsAndNoiseLevelsArePathsToo) {
   EXPECT_THAT(wrong.err, HasSubstr("is a plugin of the kind noise-level, expected a scene"));
 }
 
-TEST(CliProcessPlugins, TheConformanceKitChecksEveryKind) {
+TEST(CliProcessPlugins, ConformanceChecksEveryKind) {
   RELIGN_NEEDS_PYTHON();
   const Workplace place;
   const std::string toys = RELIGN_SOURCE_DIR "/tests/harness/runner/python_toys/";
@@ -145,8 +144,8 @@ TEST(CliProcessPlugins, TheConformanceKitChecksEveryKind) {
     EXPECT_THAT(finding(toys + "toy_station.py", check), HasSubstr(R"("verdict":"ok")")) << check;
   EXPECT_THAT(finding(toys + "toy_level.py", "variances"), HasSubstr(R"("verdict":"ok")"));
   EXPECT_THAT(finding(toys + "toy_level.py", "symbols"), HasSubstr("it is a process, no library"));
-  // Another start in every process: no function of the seed.
-  place.write("moody.py", R"("""Draws from its own mood."""
+  // The start depends on the process, not only on the seed.
+  place.write("moody.py", R"("""Draws what depends on its process."""
 import os
 from relign_bench.plugin import NoiseLevel, serve
 class Moody(NoiseLevel):
@@ -160,10 +159,10 @@ if __name__ == "__main__": serve(Moody)
               HasSubstr("a second object of 'moody' draws something else for the same seed"));
 }
 
-TEST(CliProcessPlugins, WhatAPluginPrintsIsInTheTrialsLog) {
+TEST(CliProcessPlugins, LogsOutputOfPlugins) {
   RELIGN_NEEDS_PYTHON();
   const Workplace place;
-  place.write("prints.py", R"("""Prints, and dies when told so."""
+  place.write("prints.py", R"("""Prints, and exits if the file die exists."""
 import os, sys
 from relign_bench.plugin import Optimizer, serve
 class Prints(Optimizer):
@@ -193,7 +192,7 @@ if __name__ == "__main__": serve(Prints)
     EXPECT_THAT(failed.err, HasSubstr("output of its plugins: out/" + log));
     EXPECT_THAT(page, HasSubstr(log));
   }
-  // Quiet in a new version: the trials run again and their old logs are gone.
+  // A new version prints nothing: the trials run again and their old logs are removed.
   const std::string script = place.read("prints.py");
   place.write("prints.py", script.substr(0, script.find("        for line")) + "        talk.first\n" +
                                script.substr(script.find("if __name__")));
@@ -202,10 +201,10 @@ if __name__ == "__main__": serve(Prints)
   EXPECT_TRUE(logs().empty());
 }
 
-TEST(CliProcessPlugins, ServicesPassAsMessages) {
+TEST(CliProcessPlugins, ProvidesServices) {
   RELIGN_NEEDS_PYTHON();
   const Workplace place;
-  place.write("asks.py", R"("""Asks for what the host offers."""
+  place.write("asks.py", R"("""Uses the host's services."""
 from relign_bench.plugin import Optimizer, serve
 class Asks(Optimizer):
     knows = ("merit", "images", "level")
@@ -238,7 +237,7 @@ if __name__ == "__main__": serve(Asks)
   EXPECT_THAT(outcome.err, HasSubstr("refused "));
 }
 
-TEST(CliProcessPlugins, TryShowsWhatThePluginPrints) {
+TEST(CliProcessPlugins, TryPrintsOutputOfPlugins) {
   RELIGN_NEEDS_PYTHON();
   const Workplace place;
   place.write("talks.py", R"("""Prints."""
@@ -263,11 +262,11 @@ if __name__ == "__main__": serve(Level)
   EXPECT_EQ(json::parse(outcome.out)["end"], "finished");
 }
 
-TEST(CliProcessPlugins, BothLanguagesUseEveryServiceInTheSameTrial) {
+TEST(CliProcessPlugins, PythonAndCppGetTheSameServices) {
   RELIGN_NEEDS_PYTHON();
   const Workplace place;
   json trials[2];
-  std::string said[2];
+  std::string output[2];
   const std::string plugins[2] = {RELIGN_SERVICES_EXAMPLE, RELIGN_SERVICES_EXAMPLE ".py"};
   for (int i = 0; i < 2; ++i) {
     const Outcome outcome =
@@ -278,16 +277,16 @@ TEST(CliProcessPlugins, BothLanguagesUseEveryServiceInTheSameTrial) {
     trials[i].erase("algorithm");
     std::istringstream lines(outcome.err);
     for (std::string line; std::getline(lines, line);)
-      if (line.find("typical lens") == std::string::npos && line.find("declared") == std::string::npos)
-        said[i] += line + "\n";  // a draw is text in one and a dictionary in the other
+      if (line.find("typical lens") == std::string::npos && line.find("ended the trial") == std::string::npos)
+        output[i] += line + "\n";  // a draw is text in C++ and a dictionary in Python
   }
   EXPECT_EQ(trials[0]["steps"].size(), 5U);
   EXPECT_EQ(trials[0], trials[1]);
-  EXPECT_EQ(said[0], said[1]);
-  EXPECT_THAT(said[0], HasSubstr("the model's first pixel"));
+  EXPECT_EQ(output[0], output[1]);
+  EXPECT_THAT(output[0], HasSubstr("the model's first pixel"));
 }
 
-// Waits for a file that the program's plugin makes; false when the program ended before.
+// Waits for a file that the plugin writes; false if the program ends first.
 bool wait_for(const fs::path& file, Running& run) {
   for (int waited_ms = 0; waited_ms < 60000 && !run.ended(); waited_ms += 5) {
     if (fs::exists(file)) return true;
@@ -296,8 +295,8 @@ bool wait_for(const fs::path& file, Running& run) {
   return false;
 }
 
-// Thinks for ever in its first step, or while it is made, until a file says otherwise.
-const char* const kHangs = R"("""Thinks for ever."""
+// Hangs in its first step or while it is created, unless the file go-on exists.
+const char* const kHangs = R"("""Hangs."""
 import os, time
 from relign_bench.plugin import Optimizer, serve
 
@@ -317,7 +316,7 @@ class Hangs(Optimizer):
 if __name__ == "__main__": serve(Hangs)
 )";
 
-void stop_while_it_thinks(const std::string& where, int signal, int exit_code, const std::string& said) {
+void stop_while_it_hangs(const std::string& where, int signal, int exit_code, const std::string& message) {
   const Workplace place;
   place.write("hangs.py", kHangs);
   place.write("hang-in-" + where, "");
@@ -334,9 +333,9 @@ void stop_while_it_thinks(const std::string& where, int signal, int exit_code, c
   run.send(signal);
   const Outcome stopped = run.wait();
   EXPECT_EQ(stopped.exit_code, exit_code) << stopped.err;
-  EXPECT_THAT(stopped.err, HasSubstr(said));
-  EXPECT_THAT(stopped.err, HasSubstr("The same command"));
-  EXPECT_NE(::kill(std::stoi(place.read("thinking")), 0), 0) << "its process lives on";
+  EXPECT_THAT(stopped.err, HasSubstr(message));
+  EXPECT_THAT(stopped.err, HasSubstr("run the same command"));
+  EXPECT_NE(::kill(std::stoi(place.read("thinking")), 0), 0) << "the plugin's process still runs";
   EXPECT_THAT(place.read("out/trials/0000.jsonl"), Not(HasSubstr("failed")));
 
   place.write("go-on", "");
@@ -346,17 +345,17 @@ void stop_while_it_thinks(const std::string& where, int signal, int exit_code, c
   EXPECT_EQ(place.read("out/trials/0000.jsonl"), place.read("whole/trials/0000.jsonl"));
 }
 
-TEST(CliProcessPlugins, CtrlCEndsATrialThatHangs) {
+TEST(CliProcessPlugins, CtrlCStopsHangingTrial) {
   RELIGN_NEEDS_PYTHON();
-  stop_while_it_thinks("run", SIGINT, 130, "Stopped with 1 of 6 trials done");
+  stop_while_it_hangs("run", SIGINT, 130, "Stopped with 1 of 6 trials done");
 }
 
-TEST(CliProcessPlugins, SigtermEndsAPreparationThatHangs) {
+TEST(CliProcessPlugins, SigtermStopsHangingCreation) {
   RELIGN_NEEDS_PYTHON();
-  stop_while_it_thinks("create", SIGTERM, 75, "Stopped before the first trial");
+  stop_while_it_hangs("create", SIGTERM, 75, "Stopped before the first trial");
 }
 
-TEST(CliProcessPlugins, CtrlCEndsATryThatHangs) {
+TEST(CliProcessPlugins, CtrlCStopsHangingTry) {
   RELIGN_NEEDS_PYTHON();
   const Workplace place;
   place.write("hangs.py", kHangs);
@@ -368,7 +367,7 @@ TEST(CliProcessPlugins, CtrlCEndsATryThatHangs) {
   run.send(SIGINT);
   const Outcome stopped = run.wait();
   EXPECT_EQ(stopped.exit_code, 130) << stopped.err;
-  EXPECT_THAT(stopped.err, HasSubstr("Stopped. A trial starts again at step 0"));
+  EXPECT_THAT(stopped.err, HasSubstr("Stopped. To run the trial again from step 0"));
 }
 
 }  // namespace

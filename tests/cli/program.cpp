@@ -26,7 +26,7 @@ std::string read_all(const fs::path& file) {
   return text.str();
 }
 
-// The test's own environment without what would change the program's behaviour.
+// The test's environment without variables that change the program's behaviour.
 std::vector<std::string> environment_with(const std::map<std::string, std::string>& added) {
   std::map<std::string, std::string> all;
   for (char** entry = environ; *entry != nullptr; ++entry) {

@@ -1,4 +1,4 @@
-// Runs the built program as a user does and keeps what it said, stdout and stderr apart.
+// Runs the built program and captures stdout, stderr and the exit code.
 #pragma once
 
 #include <sys/types.h>
@@ -16,7 +16,7 @@ struct Outcome {
   std::string err;
 };
 
-// A folder for one test: fresh, removed afterwards, and the program's working directory.
+// Working directory of one test: a new folder, removed afterwards.
 class Workplace {
  public:
   Workplace();
@@ -35,14 +35,14 @@ class Workplace {
 
 struct Options {
   std::map<std::string, std::string> environment;  // added to the test's own
-  int stderr_fd = -1;                              // where stderr goes instead of Outcome::err
+  int stderr_fd = -1;                              // receives stderr instead of Outcome::err if not -1
 };
 
-// A program under way.
+// A running program.
 class Running {
  public:
   Running(const Workplace& place, std::vector<std::string> command, const Options& options = {});
-  ~Running();  // kills what is still there
+  ~Running();  // kills it if it still runs
   Running(const Running&) = delete;
   Running& operator=(const Running&) = delete;
   void send(int signal) const;
@@ -55,15 +55,15 @@ class Running {
   int status_ = 0;
 };
 
-// relign-bench with these arguments.
+// Runs relign-bench with these arguments.
 Outcome relign_bench(const Workplace& place, const std::vector<std::string>& arguments, const Options& options = {});
 
-// A shell script; "$RELIGN_BENCH" is the program.
+// Runs a shell script, in which "$RELIGN_BENCH" is the program.
 Outcome shell(const Workplace& place, const std::string& script);
 
-// The same suite again and again: 2 instances, 3 steps, two levels, on the paper's lens.
+// 3 algorithms, 2 noise levels, 2 instances, 3 steps, on the paper's lens: 12 trials.
 extern const char* const kTinySuite;
-// Two algorithms of it alone: 8 trials of 4 instances.
+// The same with two algorithms: 8 trials.
 extern const char* const kSmallestSuite;
 
 }  // namespace relign::cli_test

@@ -1,4 +1,4 @@
-// report --format csv and json, as programs of others read them.
+// report --format csv, json and md.
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using testing::HasSubstr;
 
-// Fields by column; no text of these tests holds a comma.
+// Rows by column name; the tests' texts contain no commas.
 std::vector<std::map<std::string, std::string>> table(const std::string& csv) {
   std::istringstream lines(csv);
   std::vector<std::vector<std::string>> rows;
@@ -34,7 +34,7 @@ std::vector<std::map<std::string, std::string>> table(const std::string& csv) {
   return named;
 }
 
-// One run for all, and the same folder under another name.
+// One run for all tests, and a copy of its folder.
 class CliReportFormats : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -57,7 +57,7 @@ class CliReportFormats : public testing::Test {
 };
 std::unique_ptr<Workplace> CliReportFormats::place_;
 
-TEST_F(CliReportFormats, CsvHasARowForEachMethodAndJsonTheSameNumbers) {
+TEST_F(CliReportFormats, CsvHasOneRowPerMethodWithTheNumbersOfJson) {
   const Outcome csv = report({"results/one", "--format", "csv"});
   ASSERT_EQ(csv.exit_code, 0) << csv.err;
   const auto rows = table(csv.out);
@@ -75,10 +75,10 @@ TEST_F(CliReportFormats, CsvHasARowForEachMethodAndJsonTheSameNumbers) {
       EXPECT_EQ(fields["algorithm"], row.at("method"));
       EXPECT_EQ(fields["failed"], row.at("failed").dump());
       if (fields["algorithm"] == "breaks_down") {
-        EXPECT_EQ(fields["rank"], "") << "nothing came of it";
+        EXPECT_EQ(fields["rank"], "") << "every trial failed";
         EXPECT_EQ(fields["recommended_median"], "");
         EXPECT_EQ(fields["trials"], "0");
-        EXPECT_EQ(fields["in_spec_of"], "2") << "a lens whose trial failed is not in specification";
+        EXPECT_EQ(fields["in_spec_of"], "2") << "instances with failed trials count as out of specification";
         continue;
       }
       EXPECT_EQ(std::stod(fields["recommended_median"]), row.at("recommended").at("median").get<double>());
@@ -91,7 +91,7 @@ TEST_F(CliReportFormats, CsvHasARowForEachMethodAndJsonTheSameNumbers) {
     }
 }
 
-TEST_F(CliReportFormats, GoToStandardOutputOrIntoAFile) {
+TEST_F(CliReportFormats, WritesToStandardOutputOrFile) {
   for (const char* format : {"csv", "json", "md"}) {
     const std::string shown = report({"results/one", "--format", format}).out;
     EXPECT_EQ(report({"results/one", "--format", format, "-o", "-"}).out, shown) << format;
@@ -100,7 +100,7 @@ TEST_F(CliReportFormats, GoToStandardOutputOrIntoAFile) {
     EXPECT_EQ(place_->read("written"), shown) << format;
   }
   const auto rows = table(report({"results/one", "two", "--format", "csv"}).out);
-  ASSERT_EQ(rows.size(), 12U) << "one head for both folders";
+  ASSERT_EQ(rows.size(), 12U) << "one header for both folders";
   EXPECT_EQ(rows.front().at("results"), "results/one");
   EXPECT_EQ(rows.back().at("results"), "two");
   const json wrapped = json::parse(report({"results/one", "--format", "csv", "--json"}).out);
@@ -109,10 +109,10 @@ TEST_F(CliReportFormats, GoToStandardOutputOrIntoAFile) {
   EXPECT_EQ(report({"results/one", "-o", "-"}).out, place_->read("results/one/report.html"));
 }
 
-TEST_F(CliReportFormats, SaysWhatDoesNotGoTogether) {
+TEST_F(CliReportFormats, RejectsConflictingOptions) {
   const Outcome figures = report({"results/one", "--format", "csv", "--figures", "paper"});
   EXPECT_EQ(figures.exit_code, 2);
-  EXPECT_THAT(figures.err, HasSubstr("--figures goes with the page"));
+  EXPECT_THAT(figures.err, HasSubstr("--figures: requires --format html"));
   EXPECT_EQ(report({"results/one", "-o", "-", "--figures", "paper"}).exit_code, 2);
   const Outcome unknown = report({"results/one", "--format", "xml"});
   EXPECT_EQ(unknown.exit_code, 2);

@@ -1,4 +1,4 @@
-// report as a user has it: the scene's part of a run's page, figures for a paper, several folders on one page.
+// report on the command line: the scene on the page, figures for a paper, several folders on one page.
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
@@ -16,7 +16,7 @@ using nlohmann::json;
 using testing::AllOf;
 using testing::HasSubstr;
 
-// Every element is closed in order, and there is one root: what is wrong, else "".
+// Checks that elements are properly nested and that there is one root. Returns the mistake, or "".
 std::string xml_mistake(const std::string& text) {
   static const std::regex kTag("<(/?)([A-Za-z][A-Za-z0-9]*)((?:\\s+[A-Za-z:-]+=\"[^\"<]*\")*)\\s*(/?)>");
   std::vector<std::string> open;
@@ -39,7 +39,7 @@ std::string xml_mistake(const std::string& text) {
   return roots == 1 ? "" : std::to_string(roots) + " roots";
 }
 
-TEST(XmlMistake, IsSeen) {
+TEST(XmlMistake, IsDetected) {
   EXPECT_EQ(xml_mistake("<svg a=\"1\"><g><path d=\"M\"/></g></svg>"), "");
   for (const char* text : {"<svg><g></svg>", "<svg>", "<svg a=1></svg>", "<svg/><svg/>", "a < b", "<svg t=\"<b>\"/>"})
     EXPECT_NE(xml_mistake(text), "") << text;
@@ -62,7 +62,7 @@ class CliReport : public testing::Test {
   Workplace place_;
 };
 
-TEST_F(CliReport, ARunLeavesTheLensAndItsLandscapeForThePage) {
+TEST_F(CliReport, PageShowsTheSceneWithLensAndLandscape) {
   run("one", R"(["nlopt-sbplx"])");
   std::set<std::string> files;
   for (const auto& entry : fs::recursive_directory_iterator(place_.path("one/scenes")))
@@ -71,22 +71,22 @@ TEST_F(CliReport, ARunLeavesTheLensAndItsLandscapeForThePage) {
   const std::string page = place_.read("one/report.html");
   EXPECT_THAT(page, AllOf(HasSubstr("The scene"), HasSubstr("<img src=\"data:image/svg+xml;base64,"),
                           HasSubstr("x -1 to 1 mm")));
-  // A machine that is busy enough leaves it out.
+  // The landscape is left out if it takes too long, as on a busy machine.
   if (files.count("landscape.json") > 0) {
     EXPECT_THAT(page, HasSubstr("class=\"figure map\""));
   }
 }
 
-TEST_F(CliReport, FiguresAreWellFormedFilesNamedInTheHelp) {
+TEST_F(CliReport, WritesWellFormedFigures) {
   run("one", R"(["nlopt-sbplx"])");
   const Outcome outcome = relign_bench(place_, {"report", "one", "--figures", "paper", "--json"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  const json told = json::parse(outcome.out);
-  EXPECT_EQ(told["reports"], json({"one/report.html"}));
+  const json result = json::parse(outcome.out);
+  EXPECT_EQ(result["reports"], json({"one/report.html"}));
   std::set<std::string> names, listed;
   for (const auto& entry : fs::directory_iterator(place_.path("paper")))
     names.insert("paper/" + entry.path().filename().string());
-  for (const json& file : told["figures"]) listed.insert(file);
+  for (const json& file : result["figures"]) listed.insert(file);
   EXPECT_EQ(names, listed);
   EXPECT_THAT(names, testing::IsSupersetOf({"paper/curves-1-rho0.svg", "paper/curves-2-rho0.5.csv",
                                             "paper/targets-1-rho0.svg", "paper/misalignment-mm-1-rho0.svg"}));
@@ -113,7 +113,7 @@ TEST_F(CliReport, FiguresAreWellFormedFilesNamedInTheHelp) {
               AllOf(HasSubstr("--figures"), HasSubstr("SVG"), HasSubstr("CSV")));
 }
 
-TEST_F(CliReport, SeveralFoldersAreOnePageWithOut) {
+TEST_F(CliReport, CombinesFoldersOnOnePage) {
   run("mine", R"(["nlopt-sbplx"])");
   run("theirs", R"(["nlopt-bobyqa"])");
   run("later", R"(["nlopt-sbplx"])", 2);
@@ -128,7 +128,7 @@ TEST_F(CliReport, SeveralFoldersAreOnePageWithOut) {
   const Outcome apart = relign_bench(place_, {"report", "mine", "later", "-o", "apart.html"});
   ASSERT_EQ(apart.exit_code, 0) << apart.err;
   EXPECT_THAT(place_.read("apart.html"), AllOf(HasSubstr("mine: rho0"), HasSubstr("later: rho0")));
-  // Without --out each has its own, as before; one folder of figures would be of nobody's.
+  // Without --out each folder has its own page, so that one folder of figures is ambiguous.
   const Outcome each = relign_bench(place_, {"report", "mine", "later"});
   EXPECT_EQ(each.out, "mine/report.html\nlater/report.html\n");
   const Outcome refused = relign_bench(place_, {"report", "mine", "later", "--figures", "paper"});

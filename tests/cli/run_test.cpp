@@ -27,7 +27,7 @@ const char* const kLongerSuite = R"({
   "algorithms": ["random", "home"], "instances": 16, "steps": 8
 })";
 
-TEST(CliRun, WritesResultsAndReportAndPrintsThemOnStdout) {
+TEST(CliRun, WritesResultsAndReport) {
   const Workplace place;
   place.write("tiny.json", kTinySuite);
   const Outcome outcome = relign_bench(place, {"run", "tiny.json"});
@@ -41,7 +41,7 @@ TEST(CliRun, WritesResultsAndReportAndPrintsThemOnStdout) {
     EXPECT_TRUE(fs::exists(place.path("results/tiny") / file)) << file;
 }
 
-TEST(CliRun, TheNumbersDoNotDependOnTheWorkers) {
+TEST(CliRun, ResultsDoNotDependOnNumberOfWorkers) {
   const Workplace place;
   place.write("tiny.json", kTinySuite);
   for (const char* workers : {"1", "2"})
@@ -52,7 +52,7 @@ TEST(CliRun, TheNumbersDoNotDependOnTheWorkers) {
   }
 }
 
-TEST(CliRun, ASecondRunReusesEveryTrial) {
+TEST(CliRun, ReusesEveryTrialInSecondRun) {
   const Workplace place;
   place.write("tiny.json", kTinySuite);
   ASSERT_EQ(relign_bench(place, {"run", "tiny.json"}).exit_code, 0);
@@ -67,7 +67,7 @@ TEST(CliRun, ASecondRunReusesEveryTrial) {
   EXPECT_EQ(place.read("results/tiny/trials/0000.jsonl"), trials);
 }
 
-TEST(CliRun, OnlyAPartAndThenTheRest) {
+TEST(CliRun, OnlySelectsTrials) {
   const Workplace place;
   place.write("tiny.json", kTinySuite);
   const Outcome part = relign_bench(place, {"run", "tiny.json", "--json", "--only", "algorithm=home"});
@@ -79,7 +79,7 @@ TEST(CliRun, OnlyAPartAndThenTheRest) {
   EXPECT_EQ(json::parse(rest.out).at("trials"), 12);
 }
 
-TEST(CliRun, ProgressAsJsonLines) {
+TEST(CliRun, PrintsProgressAsJsonLines) {
   const Workplace place;
   place.write("tiny.json", kTinySuite);
   const Outcome outcome = relign_bench(place, {"run", "tiny.json", "--json", "--progress", "json"});
@@ -92,17 +92,17 @@ TEST(CliRun, ProgressAsJsonLines) {
   EXPECT_EQ(last.at("done"), 12);
   for (const char* key : {"doing", "failed", "reused", "seconds", "per_second", "seconds_left"})
     EXPECT_TRUE(last.contains(key)) << key;
-  // What is told by the way is an object, too.
+  // Messages are JSON objects too.
   place.write("results/tiny/trials/0000.jsonl", place.read("results/tiny/trials/0000.jsonl") + "{\"trial\":\"half");
   const Outcome again = relign_bench(place, {"run", "tiny.json", "--json", "--progress", "json"});
   std::istringstream first(again.err);
-  bool told = false;
-  while (std::getline(first, line)) told = told || json::parse(line).contains("message");
-  EXPECT_TRUE(told) << again.err;
+  bool has_message = false;
+  while (std::getline(first, line)) has_message = has_message || json::parse(line).contains("message");
+  EXPECT_TRUE(has_message) << again.err;
 }
 
-// Sends a signal once the first trials are written; false when the run was faster.
-bool signal_at_work(Running& run, const fs::path& trials, int signal) {
+// Sends a signal once the first trial is recorded; false if the run ends first.
+bool signal_when_running(Running& run, const fs::path& trials, int signal) {
   for (int waited_ms = 0; waited_ms < 60000; ++waited_ms) {
     std::error_code absent;
     if (fs::exists(trials, absent) && fs::file_size(trials, absent) > 0) break;
@@ -113,17 +113,17 @@ bool signal_at_work(Running& run, const fs::path& trials, int signal) {
   return true;
 }
 
-void stop_and_go_on(int signal, int exit_code) {
+void stop_and_resume(int signal, int exit_code) {
   const Workplace place;
   place.write("longer.json", kLongerSuite);
   const std::vector<std::string> command = {RELIGN_PROGRAM, "run", "longer.json", "--progress", "none"};
   Running run(place, command);
-  const bool at_work = signal_at_work(run, place.path("results/longer/trials/0000.jsonl"), signal);
+  const bool was_running = signal_when_running(run, place.path("results/longer/trials/0000.jsonl"), signal);
   const Outcome stopped = run.wait();
-  ASSERT_TRUE(at_work) << stopped.err;
+  ASSERT_TRUE(was_running) << stopped.err;
   ASSERT_EQ(stopped.exit_code, exit_code) << stopped.err;
   EXPECT_EQ(stopped.out, "");
-  EXPECT_THAT(stopped.err, AllOf(HasSubstr("of 32 trials done"), HasSubstr("The same command goes on"),
+  EXPECT_THAT(stopped.err, AllOf(HasSubstr("of 32 trials done"), HasSubstr("To resume, run the same command"),
                                  HasSubstr("run longer.json --progress none")));
   EXPECT_FALSE(fs::exists(place.path("results/longer/report.html")));
 
@@ -136,10 +136,10 @@ void stop_and_go_on(int signal, int exit_code) {
   EXPECT_EQ(place.read("results/longer/trials/0000.jsonl"), place.read("whole/trials/0000.jsonl"));
 }
 
-TEST(CliRun, CtrlCIsCode130AndTheSameCommandGoesOn) { stop_and_go_on(SIGINT, 130); }
-TEST(CliRun, SigtermIsCode75AndTheSameCommandGoesOn) { stop_and_go_on(SIGTERM, 75); }
+TEST(CliRun, ResumesAfterCtrlC) { stop_and_resume(SIGINT, 130); }
+TEST(CliRun, ResumesAfterSigterm) { stop_and_resume(SIGTERM, 75); }
 
-TEST(CliRun, CompassFromAPluginFolderRunsInASuite) {
+TEST(CliRun, RunsPluginFromFolder) {
   const Workplace place;
   place.write("own.json", R"({"scenes": ["relign_od"], "noise_levels": ["rho0"], "instances": 2, "steps": 6,
                               "algorithms": ["compass", {"use": "compass", "name": "wide", "parameters": {"first_stride": 0.3}}]})");
@@ -150,10 +150,10 @@ TEST(CliRun, CompassFromAPluginFolderRunsInASuite) {
               AnyOf(HasSubstr("relign-bench try compass --noise-level rho0 --steps 6 --plugin "),
                     HasSubstr(R"(relign-bench try '{"use": "compass", "parameters": {"first_stride":0.3}}' )"
                               "--noise-level rho0 --steps 6 --plugin ")))
-      << "the trial to watch is one of the suite's";
+      << "the suggested trial is one of the suite";
 }
 
-TEST(CliRun, TheTrialToWatchHasTheSuitesParameters) {
+TEST(CliRun, SuggestedTrialHasTheSuitesParameters) {
   const Workplace place;
   place.write("own.json", R"({"scenes": ["relign_od"], "instances": 2, "steps": 2, "algorithms": ["nlopt-sbplx"],
       "noise_levels": [{"use": "rho", "name": "three quarters", "parameters": {"level": 0.75}}]})");
@@ -163,7 +163,7 @@ TEST(CliRun, TheTrialToWatchHasTheSuitesParameters) {
                                      R"('{"use": "rho", "parameters": {"level":0.75}}' --steps 2)"));
 }
 
-TEST(CliRun, AFailingAlgorithmIsCodeThreeAndTheOthersFinish) {
+TEST(CliRun, FailingAlgorithmDoesNotStopOthers) {
   const Workplace place;
   place.write("fails.json", R"({"scenes": ["relign_od"], "noise_levels": ["rho0"], "instances": 2, "steps": 3,
                                 "algorithms": ["breaks_down", "random"]})");
@@ -175,7 +175,7 @@ TEST(CliRun, AFailingAlgorithmIsCodeThreeAndTheOthersFinish) {
   EXPECT_TRUE(fs::exists(place.path("results/fails/report.html")));
 }
 
-TEST(CliRun, TryTellsOfAPluginThatTakesTheProgramAlong) {
+TEST(CliRun, TryReportsPluginsThatExitOrCrash) {
   ::setenv("ASAN_OPTIONS", "handle_abort=0", 1);
   const Workplace place;
   const auto tried = [&](const char* how) {
@@ -184,17 +184,17 @@ TEST(CliRun, TryTellsOfAPluginThatTakesTheProgramAlong) {
   };
   const Outcome left = tried("exit");
   EXPECT_EQ(left.exit_code, 3) << "not 0: there is no result";
-  EXPECT_THAT(left.err, HasSubstr("ended this process (exit) during the trial"));
+  EXPECT_THAT(left.err, HasSubstr("called exit during the trial"));
   const Outcome crashed = tried("crash");
   EXPECT_EQ(crashed.exit_code, 128 + SIGABRT);
   EXPECT_THAT(crashed.err, HasSubstr("crashed during the trial"));
   const Outcome thrown = relign_bench(place, {"try", "breaks_down", "--plugin", RELIGN_BREAKS_DOWN, "--json"});
   EXPECT_EQ(thrown.exit_code, 3);
-  EXPECT_EQ(json::parse(thrown.out).at("end"), "failed") << "what the plugin prints is no part of the document";
+  EXPECT_EQ(json::parse(thrown.out).at("end"), "failed") << "plugin output is not in the document";
   EXPECT_THAT(thrown.err, HasSubstr("the gripper slips"));
   const Outcome page = relign_bench(place, {"describe", RELIGN_BREAKS_DOWN, "--json"});
   EXPECT_EQ(page.exit_code, 0) << page.err;
-  EXPECT_EQ(json::parse(page.out).at("id"), "breaks_down") << "a path stands for the plugin";
+  EXPECT_EQ(json::parse(page.out).at("id"), "breaks_down") << "accepts the plugin's path";
 }
 
 }  // namespace

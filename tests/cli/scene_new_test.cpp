@@ -1,4 +1,4 @@
-// relign-bench scene new: from a design program's file to a suite that runs, and what users get wrong.
+// relign-bench scene new: from a design program's file to a suite that runs, and errors.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -20,7 +20,7 @@ std::string golden(const std::string& name) { return std::string(RELIGN_TEST_DAT
 
 json parsed(const Workplace& place, const std::string& file) { return json::parse(place.read(file)); }
 
-TEST(CliSceneNew, PolychromaticImagesHaveTheFilesWavelengths) {
+TEST(CliSceneNew, PolychromaticSceneHasTheFilesWavelengths) {
   const Workplace place;
   const Outcome made = relign_bench(place, {"scene", "new", golden("cooke_triplet_utf8.zmx"), "-o", "white", "--sensor",
                                             "60x40@500", "--polychromatic"});
@@ -31,7 +31,7 @@ TEST(CliSceneNew, PolychromaticImagesHaveTheFilesWavelengths) {
             json::parse(R"([{"nm": 480, "weight": 1}, {"nm": 550, "weight": 1}, {"nm": 650, "weight": 1}])"));
   const Outcome rendered = relign_bench(place, {"render", "--scene", "white/scene.json", "-o", "white.png"});
   EXPECT_EQ(rendered.exit_code, 0) << rendered.err;
-  // Its glasses have indices at one wavelength: private ones of CODE V.
+  // Its glasses are private ones of CODE V with an index at one wavelength.
   const Outcome indices = relign_bench(
       place, {"scene", "new", golden("relign_od.lis"), "-o", "od", "--sensor", "60x40@85", "--polychromatic"});
   EXPECT_EQ(indices.exit_code, 2);
@@ -39,7 +39,7 @@ TEST(CliSceneNew, PolychromaticImagesHaveTheFilesWavelengths) {
                                           HasSubstr("nothing was written")));
 }
 
-TEST(CliSceneNew, FromAListingToASuiteThatRuns) {
+TEST(CliSceneNew, CreatesRunnableSuiteFromListing) {
   const Workplace place;
   const Outcome made =
       relign_bench(place, {"scene", "new", golden("relign_od.lis"), "-o", "od", "--sensor", "60x40@85"});
@@ -52,7 +52,7 @@ TEST(CliSceneNew, FromAListingToASuiteThatRuns) {
   const double spec = parsed(place, "od/scene.json").at("spec").at("rmse");
   EXPECT_GT(spec, 0.001);
 
-  // The suite as it is, only shorter.
+  // The generated suite, shortened.
   json suite = parsed(place, "od/suite.json");
   EXPECT_EQ(suite.at("protocol"), "blind");
   EXPECT_THAT(suite.at("algorithms").dump(), HasSubstr("through-focus-quick"));
@@ -62,25 +62,25 @@ TEST(CliSceneNew, FromAListingToASuiteThatRuns) {
   place.write("od/suite.json", suite.dump());
   const Outcome valid = relign_bench(place, {"validate", "od/suite.json"});
   ASSERT_EQ(valid.exit_code, 0) << valid.err;
-  EXPECT_EQ(json::parse(place.read("od/suite.json")).at("name"), "od") << "its results lie in a folder of its own";
+  EXPECT_EQ(json::parse(place.read("od/suite.json")).at("name"), "od") << "so that its results have their own folder";
   const Outcome ran = relign_bench(place, {"run", "od/suite.json", "-o", "results", "--workers", "2"});
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_THAT(place.read("results/curves.csv"), HasSubstr("\nrelign_od,tolerances,blind,nlopt-sbplx,"));
-  // The generated scene's specification makes a yield.
+  // The generated specification gives a yield.
   const Outcome table = relign_bench(place, {"report", "results", "--format", "csv", "-o", "table.csv"});
   ASSERT_EQ(table.exit_code, 0) << table.err;
   EXPECT_THAT(place.read("table.csv"), HasSubstr("," + std::to_string(spec).substr(0, 5)));
-  // What it names to watch can be typed.
+  // The suggested command works.
   const std::string watch = " --scene od/scene.json --noise-level od/tolerances.json --protocol blind --steps 3";
   const std::size_t named = ran.err.find("relign-bench try ");
   ASSERT_NE(named, std::string::npos) << ran.err;
   const std::string typed = ran.err.substr(named + std::string("relign-bench ").size());
-  EXPECT_THAT(typed, HasSubstr(watch)) << "as the suite has it";
+  EXPECT_THAT(typed, HasSubstr(watch)) << "the options of the suite";
   const Outcome watched = shell(place, "\"$RELIGN_BENCH\" " + typed);
   EXPECT_EQ(watched.exit_code, 0) << watched.err;
 }
 
-TEST(CliSceneNew, TheImageIsSharpAndLit) {
+TEST(CliSceneNew, RendersSharpAndLitImage) {
   const Workplace place;
   ASSERT_EQ(relign_bench(place, {"scene", "new", golden("relign_od.lis"), "-o", "od"}).exit_code, 0);
   const Outcome info = relign_bench(place, {"lens", "info", "--scene", "od/scene.json", "--json"});
@@ -88,7 +88,7 @@ TEST(CliSceneNew, TheImageIsSharpAndLit) {
   const json lens = json::parse(info.out);
   for (const auto& [name, value] : lens.at("published").items())
     EXPECT_NEAR(lens.at("first_order").at(name).get<double>(), value.get<double>(), 0.5e-4) << name;
-  // Away from best focus on either side the star's noise-free image is further from the reference.
+  // The noise-free image of the star is less sharp on either side of best focus.
   const auto image_at = [&](const std::string& pose) {
     const Outcome image =
         relign_bench(place, {"render", "--scene", "od/scene.json", "--pose", pose, "--noise-free", "-o", "image.npy"});
@@ -100,7 +100,7 @@ TEST(CliSceneNew, TheImageIsSharpAndLit) {
     std::memcpy(values.data(), bytes.data() + bytes.size() - count * sizeof(float), count * sizeof(float));
     return values;
   };
-  const auto truth = [&](const std::string& pose) {
+  const auto contrast = [&](const std::string& pose) {
     double sum = 0, squares = 0;
     for (const float value : image_at(pose)) {
       sum += value;
@@ -108,11 +108,11 @@ TEST(CliSceneNew, TheImageIsSharpAndLit) {
     }
     return squares / sum;  // sharp edges leave more contrast for the same light
   };
-  const double nominal = truth("0.5,0.5,0.5,0.5,0.5");
+  const double nominal = contrast("0.5,0.5,0.5,0.5,0.5");
   EXPECT_GT(nominal, 0.05);
-  EXPECT_GT(nominal, 1.02 * truth("0.5,0.5,0.4,0.5,0.5"));
-  EXPECT_GT(nominal, 1.02 * truth("0.5,0.5,0.6,0.5,0.5"));
-  // The specification: what one pixel sideways makes of the picture.
+  EXPECT_GT(nominal, 1.02 * contrast("0.5,0.5,0.4,0.5,0.5"));
+  EXPECT_GT(nominal, 1.02 * contrast("0.5,0.5,0.6,0.5,0.5"));
+  // The specification is the RMSE at one pixel sideways.
   const json scene = parsed(place, "od/scene.json");
   const double pixel_mm = scene.at("sensor").at("side_mm").get<double>() / 200;
   const double share = 0.5 + pixel_mm / (2 * scene.at("travel").at("shift_mm").at(0).get<double>());
@@ -123,7 +123,7 @@ TEST(CliSceneNew, TheImageIsSharpAndLit) {
   EXPECT_NEAR(scene.at("spec").at("rmse").get<double>(), rmse, 0.06 * rmse);
 }
 
-TEST(CliSceneNew, GlassesAreBuiltInOrFromCataloguesOrMistakes) {
+TEST(CliSceneNew, FindsGlassesBuiltInAndInCatalogues) {
   const Workplace place;
   const std::string lens = golden("cooke_triplet_utf16.zmx");
   const Outcome built_in = relign_bench(place, {"scene", "new", lens, "-o", "built_in"});
@@ -139,7 +139,7 @@ TEST(CliSceneNew, GlassesAreBuiltInOrFromCataloguesOrMistakes) {
   EXPECT_FALSE(fs::exists(place.path("new")));
 }
 
-TEST(CliSceneNew, NamesOfFilesBecomeNamesOfFolders) {
+TEST(CliSceneNew, DerivesFolderNameFromFileName) {
   const Workplace place;
   for (const auto& [file, folder] : {std::pair{"my lens \u00e9.zmx", "my_lens"}, {"\u00fc\u00df 5.zmx", "___5"}}) {
     fs::copy_file(golden("cooke_triplet_utf8.zmx"), place.path(file));
@@ -150,7 +150,7 @@ TEST(CliSceneNew, NamesOfFilesBecomeNamesOfFolders) {
   }
 }
 
-TEST(CliSceneNew, TargetsAreNamesOrFilesThatAreCopied) {
+TEST(CliSceneNew, KeepsNamedTargetsAndCopiesTargetFiles) {
   const Workplace place;
   ASSERT_EQ(relign_bench(place, {"render", "--noise-free", "-o", "star.png"}).exit_code, 0);
   const Outcome file =
@@ -165,7 +165,7 @@ TEST(CliSceneNew, TargetsAreNamesOrFilesThatAreCopied) {
   EXPECT_EQ(parsed(place, "named/scene.json").at("emitter").at("target"), "chessboard");
 }
 
-TEST(CliSceneNew, MistakesAreNamedAndNothingIsWritten) {
+TEST(CliSceneNew, RejectsInvalidInputWithoutWriting) {
   const Workplace place;
   const auto refused = [&](std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), {"scene", "new"});
@@ -176,12 +176,12 @@ TEST(CliSceneNew, MistakesAreNamedAndNothingIsWritten) {
   };
   const std::string lens = golden("relign_od.lis");
   EXPECT_THAT(refused({golden("cooke_triplet_utf16.zmx"), "-o", "new", "--wavelength", "50"}),
-              HasSubstr("--wavelength: '50' is no number from 100 to 100000 nm"));
+              HasSubstr("--wavelength: '50' must be a number from 100 to 100000 nm"));
   EXPECT_THAT(refused({lens, "-o", "new", "--wavelength", "0.55"}), HasSubstr("from 100 to 100000 nm"));
   EXPECT_THAT(refused({lens, "-o", "new", "--distance", "0"}), HasSubstr("from 0.001 to 1000000 mm"));
   EXPECT_THAT(refused({lens, "-o", "new", "--sensor", "100@5"}), HasSubstr("--sensor '100@5': not COLUMNSxROWS@PITCH"));
   EXPECT_THAT(refused({lens, "-o", "new", "--target", "siemens_sta"}), HasSubstr("siemens_sta"));
-  EXPECT_THAT(refused({lens, "-o", "new", "--name", "a b"}), HasSubstr("'a b' is no name for a scene"));
+  EXPECT_THAT(refused({lens, "-o", "new", "--name", "a b"}), HasSubstr("invalid scene name 'a b'"));
   EXPECT_THAT(refused({"missing.zmx", "-o", "new"}), HasSubstr("missing.zmx"));
   EXPECT_THAT(refused({lens, "-o", "new", "--glass", "missing.agf"}), HasSubstr("missing.agf"));
   place.write("odd.zmx", "SURF 0\n  TYPE TOROIDAL\n");
@@ -191,7 +191,7 @@ TEST(CliSceneNew, MistakesAreNamedAndNothingIsWritten) {
   fs::create_directory(place.path("there"));
   const Outcome there = relign_bench(place, {"scene", "new", lens, "-o", "there"});
   EXPECT_EQ(there.exit_code, 2);
-  EXPECT_THAT(there.err, HasSubstr("exists already; nothing was written"));
+  EXPECT_THAT(there.err, HasSubstr("already exists; nothing was written"));
 }
 
 }  // namespace

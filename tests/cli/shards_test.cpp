@@ -1,4 +1,4 @@
-// plan, run --plan, merge and verify as a user has them.
+// plan, run --plan, merge and verify on the command line.
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
@@ -20,7 +20,7 @@ class CliShards : public testing::Test {
   Workplace place_;
 };
 
-TEST_F(CliShards, PartsMergedAreTheResultsOfOneRun) {
+TEST_F(CliShards, MergedShardsEqualOneRun) {
   ASSERT_EQ(call({"run", "suites/tiny.json", "-o", "one"}).exit_code, 0);
   const Outcome plan = call({"plan", "suites/tiny.json", "-o", "plan.json", "--shards", "3"});
   ASSERT_EQ(plan.exit_code, 0) << plan.err;
@@ -45,27 +45,27 @@ TEST_F(CliShards, PartsMergedAreTheResultsOfOneRun) {
   EXPECT_THAT(verified.out, AllOf(HasSubstr("8 equal bit for bit"), HasSubstr("the results are reproduced")));
 }
 
-TEST_F(CliShards, ShardsThatThePlanDoesNotHaveAreMistakes) {
+TEST_F(CliShards, RejectsInvalidShardsAndPlans) {
   ASSERT_EQ(call({"plan", "suites/tiny.json", "--shards", "3"}).exit_code, 0);
   const auto refused = [&](const std::vector<std::string>& arguments) {
     const Outcome outcome = call(arguments);
     EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
     return outcome.err;
   };
-  EXPECT_THAT(refused({"run", "--plan", "plan.json", "--shard", "0/4"}), HasSubstr("give --shard 0/3"));
+  EXPECT_THAT(refused({"run", "--plan", "plan.json", "--shard", "0/4"}), HasSubstr("use --shard 0/3"));
   EXPECT_THAT(refused({"run", "--plan", "plan.json", "--shard", "3/3"}), HasSubstr("the last one is 2/3"));
   EXPECT_THAT(refused({"run", "--plan", "plan.json", "--shard", "one"}), HasSubstr("of the form i/n"));
   EXPECT_THAT(refused({"run", "--plan", "plan.json"}), HasSubstr("--shard"));
   EXPECT_THAT(refused({"run"}), HasSubstr("SUITE is required"));
   EXPECT_THAT(refused({"run", "suites/tiny.json", "--plan", "plan.json", "--shard", "0/3"}), HasSubstr("SUITE"));
   EXPECT_THAT(refused({"run", "--plan", "suites/tiny.json", "--shard", "0/3"}), HasSubstr("is not a plan"));
-  EXPECT_THAT(refused({"plan", "suites/tiny.json", "-o", "suites/tiny.json"}), HasSubstr("is no plan"));
+  EXPECT_THAT(refused({"plan", "suites/tiny.json", "-o", "suites/tiny.json"}), HasSubstr("is not a plan"));
   EXPECT_THAT(refused({"plan", "suites/tiny.json", "--shards", "5"}), HasSubstr("1 to 4 parts"));
 }
 
-TEST_F(CliShards, AForgedRecordIsFoundByVerifyAndByMerge) {
-  ASSERT_EQ(call({"run", "suites/tiny.json", "-o", "honest"}).exit_code, 0);
-  fs::copy(place_.path("honest"), place_.path("forged"), fs::copy_options::recursive);
+TEST_F(CliShards, VerifyAndMergeDetectForgedRecords) {
+  ASSERT_EQ(call({"run", "suites/tiny.json", "-o", "original"}).exit_code, 0);
+  fs::copy(place_.path("original"), place_.path("forged"), fs::copy_options::recursive);
   std::string trials = place_.read("forged/trials/0000.jsonl");
   const std::string digit = "\"step\":2,\"commanded_pose\":[0.";
   const std::size_t at = trials.find(digit) + digit.size();
@@ -80,14 +80,14 @@ TEST_F(CliShards, AForgedRecordIsFoundByVerifyAndByMerge) {
   EXPECT_EQ(result["differences"][0]["step"], 2);
   EXPECT_EQ(result["differences"][0]["field"], "commanded_pose[0]");
 
-  const Outcome merged = call({"merge", "honest", "forged", "-o", "both", "--json"});
+  const Outcome merged = call({"merge", "original", "forged", "-o", "both", "--json"});
   EXPECT_EQ(merged.exit_code, 4);
   EXPECT_THAT(merged.err, AllOf(HasSubstr("not reproducible"), HasSubstr("step 2, commanded_pose[0]")));
   EXPECT_EQ(json::parse(merged.out)["duplicates"], 7);
-  EXPECT_EQ(place_.read("both/trials/0000.jsonl"), place_.read("honest/trials/0000.jsonl"));
+  EXPECT_EQ(place_.read("both/trials/0000.jsonl"), place_.read("original/trials/0000.jsonl"));
 }
 
-TEST_F(CliShards, OneTrialIsShownAgain) {
+TEST_F(CliShards, VerifyReplaysOneTrialWithFrames) {
   ASSERT_EQ(call({"run", "suites/tiny.json", "-o", "a", "--only", "algorithm=random"}).exit_code, 0);
   const std::string trials = place_.read("a/trials/0000.jsonl");
   const std::string id = trials.substr(10, 16);

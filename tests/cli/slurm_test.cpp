@@ -1,5 +1,5 @@
-// slurm script and slurm status without a Slurm; tests/cluster has one. The approved script lies in
-// tests/golden/slurm; after a wanted change: RELIGN_UPDATE_GOLDEN=1 build/release/tests/test_cli_slurm
+// slurm script and slurm status without Slurm, which tests/cluster uses. The approved script is in tests/golden/slurm;
+// after an intended change: RELIGN_UPDATE_GOLDEN=1 build/release/tests/test_cli_slurm
 #include <gmock/gmock.h>
 
 #include <cstdlib>
@@ -37,13 +37,13 @@ class CliSlurm : public testing::Test {
   }
   Outcome call(const std::vector<std::string>& arguments) { return relign_bench(place_, arguments); }
   Outcome status() { return call({"slurm", "status", "--plan", "plan.json", "--json"}); }
-  void run_part(const std::string& shard) {
+  void run_shard(const std::string& shard) {
     EXPECT_EQ(call({"run", "--plan", "plan.json", "--shard", shard}).exit_code, 0);
   }
   Workplace place_;
 };
 
-TEST_F(CliSlurm, TheScriptIsAsApproved) {
+TEST_F(CliSlurm, ScriptMatchesApprovedText) {
   const Outcome made = call({"slurm", "script", "--plan", "plan.json", "-o", "results/a b", "--cpus", "4",
                              "--max-parallel", "2", "--mem", "4G", "--time", "00:30:00"});
   ASSERT_EQ(made.exit_code, 0) << made.err;
@@ -57,11 +57,11 @@ TEST_F(CliSlurm, TheScriptIsAsApproved) {
   }
   std::ifstream stream(file);
   const std::string approved((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
-  EXPECT_EQ(script, approved) << file << ": approve a wanted change with RELIGN_UPDATE_GOLDEN=1";
+  EXPECT_EQ(script, approved) << file << ": approve an intended change with RELIGN_UPDATE_GOLDEN=1";
 }
 
-// The script as Slurm starts it, with Slurm's words in the environment, in a folder that is hostile to shells.
-TEST_F(CliSlurm, NamesNeverReachTheShell) {
+// Runs the script as Slurm does, with Slurm's environment variables, in a folder whose name contains shell syntax.
+TEST_F(CliSlurm, QuotesHostileNames) {
   const std::string hostile = "it's $(touch pwned) `touch pwned`; touch pwned & \"x\" *";
   fs::create_directories(place_.path(hostile));
   fs::rename(place_.path("plan.json"), place_.path(hostile) / "plan.json");
@@ -70,7 +70,7 @@ TEST_F(CliSlurm, NamesNeverReachTheShell) {
   ASSERT_EQ(made.exit_code, 0) << made.err;
   place_.write("job.sh", made.out);
   EXPECT_EQ(shell(place_, "bash -n job.sh").exit_code, 0);
-  // The plan has moved away from its suite's folder, which no plugin of this suite looks into.
+  // The plan is no longer in its suite's folder; no plugin of this suite reads files there.
   const Outcome ran = shell(place_, "cd elsewhere && SLURM_ARRAY_TASK_COUNT=1 SLURM_ARRAY_TASK_ID=3 bash ../job.sh");
   EXPECT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_FALSE(fs::exists(place_.path("pwned")) || fs::exists(place_.path("elsewhere/pwned")));
@@ -80,18 +80,19 @@ TEST_F(CliSlurm, NamesNeverReachTheShell) {
   EXPECT_EQ(result["parts"][3]["state"], "complete");
 }
 
-TEST_F(CliSlurm, TheScriptPassesTheProgramsExitCodeOn) {
+TEST_F(CliSlurm, ScriptReturnsTheProgramsExitCode) {
   place_.write("job.sh", call({"slurm", "script", "--plan", "plan.json"}).out);
-  EXPECT_THAT(shell(place_, "bash job.sh").err, HasSubstr("send it with sbatch"));
-  EXPECT_EQ(shell(place_, "SLURM_ARRAY_TASK_ID=4 bash job.sh").exit_code, 2) << "there are 4 parts";
+  EXPECT_THAT(shell(place_, "bash job.sh").err, HasSubstr("submit it with sbatch"));
+  EXPECT_EQ(shell(place_, "SLURM_ARRAY_TASK_ID=4 bash job.sh").exit_code, 2) << "the plan has 4 shards";
 }
 
-// A stand-in for the program that ends with 75 when it is told to stop, and one for scontrol.
-TEST_F(CliSlurm, NoticeOfTheLimitStopsTheProgramAndRequeuesTheTaskSoManyTimes) {
+// With stand-ins for the program, which exits with 75 on SIGTERM, and for scontrol.
+TEST_F(CliSlurm, TimeLimitStopsTheProgramAndRequeuesUpToTheGivenNumber) {
   std::string script = call({"slurm", "script", "--plan", "plan.json", "--requeues", "2"}).out;
   place_.write("job.sh", replaced(script, fs::canonical(RELIGN_PROGRAM).string(), "./stand_in"));
-  place_.write("stand_in", "#!/bin/bash\ntrap 'sleep 0.2; exit 75' TERM\nsleep 0.1\ntouch begun\nwhile :; do sleep 0.05; done\n");
-  // Slurm ends what it starts again, this task, as soon as it is asked to: scontrol may not live to see the answer.
+  place_.write("stand_in",
+               "#!/bin/bash\ntrap 'sleep 0.2; exit 75' TERM\nsleep 0.1\ntouch begun\nwhile :; do sleep 0.05; done\n");
+  // Slurm ends the task as soon as it accepts the requeue request, possibly before scontrol returns.
   place_.write("bin/scontrol", "#!/bin/sh\necho \"$@\" >> scontrol.txt\nkill -TERM $PPID $$\n");
   const auto notice = [this](const std::string& restarts) {
     return shell(place_,
@@ -103,11 +104,11 @@ TEST_F(CliSlurm, NoticeOfTheLimitStopsTheProgramAndRequeuesTheTaskSoManyTimes) {
   };
   const Outcome first = notice("1");
   EXPECT_EQ(first.exit_code, 75);
-  EXPECT_THAT(first.err, HasSubstr("part 3 goes on when Slurm starts it again"));
+  EXPECT_THAT(first.err, HasSubstr("shard 3 resumes when Slurm starts it again"));
   EXPECT_EQ(place_.read("scontrol.txt"), "requeue 17_3\n");
   const Outcome last = notice("2");
   EXPECT_EQ(last.exit_code, 75);
-  EXPECT_EQ(place_.read("scontrol.txt"), "requeue 17_3\n") << "twice is enough";
+  EXPECT_EQ(place_.read("scontrol.txt"), "requeue 17_3\n") << "no third requeue";
   EXPECT_THAT(last.err, HasSubstr("sbatch --array=3"));
 }
 
@@ -115,8 +116,8 @@ TEST_F(CliSlurm, StatusReadsTheRecords) {
   const Outcome before = status();
   EXPECT_EQ(before.exit_code, 75);
   EXPECT_EQ(json::parse(before.out)["array"], "0-3");
-  for (const char* shard : {"0/4", "2/4"}) run_part(shard);
-  // A part whose job was killed in its second trial.
+  for (const char* shard : {"0/4", "2/4"}) run_shard(shard);
+  // A shard whose job was killed in its second trial.
   fs::path folder;
   for (const auto& entry : fs::directory_iterator(place_.path("results/tiny")))
     if (entry.path().filename().string().rfind("shard-0002", 0) == 0) folder = entry.path();
@@ -133,14 +134,14 @@ TEST_F(CliSlurm, StatusReadsTheRecords) {
   const Outcome text = call({"slurm", "status", "--plan", "plan.json"});
   EXPECT_THAT(text.out, AllOf(HasSubstr("complete  1: 0\n"), HasSubstr("partly    1: 2\n"),
                               HasSubstr("missing   2: 1,3\n"), HasSubstr("\n--array=1-3\n")));
-  for (const char* shard : {"1/4", "2/4", "3/4"}) run_part(shard);
+  for (const char* shard : {"1/4", "2/4", "3/4"}) run_shard(shard);
   const Outcome after = call({"slurm", "status", "--plan", "plan.json"});
   EXPECT_EQ(after.exit_code, 0);
   EXPECT_THAT(after.out,
               AllOf(HasSubstr("complete  4: 0-3\n"), HasSubstr("trials    8 of 8"), Not(HasSubstr("--array"))));
 }
 
-TEST_F(CliSlurm, MistakesAreToldBeforeAnythingIsSent) {
+TEST_F(CliSlurm, RejectsInvalidOptions) {
   const auto refused = [&](const std::vector<std::string>& more) {
     std::vector<std::string> arguments = {"slurm", "script", "--plan", "plan.json"};
     arguments.insert(arguments.end(), more.begin(), more.end());
@@ -151,10 +152,10 @@ TEST_F(CliSlurm, MistakesAreToldBeforeAnythingIsSent) {
   };
   EXPECT_THAT(refused({"--time", "soon"}), HasSubstr("HH:MM:SS"));
   EXPECT_THAT(refused({"--time", "00:04:59"}), HasSubstr("00:05:00 or longer"));
-  EXPECT_THAT(refused({"--mem", "4G\n#SBATCH --uid=root"}), HasSubstr("no size"));
+  EXPECT_THAT(refused({"--mem", "4G\n#SBATCH --uid=root"}), HasSubstr("not a memory size"));
   EXPECT_THAT(refused({"-o", "two\nlines"}), HasSubstr("control character"));
   EXPECT_EQ(call({"slurm", "status", "--plan", "suites/tiny.json"}).exit_code, 2);
-  run_part("0/4");
+  run_shard("0/4");
   ASSERT_EQ(call({"plan", "suites/tiny.json", "-o", "other.json", "--shards", "2"}).exit_code, 0);
   EXPECT_THAT(call({"slurm", "status", "--plan", "other.json"}).err, HasSubstr("another plan"));
 }

@@ -1,4 +1,4 @@
-// A suite on a scene that owns its stage, as a user runs it.
+// Hardware stations (scenes that own their stage) on the command line.
 #include <gmock/gmock.h>
 
 #include "cli/program.h"
@@ -13,7 +13,7 @@ using testing::Not;
 const char* const kSuite = R"({"scenes": [{"use": "toy-station", "name": "bench", "parameters": {"fails_at_move": 5}}],
   "noise_levels": ["none"], "algorithms": ["nlopt-sbplx"], "instances": 4, "steps": 8})";
 
-TEST(CliStation, TheReportSaysWhatIsMeasuredAndWhatIsUnknown) {
+TEST(CliStation, ReportShowsMeasuredAndUnknownValues) {
   const Workplace place;
   place.write("bench.json", kSuite);
   const Outcome outcome = relign_bench(place, {"run", "bench.json", "--plugin", RELIGN_TOY_STATION});
@@ -25,13 +25,13 @@ TEST(CliStation, TheReportSaysWhatIsMeasuredAndWhatIsUnknown) {
   EXPECT_THAT(page, AllOf(HasSubstr("lowest median measured error"),
                           HasSubstr("Measured only: a station tells no truth"), HasSubstr("Unknown are the true poses"),
                           HasSubstr("cannot be replayed"), HasSubstr("first and last capture")));
-  EXPECT_THAT(place.read("results/bench/curves.csv"), HasSubstr(",,,,,,,,,,,,,,"));  // no truth, no column filled
+  EXPECT_THAT(place.read("results/bench/curves.csv"), HasSubstr(",,,,,,,,,,,,,,"));  // no ground truth, empty columns
 
   const Outcome again = relign_bench(place, {"run", "bench.json", "--plugin", RELIGN_TOY_STATION});
-  EXPECT_THAT(again.err, HasSubstr("8 of them from before"));
+  EXPECT_THAT(again.err, HasSubstr("8 of them reused"));
 }
 
-TEST(CliStation, EveryVerbKnowsWhatAStationIs) {
+TEST(CliStation, VerbsHandleStations) {
   const Workplace place;
   place.write("bench.json", kSuite);
   const auto bench = [&place](std::vector<std::string> words) {
@@ -40,7 +40,7 @@ TEST(CliStation, EveryVerbKnowsWhatAStationIs) {
   };
   const Outcome valid = bench({"validate", "bench.json"});
   EXPECT_EQ(valid.exit_code, 0);
-  EXPECT_THAT(valid.out, AllOf(HasSubstr("trials         8"), HasSubstr("unknown: a station's own")));
+  EXPECT_THAT(valid.out, AllOf(HasSubstr("trials         8"), HasSubstr("unknown: set by the hardware station")));
 
   const Outcome tried = bench({"try", "nlopt-sbplx", "--scene", "toy-station", "--steps", "3"});
   EXPECT_EQ(tried.exit_code, 0);
@@ -55,7 +55,7 @@ TEST(CliStation, EveryVerbKnowsWhatAStationIs) {
   EXPECT_THAT(home.err, HasSubstr("requires the true start pose"));
   const Outcome rendered = bench({"render", "--scene", "toy-station", "-o", "a.png"});
   EXPECT_EQ(rendered.exit_code, 2);
-  EXPECT_THAT(rendered.err, HasSubstr("is a station"));
+  EXPECT_THAT(rendered.err, HasSubstr("is a hardware station"));
 }
 
 }  // namespace

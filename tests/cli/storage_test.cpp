@@ -1,4 +1,4 @@
-// What becomes of results when the place they lie in, or the plugin that made them, goes away under them.
+// Results on a full disk, in a read-only folder, and after their plugin was removed.
 #include <gmock/gmock.h>
 
 #include "cli/program.h"
@@ -25,7 +25,7 @@ class CliStorage : public testing::Test {
       }
     return files;
   }
-  // A shell script that may mount what only it sees. False where that is not allowed.
+  // Runs a shell script in a mount namespace of its own. False if that is not permitted.
   bool with_mounts(const std::string& script) {
     if (shell(place_, "unshare -m mount -t tmpfs none /mnt").exit_code != 0) return false;
     place_.write("script", script);
@@ -36,7 +36,7 @@ class CliStorage : public testing::Test {
   Workplace place_;
 };
 
-TEST_F(CliStorage, AFullDiskCostsWhatDidNotFit) {
+TEST_F(CliStorage, ResumesAfterFullDisk) {
   if (!with_mounts(
           "mkdir small\n"
           "mount -t tmpfs -o size=64k none small\n"
@@ -58,7 +58,7 @@ TEST_F(CliStorage, AFullDiskCostsWhatDidNotFit) {
   EXPECT_EQ(place_.read("full/curves.csv"), place_.read("one/curves.csv"));
 }
 
-TEST_F(CliStorage, AReadOnlyFolderIsRefusedAndStaysAsItIs) {
+TEST_F(CliStorage, LeavesReadOnlyFolderUnchanged) {
   const auto before = contents("one");
   if (!with_mounts("mount --bind one one\n"
                    "mount -o remount,ro,bind one\n"
@@ -77,13 +77,12 @@ TEST_F(CliStorage, AReadOnlyFolderIsRefusedAndStaysAsItIs) {
   EXPECT_THAT(place_.read("page.html"), HasSubstr("<html"));
 }
 
-TEST_F(CliStorage, APluginThatIsGoneIsNamedAndItsResultsStay) {
+TEST_F(CliStorage, KeepsResultsOfRemovedPlugin) {
   fs::copy(RELIGN_BREAKS_DOWN, place_.path("mine"), fs::copy_options::recursive);
   place_.write("suites/mine.json",
                R"({"scenes": ["relign_od"], "noise_levels": ["rho0"], "algorithms": ["../mine", "random"],
                                         "instances": 2, "steps": 3})");
-  EXPECT_EQ(relign_bench(place_, {"run", "suites/mine.json", "-o", "two"}).exit_code, 3)
-      << "it breaks down, as its name says";
+  EXPECT_EQ(relign_bench(place_, {"run", "suites/mine.json", "-o", "two"}).exit_code, 3) << "breaks_down fails";
   const auto before = contents("two");
   fs::remove_all(place_.path("mine"));
   const Outcome gone = relign_bench(place_, {"run", "suites/mine.json", "-o", "two"});

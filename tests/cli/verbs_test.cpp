@@ -1,4 +1,4 @@
-// The other verbs: try, validate, list, describe, render, report; JSON; colours and terminals.
+// try, validate, list, describe, render and report; JSON output; colours and terminals.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <unistd.h>
@@ -25,7 +25,7 @@ std::size_t count_lines(const std::string& text) {
   return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
 }
 
-TEST(CliTry, PrintsARowAStepAndWritesFrames) {
+TEST(CliTry, PrintsOneRowPerStepAndWritesFrames) {
   const Workplace place;
   const Outcome outcome =
       relign_bench(place, {"try", "compass", "--plugin", kCompass, "--steps", "4", "--frames", "out"});
@@ -37,7 +37,7 @@ TEST(CliTry, PrintsARowAStepAndWritesFrames) {
   EXPECT_FALSE(fs::exists(place.path("out/step-005.png")));
 }
 
-TEST(CliTry, IsTheTrialThatASuiteRuns) {
+TEST(CliTry, RepeatsTheTrialOfASuite) {
   const Workplace place;
   place.write("suite.json", R"({"scenes": ["relign_od"], "noise_levels": ["rho0.5"], "instances": 2, "steps": 4,
                                 "algorithms": ["nlopt-sbplx"]})");
@@ -66,7 +66,7 @@ TEST(CliTry, IsTheTrialThatASuiteRuns) {
       EXPECT_EQ(steps[step].at(key), trial.at("steps")[step].at(key)) << step << " " << key;
 }
 
-TEST(CliTry, TakesParametersAsASuiteDoes) {
+TEST(CliTry, AcceptsParametersLikeASuite) {
   const Workplace place;
   json trials[2];
   const std::vector<std::string> uses[2] = {{"nlopt", "--parameters", R"({"method": "bobyqa"})"}, {"nlopt-bobyqa"}};
@@ -78,17 +78,17 @@ TEST(CliTry, TakesParametersAsASuiteDoes) {
     trials[i] = json::parse(outcome.out).at("steps");
   }
   const Outcome plain = relign_bench(place, {"--json", "try", "nlopt", "--steps", "8"});
-  EXPECT_EQ(trials[0], trials[1]) << "a preset is nothing but its parameters";
+  EXPECT_EQ(trials[0], trials[1]) << "a preset only sets parameters";
   EXPECT_NE(trials[0], json::parse(plain.out).at("steps"));
 }
 
-TEST(CliTry, BlindCountsFromTheStart) {
+TEST(CliTry, BlindPosesAreRelativeToTheStart) {
   const Outcome outcome = relign_bench(Workplace(), {"try", "random", "--protocol", "blind", "--steps", "1", "--json"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(json::parse(outcome.out).at("steps")[0].at("commanded_pose"), json({0, 0, 0, 0, 0}));
 }
 
-TEST(CliValidate, CountsTrialsAndFramesAndExpectsATime) {
+TEST(CliValidate, CountsTrialsAndFramesAndEstimatesTime) {
   const Workplace place;
   place.write("tiny.json", kTinySuite);
   const Outcome plain = relign_bench(place, {"validate", "tiny.json"});
@@ -101,7 +101,7 @@ TEST(CliValidate, CountsTrialsAndFramesAndExpectsATime) {
   EXPECT_FALSE(fs::exists(place.path("results")));
 }
 
-TEST(CliList, ShowsKindsAndPresets) {
+TEST(CliList, ListsKindsAndPresets) {
   const Workplace place;
   const Outcome all = relign_bench(place, {"list"});
   ASSERT_EQ(all.exit_code, 0) << all.err;
@@ -114,7 +114,7 @@ TEST(CliList, ShowsKindsAndPresets) {
     EXPECT_THAT(plugin.at("kind"), testing::AnyOf("optimizer", "agent"));
 }
 
-TEST(CliDescribe, APresetShowsItsOwnValues) {
+TEST(CliDescribe, ShowsValuesOfPreset) {
   const Workplace place;
   const Outcome page = relign_bench(place, {"describe", "nlopt_bobyqa"});
   EXPECT_THAT(page.out,
@@ -128,7 +128,7 @@ TEST(CliDescribe, APresetShowsItsOwnValues) {
   EXPECT_EQ(values.at("method"), "bobyqa");
 }
 
-TEST(CliRender, TheSameSeedIsTheSameImageAndAnotherIsNot) {
+TEST(CliRender, DependsOnTheSeedOnly) {
   const Workplace place;
   const auto image = [&](const std::string& name, const std::string& seed) {
     const Outcome outcome = relign_bench(
@@ -143,7 +143,7 @@ TEST(CliRender, TheSameSeedIsTheSameImageAndAnotherIsNot) {
   EXPECT_NE(first, image("c.npy", "2"));
 }
 
-TEST(CliRender, NoiseFreeIsAveragedToAStatedErrorAndAnAssemblyChangesIt) {
+TEST(CliRender, AveragesNoiseFreeImageToGivenError) {
   const Workplace place;
   place.write("tilted.json", R"({"elements": {"L3": {"tilt_deg": [2, 0], "shift_mm": [0, 0, 0]}}})");
   std::string stated;
@@ -156,18 +156,17 @@ TEST(CliRender, NoiseFreeIsAveragedToAStatedErrorAndAnAssemblyChangesIt) {
   };
   const std::string plain = image("a.npy", {"--seed", "1"});
   EXPECT_THAT(stated, testing::MatchesRegex(
-                          "standard error 0\\.000[12][0-9]* a pixel \\(root mean square\\), 1024 rays a pixel\n"));
+                          "standard error 0\\.000[12][0-9]* per pixel \\(root mean square\\), 1024 rays per pixel\n"));
   EXPECT_EQ(plain, image("b.npy", {"--seed", "1"}));
   EXPECT_NE(plain, image("b.npy", {"--seed", "2"}));
   EXPECT_NE(plain, image("c.npy", {"--seed", "1", "--assembly", "tilted.json"}));
   image("d.npy", {"--samples", "100"});
-  EXPECT_THAT(stated, HasSubstr("100 rays a pixel"));
+  EXPECT_THAT(stated, HasSubstr("100 rays per pixel"));
   image("d.npy", {"--error", "0.00001"});
-  EXPECT_THAT(stated,
-              AllOf(HasSubstr("e-05, not 1e-05: stopped at"), HasSubstr("16384 rays a pixel")));
+  EXPECT_THAT(stated, AllOf(HasSubstr("e-05, not 1e-05: stopped at"), HasSubstr("16384 rays per pixel")));
 }
 
-TEST(CliRender, AnErrorNeedsANoiseFreeImageOfASceneThatStatesIt) {
+TEST(CliRender, RejectsErrorWithoutNoiseEstimate) {
   const Workplace place;
   const auto refused = [&](std::vector<std::string> more) {
     more.insert(more.begin(), {"render", "-o", "a.npy"});
@@ -175,13 +174,13 @@ TEST(CliRender, AnErrorNeedsANoiseFreeImageOfASceneThatStatesIt) {
     EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
     return outcome.err;
   };
-  EXPECT_THAT(refused({"--error", "0.001"}), HasSubstr("--error: needs --noise-free"));
+  EXPECT_THAT(refused({"--error", "0.001"}), HasSubstr("--error: requires --noise-free"));
   EXPECT_THAT(refused({"--noise-free", "--error", "0.001", "--samples", "9"}), HasSubstr("give one of them"));
   EXPECT_THAT(refused({"--noise-free", "--error", "0.001", "--scene", "gaussian_spot"}),
-              HasSubstr("'gaussian_spot' does not state the noise"));
+              HasSubstr("'gaussian_spot' does not report the error"));
 }
 
-TEST(CliReport, WritesThePageAgainFromTheFolderAlone) {
+TEST(CliReport, RewritesPageFromMovedFolder) {
   const Workplace place;
   place.write("tiny.json", kTinySuite);
   ASSERT_EQ(relign_bench(place, {"run", "tiny.json"}).exit_code, 0);
@@ -204,7 +203,7 @@ TEST(CliReport, WritesThePageAgainFromTheFolderAlone) {
   EXPECT_EQ(place.read("moved/table.md"), markdown.out);
 }
 
-// What the program writes to a terminal.
+// The program's output on a terminal.
 std::string on_a_terminal(const Workplace& place, const std::vector<std::string>& arguments,
                           std::map<std::string, std::string> environment) {
   const int ours = posix_openpt(O_RDWR | O_NOCTTY);
@@ -221,16 +220,16 @@ std::string on_a_terminal(const Workplace& place, const std::vector<std::string>
   return text;
 }
 
-TEST(CliTerminal, ColoursOnlyThereAndNotWithNoColor) {
+TEST(CliTerminal, HasColoursUnlessNoColorIsSet) {
   const Workplace place;
-  const std::string coloured = on_a_terminal(place, {"try", "nobody"}, {});
+  const std::string coloured = on_a_terminal(place, {"try", "unknown"}, {});
   if (coloured.empty()) GTEST_SKIP() << "no pseudo-terminal here";
   EXPECT_THAT(coloured, HasSubstr("\033[31merror:"));
-  EXPECT_THAT(on_a_terminal(place, {"try", "nobody"}, {{"NO_COLOR", "1"}}), Not(HasSubstr("\033")));
-  EXPECT_THAT(relign_bench(place, {"try", "nobody"}).err, Not(HasSubstr("\033")));
+  EXPECT_THAT(on_a_terminal(place, {"try", "unknown"}, {{"NO_COLOR", "1"}}), Not(HasSubstr("\033")));
+  EXPECT_THAT(relign_bench(place, {"try", "unknown"}).err, Not(HasSubstr("\033")));
 }
 
-TEST(CliTerminal, ProgressIsOneRepaintedLineThereAndPlainLinesElsewhere) {
+TEST(CliTerminal, RepaintsProgressOnlyOnATerminal) {
   const Workplace place;
   place.write("longer.json", R"({"scenes": ["relign_od"], "noise_levels": ["rho0.25"],
                                  "algorithms": ["random"], "instances": 4, "steps": 10})");

@@ -115,9 +115,9 @@ class Slurm : public testing::Test {
     }
     return text;
   }
-  void wait_until_all_parts_said(const std::string& what) {
+  void wait_until_all_shards_print(const std::string& what) {
     for (unsigned shard = 0; shard < kShards; ++shard) {
-      const std::string words = "part " + std::to_string(shard) + " " + what;
+      const std::string words = "shard " + std::to_string(shard) + " " + what;
       wait_until(words, [&] { return said().find(words) != std::string::npos; });
     }
   }
@@ -175,9 +175,9 @@ TEST_F(Slurm, APartThatIsStoppedBeforeItsTimeLimitGoesOnByItself) {
   wait_until("a trial of every part done, and the next one at the gate", begun);
   // As Slurm does two minutes before the time limit.
   slurm("scancel --batch --signal=USR1 $(squeue -h -r -o %A)");
-  wait_until_all_parts_said("stops");
+  wait_until_all_shards_print("stops");
   open_gate();
-  wait_until_all_parts_said("goes on when Slurm starts it again");
+  wait_until_all_shards_print("resumes when Slurm starts it again");
   EXPECT_THAT(said(), HasSubstr("Stopped with"));
   wait_until_the_queue_is_empty();
   EXPECT_EQ(expect_the_results_of_one_run()["duplicates"], 0) << "it went on elsewhere, or began again";

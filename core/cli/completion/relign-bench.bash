@@ -1,8 +1,8 @@
-# bash completion for relign-bench: what `relign-bench completion bash` prints. The program itself says what may
-# stand where the cursor is; this file asks it.
+# bash completion for relign-bench, printed by `relign-bench completion bash`. It gets the completions at the
+# cursor from the program itself (`relign-bench complete`).
 _relign_bench() {
   local word=${COMP_WORDS[COMP_CWORD]} line path
-  [[ $word == = ]] && word= # readline makes three words of --option=value
+  [[ $word == = ]] && word= # readline splits --option=value into three words
   COMPREPLY=()
   while IFS= read -r line; do
     case $line in

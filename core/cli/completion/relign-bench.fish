@@ -1,5 +1,5 @@
-# fish completion for relign-bench: what `relign-bench completion fish` prints. The program itself says what may
-# stand where the cursor is; this file asks it.
+# fish completion for relign-bench, printed by `relign-bench completion fish`. It gets the completions at the
+# cursor from the program itself (`relign-bench complete`).
 function __relign_bench_complete
     set -l before (commandline -opc)
     set -l program $before[1]

@@ -1,4 +1,4 @@
-// An optimizer that fails after its first step, or takes its process along.
+// An optimizer that throws, exits or crashes after its first step.
 #include <cstdio>
 #include <cstdlib>
 #include <relign/plugin.hpp>
