@@ -43,6 +43,7 @@ class Trial:
 
     algorithm: str
     noise_level: str
+    protocol: str
     instance: int
     poses: np.ndarray  # commanded, shares of the travel, (steps, axes)
     true_poses: np.ndarray  # where the distorted movement led, (steps, axes)
@@ -85,6 +86,7 @@ def trial_of(steps, closing, seconds):
     return Trial(
         algorithm=closing["algorithm"],
         noise_level=closing["noise_level"],
+        protocol=closing["protocol"],
         instance=closing["instance"],
         poses=column("commanded_pose"),
         true_poses=column("true_pose"),

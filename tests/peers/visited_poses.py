@@ -104,6 +104,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("results", nargs="+")
     parser.add_argument("--noise-level", default="rho0.25")
+    parser.add_argument("--protocol", default="paper")
     parser.add_argument("--methods", nargs="+", default=list(METHODS))
     parser.add_argument("--images", nargs="+", type=int, default=list(paired_search.STEPS), help="rows of the table")
     parser.add_argument("-o", "--output")
@@ -111,7 +112,8 @@ def main():
 
     trials = [trial for folder in asked.results for trial in paired_search.read(folder)]
     most = max(asked.images)
-    trials = [trial for trial in trials if trial.noise_level == asked.noise_level and len(trial.merits) > most]
+    trials = [trial for trial in trials if (trial.noise_level, trial.protocol) == (asked.noise_level, asked.protocol)
+              and len(trial.merits) > most]
     by_method = {name: [trial for trial in trials if trial.algorithm == name] for name in asked.methods}
     missing = [name for name, own in by_method.items() if not own]
     if missing:
