@@ -144,7 +144,7 @@ TEST(CliProcessPlugins, TheConformanceKitChecksEveryKind) {
   for (const char* check : {"reference", "stage"})
     EXPECT_THAT(finding(toys + "toy_station.py", check), HasSubstr(R"("verdict":"ok")")) << check;
   EXPECT_THAT(finding(toys + "toy_level.py", "variances"), HasSubstr(R"("verdict":"ok")"));
-  EXPECT_THAT(finding(toys + "toy_level.py", "symbols"), HasSubstr("it is a process, no library"));
+  EXPECT_THAT(finding(toys + "toy_level.py", "symbols"), HasSubstr("it runs as a process and has no library"));
   // Another start in every process: no function of the seed.
   place.write("moody.py", R"("""Draws from its own mood."""
 import os
@@ -157,7 +157,7 @@ class Moody(NoiseLevel):
 if __name__ == "__main__": serve(Moody)
 )");
   EXPECT_THAT(finding("moody.py", "same-draw"),
-              HasSubstr("a second object of 'moody' draws something else for the same seed"));
+              HasSubstr("a second object of 'moody' draws differently for the same seed"));
 }
 
 TEST(CliProcessPlugins, WhatAPluginPrintsIsInTheTrialsLog) {

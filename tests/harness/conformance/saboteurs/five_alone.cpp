@@ -1,4 +1,4 @@
-// For tests of the conformance kit: says that it was made for five axes.
+// For tests of the conformance checks: refuses any number of axes except five.
 #include "sound.h"
 
 namespace {
