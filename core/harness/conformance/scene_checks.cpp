@@ -132,36 +132,36 @@ Finding check_truth(const Subject& subject) {
   const std::vector<double> pose = opened.pose_near_nominal(0.03);
   double mean = 0;
   double squares = 0;
-  double variance_told = 0;
+  double stated_variance = 0;
   for (int seed = 1; seed <= kSeeds; ++seed) {
     const MountedAssembly::Truth truth = assembly.noise_free_mse(pose, static_cast<std::uint64_t>(seed));
     mean += truth.mse / kSeeds;
     squares += truth.mse * truth.mse / kSeeds;
-    variance_told += truth.standard_error * truth.standard_error / kSeeds;
+    stated_variance += truth.standard_error * truth.standard_error / kSeeds;
   }
   const MountedAssembly::Truth once = assembly.noise_free_mse(pose, 1);
   const MountedAssembly::Truth again = assembly.noise_free_mse(pose, 1);
   if (once.mse != again.mse || once.standard_error != again.standard_error)
     return failed("the same pose and seed give another ground truth");
   const double spread = std::sqrt(std::max(0.0, squares - mean * mean));
-  const double told = std::sqrt(variance_told);
+  const double stated = std::sqrt(stated_variance);
   // A standard error of 0 is valid for an exact ground truth, which must not depend on the seed.
-  if (told == 0 && spread > 1e-12 * std::fabs(mean))
+  if (stated == 0 && spread > 1e-12 * std::fabs(mean))
     return failed("its ground truth varies by " + significant(spread) +
                   " between seeds, but the stated standard error is 0");
-  if (spread > 4 * told + 1e-12 * std::fabs(mean))
-    return failed("its ground truth scatters by " + significant(spread) + ", " + significant(spread / told) +
+  if (spread > 4 * stated + 1e-12 * std::fabs(mean))
+    return failed("its ground truth scatters by " + significant(spread) + ", " + significant(spread / stated) +
                   " times the stated standard error");
 
   std::vector<float> picture(std::size_t{opened.facts.image_width} * opened.facts.image_height);
   if (!assembly.render_noise_free(pose, picture.data())) return ok("it offers no noise-free image to compare with");
   if (!all_finite(picture)) return failed("the noise-free image has non-finite pixels");
   // Both images have a little noise, which can only increase the difference.
-  const double seen = mean_square_difference(picture, packed(opened.scene.reference()));
-  const double allowed = 6 * told / std::sqrt(double{kSeeds}) + 0.25 * seen;
-  if (std::fabs(mean - seen) > allowed)
+  const double difference = mean_square_difference(picture, packed(opened.scene.reference()));
+  const double allowed = 6 * stated / std::sqrt(double{kSeeds}) + 0.25 * difference;
+  if (std::fabs(mean - difference) > allowed)
     return failed("its mean ground truth is " + significant(mean) +
-                  ", but its noise-free image differs from the reference image by " + significant(seen) +
+                  ", but its noise-free image differs from the reference image by " + significant(difference) +
                   " (mean square); the ground truth is biased");
   return ok();
 }
@@ -261,12 +261,12 @@ Finding check_stage(const Subject& subject) {
     return failed("its description has 'owns_stage', but it does not offer " RELIGN_SCENE_STAGE);
   const std::size_t axes = opened.facts.axes.size();
   std::vector<float> pixels(std::size_t{opened.facts.image_width} * opened.facts.image_height);
-  const auto sees = [&] {
+  const auto capture_is_finite = [&] {
     std::fill(pixels.begin(), pixels.end(), std::nanf(""));
     opened.scene.capture(pixels.data());
     return all_finite(pixels);
   };
-  constexpr const char* kUnseen = "a capture has non-finite or missing pixels";
+  constexpr const char* kBadPixels = "a capture has non-finite or missing pixels";
   // One seed twice: the start may differ, but the station must start again.
   for (const std::uint64_t seed : {std::uint64_t{1}, std::uint64_t{2}, std::uint64_t{1}}) {
     at("in the trial of seed " + std::to_string(seed));
@@ -277,13 +277,13 @@ Finding check_stage(const Subject& subject) {
         delta[move - 1] = 0.01;
         opened.scene.move_by(delta);
       }
-      if (!sees()) return failed(kUnseen);
+      if (!capture_is_finite()) return failed(kBadPixels);
     }
   }
   if (const std::string flaw = flaw_at_limits(opened); !flaw.empty()) return failed(flaw);
-  if (!sees()) return failed(std::string("at its limits ") + kUnseen);
+  if (!capture_is_finite()) return failed(std::string("at its limits ") + kBadPixels);
   opened.scene.begin(3);
-  return sees() ? ok() : failed(kUnseen);
+  return capture_is_finite() ? ok() : failed(kBadPixels);
 }
 
 Finding check_travel(const Subject& subject) {

@@ -46,7 +46,7 @@ const Misdeed kMisdeeds[] = {
     {"looks_back", "poses", kFailed, "requested step 0 again too late"},
     {"fails_in_preset", "presets", kFailed, "'fails_in_preset-moody': plugin 'fails_in_preset' failed in run: not in"},
     {"always_five", "dimensions", kFailed, "with 1 axes it sent a pose"},
-    {"five_alone", "dimensions", kWarning, "it knows machines of five axes"},
+    {"five_alone", "dimensions", kWarning, "it supports only five axes"},
     {"leaves_box", "box", kWarning, "step 8 commands 3 on axis 0"},
     {"remembers", "same-trace", kFailed, "differ at step 1"},
     {"crashes_on_nan", "merits", kFailed,
