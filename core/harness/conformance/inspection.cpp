@@ -75,7 +75,7 @@ pid_t start(std::vector<std::string> command, const MemoryFile& record, const Me
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&files);
   if (failure != 0)
-    throw Error(ErrorKind::io, "cannot start " + command.front() + ": " + std::generic_category().message(failure));
+    throw Error(ErrorKind::io, "cannot start '" + command.front() + "': " + std::generic_category().message(failure));
   return child;
 }
 

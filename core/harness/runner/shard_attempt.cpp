@@ -62,7 +62,8 @@ ShardAttempt::ShardAttempt(const fs::path& results, unsigned shard, const std::s
                            const std::function<void(const std::string&)>& on_message) {
   std::error_code code;
   fs::create_directories(results, code);
-  if (code) throw Error(ErrorKind::io, "cannot create the results folder " + results.string() + ": " + code.message());
+  if (code)
+    throw Error(ErrorKind::io, "cannot create the results folder '" + results.string() + "': " + code.message());
   const std::string start = shard_name(shard) + ".";
   const std::string own = start + machine_name();
   for (unsigned attempt = 1; !claim_; ++attempt) {
