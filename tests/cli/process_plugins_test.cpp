@@ -143,7 +143,7 @@ TEST(CliProcessPlugins, ConformanceChecksEveryKind) {
   for (const char* check : {"reference", "stage"})
     EXPECT_THAT(finding(toys + "toy_station.py", check), HasSubstr(R"("verdict":"ok")")) << check;
   EXPECT_THAT(finding(toys + "toy_level.py", "variances"), HasSubstr(R"("verdict":"ok")"));
-  EXPECT_THAT(finding(toys + "toy_level.py", "symbols"), HasSubstr("it is a process, no library"));
+  EXPECT_THAT(finding(toys + "toy_level.py", "symbols"), HasSubstr("it runs as a process and has no library"));
   // The start depends on the process, not only on the seed.
   place.write("moody.py", R"("""Draws what depends on its process."""
 import os
@@ -156,7 +156,7 @@ class Moody(NoiseLevel):
 if __name__ == "__main__": serve(Moody)
 )");
   EXPECT_THAT(finding("moody.py", "same-draw"),
-              HasSubstr("a second object of 'moody' draws something else for the same seed"));
+              HasSubstr("a second object of 'moody' draws differently for the same seed"));
 }
 
 TEST(CliProcessPlugins, LogsOutputOfPlugins) {

@@ -72,10 +72,10 @@ pid_t start_here(std::string words) {
   ::_exit(127);
 }
 
-// One message is one command; the answer is a process id. The end of the connection is the end of the test.
+// One message is one command; the answer is a process id. The connection closes when the test ends.
 [[noreturn]] void keep(int connection) {
   ::prctl(PR_SET_CHILD_SUBREAPER, 1);
-  ::signal(SIGCHLD, SIG_IGN);  // nothing stays as a zombie
+  ::signal(SIGCHLD, SIG_IGN);  // leaves no zombies
   std::array<char, 8192> message;
   while (true) {
     const ssize_t size = ::recv(connection, message.data(), message.size(), 0);
@@ -93,8 +93,8 @@ pid_t start_here(std::string words) {
 
 }  // namespace
 
-// Born twice, in a session of its own: whoever kills the test with all its children (as ctest does when time is up)
-// leaves this one to clear up behind them.
+// Forks twice, into a session of its own: this process survives when the test is killed with all its children (by ctest
+// after a timeout), and ends the remaining processes.
 Keeper::Keeper() {
   int ends[2];
   if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0) throw std::runtime_error("no socketpair");
@@ -122,7 +122,7 @@ Keeper::Keeper() {
 Keeper::~Keeper() {
   ::shutdown(connection_, SHUT_WR);
   char nothing = 0;
-  while (::recv(connection_, &nothing, 1, 0) > 0) {  // it closes its end when all is over
+  while (::recv(connection_, &nothing, 1, 0) > 0) {  // it closes its end when everything has ended
   }
   ::close(connection_);
 }

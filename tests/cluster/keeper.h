@@ -1,6 +1,6 @@
-// Starts programs that must not outlive the test, however it ends: a process between the test and them, which ends
-// all that descends from it as soon as the test is gone. A death signal would reach the daemons alone, and not what
-// they have started and left behind.
+// Starts programs that must not outlive the test, however it ends: a process between the test and the programs, which
+// kills all its descendants when the test has ended. A parent-death signal would reach only the daemons, and not the
+// processes that they have started.
 #pragma once
 
 #include <sys/types.h>
@@ -22,9 +22,9 @@ class Keeper {
   Keeper(const Keeper&) = delete;
   Keeper& operator=(const Keeper&) = delete;
 
-  // Starts a program by its whole path, with stdin, stdout and stderr at /dev/null; its process id.
+  // Starts a program by its full path, with stdin, stdout and stderr at /dev/null. Returns its process id.
   pid_t start(const std::vector<std::string>& command) const;
-  // All living processes below it, orphans included.
+  // All living descendants, including orphans.
   std::vector<Process> kept() const;
   bool alive(pid_t process) const;
 

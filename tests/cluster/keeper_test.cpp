@@ -13,8 +13,8 @@
 namespace relign::cluster_test {
 namespace {
 
-// A shell with a child, and one that it has left behind as daemons do. Each keeps the pipe open as long as it lives,
-// and writes a letter once it is there.
+// A shell with a child and a detached process, like a daemon. Each keeps the pipe open as long as it lives, and writes
+// a letter when it has started.
 std::vector<std::string> a_family(int pipe) {
   const std::string speaks = "sh -c 'printf x >&" + std::to_string(pipe) + "; sleep 1000' & ";
   return {"/bin/sh", "-c", speaks + "( setsid " + speaks + ") ; wait"};
@@ -47,31 +47,31 @@ class TheKeeper : public testing::Test {
   }
   void expect_that_all_have_ended() const {
     char letter = 0;
-    ASSERT_TRUE(readable_within_20_s(ends_[0])) << "something still holds the pipe";
+    ASSERT_TRUE(readable_within_20_s(ends_[0])) << "a process still has the pipe open";
     EXPECT_EQ(::read(ends_[0], &letter, 1), 0);
   }
 
   int ends_[2] = {-1, -1};
 };
 
-TEST_F(TheKeeper, EndsWhatItHasStarted) {
+TEST_F(TheKeeper, EndsStartedProcesses) {
   {
     const Keeper keeper;
     const pid_t shell = keeper.start(a_family(ends_[1]));
     ::close(ends_[1]);
     expect_two_letters();
     EXPECT_TRUE(keeper.alive(shell));
-    // The letters come before what the two wait for has begun.
+    // The letters are written before the processes that the two wait for have started.
     EXPECT_TRUE(within_20_s([&] { return keeper.kept().size() >= 5U; }))
-        << "the shell, two others, and what these wait for; there are " << keeper.kept().size();
+        << "expected the shell, two others, and the processes that they wait for; found " << keeper.kept().size();
     ::kill(shell, SIGKILL);
     EXPECT_TRUE(within_20_s([&] { return !keeper.alive(shell); }));
-    EXPECT_GE(keeper.kept().size(), 4U) << "orphans are its own";
+    EXPECT_GE(keeper.kept().size(), 4U) << "orphans must be included";
   }
   expect_that_all_have_ended();
 }
 
-TEST_F(TheKeeper, OutlivesAKilledTestToEndTheRest) {
+TEST_F(TheKeeper, EndsProcessesOfAKilledTest) {
   const pid_t test = ::fork();
   if (test == 0) {
     const Keeper keeper;

@@ -43,8 +43,8 @@ std::vector<int> free_ports(int count) {
   return ports;
 }
 
-// cred_expire: how long a requeued job waits before it may start again, 120 s by default; Slurm 22.05 takes what is
-// below 5 for the default. The scheduler looks at waiting jobs once a second instead of once a minute.
+// cred_expire: delay before a requeued job may start again, 120 s by default; Slurm 22.05 replaces values below 5 by
+// the default. The scheduler checks waiting jobs every second instead of every minute.
 std::string configuration(const fs::path& folder) {
   char host[256] = "";
   ::gethostname(host, sizeof host - 1);
@@ -107,8 +107,9 @@ SlurmCluster::SlurmCluster() {
     return ended || said("sinfo -h -N -o '%N %T'") == "n1 idle\nn2 idle\n";
   });
   if (ended || !ready)
-    problem_ = "Slurm does not run here; its logs end with: " + last_line(place_.path("controller.log")) + " | " +
-               last_line(place_.path("n1.log"));
+    problem_ =
+        "Slurm does not run on this machine; last lines of its logs: " + last_line(place_.path("controller.log")) +
+        " | " + last_line(place_.path("n1.log"));
 }
 
 cli_test::Outcome SlurmCluster::shell(const cli_test::Workplace& place, const std::string& script) const {
@@ -125,7 +126,7 @@ pid_t SlurmCluster::start(const std::string& program, const std::string& log,
 
 void SlurmCluster::lose_node(const std::string& node) {
   std::istringstream jobs(said("squeue -h -r -w " + node + " -o %A"));
-  ::kill(nodes_[node], SIGKILL);  // first, so that nobody notices the end of the others
+  ::kill(nodes_[node], SIGKILL);  // first, so that it cannot report the end of the others
   const std::vector<Process> all = processes();
   for (std::string job; jobs >> job;)
     for (const Process& process : all)

@@ -1,5 +1,5 @@
-// A Slurm of two nodes on this machine, from the distribution's packages: own configuration, ports and folders, no
-// accounts, no other daemons. For throw-away clusters only: whoever reaches its ports may run jobs in it.
+// A Slurm cluster of two nodes on this machine, from the distribution's packages: own configuration, ports and folders,
+// no accounts, no other daemons. For temporary clusters only: anyone who can reach its ports can run jobs.
 #pragma once
 
 #include <sys/types.h>
@@ -14,8 +14,8 @@
 
 namespace relign::cluster_test {
 
-// Asks until it is so. False after 40 s, which is far longer than anything takes on a shared machine, or when all waits
-// of this program together have had 100 s: then something is wrong that the next test would only wait for again.
+// Polls until `holds` returns true. False after 40 s, which is far longer than necessary on a shared machine, or when
+// all waits of this program together have taken 100 s: then another wait would fail as well.
 bool wait_for(const std::function<bool()>& holds);
 bool waited_too_long();
 
@@ -23,17 +23,17 @@ class SlurmCluster {
  public:
   SlurmCluster();
 
-  // Why there is no cluster; empty when both nodes are ready.
+  // The reason why there is no cluster; empty when both nodes are ready.
   const std::string& problem() const { return problem_; }
-  // A shell script in this folder that finds the cluster's sbatch, squeue and the others.
+  // Runs a shell script in this folder with the cluster's sbatch, squeue and so on.
   cli_test::Outcome shell(const cli_test::Workplace& place, const std::string& script) const;
-  // The daemons, the jobs, and what these have left behind.
+  // The daemons, the jobs, and processes that these have detached.
   std::vector<Process> processes() const { return keeper_.kept(); }
 
-  // As when the network has lost a node whose programs go on: its daemon is killed, and what watches over its jobs; the
-  // controller is told.
+  // Simulates a node lost by the network, whose programs continue: kills its daemon and the supervisors of its jobs,
+  // and reports it to the controller.
   void lose_node(const std::string& node);
-  // Its daemon starts again; the controller learns it by and by.
+  // Starts its daemon again; the controller notices after a while.
   void return_node(const std::string& node);
 
  private:
@@ -43,7 +43,7 @@ class SlurmCluster {
   cli_test::Workplace place_;
   std::string problem_, node_program_, config_;
   std::map<std::string, pid_t> nodes_;
-  Keeper keeper_;  // the first to go: it ends what writes to the folder
+  Keeper keeper_;  // last member, destroyed first: ends the processes that write to the folder
 };
 
 }  // namespace relign::cluster_test

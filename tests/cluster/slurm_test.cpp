@@ -1,5 +1,5 @@
-// A plan in a real queue: what comes out are the trials of one plain run, whatever happens to jobs and nodes.
-// Truth is on the disk: nothing here asks Slurm how a job ended.
+// A plan in a real queue: the result equals that of one plain run, whatever happens to jobs and nodes.
+// Checks only files: Slurm's states of jobs are not reliable.
 #include <gmock/gmock.h>
 #include <signal.h>
 
@@ -29,10 +29,10 @@ class Slurm : public testing::Test {
 
   void SetUp() override {
     if (!cluster->problem().empty()) GTEST_SKIP() << cluster->problem();
-    if (waited_too_long()) FAIL() << "no time left: another test waited in vain";
+    if (waited_too_long()) FAIL() << "no time left after another test has waited without success";
     prepare("2", json::array({patient()}));
   }
-  // What a failed test has left in the queue must not fail the next one.
+  // Jobs of a failed test must not fail the next one.
   void TearDown() override {
     if (!cluster->problem().empty() || !HasFailure()) return;
     open_gate();
@@ -40,7 +40,7 @@ class Slurm : public testing::Test {
     wait_for([this] { return cluster->shell(place_, "squeue -h").out.empty(); });
   }
 
-  // Waits at the gate before its first step.
+  // An algorithm that waits for the gate before its first step.
   json patient() const {
     return {{"use", "toy-patient"}, {"name", "patient"}, {"parameters", {{"gate", gate().string()}}}};
   }
@@ -79,12 +79,12 @@ class Slurm : public testing::Test {
 
   void wait_until(const std::string& what, const std::function<bool()>& holds) {
     if (HasFatalFailure()) return;
-    if (!wait_for(holds)) FAIL() << "waited in vain: " << what << "\n" << slurm("squeue") << said();
+    if (!wait_for(holds)) FAIL() << "timeout while waiting for " << what << "\n" << slurm("squeue") << logs();
   }
   void wait_until_the_queue_is_empty() {
     wait_until("an empty queue", [this] { return slurm("squeue -h").empty(); });
   }
-  // The coordinators that run a part.
+  // The coordinators that run a shard.
   static std::vector<pid_t> programs_of(unsigned shard) {
     const std::string words = "--shard " + std::to_string(shard) + "/" + std::to_string(kShards);
     std::vector<pid_t> found;
@@ -93,7 +93,7 @@ class Slurm : public testing::Test {
         found.push_back(process.id);
     return found;
   }
-  // Attempts that hold their folder and are past the look at what others have done.
+  // Attempts that have locked their folder and read those of the others.
   std::vector<std::string> attempts_at(unsigned shard) {
     std::vector<std::string> names;
     const std::string start = "shard-000" + std::to_string(shard) + ".";
@@ -104,10 +104,10 @@ class Slurm : public testing::Test {
     return names;
   }
   void wait_until_at_work(unsigned shard, std::size_t attempts = 1) {
-    wait_until("part " + std::to_string(shard) + " at work", [&] { return attempts_at(shard).size() == attempts; });
+    wait_until("shard " + std::to_string(shard) + " at work", [&] { return attempts_at(shard).size() == attempts; });
   }
-  // What the jobs wrote to their logs.
-  std::string said() const {
+  // The logs of the jobs.
+  std::string logs() const {
     std::string text;
     for (const auto& entry : fs::directory_iterator(place_.folder())) {
       const std::string name = entry.path().filename().string();
@@ -115,15 +115,15 @@ class Slurm : public testing::Test {
     }
     return text;
   }
-  void wait_until_all_shards_print(const std::string& what) {
+  void wait_until_all_shards_logged(const std::string& what) {
     for (unsigned shard = 0; shard < kShards; ++shard) {
       const std::string words = "shard " + std::to_string(shard) + " " + what;
-      wait_until(words, [&] { return said().find(words) != std::string::npos; });
+      wait_until(words, [&] { return logs().find(words) != std::string::npos; });
     }
   }
-  // All parts are there, and together they have the bytes of one run. Returns what merge said.
+  // Expects that all shards are complete and merge to the bytes of one run. Returns the output of merge.
   json expect_the_results_of_one_run() {
-    EXPECT_EQ(status()["array"], "") << said();
+    EXPECT_EQ(status()["array"], "") << logs();
     bench({"run", "suites/patient.json", "-o", "one"});
     const json merged = json::parse(bench({"merge", "parts", "-o", "merged", "--json"}).out);
     EXPECT_EQ(merged["trials"], status()["trials"]);
@@ -135,14 +135,14 @@ class Slurm : public testing::Test {
   cli_test::Workplace place_;
 };
 
-TEST_F(Slurm, AnArrayHasTheResultsOfOneRun) {
+TEST_F(Slurm, ArrayHasTheResultsOfOneRun) {
   open_gate();
   submit();
   wait_until_the_queue_is_empty();
   EXPECT_EQ(expect_the_results_of_one_run()["duplicates"], 0);
 }
 
-TEST_F(Slurm, AFailingIndexIsSentAgainAlone) {
+TEST_F(Slurm, ResubmitsOnlyTheFailedIndex) {
   submit();
   wait_until_at_work(2);
   for (const pid_t program : programs_of(2)) ::kill(program, SIGKILL);
@@ -154,7 +154,7 @@ TEST_F(Slurm, AFailingIndexIsSentAgainAlone) {
   expect_the_results_of_one_run();
 }
 
-TEST_F(Slurm, TwoAttemptsOfOnePartAtOnceAgree) {
+TEST_F(Slurm, ConcurrentAttemptsAtOneShardAgree) {
   submit();
   wait_until_at_work(1);
   submit("--array=1");
@@ -164,7 +164,7 @@ TEST_F(Slurm, TwoAttemptsOfOnePartAtOnceAgree) {
   EXPECT_EQ(expect_the_results_of_one_run()["duplicates"], status()["parts"][1]["trials"]);
 }
 
-TEST_F(Slurm, APartThatIsStoppedBeforeItsTimeLimitGoesOnByItself) {
+TEST_F(Slurm, ResumesShardStoppedBeforeItsTimeLimit) {
   const json hasty = {{"use", "toy-patient"}, {"name", "hasty"}};
   prepare("1", json::array({hasty, patient()}));
   submit();
@@ -172,18 +172,18 @@ TEST_F(Slurm, APartThatIsStoppedBeforeItsTimeLimitGoesOnByItself) {
     const json parts = status()["parts"];
     return std::all_of(parts.begin(), parts.end(), [](const json& part) { return part["done"] > 0; });
   };
-  wait_until("a trial of every part done, and the next one at the gate", begun);
-  // As Slurm does two minutes before the time limit.
+  wait_until("a finished trial of every shard, and the next one at the gate", begun);
+  // Slurm does the same two minutes before the time limit.
   slurm("scancel --batch --signal=USR1 $(squeue -h -r -o %A)");
-  wait_until_all_shards_print("stops");
+  wait_until_all_shards_logged("stops");
   open_gate();
-  wait_until_all_shards_print("resumes when Slurm starts it again");
-  EXPECT_THAT(said(), HasSubstr("Stopped with"));
+  wait_until_all_shards_logged("resumes when Slurm starts it again");
+  EXPECT_THAT(logs(), HasSubstr("Stopped with"));
   wait_until_the_queue_is_empty();
-  EXPECT_EQ(expect_the_results_of_one_run()["duplicates"], 0) << "it went on elsewhere, or began again";
+  EXPECT_EQ(expect_the_results_of_one_run()["duplicates"], 0) << "it must continue in the same folder";
 }
 
-TEST_F(Slurm, ALostNodesJobsStartAgainWhileTheOldOnesGoOn) {
+TEST_F(Slurm, RequeuesJobsOfALostNodeWhileTheyContinue) {
   slurm("scontrol update nodename=n1 state=drain reason=test");
   submit();
   for (unsigned shard = 0; shard < kShards; ++shard) wait_until_at_work(shard);
@@ -191,14 +191,14 @@ TEST_F(Slurm, ALostNodesJobsStartAgainWhileTheOldOnesGoOn) {
   slurm("scontrol update nodename=n1 state=resume");
   for (unsigned shard = 0; shard < kShards; ++shard) {
     wait_until_at_work(shard, 2);
-    EXPECT_EQ(programs_of(shard).size(), 2U) << "the old one goes on";
+    EXPECT_EQ(programs_of(shard).size(), 2U) << "the old one must continue";
   }
   cluster->return_node("n2");
-  wait_until("the node's return", [this] { return slurm("sinfo -h -N -n n2 -o %T") == "idle\n"; });
+  wait_until("the return of the node", [this] { return slurm("sinfo -h -N -n n2 -o %T") == "idle\n"; });
   open_gate();
   wait_until_the_queue_is_empty();
-  for (unsigned shard = 0; shard < kShards; ++shard)  // the queue knows nothing of the old ones
-    wait_until("the end of the old ones", [shard] { return programs_of(shard).empty(); });
+  for (unsigned shard = 0; shard < kShards; ++shard)  // the old ones are no longer in the queue
+    wait_until("the end of the old programs", [shard] { return programs_of(shard).empty(); });
   EXPECT_EQ(expect_the_results_of_one_run()["duplicates"], status()["trials"]);
 }
 

@@ -1,4 +1,4 @@
-// What every optimizer and agent of ours promises while it runs, whatever merits it is shown.
+// The contract of every optimizer and agent of the tree during a trial, with all kinds of merits.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -18,26 +18,26 @@ using plugin_host::Kind;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Every algorithm and preset that needs no file of the user's.
+// Every algorithm and preset that needs no file from the user.
 std::vector<Choice> algorithms() {
   std::vector<Choice> choices;
   for (const std::string& id : test::tree_catalog().ids(Kind::optimizer)) {
     std::vector<Problem> problems;
     Choice choice = test::tree_catalog().resolve(Kind::optimizer, id, {}, ".", problems);
     if (!choice.plugin) continue;
-    // What is asked of it in made-up trials.
+    // With its "check" parameters for synthetic trials.
     choices.push_back(test::tree_catalog().resolve(Kind::optimizer, id, choice.plugin->check, ".", problems));
   }
   return choices;
 }
 
-// Searches that fit a model to all they saw pay for every step with the square of their number, or more, and agents
-// look at whole images: few steps show as much as thousands do of the others.
-bool thinks_long(const Choice& choice) {
+// Searches that fit a model to all observations take quadratic time per step or more, and agents process whole images:
+// they get few steps.
+bool is_slow(const Choice& choice) {
   const std::string& id = choice.plugin->id;
   return choice.plugin->kind == Kind::agent || id == "bo-gp" || id == "bo-forest" || id == "transfer-gp";
 }
-constexpr std::uint32_t kFewSteps = 20;  // of a search with a model ten are drawn blindly
+constexpr std::uint32_t kFewSteps = 20;  // a search with a model draws ten of them at random
 
 // Agents that were trained for five axes refuse others.
 bool takes(const Choice& choice, std::uint32_t axes) { return choice.plugin->check.empty() || axes == 5; }
@@ -62,7 +62,7 @@ TEST(AlgorithmContract, KeepsToBoxAndBudgetInAnyDimension) {
         if (!takes(choice, axes)) continue;
         SCOPED_TRACE(choice.id + ", " + std::to_string(axes) + " axes" + (with_noise ? ", noisy" : ""));
         FakeSetup setup = setup_for(choice, axes);
-        setup.budget = thinks_long(choice) ? kFewSteps : 300;
+        setup.budget = is_slow(choice) ? kFewSteps : 300;
         if (with_noise) setup.merit = noisy(setup.merit);
         FakeConversation conversation(setup);
         run_trial(choice, conversation);
@@ -71,13 +71,13 @@ TEST(AlgorithmContract, KeepsToBoxAndBudgetInAnyDimension) {
       }
 }
 
-TEST(AlgorithmContract, TheSameSeedTakesTheSameSteps) {
+TEST(AlgorithmContract, RepeatsStepsForTheSameSeed) {
   for (const Choice& choice : algorithms()) {
     SCOPED_TRACE(choice.id);
     FakeSetup setup = setup_for(choice, 5);
     setup.merit = noisy(setup.merit);
     setup.seed = 77;
-    if (thinks_long(choice)) setup.budget = kFewSteps;
+    if (is_slow(choice)) setup.budget = kFewSteps;
     FakeConversation one(setup);
     FakeConversation two(setup);
     run_trial(choice, one);
@@ -93,7 +93,7 @@ TEST(AlgorithmContract, TheSameSeedTakesTheSameSteps) {
 TEST(AlgorithmContract, ReturnsWhenStoppedAtAnyRequest) {
   for (const Choice& choice : algorithms())
     for (std::uint32_t budget = 0; budget <= 40; ++budget) {
-      if (thinks_long(choice) && budget > kFewSteps) break;
+      if (is_slow(choice) && budget > kFewSteps) break;
       SCOPED_TRACE(choice.id + ", budget " + std::to_string(budget));
       FakeSetup setup = setup_for(choice, 5);
       setup.budget = budget;
@@ -103,7 +103,7 @@ TEST(AlgorithmContract, ReturnsWhenStoppedAtAnyRequest) {
     }
 }
 
-TEST(AlgorithmContract, SurvivesMeritsThatTellNothing) {
+TEST(AlgorithmContract, SurvivesUninformativeMerits) {
   const std::vector<std::pair<const char*, std::function<double(const Pose&, std::uint32_t)>>> merits = {
       {"constant", [](const Pose&, std::uint32_t) { return 0.03; }},
       {"zero", [](const Pose&, std::uint32_t) { return 0.0; }},
@@ -122,21 +122,21 @@ TEST(AlgorithmContract, SurvivesMeritsThatTellNothing) {
         SCOPED_TRACE(choice.id + ", " + name + ", " + std::to_string(axes) + " axes");
         FakeSetup setup = setup_for(choice, axes);
         setup.merit = merit;
-        setup.budget = thinks_long(choice) ? kFewSteps : 2000;
+        setup.budget = is_slow(choice) ? kFewSteps : 2000;
         FakeConversation conversation(setup);
         run_trial(choice, conversation);
         expect_sound(conversation);
       }
 }
 
-// A pose that was never measured may be the better advice (a model's optimum, a generation's mean); but not one that
-// the search was not allowed to visit.
+// A recommended pose need not have been measured (it may be a model's optimum or a generation's mean), but it must be
+// in the box.
 TEST(AlgorithmContract, RecommendsPosesInTheBox) {
   for (const Choice& choice : algorithms()) {
     SCOPED_TRACE(choice.id);
     if (choice.plugin->kind != Kind::optimizer) continue;
     FakeSetup setup = setup_for(choice, 5);
-    if (thinks_long(choice)) setup.budget = kFewSteps;
+    if (is_slow(choice)) setup.budget = kFewSteps;
     FakeConversation conversation(setup);
     run_trial(choice, conversation);
     const auto& [lower, upper] = std::tie(conversation.setup.lower, conversation.setup.upper);
@@ -148,13 +148,13 @@ TEST(AlgorithmContract, RecommendsPosesInTheBox) {
   }
 }
 
-TEST(AlgorithmContract, AnObjectIsUsedByTheThreadThatRunsIt) {
-  // Trials side by side must not touch each other: the same trial, alone and beside three others.
+TEST(AlgorithmContract, RunsConcurrentTrialsIndependently) {
+  // Concurrent trials must not affect each other: runs the same trial alone, and together with three others.
   for (const Choice& choice : algorithms()) {
     SCOPED_TRACE(choice.id);
     FakeSetup setup = setup_for(choice, 5);
     setup.merit = noisy(setup.merit);
-    if (thinks_long(choice)) setup.budget = kFewSteps;
+    if (is_slow(choice)) setup.budget = kFewSteps;
     FakeConversation alone(setup);
     run_trial(choice, alone);
     std::vector<std::unique_ptr<FakeConversation>> together;
@@ -171,7 +171,7 @@ TEST(AlgorithmContract, AnObjectIsUsedByTheThreadThatRunsIt) {
   }
 }
 
-TEST(AlgorithmContract, CompassFindsTheBowlAndEndsByItself) {
+TEST(AlgorithmContract, CompassFindsTheMinimumAndReturns) {
   std::vector<Problem> problems;
   const Choice choice = test::tree_catalog().resolve(Kind::optimizer, "compass", {}, ".", problems);
   ASSERT_TRUE(choice.plugin);

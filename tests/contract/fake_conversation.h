@@ -1,4 +1,4 @@
-// The fake conversation of the conformance kit (core/harness/conformance), under the names that tests use.
+// The fake trial of the conformance checks (core/harness/conformance), under the names that tests use.
 #pragma once
 
 #include "conformance/fake_conversation.h"

@@ -1,4 +1,4 @@
-// Every plugin of ours passes the conformance kit that its users' plugins have to pass.
+// Every plugin of the tree passes the conformance checks that users' plugins must pass.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 namespace relign::conformance {
 namespace {
 
-TEST(Kit, EveryPluginOfOursPasses) {
+TEST(Kit, PassesForEveryPlugin) {
   InspectionSetup setup;
   setup.program = kThisProgram;
   setup.deadline_s = 300;  // sanitizers are slow
@@ -19,7 +19,7 @@ TEST(Kit, EveryPluginOfOursPasses) {
     EXPECT_TRUE(inspection.passed()) << inspection.refused;
     for (const CheckResult& result : inspection.results) {
       EXPECT_NE(result.finding.verdict, Verdict::failed) << result.check << ": " << result.finding.sentence;
-      // "none" draws the same for every seed, and that is what it is for.
+      // "none" draws the same for every seed by design.
       if (plugin->id != "none") {
         EXPECT_NE(result.finding.verdict, Verdict::warning) << result.check << ": " << result.finding.sentence;
       }

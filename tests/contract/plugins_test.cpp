@@ -1,4 +1,4 @@
-// What every plugin of ours promises by being one.
+// The contract of every plugin of the tree.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -33,7 +33,7 @@ std::vector<std::string> exported_symbols(const std::filesystem::path& library) 
   return symbols;
 }
 
-TEST(PluginContract, NothingOfTheTreeIsRefused) {
+TEST(PluginContract, LoadsEveryPluginOfTheTree) {
   EXPECT_THAT(test::tree_catalog().refused(), IsEmpty());
   EXPECT_THAT(test::tree_catalog().ids(Kind::optimizer),
               IsSupersetOf({"compass", "home", "random", "nlopt", "nlopt-sbplx", "nlopt-bobyqa", "nlopt-cobyla",
@@ -49,7 +49,7 @@ TEST(PluginContract, EveryPluginExportsExactlyOneSymbol) {
   }
 }
 
-TEST(PluginContract, EveryEntryCarriesTheManifestBesideIt) {
+TEST(PluginContract, EveryEntryContainsTheManifestBesideIt) {
   for (const auto& plugin : test::tree_catalog().plugins()) {
     SCOPED_TRACE(plugin->id);
     const relign_plugin_description& entry = load_library(*plugin);
@@ -57,11 +57,11 @@ TEST(PluginContract, EveryEntryCarriesTheManifestBesideIt) {
     EXPECT_EQ(entry.abi_major, std::uint32_t{RELIGN_ABI_MAJOR});
     EXPECT_EQ(entry.abi_minor, std::uint32_t{RELIGN_ABI_MINOR});
     EXPECT_STRNE(entry.build_info, "");
-    EXPECT_FALSE(plugin->license.empty() && plugin->id != "compass") << "say under which license it comes";
+    EXPECT_FALSE(plugin->license.empty() && plugin->id != "compass") << "the manifest must name a license";
   }
 }
 
-TEST(PluginContract, EveryPluginAndPresetCreates) {
+TEST(PluginContract, CreatesEveryPluginAndPreset) {
   Catalog& catalog = test::tree_catalog();
   for (const auto& plugin : catalog.plugins()) {
     std::vector<std::string> ids = {plugin->id};
@@ -71,7 +71,7 @@ TEST(PluginContract, EveryPluginAndPresetCreates) {
       std::vector<Problem> problems;
       const Choice choice = catalog.resolve(plugin->kind, id, {}, ".", problems);
       for (const Problem& problem : problems) {
-        // A plugin alone may need a file from the user; its presets must not.
+        // A plugin without preset may need a file from the user; its presets must not.
         EXPECT_EQ(id, plugin->id) << problem.to_string();
         EXPECT_THAT(problem.message, testing::HasSubstr("missing parameter"));
       }
@@ -90,7 +90,7 @@ TEST(PluginContract, EveryPluginAndPresetCreates) {
   }
 }
 
-TEST(PluginContract, ThePagesOfAlgorithmsNameEveryFolder) {
+TEST(PluginContract, DocumentsEveryAlgorithmFolder) {
   for (const char* kind : {"optimizers", "agents"}) {
     const std::filesystem::path algorithms = std::filesystem::path(RELIGN_SOURCE_DIR) / "plugins" / kind;
     const std::string page = read_file(algorithms / "README.md");
@@ -101,7 +101,7 @@ TEST(PluginContract, ThePagesOfAlgorithmsNameEveryFolder) {
   }
 }
 
-TEST(PluginContract, EveryFolderOfTheTreeExplainsItself) {
+TEST(PluginContract, EveryFolderHasReadmeAndCMakeLists) {
   const std::filesystem::path tree = std::filesystem::path(RELIGN_SOURCE_DIR) / "plugins";
   int folders = 0;
   for (const char* kind : {"scenes", "noise_levels", "optimizers", "agents"}) {

@@ -1,11 +1,11 @@
-// What tests of optimizers share: a bowl to search.
+// Helpers for tests of optimizers: a bowl-shaped merit.
 #pragma once
 
 #include "contract/run_plugin.h"  // IWYU pragma: export
 
 namespace relign::test {
 
-// Its bottom, 0.01, lies off the centre and off every grid: at 0.17, -0.21, 0.17, ...
+// Its minimum, 0.01, is off the centre and off every grid: at 0.17, -0.21, 0.17, ...
 inline double off_centre_bowl(const Pose& pose) {
   Pose optimum(pose.size());
   for (std::size_t axis = 0; axis < pose.size(); ++axis) optimum[axis] = axis % 2 ? -0.21 : 0.17;

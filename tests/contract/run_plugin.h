@@ -1,4 +1,4 @@
-// A plugin of the tree, run by its own test.
+// Runs a plugin of the tree, for its own test.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace relign::test {
 
-// One trial of the plugin in this folder of the tree, by its id or a preset's.
+// Runs one trial of the plugin in this folder of the tree, by its id or that of a preset.
 inline void run_plugin(const std::string& folder, const std::string& id, const Json& parameters,
                        const FakeConversation& conversation) {
   plugin_host::Catalog catalog;

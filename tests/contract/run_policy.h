@@ -1,4 +1,4 @@
-// What tests of agents with a trained network share: grey images, and a network that says how bright they are.
+// Helpers for tests of agents with a trained network: grey images, and a network that outputs their brightness.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,8 @@ struct GreyTrial {
     setup.image_side = 40;
     setup.merit = [](const Pose&, std::uint32_t) { return 0.0; };
     setup.paint = [brightness](double, float* pixels) {
-      std::fill(pixels, pixels + 1600, static_cast<float>(brightness * 0.3));  // 255 stands for three whites of 0.1
+      std::fill(pixels, pixels + 1600,
+                static_cast<float>(brightness * 0.3));  // 255 corresponds to three times white, 0.1
     };
     wanted.assign(1600, static_cast<float>(reference_value));
     image = {sizeof image, RELIGN_SAMPLE_FLOAT32, 40, 40, 1, 0, wanted.data(), 40 * sizeof(float)};
@@ -37,7 +38,7 @@ struct GreyTrial {
   relign_reference_service reference{};
 };
 
-// One trial of the agent in this folder of the tree, with that network unless `parameters` name another.
+// Runs one trial of the agent in this folder of the tree, with that network unless `parameters` name another one.
 inline void run_policy(const std::string& agent, const FakeConversation& conversation,
                        Json parameters = Json::object()) {
   if (!parameters.contains("model"))
@@ -45,7 +46,7 @@ inline void run_policy(const std::string& agent, const FakeConversation& convers
   run_plugin(agent, agent, parameters, conversation);
 }
 
-// What it says when it refuses the trial; empty when it does not.
+// The message with which it refuses the trial; empty when it runs.
 inline std::string refusal(const std::string& agent, const FakeConversation& conversation,
                            const Json& parameters = Json::object()) {
   try {

@@ -1,4 +1,4 @@
-// The plugins of the tree that were built, and the compass search.
+// A catalogue of the built plugins of the tree and the compass search.
 #pragma once
 
 #include "plugin_host/catalog.h"
@@ -7,7 +7,7 @@ namespace relign::test {
 
 inline plugin_host::Catalog& tree_catalog() {
   static plugin_host::Catalog* catalog = [] {
-    auto* fresh = new plugin_host::Catalog;  // as long as the process
+    auto* fresh = new plugin_host::Catalog;  // never destroyed
     fresh->scan(RELIGN_PLUGIN_DIR);
     fresh->add(RELIGN_COMPASS_FOLDER);
     return fresh;

@@ -1,9 +1,9 @@
-// The tutorials as their reader meets them: every ```sh block is run, in order, in one shell, in a folder that looks
-// like a clone that was built; every listing behind a comment <!-- file --> is compared with that file.
+// The tutorials, followed like a reader: runs every ```sh block in order, in one shell, in a folder that looks like a
+// built clone; compares every listing after a comment <!-- file --> with that file.
 //
-// docs/tutorial_policy.md trains for a minute or two where RELIGN_TRAINING is set and torch is there. Elsewhere
-// relign-train only reads its arguments, and puts the shipped network where the trained one would be, so that all the
-// rest is run.
+// docs/tutorial_policy.md trains for a minute or two if RELIGN_TRAINING is set and torch is installed. Otherwise
+// relign-train only parses its arguments and copies the shipped network to the place of the trained one, so that the
+// rest can run.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -24,7 +24,7 @@ const fs::path kSource = RELIGN_SOURCE_DIR;
 
 struct Block {
   std::string language;
-  std::string file;  // what the comment above names; empty: none
+  std::string file;  // named in the comment above; empty: none
   std::string text;
 };
 
@@ -43,18 +43,18 @@ std::vector<Block> blocks_of(const std::string& document) {
     if (!fence && inside) blocks.back().text += line + "\n";
     above = line;
   }
-  EXPECT_FALSE(inside) << "a block is not closed";
+  EXPECT_FALSE(inside) << "unclosed block";
   return blocks;
 }
 
-// What the documents speak of: build/release, examples/.
+// Creates the folders that the documents use: build/release, examples/.
 void look_like_a_clone(const Workplace& place) {
   fs::create_directories(place.path("build"));
   fs::create_directory_symlink(RELIGN_BUILD_DIR, place.path("build/release"));
   fs::create_directory_symlink(kSource / "examples", place.path("examples"));
 }
 
-// Runs all commands of the document, `before` first; returns what they printed.
+// Runs all commands of the document after `before`. Returns their output.
 std::string follow(const Workplace& place, const std::string& document, const std::string& before = "") {
   look_like_a_clone(place);
   std::string script = "set -eu\nexport HOME='" + place.folder().string() + "'\n" + before;
@@ -65,7 +65,7 @@ std::string follow(const Workplace& place, const std::string& document, const st
       script += block.text;
       ++commands;
     } else {
-      EXPECT_NE(block.file, "") << "a listing without a file, or a block that nothing runs:\n" << block.text;
+      EXPECT_NE(block.file, "") << "a listing without a file, or a block that is not run:\n" << block.text;
       listings.push_back(block);
     }
   }
@@ -76,14 +76,14 @@ std::string follow(const Workplace& place, const std::string& document, const st
   return outcome.out + outcome.err;
 }
 
-TEST(PluginsDocument, EveryCommandRunsAndEveryListingIsTheFile) {
+TEST(PluginsDocument, RunsEveryCommandAndMatchesEveryListing) {
   const Workplace place;
   const std::string said = follow(place, "plugins.md");
   EXPECT_TRUE(fs::exists(place.path("my_search/my_search.cpp"))) << said;
   EXPECT_TRUE(fs::exists(place.path("my_search/results/report.html"))) << said;
 }
 
-TEST(LensTutorial, EveryCommandRunsAndTheReportIsAsItSays) {
+TEST(LensTutorial, RunsEveryCommandAndMatchesTheReport) {
   const Workplace place;
   const std::string said = follow(place, "tutorial_lens.md");
   const std::string page = place.read("results/triplet/report.html");
@@ -95,12 +95,12 @@ TEST(LensTutorial, EveryCommandRunsAndTheReportIsAsItSays) {
     EXPECT_NE(page.find("<h2>" + section + "<"), std::string::npos) << "the page has no section " << section;
     EXPECT_NE(reading.find("**" + section + "**"), std::string::npos) << "the tutorial does not explain " << section;
   }
-  // The picture in the tutorial is of this report: the same suite on the same lenses.
+  // The picture in the tutorial shows this report: the same suite on the same instances.
   EXPECT_NE(page.find("<b>through-focus-quick</b> ends with the lowest median error, 0.000779"), std::string::npos)
-      << "docs/images/triplet_report.png and what the tutorial says of it are of another run";
+      << "docs/images/triplet_report.png and the tutorial's text show another run";
 }
 
-// Reads its arguments with the program's own parser, and puts the shipped network where the trained one would be.
+// Parses its arguments with the program's own parser, and copies the shipped network to the place of the trained one.
 const char* const kStandIn = R"(
 import pathlib, shutil, sys
 from relign_bench.training.cli import make_parser
@@ -130,14 +130,14 @@ std::string training_program(const Workplace& place, bool trains) {
   return "export PATH=\"$PWD/bin:$PATH\"\n";
 }
 
-TEST(PolicyTutorial, EveryCommandRunsWithTheShippedNetworkInsteadOfTraining) {
+TEST(PolicyTutorial, RunsEveryCommandWithTheShippedNetwork) {
   const Workplace place;
   const std::string said = follow(place, "tutorial_policy.md", training_program(place, false));
   EXPECT_TRUE(fs::exists(place.path("results/policy/report.html"))) << said;
   EXPECT_TRUE(fs::exists(place.path("my_agent.json")));
 }
 
-TEST(PolicyTutorial, EveryCommandRunsWithTraining) {
+TEST(PolicyTutorial, RunsEveryCommandWithTraining) {
   if (std::getenv("RELIGN_TRAINING") == nullptr) GTEST_SKIP() << "RELIGN_TRAINING is not set: trains for minutes";
   if (std::system("'" RELIGN_TRAINING_PYTHON "' -c 'import torch, onnx' 2>/dev/null") != 0)
     GTEST_SKIP() << "training needs torch and onnx, from the Python index";
@@ -147,8 +147,8 @@ TEST(PolicyTutorial, EveryCommandRunsWithTraining) {
   EXPECT_TRUE(fs::exists(place.path("results/policy/report.html"))) << said;
 }
 
-// [text](path) and [text](path#place) of every document lead to a file of the tree.
-TEST(Documents, LinksLeadSomewhere) {
+// [text](path) and [text](path#place) of every document link to a file of the tree.
+TEST(Documents, HaveNoBrokenLinks) {
   std::vector<fs::path> documents = {kSource / "README.md", kSource / "CONTRIBUTING.md"};
   for (const char* root : {"docs", "core", "plugins", "examples", "python", "results", "tests"})
     for (const fs::directory_entry& entry : fs::recursive_directory_iterator(kSource / root))

@@ -1,4 +1,4 @@
-# `plugin new --lang python` passes its own test at once and can be used by its path.
+# The output of `plugin new --lang python` passes its own test and can be used by its path.
 include("${CMAKE_CURRENT_LIST_DIR}/stranger.cmake")
 string(REPLACE "-" "_" name "new_${KIND}")
 set(work "${PLACE}/new_${KIND}_python")

@@ -1,4 +1,4 @@
-# `cpack -G DEB`, unpacked into a folder as a stranger would have it, and what the Containerfile says of it.
+# The package of `cpack -G DEB`, unpacked into a folder, and its use in the Containerfile.
 set(work "${PLACE}/package")
 file(REMOVE_RECURSE "${work}")
 foreach(tool dpkg-deb dpkg-shlibdeps)
@@ -10,7 +10,7 @@ foreach(tool dpkg-deb dpkg-shlibdeps)
   endif()
 endforeach()
 
-# Runs a command without this machine's settings; what it prints lands in `out`, and it must not say anything.
+# Runs a command without this machine's settings; its stdout goes to `out`, and its stderr must be empty.
 macro(quietly)
   execute_process(COMMAND ${ARGN} WORKING_DIRECTORY "${work}" OUTPUT_VARIABLE out ERROR_VARIABLE said
                   RESULT_VARIABLE failed)
@@ -34,23 +34,23 @@ if(failed)
 endif()
 file(GLOB package "${work}/relign-bench_*.deb")
 
-# What apt is told.
+# The metadata for apt.
 quietly("${dpkg-deb}" --field "${package}")
 expect("${out}" "Package: relign-bench\n" "the package's name")
-expect("${out}" "Depends: [^\n]*libc6 [^\n]*libopencv-core" "it depends on what it is linked with")
+expect("${out}" "Depends: [^\n]*libc6 [^\n]*libopencv-core" "its dependencies include the linked libraries")
 expect("${out}" "Description: [^\n]+\n [^\n]+\n" "a summary and a description")
 if(out MATCHES "Depends: [^\n]*(gtest|benchmark)")
   message(FATAL_ERROR "it depends on ${CMAKE_MATCH_1}:\n${out}")
 endif()
 
-# Nothing of this machine is in it; assertions and sanitizers name source files.
+# It contains no paths of this machine, except in builds with assertions or sanitizers, which name source files.
 set(root "${work}/root")
 quietly("${dpkg-deb}" -x "${package}" "${root}")
 if(CONFIG STREQUAL "Release")
   foreach(path "${SOURCE}" "${BUILD}")
     execute_process(COMMAND grep -rlF "${path}" "${root}" OUTPUT_VARIABLE found)
     if(found)
-      message(FATAL_ERROR "these speak of ${path}:\n${found}")
+      message(FATAL_ERROR "these contain ${path}:\n${found}")
     endif()
   endforeach()
 endif()
@@ -69,7 +69,7 @@ foreach(file doc/relign-bench/copyright doc/relign-bench/LICENSE bash-completion
   endif()
 endforeach()
 
-# Its plugins are found, and a trial runs.
+# It finds its plugins and runs a trial.
 set(program env -i "PATH=/usr/bin:/bin" "HOME=${work}/home" "${root}/usr/bin/relign-bench")
 quietly(${program} list --json)
 foreach(id lens_system rho nlopt random home)
@@ -77,21 +77,21 @@ foreach(id lens_system rho nlopt random home)
 endforeach()
 quietly(${program} validate "${root}/usr/share/relign-bench/suites/quick.json")
 quietly(${program} --progress none try nlopt-sbplx --steps 2 --json)
-expect("${out}" "\"step\": *2[,\n]" "two steps were asked for")
+expect("${out}" "\"step\": *2[,\n]" "expected two steps")
 
-# The container is built and filled by what there is.
+# The Containerfile uses existing commands, files and packages.
 file(READ "${SOURCE}/Containerfile" container)
 execute_process(COMMAND "${SOURCE}/quickstart" --help OUTPUT_VARIABLE steps)
 expect("${container}" "\\./quickstart ([a-z]+) --yes" "no step of quickstart")
 expect("${steps}" "\n  ${CMAKE_MATCH_1} " "quickstart has no such step")
-expect("${container}" "COPY --from=build /src/(build/release/relign-bench_)\\*\\.deb" "where the package is")
-expect("${container}" "apt-get install --yes --no-install-recommends /tmp/relign-bench_\\*\\.deb ([^\n]*) \\\\" "what is installed")
+expect("${container}" "COPY --from=build /src/(build/release/relign-bench_)\\*\\.deb" "the place of the package")
+expect("${container}" "apt-get install --yes --no-install-recommends /tmp/relign-bench_\\*\\.deb ([^\n]*) \\\\" "the installed packages")
 string(REPLACE " " ", " recommended "${CMAKE_MATCH_1}")
 quietly("${dpkg-deb}" --field "${package}" Recommends)
 expect("${out}" "^${recommended}\n" "the container installs ${recommended}, the package recommends other packages")
 string(REGEX MATCHALL "/usr/share/[^ \n]*" paths "${container}")
 foreach(path ${paths})
   if(NOT EXISTS "${root}${path}")
-    message(FATAL_ERROR "the Containerfile speaks of ${path}, which the package does not have")
+    message(FATAL_ERROR "the Containerfile uses ${path}, which the package does not have")
   endif()
 endforeach()

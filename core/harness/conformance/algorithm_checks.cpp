@@ -1,4 +1,4 @@
-// What optimizers and agents promise, whatever merits they are shown.
+// Checks of optimizers and agents, with all kinds of merits.
 #include <algorithm>
 #include <limits>
 
@@ -16,15 +16,15 @@ using plugin_host::Choice;
 namespace {
 
 constexpr double kStopCpu_s = 2;    // between RELIGN_STOP and the return of run
-constexpr double kStopWall_s = 20;  // the same for what works in another process
+constexpr double kStopWall_s = 20;  // the same for work in another process
 constexpr double kThinkCpu_s = 40;  // between two requests
 
 const double kNaN = std::numeric_limits<double>::quiet_NaN();
 const double kInfinity = std::numeric_limits<double>::infinity();
 
-// One trial. After the first RELIGN_STOP `watchdog` ends the process with `when_late`.
-// Returns what the plugin reports as a failure, or an empty text. A plugin whose pose was refused
-// may well fail: that is for the check of poses, unless the caller wants to know.
+// Runs one trial. After the first RELIGN_STOP `watchdog` ends the process with `when_late`.
+// Returns the failure that the plugin reports, or an empty string. A failure after a refused pose counts only if the
+// caller asks for it, because the check "poses" covers that case.
 std::string watched_trial(const Choice& choice, FakeConversation& conversation, Watchdog& watchdog,
                           const Finding& when_late) {
   bool told = false;
@@ -32,7 +32,7 @@ std::string watched_trial(const Choice& choice, FakeConversation& conversation, 
     if (!told) watchdog.start(kStopCpu_s, kStopWall_s, when_late);
     told = true;
   };
-  watchdog.start(kThinkCpu_s, 10 * kThinkCpu_s, failed("it works for more than 40 s and asks for nothing"));
+  watchdog.start(kThinkCpu_s, 10 * kThinkCpu_s, failed("it computes for more than 40 s without a request"));
   std::string failure;
   try {
     run_trial(choice, conversation);
@@ -44,7 +44,7 @@ std::string watched_trial(const Choice& choice, FakeConversation& conversation, 
   return failure;
 }
 
-// The first step at which two trials differ, as text; empty when they are equal bit for bit.
+// The first difference between two trials, as text; empty when they are equal bit for bit.
 std::string first_difference(const FakeConversation& one, const FakeConversation& other) {
   const std::size_t common = std::min(one.steps.size(), other.steps.size());
   for (std::size_t step = 0; step < common; ++step)
@@ -56,7 +56,7 @@ std::string first_difference(const FakeConversation& one, const FakeConversation
   for (std::size_t i = 0; same && i < one.recommendations.size(); ++i)
     same = one.recommendations[i].pose == other.recommendations[i].pose &&
            one.recommendations[i].steps_made == other.recommendations[i].steps_made;
-  return same ? "" : "in what they recommend";
+  return same ? "" : "in their recommendations";
 }
 
 FakeSetup noisy_setup(const Choice& choice, std::uint32_t axes, std::uint32_t budget) {
@@ -73,7 +73,7 @@ const Finding kStoppedLate = skipped("it does not return after RELIGN_STOP");
 Finding check_runs(const Subject& subject) {
   Watchdog watchdog;
   FakeConversation conversation(noisy_setup(subject.choice(), 5, 30));
-  // What happens after RELIGN_STOP and with wrong poses is for the next two checks.
+  // The next two checks cover the time after RELIGN_STOP, and invalid poses.
   const std::string failure = watched_trial(subject.choice(), conversation, watchdog, ok());
   return failure.empty() ? ok() : failed(failure);
 }
@@ -81,7 +81,7 @@ Finding check_runs(const Subject& subject) {
 Finding check_stop(const Subject& subject) {
   Watchdog watchdog;
   unsigned more_requests = 0;
-  // A process starts anew for each, and may take seconds to import what it needs.
+  // A process starts again for each trial, and its imports may take seconds.
   const bool process = !subject.manifest->command.empty();
   constexpr std::uint32_t kLast = 40;
   for (std::uint32_t budget = 0; budget <= kLast; budget += process ? std::max(1U, budget / 2) : 1) {
@@ -91,12 +91,12 @@ Finding check_stop(const Subject& subject) {
     const std::string failure =
         watched_trial(subject.choice(), conversation, watchdog,
                       failed(where + ", it did not return within " + shortest(kStopCpu_s) +
-                             " s of processor time: after RELIGN_STOP (an empty step in C++) run must return"));
+                             " s of processor time; run must return after RELIGN_STOP (an empty step in C++)"));
     if (!failure.empty()) return failed(where + ": " + failure);
     more_requests = std::max(more_requests, conversation.requests_after_stop);
   }
   if (more_requests > 0)
-    return warning("it returns, but asks for up to " + std::to_string(more_requests) + " more steps after RELIGN_STOP");
+    return warning("it requests up to " + std::to_string(more_requests) + " more steps after RELIGN_STOP");
   return ok();
 }
 
@@ -109,8 +109,8 @@ Finding check_poses(const Subject& subject) {
     watched_trial(subject.choice(), conversation, watchdog, kStoppedLate);
     if (conversation.refused)
       return failed("after " + std::to_string(conversation.steps.size()) +
-                    " steps it sent a pose that is not finite, has another number of axes than the task, or asked for "
-                    "step 0 again too late");
+                    " steps it sent an invalid pose (not finite, or the wrong number of axes), or requested step 0 "
+                    "again too late");
   }
   return ok();
 }
@@ -136,17 +136,17 @@ Finding check_dimensions(const Subject& subject) {
     FakeConversation conversation(noisy_setup(subject.choice(), axes, 60));
     const std::string failure = watched_trial(subject.choice(), conversation, watchdog, kStoppedLate);
     if (conversation.refused)
-      return failed("with " + std::to_string(axes) + " axes it sent a pose that is not finite or has another length");
+      return failed("with " + std::to_string(axes) + " axes it sent a pose that is not finite or has the wrong length");
     if (!failure.empty()) refused.push_back(std::to_string(axes) + " axes: " + failure);
   }
-  // Who was made for five axes may say so; who crashes or sends rubbish may not.
+  // A plugin may refuse other numbers of axes, but must not crash or send invalid poses.
   if (!refused.empty() && !subject.manifest->check.empty())
-    return skipped("made for other trials: with " + join(refused, "; "));
+    return skipped("made for different trials; it does not run with " + join(refused, "; "));
   return refused.empty() ? ok() : warning("it does not run with " + join(refused, "; "));
 }
 
 Finding check_box(const Subject& subject) {
-  if (!(subject.manifest->knows_bits() & RELIGN_KNOWS_BOX)) return skipped("it is told no box");
+  if (!(subject.manifest->knows_bits() & RELIGN_KNOWS_BOX)) return skipped("it does not observe the box");
   Watchdog watchdog;
   for (const std::uint32_t axes : {2u, 5u}) {
     FakeConversation conversation(noisy_setup(subject.choice(), axes, 100));
@@ -157,8 +157,8 @@ Finding check_box(const Subject& subject) {
         const double value = conversation.steps[step].pose[axis];
         if (value >= setup.lower[axis] && value <= setup.upper[axis]) continue;
         return warning("step " + std::to_string(step + 1) + " commands " + shortest(value) + " on axis " +
-                       std::to_string(axis) + ", the box is " + shortest(setup.lower[axis]) + " to " +
-                       shortest(setup.upper[axis]) + "; the host cuts nothing there");
+                       std::to_string(axis) + ", outside the box from " + shortest(setup.lower[axis]) + " to " +
+                       shortest(setup.upper[axis]) + "; the host does not clip it");
       }
   }
   return ok();
@@ -179,17 +179,17 @@ Finding check_same_trace(const Subject& subject) {
   FakeConversation again(setup);
   watched_trial(choice, again, watchdog, kStoppedLate);
   if (const std::string where = first_difference(alone, again); !where.empty())
-    return failed("two trials with the same seed and the same merits part " + where +
-                  "; draw every random number from the seed of the task, keep nothing in global variables");
+    return failed("two trials with the same seed and the same merits differ " + where +
+                  "; draw every random number from the seed of the task, and keep no state in global variables");
 
-  // The same trial, with a whole other one in the middle of it.
+  // The same trial, with another complete trial in the middle of it.
   FakeSetup interrupted_setup = setup;
   interrupted_setup.merit = [&, merit = setup.merit](const Pose& pose, std::uint32_t step) {
     if (step == 3) {
       FakeConversation inner(other_setup);
       try {
         run_trial(choice, inner);
-      } catch (const Error&) {  // reported by the check that is for it
+      } catch (const Error&) {  // reported by another check
       }
     }
     return merit(pose, step);
@@ -197,8 +197,8 @@ Finding check_same_trace(const Subject& subject) {
   FakeConversation interrupted(interrupted_setup);
   watched_trial(choice, interrupted, watchdog, kStoppedLate);
   if (const std::string where = first_difference(alone, interrupted); !where.empty())
-    return failed("a trial goes another way when a second one runs at the same time: they part " + where +
-                  "; keep nothing in global variables");
+    return failed("a trial changes when another one runs at the same time: they differ " + where +
+                  "; keep no state in global variables");
   return ok();
 }
 
@@ -230,7 +230,7 @@ Finding check_merits(const Subject& subject) {
     const std::string failure = watched_trial(subject.choice(), conversation, watchdog,
                                               failed(where + " it does not return after RELIGN_STOP"));
     if (!failure.empty()) return failed(where + " it fails: " + failure);
-    if (conversation.refused) return failed(where + " it sends poses that are not finite");
+    if (conversation.refused) return failed(where + " it sends non-finite poses");
   }
   return ok();
 }

@@ -1,7 +1,7 @@
-// The list of checks: what a plugin of each kind promises by being one.
+// The conformance checks: the contract that plugins of each kind must satisfy.
 //
-// A check looks at one promise. What other checks see to is not its business: a plugin that breaks
-// one promise fails one check, and what cannot be told any more without it is skipped.
+// Each check tests one promise of the contract, independently of the others: a plugin that breaks one promise fails one
+// check, and checks that depend on it are skipped.
 #pragma once
 
 #include <string>
@@ -14,10 +14,10 @@ namespace relign::conformance {
 
 struct Check {
   const char* name;                // "stop"
-  const char* promise;             // "it returns promptly after STOP at every request"
+  const char* promise;             // "returns promptly when stopped, at any request"
   std::vector<const char*> needs;  // checks that must not have failed or been skipped
   bool (*applies)(plugin_host::Kind);
-  Finding (*look)(const Subject&);  // may throw Error, which is a failed check
+  Finding (*look)(const Subject&);  // may throw Error, which fails the check
 };
 
 const std::vector<Check>& all_checks();  // in the order to run them

@@ -27,9 +27,9 @@ using plugin_host::Kind;
 
 namespace {
 
-// Enough to learn something from, few enough for a check.
-constexpr unsigned kMostSources = 3;
-constexpr unsigned kMostSourceSteps = 20;
+// Enough for pretraining, few enough for a check.
+constexpr unsigned kMaxSources = 3;
+constexpr unsigned kMaxSourceSteps = 20;
 
 }  // namespace
 
@@ -62,7 +62,7 @@ FakePreparation prepare(const Choice& choice, std::uint32_t axes,
   FakePreparation preparation;
   if (!wanted) return preparation;
   preparation.preparing = true;
-  preparation.sources = std::min(wanted->sources, kMostSources);
+  preparation.sources = std::min(wanted->sources, kMaxSources);
   for (; preparation.source < preparation.sources; ++preparation.source) {
     FakeSetup setup = setup_for(choice, axes);
     Pose optimum = setup.start;
@@ -70,7 +70,7 @@ FakePreparation prepare(const Choice& choice, std::uint32_t axes,
     for (double& coordinate : optimum) coordinate += 0.2 * (random.uniform() - 0.5);
     setup.merit = merit ? merit : noisy([optimum](const Pose& pose, std::uint32_t) { return bowl(pose, optimum); });
     setup.seed = preparation.source;
-    setup.budget = std::min(wanted->steps, kMostSourceSteps);
+    setup.budget = std::min(wanted->steps, kMaxSourceSteps);
     setup.preparation = &preparation;
     FakeConversation conversation(setup);
     run_trial(choice, conversation);
@@ -81,8 +81,8 @@ FakePreparation prepare(const Choice& choice, std::uint32_t axes,
 
 namespace {
 
-// Prepared once in this process for a choice and number of axes: most checks run many trials, some at the same time.
-FakePreparation prepared_before(const Choice& choice, std::uint32_t axes) {
+// Pretrained data, cached in this process by choice and number of axes: most checks run many trials, some concurrently.
+FakePreparation cached_preparation(const Choice& choice, std::uint32_t axes) {
   static std::mutex mutex;
   const std::lock_guard<std::mutex> hold(mutex);
   static std::map<std::string, FakePreparation> known;
@@ -97,7 +97,7 @@ void run_trial(const Choice& choice, FakeConversation& conversation) {
   FakePreparation preparation;
   const bool own = conversation.setup.preparation != nullptr;
   if (!own && !choice.plugin->prepare.is_null()) {
-    preparation = prepared_before(choice, conversation.setup.axes);
+    preparation = cached_preparation(choice, conversation.setup.axes);
     conversation.setup.preparation = &preparation;
   }
   const FakeServices services(choice, conversation);
@@ -145,7 +145,7 @@ void exercise(const Choice& choice) {
     } else {
       exercise_scene(choice);
     }
-  } catch (const std::exception&) {  // reported by the check that is for it
+  } catch (const std::exception&) {  // reported by another check
   }
 }
 
@@ -163,29 +163,29 @@ ProcessState::ProcessState() {
 
 std::vector<std::string> ProcessState::environment_changes() const {
   const ProcessState now;
-  std::vector<std::string> sentences;
+  std::vector<std::string> messages;
   for (const auto& [name, line] : variables_) {
     const auto found = now.variables_.find(name);
     if (found == now.variables_.end())
-      sentences.push_back("the environment variable " + name + " was removed");
+      messages.push_back("the environment variable " + name + " was removed");
     else if (found->second != line)
-      sentences.push_back("the environment variable " + name + " was changed");
+      messages.push_back("the environment variable " + name + " was changed");
   }
   for (const auto& [name, line] : now.variables_)
-    if (!variables_.count(name)) sentences.push_back("the environment variable " + name + " was set");
-  return sentences;
+    if (!variables_.count(name)) messages.push_back("the environment variable " + name + " was set");
+  return messages;
 }
 
 std::vector<std::string> ProcessState::descriptor_changes() const {
   const ProcessState now;
-  std::vector<std::string> sentences;
+  std::vector<std::string> messages;
   for (const auto& [number, target] : descriptors_)
     if (!now.descriptors_.count(number))
-      sentences.push_back("the file descriptor " + std::to_string(number) + " was closed");
+      messages.push_back("the file descriptor " + std::to_string(number) + " was closed");
   for (const auto& [number, target] : now.descriptors_)
     if (!descriptors_.count(number))
-      sentences.push_back("the file descriptor " + std::to_string(number) + " was left open (" + target + ")");
-  return sentences;
+      messages.push_back("the file descriptor " + std::to_string(number) + " was left open (" + target + ")");
+  return messages;
 }
 
 std::string stdout_of(const std::function<void()>& work) {
@@ -193,7 +193,7 @@ std::string stdout_of(const std::function<void()>& work) {
   const int saved = ::fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 10);
   const int written = ::memfd_create("stdout", MFD_CLOEXEC);
   if (saved < 0 || written < 0 || ::dup2(written, STDOUT_FILENO) < 0)
-    throw Error(ErrorKind::io, "stdout cannot be watched: " + std::generic_category().message(errno));
+    throw Error(ErrorKind::io, "cannot capture stdout: " + std::generic_category().message(errno));
   work();
   std::cout.flush();
   std::fflush(stdout);

@@ -1,4 +1,4 @@
-// What plugins must leave alone in the process they live in, and a way to make one work.
+// Runs a plugin for checks, and watches the process state that plugins must not change.
 #pragma once
 
 #include <cstddef>
@@ -12,30 +12,30 @@
 
 namespace relign::conformance {
 
-// A trial over a bowl in the coordinates that a protocol would give this algorithm.
+// A trial on a bowl-shaped merit, in the coordinates that this algorithm would get under a protocol.
 FakeSetup setup_for(const plugin_host::Choice& choice, std::uint32_t axes);
 
-// The bowl with noise that depends on the step alone.
+// `merit` with noise that depends only on the step.
 std::function<double(const Pose&, std::uint32_t)> noisy(std::function<double(const Pose&, std::uint32_t)> merit);
 
-// What an algorithm that is prepared (relign.prepared/1) saves on a few short, made-up sources: the same for the same
-// choice and number of axes. `merit` in the place of theirs, if there is one. Throws Error(plugin_failed).
+// The data that an algorithm with pretraining (relign.prepared/1) saves on a few short synthetic sources; a function of
+// choice and number of axes. `merit`, if any, replaces that of the sources. Throws Error(plugin_failed).
 FakePreparation prepare(const plugin_host::Choice& choice, std::uint32_t axes,
                         const std::function<double(const Pose&, std::uint32_t)>& merit = {});
 
-// One trial in a fresh object, with services; an algorithm that is prepared is prepared before, unless the setup says
-// with what. Throws Error(plugin_failed).
+// Runs one trial in a new object, with services. Pretrains an algorithm that asks for it, unless the setup has data.
+// Throws Error(plugin_failed).
 void run_trial(const plugin_host::Choice& choice, FakeConversation& conversation);
 
-// Makes the plugin do once what it is for: a trial, a draw, a capture and a truth. What it reports as
-// a failure is not thrown: other checks see to that.
+// Uses the plugin once: runs a trial, or draws, or captures and scores. Ignores reported failures, which other checks
+// find.
 void exercise(const plugin_host::Choice& choice);
 
 // Environment variables and open file descriptors of this process.
 class ProcessState {
  public:
   ProcessState();
-  // A sentence per difference.
+  // A message per difference.
   std::vector<std::string> environment_changes() const;
   std::vector<std::string> descriptor_changes() const;
 
@@ -44,10 +44,10 @@ class ProcessState {
   std::map<int, std::string> descriptors_;
 };
 
-// What is written to stdout while `work` runs, through whatever layer.
+// Everything written to stdout while `work` runs, through any layer.
 std::string stdout_of(const std::function<void()>& work);
 
-// Bytes that malloc has handed out; 0 where that is unknown.
+// Bytes allocated by malloc; 0 where unknown.
 std::size_t heap_bytes();
 
 }  // namespace relign::conformance

@@ -12,11 +12,11 @@
 namespace relign::conformance {
 namespace {
 
-// A struct at an offset of the file's bytes.
+// Reads a struct at an offset of the file's bytes.
 template <class Struct>
 Struct at(const std::string& bytes, std::uint64_t offset) {
   if (offset > bytes.size() || sizeof(Struct) > bytes.size() - offset)
-    throw Error(ErrorKind::plugin_refused, "its symbol table lies outside the file");
+    throw Error(ErrorKind::plugin_refused, "its symbol table is outside the file");
   Struct value;
   std::memcpy(&value, bytes.data() + offset, sizeof value);
   return value;
@@ -47,7 +47,7 @@ std::vector<std::string> exported_symbols(const std::filesystem::path& library) 
       const auto symbol = at<Elf64_Sym>(bytes, table.sh_offset + entry);
       if (!is_exported(symbol)) continue;
       const std::uint64_t name = strings.sh_offset + symbol.st_name;
-      if (name >= bytes.size()) throw Error(ErrorKind::plugin_refused, "its symbol names lie outside the file");
+      if (name >= bytes.size()) throw Error(ErrorKind::plugin_refused, "its symbol names are outside the file");
       names.emplace_back(bytes.data() + name, ::strnlen(bytes.data() + name, bytes.size() - name));
     }
   }

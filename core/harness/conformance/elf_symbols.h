@@ -1,4 +1,4 @@
-// The symbols that a shared library offers to others, read from the file: nothing is loaded.
+// The exported symbols of a shared library, read from the file without loading it.
 #pragma once
 
 #include <filesystem>
@@ -7,8 +7,8 @@
 
 namespace relign::conformance {
 
-// Names that the library defines and exports, sorted. Throws Error(plugin_refused) when the file is no
-// complete shared library of this machine's kind.
+// Names that the library defines and exports, sorted. Throws Error(plugin_refused) unless the file is a complete
+// shared library for this machine.
 std::vector<std::string> exported_symbols(const std::filesystem::path& library);
 
 }  // namespace relign::conformance

@@ -1,5 +1,5 @@
-// A conversation without scene, stage or clock: the host's side of relign/plugin.h over a function
-// that the caller chooses. For checks and tests of algorithms: quick, exact, and strict about the rules.
+// A trial without scene, stage or clock: the host's side of relign/plugin.h for a merit function that the caller
+// chooses. For checks and tests of algorithms: fast, exact, and strict about the rules.
 #pragma once
 
 #include <relign/plugin.h>
@@ -22,7 +22,7 @@ namespace relign::conformance {
 
 using Pose = std::vector<double>;
 
-// What relign.prepared/1 shows, and what it was given to keep.
+// State of relign.prepared/1: what it reports, and the saved data.
 struct FakePreparation {
   bool preparing = false;
   std::uint32_t source = 0;
@@ -40,14 +40,14 @@ struct FakeSetup {
   Pose upper;  // empty: +0.5
   double largest_move = std::numeric_limits<double>::infinity();
   std::function<double(const Pose& commanded, std::uint32_t step)> merit;  // must be set
-  std::function<void()> on_stop;  // called at every request that is answered with RELIGN_STOP; may be empty
-  std::uint32_t image_side = 8;   // pixels
+  std::function<void()> on_stop;                            // called for every answer RELIGN_STOP; may be empty
+  std::uint32_t image_side = 8;                             // pixels
   std::function<void(double merit, float* pixels)> paint;   // of a capture; empty: every pixel is the merit
-  std::function<const void*(std::string_view id)> service;  // empty: none is offered
-  FakePreparation* preparation = nullptr;                   // of relign.prepared/1; null: not offered
+  std::function<const void*(std::string_view id)> service;  // empty: none
+  FakePreparation* preparation = nullptr;                   // for relign.prepared/1; null: not offered
 };
 
-// A bowl with its lowest point (merit 0.01) at `optimum`; axes are unequally steep and one pair is coupled.
+// A bowl with its minimum (merit 0.01) at `optimum`; axes differ in steepness, and neighbours are coupled.
 inline double bowl(const Pose& pose, const Pose& optimum) {
   double sum = 0;
   for (std::size_t axis = 0; axis < pose.size(); ++axis) {
@@ -115,11 +115,11 @@ class FakeConversation {
   FakeSetup setup;
   std::vector<Visit> steps;  // after step 0
   std::vector<Recommendation> recommendations;
-  unsigned requests_after_stop = 0;  // steps asked for after RELIGN_STOP was answered
-  bool stopped = false;              // RELIGN_STOP was answered
-  bool refused = false;              // RELIGN_BAD_ARGUMENT was answered
+  unsigned requests_after_stop = 0;  // steps requested after the answer RELIGN_STOP
+  bool stopped = false;              // a request was answered with RELIGN_STOP
+  bool refused = false;              // a request was answered with RELIGN_BAD_ARGUMENT
 
-  // The last capture, as the algorithm was told it; the image also when it is not granted.
+  // The last observation of the algorithm, and its image, even if the algorithm does not observe images.
   const relign_observation& last() const { return last_; }
   const relign_image& last_image() const { return *shown_image_; }
 
@@ -183,8 +183,8 @@ class FakeConversation {
     return RELIGN_OK;
   }
 
-  // Gives every observation memory of its own and takes it away at the next one, so that the
-  // sanitizers catch an algorithm that keeps a view too long.
+  // Allocates memory for every observation and frees it at the next one, so that sanitizers find algorithms that keep a
+  // view too long.
   void show(const Pose& pose, double merit, relign_observation* seen) {
     const std::uint32_t side = setup.image_side;
     shown_pose_ = std::make_unique<Pose>(pose);
@@ -199,7 +199,7 @@ class FakeConversation {
     last_.merit = setup.knows & RELIGN_KNOWS_MERIT ? merit : std::numeric_limits<double>::quiet_NaN();
     last_.image = setup.knows & RELIGN_KNOWS_IMAGES ? shown_image_.get() : nullptr;
     last_.machine_seconds = 0.1 * static_cast<double>(steps.size());
-    // A plugin built for an older header has room for fewer members.
+    // A plugin built with an older header has a smaller struct.
     const std::uint32_t room = std::min<std::uint32_t>(seen->struct_size, sizeof last_);
     std::memcpy(seen, &last_, room);
     seen->struct_size = room;

@@ -14,8 +14,8 @@
 namespace relign::conformance {
 namespace {
 
-constexpr std::size_t kMostLenses = 16;  // as the host's
-constexpr double kStride = 0.02;         // of the walk
+constexpr std::size_t kMaxLenses = 16;  // as in the host
+constexpr double kStride = 0.02;        // of the walk
 
 std::string text_of(relign_text text) {
   return text.data ? std::string(text.data, static_cast<std::size_t>(text.size)) : std::string();
@@ -27,7 +27,7 @@ relign_status write_text(const relign_text_sink* sink, const std::string& text) 
   return RELIGN_OK;
 }
 
-// Everything that an offset says, added up: enough for another picture.
+// The sum of all numbers in offsets, which is enough to change the image.
 double sum_of_numbers(const Json& value) {
   if (value.is_number()) return std::fabs(value.get<double>());
   double sum = 0;
@@ -47,7 +47,7 @@ FakeServices::FakeServices(const plugin_host::Choice& choice, FakeConversation& 
 
 FakeServices::~FakeServices() { conversation_.setup.service = nullptr; }
 
-// Runs the body of one function; what it refuses by Error is told by `why`.
+// Runs the body of one function; `why` gets the message of an Error.
 template <class Body>
 relign_status FakeServices::answer(Body&& body) {
   why_.clear();
@@ -106,11 +106,11 @@ const void* FakeServices::measures() {
   measures_.measure = [](void* context, relign_text name, relign_text arguments_json, double* value) {
     FakeServices& services = self(context);
     return services.answer([&]() -> relign_status {
-      if (!value) return services.refuse("there is no place for the value");
-      services.reference();  // which also sees to a last capture
+      if (!value) return services.refuse("'value' is null");
+      services.reference();  // also makes sure that there is a capture
       const relign_image &seen = services.conversation_.last_image(), &wanted = services.reference_image_;
       *value = trials::measure({seen.pixels, seen.width, seen.height}, {wanted.pixels, wanted.width, wanted.height},
-                             text_of(name), text_of(arguments_json));
+                               text_of(name), text_of(arguments_json));
       return RELIGN_OK;
     });
   };
@@ -157,8 +157,8 @@ const void* FakeServices::run() {
   return &run_;
 }
 
-// Stands for whatever algorithm the parameter names: up and down each axis, then it says that it is done. So a caller
-// meets both ends of relign.run/1.
+// Replaces the algorithm that the parameter names: moves up and down each axis, then returns. So a caller meets both
+// ends of relign.run/1.
 relign_status FakeServices::walk(relign_text parameter, relign_text parameters_json, std::uint32_t most_steps,
                                  relign_run_outcome* outcome) {
   const std::string name = text_of(parameter), changes = text_of(parameters_json);
@@ -166,9 +166,9 @@ relign_status FakeServices::walk(relign_text parameter, relign_text parameters_j
     return normalised_name(entry.first) == normalised_name(name);
   });
   if (!outcome || outcome->struct_size < offsetof(relign_run_outcome, recommendation) + sizeof(const double*))
-    return refuse("there is no place for the outcome");
+    return refuse("'outcome' is null or its struct_size too small");
   if (!known) return refuse("'" + choice_.plugin->id + "' has no parameter '" + name + "' of type algorithm");
-  if (most_steps == 0) return refuse("expected at least one step");
+  if (most_steps == 0) return refuse("expected at least 1 step, found 0");
   if (!changes.empty() && !JsonSource::from_text(changes, "parameters").root().is_object())
     return refuse("expected an object of parameters");
   look();
@@ -190,7 +190,7 @@ relign_status FakeServices::walk(relign_text parameter, relign_text parameters_j
     pose[axis] = std::max(setup.lower[axis], std::min(setup.upper[axis], pose[axis]));
     relign_observation seen{};
     seen.struct_size = sizeof seen;
-    if (talk.step(talk.context, pose.data(), axes, &seen) != RELIGN_OK) return RELIGN_STOP;  // none was left
+    if (talk.step(talk.context, pose.data(), axes, &seen) != RELIGN_OK) return RELIGN_STOP;  // no steps left
     if (seen.merit < best_.merit) remember();
   }
   last_ = conversation_.last();
@@ -215,8 +215,8 @@ relign_status FakeServices::picture(relign_model_lens* lens, const double* true_
   if (found == lenses_.end()) return refuse("this lens is not mounted");
   if (!true_pose || axes != conversation_.setup.axes ||
       !std::all_of(true_pose, true_pose + axes, [](double value) { return std::isfinite(value); }))
-    return refuse("expected one finite number per axis");
-  if (!pixels) return refuse("there is no place for the pixels");
+    return refuse("invalid pose; expected one finite number per axis");
+  if (!pixels) return refuse("'pixels' is null");
   double blur = found->blur;
   for (std::uint32_t axis = 0; axis < axes; ++axis) blur += (true_pose[axis] - 0.5) * (true_pose[axis] - 0.5);
   paint_edge(blur, pixels);
@@ -232,14 +232,14 @@ const void* FakeServices::prepared() {
   prepared_.sources = preparation.preparing ? preparation.sources : 0;
   prepared_.load = [](void* context, const relign_text_sink* data) {
     FakeServices& services = self(context);
-    services.why_ = "nothing was prepared";
+    services.why_ = "no pretrained data";
     const std::optional<std::string>& bytes = services.conversation_.setup.preparation->bytes;
     return bytes ? write_text(data, *bytes) : RELIGN_UNSUPPORTED;
   };
   prepared_.save = [](void* context, relign_text data) {
     FakeServices& services = self(context);
     FakePreparation& kept = *services.conversation_.setup.preparation;
-    if (!kept.preparing) return services.refuse("this is a trial: only while preparing may be saved");
+    if (!kept.preparing) return services.refuse("cannot save in a benchmark trial, only in pretraining");
     kept.bytes = text_of(data);
     return relign_status{RELIGN_OK};
   };
@@ -256,9 +256,9 @@ const void* FakeServices::model() {
   model_.mount = [](void* context, relign_text offsets_json, relign_model_lens** made) {
     FakeServices& services = self(context);
     return services.answer([&]() -> relign_status {
-      if (!made) return services.refuse("there is no place for the lens");
-      if (services.lenses_.size() >= kMostLenses)
-        return services.refuse("16 lenses are mounted already: unmount one of them");
+      if (!made) return services.refuse("'made' is null");
+      if (services.lenses_.size() >= kMaxLenses)
+        return services.refuse("16 lenses are mounted, the maximum; unmount one of them first");
       const Json offsets = Json::parse(trials::read_offsets(text_of(offsets_json), services.scene_));
       services.lenses_.push_back({sum_of_numbers(offsets)});
       *made = reinterpret_cast<relign_model_lens*>(&services.lenses_.back());

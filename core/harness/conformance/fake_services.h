@@ -1,6 +1,6 @@
-// The services of a fake conversation (RELIGN_SERVICE_*), made simply: measures are the real ones, the scene is made up
-// (synthetic.h), and another algorithm is a short walk. As strict as the host's own (task/services.h), and null unless
-// the manifest declares what they need.
+// The services of a fake trial (RELIGN_SERVICE_*): real measures, a synthetic scene (synthetic.h), and a short walk in
+// place of any inner algorithm. As strict as the host's services (trials/services.h), and null unless the manifest
+// declares what they need.
 #pragma once
 
 #include <list>
@@ -16,7 +16,7 @@ namespace relign::conformance {
 
 class FakeServices {
  public:
-  // Offers itself in `conversation` as long as it lives; both outlive it.
+  // Installs itself in `conversation` for its lifetime. Both arguments must outlive it.
   FakeServices(const plugin_host::Choice& choice, FakeConversation& conversation);
   ~FakeServices();
   FakeServices(const FakeServices&) = delete;
@@ -30,7 +30,7 @@ class FakeServices {
   static FakeServices& self(void* context) { return *static_cast<FakeServices*>(context); }
   template <class Body>
   relign_status answer(Body&& body);
-  relign_status refuse(const std::string& sentence);
+  relign_status refuse(const std::string& reason);
   static relign_status tell_why(void* context, const relign_text_sink* sentence);
 
   const void* get(std::string_view id);
@@ -41,7 +41,7 @@ class FakeServices {
   const void* model();
   const void* prepared();
 
-  void look();  // the first capture, unless there is one
+  void look();  // takes the first capture, unless there is one
   std::string draw(std::uint64_t number) const;
   relign_status walk(relign_text parameter, relign_text parameters_json, std::uint32_t most_steps,
                      relign_run_outcome* outcome);
@@ -60,7 +60,7 @@ class FakeServices {
   relign_run_service run_{};
   relign_model_service model_{};
   relign_prepared_service prepared_{};
-  std::list<Lens> lenses_;  // addresses stay: they are the handles
+  std::list<Lens> lenses_;  // a list, because the addresses are the handles
   // What the last outcome points to.
   relign_observation last_{};
   relign_observation best_{};

@@ -1,4 +1,4 @@
-// What one check says of one plugin.
+// The result of one check of one plugin.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@ enum class Verdict { ok, warning, failed, skipped };
 
 struct Finding {
   Verdict verdict = Verdict::ok;
-  std::string sentence;  // what was found; why, unless all is well
+  std::string sentence;  // message; usually empty for ok
 };
 
 inline Finding ok(std::string sentence = "") { return {Verdict::ok, std::move(sentence)}; }

@@ -30,15 +30,15 @@ namespace {
 
 constexpr int kReportDescriptor = 3;  // the child's
 
-// A file in memory that a child writes and we read when it has ended.
+// A file in memory that a child writes, and that we read when it has ended.
 class MemoryFile {
  public:
   explicit MemoryFile(const char* name) {
     const int low = ::memfd_create(name, MFD_CLOEXEC);
-    descriptor_ = low < 0 ? -1 : ::fcntl(low, F_DUPFD_CLOEXEC, 10);  // clear of the numbers that the child gets
+    descriptor_ = low < 0 ? -1 : ::fcntl(low, F_DUPFD_CLOEXEC, 10);  // above the numbers that the child gets
     if (low >= 0) ::close(low);
     if (descriptor_ < 0)
-      throw Error(ErrorKind::io, "no memory file can be made: " + std::generic_category().message(errno));
+      throw Error(ErrorKind::io, "cannot create a memory file: " + std::generic_category().message(errno));
   }
   ~MemoryFile() { ::close(descriptor_); }
   MemoryFile(const MemoryFile&) = delete;
@@ -65,7 +65,7 @@ pid_t start(std::vector<std::string> command, const MemoryFile& record, const Me
   posix_spawn_file_actions_adddup2(&files, record.descriptor(), kReportDescriptor);
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
-  // A group of its own: what a plugin starts ends with it.
+  // A group of its own, so that processes started by a plugin end with it.
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
   std::vector<char*> arguments;
   for (std::string& word : command) arguments.push_back(word.data());
@@ -75,7 +75,7 @@ pid_t start(std::vector<std::string> command, const MemoryFile& record, const Me
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&files);
   if (failure != 0)
-    throw Error(ErrorKind::io, "cannot start " + command.front() + ": " + std::generic_category().message(failure));
+    throw Error(ErrorKind::io, "cannot start '" + command.front() + "': " + std::generic_category().message(failure));
   return child;
 }
 
@@ -95,7 +95,7 @@ std::optional<int> wait_for(pid_t child, double deadline_s) {
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
-  ::kill(-child, SIGKILL);  // what it left behind
+  ::kill(-child, SIGKILL);  // remaining processes of the group
   return late ? std::nullopt : std::optional<int>(status);
 }
 
@@ -128,20 +128,20 @@ Finding read_finding(const std::string& record, const std::string& messages, std
         finding = Finding{*verdict, entry.value("reason", "")};
   }
   if (!status)
-    return failed("it was not done after " + shortest(deadline_s) + " s" + where +
-                  " and was ended (--deadline gives it longer)");
+    return failed("it was ended after " + shortest(deadline_s) + " s" + where +
+                  "; use a longer --deadline if it needs more time");
   if (WIFSIGNALED(*status))
     return failed((finding ? "it crashed when the process ended, with " : "it crashed" + where + " with ") +
                   signal_text(WTERMSIG(*status)));
   if (finding) return *finding;
-  std::string sentence = "it ended the process" + where + ", with exit status " + std::to_string(WEXITSTATUS(*status)) +
-                         ": a plugin returns, it never exits";
+  std::string sentence = "it ended the process" + where + " with exit status " + std::to_string(WEXITSTATUS(*status)) +
+                         "; a plugin must return and never exit";
   if (const std::string message = last_line(messages); !message.empty()) sentence += " (stderr: " + message + ")";
   return failed(sentence);
 }
 
-// Why this check tells nothing about this plugin, or an empty text. `broken` are the promises that failed,
-// or could not be looked at because of another that did.
+// Why this check cannot run for this plugin, or an empty string. `broken` are the checks that failed or were skipped
+// for a failure.
 std::string obstacle_to(const Check& check, const std::set<std::string>& broken) {
   for (const char* needed : check.needs)
     if (broken.count(needed)) return std::string("needs '") + needed + "'";
@@ -196,11 +196,11 @@ Inspection inspect(const std::filesystem::path& plugin, const InspectionSetup& s
 }
 
 void run_one_check(const std::filesystem::path& plugin, const std::string& name, int report_descriptor) {
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody would read the finding any more
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // without a parent, the finding has no reader
   ::fcntl(report_descriptor, F_SETFD, FD_CLOEXEC);
   report_findings_to(report_descriptor);
   const Check* check = check_by_name(name);
-  if (!check) throw Error(ErrorKind::bad_input, "there is no check '" + name + "'");
+  if (!check) throw Error(ErrorKind::bad_input, "unknown check '" + name + "'");
   Finding finding;
   try {
     finding = check->look(open_subject(plugin));

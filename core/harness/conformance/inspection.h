@@ -1,5 +1,5 @@
-// Checks a plugin, every check in a child process: a plugin that crashes, hangs or ends the process
-// fails that check, and the others go on.
+// Checks a plugin, with every check in a child process: a plugin that crashes, hangs or exits fails that check, and the
+// other checks still run.
 #pragma once
 
 #include <filesystem>
@@ -19,14 +19,14 @@ struct CheckResult {
 
 struct InspectionSetup {
   std::filesystem::path program;  // relign-bench; started as `program plugin check --one CHECK --report FD PATH`
-  double deadline_s = 60;         // of one check, by the clock on the wall
+  double deadline_s = 60;         // wall-clock limit of one check
   std::function<void(const CheckResult&)> on_result;  // may be empty
 };
 
 struct Inspection {
   std::string plugin;   // id, or the path when it was refused
   std::string kind;     // empty when refused
-  std::string refused;  // why nothing could be checked; mostly empty
+  std::string refused;  // why nothing could be checked; usually empty
   std::vector<CheckResult> results;
 
   bool passed() const;
@@ -35,8 +35,8 @@ struct Inspection {
 
 Inspection inspect(const std::filesystem::path& plugin, const InspectionSetup& setup);
 
-// The child's side: one check in this process, its finding to that file descriptor. The process ends with
-// its parent.
+// The child's side: runs one check in this process and writes its finding to a file descriptor. The process ends when
+// its parent does.
 void run_one_check(const std::filesystem::path& plugin, const std::string& check, int report_descriptor);
 
 }  // namespace relign::conformance

@@ -1,4 +1,4 @@
-// What every plugin promises: its library, its manifest, and how it behaves in the process.
+// Checks of every plugin: its library, its manifest, and its side effects on the process.
 #include <dlfcn.h>
 
 #include <algorithm>
@@ -24,9 +24,9 @@ using plugin_host::Manifest;
 
 namespace {
 
-const char* const kProcess = "it is a process, no library";
+const char* const kProcess = "it runs as a process and has no library";
 
-// The entry as it lies in the library, whatever it says: load_library would refuse some of them.
+// The entry of the library without checks; load_library would refuse some of them.
 const relign_plugin_description& raw_entry(const Manifest& manifest) {
   void* library = nullptr;
   {
@@ -36,7 +36,7 @@ const relign_plugin_description& raw_entry(const Manifest& manifest) {
   if (!library) {
     const char* reason = ::dlerror();
     throw Error(ErrorKind::plugin_refused,
-                std::string("the system cannot load the library: ") + (reason ? reason : "no reason given"));
+                std::string("the system cannot load the library: ") + (reason ? reason : "unknown reason"));
   }
   const void* entry = ::dlsym(library, RELIGN_PLUGIN_ENTRY_SYMBOL);
   if (!entry) throw Error(ErrorKind::plugin_refused, "the library does not export " RELIGN_PLUGIN_ENTRY_SYMBOL);
@@ -51,8 +51,8 @@ bool is_about_floating_point(const std::string& sentence) {
   return sentence.find("floating-point") != std::string::npos;
 }
 
-// One small round of what the plugin does all day, in an object that stays where it may.
-std::function<void()> daily_work(const Subject& subject) {
+// One short round of typical work, in an object that is reused if possible.
+std::function<void()> typical_work(const Subject& subject) {
   const Choice& choice = subject.choice();
   if (subject.kind() != Kind::scene) return [&choice] { exercise(choice); };
   auto scene = std::make_shared<plugin_host::Scene>(choice, check_services());
@@ -92,18 +92,19 @@ Finding check_symbols(const Subject& subject) {
   const std::string names = more.size() <= 3
                                 ? join(more, ", ")
                                 : more[0] + ", " + more[1] + " and " + std::to_string(more.size() - 2) + " more";
-  return failed("besides " RELIGN_PLUGIN_ENTRY_SYMBOL " it exports " + names +
-                "; build it with relign_add_plugin, which hides them: they could take the place of another plugin's");
+  return failed(
+      "besides " RELIGN_PLUGIN_ENTRY_SYMBOL " it exports " + names +
+      "; build it with relign_add_plugin, which hides them, because they could replace symbols of other plugins");
 }
 
 Finding check_manifest(const Subject& subject) {
   if (!is_library(*subject.manifest)) return skipped(kProcess);
   const relign_plugin_description& entry = raw_entry(*subject.manifest);
   if (!RELIGN_HAS_MEMBER(&entry, manifest_json) || !entry.manifest_json)
-    return failed("the library carries no manifest");
+    return failed("the library contains no manifest");
   if (subject.manifest->text != entry.manifest_json)
     return failed("the manifest in " + subject.manifest->folder.string() +
-                  " is not the one inside the library; build the plugin again");
+                  " differs from the one inside the library; build the plugin again");
   return ok();
 }
 
@@ -121,7 +122,7 @@ Finding check_interface(const Subject& subject) {
 
 Finding check_creates(const Subject& subject) {
   if (subject.choices.empty())
-    return skipped("its defaults are not complete (" + subject.incomplete + ") and it has no preset");
+    return skipped("its defaults are incomplete (" + subject.incomplete + ") and it has no preset");
   for (const Choice& choice : subject.choices) {
     at("'" + choice.id + "'");
     if (subject.kind() == Kind::scene)
@@ -131,13 +132,14 @@ Finding check_creates(const Subject& subject) {
     else
       plugin_host::Algorithm made(choice, check_services());
   }
-  if (!subject.incomplete.empty()) return ok("its presets do; by itself it needs values: " + subject.incomplete);
+  if (!subject.incomplete.empty())
+    return ok("checked with its presets; without one it needs values: " + subject.incomplete);
   return ok();
 }
 
 Finding check_floating_point(const Subject& subject) {
-  // Loading is guarded by the host, and start-up code of -ffast-math changes the mode there: that is
-  // no fault of a plugin as long as it keeps the mode afterwards.
+  // The host guards loading, where the start-up code of -ffast-math changes the mode. This is not a fault if the plugin
+  // does not change the mode later.
   if (is_library(*subject.manifest)) raw_entry(*subject.manifest);
   plugin_host::EnvironmentWatch watch;
   exercise(subject.choice());
@@ -155,7 +157,7 @@ Finding check_surroundings(const Subject& subject) {
   for (const std::string& sentence : watch.changes())
     if (!is_about_floating_point(sentence)) changes.push_back(sentence);
   for (const std::string& sentence : before.environment_changes()) changes.push_back(sentence);
-  // The first round may open what the process keeps (a device, a library's log); later ones may not.
+  // The first round may open files for the lifetime of the process (a device, a library's log); later ones may not.
   const ProcessState settled;
   exercise(subject.choice());
   for (const std::string& sentence : settled.descriptor_changes()) changes.push_back(sentence);
@@ -166,18 +168,19 @@ Finding check_stdout(const Subject& subject) {
   const std::string text = stdout_of([&] { exercise(subject.choice()); });
   if (text.empty()) return ok();
   const std::string line = text.substr(0, std::min<std::size_t>(text.find('\n'), 60));
-  return failed("it writes to stdout: '" + line + "'; stdout belongs to the program's result, use the log or stderr");
+  return failed("it writes to stdout: '" + line +
+                "'; use the log or stderr, because stdout is for the program's result");
 }
 
 Finding check_heap(const Subject& subject) {
-  if (!is_library(*subject.manifest)) return skipped("it has a process of its own");
-  if (heap_bytes() == 0) return skipped("the allocator of this build does not tell");
+  if (!is_library(*subject.manifest)) return skipped("it runs as a process");
+  if (heap_bytes() == 0) return skipped("the allocator of this build does not report its memory");
   constexpr int kWarmUp = 10;
   constexpr int kHalf = 25;
-  constexpr std::size_t kMostPerRound = 512;  // bytes
-  const auto work = daily_work(subject);
-  // A thread takes the blocks with it that malloc keeps for it: they count as handed out, and grow in number as long as
-  // new sizes come.
+  constexpr std::size_t kMaxBytesPerRound = 512;  // bytes
+  const auto work = typical_work(subject);
+  // In a thread of its own: malloc caches blocks per thread, which count as allocated and grow in number with new
+  // sizes.
   const auto bytes_after = [&work](int rounds) {
     std::thread([&] {
       for (int round = 0; round < rounds; ++round) work();
@@ -187,8 +190,8 @@ Finding check_heap(const Subject& subject) {
   const std::size_t start = bytes_after(kWarmUp);
   const std::size_t middle = bytes_after(kHalf);
   const std::size_t end = bytes_after(kHalf);
-  // A cache that fills once is no leak: what leaks grows in both halves.
-  const bool grows = middle > start + kHalf * kMostPerRound && end > middle + kHalf * kMostPerRound;
+  // A leak grows in both halves, unlike a cache that fills once.
+  const bool grows = middle > start + kHalf * kMaxBytesPerRound && end > middle + kHalf * kMaxBytesPerRound;
   if (!grows) return ok();
   return failed("its memory grew by " + std::to_string((end - start) / (2 * kHalf)) + " bytes with each of " +
                 std::to_string(2 * kHalf) + (is_algorithm(subject.kind()) ? " trials" : " rounds"));

@@ -1,4 +1,4 @@
-// What noise levels promise: usable variances, and a draw that is a function of its seed.
+// Checks of noise levels: usable perturbations, and draws that are functions of the seed.
 #include <set>
 
 #include "base/error.h"
@@ -38,16 +38,16 @@ Finding check_same_draw(const Subject& subject) {
     for (std::uint64_t seed = 0; seed < 8; ++seed) draws.push_back(level.draw(seed, scene));
     for (std::uint64_t seed = 8; seed-- > 0;)
       if (level.draw(seed, scene) != draws[seed])
-        return failed("'" + choice.id + "' draws something else when it is asked for seed " + std::to_string(seed) +
-                      " again: a draw must be a function of its seed alone");
+        return failed("'" + choice.id + "' draws differently when called again with seed " + std::to_string(seed) +
+                      "; a draw must depend only on its seed");
     NoiseLevel fresh(choice, check_services());
     if (fresh.draw(5, scene) != draws[5])
-      return failed("a second object of '" + choice.id + "' draws something else for the same seed");
+      return failed("a second object of '" + choice.id + "' draws differently for the same seed");
     if (std::set<std::string>(draws.begin(), draws.end()).size() == 1) constant = choice.id;
   }
-  // A level may be meant so: one fixed instance.
+  // Only a warning, because a single fixed instance may be intended.
   if (!constant.empty())
-    return warning("'" + constant + "' draws the same variances for every seed: all instances are one");
+    return warning("'" + constant + "' draws the same perturbations for every seed, so that all instances are equal");
   return ok();
 }
 

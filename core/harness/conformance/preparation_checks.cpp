@@ -1,4 +1,4 @@
-// What algorithms promise that learn beforehand (relign.prepared/1).
+// Checks of algorithms with pretraining (relign.prepared/1).
 #include <limits>
 
 #include "base/error.h"
@@ -14,14 +14,14 @@ using plugin_host::Choice;
 namespace {
 
 constexpr std::uint32_t kAxes = 5;
-constexpr double kCpu_s = 40, kWall_s = 400;  // for one conversation, or for all sources
+constexpr double kCpu_s = 40, kWall_s = 400;  // for one trial, or for all sources
 
-// One trial with what `preparation` holds; the sentence of its failure, or an empty text.
+// Runs one trial with the data of `preparation`. Returns the message of its failure, or an empty string.
 std::string trial_with(const Choice& choice, FakePreparation preparation, std::uint32_t axes,
                        const std::string& where) {
   at(where);
   Watchdog watchdog;
-  watchdog.start(kCpu_s, kWall_s, failed(where + ", it does not come to an end"));
+  watchdog.start(kCpu_s, kWall_s, failed(where + ", it does not end"));
   FakeSetup setup = setup_for(choice, axes);
   setup.merit = noisy(setup.merit);
   setup.budget = 15;
@@ -34,7 +34,7 @@ std::string trial_with(const Choice& choice, FakePreparation preparation, std::u
     failure = error.what();
   }
   watchdog.stop();
-  if (conversation.refused) throw Error(ErrorKind::plugin_failed, where + ", it sends a pose that is not finite");
+  if (conversation.refused) throw Error(ErrorKind::plugin_failed, where + ", it sends a non-finite pose");
   return failure;
 }
 
@@ -55,44 +55,46 @@ FakePreparation holding(std::string bytes) {
 
 Finding check_prepared(const Subject& subject) {
   const Choice& choice = subject.choice();
-  if (subject.manifest->prepare.is_null()) return skipped("its manifest has no \"prepare\"");
+  if (subject.manifest->prepare.is_null()) return skipped("its manifest has no 'prepare'");
   Watchdog watchdog;
-  watchdog.start(kCpu_s, kWall_s, failed("preparing it takes more than 40 s of its own, with 3 sources of 20 steps"));
-  at("while it is prepared");
+  watchdog.start(kCpu_s, kWall_s,
+                 failed("its pretraining takes more than 40 s of processor time with 3 sources of 20 steps"));
+  at("during pretraining");
   const FakePreparation learnt = prepare(choice, kAxes);
-  if (!learnt.bytes) return failed("it saves nothing while it is prepared");
+  if (!learnt.bytes) return failed("it saves no data during pretraining");
   if (prepare(choice, kAxes).bytes != learnt.bytes)
     return failed(
-        "prepared twice on the same sources, it saves other bytes: draw random numbers from the seed of the task");
-  at("while it is prepared with merits that are NaN");
+        "it saves different bytes when pretrained again on the same sources; draw random numbers from the seed of the "
+        "task");
+  at("during pretraining with merits that are NaN");
   try {
     prepare(choice, kAxes, [](const Pose&, std::uint32_t) { return std::numeric_limits<double>::quiet_NaN(); });
-  } catch (const Error&) {  // it may say that there was nothing to learn
+  } catch (const Error&) {  // it may report that it could not learn from these
   }
   watchdog.stop();
 
   const std::string whole = *learnt.bytes;
-  if (const std::string failure = trial_with(choice, holding(whole), kAxes, "with what it saved"); !failure.empty())
-    return failed("it fails with what it saved itself: " + failure);
-  trial_with(choice, {}, kAxes, "with nothing prepared");  // it may need something
-  // Bytes come from a file: what is not its own must be refused with a sentence, not taken for knowledge.
+  if (const std::string failure = trial_with(choice, holding(whole), kAxes, "with its own data"); !failure.empty())
+    return failed("it fails with its own data: " + failure);
+  trial_with(choice, {}, kAxes, "without pretrained data");  // it may fail, if it needs them
+  // The bytes come from a file: it must refuse malformed data with a message.
   const struct {
     const char* name;
     std::string bytes;
-  } rubbish[] = {{"no bytes at all", ""},
-                 {"random bytes", random_bytes(4096)},
-                 {"zeros", std::string(whole.size(), '\0')},
-                 {"half of what it saved", whole.substr(0, whole.size() / 2)}};
-  for (const auto& one : rubbish)
-    if (trial_with(choice, holding(one.bytes), kAxes, std::string("with ") + one.name + " as prepared data").empty())
-      return failed(std::string("it takes ") + one.name + " for prepared data: check what load gives");
+  } malformed[] = {{"no bytes", ""},
+                   {"random bytes", random_bytes(4096)},
+                   {"zeros", std::string(whole.size(), '\0')},
+                   {"half of its own data", whole.substr(0, whole.size() / 2)}};
+  for (const auto& one : malformed)
+    if (trial_with(choice, holding(one.bytes), kAxes, std::string("with ") + one.name + " as pretrained data").empty())
+      return failed(std::string("it accepts ") + one.name + " as pretrained data; check the result of load");
   for (std::size_t place = 0; place < 64 && place < whole.size(); ++place) {
     std::string damaged = whole;
     damaged[place * whole.size() / 64 % whole.size()] ^= '\x55';
-    trial_with(choice, holding(damaged), kAxes, "with a damaged byte in its prepared data");
+    trial_with(choice, holding(damaged), kAxes, "with a damaged byte in its pretrained data");
   }
   if (trial_with(choice, holding(whole), kAxes - 1, "with data of another number of axes").empty())
-    return failed("it takes data of 5 axes for a trial of 4: keep the number of axes in what you save");
+    return failed("it accepts data of 5 axes for a trial of 4; save the number of axes with the data");
   return ok();
 }
 

@@ -1,4 +1,4 @@
-// Where a check is, so that a crash can be told where it happened.
+// The position of a check, so that a crash can be located.
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@
 
 namespace relign::conformance {
 
-// "with merits that are NaN": written beside the finding, and used when no finding follows.
+// "with merits that are NaN": stored with the finding, and used when no finding follows.
 void at(const std::string& where);
 
-// Whether the plugin is a shared library; the others are programs that the host talks to.
+// Whether the plugin is a shared library; others run as processes.
 bool is_library(const plugin_host::Manifest& manifest);
 
 }  // namespace relign::conformance

@@ -1,4 +1,4 @@
-// What scenes promise: images and truths that are functions of their arguments, in every process.
+// Checks of scenes: images and ground truth that are functions of their arguments, in every process.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -23,7 +23,7 @@ struct Opened {
       : scene(choice, check_services(threads)), facts(trials::read_scene_facts(scene.describe(), choice.id)) {}
 
   std::vector<float> capture(MountedAssembly& assembly, const std::vector<double>& pose, std::uint64_t seed) const {
-    // Starts as NaN: a pixel that is not written shows.
+    // Filled with NaN, so that missing pixels are found.
     std::vector<float> pixels(std::size_t{facts.image_width} * facts.image_height, std::nanf(""));
     assembly.capture(pose, seed, pixels.data());
     return pixels;
@@ -33,7 +33,7 @@ struct Opened {
     for (std::size_t axis = 0; axis < pose.size(); ++axis) pose[axis] += axis % 2 ? -away : away;
     return pose;
   }
-  // Offsets of the last element, so that a draw of a noise level stands for itself.
+  // Offsets of the last element, for checks without a noise level.
   std::string offsets() const {
     if (facts.elements.empty()) return "{}";
     return Json{{facts.elements.back(), {{"shift_mm", {0.001, -0.002, 0.0005}}, {"tilt_deg", {0.1, -0.05}}}}}.dump();
@@ -43,9 +43,9 @@ struct Opened {
   trials::SceneFacts facts;
 };
 
-const char* const kStation = "it owns its stage: what it shows is measured, not computed";
+const char* const kStation = "it is a station, whose images are measured, not computed";
 
-// Bit by bit, so that NaN equals NaN and 0 is not -0.
+// Compares bits, so that NaN equals NaN and 0 differs from -0.
 bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
@@ -76,11 +76,10 @@ Finding check_description(const Subject& subject) {
   for (const Choice& choice : subject.choices) {
     at("'" + choice.id + "'");
     Opened opened(choice);
-    if (opened.scene.describe() != opened.facts.text)
-      return failed("it describes itself in another way when asked again");
+    if (opened.scene.describe() != opened.facts.text) return failed("its description changes when called again");
     if (opened.facts.owns_stage) continue;  // one object at a time
     if (Opened(choice).facts.text != opened.facts.text)
-      return failed("a second object describes itself in another way: what it tells must follow from its parameters");
+      return failed("a second object has another description; it must depend only on the parameters");
   }
   return ok();
 }
@@ -89,14 +88,15 @@ Finding check_reference(const Subject& subject) {
   Opened opened(subject.choice());
   const relign_image image = opened.scene.reference();
   if (image.width != opened.facts.image_width || image.height != opened.facts.image_height)
-    return failed("the reference has " + std::to_string(image.width) + " x " + std::to_string(image.height) +
-                  " pixels, its description says " + std::to_string(opened.facts.image_width) + " x " +
+    return failed("the reference image has " + std::to_string(image.width) + " x " + std::to_string(image.height) +
+                  " pixels; expected " + std::to_string(opened.facts.image_width) + " x " +
                   std::to_string(opened.facts.image_height));
   const std::vector<float> pixels = packed(image);
-  if (!all_finite(pixels)) return failed("the reference holds pixels that are not finite");
+  if (!all_finite(pixels)) return failed("the reference image has non-finite pixels");
   if (opened.facts.owns_stage) return ok();  // one object at a time
   Opened second(subject.choice());
-  if (!same_bits(pixels, packed(second.scene.reference()))) return failed("a second object has another reference");
+  if (!same_bits(pixels, packed(second.scene.reference())))
+    return failed("a second object has another reference image");
   return ok();
 }
 
@@ -107,13 +107,12 @@ Finding check_same_pixels(const Subject& subject) {
   const std::vector<double> elsewhere = opened.pose_near_nominal(-0.05);
   MountedAssembly assembly = opened.scene.mount(opened.offsets());
   const std::vector<float> first = opened.capture(assembly, pose, 11);
-  if (!all_finite(first)) return failed("a capture holds pixels that are not finite, or were not written");
-  if (!all_finite(opened.capture(assembly, elsewhere, 12)))
-    return failed("a capture holds pixels that are not finite, or were not written");
+  if (!all_finite(first)) return failed("a capture has non-finite or missing pixels");
+  if (!all_finite(opened.capture(assembly, elsewhere, 12))) return failed("a capture has non-finite or missing pixels");
   assembly.noise_free_mse(elsewhere, 13);
   if (!same_bits(first, opened.capture(assembly, pose, 11)))
     return failed(
-        "the same pose and seed give another image after other captures: an image must be a function of "
+        "the same pose and seed give another image after other captures; an image must depend only on "
         "assembly, pose and frame seed");
   Opened second(subject.choice(), 3);
   MountedAssembly other = second.scene.mount("{}");
@@ -128,62 +127,62 @@ Finding check_truth(const Subject& subject) {
   constexpr int kSeeds = 16;
   Opened opened(subject.choice());
   if (opened.facts.owns_stage) return skipped(kStation);
-  if (!opened.facts.truth) return skipped("it offers no truth");
+  if (!opened.facts.truth) return skipped("it has no ground truth");
   MountedAssembly assembly = opened.scene.mount("{}");
   const std::vector<double> pose = opened.pose_near_nominal(0.03);
   double mean = 0;
   double squares = 0;
-  double variance_told = 0;
+  double stated_variance = 0;
   for (int seed = 1; seed <= kSeeds; ++seed) {
     const MountedAssembly::Truth truth = assembly.noise_free_mse(pose, static_cast<std::uint64_t>(seed));
     mean += truth.mse / kSeeds;
     squares += truth.mse * truth.mse / kSeeds;
-    variance_told += truth.standard_error * truth.standard_error / kSeeds;
+    stated_variance += truth.standard_error * truth.standard_error / kSeeds;
   }
   const MountedAssembly::Truth once = assembly.noise_free_mse(pose, 1);
   const MountedAssembly::Truth again = assembly.noise_free_mse(pose, 1);
   if (once.mse != again.mse || once.standard_error != again.standard_error)
-    return failed("the same pose and seed give another truth");
+    return failed("the same pose and seed give another ground truth");
   const double spread = std::sqrt(std::max(0.0, squares - mean * mean));
-  const double told = std::sqrt(variance_told);
-  // A scene without noise may know its truth exactly; one whose truth differs by the seed does not.
-  if (told == 0 && spread > 1e-12 * std::fabs(mean))
-    return failed("its truths differ by " + significant(spread) + " from seed to seed, and their standard error is 0");
-  if (spread > 4 * told + 1e-12 * std::fabs(mean))
-    return failed("its truths scatter by " + significant(spread) + ", " + significant(spread / told) +
-                  " times the standard error they tell");
+  const double stated = std::sqrt(stated_variance);
+  // A standard error of 0 is valid for an exact ground truth, which must not depend on the seed.
+  if (stated == 0 && spread > 1e-12 * std::fabs(mean))
+    return failed("its ground truth varies by " + significant(spread) +
+                  " between seeds, but the stated standard error is 0");
+  if (spread > 4 * stated + 1e-12 * std::fabs(mean))
+    return failed("its ground truth scatters by " + significant(spread) + ", " + significant(spread / stated) +
+                  " times the stated standard error");
 
   std::vector<float> picture(std::size_t{opened.facts.image_width} * opened.facts.image_height);
-  if (!assembly.render_noise_free(pose, picture.data())) return ok("it offers no noise-free picture to compare with");
-  if (!all_finite(picture)) return failed("the noise-free picture holds pixels that are not finite");
-  // Picture and reference have a little noise of their own, which only adds.
-  const double seen = mean_square_difference(picture, packed(opened.scene.reference()));
-  const double allowed = 6 * told / std::sqrt(double{kSeeds}) + 0.25 * seen;
-  if (std::fabs(mean - seen) > allowed)
-    return failed("its truth is " + significant(mean) +
-                  " on average, but its noise-free picture differs from the "
-                  "reference by " +
-                  significant(seen) + " (mean square): the truth is biased");
+  if (!assembly.render_noise_free(pose, picture.data())) return ok("it offers no noise-free image to compare with");
+  if (!all_finite(picture)) return failed("the noise-free image has non-finite pixels");
+  // Both images have a little noise, which can only increase the difference.
+  const double difference = mean_square_difference(picture, packed(opened.scene.reference()));
+  const double allowed = 6 * stated / std::sqrt(double{kSeeds}) + 0.25 * difference;
+  if (std::fabs(mean - difference) > allowed)
+    return failed("its mean ground truth is " + significant(mean) +
+                  ", but its noise-free image differs from the reference image by " + significant(difference) +
+                  " (mean square); the ground truth is biased");
   return ok();
 }
 
 Finding check_optimum(const Subject& subject) {
   Opened opened(subject.choice());
   if (opened.facts.owns_stage) return skipped(kStation);
-  if (!opened.facts.truth) return skipped("it offers no truth");
+  if (!opened.facts.truth) return skipped("it has no ground truth");
   MountedAssembly assembly = opened.scene.mount(opened.offsets());
   const std::size_t axes = opened.facts.axes.size();
   const auto found = assembly.own_optimum(1, axes);
   if (!found) return skipped("it does not offer " RELIGN_SCENE_OPTIMUM);
   const auto again = assembly.own_optimum(1, axes);
   if (!again || again->true_pose != found->true_pose || again->truth.mse != found->truth.mse)
-    return failed("the same lens and seed have another optimum when asked again");
+    return failed("the optimum for the same lens and seed changes when called again");
   const MountedAssembly::Truth there = assembly.noise_free_mse(found->true_pose, 2);
   const auto error = [](const MountedAssembly::Truth& a, const MountedAssembly::Truth& b) {
     return 6 * std::sqrt(a.standard_error * a.standard_error + b.standard_error * b.standard_error);
   };
   if (std::fabs(there.mse - found->truth.mse) > error(there, found->truth))
-    return failed("it tells an error of " + significant(found->truth.mse) + " at its optimum, its truth there is " +
+    return failed("the stated error at its optimum is " + significant(found->truth.mse) + ", but its ground truth is " +
                   significant(there.mse));
   for (const std::vector<double>& other : {opened.facts.nominal_pose, opened.pose_near_nominal(0.03)}) {
     const MountedAssembly::Truth elsewhere = assembly.noise_free_mse(other, 3);
@@ -210,9 +209,9 @@ Finding check_mtf(const Subject& subject) {
   const auto elsewhere = twin.mtf(pose, kCoarse);
   for (const auto& other : {again, elsewhere})
     if (!other || other->centre != coarse->centre || other->corner != coarse->corner)
-      return failed("the same lens, pose and frequency have another MTF when asked again");
+      return failed("the MTF for the same lens, pose and frequency changes when called again");
   if (!fine || fine->centre > coarse->centre || fine->corner > coarse->corner)
-    return failed("lines of " + significant(kFine) + " lp/mm come out better than those of " + significant(kCoarse));
+    return failed("the MTF at " + significant(kFine) + " lp/mm is higher than at " + significant(kCoarse) + " lp/mm");
   return ok();
 }
 
@@ -225,29 +224,30 @@ Finding check_elements(const Subject& subject) {
     return ok();
   }
   return failed(
-      "it mounts offsets of an element 'no such element' that it does not have: a misspelt name would go unseen");
+      "it accepts offsets of the unknown element 'no such element'; refuse unknown names, which may be misspelt");
 }
 
 namespace {
 
-// Over a whole travel and more, each axis both ways: it must stop, say by how much it moved, and say that a limit was
-// met. Empty when it does.
+// Moves each axis both ways by more than the travel: the stage must stop, report its move, and report a limit. Returns
+// a message if it does not.
 std::string flaw_at_limits(Opened& opened) {
-  constexpr double kAsked = 1.1;           // travels
-  constexpr double kLongestTravel = 1.05;  // as encoders may tell one
+  constexpr double kAsked = 1.1;       // travels
+  constexpr double kMaxTravel = 1.05;  // allows for encoder errors
   const std::size_t axes = opened.facts.axes.size();
   for (std::size_t axis = 0; axis < axes; ++axis)
     for (const double asked : {kAsked, -kAsked}) {
-      const std::string where = "asked to move axis " + std::to_string(axis) + " by " + shortest(asked) + " travels";
+      const std::string where =
+          "commanded to move axis " + std::to_string(axis) + " by " + shortest(asked) + " travels";
       at(where);
       std::vector<double> delta(axes, 0.0);
       delta[axis] = asked;
       const Scene::StageMove made = opened.scene.move_by(delta);
-      if (std::fabs(made.moved[axis]) > kLongestTravel)
-        return where + " it says that it moved by " + shortest(made.moved[axis]) +
-               ": a travel is 1, it must stop at the limit and tell how far it came";
+      if (std::fabs(made.moved[axis]) > kMaxTravel)
+        return where + ", it reports a move of " + shortest(made.moved[axis]) +
+               "; it must stop at the limit, and report the actual move (at most 1)";
       if (made.limits_low == 0 && made.limits_high == 0)
-        return where + " it came " + shortest(made.moved[axis]) + " far and tells no limit";
+        return where + ", it reports a move of " + shortest(made.moved[axis]) + " but no limit";
     }
   return "";
 }
@@ -258,16 +258,16 @@ Finding check_stage(const Subject& subject) {
   Opened opened(subject.choice());
   if (!opened.facts.owns_stage) return skipped("the host moves its stage");
   if (!opened.scene.offers_stage())
-    return failed("its description says \"owns_stage\", but it does not offer " RELIGN_SCENE_STAGE);
+    return failed("its description has 'owns_stage', but it does not offer " RELIGN_SCENE_STAGE);
   const std::size_t axes = opened.facts.axes.size();
   std::vector<float> pixels(std::size_t{opened.facts.image_width} * opened.facts.image_height);
-  const auto sees = [&] {
+  const auto capture_is_finite = [&] {
     std::fill(pixels.begin(), pixels.end(), std::nanf(""));
     opened.scene.capture(pixels.data());
     return all_finite(pixels);
   };
-  constexpr const char* kUnseen = "a capture holds pixels that are not finite, or were not written";
-  // A seed twice: whether it brings the same start is the machine's secret, that it starts again is not.
+  constexpr const char* kBadPixels = "a capture has non-finite or missing pixels";
+  // One seed twice: the start may differ, but the station must start again.
   for (const std::uint64_t seed : {std::uint64_t{1}, std::uint64_t{2}, std::uint64_t{1}}) {
     at("in the trial of seed " + std::to_string(seed));
     opened.scene.begin(seed);
@@ -277,13 +277,13 @@ Finding check_stage(const Subject& subject) {
         delta[move - 1] = 0.01;
         opened.scene.move_by(delta);
       }
-      if (!sees()) return failed(kUnseen);
+      if (!capture_is_finite()) return failed(kBadPixels);
     }
   }
   if (const std::string flaw = flaw_at_limits(opened); !flaw.empty()) return failed(flaw);
-  if (!sees()) return failed(std::string("at its limits ") + kUnseen);
+  if (!capture_is_finite()) return failed(std::string("at its limits ") + kBadPixels);
   opened.scene.begin(3);
-  return sees() ? ok() : failed(kUnseen);
+  return capture_is_finite() ? ok() : failed(kBadPixels);
 }
 
 Finding check_travel(const Subject& subject) {
@@ -298,7 +298,7 @@ Finding check_travel(const Subject& subject) {
     try {
       const std::vector<float> pixels = opened.capture(assembly, std::vector<double>(axes, value), 5);
       if (value == value && !all_finite(pixels))
-        return failed(std::string("with every axis at ") + name + " a capture holds pixels that are not finite");
+        return failed(std::string("with every axis at ") + name + " a capture has non-finite pixels");
       if (opened.facts.truth) assembly.noise_free_mse(std::vector<double>(axes, value), 6);
     } catch (const Error& error) {
       if (value >= 0 && value <= 1)

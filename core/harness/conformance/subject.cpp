@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kSmallImage = 40;
 
-// What the manifest asks for, and what makes a scene quick to render as far as it declares it.
+// The manifest's "check" parameters, and parameters that make a scene fast to render if it declares them.
 Json parameters_of_check(const Manifest& manifest) {
   Json given = manifest.check;
   if (manifest.kind != Kind::scene) return given;
@@ -32,10 +32,10 @@ Subject open_subject(const std::filesystem::path& plugin) {
   plugin_host::Catalog catalog;
   catalog.add(plugin);
   Subject subject;
-  subject.manifest = catalog.plugins().front();  // the only one so far
+  subject.manifest = catalog.plugins().front();  // the only one
   const Manifest& manifest = *subject.manifest;
   const Json given = parameters_of_check(manifest);
-  // Which algorithm it runs is told by name; the checks let a walk stand for it.
+  // Inner algorithms are found by name; the checks replace them by a walk.
   const bool names_others = std::any_of(manifest.parameters.begin(), manifest.parameters.end(), [](const Parameter& p) {
     return p.type == plugin_host::ParameterType::algorithm;
   });

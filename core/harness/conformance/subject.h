@@ -1,4 +1,4 @@
-// The plugin that is checked, and everything that can be made of it.
+// The plugin under check, with all its configurations.
 #pragma once
 
 #include <filesystem>
@@ -16,17 +16,17 @@ struct Subject {
   // The defaults, if they are complete, then every preset. Scenes with a parameter "pixels" get a
   // small image, so that a check takes seconds.
   std::vector<plugin_host::Choice> choices;
-  std::string incomplete;  // why the defaults alone make nothing; empty: they do
+  std::string incomplete;  // why the defaults are incomplete; empty if they are complete
 
   plugin_host::Kind kind() const { return manifest->kind; }
-  // What most checks use. Only for subjects with choices.
+  // The choice that most checks use. Only for subjects with choices.
   const plugin_host::Choice& choice() const { return choices.front(); }
 };
 
-// Throws Error(plugin_refused) when there is no plugin, or its manifest has mistakes.
+// Throws Error(plugin_refused) when the plugin does not exist or its manifest has mistakes.
 Subject open_subject(const std::filesystem::path& plugin);
 
-// What objects under check are given: the program's cache and a few threads, no log.
+// Services for objects under check: the program's cache and a few threads, no log.
 plugin_host::HostServices check_services(unsigned threads = 1);
 
 }  // namespace relign::conformance

@@ -10,7 +10,7 @@ namespace relign::conformance {
 std::string synthetic_scene(unsigned axes) {
   static const std::array<const char*, 6> names = {"x", "y", "z", "Rx", "Ry", "Rz"};
   Json scene = {{"name", "synthetic"},
-                {"summary", "Made up for checks."},
+                {"summary", "Synthetic, for checks."},
                 {"axes", Json::array()},
                 {"nominal_pose", Json::array()},
                 {"image", {{"width", kPictureSide}, {"height", kPictureSide}, {"white", 1}}},
@@ -33,10 +33,10 @@ std::string synthetic_scene(unsigned axes) {
 void paint_edge(double blur, float* pixels) {
   const double width_px = 0.7 + 6 * (blur >= 0 && blur <= 1 ? blur : 1);
   const double middle = 0.5 * (kPictureSide - 1);
-  constexpr double kLean = 0.12;  // columns a row
+  constexpr double kSlope = 0.12;  // columns per row
   for (std::uint32_t y = 0; y < kPictureSide; ++y)
     for (std::uint32_t x = 0; x < kPictureSide; ++x) {
-      const double across = (x - middle) + kLean * (y - middle);
+      const double across = (x - middle) + kSlope * (y - middle);
       pixels[y * kPictureSide + x] = static_cast<float>(0.5 + 0.4 * std::tanh(across / width_px));
     }
 }

@@ -21,12 +21,12 @@ double cpu_seconds_used() {
 }
 
 void write_line(const Json& entry) {
-  // What a plugin says of itself may be no UTF-8.
+  // Messages of a plugin may contain invalid UTF-8.
   const std::string line = entry.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
   std::size_t written = 0;
   while (written < line.size()) {
     const ssize_t count = ::write(report_descriptor, line.data() + written, line.size() - written);
-    if (count <= 0) return;  // nobody listens: a check without a record is a failed check
+    if (count <= 0) return;  // no reader; a check without a finding fails
     written += static_cast<std::size_t>(count);
   }
 }

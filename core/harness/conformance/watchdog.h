@@ -1,5 +1,5 @@
-// Ends a check whose plugin does not come back: a call into a library cannot be interrupted, so the
-// process reports what is known and ends.
+// Ends a check whose plugin does not return: a call into a library cannot be interrupted, so that the process reports
+// its finding and exits.
 #pragma once
 
 #include <chrono>
@@ -11,7 +11,7 @@
 
 namespace relign::conformance {
 
-// Where the finding of this process goes: a file descriptor, or stdout (as JSON) when there is none.
+// Sets the file descriptor for findings of this process; without one they go to stdout as JSON.
 void report_findings_to(int file_descriptor);
 void report(const Finding& finding);
 
@@ -22,8 +22,8 @@ class Watchdog {
   Watchdog(const Watchdog&) = delete;
   Watchdog& operator=(const Watchdog&) = delete;
 
-  // From now on: when this process has used `cpu_seconds` of processor time, or `wall_seconds` went
-  // by, `finding` is reported and the process ends. Replaces what was started before.
+  // After `cpu_seconds` of processor time of this process, or `wall_seconds`, reports `finding` and exits. Replaces an
+  // earlier start.
   void start(double cpu_seconds, double wall_seconds, Finding finding);
   void stop();
 

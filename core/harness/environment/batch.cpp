@@ -50,8 +50,8 @@ struct Batch::Implementation {
     plugin_host::HostServices services;
     services.threads = 1;  // frames in parallel scale better than threads within a frame
     services.cache_folder = setup.cache_folder;
-    services.log = [tell = setup.on_message](int importance, const std::string& message) {
-      if (tell && importance >= RELIGN_LOG_WARNING) tell(message);
+    services.log = [notify = setup.on_message](int importance, const std::string& message) {
+      if (notify && importance >= RELIGN_LOG_WARNING) notify(message);
     };
     return services;
   }

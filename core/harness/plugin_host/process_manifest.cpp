@@ -119,7 +119,7 @@ std::string kind_of(const Json& manifest) {
 
 }  // namespace
 
-std::string manifest_difference(const Manifest& stated, const Json& said) {
+std::string manifest_difference(const Manifest& stated, const Json& sent) {
   const Json manifest = parsed_json(stated.text);
   const std::string advice = is_plugin_script(stated.source)
                                  ? "; a class must have the same manifest at every start"
@@ -129,10 +129,10 @@ std::string manifest_difference(const Manifest& stated, const Json& said) {
     return "it does not match its manifest: " + what + " is " + shown(ours) + " in the manifest and " + shown(theirs) +
            " in the class" + advice;
   };
-  if (kind_of(manifest) != kind_of(said)) return differ("'kind'", member(manifest, "kind"), member(said, "kind"));
-  if (knowledge(manifest) != knowledge(said)) return differ("'knows'", knowledge(manifest), knowledge(said));
+  if (kind_of(manifest) != kind_of(sent)) return differ("'kind'", member(manifest, "kind"), member(sent, "kind"));
+  if (knowledge(manifest) != knowledge(sent)) return differ("'knows'", knowledge(manifest), knowledge(sent));
   const Json ours = manifest.value("parameters", Json::object());
-  const Json theirs = said.value("parameters", Json::object());
+  const Json theirs = sent.value("parameters", Json::object());
   if (!theirs.is_object()) return "expected an object 'parameters' in its manifest, found " + theirs.dump();
   Json all = ours;
   all.update(theirs);

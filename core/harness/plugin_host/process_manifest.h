@@ -21,6 +21,6 @@ Manifest script_manifest_of(const std::string& text, const std::filesystem::path
 
 // Compares the manifest that a process sends in its handshake with the one that it was started by, in everything that
 // affects a trial. Returns a message on the first difference; empty if there is none.
-std::string manifest_difference(const Manifest& stated, const Json& said);
+std::string manifest_difference(const Manifest& stated, const Json& sent);
 
 }  // namespace relign::plugin_host

@@ -170,8 +170,8 @@ void ProcessPlugin::shake_hands(const Manifest& manifest) {
   if (!id || normalised_name(*id) != normalised_name(manifest.id))
     fail(during,
          "found " + (id ? "the id '" + *id + "'" : "no id") + "; expected '" + manifest.id + "' as in the manifest");
-  if (const auto said = answer.find("manifest"); said != answer.end() && said->is_object())
-    if (const std::string difference = manifest_difference(manifest, *said); !difference.empty())
+  if (const auto sent = answer.find("manifest"); sent != answer.end() && sent->is_object())
+    if (const std::string difference = manifest_difference(manifest, *sent); !difference.empty())
       fail(during, difference);
   if (const auto needs = answer.find("needs"); needs != answer.end() && !(needs->is_array() && needs->empty()))
     fail(during, "it needs abilities that this host lacks: " + needs->dump());

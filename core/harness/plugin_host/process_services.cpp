@@ -126,20 +126,20 @@ Json ProcessServices::ask_run(const Json& request, const relign_run_service& run
   const relign_status status =
       run.run(run.context, view(parameter), view(parameters), static_cast<std::uint32_t>(*steps), &outcome);
   const bool made_steps = status == RELIGN_OK || status == RELIGN_FAILED;
-  Json told = status == RELIGN_OK ? Json{{"message", "result"}} : failure_answer(status, run);
-  if (!made_steps) return told;
+  Json reply = status == RELIGN_OK ? Json{{"message", "result"}} : failure_answer(status, run);
+  if (!made_steps) return reply;
   // Also after a failure, because the other algorithm has moved the stage.
   const std::uint32_t axes = trial_.task->axes;
-  told["steps"] = outcome.steps;
-  told["last"] = to_json(outcome.last, axes);
+  reply["steps"] = outcome.steps;
+  reply["last"] = to_json(outcome.last, axes);
   if (outcome.last && outcome.last->image && image_bytes_ > 0) pixels_.put(*outcome.last->image, 0, image_bytes_);
-  if (status != RELIGN_OK) return told;
-  told["end"] = outcome.end == RELIGN_RUN_FINISHED ? "finished" : "steps_spent";
-  told["best"] = to_json(outcome.best, axes);
-  told["recommendation"] = nullptr;
+  if (status != RELIGN_OK) return reply;
+  reply["end"] = outcome.end == RELIGN_RUN_FINISHED ? "finished" : "steps_spent";
+  reply["best"] = to_json(outcome.best, axes);
+  reply["recommendation"] = nullptr;
   if (outcome.recommendation)
-    told["recommendation"] = std::vector<double>(outcome.recommendation, outcome.recommendation + axes);
-  return told;
+    reply["recommendation"] = std::vector<double>(outcome.recommendation, outcome.recommendation + axes);
+  return reply;
 }
 
 // ---- model ------------------------------------------------------------------------------------

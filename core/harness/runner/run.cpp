@@ -44,7 +44,7 @@ class Run {
 
   RunSummary execute() {
     if (writer_.repaired() > 0)
-      tell("the previous run ended while writing; half-written trials are dropped and run again");
+      notify("the previous run ended while writing; half-written trials are dropped and run again");
     // First, because trials made with other pretrained data run again.
     learnt_.prepare(selected_, [this](const std::string& algorithm) { report_progress("pretraining " + algorithm); });
     preparing_worker_.reset();
@@ -71,7 +71,7 @@ class Run {
       pictures.cache_folder = options_.cache_folder;
       pictures.threads = core_count();
       pictures.stop = options_.stop;
-      pictures.on_message = [this](const std::string& message) { tell(message); };
+      pictures.on_message = [this](const std::string& message) { notify(message); };
       pictures.draw_lens = options_.draw_lens;
       write_pictures(prepared_, options_.results, pictures);
       write_bounds(prepared_, selected_, options_.results, pictures);
@@ -85,9 +85,9 @@ class Run {
  private:
   bool stop_requested() const { return options_.stop && options_.stop->load(); }
 
-  void tell(const std::string& message) {
+  void notify(const std::string& message) {
     if (!options_.on_message) return;
-    const std::lock_guard<std::mutex> hold(tell_mutex_);
+    const std::lock_guard<std::mutex> hold(notify_mutex_);
     options_.on_message(message);
   }
 
@@ -102,7 +102,7 @@ class Run {
     Preparer::Options options;
     options.threads = core_count();
     options.cache_folder = options_.cache_folder;
-    options.on_message = [this](const std::string& message) { tell(message); };
+    options.on_message = [this](const std::string& message) { notify(message); };
     options.stop = options_.stop;
     return options;
   }
@@ -159,12 +159,13 @@ class Run {
       }
     }
     for (const auto& [plugin, trials] : changed)
-      tell(plugin + " changed: " + std::to_string(trials) + (trials == 1 ? " trial runs again" : " trials run again"));
+      notify(plugin + " changed: " + std::to_string(trials) +
+             (trials == 1 ? " trial runs again" : " trials run again"));
     if (retried > 0)
-      tell(std::to_string(retried) + (retried == 1 ? " failed trial runs" : " failed trials run") + " again");
+      notify(std::to_string(retried) + (retried == 1 ? " failed trial runs" : " failed trials run") + " again");
     if (renamed > 0)
-      tell("scenes or noise levels were renamed in the suite: " + std::to_string(renamed) +
-           (renamed == 1 ? " trial runs again" : " trials run again"));
+      notify("scenes or noise levels were renamed in the suite: " + std::to_string(renamed) +
+             (renamed == 1 ? " trial runs again" : " trials run again"));
     writer_.drop(outdated);
     for (const std::string& trial : outdated) {
       std::error_code code;
@@ -189,17 +190,17 @@ class Run {
     std::size_t extra = 0;
     for (const std::string& trial : writer_.finished_trials()) ++(planned.count(trial) ? kept : extra);
     if (kept > 0 && !was.empty() && !is.empty() && was != is)
-      tell("relign-bench has changed since the first of these results; " + std::to_string(kept) +
-           " finished trials are kept (choose a new folder with --out to run all of them again)");
+      notify("relign-bench has changed since the first of these results; " + std::to_string(kept) +
+             " finished trials are kept (choose a new folder with --out to run all of them again)");
     if (extra == 0) return;
     const std::string file = before.value("suite_file", std::string());
     const bool same_file = file.empty() || file == suite_.file;
-    tell(std::to_string(extra) + (extra == 1 ? " finished trial in " : " finished trials in ") +
-         options_.results.string() + (extra == 1 ? " belongs to " : " belong to ") +
-         (same_file ? "an earlier version of the suite"
-                    : "another suite, " + file + " (this one is " + suite_.file + ")") +
-         (extra == 1 ? "; it is kept but not shown" : "; they are kept but not shown") +
-         (same_file ? "" : "; give the suites different names, or one of them another folder with --out"));
+    notify(std::to_string(extra) + (extra == 1 ? " finished trial in " : " finished trials in ") +
+           options_.results.string() + (extra == 1 ? " belongs to " : " belong to ") +
+           (same_file ? "an earlier version of the suite"
+                      : "another suite, " + file + " (this one is " + suite_.file + ")") +
+           (extra == 1 ? "; it is kept but not shown" : "; they are kept but not shown") +
+           (same_file ? "" : "; give the suites different names, or one of them another folder with --out"));
   }
 
   // An analysis plan that was changed after the first results is not pre-registered: reports mark it.
@@ -208,7 +209,7 @@ class Run {
     const std::string first = before.value("analysis_began_with", before.value("analysis_hash", std::string("none")));
     if (first == now.value("analysis_hash", std::string("none"))) return;
     now["analysis_began_with"] = first;
-    tell("the suite's analysis plan has changed since the first of these results; the report marks it as changed");
+    notify("the suite's analysis plan has changed since the first of these results; the report marks it as changed");
   }
 
   std::vector<std::size_t> plan_work() {
@@ -239,7 +240,7 @@ class Run {
       return prepared_.scenes[prepared_.plan.trials[place].scene].owns_stage;
     });
     const std::size_t wanted = station ? 1 : options_.workers == 0 ? cores : options_.workers;
-    if (station && options_.workers > 1) tell("using one worker: a station runs one trial at a time");
+    if (station && options_.workers > 1) notify("using one worker: a station runs one trial at a time");
     const auto workers = static_cast<unsigned>(std::min<std::size_t>(wanted, todo.size()));
     const unsigned threads = std::max(1U, cores / workers);
     workers_ = workers;
@@ -281,7 +282,7 @@ class Run {
     options.threads = threads;
     options.results = options_.results;
     options.cache_folder = options_.cache_folder;
-    options.on_message = [this](const std::string& message) { tell(message); };
+    options.on_message = [this](const std::string& message) { notify(message); };
     options.stop = stop;
     return options;
   }
@@ -377,7 +378,7 @@ class Run {
   std::unique_ptr<ProcessWorker> preparing_worker_;
   PlanPreparation learnt_;
   std::atomic<bool> halt_{false};
-  std::mutex tell_mutex_;
+  std::mutex notify_mutex_;
   std::mutex progress_mutex_;  // also guards summary_, failure_ and workers_done_ while workers run
   std::condition_variable worker_is_done_;
   unsigned workers_ = 1;

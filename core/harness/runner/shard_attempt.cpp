@@ -33,11 +33,11 @@ std::string machine_name() {
   return (name.empty() ? "host" : name) + "-" + (boot.empty() ? "000000" : boot.substr(0, 6));
 }
 
-std::set<std::string> complete_trials(const fs::path& folder, const std::function<void(const std::string&)>& tell) {
+std::set<std::string> complete_trials(const fs::path& folder, const std::function<void(const std::string&)>& notify) {
   try {
     return records::complete_trials(folder);
   } catch (const Error& error) {
-    if (tell) tell(std::string("trials of an earlier attempt run again: ") + error.what());
+    if (notify) notify(std::string("trials of an earlier attempt run again: ") + error.what());
     return {};
   }
 }
@@ -62,7 +62,8 @@ ShardAttempt::ShardAttempt(const fs::path& results, unsigned shard, const std::s
                            const std::function<void(const std::string&)>& on_message) {
   std::error_code code;
   fs::create_directories(results, code);
-  if (code) throw Error(ErrorKind::io, "cannot create the results folder " + results.string() + ": " + code.message());
+  if (code)
+    throw Error(ErrorKind::io, "cannot create the results folder '" + results.string() + "': " + code.message());
   const std::string start = shard_name(shard) + ".";
   const std::string own = start + machine_name();
   for (unsigned attempt = 1; !claim_; ++attempt) {
@@ -73,7 +74,7 @@ ShardAttempt::ShardAttempt(const fs::path& results, unsigned shard, const std::s
       continue;
     }
     folder_ = results / name;
-    // Without locks we cannot tell whether the folder is being written, and do not share it.
+    // Without locks it is unknown whether the folder is being written, so that it is not shared.
     if (!claim_->held())
       folder_ += "-" + std::to_string(::getpid()) + "-" +
                  std::to_string(std::chrono::system_clock::now().time_since_epoch().count());

@@ -46,7 +46,7 @@ std::vector<ShardStatus> status_of_shards(const FrozenPlan& plan, const fs::path
     if (shard < plan.shards && entry->is_directory(code)) all[shard].attempts.push_back(name);
   }
   if (code && code != std::errc::no_such_file_or_directory)
-    throw Error(ErrorKind::io, "cannot read the results folder " + results.string() + ": " + code.message());
+    throw Error(ErrorKind::io, "cannot read the results folder '" + results.string() + "': " + code.message());
   for (unsigned number = 0; number < plan.shards; ++number) {
     ShardStatus& shard = all[number];
     std::sort(shard.attempts.begin(), shard.attempts.end());

@@ -148,10 +148,10 @@ plugin_host::HostServices TrialRunner::services(const std::string& name, unsigne
   services.threads = threads;
   services.cache_folder = options_.cache_folder;
   services.stop = options_.stop;
-  services.log = [tell = options_.on_message, log = log_, name, who = algorithm ? "" : name](
+  services.log = [notify = options_.on_message, log = log_, name, who = algorithm ? "" : name](
                      int level, const std::string& message) {
     log->add(level, who, message);
-    if (tell && level >= RELIGN_LOG_WARNING) tell(name + ": " + message);
+    if (notify && level >= RELIGN_LOG_WARNING) notify(name + ": " + message);
   };
   return services;
 }

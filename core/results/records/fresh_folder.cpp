@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 namespace {
 
 [[noreturn]] void fail(const fs::path& path, const std::error_code& code) {
-  throw Error(ErrorKind::io, "cannot write " + path.string() + ": " + code.message());
+  throw Error(ErrorKind::io, "cannot write '" + path.string() + "': " + code.message());
 }
 
 // The entries of a folder except for these names.

@@ -55,7 +55,7 @@ std::vector<fs::path> line_files(const fs::path& folder) {
     if (file_number(entry->path(), number)) found.emplace_back(number, entry->path());
   }
   if (code && code != std::errc::no_such_file_or_directory)
-    throw Error(ErrorKind::io, "cannot read " + folder.string() + ": " + code.message());
+    throw Error(ErrorKind::io, "cannot read '" + folder.string() + "': " + code.message());
   std::sort(found.begin(), found.end());
   std::vector<fs::path> files;
   for (auto& [number, path] : found) files.push_back(std::move(path));
@@ -140,7 +140,7 @@ Blocks split_times(std::string_view text, const std::string& file_name) {
 
 std::size_t append_block(const fs::path& file, std::string_view block, bool flush) {
   const auto fail = [&file](int reason) {
-    throw Error(ErrorKind::io, "cannot write " + file.string() + ": " + std::strerror(reason));
+    throw Error(ErrorKind::io, "cannot write '" + file.string() + "': " + std::strerror(reason));
   };
   const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
   if (descriptor < 0) fail(errno);
@@ -167,7 +167,7 @@ std::size_t append_block(const fs::path& file, std::string_view block, bool flus
 
 void cut_file(const fs::path& file, std::size_t size) {
   if (::truncate(file.c_str(), static_cast<off_t>(size)) != 0)
-    throw Error(ErrorKind::io, "cannot cut " + file.string() + ": " + std::strerror(errno));
+    throw Error(ErrorKind::io, "cannot cut '" + file.string() + "': " + std::strerror(errno));
 }
 
 }  // namespace relign::records

@@ -14,7 +14,7 @@ namespace {
 template <class Body>
 void for_each_line(const fs::path& file, const Body& body) {
   std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw Error(ErrorKind::io, "cannot read " + file.string() + ": " + std::strerror(errno));
+  if (!stream) throw Error(ErrorKind::io, "cannot read '" + file.string() + "': " + std::strerror(errno));
   std::string line;
   std::size_t offset = 0;
   std::size_t number = 0;
@@ -23,7 +23,7 @@ void for_each_line(const fs::path& file, const Body& body) {
     body(std::string_view(line), offset, ++number);
     offset += line.size() + 1;
   }
-  if (stream.bad()) throw Error(ErrorKind::io, "cannot read " + file.string() + ": " + std::strerror(errno));
+  if (stream.bad()) throw Error(ErrorKind::io, "cannot read '" + file.string() + "': " + std::strerror(errno));
 }
 
 }  // namespace

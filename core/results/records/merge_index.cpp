@@ -117,7 +117,7 @@ BlockReader::~BlockReader() {
 
 const std::string& BlockReader::read(std::uint32_t file, const BlockPlace& place) {
   const auto fail = [this, file](const char* reason) {
-    throw Error(ErrorKind::io, "cannot read " + files_[file].string() + ": " + reason);
+    throw Error(ErrorKind::io, "cannot read '" + files_[file].string() + "': " + reason);
   };
   if (open_.size() < files_.size()) open_.resize(files_.size(), -1);
   if (open_[file] < 0) {

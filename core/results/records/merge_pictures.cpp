@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 namespace {
 
 [[noreturn]] void fail(const fs::path& path, const std::error_code& code) {
-  throw Error(ErrorKind::io, "cannot write " + path.string() + ": " + code.message());
+  throw Error(ErrorKind::io, "cannot write '" + path.string() + "': " + code.message());
 }
 
 // Copies `file` from a source's folder `root`. Ignores files outside of it, whether by name or behind a link.

@@ -8,7 +8,7 @@ namespace fs = std::filesystem;
 void require_results(const fs::path& folder) {
   std::error_code code;
   if (!fs::is_directory(folder, code))
-    throw Error(ErrorKind::io, "cannot read " + folder.string() + ": no such folder");
+    throw Error(ErrorKind::io, "cannot read '" + folder.string() + "': no such folder");
   if (!fs::exists(folder / "manifest.json", code))
     throw Error(ErrorKind::bad_input, folder.string() + " is not a results folder: it has no manifest.json");
   // Without this check, a published study would look like one that has not begun, and its tables would be overwritten.

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 namespace {
 
 [[noreturn]] void fail(const fs::path& path, const std::error_code& code) {
-  throw Error(ErrorKind::io, "cannot write " + path.string() + ": " + code.message());
+  throw Error(ErrorKind::io, "cannot write '" + path.string() + "': " + code.message());
 }
 
 // A results folder starts with the lock, then the manifest. A folder without a manifest that holds anything else is
@@ -30,13 +30,13 @@ void refuse_foreign(const fs::path& folder) {
     throw Error(ErrorKind::bad_input, folder.string() + " is not a results folder: it contains '" + name +
                                           "' but no manifest.json; choose an empty or new folder with --out");
   }
-  if (code) throw Error(ErrorKind::io, "cannot read " + folder.string() + ": " + code.message());
+  if (code) throw Error(ErrorKind::io, "cannot read '" + folder.string() + "': " + code.message());
 }
 
 fs::path prepared(fs::path folder) {
   std::error_code code;
   fs::create_directories(folder, code);
-  if (code) throw Error(ErrorKind::io, "cannot create the results folder " + folder.string() + ": " + code.message());
+  if (code) throw Error(ErrorKind::io, "cannot create the results folder '" + folder.string() + "': " + code.message());
   refuse_foreign(folder);
   return folder;
 }

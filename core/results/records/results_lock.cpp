@@ -19,7 +19,7 @@ ResultsLock::ResultsLock(const std::filesystem::path& folder, const std::string&
     descriptor_ = ::open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
     if (descriptor_ < 0)
       throw Error(ErrorKind::io,
-                  "cannot write into the results folder " + folder.string() + ": " + std::strerror(errno));
+                  "cannot write into the results folder '" + folder.string() + "': " + std::strerror(errno));
     if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
       const int reason = errno;
       if (reason == EWOULDBLOCK) {

@@ -55,7 +55,7 @@ const std::vector<StepNumbers>& StoredSteps::read(const StoredTrial& where) {
   if (!stream_.seekg(static_cast<std::streamoff>(where.offset)) ||
       !stream_.read(lines_.data(), static_cast<std::streamsize>(lines_.size())) || lines_.empty() ||
       lines_.back() != '\n')
-    throw Error(ErrorKind::io, "cannot read " + file.string() + " again; is a run writing it?");
+    throw Error(ErrorKind::io, "cannot read '" + file.string() + "' again; is a run writing it?");
   steps_.clear();
   const std::string_view lines = lines_;
   const std::size_t closing = lines.rfind('\n', lines.size() - 2);
@@ -75,7 +75,7 @@ TrialRecord read_stored(const fs::path& folder, const StoredTrial& where, std::s
   std::ifstream stream(file, std::ios::binary);
   if (!stream.seekg(static_cast<std::streamoff>(where.offset)) ||
       !stream.read(lines.data(), static_cast<std::streamsize>(lines.size())))
-    throw Error(ErrorKind::io, "cannot read " + file.string() + "; is a run writing it?");
+    throw Error(ErrorKind::io, "cannot read '" + file.string() + "'; is a run writing it?");
   const Blocks split = split_trials(lines, file.string());
   if (split.blocks.size() != 1)
     throw Error(ErrorKind::io, file.string() + " changed while it was read; is a run writing it?");

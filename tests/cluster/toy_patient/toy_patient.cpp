@@ -5,7 +5,7 @@
 
 namespace {
 
-// Holds a job where a test wants it: no test depends on how fast a machine is.
+// Pauses a job until a test continues it, so that tests do not depend on the machine's speed.
 class ToyPatient final : public relign::Optimizer {
  public:
   explicit ToyPatient(const relign::Parameters& given) : gate_(given.text("gate")) {}

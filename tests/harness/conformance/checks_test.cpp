@@ -1,4 +1,4 @@
-// The list of checks is sound, and the page about it says the same.
+// The list of checks is consistent, and equal to the documented one.
 #include "conformance/checks.h"
 
 #include <gmock/gmock.h>
@@ -19,17 +19,17 @@ const char* kinds_of(const Check& check) {
   return check.applies(Kind::noise_level) ? "noise levels" : "algorithms";
 }
 
-TEST(Checks, NeedOnlyWhatCameBefore) {
+TEST(Checks, NeedOnlyEarlierChecks) {
   std::set<std::string> before;
   for (const Check& check : all_checks()) {
     for (const char* needed : check.needs) EXPECT_TRUE(before.count(needed)) << check.name << " needs " << needed;
-    EXPECT_TRUE(before.insert(check.name).second) << check.name << " stands twice";
+    EXPECT_TRUE(before.insert(check.name).second) << "duplicate check " << check.name;
     EXPECT_EQ(check_by_name(check.name), &check);
   }
   EXPECT_EQ(check_by_name("nothing"), nullptr);
 }
 
-TEST(Checks, AreTheOnesThatThePageLists) {
+TEST(Checks, MatchTheDocumentedList) {
   const std::string page = read_file(RELIGN_SOURCE_DIR "/docs/plugin_check.md");
   std::string table;
   for (const Check& check : all_checks())

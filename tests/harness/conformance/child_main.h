@@ -1,5 +1,5 @@
-// A test program that is its own child for the checks: it starts much quicker than relign-bench, which
-// links everything. tests/harness/conformance/verb_test.cpp goes through relign-bench itself.
+// Lets a test program be the child process of its checks: it starts much faster than relign-bench, which
+// links everything. verb_test.cpp uses relign-bench itself.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// Plugins that break one promise each fail the one check that is for it, with a sentence that names it;
-// what cannot be told without that promise is skipped. Sound ones pass, however they were built.
+// Plugins that break one promise each fail exactly its check, with a message that names it; checks that depend on it
+// are skipped. Sound plugins pass, however they were built.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -27,7 +27,7 @@ struct Misdeed {
   const char* plugin;
   const char* check;
   Verdict verdict;
-  const char* sentence;  // what it must say
+  const char* sentence;  // part of the expected message
 };
 
 constexpr Verdict kFailed = Verdict::failed;
@@ -39,20 +39,20 @@ const Misdeed kMisdeeds[] = {
     {"needs_grown_host", "interface", kFailed, "needs a host of at least 1.77"},
     {"refuses_preset", "creates", kFailed, "not in this mood"},
     {"throws", "runs", kFailed, "thrown on purpose"},
-    {"exits", "runs", kFailed, "ended the process, with exit status 0"},
+    {"exits", "runs", kFailed, "ended the process with exit status 0"},
     {"ignores_stop", "stop", kFailed, "stopped at request 1, it did not return within 2 s"},
-    {"insists", "stop", kWarning, "asks for up to 3 more steps after RELIGN_STOP"},
-    {"sends_nan", "poses", kFailed, "after 7 steps it sent a pose that is not finite"},
-    {"looks_back", "poses", kFailed, "asked for step 0 again too late"},
+    {"insists", "stop", kWarning, "requests up to 3 more steps after RELIGN_STOP"},
+    {"sends_nan", "poses", kFailed, "after 7 steps it sent an invalid pose"},
+    {"looks_back", "poses", kFailed, "requested step 0 again too late"},
     {"fails_in_preset", "presets", kFailed, "'fails_in_preset-moody': plugin 'fails_in_preset' failed in run: not in"},
     {"always_five", "dimensions", kFailed, "with 1 axes it sent a pose"},
-    {"five_alone", "dimensions", kWarning, "it knows machines of five axes"},
+    {"five_alone", "dimensions", kWarning, "it supports only five axes"},
     {"leaves_box", "box", kWarning, "step 8 commands 3 on axis 0"},
-    {"remembers", "same-trace", kFailed, "part at step 1"},
+    {"remembers", "same-trace", kFailed, "differ at step 1"},
     {"crashes_on_nan", "merits", kFailed,
      kOwnAllocator ? "with merits that are NaN" : "it crashed with merits that are NaN with SIGSEGV"},
-    {"forgets", "prepared", kFailed, "it saves nothing while it is prepared"},
-    {"believes", "prepared", kFailed, "it takes no bytes at all for prepared data"},
+    {"forgets", "prepared", kFailed, "it saves no data during pretraining"},
+    {"believes", "prepared", kFailed, "it accepts no bytes as pretrained data"},
     {"flush_to_zero", "floating-point", kFailed, "flush"},
     {"changes_folder", "surroundings", kFailed, "the working directory was changed to /"},
     {"changes_locale", "surroundings", kFailed, "the locale was changed from C to C.UTF-8"},
@@ -62,30 +62,30 @@ const Misdeed kMisdeeds[] = {
     {"prints", "stdout", kFailed, "it writes to stdout: 'best so far: 0.01'"},
     {"leaks", "heap", kFailed, "its memory grew by 4"},
     {"scene_description", "description", kFailed, "axes"},
-    {"scene_reference", "reference", kFailed, "a second object has another reference"},
+    {"scene_reference", "reference", kFailed, "a second object has another reference image"},
     {"scene_remembers", "same-pixels", kFailed, "another image after other captures"},
-    {"scene_nan", "same-pixels", kFailed, "pixels that are not finite"},
-    {"scene_biased", "truth", kFailed, "the truth is biased"},
-    {"scene_overconfident", "truth", kFailed, "times the standard error they tell"},
+    {"scene_nan", "same-pixels", kFailed, "non-finite or missing pixels"},
+    {"scene_biased", "truth", kFailed, "the ground truth is biased"},
+    {"scene_overconfident", "truth", kFailed, "times the stated standard error"},
     {"scene_optimum", "optimum", kFailed, "less than at its optimum"},
-    {"scene_mtf", "mtf", kFailed, "lines of 1000 lp/mm come out better"},
-    {"scene_any_element", "elements", kFailed, "it mounts offsets of an element"},
+    {"scene_mtf", "mtf", kFailed, "the MTF at 1000 lp/mm is higher than at"},
+    {"scene_any_element", "elements", kFailed, "it accepts offsets of the unknown element"},
     {"scene_afraid_of_ends", "travel", kFailed, "with every axis at 1, inside the travel"},
-    {"station_moves_nan", "stage", kFailed, "it tells that axis 1 moved by nan"},
-    {"station_too_many_axes", "stage", kFailed, "it tells limits of more than its 2 axes"},
-    {"station_back_in_time", "stage", kFailed, "it took -0.1 s by its own account"},
-    {"station_timeless", "stage", kFailed, "it took inf s by its own account"},
-    {"station_silent", "stage", kFailed, "and tells no limit"},
-    {"station_endless", "stage", kFailed, "it says that it moved by 1.1"},
+    {"station_moves_nan", "stage", kFailed, "the reported move of axis 1 is nan"},
+    {"station_too_many_axes", "stage", kFailed, "limit flags exceed its 2 axes"},
+    {"station_back_in_time", "stage", kFailed, "machine_seconds is -0.1"},
+    {"station_timeless", "stage", kFailed, "machine_seconds is inf"},
+    {"station_silent", "stage", kFailed, "but no limit"},
+    {"station_endless", "stage", kFailed, "it reports a move of 1.1"},
     {"station_afraid", "stage", kFailed, "it met a limit"},
-    {"station_dark", "stage", kFailed, "pixels that are not finite"},
-    {"noise_level_remembers", "same-draw", kFailed, "when it is asked for seed"},
+    {"station_dark", "stage", kFailed, "non-finite or missing pixels"},
+    {"noise_level_remembers", "same-draw", kFailed, "when called again with seed"},
     {"noise_level_outside", "variances", kFailed, "start"},
 };
 
 void PrintTo(const Misdeed& misdeed, std::ostream* out) { *out << misdeed.plugin; }
 
-std::string told(const Inspection& inspection) {
+std::string to_text(const Inspection& inspection) {
   std::string text = inspection.refused;
   for (const CheckResult& result : inspection.results)
     text +=
@@ -100,9 +100,9 @@ Inspection inspect_folder(const fs::path& plugin) {
   return inspect(plugin, setup);
 }
 
-// The one finding that is no ok and no skip is of this check, with this verdict and sentence.
+// Expects exactly one failure or warning, of this check, with this verdict and message.
 void expect_only(const Inspection& inspection, const Misdeed& misdeed) {
-  SCOPED_TRACE(told(inspection));
+  SCOPED_TRACE(to_text(inspection));
   EXPECT_EQ(inspection.refused, "");
   EXPECT_EQ(inspection.passed(), misdeed.verdict != Verdict::failed);
   EXPECT_EQ(inspection.count(Verdict::failed) + inspection.count(Verdict::warning), 1U);
@@ -115,9 +115,10 @@ void expect_only(const Inspection& inspection, const Misdeed& misdeed) {
 
 class Saboteurs : public testing::TestWithParam<Misdeed> {};
 
-TEST_P(Saboteurs, FailTheCheckThatIsForThemAndNoOther) {
+TEST_P(Saboteurs, FailExactlyTheirCheck) {
   const Misdeed& misdeed = GetParam();
-  if (kOwnAllocator && std::string(misdeed.check) == "heap") GTEST_SKIP() << "the sanitizer's allocator tells nothing";
+  if (kOwnAllocator && std::string(misdeed.check) == "heap")
+    GTEST_SKIP() << "the sanitizer's allocator does not report its memory";
   const Inspection inspection = inspect_folder(fs::path(RELIGN_SABOTEURS) / misdeed.plugin);
   expect_only(inspection, misdeed);
   EXPECT_EQ(inspection.plugin, misdeed.plugin);
@@ -130,7 +131,7 @@ class Sound : public testing::TestWithParam<const char*> {};
 
 TEST_P(Sound, PassesEveryCheckOfItsKind) {
   const Inspection inspection = inspect_folder(fs::path(RELIGN_SABOTEURS) / GetParam());
-  SCOPED_TRACE(told(inspection));
+  SCOPED_TRACE(to_text(inspection));
   EXPECT_TRUE(inspection.passed());
   EXPECT_EQ(inspection.count(Verdict::warning), 0U);
   EXPECT_GE(inspection.count(Verdict::ok), 11U);
@@ -143,9 +144,9 @@ INSTANTIATE_TEST_SUITE_P(Each, Sound,
                          [](const auto& test) { return std::string(test.param); });
 
 #ifdef RELIGN_TOY_STATION
-TEST(Station, TheToyStationKeepsThePromisesOfAStation) {
+TEST(Station, ToyStationPasses) {
   const Inspection inspection = inspect_folder(RELIGN_TOY_STATION);
-  SCOPED_TRACE(told(inspection));
+  SCOPED_TRACE(to_text(inspection));
   EXPECT_TRUE(inspection.passed());
   for (const CheckResult& result : inspection.results)
     if (result.check == "stage") {
@@ -154,7 +155,7 @@ TEST(Station, TheToyStationKeepsThePromisesOfAStation) {
 }
 #endif
 
-// A copy of the sound plugin that something happened to.
+// A damaged copy of the sound plugin.
 class Copy : public testing::Test {
  protected:
   void SetUp() override {
@@ -166,24 +167,24 @@ class Copy : public testing::Test {
   fs::path folder_;
 };
 
-TEST_F(Copy, ThatIsTruncatedIsNoLibrary) {
+TEST_F(Copy, FailsIfTruncated) {
   const std::string whole = read_file(folder_ / "sound.so");
   write_file_atomically(folder_ / "sound.so", whole.substr(0, whole.size() / 2));
   expect_only(inspect_folder(folder_), {"", "library", kFailed, "its library is truncated"});
 }
 
-TEST_F(Copy, WithAnotherManifestBesideItIsStale) {
+TEST_F(Copy, FailsWithAnotherManifest) {
   write_file_atomically(folder_ / "relign-plugin.json", read_file(folder_ / "relign-plugin.json") + "\n");
-  expect_only(inspect_folder(folder_), {"", "manifest", kFailed, "is not the one inside the library"});
+  expect_only(inspect_folder(folder_), {"", "manifest", kFailed, "differs from the one inside the library"});
 }
 
-TEST(Promises, AreEachBrokenBySomebodyAbove) {
+TEST(Promises, HaveASaboteurEach) {
   std::set<std::string> broken = {"library", "manifest"};  // the copies
   for (const Misdeed& misdeed : kMisdeeds) broken.insert(misdeed.check);
   for (const Check& check : all_checks()) EXPECT_TRUE(broken.count(check.name)) << check.name;
 }
 
-TEST(Inspection, RefusesWhatIsNoPlugin) {
+TEST(Inspection, RejectsMissingPlugin) {
   const Inspection inspection = inspect_folder(fs::path(RELIGN_SABOTEURS) / "there_is_none");
   EXPECT_FALSE(inspection.passed());
   EXPECT_THAT(inspection.refused, HasSubstr("does not exist"));

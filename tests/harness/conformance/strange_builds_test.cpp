@@ -1,7 +1,6 @@
-// Plugins that were built in a strange way change nothing for the others: with -ffast-math, whose start-up code
-// switches subnormal numbers off in the thread that loads it; with a C++ library of their own; with the other
-// std::string. A scene's pixels and truths, and every step of a trial, are the same bits before and after they were
-// loaded and run.
+// Plugins with unusual builds do not affect others: built with -ffast-math, whose start-up code sets flush-to-zero in
+// the loading thread; with a C++ library of their own; with the old std::string. A scene's pixels and ground truth, and
+// every step of a trial, have the same bits before and after such plugins were loaded and run.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -55,7 +54,7 @@ void expect_equal(const std::vector<FakeConversation::Visit>& one, const std::ve
   }
 }
 
-TEST(StrangeBuilds, OthersAreTheSameBitsBeforeAndAfterThem) {
+TEST(StrangeBuilds, DoNotChangeResultsOfOtherPlugins) {
   const Subject lens = open_subject(std::filesystem::path(RELIGN_PLUGIN_DIR) / "lens_system");
   const Subject search = open_subject(std::filesystem::path(RELIGN_PLUGIN_DIR) / "nlopt");
   const auto state = plugin_host::FloatingPointState::current();
@@ -68,7 +67,7 @@ TEST(StrangeBuilds, OthersAreTheSameBitsBeforeAndAfterThem) {
     const Subject strange = open_subject(std::filesystem::path(RELIGN_SABOTEURS) / build);
     const auto changes = plugin_host::floating_point_changes().count;
     EXPECT_EQ(steps_of(strange).size(), FakeSetup().budget);
-    // The hazard was there: without the guard around loading, the mode would have stayed changed.
+    // Confirms that the guard was needed: loading has changed the mode.
     EXPECT_EQ(plugin_host::floating_point_changes().count, changes + (build == "fast_math" ? 1 : 0));
     EXPECT_TRUE(plugin_host::FloatingPointState::current().same_mode(state));
     volatile double smallest = std::numeric_limits<double>::min();

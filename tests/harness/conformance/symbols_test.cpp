@@ -1,4 +1,4 @@
-// Exported symbols as the file tells them, without loading it.
+// Exported symbols, read from the file without loading it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <relign/plugin.h>
@@ -16,18 +16,18 @@ using testing::ElementsAre;
 
 const std::filesystem::path kSaboteurs = RELIGN_SABOTEURS;
 
-TEST(ExportedSymbols, OfAPluginAreTheEntryAlone) {
+TEST(ExportedSymbols, PluginExportsOnlyItsEntry) {
   EXPECT_THAT(exported_symbols(kSaboteurs / "sound/sound.so"), ElementsAre(RELIGN_PLUGIN_ENTRY_SYMBOL));
 }
 
-TEST(ExportedSymbols, WithoutAVersionScriptAreMore) {
+TEST(ExportedSymbols, ListsAllSymbolsWithoutAVersionScript) {
   const auto symbols = exported_symbols(kSaboteurs / "two_symbols/two_symbols.so");
   EXPECT_THAT(symbols, Contains(RELIGN_PLUGIN_ENTRY_SYMBOL));
   EXPECT_THAT(symbols, Contains("helper_of_two_symbols"));
   EXPECT_THAT(symbols, testing::Not(Contains("malloc")));  // used, not defined
 }
 
-TEST(ExportedSymbols, OfATruncatedOrStrangeFileAreRefused) {
+TEST(ExportedSymbols, RejectsTruncatedAndOtherFiles) {
   const std::string whole = read_file(kSaboteurs / "sound/sound.so");
   const auto copy = std::filesystem::temp_directory_path() / ("relign-symbols-" + std::to_string(::getpid()) + ".so");
   for (const std::size_t size : {std::size_t{0}, std::size_t{40}, std::size_t{4000}, whole.size() / 2}) {

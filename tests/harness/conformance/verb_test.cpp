@@ -15,7 +15,7 @@ using testing::Not;
 
 const std::string kSaboteurs = RELIGN_SABOTEURS;
 
-TEST(PluginCheck, PrintsALineACheckAndASummary) {
+TEST(PluginCheck, PrintsALinePerCheckAndASummary) {
   const Outcome outcome = relign_bench(Workplace(), {"plugin", "check", kSaboteurs + "/sound"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
@@ -23,7 +23,7 @@ TEST(PluginCheck, PrintsALineACheckAndASummary) {
                                  HasSubstr(": passed\n"), Not(HasSubstr("[failed]"))));
 }
 
-TEST(PluginCheck, GoesOnAfterAFailureAndEndsWithFive) {
+TEST(PluginCheck, ContinuesAfterAFailureAndExitsWithFive) {
   const Outcome outcome = relign_bench(
       Workplace(), {"plugin", "check", kSaboteurs + "/throws", kSaboteurs + "/none", kSaboteurs + "/sound"});
   EXPECT_EQ(outcome.exit_code, 5);
@@ -55,7 +55,7 @@ TEST(PluginCheck, WritesJson) {
   EXPECT_TRUE(all[1].at("checks").empty());
 }
 
-TEST(PluginCheck, TakesAnIdAndADeadline) {
+TEST(PluginCheck, AcceptsAnIdAndADeadline) {
   const Outcome outcome = relign_bench(Workplace(), {"plugin", "check", "home", "--deadline", "50", "--json"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
   EXPECT_EQ(json::parse(outcome.out).at(0).at("plugin"), "home");

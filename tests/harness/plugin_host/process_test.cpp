@@ -82,7 +82,7 @@ TEST_F(ProcessTest, RedirectsBytecodeOnlyIfItIsWritten) {
   ::unsetenv("PYTHONDONTWRITEBYTECODE");
   run(file);
   EXPECT_THAT(logged_, Contains("prefix: " + (folder_ / "cache/relign-bench/python").string()));
-  ::setenv("PYTHONDONTWRITEBYTECODE", "1", 1);  // else what lies beside the library would be compiled at every start
+  ::setenv("PYTHONDONTWRITEBYTECODE", "1", 1);  // then the standard library's own bytecode must be found
   run(file);
   EXPECT_THAT(logged_, Contains("prefix: None"));
 }
@@ -117,7 +117,7 @@ knows = ("merit",))");
 TEST_F(ProcessTest, HashesImportedModulesOfTheScriptFolder) {
   write("parts/__init__.py", "");
   write("parts/strides.py", "first = 0.25\n");
-  write("unused.py", "raise RuntimeError('nobody imports this')\n");
+  write("unused.py", "raise RuntimeError('not imported')\n");
   write("lib/site-packages/other.py", "pass\n");
   const fs::path file = script("pass",
                                "import parts.strides\n"

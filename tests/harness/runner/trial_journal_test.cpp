@@ -76,12 +76,12 @@ TEST_F(TrialJournalTest, StopsAtMalformedEntries) {
                                         "S\n",
                                         "S" + records::step_line("bb", step(1)) + "\n",   // of another trial
                                         "S" + records::step_line("aa", step(5)) + "\n"};  // out of turn
-  for (const std::string& rubbish : all) {
+  for (const std::string& malformed : all) {
     clear_journal(file_);
     append(good);
-    append(rubbish);
+    append(malformed);
     append("S" + records::step_line("aa", step(1)) + "\nT[1,1,1]\n");
-    EXPECT_EQ(read_journal(file_, "aa", true).steps, 1U) << rubbish;
+    EXPECT_EQ(read_journal(file_, "aa", true).steps, 1U) << malformed;
   }
   clear_journal(file_);
   EXPECT_EQ(read_journal(file_, "aa", true).size, 0U);

@@ -85,7 +85,7 @@ class FakeAlgorithm final : public relign::FAKE_BASE {
       if (::chdir("/") != 0) throw std::runtime_error("chdir");
     } else if (verb == "nap") {
       std::this_thread::sleep_for(std::chrono::milliseconds(action.at(1).get<int>()));
-    } else if (verb == "show_buffers") {  // where pixels lie differs from process to process
+    } else if (verb == "show_buffers") {  // addresses of pixels differ between processes
       shows_buffers_ = true;
     } else if (verb == "rounding") {
       log("rounding", std::fegetround() == FE_UPWARD ? "up" : "nearest");

@@ -112,7 +112,7 @@ TEST_F(DrawTest, IsAPureFunctionOfSeedDomainAndNumber) {
 }
 
 TEST_F(DrawTest, ReportsUnusableDrawAsPluginFailure) {
-  plugin_host::NoiseLevel level(fake(plugin_host::Kind::noise_level, "fake_level", {{"rubbish", true}}), {});
+  plugin_host::NoiseLevel level(fake(plugin_host::Kind::noise_level, "fake_level", {{"malformed", true}}), {});
   try {
     draw_instance(level, facts_, 9, SeedDomain::benchmark, 0);
     FAIL();

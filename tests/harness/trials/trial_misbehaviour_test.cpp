@@ -33,7 +33,7 @@ TEST(Misbehaviour, RejectsUnusablePosesAtNoCost) {
   EXPECT_NEAR(result.steps[1].machine_seconds, 0.045 + 0.08 + 0.085, 1e-12);
   EXPECT_EQ(result.end, End::finished);
   EXPECT_THAT(trial.seeds("capture"), SizeIs(2));
-  EXPECT_EQ(trial.logged("seen").at(0)["step"], 0) << "step 0 is still there after the refusals";
+  EXPECT_EQ(trial.logged("seen").at(0)["step"], 0) << "step 0 is still available after the refusals";
 }
 
 TEST(Misbehaviour, RejectsFirstAfterTheFirstStep) {

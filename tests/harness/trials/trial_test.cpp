@@ -190,7 +190,7 @@ TEST(Trial, AgentGetsOnlyImagesAndShortMoves) {
   EXPECT_EQ(seen[0]["merit"], nullptr);
   EXPECT_NEAR(seen[0]["pixel"].get<double>(), 0.5 + kDistance[0], kFloat);
   EXPECT_EQ(seen[1]["pose"], (Json{0.2, -0.1, -0.2})) << "each axis is cut separately";
-  EXPECT_EQ(seen[2]["pose"], (Json{0.0, 0.0, 0.0})) << "absolute moves are cut too; the uncut axes arrive";
+  EXPECT_EQ(seen[2]["pose"], (Json{0.0, 0.0, 0.0})) << "absolute moves are cut, too; the uncut axes reach their target";
   EXPECT_NEAR(result.steps[1].merit, result.steps[1].measured_rmse + std::sqrt(0.0004 + 0.04), kFloat)
       << "recorded although not shown";
 }

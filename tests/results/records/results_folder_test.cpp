@@ -231,7 +231,7 @@ TEST_F(ResultsFolderTest, NamesFoldersThatCannotBeWritten) {
   write_file_atomically(folder_ / "file", "");
   EXPECT_THAT(error_text(ErrorKind::io, [&] { ResultsWriter writer(folder_ / "file"); }), HasSubstr("file"));
   EXPECT_THAT(error_text(ErrorKind::io, [&] { ResultsWriter writer(folder_ / "file" / "below"); }), HasSubstr("below"));
-  // A file system that nobody can write, not even root.
+  // A file system that not even root can write.
   EXPECT_THAT(error_text(ErrorKind::io, [] { ResultsWriter writer("/proc/relign-results"); }),
               HasSubstr("/proc/relign-results"));
   EXPECT_THAT(error_text(ErrorKind::io, [&] { read_trials(folder_ / "missing"); }), HasSubstr("no such folder"));
@@ -257,7 +257,7 @@ TEST_F(ResultsFolderTest, FullDiskLeavesNoHalfTrial) {
   EXPECT_EQ(bytes("trials/0000.jsonl"), before);
   EXPECT_EQ(bytes("times/0000.jsonl"), times_before);
   EXPECT_THAT(writer.finished_trials(), ElementsAre("aa"));
-  add(writer, 1, "bb");  // room again
+  add(writer, 1, "bb");  // space again
   EXPECT_THAT(trials(), ElementsAre("aa", "bb"));
 }
 

@@ -1,4 +1,4 @@
-// For tests of the conformance kit: a small sound noise level, or with one CROOKED_* defined, one that is not.
+// For tests of the conformance checks: a small sound noise level; with a CROOKED_* defined, one that breaks a promise.
 #include <relign/plugin.hpp>
 #include <relign/random.hpp>
 #include <string>

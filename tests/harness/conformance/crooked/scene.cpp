@@ -1,4 +1,4 @@
-// For tests of the conformance kit: a small sound scene, or with one CROOKED_* defined, one that breaks a promise.
+// For tests of the conformance checks: a small sound scene; with a CROOKED_* defined, one that breaks a promise.
 #include <cmath>
 #include <relign/plugin.hpp>
 #include <relign/random.hpp>
@@ -6,7 +6,7 @@
 #include <vector>
 
 #ifdef RELIGN_HEADER_HAS_GROWN
-static_assert(RELIGN_ABI_MINOR == 77 && sizeof(relign_image) == 80, "this is to be a scene of a later header");
+static_assert(RELIGN_ABI_MINOR == 77 && sizeof(relign_image) == 80, "this scene must be built with a later header");
 #endif
 
 namespace {
@@ -18,7 +18,7 @@ constexpr std::size_t kPixels = std::size_t{kSide} * kSide;
 double captures_so_far = 0;
 #endif
 
-// A ramp that the pose tilts.
+// A ramp whose slope depends on the pose.
 std::vector<float> picture(const relign::Pose& pose) {
   double sum = 0;
   for (const double value : pose) sum += std::isfinite(value) ? value - 0.5 : 0.0;
@@ -32,7 +32,7 @@ class CrookedAssembly final : public relign::Assembly {
  public:
   void capture(const relign::Pose& true_pose, std::uint64_t frame_seed, float* pixels) override {
 #ifdef CROOKED_AFRAID_OF_ENDS
-    if (true_pose[0] >= 1) throw std::runtime_error("so far it never went");
+    if (true_pose[0] >= 1) throw std::runtime_error("this pose is not supported");
 #endif
     std::vector<float> clean = picture(true_pose);
     relign::Random random(frame_seed);
@@ -71,7 +71,7 @@ class CrookedAssembly final : public relign::Assembly {
   }
 #ifdef CROOKED_MTF
   std::optional<FieldMtf> mtf(const relign::Pose&, double lp_per_mm) override {
-    const double share = lp_per_mm / (1 + lp_per_mm);  // the wrong way round
+    const double share = lp_per_mm / (1 + lp_per_mm);  // rises with the frequency
     return FieldMtf{share, share};
   }
 #endif
@@ -108,7 +108,7 @@ class CrookedScene final : public relign::Scene {
     static_cast<void>(offsets);
 #else
     if (offsets != "{}" && offsets.find("\"L1\"") == std::string_view::npos)
-      throw std::runtime_error("there is one element, L1");
+      throw std::runtime_error("unknown element; known: L1");
 #endif
     return std::make_unique<CrookedAssembly>();
   }

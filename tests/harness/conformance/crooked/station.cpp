@@ -1,4 +1,4 @@
-// For tests of the conformance kit: a small sound station, or with one CROOKED_* defined, one that breaks a promise.
+// For tests of the conformance checks: a small sound station; with a CROOKED_* defined, one that breaks a promise.
 #include <cmath>
 #include <limits>
 #include <relign/plugin.hpp>
@@ -23,7 +23,7 @@ class CrookedStation final : public relign::Station {
 
   void begin(std::uint64_t seed) override {
 #ifdef CROOKED_WANDERS
-    static std::uint64_t begins = 0;  // no two starts are the same: allowed
+    static std::uint64_t begins = 0;  // every start differs, which is allowed
     seed += 1000 * ++begins;
 #endif
     relign::Random random(seed);

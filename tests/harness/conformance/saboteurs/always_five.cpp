@@ -1,4 +1,4 @@
-// For tests of the conformance kit: takes every task for one of five axes.
+// For tests of the conformance checks: treats every task as one of five axes.
 #include "sound.h"
 
 namespace {

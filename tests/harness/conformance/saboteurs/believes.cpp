@@ -1,4 +1,4 @@
-// For tests of the conformance kit: takes whatever bytes it loads for what it saved.
+// For tests of the conformance checks: accepts any bytes as its own data.
 #include <string>
 
 #include "sound.h"

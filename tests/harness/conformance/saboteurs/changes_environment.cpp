@@ -1,4 +1,4 @@
-// For tests of the conformance kit: sets an environment variable.
+// For tests of the conformance checks: sets an environment variable.
 #include <cstdlib>
 
 #include "sound.h"

@@ -1,4 +1,4 @@
-// For tests of the conformance kit: changes the working directory.
+// For tests of the conformance checks: changes the working directory.
 #include <unistd.h>
 
 #include "sound.h"

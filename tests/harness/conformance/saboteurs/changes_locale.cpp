@@ -1,4 +1,4 @@
-// For tests of the conformance kit: changes the locale.
+// For tests of the conformance checks: changes the locale.
 #include <clocale>
 
 #include "sound.h"

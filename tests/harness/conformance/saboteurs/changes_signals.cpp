@@ -1,4 +1,4 @@
-// For tests of the conformance kit: takes a signal for itself.
+// For tests of the conformance checks: replaces a signal handler.
 #include <csignal>
 
 #include "sound.h"

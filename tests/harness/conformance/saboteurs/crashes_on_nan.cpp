@@ -1,4 +1,4 @@
-// For tests of the conformance kit: dies of a merit that is no number.
+// For tests of the conformance checks: crashes on a merit that is NaN.
 #include <cmath>
 #include <csignal>
 

@@ -1,4 +1,4 @@
-// For tests of the conformance kit: ends the process.
+// For tests of the conformance checks: ends the process.
 #include <cstdlib>
 
 #include "sound.h"

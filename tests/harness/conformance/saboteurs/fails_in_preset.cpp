@@ -1,4 +1,4 @@
-// For tests of the conformance kit: one of its presets makes an object that cannot run.
+// For tests of the conformance checks: a preset creates an object that cannot run.
 #include "sound.h"
 
 namespace {

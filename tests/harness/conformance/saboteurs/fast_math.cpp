@@ -1,4 +1,5 @@
-// For tests of the conformance kit: sound, but built with -ffast-math, whose start-up code changes the loading thread.
+// For tests of the conformance checks: sound, but built with -ffast-math, whose start-up code changes the loading
+// thread.
 #include "sound.h"
 
 namespace {

@@ -1,4 +1,4 @@
-// For tests of the conformance kit: says that it was made for five axes.
+// For tests of the conformance checks: refuses any number of axes except five.
 #include "sound.h"
 
 namespace {
@@ -6,7 +6,7 @@ namespace {
 class Saboteur final : public saboteur::Sound {
   using Sound::Sound;
   void before_first(relign::Conversation& talk) override {
-    if (talk.axes() != 5) throw std::invalid_argument("it knows machines of five axes");
+    if (talk.axes() != 5) throw std::invalid_argument("it supports only five axes");
   }
 };
 

@@ -1,4 +1,4 @@
-// For tests of the conformance kit: leaves subnormal numbers switched off.
+// For tests of the conformance checks: leaves flush-to-zero on.
 #include <xmmintrin.h>
 
 #include "sound.h"

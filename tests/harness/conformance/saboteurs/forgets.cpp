@@ -1,4 +1,4 @@
-// For tests of the conformance kit: is prepared and keeps nothing of it.
+// For tests of the conformance checks: saves no data in pretraining.
 #include "sound.h"
 
 namespace {

@@ -1,4 +1,4 @@
-// For tests of the conformance kit: never returns once it is stopped.
+// For tests of the conformance checks: does not return after a stop.
 #include "sound.h"
 
 namespace {

@@ -1,4 +1,4 @@
-// For tests of the conformance kit: goes on asking for steps once it is stopped.
+// For tests of the conformance checks: keeps asking for steps after a stop.
 #include "sound.h"
 
 namespace {

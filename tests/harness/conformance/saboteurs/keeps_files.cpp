@@ -1,4 +1,4 @@
-// For tests of the conformance kit: opens a file in every trial and never closes it.
+// For tests of the conformance checks: opens a file in every trial and never closes it.
 #include <fcntl.h>
 
 #include "sound.h"

@@ -1,4 +1,4 @@
-// For tests of the conformance kit: forgets 4000 bytes in every trial.
+// For tests of the conformance checks: leaks 4000 bytes in every trial.
 #include "sound.h"
 
 namespace {

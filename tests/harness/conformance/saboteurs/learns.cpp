@@ -1,4 +1,4 @@
-// For tests of the conformance kit: learns beforehand, and keeps every promise.
+// For tests of the conformance checks: sound, with pretraining.
 #include <stdexcept>
 #include <string>
 

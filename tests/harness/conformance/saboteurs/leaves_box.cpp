@@ -1,4 +1,4 @@
-// For tests of the conformance kit: commands poses outside its box.
+// For tests of the conformance checks: commands poses outside its box.
 #include "sound.h"
 
 namespace {

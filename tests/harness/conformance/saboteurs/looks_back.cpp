@@ -1,4 +1,4 @@
-// For tests of the conformance kit: asks for step 0 when it has left it.
+// For tests of the conformance checks: requests step 0 again after the first step.
 #include "sound.h"
 
 namespace {

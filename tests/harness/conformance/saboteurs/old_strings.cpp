@@ -1,4 +1,5 @@
-// For tests of the conformance kit: sound, but built with the other layout of std::string (_GLIBCXX_USE_CXX11_ABI=0).
+// For tests of the conformance checks: sound, but built with the other layout of std::string
+// (_GLIBCXX_USE_CXX11_ABI=0).
 #include "sound.h"
 
 namespace {

@@ -1,4 +1,4 @@
-// For tests of the conformance kit: built for another major version of the plugin interface.
+// For tests of the conformance checks: built for another major version of the plugin interface.
 #include "sound.h"
 
 #undef RELIGN_ABI_MAJOR

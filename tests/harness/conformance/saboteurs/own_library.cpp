@@ -1,4 +1,4 @@
-// For tests of the conformance kit: sound, but carries its own standard library (-static-libstdc++).
+// For tests of the conformance checks: sound, with its own standard library (-static-libstdc++).
 #include "sound.h"
 
 namespace {

@@ -1,4 +1,4 @@
-// For tests of the conformance kit: writes to stdout.
+// For tests of the conformance checks: writes to stdout.
 #include <cstdio>
 
 #include "sound.h"

@@ -1,4 +1,4 @@
-// For tests of the conformance kit: makes no object of one of its presets.
+// For tests of the conformance checks: cannot create one of its presets.
 #include "sound.h"
 
 namespace {

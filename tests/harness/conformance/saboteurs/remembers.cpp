@@ -1,4 +1,4 @@
-// For tests of the conformance kit: goes on where the last trial of the process ended.
+// For tests of the conformance checks: continues where the last trial of the process ended.
 #include "sound.h"
 
 namespace {

@@ -1,4 +1,4 @@
-// For tests of the conformance kit: commands a pose that is no number.
+// For tests of the conformance checks: commands a NaN pose.
 #include <cmath>
 
 #include "sound.h"

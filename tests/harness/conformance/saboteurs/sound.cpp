@@ -1,4 +1,4 @@
-// For tests of the conformance kit: keeps every promise; recommends nothing, which is allowed.
+// For tests of the conformance checks: sound; recommends nothing, which is allowed.
 #include "sound.h"
 
 namespace {

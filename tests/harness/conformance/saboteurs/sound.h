@@ -1,4 +1,4 @@
-// What every saboteur is besides its one misdeed: a small, sound search.
+// The base of all saboteurs: a small, sound search, in which each overrides one function.
 #pragma once
 
 #include <relign/plugin.hpp>
@@ -6,7 +6,7 @@
 
 namespace saboteur {
 
-// Draws poses from the box until it is stopped; what is overridden is the misdeed.
+// Draws poses from the box until it is stopped.
 class Sound : public relign::Optimizer {
  public:
   explicit Sound(const relign::Parameters&) {}
@@ -31,7 +31,7 @@ class Sound : public relign::Optimizer {
   virtual void before_first(relign::Conversation&) {}
   virtual void before_step(relign::Conversation&, const relign::Observation&, relign::Pose&) {}
   virtual void after_last(relign::Conversation&) {}
-  bool stopped_ = false;  // set by who was told so before
+  bool stopped_ = false;  // set by subclasses that have received a stop
 };
 
 }  // namespace saboteur

@@ -1,4 +1,4 @@
-// For tests of the conformance kit: throws.
+// For tests of the conformance checks: throws.
 #include "sound.h"
 
 namespace {

@@ -1,4 +1,4 @@
-// For tests of the conformance kit: exports a function besides the entry.
+// For tests of the conformance checks: exports a second symbol.
 #include "sound.h"
 
 extern "C" RELIGN_EXPORT int helper_of_two_symbols();

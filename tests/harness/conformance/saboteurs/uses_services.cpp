@@ -1,4 +1,4 @@
-// For tests of the conformance kit: sound, and needs every service; what it is told must be what the header says.
+// For tests of the conformance checks: sound, and uses every service; checks that answers match the header.
 #include <cmath>
 
 #include "sound.h"
@@ -24,17 +24,17 @@ class Saboteur final : public saboteur::Sound {
 
   void before_first(relign::Conversation& talk) override {
     const relign::ImageView wanted = talk.reference();
-    const relign::Measures measures = talk.measures();  // of the first capture, which nobody asked for yet
+    const relign::Measures measures = talk.measures();  // of the first capture, before first() was called
     const double blurred = measures.measure("mtf", R"({"cycles_per_pixel": 0.1})");
     require(blurred > 0 && blurred < 1, "the edge has no modulation");
-    require(measures.list().find("\"mtf\"") != std::string::npos, "the measures do not tell their names");
+    require(measures.list().find("\"mtf\"") != std::string::npos, "the measures have no names");
     require(refused([&] { measures.measure("mtf"); }), "a missing argument was not refused");
     const relign::Observation start = talk.first();
     require(start.image().width() == wanted.width() && start.image().at(0, 0) < start.image().at(39, 0), "no edge");
     sharpness_at_start_ = measures.measure("sharpness");
 
     require(talk.prior().draw(3) == talk.prior().draw(3) && talk.prior().draw(3) != talk.prior().draw(4),
-            "a draw is no function of its number");
+            "a draw does not depend on its number alone");
     require(talk.prior().draw(3).find("\"distortion\"") != std::string::npos, "a draw has no distortion");
 
     const relign::Model model = talk.model();
@@ -44,8 +44,9 @@ class Saboteur final : public saboteur::Sound {
     const relign::ModelLens bent = model.mount(R"({"L4": {"shift_mm": [0.3, 0, 0]}})");
     require(perfect.capture(middle, 1) == perfect.capture(middle, 1) &&
                 perfect.capture(middle, 1) != perfect.capture(middle, 2),
-            "a capture is no function of its seed");
-    require(perfect.noise_free(middle) && *perfect.noise_free(middle) != *bent.noise_free(middle), "offsets show not");
+            "a capture does not depend on its seed alone");
+    require(perfect.noise_free(middle) && *perfect.noise_free(middle) != *bent.noise_free(middle),
+            "offsets have no effect");
     require(refused([&] { model.mount(R"({"L9": {}})"); }), "an unknown element was not refused");
     require(refused([&] { perfect.capture(relign::Pose(talk.axes(), std::nan("")), 1); }), "NaN was not refused");
     require(refused([&] { talk.run("now", 1); }), "an unknown parameter was not refused");
@@ -59,15 +60,17 @@ class Saboteur final : public saboteur::Sound {
     const relign::RunOutcome outcome = talk.run("then", most);
     stopped_ = !outcome.last;
     if (stopped_) return;
-    require(outcome.steps <= most && outcome.last->step > seen.step, "the other one took more steps than granted");
+    require(outcome.steps <= most && outcome.last->step > seen.step,
+            "the inner algorithm took more steps than allowed");
     require(outcome.best && outcome.recommendation && outcome.best->pose == *outcome.recommendation, "no best pose");
-    require(outcome.finished || outcome.steps == most || talk.budget() == outcome.last->step, "it stopped for nothing");
+    require(outcome.finished || outcome.steps == most || talk.budget() == outcome.last->step,
+            "it stopped without a reason");
     talk.recommend(*outcome.recommendation);
     pose = *outcome.recommendation;
   }
 
   void after_last(relign::Conversation& talk) override {
-    require(!std::isnan(sharpness_at_start_) && !std::isnan(talk.measures().measure("contrast")), "a measure is lost");
+    require(!std::isnan(sharpness_at_start_) && !std::isnan(talk.measures().measure("contrast")), "a measure is NaN");
   }
 
   double sharpness_at_start_ = std::nan("");

@@ -76,7 +76,7 @@ class ToySaboteur final : public relign::Optimizer {
   }
 
   static void write_to(int file, const char* text) {
-    if (::write(file, text, std::strlen(text)) < 0) throw std::runtime_error("nobody listens there");
+    if (::write(file, text, std::strlen(text)) < 0) throw std::runtime_error("cannot write");
   }
   static char* fill(std::size_t bytes) {
     char* const memory = new char[bytes];

@@ -4,21 +4,21 @@ namespace {
 
 class FakeLevel final : public relign::NoiseLevel {
  public:
-  explicit FakeLevel(const relign::Parameters& given) : rubbish_(given.boolean("rubbish")) {}
+  explicit FakeLevel(const relign::Parameters& given) : malformed_(given.boolean("malformed")) {}
 
   std::string draw(std::uint64_t seed, std::string_view scene_json) override {
     if (scene_json.find("\"fake\"") == std::string_view::npos) throw std::runtime_error("not the scene's description");
     relign::Random random(seed);
     std::string start;
     for (int axis = 0; axis < 3; ++axis) start += (axis ? ", " : "") + std::to_string(random.uniform());
-    if (rubbish_) start = "0.5, 2, 0.5";
+    if (malformed_) start = "0.5, 2, 0.5";
     return "{\"start\": [" + start +
            "], \"distortion\": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], \"elements\": {\"L1\": {\"shift_mm\": [0.1, 0, 0]}}, "
            "\"cure_shift\": [0.01, 0, 0]}";
   }
 
  private:
-  bool rubbish_;
+  bool malformed_;
 };
 
 }  // namespace
