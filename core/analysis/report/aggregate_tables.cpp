@@ -3,8 +3,8 @@
 
 #include "base/json_members.h"
 #include "base/text.h"
-#include "report/aggregate_data.h"
 #include "markup/escape.h"
+#include "report/aggregate_data.h"
 
 namespace relign::report {
 namespace {

@@ -11,9 +11,9 @@
 #include "base/error.h"
 #include "base/json_members.h"
 #include "base/text.h"
+#include "markup/escape.h"
 #include "records/instances.h"
 #include "report/compare_yield.h"
-#include "markup/escape.h"
 #include "report/loaded_results.h"
 #include "report/page_data.h"
 #include "report/statistics_data.h"
@@ -32,8 +32,8 @@ using Place = std::tuple<std::string, std::string, std::string>;  // scene, nois
 Place place_of(const statistics::Series& series) { return {series.scene, series.noise_level, series.protocol}; }
 
 // One side's values at one step, by instance.
-std::map<std::uint64_t, double> values_at(const LoadedResults& results, const statistics::Series& series, statistics::Track track,
-                                          unsigned step) {
+std::map<std::uint64_t, double> values_at(const LoadedResults& results, const statistics::Series& series,
+                                          statistics::Track track, unsigned step) {
   statistics::TrackColumns columns(series.trials.size(), {track}, {step, step});
   statistics::for_each_trial(results.trials, series, [&](const statistics::ReadTrial& trial) { columns.add(trial); });
   const std::vector<double> column = columns.at(track, step);
@@ -100,9 +100,9 @@ class Comparer {
                                               " and " + second.dump() + ": choose with " + option);
       return first;
     };
-    rule_ = options_.rule
-                ? *options_.rule
-                : statistics::rule_named(planned("rule", "--rule", "own").get<std::string>()).value_or(statistics::Rule::own);
+    rule_ = options_.rule ? *options_.rule
+                          : statistics::rule_named(planned("rule", "--rule", "own").get<std::string>())
+                                .value_or(statistics::Rule::own);
     relevant_ = options_.smallest_relevant_ratio
                     ? *options_.smallest_relevant_ratio
                     : planned("smallest_relevant_ratio", "--relevant", kRelevantRatio).get<double>();

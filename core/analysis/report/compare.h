@@ -31,7 +31,7 @@ struct Gate {
   int step = -1;  // -1: the last
   double limit = 0;
 };
-Gate parse_gate(const std::string& text);           // throws Error(bad_input)
+Gate parse_gate(const std::string& text);                // throws Error(bad_input)
 statistics::Track parse_track(const std::string& name);  // of --track; throws Error(bad_input)
 
 struct CompareOptions {

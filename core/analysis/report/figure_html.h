@@ -1,8 +1,8 @@
 // A static figure inside the page: the chart, and below it what it shows.
 #pragma once
 
-#include "report/figures.h"
 #include "markup/html_writer.h"
+#include "report/figures.h"
 
 namespace relign::report {
 

@@ -106,7 +106,8 @@ std::vector<Figure> curve_figures(const Json& data, std::size_t index) {
   const Json& group = data["groups"][index];
   const std::map<std::string, int> styles = method_styles(data);
   const statistics::Rule rule = statistics::rule_named(text_of(data, "rule")).value_or(statistics::Rule::own);
-  const std::string track = flag_of(group, "measured_only") ? "best" : statistics::track_name(statistics::track_of(rule));
+  const std::string track =
+      flag_of(group, "measured_only") ? "best" : statistics::track_name(statistics::track_of(rule));
   Chart chart;
   bool has_intervals = false;
   for (const Json* row : shown_rows(group, kMostMethodsInFigure)) {

@@ -9,8 +9,8 @@
 
 #include "base/json_members.h"
 #include "base/text.h"
-#include "report/aggregate_data.h"
 #include "markup/escape.h"
+#include "report/aggregate_data.h"
 #include "report/page_data.h"
 #include "report/rules_data.h"
 #include "report/text_tables.h"

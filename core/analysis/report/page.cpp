@@ -3,8 +3,8 @@
 #include "base/error.h"
 #include "base/hash.h"
 #include "base/json_members.h"
-#include "report/assets.h"
 #include "markup/escape.h"
+#include "report/assets.h"
 #include "report/picture_html.h"
 #include "report/sections.h"
 

@@ -22,7 +22,8 @@ class Report {
   explicit Report(const std::filesystem::path& results, std::optional<statistics::Rule> rule = std::nullopt);
   // One page of several folders: those with the same instance set are merged for it, in a temporary folder; others
   // stand in groups of their own. Throws besides what merge refuses, and where one name means two methods.
-  explicit Report(const std::vector<std::filesystem::path>& folders, std::optional<statistics::Rule> rule = std::nullopt);
+  explicit Report(const std::vector<std::filesystem::path>& folders,
+                  std::optional<statistics::Rule> rule = std::nullopt);
   ~Report();
   Report(Report&&) noexcept;
   Report& operator=(Report&&) noexcept;

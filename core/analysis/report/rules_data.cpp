@@ -74,7 +74,8 @@ std::vector<std::string> recorded_rules(const Json& group) {
   return rules;
 }
 
-// "images: own bo-gp (better than random), best and current imitation (undecided against bo-gp)"; empty where all agree.
+// "images: own bo-gp (better than random), best and current imitation (undecided against bo-gp)"; empty where all
+// agree.
 std::string differing_leads(const Json& group, const std::vector<std::string>& rules) {
   std::string words;
   for (const std::string name : kClasses) {

@@ -6,8 +6,8 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "base/json_members.h"
-#include "records/record.h"
 #include "markup/escape.h"
+#include "records/record.h"
 #include "report/page_data.h"
 #include "report/scene_axes.h"
 

@@ -4,9 +4,9 @@
 
 #include "base/json_members.h"
 #include "base/text.h"
+#include "markup/html_writer.h"
 #include "report/aggregate_data.h"
 #include "report/figure_html.h"
-#include "markup/html_writer.h"
 #include "report/page_groups.h"
 #include "report/sections.h"
 

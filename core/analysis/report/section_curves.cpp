@@ -1,7 +1,7 @@
 // A card for each group: the script draws its curves; figures and the best method's pictures need none.
 #include "base/json_members.h"
-#include "report/figure_html.h"
 #include "markup/html_writer.h"
+#include "report/figure_html.h"
 #include "report/picture_html.h"
 #include "report/sections.h"
 

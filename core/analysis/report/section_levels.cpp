@@ -1,6 +1,6 @@
 // How yield and images to spec change with the noise level.
-#include "report/figure_html.h"
 #include "markup/html_writer.h"
+#include "report/figure_html.h"
 #include "report/sections.h"
 
 namespace relign::report {

@@ -1,8 +1,8 @@
 // Every two methods on the same lenses, for those who want to know what the verdict rests on. Closed at first.
 #include "base/json_members.h"
 #include "base/text.h"
-#include "report/aggregate_data.h"
 #include "markup/html_writer.h"
+#include "report/aggregate_data.h"
 #include "report/sections.h"
 
 namespace relign::report {

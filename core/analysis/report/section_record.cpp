@@ -234,10 +234,12 @@ std::string provenance_section(const Json& data) {
     reproduced_by(html, part);
     origin(html, part);
   }
-  html.element("p", parts.empty() && !flag_of(data, "merged_for_this_page")
-                        ? "The same numbers lie beside this page: aggregate.csv, curves.csv, curves.json, instances.csv, and every "
-                          "step in trials/."
-                        : "The same numbers, and every step in trials/, lie in these folders.");
+  html.element(
+      "p",
+      parts.empty() && !flag_of(data, "merged_for_this_page")
+          ? "The same numbers lie beside this page: aggregate.csv, curves.csv, curves.json, instances.csv, and every "
+            "step in trials/."
+          : "The same numbers, and every step in trials/, lie in these folders.");
   return html.take();
 }
 

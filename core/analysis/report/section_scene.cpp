@@ -1,8 +1,8 @@
 // What was aligned: the lens of each scene, and how steep the error is around its nominal pose.
 #include "base/json_members.h"
 #include "base/text.h"
-#include "report/figure_html.h"
 #include "markup/html_writer.h"
+#include "report/figure_html.h"
 #include "report/plane_map.h"
 #include "report/sections.h"
 

@@ -1,8 +1,8 @@
 // What learning beforehand has cost, and after how many lenses it pays.
 #include "base/json_members.h"
 #include "base/text.h"
-#include "report/aggregate_data.h"
 #include "markup/html_writer.h"
+#include "report/aggregate_data.h"
 #include "report/page_data.h"
 #include "report/sections.h"
 

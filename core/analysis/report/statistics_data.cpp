@@ -20,7 +20,8 @@ namespace {
 // Never and "nobody knows" are told apart: "never" where half of the lenses do not get there.
 Json arrival(double value) { return std::isinf(value) ? Json("never") : shown_number(value); }
 
-void put_interval(Json& object, const statistics::Interval& interval, const char* low = "lo95", const char* high = "hi95") {
+void put_interval(Json& object, const statistics::Interval& interval, const char* low = "lo95",
+                  const char* high = "hi95") {
   object[low] = shown_number(interval.low);
   object[high] = shown_number(interval.high);
 }
@@ -123,7 +124,7 @@ const statistics::GroupStudy* find_group(const statistics::Study& study, const J
 }
 
 const statistics::SeriesStudy* find_series(const statistics::Study& study, const statistics::GroupStudy& group,
-                                      const std::string& method) {
+                                           const std::string& method) {
   for (const std::size_t series : group.series)
     if (study.series[series].curve.algorithm == method) return &study.series[series];
   return nullptr;

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <optional>
 
-#include "report/chart_scale.h"
 #include "markup/escape.h"
+#include "report/chart_scale.h"
 
 namespace relign::report {
 namespace {

@@ -25,8 +25,8 @@ inline constexpr double kResolution = 1e-4;
 // NaN where either excess is NaN, and where the start is within the resolution: nothing is left to be measured there.
 double normalised_error(double excess, double start_excess);
 
-// Of each step's pose by the rule (rules.h); the start is the commanded pose of step 0, without which all are NaN. No steps:
-// empty.
+// Of each step's pose by the rule (rules.h); the start is the commanded pose of step 0, without which all are NaN. No
+// steps: empty.
 std::vector<double> normalised_errors(const std::vector<records::StepNumbers>& steps, double own_optimum_mse,
                                       Rule rule = Rule::own);
 

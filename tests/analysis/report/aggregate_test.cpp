@@ -1,5 +1,5 @@
-// The aggregates on the page, in Markdown and in aggregate.csv. Their numbers are tested in tests/analysis/statistics and by
-// test_recompute.py.
+// The aggregates on the page, in Markdown and in aggregate.csv. Their numbers are tested in tests/analysis/statistics
+// and by test_recompute.py.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -130,7 +130,8 @@ TEST_F(Rules, ThePageShowsAllThree) {
   EXPECT_THAT(page, HasSubstr("Recommendation rules"));
   EXPECT_THAT(page, HasSubstr("The verdict depends on the recommendation rule"));
   EXPECT_THAT(page, HasSubstr("at the pose of its lowest measured error"));
-  EXPECT_THAT(Report(folder_, statistics::Rule::best).ranking_table(), HasSubstr("the pose of its lowest measured error"));
+  EXPECT_THAT(Report(folder_, statistics::Rule::best).ranking_table(),
+              HasSubstr("the pose of its lowest measured error"));
   EXPECT_THAT(Report(folder_, statistics::Rule::best).markdown(), HasSubstr("depends on the recommendation rule"));
 }
 
