@@ -84,7 +84,7 @@ TEST(CliMtfSpec, IncludesDiffractionIfTheSceneDoes) {
   const Outcome valid = relign_bench(place, {"validate", "suite.json"});
   EXPECT_THAT(valid.out, HasSubstr("centre 0.800, corner 0.897 (with diffraction)")) << valid.err;
   ASSERT_EQ(relign_bench(place, {"run", "suite.json"}).exit_code, 0);
-  EXPECT_THAT(place.read("results/mtf/report.html"), HasSubstr("with diffraction, judged once, at the end"));
+  EXPECT_THAT(place.read("results/mtf/report.html"), HasSubstr("with diffraction, evaluated once at the end"));
   // The suite may set the limits, but not the kind of MTF.
   suite["spec"] = {{"mtf", {{"lp_per_mm", 10}, {"diffraction", false}}}};
   place.write("suite.json", suite.dump());

@@ -69,7 +69,7 @@ TEST_F(CliReport, PageShowsTheSceneWithLensAndLandscape) {
     files.insert(entry.path().filename().string());
   EXPECT_THAT(files, testing::IsSupersetOf({"description.json", "reference.png", "lens.svg"}));
   const std::string page = place_.read("one/report.html");
-  EXPECT_THAT(page, AllOf(HasSubstr("The scene"), HasSubstr("<img src=\"data:image/svg+xml;base64,"),
+  EXPECT_THAT(page, AllOf(HasSubstr("<h2>Scene<"), HasSubstr("<img src=\"data:image/svg+xml;base64,"),
                           HasSubstr("x -1 to 1 mm")));
   // The landscape is left out if it takes too long, as on a busy machine.
   if (files.count("landscape.json") > 0) {

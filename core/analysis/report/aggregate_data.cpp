@@ -41,7 +41,7 @@ Json profile_json(const std::vector<statistics::Band>& profile) {
   return {{"share", std::move(share)}, {"lo95", std::move(low)}, {"hi95", std::move(high)}};
 }
 
-// How far the trainings of a list are apart.
+// Variation between the trainings of a method.
 Json spread_json(const std::vector<statistics::AggregateMethod>& members) {
   double lowest = INFINITY, highest = -INFINITY, sum = 0, squares = 0;
   for (const statistics::AggregateMethod& member : members) {
@@ -77,9 +77,9 @@ Json method_json(const statistics::AggregateMethod& method, const std::string& o
   return json;
 }
 
-// By the name that tables of a group show, and by that of a list.
+// Training tags by display name, and by the name of a method with several trainings.
 std::map<std::string, std::string> tags_of(const Json& manifest) {
-  std::map<std::string, std::set<std::string>> trainings;  // a method may run under both protocols
+  std::map<std::string, std::set<std::string>> trainings;  // sets: a method may run under both protocols
   for (const Json& entry : list_of(manifest, "algorithms"))
     if (const Json& list = object_of(entry, "of_list"); !list.empty())
       trainings[text_of(list, "method")].insert(text_of(list, "training"));
@@ -107,11 +107,11 @@ void add_aggregate(Json& data, const LoadedResults& results, const statistics::S
     const auto found = tags.find(name);
     return found == tags.end() ? std::string() : found->second;
   };
-  std::map<std::string, std::string> lists;  // of which list a method is
+  std::map<std::string, std::string> lists;  // from display name to method with several trainings
   for (const Json& entry : list_of(results.manifest, "algorithms"))
     if (const Json& list = object_of(entry, "of_list"); !list.empty())
       lists[text_of(entry, "name")] = text_of(list, "method");
-  std::map<std::pair<std::string, std::string>, std::string> classes;  // by name, or list, and protocol
+  std::map<std::pair<std::string, std::string>, std::string> classes;  // by method and protocol
   for (Json& method : data["methods"]) {
     const std::string name = text_of(method, "name"), protocol = text_of(method, "protocol");
     classes[{lists.count(name) ? lists[name] : name, protocol}] = text_of(method, "class");

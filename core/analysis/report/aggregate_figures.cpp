@@ -1,19 +1,14 @@
-// The figures of the aggregates: how errors are spread over the instances, and how they fall with the images.
+// Figures of the aggregates: performance profiles and convergence.
 #include <algorithm>
-#include <limits>
 
 #include "base/json_members.h"
 #include "report/figures.h"
+#include "report/page_data.h"
 
 namespace relign::report {
 namespace {
 
-double number(const Json& list, std::size_t at) {
-  return list.is_array() && at < list.size() && list[at].is_number() ? list[at].get<double>()
-                                                                     : std::numeric_limits<double>::quiet_NaN();
-}
-
-// A list of trainings looks like the first of them, which has a curve of its own elsewhere.
+// A method with several trainings has the style of the first, which has a curve of its own in other charts.
 int style_of(const Json& data, const std::map<std::string, int>& styles, const Json& method) {
   if (flag_of(method, "oracle")) return kOracleStyle;
   auto found = styles.find(text_of(method, "method"));
@@ -36,11 +31,12 @@ std::vector<Figure> aggregate_figures(const Json& data, std::size_t index, std::
     const Json &places = list_of(entry, "profile_places"), &shares = object_of(method, "profile");
     ChartSeries spread = {name, style, Drawn::line, {}}, falling = {name, style, Drawn::steps, {}};
     for (std::size_t i = 0; i < places.size(); ++i)
-      spread.points.push_back({number(places, i), 100 * number(list_of(shares, "share"), i),
-                               100 * number(list_of(shares, "lo95"), i), 100 * number(list_of(shares, "hi95"), i)});
+      spread.points.push_back({number_in(places, i), 100 * number_in(list_of(shares, "share"), i),
+                               100 * number_in(list_of(shares, "lo95"), i),
+                               100 * number_in(list_of(shares, "hi95"), i)});
     const Json& by_step = list_of(method, "by_step");
     for (std::size_t step = 1; step < by_step.size(); ++step)
-      falling.points.push_back({static_cast<double>(step), number(by_step, step)});
+      falling.points.push_back({static_cast<double>(step), number_in(by_step, step)});
     profile.series.push_back(std::move(spread));
     progress.series.push_back(std::move(falling));
   }
@@ -53,14 +49,15 @@ std::vector<Figure> aggregate_figures(const Json& data, std::size_t index, std::
   progress.y = {"mean normalised error", false, false, {}, 0, 1};
   profile.height = progress.height = std::max(300.0, 90 + 12.0 * static_cast<double>(profile.series.size()));
   const std::string file = std::to_string(index + 1) + "-" + figure_file_name(protocol);
-  return {{"profile-" + file,
-           "Performance profile: how many instances end at or below a normalised error. Higher and further left is "
-           "better; bands are 95 % intervals.",
-           profile},
-          {"progress-" + file,
-           "How fast: mean normalised error after so many images. What lies under a line, averaged over the images, is "
-           "the error-curve area of the table.",
-           progress}};
+  return {
+      {"profile-" + file,
+       "Performance profile: share of instances with a final normalised error at or below the value. Higher is "
+       "better; bands are 95 % confidence intervals.",
+       profile},
+      {"progress-" + file,
+       "Convergence: mean normalised error by number of images. The mean of a line over all images is the error-curve "
+       "area of the table.",
+       progress}};
 }
 
 }  // namespace relign::report

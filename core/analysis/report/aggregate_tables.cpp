@@ -1,10 +1,10 @@
-// The aggregates as CSV and as Markdown.
+// The aggregates as CSV and Markdown.
 #include <array>
 
 #include "base/json_members.h"
 #include "base/text.h"
-#include "report/aggregate_data.h"
 #include "markup/escape.h"
+#include "report/aggregate_data.h"
 
 namespace relign::report {
 namespace {
@@ -74,8 +74,9 @@ std::string aggregate_markdown(const Json& data) {
     out +=
         "**All scenes and noise levels, protocol " + markdown_text(text_of(entry, "protocol")) +
         "**: normalised error after the last step (0: the instance's own optimum, 1: no better than the start), with "
-        "95 % intervals; strata of equal weight: " +
+        "95 % intervals, over " +
         std::to_string(entry["strata"].size()) +
+        (entry["strata"].size() == 1 ? " stratum" : " strata of equal weight") +
         ".\n\n| method | observes | IQM | median | optimality gap | area under the error curve | failed |\n"
         "|---|---|---|---|---|---|---:|\n";
     for (const Json& method : entry["methods"]) {
@@ -84,7 +85,7 @@ std::string aggregate_markdown(const Json& data) {
       if (const std::string tag = text_of(method, "training_tag"); !tag.empty())
         name += " (" + markdown_text(tag) + ")";
       if (count_of(method, "n") == 0)
-        name += " (ran in " + std::to_string(count_of(method, "strata")) + " of " +
+        name += " (results in " + std::to_string(count_of(method, "strata")) + " of " +
                 std::to_string(entry["strata"].size()) + " strata)";
       out += "| " + name + " | " + text_of(method, "class") + " |";
       for (const std::string statistic : kStatistics) out += " " + interval_text(method, statistic) + " |";
@@ -92,8 +93,8 @@ std::string aggregate_markdown(const Json& data) {
     }
     for (const Json& method : entry["methods"])
       if (const Json& spread = object_of(method, "spread"); !spread.empty())
-        out += "\n" + markdown_text(text_of(method, "method")) + ": IQM of its " +
-               std::to_string(method["trainings"].size()) + " trainings from " +
+        out += "\n" + markdown_text(text_of(method, "method")) + ": IQM of " +
+               std::to_string(method["trainings"].size()) + " trainings " +
                significant(spread["lowest"].get<double>(), 3) + " to " +
                significant(spread["highest"].get<double>(), 3) + ", standard deviation " +
                significant(spread["sd"].get<double>(), 2) + ".\n";

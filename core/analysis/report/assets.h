@@ -1,4 +1,4 @@
-// The files of assets/ and dygraphs, as they were when the program was built.
+// The files of assets/ and of dygraphs, embedded at build time.
 #pragma once
 
 #include <string>
@@ -6,14 +6,14 @@
 
 namespace relign::report::assets {
 
-std::string_view page_html();  // the template: {{name}} stands for a part
+std::string_view page_html();  // the template with {{name}} placeholders
 std::string_view page_css();
 std::string_view page_js();
 std::string_view sorting_js();
 std::string_view curves_js();
 std::string_view replay_js();
 std::string_view dygraphs_licence();
-// Without the line that names a source map: a browser's tools would ask for that file.
+// Without the reference to a source map, which browser tools would request.
 std::string dygraphs_js();
 std::string dygraphs_css();
 

@@ -1,4 +1,4 @@
-// The colours of charts, and their numbers as a table.
+// The colours of charts, and charts as CSV.
 #include <cmath>
 
 #include "base/text.h"
@@ -9,7 +9,7 @@
 namespace relign::report {
 namespace {
 
-constexpr int kTableDigits = 7;  // hides what 100 * 0.57 loses
+constexpr int kTableDigits = 7;  // hides rounding errors as of 100 * 0.57
 
 bool finite(double value) { return std::isfinite(value); }
 

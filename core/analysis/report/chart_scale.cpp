@@ -12,9 +12,9 @@ namespace relign::report {
 namespace {
 
 constexpr double kSlack = 1e-9;
-constexpr double kNoDecade = 0.8;    // below this an axis is marked like a linear one
-constexpr double kFewDecades = 2.2;  // below this the 2s and 5s are marked, too
-constexpr int kTickDigits = 6;       // hides what k * 0.1 loses
+constexpr double kNoDecade = 0.8;    // below this, tick marks as on a linear axis
+constexpr double kFewDecades = 2.2;  // below this, tick marks at 2 and 5 as well
+constexpr int kTickDigits = 6;       // hides rounding errors as of k * 0.1
 
 std::string tick_text(double value) {
   const std::string text = shortest(rounded(value, kTickDigits));
@@ -59,7 +59,7 @@ std::vector<std::pair<double, std::string>> ChartScale::marks(int count, bool wh
     return all;
   }
   const bool fine = high_ - low_ < kFewDecades;
-  // Over many decades only every second or third one has a mark.
+  // Over many decades only every second or third has a mark.
   const int every = std::max(1, static_cast<int>(std::ceil((high_ - low_) / count)));
   for (int power = static_cast<int>(std::floor(low_)); power <= high_; ++power)
     for (const double factor : {1.0, 2.0, 5.0}) {

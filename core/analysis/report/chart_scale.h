@@ -1,4 +1,4 @@
-// From values to places on a chart's axis, and the marks along it.
+// The scale of a chart axis: values to pixels, and tick marks.
 #pragma once
 
 #include <string>
@@ -9,12 +9,12 @@ namespace relign::report {
 
 class ChartScale {
  public:
-  // `low` < `high`, both positive where logarithmic; `from` and `to` are their places in pixels.
+  // `low` < `high`, both positive if logarithmic; `from` and `to` are their positions in pixels.
   ChartScale(double low, double high, bool logarithmic, double from, double to);
 
   double operator()(double value) const;  // clipped to the axis; NaN stays NaN
 
-  // Values and their texts, about `count` of them: round numbers within the axis.
+  // Tick marks, about `count` round numbers within the axis, with their texts; integers only if `whole`.
   std::vector<std::pair<double, std::string>> marks(int count, bool whole) const;
 
  private:
@@ -25,8 +25,8 @@ class ChartScale {
 // Rounded to tenths of a pixel, shortest text.
 std::string pixels_text(double value);
 
-// Places for labels of `height` that would like to stand at `wanted` (in order of importance): none closer than
-// `height`, all within top and bottom. As many as have room; NaN for the others.
+// Positions of labels near `wanted` (most important first), at least `height` apart and between top and bottom. NaN for
+// labels without room.
 std::vector<double> spread_labels(const std::vector<double>& wanted, double top, double bottom, double height);
 
 }  // namespace relign::report

@@ -11,9 +11,9 @@
 #include "base/error.h"
 #include "base/json_members.h"
 #include "base/text.h"
+#include "markup/escape.h"
 #include "records/instances.h"
 #include "report/compare_yield.h"
-#include "markup/escape.h"
 #include "report/loaded_results.h"
 #include "report/page_data.h"
 #include "report/statistics_data.h"
@@ -32,8 +32,8 @@ using Place = std::tuple<std::string, std::string, std::string>;  // scene, nois
 Place place_of(const statistics::Series& series) { return {series.scene, series.noise_level, series.protocol}; }
 
 // One side's values at one step, by instance.
-std::map<std::uint64_t, double> values_at(const LoadedResults& results, const statistics::Series& series, statistics::Track track,
-                                          unsigned step) {
+std::map<std::uint64_t, double> values_at(const LoadedResults& results, const statistics::Series& series,
+                                          statistics::Track track, unsigned step) {
   statistics::TrackColumns columns(series.trials.size(), {track}, {step, step});
   statistics::for_each_trial(results.trials, series, [&](const statistics::ReadTrial& trial) { columns.add(trial); });
   const std::vector<double> column = columns.at(track, step);
@@ -89,24 +89,25 @@ class Comparer {
   }
 
  private:
-  // What is not chosen is by the plans, as far as they agree.
+  // Options that are not given come from the analysis plans, which must agree.
   void choose_by_plans() {
     const Json &of_a = object_of(a_.manifest, "analysis"), &of_b = object_of(b_.manifest, "analysis");
     const auto planned = [&](const char* key, const char* option, const Json& otherwise) {
       const Json first = of_a.value(key, otherwise), second = of_b.value(key, otherwise);
       if (first != second)
-        throw Error(ErrorKind::bad_input, "the analysis plans of " + side_a_.folder.string() + " and " +
-                                              side_b_.folder.string() + " differ in \"" + key + "\", " + first.dump() +
-                                              " and " + second.dump() + ": choose with " + option);
+        throw Error(ErrorKind::bad_input, "the analysis plans of '" + side_a_.folder.string() + "' and '" +
+                                              side_b_.folder.string() + "' differ in '" + key + "', " + first.dump() +
+                                              " and " + second.dump() + "; choose with " + option);
       return first;
     };
-    rule_ = options_.rule
-                ? *options_.rule
-                : statistics::rule_named(planned("rule", "--rule", "own").get<std::string>()).value_or(statistics::Rule::own);
+    rule_ = options_.rule ? *options_.rule
+                          : statistics::rule_named(planned("rule", "--rule", "own").get<std::string>())
+                                .value_or(statistics::Rule::own);
     relevant_ = options_.smallest_relevant_ratio
                     ? *options_.smallest_relevant_ratio
                     : planned("smallest_relevant_ratio", "--relevant", kRelevantRatio).get<double>();
-    for (const LoadedResults* results : {&a_, &b_}) study_options(*results, rule_);  // refuses what the records lack
+    for (const LoadedResults* results : {&a_, &b_})
+      study_options(*results, rule_);  // checks that the records have its scores
   }
 
   // "recommended" of options and gates.
@@ -128,7 +129,7 @@ class Comparer {
     return rules;
   }
 
-  // A name may stand for another method on the other side.
+  // One name may denote different methods in the two folders.
   Json differing(const Pair& pair) const {
     const auto entry = [](const LoadedResults& results, const statistics::Series& series) -> const Json& {
       for (const Json& one : list_of(results.manifest, "algorithms"))
@@ -137,7 +138,7 @@ class Comparer {
     };
     const Json &of_a = entry(a_, *pair.a), &of_b = entry(b_, *pair.b);
     Json names = Json::array();
-    if (pair.a->algorithm != pair.b->algorithm) return names;  // two methods, as they were named
+    if (pair.a->algorithm != pair.b->algorithm) return names;  // two methods, as requested
     for (const char* key : {"id", "parameters", "merit"})
       if (member(of_a, key) != member(of_b, key)) names.push_back(key[0] == 'i' ? "algorithm" : key);
     return names;
@@ -146,13 +147,13 @@ class Comparer {
   void check_instances() const {
     if (text_of(a_.manifest, "instance_set") == text_of(b_.manifest, "instance_set")) return;
     const std::string a = side_a_.folder.string(), b = side_b_.folder.string();
-    // One may have more lenses than the other: those that both have are compared.
+    // One may have more instances than the other: common ones are compared.
     const std::vector<std::string> different = records::different_lenses(a_.manifest, b_.manifest, a, b);
     if (!different.empty())
-      throw Error(ErrorKind::bad_input, a + " and " + b +
-                                            " were made on different lenses, and only the same can be compared one by "
-                                            "one:\n  " +
-                                            join(different, "\n  "));
+      throw Error(ErrorKind::bad_input,
+                  "'" + a + "' and '" + b +
+                      "' have different instances, and only the same can be compared in pairs:\n  " +
+                      join(different, "\n  "));
   }
 
   static void check_method(const ComparedSide& side, const LoadedResults& results) {
@@ -161,7 +162,7 @@ class Comparer {
     for (const statistics::Series& series : results.trials.series) known.insert(series.algorithm);
     if (known.count(side.method)) return;
     throw Error(ErrorKind::bad_input,
-                side.folder.string() + " has no method '" + side.method + "'" +
+                "unknown method '" + side.method + "' in '" + side.folder.string() + "'" +
                     suggestion(side.method, std::vector<std::string>(known.begin(), known.end())));
   }
 
@@ -180,18 +181,18 @@ class Comparer {
         pairs_.push_back({&a, &*b});
     }
     if (pairs_.empty())
-      throw Error(ErrorKind::bad_input, "nothing to compare: no method of " + side_a_.folder.string() + " stands in " +
+      throw Error(ErrorKind::bad_input, "nothing to compare: '" + side_a_.folder.string() + "' and '" +
                                             side_b_.folder.string() +
-                                            " under the same name, on the same scene, noise level and protocol; "
-                                            "FOLDER:METHOD names one of each");
+                                            "' share no method on the same scene, noise level and protocol; choose one "
+                                            "of each with FOLDER:METHOD");
   }
 
   Compared compare_at(const Pair& pair, statistics::Track track, int wanted_step) const {
     const unsigned last = std::min(pair.a->largest_budget, pair.b->largest_budget);
     if (wanted_step > static_cast<int>(last))
-      throw Error(ErrorKind::bad_input, "step " + std::to_string(wanted_step) + " is after the last one, " +
-                                            std::to_string(last) + ", of " + pair.a->algorithm + " or " +
-                                            pair.b->algorithm + " on " + pair.a->noise_level);
+      throw Error(ErrorKind::bad_input, "step " + std::to_string(wanted_step) + " is beyond the last common step " +
+                                            std::to_string(last) + " of '" + pair.a->algorithm + "' and '" +
+                                            pair.b->algorithm + "' on '" + pair.a->noise_level + "'");
     Compared compared;
     compared.step = wanted_step < 0 ? last : static_cast<unsigned>(wanted_step);
     const std::map<std::uint64_t, double> a = values_at(a_, *pair.a, track, compared.step);
@@ -254,7 +255,7 @@ class Comparer {
     return json;
   }
 
-  // What cannot be told does not pass.
+  // An unknown value does not pass.
   Json gate_json(const Pair& pair, const Gate& gate) {
     double value = statistics::kMissing;
     bool holds = false;
@@ -275,7 +276,7 @@ class Comparer {
   }
 
   static constexpr double kRelevantRatio = 1.1;
-  static constexpr double kRounding = 1e-12;  // 0.97 - 0.02 of 100 lenses is 95
+  static constexpr double kRounding = 1e-12;  // so that 0.97 - 0.02 of 100 is 95
 
   ComparedSide side_a_, side_b_;
   const CompareOptions& options_;
@@ -297,7 +298,7 @@ std::string heading(const Json& of) {
 }
 
 std::vector<std::string> track_names() {
-  std::vector<std::string> names = {"rmse"};  // another word for recommended
+  std::vector<std::string> names = {"rmse"};  // synonym of recommended
   for (const statistics::Track track : statistics::kTracks) names.emplace_back(statistics::track_name(track));
   return names;
 }
@@ -320,23 +321,22 @@ std::optional<double> number_in(const std::string& text) {
 // "yield>=0.95", "yield>=A", "yield>=A-0.02".
 Gate yield_gate(Gate gate) {
   const auto wrong = [&](const std::string& why) {
-    return Error(ErrorKind::bad_input,
-                 "--gate '" + gate.text + "': " + why +
-                     "; for example 'yield>=0.95', or 'yield>=A-0.02' for at most 0.02 less than A");
+    return Error(ErrorKind::bad_input, "--gate '" + gate.text + "': " + why +
+                                           "; examples: 'yield>=0.95', or 'yield>=A-0.02' for at most 0.02 below A");
   };
   constexpr std::string_view kBegin = "yield>=";
-  if (gate.text.rfind(kBegin, 0) != 0) throw wrong("a yield is at least (>=) something, after the last step");
+  if (gate.text.rfind(kBegin, 0) != 0) throw wrong("a yield gate must start with 'yield>=', without a step");
   std::string right = gate.text.substr(kBegin.size());
   const bool against_a = !right.empty() && right.front() == 'A';
   gate.of = against_a ? Gate::Of::yield_against_a : Gate::Of::yield;
   if (against_a) {
     right.erase(0, 1);
     if (right.empty()) return gate;
-    if (right.front() != '-') throw wrong("after A there is no -");
+    if (right.front() != '-') throw wrong("expected '-' after 'A'");
     right.erase(0, 1);
   }
   const std::optional<double> share = number_in(right);
-  if (!share || *share < 0 || *share > 1) throw wrong("'" + right + "' is no share from 0 to 1");
+  if (!share || *share < 0 || *share > 1) throw wrong("'" + right + "' must be a number from 0 to 1");
   gate.limit = against_a ? -*share : *share;
   return gate;
 }
@@ -349,40 +349,40 @@ ComparedSide compared_side(const std::string& text) {
   const std::size_t colon = text.rfind(':');
   if (colon != std::string::npos && colon > 0 && fs::is_directory(text.substr(0, colon), code))
     return {text.substr(0, colon), text.substr(colon + 1)};
-  throw Error(ErrorKind::io, text + ": there is no such results folder (FOLDER or FOLDER:METHOD)");
+  throw Error(ErrorKind::io, "no results folder '" + text + "'; expected FOLDER or FOLDER:METHOD");
 }
 
 statistics::Track parse_track(const std::string& name) {
   const auto track = track_named(name);
   if (!track)
-    throw Error(ErrorKind::bad_input, "--track: '" + name + "' is no track" + suggestion(name, track_names()));
+    throw Error(ErrorKind::bad_input, "--track: unknown track '" + name + "'" + suggestion(name, track_names()));
   return *track;
 }
 
 Gate parse_gate(const std::string& text) {
   const auto wrong = [&](const std::string& why) {
-    return Error(ErrorKind::bad_input, "--gate '" + text + "': " + why + "; for example 'recommended@20<=1.02x'");
+    return Error(ErrorKind::bad_input, "--gate '" + text + "': " + why + "; example: 'recommended@20<=1.02x'");
   };
   Gate gate;
   gate.text = text;
   if (text.rfind("yield", 0) == 0) return yield_gate(gate);
   const std::size_t sign = text.find("<=");
-  if (sign == std::string::npos) throw wrong("there is no <=");
+  if (sign == std::string::npos) throw wrong("missing '<='");
   std::string left = text.substr(0, sign), right = text.substr(sign + 2);
   if (const std::size_t at = left.find('@'); at != std::string::npos) {
     const std::string step = left.substr(at + 1);
     if (step.empty() || step.size() > 6 || step.find_first_not_of("0123456789") != std::string::npos)
-      throw wrong("'" + step + "' is no step");
+      throw wrong("step '" + step + "' must be a non-negative integer");
     gate.step = std::stoi(step);
     left.resize(at);
   }
   const auto track = track_named(left);
-  if (!track) throw wrong("'" + left + "' is no track" + suggestion(left, track_names()));
+  if (!track) throw wrong("unknown track '" + left + "'" + suggestion(left, track_names()));
   gate.track = *track;
   gate.of = !right.empty() && right.back() == 'x' ? Gate::Of::ratio : Gate::Of::median;
   if (gate.of == Gate::Of::ratio) right.pop_back();
   const std::optional<double> limit = number_in(right);
-  if (!limit || *limit <= 0) throw wrong("'" + right + "' is no positive number");
+  if (!limit || *limit <= 0) throw wrong("'" + right + "' must be a positive number");
   gate.limit = *limit;
   return gate;
 }
@@ -393,7 +393,7 @@ Json compare(const ComparedSide& a, const ComparedSide& b, const CompareOptions&
 
 namespace {
 
-// "  by rule: own better 0.51, best undecided 0.97, current not recorded"
+// "  by rule: own better (0.510), best undecided (0.970), current not recorded"
 std::string rules_line(const Json& pair) {
   const Json& rules = object_of(pair, "rules");
   std::string words;
@@ -401,7 +401,7 @@ std::string rules_line(const Json& pair) {
     if (!rules.contains(statistics::rule_name(rule))) continue;
     const Json& found = rules[statistics::rule_name(rule)];
     words += (words.empty() ? "  by rule: " : ", ") + std::string(statistics::rule_name(rule)) + " " +
-             (found.is_object() ? text_of(found, "verdict") + " " + number(found["ratio"]) : "not recorded");
+             (found.is_object() ? text_of(found, "verdict") + " (" + number(found["ratio"]) + ")" : "not recorded");
   }
   return words + (words.empty() ? "" : "\n");
 }
@@ -413,25 +413,25 @@ std::string comparison_text(const Json& comparison) {
   for (const Json& pair : comparison["pairs"]) {
     const std::string track = text_of(comparison, "track"), rule = text_of(comparison, "rule");
     out += heading(pair) + "\n  " + track + (track == "recommended" && rule != "own" ? " (rule " + rule + ")" : "") +
-           " after step " + text_of(pair, "step") + ": A " + number(pair["median_a"]) + ", B " +
-           number(pair["median_b"]) + " (medians); B / A on the same " + text_of(pair, "n") + " lenses " +
-           number(pair["ratio"]) + " (95 %: " + number(pair["lo95"]) + " to " + number(pair["hi95"]) + ")\n  B is " +
-           text_of(pair, "verdict") + "; it ends lower on " +
+           " after step " + text_of(pair, "step") + ": median A " + number(pair["median_a"]) + ", B " +
+           number(pair["median_b"]) + "; ratio B / A over " + text_of(pair, "n") + " common instances " +
+           number(pair["ratio"]) + " (95 % CI " + number(pair["lo95"]) + " to " + number(pair["hi95"]) + ")\n  B is " +
+           text_of(pair, "verdict") + "; lower error on " +
            number(pair["improvement"].is_number() ? Json(100 * pair["improvement"].get<double>()) : Json(), 2) +
-           " % of the lenses, p " + number(pair["p"], 2);
+           " % of the instances, p " + number(pair["p"], 2);
     if (count_of(pair, "failed_a") + count_of(pair, "failed_b") > 0)
       out += "; failed trials: A " + text_of(pair, "failed_a") + ", B " + text_of(pair, "failed_b");
     out += "\n";
-    if (const std::string reason = text_of(pair, "reason"); !reason.empty()) out += "  because: " + reason + "\n";
+    if (const std::string reason = text_of(pair, "reason"); !reason.empty()) out += "  reason: " + reason + "\n";
     out += rules_line(pair);
     if (!pair["differs"].empty())
-      out += "  A and B are not one method: they differ in " +
+      out += "  A and B are different methods of the same name: they differ in " +
              join(pair["differs"].get<std::vector<std::string>>(), ", ") + "\n";
     if (pair["yield"].is_object()) out += "  " + yield_text(pair["yield"]) + "\n";
   }
   for (const Json& name : comparison["unmatched"]) out += "only in A: " + terminal_text(name.get<std::string>()) + "\n";
   for (const Json& gate : comparison["gates"])
-    out += std::string(gate["holds"].get<bool>() ? "holds    " : "TRIPPED  ") + text_of(gate, "gate") + "  " +
+    out += std::string(gate["holds"].get<bool>() ? "passed  " : "FAILED  ") + text_of(gate, "gate") + "  " +
            number(gate["value"], 4) + "  " + heading(gate) + "\n";
   return out;
 }

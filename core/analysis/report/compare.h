@@ -1,5 +1,5 @@
-// Two algorithms, or one algorithm before and after a change, on the same instances: by how much, how surely, and does
-// it pass a limit?
+// Paired comparison of two methods, or of a method before and after a change, on the same instances, with optional
+// gates.
 #pragma once
 
 #include <filesystem>
@@ -17,12 +17,12 @@ struct ComparedSide {
   std::filesystem::path folder;
   std::string method;  // empty: all
 };
-// A folder of this very name goes before the reading with a colon. Throws Error(io) when neither is a folder.
+// A folder whose name contains the colon takes precedence. Throws Error (io) if neither is a folder.
 ComparedSide compared_side(const std::string& text);
 
-// "recommended@20<=1.02x": the ratio of B to A, the estimate of `compare`, is at most 1.02; without the x B's median
-// itself is at most so large. Without "@20": at the last step. rmse is another word for recommended.
-// "yield>=0.95": B's yield is at least so large; "yield>=A-0.02": it is at most 0.02 under A's.
+// "recommended@20<=1.02x": the error ratio B / A at step 20 is at most 1.02; without the x the limit is of B's median.
+// Without "@20": at the last step. rmse is a synonym of recommended.
+// "yield>=0.95": B's yield is at least 0.95; "yield>=A-0.02": at most 0.02 below A's.
 struct Gate {
   enum class Of { ratio, median, yield, yield_against_a };
   std::string text;
@@ -31,26 +31,27 @@ struct Gate {
   int step = -1;  // -1: the last
   double limit = 0;
 };
-Gate parse_gate(const std::string& text);           // throws Error(bad_input)
+Gate parse_gate(const std::string& text);                // throws Error(bad_input)
 statistics::Track parse_track(const std::string& name);  // of --track; throws Error(bad_input)
 
 struct CompareOptions {
-  // "recommended", of --track and of gates, is the track of the rule.
+  // "recommended", here and in gates, is the track of the rule.
   statistics::Track track = statistics::Track::recommended;
-  int step = -1;  // -1: the last that both have
-  // None: the analysis plan's where both folders have the same, else own and 1.1.
+  int step = -1;  // -1: the last common step
+  // nullopt: as in the analysis plan if both folders have the same, else own and 1.1.
   std::optional<statistics::Rule> rule;
   std::optional<double> smallest_relevant_ratio;  // 1 or more
   std::vector<Gate> gates;
 };
 
-// {"rule", "track", "step", "pairs": [{scene, noise_level, protocol, a, b, step, n, missing, median_a, median_b, ratio,
-// lo95, hi95, p, improvement, verdict, reason, yield, rules {own, best, current: {median_a, median_b, ratio, lo95,
-// hi95, p, verdict, yield}}, differs [names]}], "gates": [{gate, scene, noise_level, protocol, b, value, holds}],
-// "unmatched": [names], "holds": bool}. B is judged: "better" says that B is. `rules` is there where the track is the
-// rule's own; a rule that the records lack is null. `differs` names what is not the same of A and B: algorithm,
-// parameters, merit. Throws Error: io or bad_input for folders, different instances, unknown methods, steps that nobody
-// made, a rule that the records lack, and plans that differ where nothing is chosen.
+// {"rule", "track", "smallest_relevant_ratio", "pairs": [{scene, noise_level, protocol, a, b, step, n, missing,
+// failed_a, failed_b, median_a, median_b, ratio, lo95, hi95, p, improvement, verdict, reason, yield, rules {own, best,
+// current: {median_a, median_b, ratio, lo95, hi95, p, verdict, yield}}, differs [names]}], "gates": [{gate, scene,
+// noise_level, protocol, a, b, value, holds}], "unmatched": [names], "holds": bool}. Ratios and verdicts are of B
+// compared with A. `rules` is present for the track of a rule; a rule without scores in the records is null. `differs`
+// lists what differs between methods of the same name: algorithm, parameters, merit. Throws Error: io or bad_input for
+// folders; bad_input for different instances, unknown methods, steps beyond the budget, a rule without scores, and
+// contradicting analysis plans.
 Json compare(const ComparedSide& a, const ComparedSide& b, const CompareOptions& options);
 
 std::string comparison_text(const Json& comparison);

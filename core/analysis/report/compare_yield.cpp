@@ -49,7 +49,7 @@ Json yield_json(const statistics::PairedShares& yield) {
 
 std::string yield_text(const Json& yield) {
   return "in specification: A " + text_of(yield, "a") + ", B " + text_of(yield, "b") + " of " + text_of(yield, "n") +
-         " lenses; with A alone " + text_of(yield, "a_alone") + ", with B alone " + text_of(yield, "b_alone") + ", p " +
+         " instances; only A " + text_of(yield, "a_alone") + ", only B " + text_of(yield, "b_alone") + ", p " +
          significant(yield["p"].get<double>(), 2);
 }
 

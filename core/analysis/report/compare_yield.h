@@ -1,4 +1,4 @@
-// What `compare` says of yields: lenses in specification with the one and with the other.
+// Paired comparison of yields for `compare`.
 #pragma once
 
 #include <string>
@@ -14,11 +14,11 @@ struct ComparedSeries {
   const statistics::Series& series;
 };
 
-// On the lenses that both have, at the last recommendation by the rule; a failed trial is a lens missed. first is A. n
-// is 0 where there is no specification, the two have not the same, or what it asks for is not known.
+// On common instances, at the last recommendation by the rule; failed trials count as missed. `first` is A. n is 0
+// without a specification, if the two specifications differ, or if the required values are not recorded.
 statistics::PairedShares compare_yield(const ComparedSeries& a, const ComparedSeries& b, statistics::Rule rule);
 
-// null where n is 0.
+// null if n is 0.
 Json yield_json(const statistics::PairedShares& yield);
 std::string yield_text(const Json& yield);
 

@@ -1,5 +1,5 @@
-// What the script draws curves from. A page of a hundred methods on fifty scenes must stay a page that can be mailed:
-// what is large is thinned, the important kept longest. curves.csv has it all.
+// The data of the interactive curves, thinned in stages until it fits the page, least important parts first. curves.csv
+// has all of it.
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kMostBytes = 2'400'000;
 constexpr std::size_t kFewSteps = 16;
 
-// What is left away.
+// Limits of one stage.
 struct Thinning {
   std::size_t most_steps;
   std::size_t most_tracks;
@@ -29,9 +29,9 @@ constexpr Thinning kThinnings[] = {{static_cast<std::size_t>(-1), 9, 5, true},
                                    {kFewSteps, 1, 4, true},
                                    {kFewSteps, 1, 3, false}};
 constexpr const char* kTracks[] = {"recommended", "commanded",        "measured",           "best",
-                                   "excess",      "recommended_best", "recommended_current"};  // the important first
+                                   "excess",      "recommended_best", "recommended_current"};  // most important first
 
-// Places in a curve: all, or where bands were computed, or evenly on a logarithmic axis.
+// Indices into a curve: all, or those with bands, or evenly spaced on a logarithmic axis.
 std::vector<std::size_t> kept_places(const Json& curve, std::size_t count, std::size_t most) {
   std::set<std::size_t> places;
   if (count <= most) {
@@ -100,7 +100,7 @@ Json curve_data(const Json& data) {
     const auto style = styles.find(style_key(text_of(method, "name"), text_of(method, "protocol")));
     if (style == styles.end()) continue;
     methods.push_back({{"name", method["name"]}, {"oracle", flag_of(method, "oracle")}, {"style", style->second}});
-    if (method["label"] == method["name"]) continue;  // the name alone is one method
+    if (method["label"] == method["name"]) continue;  // the name is unique
     methods.back()["label"] = method["label"];
     methods.back()["protocol"] = method["protocol"];
   }

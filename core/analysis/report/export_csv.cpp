@@ -1,4 +1,4 @@
-// The ranking as one tidy table, for pandas, R and spreadsheets: a row is one method in one group.
+// The ranking as one tidy table, for pandas, R and spreadsheets: one row per method and group.
 #include <array>
 #include <string>
 
@@ -16,7 +16,7 @@ struct Column {
   const char* name;
   const char* member;  // of the row, or of one of its objects: "yield/share"
 };
-// After the columns that say which row it is. results/README.md tells what each means.
+// After the columns that identify the row. results/README.md describes them.
 constexpr std::array kNumbers = {Column{"recommended_median", "/recommended/median"},
                                  Column{"recommended_q25", "/recommended/q25"},
                                  Column{"recommended_q75", "/recommended/q75"},
@@ -50,12 +50,12 @@ constexpr std::array kNumbers = {Column{"recommended_median", "/recommended/medi
                                  Column{"algorithm_ms_per_step_median", "/algorithm_ms_per_step"},
                                  Column{"mtf_centre_median", "/mtf/centre/median"},
                                  Column{"mtf_corner_median", "/mtf/corner/median"}};
-// Of the group, after all those of the row.
+// Members of the group, after those of the row.
 constexpr std::array kSpecMtf = {Column{"spec_mtf_lp_per_mm", "/spec_mtf/lp_per_mm"},
                                  Column{"spec_mtf_centre", "/spec_mtf/centre"},
                                  Column{"spec_mtf_corner", "/spec_mtf/corner"}};
 
-// By each recommendation rule, after its name: own_median, best_yield.
+// Per recommendation rule, prefixed with its name: own_median, best_yield.
 constexpr std::array kOfRule = {Column{"median", "/median"},
                                 Column{"lo95", "/lo95"},
                                 Column{"hi95", "/hi95"},
@@ -64,7 +64,7 @@ constexpr std::array kOfRule = {Column{"median", "/median"},
                                 Column{"yield_hi95", "/yield/hi95"},
                                 Column{"steps_to_spec", "/steps"}};
 
-// "never" becomes what pandas and R read as infinity, so that the column stays one of numbers.
+// "never" becomes inf, which pandas and R read as a number.
 std::string number(const Json& object, const char* member) {
   const Json::json_pointer place(member);
   if (!object.contains(place)) return "";

@@ -5,7 +5,7 @@
 namespace relign::report {
 namespace {
 
-constexpr double kTallest = 400;  // on the page labels give way, in a paper's figure they all stand
+constexpr double kTallest = 400;  // on the page, where labels may be omitted; figures for papers have all
 
 }  // namespace
 

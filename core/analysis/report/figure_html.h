@@ -1,12 +1,12 @@
-// A static figure inside the page: the chart, and below it what it shows.
+// A static figure in the page: a chart and its caption.
 #pragma once
 
-#include "report/figures.h"
 #include "markup/html_writer.h"
+#include "report/figures.h"
 
 namespace relign::report {
 
-// `titled`: with the chart's title above, where nothing else says what group it is.
+// `titled`: with the chart's title as a heading.
 void figure_html(HtmlWriter& html, const Figure& figure, bool titled);
 
 }  // namespace relign::report

@@ -6,22 +6,14 @@
 
 #include "base/files.h"
 #include "base/json_members.h"
+#include "report/page_data.h"
+#include "statistics/band.h"
 #include "statistics/rules.h"
 
 namespace relign::report {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr double kFewestSteps = 0.8;  // where a logarithmic axis of images begins: a little before the first
-
-double number(const Json& object, const char* key) {
-  const auto found = object.is_object() ? object.find(key) : object.end();
-  return found != object.end() && found->is_number() ? found->get<double>() : kNone;
-}
-
-double number(const Json& list, std::size_t at) {
-  return list.is_array() && at < list.size() && list[at].is_number() ? list[at].get<double>() : kNone;
-}
+constexpr double kFewestSteps = 0.8;  // start of a logarithmic axis of images
 
 const Json* entry_of(const Json& list, const std::string& method) {
   for (const Json& entry : list)
@@ -34,7 +26,7 @@ int style_of(const std::map<std::string, int>& styles, const std::string& method
   return found == styles.end() ? kOracleStyle : found->second;
 }
 
-// Labels at the lines' ends want a line of text each.
+// Room for one label per series.
 double height_for(std::size_t series) { return std::max(300.0, 90 + 12.0 * static_cast<double>(series)); }
 
 std::string group_file(const Json& group, std::size_t index) {
@@ -54,18 +46,19 @@ ChartSeries curve_series(const Json& curve, const std::string& track, int style,
   const Json& values = object_of(object_of(curve, "tracks"), track.c_str());
   const Json &median = list_of(values, "median"), &low = list_of(values, "lo95"), &high = list_of(values, "hi95");
   for (std::size_t i = 0; i < median.size(); ++i) {
-    const bool interval = std::isfinite(number(low, i)) && std::isfinite(number(high, i));
+    const bool interval = std::isfinite(number_in(low, i)) && std::isfinite(number_in(high, i));
     has_intervals = has_intervals || interval;
-    series.points.push_back({static_cast<double>(count_of(curve, "first_step") + i), number(median, i),
-                             interval ? number(low, i) : kNone, interval ? number(high, i) : kNone});
+    series.points.push_back({static_cast<double>(count_of(curve, "first_step") + i), number_in(median, i),
+                             interval ? number_in(low, i) : statistics::kMissing,
+                             interval ? number_in(high, i) : statistics::kMissing});
   }
   return series;
 }
 
 void add_quartiles(ChartSeries& series, const Json& values) {
   for (std::size_t i = 0; i < series.points.size(); ++i) {
-    series.points[i].low = number(list_of(values, "q25"), i);
-    series.points[i].high = number(list_of(values, "q75"), i);
+    series.points[i].low = number_in(list_of(values, "q25"), i);
+    series.points[i].high = number_in(list_of(values, "q75"), i);
   }
 }
 
@@ -106,7 +99,8 @@ std::vector<Figure> curve_figures(const Json& data, std::size_t index) {
   const Json& group = data["groups"][index];
   const std::map<std::string, int> styles = method_styles(data);
   const statistics::Rule rule = statistics::rule_named(text_of(data, "rule")).value_or(statistics::Rule::own);
-  const std::string track = flag_of(group, "measured_only") ? "best" : statistics::track_name(statistics::track_of(rule));
+  const std::string track =
+      flag_of(group, "measured_only") ? "best" : statistics::track_name(statistics::track_of(rule));
   Chart chart;
   bool has_intervals = false;
   for (const Json* row : shown_rows(group, kMostMethodsInFigure)) {
@@ -121,17 +115,18 @@ std::vector<Figure> curve_figures(const Json& data, std::size_t index) {
       add_quartiles(series, (*entry_of(group["curves"], series.name))["tracks"][track]);
   chart.title = text_of(group, "label");
   chart.x = {"images", false, true, {}};
-  chart.y = {track == "best" ? "lowest measured error (RMSE)" : "error when glued (RMSE)", true, false, {}};
+  chart.y = {
+      track == "best" ? "lowest measured error (RMSE)" : "error at the recommended pose (RMSE)", true, false, {}};
   chart.height = height_for(chart.series.size());
   if (track != "best") {
     const Json& floor = object_of(group, "floor");
-    chart.levels = {{"the lenses' own optimum", number(floor, "own_optimum"), false},
-                    {"bound of one more image", number(floor, "next_image"), true},
-                    {"spec", number(group, "spec_rmse"), false}};
+    chart.levels = {{"own optimum", number_in(floor, "own_optimum"), false},
+                    {"bound of one more image", number_in(floor, "next_image"), true},
+                    {"spec", number_in(group, "spec_rmse"), false}};
   }
   return {{"curves-" + group_file(group, index),
-           std::string("Error after each image: medians over the lenses; bands are ") +
-               (has_intervals ? "95 % intervals of the median." : "quartiles."),
+           std::string("Error after each image: median over instances; bands are ") +
+               (has_intervals ? "95 % confidence intervals of the median." : "quartiles."),
            chart}};
 }
 
@@ -142,7 +137,7 @@ std::vector<Figure> ecdf_figures(const Json& data, std::size_t index, std::size_
   double last = 1;
   for (const Json& entry : list_of(group, "ecdf"))
     if (const Json& steps = list_of(entry, "steps"); !steps.empty())
-      last = std::max(last, number(steps, steps.size() - 1));
+      last = std::max(last, number_in(steps, steps.size() - 1));
   for (const Json* row : shown_rows(group, most)) {
     const std::string method = text_of(*row, "method");
     const Json* entry = entry_of(list_of(group, "ecdf"), method);
@@ -150,13 +145,13 @@ std::vector<Figure> ecdf_figures(const Json& data, std::size_t index, std::size_
     ChartSeries series = {method, style_of(styles, method, group), Drawn::steps, {}};
     const Json &steps = list_of(*entry, "steps"), &share = list_of(*entry, "share");
     for (std::size_t i = 0; i < std::min(steps.size(), share.size()); ++i)
-      series.points.push_back({number(steps, i), 100 * number(share, i)});
+      series.points.push_back({number_in(steps, i), 100 * number_in(share, i)});
     if (series.points.empty()) continue;
     if (series.points.back().x < last) series.points.push_back({last, series.points.back().y});
     chart.series.push_back(std::move(series));
   }
   if (chart.series.empty()) return {};
-  // Whose curve ends highest is labelled first.
+  // Labels in order of the final value.
   std::stable_sort(chart.series.begin(), chart.series.end(),
                    [](const ChartSeries& a, const ChartSeries& b) { return a.points.back().y > b.points.back().y; });
   chart.title = text_of(group, "label");
@@ -164,7 +159,7 @@ std::vector<Figure> ecdf_figures(const Json& data, std::size_t index, std::size_
   chart.y = {"targets reached, %", false, false, {}, 0, 100};
   chart.height = height_for(chart.series.size());
   return {{"targets-" + group_file(group, index),
-           "How many of all error targets of all lenses are reached after so many images (ECDF).", chart}};
+           "Runtime ECDF: share of (instance, error target) pairs reached within a number of images.", chart}};
 }
 
 std::vector<Figure> residual_figures(const Json& data, std::size_t index, std::size_t most) {
@@ -181,11 +176,12 @@ std::vector<Figure> residual_figures(const Json& data, std::size_t index, std::s
         Chart chart;
         chart.title = text_of(group, "label");
         chart.x.title = "axis";
-        chart.y = {"misalignment left" + (unit.empty() ? "" : ", " + unit), true, false, {}};
-        figures.push_back({"misalignment-" + figure_file_name(unit) + "-" + group_file(group, index),
-                           "What is left against the lens's own best pose, without sign: median (dot) and upper "
-                           "quartile (end of the line).",
-                           chart});
+        chart.y = {"residual misalignment" + (unit.empty() ? "" : ", " + unit), true, false, {}};
+        figures.push_back(
+            {"misalignment-" + figure_file_name(unit) + "-" + group_file(group, index),
+             "Absolute distance of the recommended pose from the instance's own optimum: median (dot) and "
+             "upper quartile (end of the line).",
+             chart});
       }
       Chart& chart = figures[found->second].chart;
       std::vector<std::string>& axes = chart.x.categories;
@@ -194,8 +190,8 @@ std::vector<Figure> residual_figures(const Json& data, std::size_t index, std::s
       if (place == axes.end()) axes.push_back(name);
       if (chart.series.empty() || chart.series.back().name != method)
         chart.series.push_back({method, style_of(styles, method, group), Drawn::marks, {}});
-      const double median = number(axis, "median");
-      chart.series.back().points.push_back({at, median, median, number(axis, "q75")});
+      const double median = number_in(axis, "median");
+      chart.series.back().points.push_back({at, median, median, number_in(axis, "q75")});
     }
   }
   for (Figure& figure : figures) figure.chart.height = height_for(figure.chart.series.size());
@@ -222,8 +218,8 @@ std::vector<Figure> level_figures(const Json& data) {
         const Json &share = object_of(*here, "yield"), &steps = object_of(*here, "to_spec");
         const auto x = static_cast<double>(k);
         in_spec.points.push_back(
-            {x, 100 * number(share, "share"), 100 * number(share, "lo95"), 100 * number(share, "hi95")});
-        to_spec.points.push_back({x, number(steps, "steps"), number(steps, "lo95"), number(steps, "hi95")});
+            {x, 100 * number_in(share, "share"), 100 * number_in(share, "lo95"), 100 * number_in(share, "hi95")});
+        to_spec.points.push_back({x, number_in(steps, "steps"), number_in(steps, "lo95"), number_in(steps, "hi95")});
       }
       const auto any = [](const ChartSeries& series) {
         return std::any_of(series.points.begin(), series.points.end(),
@@ -238,17 +234,19 @@ std::vector<Figure> level_figures(const Json& data) {
       for (const Json* group : groups) chart->x.categories.push_back(text_of(*group, "noise_level"));
       chart->height = height_for(chart->series.size());
     }
-    yield.y = {"lenses in spec, %", false, false, {}, 0, 100};
+    yield.y = {"instances in spec, %", false, false, {}, 0, 100};
     images.y = {"images to spec", true, true, {}};
     const std::string file = std::to_string(done.size()) + "-" + figure_file_name(scene + "-" + protocol);
     if (!yield.series.empty())
-      figures.push_back(
-          {"yield-" + file, "Lenses in spec after the last image; bars are 95 % Wilson intervals.", yield});
+      figures.push_back({"yield-" + file,
+                         "Yield: instances in specification after the last image; bars are 95 % Wilson intervals.",
+                         yield});
     if (!images.series.empty())
-      figures.push_back({"images-to-spec-" + file,
-                         "Images until a lens is in spec: median and its 95 % interval; no mark where fewer than half "
-                         "of the lenses get there.",
-                         images});
+      figures.push_back(
+          {"images-to-spec-" + file,
+           "Images to specification: Kaplan-Meier median with its 95 % interval; no mark if fewer than half "
+           "of the instances reach it.",
+           images});
   }
   return figures;
 }

@@ -24,7 +24,7 @@ constexpr double kMostFailed = 0.05;
 
 Json gate(const char* name, bool ok, const std::string& text) { return {{"name", name}, {"ok", ok}, {"text", text}}; }
 
-// Entries of the suite that are one algorithm under two names must come out alike.
+// A/A test: suite entries that differ only by name must not differ significantly.
 void add_same_methods(Json& gates, const Json& data, const LoadedResults& results) {
   std::map<std::string, std::vector<std::string>> names;
   for (const Json& entry : list_of(results.manifest, "algorithms")) {
@@ -34,7 +34,7 @@ void add_same_methods(Json& gates, const Json& data, const LoadedResults& result
     names[what.dump()].push_back(text_of(entry, "name"));
   }
   for (const auto& entry : names) {
-    const std::vector<std::string>& twins = entry.second;  // by its own name: lambdas capture it
+    const std::vector<std::string>& twins = entry.second;  // not a structured binding, which lambdas cannot capture
     if (twins.size() < 2) continue;
     std::size_t tested = 0;
     std::string different;
@@ -53,9 +53,9 @@ void add_same_methods(Json& gates, const Json& data, const LoadedResults& result
     if (tested == 0) continue;
     gates.push_back(different.empty() ? gate("A/A", true, "A/A")
                                       : gate("A/A", false,
-                                             "One algorithm under two names came out different: " + different +
-                                                 ". By chance that happens in 5 of 100 studies; more often, something "
-                                                 "besides the algorithm decides."));
+                                             "Two names of the same algorithm differ significantly: " + different +
+                                                 ". By chance this happens in 5 of 100 studies; more likely the "
+                                                 "results depend on something other than the algorithm."));
   }
 }
 
@@ -63,20 +63,20 @@ void add_replay(Json& gates, const LoadedResults& results) {
   std::error_code code;
   const fs::path file = results.folder / "verify.json";
   if (!fs::is_regular_file(file, code)) return;
-  Json said;
+  Json verified;
   try {
-    said = JsonSource::from_file(file).root();
+    verified = JsonSource::from_file(file).root();
   } catch (const Error&) {
     return;
   }
-  const std::uint64_t replayed = count_of(said, "replayed"), equal = count_of(said, "equal");
+  const std::uint64_t replayed = count_of(verified, "replayed"), equal = count_of(verified, "equal");
   if (replayed == 0) return;
   const std::string share = std::to_string(equal) + "/" + std::to_string(replayed);
   gates.push_back(equal == replayed
                       ? gate("replay", true, "replay " + share)
                       : gate("replay", false,
-                             "Replaying " + std::to_string(replayed) + " trials gave other numbers in " +
-                                 std::to_string(replayed - equal) + " of them; 'relign-bench verify' says where."));
+                             std::to_string(replayed - equal) + " of " + std::to_string(replayed) +
+                                 " replayed trials gave different numbers; 'relign-bench verify' lists them."));
 }
 
 // Up to three of them: "bo-gp on relign_od rho0 #3 (..)".
@@ -87,11 +87,11 @@ std::string named(const std::vector<std::string>& trials) {
   return words + (trials.size() > kMostNamed ? " and " + std::to_string(trials.size() - kMostNamed) + " more" : "");
 }
 
-// What cannot be: whoever reads on would read a mistake.
+// Results that are impossible unless something is wrong.
 void add_alarms(Json& gates, const LoadedResults& results) {
-  // Both numbers are estimates, of a standard error of some 1.4e-7 in MSE, and an optimum is found by a search.
+  // Both are estimates with a standard error of about 1.4e-7 in MSE, and the optimum is the result of a search.
   constexpr double kLeastBelow = 1e-6, kShareBelow = 0.1;
-  constexpr double kOtherCpu = 1e-6;  // of a number that only one processor promises
+  constexpr double kOtherCpu = 1e-6;  // relative: numbers are bit-identical on one type of processor only
   const statistics::TrialTable& table = results.trials;
   std::set<std::string> stations;
   for (const Json& scene : list_of(results.manifest, "scenes"))
@@ -107,7 +107,7 @@ void add_alarms(Json& gates, const LoadedResults& results) {
   for (const statistics::TrialRow& row : table.rows) {
     const statistics::Series& series = table.series_of(row);
     if (row.impossible_merit) merit.push_back(label(row));
-    const double own = row.own_optimum_mse;  // negative where the estimate of a perfect lens is
+    const double own = row.own_optimum_mse;  // an unbiased estimate, may be negative
     if (std::any_of(statistics::kRules.begin(), statistics::kRules.end(), [&](statistics::Rule rule) {
           const double rmse = row.last_of(statistics::track_of(rule));
           return own - rmse * rmse > std::max(kLeastBelow, kShareBelow * own);
@@ -122,18 +122,18 @@ void add_alarms(Json& gates, const LoadedResults& results) {
   }
   if (!below.empty())
     gates.push_back(gate("optimum", false,
-                         "An error is clearly below the best that the instance allows, so that the error or the "
-                         "optimum is wrong: " +
+                         "Errors are clearly below the instance's own optimum, so that the error or the optimum is "
+                         "wrong: " +
                              named(below) + "."));
   if (!starts.empty())
     gates.push_back(gate("start", false,
-                         "Step 0 differs between methods on one instance, though they start at the same pose under "
-                         "the same protocol: " +
+                         "Step 0 differs between methods on the same instance, although they start at the same pose "
+                         "under one protocol: " +
                              named(starts) + "."));
   if (!merit.empty())
     gates.push_back(
         gate("merit", false,
-             "A merit is negative, or below the measured RMSE that every merit contains: " + named(merit) + "."));
+             "A merit is negative or below the measured RMSE, which every merit includes: " + named(merit) + "."));
 }
 
 }  // namespace
@@ -150,8 +150,8 @@ Json gates_json(const Json& data, const LoadedResults& results) {
   if (failed > 0 && ended > 0) {
     const double of_all = static_cast<double>(failed) / static_cast<double>(ended);
     if (of_all > kMostFailed)
-      gates.push_back(gate("failures", false,
-                           significant(100 * of_all, 2) + " % of the trials failed, and medians leave them out."));
+      gates.push_back(
+          gate("failures", false, significant(100 * of_all, 2) + " % of the trials failed; medians exclude them."));
   }
   add_same_methods(gates, data, results);
   add_replay(gates, results);

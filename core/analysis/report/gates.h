@@ -1,16 +1,17 @@
-// Whether the numbers of a page may be believed: what must be said before anybody ranks.
+// Quality gates: checks of the results that are reported before any verdict.
 #pragma once
 
 #include "report/loaded_results.h"
 
 namespace relign::report {
 
-// [{name, ok, text}]: a few words when all is well, a sentence when not. A gate that cannot be tested is not there.
-//   ran       every planned trial has ended            failures  at most 5 % of them failed
-//   A/A       one algorithm under two names, when the suite has that, came out alike
-//   replay    what 'verify' replayed had the same numbers
-// and, only where they ring, the alarms:
-//   optimum   an error is below the instance's own optimum by more than 0.0002 and 5 %
+// [{name, ok, text}]: a short text if passed, a sentence if failed. Gates that cannot be tested are absent.
+//   ran       every planned trial has ended
+//   failures  at most 5 % of the trials failed; present only if failed
+//   A/A       two names of one algorithm, if the suite has them, do not differ significantly
+//   replay    'verify' reproduced the replayed trials
+// and, present only if failed:
+//   optimum   an error is below the instance's own optimum by more than 1e-6 in MSE and 10 %
 //   start     step 0 differs between methods on one instance under one protocol; not on a station
 //   merit     a merit is negative, or below the measured RMSE
 Json gates_json(const Json& data, const LoadedResults& results);

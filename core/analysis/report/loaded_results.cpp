@@ -10,7 +10,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Takes the list out of the manifest. Sorted.
+// Removes the list of planned trials from the manifest and returns it, sorted.
 std::vector<std::string> take_order(Json& manifest) {
   std::vector<std::string> planned;
   const auto order = manifest.find("order");
@@ -28,12 +28,12 @@ std::vector<std::string> take_order(Json& manifest) {
 
 LoadedResults load_results(const fs::path& folder) {
   std::error_code ignored;
-  if (!fs::is_directory(folder, ignored)) throw Error(ErrorKind::io, folder.string() + ": there is no such folder");
+  if (!fs::is_directory(folder, ignored)) throw Error(ErrorKind::io, "no such folder '" + folder.string() + "'");
   const fs::path manifest_path = folder / "manifest.json";
   if (!fs::exists(manifest_path, ignored))
-    throw Error(ErrorKind::bad_input, folder.string() +
-                                          ": this folder holds no results (it has no manifest.json); "
-                                          "'relign-bench run SUITE -o FOLDER' makes one");
+    throw Error(ErrorKind::bad_input, "'" + folder.string() +
+                                          "' is not a results folder, since it has no manifest.json; create one with "
+                                          "'relign-bench run SUITE -o FOLDER'");
 
   LoadedResults results;
   results.folder = folder;

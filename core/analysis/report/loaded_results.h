@@ -1,4 +1,4 @@
-// A results folder as the report sees it: only the trials of the plan in its manifest, each once.
+// A results folder, restricted to the trials of the plan in its manifest, each once.
 #pragma once
 
 #include <filesystem>
@@ -12,14 +12,14 @@ namespace relign::report {
 
 struct LoadedResults {
   std::filesystem::path folder;
-  Json manifest = Json::object();  // without its list of trials, which is long
-  std::size_t planned = 0;         // trials on that list
+  Json manifest = Json::object();  // without its list of planned trials
+  std::size_t planned = 0;         // length of that list
   statistics::TrialTable trials;
-  std::vector<std::string> incomplete;  // trials with steps and no closing line
-  std::size_t from_other_plans = 0;     // complete trials that the manifest's plan does not name; left out
+  std::vector<std::string> incomplete;  // trials with steps but no closing line
+  std::size_t from_other_plans = 0;     // complete trials that are not in the plan, excluded
 };
 
-// Throws Error: io when nothing can be read, bad_input when the folder holds no results or a newer format.
+// Throws Error: io if the folder cannot be read, bad_input if it is not a results folder or has a newer format.
 LoadedResults load_results(const std::filesystem::path& folder);
 
 }  // namespace relign::report

@@ -1,4 +1,4 @@
-// The ranking as Markdown, for a README or a page of docs: a table per scene and protocol, a column per noise level.
+// The ranking as Markdown: a table per scene and protocol, a column per noise level.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -9,8 +9,8 @@
 
 #include "base/json_members.h"
 #include "base/text.h"
-#include "report/aggregate_data.h"
 #include "markup/escape.h"
+#include "report/aggregate_data.h"
 #include "report/page_data.h"
 #include "report/rules_data.h"
 #include "report/text_tables.h"
@@ -24,7 +24,7 @@ struct Row {
   std::map<std::string, const Json*> by_level;
 };
 
-// Numbers alone: a value that is missing shows as a dash.
+// A missing value becomes a dash.
 std::string shown(const Json& number, int digits) {
   return number.is_number() ? significant(number.get<double>(), digits) : "-";
 }
@@ -44,7 +44,7 @@ std::string cell(const std::map<std::string, const Json*>& rows, const std::stri
   return text;
 }
 
-// Mean of the logarithms over the levels: a method that is best at every level comes first whatever their sizes.
+// Mean of the logarithms over the levels, so that levels with large errors do not dominate.
 double rank_value(const Row& row) {
   double sum = 0;
   for (const auto& [level, values] : row.by_level) {
@@ -55,7 +55,7 @@ double rank_value(const Row& row) {
   return sum / static_cast<double>(row.by_level.size());
 }
 
-// Over the levels: the slowest counts, since a table of many levels wants one column of times.
+// The slowest over the levels, for a single column of times.
 double slowest_ms(const Row& row) {
   double slowest = -1;
   for (const auto& [level, values] : row.by_level)
@@ -88,7 +88,7 @@ std::string table(const std::vector<const Json*>& groups, const std::string& rul
   std::vector<std::pair<std::string, const Row*>> order;
   for (const auto& [name, row] : rows) order.emplace_back(name, &row);
   std::stable_sort(order.begin(), order.end(), [](const auto& a, const auto& b) {
-    // What lacks a level cannot be compared over all of them.
+    // Methods without results at some level come last.
     const std::size_t of_a = a.second->by_level.size(), of_b = b.second->by_level.size();
     return of_a != of_b ? of_a > of_b : rank_value(*a.second) < rank_value(*b.second);
   });
@@ -103,9 +103,9 @@ std::string table(const std::vector<const Json*>& groups, const std::string& rul
   out += measured_only ? "lowest measured RMSE"
          : rule.empty() || rule == "own"
              ? "noise-free RMSE at the recommended pose after the last step"
-             : std::string("noise-free RMSE at ") + rule_words(rule) + " after the last step";
-  out += ", median (quartiles) of " + range(instances) + " instances; steps: " + range(steps) + "; at the start " +
-         starts + ".\n\n| method |";
+             : std::string("noise-free RMSE at ") + rule_text(rule) + " after the last step";
+  out += ", median (quartiles) of " + range(instances) + " instances; steps: " + range(steps) +
+         "; median error at the start: " + starts + ".\n\n| method |";
   for (const std::string& level : levels) out += " " + markdown_text(level) + " |";
   out += " ms/step |\n|---|";
   for (std::size_t i = 0; i < levels.size(); ++i) out += "---|";
@@ -130,7 +130,7 @@ std::string markdown_tables(const Json& data) {
     if (tables[key].empty()) order.push_back(key);
     tables[key].push_back(&group);
   }
-  if (order.empty()) return "No trial has finished: nothing to rank yet.\n";
+  if (order.empty()) return "No trial has finished, nothing to rank yet.\n";
   std::string out = aggregate_markdown(data);
   for (const auto& key : order) out += (key == order.front() ? "" : "\n") + table(tables[key], text_of(data, "rule"));
   if (const std::string note = text_of(data, "rules_note"); !note.empty()) out += "\n" + markdown_text(note) + "\n";

@@ -3,15 +3,15 @@
 #include "base/error.h"
 #include "base/hash.h"
 #include "base/json_members.h"
-#include "report/assets.h"
 #include "markup/escape.h"
+#include "report/assets.h"
 #include "report/picture_html.h"
 #include "report/sections.h"
 
 namespace relign::report {
 namespace {
 
-// The page's content policy allows exactly these scripts: markup that slipped in could not run.
+// The content security policy allows exactly these scripts, so that injected markup cannot run.
 std::string script_source(const std::string& script) {
   const std::string hex = sha256_hex(script);
   std::string bytes;
@@ -41,7 +41,7 @@ std::string filled(std::string_view page_template, const std::map<std::string, s
 }
 
 std::string page(const Json& data, const Gallery& gallery, const std::map<std::string, double>& rmse) {
-  // The chart library, ours on top of it, and what starts them.
+  // The chart library, the page's own scripts, and the one that starts them.
   std::string sources, scripts;
   for (const std::string& script :
        {assets::dygraphs_js(), std::string(assets::sorting_js()), std::string(assets::curves_js()),

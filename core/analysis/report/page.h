@@ -1,4 +1,4 @@
-// Puts the page together from its template, the sections, the script and the data.
+// Assembles the page from its template, sections, scripts and data.
 #pragma once
 
 #include <map>
@@ -9,10 +9,11 @@
 
 namespace relign::report {
 
-// `rmse`: by trial id, for the captions of the pictures.
+// `rmse`: final error by trial id, for the captions of the pictures.
 std::string page(const Json& data, const Gallery& gallery, const std::map<std::string, double>& rmse);
 
-// Replaces every {{name}} of the template; what is put in is not looked at again.
+// Replaces each {{name}} of the template; inserted text is not searched again. Throws Error (internal) for unknown
+// names.
 std::string filled(std::string_view page_template, const std::map<std::string, std::string>& parts);
 
 }  // namespace relign::report

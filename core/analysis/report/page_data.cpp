@@ -28,7 +28,7 @@ void add_once(std::vector<Value>& list, const Value& value) {
   if (std::find(list.begin(), list.end(), value) == list.end()) list.push_back(value);
 }
 
-// One entry per method and message, so that a thousand equal failures stay one line.
+// One entry per method and message, so that equal failures take one line.
 Json failures_json(const statistics::TrialTable& trials, const Json& methods) {
   std::map<std::pair<std::string, std::string>, std::size_t> place;
   Json list = Json::array();
@@ -66,7 +66,7 @@ Json warnings_json(const statistics::TrialTable& trials, const Json& methods) {
   return list;
 }
 
-// What the harness itself took, over all trials that say so; null when none does.
+// Harness overhead over all trials that recorded it; null if none did.
 Json harness_json(const statistics::TrialTable& trials) {
   if (trials.timed_steps == 0) return nullptr;
   const double scene = trials.scene_seconds;
@@ -85,7 +85,7 @@ Json ran_json(const LoadedResults& results) {
   return {{"planned", planned},
           {"finished", ended - failed},
           {"failed", failed},
-          {"missing", planned - ended},  // incomplete ones among them
+          {"missing", planned - ended},  // includes incomplete ones
           {"incomplete", results.incomplete},
           {"from_other_plans", results.from_other_plans}};
 }
@@ -107,6 +107,15 @@ std::string label_of(const Json& methods, const std::string& name, const std::st
   for (const Json& method : methods)
     if (text_of(method, "name") == name && text_of(method, "protocol") == protocol) return text_of(method, "label");
   return name;
+}
+
+double number_in(const Json& object, const char* key) {
+  const Json& value = member(object, key);
+  return value.is_number() ? value.get<double>() : statistics::kMissing;
+}
+
+double number_in(const Json& list, std::size_t at) {
+  return list.is_array() && at < list.size() && list[at].is_number() ? list[at].get<double>() : statistics::kMissing;
 }
 
 Json shown_number(double value) { return std::isfinite(value) ? Json(rounded(value, kDataDigits)) : Json(); }
@@ -166,7 +175,7 @@ Json page_data(const LoadedResults& results, const statistics::Study& study) {
   add_rules(data, results, study);
   add_analysis(data, manifest);
   data["verdict"] = verdict(data);
-  data["beware"] = beware(data);
+  data["beware"] = caveats(data);
   return data;
 }
 

@@ -47,12 +47,12 @@ Json curve_json(const statistics::Curve& curve) {
           {"tracks", tracks}};
 }
 
-// What the method was told in these trials: the manifest's words, but the start where nobody tells it.
-Json told(const Json& method, bool start_is_told) {
-  Json words = Json::array();
-  for (const Json& word : method["knows"])
-    if (word != "start" || start_is_told || flag_of(method, "oracle")) words.push_back(word);
-  return words;
+// What the method observed in these trials: as in the manifest, but without the start if the protocol withholds it.
+Json observed(const Json& method, bool start_is_observed) {
+  Json names = Json::array();
+  for (const Json& name : method["knows"])
+    if (name != "start" || start_is_observed || flag_of(method, "oracle")) names.push_back(name);
+  return names;
 }
 
 Json row_json(const statistics::RankingRow& row, const Methods& methods, bool station) {
@@ -62,7 +62,7 @@ Json row_json(const statistics::RankingRow& row, const Methods& methods, bool st
                {"class", method["class"]},
                {"merit", method["merit"]},
                {"key", method["key"]},
-               {"knows", told(method, row.protocol != "blind" && !station)},
+               {"knows", observed(method, row.protocol != "blind" && !station)},
                {"trials", row.trials},
                {"failed", row.failed},
                {"step", row.step},
@@ -74,16 +74,16 @@ Json row_json(const statistics::RankingRow& row, const Methods& methods, bool st
   return json;
 }
 
-// Names what tells this group from the others, and nothing that is the same everywhere. A station has no noise level.
+// The parts of the key that differ between groups. A station has no noise level.
 std::string group_label(const GroupKey& key, bool station, bool scenes_differ, bool protocols_differ) {
   const auto& [scene, level, protocol] = key;
   return (station ? scene : (scenes_differ ? scene + ", " : "") + level) + (protocols_differ ? ", " + protocol : "");
 }
 
 struct Group {
-  std::set<std::uint64_t> instances;          // any trial's
-  bool same_instances = true;                 // every method has finished the same ones
-  std::vector<double> start, measured_start;  // one value an instance
+  std::set<std::uint64_t> instances;          // of any trial
+  bool same_instances = true;                 // all methods have finished the same instances
+  std::vector<double> start, measured_start;  // one value per instance
 };
 
 std::vector<std::uint64_t> finished_instances(const statistics::TrialTable& trials, const statistics::Series& series) {
@@ -125,7 +125,7 @@ Methods::Methods(const LoadedResults& results) {
   for (const Json& entry : list_of(results.manifest, "algorithms")) {
     const std::string name = text_of(entry, "name");
     std::set<std::string> protocols = {text_of(entry, "protocol")};
-    if (protocols.count("") > 0)  // one that names none is of every protocol that its trials name
+    if (protocols.count("") > 0)  // without a protocol: that of its trials
       for (const statistics::Series& series : results.trials.series)
         if (series.algorithm == name) protocols.insert(series.protocol);
     if (protocols.size() > 1) protocols.erase("");
@@ -233,12 +233,12 @@ Json groups_json(const LoadedResults& results, const statistics::Study& study, c
     entry["same_instances"] = group.same_instances;
     for (const statistics::RankingRow& row : rows)
       if (key_of(row) == key) entry["rows"].push_back(row_json(row, methods, station));
-    bool measured = false, truth = false;
+    bool measured = false, ground_truth = false;
     for (const Json& row : entry["rows"]) {
       measured = measured || row.contains("measured");
-      truth = truth || row["recommended"]["n"] != 0;
+      ground_truth = ground_truth || row["recommended"]["n"] != 0;
     }
-    if (measured && !truth) {
+    if (measured && !ground_truth) {
       entry["measured_only"] = true;
       const statistics::Quantiles seen = statistics::quantiles(group.measured_start);
       entry["start"] = seen.n > 0 ? shown_number(seen.median) : Json();

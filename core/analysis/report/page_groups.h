@@ -1,4 +1,4 @@
-// The methods and groups of page_data.h, from the trial table and the study.
+// The methods and groups of page_data, from the trial table and the study.
 #pragma once
 
 #include <map>
@@ -10,8 +10,8 @@
 
 namespace relign::report {
 
-// The manifest's entry of a method, else what its trials tell. One name may stand for several methods: of a suite those
-// under different protocols, of several folders also those with other parameters or another merit.
+// The methods: from the manifest, or from the trials if it has no entry. One name may denote several methods: within a
+// suite under different protocols, across folders also with different parameters or merit.
 class Methods {
  public:
   explicit Methods(const LoadedResults& results);
@@ -26,17 +26,17 @@ class Methods {
   std::map<std::pair<std::string, std::string>, std::size_t> places_;  // by name and protocol
 };
 
-// What a method observes, for nobody ranks across privileges: "merit", "images", "images and design", "oracle";
-// "neither" observes no more than its own moves, "unknown" is of folders that do not name it.
+// The observation class of a method, within which methods are ranked: "merit", "images", "images and design", "oracle",
+// "neither" (observes its own moves only) or "unknown" (not in the manifest).
 std::string class_of(const Json& method);
-// Those that there can be, in the order of the page.
 std::string class_title(const std::string& name);  // "Methods that observe images"
+// All classes, in the order of the page.
 inline constexpr const char* kClasses[] = {"merit", "images", "images and design", "neither", "unknown", "oracle"};
 
-// Those that the rows, or methods, have.
+// The classes of these rows or methods.
 std::vector<std::string> classes_in(const Json& rows);
 
-// Sets each method's "label": its name, with its protocol where the name alone is not one method.
+// Sets "label" of each method: its name, with the protocol if the name is not unique.
 void label_methods(Json& methods);
 
 Json groups_json(const LoadedResults& results, const statistics::Study& study, const Methods& methods);

@@ -26,19 +26,19 @@ std::optional<Picture> made(const std::string& bytes, const char* type, unsigned
 
 }  // namespace
 
-// Width and height stand at fixed places of a PNG's first chunk.
+// Width and height are at fixed offsets in the first chunk of a PNG.
 std::optional<Picture> png_picture(const std::string& bytes) {
   static const std::string kSignature("\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR", 16);
   if (bytes.size() < 33 || bytes.compare(0, kSignature.size(), kSignature) != 0) return {};
   return made(bytes, "image/png", big_endian(bytes, 16), big_endian(bytes, 20));
 }
 
-// RFC 9649: "RIFF", size of what follows, "WEBP", and the first chunk, whose name tells where the extent stands.
+// RFC 9649: "RIFF", size of the rest, "WEBP", then the first chunk, whose name determines where the size is stored.
 std::optional<Picture> webp_picture(const std::string& bytes) {
   constexpr std::size_t kShortest = 30;
   constexpr unsigned kFourteenBits = 0x3fff;
   if (bytes.size() < kShortest || bytes.compare(0, 4, "RIFF") != 0 || bytes.compare(8, 4, "WEBP") != 0) return {};
-  if (little_endian(bytes, 4, 4) > bytes.size() - 8) return {};  // cut off
+  if (little_endian(bytes, 4, 4) > bytes.size() - 8) return {};  // truncated
   const std::string chunk = bytes.substr(12, 4);
   if (chunk == "VP8 " && bytes.compare(23, 3, "\x9d\x01\x2a") == 0)
     return made(bytes, "image/webp", little_endian(bytes, 26, 2) & kFourteenBits,

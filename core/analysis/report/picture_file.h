@@ -1,5 +1,5 @@
-// What a picture file says of itself. Files in a results folder may come from a stranger: only PNG and WebP whose
-// signature and size stand where the formats want them are embedded into a page.
+// Headers of picture files. A results folder is untrusted input: only PNG and WebP files with a valid signature and
+// size are embedded into a page.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@ struct Picture {
   unsigned width = 0, height = 0;
 };
 
-// None where the bytes are no such picture, or one without an extent.
+// nullopt if the bytes are not such a picture, or its size is 0.
 std::optional<Picture> png_picture(const std::string& bytes);
 std::optional<Picture> webp_picture(const std::string& bytes);  // lossy, lossless or extended
 

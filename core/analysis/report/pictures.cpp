@@ -1,13 +1,13 @@
 #include "report/pictures.h"
 
 #include <algorithm>
-#include <limits>
 
 #include "base/error.h"
 #include "base/files.h"
 #include "base/inside.h"
 #include "base/json_members.h"
 #include "records/record.h"
+#include "report/page_data.h"
 
 namespace relign::report {
 namespace {
@@ -31,7 +31,7 @@ class Loader {
     if (!frame.file.empty()) frame.picture = once(frame.file, png_picture, "PNG");
   }
 
-  // A film is one row of square tiles, one for each capture that the index tells of.
+  // A film is one row of square tiles, one per capture in the index.
   void embed(Film& film) {
     if (film.frames.empty()) return;
     const std::optional<std::size_t> place = once(film.file, webp_picture, "WebP");
@@ -41,12 +41,12 @@ class Loader {
       film.picture = place;
       return;
     }
-    complain(film.file + ": this film is " + std::to_string(picture.width) + " x " + std::to_string(picture.height) +
-             " pixels, but the index tells of " + std::to_string(film.frames.size()) + " tiles of " +
-             std::to_string(film.tile));
+    add_problem(film.file + ": the film has " + std::to_string(picture.width) + " x " + std::to_string(picture.height) +
+                " pixels, but the index lists " + std::to_string(film.frames.size()) + " tiles of " +
+                std::to_string(film.tile));
   }
 
-  void complain(const std::string& problem) {
+  void add_problem(const std::string& problem) {
     if (gallery_.problems.size() < kMostProblems) gallery_.problems.push_back(problem);
   }
 
@@ -61,26 +61,26 @@ class Loader {
     std::error_code failed;
     const fs::path path = fs::weakly_canonical(folder_ / file, failed);
     if (failed || !lies_inside(path, folder_ / "pictures")) {
-      complain(file + ": refused, because it lies outside pictures/");
+      add_problem(file + ": rejected, since it is outside pictures/");
       return {};
     }
     if (!fs::is_regular_file(path, failed) || fs::file_size(path, failed) > kMostFileBytes || failed) {
-      complain(file + ": no such picture");
+      add_problem(file + ": no such picture");
       return {};
     }
     std::string bytes;
     try {
       bytes = read_file(path);
     } catch (const Error& error) {
-      complain(error.what());
+      add_problem(error.what());
       return {};
     }
     std::optional<Picture> picture = read_picture(bytes);
     if (!picture) {
-      complain(file + ": this is no " + format + " picture");
+      add_problem(file + ": not a valid " + format + " file");
       return {};
     }
-    // The start frame of one instance is the same for every method.
+    // The start image of an instance is the same for all methods.
     const auto same = by_content_.find(picture->data_uri);
     if (same != by_content_.end()) return same->second;
     if (used_ + picture->data_uri.size() > most_bytes_) {
@@ -110,15 +110,10 @@ Frame frame_of(const Json& entry) {
   return frame;
 }
 
-double number_of(const Json& object, const char* key) {
-  const auto found = object.find(key);
-  return found != object.end() && found->is_number() ? found->get<double>() : std::numeric_limits<double>::quiet_NaN();
-}
-
 std::vector<double> pose_of(const Json& object, const char* key) {
   std::vector<double> pose;
-  for (const Json& value : list_of(object, key))
-    pose.push_back(value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN());
+  const Json& list = list_of(object, key);
+  for (std::size_t axis = 0; axis < list.size(); ++axis) pose.push_back(number_in(list, axis));
   return pose;
 }
 
@@ -133,8 +128,8 @@ Film film_of(const Json& entry) {
   for (const Json& frame : frames) {
     if (!frame.is_object()) continue;
     film.frames.push_back({count_of(frame, "step"), pose_of(frame, "commanded_pose"), pose_of(frame, "true_pose"),
-                           number_of(frame, "measured"), number_of(frame, "commanded"), number_of(frame, "recommended"),
-                           number_of(frame, "machine_seconds")});
+                           number_in(frame, "measured"), number_in(frame, "commanded"), number_in(frame, "recommended"),
+                           number_in(frame, "machine_seconds")});
   }
   return film;
 }
@@ -173,10 +168,10 @@ Gallery load_gallery(const fs::path& results, std::size_t most_bytes, const std:
     records::check_format(index, "pictures/index.json");
     read_index(index, gallery);
   } catch (const Error& error) {
-    loader.complain(error.what());
+    loader.add_problem(error.what());
     return gallery;
   }
-  // What convinces most comes first, should the limit bite. A film also shows the start, though smaller.
+  // Most important first, because of the limit. A film also shows the start.
   for (auto& [scene, reference] : gallery.references) loader.embed(reference);
   for (const ShownFirst& shown : first)
     for (const char* why : {"median", "worst"})

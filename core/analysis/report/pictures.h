@@ -1,8 +1,8 @@
-// The pictures of a results folder, ready to embed: the films of each method's best, median and worst trial, what the
-// sensor saw at the start and at the recommended pose of each, and each scene's reference.
+// The pictures of a results folder, ready to embed: of each method's best, median and worst trial the film and the
+// images at the start and at the recommended pose, and the reference image of each scene.
 //
-// A results folder may come from a stranger: only PNG and WebP files inside pictures/ are read, and their
-// sum is limited. What does not fit is named, not embedded.
+// A results folder is untrusted input: only PNG and WebP files inside pictures/ are read, and their total size is
+// limited. Pictures beyond the limit are referred to by file name.
 #pragma once
 
 #include <cstdint>
@@ -20,10 +20,10 @@ namespace relign::report {
 struct Frame {
   std::uint64_t step = 0;
   std::string file;                    // relative to the results folder
-  std::optional<std::size_t> picture;  // index into Gallery::pictures; none when it could not be embedded
+  std::optional<std::size_t> picture;  // index into Gallery::pictures; nullopt if not embedded
 };
 
-// One capture of a film, and what was known of it; NaN and empty where nobody knows.
+// One capture of a film with its numbers; NaN or empty if unknown.
 struct FilmFrame {
   std::uint64_t step = 0;
   std::vector<double> commanded_pose, true_pose;        // shares of the travel
@@ -31,11 +31,11 @@ struct FilmFrame {
   double machine_seconds = 0;
 };
 
-// Captures of one trial side by side in one picture, each in a square of `tile` pixels.
+// Captures of a trial side by side in one picture, each a square of `tile` pixels.
 struct Film {
   std::string file;
   unsigned tile = 0;
-  std::vector<FilmFrame> frames;       // empty: this trial has no film
+  std::vector<FilmFrame> frames;       // empty: no film
   std::optional<std::size_t> picture;  // index into Gallery::pictures
 };
 
@@ -43,7 +43,7 @@ struct TrialPictures {
   std::string trial, scene, noise_level, protocol, algorithm;
   std::string why;  // "best", "median", "worst"
   std::uint64_t instance = 0;
-  bool last_capture = false;  // `end` is the trial's last capture, not one at the recommended pose
+  bool last_capture = false;  // `end` is the last capture, not one at the recommended pose
   Frame start, end;
   Film film;
 };
@@ -52,21 +52,21 @@ struct Gallery {
   std::vector<Picture> pictures;  // each distinct picture once
   std::vector<TrialPictures> trials;
   std::map<std::string, Frame> references;             // by scene
-  std::map<std::string, std::vector<SceneAxis>> axes;  // by scene; filled by who knows the manifest
-  std::map<std::string, std::string> drawings;         // of lenses, data URIs by scene; as axes
-  std::size_t left_out = 0;                            // pictures over the limit, films among them
-  std::vector<std::string> problems;                   // a damaged index, unreadable or refused files
+  std::map<std::string, std::vector<SceneAxis>> axes;  // by scene; set by the caller, from the manifest
+  std::map<std::string, std::string> drawings;         // of lenses, data URIs by scene; set by the caller
+  std::size_t left_out = 0;                            // pictures beyond the limit, including films
+  std::vector<std::string> problems;                   // damaged index, unreadable or rejected files
 };
 
-// Whose pictures stand beside the curves, where readers look first: of each group its best method.
+// The methods whose pictures are shown beside the curves: the best of each group.
 struct ShownFirst {
   std::string scene, noise_level, protocol, algorithm;
 };
 
-inline constexpr std::size_t kMostPictureBytes = 520'000;  // of the page, so that a quick suite's stays under 1 MB
+inline constexpr std::size_t kMostPictureBytes = 520'000;  // of the page, to keep that of a quick suite under 1 MB
 
-// Pictures of `first` are embedded before all others, should the limit bite. Never throws for what is wrong inside the
-// folder: a report without pictures is still a report.
+// Pictures of `first` are embedded before all others. Does not throw for errors inside the folder, which are listed in
+// Gallery::problems.
 Gallery load_gallery(const std::filesystem::path& results, std::size_t most_bytes = kMostPictureBytes,
                      const std::vector<ShownFirst>& first = {});
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::array<const char*, 10> kColours = {"#440154", "#482878", "#3e4989", "#31688e", "#26828e",
                                                   "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725"};
-constexpr std::size_t kCells = 4;  // between two neighbours, each way
+constexpr std::size_t kCells = 4;  // interpolated between neighbouring values, per axis
 constexpr double kLeft = 64, kTop = 10, kSide = 220, kBar = 14, kWidth = 380, kHeight = 280;
 constexpr double kBarLeft = kLeft + kSide + 22;
 
@@ -30,7 +30,7 @@ Grid grid_of(const Json& plane) {
   return grid;
 }
 
-// Bilinear, at the middle of each cell.
+// Bilinear interpolation at cell centres.
 Grid finer(const Grid& coarse) {
   Grid fine = {(coarse.columns - 1) * kCells, (coarse.rows - 1) * kCells, {}};
   for (std::size_t y = 0; y < fine.rows; ++y)
@@ -50,7 +50,7 @@ std::size_t level_of(double value, double low, double high) {
   return std::min(kColours.size() - 1, static_cast<std::size_t>(share * static_cast<double>(kColours.size())));
 }
 
-// One path a colour, of runs of equal cells; the upper axis grows upwards.
+// One path per colour, of runs of equal cells; y points upwards.
 std::array<std::string, kColours.size()> paths_of(const Grid& grid, double low, double high) {
   std::array<std::string, kColours.size()> paths;
   for (std::size_t row = 0; row < grid.rows; ++row)

@@ -1,4 +1,4 @@
-// The error over two axes as a coloured map.
+// The error over two axes as a colour map.
 #pragma once
 
 #include "base/json_source.h"
@@ -6,7 +6,7 @@
 
 namespace relign::report {
 
-// `plane` as scene_data.h has it. Dark is low; the colours are viridis, which tells them apart also in grey.
+// `plane` as in scene_data.h. Colours are viridis, dark is low; they stay distinguishable in greyscale.
 void plane_map(HtmlWriter& html, const Json& plane);
 
 }  // namespace relign::report

@@ -28,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What one instance set's folders hold.
+// The results of one instance set.
 struct Part {
   Part(const FolderSet& set, std::optional<statistics::Rule> rule) : results(load(set)) {
     study = statistics::make_study(results.trials, study_options(results, rule));
@@ -48,7 +48,7 @@ struct Part {
     return load_results(options.out);
   }
 
-  std::unique_ptr<TemporaryFolder> merged;  // steps are read again where they lie
+  std::unique_ptr<TemporaryFolder> merged;  // kept, since steps are read again from it
   std::vector<std::string> notes;
   LoadedResults results;
   statistics::Study study;
@@ -88,10 +88,10 @@ struct Report::Content {
     for (const FolderSet& set : sets) {
       parts.push_back(std::make_unique<const Part>(set, rule));
       if (const statistics::Rule own = parts.back()->study.rule, first = parts.front()->study.rule; own != first)
-        throw Error(ErrorKind::bad_input, "the analysis plans of " + sets.front().label + " and " + set.label +
-                                              " name different rules, '" + statistics::rule_name(first) + "' and '" +
+        throw Error(ErrorKind::bad_input, "the analysis plans of '" + sets.front().label + "' and '" + set.label +
+                                              "' have different rules, '" + statistics::rule_name(first) + "' and '" +
                                               statistics::rule_name(own) +
-                                              "', and a page is by one: choose it with --rule own, best or current");
+                                              "'; choose one with --rule own, best or current");
     }
     if (parts.size() == 1) {
       data = parts.front()->data;
@@ -118,7 +118,7 @@ const Json& Report::data() const { return content_->data; }
 
 void Report::write_tables() const {
   if (content_->sets.size() != 1 || content_->sets.front().folders.size() != 1)
-    throw Error(ErrorKind::internal, "tables belong to one results folder");
+    throw Error(ErrorKind::internal, "tables can be written for a single results folder only");
   const Part& part = *content_->parts.front();
   const fs::path& folder = part.results.folder;
   std::vector<statistics::Curve> curves;
@@ -137,7 +137,7 @@ std::string Report::html() const {
   std::size_t left = kMostPictureBytes;
   for (std::size_t k = 0; k < parts; ++k) {
     const Part& part = *content_->parts[k];
-    Gallery one = gallery_of(part.results, part.data, left / (parts - k));  // what one does not use, others may
+    Gallery one = gallery_of(part.results, part.data, left / (parts - k));  // unused space is available to the others
     left -= std::min(left, bytes_of(one));
     if (parts == 1)
       gallery = std::move(one);
@@ -150,8 +150,8 @@ std::string Report::html() const {
   for (const auto& part : content_->parts)
     for (const statistics::TrialRow& trial : part->results.trials.rows) {
       if (trial.steps == 0 || shown.count(trial.trial) == 0) continue;
-      const double truth = trial.last_of(statistics::Track::recommended);
-      rmse[trial.trial] = std::isnan(truth) ? trial.last_of(statistics::Track::best) : truth;
+      const double noise_free = trial.last_of(statistics::Track::recommended);
+      rmse[trial.trial] = std::isnan(noise_free) ? trial.last_of(statistics::Track::best) : noise_free;
     }
   return page(content_->data, gallery, rmse);
 }

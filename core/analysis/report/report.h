@@ -1,5 +1,5 @@
-// The report: tables and one self-contained HTML file made from a results folder alone. Knows no optics and
-// loads no plugin: a report can be made on another machine.
+// The report of a results folder: tables, figures and one self-contained HTML page. Needs nothing but the folder,
+// neither plugins nor optics, so that it can be made on another machine.
 #pragma once
 
 #include <filesystem>
@@ -15,32 +15,31 @@ namespace relign::report {
 
 class Report {
  public:
-  // Reads the folder, once for everything below. Throws Error: io when nothing can be read, bad_input when the folder
-  // holds no results, damaged ones or a newer format.
-  // `rule`: which pose counts as recommended; none: the analysis plan's, else `own`. Throws also, bad_input, where the
-  // records lack what the rule needs, and where the plans of several folders name different rules.
+  // Reads the folder. `rule`: the recommendation rule; nullopt: as in the analysis plan, else `own`. Throws Error: io
+  // if the folder cannot be read; bad_input if it is not a results folder, is damaged or has a newer format, if the
+  // records lack the scores of the rule, and if the plans of several folders have different rules.
   explicit Report(const std::filesystem::path& results, std::optional<statistics::Rule> rule = std::nullopt);
-  // One page of several folders: those with the same instance set are merged for it, in a temporary folder; others
-  // stand in groups of their own. Throws besides what merge refuses, and where one name means two methods.
-  explicit Report(const std::vector<std::filesystem::path>& folders, std::optional<statistics::Rule> rule = std::nullopt);
+  // One page of several folders: those with the same instance set are merged in a temporary folder, others have groups
+  // of their own. Also throws as records::merge, and bad_input if one name denotes different methods.
+  explicit Report(const std::vector<std::filesystem::path>& folders,
+                  std::optional<statistics::Rule> rule = std::nullopt);
   ~Report();
   Report(Report&&) noexcept;
   Report& operator=(Report&&) noexcept;
 
-  // Everything below in words and numbers, as page_data.h has it.
+  // All numbers and texts of the report (page_data.h).
   const Json& data() const;
 
-  // aggregate.csv, curves.csv, curves.json and instances.csv into the results folder (tables of the same data). Of one
-  // folder only.
+  // Writes aggregate.csv, curves.csv, curves.json and instances.csv into the results folder. For a single folder only.
   void write_tables() const;
 
   std::string html() const;
   void write_html(const std::filesystem::path& page) const;
 
-  // Every figure as SVG and its numbers as CSV, for a paper; makes the folder. Returns the files. Throws Error(io).
+  // Writes every figure as SVG and CSV; creates the folder. Returns the paths. Throws Error (io).
   std::vector<std::filesystem::path> write_figures(const std::filesystem::path& folder) const;
 
-  // Plain-text ranking for the terminal; empty results give a sentence that says so.
+  // Plain-text ranking for the terminal; a single line without results.
   std::string ranking_table() const;
 
   // The ranking as Markdown: a table per scene and protocol with a column per noise level, best method first.

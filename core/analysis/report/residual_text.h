@@ -1,4 +1,4 @@
-// A row's residual misalignment in one cell: the worst position and the worst tilt, in units of a handy size.
+// The residual misalignment of a row as text: the worst position and the worst tilt, in suitable units.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@ namespace relign::report {
 
 struct Residual {
   std::string text = "-";  // "0.80 \u00b5m / 0.60\u2032"
-  std::string details;     // every axis: its median and upper quartile in the scene's units
+  std::string details;     // median and upper quartile of every axis, in the scene's units
   std::string sort;        // the position in mm, else the tilt in degrees
 };
 

@@ -36,7 +36,7 @@ const Json& rule_of(const Json& row, const std::string& rule) {
   return object_of(object_of(row, "rules"), rule.c_str());
 }
 
-// Of each class the two with the lowest median by the rule, and what their pair says.
+// The two methods with the lowest medians by the rule in each class, and their comparison.
 Json leads_of(const Json& group, const std::string& rule, const Json& pairs) {
   Json leads = Json::array();
   for (const std::string name : kClasses) {
@@ -64,7 +64,7 @@ Json leads_of(const Json& group, const std::string& rule, const Json& pairs) {
   return leads;
 }
 
-// Rules that every row of the group with an error has.
+// Rules with scores in the group.
 std::vector<std::string> recorded_rules(const Json& group) {
   std::vector<std::string> rules;
   for (const statistics::Rule rule : statistics::kRules)
@@ -74,30 +74,37 @@ std::vector<std::string> recorded_rules(const Json& group) {
   return rules;
 }
 
-// "images: own bo-gp (better than random), best and current imitation (undecided against bo-gp)"; empty where all agree.
+// "images: bo-gp by own (better than random), imitation by best and current (undecided against bo-gp)"; empty if all
+// rules agree.
 std::string differing_leads(const Json& group, const std::vector<std::string>& rules) {
   std::string words;
   for (const std::string name : kClasses) {
-    std::vector<std::pair<std::string, std::string>> found;  // what is said, and by which rules
+    struct Lead {
+      std::string method, verdict, rules;
+    };
+    std::vector<Lead> found;
     for (const std::string& rule : rules)
       for (const Json& lead : list_of(object_of(object_of(group, "rules"), rule.c_str()), "leads")) {
         if (text_of(lead, "class") != name) continue;
         const std::string verdict = text_of(lead, "verdict");
-        std::string text = text_of(lead, "best");
-        if (verdict == "better") text += " (better than " + text_of(lead, "next") + ")";
-        if (verdict == "practically equal") text += " (practically equal to " + text_of(lead, "next") + ")";
-        if (verdict == "undecided") text += " (undecided against " + text_of(lead, "next") + ")";
-        if (verdict == "worse") text += " (lower median, but worse than " + text_of(lead, "next") + ")";
-        const auto same = std::find_if(found.begin(), found.end(), [&](const auto& one) { return one.first == text; });
+        const std::string method = text_of(lead, "best"), next = text_of(lead, "next");
+        const std::string text = verdict == "better"              ? " (better than " + next + ")"
+                                 : verdict == "practically equal" ? " (practically equal to " + next + ")"
+                                 : verdict == "undecided"         ? " (undecided against " + next + ")"
+                                 : verdict == "worse"             ? " (lower median, but worse than " + next + ")"
+                                                                  : "";
+        const auto same = std::find_if(found.begin(), found.end(),
+                                       [&](const Lead& one) { return one.method == method && one.verdict == text; });
         if (same == found.end())
-          found.emplace_back(text, rule);
+          found.push_back({method, text, rule});
         else
-          same->second += " and " + rule;
+          same->rules += " and " + rule;
       }
     if (found.size() < 2) continue;
     words += words.empty() ? "" : "; ";
     if (name != "unknown") words += name + ": ";
-    for (std::size_t i = 0; i < found.size(); ++i) words += (i ? ", " : "") + found[i].second + " " + found[i].first;
+    for (std::size_t i = 0; i < found.size(); ++i)
+      words += (i ? ", " : "") + found[i].method + " by " + found[i].rules + found[i].verdict;
   }
   return words;
 }
@@ -119,9 +126,9 @@ std::string rules_note(const Json& data) {
   if (!any) return "";
   std::string note;
   if (differing.empty()) {
-    note = all_recorded ? "No verdict depends on the recommendation rule: by each of own, best and current the same "
-                          "method of each class ends lowest, with the same verdict against the next."
-                        : "Whether a verdict depends on the recommendation rule is not known.";
+    note = all_recorded ? "No verdict depends on the recommendation rule: by own, best and current the same method of "
+                          "each class has the lowest median, with the same verdict against the second."
+                        : "Whether a verdict depends on the recommendation rule is unknown.";
   } else {
     note = "The verdict depends on the recommendation rule. ";
     for (std::size_t i = 0; i < std::min(differing.size(), kMostGroups); ++i) note += (i ? ". " : "") + differing[i];
@@ -130,7 +137,7 @@ std::string rules_note(const Json& data) {
   }
   if (!all_recorded)
     note +=
-        " Some trials lack the scores of the rules best and current, because an earlier relign-bench recorded them: "
+        " Some trials were recorded by an earlier version and lack scores for the rules best and current; "
         "'relign-bench verify DIR --add-rules' adds them.";
   return note;
 }
@@ -167,25 +174,26 @@ void add_analysis(Json& data, const Json& manifest) {
   if (plan.empty() && began.empty()) return;
   Json notes = Json::array();
   if (!began.empty())
-    notes.push_back(began == "none" ? "The plan was written after the first trials had ended: it is no plan of theirs."
-                    : plan.empty()
-                        ? "The run began with the analysis plan " + began.substr(0, 16) + ", which was removed later."
-                        : "The plan was changed after the first trials had ended; they were begun with the plan " +
-                              began.substr(0, 16) + ".");
+    notes.push_back(
+        began == "none" ? "The analysis plan was written after the first trials had ended and is not a prior plan."
+        : plan.empty()
+            ? "The run began with the analysis plan " + began.substr(0, 16) + ", which was removed later."
+            : "The analysis plan was changed after the first trials had ended; the run began with the plan " +
+                  began.substr(0, 16) + ".");
   if (!plan.empty()) {
     data["analysis"] = plan;
     data["analysis"]["hash"] = text_of(manifest, "analysis_hash");
     if (text_of(plan, "rule") != text_of(data, "rule"))
-      notes.push_back("This page is by the rule '" + text_of(data, "rule") + "', the plan names the rule '" +
+      notes.push_back("This page uses the rule '" + text_of(data, "rule") + "', the analysis plan the rule '" +
                       text_of(plan, "rule") + "'.");
   }
   data["analysis_notes"] = std::move(notes);
 }
 
-const char* rule_words(const std::string& rule) {
-  return rule == "best"      ? "the pose of its lowest measured error"
-         : rule == "current" ? "the pose where it stands"
-                             : "the pose that the method recommends";
+const char* rule_text(const std::string& rule) {
+  return rule == "best"      ? "the pose with the lowest measured error"
+         : rule == "current" ? "the current pose"
+                             : "the pose recommended by the method";
 }
 
 }  // namespace relign::report

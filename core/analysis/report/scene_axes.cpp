@@ -45,7 +45,7 @@ std::map<std::string, std::vector<SceneAxis>> scene_axes(const fs::path& results
     try {
       std::vector<SceneAxis> axes = axes_of(file);
       if (!axes.empty()) all[text_of(scene, "name")] = std::move(axes);
-    } catch (const std::exception&) {  // poses are shown as shares, then
+    } catch (const std::exception&) {  // optional: poses are then shown as shares
     }
   }
   return all;

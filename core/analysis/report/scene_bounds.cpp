@@ -37,7 +37,7 @@ double next_image_excess(const fs::path& results, const Json& manifest, const st
     if (file.empty()) return kUnknown;
     try {
       return mean_excess(file);
-    } catch (const std::exception&) {  // the line is missing, then
+    } catch (const std::exception&) {  // optional: the line is then left out
       return kUnknown;
     }
   }

@@ -1,4 +1,4 @@
-// What the results folder says of the least error that any method could reach (runner/bounds.h).
+// Lower bounds of the error from the results folder (runner/bounds.h).
 #pragma once
 
 #include <filesystem>
@@ -8,8 +8,8 @@
 
 namespace relign::report {
 
-// How much more squared RMSE than at a lens's own best pose one more image leaves, the mean of the lenses that were
-// looked at; NaN where nothing, or nothing sound, is there.
+// Cramer-Rao bound of one more image: excess MSE above the own optimum, averaged over the instances in the file; NaN if
+// absent or damaged.
 double next_image_excess(const std::filesystem::path& results, const Json& manifest, const std::string& scene,
                          const std::string& noise_level);
 

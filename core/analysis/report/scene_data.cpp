@@ -6,8 +6,8 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "base/json_members.h"
-#include "records/record.h"
 #include "markup/escape.h"
+#include "records/record.h"
 #include "report/page_data.h"
 #include "report/scene_axes.h"
 
@@ -22,7 +22,7 @@ constexpr std::size_t kMostPoints = 200;            // of a line
 constexpr std::size_t kMostPlanePoints = 50;        // on an axis
 constexpr int kDigits = 4;
 
-// "" where it is not there, or not inside scenes/.
+// "" if absent or not inside scenes/.
 std::string content(const fs::path& results, const Json& scene, const char* name) {
   const fs::path file = scene_file(results, scene, name);
   if (file.empty()) return "";
@@ -44,7 +44,7 @@ Json rmse(const Json& mse) {
   return rounded(displayed_rmse(mse.get<double>()), kDigits);
 }
 
-// Shares of the travel in the axis's unit; empty where one of them is no share, or they do not rise.
+// Shares of the travel in the unit of the axis; empty if one is outside 0 to 1, or if they do not ascend.
 Json in_units(const Json& shares, const SceneAxis& axis) {
   Json values = Json::array();
   for (const Json& share : shares) {
@@ -56,12 +56,12 @@ Json in_units(const Json& shares, const SceneAxis& axis) {
   return values;
 }
 
-Json plane_of(const Json& told, const std::vector<SceneAxis>& axes) {
-  const SceneAxis *across = named(axes, text_of(told, "across")), *up = named(axes, text_of(told, "up"));
+Json plane_of(const Json& plane, const std::vector<SceneAxis>& axes) {
+  const SceneAxis *across = named(axes, text_of(plane, "across")), *up = named(axes, text_of(plane, "up"));
   if (!across || !up) return nullptr;
-  const Json columns = in_units(list_of(told, "across_shares"), *across),
-             rows = in_units(list_of(told, "up_shares"), *up);
-  const Json& mse = list_of(told, "mse");
+  const Json columns = in_units(list_of(plane, "across_shares"), *across),
+             rows = in_units(list_of(plane, "up_shares"), *up);
+  const Json& mse = list_of(plane, "mse");
   if (columns.size() < 2 || rows.size() < 2 || columns.size() > kMostPlanePoints || rows.size() > kMostPlanePoints ||
       mse.size() != columns.size() * rows.size())
     return nullptr;
@@ -76,11 +76,11 @@ Json plane_of(const Json& told, const std::vector<SceneAxis>& axes) {
 }
 
 Json landscape_of(const std::string& text, const std::vector<SceneAxis>& axes) {
-  const Json told = Json::parse(text, nullptr, false);
-  if (!told.is_object() || count_of(told, "format") != static_cast<std::uint64_t>(records::kFormat)) return nullptr;
-  const Json& pose = list_of(told, "pose");
+  const Json file = Json::parse(text, nullptr, false);
+  if (!file.is_object() || count_of(file, "format") != static_cast<std::uint64_t>(records::kFormat)) return nullptr;
+  const Json& pose = list_of(file, "pose");
   Json lines = Json::array();
-  for (const Json& line : list_of(told, "lines")) {
+  for (const Json& line : list_of(file, "lines")) {
     const SceneAxis* axis = named(axes, text_of(line, "axis"));
     const Json &shares = list_of(line, "shares"), &mse = list_of(line, "mse");
     if (!axis || shares.empty() || shares.size() > kMostPoints || shares.size() != mse.size()) continue;
@@ -96,11 +96,11 @@ Json landscape_of(const std::string& text, const std::vector<SceneAxis>& axes) {
   }
   if (lines.empty()) return nullptr;
   Json landscape = {{"lines", std::move(lines)}};
-  if (Json plane = plane_of(object_of(told, "plane"), axes); !plane.is_null()) landscape["plane"] = std::move(plane);
+  if (Json plane = plane_of(object_of(file, "plane"), axes); !plane.is_null()) landscape["plane"] = std::move(plane);
   return landscape;
 }
 
-// The simulated clock of a scene's trials: its own, with what the suite set in its place. Null where nobody tells it.
+// The parameters of simulated machine time: the scene's, with the suite's overrides. Null if unknown.
 Json clock_of(const Json& scene, const Json& manifest) {
   if (flag_of(scene, "owns_stage")) return nullptr;
   const Json &own = object_of(scene, "machine_time"), &suites = object_of(manifest, "machine_time");

@@ -1,19 +1,19 @@
-// One number a method over all scenes and noise levels, with its interval, before anything is told apart.
+// Aggregate performance of each method over all scenes and noise levels.
 #include <algorithm>
 #include <cmath>
 
 #include "base/json_members.h"
 #include "base/text.h"
+#include "markup/html_writer.h"
 #include "report/aggregate_data.h"
 #include "report/figure_html.h"
-#include "markup/html_writer.h"
 #include "report/page_groups.h"
 #include "report/sections.h"
 
 namespace relign::report {
 namespace {
 
-constexpr std::size_t kMostMethods = 12;  // lines in a figure, rows of the table of pairs
+constexpr std::size_t kMostMethods = 12;  // in a figure or the table of pairs
 constexpr std::size_t kFewTrainings = 5;
 constexpr const char* kTo = "\u2013";
 
@@ -30,7 +30,7 @@ void interval_cell(HtmlWriter& html, const Json& method, const std::string& name
   html.close();
 }
 
-// The interval from 0 to 1 with a dot at the estimate.
+// A dot at the estimate and a bar over the interval, on a scale from 0 to 1.
 void range_cell(HtmlWriter& html, const Json& method) {
   const Json &value = value_of(method, "iqm"), &low = value_of(method, "iqm_lo95"),
              &high = value_of(method, "iqm_hi95");
@@ -77,8 +77,8 @@ void table_row(HtmlWriter& html, const Json& entry, const Json& method, bool fai
   name_cell(html, method);
   if (count_of(method, "n") == 0) {
     html.element("td", {{"colspan", pairs ? "6" : "5"}, {"class", "quiet"}},
-                 "ran in " + std::to_string(count_of(method, "strata")) + " of " +
-                     std::to_string(entry["strata"].size()) + " strata: no number for all of them");
+                 "results in " + std::to_string(count_of(method, "strata")) + " of " +
+                     std::to_string(entry["strata"].size()) + " strata only: no aggregate");
   } else {
     interval_cell(html, method, "iqm");
     range_cell(html, method);
@@ -95,7 +95,7 @@ void table_row(HtmlWriter& html, const Json& entry, const Json& method, bool fai
   html.close();
 }
 
-// A block for each class of methods, as in the ranking: one list would read as a ranking across what they observe.
+// A block per observation class, as in the ranking: methods with different observations are not comparable.
 void table_blocks(HtmlWriter& html, const Json& entry, int columns, bool failures) {
   const std::vector<std::string> classes = classes_in(entry["methods"]);
   for (const std::string& name : classes) {
@@ -124,31 +124,32 @@ void table(HtmlWriter& html, const Json& entry) {
   };
   head("name", "method", "", "The name given in the suite");
   head("number", "normalised error", "IQM (95 %)",
-       "Interquartile mean: the mean of the middle half of all instances, strata weighing the same");
-  head("range", "", "0 to 1", "The same, as a dot in its interval");
-  head("number", "median", "(95 %)", "Half of the weight of the instances lies below");
-  head("number", "optimality gap", "mean (95 %)", "Mean of the normalised error: every disaster counts");
+       "Interquartile mean: the mean of the middle half of all instances, with equal weights of the strata");
+  head("range", "", "0 to 1", "Interquartile mean and its interval on a scale from 0 to 1");
+  head("number", "median", "(95 %)", "Median over all instances, with equal weights of the strata");
+  head("number", "optimality gap", "mean (95 %)", "Mean normalised error, which includes outliers");
   head("number", "error-curve area", "mean over images (95 %)",
-       "Mean of the normalised error over the instances and over the images of the budget: low for methods that are "
+       "Normalised error, averaged over the images of the budget and over the instances: low for methods that converge "
        "fast");
   if (pairs)
-    head("number", "loses to " + best, "of the instances (95 %)",
-         "Probability of improvement: share of the instances on which the first method ends better; draws count half");
-  if (failures) head("number", "failed", "trials", "Each counts as an error of 1");
+    head("number", "P(" + best + " better)", "of instances (95 %)",
+         "Probability of improvement of the first method over this one: share of instances with a lower error; ties "
+         "count half");
+  if (failures) head("number", "failed", "trials", "Failed trials count as error 1");
   html.close().close();
   table_blocks(html, entry, 6 + (pairs ? 1 : 0) + (failures ? 1 : 0), failures);
   html.close().close();
 }
 
-// What another training would have given, of every method that is a list.
+// The variation between trainings, for each method with several.
 void trainings(HtmlWriter& html, const Json& entry) {
   for (const Json& method : entry["methods"]) {
     const Json &list = list_of(method, "trainings"), &spread = object_of(method, "spread");
     if (spread.empty()) continue;
     html.open("details", {{"class", "trainings"}}).open("summary").element("bdi", text_of(method, "method"));
-    html.text(": its " + std::to_string(list.size()) + " trainings have an IQM from " +
-              number_text(member(spread, "lowest"), 3) + " to " + number_text(member(spread, "highest"), 3) +
-              " (standard deviation " + number_text(member(spread, "sd"), 2) + ")" +
+    html.text(": IQM of " + std::to_string(list.size()) + " trainings " + number_text(member(spread, "lowest"), 3) +
+              " to " + number_text(member(spread, "highest"), 3) + ", standard deviation " +
+              number_text(member(spread, "sd"), 2) +
               (list.size() < kFewTrainings ? "; with fewer than 5 trainings the interval is wide" : ""));
     html.close()
         .open("div", {{"class", "scroll"}})
@@ -173,16 +174,16 @@ void trainings(HtmlWriter& html, const Json& entry) {
   }
 }
 
-// Who is better than whom on how many instances: a row's method against a column's.
+// Probability of improvement of a row's method over a column's.
 void matrix(HtmlWriter& html, const Json& entry) {
   std::vector<std::string> names;
   for (const Json& method : entry["methods"])
     if (count_of(method, "n") > 0) names.push_back(text_of(method, "method"));
   if (names.size() < 3 || names.size() > kMostMethods) return;
   html.open("details", {{"class", "pairs"}});
-  html.element("summary", "Probability of improvement, every method against every other");
+  html.element("summary", "Probability of improvement of every method over every other");
   html.open("div", {{"class", "scroll"}}).open("table").open("thead").open("tr");
-  html.element("th", {{"scope", "col"}}, "better than");
+  html.element("th", {{"scope", "col"}}, "improves on");
   for (std::size_t column = 1; column < names.size(); ++column)
     html.open("th", {{"scope", "col"}, {"class", "number"}}).element("bdi", names[column]).close();
   html.close().close().open("tbody");
@@ -206,15 +207,14 @@ std::string aggregate_section(const Json& data) {
   const Json& all = list_of(data, "aggregate");
   if (all.empty()) return "";
   HtmlWriter html;
-  html.element("h2", "All scenes and noise levels together");
+  html.element("h2", "Aggregate over all scenes and noise levels");
   html.element(
       "p", {{"class", "quiet"}},
-      "Normalised error: 0 is as good as the instance allows (its own optimum, to within " +
+      "Normalised error: 0 is the instance's own optimum (within an RMSE of " +
           number_text(member(all.front(), "resolution"), 1) +
-          " RMSE), 1 no better than the start. Between them it counts decades: 0.5 is half of the way on a "
-          "logarithmic scale of error. Lower is better. Every scene at every noise level has the same weight, and "
-          "a failed trial counts as 1. Intervals are 95 %, by a stratified bootstrap over instances; for a list of "
-          "trainings over trainings as well.");
+          "), 1 is no better than the start, and the scale between is logarithmic. Lower is better. Each stratum, a "
+          "scene at a noise level, has the same weight; a failed trial counts as 1. Intervals are 95 % confidence "
+          "intervals by a stratified bootstrap over instances, and over trainings for methods with several.");
   for (std::size_t index = 0; index < all.size(); ++index) {
     const Json& entry = all[index];
     std::uint64_t least = 0, most = 0;
@@ -244,8 +244,8 @@ std::string aggregate_section(const Json& data) {
     for (const Json& method : entry["methods"]) with_numbers += count_of(method, "n") > 0 ? 1 : 0;
     if (with_numbers > kMostMethods)
       html.element("p", {{"class", "quiet"}},
-                   "Drawn are the first " + std::to_string(kMostMethods) + " of " + std::to_string(with_numbers) +
-                       " methods; the table has all.");
+                   "Figures show the first " + std::to_string(kMostMethods) + " of " + std::to_string(with_numbers) +
+                       " methods; the table lists all.");
   }
   return html.take();
 }

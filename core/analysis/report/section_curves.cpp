@@ -1,7 +1,7 @@
-// A card for each group: the script draws its curves; figures and the best method's pictures need none.
+// A card per group: curves drawn by the script, static figures, and the pictures of the best method.
 #include "base/json_members.h"
-#include "report/figure_html.h"
 #include "markup/html_writer.h"
+#include "report/figure_html.h"
 #include "report/picture_html.h"
 #include "report/sections.h"
 
@@ -9,21 +9,21 @@ namespace relign::report {
 namespace {
 
 constexpr std::size_t kMostGroupsOpen = 6;
-constexpr std::size_t kManyGroups = 12, kMethodsInManyGroups = 20;  // so that the page stays small
+constexpr std::size_t kManyGroups = 12, kMethodsInManyGroups = 20;  // limits the size of the page
 
 void strip(HtmlWriter& html, const Json& group, const TrialPictures& trial, const Gallery& gallery,
            const std::string& best, bool explained) {
   const bool median = trial.why == "median";
   html.open("div", {{"class", "strip"}});
-  start_picture(html, gallery, trial, std::string(median ? "median lens" : "worst lens") + ": start");
-  picture(html, gallery, trial.end, trial.last_capture ? "last capture" : "glued");
+  start_picture(html, gallery, trial, std::string(median ? "median trial" : "worst trial") + ": start");
+  picture(html, gallery, trial.end, trial.last_capture ? "last image" : "final pose");
   if (const Frame* reference = reference_of(gallery, group)) picture(html, gallery, *reference, "reference");
   html.close();
   if (!explained) return;
   html.element("p", {{"class", "quiet"}},
-               "What the sensor saw with " + best + ", in its median trial and in its worst: before, and " +
-                   (trial.last_capture ? "at the last step. A station cannot show the recommended pose afterwards."
-                                       : "where it would glue."));
+               "Images of the median and the worst trial of " + best + ": at the start and " +
+                   (trial.last_capture ? "at the last step (a station cannot capture the recommended pose afterwards)."
+                                       : "at the final pose."));
 }
 
 void strips(HtmlWriter& html, const Json& group, const std::string& best, const Gallery& gallery) {
@@ -55,8 +55,8 @@ std::string curve_cards(const Json& data, const Gallery& gallery) {
     html.open("h3").element("bdi", text_of(group, "label")).close();
     html.element("div", {{"class", "chart"}}, "");
     html.element("p", {{"class", "readout"}, {"aria-live", "polite"}}, "");
-    plots(html, "Targets reached", ecdf_figures(data, index, most), open);
-    plots(html, "Misalignment left", residual_figures(data, index, most), false);
+    plots(html, "Runtime distribution (ECDF)", ecdf_figures(data, index, most), open);
+    plots(html, "Residual misalignment", residual_figures(data, index, most), false);
     strips(html, group, text_of(data["verdict"][index], "best"), gallery);
     html.close();
     ++index;

@@ -1,4 +1,4 @@
-// The start and the end of every method's best, median and worst trial.
+// Images of each method's best, median and worst trial.
 #include <map>
 
 #include "base/json_members.h"
@@ -10,7 +10,7 @@
 namespace relign::report {
 namespace {
 
-constexpr std::size_t kMostMethodsNamed = 12;  // without a picture
+constexpr std::size_t kMostMethodsNamed = 12;  // without pictures
 
 }  // namespace
 
@@ -19,20 +19,21 @@ std::string gallery_section(const Json& data, const Gallery& gallery, const std:
   if (data["groups"].empty()) return "";
   html.element("h2", "Pictures");
   if (gallery.trials.empty()) {
-    html.element("p", "This results folder holds no pictures.");
+    html.element("p", "This results folder contains no pictures.");
     return html.take();
   }
-  html.element("p", std::string("What the sensor saw at the start and ") +
+  html.element("p", std::string("Images at the start and ") +
                         (every_group(data, "station") ? "after" : "at the pose recommended after") +
-                        " the last step, for each method's best, median and worst trial. Camera noise included.");
+                        " the last step of each method's best, median and worst trial, camera noise included.");
   if (any_group(data, "station"))
-    html.element("p", {{"class", "quiet"}},
-                 "A station's pictures are the trial's own first and last capture, and errors below them are the "
-                 "lowest measured ones: nothing can be captured again.");
+    html.element(
+        "p", {{"class", "quiet"}},
+        "On a station nothing can be captured afterwards: images are the first and last capture of the trial, and "
+        "errors are the lowest measured ones.");
   if (gallery.left_out > 0)
     html.element(
         "p", {{"class", "quiet"}},
-        counted(gallery.left_out, "picture") + " left out to keep this page small; the files lie in pictures/.");
+        counted(gallery.left_out, "picture") + " omitted to limit the size of this page; see the files in pictures/.");
   for (const Json& group : data["groups"]) {
     html.open("details", {{"class", "gallery"}}).element("summary", text_of(group, "label"));
     if (const Frame* reference = reference_of(gallery, group)) picture(html, gallery, *reference, "reference");

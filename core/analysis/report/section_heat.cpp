@@ -1,4 +1,4 @@
-// Methods x groups at one look: who is good where. Each cell leads to its group's card.
+// Heat map of methods by groups. Each cell links to the card of its group.
 #include <algorithm>
 #include <cmath>
 
@@ -11,7 +11,7 @@
 namespace relign::report {
 namespace {
 
-// Shade 0 is the best of its column, 4 the worst: by the factor of the error over the column's best, or by yield.
+// Limits of the shades 0 (best) to 4: of the error relative to the best of the column, or of the yield.
 constexpr double kFactors[] = {1.1, 1.5, 2.5, 5};
 constexpr double kYields[] = {0.95, 0.8, 0.5, 0.2};
 
@@ -81,13 +81,14 @@ std::string heat_section(const Json& data) {
   if (data["groups"].size() < 2 || data["methods"].size() < 2) return "";
   const bool by_yield = any_row(data, "yield");
   HtmlWriter html;
-  html.element("h2", "Who is good where");
+  html.element("h2", "Methods by scene and noise level");
   html.element(
       "p", {{"class", "quiet"}},
-      by_yield ? "Lenses in spec, %. Strong colour: nearly all; faint: few. Intervals stand in the cells' titles; a "
-                 "click leads to the curves."
-               : "Median error. Strong colour: within 10 % of the column's best; faint: more than five times it. "
-                 "Intervals stand in the cells' titles; a click leads to the curves.");
+      by_yield
+          ? "Instances in specification, %. Strong colours: nearly all; faint: few. Tooltips show intervals; cells "
+            "link to the curves."
+          : "Median error. Strong colours: within 10 % of the best of the column; faint: more than five times the "
+            "best. Tooltips show intervals; cells link to the curves.");
   html.open("div", {{"class", "scroll"}}).open("table", {{"class", "heat"}});
   head(html, data);
   html.open("tbody");

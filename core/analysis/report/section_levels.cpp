@@ -1,20 +1,20 @@
-// How yield and images to spec change with the noise level.
-#include "report/figure_html.h"
+// Yield and images to specification over the noise levels.
 #include "markup/html_writer.h"
+#include "report/figure_html.h"
 #include "report/sections.h"
 
 namespace relign::report {
 namespace {
 
-constexpr std::size_t kMostMethods = 10;  // bars of more cannot be told apart
+constexpr std::size_t kMostMethods = 10;  // more bars are indistinguishable
 
-// Rows stand best first, and so do the series.
+// Series are in ranking order.
 void keep_the_best(Figure& figure) {
   const std::size_t all = figure.chart.series.size();
   if (all <= kMostMethods) return;
   figure.chart.series.resize(kMostMethods);
-  figure.caption += " Shown are the first " + std::to_string(kMostMethods) + " of " + std::to_string(all) +
-                    " methods; the ranking has all.";
+  figure.caption +=
+      " First " + std::to_string(kMostMethods) + " of " + std::to_string(all) + " methods; the ranking lists all.";
 }
 
 }  // namespace
@@ -23,10 +23,10 @@ std::string levels_section(const Json& data) {
   std::vector<Figure> figures = level_figures(data);
   if (figures.empty()) return "";
   HtmlWriter html;
-  html.element("h2", "In spec, and how soon").open("div", {{"class", "figures"}});
+  html.element("h2", "Yield and images to specification").open("div", {{"class", "figures"}});
   bool any = false;
   for (Figure& figure : figures) {
-    if (figure.chart.x.categories.size() < 2) continue;  // a single level stands in the ranking
+    if (figure.chart.x.categories.size() < 2) continue;  // the ranking shows a single level
     keep_the_best(figure);
     figure_html(html, figure, true);
     any = true;

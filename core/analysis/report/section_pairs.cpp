@@ -1,14 +1,14 @@
-// Every two methods on the same lenses, for those who want to know what the verdict rests on. Closed at first.
+// Pairwise comparisons of the methods of each group, folded at first.
 #include "base/json_members.h"
 #include "base/text.h"
-#include "report/aggregate_data.h"
 #include "markup/html_writer.h"
+#include "report/aggregate_data.h"
 #include "report/sections.h"
 
 namespace relign::report {
 namespace {
 
-constexpr std::size_t kMostPairs = 66;  // of a group: twelve methods; with more, those of the best method
+constexpr std::size_t kMostPairs = 66;  // of a group (twelve methods); of more, only those of the best method
 
 void pair_row(HtmlWriter& html, const Json& data, const Json& pair) {
   const auto number = [&](const std::string& text) { html.element("td", {{"class", "number"}}, text); };
@@ -39,15 +39,15 @@ void pair_row(HtmlWriter& html, const Json& data, const Json& pair) {
 
 void head(HtmlWriter& html) {
   static constexpr const char* kColumns[][2] = {
-      {"a", "One method"},
-      {"b", "Another one, on the same lenses"},
-      {"verdict", "What can be said about the two"},
-      {"error of a / error of b",
-       "Interquartile mean over the lenses (of logarithms), with its 95 % interval; below 1, a is better"},
-      {"a better", "Share of the lenses on which a ends with the lower error; ties count half"},
-      {"p", "Probability of a difference at least this large between equally good methods"},
-      {"p, Holm", "The same, corrected for the number of comparisons"},
-      {"lenses", "On which both have finished"}};
+      {"a", "First method"},
+      {"b", "Second method, on the same instances"},
+      {"verdict", "Of a compared with b"},
+      {"error ratio a / b",
+       "Interquartile mean of the paired ratios (of their logarithms) with its 95 % interval; below 1, a is better"},
+      {"P(a better)", "Probability of improvement: share of instances on which a has the lower error; ties count half"},
+      {"p", "p value of Wilcoxon's signed-rank test, two-sided"},
+      {"p, Holm", "p value with Holm's correction for the number of comparisons"},
+      {"instances", "With a result of both"}};
   html.open("thead").open("tr");
   for (const auto& [title, hint] : kColumns)
     html.open("th", {{"scope", "col"}, {"title", hint}}).element("span", {{"class", "title"}}, title).close();
@@ -65,16 +65,17 @@ std::string pairs_section(const Json& data) {
     const Json& pairs = list_of(group, "pairs");
     if (pairs.empty()) continue;
     if (!any) {
-      html.element("h2", "Method against method");
-      html.element(
-          "p", {{"class", "quiet"}},
-          "On the same lenses, in pairs. A verdict needs an interval on one side of a relevant ratio, or within "
-          "both.");
+      html.element("h2", "Pairwise comparisons");
+      html.element("p", {{"class", "quiet"}},
+                   "Paired by instance. 'Better' and 'worse' require the whole 95 % interval beyond the smallest "
+                   "relevant ratio, "
+                   "'practically equal' the whole interval within it.");
     }
     any = true;
     const bool all = pairs.size() <= kMostPairs;
     html.open("details", {{"class", "pairs"}}).open("summary").element("bdi", text_of(group, "label"));
-    html.text(" (" + counted(pairs.size(), "pair") + (all || best.empty() ? "" : "; shown: those of " + best) + ")")
+    html.text(" (" + counted(pairs.size(), "pair") + (all || best.empty() ? "" : "; shown: comparisons with " + best) +
+              ")")
         .close();
     html.open("div", {{"class", "scroll"}}).open("table", {{"class", "sortable"}});
     head(html);

@@ -1,4 +1,4 @@
-// The ranking table: a block per scene, noise level and protocol, a row per method.
+// The ranking table: a block per scene, noise level and protocol, one row per method.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -17,9 +17,9 @@
 namespace relign::report {
 namespace {
 
-// What a cell may need to know of its block.
+// Properties of a block that cells need.
 struct Block {
-  double scale = 0;       // the largest upper quartile: end of the bars
+  double scale = 0;       // the largest upper quartile: end of the scale
   bool explained = true;  // cells have titles
 };
 
@@ -29,7 +29,7 @@ struct Column {
   std::function<void(HtmlWriter&, const Json& row, const Block&)> cell;
 };
 
-constexpr std::size_t kMostRowsExplained = 500;  // more would make the page large
+constexpr std::size_t kMostRowsExplained = 500;  // limits the size of the page
 constexpr const char* kTo = "\u2013";
 
 bool has_score(const Json& row) { return score_of(row)["n"] != 0; }
@@ -47,7 +47,7 @@ void cell_with_interval(HtmlWriter& html, const std::string& kind, const std::st
   html.close();
 }
 
-// Whole percent: an interval of shares of a hundred lenses knows no better.
+// Whole percent, about the resolution of a share of a hundred instances.
 std::string whole_percent(const Json& share) {
   return share.is_number() ? std::to_string(std::lround(100 * share.get<double>())) : "?";
 }
@@ -60,10 +60,10 @@ void yield_cell(HtmlWriter& html, const Json& row, const Block&) {
   cell_with_interval(
       html, "number", sort_value(yield["share"]), whole_percent(yield["share"]) + " %",
       yield.value("lo95", Json()).is_number() ? whole_percent(yield["lo95"]) + kTo + whole_percent(yield["hi95"]) : "",
-      uncured.empty() ? "" : "Before the glue cures: " + whole_percent(uncured["share"]) + " %");
+      uncured.empty() ? "" : "Before curing: " + whole_percent(uncured["share"]) + " %");
 }
 
-// Whole numbers stay whole.
+// Without trailing zeros.
 std::string images_text(const Json& images) { return shortest(rounded(images.get<double>(), 3)); }
 
 void images_cell(HtmlWriter& html, const Json& row, const Block&) {
@@ -71,7 +71,7 @@ void images_cell(HtmlWriter& html, const Json& row, const Block&) {
   if (to_spec.empty()) return cell_with_interval(html, "number", "", "-", "");
   const Json steps = to_spec.value("steps", Json()), low = to_spec.value("lo95", Json()),
              high = to_spec.value("hi95", Json());
-  if (!steps.is_number())  // a word where too few lenses get there
+  if (!steps.is_number())  // "never": fewer than half reach it
     return cell_with_interval(html, "number quiet", "", steps.is_string() ? "not reached" : "-", "");
   std::string interval;
   if (low.is_number() && high.is_number())
@@ -140,79 +140,77 @@ std::string error_unit(const Json& data) {
   return quartiles == 0 ? "median (95 % interval)" : "median (95 % interval, else quartiles)";
 }
 
-// Where no scene tells a truth, no column speaks of one; what nobody computed has no column either.
+// Columns without any value are left out, as are those of noise-free errors without ground truth.
 std::vector<Column> columns_of(const Json& data) {
-  const bool truth = !every_group(data, "measured_only"), spec = any_row(data, "yield");
+  const bool ground_truth = !every_group(data, "measured_only"), spec = any_row(data, "yield");
   std::vector<Column> columns;
   if (spec)
-    columns.push_back({"in spec", "of the lenses (95 %)", "Share of the lenses that meet the spec when glued, of all",
-                       "number", yield_cell});
+    columns.push_back(
+        {"in spec", "of instances (95 %)",
+         "Yield: share of all instances whose final pose meets the specification; failed trials count as missed",
+         "number", yield_cell});
   if (any_row(data, "to_spec")) {
     const bool mtf = std::any_of(data["groups"].begin(), data["groups"].end(), judges_mtf);
-    columns.push_back(
-        {"images to spec", "median (95 %)",
-         mtf ? "Images until a lens's error would be in spec when glued, for the first time; a lens whose MTF misses "
-               "the spec at its end never got there. 'not reached' where fewer than half of the lenses get there"
-             : "Images until a lens would be in spec when glued, for the first time: it may leave again, 'in spec' "
-               "counts the end. 'not reached' where fewer than half of the lenses get there",
-         "number", images_cell});
-    columns.push_back({"time to spec", "s", "Machine time until then; median", "number",
+    columns.push_back({"images to spec", "median (95 %)",
+                       std::string("Number of images until the recommended pose first meets the specification") +
+                           (mtf ? " of RMSE; an instance whose MTF misses it at the end counts as not reached. "
+                                : ". Later recommendations may miss it again; 'in spec' is evaluated at the end. ") +
+                           "'not reached': fewer than half of the instances reach it",
+                       "number", images_cell});
+    columns.push_back({"time to spec", "s", "Machine time until then, median", "number",
                        [](HtmlWriter& html, const Json& row, const Block&) {
                          number_cell(html, object_of(row, "to_spec").value("seconds", Json()), 3);
                        }});
   }
   columns.push_back(
-      {truth ? "error when glued" : "lowest measured error", error_unit(data),
-       truth ? "Noise-free RMSE against the reference picture at " + std::string(rule_words(text_of(data, "rule"))) +
-                   " after its last step. Lower is better, 0 is identical."
-             : "Lowest RMSE between a picture that the method saw and the reference picture, camera noise included. "
-               "Lower is better.",
+      {ground_truth ? "final error" : "lowest measured error", error_unit(data),
+       ground_truth ? "Noise-free RMSE to the reference image at " + std::string(rule_text(text_of(data, "rule"))) +
+                          " after the last step. Lower is better, 0 is identical"
+                    : "Lowest RMSE between an image of the trial and the reference image, camera noise included. Lower "
+                      "is better",
        "number", error_cell});
   if (any_row(data, "mtf"))
-    columns.push_back({"MTF", "centre / corner, median",
-                       "The lens's own MTF, " + mtf_kind(data["groups"].front()) +
-                           ", at the frequency of the spec where the last recommendation leaves it: in the middle of "
-                           "the field, and in the worst of its corners. Higher is better.",
-                       "number", mtf_cell});
+    columns.push_back(
+        {"MTF", "centre / corner, median",
+         "MTF of the lens, " + mtf_kind(data["groups"].front()) +
+             ", at the frequency of the specification and the final pose: at the centre of the field, and "
+             "at the worst of its corners. Higher is better",
+         "number", mtf_cell});
   if (any_row(data, "residual"))
-    columns.push_back({"position / tilt", "left, worst axis",
-                       "How far the recommended pose is from the lens's own best one, without sign: the axis with the "
-                       "largest median. Each axis stands in the title text.",
+    columns.push_back({"residual misalignment", "position / tilt, worst axis",
+                       "Distance of the recommended pose from the instance's own optimum, on the axis with the largest "
+                       "median. Tooltips list all axes",
                        "number", residual_cell});
   if (!spec) {
     columns.push_back({"", "middle half of the instances",
-                       "Dot: median. Bar: from the lower to the upper quartile. Same scale within a block, starting at "
-                       "0.",
-                       "range", range_cell});
-    if (truth)
-      columns.push_back({"last pose", "median error",
-                         "Noise-free RMSE at the pose where the method's last commanded move left the lens", "number",
+                       "Dot: median. Bar: interquartile range. The scale of a block starts at 0", "range", range_cell});
+    if (ground_truth)
+      columns.push_back({"last commanded pose", "median error", "Noise-free RMSE at the pose commanded last", "number",
                          [](HtmlWriter& html, const Json& row, const Block&) {
                            number_cell(html, has_score(row) ? row["commanded"].value("median", Json()) : Json(), 3);
                          }});
   }
   columns.push_back({"machine time", "s",
-                     every_group(data, "station") ? "Of all moves and pictures, as the station tells it; median"
+                     every_group(data, "station") ? "Of all moves and images, as recorded by the station; median"
                                                   : "Simulated travel, settling, exposure, readout and the move to the "
                                                     "recommended pose; median",
                      "number", [](HtmlWriter& html, const Json& row, const Block&) {
                        number_cell(html, row["machine_seconds"], 3);
                      }});
   columns.push_back(
-      {"computing", "ms per step", "The algorithm's own time; compare on one machine only; median", "number",
+      {"compute time", "ms per step", "Host time of the algorithm, median; comparable on one machine only", "number",
        [](HtmlWriter& html, const Json& row, const Block&) { number_cell(html, row["algorithm_ms_per_step"], 2); }});
-  columns.push_back({"after step", "",
-                     "The step that the error is of, the last of the budget: moves, each followed by one picture; the "
-                     "picture at the start is step 0. A method that was finished earlier keeps its last recommendation",
+  columns.push_back({"steps", "",
+                     "Step budget, after which the error is evaluated. A step is one move and one image; the image "
+                     "at the start is step 0. A method that ends earlier keeps its last recommendation",
                      "number", [](HtmlWriter& html, const Json& row, const Block&) {
                        number_cell(html, has_score(row) ? row["step"] : Json(), 6);
                      }});
   columns.push_back(
-      {"failed", "trials", "Trials that ended in an error; left out of the medians", "number", failed_cell});
-  columns.push_back({"knows", "", "What the method is given beyond its moves", "knows",
+      {"failed", "trials", "Trials that ended in an error; excluded from the medians", "number", failed_cell});
+  columns.push_back({"observes", "", "What the method may observe besides its own moves", "observes",
                      [](HtmlWriter& html, const Json& row, const Block&) {
-                       const std::string words = joined(row["knows"], ", ");
-                       html.element("td", {{"class", "knows"}}, words);
+                       html.element("td", {{"class", "observes"}}, joined(row["knows"], ", "));
                      }});
   return columns;
 }
@@ -237,10 +235,10 @@ void table_group(HtmlWriter& html, const std::vector<Column>& columns, const Jso
   html.element("bdi", text_of(group, station ? "scene" : "noise_level"));
   std::string rest = (station ? " \u00b7 station" : " \u00b7 " + text_of(group, "scene")) + " \u00b7 protocol " +
                      text_of(group, "protocol") + " \u00b7 " + counted(count_of(group, "instances"), "instance");
-  if (group["start"].is_number()) rest += " \u00b7 error at the start " + number_text(group["start"], 3) + " (median)";
+  if (group["start"].is_number()) rest += " \u00b7 median error at the start " + number_text(group["start"], 3);
   if (flag_of(group, "measured_only"))
-    rest += station ? " \u00b7 measured only: a station tells no truth"
-                    : " \u00b7 measured only: this scene tells no truth";
+    rest += station ? " \u00b7 measured only: a station has no ground truth"
+                    : " \u00b7 measured only: this scene has no ground truth";
   html.element("span", {{"class", "quiet"}}, rest).close().close();
   Block block;
   block.explained = explained;
@@ -254,7 +252,7 @@ void table_group(HtmlWriter& html, const std::vector<Column>& columns, const Jso
     html.close();
     return;
   }
-  // A block each: whoever sees more ends lower, and one list would read as a ranking of the methods.
+  // A block per class: methods with different observations are not comparable.
   html.close();
   for (const std::string& name : classes) {
     html.open("tbody").open("tr", {{"class", "class"}});
@@ -292,10 +290,8 @@ std::string ranking_section(const Json& data) {
   for (const Json& group : data["groups"])
     table_group(html, columns, group, text_of(data["verdict"][index++], "best"), rows <= kMostRowsExplained);
   html.close().close();
-  html.element(
-      "p", {{"class", "quiet noprint"}},
-      "A click on a column's title sorts each block. Bold: lowest median of its block among the methods that are no "
-      "oracle.");
+  html.element("p", {{"class", "quiet noprint"}},
+               "Click a column title to sort each block. Bold: lowest median of the block, oracles excluded.");
   return html.take();
 }
 

@@ -1,4 +1,4 @@
-// Did everything run, what the methods are, and where the numbers come from.
+// Run status, methods and provenance.
 #include "base/json_members.h"
 #include "base/text.h"
 #include "markup/html_writer.h"
@@ -41,8 +41,8 @@ void failures(HtmlWriter& html, const Json& list) {
   html.close().close().close();
   if (any_log)
     html.element("p", {{"class", "quiet"}},
-                 "The files named logs/... lie in the results folder: all that the plugins of "
-                 "the trial printed and logged.");
+                 "The files logs/... in the results folder contain everything that the plugins of a trial printed and "
+                 "logged.");
 }
 
 }  // namespace
@@ -51,44 +51,44 @@ std::string ran_section(const Json& data, const Gallery& gallery) {
   HtmlWriter html;
   const Json& ran = data["ran"];
   const std::uint64_t planned = count_of(ran, "planned"), finished = count_of(ran, "finished");
-  html.element("h2", "Did everything run?");
+  html.element("h2", "Run status");
   if (planned > 0 && finished == planned)
-    html.element(
-        "p", "Yes: every planned trial finished (" + std::to_string(planned) + " of " + std::to_string(planned) + ").");
+    html.element("p",
+                 "All planned trials finished (" + std::to_string(planned) + " of " + std::to_string(planned) + ").");
   else if (planned == 0)
-    html.element("p", "Nothing was planned or run.");
+    html.element("p", "No trials were planned or run.");
   else
-    html.element("p", "No: of " + counted(planned, "planned trial") + ", " + std::to_string(finished) + " finished, " +
-                          std::to_string(count_of(ran, "failed")) + " failed and " +
+    html.element("p", "Incomplete: of " + counted(planned, "planned trial") + ", " + std::to_string(finished) +
+                          " finished, " + std::to_string(count_of(ran, "failed")) + " failed and " +
                           std::to_string(count_of(ran, "missing")) + " have no result" +
-                          (ran["incomplete"].empty() ? "."
-                                                     : " (" + std::to_string(ran["incomplete"].size()) +
-                                                           " of these were cut off under way).") +
-                          (count_of(ran, "missing") > 0 ? " Running the same command again goes on with them." : ""));
+                          (ran["incomplete"].empty()
+                               ? "."
+                               : " (" + std::to_string(ran["incomplete"].size()) + " of these were interrupted).") +
+                          (count_of(ran, "missing") > 0 ? " Run the same command again to resume." : ""));
   if (!data["failures"].empty()) failures(html, data["failures"]);
   if (!ran["incomplete"].empty()) {
     std::string named;
     for (std::size_t i = 0; i < ran["incomplete"].size() && i < kMostIncompleteNamed; ++i)
       named += (i > 0 ? ", " : "") + ran["incomplete"][i].get<std::string>();
     if (ran["incomplete"].size() > kMostIncompleteNamed) named += ", ...";
-    html.element("p", "Cut off under way: " + named);
+    html.element("p", "Interrupted trials: " + named);
   }
   if (count_of(ran, "from_other_plans") > 0)
     html.element("p", counted(count_of(ran, "from_other_plans"), "trial") +
                           " in this folder belong to an earlier plan (the suite or a plugin has changed since) and are "
-                          "left out of this page.");
+                          "excluded from this page.");
   if (ran.contains("harness") && ran["harness"].is_object()) {
     const Json& harness = ran["harness"];
     const Json& share = harness["share_of_scene_time"];
-    html.element("p", "The harness itself (stage, scores, records, the way to the workers) took " +
+    html.element("p", "Harness overhead (stage, scoring, records, communication with workers): " +
                           significant(harness["microseconds_per_step"].get<double>()) +
-                          " microseconds a step by the clock" +
+                          " microseconds of wall time per step" +
                           (share.is_number() ? ", " + significant(100 * share.get<double>(), 2) +
-                                                   " % of what the scene took to show and score it."
+                                                   " % of the scene's time to capture and score the step."
                                              : "."));
   }
   if (!data["warnings"].empty()) {
-    html.element("p", "Plugins left these warnings:").open("ul");
+    html.element("p", "Warnings of plugins:").open("ul");
     for (const Json& warning : data["warnings"])
       html.element(
           "li", text_of(warning, "method") + ": " + text_of(warning, "message") +
@@ -108,7 +108,7 @@ std::string methods_section(const Json& data) {
   HtmlWriter html;
   html.element("h2", "Methods").open("div", {{"class", "scroll"}}).open("table", {{"class", "methods"}});
   html.open("thead").open("tr");
-  for (const char* title : {"method", "what it is", "knows", "parameters", "same numbers", "plugin hash"})
+  for (const char* title : {"method", "description", "observes", "parameters", "reproducible", "plugin hash"})
     html.element("th", {{"scope", "col"}}, title);
   html.close().close().open("tbody");
   for (const Json& method : data["methods"]) {
@@ -138,7 +138,7 @@ namespace {
 constexpr std::size_t kMostSourcesNamed = 50;
 constexpr std::size_t kMostDisagreementsNamed = 20;
 
-// Which folders a merged one is made of, and what two of them tell differently.
+// The source folders of a merged one, and trials that differ between them.
 void merged_from(HtmlWriter& html, const Json& data) {
   const Json& sources = list_of(data, "sources");
   if (sources.empty()) return;
@@ -147,7 +147,7 @@ void merged_from(HtmlWriter& html, const Json& data) {
   if (const std::uint64_t differing = count_of(merge, "disagreeing"); differing > 0) {
     html.open("p").element("strong", "Not reproducible: ");
     html.text(counted(differing, "trial") +
-              " came out differently in two of these folders. The first folder's are shown.")
+              " with different results in two of these folders. Those of the first folder are used.")
         .close()
         .open("ul");
     std::size_t named = 0;
@@ -177,18 +177,17 @@ void merged_from(HtmlWriter& html, const Json& data) {
   }
   html.close().close().close();
   if (sources.size() > kMostSourcesNamed)
-    html.element("p",
-                 "... and " + std::to_string(sources.size() - kMostSourcesNamed) + " more; manifest.json lists all.");
+    html.element("p", "... and " + std::to_string(sources.size() - kMostSourcesNamed) + " more; see manifest.json.");
   html.close();
 }
 
 void reproduced_by(HtmlWriter& html, const Json& part) {
   const std::string command = text_of(part, "command");
   if (!command.empty())
-    html.element("p", "Reproduce, or go on after an interruption:").open("pre").element("code", command).close();
+    html.element("p", "Reproduce, or resume after an interruption:").open("pre").element("code", command).close();
 }
 
-// Of one folder, or of several that are one instance set.
+// Of one folder, or of several with the same instance set.
 void origin(HtmlWriter& html, const Json& part) {
   merged_from(html, part);
   for (const Json& note : list_of(part, "merge_notes"))
@@ -208,7 +207,7 @@ void origin(HtmlWriter& html, const Json& part) {
   html.close();
   const std::string suite = text_of(part, "suite_text");
   if (suite.empty()) return;
-  html.open("details").element("summary", "The suite, word for word");
+  html.open("details").element("summary", "Suite file");
   html.open("pre").element("code", suite).close().close();
 }
 
@@ -216,17 +215,17 @@ void origin(HtmlWriter& html, const Json& part) {
 
 std::string provenance_section(const Json& data) {
   HtmlWriter html;
-  html.element("h2", "Where these numbers come from");
+  html.element("h2", "Provenance");
   const Json& parts = list_of(data, "parts");
   if (!parts.empty())
-    html.element("p",
-                 "From folders with different instances: only what stands in one group was run on the same lenses.");
+    html.element("p", "From folders with different instances: only methods within a group ran on the same instances.");
   reproduced_by(html, data);
   if (!text_of(data, "command").empty()) {
-    html.element("p", {{"class", "quiet"}},
-                 "Equal suite, program and plugins give equal numbers on any number of workers; host times differ.");
+    html.element(
+        "p", {{"class", "quiet"}},
+        "The same suite, program and plugins give the same numbers for any number of workers; host times differ.");
     if (any_group(data, "station"))
-      html.element("p", {{"class", "quiet"}}, "A station's trials are the exception: they cannot be replayed.");
+      html.element("p", {{"class", "quiet"}}, "Trials on a station are the exception: they cannot be replayed.");
   }
   if (parts.empty()) origin(html, data);
   for (const Json& part : parts) {
@@ -234,10 +233,11 @@ std::string provenance_section(const Json& data) {
     reproduced_by(html, part);
     origin(html, part);
   }
-  html.element("p", parts.empty() && !flag_of(data, "merged_for_this_page")
-                        ? "The same numbers lie beside this page: aggregate.csv, curves.csv, curves.json, instances.csv, and every "
-                          "step in trials/."
-                        : "The same numbers, and every step in trials/, lie in these folders.");
+  html.element(
+      "p", parts.empty() && !flag_of(data, "merged_for_this_page")
+               ? "Data files beside this page: aggregate.csv, curves.csv, curves.json, instances.csv, and every step "
+                 "in trials/."
+               : "The results folders contain the same numbers, and every step in trials/.");
   return html.take();
 }
 

@@ -1,5 +1,4 @@
-// Trial replay: what a method saw on its way. Without scripts all film strips stand here; replay.js makes a viewer of
-// them.
+// Trial replay: the images of a trial, step by step. Film strips without scripts; replay.js turns them into a viewer.
 
 #include "base/json_members.h"
 #include "base/text.h"
@@ -50,8 +49,8 @@ Json replay_data(const Json& data, const Gallery& gallery) {
     Json frames = Json::array();
     for (const FilmFrame& frame : trial.film.frames)
       frames.push_back({{"step", frame.step},
-                        {"told", pose_json(frame.commanded_pose)},
-                        {"true", pose_json(frame.true_pose)},
+                        {"commanded_pose", pose_json(frame.commanded_pose)},
+                        {"true_pose", pose_json(frame.true_pose)},
                         {"measured", rounded(frame.measured, kDigits)},
                         {"commanded", rounded(frame.commanded, kDigits)},
                         {"recommended", rounded(frame.recommended, kDigits)},
@@ -83,17 +82,16 @@ std::string replay_section(const Json& data, const Gallery& gallery) {
     if (group != last_group) html.open("h3").element("bdi", text_of(data["groups"][group], "label")).close();
     last_group = group;
     const std::string what =
-        trial.algorithm + ", " + trial.why + " lens (instance " + std::to_string(trial.instance) + ")";
+        trial.algorithm + ", " + trial.why + " trial (instance " + std::to_string(trial.instance) + ")";
     html.open("div", {{"class", "film-line"}}).open("p", {{"class", "caption"}}).element("bdi", trial.algorithm);
-    html.text(", " + trial.why + " lens (instance " + std::to_string(trial.instance) + ")").close();
+    html.text(", " + trial.why + " trial (instance " + std::to_string(trial.instance) + ")").close();
     film_strip(html, gallery, trial.film, what);
     html.close();
   });
   if (shown == 0 && missing == 0) return "";
   if (shown > 0) html.close();
   if (missing > 0)
-    html.element("p", {{"class", "quiet"}},
-                 counted(missing, "film") + " left out; the files lie in pictures/<trial>/film.webp.");
+    html.element("p", {{"class", "quiet"}}, counted(missing, "film") + " omitted; see pictures/<trial>/film.webp.");
   return html.take();
 }
 

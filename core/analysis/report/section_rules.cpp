@@ -1,4 +1,4 @@
-// Every recommendation rule beside each other, and what was planned before the run with what came out of it.
+// Results by each recommendation rule, and the analysis plan with its outcome.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -47,28 +47,28 @@ void rule_cells(HtmlWriter& html, const Json& score, bool yields, bool steps) {
 
 std::string pair_words(const Json& pair, const std::string& primary) {
   if (primary != "yield") {
-    std::string words = text_of(pair, "verdict") + ": error of the first / error of the second " +
-                        number_text(member(pair, "ratio"), 3);
+    std::string words =
+        text_of(pair, "verdict") + ": error ratio first / second " + number_text(member(pair, "ratio"), 3);
     if (pair["lo95"].is_number() && pair["hi95"].is_number())
-      words += " (95 %: " + number_text(pair["lo95"], 3) + " to " + number_text(pair["hi95"], 3) + ")";
-    words += ", p (Holm, over the plan's contrasts) " + number_text(member(pair, "p_planned"), 2);
+      words += " (95 % CI " + number_text(pair["lo95"], 3) + " to " + number_text(pair["hi95"], 3) + ")";
+    words += ", p (Holm, over the planned contrasts) " + number_text(member(pair, "p_planned"), 2);
     const std::string reason = text_of(pair, "reason");
     return words + (reason.empty() ? "" : "; " + reason);
   }
   const Json& yields = object_of(pair, "yields");
-  if (yields.empty()) return "undecided: no yield of both is known";
+  if (yields.empty()) return "undecided: the yields of both are unknown";
   const Json& p = member(yields, "p_planned");
   const std::uint64_t a = count_of(yields, "a_alone"), b = count_of(yields, "b_alone");
   const bool decided = p.is_number() && p.get<double>() < kAlpha;
   return std::string(decided ? (a > b ? "better" : "worse") : "undecided") + ": in specification " +
          std::to_string(count_of(yields, "a")) + " and " + std::to_string(count_of(yields, "b")) + " of " +
-         std::to_string(count_of(yields, "n")) + " instances, with the first alone " + std::to_string(a) +
-         ", with the second alone " + std::to_string(b) + ", p (McNemar, Holm) " + number_text(p, 2) +
+         std::to_string(count_of(yields, "n")) + " instances, only with the first " + std::to_string(a) +
+         ", only with the second " + std::to_string(b) + ", p (McNemar, Holm) " + number_text(p, 2) +
          (decided ? "" : "; p is not below 0.05");
 }
 
-// Whose yield is surely above the wanted one, whose below, whose undecided.
-std::string wanted_yield_words(const Json& group, double wanted) {
+// Methods whose yield is above, below and not distinguishable from the target yield.
+std::string target_yield_text(const Json& group, double wanted) {
   std::string above, below, open;
   for (const Json& row : group["rows"]) {
     const Json& yield = object_of(row, "yield");
@@ -82,13 +82,13 @@ std::string wanted_yield_words(const Json& group, double wanted) {
   std::string words;
   if (!above.empty()) words += "at least " + share + ": " + above + ". ";
   if (!below.empty()) words += "below " + share + ": " + below + ". ";
-  if (!open.empty()) words += "undecided, because the 95 % interval holds " + share + ": " + open + ". ";
+  if (!open.empty()) words += "undecided, since the 95 % interval contains " + share + ": " + open + ". ";
   return words;
 }
 
 }  // namespace
 
-constexpr std::size_t kMostRows = 2000;  // of the table, so that large pages stay under 10 MB
+constexpr std::size_t kMostRows = 2000;  // of the table, which keeps large pages under 10 MB
 
 std::string rules_section(const Json& data) {
   if (!any_row(data, "rules")) return "";
@@ -105,18 +105,16 @@ std::string rules_section(const Json& data) {
   HtmlWriter html;
   html.element("h2", "Recommendation rules")
       .element("p", {{"class", "quiet"}},
-               "The same trials judged at three poses after the last step. own: the pose that the method recommends. "
-               "best: the "
-               "pose of its lowest measured error. current: the pose where it stands. This page is by the rule " +
-                   text_of(data, "rule") + "; 'report --rule' chooses another one.");
+               "The same trials scored at three poses after the last step. own: the pose recommended by the method. "
+               "best: the pose with the lowest measured error. current: the current pose. This page uses the rule '" +
+                   text_of(data, "rule") + "'; choose another one with 'report --rule'.");
   if (rows > kMostRows) {
     html.element("p", {{"class", "quiet"}},
-                 "The table has " + std::to_string(rows) +
-                     " rows, too many for a page: 'relign-bench report --format csv' "
-                     "has them, by all three rules.");
+                 "The table of " + std::to_string(rows) +
+                     " rows is too large for this page; 'relign-bench report --format csv' writes it.");
     return html.take();
   }
-  html.open("details", {{"class", "rules"}}).element("summary", "Every method by every rule");
+  html.open("details", {{"class", "rules"}}).element("summary", "All methods by each rule");
   html.open("div", {{"class", "scroll"}}).open("table", {{"class", "sortable"}}).open("thead").open("tr");
   const auto head = [&html](const std::string& title, const char* unit) {
     html.open("th", {{"scope", "col"}}).element("span", {{"class", "title"}}, title);
@@ -155,7 +153,7 @@ std::string analysis_section(const Json& data) {
   std::string words = "Analysis plan (" + text_of(plan, "hash").substr(0, 16) + "): primary measure " + primary +
                       ", rule " + text_of(plan, "rule") + ", smallest relevant ratio " +
                       number_text(member(plan, "smallest_relevant_ratio"), 3);
-  if (member(plan, "yield").is_number()) words += ", wanted yield " + number_text(plan["yield"], 3);
+  if (member(plan, "yield").is_number()) words += ", target yield " + number_text(plan["yield"], 3);
   html.element("p", {{"class", "facts"}}, words + ".");
   html.open("ul", {{"class", "verdict"}});
   for (const Json& group : data["groups"]) {
@@ -166,7 +164,7 @@ std::string analysis_section(const Json& data) {
             .text(": " + text_of(pair, "a") + " against " + text_of(pair, "b") + ": " + pair_words(pair, primary) + ".")
             .close();
     if (const Json& wanted = member(plan, "yield"); wanted.is_number())
-      if (const std::string of_yield = wanted_yield_words(group, wanted.get<double>()); !of_yield.empty())
+      if (const std::string of_yield = target_yield_text(group, wanted.get<double>()); !of_yield.empty())
         html.open("li").element("b", {{"class", "label"}}, text_of(group, "label")).text(": " + of_yield).close();
   }
   return html.take();

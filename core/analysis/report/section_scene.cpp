@@ -1,8 +1,8 @@
-// What was aligned: the lens of each scene, and how steep the error is around its nominal pose.
+// The scenes: lens drawing, travel, clock and the error landscape around the nominal pose.
 #include "base/json_members.h"
 #include "base/text.h"
-#include "report/figure_html.h"
 #include "markup/html_writer.h"
+#include "report/figure_html.h"
 #include "report/plane_map.h"
 #include "report/sections.h"
 
@@ -20,7 +20,7 @@ std::string travel_of(const Json& facts) {
   return text;
 }
 
-// What machine times rest on.
+// The model of machine time.
 std::string clock_of(const Json& facts) {
   const Json& clock = object_of(facts, "machine_time");
   const std::pair<const char*, const char*> parts[] = {{"speed_mm_per_s", " mm/s"},
@@ -41,8 +41,8 @@ bool is_shown(const Json& facts, const std::map<std::string, std::string>& drawi
 
 void drawing(HtmlWriter& html, const std::string& name, const std::string& uri) {
   html.open("figure", {{"class", "plot lens"}});
-  html.empty("img", {{"src", uri}, {"alt", "The lens of " + name + " in section, with rays of a few fields"}});
-  html.element("figcaption", "The lens in section, as designed, with rays of a few fields.").close();
+  html.empty("img", {{"src", uri}, {"alt", "Cross-section of the lens of " + name + " with rays of several fields"}});
+  html.element("figcaption", "Cross-section of the nominal lens with rays of several fields.").close();
 }
 
 void landscape(HtmlWriter& html, const Json& facts, std::size_t index) {
@@ -52,8 +52,8 @@ void landscape(HtmlWriter& html, const Json& facts, std::size_t index) {
   const std::string across = text_of(plane["across"], "name"), up = text_of(plane["up"], "name");
   html.open("figure", {{"class", "plot"}});
   plane_map(html, plane);
-  html.element("figcaption", "The same error close to the nominal pose, over " + across + " and " + up +
-                                 "; every other axis stays. A valley is a direction in which moves hardly show.");
+  html.element("figcaption", "Error near the nominal pose over " + across + " and " + up +
+                                 " with all other axes fixed. Along a valley the error is insensitive to the pose.");
   html.close();
 }
 
@@ -65,7 +65,7 @@ std::string scene_section(const Json& data, const Gallery& gallery) {
   for (const Json& facts : scenes) shown += is_shown(facts, gallery.drawings) ? 1 : 0;
   if (shown == 0) return "";
   HtmlWriter html;
-  html.element("h2", shown == 1 ? "The scene" : "The scenes");
+  html.element("h2", shown == 1 ? "Scene" : "Scenes");
   for (std::size_t index = 0; index < scenes.size(); ++index) {
     const Json& facts = scenes[index];
     if (!is_shown(facts, gallery.drawings)) continue;
@@ -78,8 +78,7 @@ std::string scene_section(const Json& data, const Gallery& gallery) {
     if (const std::string travel = travel_of(facts); !travel.empty()) quiet = "Travel: " + travel + ". ";
     if (count_of(facts, "width") > 0)
       quiet += "Images of " + text_of(facts, "width") + " x " + text_of(facts, "height") + " pixels. ";
-    if (const std::string clock = clock_of(facts); !clock.empty())
-      quiet += "Stage and camera of the simulated clock: " + clock + ".";
+    if (const std::string clock = clock_of(facts); !clock.empty()) quiet += "Simulated machine time: " + clock + ".";
     if (!quiet.empty()) html.element("p", {{"class", "quiet"}}, quiet);
     html.open("div", {{"class", "figures"}});
     const auto found = gallery.drawings.find(name);

@@ -1,8 +1,8 @@
-// What learning beforehand has cost, and after how many lenses it pays.
+// Training cost and its break-even point.
 #include "base/json_members.h"
 #include "base/text.h"
-#include "report/aggregate_data.h"
 #include "markup/html_writer.h"
+#include "report/aggregate_data.h"
 #include "report/page_data.h"
 #include "report/sections.h"
 
@@ -19,8 +19,8 @@ std::string lenses_text(double lenses) {
   return significant(rounded(lenses, 3), 3) + (lenses == 1 ? " lens" : " lenses");
 }
 
-// One line for each group in which the method can be judged.
-void repaid(HtmlWriter& html, const Json& entry, bool labelled) {
+// One line per group with a specification.
+void break_even(HtmlWriter& html, const Json& entry, bool labelled) {
   const Json& list = list_of(entry, "pays_after");
   if (list.empty()) {
     html.text("-");
@@ -34,15 +34,16 @@ void repaid(HtmlWriter& html, const Json& entry, bool labelled) {
     if (lenses.is_number())
       html.element("b", lenses_text(lenses.get<double>()));
     else
-      html.element("b", lenses.is_string() ? lenses.get<std::string>() : "not known");
+      html.element("b", lenses.is_string() ? lenses.get<std::string>() : "unknown");
     if (lenses.is_number())
-      html.text(": " + number_text(group.value("saves", Json()), 2) + " s less each than ").element("bdi", against);
+      html.text(": saves " + number_text(group.value("saves", Json()), 2) + " s per lens over ")
+          .element("bdi", against);
     else if (lenses.is_string() && against.empty())
-      html.text(": fewer than half of the lenses come into spec");
+      html.text(": fewer than half of the instances reach the specification");
     else if (lenses.is_string())
       html.text(": no faster than ").element("bdi", against);
     else if (against.empty())
-      html.text(": without training, no method brings half of the lenses into spec");
+      html.text(": no method without training reaches the specification on half of the instances");
     html.close();
   }
 }
@@ -53,9 +54,9 @@ std::string training_section(const Json& data) {
   const Json& training = list_of(data, "training");
   if (training.empty()) return "";
   HtmlWriter html;
-  html.element("h2", "Training beforehand").open("div", {{"class", "scroll"}});
+  html.element("h2", "Training cost").open("div", {{"class", "scroll"}});
   html.open("table", {{"class", "sortable training"}}).open("thead").open("tr");
-  for (const char* title : {"method", "trained for", "images", "on", "pays after"})
+  for (const char* title : {"method", "training time", "training images", "machine", "break-even after"})
     html.open("th", {{"scope", "col"}}).element("span", {{"class", "title"}}, title).close();
   html.close().close().open("tbody");
   for (const Json& entry : training) {
@@ -72,14 +73,15 @@ std::string training_section(const Json& data) {
     html.element("td", {{"data-sort", machine}}, machine.empty() ? "-" : machine);
     html.open("td", {{"class", "words"},
                      {"data-sort", groups.empty() ? "" : sort_value(groups.front().value("lenses", Json()))}});
-    repaid(html, entry, data["groups"].size() > 1);
+    break_even(html, entry, data["groups"].size() > 1);
     html.close().close();
   }
   html.close().close().close();
-  html.element("p", {{"class", "quiet"}},
-               "Pays after: hours of training over the seconds that each lens then saves until it is in spec (machine "
-               "and algorithm, medians), against the fastest method that learnt nothing. Images are those looked at "
-               "while learning; the work of making the training itself is in no number.");
+  html.element(
+      "p", {{"class", "quiet"}},
+      "Break-even: training time divided by the time that each lens saves until it is in specification (machine "
+      "and compute time, medians), compared with the fastest method without training. The effort of developing "
+      "the training is not included.");
   return html.take();
 }
 

@@ -49,14 +49,14 @@ class Join {
           {"planned", 0u},         {"finished", 0u}, {"failed", 0u}, {"missing", 0u}, {"incomplete", Json::array()},
           {"from_other_plans", 0u}};
     }
-    for (const char* key : {"spec", "spec_text"})  // each group has its own RMSE
+    for (const char* key : {"spec", "spec_text"})  // groups have their own specification
       if (all_.contains(key) && (!data.contains(key) || data[key] != all_[key])) all_.erase(key);
-    // Every verdict was decided by its own folder's plan: one number above the page would be wrong for the others.
+    // Verdicts were decided with the ratio of their folder's plan; the page shows one ratio for all.
     if (data["smallest_relevant_ratio"] != all_["smallest_relevant_ratio"])
-      throw Error(ErrorKind::bad_input, "the analysis plans of " + text_of(all_["parts"][0], "label") + " and " +
-                                            set.label + " name different smallest relevant ratios, " +
+      throw Error(ErrorKind::bad_input, "the analysis plans of '" + text_of(all_["parts"][0], "label") + "' and '" +
+                                            set.label + "' have different smallest relevant ratios, " +
                                             all_["smallest_relevant_ratio"].dump() + " and " +
-                                            data["smallest_relevant_ratio"].dump() + ": make a page of each folder");
+                                            data["smallest_relevant_ratio"].dump() + "; make a page for each folder");
     const std::size_t first_group = all_["groups"].size();
     add_part(set, data);
     add_counts(data);
@@ -101,7 +101,7 @@ class Join {
     label_methods(all_["methods"]);
     if (std::string note = rules_note(all_); !note.empty()) all_["rules_note"] = std::move(note);
     all_["verdict"] = verdict(all_);
-    all_["beware"] = beware(all_);
+    all_["beware"] = caveats(all_);
     for (std::string& note : time_notes_) all_["beware"].push_back(std::move(note));
     return std::move(all_);
   }
@@ -131,7 +131,7 @@ class Join {
     all_["steps"][1] = std::max(all_["steps"][1], data["steps"][1]);
   }
 
-  // A name is, under a protocol, one method on the whole page: one colour, one line in the table of methods.
+  // On a page a name under a protocol is one method, with one colour and one row in the table of methods.
   void add_methods(const FolderSet& set, const Json& data) {
     for (const Json& method : data["methods"]) {
       const std::string name = text_of(method, "name");
@@ -142,16 +142,15 @@ class Join {
         continue;
       }
       std::string what;
-      if (text_of(method, "id") != text_of(known->second.method, "id")) what = "another algorithm";
-      if (what.empty() && method["parameters"] != known->second.method["parameters"])
-        what = "its parameters are others";
-      if (what.empty() && text_of(method, "merit") != text_of(known->second.method, "merit"))
-        what = "its merit is another";
+      if (text_of(method, "id") != text_of(known->second.method, "id")) what = "algorithm";
+      if (what.empty() && method["parameters"] != known->second.method["parameters"]) what = "parameters";
+      if (what.empty() && text_of(method, "merit") != text_of(known->second.method, "merit")) what = "merit";
       if (!what.empty())
-        throw Error(ErrorKind::bad_input, "the method '" + name + "' is not the same in " + known->second.label +
-                                              " and in " + set.label + " (" + what +
-                                              "), and a page shows a name once. Give one of them another \"name\" in "
-                                              "its suite and run it again, or make a page of each folder");
+        throw Error(ErrorKind::bad_input,
+                    "method '" + name + "' differs between '" + known->second.label + "' and '" + set.label +
+                        "' in its " + what +
+                        "; give one of them another 'name' in its suite and run it again, or make "
+                        "a page for each folder");
     }
   }
 
@@ -216,8 +215,8 @@ TemporaryFolder::TemporaryFolder() {
   std::error_code code;
   std::string pattern = (fs::temp_directory_path(code) / "relign-report-XXXXXX").string();
   if (code || !::mkdtemp(pattern.data()))
-    throw Error(ErrorKind::io, "cannot make a temporary folder like " + pattern +
-                                   ": the folders' results are put together there; set TMPDIR to another place");
+    throw Error(ErrorKind::io, "cannot create the temporary folder '" + pattern +
+                                   "' for merging the results; set TMPDIR to another place");
   path_ = pattern;
 }
 

@@ -1,5 +1,5 @@
-// Several results folders on one page. Folders with the same instance set are merged, by merge's own rules, and
-// compared as one; what was run on other instances stands in groups of its own, under its folder's name.
+// Several results folders on one page. Folders with the same instance set are merged by the rules of records::merge and
+// compared as one; others have groups of their own, labelled with the folder's name.
 #pragma once
 
 #include <filesystem>
@@ -11,16 +11,16 @@
 
 namespace relign::report {
 
-// Folders that are one instance set, in the order given.
+// Folders with the same instance set, in the given order.
 struct FolderSet {
-  std::string label;                           // "quick", "quick and more", or the path where names are not enough
+  std::string label;                           // "quick", "quick and 1 more", or the path if names are not unique
   std::vector<std::filesystem::path> folders;  // at least one
 };
 
 // Throws Error as load_results does.
 std::vector<FolderSet> folder_sets(const std::vector<std::filesystem::path>& folders);
 
-// A folder below the system's temporary one that goes with this object.
+// A temporary folder, removed with this object.
 class TemporaryFolder {
  public:
   TemporaryFolder();  // throws Error(io)
@@ -33,9 +33,9 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-// The page data of all sets as those of one page: groups and scenes get their set's label. `parts` tells for each set
-// where it comes from: {label, command, suite_name, suite_file, suite_text, seed, instance_set, program, machine,
-// sources, merge, merge_notes}. Throws Error(bad_input) where one name means two methods.
+// Joins the page data of all sets: groups and scenes get the label of their set, and `parts` has the provenance of
+// each: {label, command, suite_name, suite_file, suite_text, seed, instance_set, program, machine, sources, merge,
+// merge_notes}. Throws Error (bad_input) if one name denotes different methods, or if smallest relevant ratios differ.
 Json joined_data(const std::vector<FolderSet>& sets, std::vector<Json> data);
 
 // Adds a set's pictures to those of a page.

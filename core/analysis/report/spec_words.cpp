@@ -35,13 +35,12 @@ std::string spec_sentence(const Json& groups) {
     common = words;
   }
   if (common.empty()) return "";
-  if (!judges_mtf(groups.front())) return common + " at the glued pose";
-  return common + " at the glued pose; MTF is the lens's own, " + mtf_kind(groups.front()) +
-         ", judged once, at the end";
+  if (!judges_mtf(groups.front())) return common + " at the final pose";
+  return common + " at the final pose; MTF of the lens, " + mtf_kind(groups.front()) + ", evaluated once at the end";
 }
 
 std::string mtf_kind(const Json& group) {
-  return flag_of(object_of(group, "spec_mtf"), "diffraction") ? "with diffraction" : "by geometry";
+  return flag_of(object_of(group, "spec_mtf"), "diffraction") ? "with diffraction" : "geometric";
 }
 
 bool judges_mtf(const Json& group) {

@@ -17,15 +17,16 @@
 namespace relign::report {
 namespace {
 
-// Never and "nobody knows" are told apart: "never" where half of the lenses do not get there.
+// "never" if fewer than half of the instances reach it, null if unknown.
 Json arrival(double value) { return std::isinf(value) ? Json("never") : shown_number(value); }
 
-void put_interval(Json& object, const statistics::Interval& interval, const char* low = "lo95", const char* high = "hi95") {
+void put_interval(Json& object, const statistics::Interval& interval, const char* low = "lo95",
+                  const char* high = "hi95") {
   object[low] = shown_number(interval.low);
   object[high] = shown_number(interval.high);
 }
 
-// Poses are shares of the travel; `axes` says how long it is.
+// In the units of `axes`; poses are shares of the travel.
 Json residual_json(const std::vector<statistics::Quantiles>& residual, const std::vector<SceneAxis>& axes) {
   if (residual.empty() || axes.size() != residual.size()) return nullptr;
   Json list = Json::array();
@@ -65,7 +66,7 @@ void add_to_row(Json& row, const statistics::SeriesStudy& study, const std::vect
                                {"share", shown_number(study.yield_uncured.estimate)}};
     put_interval(row["yield"]["uncured"], study.yield_uncured.interval);
   }
-  if (std::isnan(spec.rmse)) return;  // nobody knows when it came there
+  if (std::isnan(spec.rmse)) return;  // MTF is not known per step
   const statistics::ExpectedSteps& expected = study.expected_to_spec;
   row["to_spec"] = {{"successes", expected.successes},
                     {"n", expected.trials},
@@ -100,7 +101,7 @@ void add_to_curve(Json& curve, const statistics::SeriesStudy& study, double algo
   if (std::isfinite(algorithm_ms_per_step)) curve["algorithm_seconds"] = std::move(algorithm);
 }
 
-// The steps at which the share changes.
+// Only the steps at which the share changes.
 Json ecdf_json(const statistics::SeriesStudy& study) {
   Json steps = Json::array(), share = Json::array();
   double before = -1;
@@ -123,7 +124,7 @@ const statistics::GroupStudy* find_group(const statistics::Study& study, const J
 }
 
 const statistics::SeriesStudy* find_series(const statistics::Study& study, const statistics::GroupStudy& group,
-                                      const std::string& method) {
+                                           const std::string& method) {
   for (const std::size_t series : group.series)
     if (study.series[series].curve.algorithm == method) return &study.series[series];
   return nullptr;
@@ -164,7 +165,7 @@ void add_to_group(Json& group, const statistics::GroupStudy& found, const statis
   }
   if (spec.limits_anything()) {
     group["cannot_meet_spec"] = found.cannot_meet_spec;
-    group["hopeless"] = found.hopeless;
+    group["hopeless"] = found.infeasible;
   }
   Json pairs = Json::array();
   for (const statistics::PairStudy& pair : found.pairs) pairs.push_back(pair_json(pair, study, relevant));
@@ -210,9 +211,10 @@ statistics::StudyOptions study_options(const LoadedResults& results, std::option
   options.rule = rule ? *rule : statistics::rule_named(text_of(plan, "rule")).value_or(statistics::Rule::own);
   if (options.rule != statistics::Rule::own && results.trials.without_rules > 0)
     throw Error(ErrorKind::bad_input, results.folder.string() + ": " + std::to_string(results.trials.without_rules) +
-                                          " trials have no scores by the rule '" + statistics::rule_name(options.rule) +
-                                          "', for an earlier relign-bench recorded them; 'relign-bench verify " +
-                                          results.folder.string() + " --add-rules' replays them and adds the scores");
+                                          " trials of an earlier version have no scores for the rule '" +
+                                          statistics::rule_name(options.rule) +
+                                          "'; replay them with 'relign-bench verify " + results.folder.string() +
+                                          " --add-rules' to add the scores");
   const Methods methods(results);
   for (const Json& method : methods.list())
     options.classes[{text_of(method, "name"), text_of(method, "protocol")}] = text_of(method, "class");

@@ -1,4 +1,4 @@
-// What the statistics add to a page's data (page_data.h has the shape).
+// The statistics in page_data (page_data.h describes the shape).
 #pragma once
 
 #include <optional>
@@ -8,14 +8,15 @@
 
 namespace relign::report {
 
-// Targets, specification, seed and analysis plan as the results' manifest has them; another rule than the plan's where
-// one is given. Throws Error (bad_input) where the records lack what the rule needs.
-statistics::StudyOptions study_options(const LoadedResults& results, std::optional<statistics::Rule> rule = std::nullopt);
+// Targets, specification, seed and analysis plan from the manifest, with `rule` instead of the plan's if given. Throws
+// Error (bad_input) if the records lack the scores of the rule.
+statistics::StudyOptions study_options(const LoadedResults& results,
+                                       std::optional<statistics::Rule> rule = std::nullopt);
 
-// A pair of methods by one rule, as page_data.h has it.
+// An entry of group.pairs.
 Json pair_json(const statistics::PairStudy& pair, const statistics::Study& study, double smallest_relevant_ratio);
 
-// `data` as page_data makes it, of the same results.
+// Adds to `data`, the page data of the same results.
 void add_statistics(Json& data, const LoadedResults& results, const statistics::Study& study);
 
 }  // namespace relign::report

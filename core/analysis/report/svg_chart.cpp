@@ -4,8 +4,8 @@
 #include <cmath>
 #include <optional>
 
-#include "report/chart_scale.h"
 #include "markup/escape.h"
+#include "report/chart_scale.h"
 
 namespace relign::report {
 namespace {
@@ -26,7 +26,7 @@ struct Span {
   bool empty() const { return low > high; }
 };
 
-// An axis as it is drawn: what the data want, what the chart asks for, and some air.
+// The displayed range of an axis: from the data, with a margin, unless the chart sets it.
 struct Range {
   double low = 0, high = 1;
   bool logarithmic = false;
@@ -103,7 +103,7 @@ class Drawing {
       html_.close();
     }
     axes();
-    // Bands lie below every line.
+    // Bands below all lines.
     for (const ChartSeries& series : chart_.series) band(series);
     for (const ChartLevel& level : chart_.levels) draw_level(level);
     for (std::size_t i = chart_.series.size(); i-- > 0;) draw_series(chart_.series[i], i);
@@ -175,7 +175,7 @@ class Drawing {
     return series.drawn == Drawn::marks || series.drawn == Drawn::marked_line;
   }
 
-  // The x of a point: several methods' marks of one category stand beside each other.
+  // The x of a point: marks of one category are placed side by side.
   double place(const ChartPoint& point, std::size_t index) const {
     const double x = (*x_)(point.x);
     if (chart_.x.categories.empty() || chart_.series.size() < 2) return x;
@@ -250,7 +250,7 @@ class Drawing {
     group("axis", kInk);
     path("M" + pixels_text(kLeft) + " " + pixels_text(y) + "H" + pixels_text(right_),
          {{"stroke", "currentColor"}, {"stroke-dasharray", level.dotted ? "1.5 3" : "7 4"}});
-    // Below its line where another one runs close above it, whose label stands between them.
+    // Below its line if another line is close above, whose label is between the two.
     const bool crowded = std::any_of(chart_.levels.begin(), chart_.levels.end(), [&](const ChartLevel& other) {
       const double gap = finite(other.y) ? y - (*y_)(other.y) : 0;
       return gap > 0 && gap < kLabelHeight;

@@ -1,6 +1,6 @@
-// Charts as SVG, written here and nowhere else: lines, step functions and marks with bands or intervals, on linear,
-// logarithmic or categorical axes. Equal charts give equal bytes. In a page they take its colours (page.css, so that
-// they follow a dark scheme and paper); alone they carry their own on white, for a paper.
+// Charts as SVG: lines, step functions and marks with bands or intervals, on linear, logarithmic or categorical axes.
+// Equal charts give equal bytes. In a page they use its colours (page.css), which follow dark mode and print;
+// standalone files have their own colours on white.
 #pragma once
 
 #include <limits>
@@ -12,8 +12,8 @@
 namespace relign::report {
 
 struct ChartPoint {
-  double x = 0, y = 0;                                    // NaN: no point here
-  double low = std::numeric_limits<double>::quiet_NaN();  // the interval around y; NaN where there is none
+  double x = 0, y = 0;                                    // NaN: no point
+  double low = std::numeric_limits<double>::quiet_NaN();  // interval around y; NaN: none
   double high = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -34,17 +34,17 @@ struct ChartLevel {  // a horizontal line
 
 struct ChartAxis {
   std::string title;
-  bool logarithmic = false;                               // falls back to linear where nothing is positive
-  bool whole = false;                                     // only whole numbers are marked
-  std::vector<std::string> categories;                    // of x alone: its values are places in this list
-  double low = std::numeric_limits<double>::quiet_NaN();  // NaN: as the data want it
+  bool logarithmic = false;                               // linear if no value is positive
+  bool whole = false;                                     // tick marks at integers only
+  std::vector<std::string> categories;                    // of x only, whose values are indices into this list
+  double low = std::numeric_limits<double>::quiet_NaN();  // NaN: from the data
   double high = std::numeric_limits<double>::quiet_NaN();
 };
 
 struct Chart {
   std::string title;
   ChartAxis x, y;
-  std::vector<ChartSeries> series;  // the most important first: where labels have no room, the last ones have none
+  std::vector<ChartSeries> series;  // most important first: without room the last ones have no label
   std::vector<ChartLevel> levels;
   double width = 460, height = 280;
 };
@@ -53,16 +53,16 @@ enum class ChartUse { in_page, alone };
 
 inline constexpr int kOracleStyle = -1;
 
-// The colours of styles 0, 1, ... on white; when they are used up, the next dash begins.
+// The colours of styles 0, 1, ... on white; they repeat with the next dash pattern.
 const std::vector<std::string>& series_colours();
 std::string series_dash(int style);  // an SVG dash array; "" for a plain line
 
 void draw_chart(HtmlWriter& html, const Chart& chart, ChartUse use);
 
-// A file of its own.
+// A standalone file.
 std::string chart_svg(const Chart& chart);
 
-// The same numbers: series, x, y, low, high; a row for each point and level. RFC 4180.
+// The numbers as CSV (RFC 4180): series, x, y, low, high; one row per point and level.
 std::string chart_csv(const Chart& chart);
 
 }  // namespace relign::report

@@ -7,8 +7,8 @@
 
 #include "base/json_members.h"
 #include "base/text.h"
-#include "report/aggregate_data.h"
 #include "markup/escape.h"
+#include "report/aggregate_data.h"
 #include "report/page_data.h"
 #include "report/rules_data.h"
 #include "report/spec_words.h"
@@ -32,9 +32,9 @@ std::string shown(const Json& number, int digits) {
 
 using Cells = std::vector<std::string>;
 
-// Columns that not every table has.
+// Optional columns.
 struct Extra {
-  bool yield = false, lenses = false, steps = false;
+  bool yield = false, instances = false, steps = false;
 };
 
 std::string yield_text(const Json& row) {
@@ -42,8 +42,8 @@ std::string yield_text(const Json& row) {
   return share.is_number() ? std::to_string(std::lround(100 * share.get<double>())) + " %" : "-";
 }
 
-// Trials that have not been made yet, as of a run that was stopped; failures have a column of their own.
-bool over_different_lenses(const Json& group) {
+// Some trials have not been run yet; failures have a column of their own.
+bool over_different_instances(const Json& group) {
   std::set<std::uint64_t> counts;
   for (const Json& row : group["rows"]) counts.insert(count_of(score_of(row), "n") + count_of(row, "failed"));
   return counts.size() > 1;
@@ -57,11 +57,11 @@ Cells row_cells(const Json& row, const Extra& extra) {
                {finished ? shown(error["median"], 3) : "-",
                 finished && error["n"] != 1 ? "(" + shown(error["q25"], 3) + " - " + shown(error["q75"], 3) + ")" : "",
                 shown(row["machine_seconds"], 3), shown(row["algorithm_ms_per_step"], 2)});
-  // There is room for one of them.
-  if (!extra.yield && !extra.lenses)
+  // There is room for one of these columns.
+  if (!extra.yield && !extra.instances)
     cells.insert(cells.begin() + 3, finished ? shown(row["commanded"].value("median", Json()), 3) : "-");
   if (extra.yield) cells.push_back(yield_text(row));
-  if (extra.lenses) cells.push_back(std::to_string(count_of(error, "n")));
+  if (extra.instances) cells.push_back(std::to_string(count_of(error, "n")));
   if (extra.steps) cells.push_back(std::to_string(count_of(row, "step")));
   cells.push_back(std::to_string(count_of(row, "failed")));
   return cells;
@@ -72,16 +72,16 @@ bool one_training(const Json& row) { return text_of(row, "training_tag") == kOne
 std::string group_lines(const Json& group, bool show_steps) {
   Extra extra;
   extra.steps = show_steps;
-  extra.lenses = over_different_lenses(group);
+  extra.instances = over_different_instances(group);
   for (const Json& row : group["rows"]) extra.yield = extra.yield || !object_of(row, "yield").empty();
   Cells head = {"method", "error", "(quartiles)", "machine s", "ms/step"};
-  if (!extra.yield && !extra.lenses) head.insert(head.begin() + 3, "commanded");
+  if (!extra.yield && !extra.instances) head.insert(head.begin() + 3, "commanded");
   if (extra.yield) head.emplace_back("in spec");
-  if (extra.lenses) head.emplace_back("lenses");
+  if (extra.instances) head.emplace_back("instances");
   if (extra.steps) head.emplace_back("steps");
   head.emplace_back("failed");
   std::vector<Cells> lines = {head};
-  std::vector<std::string> marks = {""};  // behind the name, and never clipped
+  std::vector<std::string> marks = {""};  // after the name, never clipped
   for (const Json& row : group["rows"]) {
     lines.push_back(row_cells(row, extra));
     marks.push_back(std::string(flag_of(row, "oracle") ? " (oracle)" : "") + (one_training(row) ? " *" : ""));
@@ -92,7 +92,7 @@ std::string group_lines(const Json& group, bool show_steps) {
     for (std::size_t i = 0; i < head.size(); ++i)
       widths[i] = std::max(widths[i], columns(lines[k][i]) + (i == 0 ? columns(marks[k]) : 0));
 
-  // Long names give way, numbers never.
+  // Long names are clipped, numbers never.
   std::size_t others = 2;
   for (std::size_t i = 1; i < widths.size(); ++i) others += widths[i] + (i == 2 ? 1 : 2);
   const std::size_t name_room = std::max(kFewestNameColumns, kMostColumns - std::min(kMostColumns, others));
@@ -102,7 +102,7 @@ std::string group_lines(const Json& group, bool show_steps) {
   std::string out = terminal_text(text_of(group, "scene")) + ", " + terminal_text(text_of(group, "noise_level")) +
                     ", " + terminal_text(text_of(group, "protocol")) + ", " + std::to_string(instances) +
                     (instances == 1 ? " instance" : " instances");
-  if (group["start"].is_number()) out += ", error at the start " + shown(group["start"], 3);
+  if (group["start"].is_number()) out += ", median error at the start " + shown(group["start"], 3);
   if (flag_of(group, "measured_only")) out += ", measured only";
   out = clipped(out, kMostColumns) + "\n";
   for (std::size_t k = 0; k < lines.size(); ++k) {
@@ -113,8 +113,8 @@ std::string group_lines(const Json& group, bool show_steps) {
     out += text + "\n";
   }
   if (std::any_of(group["rows"].begin(), group["rows"].end(), one_training))
-    out += "  * one training: another one of the same method may end elsewhere\n";
-  if (extra.lenses) out += "  the medians are over different lenses: no ranking before all have the same\n";
+    out += "  * one training: another training of the method may give other results\n";
+  if (extra.instances) out += "  medians are over different instances: not a ranking until all methods have the same\n";
   if (const std::string spec = spec_words(group); extra.yield && !spec.empty())
     out += clipped("  spec: " + terminal_text(spec), kMostColumns) + "\n";
   return out;
@@ -133,18 +133,18 @@ std::string ranking_table(const Json& data) {
   std::string counts = std::to_string(count_of(ran, "finished")) + " of " + std::to_string(count_of(ran, "planned")) +
                        " trials finished";
   if (count_of(ran, "failed") > 0) counts += ", " + std::to_string(count_of(ran, "failed")) + " failed";
-  if (data["groups"].empty()) return counts + ": nothing to rank yet.\n";
+  if (data["groups"].empty()) return counts + ", nothing to rank yet.\n";
 
   unsigned least = data["steps"].front().get<unsigned>(), most = data["steps"].back().get<unsigned>();
   const auto measured_only = [](const Json& group) { return flag_of(group, "measured_only"); };
   const Json& groups = data["groups"];
   std::string out;
   if (!std::all_of(groups.begin(), groups.end(), measured_only))
-    out += (by_own_rule(data) ? std::string("Error is noise-free RMSE at the recommended pose after the last step")
-                              : "Error is noise-free RMSE at " + std::string(rule_words(text_of(data, "rule")))) +
-           ", median of instances\n";
+    out += (by_own_rule(data) ? std::string("Error: noise-free RMSE at the recommended pose after the last step")
+                              : "Error: noise-free RMSE at " + std::string(rule_text(text_of(data, "rule")))) +
+           ", median over instances\n";
   if (std::any_of(groups.begin(), groups.end(), measured_only))
-    out += "Where measured only, error is the lowest measured RMSE: a station tells no truth\n";
+    out += "Error, if measured only: lowest measured RMSE, since a station has no ground truth\n";
   if (least == most) out += "steps: " + std::to_string(most) + "   ";
   out += counts + "\n";
   for (const Json& group : data["groups"]) out += "\n" + group_lines(group, least != most);

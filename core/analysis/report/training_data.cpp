@@ -11,34 +11,28 @@
 namespace relign::report {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-double number(const Json& object, const char* key) {
-  const auto found = object.is_object() ? object.find(key) : object.end();
-  return found != object.end() && found->is_number() ? found->get<double>() : kNone;
-}
-
-// Machine and algorithm until half of the lenses are in specification.
+// Machine and compute time until half of the instances are in specification.
 double seconds_to_spec(const Json& row) {
   const Json& arrival = object_of(row, "to_spec");
   if (text_of(arrival, "seconds") == "never" || text_of(arrival, "steps") == "never") return kNever;
-  return number(arrival, "seconds") + number(arrival, "steps") * number(row, "algorithm_ms_per_step") / 1000;
+  return number_in(arrival, "seconds") + number_in(arrival, "steps") * number_in(row, "algorithm_ms_per_step") / 1000;
 }
 
-using Learners = std::map<std::pair<std::string, std::string>, Json>;  // by name and protocol
+using Trainings = std::map<std::pair<std::string, std::string>, Json>;  // by method and protocol
 
-// Null without; a manifest that names no protocol means every one.
-const Json& learner(const Learners& learners, const std::string& name, const std::string& protocol) {
+// Null if the method is not trained. An entry without a protocol is for all of them.
+const Json& training_of(const Trainings& trainings, const std::string& name, const std::string& protocol) {
   static const Json kNothing;
   for (const std::string& key : {protocol, std::string()})
-    if (const auto found = learners.find({name, key}); found != learners.end()) return found->second;
+    if (const auto found = trainings.find({name, key}); found != trainings.end()) return found->second;
   return kNothing;
 }
 
-// What the manifest tells, or the images of its source instances, which the harness itself let it see.
-Learners learners(const Json& manifest) {
-  Learners all;
+// As stated in the manifest, else the images of pretraining on source instances.
+Trainings trainings_of(const Json& manifest) {
+  Trainings all;
   for (const Json& entry : list_of(manifest, "prepared")) {
     const std::string method = text_of(entry, "algorithm");
     if (method.empty() || !text_of(entry, "failure").empty()) continue;
@@ -48,23 +42,22 @@ Learners learners(const Json& manifest) {
     known["steps"] = std::max(known["steps"].get<std::uint64_t>(), images);  // of one scene and noise level
   }
   for (const Json& entry : list_of(manifest, "algorithms")) {
-    const Json& told = object_of(entry, "training");
-    if (told.empty()) continue;
-    const double hours = number(told, "hours"), steps = number(told, "steps");
+    const Json& training = object_of(entry, "training");
+    if (training.empty()) continue;
+    const double hours = number_in(training, "hours"), steps = number_in(training, "steps");
     all[{text_of(entry, "name"), text_of(entry, "protocol")}] = {
         {"hours", hours >= 0 ? shown_number(hours) : Json()},
         {"steps", steps >= 0 && steps < 1e18 ? Json(std::llround(steps)) : Json()},
-        {"machine", text_of(told, "machine")}};
+        {"machine", text_of(training, "machine")}};
   }
   return all;
 }
 
-// The one that brings a lens into specification soonest, of those that learnt nothing. Who is told the answer is no
-// alternative.
-const Json* best_untrained(const Json& group, const Learners& trained) {
+// The method without training that reaches the specification fastest; oracles are excluded.
+const Json* best_untrained(const Json& group, const Trainings& trained) {
   const Json* best = nullptr;
   for (const Json& row : group["rows"]) {
-    if (flag_of(row, "oracle") || !learner(trained, text_of(row, "method"), text_of(group, "protocol")).is_null())
+    if (flag_of(row, "oracle") || !training_of(trained, text_of(row, "method"), text_of(group, "protocol")).is_null())
       continue;
     const double seconds = seconds_to_spec(row);
     if (!std::isfinite(seconds)) continue;
@@ -73,8 +66,8 @@ const Json* best_untrained(const Json& group, const Learners& trained) {
   return best;
 }
 
-Json repaid(const Json& data, const std::string& method, const std::string& protocol, double hours,
-            const Learners& trained) {
+Json break_even(const Json& data, const std::string& method, const std::string& protocol, double hours,
+                const Trainings& trained) {
   Json list = Json::array();
   for (std::size_t index = 0; index < data["groups"].size(); ++index) {
     const Json& group = data["groups"][index];
@@ -99,21 +92,22 @@ Json repaid(const Json& data, const std::string& method, const std::string& prot
 
 double pays_after(double hours, double seconds_trained, double seconds_untrained) {
   if (seconds_trained == kNever) return kNever;
-  if (std::isnan(hours) || std::isnan(seconds_trained) || !std::isfinite(seconds_untrained)) return kNone;
+  if (std::isnan(hours) || std::isnan(seconds_trained) || !std::isfinite(seconds_untrained))
+    return statistics::kMissing;
   const double saved = seconds_untrained - seconds_trained;
   return saved > 0 ? std::ceil(3600 * hours / saved) : kNever;
 }
 
 Json training_data(const Json& data, const Json& manifest) {
-  const Learners trained = learners(manifest);
+  const Trainings trained = trainings_of(manifest);
   Json list = Json::array();
   for (const Json& method : data["methods"]) {
     const std::string name = text_of(method, "name"), protocol = text_of(method, "protocol");
-    const Json& found = learner(trained, name, protocol);
+    const Json& found = training_of(trained, name, protocol);
     if (found.is_null()) continue;
     Json entry = found;
     entry["method"] = text_of(method, "label");
-    entry["pays_after"] = repaid(data, name, protocol, number(entry, "hours"), trained);
+    entry["pays_after"] = break_even(data, name, protocol, number_in(entry, "hours"), trained);
     list.push_back(std::move(entry));
   }
   return list;

@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "report/page_data.h"
 #include "report/page_groups.h"
+#include "report/sections.h"
 #include "report/spec_words.h"
 #include "report/verdict_cases.h"
 
@@ -21,35 +22,31 @@ constexpr std::uint64_t kFewInstances = 60;
 
 std::string shown(const Json& number) { return number.is_number() ? significant(number.get<double>(), kDigits) : "-"; }
 
-std::string counted(std::uint64_t count, const std::string& noun) {
-  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
-}
-
 bool has_interval(const Json& score) { return score.contains("lo95") && score["lo95"].is_number(); }
 
-// "0.0110 (95 %: 0.0090 to 0.0130) over 60 instances", or with quartiles where there is no interval.
-std::string median_words(const Json& score) {
+// "0.0110 (95 % CI 0.0090 to 0.0130) over 60 instances", or with quartiles if there is no interval.
+std::string median_text(const Json& score) {
   const std::uint64_t n = score["n"].get<std::uint64_t>();
-  if (n == 1) return shown(score["median"]) + " on its only instance";
+  if (n == 1) return shown(score["median"]) + " on a single instance";
   const std::string spread = has_interval(score)
-                                 ? " (95 %: " + shown(score["lo95"]) + " to " + shown(score["hi95"]) + ")"
+                                 ? " (95 % CI " + shown(score["lo95"]) + " to " + shown(score["hi95"]) + ")"
                                  : " (quartiles " + shown(score["q25"]) + " to " + shown(score["q75"]) + ")";
   return shown(score["median"]) + spread + " over " + counted(n, "instance");
 }
 
-// How the first compares with the second on the same lenses; empty when nobody could tell.
+// The paired comparison of first and second as a sentence; empty without one.
 std::string comparison(const Json& group, const std::string& first, const std::string& second, double relevant) {
   for (const Json& pair : list_of(group, "pairs")) {
     const bool other_way = text_of(pair, "a") == second && text_of(pair, "b") == first;
     if (!other_way && !(text_of(pair, "a") == first && text_of(pair, "b") == second)) continue;
     if (!pair["ratio"].is_number()) return "";
-    return verdict_sentence(other_way ? turned(pair) : pair, second, relevant);
+    return verdict_sentence(other_way ? turned(pair) : pair, relevant);
   }
   return "";
 }
 
-// How many lenses came into specification, how fast.
-std::string yield_words(const Json& group, const Json& row) {
+// Yield and time to specification.
+std::string yield_text(const Json& group, const Json& row) {
   const Json& yield = object_of(row, "yield");
   const Json& arrival = object_of(row, "to_spec");
   const std::string spec = spec_words(group);
@@ -58,27 +55,26 @@ std::string yield_words(const Json& group, const Json& row) {
     return share.is_number() ? std::to_string(static_cast<int>(std::lround(100 * share.get<double>())))
                              : std::string("-");
   };
-  std::string text =
-      "It brings " + std::to_string(count_of(yield, "in")) + " of " + counted(count_of(yield, "n"), "lens");
-  if (text.back() == 's' && count_of(yield, "n") != 1) text.replace(text.size() - 1, 1, "es");
-  text +=
-      " (95 %: " + percent(yield["lo95"]) + " to " + percent(yield["hi95"]) + " %) into specification (" + spec + ")";
+  std::string text = "Yield: " + std::to_string(count_of(yield, "in")) + " of " +
+                     counted(count_of(yield, "n"), "instance") + " (95 % CI " + percent(yield["lo95"]) + " to " +
+                     percent(yield["hi95"]) + " %) meet the specification (" + spec + ")";
   const Json& steps = arrival.value("steps", Json());
   if (steps.is_number()) {
-    // Who got there and left again, or whom the glue moved out, is told apart: 13 in the end are not half of all.
+    // More instances may meet the specification at some step than at the end, so that the median time is below the
+    // budget although the yield is under one half.
     if (const std::uint64_t once = count_of(arrival, "successes"); once > count_of(yield, "in"))
-      text += "; " + std::to_string(once) + " would have been in it after some step";
-    text += std::string(judges_mtf(group) ? ", by their RMSE" : ",") + " half of all within " +
+      text += "; " + std::to_string(once) + " met it at some step";
+    text += std::string(", half of all instances") + (judges_mtf(group) ? " by RMSE" : "") + " within " +
             counted(static_cast<std::uint64_t>(std::ceil(steps.get<double>())), "step") +
             (arrival["seconds"].is_number() ? " and " + shown(arrival["seconds"]) + " s of machine time" : "");
   }
   if (const Json& uncured = object_of(yield, "uncured"); !uncured.empty())
-    text += "; before the glue cures it is " + std::to_string(count_of(uncured, "in")) + " of " +
-            std::to_string(count_of(uncured, "n"));
+    text +=
+        "; before curing " + std::to_string(count_of(uncured, "in")) + " of " + std::to_string(count_of(uncured, "n"));
   return text + ". ";
 }
 
-// Rows with a median, oracles apart: who is told the answer cannot win. Of one class alone, or of all.
+// Rows with a result, oracles apart since they are not ranked. Of one observation class, or of all.
 struct Ranked {
   explicit Ranked(const Json& group, const std::string& of_class = "") {
     for (const Json& row : group["rows"]) {
@@ -94,14 +90,14 @@ double yield_of(const Json& row) {
   return share.is_number() ? share.get<double>() : -1;
 }
 
-// Who wants good lenses does not ask for the lowest median.
-std::string highest_yield_words(const Ranked& ranked) {
+// The method with the highest yield, if it is not the one with the lowest median.
+std::string highest_yield_text(const Ranked& ranked) {
   const Json* most = ranked.methods.front();
   for (const Json* row : ranked.methods)
     if (yield_of(*row) > yield_of(*most)) most = row;
   if (most == ranked.methods.front()) return "";
   const Json& yield = object_of(*most, "yield");
-  return "Most into specification brings " + text_of(*most, "method") + ": " + std::to_string(count_of(yield, "in")) +
+  return "The highest yield is that of " + text_of(*most, "method") + ": " + std::to_string(count_of(yield, "in")) +
          " of " + std::to_string(count_of(yield, "n")) + ". ";
 }
 
@@ -109,59 +105,59 @@ std::string failures_of(const Json& row) {
   const std::uint64_t failed = count_of(row, "failed");
   if (failed == 0) return "";
   return " (" + std::to_string(failed) + " of its " + std::to_string(failed + count_of(row, "trials")) +
-         " trials failed and do not count in this median)";
+         " trials failed, excluded from the median)";
 }
 
-std::string oracle_words(const Ranked& ranked) {
+std::string oracle_text(const Ranked& ranked) {
   std::string text;
   for (const Json* oracle : ranked.oracles)
-    text += text_of(*oracle, "method") + ", which is told the design pose, reaches " +
+    text += "The oracle " + text_of(*oracle, "method") + ", which is given the design pose, reaches " +
             shown(score_of(*oracle)["median"]) + ". ";
   return text;
 }
 
-std::string measured_only_words(const Json& group) {
+std::string measured_only_text(const Json& group) {
   if (!flag_of(group, "measured_only")) return "";
-  return flag_of(group, "station") ? "Measured only: a station tells no truth. "
-                                   : "Measured only: this scene tells no truth. ";
+  return flag_of(group, "station") ? "Measured only: a station has no ground truth. "
+                                   : "Measured only: this scene has no ground truth. ";
 }
 
-// Of a class, or of all where there is one class: `whole` adds what is of the group.
+// Of one class, or of the whole group if there is only one class: `whole` adds the texts that belong to the group.
 std::string sentence(const Json& group, const Ranked& ranked, double relevant, bool whole) {
   if (ranked.methods.empty()) {
-    if (!ranked.oracles.empty()) return "only an oracle has finished; nothing can be ranked.";
+    if (!ranked.oracles.empty()) return "only oracles have results; nothing can be ranked.";
     const bool any_trial = std::any_of(group["rows"].begin(), group["rows"].end(),
                                        [](const Json& row) { return count_of(row, "trials") > 0; });
-    return any_trial ? "no error was recorded, neither measured nor noise-free; nothing can be ranked."
+    return any_trial ? "no measured or noise-free error was recorded; nothing can be ranked."
                      : "every trial failed; nothing can be ranked.";
   }
   const Json& best = *ranked.methods.front();
   const Json& score = score_of(best);
   const bool measured_only = flag_of(group, "measured_only");
   const std::string error = measured_only ? "measured error" : "error";
-  std::string text = text_of(best, "method") + " ends with the lowest ";
-  text += (score["n"] == 1 ? error : "median " + error) + ", " + median_words(score);
+  std::string text = text_of(best, "method") + " has the lowest ";
+  text += (score["n"] == 1 ? error : "median " + error) + ", " + median_text(score);
   text += failures_of(best);
-  if (whole && group["start"].is_number()) text += "; at the start it was " + shown(group["start"]);
-  text += ". " + yield_words(group, best) + highest_yield_words(ranked);
+  if (whole && group["start"].is_number()) text += "; the median error at the start is " + shown(group["start"]);
+  text += ". " + yield_text(group, best) + highest_yield_text(ranked);
   if (ranked.methods.size() > 1) {
     const Json& next = *ranked.methods[1];
-    const bool level = shown(score_of(next)["median"]) == shown(score["median"]);
-    text += level ? text_of(next, "method") + " ends level with it"
-                  : "Next is " + text_of(next, "method") + " with " + shown(score_of(next)["median"]);
+    const bool equal = shown(score_of(next)["median"]) == shown(score["median"]);
+    text += "Second is " + text_of(next, "method") + " with " +
+            (equal ? "the same median" : shown(score_of(next)["median"]));
     text += failures_of(next) + ". ";
     const std::string words = comparison(group, text_of(best, "method"), text_of(next, "method"), relevant);
     if (!words.empty()) text += words + ". ";
   } else {
-    text += whole ? "No other method has a result here. " : "No other method of this class has a result here. ";
+    text += whole ? "No other method has a result. " : "No other method of this class has a result. ";
   }
-  if (whole) text += oracle_words(ranked) + measured_only_words(group);
+  if (whole) text += oracle_text(ranked) + measured_only_text(group);
   text.pop_back();
   return text;
 }
 
 // " (instances 3, 17)"
-std::string hopeless_words(const Json& group) {
+std::string infeasible_names(const Json& group) {
   constexpr std::size_t kMostNamed = 10;
   std::vector<std::string> names;
   for (const Json& instance : list_of(group, "hopeless"))
@@ -193,7 +189,7 @@ Json verdict(const Json& data) {
       list.push_back(std::move(entry));
       continue;
     }
-    // One ranking across privileges would be read as one of methods.
+    // Methods with different observations are not comparable: one ranking per class.
     std::string text;
     entry["classes"] = Json::array();
     for (const auto& [name, of_class] : classes) {
@@ -202,8 +198,8 @@ Json verdict(const Json& data) {
       entry["classes"].push_back({{"class", name}, {"title", class_title(name)}, {"best", best}, {"text", words}});
       text += class_title(name) + ": " + words + " ";
     }
-    std::string rest = oracle_words(ranked) + measured_only_words(group);
-    if (group["start"].is_number()) rest = "At the start the median error was " + shown(group["start"]) + ". " + rest;
+    std::string rest = oracle_text(ranked) + measured_only_text(group);
+    if (group["start"].is_number()) rest = "The median error at the start is " + shown(group["start"]) + ". " + rest;
     text += rest;
     if (!rest.empty()) entry["rest"] = rest.substr(0, rest.size() - 1);
     entry["text"] = text.substr(0, text.size() - 1);
@@ -213,32 +209,33 @@ Json verdict(const Json& data) {
 }
 
 std::string computing_time_note(const Json& data) {
-  constexpr double kMostHarness = 0.05;           // of the time that the scene takes
-  constexpr double kFewHarnessMicroseconds = 50;  // a step: no scene is fast enough for it to matter
+  constexpr double kMostHarness = 0.05;           // share of the scene's time
+  constexpr double kFewHarnessMicroseconds = 50;  // per step: negligible for any scene
   const Json& harness = object_of(data["ran"], "harness");
   const Json& share = member(harness, "share_of_scene_time");
   if (!share.is_number() || share.get<double>() <= kMostHarness ||
       harness["microseconds_per_step"].get<double>() <= kFewHarnessMicroseconds)
     return "";
-  return "Between scene and algorithm " + significant(100 * share.get<double>(), 2) +
-         " % of the scene's time went by, on a busy machine mostly in waiting for a core: do not compare computing "
-         "times from here. Errors and images are not concerned.";
+  return "Harness overhead was " + significant(100 * share.get<double>(), 2) +
+         " % of the scene's time, on a busy machine mostly waiting for a core: do not compare compute times of this "
+         "run. Errors and images are not affected.";
 }
 
-Json beware(const Json& data) {
+Json caveats(const Json& data) {
   Json list = Json::array();
   const Json& ran = data["ran"];
   const std::uint64_t failed = count_of(ran, "failed"), missing = count_of(ran, "missing");
   if (missing > 0)
-    list.push_back(counted(missing, "trial") + " of " + std::to_string(count_of(ran, "planned")) +
-                   " not finished: this is a partial result, and every number below may still move.");
+    list.push_back("Partial results: " + std::to_string(missing) + " of " + counted(count_of(ran, "planned"), "trial") +
+                   " have not finished, and all numbers below may change.");
   if (failed > 0)
-    list.push_back(counted(failed, "trial") +
-                   " failed. Failed trials are left out of medians and curves, which flatters " +
-                   "a method that fails on hard instances; their number stands in the table.");
+    list.push_back(
+        counted(failed, "trial") +
+        " failed. Failed trials are excluded from medians and curves, which favours methods that fail on hard "
+        "instances; the ranking lists their number.");
 
   std::set<std::string> oracles;
-  bool home_told_start = false, uneven = false, uneven_steps = false, station = false, measured_only = false;
+  bool home_observes_start = false, uneven = false, uneven_steps = false, station = false, measured_only = false;
   std::uint64_t fewest = 0;
   for (const Json& group : data["groups"]) {
     uneven = uneven || !flag_of(group, "same_instances");
@@ -249,55 +246,51 @@ Json beware(const Json& data) {
     for (const Json& row : group["rows"]) {
       if (flag_of(row, "oracle"))
         oracles.insert(label_of(data["methods"], text_of(row, "method"), text_of(group, "protocol")));
-      if (!flag_of(row, "oracle") && text_of(row, "method") == "home") home_told_start = true;
+      if (!flag_of(row, "oracle") && text_of(row, "method") == "home") home_observes_start = true;
       if (row["step"] != group["rows"].front()["step"]) uneven_steps = true;
     }
   }
   if (std::string note = computing_time_note(data); !note.empty()) list.push_back(std::move(note));
   if (uneven)
-    list.push_back("Not every method has finished the same instances, so some medians are over different lenses.");
-  if (uneven_steps) list.push_back("Methods were given different numbers of steps; see the column 'after step'.");
+    list.push_back("Not every method has finished the same instances, so some medians are over different instances.");
+  if (uneven_steps) list.push_back("Methods have different step budgets; see the column 'steps'.");
   for (const std::string& oracle : oracles)
-    list.push_back(oracle + " is an oracle: it is told the design pose, which no method may know under the blind " +
-                   "protocol. It shows what that knowledge is worth and is not ranked.");
+    list.push_back(oracle + " is an oracle: it is given the design pose, which no method may observe under the blind " +
+                   "protocol. It shows the value of this information and is not ranked.");
   if (measured_only)
     list.push_back(
-        "Where it says measured only, the error is the lowest RMSE that the camera saw, its noise included: the best "
-        "of "
-        "many looks, which flatters a method that looks often. Unknown are the true poses, the error without noise, "
-        "and "
-        "what gluing at the recommended pose would give.");
+        "Measured only: the error is the lowest measured RMSE, camera noise included. As a minimum over all images it "
+        "favours methods that take many. True poses, noise-free errors and the result of fixing the lens at the "
+        "recommended pose are unknown.");
   if (station)
     list.push_back(
-        "A station's trials cannot be replayed: its lenses, start and stage are its own and differ from trial to trial "
-        "in ways that nobody knows. home, which must be told the true start, is left out there.");
-  if (home_told_start)
+        "Trials on a station cannot be replayed: its lenses, start poses and stage vary from trial to trial in unknown "
+        "ways. home, which needs the true start pose, is left out.");
+  if (home_observes_start)
     list.push_back(
-        "home only moves once, to the nominal pose, which it may know under the paper protocol: nearly the " +
-        std::string("answer where lenses and stage are nearly perfect, worthless where they are not."));
+        "home makes a single move to the nominal pose, which the paper protocol lets it observe: near the optimum if "
+        "lens and stage are nearly perfect, far from it otherwise.");
   if (count_of(ran, "finished") > 0) {
     const bool intervals = std::any_of(data["groups"].begin(), data["groups"].end(), [](const Json& group) {
       return std::any_of(group["rows"].begin(), group["rows"].end(),
                          [](const Json& row) { return has_interval(score_of(row)); });
     });
     if (fewest == 1)
-      list.push_back("A single instance says how one lens went, nothing about the next one.");
+      list.push_back("Results on a single instance do not generalise to other instances.");
     else if (!intervals)
       list.push_back("Brackets are quartiles (the middle half of the instances), not confidence intervals.");
     else
       list.push_back(
-          "95 % intervals are by the bootstrap over instances. Better means that the whole interval lies beyond the "
-          "factor " +
-          significant(relevant_ratio(data), 3) + " that counts as relevant" +
-          (fewest < kFewInstances ? "; " + std::to_string(fewest) + " instances are few, and the intervals wide."
-                                  : "."));
+          "95 % intervals (CI) are bootstrap confidence intervals over instances. 'Better' requires the whole interval "
+          "of the error ratio to be beyond the smallest relevant ratio of " +
+          significant(relevant_ratio(data), 3) +
+          (fewest < kFewInstances ? "; with only " + std::to_string(fewest) + " instances intervals are wide." : "."));
     for (const Json& group : data["groups"])
-      if (const std::uint64_t hopeless = count_of(group, "cannot_meet_spec"); hopeless > 0)
+      if (const std::uint64_t infeasible = count_of(group, "cannot_meet_spec"); infeasible > 0)
         list.push_back(
-            text_of(group, "label") + ": " + std::to_string(hopeless) + (hopeless == 1 ? " lens" : " lenses") +
-            (judges_mtf(group) ? " met the specification neither at its own best pose nor where any method left it"
-                               : " cannot meet the specification at any pose") +
-            hopeless_words(group) + ".");
+            text_of(group, "label") + ": " + counted(infeasible, "infeasible instance") + infeasible_names(group) +
+            (judges_mtf(group) ? ": neither the own optimum nor the final pose of any method meets the specification."
+                               : ": even the own optimum misses the specification."));
   }
   return list;
 }

@@ -1,18 +1,19 @@
-// The verdict in words. It says what the medians say and what they do not: no significance is
-// claimed, quartiles are named as such, methods that know more than the others are named too.
+// The verdict as text, and the caveats that belong to it. Intervals and quartiles are named as such, oracles are not
+// ranked, and methods are ranked within their observation class.
 #pragma once
 
 #include "base/json_source.h"
 
 namespace relign::report {
 
-// From page_data's "groups": [{label, best, text}], one entry a group; `best` is "" where nothing can be ranked.
+// One entry per group of page_data: [{label, best, text}], with several observation classes also classes [{class,
+// title, best, text}] and rest. `best` is "" if nothing can be ranked.
 Json verdict(const Json& data);
 
-// Sentences a reader must see before trusting the ranking: list of texts.
-Json beware(const Json& data);
+// Caveats that a reader needs before relying on the ranking: a list of sentences ("beware" in page_data).
+Json caveats(const Json& data);
 
-// Where computing times of this folder say little, a sentence; else empty. Errors and images are not concerned.
+// A sentence if compute times of this folder are unreliable, else empty.
 std::string computing_time_note(const Json& data);
 
 }  // namespace relign::report

@@ -5,6 +5,7 @@
 
 #include "base/json_members.h"
 #include "base/text.h"
+#include "report/page_data.h"
 #include "statistics/study.h"
 
 namespace relign::report {
@@ -13,25 +14,24 @@ namespace {
 struct Sentences {
   VerdictCase of;
   const char* verdict;
-  const char* reason;  // empty where it is decided
+  const char* reason;  // empty if decided
 };
-// {figures}, {n}, {needed}, {low} and {high}: the ratios beyond which a difference is relevant.
+// {low} and {high} are the ratios beyond which a difference is relevant. Reasons are shown beside the verdict on the
+// first method as well, so they name no method.
 constexpr std::array<Sentences, 8> kSentences = {{
-    {VerdictCase::better, "It is better: {figures}", ""},
-    {VerdictCase::worse, "It is worse: {figures}", ""},
+    {VerdictCase::better, "{first} is better: {figures}", ""},
+    {VerdictCase::worse, "{first} is worse: {figures}", ""},
     {VerdictCase::practically_equal,
-     "The two are practically equal: {figures}, within the factor {high} that counts as relevant", ""},
-    {VerdictCase::too_few_instances, "Which of the two is better is undecided: {figures}; {reason}",
-     "at least {needed} instances with a result of both are needed, found {n}"},
-    {VerdictCase::no_interval, "Which of the two is better is undecided: {reason}", "there is no 95 % interval"},
-    {VerdictCase::may_be_better, "Which of the two is better is undecided: {figures}; {reason}",
-     "the interval crosses {low}: the first may be better, or the two practically equal; more instances would narrow "
-     "it"},
-    {VerdictCase::may_be_worse, "Which of the two is better is undecided: {figures}; {reason}",
-     "the interval crosses {high}: the first may be worse, or the two practically equal; more instances would narrow "
-     "it"},
-    {VerdictCase::may_be_either, "Which of the two is better is undecided: {figures}; {reason}",
-     "the interval crosses both {low} and {high}: either may be better; more instances would narrow it"},
+     "The two are practically equal: {figures}, within the smallest relevant ratio of {high}", ""},
+    {VerdictCase::too_few_instances, "The comparison is undecided: {figures}; {reason}",
+     "at least {needed} common instances are needed, found {n}"},
+    {VerdictCase::no_interval, "The comparison is undecided: {reason}", "there is no 95 % interval"},
+    {VerdictCase::may_be_better, "The comparison is undecided: {figures}; {reason}",
+     "the interval crosses {low}, so better and practically equal are both possible; more instances would narrow it"},
+    {VerdictCase::may_be_worse, "The comparison is undecided: {figures}; {reason}",
+     "the interval crosses {high}, so worse and practically equal are both possible; more instances would narrow it"},
+    {VerdictCase::may_be_either, "The comparison is undecided: {figures}; {reason}",
+     "the interval crosses both {low} and {high}, so either may be better; more instances would narrow it"},
 }};
 
 const Sentences& sentences_of(VerdictCase of) {
@@ -46,11 +46,6 @@ std::string filled_in(std::string text, const std::string& name, const std::stri
   return text;
 }
 
-double number(const Json& pair, const char* key) {
-  const Json& value = member(pair, key);
-  return value.is_number() ? value.get<double>() : std::nan("");
-}
-
 }  // namespace
 
 VerdictCase case_of(const Json& pair, double smallest_relevant_ratio) {
@@ -58,7 +53,7 @@ VerdictCase case_of(const Json& pair, double smallest_relevant_ratio) {
   if (word == "better") return VerdictCase::better;
   if (word == "worse") return VerdictCase::worse;
   if (word == "practically equal") return VerdictCase::practically_equal;
-  const double low = number(pair, "lo95"), high = number(pair, "hi95");
+  const double low = number_in(pair, "lo95"), high = number_in(pair, "hi95");
   if (count_of(pair, "n") < statistics::kFewestCompared) return VerdictCase::too_few_instances;
   if (std::isnan(low) || std::isnan(high)) return VerdictCase::no_interval;
   const bool may_be_better = low<1 / smallest_relevant_ratio, may_be_worse = high> smallest_relevant_ratio;
@@ -70,26 +65,29 @@ VerdictCase case_of(const Json& pair, double smallest_relevant_ratio) {
 std::string undecided_reason(const Json& pair, double smallest_relevant_ratio) {
   const std::uint64_t n = count_of(pair, "n");
   std::string text = sentences_of(case_of(pair, smallest_relevant_ratio)).reason;
-  text = filled_in(text, "n", std::to_string(n) + (n == 1 ? " instance" : " instances"));
+  text = filled_in(text, "n", std::to_string(n));
   text = filled_in(text, "needed", std::to_string(statistics::kFewestCompared));
   text = filled_in(text, "low", significant(1 / smallest_relevant_ratio, 3));
   return filled_in(text, "high", significant(smallest_relevant_ratio, 3));
 }
 
-std::string verdict_sentence(const Json& pair, const std::string& second, double smallest_relevant_ratio) {
-  const auto shown = [&](const char* key) { return significant(number(pair, key), 2); };
+std::string verdict_sentence(const Json& pair, double smallest_relevant_ratio) {
+  const std::string first = text_of(pair, "a");
+  const auto shown = [&](const char* key) { return significant(number_in(pair, key), 2); };
   const bool interval = member(pair, "lo95").is_number() && member(pair, "hi95").is_number();
-  std::string figures = "lens by lens, its error is " + shown("ratio") + " times that of " + second;
-  if (interval) figures += " (95 %: " + shown("lo95") + " to " + shown("hi95") + ")";
+  std::string figures =
+      "paired by instance, the error of " + first + " is " + shown("ratio") + " times that of " + text_of(pair, "b");
+  if (interval) figures += " (95 % CI " + shown("lo95") + " to " + shown("hi95") + ")";
   std::string text = sentences_of(case_of(pair, smallest_relevant_ratio)).verdict;
   text = filled_in(text, "reason", undecided_reason(pair, smallest_relevant_ratio));
   text = filled_in(text, "high", significant(smallest_relevant_ratio, 3));
-  return filled_in(text, "figures", figures);
+  text = filled_in(text, "figures", figures);
+  return filled_in(text, "first", first);
 }
 
 Json turned(const Json& pair) {
   const auto inverse = [&](const char* key) {
-    const double value = number(pair, key);
+    const double value = number_in(pair, key);
     return std::isnan(value) ? Json() : Json(1 / value);
   };
   Json other = pair;

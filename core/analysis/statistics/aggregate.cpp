@@ -11,19 +11,20 @@
 namespace relign::statistics {
 namespace {
 
-// Held at a time. Draws that are not kept are made again for every part.
+// Limits of memory; methods beyond them are processed in parts, which draw their resamples again.
 constexpr std::size_t kReplicateBytes = 64'000'000, kSampleBytes = 16'000'000;
-constexpr std::size_t kBytesOfOneValue = 32;  // of both samples of a method
+constexpr std::size_t kBytesPerValue = 32;  // in both samples of a method
 
-// Share of instances on which one training of the first method is better than one of the second.
-class Duel {
+// Probability of improvement of the first method over the second.
+class PairedWins {
  public:
-  Duel(const StratifiedValues& first, const StratifiedValues& second, const std::vector<std::size_t>& instances)
+  PairedWins(const StratifiedValues& first, const StratifiedValues& second, const std::vector<std::size_t>& instances)
       : instances_(instances), firsts_(first.trainings), seconds_(second.trainings) {
     for (std::size_t stratum = 0; stratum < instances.size(); ++stratum) {
       const std::size_t count = instances[stratum];
       if (first.strata.at(stratum).size() != count * firsts_ || second.strata.at(stratum).size() != count * seconds_)
-        throw Error(ErrorKind::internal, "two methods that are compared must have met the same instances");
+        throw Error(ErrorKind::internal,
+                    "compared methods have different instances; give both the same strata, NaN for missing values");
       std::size_t fewest = 0;
       for (std::size_t a = 0; a < firsts_; ++a)
         for (std::size_t b = 0; b < seconds_; ++b) {
@@ -49,7 +50,7 @@ class Duel {
     return firsts_ == 1 || seconds_ == 1 ? std::max(firsts_, seconds_) : std::min(firsts_, seconds_);
   }
 
-  // NaN where nothing was drawn.
+  // NaN if no value was drawn.
   double share(const StratifiedResampling::Draw& draw, const std::uint8_t* firsts, const std::uint8_t* seconds) const {
     double sum = 0;
     std::size_t strata = 0, at = 0;
@@ -80,11 +81,11 @@ class Duel {
  private:
   std::vector<std::size_t> instances_;
   std::size_t firsts_, seconds_, n_ = 0, fewest_ = 0;
-  bool complete_ = true;                         // every instance has both
+  bool complete_ = true;                         // no value is missing
   std::vector<std::uint8_t> known_, twice_won_;  // [stratum][first][second][instance]
 };
 
-// How often each training is in the resamples: of one training always once.
+// Counts of each training in the resamples; a single training counts once in all of them.
 class TrainingDraws {
  public:
   TrainingDraws(const std::vector<MethodErrors>& methods, std::size_t resamples, std::uint64_t seed) {
@@ -111,12 +112,13 @@ struct Scratch {
   PooledStatistics statistics;
 };
 
-// Of one method; `profile` one after the other.
+// Of one method; profile[place].
 struct MethodReplicates {
   Replicates iqm, median, gap, area;
   std::vector<Replicates> profile;
 };
 
+// The n of the expanded percentile interval.
 std::size_t expanded_for(std::size_t instances, std::size_t trainings) {
   return trainings > 1 ? std::min(instances, trainings) : instances;
 }
@@ -179,15 +181,15 @@ class Bootstrap {
   }
 
   void add_pairs(const std::vector<std::pair<std::size_t, std::size_t>>& pairs, Aggregates& result) {
-    std::vector<Duel> duels;
+    std::vector<PairedWins> wins;
     for (const auto& [first, second] : pairs)
-      duels.emplace_back(methods_.at(first).last, methods_.at(second).last, resampling_.instances());
+      wins.emplace_back(methods_.at(first).last, methods_.at(second).last, resampling_.instances());
     std::vector<Replicates> replicates(pairs.size(), Replicates(resampling_.resamples()));
     for_each_resample([&](std::size_t resample, Scratch& scratch) {
       for (std::size_t pair = 0; pair < pairs.size(); ++pair)
         replicates[pair][resample] =
-            duels[pair].share(scratch.draw, trainings_.counts(pairs[pair].first, resample, scratch.first),
-                              trainings_.counts(pairs[pair].second, resample, scratch.second));
+            wins[pair].share(scratch.draw, trainings_.counts(pairs[pair].first, resample, scratch.first),
+                             trainings_.counts(pairs[pair].second, resample, scratch.second));
     });
     std::size_t trainings = 1;
     for (const MethodErrors& method : methods_) trainings = std::max(trainings, method.last.trainings);
@@ -195,12 +197,12 @@ class Bootstrap {
     for (std::size_t pair = 0; pair < pairs.size(); ++pair)
       result.pairs.push_back(
           {pairs[pair].first, pairs[pair].second,
-           band_of(duels[pair].n(), duels[pair].share(once.draw, once.trainings(), once.trainings()), replicates[pair],
-                   expanded_for(duels[pair].fewest_instances(), duels[pair].trainings()))});
+           band_of(wins[pair].n(), wins[pair].share(once.draw, once.trainings(), once.trainings()), replicates[pair],
+                   expanded_for(wins[pair].fewest_instances(), wins[pair].trainings()))});
   }
 
  private:
-  // Blocks of resamples, so that threads rarely meet; draws are made once for all methods.
+  // In blocks, so that threads rarely synchronise; each resample is drawn once for all methods.
   template <class Body>
   void for_each_resample(const Body& body) {
     constexpr std::size_t kAtOnce = 16;
@@ -244,7 +246,7 @@ Aggregates aggregate(const StratifiedResampling& resampling, const std::vector<M
     values = std::max(values, here);
   }
   const std::size_t at_once = std::max<std::size_t>(
-      1, std::min(kReplicateBytes / std::max<std::size_t>(1, of_one), kSampleBytes / (values * kBytesOfOneValue)));
+      1, std::min(kReplicateBytes / std::max<std::size_t>(1, of_one), kSampleBytes / (values * kBytesPerValue)));
   for (std::size_t first = 0; first < methods.size(); first += at_once)
     bootstrap.add_methods(first, std::min(at_once, methods.size() - first), places, result);
   bootstrap.add_pairs(pairs, result);

@@ -1,4 +1,4 @@
-// An estimate with its interval: what every statistic of the room comes out as.
+// An estimate with its confidence interval, the result type of all statistics in this module.
 #pragma once
 
 #include <cmath>
@@ -8,16 +8,16 @@
 namespace relign::statistics {
 
 inline constexpr double kConfidence = 0.95;
-inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();  // nobody can know it from these values
+inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();  // not computable
 
-// Both ends belong to it. NaN: there is none; an end may be infinite.
+// Closed interval. NaN: no interval; either end may be infinite.
 struct Interval {
   double low = kMissing, high = kMissing;
   bool exists() const { return !std::isnan(low) && !std::isnan(high); }
 };
 
 struct Band {
-  std::size_t n = 0;  // values that entered
+  std::size_t n = 0;  // values used
   double estimate = kMissing;
   Interval interval;
 };

@@ -20,16 +20,16 @@ std::vector<SortedSample> sort_columns(const std::vector<std::vector<double>>& c
   for (std::size_t column = first; column < first + count; ++column) {
     if (columns[column].size() != instances) {
       throw Error(ErrorKind::internal, "column " + std::to_string(column) + " has " +
-                                           std::to_string(columns[column].size()) +
-                                           " values, but resamples draw from " + std::to_string(instances) +
-                                           " instances: give one value an instance, NaN where there is none");
+                                           std::to_string(columns[column].size()) + " values for " +
+                                           std::to_string(instances) +
+                                           " instances; give one value per instance, NaN if missing");
     }
     samples.emplace_back(columns[column]);
   }
   return samples;
 }
 
-// Resamples outside, columns inside: large draws are made once for all columns.
+// The outer loop is over resamples, so that draws that are not stored are made once for all columns.
 std::vector<Replicates> replicate_quantile(const Resampling& resampling, const std::vector<SortedSample>& samples,
                                            double share) {
   std::vector<Replicates> result(samples.size(), Replicates(resampling.resamples()));
@@ -64,9 +64,9 @@ std::vector<Replicates> replicate(const Resampling& resampling, const std::vecto
 template <class Operation>
 Replicates combined(const Replicates& left, const Replicates& right, Operation&& operation) {
   if (left.size() != right.size()) {
-    throw Error(ErrorKind::internal, "replicates of " + std::to_string(left.size()) + " and " +
+    throw Error(ErrorKind::internal, "replicates have " + std::to_string(left.size()) + " and " +
                                          std::to_string(right.size()) +
-                                         " resamples have nothing in common: take both from one Resampling");
+                                         " resamples; take both from the same Resampling");
   }
   Replicates result(left.size());
   std::transform(left.begin(), left.end(), right.begin(), result.begin(), operation);
@@ -77,7 +77,7 @@ double sorted_quantile(const std::vector<double>& sorted, double share) {
   const double place = static_cast<double>(sorted.size() - 1) * share;
   const auto below = static_cast<std::size_t>(place);
   const double fraction = place - static_cast<double>(below);
-  // Nothing lies between -infinity and a number, nor between two equal infinities.
+  // Interpolation from an infinite value would give NaN.
   if (fraction == 0 || std::isinf(sorted[below])) return sorted[below];
   return sorted[below] + fraction * (sorted[below + 1] - sorted[below]);
 }
@@ -98,10 +98,7 @@ Replicates ratio(const Replicates& left, const Replicates& right) {
 }
 
 Interval expanded_percentile(const Replicates& replicates, std::size_t n, double confidence) {
-  if (!(confidence > 0 && confidence < 1)) {
-    throw Error(ErrorKind::bad_input, "an interval of confidence " + std::to_string(confidence) +
-                                          " does not exist: give a number between 0 and 1, usual is 0.95");
-  }
+  check_confidence(confidence);
   std::vector<double> sorted;
   sorted.reserve(replicates.size());
   std::copy_if(replicates.begin(), replicates.end(), std::back_inserter(sorted),

@@ -18,14 +18,12 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 void check_probability(double probability) {
   if (probability >= 0 && probability <= 1) return;
-  throw Error(ErrorKind::internal,
-              "a probability is " + std::to_string(probability) + ", allowed are 0 to 1: check the caller");
+  throw Error(ErrorKind::internal, "probability " + std::to_string(probability) + " is outside 0 to 1");
 }
 
 void check_degrees(double degrees) {
   if (degrees > 0) return;
-  throw Error(ErrorKind::internal,
-              "degrees of freedom are " + std::to_string(degrees) + ", they must be positive: check the caller");
+  throw Error(ErrorKind::internal, "degrees of freedom must be positive, not " + std::to_string(degrees));
 }
 
 }  // namespace
@@ -72,6 +70,12 @@ double fisher_f_upper(double value, double numerator, double denominator) {
 double fair_coin_lower(std::size_t heads, std::size_t throws) {
   if (heads >= throws) return 1;
   return boost::math::cdf(boost::math::binomial(static_cast<double>(throws), 0.5), static_cast<double>(heads));
+}
+
+void check_confidence(double confidence) {
+  if (confidence > 0 && confidence < 1) return;
+  throw Error(ErrorKind::bad_input,
+              "confidence " + std::to_string(confidence) + " must be between 0 and 1, usually 0.95");
 }
 
 }  // namespace relign::statistics

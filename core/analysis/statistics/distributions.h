@@ -1,7 +1,7 @@
-// Distribution functions that intervals and tests need. From Boost.Math, which only distributions.cpp includes.
+// Distribution functions for intervals and tests, from Boost.Math, which only distributions.cpp includes.
 //
-// A NaN argument gives NaN. Degrees of freedom are positive, probabilities in [0, 1]; anything else throws Error
-// (internal): a rule of the caller's was broken.
+// A NaN argument gives NaN. Throws Error (internal) for degrees of freedom that are not positive and for probabilities
+// outside [0, 1].
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,10 @@ double student_t_quantile(double probability, double degrees);
 double chi_squared_upper(double value, double degrees);                     // P(X > value); 1 for value <= 0
 double fisher_f_upper(double value, double numerator, double denominator);  // P(F > value), degrees of freedom
 
-// P(at most so many heads of so many throws); 1 of no throw.
+// Binomial CDF with p = 1/2: P(at most `heads` heads in `throws` throws); 1 without throws.
 double fair_coin_lower(std::size_t heads, std::size_t throws);
+
+// Throws Error (bad_input) unless 0 < confidence < 1.
+void check_confidence(double confidence);
 
 }  // namespace relign::statistics

@@ -10,7 +10,7 @@ namespace relign::statistics {
 
 namespace {
 
-// NaN where nothing is left to be measured.
+// Between start and resolution; NaN if the start is within the resolution.
 double decades_of(double start_excess) {
   return start_excess > kResolution ? std::log(start_excess / kResolution) : kMissing;
 }

@@ -1,15 +1,15 @@
-// The error of a trial on a scale that every scene and noise level shares, so that trials of all of them can be pooled.
+// Normalised error: a trial's error on a scale common to all scenes and noise levels, so that trials can be pooled.
 //
-// x = sqrt(max(0, MSE - MSE of the instance's own optimum)) is the excess error, r = kResolution the smallest error
-// that can be told from 0, x_start the excess error at the start pose. The normalised error is
+// With the excess error x = sqrt(max(0, MSE - MSE of the instance's own optimum)), the excess error x_start at the
+// start pose, and the resolution r = kResolution,
 //
 //   e = clamp(log(max(x, r) / r) / log(x_start / r), 0, 1)
 //
-// 0: as good as the instance allows, to within r. 1: no better than the start. On the way there equal steps are equal
-// factors of error: e is the share of the decades between start and resolution that are left, which is also the share
-// of log-uniform targets between the two that are missed (the anytime view of COCO, Hansen et al., Optimization Methods
-// and Software 36 (2021)). 1 - e is a score as rliable expects it (Agarwal et al., NeurIPS 2021), normalised by two
-// references of the instance itself; no other method of the study enters.
+// 0: as good as the instance allows, within r. 1: no better than the start. The scale is logarithmic: e is the share of
+// the decades between start and resolution that remain, and equally the share of log-uniform targets in that range that
+// are missed (the anytime view of COCO, Hansen et al., Optimization Methods and Software 36 (2021)). 1 - e is a score
+// as rliable expects it (Agarwal et al., NeurIPS 2021). Both references belong to the instance, so that e does not
+// depend on the other methods of a study.
 #pragma once
 
 #include <vector>
@@ -19,19 +19,19 @@
 
 namespace relign::statistics {
 
-// Noise-free RMSE below this cannot be told apart: it is as large as the error of the truth.
+// RMSE. Differences below this are within the error of the noise-free RMSE itself.
 inline constexpr double kResolution = 1e-4;
 
-// NaN where either excess is NaN, and where the start is within the resolution: nothing is left to be measured there.
+// NaN if either excess is NaN, or if the start is within the resolution, where nothing can be measured.
 double normalised_error(double excess, double start_excess);
 
-// Of each step's pose by the rule (rules.h); the start is the commanded pose of step 0, without which all are NaN. No steps:
-// empty.
+// One per step, at the pose given by the rule (rules.h). The start is the commanded pose of step 0; without that step
+// all values are NaN. Empty without steps.
 std::vector<double> normalised_errors(const std::vector<records::StepNumbers>& steps, double own_optimum_mse,
                                       Rule rule = Rule::own);
 
-// Mean of the normalised errors over steps 1 to `budget`, the last one carried forward: the area under the error curve
-// as a share of the largest possible one. Empty errors, and no budget: NaN.
+// Area under the error curve: the mean of the normalised errors over steps 1 to `budget`, with the last one carried
+// forward. NaN for empty errors or budget 0.
 double area_under(const std::vector<double>& errors, unsigned budget);
 
 }  // namespace relign::statistics

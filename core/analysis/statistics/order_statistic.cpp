@@ -10,8 +10,7 @@ namespace relign::statistics {
 
 OrderStatistic OrderStatistic::quantile(double share) {
   if (!(share >= 0 && share <= 1)) {
-    throw Error(ErrorKind::bad_input,
-                "a quantile at " + std::to_string(share) + " does not exist: give a share from 0 to 1");
+    throw Error(ErrorKind::bad_input, "quantile share " + std::to_string(share) + " must be in the range 0 to 1");
   }
   return {Kind::quantile, share};
 }

@@ -12,9 +12,9 @@ namespace {
 
 double logarithm(double value, std::size_t instance) {
   if (value < 0) {
-    throw Error(ErrorKind::bad_input, "instance " + std::to_string(instance) + " has the value " +
+    throw Error(ErrorKind::bad_input, "instance " + std::to_string(instance) + " has the negative value " +
                                           std::to_string(value) +
-                                          ", which has no logarithm: compare raw values, or clip at 0");
+                                          ", which has no logarithm; compare raw values, or clip at 0");
   }
   return std::log(value);
 }
@@ -25,7 +25,7 @@ std::vector<double> paired_differences(const std::vector<double>& first, const s
                                        Scale scale) {
   if (first.size() != second.size()) {
     throw Error(ErrorKind::internal, std::to_string(first.size()) + " and " + std::to_string(second.size()) +
-                                         " values are no pairs: give one value an instance, NaN where there is none");
+                                         " values cannot be paired; give one value per instance, NaN if missing");
   }
   std::vector<double> differences(first.size(), kMissing);
   for (std::size_t instance = 0; instance < first.size(); ++instance) {
@@ -35,7 +35,7 @@ std::vector<double> paired_differences(const std::vector<double>& first, const s
       a = logarithm(a, instance);
       b = logarithm(b, instance);
     }
-    differences[instance] = a == b ? 0 : a - b;  // two infinities have no difference
+    differences[instance] = a == b ? 0 : a - b;  // infinity - infinity would be NaN
   }
   return differences;
 }
@@ -56,8 +56,8 @@ const char* verdict_name(Verdict verdict) {
 
 Verdict verdict_of(const Interval& difference, double smallest_relevant) {
   if (!(smallest_relevant >= 0)) {
-    throw Error(ErrorKind::bad_input, "the smallest relevant difference is " + std::to_string(smallest_relevant) +
-                                          ": give 0 or a positive number");
+    throw Error(ErrorKind::bad_input, "the smallest relevant difference must be 0 or a positive number, not " +
+                                          std::to_string(smallest_relevant));
   }
   if (!difference.exists()) return Verdict::undecided;
   if (difference.high < -smallest_relevant) return Verdict::better;

@@ -11,7 +11,7 @@ namespace relign::statistics {
 PairedShares compare_shares(const std::vector<bool>& first, const std::vector<bool>& second) {
   if (first.size() != second.size())
     throw Error(ErrorKind::internal, "paired columns have " + std::to_string(first.size()) + " and " +
-                                         std::to_string(second.size()) + " instances: give both the same");
+                                         std::to_string(second.size()) + " instances; give the same instances to both");
   PairedShares shares;
   shares.n = first.size();
   for (std::size_t i = 0; i < first.size(); ++i) {

@@ -1,4 +1,4 @@
-// Two algorithms on the same instances, each of which passes or does not: whose yield is higher, and how surely?
+// Paired comparison of two yields: pass or fail on the same instances.
 #pragma once
 
 #include <cstddef>
@@ -10,14 +10,14 @@ namespace relign::statistics {
 
 struct PairedShares {
   std::size_t n = 0;
-  std::size_t first = 0, second = 0;              // that pass
-  std::size_t first_alone = 0, second_alone = 0;  // with the one and not with the other
-  // McNemar's test (Psychometrika 12 (1947)) in its exact form: the instances on which the two agree tell nothing, and
-  // the others are a fair coin's if the two are equal. Two-sided; 1 where they agree everywhere, missing without any.
+  std::size_t first = 0, second = 0;              // passes
+  std::size_t first_alone = 0, second_alone = 0;  // passes with this one only
+  // McNemar's exact test (Psychometrika 12 (1947)), two-sided: among the instances with different outcomes, either
+  // algorithm passes with probability 1/2 if the two are equal. 1 if all outcomes agree, NaN without instances.
   double p = kMissing;
 };
 
-// One value an instance. Throws Error (internal) for columns of different lengths.
+// One value per instance. Throws Error (internal) for columns of different lengths.
 PairedShares compare_shares(const std::vector<bool>& first, const std::vector<bool>& second);
 
 }  // namespace relign::statistics

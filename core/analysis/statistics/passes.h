@@ -1,4 +1,4 @@
-// Which lenses a method brought into specification, one by one: what yields of two methods are compared by.
+// Which instances meet the specification, per method: the input of paired yield comparisons.
 #pragma once
 
 #include <cstdint>
@@ -11,14 +11,14 @@
 
 namespace relign::statistics {
 
-using Passes = std::map<std::uint64_t, bool>;  // by instance; empty where it cannot be known
+using Passes = std::map<std::uint64_t, bool>;  // by instance; empty if unknown
 
-// For each of the series (places in TrialTable::series): at the last recommendation by the rule. A trial that failed is
-// a lens that missed.
+// For each of `series` (indices into TrialTable::series), at the last recommendation by the rule. A failed trial does
+// not pass. Empty without a specification, or if no record has the noise-free RMSE or the MTF that it limits.
 std::vector<Passes> passes_of(const TrialTable& table, const std::vector<std::size_t>& series,
                               const records::Specification& spec, Rule rule);
 
-// On the lenses that both have; n is 0 where one of them is empty.
+// On the instances of both; n is 0 if either is empty.
 PairedShares compare_passes(const Passes& first, const Passes& second);
 
 }  // namespace relign::statistics

@@ -11,10 +11,10 @@
 namespace relign::statistics {
 namespace {
 
-// Weights are sums of reciprocals; two that are meant to be equal differ by less.
+// Rounding of weights, which are sums of reciprocals.
 constexpr double kSameWeight = 1e-9;
-// The walk adds up blocks without a branch; only those in which a quarter, the half or a place of the profile lies are
-// walked value by value.
+// Blocks are summed without branches; only those that contain a quartile, the median or a place of the profile are
+// processed value by value.
 constexpr std::size_t kBlock = 64;
 
 }  // namespace
@@ -28,9 +28,8 @@ StratifiedMean::StratifiedMean(const StratifiedValues& values, const std::vector
     const std::vector<double>& here = values.strata[stratum];
     if (here.size() != instances[stratum] * trainings_)
       throw Error(ErrorKind::internal, "stratum " + std::to_string(stratum) + " has " + std::to_string(here.size()) +
-                                           " values, but " + std::to_string(trainings_) + " trainings on " +
-                                           std::to_string(instances[stratum]) +
-                                           " instances: give NaN where there is none");
+                                           " values for " + std::to_string(trainings_) + " trainings on " +
+                                           std::to_string(instances[stratum]) + " instances; give NaN if missing");
     first_cell_.push_back(values_.size());
     std::size_t known = 0;
     for (const double value : here) {
@@ -52,7 +51,7 @@ void StratifiedMean::drawn(const StratifiedResampling::Draw& draw, const std::ui
   for (std::size_t stratum = 0; stratum < instances_.size(); ++stratum) {
     const std::size_t count = instances_[stratum];
     const std::uint8_t* counts = draw.strata[stratum];
-    if (complete_[stratum]) {  // every resample has as many as there are
+    if (complete_[stratum]) {  // all resamples have the same size
       result[stratum] = count * trainings_;
       continue;
     }
@@ -78,7 +77,7 @@ double StratifiedMean::resampled(const StratifiedResampling::Draw& draw, const s
     double sum = 0;
     for (std::size_t training = 0; training < trainings_; ++training) {
       const double* values = &values_[first_cell_[stratum] + training * count];
-      double lanes[4] = {0, 0, 0, 0};  // independent sums: the compiler may not reorder one
+      double lanes[4] = {0, 0, 0, 0};  // independent sums vectorise; the compiler may not reorder one
       std::size_t i = 0;
       for (; i + 4 <= count; i += 4)
         for (std::size_t lane = 0; lane < 4; ++lane) lanes[lane] += counts[i + lane] * values[i + lane];
@@ -111,8 +110,8 @@ PooledSample::PooledSample(const StratifiedValues& values, const std::vector<std
         static_cast<std::size_t>(std::upper_bound(values_.begin(), values_.end(), place) - values_.begin()));
 }
 
-// `unit(stratum)`: what one draw weighs. The interquartile mean is that of OrderStatistic::iqm() with weights, the
-// median the value at which half of the weight is passed, or the middle of two where exactly half lies before a value.
+// `unit(stratum)`: the weight of one draw. The interquartile mean is OrderStatistic::iqm() with weights; the median is
+// the value at which the cumulative weight passes 1/2, or the mean of two values if it equals 1/2 between them.
 template <class Unit>
 void PooledSample::walk(const Unit& unit, Scratch& scratch, PooledStatistics& result) const {
   const std::size_t blocks = (values_.size() + kBlock - 1) / kBlock;

@@ -1,5 +1,5 @@
-// All values of one method, sorted once over all strata and trainings, so that the aggregates of any resample are one
-// walk over them. Every stratum has the same weight, shared out evenly over its values.
+// All values of one method over all strata and trainings, sorted once, so that the aggregates of a resample take one
+// pass. Strata have equal weight, shared equally by their values.
 #pragma once
 
 #include <cstdint>
@@ -11,21 +11,20 @@ namespace relign::statistics {
 
 struct PooledStatistics {
   double iqm = 0, median = 0;
-  std::vector<double> profile;  // share of the weight with a value at or below each of the profile's places
+  std::vector<double> profile;  // share of the weight at or below each place of the profile
 };
 
 // The mean of the strata's means.
 class StratifiedMean {
  public:
-  // Throws Error (internal) for strata of another size than instances * trainings.
+  // Throws Error (internal) for a stratum whose size is not instances * trainings.
   StratifiedMean(const StratifiedValues& values, const std::vector<std::size_t>& instances);
 
-  std::size_t size() const { return size_; }  // values that are there
-  // Values of one training in the stratum that has the fewest: what an interval is expanded for.
+  std::size_t size() const { return size_; }  // values that are not NaN
+  // Values per training in the smallest stratum: the n of the expanded percentile interval.
   std::size_t fewest_instances() const { return fewest_; }
 
-  // `trainings`: how often each training was drawn. A stratum of which nothing was drawn takes no part; NaN without
-  // any.
+  // `trainings`: how often each training was drawn. Strata without a drawn value are skipped; NaN if all are.
   double resampled(const StratifiedResampling::Draw& draw, const std::uint8_t* trainings) const;
   // How many values of each stratum the resample has.
   void drawn(const StratifiedResampling::Draw& draw, const std::uint8_t* trainings,
@@ -34,20 +33,20 @@ class StratifiedMean {
  private:
   std::vector<std::size_t> instances_, first_cell_;
   std::size_t trainings_, size_ = 0, fewest_ = 0;
-  std::vector<double> values_;       // [stratum][training][instance]; 0 where there is none
-  std::vector<std::uint8_t> known_;  // 1 where there is one
+  std::vector<double> values_;       // [stratum][training][instance]; 0 if missing
+  std::vector<std::uint8_t> known_;  // 1 unless missing
   std::vector<bool> complete_;       // no value of the stratum is missing
 };
 
 class PooledSample {
  public:
-  // `places`: where the performance profile is evaluated, rising; none for no profile. Throws as StratifiedMean.
+  // `places`: where the performance profile is evaluated, ascending; empty for no profile. Throws as StratifiedMean.
   PooledSample(const StratifiedValues& values, const std::vector<std::size_t>& instances,
                const std::vector<double>& places);
 
   const StratifiedMean& mean() const { return mean_; }
 
-  // Scratch of resampled(), one a thread.
+  // Buffers of resampled(), one per thread.
   struct Scratch {
     std::vector<std::uint16_t> counts;
     std::vector<std::size_t> drawn;
@@ -65,12 +64,12 @@ class PooledSample {
   std::vector<std::size_t> instances_;
   std::size_t trainings_;
   std::vector<double> values_;        // sorted
-  std::vector<std::uint32_t> cells_;  // of each value: its place in [stratum][training][instance]
+  std::vector<std::uint32_t> cells_;  // of each value: its index in [stratum][training][instance]
   std::vector<std::uint16_t> stratum_;
-  std::vector<std::size_t> below_;  // of each place of the profile: values at or below it
+  std::vector<std::size_t> below_;  // values at or below each place of the profile
 };
 
-// Every instance and every training once.
+// The identity resample, for estimates: each instance and each training once.
 class EveryOnce {
  public:
   EveryOnce(const std::vector<std::size_t>& instances, std::size_t trainings);

@@ -16,20 +16,17 @@ Band success_rate(std::size_t successes, std::size_t trials, double confidence) 
 Band share_of_scores(double total, std::size_t trials, double confidence) {
   const auto n = static_cast<double>(trials);
   if (!(total >= 0 && total <= n)) {
-    throw Error(ErrorKind::internal, std::to_string(total) + " successes of " + std::to_string(trials) +
-                                         " trials cannot be: check what was counted");
+    throw Error(ErrorKind::internal,
+                std::to_string(total) + " successes of " + std::to_string(trials) + " trials are impossible");
   }
-  if (!(confidence > 0 && confidence < 1)) {
-    throw Error(ErrorKind::bad_input, "an interval of confidence " + std::to_string(confidence) +
-                                          " does not exist: give a number between 0 and 1, usual is 0.95");
-  }
+  check_confidence(confidence);
   if (trials == 0) return {};
   const double share = total / n;
   const double z = normal_quantile((1 + confidence) / 2);
   const double scale = 1 / (1 + z * z / n);
   const double middle = (share + z * z / (2 * n)) * scale;
   const double half = z * std::sqrt(share * (1 - share) / n + z * z / (4 * n * n)) * scale;
-  // At 0 and 1 the formula is exact; its rounding is not.
+  // The formula gives exactly 0 and 1 here, but for rounding.
   const double low = total == 0 ? 0 : std::max(0.0, middle - half);
   const double high = total == n ? 1 : std::min(1.0, middle + half);
   return {trials, share, {low, high}};

@@ -1,4 +1,4 @@
-// Order statistics of values that may be missing.
+// Median, quartiles and mean of values that may be missing.
 #pragma once
 
 #include <cstddef>
@@ -7,12 +7,12 @@
 namespace relign::statistics {
 
 struct Quantiles {
-  std::size_t n = 0;  // values that entered
+  std::size_t n = 0;  // values used
   double median = 0, q25 = 0, q75 = 0, mean = 0;
 };
 
-// Linear interpolation between order statistics (NumPy's default, type 7). NaN does not enter. No value
-// at all: n = 0 and every number NaN.
+// Linear interpolation between order statistics (type 7, NumPy's default). NaN values are skipped; without any value n
+// is 0 and all numbers are NaN.
 Quantiles quantiles(std::vector<double> values);
 
 }  // namespace relign::statistics

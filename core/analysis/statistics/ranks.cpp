@@ -17,11 +17,11 @@ void check_lengths(const std::vector<std::vector<double>>& columns) {
     if (column.size() == columns.front().size()) continue;
     throw Error(ErrorKind::internal, "algorithms have " + std::to_string(columns.front().size()) + " and " +
                                          std::to_string(column.size()) +
-                                         " values: give one value an instance, NaN where there is none");
+                                         " values; give one value per instance, NaN if missing");
   }
 }
 
-// Over all instances: each column's ranks, and the squared distances of all ranks from the middle one.
+// Sums over instances: the ranks of each column, and the squared distances of all ranks from the mean rank.
 struct RankSums {
   std::vector<double> ranks;
   double squares = 0;
@@ -63,7 +63,7 @@ Friedman friedman(const std::vector<std::vector<double>>& columns) {
     result.mean_ranks[column] = sums.ranks[column] / n;
     between += std::pow(sums.ranks[column] - n * (k + 1) / 2, 2);
   }
-  // Conover's form: ties need no extra correction, since the ranks' own variance stands below.
+  // Conover's form: the denominator is the variance of the actual ranks, which accounts for ties.
   result.chi_squared = sums.squares == 0 ? 0 : (k - 1) * between / sums.squares;
   result.p = chi_squared_upper(result.chi_squared, k - 1);
   if (result.instances < 2) return result;

@@ -1,8 +1,8 @@
-// Three algorithms or more on the same instances: does any differ at all (Friedman), and which pairs do (Wilcoxon's
-// test with Holm's correction)?
+// Three or more algorithms on the same instances: Friedman's test for any difference, Holm's correction for the
+// pairwise Wilcoxon tests.
 //
-// Pairs are tested by their own differences, not by mean ranks: whether two differ must not depend on which others were
-// measured (Benavoli, Corani, Mangili, JMLR 17 (2016)). Mean ranks are for pictures.
+// Pairs are tested on their own differences and not by mean ranks, so that the result of a pair does not depend on the
+// other algorithms (Benavoli, Corani, Mangili, JMLR 17 (2016)).
 #pragma once
 
 #include <cstddef>
@@ -13,23 +13,23 @@
 namespace relign::statistics {
 
 struct Friedman {
-  std::size_t instances = 0;       // on which every algorithm has a value
+  std::size_t instances = 0;       // with a value of every algorithm
   std::size_t left_out = 0;        // the others
-  std::vector<double> mean_ranks;  // of each algorithm; 1 is best, that is lowest; ties share
+  std::vector<double> mean_ranks;  // of each algorithm; 1 is lowest, ties share the mean rank
   // Friedman's chi squared, corrected for ties, with k - 1 degrees of freedom (scipy.stats.friedmanchisquare).
   double chi_squared = kMissing, p = kMissing;
-  // The better approximation of Iman and Davenport (Communications in Statistics A9 (1980)), see Demsar, JMLR 7
-  // (2006): F with k - 1 and (k - 1)(N - 1) degrees of freedom; infinite when all instances rank alike. Report this p.
+  // F of Iman and Davenport (Communications in Statistics A9 (1980)) with k - 1 and (k - 1)(N - 1) degrees of freedom,
+  // the better approximation (Demsar, JMLR 7 (2006)): report f_p. Infinite if all instances have the same ranks.
   double f = kMissing, f_p = kMissing;
 };
 
-// columns: one an algorithm, one value an instance; infinite ones count. If all algorithms tie everywhere, chi squared
-// and F are 0 and p is 1. Fewer than two algorithms or no instance: everything is missing; one instance: F is.
-// Throws Error (internal) for columns of different lengths.
+// columns: one per algorithm with one value per instance, infinite values included. If all algorithms tie on all
+// instances, chi squared and F are 0 and p is 1. NaN for fewer than two algorithms or no instance; F also for one
+// instance. Throws Error (internal) for columns of different lengths.
 Friedman friedman(const std::vector<std::vector<double>>& columns);
 
-// p values corrected for their number (Holm, Scandinavian Journal of Statistics 6 (1979)), in their order. Rejecting
-// those at or below 0.05 is wrong about any of them in at most 5 % of all studies. NaN stays and does not count.
+// p values with Holm's correction for multiple testing (Scandinavian Journal of Statistics 6 (1979)), in the given
+// order: controls the family-wise error rate. NaN stays NaN and is not counted.
 std::vector<double> holm(const std::vector<double>& p);
 
 }  // namespace relign::statistics

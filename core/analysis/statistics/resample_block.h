@@ -1,5 +1,5 @@
-// Some resamples side by side, so that one walk over sorted values finds a quantile of all of them at once: the loops
-// over resamples are short and without branches, which compilers turn into vector instructions.
+// A block of resamples side by side, so that one pass over sorted values gives a quantile of all of them: the inner
+// loops over resamples are short and free of branches, so that compilers vectorise them.
 #pragma once
 
 #include <cstddef>
@@ -16,19 +16,19 @@ class ResampleBlock {
 
   explicit ResampleBlock(const Resampling& resampling) : resampling_(resampling) {}
 
-  // Resamples first, first + 1, ..., kLanes at most; lanes beyond the last resample draw nothing.
+  // Resamples first, first + 1, ..., at most kLanes; lanes beyond the last resample have all counts 0.
   void load(std::size_t first);
 
   std::size_t instances() const { return resampling_.instances(); }
   std::size_t lanes() const { return rows_.size(); }
-  // How often the lanes' resamples drew this instance, kLanes numbers.
+  // Counts of this instance in each lane, kLanes numbers.
   const std::uint8_t* counts_of(std::uint32_t instance) const { return &by_instance_[instance * kLanes]; }
-  // One lane's counts, one an instance, as Resampling::counts.
+  // Counts of one lane, one per instance, as Resampling::counts.
   const std::uint8_t* counts(std::size_t lane) const { return rows_[lane]; }
 
  private:
   const Resampling& resampling_;
-  std::vector<std::vector<std::uint8_t>> scratch_;  // where draws are not kept
+  std::vector<std::vector<std::uint8_t>> scratch_;  // if the draws are not stored
   std::vector<const std::uint8_t*> rows_;
   std::vector<std::uint8_t> by_instance_;  // [instance][lane]
 };

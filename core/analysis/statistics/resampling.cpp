@@ -11,7 +11,7 @@ namespace relign::statistics {
 Resampling::Resampling(std::size_t instances, std::size_t resamples, std::uint64_t seed, std::uint32_t level)
     : instances_(instances), resamples_(resamples), seed_(seed), level_(level) {
   if (resamples == 0) {
-    throw Error(ErrorKind::bad_input, "a bootstrap of 0 resamples says nothing: ask for at least 1, usual are 10,000");
+    throw Error(ErrorKind::bad_input, "the bootstrap needs at least 1 resample, usually 10,000, not 0");
   }
   if (instances == 0 || instances > kKeptBytes / resamples) return;
   kept_.resize(instances * resamples);
@@ -30,9 +30,9 @@ void Resampling::draw(std::size_t resample, std::uint8_t* counts) const {
   Random random(seed_, std::uint64_t{level_} << 40 | resample);
   for (std::size_t drawn = 0; drawn < instances_; ++drawn) {
     std::uint8_t& count = counts[random.below(instances_)];
-    // The chance of a count of 255 is below 1 in 10^500.
+    // Probability below 10^-500.
     if (++count == std::numeric_limits<std::uint8_t>::max()) {
-      throw Error(ErrorKind::internal, "an instance was drawn 255 times in one resample: choose another seed");
+      throw Error(ErrorKind::internal, "an instance was drawn 255 times in one resample; choose another seed");
     }
   }
 }

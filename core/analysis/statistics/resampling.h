@@ -1,8 +1,8 @@
-// Which instances each bootstrap resample draws: once for all algorithms that are compared.
+// The instances of each bootstrap resample, shared by all algorithms that are compared.
 //
-// Algorithms met the same instances, so a resample must draw the same instances for all of them: then what an easy or
-// a hard instance does to all cancels in their differences (common random numbers). The draws are counts, how often
-// each instance was drawn, because that is all that statistics of sorted values need.
+// Algorithms run on the same instances, so a resample draws the same instances for all of them and the difficulty of an
+// instance cancels in differences (common random numbers). A draw is stored as counts per instance, which is all that
+// statistics of sorted values need.
 #pragma once
 
 #include <cstddef>
@@ -15,11 +15,11 @@ inline constexpr std::size_t kResamples = 10'000;
 
 class Resampling {
  public:
-  // `resamples` draws of `instances` out of `instances`, with replacement, each instance equally likely. Resample b is
-  // a pure function of (instances, seed, level, b) by Philox (relign/random.hpp), the same on every machine, and does
-  // not depend on `resamples`. `level` tells apart draws that must be independent of each other under one seed.
-  // Up to kKeptBytes of counts (one byte an instance and resample) are kept; larger ones are drawn again whenever they
-  // are asked for. No instances: every resample is empty. Throws Error (bad_input) without any resample.
+  // Each resample draws `instances` instances with replacement, uniformly. Resample b is a pure function of (instances,
+  // seed, level, b) by Philox (relign/random.hpp), identical on all machines and independent of `resamples`. `level`
+  // separates independent draws under one seed. Up to kKeptBytes of counts (one byte per instance and resample) are
+  // stored; beyond that they are drawn again on each access. Without instances all resamples are empty. Throws Error
+  // (bad_input) for 0 resamples.
   Resampling(std::size_t instances, std::size_t resamples, std::uint64_t seed, std::uint32_t level = 0);
   static constexpr std::size_t kKeptBytes = 60'000'000;
 
@@ -27,8 +27,8 @@ class Resampling {
   std::size_t resamples() const { return resamples_; }
   std::uint64_t seed() const { return seed_; }
 
-  // How often each instance is in a resample; they add up to instances(). Points into the object or into `scratch`,
-  // valid until either changes.
+  // Counts of each instance in a resample; their sum is instances(). Points into the object or into `scratch`, valid
+  // until either changes.
   const std::uint8_t* counts(std::size_t resample, std::vector<std::uint8_t>& scratch) const;
 
  private:

@@ -1,5 +1,6 @@
-// Which pose a method is judged by. A method's own recommendation may be the minimum of a model, the pose of the lowest
-// measured error or wherever it stands; who compares methods by their searching alone judges all of them by one rule.
+// Recommendation rules: which pose of a method is scored. Methods choose their own recommendation differently (the
+// minimum of a model, the pose with the lowest measured error, the current pose); scoring all of them by one rule
+// compares their search alone.
 #pragma once
 
 #include <array>
@@ -10,8 +11,8 @@
 
 namespace relign::statistics {
 
-// own: what the method recommends; best: the pose of its lowest measured RMSE so far, the first of equal ones; current:
-// where it stands. Each at every step, noise-free, where the glue leaves the lens.
+// own: the method's recommendation; best: the pose with its lowest measured RMSE so far, the first of equal ones;
+// current: its current pose. Each is scored at every step, noise-free, after the adhesive has cured.
 enum class Rule { own, best, current };
 inline constexpr std::array<Rule, 3> kRules = {Rule::own, Rule::best, Rule::current};
 inline const char* rule_name(Rule rule) {
@@ -23,7 +24,7 @@ inline std::optional<Rule> rule_named(const std::string& name) {
   return std::nullopt;
 }
 
-// Its noise-free RMSE step by step.
+// The noise-free RMSE by the rule, per step.
 inline Track track_of(Rule rule) {
   return rule == Rule::best      ? Track::recommended_best
          : rule == Rule::current ? Track::recommended_current

@@ -9,9 +9,9 @@
 namespace relign::statistics {
 namespace {
 
-// Share of all 2^n signs whose positive ranks sum to at most `sum`. Twice the ranks, so that shared ranks are whole.
+// Share of all 2^n signs whose positive ranks sum to at most `sum`. Ranks are doubled, so that tied ranks are integers.
 double exact_lower(const std::vector<double>& ranks, double sum) {
-  std::vector<double> shares = {1};  // of each twofold sum
+  std::vector<double> shares = {1};  // of each doubled sum
   for (const double rank : ranks) {
     const auto twofold = static_cast<std::size_t>(2 * rank);
     std::vector<double> next(shares.size() + twofold, 0.0);
@@ -25,7 +25,7 @@ double exact_lower(const std::vector<double>& ranks, double sum) {
   return std::accumulate(shares.begin(), shares.begin() + end, 0.0);
 }
 
-// Sum over groups of equal ranks, of t values each, of t^3 - t.
+// Tie correction: the sum of t^3 - t over groups of t equal ranks.
 double tie_sum(std::vector<double> ranks) {
   std::sort(ranks.begin(), ranks.end());
   double sum = 0;
@@ -77,7 +77,7 @@ SignedRank signed_rank(const std::vector<double>& differences) {
   const double smaller = std::min(result.above, result.below);
   result.exact = result.n <= kExactSignedRank;
   if (result.exact) {
-    result.p = std::min(1.0, 2 * exact_lower(ranks, smaller));  // the distribution is symmetric
+    result.p = std::min(1.0, 2 * exact_lower(ranks, smaller));  // symmetric distribution
     return result;
   }
   const auto n = static_cast<double>(result.n);

@@ -8,7 +8,7 @@
 namespace relign::statistics {
 namespace {
 
-// Whether a walk is over is asked now and then only, so that the loop stays a straight one.
+// The end of a pass is checked once per so many values, so that the inner loop has no branch.
 constexpr std::size_t kPlacesAtOnce = 64;
 
 }  // namespace
@@ -26,8 +26,8 @@ SortedSample::SortedSample(const std::vector<double>& values) {
   all_equal_ = values_.front() == values_.back();
 }
 
-// Of `drawn` values the quantile lies between the order statistics `below` and `below + 1` (from 0). The place of an
-// order statistic among the sorted values is how many of them are passed with no more than `below` draws taken.
+// The quantile of `drawn` values lies between the order statistics `below` and `below + 1` (from 0). The index of an
+// order statistic among the sorted values is the number of values with a cumulative count of at most `below`.
 template <class Count>
 void SortedSample::walk(const ResampleBlock& block, double share, double* results) const {
   constexpr std::size_t kLanes = ResampleBlock::kLanes;
@@ -69,7 +69,7 @@ void SortedSample::walk(const ResampleBlock& block, double share, double* result
       continue;
     }
     const double lower = values_[place[lane]];
-    // The largest value has no next one; without weight the next one does not matter, infinite or not.
+    // With fraction 0 the next value may not exist, or be infinite.
     const double upper = fraction[lane] > 0 ? values_[next_place[lane]] : lower;
     results[lane] = lower == upper ? lower : (1 - fraction[lane]) * lower + fraction[lane] * upper;
   }

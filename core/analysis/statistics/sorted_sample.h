@@ -1,4 +1,4 @@
-// Values sorted once, so that a statistic of any resample is one walk over them.
+// Values sorted once, so that the statistic of a resample takes one pass.
 #pragma once
 
 #include <cstddef>
@@ -13,12 +13,12 @@ namespace relign::statistics {
 
 class SortedSample {
  public:
-  // One value an instance; NaN: the instance has none and takes no part.
+  // One value per instance; NaN values are skipped.
   explicit SortedSample(const std::vector<double>& values);
 
   std::size_t size() const { return values_.size(); }  // without NaN
 
-  // The statistic when instance i was drawn counts[i] times. NaN when no value was drawn at all.
+  // The statistic of a resample with instance i drawn counts[i] times; NaN if no value was drawn.
   template <class Count>
   double resampled(const Count* counts, const OrderStatistic& statistic) const {
     if (all_equal_) return drawn(counts) == 0 ? kMissing : values_.front();
@@ -33,11 +33,11 @@ class SortedSample {
     return n == 0 ? kMissing : sum;
   }
 
-  // A quantile (type 7) of each of the block's resamples, as resampled() gives it with OrderStatistic::quantile(share).
+  // A quantile (type 7) of each resample of the block, equal to resampled() with OrderStatistic::quantile(share).
   void quantiles(const ResampleBlock& block, double share, double* results) const;
 
-  // The same for counts that add up to size(), as they do when no value is missing and none is infinite: the weights
-  // come from a table of OrderStatistic::weight_below(0 ... size(), size()).
+  // resampled() with a table of weights, OrderStatistic::weight_below(0 ... size(), size()): valid if no value is
+  // missing or infinite, so that counts add up to size().
   bool takes_table(std::size_t instances) const { return finite_ && !all_equal_ && values_.size() == instances; }
   template <class Count>
   double resampled(const Count* counts, const std::vector<double>& weights) const {

@@ -19,7 +19,7 @@
 namespace relign::statistics {
 namespace {
 
-// The tracks and steps that are held at once: all, or one track's, or a few steps of one.
+// Tracks and steps in memory at a time: all, one track, or a few steps of one track.
 struct Piece {
   std::vector<Track> tracks;
   StepRange steps;
@@ -39,18 +39,18 @@ std::vector<Piece> pieces(std::size_t trials, unsigned last_step, std::size_t mo
   return list;
 }
 
-// One comparable group's instances, and the draws that all its methods share.
+// The instances of a group and the resamples that its methods share.
 struct Draws {
   std::vector<std::uint64_t> instances;  // sorted
   Resampling resampling;
-  bool wanted;  // bands at all
+  bool wanted;  // bands are computed
 
   Draws(std::vector<std::uint64_t> of, const StudyOptions& options)
       : instances(std::move(of)),
         resampling(instances.size(), std::max<std::size_t>(options.resamples, 1), options.seed),
         wanted(options.resamples > 0) {}
 
-  // One value a trial becomes one an instance.
+  // From one value per trial to one per instance.
   std::vector<double> by_instance(const TrialTable& table, const Series& series,
                                   const std::vector<double>& values) const {
     std::vector<double> column(instances.size(), kMissing);
@@ -63,7 +63,7 @@ struct Draws {
   }
 };
 
-// What is gathered of each trial while its steps are at hand.
+// Times to targets and to specification, and residual misalignment, collected while a trial's steps are in memory.
 class Arrivals {
  public:
   Arrivals(const TrialTable& table, const Series& series, const StudyOptions& options,
@@ -75,25 +75,25 @@ class Arrivals {
         reached_by_(series.largest_budget + std::size_t{1}, 0) {}
 
   void add(const ReadTrial& trial) {
-    const double watched = std::max<double>(trial.row.budget, static_cast<double>(trial.steps.size() - 1));
+    const double censored_at = std::max<double>(trial.row.budget, static_cast<double>(trial.steps.size() - 1));
     for (const Rule rule : kRules) {
       const std::vector<double> rmse = track_values(trial.steps, trial.row.own_optimum_mse, track_of(rule));
       if (rule == rule_)
-        for (const TargetTime& time : times_to_targets(rmse, targets_, watched))
+        for (const TargetTime& time : times_to_targets(rmse, targets_, censored_at))
           if (time.reached) ++reached_by_[std::min(static_cast<std::size_t>(time.steps), reached_by_.size() - 1)];
       if (std::isnan(spec_.rmse)) continue;
-      TargetTime time = times_to_targets(rmse, {spec_.rmse}, watched).front();
+      TargetTime time = times_to_targets(rmse, {spec_.rmse}, censored_at).front();
       const records::MtfRecord& mtf = table_.mtf_of(trial.row).glued[rule];
-      if (!spec_.mtf_met_by(mtf.centre, mtf.corner)) time = {watched, false};
+      if (!spec_.mtf_met_by(mtf.centre, mtf.corner)) time = {censored_at, false};
       steps_[rule].push_back(time);
-      // A lens that does not get there counts as watched for ever: budgets are in steps, and a trial that gave up after
-      // a second would leave the count of those still on their way, as if giving up were success.
+      // In seconds, trials that do not reach the specification are censored at infinity: budgets are in steps, and
+      // censoring an early end at its time would drop it from those at risk, as if giving up were success.
       if (rule == rule_)
         seconds_.push_back({time.reached ? seconds_at(trial.steps[static_cast<std::size_t>(time.steps)])
                                          : std::numeric_limits<double>::infinity(),
                             time.reached});
     }
-    if (rule_ != Rule::own) return;  // records have the true pose of the method's own recommendation alone
+    if (rule_ != Rule::own) return;  // records have the true pose of the own recommendation only
     const std::vector<double>& best = trial.stored.own_optimum_pose();
     const std::vector<double>& ended = trial.steps.back().recommended_true_pose;
     if (best.empty() || best.size() != ended.size()) return;
@@ -117,7 +117,7 @@ class Arrivals {
   }
 
  private:
-  // The way back to the recommended pose is recorded for the method's own alone.
+  // The move to the recommended pose is recorded for the own rule only.
   double seconds_at(const records::StepNumbers& step) const {
     return rule_ != Rule::own || std::isnan(step.recommended_seconds) ? step.machine_seconds : step.recommended_seconds;
   }
@@ -126,7 +126,7 @@ class Arrivals {
   const std::vector<double>& targets_;
   Rule rule_;
   records::Specification spec_;
-  std::vector<std::size_t> reached_by_;  // pairs that are reached at exactly this step
+  std::vector<std::size_t> reached_by_;  // pairs reached at exactly this step
   ByRule<std::vector<TargetTime>> steps_;
   std::vector<TargetTime> seconds_;
   std::vector<std::vector<double>> residual_;
@@ -148,7 +148,7 @@ void add_bands(Curve& curve, const TrialTable& table, const Series& series, cons
   for (std::size_t i = 0; i < found.size(); ++i) *places[i] = found[i].interval;
 }
 
-// Lenses in specification at the last recommendation, where the glue leaves them, by one rule.
+// Instances in specification at the last recommendation by the rule, after curing.
 void count_yield(const TrialTable& table, const Series& series, const records::Specification& spec, Rule rule,
                  RuleScore& score) {
   for (const std::uint32_t trial : series.trials) {
@@ -159,7 +159,7 @@ void count_yield(const TrialTable& table, const Series& series, const records::S
   score.yield = success_rate(score.in_spec, series.trials.size() + series.failed);
 }
 
-// The same before the glue cures.
+// The same before curing.
 void count_uncured(const TrialTable& table, const Series& series, const records::Specification& spec, Rule rule,
                    SeriesStudy& study) {
   std::size_t known = 0;
@@ -217,19 +217,19 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
   }
   arrivals.finish(series.trials.size(), study);
 
-  std::vector<std::vector<double>> columns;  // of each rule, and of the commanded pose
+  std::vector<std::vector<double>> columns;  // one per rule, then the commanded pose
   for (const Rule rule : kRules) {
     RuleScore& score = study.rules[rule];
     const std::vector<double> rmse = last_values(table, series, track_of(rule));
-    const bool truth_is_known = std::any_of(rmse.begin(), rmse.end(), [](double one) { return !std::isnan(one); });
+    const bool has_ground_truth = std::any_of(rmse.begin(), rmse.end(), [](double one) { return !std::isnan(one); });
     std::vector<double> centre, corner;
     for (const std::uint32_t trial : series.trials) {
       centre.push_back(table.mtf_of(table.rows[trial]).glued[rule].centre);
       corner.push_back(table.mtf_of(table.rows[trial]).glued[rule].corner);
     }
     const Quantiles mtf_centre = quantiles(centre), mtf_corner = quantiles(corner);
-    const bool mtf_is_known = !spec.limits_mtf() || mtf_centre.n > 0;
-    const bool has_yield = spec.limits_anything() && truth_is_known && mtf_is_known;
+    const bool has_mtf = !spec.limits_mtf() || mtf_centre.n > 0;
+    const bool has_yield = spec.limits_anything() && has_ground_truth && has_mtf;
     if (has_yield) count_yield(table, series, spec, rule, score);
     columns.push_back(draws.by_instance(table, series, rmse));
     if (rule != options.rule) continue;
@@ -250,7 +250,7 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
   return study;
 }
 
-// RMSE at the last recommendation, one an instance; what is below the resolution counts as the resolution.
+// RMSE at the last recommendation, one per instance; values below the resolution are raised to it.
 std::vector<double> score_column(const TrialTable& table, const Series& series, const Draws& draws, Rule rule) {
   std::vector<double> column = draws.by_instance(table, series, last_values(table, series, track_of(rule)));
   for (double& rmse : column)
@@ -270,7 +270,7 @@ std::string class_of(const TrialTable& table, std::size_t series, const StudyOpt
   return found == options.classes.end() ? "" : found->second;
 }
 
-// Holm's correction of what `p` gives of those pairs that `counts` chooses.
+// Holm's correction of p(pair) over the pairs with counts(pair); `put` stores the result.
 template <class Counts, class P, class Put>
 void correct(std::vector<PairStudy>& pairs, const Counts& counts, const P& p, const Put& put) {
   std::vector<double> values;
@@ -348,7 +348,7 @@ std::vector<unsigned> band_steps(unsigned last) {
   for (std::size_t i = 0; i < kBandSteps; ++i)
     steps.insert(static_cast<unsigned>(std::lround(std::expm1(most * static_cast<double>(i) / (kBandSteps - 1.0)))));
   for (unsigned step = 1; steps.size() < std::min<std::size_t>(kBandSteps, last + std::size_t{1}); ++step)
-    steps.insert(step);  // several were rounded to one
+    steps.insert(step);  // several may round to one
   return {steps.begin(), steps.end()};
 }
 
@@ -369,7 +369,7 @@ Study make_study(const TrialTable& table, StudyOptions options) {
   for (GroupStudy& group : study.groups) {
     const auto spec = options.spec_of_scene.find(group.scene);
     group.spec = spec != options.spec_of_scene.end() ? spec->second : options.spec;
-    find_hopeless(table, group, options.rule);
+    find_infeasible(table, group, options.rule);
     const Draws draws(group.instances, options);
     parallel.for_each(static_cast<int>(group.series.size()), [&](int place, unsigned) {
       const std::size_t series = group.series[static_cast<std::size_t>(place)];

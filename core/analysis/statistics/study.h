@@ -1,5 +1,6 @@
-// Everything that statistics say of a results folder: curves with bands, arrivals at targets and specification,
-// residual misalignment, and who is better than whom. docs/statistics.md tells what each number means.
+// The full statistical analysis of a results folder: convergence curves with bands, times to targets and to
+// specification, yield, residual misalignment, pairwise comparisons and aggregates. docs/statistics.md defines each
+// number.
 #pragma once
 
 #include <cstdint>
@@ -19,41 +20,41 @@
 
 namespace relign::statistics {
 
-// Bands are computed for so many steps of a curve, spread by their logarithm; larger results get fewer resamples, and
-// bands for the recommended pose alone.
+// Bands are computed at kBandSteps steps of a curve, spaced logarithmically. Folders with more than kManyTrials trials
+// get kResamplesOfMany resamples and bands for the recommended pose only.
 inline constexpr std::size_t kBandSteps = 16;
 inline constexpr std::size_t kManyTrials = 10'000;
 inline constexpr std::size_t kResamplesOfMany = 1'000;
-// Every pair is compared up to so many methods; of more, the best one with each other, and the best of a class with
-// each of its class.
+// Up to this many methods all pairs are compared; beyond it the best method with every other, and the best of each
+// observation class with the others of its class.
 inline constexpr std::size_t kMostComparedMethods = 12;
-// On fewer instances no test can come below 5 %, and every comparison is undecided.
+// With fewer common instances no test can reach p < 0.05, and the comparison is undecided.
 inline constexpr std::size_t kFewestCompared = 6;
 
 struct StudyOptions {
   std::uint64_t seed = 0;  // of the bootstrap
   std::size_t resamples = kResamples;
   std::vector<double> targets;  // RMSE at the recommended pose
-  records::Specification spec;  // for scenes that `spec_of_scene` does not name
+  records::Specification spec;  // of scenes without an entry in spec_of_scene
   std::map<std::string, records::Specification> spec_of_scene;
-  double smallest_relevant_ratio = 1.1;  // of RMSE: methods within it are practically equal
+  double smallest_relevant_ratio = 1.1;  // of RMSE: methods within it are practically equal; >= 1
   Rule rule = Rule::own;                 // which pose counts as recommended
-  // Pairs of names that were chosen before the run; a group without one of the two has no such pair.
+  // Planned contrasts: pairs of method names, chosen before the run. Skipped in groups that lack one of the two.
   std::vector<std::pair<std::string, std::string>> contrasts;
-  // By name and protocol, what a method observes: the best of a class is compared with each of its class, however many
-  // methods there are. Methods that are not named here are no class.
+  // By method name and protocol: its observation class. The best method of a class is compared with all others of the
+  // class, regardless of kMostComparedMethods. Methods without an entry belong to no class.
   std::map<std::pair<std::string, std::string>, std::string> classes;
-  std::size_t most_bytes = kCurveBytes;  // of all threads together
-  unsigned threads = 0;                  // 0: one a core. The numbers do not depend on it
+  std::size_t most_bytes = kCurveBytes;  // limit for all threads together
+  unsigned threads = 0;                  // 0: one per core. Results do not depend on it
 };
-// 31 levels from 0.05 down to 0.0005, equally far apart on a logarithmic scale.
+// 31 levels from 0.05 down to 0.0005, equally spaced on a logarithmic scale.
 std::vector<double> default_targets();
-// The steps that get bands: 0, the last, and between them up to kBandSteps in all.
+// The steps with bands: 0, `last` and others between, at most kBandSteps in total.
 std::vector<unsigned> band_steps(unsigned last);
 
-// What depends on the rule and is shown for all of them.
+// Scores that are reported for every recommendation rule.
 struct RuleScore {
-  Band median;  // of RMSE at the last recommendation; n is 0 where no trial has one
+  Band median;  // of RMSE at the last recommendation; n is 0 if no trial has one
   std::size_t in_spec = 0;
   Band yield;
   Band steps_to_spec;
@@ -62,62 +63,64 @@ struct RuleScore {
 struct SeriesStudy {
   Curve curve;
   ByRule<RuleScore> rules;
-  // All that follows is by StudyOptions::rule. RMSE at the last step.
+  // All following members use StudyOptions::rule. RMSE at the last step:
   Band recommended_median, recommended_iqm, commanded_median;
-  // Noise-free at the last recommendation against the specification.
+  // Instances whose last recommendation meets the specification, noise-free.
   std::size_t in_spec = 0;
   Band yield;
-  // The same before the glue cures, among the trials that tell it; yield_uncured.n is 0 where glue shifts nothing.
+  // The same before the adhesive cures, over trials that record it; yield_uncured.n is 0 without a cure shift.
   std::size_t in_spec_uncured = 0;
   Band yield_uncured;
-  Quantiles mtf_centre, mtf_corner;  // at the last recommendation, as glued; n is 0 where nobody asked
-  // Of RMSE step by step; a trial whose MTF misses at its end never got there. Without a limit of RMSE there are none.
+  Quantiles mtf_centre, mtf_corner;  // at the last recommendation after curing; n is 0 if not measured
+  // Time to specification by RMSE at each step; a trial whose MTF misses at its end counts as not reached. NaN if the
+  // specification does not limit RMSE.
   ExpectedSteps expected_to_spec;
-  Band steps_to_spec, seconds_to_spec;  // median by Kaplan and Meier; infinite when half of the lenses never get there
-  // By each step of the curve, the share of (lens, target) pairs that are reached.
+  Band steps_to_spec, seconds_to_spec;  // Kaplan-Meier medians; infinite if fewer than half of the instances reach it
+  // Runtime ECDF: share of (instance, target) pairs reached by each step of the curve.
   std::vector<double> targets_reached;
-  std::vector<Quantiles> residual;  // per axis, a share of the travel, without sign
+  std::vector<Quantiles> residual;  // per axis: distance to the own optimum, share of the travel
 };
 
-// A method over all strata (scene x noise level) of a protocol. docs/statistics.md, "One number for a suite".
+// A method over all strata (scene x noise level) of a protocol (docs/statistics.md).
 struct AggregateMethod {
-  std::string name;                    // shown: of a list of trainings the list's
-  std::vector<std::size_t> series;     // of Study::series; every stratum's and training's
-  std::vector<std::string> trainings;  // names; empty where the suite names none
-  std::size_t strata = 0;              // in which it has a result; less than all: it has no bands
-  std::size_t failed = 0;              // trials, which count as an error of 1
+  std::string name;                    // as displayed, without the training
+  std::vector<std::size_t> series;     // indices into Study::series, of all strata and trainings
+  std::vector<std::string> trainings;  // names; empty if the suite lists none
+  std::size_t strata = 0;              // with a result; bands need all of them
+  std::size_t failed = 0;              // trials; each counts as error 1
   unsigned steps = 0;                  // the largest budget
   AggregateBands bands;
-  std::vector<double> by_step;           // the gap after each step, from step 0
-  std::vector<AggregateMethod> members;  // of a list its trainings, each by itself
+  std::vector<double> by_step;           // optimality gap after each step, from step 0
+  std::vector<AggregateMethod> members;  // the trainings, each on its own
 };
 
 struct AggregateStudy {
   std::string protocol;
-  std::vector<std::size_t> strata;       // of Study::groups: those whose truth is known
-  std::vector<AggregateMethod> methods;  // lowest interquartile mean first; those that lack a stratum last
-  std::vector<Improvement> pairs;        // of methods, as PairStudy's
+  std::vector<std::size_t> strata;       // indices into Study::groups: those with ground truth
+  std::vector<AggregateMethod> methods;  // lowest interquartile mean first; those without all strata last
+  std::vector<Improvement> pairs;        // indices into methods; the better rank first
 };
 
 struct PairStudy {
-  std::size_t first = 0, second = 0;  // of Study::series; the better median first
+  std::size_t first = 0, second = 0;  // indices into Study::series; the better median first
   PairedComparison comparison;        // logarithms of RMSE at the last recommendation
   double corrected_p = kMissing;      // Holm, over the group's pairs
-  PairedShares yields;                // n is 0 where there is no specification, or nobody knows
+  PairedShares yields;                // n is 0 without a specification, or if unknown
   bool planned = false;               // one of StudyOptions::contrasts
-  // Holm, over the group's planned pairs alone: of `comparison` and of `yields`.
+  // p of `comparison` and of `yields` with Holm's correction over the group's planned pairs only.
   double planned_p = kMissing, planned_yield_p = kMissing;
 };
 
 struct GroupStudy {
   std::string scene, noise_level, protocol;
-  std::vector<std::size_t> series;  // of Study::series
+  std::vector<std::size_t> series;  // indices into Study::series
   std::vector<std::uint64_t> instances;
-  Quantiles own_optimum;  // RMSE at the lenses' own best poses
+  Quantiles own_optimum;  // RMSE at the instances' own optima
   records::Specification spec;
-  // Lenses whose own best pose (of RMSE) is not in spec; where MTF counts, and no method's last recommendation either.
+  // Infeasible instances: the own optimum (of RMSE) misses the specification. If MTF is limited, no method's last
+  // recommendation meets it either, since the pose of lowest RMSE need not be the one of highest MTF.
   std::size_t cannot_meet_spec = 0;
-  std::vector<std::uint64_t> hopeless;  // some of them
+  std::vector<std::uint64_t> infeasible;  // the first ones
   Friedman friedman;
   std::vector<PairStudy> pairs;
   ByRule<std::vector<PairStudy>> pairs_by_rule;
@@ -126,12 +129,12 @@ struct GroupStudy {
 struct Study {
   std::vector<SeriesStudy> series;         // in the order of TrialTable::series
   std::vector<GroupStudy> groups;          // in order of first appearance
-  std::vector<AggregateStudy> aggregates;  // one a protocol that has strata, in order of first appearance
+  std::vector<AggregateStudy> aggregates;  // one per protocol with strata, in order of first appearance
   std::size_t resamples = 0;
   Rule rule = Rule::own;
 };
 
-// Throws Error as make_curves does.
+// Throws Error as records::StoredSteps::read.
 Study make_study(const TrialTable& table, StudyOptions options);
 
 }  // namespace relign::statistics

@@ -8,11 +8,11 @@
 namespace relign::statistics {
 namespace {
 
-constexpr double kFailed = 1;  // a failed trial counts as if the lens had stayed where it started
+constexpr double kFailed = 1;  // a failed trial counts as if the lens had stayed at the start pose
 
 using Columns = std::vector<std::vector<double>>;  // [stratum][instance]
 
-// The series of one name as it is shown, a list's trainings each by itself.
+// One training of a method over all strata.
 struct Member {
   std::string training;
   std::vector<std::size_t> series;
@@ -37,7 +37,7 @@ class ProtocolAggregates {
     AggregateStudy result;
     result.protocol = protocol;
     for (std::size_t group = 0; group < study_.groups.size(); ++group)
-      if (study_.groups[group].protocol == protocol && truth_is_known(study_.groups[group]))
+      if (study_.groups[group].protocol == protocol && has_ground_truth(study_.groups[group]))
         result.strata.push_back(group);
     if (result.strata.empty()) return result;
     for (const std::size_t group : result.strata) instances_.push_back(study_.groups[group].instances.size());
@@ -52,7 +52,7 @@ class ProtocolAggregates {
   }
 
  private:
-  bool truth_is_known(const GroupStudy& group) const {
+  bool has_ground_truth(const GroupStudy& group) const {
     return std::any_of(group.series.begin(), group.series.end(),
                        [this](std::size_t series) { return errors_[series].known > 0; });
   }
@@ -108,7 +108,7 @@ class ProtocolAggregates {
     return study_.groups.size();
   }
 
-  // Trainings one after the other in each stratum.
+  // Trainings are concatenated within each stratum.
   static StratifiedValues pooled(const std::vector<const Member*>& members, Columns Member::*columns) {
     StratifiedValues values;
     values.trainings = members.size();
@@ -153,10 +153,10 @@ class ProtocolAggregates {
   }
 
   void compute(std::vector<List>& lists, AggregateStudy& result, Parallel& parallel) const {
-    // Of lists the interquartile mean decides the order, and the order which pairs are compared.
+    // Methods are ordered by interquartile mean, and the order determines the compared pairs.
     struct Entry {
       AggregateMethod method;
-      std::vector<MethodErrors> errors;  // the list's, then its trainings' if there are several
+      std::vector<MethodErrors> errors;  // of the method, then of its trainings if there are several
       double iqm = kMissing;
     };
     std::vector<Entry> entries;
@@ -171,7 +171,7 @@ class ProtocolAggregates {
         if (members.size() > 1) entry.errors.push_back(errors_of({member}));
       }
       entries.push_back(std::move(entry));
-      list.members.clear();  // its values have been copied
+      list.members.clear();  // values were copied: free the memory
     }
     std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
       return std::isnan(a.iqm) || std::isnan(b.iqm) ? !std::isnan(a.iqm) && std::isnan(b.iqm) : a.iqm < b.iqm;

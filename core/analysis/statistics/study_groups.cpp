@@ -12,7 +12,7 @@
 namespace relign::statistics {
 namespace {
 
-constexpr std::size_t kMostHopelessNamed = 20;
+constexpr std::size_t kMostInfeasibleListed = 20;
 
 }  // namespace
 
@@ -54,7 +54,7 @@ std::vector<GroupStudy> groups_of(const TrialTable& table) {
   return groups;
 }
 
-void find_hopeless(const TrialTable& table, GroupStudy& group, Rule rule) {
+void find_infeasible(const TrialTable& table, GroupStudy& group, Rule rule) {
   const records::Specification& spec = group.spec;
   if (!spec.limits_anything()) return;
   std::set<std::uint64_t> found, met;
@@ -62,18 +62,18 @@ void find_hopeless(const TrialTable& table, GroupStudy& group, Rule rule) {
     for (const std::uint32_t place : table.series[number].trials) {
       const TrialRow& row = table.rows[place];
       const TrialMtf& mtf = table.mtf_of(row);
-      const bool told = !std::isnan(mtf.own_optimum.centre);
+      const bool has_mtf = !std::isnan(mtf.own_optimum.centre);
       if (displayed_rmse(row.own_optimum_mse) > spec.rmse ||  // false when one is NaN
-          (told && !spec.mtf_met_by(mtf.own_optimum.centre, mtf.own_optimum.corner)))
+          (has_mtf && !spec.mtf_met_by(mtf.own_optimum.centre, mtf.own_optimum.corner)))
         found.insert(row.instance);
-      // Sharpest need not be where the error is least: only what nobody found is hopeless.
+      // The pose of lowest RMSE need not have the highest MTF: an instance that some method brought in is feasible.
       if (spec.limits_mtf() && spec.met_by(row.last_of(track_of(rule)), mtf.glued[rule].centre, mtf.glued[rule].corner))
         met.insert(row.instance);
     }
   for (const std::uint64_t instance : met) found.erase(instance);
   group.cannot_meet_spec = found.size();
   for (const std::uint64_t instance : found)
-    if (group.hopeless.size() < kMostHopelessNamed) group.hopeless.push_back(instance);
+    if (group.infeasible.size() < kMostInfeasibleListed) group.infeasible.push_back(instance);
 }
 
 }  // namespace relign::statistics

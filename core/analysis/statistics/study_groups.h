@@ -1,14 +1,14 @@
-// The comparable groups of a study before anything is computed of them. Used by study.cpp alone.
+// The groups of a study (equal scene, noise level and protocol), before any statistics. Used by study.cpp only.
 #pragma once
 
 #include "statistics/study.h"
 
 namespace relign::statistics {
 
-// One a scene, noise level and protocol, with its series, its instances and their own best poses.
+// With their series, instances and own optima.
 std::vector<GroupStudy> groups_of(const TrialTable& table);
 
-// Lenses that are not in specification even at their own best pose; its specification is there.
-void find_hopeless(const TrialTable& table, GroupStudy& group, Rule rule);
+// Sets group.cannot_meet_spec and group.infeasible; group.spec must be set.
+void find_infeasible(const TrialTable& table, GroupStudy& group, Rule rule);
 
 }  // namespace relign::statistics

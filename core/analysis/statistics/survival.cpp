@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <string>
 
-#include "base/error.h"
 #include "statistics/distributions.h"
 
 namespace relign::statistics {
@@ -18,13 +16,13 @@ Interval log_log(double survival, double greenwood_sum, double z) {
   return {std::exp(log_survival * std::exp(spread)), std::exp(log_survival * std::exp(-spread))};
 }
 
-// Clopper and Pearson's upper limit for a share of which none of n was seen.
-double most_of_none(std::size_t n, double confidence) {
+// Clopper and Pearson's upper limit of a proportion with 0 of n observed.
+double upper_limit_of_none(std::size_t n, double confidence) {
   return 1 - std::pow((1 - confidence) / 2, 1 / static_cast<double>(n));
 }
 
 double first_at_half(const std::vector<SurvivalPoint>& curve, double (*value)(const SurvivalPoint&)) {
-  constexpr double kRounding = 1e-12;  // products of fractions may miss 1/2
+  constexpr double kRounding = 1e-12;  // of products of fractions
   for (const SurvivalPoint& point : curve) {
     if (value(point) <= 0.5 + kRounding) return point.steps;
   }
@@ -34,10 +32,7 @@ double first_at_half(const std::vector<SurvivalPoint>& curve, double (*value)(co
 }  // namespace
 
 std::vector<SurvivalPoint> kaplan_meier(const std::vector<TargetTime>& trials, double confidence) {
-  if (!(confidence > 0 && confidence < 1)) {
-    throw Error(ErrorKind::bad_input, "an interval of confidence " + std::to_string(confidence) +
-                                          " does not exist: give a number between 0 and 1, usual is 0.95");
-  }
+  check_confidence(confidence);
   std::vector<TargetTime> sorted;
   std::copy_if(trials.begin(), trials.end(), std::back_inserter(sorted),
                [](const TargetTime& trial) { return !std::isnan(trial.steps); });
@@ -58,7 +53,7 @@ std::vector<SurvivalPoint> kaplan_meier(const std::vector<TargetTime>& trials, d
     if (point.reached > 0) greenwood_sum += reached / (at_risk * (at_risk - reached));
     point.survival = survival;
     point.standard_error = survival == 0 ? kMissing : survival * std::sqrt(greenwood_sum);
-    point.interval = survival == 0 ? Interval{0, before * most_of_none(point.at_risk, confidence)}
+    point.interval = survival == 0 ? Interval{0, before * upper_limit_of_none(point.at_risk, confidence)}
                                    : log_log(survival, greenwood_sum, z);
     curve.push_back(point);
   }

@@ -9,7 +9,7 @@ namespace {
 
 std::string field(double value) { return std::isfinite(value) ? shortest(value) : ""; }
 
-// RFC 4180: quoted when it must be.
+// RFC 4180: quoted if necessary.
 std::string field(const std::string& text) {
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
   std::string quoted = "\"";
@@ -22,7 +22,7 @@ std::string field(const std::string& text) {
 
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
-// A traceback in a table: tools that read lines see a row each. The record keeps it as it was.
+// Tracebacks have several lines; tables keep one line per row. The record has the original.
 std::string one_line(std::string text) {
   for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos; at += 3) text.replace(at, 1, " / ");
   return text;
@@ -97,9 +97,9 @@ void instances_csv(const TrialTable& table, const std::function<void(std::string
   std::string csv = "trial,scene,noise_level,protocol,algorithm,instance,end,steps,budget";
   for (std::size_t track = 0; track < kTracksBeforeTheClock; ++track)
     csv += std::string(",") + track_name(kTracks[track]);
-  // Of a specification that asks for it; other tables keep their bytes.
+  // Only with a specification of MTF, so that other tables keep their bytes.
   const char* mtf_columns =
-      table.tells_mtf() ? ",mtf_centre,mtf_corner,own_optimum_mtf_centre,own_optimum_mtf_corner" : "";
+      table.has_mtf() ? ",mtf_centre,mtf_corner,own_optimum_mtf_centre,own_optimum_mtf_corner" : "";
   csv += std::string(",machine_seconds,recommended_seconds,recommendation,message") + mtf_columns;
   for (std::size_t track = kTracksBeforeTheClock; track < kTracks.size(); ++track)
     csv += std::string(",") + track_name(kTracks[track]);
@@ -112,7 +112,7 @@ void instances_csv(const TrialTable& table, const std::function<void(std::string
     for (std::size_t track = 0; track < kTracksBeforeTheClock; ++track) csv += ',' + field(row.last[track]);
     csv += ',' + field(row.machine_seconds) + ',' + field(row.recommended_seconds) + ',' +
            field(table.text(row.recommendation)) + ',' + field(one_line(table.text(row.message)));
-    if (table.tells_mtf()) {
+    if (table.has_mtf()) {
       const TrialMtf& mtf = table.mtf_of(row);
       const records::MtfRecord& glued = mtf.glued[Rule::own];
       for (const double value : {glued.centre, glued.corner, mtf.own_optimum.centre, mtf.own_optimum.corner})

@@ -10,20 +10,21 @@
 namespace relign::statistics {
 
 std::vector<TargetTime> times_to_targets(const std::vector<double>& track, const std::vector<double>& targets,
-                                         double watched) {
-  if (track.empty()) throw Error(ErrorKind::internal, "a track without any step has no times: leave the trial out");
+                                         double censored_at) {
+  if (track.empty())
+    throw Error(ErrorKind::internal, "a track without steps has no times to targets; leave the trial out");
   const auto last = static_cast<double>(track.size() - 1);
-  if (!(watched >= last)) {
+  if (!(censored_at >= last)) {
     throw Error(ErrorKind::internal, "a track of " + std::to_string(track.size() - 1) +
-                                         " steps cannot have been watched for " + std::to_string(watched) +
-                                         ": give its last step or the budget");
+                                         " steps cannot be censored at " + std::to_string(censored_at) +
+                                         "; give its last step or the budget");
   }
   std::vector<TargetTime> times;
   times.reserve(targets.size());
   for (const double target : targets) {
     const auto hit = std::find_if(track.begin(), track.end(), [&](double value) { return value <= target; });
     const bool reached = hit != track.end();
-    times.push_back({reached ? static_cast<double>(hit - track.begin()) : watched, reached});
+    times.push_back({reached ? static_cast<double>(hit - track.begin()) : censored_at, reached});
   }
   return times;
 }
@@ -52,7 +53,7 @@ ExpectedSteps expected_steps(const std::vector<TargetTime>& trials, const Resamp
   const std::vector<Replicates> sums = resampled(resampling, columns, OrderStatistic::mean());
   Replicates replicates = ratio(sums[0], sums[1]);
   for (std::size_t resample = 0; resample < replicates.size(); ++resample) {
-    // 0 steps and no success: still no success.
+    // 0 steps / 0 successes would be NaN.
     if (sums[1][resample] == 0) replicates[resample] = std::numeric_limits<double>::infinity();
   }
   if (!trials.empty()) result.interval = expanded_percentile(replicates, trials.size(), confidence);

@@ -1,4 +1,4 @@
-// The tracks of one series, step by step: what curves, bands and tests are made of.
+// Tracks of one series as columns per step, the input of curves, bands and tests.
 #pragma once
 
 #include <cstddef>
@@ -13,18 +13,18 @@ struct StepRange {
   unsigned first = 0, last = 0;  // both included
 };
 
-// One trial of a series as it is read; all of it is gone with the next one.
+// One trial of a series while it is read; valid until the next one.
 struct ReadTrial {
   std::size_t place = 0;  // in Series::trials
   const TrialRow& row;
   const std::vector<records::StepNumbers>& steps;
   const records::StoredSteps& stored;
 };
-// Every trial of the series, in their order. Throws Error as StoredSteps::read does.
+// Visits the trials of the series in order. Throws Error as StoredSteps::read.
 void for_each_trial(const TrialTable& table, const Series& series, const std::function<void(const ReadTrial&)>& visit);
 
 // Values of some tracks at some steps over the trials of a series, in the order of Series::trials. A trial that ended
-// early carries its last step forward; NaN: the trial has no value there.
+// early keeps its last step; NaN if the trial has no value.
 class TrackColumns {
  public:
   TrackColumns(std::size_t trials, std::vector<Track> tracks, StepRange steps);

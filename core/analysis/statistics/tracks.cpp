@@ -65,7 +65,7 @@ std::vector<double> track_values(const std::vector<records::StepNumbers>& steps,
         values.push_back(step.measured);
         break;
       case Track::best:
-        best = std::fmin(best, step.measured);  // fmin passes over a NaN
+        best = std::fmin(best, step.measured);  // fmin ignores NaN
         values.push_back(best);
         break;
       case Track::commanded:

@@ -14,11 +14,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Host time of an algorithm per step it made, step 0 (which costs no step) left out of the count but
-// not its time: what an algorithm does before its first move is its own time.
+// Host time of an algorithm per step. The time before the first move is included; step 0 is not counted as a step.
 double milliseconds_per_step(const records::TrialTimes& times) {
   const std::size_t steps = times.algorithm_seconds.size();
-  if (steps == 0) return std::numeric_limits<double>::quiet_NaN();
+  if (steps == 0) return kMissing;
   double sum = 0;
   for (const double seconds : times.algorithm_seconds)
     if (std::isfinite(seconds)) sum += seconds;
@@ -30,7 +29,7 @@ struct Harness {
   std::size_t steps = 0;
 };
 
-// Nothing when the trial does not tell it.
+// All 0 if not recorded.
 Harness harness_of(const records::TrialTimes& times) {
   Harness result;
   if (std::isnan(times.harness_seconds)) return result;
@@ -41,11 +40,11 @@ Harness harness_of(const records::TrialTimes& times) {
   return result;
 }
 
-constexpr double kSlack = 1e-9;  // a sum's rounding
+constexpr double kSlack = 1e-9;  // rounding of a sum
 
-class Maker {
+class TableBuilder {
  public:
-  explicit Maker(TrialTable& table) : table_(table) {}
+  explicit TableBuilder(TrialTable& table) : table_(table) {}
 
   void add(const records::TrialRecord& closing, const records::StoredTrial& where,
            const std::vector<records::StepNumbers>& steps) {
@@ -67,7 +66,7 @@ class Maker {
       row.mtf = static_cast<std::uint32_t>(table_.mtf.size());
       table_.mtf.push_back(mtf);
     }
-    row.last.fill(std::numeric_limits<double>::quiet_NaN());
+    row.last.fill(kMissing);
     if (!steps.empty()) {
       const records::StepNumbers& last = steps.back();
       row.last_step = last.step;
@@ -134,7 +133,7 @@ class Maker {
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> warnings_;
 };
 
-// Rows by trial: sorted numbers instead of a map, which would take as much memory as the rows.
+// Rows by trial id: a sorted index, since a map would take as much memory as the rows.
 class RowsByTrial {
  public:
   explicit RowsByTrial(const std::deque<TrialRow>& rows) : rows_(rows), order_(rows.size()) {
@@ -142,7 +141,7 @@ class RowsByTrial {
     std::sort(order_.begin(), order_.end(),
               [&](std::uint32_t a, std::uint32_t b) { return rows_[a].trial < rows_[b].trial; });
   }
-  // Of rows with the same trial the first; rows().size() when there is none.
+  // rows().size() if there is none.
   std::size_t operator[](std::string_view trial) const {
     const auto found = std::lower_bound(order_.begin(), order_.end(), trial,
                                         [&](std::uint32_t row, std::string_view id) { return rows_[row].trial < id; });
@@ -182,9 +181,9 @@ std::vector<double> last_values(const TrialTable& table, const Series& series, T
 ReadTable read_trial_table(const fs::path& folder, const std::function<bool(const std::string&)>& wanted) {
   ReadTable read;
   read.table.folder = folder;
-  std::unordered_set<std::string_view> seen;  // of the rows, which stay where they are
+  std::unordered_set<std::string_view> seen;  // point into the rows, whose addresses stay valid
   std::vector<std::string> incomplete;
-  Maker maker(read.table);
+  TableBuilder builder(read.table);
   records::for_each_with_steps(
       folder,
       [&](const records::TrialRecord& closing, const records::StoredTrial& where,
@@ -192,7 +191,7 @@ ReadTable read_trial_table(const fs::path& folder, const std::function<bool(cons
         if (wanted && !wanted(closing.trial)) {
           ++read.left_out;
         } else if (seen.count(closing.trial) == 0) {
-          maker.add(closing, where, steps);
+          builder.add(closing, where, steps);
           seen.insert(read.table.rows.back().trial);
         }
       },

@@ -1,5 +1,5 @@
-// A results folder as statistics see it: every trial once, without its steps, which are read again where they lie when
-// a curve needs them. About 250 bytes a trial, so that a million fit in a quarter of a gigabyte.
+// The trials of a results folder without their steps, which are read from the files when a curve needs them. About 250
+// bytes per trial: a million trials take a quarter of a gigabyte.
 #pragma once
 
 #include <array>
@@ -7,12 +7,12 @@
 #include <deque>
 #include <filesystem>
 #include <functional>
-#include <limits>
 #include <string>
 #include <unordered_map>
 #include <vector>
 
 #include "records/stored_trials.h"
+#include "statistics/band.h"
 #include "statistics/rules.h"
 
 namespace relign::statistics {
@@ -24,30 +24,29 @@ struct TrialRow {
   std::uint32_t series = 0;                                // of TrialTable::series
   std::uint32_t end = 0, message = 0, recommendation = 0;  // of TrialTable::texts
   unsigned budget = 0;
-  unsigned steps = 0;      // with a record, the start among them
+  unsigned steps = 0;      // recorded, including step 0
   unsigned last_step = 0;  // number of the last one
   bool ended_well = false;
-  double own_optimum_mse = std::numeric_limits<double>::quiet_NaN();  // NaN: not known
-  // RMSE before the glue cures, at the last recommendation by each rule; NaN where it shifts nothing.
-  ByRule<double> uncured = {{std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN(),
-                             std::numeric_limits<double>::quiet_NaN()}};
+  double own_optimum_mse = kMissing;  // NaN: unknown
+  // RMSE before the adhesive cures, at the last recommendation by each rule; NaN without a cure shift.
+  ByRule<double> uncured = {{kMissing, kMissing, kMissing}};
   std::uint32_t mtf = 0;  // of TrialTable::mtf
-  // A merit that no definition gives: negative, or below the measured RMSE, which every one of them contains.
+  // Some merit is negative, or below the measured RMSE, which every merit includes.
   bool impossible_merit = false;
-  // RMSE; NaN when there is none.
-  double start_measured = std::numeric_limits<double>::quiet_NaN();
-  double start_commanded = std::numeric_limits<double>::quiet_NaN();
+  // RMSE at step 0; NaN if missing.
+  double start_measured = kMissing;
+  double start_commanded = kMissing;
   std::array<double, kTracks.size()> last = {};  // of each track, at the last step
-  // Simulated seconds until the last step; with the move back to the recommended pose (NaN where nobody knows it).
-  double machine_seconds = std::numeric_limits<double>::quiet_NaN();
-  double recommended_seconds = std::numeric_limits<double>::quiet_NaN();
-  double algorithm_ms_per_step = std::numeric_limits<double>::quiet_NaN();  // host time; NaN: not known
+  // Simulated seconds until the last step, and including the move to the recommended pose (NaN if unknown).
+  double machine_seconds = kMissing;
+  double recommended_seconds = kMissing;
+  double algorithm_ms_per_step = kMissing;  // host time; NaN: unknown
 
-  bool counts() const { return ended_well && steps > 0; }  // enters curves and medians; else it is a failure
+  bool counts() const { return ended_well && steps > 0; }  // part of curves and medians; else a failure
   double last_of(Track track) const { return last[static_cast<std::size_t>(track)]; }
 };
 
-// A trial's MTF where the specification asked for it; NaN where it does not.
+// MTF of a trial; NaN if the specification does not measure it.
 struct TrialMtf {
   ByRule<records::MtfRecord> glued, uncured;  // at the last recommendation by each rule
   records::MtfRecord own_optimum;
@@ -55,21 +54,21 @@ struct TrialMtf {
 
 // The trials of one algorithm on one scene, noise level and protocol.
 struct Series {
-  std::string scene, noise_level, protocol, algorithm;  // names shown
+  std::string scene, noise_level, protocol, algorithm;  // display names
   std::string algorithm_id;                             // plugin or preset
-  std::string method, training;                         // of a list of trainings its name and this one's; else empty
-  std::vector<std::uint32_t> trials;                    // rows that count, in the folder's order
+  std::string method, training;       // of a method with several trainings its name and the training's; else empty
+  std::vector<std::uint32_t> trials;  // rows with counts(), in the folder's order
   std::size_t failed = 0;
-  unsigned largest_budget = 0;  // of those that count
+  unsigned largest_budget = 0;  // of these trials
 };
 
 class TrialTable {
  public:
   std::filesystem::path folder;
-  std::deque<TrialRow> rows;   // in the folder's order; they stay where they are while it grows
+  std::deque<TrialRow> rows;   // in the folder's order; a deque, so that addresses stay valid
   std::vector<Series> series;  // in order of first appearance
   std::vector<std::string> texts = {""};
-  std::vector<TrialMtf> mtf = {{}};  // the first is of the trials that tell none
+  std::vector<TrialMtf> mtf = {{}};  // the first is for trials without MTF
 
   struct Warning {
     std::uint32_t series = 0, text = 0;
@@ -79,32 +78,31 @@ class TrialTable {
     Warning warning;
     std::size_t count = 0;
   };
-  std::vector<Counted> warnings;  // what plugins left behind, and how often
+  std::vector<Counted> warnings;  // of plugins, with their number
 
-  // Over all trials that tell it.
+  // Sums over all trials that recorded them.
   double harness_seconds = 0, scene_seconds = 0;
   std::size_t timed_steps = 0;
 
   const std::string& text(std::uint32_t number) const { return texts[number]; }
   const TrialMtf& mtf_of(const TrialRow& row) const { return mtf[row.mtf]; }
-  bool tells_mtf() const { return mtf.size() > 1; }
+  bool has_mtf() const { return mtf.size() > 1; }
   const Series& series_of(const TrialRow& row) const { return series[row.series]; }
-  // Trials that count and lack what another rule than `own` needs: records of an earlier program, of levels whose glue
-  // shifts the lens or of specifications of MTF. A replay adds it.
+  // Trials with counts() that lack the scores of the rules best and current: recorded by earlier versions, with a cure
+  // shift or a specification of MTF. `verify --add-rules` adds them.
   std::size_t without_rules = 0;
 };
 
-// Of each trial that counts, at its last step.
+// One value per trial of the series, at its last step.
 std::vector<double> last_values(const TrialTable& table, const Series& series, Track track);
 
-// Reads trials/ and times/ of a folder, a line at a time. `wanted` says which trials belong (all, when empty); of a
-// trial that is there twice the first record counts. `left_out` counts complete trials that are not wanted;
-// `incomplete` gets wanted trials that have steps but no closing line. Throws Error as for_each_with_steps does.
 struct ReadTable {
   TrialTable table;
-  std::size_t left_out = 0;
-  std::vector<std::string> incomplete;
+  std::size_t left_out = 0;             // complete trials that are not wanted
+  std::vector<std::string> incomplete;  // wanted trials with steps but no closing line
 };
+// Reads trials/ and times/ of a folder, line by line. `wanted` selects trials by id (empty: all). If a trial is
+// recorded twice, the first record is used. Throws Error as records::for_each_with_steps.
 ReadTable read_trial_table(const std::filesystem::path& folder,
                            const std::function<bool(const std::string& trial)>& wanted = {});
 

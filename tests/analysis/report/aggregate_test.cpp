@@ -1,5 +1,5 @@
-// The aggregates on the page, in Markdown and in aggregate.csv. Their numbers are tested in tests/analysis/statistics and by
-// test_recompute.py.
+// The aggregates on the page, in Markdown and in aggregate.csv. Their numbers are tested in tests/analysis/statistics
+// and by test_recompute.py.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ class AggregateReport : public MadeResults {
     return record;
   }
 
-  // A search that ends at a third, a list of two trainings at 0 and two thirds, and a lone model that fails once.
+  // A search with error 1/3, a method with two trainings at 0 and 2/3, and a single model that fails once.
   void write_study() {
     std::vector<records::TrialRecord> trials;
     for (const char* level : {"rho0", "rho0.5"})
@@ -60,23 +60,23 @@ class AggregateReport : public MadeResults {
   Json data() { return page_data(load_results(folder_)); }
 };
 
-TEST_F(AggregateReport, StandsBeforeTheRankingWithEveryMethodOnce) {
+TEST_F(AggregateReport, PrecedesTheRankingWithEachMethodOnce) {
   write_study();
   const std::string page = Report(folder_).html();
   const std::size_t verdict = page.find("<h2>Verdict"),
-                    aggregate = page.find("<h2>All scenes and noise levels together"),
+                    aggregate = page.find("<h2>Aggregate over all scenes and noise levels"),
                     ranking = page.find("<h2>Ranking");
   ASSERT_NE(aggregate, std::string::npos);
   EXPECT_LT(verdict, aggregate);
   EXPECT_LT(aggregate, ranking);
   const std::string section = aggregate_section(data());
   for (const char* words : {"2 strata", "4 instances each", "2 trainings", "one training", "optimality gap",
-                            "its 2 trainings have an IQM from 0 to 0.667", "loses to", "Probability of improvement"})
+                            "IQM of 2 trainings 0 to 0.667", " better)", "Probability of improvement"})
     EXPECT_THAT(section, HasSubstr(words)) << words;
   EXPECT_LT(section.find("search"), section.find("lone"));
 }
 
-TEST_F(AggregateReport, MarksLearnedMethodsInEveryTable) {
+TEST_F(AggregateReport, MarksTrainedMethodsInAllTables) {
   write_study();
   const Report report(folder_);
   EXPECT_EQ(training_tag(report.data(), "lone"), "one training");
@@ -92,12 +92,12 @@ TEST_F(AggregateReport, MarksLearnedMethodsInEveryTable) {
     EXPECT_THAT(section, HasSubstr("one training"));
 }
 
-TEST_F(AggregateReport, MarkdownAndCsvHaveTheSameRows) {
+TEST_F(AggregateReport, MarkdownMatchesCsv) {
   write_study();
   const Json all = data();
   const std::string markdown = aggregate_markdown(all), csv = aggregate_csv(all);
   EXPECT_THAT(markdown, HasSubstr("| net (2 trainings) | images | 0.333"));
-  EXPECT_THAT(markdown, HasSubstr("net: IQM of its 2 trainings from 0 to 0.667, standard deviation 0.47."));
+  EXPECT_THAT(markdown, HasSubstr("net: IQM of 2 trainings 0 to 0.667, standard deviation 0.47."));
   EXPECT_THAT(markdown, HasSubstr("| lone (one training) | images | 1.00 (1.00 - 1.00) |"));
   EXPECT_THAT(
       csv, StartsWith("protocol,algorithm,training,class,oracle,trainings,trained,strata,n,failed,steps,iqm,iqm_lo95"));
@@ -109,7 +109,7 @@ TEST_F(AggregateReport, MarkdownAndCsvHaveTheSameRows) {
   EXPECT_EQ(read_file(folder_ / "aggregate.csv"), csv);
 }
 
-TEST_F(AggregateReport, HasAProfileAndAProgressFigure) {
+TEST_F(AggregateReport, HasProfileAndConvergenceFigures) {
   write_study();
   std::vector<std::string> names;
   for (const Figure& figure : aggregate_figures(data(), 0)) {
@@ -119,14 +119,14 @@ TEST_F(AggregateReport, HasAProfileAndAProgressFigure) {
   EXPECT_THAT(names, ElementsAre("profile-1-paper", "progress-1-paper"));
 }
 
-TEST_F(AggregateReport, WithoutTruthThereIsNone) {
+TEST_F(AggregateReport, NeedsGroundTruth) {
   write({trial("a", 0, {0.1, 0.01}), trial("b", 0, {0.1, 0.02})});
   const Json all = data();
   EXPECT_FALSE(all.contains("aggregate"));
   EXPECT_THAT(aggregate_section(all), IsEmpty());
   EXPECT_THAT(aggregate_markdown(all), IsEmpty());
   const std::string csv = aggregate_csv(all);
-  EXPECT_EQ(csv.find('\n'), csv.size() - 1) << "its head alone";
+  EXPECT_EQ(csv.find('\n'), csv.size() - 1) << "only the header";
 }
 
 }  // namespace

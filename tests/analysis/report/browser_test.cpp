@@ -22,8 +22,8 @@ using testing::Not;
 
 struct Seen {
   std::string dom;
-  std::string root;     // the start tag of <html>, where the page says what it did
-  std::string console;  // one line a message: errors, and refusals by the page's policy
+  std::string root;     // the start tag of <html>, whose data attributes report the state
+  std::string console;  // one line per message: errors and policy violations
 };
 
 class Browser : public MadePictures {
@@ -31,12 +31,12 @@ class Browser : public MadePictures {
   void SetUp() override {
     MadePictures::SetUp();
     if (std::system("command -v chromium >/dev/null 2>&1") != 0)
-      GTEST_SKIP() << "chromium is not installed, so nobody has seen the page drawn";
+      GTEST_SKIP() << "chromium is not installed: the page was not tested in a browser";
   }
 
   Seen open(const std::string& page) {
     write_file_atomically(folder_ / "page.html", page);
-    // The proxy leads nowhere: neither page nor browser reaches a network.
+    // The proxy does not exist: neither page nor browser can reach a network.
     const std::string command =
         "timeout 60 chromium --headless=new --no-sandbox --disable-gpu --no-first-run "
         "--disable-background-networking --disable-component-update --proxy-server=127.0.0.1:9 "
@@ -56,7 +56,7 @@ class Browser : public MadePictures {
     return seen;
   }
 
-  // The page with one more script. The policy would refuse it, so the policy goes.
+  // The page with one more script, and without the policy that would block it.
   static std::string acting(std::string page, const std::string& script) {
     page = std::regex_replace(page, std::regex("<meta http-equiv[^>]*>"), "");
     page.insert(page.rfind("</body>"), "<script>{" + script + "}</script>");
@@ -81,18 +81,18 @@ class Browser : public MadePictures {
   }
 };
 
-TEST_F(Browser, DrawsTheCurvesWithoutErrorOrRequest) {
+TEST_F(Browser, DrawsCurvesWithoutErrorsOrRequests) {
   write(two_levels());
   const Seen seen = open(Report(folder_).html());
   EXPECT_THAT(seen.root, HasSubstr("data-curves=\"2\""));
-  EXPECT_EQ(count(seen.dom, "<canvas"), 4u) << "dygraphs draws each chart on two";
+  EXPECT_EQ(count(seen.dom, "<canvas"), 4u) << "dygraphs uses two per chart";
   EXPECT_EQ(seen.console, "");
-  EXPECT_EQ(count(seen.dom, "<img"), 0u) << "the hostile name stayed text in legend and charts, too";
+  EXPECT_EQ(count(seen.dom, "<img"), 0u) << "the hostile name is text in legend and charts as well";
   EXPECT_EQ(count(seen.dom, "<input type=\"checkbox\""), 2u) << "two methods";
 }
 
-// Without this, the test above could not fail.
-TEST_F(Browser, ItsPolicyRefusesWhatSlipsInAndThatIsSeen) {
+// Proves that the test above can fail.
+TEST_F(Browser, PolicyBlocksInjectedMarkup) {
   write(two_levels());
   std::string page = Report(folder_).html();
   page.insert(page.rfind("</body>"),
@@ -103,7 +103,7 @@ TEST_F(Browser, ItsPolicyRefusesWhatSlipsInAndThatIsSeen) {
   EXPECT_THAT(seen.root, Not(HasSubstr("data-owned")));
 }
 
-TEST_F(Browser, ControlsSortSwitchTracksAndHideMethods) {
+TEST_F(Browser, ControlsSortTablesAndChangeCharts) {
   write(two_levels());
   const Seen seen = open(acting(Report(folder_).html(), R"(
       const out = document.documentElement.dataset, by = (id) => document.getElementById(id);
@@ -140,7 +140,7 @@ TEST_F(Browser, ControlsSortSwitchTracksAndHideMethods) {
   EXPECT_THAT(seen.root, HasSubstr("data-highlights=\"true\""));
 }
 
-TEST_F(Browser, ClocksBandsAndEndsOfTheLines) {
+TEST_F(Browser, ShowsClocksBandsAndLabels) {
   write(two_levels());
   const std::string html = page(with_statistics(page_data(load_results(folder_))), load_gallery(folder_), {});
   const Seen seen = open(acting(html, R"(
@@ -178,7 +178,7 @@ TEST_F(Browser, ClocksBandsAndEndsOfTheLines) {
   EXPECT_EQ(count(seen.dom, "<img"), 0u);
 }
 
-TEST_F(Browser, TheReplayChoosesMovesAndPlays) {
+TEST_F(Browser, ReplaySelectsStepsAndPlays) {
   write(two_levels());
   put("film.webp", made_film());
   put("other.webp", made_lossy_film());
@@ -200,7 +200,7 @@ TEST_F(Browser, TheReplayChoosesMovesAndPlays) {
       key('ArrowRight'); out.second = view() + ';' + words();
       out.pose = by('replay-facts').querySelectorAll('table')[1].rows[1].cells[1].textContent;
       by('replay-slider').value = 2; by('replay-slider').dispatchEvent(new Event('input')); out.third = view();
-      by('replay-strip').children[3].click(); out.glued = words();
+      by('replay-strip').children[3].click(); out.final = words();
       key('End'); out.last = words();
       by('replay-method').value = 'slow'; by('replay-method').dispatchEvent(new Event('change'));
       out.why = by('replay-why').value;
@@ -208,12 +208,12 @@ TEST_F(Browser, TheReplayChoosesMovesAndPlays) {
       setTimeout(() => { out.played = words() + ';' + by('replay-play').textContent; }, 6000);)"));
   EXPECT_EQ(seen.console, "");
   EXPECT_THAT(seen.root, HasSubstr("data-open=\"true\""));
-  EXPECT_THAT(seen.root, HasSubstr("data-tiles=\"0,1,9,glued,reference\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-tiles=\"0,1,9,final,reference\""));
   EXPECT_THAT(seen.root, HasSubstr("data-first=\"0 0 2 2;image 0\""));
   EXPECT_THAT(seen.root, HasSubstr("data-second=\"2 0 2 2;image 1\""));
   EXPECT_THAT(seen.root, HasSubstr("data-pose=\"-0.800 mm\"")) << "0.1 of the way from -1 to 1";
   EXPECT_THAT(seen.root, HasSubstr("data-third=\"4 0 2 2\""));
-  EXPECT_THAT(seen.root, HasSubstr("data-glued=\"at the recommended pose, after image 9\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-final=\"at the recommended pose, after image 9\""));
   EXPECT_THAT(seen.root, HasSubstr("data-last=\"the reference\""));
   EXPECT_THAT(seen.root, HasSubstr("data-why=\"median\""));
   EXPECT_THAT(seen.root, HasSubstr("data-playing=\"Pause\""));
@@ -221,7 +221,7 @@ TEST_F(Browser, TheReplayChoosesMovesAndPlays) {
   EXPECT_EQ(count(seen.dom, "<img"), 0u);
 }
 
-TEST_F(Browser, ManyMethodsOneMethodAndNone) {
+TEST_F(Browser, DrawsManyMethodsAndNone) {
   std::vector<records::TrialRecord> trials;
   for (int method = 0; method < 40; ++method)
     trials.push_back(trial("method-" + std::to_string(method), 0, {0.1, 0.1 / (method + 2)}));
@@ -229,7 +229,7 @@ TEST_F(Browser, ManyMethodsOneMethodAndNone) {
   Seen seen = open(Report(folder_).html());
   EXPECT_THAT(seen.root, HasSubstr("data-curves=\"1\""));
   EXPECT_EQ(seen.console, "");
-  // Colour and dash together tell all forty apart.
+  // All forty differ in colour or dash.
   std::set<std::string> swatches;
   const std::regex line("<line[^>]*y1=\"5\"[^>]*>");
   for (std::sregex_iterator it(seen.dom.begin(), seen.dom.end(), line), end; it != end; ++it)
@@ -242,16 +242,16 @@ TEST_F(Browser, ManyMethodsOneMethodAndNone) {
   write({failed});
   seen = open(Report(folder_).html());
   EXPECT_THAT(seen.root, HasSubstr("data-curves=\"0\""));
-  EXPECT_GT(count(seen.dom, ">No trial ended well"), 0u);
+  EXPECT_GT(count(seen.dom, ">No trial finished"), 0u);
   EXPECT_EQ(seen.console, "");
 }
 
-TEST_F(Browser, ManyChartsAreDrawnWhenTheyComeNear) {
+TEST_F(Browser, DrawsManyChartsWhenNearTheViewport) {
   std::vector<records::TrialRecord> trials;
   for (int level = 0; level < 30; ++level)
     trials.push_back(trial("a", 0, {0.1, 0.05}, "level" + std::to_string(level)));
   write(trials);
-  // The event comes by hand: a headless browser need not draw a frame, and so not tell of a scroll, before it ends.
+  // The event is dispatched explicitly: a headless browser may end without drawing a frame, which would fire it.
   const Seen seen = open(acting(Report(folder_).html(), R"(
       const out = document.documentElement.dataset, drawn = () => document.querySelectorAll('.chart canvas').length / 2;
       out.before = drawn();
@@ -269,7 +269,7 @@ TEST_F(Browser, ManyChartsAreDrawnWhenTheyComeNear) {
   EXPECT_EQ(seen.console, "");
 }
 
-TEST_F(Browser, PaperHasWhatIsFoldedAwayAndTheScreenGetsItBack) {
+TEST_F(Browser, PrintOpensDetailsAndRestoresThem) {
   write(two_levels());
   const Seen seen = open(acting(Report(folder_).html(), R"(
       const out = document.documentElement.dataset, folded = () => document.querySelectorAll('details:not([open])').length;
@@ -280,7 +280,7 @@ TEST_F(Browser, PaperHasWhatIsFoldedAwayAndTheScreenGetsItBack) {
       out.printed = mattering();
       window.dispatchEvent(new Event('afterprint'));
       out.restored = folded() === Number(out.all);)"));
-  EXPECT_THAT(seen.root, Not(HasSubstr("data-before=\"0\""))) << "else this shows nothing";
+  EXPECT_THAT(seen.root, Not(HasSubstr("data-before=\"0\""))) << "otherwise the test is vacuous";
   EXPECT_THAT(seen.root, HasSubstr("data-printed=\"0\""));
   EXPECT_THAT(seen.root, HasSubstr("data-restored=\"true\""));
   EXPECT_EQ(seen.console, "");

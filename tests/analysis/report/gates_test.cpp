@@ -14,7 +14,7 @@ using testing::Not;
 
 class Gates : public MadeResults {
  protected:
-  // The gate of this name; null when it is not there.
+  // The gate of this name; null if absent.
   Json gate(const std::string& name) {
     const Json data = page_data(load_results(folder_));
     for (const Json& one : data["gates"])
@@ -38,7 +38,7 @@ class Gates : public MadeResults {
   }
 };
 
-TEST_F(Gates, TellWhetherEverythingRan) {
+TEST_F(Gates, RanNeedsAllTrials) {
   write({trial("a", 0, {0.1, 0.05})});
   EXPECT_EQ(gate("ran"), Json({{"name", "ran"}, {"ok", true}, {"text", "1/1 ran"}}));
   write({trial("a", 0, {0.1, 0.05})}, "made", 2);
@@ -46,7 +46,7 @@ TEST_F(Gates, TellWhetherEverythingRan) {
   EXPECT_EQ(gate("ran")["text"], "Only 1/3 trials have ended.");
 }
 
-TEST_F(Gates, AnErrorBelowTheInstancesOwnOptimumRings) {
+TEST_F(Gates, OptimumFailsForErrorsBelowTheOwnOptimum) {
   std::vector<records::TrialRecord> trials = methods(1);
   for (records::TrialRecord& one : trials) {
     one.has_own_optimum = true;
@@ -61,8 +61,8 @@ TEST_F(Gates, AnErrorBelowTheInstancesOwnOptimumRings) {
   EXPECT_THAT(gate("optimum")["text"].get<std::string>(), HasSubstr("b on relign_od rho0 paper #1"));
 }
 
-// Of a nearly perfect lens half of the estimates are below the estimated optimum, by their own noise.
-TEST_F(Gates, NoiseOfTheEstimatesDoesNotRing) {
+// For a nearly perfect lens half of the estimates are below the estimated optimum, because of their noise.
+TEST_F(Gates, OptimumToleratesEstimationNoise) {
   std::vector<records::TrialRecord> trials = methods(1);
   for (records::TrialRecord& one : trials) {
     one.has_own_optimum = true;
@@ -73,7 +73,7 @@ TEST_F(Gates, NoiseOfTheEstimatesDoesNotRing) {
   EXPECT_TRUE(gate("optimum").is_null());
 }
 
-TEST_F(Gates, AStepZeroThatDiffersBetweenMethodsRings) {
+TEST_F(Gates, StartFailsIfStepZeroDiffers) {
   std::vector<records::TrialRecord> trials = methods(1);
   write(trials);
   EXPECT_TRUE(gate("start").is_null());
@@ -82,15 +82,15 @@ TEST_F(Gates, AStepZeroThatDiffersBetweenMethodsRings) {
   std::filesystem::remove_all(folder_);
   write(trials);
   EXPECT_THAT(gate("start")["text"].get<std::string>(), HasSubstr("b on relign_od rho0 paper #2 against a"));
-  trials[5].protocol = "blind";  // where coordinates, and nothing else, differ: not compared
+  trials[5].protocol = "blind";  // other coordinates: not compared
   std::filesystem::remove_all(folder_);
   write(trials);
   EXPECT_TRUE(gate("start").is_null());
 }
 
-TEST_F(Gates, AMeritThatNoDefinitionGivesRings) {
+TEST_F(Gates, MeritFailsForImpossibleMerits) {
   std::vector<records::TrialRecord> trials = methods(1);
-  trials[0].steps[1].merit += 0.5;  // with the distance to the nominal pose
+  trials[0].steps[1].merit += 0.5;  // merits may add the distance to the nominal pose
   write(trials);
   EXPECT_TRUE(gate("merit").is_null());
   for (const double merit : {-0.1, 0.001}) {
@@ -101,7 +101,7 @@ TEST_F(Gates, AMeritThatNoDefinitionGivesRings) {
   }
 }
 
-TEST_F(Gates, FailWhenOneTrialInTwentyFails) {
+TEST_F(Gates, FailuresAllowFivePercent) {
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 20; ++i) trials.push_back(trial("a", i, {0.1, 0.05}));
   trials[0].end = "timeout";
@@ -114,9 +114,9 @@ TEST_F(Gates, FailWhenOneTrialInTwentyFails) {
   EXPECT_THAT(gate("failures")["text"].get<std::string>(), HasSubstr("10 % of the trials failed"));
 }
 
-TEST_F(Gates, OneAlgorithmUnderTwoNamesMustComeOutAlike) {
+TEST_F(Gates, AAComparesTwoNamesOfOneAlgorithm) {
   write(methods(1));
-  EXPECT_TRUE(gate("A/A").is_null()) << "nobody said that they are one";
+  EXPECT_TRUE(gate("A/A").is_null()) << "not known to be the same algorithm";
   one_algorithm_under_two_names();
   EXPECT_EQ(gate("A/A")["ok"], true);
   std::filesystem::remove_all(folder_);
@@ -126,7 +126,7 @@ TEST_F(Gates, OneAlgorithmUnderTwoNamesMustComeOutAlike) {
   EXPECT_THAT(gate("A/A")["text"].get<std::string>(), HasSubstr("a and b on rho0"));
 }
 
-TEST_F(Gates, TellWhatVerifyFound) {
+TEST_F(Gates, ReplayReportsTheResultOfVerify) {
   write({trial("a", 0, {0.1, 0.05})});
   EXPECT_TRUE(gate("replay").is_null());
   write_file_atomically(folder_ / "verify.json", R"({"format": 1, "replayed": 10, "equal": 10})");
@@ -139,8 +139,8 @@ TEST_F(Gates, TellWhatVerifyFound) {
   }
 }
 
-// A busy machine makes times useless and spoils no error: a word of warning, and no failed check.
-TEST_F(Gates, TimesThatSayLittleAreNoReasonToDoubtTheErrors) {
+// A busy machine affects compute times but not errors.
+TEST_F(Gates, HarnessOverheadIsACaveatAndNoFailedGate) {
   const auto with_harness = [&](double seconds) {
     write({trial("a", 0, {0.1, 0.05})});
     records::TrialTimes times;
@@ -150,7 +150,7 @@ TEST_F(Gates, TimesThatSayLittleAreNoReasonToDoubtTheErrors) {
     write_file_atomically(folder_ / "times" / "0000.jsonl", to_line(times) + "\n");
     return page_data(load_results(folder_));
   };
-  const auto warns = Contains(HasSubstr("25 % of the scene's time went by"));
+  const auto warns = Contains(HasSubstr("Harness overhead was 25 % of the scene's time"));
   EXPECT_THAT(with_harness(0.0001)["beware"].get<std::vector<std::string>>(), Not(warns));
   const Json busy = with_harness(0.001);  // a quarter of the scene's four milliseconds
   EXPECT_THAT(busy["beware"].get<std::vector<std::string>>(), warns);

@@ -1,4 +1,4 @@
-// Small pictures, and a folder's pictures/index.json that names them.
+// Small pictures, and the pictures/index.json of a results folder.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace relign::report {
 
-// A 2 x 2 checkerboard; bytes after its end make another file of the same picture.
+// A 2 x 2 checkerboard; `tail` makes a different file of the same picture.
 inline std::string made_png(const std::string& tail = "") {
   static const unsigned char kBytes[] = {
       0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0x00, 0x00, 0x0d, 0x49, 0x48, 0x44, 0x52, 0x00, 0x00,

@@ -1,4 +1,4 @@
-// Results folders made for one test, through the same writer as a run's.
+// Synthetic results folders for one test, written by the same writer as a run's.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ class MadeResults : public testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  // One trial whose errors, recommended and commanded alike, are these at step 0, 1, ...
+  // A trial with these errors at step 0, 1, ..., both recommended and commanded.
   static records::TrialRecord trial(const std::string& algorithm, std::uint64_t instance,
                                     const std::vector<double>& errors, const std::string& level = "rho0") {
     records::TrialRecord record;
@@ -50,7 +50,7 @@ class MadeResults : public testing::Test {
     return record;
   }
 
-  // Writes manifest and trials; `extra` trials are planned and never run.
+  // Writes manifest and trials; `extra` further trials are planned but not run.
   void write(const std::vector<records::TrialRecord>& trials, const std::string& suite_name = "made",
              std::size_t extra = 0) {
     records::ResultsWriter writer(folder_);
@@ -72,7 +72,7 @@ class MadeResults : public testing::Test {
                            {"program", {{"version", "0.1.0"}}}});
   }
 
-  // A trial of a station, which measures and tells no truth.
+  // A trial on a station, which measures but has no ground truth.
   static records::TrialRecord on_station(const std::string& algorithm, const std::vector<double>& measured) {
     records::TrialRecord record = trial(algorithm, 0, measured, "none");
     record.scene = "bench";
@@ -85,7 +85,7 @@ class MadeResults : public testing::Test {
     return record;
   }
 
-  // Adds what a run would have said of its scenes, algorithms, ...
+  // Adds members of a run's manifest: scenes, algorithms, ...
   void add_to_manifest(const Json& more) {
     Json manifest = Json::parse(read_file(folder_ / "manifest.json"));
     manifest.update(more);
@@ -103,7 +103,7 @@ class MadeResults : public testing::Test {
   std::filesystem::path folder_;
 };
 
-// A name that tries every way out of text, attributes, scripts and terminals.
+// A name that tries to escape from text, attributes, scripts and terminals.
 inline const std::string kHostile =
     "\"><img src=x onerror=alert(1)></script><script>alert(2)</script>'&{{data}}\x1b[31m";
 

@@ -1,4 +1,4 @@
-// What the statistics would add to a page's data, made up by formulas: for tests of how it is shown.
+// Synthetic statistics in page data, for tests of their presentation.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace relign::report {
 inline Json with_statistics(Json data) {
   data["targets"] = {0.1, 0.05, 0.02, 0.01};
   data["spec"] = {{"rmse", 0.0142}, {"mtf", nullptr}};
-  data["spec_text"] = "RMSE 0.0142 at the glued pose";
+  data["spec_text"] = "RMSE 0.0142 at the final pose";
   data["gates"] = {{{"name", "A/A"}, {"ok", true}, {"text", "A/A"}},
                    {{"name", "replay"}, {"ok", true}, {"text", "replay 10/10"}}};
   for (Json& group : data["groups"]) {

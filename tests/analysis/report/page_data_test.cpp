@@ -29,8 +29,8 @@ std::string all_text(const Json& list) {
   return text;
 }
 
-// The approved data of a small folder. After a wanted change, look at the difference and copy the
-// file that the failure names.
+// The approved data of a small folder. After an intended change, check the difference and copy the file named in the
+// failure.
 TEST(PageData, MatchesTheApprovedOne) {
   const Json data = page_data(load_results(kGolden / "small"));
   const Json approved = Json::parse(read_file(kGolden / "page_data.json"));
@@ -42,7 +42,7 @@ TEST(PageData, MatchesTheApprovedOne) {
 }
 
 // The same folder by hand: medians and quartiles of three round numbers.
-TEST(PageData, NumbersAreThoseOfTheTrials) {
+TEST(PageData, MatchesHandCalculation) {
   const Json data = page_data(load_results(kGolden / "small"));
   ASSERT_EQ(data["groups"].size(), 2u);
   const Json& rho0 = data["groups"][0];
@@ -55,14 +55,14 @@ TEST(PageData, NumbersAreThoseOfTheTrials) {
   EXPECT_DOUBLE_EQ(compass["recommended"]["median"].get<double>(), 0.02) << "of 0.02, 0.01, 0.04";
   EXPECT_DOUBLE_EQ(compass["recommended"]["q25"].get<double>(), 0.015);
   EXPECT_DOUBLE_EQ(compass["recommended"]["q75"].get<double>(), 0.03);
-  EXPECT_DOUBLE_EQ(compass["machine_seconds"].get<double>(), 0.625) << "with the move to the recommendation";
+  EXPECT_DOUBLE_EQ(compass["machine_seconds"].get<double>(), 0.625) << "including the move to the recommended pose";
   const Json& track = rho0["curves"][1]["tracks"]["commanded"]["median"];
   EXPECT_EQ(track.size(), 3u);
   EXPECT_DOUBLE_EQ(track[2].get<double>(), 0.03) << "of 0.03, 0.02, 0.05";
   EXPECT_FALSE(rho0["curves"][1]["tracks"].contains("excess")) << "no own optimum, no excess";
 }
 
-TEST(PageData, CountsWhatRanAndNamesWhatDidNot) {
+TEST(PageData, CountsTrialsAndListsFailures) {
   const Json data = page_data(load_results(kGolden / "small"));
   const Json expected = {{"planned", 15}, {"finished", 12},        {"failed", 1},
                          {"missing", 2},  {"from_other_plans", 0}, {"incomplete", {"00000000000000ad"}}};
@@ -74,16 +74,16 @@ TEST(PageData, CountsWhatRanAndNamesWhatDidNot) {
   EXPECT_EQ(data["warnings"][0]["count"], 2);
 }
 
-TEST(PageData, TheVerdictIsHonest) {
+TEST(PageData, VerdictExcludesOraclesAndHasCaveats) {
   const Json data = page_data(load_results(kGolden / "small"));
-  EXPECT_EQ(data["verdict"][0]["best"], "compass") << "an oracle cannot win";
-  EXPECT_THAT(all_text(data["verdict"]), HasSubstr("home, which is told the design pose, reaches 0.00400"));
-  EXPECT_THAT(all_text(data["verdict"]), HasSubstr("1 of its 3 trials failed"));
-  const std::string beware = all_text(data["beware"]);
-  EXPECT_THAT(beware, HasSubstr("3 instances are few, and the intervals wide"));
-  EXPECT_THAT(beware, HasSubstr("2 trials of 15 not finished"));
-  EXPECT_THAT(beware, HasSubstr("home is an oracle"));
-  EXPECT_THAT(beware, HasSubstr("Not every method has finished the same instances"));
+  EXPECT_EQ(data["verdict"][0]["best"], "compass") << "oracles are not ranked";
+  EXPECT_THAT(all_text(data["verdict"]), HasSubstr("The oracle home, which is given the design pose, reaches 0.00400"));
+  EXPECT_THAT(all_text(data["verdict"]), HasSubstr("1 of its 3 trials failed, excluded from the median"));
+  const std::string caveats = all_text(data["beware"]);
+  EXPECT_THAT(caveats, HasSubstr("with only 3 instances intervals are wide"));
+  EXPECT_THAT(caveats, HasSubstr("2 of 15 trials have not finished"));
+  EXPECT_THAT(caveats, HasSubstr("home is an oracle"));
+  EXPECT_THAT(caveats, HasSubstr("Not every method has finished the same instances"));
 }
 
 class Verdict : public MadeResults {
@@ -91,7 +91,7 @@ class Verdict : public MadeResults {
   Json data() { return page_data(load_results(folder_)); }
 };
 
-TEST_F(Verdict, SaysWhoIsBetterLevelOrUndecided) {
+TEST_F(Verdict, StatesBetterEqualAndUndecided) {
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 8; ++i) {
     const double lens = 0.01 * (1 + 0.1 * static_cast<double>(i));
@@ -102,23 +102,26 @@ TEST_F(Verdict, SaysWhoIsBetterLevelOrUndecided) {
   }
   write(trials);
   const Json verdict = data()["verdict"];
-  EXPECT_EQ(
-      verdict[0]["text"],
-      "a ends with the lowest median error, 0.0135 (95 %: 0.0110 to 0.0160) over 8 instances; at the start it was "
-      "0.100. Next is b with 0.0270. It is better: lens by lens, its error is 0.50 times that of b (95 %: 0.50 to "
-      "0.50).");
-  EXPECT_THAT(verdict[1]["text"].get<std::string>(),
-              HasSubstr("b ends level with it. The two are practically equal: lens by lens, its error is 1.00 times"));
-  EXPECT_THAT(verdict[2]["text"].get<std::string>(), HasSubstr("Which of the two is better is undecided: "));
+  EXPECT_EQ(verdict[0]["text"],
+            "a has the lowest median error, 0.0135 (95 % CI 0.0110 to 0.0160) over 8 instances; the median error at "
+            "the start "
+            "is 0.100. Second is b with 0.0270. a is better: paired by instance, the error of a is 0.50 times that of "
+            "b (95 % "
+            "CI 0.50 to 0.50).");
+  EXPECT_THAT(
+      verdict[1]["text"].get<std::string>(),
+      HasSubstr("Second is b with the same median. The two are practically equal: paired by instance, the error "
+                "of a is 1.00 times that of b"));
+  EXPECT_THAT(verdict[2]["text"].get<std::string>(), HasSubstr("The comparison is undecided: "));
 }
 
-TEST_F(Verdict, TwoInstancesDecideNothing) {
+TEST_F(Verdict, IsUndecidedWithTwoInstances) {
   write({trial("a", 0, {0.1, 0.010}), trial("a", 1, {0.1, 0.012}), trial("b", 0, {0.1, 0.020}),
          trial("b", 1, {0.1, 0.022})});
   EXPECT_THAT(all_text(data()["verdict"]), HasSubstr("undecided"));
 }
 
-TEST_F(Verdict, TellsWhatCameIntoSpecificationAndWhatNeverCan) {
+TEST_F(Verdict, StatesYieldAndInfeasibleInstances) {
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 4; ++i) {
     trials.push_back(trial("a", i, {0.1, i < 3 ? 0.01 : 0.05}));
@@ -129,24 +132,24 @@ TEST_F(Verdict, TellsWhatCameIntoSpecificationAndWhatNeverCan) {
   add_to_manifest({{"spec", {{"rmse", 0.02}}}});
   EXPECT_THAT(
       all_text(data()["verdict"]),
-      HasSubstr("It brings 3 of 4 lenses (95 %: 30 to 95 %) into specification (RMSE 0.0200), half of all within "
-                "1 step and 0.500 s of machine time."));
+      HasSubstr("Yield: 3 of 4 instances (95 % CI 30 to 95 %) meet the specification (RMSE 0.0200), half of all "
+                "instances within 1 step and 0.500 s of machine time."));
   EXPECT_THAT(all_text(data()["beware"]),
-              HasSubstr("rho0: 1 lens cannot meet the specification at any pose (instance 3)."));
+              HasSubstr("rho0: 1 infeasible instance (instance 3): even the own optimum misses the specification."));
 }
 
-TEST_F(Verdict, TellsArrivalsThatDidNotStayApart) {
+TEST_F(Verdict, StatesInstancesThatLeftTheSpecification) {
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 4; ++i)
     trials.push_back(trial("a", i, {0.1, i < 3 ? 0.01 : 0.05, i < 1 ? 0.01 : 0.05}));
   write(trials);
   add_to_manifest({{"spec", {{"rmse", 0.02}}}});
   EXPECT_THAT(all_text(data()["verdict"]),
-              HasSubstr("It brings 1 of 4 lenses (95 %: 5 to 70 %) into specification (RMSE 0.0200); 3 would have been "
-                        "in it after some step, half of all within 1 step and 0.500 s of machine time."));
+              HasSubstr("Yield: 1 of 4 instances (95 % CI 5 to 70 %) meet the specification (RMSE 0.0200); 3 met it at "
+                        "some step, half of all instances within 1 step and 0.500 s of machine time."));
 }
 
-TEST_F(Verdict, NamesWhoBringsMoreIntoSpecificationThanTheLowestMedian) {
+TEST_F(Verdict, StatesTheHighestYield) {
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 4; ++i) {
     trials.push_back(trial("precise", i, {0.1, i < 3 ? 0.01 : 0.05}));
@@ -154,14 +157,14 @@ TEST_F(Verdict, NamesWhoBringsMoreIntoSpecificationThanTheLowestMedian) {
   }
   write(trials);
   add_to_manifest({{"spec", {{"rmse", 0.02}}}});
-  EXPECT_THAT(all_text(data()["verdict"]), AllOf(HasSubstr("precise ends with the lowest median error"),
-                                                 HasSubstr("Most into specification brings steady: 4 of 4.")));
+  EXPECT_THAT(all_text(data()["verdict"]), AllOf(HasSubstr("precise has the lowest median error"),
+                                                 HasSubstr("The highest yield is that of steady: 4 of 4.")));
   write({trials[1], trials[3]});
   add_to_manifest({{"spec", {{"rmse", 0.02}}}});
-  EXPECT_THAT(all_text(data()["verdict"]), Not(HasSubstr("Most into specification")));
+  EXPECT_THAT(all_text(data()["verdict"]), Not(HasSubstr("The highest yield")));
 }
 
-TEST_F(Verdict, TellsWhatTheMtfDecided) {
+TEST_F(Verdict, StatesTheSpecificationOfMtf) {
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 4; ++i) {
     trials.push_back(trial("a", i, {0.1, 0.01}));
@@ -173,12 +176,12 @@ TEST_F(Verdict, TellsWhatTheMtfDecided) {
   add_to_manifest({{"spec", {{"rmse", 0.02}, {"mtf", {{"lp_per_mm", 80}, {"centre", 0.5}, {"corner", 0.35}}}}}});
   const Json data = this->data();
   EXPECT_THAT(all_text(data["verdict"]),
-              HasSubstr("It brings 2 of 4 lenses (95 %: 15 to 85 %) into specification (RMSE 0.0200, MTF at 80.0 lp/mm "
-                        "0.500 in the centre and 0.350 in the corners)"));
-  EXPECT_THAT(all_text(data["beware"]), HasSubstr("1 lens met the specification neither at its own best pose nor where "
-                                                  "any method left it (instance 3)."));
+              HasSubstr("Yield: 2 of 4 instances (95 % CI 15 to 85 %) meet the specification (RMSE 0.0200, MTF at 80.0 "
+                        "lp/mm 0.500 in the centre and 0.350 in the corners)"));
+  EXPECT_THAT(all_text(data["beware"]), HasSubstr("1 infeasible instance (instance 3): neither the own optimum nor the "
+                                                  "final pose of any method meets the specification."));
   EXPECT_THAT(data["spec_text"].get<std::string>(),
-              HasSubstr("0.350 in the corners at the glued pose; MTF is the lens's own"));
+              HasSubstr("0.350 in the corners at the final pose; MTF of the lens, geometric, evaluated"));
   const Json& row = data["groups"][0]["rows"][0];
   EXPECT_EQ(row["mtf"]["centre"]["median"], 0.8);
   EXPECT_EQ(row["mtf"]["corner"]["n"], 4);
@@ -187,12 +190,13 @@ TEST_F(Verdict, TellsWhatTheMtfDecided) {
 
   add_to_manifest({{"spec", {{"mtf", {{"lp_per_mm", 80}, {"corner", 0.35}}}}}});
   const Json alone = this->data();
-  EXPECT_THAT(all_text(alone["verdict"]), HasSubstr("into specification (MTF at 80.0 lp/mm 0.350 in the corners)."));
+  EXPECT_THAT(all_text(alone["verdict"]),
+              HasSubstr("meet the specification (MTF at 80.0 lp/mm 0.350 in the corners)."));
   EXPECT_FALSE(alone["groups"][0]["rows"][0].contains("to_spec"));
   EXPECT_FALSE(alone["groups"][0].contains("spec_rmse"));
 }
 
-TEST_F(Verdict, TellsTheYieldBeforeTheGlueCured) {
+TEST_F(Verdict, StatesTheYieldBeforeCuring) {
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 4; ++i) {
     trials.push_back(trial("a", i, {0.1, i < 2 ? 0.01 : 0.03}));
@@ -202,21 +206,21 @@ TEST_F(Verdict, TellsTheYieldBeforeTheGlueCured) {
   add_to_manifest({{"spec", {{"rmse", 0.02}}}});
   EXPECT_THAT(
       all_text(data()["verdict"]),
-      HasSubstr("It brings 2 of 4 lenses (95 %: 15 to 85 %) into specification (RMSE 0.0200), half of all within "
-                "1 step and 0.500 s of machine time; before the glue cures it is 3 of 4."));
+      HasSubstr("Yield: 2 of 4 instances (95 % CI 15 to 85 %) meet the specification (RMSE 0.0200), half of all "
+                "instances within 1 step and 0.500 s of machine time; before curing 3 of 4."));
   const Json yield = data()["groups"][0]["rows"][0]["yield"];
   EXPECT_EQ(yield["uncured"]["in"], 3);
   EXPECT_EQ(yield["uncured"]["share"], 0.75);
 }
 
-TEST_F(Verdict, OneInstanceClaimsNothing) {
+TEST_F(Verdict, HasNoIntervalForOneInstance) {
   write({trial("a", 0, {0.1, 0.01}), trial("b", 0, {0.1, 0.02})});
-  EXPECT_THAT(all_text(data()["verdict"]), HasSubstr("on its only instance"));
+  EXPECT_THAT(all_text(data()["verdict"]), HasSubstr("on a single instance"));
   EXPECT_THAT(all_text(data()["verdict"]), Not(HasSubstr("quartile")));
-  EXPECT_THAT(all_text(data()["beware"]), HasSubstr("A single instance"));
+  EXPECT_THAT(all_text(data()["beware"]), HasSubstr("Results on a single instance do not generalise"));
 }
 
-TEST_F(Verdict, FailuresAloneRankNobody) {
+TEST_F(Verdict, RanksNothingIfAllTrialsFailed) {
   records::TrialRecord failed = trial("a", 0, {0.1});
   failed.end = "failed";
   failed.message = "no";
@@ -225,20 +229,20 @@ TEST_F(Verdict, FailuresAloneRankNobody) {
   EXPECT_EQ(data()["verdict"][0]["best"], "");
 }
 
-TEST_F(Verdict, TrialsWithoutTruthAreRankedByWhatWasMeasuredAndItSaysSo) {
+TEST_F(Verdict, RanksByMeasuredErrorWithoutGroundTruth) {
   // The lowest measured error counts, not the last one.
   write({on_station("a", {0.2, 0.15}), on_station("b", {0.12, 0.3})});
   EXPECT_EQ(data()["verdict"][0]["best"], "b");
   EXPECT_THAT(all_text(data()["verdict"]),
               testing::AllOf(HasSubstr("lowest measured error, 0.120"), HasSubstr("Measured only")));
-  EXPECT_THAT(all_text(data()["beware"]), HasSubstr("Unknown are the true poses"));
+  EXPECT_THAT(all_text(data()["beware"]), HasSubstr("True poses, noise-free errors"));
   EXPECT_EQ(data()["groups"][0]["measured_only"], true);
   EXPECT_EQ(data()["groups"][0]["rows"][0]["recommended"]["n"], 0);
   EXPECT_TRUE(data()["groups"][0]["curves"][0]["tracks"].contains("measured"));
   EXPECT_FALSE(data()["groups"][0]["curves"][0]["tracks"].contains("recommended"));
 }
 
-TEST_F(Verdict, AStationIsNamedByItselfAndNobodyIsToldTheStartThere) {
+TEST_F(Verdict, StationsHaveNoNoiseLevelAndHideTheStart) {
   records::TrialRecord simulated = trial("a", 0, {0.1, 0.05});
   write({on_station("a", {0.2, 0.15}), simulated});
   add_to_manifest({{"scenes", {{{"name", "bench"}, {"owns_stage", true}}, {{"name", "relign_od"}}}},
@@ -248,10 +252,10 @@ TEST_F(Verdict, AStationIsNamedByItselfAndNobodyIsToldTheStartThere) {
   EXPECT_EQ(groups[0]["rows"][0]["knows"], Json({"merit"}));
   EXPECT_EQ(groups[1]["label"], "relign_od, rho0, paper");
   EXPECT_EQ(groups[1]["rows"][0]["knows"], Json({"merit", "start"}));
-  EXPECT_EQ(data()["methods"][0]["knows"], Json({"merit", "start"})) << "what the method can use stays";
+  EXPECT_EQ(data()["methods"][0]["knows"], Json({"merit", "start"})) << "the declaration is unchanged";
 }
 
-TEST_F(Verdict, EqualFailuresAreOneLine) {
+TEST_F(Verdict, GroupsEqualFailures) {
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 20; ++i) {
     trials.push_back(trial("a", i, {0.1}));
@@ -264,18 +268,18 @@ TEST_F(Verdict, EqualFailuresAreOneLine) {
   ASSERT_EQ(failures.size(), 2u);
   EXPECT_EQ(failures[0]["count"], 10);
   EXPECT_EQ(failures[0]["trials"].size(), 5u);
-  EXPECT_FALSE(failures[0]["trials"][0].contains("log")) << "it printed nothing";
+  EXPECT_FALSE(failures[0]["trials"][0].contains("log")) << "nothing was printed";
   EXPECT_EQ(failures[0]["trials"][1]["log"], "logs/" + trials[2].trial + ".txt");
 }
 
-TEST_F(Verdict, SaysWhatTheHarnessTookAStep) {
+TEST_F(Verdict, HasTheHarnessOverheadPerStep) {
   write({trial("a", 0, {0.1, 0.05, 0.04}), trial("a", 1, {0.1, 0.05, 0.04}), trial("a", 2, {0.1, 0.05, 0.04})});
   std::string lines;
   for (std::uint64_t i = 0; i < 3; ++i) {
     records::TrialTimes times;
     times.trial = trial("a", i, {}).trial;
     times.algorithm_seconds = times.simulation_seconds = times.truth_seconds = {0.001, 0.001, 0.001};
-    if (i > 0) times.harness_seconds = 30e-6;  // the first was written by an older program
+    if (i > 0) times.harness_seconds = 30e-6;  // the first was recorded by an older version
     lines += to_line(times) + "\n";
   }
   write_file_atomically(folder_ / "times" / "0000.jsonl", lines);
@@ -284,7 +288,7 @@ TEST_F(Verdict, SaysWhatTheHarnessTookAStep) {
   EXPECT_DOUBLE_EQ(harness["share_of_scene_time"].get<double>(), 0.005);
 }
 
-TEST_F(Verdict, LeavesTrialsOfAnEarlierPlanOut) {
+TEST_F(Verdict, ExcludesTrialsOfAnEarlierPlan) {
   write({trial("old", 0, {0.1, 0.001})});
   {
     const Json manifest = Json::parse(read_file(folder_ / "manifest.json"));
@@ -297,7 +301,7 @@ TEST_F(Verdict, LeavesTrialsOfAnEarlierPlanOut) {
   EXPECT_TRUE(data()["groups"].empty());
 }
 
-TEST_F(Verdict, FoldersWithoutResultsAreRefusedWithAWord) {
+TEST_F(Verdict, RejectsFoldersWithoutResults) {
   const auto message = [&](const fs::path& folder) {
     try {
       page_data(load_results(folder));
@@ -307,7 +311,7 @@ TEST_F(Verdict, FoldersWithoutResultsAreRefusedWithAWord) {
     return std::string("(no error)");
   };
   EXPECT_THAT(message(folder_ / "missing"), HasSubstr("no such folder"));
-  EXPECT_THAT(message(folder_), HasSubstr("holds no results"));
+  EXPECT_THAT(message(folder_), HasSubstr("is not a results folder"));
   write_file_atomically(folder_ / "manifest.json", "{\"format\": 99}");
   EXPECT_THAT(message(folder_), HasSubstr("newer"));
   write_file_atomically(folder_ / "manifest.json", "{\"format\": 1,");
@@ -316,7 +320,7 @@ TEST_F(Verdict, FoldersWithoutResultsAreRefusedWithAWord) {
   EXPECT_THAT(message(folder_), HasSubstr("manifest.json"));
 }
 
-TEST_F(Verdict, ADamagedManifestCostsItsFactsOnly) {
+TEST_F(Verdict, ToleratesADamagedManifest) {
   write({trial("a", 0, {0.1, 0.05})});
   Json manifest = Json::parse(read_file(folder_ / "manifest.json"));
   for (const char* key : {"suite_name", "suite", "program", "machine", "algorithms", "command", "seed"})
@@ -326,7 +330,7 @@ TEST_F(Verdict, ADamagedManifestCostsItsFactsOnly) {
   EXPECT_NO_THROW(Report(folder_).html());
 }
 
-TEST_F(Verdict, TablesAreWritten) {
+TEST_F(Verdict, WritesTables) {
   write({trial("a", 0, {0.1, 0.05})});
   Report(folder_).write_tables();
   EXPECT_THAT(read_file(folder_ / "curves.csv"), HasSubstr("relign_od,rho0,paper,a,1,1,"));

@@ -1,4 +1,4 @@
-// The page as text: escaping, policy, missing parts, size. What a browser makes of it: browser_test.cpp.
+// The page as text: escaping, policy, missing parts, size. browser_test.cpp tests it in a browser.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::Not;
 
-// The page without what we bring ourselves, which may hold any characters.
+// The page without its own scripts and styles, which may contain any characters.
 std::string without_scripts_and_styles(std::string page) {
   for (const char* tag : {"script", "style"}) {
     const std::string open = std::string("<") + tag, close = std::string("</") + tag + ">";
@@ -36,26 +36,26 @@ std::size_t count(const std::string& text, const std::string& part) {
 
 using Page = MadeResults;
 
-TEST_F(Page, WhereEverythingWasMeasuredOnAStationNothingSpeaksOfTruthOrOfEqualInstances) {
+TEST_F(Page, StationPagesMentionNoGroundTruthOrEqualInstances) {
   write({on_station("a", {0.2, 0.15}), on_station("b", {0.12, 0.3})});
   add_to_manifest({{"scenes", {{{"name", "bench"}, {"owns_stage", true}}}}});
   const std::string station = without_scripts_and_styles(Report(folder_).html());
-  EXPECT_THAT(station, HasSubstr("lenses, start and stage are real"));
+  EXPECT_THAT(station, HasSubstr("lens, start pose and stage are real"));
   EXPECT_THAT(station, HasSubstr("lowest measured error"));
-  for (const char* word : {"was given the same instances", "error when glued", "last pose", "noise level",
+  for (const char* word : {"were given the same instances", "final error", "last commanded pose", "noise level",
                            "without camera noise", "Simulated travel"})
     EXPECT_THAT(station, Not(HasSubstr(word))) << word;
 
-  // Beside a simulated scene both are told, each about its own.
+  // With a simulated scene as well, the page explains both.
   write({on_station("a", {0.2, 0.15}), trial("a", 0, {0.1, 0.05})});
   add_to_manifest({{"scenes", {{{"name", "bench"}, {"owns_stage", true}}, {{"name", "relign_od"}}}}});
   const std::string both = without_scripts_and_styles(Report(folder_).html());
-  for (const char* word : {"lenses, start and stage are real", "was given the same instances", "error when glued",
-                           "last pose", "without camera noise"})
+  for (const char* word : {"lens, start pose and stage are real", "were given the same instances", "final error",
+                           "last commanded pose", "without camera noise"})
     EXPECT_THAT(both, HasSubstr(word)) << word;
 }
 
-TEST_F(Page, AMergedFolderNamesItsSourcesAndWhatTheyTellDifferently) {
+TEST_F(Page, MergedFoldersListSourcesAndDifferences) {
   write({trial("a", 0, {0.1, 0.05})});
   add_to_manifest(
       {{"sources", {{{"folder", "ours<b>"}, {"trials", 1}, {"machine", {{"cpu", "Abacus"}}}}}},
@@ -68,12 +68,13 @@ TEST_F(Page, AMergedFolderNamesItsSourcesAndWhatTheyTellDifferently) {
             {"difference",
              {{"line", "step"}, {"step", 3}, {"field", "measured"}, {"kept", "0.1"}, {"other", "0.2"}}}}}}}}});
   const std::string page = without_scripts_and_styles(Report(folder_).html());
-  for (const char* word : {"Merged from 1 results folder", "Not reproducible", "1 trial came out differently",
-                           "step 3, measured is 0.1 in ours, 0.2 in theirs", "Abacus", "ours&lt;b&gt;"})
+  for (const char* word :
+       {"Merged from 1 results folder", "Not reproducible", "1 trial with different results in two of these folders",
+        "step 3, measured is 0.1 in ours, 0.2 in theirs", "Abacus", "ours&lt;b&gt;"})
     EXPECT_THAT(page, HasSubstr(word)) << word;
 }
 
-TEST_F(Page, HostileTextStaysTextEverywhere) {
+TEST_F(Page, EscapesAllText) {
   records::TrialRecord failed = trial(kHostile, 1, {0.1}, kHostile);
   failed.end = "failed";
   failed.message = failed.scene = failed.protocol = failed.algorithm_id = kHostile;
@@ -116,12 +117,11 @@ TEST_F(Page, HostileTextStaysTextEverywhere) {
   const std::string tags = std::regex_replace(markup, std::regex("\"[^\"]*\""), "");
   EXPECT_FALSE(std::regex_search(tags, std::regex("<[^>]*\\sonerror"))) << "no attribute broke out";
   EXPECT_THAT(page, Not(HasSubstr("\x1b")));
-  EXPECT_GT(count(markup, "&quot;&gt;&lt;img src=x onerror=alert(1)&gt;&lt;/script&gt;"), 15u)
-      << "it is shown, escaped";
-  EXPECT_GT(count(markup, "{{data}}"), 15u) << "and no part of the template";
+  EXPECT_GT(count(markup, "&quot;&gt;&lt;img src=x onerror=alert(1)&gt;&lt;/script&gt;"), 15u) << "shown, but escaped";
+  EXPECT_GT(count(markup, "{{data}}"), 15u) << "and not replaced as part of the template";
 }
 
-TEST_F(Page, AllowsItsOwnScriptsAndNoOtherSource) {
+TEST_F(Page, PolicyAllowsOnlyItsOwnScripts) {
   write({trial("a", 0, {0.1, 0.05})});
   const std::string page = Report(folder_).html();
   std::smatch policy;
@@ -140,20 +140,20 @@ TEST_F(Page, AllowsItsOwnScriptsAndNoOtherSource) {
   EXPECT_THAT(page, Not(HasSubstr("url(")));
 }
 
-TEST_F(Page, CarriesTheChartLibrarysLicence) {
+TEST_F(Page, IncludesTheLicenceOfTheChartLibrary) {
   write({trial("a", 0, {0.1, 0.05})});
   const std::string page = Report(folder_).html();
   EXPECT_THAT(page, HasSubstr("Dan Vanderkam"));
   EXPECT_THAT(page, HasSubstr("The above copyright notice and this permission notice shall be included"));
 }
 
-TEST_F(Page, SaysWhenNothingHasFinished) {
+TEST_F(Page, ReportsThatNothingHasFinished) {
   write({}, "made", 5);
   std::string page = Report(folder_).html();
   EXPECT_THAT(page, HasSubstr("0/5 trials ran"));
   EXPECT_THAT(page, HasSubstr("No trial of this run has finished yet"));
   write({}, "made", 0);
-  EXPECT_THAT(Report(folder_).html(), HasSubstr("This results folder holds no trials"));
+  EXPECT_THAT(Report(folder_).html(), HasSubstr("This results folder contains no trials"));
 }
 
 TEST_F(Page, ShowsFailuresAndTheirMessages) {
@@ -167,11 +167,11 @@ TEST_F(Page, ShowsFailuresAndTheirMessages) {
   EXPECT_THAT(page, HasSubstr("the stride is NaN"));
   EXPECT_THAT(page, HasSubstr("rho0 instance 3 after 1 step "));
   EXPECT_THAT(page, HasSubstr("2 trials not finished"));
-  EXPECT_THAT(page, HasSubstr("Running the same command again goes on with them."));
+  EXPECT_THAT(page, HasSubstr("Run the same command again to resume."));
 }
 
 // Three levels, five methods, ten instances, 30 steps, pictures up to their limit.
-TEST_F(Page, AQuickSuitesPageIsUnderAMegabyte) {
+TEST_F(Page, QuickSuitePageIsUnderAMegabyte) {
   std::vector<records::TrialRecord> trials;
   for (const char* level : {"rho0", "rho0.25", "rho0.5"})
     for (const char* method : {"home", "random", "nlopt-sbplx", "nlopt-bobyqa", "compass"})

@@ -17,7 +17,7 @@ using testing::Not;
 
 using Pictures = MadePictures;
 
-TEST_F(Pictures, EqualPicturesAreEmbeddedOnce) {
+TEST_F(Pictures, EmbedsEqualPicturesOnce) {
   put("a.png", made_png());
   put("b.png", made_png());
   put("c.png", made_png("other"));
@@ -32,8 +32,8 @@ TEST_F(Pictures, EqualPicturesAreEmbeddedOnce) {
   EXPECT_TRUE(gallery.problems.empty());
 }
 
-// A folder from a stranger must not carry this machine's files into a page that is passed on.
-TEST_F(Pictures, NothingOutsideThePicturesFolderIsRead) {
+// An untrusted folder must not bring other files of this machine into a page.
+TEST_F(Pictures, ReadsNothingOutsideThePicturesFolder) {
   write_file_atomically(folder_ / "secret.png", made_png());
   put("inside.png", made_png("inside"));
   fs::create_symlink(folder_ / "secret.png", folder_ / "pictures" / "link.png");
@@ -42,23 +42,23 @@ TEST_F(Pictures, NothingOutsideThePicturesFolderIsRead) {
   const Gallery gallery = load_gallery(folder_);
   EXPECT_FALSE(gallery.trials[0].start.picture);
   EXPECT_FALSE(gallery.trials[0].end.picture);
-  EXPECT_FALSE(gallery.trials[1].start.picture) << "a link out of the folder";
+  EXPECT_FALSE(gallery.trials[1].start.picture) << "a link to outside the folder";
   EXPECT_TRUE(gallery.trials[1].end.picture);
   EXPECT_EQ(gallery.problems.size(), 3u);
 }
 
-TEST_F(Pictures, OnlyPngIsEmbedded) {
+TEST_F(Pictures, EmbedsOnlyPng) {
   put("page.png", "<svg onload=alert(1)>");
   put("short.png", made_png().substr(0, 20));
   write_index({entry("x", "best", "page.png", "short.png"), entry("y", "best", "missing.png", "missing.png")});
   const Gallery gallery = load_gallery(folder_);
   EXPECT_TRUE(gallery.pictures.empty());
   EXPECT_THAT(gallery.problems,
-              ElementsAre(HasSubstr("short.png: this is no PNG"), HasSubstr("missing.png: no such picture"),
-                          HasSubstr("page.png: this is no PNG")));
+              ElementsAre(HasSubstr("short.png: not a valid PNG"), HasSubstr("missing.png: no such picture"),
+                          HasSubstr("page.png: not a valid PNG")));
 }
 
-TEST_F(Pictures, OverTheLimitTheMedianTrialGoesFirst) {
+TEST_F(Pictures, PrefersTheMedianTrialAtTheLimit) {
   for (const char* name : {"best", "median", "worst"}) put(std::string(name) + ".png", made_png(name));
   write_index({entry("x", "best", "best.png", "best.png"), entry("x", "median", "median.png", "median.png"),
                entry("x", "worst", "worst.png", "worst.png")});
@@ -70,8 +70,8 @@ TEST_F(Pictures, OverTheLimitTheMedianTrialGoesFirst) {
   EXPECT_EQ(gallery.left_out, 2u);
 }
 
-// Beside the curves stand the best method's median and worst trial: their pictures are never the ones left out.
-TEST_F(Pictures, WhatStandsBesideTheCurvesGoesBeforeEverythingElse) {
+// The pictures of the best method's median and worst trial, shown beside the curves, are embedded first.
+TEST_F(Pictures, PrefersPicturesBesideTheCurves) {
   put("film.webp", made_film());
   for (const char* name : {"a", "b", "c", "d"}) put(std::string(name) + ".png", made_png(name));
   write_index(
@@ -79,13 +79,13 @@ TEST_F(Pictures, WhatStandsBesideTheCurvesGoesBeforeEverythingElse) {
   const std::size_t one = load_gallery(folder_).pictures.back().data_uri.size();
   const Gallery gallery = load_gallery(folder_, 2 * one, {{"relign_od", "rho0", "paper", "mine"}});
   EXPECT_TRUE(gallery.trials[1].end.picture);
-  EXPECT_TRUE(gallery.trials[1].start.picture) << "no film shows it";
+  EXPECT_TRUE(gallery.trials[1].start.picture) << "no film includes it";
   EXPECT_FALSE(gallery.trials[0].film.picture);
   EXPECT_EQ(gallery.left_out, 3u);
   EXPECT_FALSE(load_gallery(folder_, 2 * one).trials[1].end.picture);
 }
 
-TEST_F(Pictures, FilmsAreEmbeddedWhereTheyAreWhatTheIndexTells) {
+TEST_F(Pictures, EmbedsFilmsThatMatchTheIndex) {
   put("a.webp", made_film());
   put("b.webp", made_lossy_film());
   put("cut.webp", made_lossy_film().substr(0, 60));
@@ -107,12 +107,12 @@ TEST_F(Pictures, FilmsAreEmbeddedWhereTheyAreWhatTheIndexTells) {
   EXPECT_EQ(gallery.trials[0].film.frames[2].step, 9u);
   for (const std::size_t bad : {2u, 3u, 4u, 5u, 6u}) EXPECT_FALSE(gallery.trials[bad].film.picture) << bad;
   EXPECT_THAT(gallery.problems,
-              testing::IsSupersetOf({HasSubstr("cut.webp: this is no WebP"), HasSubstr("png.webp: this is no WebP"),
-                                     HasSubstr("6 x 2 pixels, but the index tells of 3 tiles of 3"),
-                                     HasSubstr("../a.webp: refused")}));
+              testing::IsSupersetOf({HasSubstr("cut.webp: not a valid WebP"), HasSubstr("png.webp: not a valid WebP"),
+                                     HasSubstr("6 x 2 pixels, but the index lists 3 tiles of 3"),
+                                     HasSubstr("../a.webp: rejected")}));
 }
 
-TEST_F(Pictures, FilmsGoBeforePreviews) {
+TEST_F(Pictures, PrefersFilmsToPreviews) {
   put("film.webp", made_film());
   put("start.png", made_png());
   write_index(Json::array({with_film(entry("x", "best", "start.png", "start.png"), "film.webp")}));
@@ -122,13 +122,13 @@ TEST_F(Pictures, FilmsGoBeforePreviews) {
   EXPECT_EQ(gallery.left_out, 1u);
 }
 
-TEST_F(Pictures, ADamagedIndexCostsThePicturesOnly) {
+TEST_F(Pictures, ToleratesADamagedIndex) {
   write({trial("x", 0, {0.1, 0.05})});
   for (const char* index : {"{", "[]", "{\"format\": 9}", "{\"format\": 1, \"trials\": [3, {\"frames\": [7]}]}"}) {
     put("index.json", index);
     std::string page;
     ASSERT_NO_THROW(page = Report(folder_).html()) << index;
-    EXPECT_THAT(page, HasSubstr("<b>x</b> ends with the lowest error")) << index;
+    EXPECT_THAT(page, HasSubstr("<b>x</b> has the lowest error")) << index;
   }
   put("index.json", "{");
   EXPECT_THAT(Report(folder_).html(), HasSubstr("Pictures that could not be shown"));

@@ -27,8 +27,8 @@ class Rules : public MadeResults {
     return page_data(results, statistics::make_study(results.trials, study_options(results, rule)));
   }
 
-  // "model" guesses a pose that it never visits, "walker" recommends what it measured. By `own` the model is far
-  // better; where the two have been they differ by nothing.
+  // "model" recommends a pose that it has not visited, "walker" one that it has measured. By `own` the model is far
+  // better; at visited poses the two are equal.
   static std::vector<records::TrialRecord> model_and_walker() {
     std::vector<records::TrialRecord> trials;
     for (std::uint64_t i = 0; i < 8; ++i) {
@@ -47,12 +47,12 @@ class Rules : public MadeResults {
   }
 };
 
-TEST_F(Rules, EveryRuleJudgesItsOwnPose) {
+TEST_F(Rules, EachRuleScoresItsPose) {
   write(model_and_walker());
   const Json group = data()["groups"][0];
   const double lens = 0.02 * 1.175;  // median of eight
   EXPECT_NEAR(row(group, "model")["rules"]["own"]["median"], lens / 2, 1e-12);
-  EXPECT_NEAR(row(group, "model")["rules"]["best"]["median"], lens, 1e-12) << "step 1 was measured lowest";
+  EXPECT_NEAR(row(group, "model")["rules"]["best"]["median"], lens, 1e-12) << "step 1 has the lowest measured error";
   EXPECT_NEAR(row(group, "model")["rules"]["current"]["median"], 3 * lens, 1e-12);
   EXPECT_NEAR(row(group, "walker")["rules"]["current"]["median"], 2 * lens, 1e-12);
   EXPECT_EQ(group["rules"]["own"]["pairs"][0]["verdict"], "better");
@@ -60,7 +60,7 @@ TEST_F(Rules, EveryRuleJudgesItsOwnPose) {
   EXPECT_EQ(group["rules"]["current"]["pairs"][0]["a"], "walker");
 }
 
-TEST_F(Rules, TheChosenRuleIsWhatThePageIsBy) {
+TEST_F(Rules, TheChosenRuleDeterminesThePage) {
   write(model_and_walker());
   const Json by_own = data(), by_current = data(statistics::Rule::current);
   EXPECT_EQ(by_own["rule"], "own");
@@ -72,22 +72,23 @@ TEST_F(Rules, TheChosenRuleIsWhatThePageIsBy) {
   EXPECT_EQ(by_current["groups"][0]["pairs"], by_own["groups"][0]["rules"]["current"]["pairs"]);
 }
 
-TEST_F(Rules, YieldGoesByTheRule) {
+TEST_F(Rules, YieldDependsOnTheRule) {
   write(model_and_walker());
   add_to_manifest({{"spec", {{"rmse", 0.0255}}}});
   const Json of_model = row(data()["groups"][0], "model");
   EXPECT_EQ(of_model["rules"]["own"]["yield"]["in"], 8);
   EXPECT_EQ(of_model["rules"]["best"]["yield"]["in"], 6) << "0.02 to 0.0255";
   EXPECT_EQ(of_model["rules"]["current"]["yield"]["in"], 0);
-  EXPECT_EQ(of_model["rules"]["current"]["steps"], 1) << "it was there and left again";
+  EXPECT_EQ(of_model["rules"]["current"]["steps"], 1) << "it met the specification and left it again";
   EXPECT_EQ(row(data(statistics::Rule::best)["groups"][0], "model")["yield"]["in"], 6);
 }
 
-TEST_F(Rules, TheNoteSaysWhereAVerdictDependsOnTheRule) {
+TEST_F(Rules, NotesVerdictsThatDependOnTheRule) {
   write(model_and_walker());
-  EXPECT_THAT(text_of(data(), "rules_note"),
-              AllOf(HasSubstr("The verdict depends on the recommendation rule. rho0: own model (better than walker)"),
-                    HasSubstr("current walker (better than model)")));
+  EXPECT_THAT(
+      text_of(data(), "rules_note"),
+      AllOf(HasSubstr("The verdict depends on the recommendation rule. rho0: model by own (better than walker)"),
+            HasSubstr("walker by current (better than model)")));
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 8; ++i) {
     trials.push_back(trial("a", i, {0.1, 0.01}));
@@ -98,8 +99,8 @@ TEST_F(Rules, TheNoteSaysWhereAVerdictDependsOnTheRule) {
   EXPECT_THAT(text_of(data(), "rules_note"), HasSubstr("No verdict depends on the recommendation rule"));
 }
 
-// Glue that shifts the lens: an earlier program scored the method's own recommendation alone.
-TEST_F(Rules, WhatARecordLacksIsNamedAndNotGuessed) {
+// With a cure shift, earlier versions scored the method's own recommendation only.
+TEST_F(Rules, ReportsMissingScores) {
   std::vector<records::TrialRecord> trials = model_and_walker();
   for (records::TrialRecord& one : trials) one.uncured_mse = 1e-4;
   write(trials);
@@ -109,8 +110,9 @@ TEST_F(Rules, WhatARecordLacksIsNamedAndNotGuessed) {
   EXPECT_EQ(row(by_own["groups"][0], "model")["rules"]["best"].dump(), R"({"n":0})");
   EXPECT_THAT(text_of(by_own, "rules_note"), HasSubstr("verify DIR --add-rules"));
   EXPECT_THAT(Report(folder_).html(), HasSubstr("not recorded"));
-  EXPECT_THAT(test::error_text(ErrorKind::bad_input, [&] { data(statistics::Rule::best); }),
-              AllOf(HasSubstr("16 trials have no scores by the rule 'best'"), HasSubstr("--add-rules")));
+  EXPECT_THAT(
+      test::error_text(ErrorKind::bad_input, [&] { data(statistics::Rule::best); }),
+      AllOf(HasSubstr("16 trials of an earlier version have no scores for the rule 'best'"), HasSubstr("--add-rules")));
 
   for (records::TrialRecord& one : trials) {
     one.glued_mse = {1e-2, 4e-4, 9e-4};
@@ -124,13 +126,14 @@ TEST_F(Rules, WhatARecordLacksIsNamedAndNotGuessed) {
   EXPECT_NEAR(row(complete["groups"][0], "model")["rules"]["current"]["median"], 0.03, 1e-12);
 }
 
-TEST_F(Rules, ThePageShowsAllThree) {
+TEST_F(Rules, ThePageShowsAllRules) {
   write(model_and_walker());
   const std::string page = Report(folder_, statistics::Rule::best).html();
   EXPECT_THAT(page, HasSubstr("Recommendation rules"));
   EXPECT_THAT(page, HasSubstr("The verdict depends on the recommendation rule"));
-  EXPECT_THAT(page, HasSubstr("at the pose of its lowest measured error"));
-  EXPECT_THAT(Report(folder_, statistics::Rule::best).ranking_table(), HasSubstr("the pose of its lowest measured error"));
+  EXPECT_THAT(page, HasSubstr("at the pose with the lowest measured error"));
+  EXPECT_THAT(Report(folder_, statistics::Rule::best).ranking_table(),
+              HasSubstr("the pose with the lowest measured error"));
   EXPECT_THAT(Report(folder_, statistics::Rule::best).markdown(), HasSubstr("depends on the recommendation rule"));
 }
 
@@ -160,7 +163,7 @@ class Protocols : public Rules {
   }
 };
 
-TEST_F(Protocols, AnOracleIsOneUnderItsOwnProtocolAlone) {
+TEST_F(Protocols, OraclesDependOnTheProtocol) {
   for (const bool blind_first : {false, true}) {
     std::filesystem::remove_all(folder_);
     write_both(blind_first);
@@ -169,7 +172,7 @@ TEST_F(Protocols, AnOracleIsOneUnderItsOwnProtocolAlone) {
     for (std::size_t i = 0; i < 2; ++i) {
       const bool blind = found["groups"][i]["protocol"] == "blind";
       EXPECT_EQ(row(found["groups"][i], "home")["oracle"], blind) << blind_first;
-      EXPECT_EQ(found["verdict"][i]["best"], blind ? "random" : "home") << "an oracle cannot win";
+      EXPECT_EQ(found["verdict"][i]["best"], blind ? "random" : "home") << "oracles are not ranked";
     }
     ASSERT_EQ(found["methods"].size(), 4U);
     std::set<std::string> labels, keys;
@@ -182,7 +185,7 @@ TEST_F(Protocols, AnOracleIsOneUnderItsOwnProtocolAlone) {
   }
 }
 
-TEST_F(Protocols, TheKeyTellsParametersAndMeritsApart) {
+TEST_F(Protocols, KeysDifferByParametersAndMerit) {
   write({trial("a", 0, {0.1, 0.01})});
   std::set<Json> keys;
   for (const Json& other : {Json(Json::object()), Json{{"merit", "rmse"}}, Json{{"parameters", {{"stride", 2}}}}}) {
@@ -194,7 +197,7 @@ TEST_F(Protocols, TheKeyTellsParametersAndMeritsApart) {
   EXPECT_EQ(keys.size(), 3U);
 }
 
-TEST_F(Rules, ClassesAreRankedEachByItself) {
+TEST_F(Rules, RanksWithinObservationClasses) {
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 8; ++i)
     for (const auto& [name, error] : std::map<std::string, double>{
@@ -213,7 +216,7 @@ TEST_F(Rules, ClassesAreRankedEachByItself) {
   EXPECT_EQ(classes[0]["class"], "merit");
   EXPECT_EQ(classes[0]["best"], "search");
   EXPECT_THAT(text_of(classes[0], "text"),
-              HasSubstr("It is better: lens by lens, its error is 0.75 times that of slow"));
+              HasSubstr("search is better: paired by instance, the error of search is 0.75 times that of slow"));
   EXPECT_EQ(classes[1]["best"], "agent");
   EXPECT_THAT(text_of(classes[1], "text"), HasSubstr("No other method of this class"));
   const std::string page = Report(folder_).html();
@@ -221,7 +224,7 @@ TEST_F(Rules, ClassesAreRankedEachByItself) {
   EXPECT_THAT(ranking_csv_rows(found, "x"), HasSubstr(",images and design,combined,"));
 }
 
-TEST_F(Rules, ThePlanDecidesWhatTheReportIsBy) {
+TEST_F(Rules, FollowsTheAnalysisPlan) {
   write(model_and_walker());
   const Json plan = {{"primary", "yield"},
                      {"rule", "best"},
@@ -240,16 +243,16 @@ TEST_F(Rules, ThePlanDecidesWhatTheReportIsBy) {
   EXPECT_EQ(pair["yields"],
             Json({{"n", 8}, {"a", 6}, {"b", 6}, {"a_alone", 0}, {"b_alone", 0}, {"p", 1.0}, {"p_planned", 1.0}}));
   EXPECT_THAT(data(statistics::Rule::own)["analysis_notes"][0].get<std::string>(),
-              HasSubstr("by the rule 'own', the plan names the rule 'best'"));
+              HasSubstr("uses the rule 'own', the analysis plan the rule 'best'"));
   const std::string page = Report(folder_).html();
   EXPECT_THAT(page, HasSubstr("Analysis plan (aaaaaaaaaaaaaaaa)"));
   EXPECT_THAT(page, HasSubstr("undecided: in specification 6 and 6 of 8 instances"));
-  EXPECT_THAT(page, HasSubstr("undecided, because the 95 % interval holds 90.0 %"));
+  EXPECT_THAT(page, HasSubstr("undecided, since the 95 % interval contains 90.0 %"));
 }
 
-TEST_F(Rules, APlanThatWasChangedIsNamed) {
+TEST_F(Rules, ReportsAChangedPlan) {
   write(model_and_walker());
-  EXPECT_FALSE(data().contains("analysis")) << "nothing was planned";
+  EXPECT_FALSE(data().contains("analysis")) << "no plan";
   add_to_manifest(
       {{"analysis", {{"primary", "rmse"}, {"rule", "own"}}}, {"analysis_began_with", std::string(64, 'b')}});
   EXPECT_THAT(data()["analysis_notes"][0].get<std::string>(), HasSubstr("changed after the first trials had ended"));

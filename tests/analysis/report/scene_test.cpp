@@ -1,4 +1,4 @@
-// The scenes on the page: lens, landscape, and what is in the way of a stranger's folder.
+// The scenes on the page: lens drawing and landscape, also from damaged and hostile folders.
 #include <gmock/gmock.h>
 
 #include "markup/escape.h"
@@ -54,22 +54,21 @@ class ScenePart : public MadeResults {
 TEST_F(ScenePart, ShowsLensTravelAndTheErrorAroundTheNominalPose) {
   const Json shown = facts()["landscape"];
   EXPECT_EQ(shown["lines"][0]["away"], Json({-50, 0, 50}));
-  EXPECT_EQ(shown["lines"][0]["rmse"], Json({0.04, 0, 0.03}))
-      << "signed where it is written, clipped where it is shown";
+  EXPECT_EQ(shown["lines"][0]["rmse"], Json({0.04, 0, 0.03})) << "signed in the file, clipped on the page";
   EXPECT_TRUE(shown["lines"][1]["rmse"][2].is_null());
   EXPECT_EQ(shown["plane"]["across"]["values"], Json({-0.2, 0, 0.2}));
   EXPECT_EQ(shown["plane"]["rmse"], Json({0.01, 0, 0.01, 0.02, 0, 0.02}));
 
   const std::string page = Report(folder_).html();
-  for (const char* words : {"The scene", "A wide lens", "x -1 to 1 mm, Ry -7 to 7 deg", "200 x 100 pixels",
-                            "moved along one axis at a time", "over x and Ry", "class=\"figure map\""})
+  for (const char* words : {"<h2>Scene<", "A wide lens", "x -1 to 1 mm, Ry -7 to 7 deg", "200 x 100 pixels",
+                            "displaced along one axis at a time", "over x and Ry", "class=\"figure map\""})
     EXPECT_THAT(page, HasSubstr(words)) << words;
   EXPECT_THAT(page, HasSubstr("<img src=\"data:image/svg+xml;base64," + base64(kDrawing) + "\""));
-  EXPECT_THAT(page, Not(HasSubstr("bad()"))) << "an image runs no script, and its text is no markup";
+  EXPECT_THAT(page, Not(HasSubstr("bad()"))) << "images run no scripts, and their text is not markup";
 }
 
-TEST_F(ScenePart, SaysWhatMachineTimesRestOn) {
-  EXPECT_THAT(Report(folder_).html(), Not(HasSubstr("simulated clock: ")));
+TEST_F(ScenePart, ShowsTheModelOfMachineTime) {
+  EXPECT_THAT(Report(folder_).html(), Not(HasSubstr("Simulated machine time: ")));
   const Json own = {
       {"speed_mm_per_s", 5}, {"speed_deg_per_s", 4}, {"settle_ms", 40}, {"exposure_ms", 15}, {"readout_ms", 30}};
   const auto scene = [&](bool station) {
@@ -81,13 +80,13 @@ TEST_F(ScenePart, SaysWhatMachineTimesRestOn) {
   };
   add_to_manifest({{"scenes", scene(false)}, {"machine_time", {{"settle_ms", 7.5}}}});
   EXPECT_THAT(Report(folder_).html(),
-              HasSubstr("Stage and camera of the simulated clock: 5 mm/s, 4 degrees/s, 7.5 ms to "
-                        "settle, 15 ms exposure, 30 ms readout."));
+              HasSubstr("Simulated machine time: 5 mm/s, 4 degrees/s, 7.5 ms to settle, 15 ms exposure, 30 ms "
+                        "readout."));
   add_to_manifest({{"scenes", scene(true)}});
-  EXPECT_FALSE(facts().contains("machine_time")) << "a station's clock is its own";
+  EXPECT_FALSE(facts().contains("machine_time")) << "stations have their own clock";
 }
 
-TEST_F(ScenePart, TheLandscapeIsAFigureForPapers) {
+TEST_F(ScenePart, WritesTheLandscapeAsAFigure) {
   Report(folder_).write_figures(folder_ / "paper");
   EXPECT_THAT(
       read_file(folder_ / "paper/landscape-1-relign_od.csv"),
@@ -95,7 +94,7 @@ TEST_F(ScenePart, TheLandscapeIsAFigureForPapers) {
   EXPECT_THAT(read_file(folder_ / "paper/landscape-1-relign_od.svg"), HasSubstr("</svg>"));
 }
 
-TEST_F(ScenePart, WhatIsDamagedIsLeftOut) {
+TEST_F(ScenePart, OmitsDamagedParts) {
   const auto without = [this](const Json& changed) {
     put("landscape.json", changed);
     EXPECT_NO_THROW(Report(folder_).html());
@@ -127,10 +126,10 @@ TEST_F(ScenePart, WhatIsDamagedIsLeftOut) {
     EXPECT_FALSE(without(changed).contains("landscape")) << key;
   }
   std::filesystem::remove_all(folder_ / "scenes");
-  EXPECT_THAT(Report(folder_).html(), Not(HasSubstr("The scene<")));
+  EXPECT_THAT(Report(folder_).html(), Not(HasSubstr("<h2>Scene<")));
 }
 
-TEST_F(ScenePart, NothingOutsideScenesIsRead) {
+TEST_F(ScenePart, ReadsNothingOutsideScenes) {
   write_file_atomically(folder_ / "lens.svg", "<svg>secret</svg>");
   const auto drawings = [this](const std::string& folder) {
     const Json manifest = {{"scenes", {{{"name", "relign_od"}, {"folder", folder}}}}};
@@ -147,7 +146,7 @@ TEST_F(ScenePart, NothingOutsideScenesIsRead) {
   EXPECT_EQ(drawings("scenes/1f"), 0U) << "too large for a page";
 }
 
-TEST_F(ScenePart, HostileNamesStayText) {
+TEST_F(ScenePart, EscapesNames) {
   add_to_manifest({{"scenes", {{{"name", kHostile}, {"id", kHostile}, {"folder", "scenes/1f"}}}}});
   put("description.json", {{"summary", kHostile},
                            {"axes",

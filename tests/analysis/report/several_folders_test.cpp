@@ -18,13 +18,13 @@ using testing::Not;
 
 class SeveralFolders : public MadePictures {
  protected:
-  // Two methods, `lenses` lenses, in a folder of their own.
+  // Two methods on `instances` instances, in a folder of its own.
   fs::path made(const std::string& name, const std::string& set, const std::string& method, double error,
-                const Json& more = Json::object(), std::uint64_t lenses = 3) {
+                const Json& more = Json::object(), std::uint64_t instances = 3) {
     const fs::path above = folder_;
     folder_ = above / name;
     std::vector<records::TrialRecord> trials;
-    for (std::uint64_t i = 0; i < lenses; ++i) {
+    for (std::uint64_t i = 0; i < instances; ++i) {
       trials.push_back(trial(method, i, {0.2, 2 * error, error}));
       trials.push_back(trial("home", i, {0.2, 0.1, 0.1}));
       for (std::size_t k = trials.size() - 2; k < trials.size(); ++k)
@@ -59,22 +59,23 @@ class SeveralFolders : public MadePictures {
   }
 };
 
-TEST_F(SeveralFolders, TheSameInstancesAreComparedInOneGroup) {
+TEST_F(SeveralFolders, CompareTheSameInstancesInOneGroup) {
   const fs::path ours = made("ours", "set A", "compass", 0.01), theirs = made("theirs", "set A", "sbplx", 0.02);
   const Report report({ours, theirs});
   const Json& data = report.data();
   ASSERT_EQ(data["groups"].size(), 1U);
   EXPECT_THAT(methods_of(data["groups"][0]), ElementsAre("compass", "sbplx", "home"));
-  EXPECT_EQ(data["ran"]["planned"], 9) << "home's three are the same in both";
+  EXPECT_EQ(data["ran"]["planned"], 9) << "the trials of home are the same in both";
   EXPECT_FALSE(data.contains("parts"));
   const std::string page = report.html();
-  EXPECT_THAT(page, AllOf(HasSubstr("Merged from 2 results folders"), HasSubstr("lie in these folders")));
-  // Nothing was written into them, and nothing is left elsewhere.
+  EXPECT_THAT(page, AllOf(HasSubstr("Merged from 2 results folders"),
+                          HasSubstr("The results folders contain the same numbers")));
+  // The folders are unchanged.
   EXPECT_FALSE(fs::exists(ours / "report.html"));
   EXPECT_FALSE(fs::exists(ours / "curves.csv"));
 }
 
-TEST_F(SeveralFolders, NothingIsLeftOfTheFolderThatWasMergedForThePage) {
+TEST_F(SeveralFolders, RemoveTheTemporaryFolder) {
   const fs::path ours = made("ours", "set A", "compass", 0.01), theirs = made("theirs", "set A", "sbplx", 0.02);
   const auto temporary = [] {
     std::set<fs::path> found;
@@ -87,7 +88,7 @@ TEST_F(SeveralFolders, NothingIsLeftOfTheFolderThatWasMergedForThePage) {
   EXPECT_EQ(temporary(), before);
 }
 
-TEST_F(SeveralFolders, OtherInstancesStandApartUnderTheirFoldersName) {
+TEST_F(SeveralFolders, HaveSeparateGroupsForOtherInstances) {
   const fs::path first = made("first", "set A", "compass", 0.01), second = made("second", "set B", "compass", 0.02);
   const Report report({first, second});
   const Json& data = report.data();
@@ -96,10 +97,10 @@ TEST_F(SeveralFolders, OtherInstancesStandApartUnderTheirFoldersName) {
   EXPECT_EQ(data["groups"][1]["label"], "second: rho0");
   EXPECT_EQ(data["groups"][1]["rows"][0]["recommended"]["median"], 0.02);
   EXPECT_EQ(data["ran"]["finished"], 12);
-  EXPECT_EQ(data["methods"].size(), 2U) << "one colour for a name on the whole page";
+  EXPECT_EQ(data["methods"].size(), 2U) << "one colour per name on the page";
   const std::string page = report.html();
   for (const char* words : {"first: rho0", "second: rho0", "2 instance sets", "suite of set A, suite of set B",
-                            "From folders with different instances", "Within a folder every method"})
+                            "From folders with different instances", "Within a folder, all methods"})
     EXPECT_THAT(page, HasSubstr(words)) << words;
   EXPECT_THAT(page, Not(HasSubstr("instances each")));
   // Three folders, two of them one set.
@@ -109,7 +110,7 @@ TEST_F(SeveralFolders, OtherInstancesStandApartUnderTheirFoldersName) {
   EXPECT_THAT(methods_of(three.data()["groups"][0]), ElementsAre("sbplx", "compass", "home"));
 }
 
-TEST_F(SeveralFolders, EachHasItsOwnPictures) {
+TEST_F(SeveralFolders, KeepThePicturesOfEach) {
   const fs::path above = folder_;
   std::vector<fs::path> folders;
   for (const char* name : {"first", "second"}) {
@@ -125,34 +126,34 @@ TEST_F(SeveralFolders, EachHasItsOwnPictures) {
   EXPECT_THAT(page, AllOf(HasSubstr("href=\"#picture-0\""), HasSubstr("href=\"#picture-1\"")));
 }
 
-TEST_F(SeveralFolders, OneNameForTwoMethodsIsRefusedWithWhatToDo) {
+TEST_F(SeveralFolders, RejectOneNameForTwoMethods) {
   const Json narrow = {{"algorithms", {algorithm("compass", {{"stride", 0.1}}), algorithm("home")}}};
   const Json wide = {{"algorithms", {algorithm("compass", {{"stride", 0.3}}), algorithm("home")}}};
   const fs::path first = made("first", "set A", "compass", 0.01, narrow);
   EXPECT_THAT(error_of({first, made("second", "set B", "compass", 0.02, wide)}),
-              AllOf(HasSubstr("'compass'"), HasSubstr("first"), HasSubstr("second"), HasSubstr("parameters are others"),
-                    HasSubstr("another \"name\"")));
+              AllOf(HasSubstr("'compass'"), HasSubstr("first"), HasSubstr("second"), HasSubstr("in its parameters"),
+                    HasSubstr("another 'name'")));
   const auto with_model = [](const char* file) {
     return Json{{"algorithms", {algorithm("compass", {{"model", file}}), algorithm("home")}}};
   };
   EXPECT_THAT(error_of({made("third", "set A", "compass", 0.01, with_model("a.onnx (sha256:01)")),
                         made("fourth", "set B", "compass", 0.02, with_model("a.onnx (sha256:02)"))}),
-              HasSubstr("parameters are others"))
-      << "files of one name and another content";
-  // Within one instance set merge's own rules hold.
+              HasSubstr("in its parameters"))
+      << "files of the same name with different content";
+  // Within one instance set the rules of merge apply.
   EXPECT_NE(error_of({first, made("fifth", "set A", "compass", 0.02, wide)}), "none");
 }
 
-TEST_F(SeveralFolders, AreNamedByWhatTellsThemApart) {
+TEST_F(SeveralFolders, HaveUniqueLabels) {
   const fs::path a = made("a/quick", "set A", "compass", 0.01), b = made("b/quick", "set B", "compass", 0.02);
   const std::vector<FolderSet> sets = folder_sets({a, b, a / "."});
-  ASSERT_EQ(sets.size(), 2U) << "one folder given twice is one";
+  ASSERT_EQ(sets.size(), 2U) << "duplicates are removed";
   EXPECT_EQ(sets[0].label, a.string());
   EXPECT_EQ(sets[1].label, b.string());
   EXPECT_EQ(folder_sets({a}).front().label, "quick");
-  EXPECT_THAT(error_of({a, folder_ / "nowhere"}), HasSubstr("there is no such folder"));
+  EXPECT_THAT(error_of({a, folder_ / "nowhere"}), HasSubstr("no such folder"));
   fs::create_directories(folder_ / "empty");
-  EXPECT_THAT(error_of({a, folder_ / "empty"}), HasSubstr("holds no results"));
+  EXPECT_THAT(error_of({a, folder_ / "empty"}), HasSubstr("is not a results folder"));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What the page makes of the statistics, and that it is the page of before where there are none.
+// Statistics on the page, and the page without them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -32,17 +32,18 @@ class Statistics : public MadePictures {
   std::string html(const Json& data) { return page(data, load_gallery(folder_), {}); }
 };
 
-TEST_F(Statistics, TheFirstScreenTellsSpecGatesAndIntervals) {
+TEST_F(Statistics, ShowsSpecificationGatesAndIntervals) {
   write_two_levels();
   const std::string page = html(data());
-  for (const char* words : {"Spec: ", "ok A/A", "ok replay 10/10", "images to spec", "80 %</b>", "(64\u201388)",
-                            "not reached", "median (95 % interval)", "position / tilt", "2.4 \u00b5m / 0.60\u2032",
-                            "Method against method", ">better<", "Training beforehand", "27 min", "740 lenses"})
+  for (const char* words :
+       {"Specification: ", "ok A/A", "ok replay 10/10", "images to spec", "80 %</b>", "(64\u201388)", "not reached",
+        "median (95 % interval)", "position / tilt", "2.4 \u00b5m / 0.60\u2032", "Pairwise comparisons", ">better<",
+        "Training cost", "27 min", "740 lenses"})
     EXPECT_THAT(page, HasSubstr(words)) << words;
-  EXPECT_THAT(page, Not(HasSubstr("not to be believed")));
+  EXPECT_THAT(page, Not(HasSubstr("do not rely on these results")));
 }
 
-TEST_F(Statistics, ABrokenGateStandsBeforeTheVerdict) {
+TEST_F(Statistics, FailedGatesPrecedeTheVerdict) {
   write_two_levels();
   Json broken = data();
   broken["gates"].push_back({{"name", "replay"}, {"ok", false}, {"text", "trial 4f1c came out differently"}});
@@ -52,7 +53,7 @@ TEST_F(Statistics, ABrokenGateStandsBeforeTheVerdict) {
   EXPECT_LT(page.find("trial 4f1c came out differently</li>"), page.find("<h2>Verdict"));
 }
 
-TEST_F(Statistics, WhereTheyAreAbsentSoAreTheirParts) {
+TEST_F(Statistics, OmitsSectionsWithoutData) {
   write_two_levels();
   Json bare = page_data(load_results(folder_));
   for (Json& group : bare["groups"]) {
@@ -61,14 +62,14 @@ TEST_F(Statistics, WhereTheyAreAbsentSoAreTheirParts) {
       for (const char* key : {"lo95", "hi95"}) row["recommended"].erase(key);
   }
   const std::string page = html(bare);
-  for (const char* words : {"Spec: ", "images to spec", "position / tilt", "Method against method", "Targets reached",
-                            "Training beforehand", "In spec, and how soon"})
+  for (const char* words : {"Specification: ", "images to spec", "position / tilt", "Pairwise comparisons",
+                            "Runtime distribution (ECDF)", "Training cost", "Yield and images to specification"})
     EXPECT_THAT(page, Not(HasSubstr(words))) << words;
   EXPECT_THAT(page, HasSubstr("median (quartiles)"));
-  EXPECT_THAT(page, HasSubstr("Who is good where"));
+  EXPECT_THAT(page, HasSubstr("Methods by scene and noise level"));
 }
 
-TEST_F(Statistics, TheBoundOfOneMoreImageLiesAboveTheOwnOptimum) {
+TEST_F(Statistics, BoundOfOneMoreImageIsAboveTheOwnOptimum) {
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 3; ++i) {
     trials.push_back(trial("quick", i, {0.1, 0.05}));
@@ -93,7 +94,7 @@ TEST_F(Statistics, TheBoundOfOneMoreImageLiesAboveTheOwnOptimum) {
   EXPECT_FALSE(floor().contains("next_image")) << "outside scenes/";
 }
 
-TEST_F(Statistics, FiguresForAPaper) {
+TEST_F(Statistics, WritesFigures) {
   write_two_levels();
   std::set<std::string> names;
   for (const fs::path& file : write_figures(data(), folder_ / "paper")) {
@@ -104,11 +105,11 @@ TEST_F(Statistics, FiguresForAPaper) {
                                             "misalignment-mm-1-rho0.svg", "misalignment-deg-1-rho0.csv",
                                             "yield-1-relign_od-paper.svg", "images-to-spec-1-relign_od-paper.csv"}));
   EXPECT_THAT(read_file(folder_ / "paper" / "curves-1-rho0.csv"),
-              HasSubstr("series,images,error when glued (RMSE),low,high\nquick,0,0.1,0.08,0.13\n"));
+              HasSubstr("series,images,error at the recommended pose (RMSE),low,high\nquick,0,0.1,0.08,0.13\n"));
   EXPECT_THAT(read_file(folder_ / "paper" / "yield-1-relign_od-paper.csv"), HasSubstr("quick,rho0.5,80,64,88\n"));
 }
 
-TEST_F(Statistics, HostileNamesStayTextAndNameNoOtherFile) {
+TEST_F(Statistics, EscapesNamesInPagesAndFileNames) {
   write_two_levels(kHostile);
   Json hostile = data();
   hostile["spec_text"] = kHostile;
@@ -134,7 +135,7 @@ TEST_F(Statistics, HostileNamesStayTextAndNameNoOtherFile) {
   }
 }
 
-TEST_F(Statistics, FilmsShowWithoutScripts) {
+TEST_F(Statistics, ShowsFilmsWithoutScripts) {
   write_two_levels();
   put("film.webp", made_film());
   put("end.png", made_png());
@@ -145,7 +146,7 @@ TEST_F(Statistics, FilmsShowWithoutScripts) {
   EXPECT_THAT(page, HasSubstr("viewBox=\"0 0 6 2\""));
 }
 
-TEST(ResidualText, TheWorstAxisInUnitsOfAHandySize) {
+TEST(ResidualText, ShowsTheWorstAxisInSuitableUnits) {
   const auto row = [](const char* unit, double a, double b) {
     return Json{{"residual",
                  {{"axes",
@@ -155,12 +156,12 @@ TEST(ResidualText, TheWorstAxisInUnitsOfAHandySize) {
   EXPECT_EQ(residual_of(row("mm", 0.0008, 0.0002)).text, "0.80 \u00b5m");
   EXPECT_EQ(residual_of(row("mm", 0.1, 0.25)).text, "0.25 mm");
   EXPECT_EQ(residual_of(row("deg", 0.01, 0.005)).text, "0.60\u2032");
-  EXPECT_EQ(residual_of(row("furlong", 1, 2)).text, "-") << "an unknown unit is no length";
+  EXPECT_EQ(residual_of(row("furlong", 1, 2)).text, "-") << "unknown unit";
   EXPECT_EQ(residual_of(Json::object()).text, "-");
 }
 
 // A hundred methods on fifty scenes, curves at 16 steps.
-TEST_F(Statistics, ALargePageIsUnderTenMegabytes) {
+TEST_F(Statistics, LargePagesAreUnderTenMegabytes) {
   std::vector<double> errors;
   for (int step = 0; step < 17; ++step) errors.push_back(0.0123456789 + 0.0987654321 / (1 + step));
   write({trial("method", 0, errors)});
@@ -186,7 +187,7 @@ TEST_F(Statistics, ALargePageIsUnderTenMegabytes) {
   }
   const std::size_t size = html(with_statistics(small)).size();
   EXPECT_LT(size + kMostPictureBytes, 10'000'000u);
-  EXPECT_GT(size, 3'000'000u) << "thinned more than need be";
+  EXPECT_GT(size, 3'000'000u) << "thinned more than necessary";
 }
 
 }  // namespace

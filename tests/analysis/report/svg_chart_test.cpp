@@ -33,22 +33,22 @@ std::vector<std::string> texts(const ChartScale& scale, int marks, bool whole = 
 
 TEST(ChartScaleTest, MarksAreRoundNumbers) {
   EXPECT_THAT(texts({0, 1, false, 0, 100}, 5), ElementsAre("0", "0.2", "0.4", "0.6", "0.8", "1"));
-  EXPECT_THAT(texts({0, 3, false, 0, 100}, 10, true), ElementsAre("0", "1", "2", "3")) << "no half images";
+  EXPECT_THAT(texts({0, 3, false, 0, 100}, 10, true), ElementsAre("0", "1", "2", "3")) << "integers only";
   EXPECT_THAT(texts({0.01, 1, true, 0, 100}, 5), ElementsAre("0.01", "0.02", "0.05", "0.1", "0.2", "0.5", "1"));
   EXPECT_THAT(texts({1e-4, 1, true, 0, 100}, 5), ElementsAre("1e-04", "0.001", "0.01", "0.1", "1"));
   EXPECT_THAT(texts({6, 17, true, 0, 100}, 4), ElementsAre("10", "15")) << "less than a decade";
 }
 
-TEST(ChartScaleTest, PlacesFollowTheAxis) {
+TEST(ChartScaleTest, PositionsFollowTheAxis) {
   const ChartScale log(0.01, 100, true, 0, 400);
   EXPECT_DOUBLE_EQ(log(1), 200);
-  EXPECT_DOUBLE_EQ(log(0), 0) << "zero has no place: the axis's end";
+  EXPECT_DOUBLE_EQ(log(0), 0) << "zero is clipped to the axis";
   EXPECT_DOUBLE_EQ(log(1000), 400);
   EXPECT_TRUE(std::isnan(log(kNone)));
   EXPECT_DOUBLE_EQ(ChartScale(0, 10, false, 300, 0)(2.5), 225) << "upwards";
 }
 
-TEST(ChartScaleTest, LabelsStandApartAndTheFirstOnesStay) {
+TEST(ChartScaleTest, LabelsDoNotOverlapAndFirstOnesHavePriority) {
   EXPECT_THAT(spread_labels({50, 51, 10}, 0, 100, 12), ElementsAre(50, 62, 10));
   EXPECT_THAT(spread_labels({99, 100}, 0, 100, 12), ElementsAre(88, 100));
   const std::vector<double> crowded = spread_labels({5, 5, 5, 5}, 0, 24, 12);
@@ -68,7 +68,7 @@ Chart chart_of(const std::string& name) {
   return chart;
 }
 
-TEST(SvgChart, LinesBandsStepsAndLevels) {
+TEST(SvgChart, DrawsLinesBandsStepsAndLevels) {
   const std::string svg = chart_svg(chart_of("method"));
   EXPECT_EQ(svg, chart_svg(chart_of("method"))) << "equal charts, equal bytes";
   EXPECT_THAT(svg, HasSubstr("xmlns=\"http://www.w3.org/2000/svg\""));
@@ -82,39 +82,39 @@ TEST(SvgChart, LinesBandsStepsAndLevels) {
   draw_chart(html, chart_of("method"), ChartUse::in_page);
   const std::string inside = html.take();
   EXPECT_THAT(inside, HasSubstr("class=\"s0\""));
-  EXPECT_THAT(inside, Not(HasSubstr("#"))) << "its colours are the page's";
+  EXPECT_THAT(inside, Not(HasSubstr("#"))) << "it uses the colours of the page";
 }
 
-// Where the text with this content stands, from above.
+// The y position of the text with this content.
 double height_of(const std::string& svg, const std::string& text) {
   const std::size_t end = svg.find(">" + text + "</text>");
   const std::size_t y = svg.rfind(" y=\"", end);
   return end == std::string::npos || y == std::string::npos ? kNone : std::stod(svg.substr(y + 4));
 }
 
-TEST(SvgChart, NamesOfCloseLevelsStandApart) {
+TEST(SvgChart, SeparatesLabelsOfCloseLevels) {
   Chart chart = chart_of("method");
   chart.levels = {{"upper", 0.0121, true}, {"lower", 0.012, false}};
   const std::string close = chart_svg(chart);
   EXPECT_GT(height_of(close, "lower"), height_of(close, "upper") + 10);
   std::swap(chart.levels[0], chart.levels[1]);
-  EXPECT_GT(height_of(chart_svg(chart), "lower"), height_of(close, "upper") + 10) << "whichever comes first";
+  EXPECT_GT(height_of(chart_svg(chart), "lower"), height_of(close, "upper") + 10) << "in either order";
   chart.levels[1].y = 0.05;
-  EXPECT_LT(height_of(chart_svg(chart), "lower"), height_of(close, "lower")) << "alone it stands above its line";
+  EXPECT_LT(height_of(chart_svg(chart), "lower"), height_of(close, "lower")) << "otherwise above its line";
 }
 
-TEST(SvgChart, NothingToDrawIsNoFailure) {
+TEST(SvgChart, AcceptsEmptyCharts) {
   EXPECT_THAT(chart_svg(Chart{}), HasSubstr("</svg>"));
   Chart chart = chart_of("a");
   for (ChartSeries& series : chart.series)
-    for (ChartPoint& point : series.points) point.y = 0;  // a logarithmic axis has no place for it
+    for (ChartPoint& point : series.points) point.y = 0;  // not on a logarithmic axis
   chart.levels.clear();
   EXPECT_THAT(chart_svg(chart), Not(HasSubstr("nan")));
   chart.x.categories = {"one"};
   EXPECT_THAT(chart_svg(chart), HasSubstr(">one</text>"));
 }
 
-TEST(SvgChart, HostileNamesStayTextInPictureAndTable) {
+TEST(SvgChart, EscapesNames) {
   Chart chart = chart_of(kHostile);
   chart.title = chart.x.title = chart.levels[0].label = kHostile;
   const std::string svg = chart_svg(chart);
@@ -127,15 +127,15 @@ TEST(SvgChart, HostileNamesStayTextInPictureAndTable) {
   EXPECT_THAT(csv, HasSubstr("\"\"\"><img")) << "quoted";
 }
 
-TEST(SvgChart, TheTableHasTheSameNumbers) {
+TEST(SvgChart, CsvHasTheSameNumbers) {
   EXPECT_EQ(chart_csv(chart_of("=1+1,")),
             "series,images,error,low,high\n"
             "\"'=1+1,\",1,0.1,0.08,0.12\n\"'=1+1,\",2,0.05,,\n\"'=1+1,\",4,0.02,0.01,0.03\n"
             "steps,1,0.1,,\nsteps,3,0.05,,\noracle,1,0.01,,\nfloor,,0.012,,\n");
 }
 
-// The colours stand in three places: files of their own, the page's style, and canvases.
-TEST(SvgChart, PageAndScriptHaveTheSameColours) {
+// The colours are defined in three places: standalone files, the page's style, and the script.
+TEST(SvgChart, PageAndScriptUseTheSameColours) {
   for (const std::string& colour : series_colours()) {
     EXPECT_THAT(std::string(assets::page_css()), HasSubstr(": " + colour + ";"));
     EXPECT_THAT(std::string(assets::curves_js()), HasSubstr("'" + colour + "'"));

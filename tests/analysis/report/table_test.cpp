@@ -25,12 +25,12 @@ TEST(RankingTable, MatchesTheApprovedOne) {
 
 using RankingTableOf = MadeResults;
 
-TEST_F(RankingTableOf, AnEmptyFolderIsASentence) {
+TEST_F(RankingTableOf, AnEmptyFolderIsOneLine) {
   write({}, "made", 3);
-  EXPECT_EQ(Report(folder_).ranking_table(), "0 of 3 trials finished: nothing to rank yet.\n");
+  EXPECT_EQ(Report(folder_).ranking_table(), "0 of 3 trials finished, nothing to rank yet.\n");
 }
 
-TEST_F(RankingTableOf, StaysWithinNinetyColumnsAndMovesNoCursor) {
+TEST_F(RankingTableOf, FitsNinetyColumnsWithoutControlCharacters) {
   std::vector<records::TrialRecord> trials = {trial(kHostile, 0, {0.1, 0.000012345}, kHostile),
                                               trial(std::string(200, 'w'), 0, {0.1, 0.05}, kHostile),
                                               trial("short", 0, {0.1, 0.05, 0.04}, kHostile)};
@@ -40,10 +40,10 @@ TEST_F(RankingTableOf, StaysWithinNinetyColumnsAndMovesNoCursor) {
   std::istringstream lines(table);
   for (std::string line; std::getline(lines, line);) EXPECT_LE(columns(line), 90u) << line;
   EXPECT_THAT(table, Not(HasSubstr("\x1b")));
-  EXPECT_THAT(table, HasSubstr("steps")) << "budgets differ, so they have a column";
+  EXPECT_THAT(table, HasSubstr("steps")) << "budgets differ, so there is a column for them";
 }
 
-TEST_F(RankingTableOf, HasTheYieldWhereThereIsASpecification) {
+TEST_F(RankingTableOf, ShowsTheYieldWithASpecification) {
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 4; ++i) trials.push_back(trial("a", i, {0.1, i < 3 ? 0.01 : 0.05}));
   write(trials);
@@ -56,12 +56,12 @@ TEST_F(RankingTableOf, HasTheYieldWhereThereIsASpecification) {
   EXPECT_THAT(Report(folder_).markdown(), HasSubstr(", 75 % in spec |"));
 }
 
-TEST_F(RankingTableOf, SaysWhenTheMediansAreOverDifferentLenses) {
+TEST_F(RankingTableOf, WarnsOfDifferentInstances) {
   write({trial("a", 0, {0.1, 0.01}), trial("a", 1, {0.1, 0.02}), trial("b", 0, {0.1, 0.005})});
   EXPECT_THAT(Report(folder_).ranking_table(),
-              AllOf(HasSubstr("lenses"), HasSubstr("the medians are over different lenses")));
+              AllOf(HasSubstr("  instances  "), HasSubstr("medians are over different instances")));
   write({trial("a", 0, {0.1, 0.01}), trial("b", 0, {0.1, 0.005})});
-  EXPECT_THAT(Report(folder_).ranking_table(), Not(HasSubstr("different lenses")));
+  EXPECT_THAT(Report(folder_).ranking_table(), Not(HasSubstr("different instances")));
 }
 
 TEST(MarkdownReport, MatchesTheApprovedOne) {
@@ -70,12 +70,12 @@ TEST(MarkdownReport, MatchesTheApprovedOne) {
 
 using MarkdownReportOf = MadeResults;
 
-TEST_F(MarkdownReportOf, AnEmptyFolderIsASentence) {
+TEST_F(MarkdownReportOf, AnEmptyFolderIsOneLine) {
   write({}, "made", 3);
-  EXPECT_EQ(Report(folder_).markdown(), "No trial has finished: nothing to rank yet.\n");
+  EXPECT_EQ(Report(folder_).markdown(), "No trial has finished, nothing to rank yet.\n");
 }
 
-TEST_F(MarkdownReportOf, ALevelIsAColumnAndTheBestOverallComesFirst) {
+TEST_F(MarkdownReportOf, HasAColumnPerLevelAndTheBestFirst) {
   records::TrialRecord broken = trial("broken", 0, {0.1}, "rho0");
   broken.end = "failed";
   write({trial("worse", 0, {0.1, 0.04}, "rho0"), trial("better", 0, {0.1, 0.02}, "rho0"),
@@ -83,11 +83,12 @@ TEST_F(MarkdownReportOf, ALevelIsAColumnAndTheBestOverallComesFirst) {
   const std::string text = Report(folder_).markdown();
   EXPECT_THAT(
       text,
-      HasSubstr("steps: 1; at the start 0.100, 0.200.\n\n| method | rho0 | rho0.5 | ms/step |\n|---|---|---|---:|\n"
+      HasSubstr("steps: 1; median error at the start: 0.100, 0.200.\n\n| method | rho0 | rho0.5 | ms/step "
+                "|\n|---|---|---|---:|\n"
                 "| better | 0.0200 | 0.0500 | 2.0 |\n| worse | 0.0400 | 0.0600 | 2.0 |\n| broken | failed |  | - |\n"));
 }
 
-TEST_F(MarkdownReportOf, NamesAreNoMarkup) {
+TEST_F(MarkdownReportOf, EscapesNames) {
   write({trial("a|b<i>*c*_d_", 0, {0.1, 0.05}), trial("plain_name", 0, {0.1, 0.05})});
   const std::string text = Report(folder_).markdown();
   EXPECT_THAT(text, HasSubstr("| a\\|b\\<i\\>\\*c\\*\\_d\\_ |"));

@@ -264,7 +264,7 @@ class Recompute(unittest.TestCase):
             self.assertNotEqual(older, complete)
             file.write_text(older)
             self.assertIn("verify DIR --add-rules", program.call("report", folder, "--format", "md"))
-            with self.assertRaisesRegex(RuntimeError, "have no scores by the rule 'best'"):
+            with self.assertRaisesRegex(RuntimeError, "have no scores for the rule 'best'"):
                 program.call("report", folder, "--rule", "best", "--format", "json")
             found = program.call("verify", folder, "--add-rules", "--suite-folder", self.place.name)
             self.assertIn("added      the scores of the rules best and current", found)

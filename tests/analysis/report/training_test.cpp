@@ -1,4 +1,4 @@
-// What training costs and when it pays, by hand arithmetic.
+// Training cost and break-even points, by hand calculation.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -19,21 +19,21 @@ using testing::Not;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-TEST(PaysAfter, HoursOverTheSecondsThatALensSaves) {
+TEST(PaysAfter, DividesTrainingTimeBySavingsPerLens) {
   EXPECT_EQ(pays_after(0.45, 1.4, 3.6), 737);  // 1620 s / 2.2 s = 736.4
   EXPECT_EQ(pays_after(1, 2, 4), 1800);
   EXPECT_EQ(pays_after(0, 2, 4), 0);
   EXPECT_EQ(pays_after(1, 4, 4), kNever) << "saves nothing";
   EXPECT_EQ(pays_after(1, 5, 4), kNever);
-  EXPECT_EQ(pays_after(1, kNever, 4), kNever) << "does not get there";
+  EXPECT_EQ(pays_after(1, kNever, 4), kNever) << "does not reach the specification";
   EXPECT_EQ(pays_after(1, kNever, kNever), kNever);
   EXPECT_TRUE(std::isnan(pays_after(kUnknown, 2, 4)));
   EXPECT_TRUE(std::isnan(pays_after(1, kUnknown, 4)));
   EXPECT_TRUE(std::isnan(pays_after(1, 2, kUnknown)));
-  EXPECT_TRUE(std::isnan(pays_after(1, 2, kNever))) << "nobody else gets there";
+  EXPECT_TRUE(std::isnan(pays_after(1, 2, kNever))) << "no baseline";
 }
 
-// In spec (0.05) after one, two and three steps of 0.5 s each; the algorithm takes 1 ms a step.
+// In specification (0.05) after one, two and three steps of 0.5 s; the algorithm takes 1 ms per step.
 class Training : public MadeResults {
  protected:
   void SetUp() override {
@@ -64,14 +64,14 @@ class Training : public MadeResults {
   }
 };
 
-TEST_F(Training, IsRepaidByTheSecondsSavedAgainstTheFastestThatLearntNothing) {
+TEST_F(Training, BreaksEvenAgainstTheFastestUntrainedMethod) {
   add_to_manifest({{"prepared", {{{"algorithm", "learner"}, {"sources", 10}, {"steps", 20}, {"failure", ""}}}}});
   const Json agent = of("agent");
   EXPECT_EQ(agent["hours"], 0.5);
   EXPECT_EQ(agent["steps"], 9000);
   ASSERT_EQ(agent["pays_after"].size(), 1U);
-  // One step instead of search's three: 2 * (0.5 + 0.004 / 3) s, as four times of 1 ms are spread over three steps; the
-  // learner's two steps do not count, nor the oracle's one.
+  // One step instead of the search's three: 2 * (0.5 + 0.004 / 3) s, since 4 ms are spread over three steps. The
+  // pretrained learner's two steps and the oracle's one are no baseline.
   EXPECT_EQ(agent["pays_after"][0]["against"], "search");
   EXPECT_NEAR(agent["pays_after"][0]["saves"].get<double>(), 2 * (0.5 + 0.004 / 3), 1e-9);
   EXPECT_EQ(agent["pays_after"][0]["lenses"], 1796.0);  // 1800 / 1.00267 = 1795.2
@@ -83,28 +83,29 @@ TEST_F(Training, IsRepaidByTheSecondsSavedAgainstTheFastestThatLearntNothing) {
 
   const std::string page = Report(folder_).html();
   for (const char* words :
-       {"Training beforehand", "<b>1800 lenses</b>", "30 min", "four cores", "<b>never</b>", "<b>not known</b>"})
+       {"Training cost", "<b>1800 lenses</b>", "30 min", "four cores", "<b>never</b>", "<b>unknown</b>"})
     EXPECT_THAT(page, HasSubstr(words)) << words;
 }
 
-TEST_F(Training, WithoutItsHoursNobodyKnowsAndWithoutAnyThereIsNoPart) {
+TEST_F(Training, NeedsHoursForTheBreakEvenPoint) {
   add_to_manifest({{"algorithms", algorithms(nullptr)}});
   EXPECT_TRUE(of("agent")["pays_after"][0]["lenses"].is_null());
   add_to_manifest({{"algorithms", Json::array()}});
   EXPECT_TRUE(of("agent").is_null());
-  EXPECT_THAT(Report(folder_).html(), Not(HasSubstr("Training beforehand")));
+  EXPECT_THAT(Report(folder_).html(), Not(HasSubstr("Training cost")));
 }
 
-// One method in it is a sentence, not a number.
-TEST_F(Training, AgainstNobodyItSaysSo) {
+// Without an untrained method there is no number.
+TEST_F(Training, ReportsAMissingBaseline) {
   write({trial("agent", 0, {0.2, 0.04}), trial("lost", 0, {0.2, 0.19})});
   add_to_manifest({{"spec", {{"rmse", 0.05}}}, {"algorithms", algorithms(0.5)}});
   EXPECT_TRUE(of("agent")["pays_after"][0]["lenses"].is_null());
-  EXPECT_THAT(Report(folder_).html(), HasSubstr("without training, no method brings half of the lenses into spec"));
+  EXPECT_THAT(Report(folder_).html(),
+              HasSubstr("no method without training reaches the specification on half of the instances"));
 }
 
-// Without a specification nothing says when a lens is done.
-TEST_F(Training, WithoutASpecificationOnlyTheCostStands) {
+// Without a specification there is no time to specification.
+TEST_F(Training, ShowsOnlyTheCostWithoutASpecification) {
   add_to_manifest({{"spec", nullptr}});
   EXPECT_EQ(of("agent")["hours"], 0.5);
   EXPECT_TRUE(of("agent")["pays_after"].empty());

@@ -10,52 +10,55 @@ using testing::HasSubstr;
 Json pair(std::uint64_t n, const Json& ratio, const Json& low, const Json& high, const char* verdict) {
   return {{"a", "x"}, {"b", "y"}, {"n", n}, {"ratio", ratio}, {"lo95", low}, {"hi95", high}, {"verdict", verdict}};
 }
-std::string sentence(const Json& of) { return verdict_sentence(of, "y", 1.1); }
+std::string sentence(const Json& of) { return verdict_sentence(of, 1.1); }
 
 TEST(VerdictCases, Better) {
   const Json of = pair(20, 0.5, 0.4, 0.6, "better");
-  EXPECT_EQ(sentence(of), "It is better: lens by lens, its error is 0.50 times that of y (95 %: 0.40 to 0.60)");
+  EXPECT_EQ(sentence(of),
+            "x is better: paired by instance, the error of x is 0.50 times that of y (95 % CI 0.40 to 0.60)");
   EXPECT_EQ(undecided_reason(of, 1.1), "");
 }
 
 TEST(VerdictCases, Worse) {
   const Json of = pair(20, 2, 1.5, 2.5, "worse");
-  EXPECT_EQ(sentence(of), "It is worse: lens by lens, its error is 2.0 times that of y (95 %: 1.5 to 2.5)");
+  EXPECT_EQ(sentence(of), "x is worse: paired by instance, the error of x is 2.0 times that of y (95 % CI 1.5 to 2.5)");
   EXPECT_EQ(undecided_reason(of, 1.1), "");
 }
 
 TEST(VerdictCases, PracticallyEqual) {
   const Json of = pair(20, 1.01, 0.98, 1.04, "practically equal");
   EXPECT_EQ(sentence(of),
-            "The two are practically equal: lens by lens, its error is 1.0 times that of y (95 %: 0.98 to 1.0), within "
-            "the factor 1.10 that counts as relevant");
+            "The two are practically equal: paired by instance, the error of x is 1.0 times that of y (95 % CI 0.98 to "
+            "1.0), within the smallest relevant ratio of 1.10");
 }
 
-// A large ratio with a narrow interval is undecided all the same, and says why.
+// Also with a small ratio and a narrow interval.
 TEST(VerdictCases, TooFewInstances) {
   const Json of = pair(3, 0.14, 0.1, 0.15, "undecided");
   EXPECT_EQ(case_of(of, 1.1), VerdictCase::too_few_instances);
-  EXPECT_EQ(undecided_reason(of, 1.1), "at least 6 instances with a result of both are needed, found 3 instances");
-  EXPECT_THAT(sentence(of), HasSubstr("(95 %: 0.10 to 0.15); at least 6 instances"));
-  EXPECT_THAT(undecided_reason(pair(1, 0.14, nullptr, nullptr, "undecided"), 1.1), HasSubstr("found 1 instance"));
+  EXPECT_EQ(undecided_reason(of, 1.1), "at least 6 common instances are needed, found 3");
+  EXPECT_THAT(sentence(of), HasSubstr("(95 % CI 0.10 to 0.15); at least 6 common instances"));
+  EXPECT_THAT(undecided_reason(pair(1, 0.14, nullptr, nullptr, "undecided"), 1.1), HasSubstr("found 1"));
 }
 
 TEST(VerdictCases, NoInterval) {
   const Json of = pair(8, nullptr, nullptr, nullptr, "undecided");
   EXPECT_EQ(case_of(of, 1.1), VerdictCase::no_interval);
-  EXPECT_EQ(sentence(of), "Which of the two is better is undecided: there is no 95 % interval");
+  EXPECT_EQ(sentence(of), "The comparison is undecided: there is no 95 % interval");
 }
 
 TEST(VerdictCases, MayBeBetter) {
   const Json of = pair(20, 0.9, 0.8, 1.05, "undecided");
   EXPECT_EQ(case_of(of, 1.1), VerdictCase::may_be_better);
-  EXPECT_THAT(undecided_reason(of, 1.1), HasSubstr("the interval crosses 0.909: the first may be better"));
+  EXPECT_THAT(undecided_reason(of, 1.1),
+              HasSubstr("the interval crosses 0.909, so better and practically equal are both possible"));
 }
 
 TEST(VerdictCases, MayBeWorse) {
   const Json of = pair(20, 1.1, 0.95, 1.2, "undecided");
   EXPECT_EQ(case_of(of, 1.1), VerdictCase::may_be_worse);
-  EXPECT_THAT(undecided_reason(of, 1.1), HasSubstr("the interval crosses 1.10: the first may be worse"));
+  EXPECT_THAT(undecided_reason(of, 1.1),
+              HasSubstr("the interval crosses 1.10, so worse and practically equal are both possible"));
 }
 
 TEST(VerdictCases, MayBeEither) {
@@ -64,7 +67,7 @@ TEST(VerdictCases, MayBeEither) {
   EXPECT_THAT(undecided_reason(of, 1.1), HasSubstr("crosses both 0.909 and 1.10"));
 }
 
-TEST(VerdictCases, TurnedPairsSayTheSame) {
+TEST(VerdictCases, TurnedExchangesTheSides) {
   const Json of = turned(pair(20, 0.5, 0.4, 0.8, "better"));
   EXPECT_EQ(of["a"], "y");
   EXPECT_EQ(of["verdict"], "worse");

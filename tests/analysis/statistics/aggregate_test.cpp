@@ -37,8 +37,8 @@ Aggregates aggregated(const StratifiedResampling& resampling, const std::vector<
   return aggregate(resampling, methods, pairs, parallel);
 }
 
-// Estimates and ends of intervals over harness draws, by rliable's own functions.
-TEST(Aggregate, IsThatOfRliable) {
+// Estimates and intervals by rliable's own functions, over the same draws.
+TEST(Aggregate, MatchesRliable) {
   const auto file = golden("aggregate");
   for (const auto& one : file["cases"]) {
     SCOPED_TRACE(one["instances"].dump() + " instances, trainings " + one["trainings"].dump());
@@ -77,21 +77,21 @@ TEST(Aggregate, IsThatOfRliable) {
   }
 }
 
-TEST(Aggregate, StrataWeighTheSameHoweverManyInstancesTheyHave) {
+TEST(Aggregate, WeighsStrataEqually) {
   const StratifiedResampling resampling({2, 6}, 100, 1);
   const AggregateBands bands =
       aggregated(resampling, {errors({{0.2, 0.2}, {0.8, 0.8, 0.8, 0.8, 0.8, 0.8}})}).methods.front();
   EXPECT_DOUBLE_EQ(bands.gap.estimate, 0.5);
   EXPECT_DOUBLE_EQ(bands.iqm.estimate, 0.5);
-  EXPECT_DOUBLE_EQ(bands.median.estimate, 0.5) << "half of the weight lies on either side";
+  EXPECT_DOUBLE_EQ(bands.median.estimate, 0.5) << "half of the weight is on either side";
   EXPECT_DOUBLE_EQ(bands.profile[20].estimate, 0.5);
-  EXPECT_DOUBLE_EQ(bands.gap.interval.low, 0.5) << "no resample moves weight from stratum to stratum";
+  EXPECT_DOUBLE_EQ(bands.gap.interval.low, 0.5) << "resamples keep the weights of the strata";
   EXPECT_DOUBLE_EQ(bands.gap.interval.high, 0.5);
   EXPECT_EQ(bands.gap.n, 8u);
 }
 
-// What an instance number does to all strata stays in their mean: bands do not shrink with every level that is added.
-TEST(Aggregate, StrataWithTheSameInstancesAreDrawnTogether) {
+// Effects of an instance number common to all strata do not average out: bands do not shrink with more levels.
+TEST(Aggregate, SharesDrawsAcrossEqualStrata) {
   std::vector<double> column;
   for (int i = 0; i < 20; ++i) column.push_back(i / 20.0);
   const Band one = aggregated(StratifiedResampling({20}, 500, 3), {errors({column})}).methods.front().gap;
@@ -103,7 +103,7 @@ TEST(Aggregate, StrataWithTheSameInstancesAreDrawnTogether) {
   expect_close(four.interval.high, one.interval.high);
 }
 
-TEST(Aggregate, BandsOverTrainingsAreWiderThanOverInstancesAlone) {
+TEST(Aggregate, WidensBandsForTrainings) {
   std::vector<double> one, all;
   for (int training = 0; training < 5; ++training)
     for (int i = 0; i < 40; ++i) all.push_back(0.15 * training + 0.005 * i);
@@ -116,7 +116,7 @@ TEST(Aggregate, BandsOverTrainingsAreWiderThanOverInstancesAlone) {
   EXPECT_GT(width(found.pairs.front().share), 0.3);
 }
 
-TEST(Aggregate, MissingValuesLeaveTheOthersTheirStratumsWeight) {
+TEST(Aggregate, KeepsStratumWeightsWithMissingValues) {
   const StratifiedResampling resampling({3, 2}, 50, 1);
   const AggregateBands bands = aggregated(resampling, {errors({{0.1, kMissing, 0.3}, {0.6, 0.6}})}).methods.front();
   EXPECT_DOUBLE_EQ(bands.gap.estimate, 0.4);
@@ -128,7 +128,7 @@ TEST(Aggregate, MissingValuesLeaveTheOthersTheirStratumsWeight) {
   EXPECT_FALSE(none.iqm.interval.exists());
 }
 
-TEST(Aggregate, OneInstanceHasNoBandAndNoResamplesGiveNone) {
+TEST(Aggregate, HasNoBandForOneInstanceOrNoResamples) {
   const Band one = aggregated(StratifiedResampling({1}, 50, 1), {errors({{0.4}})}).methods.front().iqm;
   EXPECT_EQ(one.estimate, 0.4);
   EXPECT_FALSE(one.interval.exists());
@@ -140,7 +140,7 @@ TEST(Aggregate, OneInstanceHasNoBandAndNoResamplesGiveNone) {
   EXPECT_FALSE(none.pairs.front().share.interval.exists());
 }
 
-TEST(Aggregate, ThreadsDoNotChangeTheNumbers) {
+TEST(Aggregate, IsIndependentOfThreads) {
   std::vector<double> column;
   for (int i = 0; i < 30; ++i) column.push_back(std::fmod(0.37 * i, 1));
   const StratifiedResampling resampling({15, 10}, 300, 9);
@@ -153,13 +153,13 @@ TEST(Aggregate, ThreadsDoNotChangeTheNumbers) {
   EXPECT_EQ(a.profile[13].interval.high, b.profile[13].interval.high);
 }
 
-TEST(Aggregate, RefusesValuesOfAnotherShape) {
+TEST(Aggregate, RejectsValuesOfAnotherShape) {
   const StratifiedResampling resampling({3}, 10, 1);
   EXPECT_THAT(error_text(ErrorKind::internal,
                          [&] {
                            aggregated(resampling, {errors({{0.1, 0.2}})});
                          }),
-              HasSubstr("stratum 0 has 2 values, but 1 trainings on 3 instances"));
+              HasSubstr("stratum 0 has 2 values for 1 trainings on 3 instances"));
   EXPECT_THAT(error_text(ErrorKind::internal, [&] { aggregated(resampling, {errors({})}); }),
               HasSubstr("0 strata of values for 1 strata"));
 }

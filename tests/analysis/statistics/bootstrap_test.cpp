@@ -31,7 +31,7 @@ const std::vector<std::pair<std::string, OrderStatistic>>& statistics() {
   return all;
 }
 
-TEST(Bootstrap, DrawsEstimatesReplicatesAndIntervalsAreThoseOfSciPy) {
+TEST(Bootstrap, MatchesSciPy) {
   const auto file = golden("bootstrap");
   for (const auto& one : file["cases"]) {
     const std::vector<double> values = numbers(one["values"]);
@@ -61,8 +61,8 @@ TEST(Bootstrap, DrawsEstimatesReplicatesAndIntervalsAreThoseOfSciPy) {
   }
 }
 
-// 20 million counts more than are kept, next to the same draws of a smaller object.
-TEST(Bootstrap, DrawsThatAreNotKeptAreTheSame) {
+// More counts than are stored, compared with the same draws of a smaller object.
+TEST(Bootstrap, RepeatsDrawsThatAreNotStored) {
   constexpr std::size_t kInstances = 1000;
   const Resampling kept(kInstances, 10, 5);
   const Resampling drawn_again(kInstances, Resampling::kKeptBytes / kInstances + 1, 5);
@@ -77,7 +77,7 @@ TEST(Bootstrap, DrawsThatAreNotKeptAreTheSame) {
   EXPECT_EQ(other.size(), kInstances);
 }
 
-TEST(Bootstrap, KeepsPairsTogether) {
+TEST(Bootstrap, SharesDrawsAcrossColumns) {
   const std::vector<double> hard = {1, 100, 3, 70, 5, 20, 9, 11};
   std::vector<double> harder = hard;
   for (double& value : harder) value += 2;
@@ -88,7 +88,7 @@ TEST(Bootstrap, KeepsPairsTogether) {
   EXPECT_EQ(*std::max_element(same.begin(), same.end()), 1);
 }
 
-TEST(Bootstrap, OfNoneOneTwoAndEqualValues) {
+TEST(Bootstrap, HandlesNoneOneTwoAndEqualValues) {
   for (const auto& [name, statistic] : statistics()) {
     SCOPED_TRACE(name);
     const Band none = bands(Resampling(0, 10, 1), {{}}, statistic).front();
@@ -112,7 +112,7 @@ TEST(Bootstrap, OfNoneOneTwoAndEqualValues) {
   }
 }
 
-TEST(Bootstrap, InfiniteValuesCountWhereTheyHaveWeight) {
+TEST(Bootstrap, IncludesInfiniteValuesWithWeight) {
   const std::vector<double> values = {1, 2, 3, 4, kInfinite};
   EXPECT_EQ(OrderStatistic::median().of(values), 3);
   EXPECT_EQ(OrderStatistic::mean().of(values), kInfinite);
@@ -134,25 +134,25 @@ TEST(Bootstrap, IqmCutsFractionsOfValues) {
   EXPECT_DOUBLE_EQ(OrderStatistic::iqm().of({1, 2, 900}), (0.25 * 1 + 2 + 0.25 * 900) / 1.5);
 }
 
-TEST(Bootstrap, SaysWhatIsWrong) {
+TEST(Bootstrap, RejectsInvalidArguments) {
   const Resampling resampling(3, 10, 1);
-  EXPECT_THAT(error_text(ErrorKind::bad_input, [] { Resampling(3, 0, 1); }), HasSubstr("0 resamples"));
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [] { Resampling(3, 0, 1); }), HasSubstr("at least 1 resample"));
   EXPECT_THAT(error_text(ErrorKind::internal,
                          [&] {
                            resampled(resampling, {{1, 2}}, OrderStatistic::mean());
                          }),
-              HasSubstr("column 0 has 2 values, but resamples draw from 3 instances"));
+              HasSubstr("column 0 has 2 values for 3 instances"));
   EXPECT_THAT(error_text(ErrorKind::bad_input, [] { OrderStatistic::quantile(1.5); }), HasSubstr("0 to 1"));
   EXPECT_THAT(error_text(ErrorKind::bad_input,
                          [] {
                            expanded_percentile({1, 2}, 2, 95);
                          }),
               HasSubstr("between 0 and 1"));
-  EXPECT_THAT(error_text(ErrorKind::internal, [] { difference({1}, {1, 2}); }), HasSubstr("one Resampling"));
+  EXPECT_THAT(error_text(ErrorKind::internal, [] { difference({1}, {1, 2}); }), HasSubstr("the same Resampling"));
 }
 
-// Many resamples in one walk give what a walk for each gives: values that miss, tie, or never ended, any quantile.
-TEST(Bootstrap, SideBySideResamplesAreThoseOfOneByOne) {
+// With missing, tied and infinite values, for several quantiles.
+TEST(Bootstrap, BlocksOfResamplesMatchSingleResamples) {
   Random random(7, 0);
   for (const std::size_t instances : {1u, 2u, 3u, 10u, 65u, 150u}) {
     const Resampling resampling(instances, 2 * ResampleBlock::kLanes + 5, 3);

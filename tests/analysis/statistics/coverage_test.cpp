@@ -1,6 +1,6 @@
-// Do 95 % bands hold the true value in 95 % of all studies, and does one algorithm under two names come out as two?
-// RELIGN_SIMULATIONS=2000 for the long form with 10,000 resamples, whose table is in docs/statistics.md (a minute or
-// two); RELIGN_COVERAGE_TABLE=1 prints the table.
+// Coverage of 95 % intervals in simulated studies, and the false positive rate of an A/A comparison (one algorithm
+// under two names). RELIGN_SIMULATIONS=2000 runs the long form with 10,000 resamples, whose table is in
+// docs/statistics.md (a minute or two); RELIGN_COVERAGE_TABLE=1 prints the table.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -35,7 +35,7 @@ void print(const char* what, const std::string& of, std::size_t n, double percen
   std::fflush(stdout);
 }
 
-// How many of the simulations' bands hold the true value, in percent.
+// Percentage of simulations whose band contains the true value.
 double coverage(const Distribution& distribution, std::size_t n, const OrderStatistic& statistic, double truth) {
   const Resampling resampling(n, size().resamples, 7);
   int held = 0;
@@ -44,15 +44,14 @@ double coverage(const Distribution& distribution, std::size_t n, const OrderStat
     std::vector<double> values(n);
     for (double& value : values) value = distribution.draw(random);
     const Interval interval = bands(resampling, {values}, statistic).front().interval;
-    // A band that ends at a tie ends there but for the rounding of a weighted sum.
+    // Bands may end at a tie, up to the rounding of a weighted sum.
     held += interval.low <= truth + 1e-12 && truth <= interval.high + 1e-12 ? 1 : 0;
   }
   return 100.0 * held / size().simulations;
 }
 
-// 93 to 97 % at n = 100, widened by three standard errors of the simulation; a grid makes bands wider than they need
-// be.
-TEST(Coverage, OfBands) {
+// 93 to 97 % at n = 100, widened by three standard errors of the simulation; values on a grid make bands conservative.
+TEST(Coverage, OfMedianAndIqmIs95Percent) {
   const double noise = 300 * std::sqrt(0.05 * 0.95 / size().simulations);
   for (const Distribution& distribution : test::distributions()) {
     const bool grid = distribution.name.find("grid") != std::string::npos;
@@ -87,14 +86,14 @@ Different different(const Algorithm& algorithm, std::size_t n, const OrderStatis
       second[instance] = algorithm.run(hard, random);
     }
     const PairedComparison comparison = compare_paired(first, second, resampling, options);
-    const bool told = comparison.verdict == Verdict::better || comparison.verdict == Verdict::worse;
-    result.by_band += (told ? 100.0 : 0) / size().simulations;
+    const bool decided = comparison.verdict == Verdict::better || comparison.verdict == Verdict::worse;
+    result.by_band += (decided ? 100.0 : 0) / size().simulations;
     result.by_test += (comparison.test.p < 0.05 ? 100.0 : 0) / size().simulations;
   }
   return result;
 }
 
-TEST(Coverage, OneAlgorithmUnderTwoNamesIsNotTwo) {
+TEST(Coverage, ASecondNameOfAnAlgorithmIsNotSignificant) {
   const double noise = 300 * std::sqrt(0.05 * 0.95 / size().simulations);
   for (const Algorithm& algorithm : test::algorithms()) {
     for (const std::size_t n : {100U, 10U}) {
@@ -110,7 +109,7 @@ TEST(Coverage, OneAlgorithmUnderTwoNamesIsNotTwo) {
   }
 }
 
-// How many of the simulations' bands hold 0, in percent: value = training + instance + noise.
+// Percentage of simulations whose band contains 0: value = training + instance + noise.
 double coverage_of_trainings(std::size_t trainings, double training_sigma, int simulations) {
   constexpr std::size_t kInstances = 100;
   const StratifiedResampling resampling({kInstances}, size().resamples, 7);
@@ -131,8 +130,8 @@ double coverage_of_trainings(std::size_t trainings, double training_sigma, int s
   return 100.0 * held / simulations;
 }
 
-// Never too narrow; too wide where instances matter more than trainings.
-TEST(Coverage, OfTrainings) {
+// Conservative if instances vary more than trainings.
+TEST(Coverage, OfTrainingsIsAtLeast95Percent) {
   const int simulations = size().simulations / 4;
   const double noise = 300 * std::sqrt(0.05 * 0.95 / simulations);
   for (const std::size_t trainings : {5U, 10U}) {
@@ -144,8 +143,8 @@ TEST(Coverage, OfTrainings) {
   }
 }
 
-// Each step gets there with a chance of 4 %, the budget is 30 steps: 25 steps are expected, half are there after 17.
-TEST(Coverage, OfStepsToTarget) {
+// Each step succeeds with probability 4 %, the budget is 30 steps: expected 25 steps, median 17.
+TEST(Coverage, OfStepsToTargetIs95Percent) {
   constexpr double kChance = 0.04;
   constexpr int kBudget = 30;
   const double noise = 300 * std::sqrt(0.05 * 0.95 / size().simulations);

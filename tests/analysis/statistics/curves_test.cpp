@@ -21,7 +21,7 @@ using testing::HasSubstr;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// Without bands, whose numbers have tests of their own.
+// Without bands, which have their own tests.
 std::vector<Curve> make_curves(const TrialTable& table, std::size_t most_bytes = kCurveBytes) {
   StudyOptions options;
   options.resamples = 0;
@@ -35,8 +35,8 @@ using Curves = MadeTable;
 using Instances = MadeTable;
 using Ranking = MadeTable;
 
-// A trial whose noise-free RMSE at the true pose are `commanded` and at the recommended pose
-// `recommended`; every number a few sixteenths, so that tables are exact.
+// A trial with these noise-free RMSE at the commanded and at the recommended pose; multiples of 1/16, so that tables
+// are exact.
 records::TrialRecord trial(const std::string& algorithm, std::uint64_t instance, std::vector<double> measured,
                            std::vector<double> commanded, std::vector<double> recommended, unsigned budget = 2) {
   records::TrialRecord record;
@@ -75,13 +75,13 @@ std::vector<records::TrialRecord> sample() {
   trials[4].message = "lost,\nfor good";
   for (std::size_t index = 0; index < 4; ++index) {
     trials[index].has_own_optimum = true;
-    // Excess of the last recommendation of trial 3: below its own optimum, shown as 0.
+    // The last recommendation of trial 3 is below its own optimum: excess 0.
     trials[index].own_optimum_mse = index == 3 ? 0.25 : 0.0;
   }
   return trials;
 }
 
-TEST_F(Curves, CountFailedTrialsApart) {
+TEST_F(Curves, ExcludeFailedTrials) {
   const std::vector<Curve> curves = make_curves(table(sample()));
   ASSERT_EQ(curves.size(), 2U);
   EXPECT_EQ(curves[0].algorithm, "walker");
@@ -91,7 +91,7 @@ TEST_F(Curves, CountFailedTrialsApart) {
   EXPECT_EQ(curves[1].algorithm, "jumper, \"quick\"");
 }
 
-TEST_F(Curves, OfFailuresAloneHaveNoPoints) {
+TEST_F(Curves, HaveNoPointsIfAllTrialsFailed) {
   std::vector<records::TrialRecord> trials = {sample()[4]};
   const std::vector<Curve> curves = make_curves(table(trials));
   ASSERT_EQ(curves.size(), 1U);
@@ -104,25 +104,25 @@ TEST_F(Curves, OfFailuresAloneHaveNoPoints) {
 }
 
 // The golden file was written from the same numbers by NumPy.
-TEST_F(Curves, CsvIsTheGoldenFile) {
+TEST_F(Curves, CsvMatchesTheGoldenFile) {
   EXPECT_EQ(curves_csv(make_curves(table(sample()))), read_file(std::string(RELIGN_TEST_DATA) + "/stats_curves.csv"));
 }
 
-TEST_F(Curves, AreTheSameInLittleMemory) {
+TEST_F(Curves, AreIndependentOfTheMemoryLimit) {
   const TrialTable trials = table(sample());
   const std::string whole = curves_csv(make_curves(trials));
-  // Of four trials: one step of a track, two steps of one, a whole track; nothing at all still works.
+  // For four trials: one step of a track, two steps, a whole track; a limit of 0 works as well.
   for (const std::size_t bytes : {std::size_t{0}, 4 * sizeof(double), 8 * sizeof(double), 12 * sizeof(double)})
     EXPECT_EQ(curves_csv(make_curves(trials, bytes)), whole) << bytes;
 }
 
-TEST_F(Curves, SayThatTheFolderHasChanged) {
+TEST_F(Curves, ReportAChangedFolder) {
   const TrialTable trials = table(sample());
   write_file_atomically(folder_ / "trials" / "0000.jsonl", "");
   EXPECT_THAT(error_text(ErrorKind::io, [&] { make_curves(trials); }), HasSubstr("is a run writing it?"));
 }
 
-TEST_F(Curves, JsonHasTheSameNumbers) {
+TEST_F(Curves, JsonMatchesTheCsv) {
   const Json json = curves_json(make_curves(table(sample())));
   EXPECT_EQ(json["format"], 1);
   ASSERT_EQ(json["curves"].size(), 2U);
@@ -134,7 +134,7 @@ TEST_F(Curves, JsonHasTheSameNumbers) {
   EXPECT_EQ(json["curves"][1]["tracks"]["excess"]["median"], Json({nullptr, nullptr, nullptr}));
 }
 
-TEST_F(Instances, HaveOneRowATrial) {
+TEST_F(Instances, HaveOneRowPerTrial) {
   std::string csv;
   instances_csv(table(sample()), [&](std::string_view text) { csv += text; });
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 7);
@@ -143,7 +143,7 @@ TEST_F(Instances, HaveOneRowATrial) {
                                        "recommendation,message,recommended_best,recommended_current\n"));
   EXPECT_THAT(
       csv, HasSubstr("\nwalker2,toy,calm,paper,walker,2,finished,1,2,0.25,0.25,0.25,0.25,0.25,1,1.5,own,,0.25,0.25\n"));
-  EXPECT_THAT(csv, HasSubstr(",own,,0.375,0.5\n")) << "walker1 was measured lowest a step before its last";
+  EXPECT_THAT(csv, HasSubstr(",own,,0.375,0.5\n")) << "walker1 has its lowest measured error one step before its last";
   EXPECT_THAT(csv, HasSubstr("\"jumper, \"\"quick\"\"\",0,budget_spent,2,2,0.5,0.25,0.5,0.25,,2,2.5,own,,0.25,0.5\n"));
   EXPECT_THAT(csv, HasSubstr("failed,0,2,0.5,0.5,0.5,0.5,,0,0.5,own,\"lost, / for good\",0.5,0.5\n"));
 }
@@ -169,7 +169,7 @@ TEST_F(Ranking, PutsTheBestMedianFirstWithinItsGroup) {
   EXPECT_EQ(rows[1].noise_level, "calm");
   EXPECT_TRUE(std::isnan(rows[1].algorithm_ms_per_step_median));
   EXPECT_EQ(rows[2].noise_level, "wild");
-  // The same trials, the other way round: the winner changes with the numbers, not with the order.
+  // With larger errors for the walker the ranking changes, though the order of the trials does not.
   for (records::TrialRecord& record : trials)
     if (record.algorithm == "walker")
       for (records::StepRecord& step : record.steps) step.recommended_mse = 1;

@@ -1,4 +1,4 @@
-// Values of other programs, written by tests/analysis/statistics/make_golden.py.
+// Reference values of other programs, written by tests/analysis/statistics/make_golden.py.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ inline std::vector<double> numbers(const nlohmann::json& list) {
   return result;
 }
 
-// Relative where values are large, absolute where they are small.
+// Relative tolerance above 1, absolute below.
 inline void expect_close(double value, double expected, double error = 1e-12) {
   EXPECT_NEAR(value, expected, error * std::max(1.0, std::abs(expected)));
 }

@@ -1,4 +1,4 @@
-// A table of trials as the harness would have written them.
+// Trial tables from synthetic records, written by the same writer as a run's.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ class MadeTable : public testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  // Of a folder with these trials alone; those without times have none.
+  // The table of a folder with these trials; times are optional.
   TrialTable table(const std::vector<records::TrialRecord>& trials,
                    const std::vector<records::TrialTimes>& times = {}) {
     std::filesystem::remove_all(folder_);

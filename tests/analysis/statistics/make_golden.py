@@ -2,9 +2,9 @@
 
 `python make_golden.py aggregate` writes that file alone.
 
-What the statistics of core/analysis/statistics are held against. null stands for NaN. Values come from SciPy and NumPy, or are written
-down here from the publication that is named with them; the random numbers of the bootstrap are the harness's own, made
-again here from their description (relign/random.hpp).
+Reference values for core/analysis/statistics; null is NaN. Values come from SciPy, NumPy and rliable, or from the publication named
+beside them. The bootstrap's random numbers are those of the harness, reimplemented here from their description
+(relign/random.hpp).
 """
 
 import json

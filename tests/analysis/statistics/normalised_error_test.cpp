@@ -23,7 +23,7 @@ std::vector<records::StepNumbers> steps(const std::vector<double>& recommended_m
   return made;
 }
 
-TEST(NormalisedError, IsTheShareOfDecadesThatAreLeft) {
+TEST(NormalisedError, IsTheShareOfRemainingDecades) {
   EXPECT_DOUBLE_EQ(normalised_error(0.1, 0.1), 1);
   EXPECT_DOUBLE_EQ(normalised_error(0.01, 0.1), 2.0 / 3);
   EXPECT_DOUBLE_EQ(normalised_error(0.001, 0.1), 1.0 / 3);
@@ -31,8 +31,8 @@ TEST(NormalisedError, IsTheShareOfDecadesThatAreLeft) {
   EXPECT_DOUBLE_EQ(normalised_error(0.001, 0.01), 0.5);
 }
 
-// COCO: targets even in the logarithm between start and resolution; those below the error are missed.
-TEST(NormalisedError, IsTheShareOfLogUniformTargetsThatAreMissed) {
+// COCO's view: log-uniform targets between start and resolution; those below the error are missed.
+TEST(NormalisedError, IsTheShareOfMissedLogUniformTargets) {
   constexpr int kTargets = 100'000;
   for (const double excess : {0.00013, 0.002, 0.0306}) {
     int missed = 0;
@@ -42,22 +42,22 @@ TEST(NormalisedError, IsTheShareOfLogUniformTargetsThatAreMissed) {
   }
 }
 
-TEST(NormalisedError, StaysBetweenResolutionAndStart) {
+TEST(NormalisedError, IsClampedBetweenResolutionAndStart) {
   EXPECT_EQ(normalised_error(0, 0.1), 0);
   EXPECT_EQ(normalised_error(kResolution / 2, 0.1), 0);
   EXPECT_EQ(normalised_error(0.5, 0.1), 1);
   EXPECT_EQ(normalised_error(std::numeric_limits<double>::infinity(), 0.1), 1);
 }
 
-TEST(NormalisedError, IsMissingWhereNothingCanBeMeasured) {
+TEST(NormalisedError, IsNaNIfNotMeasurable) {
   EXPECT_TRUE(std::isnan(normalised_error(kNone, 0.1)));
   EXPECT_TRUE(std::isnan(normalised_error(0.1, kNone)));
   EXPECT_TRUE(std::isnan(normalised_error(0.1, kResolution)));
   EXPECT_TRUE(std::isnan(normalised_error(0.1, 0)));
 }
 
-// The own optimum of MSE 1e-4 is subtracted from MSE, not from RMSE.
-TEST(NormalisedError, FollowsTheRecommendedPoseAgainstTheStart) {
+// The own optimum (MSE 1e-4) is subtracted from the MSE, not from the RMSE.
+TEST(NormalisedError, UsesTheRecommendedPoseAndTheStart) {
   const double own = 1e-4;
   EXPECT_THAT(normalised_errors(steps({own + 1e-2, own + 1e-4, own - 1e-9, own + 4e-2}, own + 1e-2), own),
               ElementsAre(DoubleNear(1, 1e-12), DoubleNear(2.0 / 3, 1e-12), 0, 1));
@@ -72,7 +72,7 @@ TEST(NormalisedError, FollowsTheRecommendedPoseAgainstTheStart) {
 }
 
 // Step 1 has the lowest measured error, step 2 does not, step 3 has none.
-TEST(NormalisedError, FollowsThePoseOfTheRule) {
+TEST(NormalisedError, UsesThePoseOfTheRule) {
   std::vector<records::StepNumbers> trial = steps({1e-2, 1e-2, 1e-2, 1e-2}, 1e-2);
   const double measured[] = {0.2, 0.1, 0.15, kNone}, glued[] = {1e-2, 1e-4, 1e-6, 1e-2};
   for (std::size_t step = 0; step < trial.size(); ++step) {
@@ -88,7 +88,7 @@ TEST(NormalisedError, FollowsThePoseOfTheRule) {
 
 TEST(AreaUnder, AveragesTheStepsAfterTheStart) {
   EXPECT_DOUBLE_EQ(area_under({1, 0.5, 0.1}, 2), 0.3);
-  EXPECT_DOUBLE_EQ(area_under({1, 0.5, 0.1}, 4), (0.5 + 0.1 + 0.1 + 0.1) / 4) << "the last one is carried forward";
+  EXPECT_DOUBLE_EQ(area_under({1, 0.5, 0.1}, 4), (0.5 + 0.1 + 0.1 + 0.1) / 4) << "the last value is carried forward";
   EXPECT_DOUBLE_EQ(area_under({0.8}, 3), 0.8) << "an algorithm that never moved";
   EXPECT_TRUE(std::isnan(area_under({}, 3)));
   EXPECT_TRUE(std::isnan(area_under({1}, 0)));

@@ -23,7 +23,7 @@ PairedShares of_counts(std::size_t both, std::size_t first_alone, std::size_t se
   return compare_shares(first, second);
 }
 
-TEST(PairedShares, Counts) {
+TEST(PairedShares, CountsPassesOfBoth) {
   const PairedShares shares = of_counts(46, 4, 34, 16);
   EXPECT_EQ(shares.n, 100U);
   EXPECT_EQ(shares.first, 50U);
@@ -33,7 +33,7 @@ TEST(PairedShares, Counts) {
 }
 
 // scipy.stats.binomtest(min(b, c), b + c).pvalue, SciPy 1.17.
-TEST(PairedShares, TheTestIsThatOfSciPy) {
+TEST(PairedShares, MatchesSciPy) {
   struct Case {
     std::size_t first, second;
     double p;
@@ -48,7 +48,7 @@ TEST(PairedShares, TheTestIsThatOfSciPy) {
     EXPECT_NEAR(of_counts(7, one.first, one.second).p / one.p, 1, 1e-12) << one.first << " and " << one.second;
 }
 
-TEST(PairedShares, WhereTheyAgreeNothingIsTold) {
+TEST(PairedShares, IgnoresEqualOutcomes) {
   EXPECT_EQ(of_counts(5, 0, 0, 5).p, 1);
   EXPECT_EQ(of_counts(500, 0, 6).p, of_counts(0, 0, 6).p);
   EXPECT_TRUE(std::isnan(compare_shares({}, {}).p));

@@ -17,7 +17,7 @@ using testing::HasSubstr;
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-TEST(SignedRank, IsThatOfSciPy) {
+TEST(SignedRank, MatchesSciPy) {
   for (const auto& one : golden("signed_rank")["cases"]) {
     const std::vector<double> differences = numbers(one["differences"]);
     const SignedRank test = signed_rank(differences);
@@ -30,7 +30,7 @@ TEST(SignedRank, IsThatOfSciPy) {
   }
 }
 
-TEST(SignedRank, OfNoneOneAndEqual) {
+TEST(SignedRank, HandlesNoneOneAndEqualDifferences) {
   for (const auto& nothing : {std::vector<double>{}, {0, 0}, {kMissing}}) {
     EXPECT_EQ(signed_rank(nothing).n, 0U);
     EXPECT_EQ(signed_rank(nothing).p, 1);
@@ -57,30 +57,34 @@ TEST(Paired, DifferencesOfLogarithmsAreRatios) {
                          [] {
                            paired_differences({1, 1}, {1, -1}, Scale::logarithmic);
                          }),
-              HasSubstr("instance 1 has the value -1"));
+              HasSubstr("instance 1 has the negative value -1"));
   EXPECT_THAT(error_text(ErrorKind::internal,
                          [] {
                            paired_differences({1, 1}, {1}, Scale::raw);
                          }),
-              HasSubstr("2 and 1 values are no pairs"));
+              HasSubstr("2 and 1 values cannot be paired"));
 }
 
-TEST(Paired, VerdictsCompareTheIntervalWithWhatMatters) {
+TEST(Paired, VerdictComparesTheIntervalWithTheRelevantDifference) {
   EXPECT_EQ(verdict_of({-0.4, -0.2}, 0.1), Verdict::better);
   EXPECT_EQ(verdict_of({0.2, 0.4}, 0.1), Verdict::worse);
   EXPECT_EQ(verdict_of({-0.1, 0.05}, 0.1), Verdict::practically_equal);
-  EXPECT_EQ(verdict_of({-0.4, -0.05}, 0.1), Verdict::undecided);  // surely lower, perhaps by nothing that matters
+  EXPECT_EQ(verdict_of({-0.4, -0.05}, 0.1), Verdict::undecided);  // lower, but possibly by less than what is relevant
   EXPECT_EQ(verdict_of({-0.4, 0.4}, 0.1), Verdict::undecided);
   EXPECT_EQ(verdict_of({}, 0.1), Verdict::undecided);
   EXPECT_EQ(verdict_of({0, 0}, 0), Verdict::practically_equal);
   EXPECT_EQ(verdict_of({-kInfinite, -kInfinite}, 0.1), Verdict::better);
   EXPECT_EQ(std::string(verdict_name(Verdict::practically_equal)), "practically equal");
   for (const double wrong : {-0.1, kMissing}) {
-    EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { verdict_of({0, 1}, wrong); }), HasSubstr("0 or a positive"));
+    EXPECT_THAT(error_text(ErrorKind::bad_input,
+                           [&] {
+                             verdict_of({0, 1}, wrong);
+                           }),
+                HasSubstr("must be 0 or a positive"));
   }
 }
 
-TEST(Paired, ComparisonTellsHowMuchHowSurelyAndWhetherItMatters) {
+TEST(Paired, ComparesTwoColumns) {
   std::vector<double> first, second;
   for (int instance = 0; instance < 40; ++instance) {
     const double hard = std::exp(0.2 * instance);
@@ -102,7 +106,7 @@ TEST(Paired, ComparisonTellsHowMuchHowSurelyAndWhetherItMatters) {
   EXPECT_DOUBLE_EQ(comparison.probability_of_improvement.estimate, 28.5 / 39);
   options.smallest_relevant = std::log(2.0);
   EXPECT_EQ(compare_paired(first, second, Resampling(40, 2000, 1), options).verdict, Verdict::practically_equal);
-  // The other way round.
+  // With the two exchanged.
   options.smallest_relevant = std::log(1.02);
   const PairedComparison turned = compare_paired(second, first, Resampling(40, 2000, 1), options);
   EXPECT_EQ(turned.verdict, Verdict::worse);
@@ -110,7 +114,7 @@ TEST(Paired, ComparisonTellsHowMuchHowSurelyAndWhetherItMatters) {
   EXPECT_EQ(turned.test.p, comparison.test.p);
 }
 
-TEST(Paired, OfNoneOneAndCopies) {
+TEST(Paired, HandlesNoneOneAndEqualColumns) {
   const PairedComparison none = compare_paired({}, {}, Resampling(0, 10, 1));
   EXPECT_EQ(none.verdict, Verdict::undecided);
   EXPECT_TRUE(std::isnan(none.probability_of_improvement.estimate));

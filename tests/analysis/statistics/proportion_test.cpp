@@ -15,7 +15,7 @@ using test::golden;
 using test::number;
 using testing::HasSubstr;
 
-TEST(Distributions, AreThoseOfSciPy) {
+TEST(Distributions, MatchSciPy) {
   const auto file = golden("distributions");
   for (const auto& one : file["normal_lower"]) expect_close(normal_lower(one[0]), one[1]);
   for (const auto& one : file["normal_quantile"]) expect_close(normal_quantile(one[0]), one[1]);
@@ -26,7 +26,7 @@ TEST(Distributions, AreThoseOfSciPy) {
   EXPECT_NEAR(normal_lower(-8) / file["normal_lower"][0][1].get<double>(), 1, 1e-10);
 }
 
-TEST(Distributions, AtTheirEnds) {
+TEST(Distributions, HandleExtremeArguments) {
   const double infinite = std::numeric_limits<double>::infinity();
   EXPECT_EQ(normal_quantile(0), -infinite);
   EXPECT_EQ(student_t_quantile(1, 3), infinite);
@@ -39,7 +39,7 @@ TEST(Distributions, AtTheirEnds) {
   EXPECT_THAT(error_text(ErrorKind::internal, [] { chi_squared_upper(1, 0); }), HasSubstr("positive"));
 }
 
-TEST(SuccessRate, HasTheIntervalOfSciPy) {
+TEST(SuccessRate, MatchesSciPy) {
   for (const auto& one : golden("proportion")["cases"]) {
     const Band band = success_rate(one[0], one[1], one[2]);
     EXPECT_EQ(band.n, one[1].get<std::size_t>());
@@ -59,8 +59,8 @@ TEST(SuccessRate, StaysWithinZeroAndOne) {
   EXPECT_EQ(share_of_scores(1.5, 3).estimate, 0.5);
 }
 
-TEST(SuccessRate, SaysWhatIsWrong) {
-  EXPECT_THAT(error_text(ErrorKind::internal, [] { success_rate(4, 3); }), HasSubstr("of 3 trials cannot be"));
+TEST(SuccessRate, RejectsInvalidArguments) {
+  EXPECT_THAT(error_text(ErrorKind::internal, [] { success_rate(4, 3); }), HasSubstr("of 3 trials are impossible"));
   EXPECT_THAT(error_text(ErrorKind::bad_input, [] { success_rate(1, 3, 1); }), HasSubstr("between 0 and 1"));
 }
 

@@ -9,7 +9,7 @@ namespace relign::statistics {
 namespace {
 
 // Expected values: numpy.quantile(values, [0.25, 0.5, 0.75]) and numpy.mean, NumPy 2.
-TEST(Quantiles, AgreeWithNumPy) {
+TEST(Quantiles, MatchNumPy) {
   const Quantiles ten = quantiles({3.5, -1, 2, 7, 0.25, 4, 4, 9.5, 1e-3, 2.5});
   EXPECT_EQ(ten.n, 10U);
   EXPECT_DOUBLE_EQ(ten.q25, 0.6875);
@@ -26,7 +26,7 @@ TEST(Quantiles, AgreeWithNumPy) {
   EXPECT_DOUBLE_EQ(four.q75, 0.5);
 }
 
-TEST(Quantiles, OfOneValueAreThatValue) {
+TEST(Quantiles, OfOneValueEqualIt) {
   const Quantiles one = quantiles({0.7});
   EXPECT_EQ(one.n, 1U);
   EXPECT_EQ(one.median, 0.7);
@@ -35,7 +35,7 @@ TEST(Quantiles, OfOneValueAreThatValue) {
   EXPECT_EQ(one.mean, 0.7);
 }
 
-TEST(Quantiles, NaNDoesNotEnter) {
+TEST(Quantiles, SkipNaN) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const Quantiles two = quantiles({nan, 1, nan, 3});
   EXPECT_EQ(two.n, 2U);
@@ -46,7 +46,7 @@ TEST(Quantiles, NaNDoesNotEnter) {
   }
 }
 
-TEST(Quantiles, DoNotDependOnTheOrder) {
+TEST(Quantiles, AreIndependentOfTheOrder) {
   EXPECT_EQ(quantiles({1e16, 1, -1e16, 1}).mean, quantiles({1, 1, 1e16, -1e16}).mean);
 }
 

@@ -24,7 +24,7 @@ std::vector<std::vector<double>> columns_of(const nlohmann::json& one) {
   return columns;
 }
 
-TEST(Friedman, IsThatOfSciPy) {
+TEST(Friedman, MatchesSciPy) {
   for (const auto& one : golden("ranks")["cases"]) {
     const Friedman test = friedman(columns_of(one));
     for (std::size_t column = 0; column < test.mean_ranks.size(); ++column) {
@@ -37,7 +37,7 @@ TEST(Friedman, IsThatOfSciPy) {
   }
 }
 
-TEST(Friedman, HasTheRanksThatDemsarPublished) {
+TEST(Friedman, MatchesDemsarsPublishedRanks) {
   const auto file = golden("ranks");
   const Friedman test = friedman(columns_of(file["cases"][0]));
   double squares = 0;
@@ -48,7 +48,7 @@ TEST(Friedman, HasTheRanksThatDemsarPublished) {
   EXPECT_NEAR(12.0 * 14 / 20 * (squares - 4 * 25 / 4.0), number(file["demsar_chi_squared_without_ties"]), 5.1e-3);
 }
 
-TEST(Friedman, AtItsEnds) {
+TEST(Friedman, HandlesTiesAndMissingValues) {
   const Friedman alike = friedman({{1, 2, 3}, {2, 3, 4}, {3, 4, kInfinite}});
   EXPECT_DOUBLE_EQ(alike.chi_squared, 6);
   EXPECT_EQ(alike.f, kInfinite);
@@ -70,7 +70,7 @@ TEST(Friedman, AtItsEnds) {
 }
 
 // By hand: sorted p times 4, 3, 2, 1, never falling, at most 1.
-TEST(Holm, IsThatByHand) {
+TEST(Holm, MatchesHandCalculation) {
   const std::vector<double> corrected = holm({0.01, 0.04, 0.03, 0.005});
   EXPECT_DOUBLE_EQ(corrected[3], 0.02);
   EXPECT_DOUBLE_EQ(corrected[0], 0.03);

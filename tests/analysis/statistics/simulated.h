@@ -1,4 +1,4 @@
-// Made-up results whose true values are known, for coverage and A/A simulations.
+// Synthetic results with known true values, for simulations of coverage and of A/A comparisons.
 #pragma once
 
 #include <algorithm>
@@ -15,10 +15,10 @@ namespace relign::test {
 struct Distribution {
   std::string name;
   std::function<double(Random&)> draw;
-  double median, iqm;  // of the distribution
+  double median, iqm;  // true values
 };
 
-inline constexpr double kFloor = -0.25;  // 40 % of normal values lie below
+inline constexpr double kFloor = -0.25;  // 40 % of normal values are below
 
 inline double normal_density(double z) { return std::exp(-z * z / 2) / std::sqrt(2 * 3.14159265358979323846); }
 
@@ -34,7 +34,7 @@ inline std::vector<Distribution> distributions() {
           {"grid of 0.5 sigma", [](Random& random) { return std::round(2 * random.normal()) / 2; }, 0, 0}};
 }
 
-// RMSE of one algorithm on one instance of difficulty `hard`: two calls are two algorithms that are the same.
+// RMSE of an algorithm on an instance of difficulty `hard`: two calls simulate two names of one algorithm.
 struct Algorithm {
   std::string name;
   std::function<double(double hard, Random&)> run;

@@ -15,7 +15,7 @@ using testing::IsEmpty;
 
 class StudyAggregate : public MadeTable {
  protected:
-  // Excess errors after each step, of a start of 0.1 and an own optimum of 0.02.
+  // Excess errors after each step, for a start at 0.1 and an own optimum of 0.02.
   static records::TrialRecord trial(const std::string& algorithm, const std::string& level, std::uint64_t instance,
                                     const std::vector<double>& excess, const std::string& training = "") {
     constexpr double kOwn = 0.02 * 0.02;
@@ -81,7 +81,7 @@ TEST_F(StudyAggregate, RanksMethodsByTheInterquartileMeanOverAllStrata) {
   EXPECT_EQ(found.pairs[0].share.estimate, 1) << "fast is better on every instance";
 }
 
-TEST_F(StudyAggregate, FailedTrialsCountAsIfTheLensHadStayedAtItsStart) {
+TEST_F(StudyAggregate, CountsFailedTrialsAsErrorOne) {
   records::TrialRecord failed = trial("a", "calm", 3, {0.1, 0.0001});
   failed.end = "timeout";
   const AggregateStudy found = study_of({trial("a", "calm", 0, {0.1, 0.0001}), trial("a", "calm", 1, {0.1, 0.0001}),
@@ -94,7 +94,7 @@ TEST_F(StudyAggregate, FailedTrialsCountAsIfTheLensHadStayedAtItsStart) {
   EXPECT_THAT(a.by_step, ElementsAre(1, 0.25, 0.25, 0.25, 0.25));
 }
 
-TEST_F(StudyAggregate, AMethodThatLacksAStratumHasNoBandsAndComesLast) {
+TEST_F(StudyAggregate, RanksMethodsWithoutAllStrataLast) {
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 3; ++i) {
     trials.push_back(trial("half", "calm", i, {0.1, 0.0001}));
@@ -110,7 +110,7 @@ TEST_F(StudyAggregate, AMethodThatLacksAStratumHasNoBandsAndComesLast) {
   EXPECT_THAT(found.pairs, IsEmpty());
 }
 
-TEST_F(StudyAggregate, TrainingsAreOneMethodAndStandBesideIt) {
+TEST_F(StudyAggregate, PoolsTrainingsAndListsEach) {
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 6; ++i) {
     trials.push_back(trial("net", "calm", i, {0.1, 0.01}, "one"));
@@ -130,10 +130,11 @@ TEST_F(StudyAggregate, TrainingsAreOneMethodAndStandBesideIt) {
   EXPECT_EQ(net.members[0].name, "one");
   EXPECT_NEAR(net.members[0].bands.iqm.estimate, 2.0 / 3, 1e-12);
   EXPECT_NEAR(net.members[1].bands.iqm.estimate, 1.0 / 3, 1e-12);
-  EXPECT_DOUBLE_EQ(found.pairs.at(0).share.estimate, 0.75) << "one draws with the search, two is better";
+  EXPECT_DOUBLE_EQ(found.pairs.at(0).share.estimate, 0.75)
+      << "training one ties with the search, training two is better";
 }
 
-TEST_F(StudyAggregate, WithoutTruthThereIsNone) {
+TEST_F(StudyAggregate, NeedsGroundTruth) {
   records::TrialRecord station = trial("a", "calm", 0, {0.1, 0.01});
   station.has_own_optimum = false;
   EXPECT_THAT(make_study(table({station}), {}).aggregates, IsEmpty());

@@ -17,7 +17,7 @@ using testing::IsNan;
 
 class StudyTest : public MadeTable {
  protected:
-  // A trial whose RMSE at the recommended pose is this, step by step, half a simulated second a step.
+  // A trial with these RMSE at the recommended pose per step, half a simulated second each.
   static records::TrialRecord trial(const std::string& algorithm, std::uint64_t instance,
                                     const std::vector<double>& rmse, unsigned budget, double own_optimum = 0.001) {
     records::TrialRecord record;
@@ -56,7 +56,7 @@ class StudyTest : public MadeTable {
   }
 };
 
-TEST_F(StudyTest, TellsWhenLensesCameIntoSpecification) {
+TEST_F(StudyTest, ComputesYieldAndStepsToSpecification) {
   StudyOptions options;
   options.spec.rmse = 0.02;
   records::TrialRecord failed = trial("a", 3, {0.1}, 4);
@@ -66,7 +66,7 @@ TEST_F(StudyTest, TellsWhenLensesCameIntoSpecification) {
                                  options);
   const SeriesStudy& a = study.series.at(0);
   EXPECT_EQ(a.in_spec, 2U);
-  EXPECT_EQ(a.yield.n, 4U) << "a lens whose trial failed is not in specification";
+  EXPECT_EQ(a.yield.n, 4U) << "a failed trial is not in specification";
   EXPECT_EQ(a.yield.interval.low, success_rate(2, 4).interval.low);
   EXPECT_EQ(a.expected_to_spec.successes, 2U);
   EXPECT_EQ(a.expected_to_spec.steps, (2 + 1 + 4) / 2.0);
@@ -74,7 +74,7 @@ TEST_F(StudyTest, TellsWhenLensesCameIntoSpecification) {
   EXPECT_EQ(a.seconds_to_spec.estimate, 1);
   const GroupStudy& group = study.groups.at(0);
   EXPECT_EQ(group.cannot_meet_spec, 1U);
-  EXPECT_THAT(group.hopeless, ElementsAre(2));
+  EXPECT_THAT(group.infeasible, ElementsAre(2));
   EXPECT_DOUBLE_EQ(group.own_optimum.median, 0.001);
   // |0.01|, |0.015|, |0.03| along the first axis, twice that along the second.
   ASSERT_EQ(a.residual.size(), 2U);
@@ -82,7 +82,7 @@ TEST_F(StudyTest, TellsWhenLensesCameIntoSpecification) {
   EXPECT_THAT(a.residual[1].median, DoubleNear(0.03, 1e-12));
 }
 
-TEST_F(StudyTest, TheMtfDecidesTooWhereTheSpecificationSaysSo) {
+TEST_F(StudyTest, YieldNeedsRmseAndMtf) {
   StudyOptions options;
   options.spec.rmse = 0.02;
   options.spec.lp_per_mm = 20;
@@ -90,12 +90,12 @@ TEST_F(StudyTest, TheMtfDecidesTooWhereTheSpecificationSaysSo) {
   options.spec.mtf_corner = 0.3;
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 5; ++i) trials.push_back(trial("a", i, {0.1, 0.05, 0.01}, 4));
-  trials[0].mtf = {0.5, 0.3};   // just
+  trials[0].mtf = {0.5, 0.3};   // exactly at the limits
   trials[1].mtf = {0.49, 0.9};  // not in the centre
   trials[2].mtf = {0.9, 0.29};  // not in the corners
   trials[3].mtf = {0.9, 0.9};
   trials[3].steps.back().recommended_mse = 0.03 * 0.03;  // the error is not in spec
-  // The last tells no MTF: what nobody measured is not in spec.
+  // The last one has no MTF: unmeasured is not in spec.
   for (std::size_t i = 0; i < 4; ++i) {
     trials[i].uncured_mse = 1e-4;
     trials[i].uncured_mtf = {0.6, 0.6};
@@ -110,15 +110,15 @@ TEST_F(StudyTest, TheMtfDecidesTooWhereTheSpecificationSaysSo) {
   EXPECT_EQ(a.mtf_centre.n, 4U);
   EXPECT_DOUBLE_EQ(a.mtf_centre.median, 0.7);
   EXPECT_DOUBLE_EQ(a.mtf_corner.median, 0.6);
-  EXPECT_EQ(a.expected_to_spec.successes, 1U) << "of those whose MTF misses nobody says that they got there";
+  EXPECT_EQ(a.expected_to_spec.successes, 1U) << "trials whose MTF misses count as not reached";
   EXPECT_EQ(study.groups.at(0).cannot_meet_spec, 1U)
-      << "lens 0 misses at its own best pose, and a method brought it in";
-  EXPECT_THAT(study.groups.at(0).hopeless, ElementsAre(2));
+      << "instance 0 misses at its own optimum, but a method brought it in";
+  EXPECT_THAT(study.groups.at(0).infeasible, ElementsAre(2));
 
   options.spec.rmse = kMissing;
   const Study of_mtf_alone = make_study(table(trials), options);
   EXPECT_EQ(of_mtf_alone.series.at(0).in_spec, 2U);
-  EXPECT_EQ(of_mtf_alone.series.at(0).expected_to_spec.trials, 0U) << "nobody knows when it came there";
+  EXPECT_EQ(of_mtf_alone.series.at(0).expected_to_spec.trials, 0U) << "MTF is not known per step";
 
   options.spec = {};
   options.spec.rmse = 0.02;
@@ -126,7 +126,7 @@ TEST_F(StudyTest, TheMtfDecidesTooWhereTheSpecificationSaysSo) {
   EXPECT_EQ(make_study(table(trials), options).series.at(0).in_spec, 4U);
 }
 
-TEST_F(StudyTest, WithoutTheMtfThatItAsksForNobodyKnowsWhatIsInSpecification) {
+TEST_F(StudyTest, HasNoYieldWithoutTheRequiredMtf) {
   StudyOptions options;
   options.spec.rmse = 0.02;
   options.spec.lp_per_mm = 20;
@@ -134,7 +134,7 @@ TEST_F(StudyTest, WithoutTheMtfThatItAsksForNobodyKnowsWhatIsInSpecification) {
   EXPECT_EQ(make_study(table({trial("a", 0, {0.1, 0.01}, 1)}), options).series.at(0).yield.n, 0U);
 }
 
-TEST_F(StudyTest, WithoutTruthNobodyKnowsWhatIsInSpecification) {
+TEST_F(StudyTest, HasNoYieldWithoutGroundTruth) {
   StudyOptions options;
   options.spec.rmse = 0.02;
   std::vector<records::TrialRecord> trials = {trial("a", 0, {0.1, 0.01}, 1), trial("a", 1, {0.1, 0.01}, 1)};
@@ -143,7 +143,7 @@ TEST_F(StudyTest, WithoutTruthNobodyKnowsWhatIsInSpecification) {
   EXPECT_EQ(make_study(table(trials), options).series.at(0).yield.n, 0U);
 }
 
-TEST_F(StudyTest, WhatFailsEverywhereHasNoLensInSpecification) {
+TEST_F(StudyTest, HasYieldZeroIfAllTrialsFail) {
   StudyOptions options;
   options.spec.rmse = 0.02;
   std::vector<records::TrialRecord> trials = {trial("a", 0, {0.01}, 3), trial("a", 1, {0.01}, 3)};
@@ -154,8 +154,8 @@ TEST_F(StudyTest, WhatFailsEverywhereHasNoLensInSpecification) {
   EXPECT_TRUE(std::isnan(study.series.at(0).expected_to_spec.steps));
 }
 
-// One of four is there after a second; the others gave up before it, or ran out of steps after it.
-TEST_F(StudyTest, GivingUpEarlyIsNoWayToBeSoon) {
+// One of four reaches the specification after a second; the others give up earlier or run out of steps later.
+TEST_F(StudyTest, DoesNotRewardGivingUpEarly) {
   StudyOptions options;
   options.spec.rmse = 0.02;
   const Study study = make_study(table({trial("a", 0, {0.1, 0.05, 0.01, 0.01}, 3), trial("a", 1, {0.1, 0.05}, 3),
@@ -165,7 +165,7 @@ TEST_F(StudyTest, GivingUpEarlyIsNoWayToBeSoon) {
   EXPECT_TRUE(std::isinf(study.series.at(0).seconds_to_spec.estimate));
 }
 
-TEST_F(StudyTest, CountsPairsOfLensAndTargetAsTheEcdfDoes) {
+TEST_F(StudyTest, TargetsReachedMatchTheRuntimeEcdf) {
   StudyOptions options;
   options.targets = {0.06, 0.03, 0.012};
   const std::vector<std::vector<double>> rmse = {{0.1, 0.05, 0.02, 0.01}, {0.1, 0.08, 0.04, 0.04}};
@@ -178,7 +178,7 @@ TEST_F(StudyTest, CountsPairsOfLensAndTargetAsTheEcdfDoes) {
               ElementsAre(0, DoubleNear(1 / 6.0, 1e-12), 0.5, DoubleNear(4 / 6.0, 1e-12)));
 }
 
-TEST_F(StudyTest, BandsHoldTheMedian) {
+TEST_F(StudyTest, BandsContainTheMedian) {
   const Study study = make_study(table(two_methods(2)), {});
   EXPECT_EQ(study.resamples, kResamples);
   const SeriesStudy& a = study.series.at(0);
@@ -194,7 +194,7 @@ TEST_F(StudyTest, BandsHoldTheMedian) {
   EXPECT_THAT(make_study(table(two_methods(2)), none).series.at(0).curve.points.back().bands[track].low, IsNan());
 }
 
-TEST_F(StudyTest, DoesNotDependOnThreads) {
+TEST_F(StudyTest, IsIndependentOfThreads) {
   const TrialTable trials = table(two_methods(2));
   const auto csv = [&](unsigned threads) {
     StudyOptions options;
@@ -206,21 +206,21 @@ TEST_F(StudyTest, DoesNotDependOnThreads) {
   EXPECT_EQ(csv(1), csv(5));
 }
 
-TEST_F(StudyTest, SaysWhoIsBetterAndWhoIsPracticallyEqual) {
+TEST_F(StudyTest, ComparesMethodsInPairs) {
   const auto verdict = [&](double factor) {
     const Study study = make_study(table(two_methods(factor)), {});
     EXPECT_EQ(study.groups.at(0).pairs.size(), 1U);
     return study.groups.at(0).pairs.at(0);
   };
   const PairStudy worse = verdict(2);
-  EXPECT_EQ(worse.first, 0U) << "the better one first";
+  EXPECT_EQ(worse.first, 0U) << "the better method first";
   EXPECT_EQ(worse.comparison.verdict, Verdict::better);
   EXPECT_NEAR(std::exp(worse.comparison.difference.estimate), 0.5, 0.01);
   EXPECT_EQ(verdict(1).comparison.verdict, Verdict::practically_equal);
   const PairStudy better = verdict(0.5);
   EXPECT_EQ(better.first, 1U);
   EXPECT_EQ(better.comparison.verdict, Verdict::better);
-  // Below the resolution of the truth nothing is told apart, however large the ratio.
+  // Errors below the resolution are equal, however large their ratio.
   std::vector<records::TrialRecord> tiny;
   for (std::uint64_t i = 0; i < 20; ++i) {
     tiny.push_back(trial("a", i, {0.1, 1e-6}, 1));
@@ -229,7 +229,7 @@ TEST_F(StudyTest, SaysWhoIsBetterAndWhoIsPracticallyEqual) {
   EXPECT_EQ(make_study(table(tiny), {}).groups.at(0).pairs.at(0).comparison.verdict, Verdict::practically_equal);
 }
 
-TEST_F(StudyTest, ComparesManyMethodsWithTheBestAlone) {
+TEST_F(StudyTest, ComparesManyMethodsWithTheBestOnly) {
   std::vector<records::TrialRecord> trials;
   for (char method = 'a'; method < 'a' + 14; ++method)
     for (std::uint64_t i = 0; i < 4; ++i)
@@ -239,7 +239,7 @@ TEST_F(StudyTest, ComparesManyMethodsWithTheBestAlone) {
   for (const PairStudy& pair : study.groups.at(0).pairs) EXPECT_EQ(pair.first, 0U);
 }
 
-TEST_F(StudyTest, WorksWithOneInstanceAndWithFailuresAlone) {
+TEST_F(StudyTest, HandlesOneInstanceAndFailuresOnly) {
   const Study one = make_study(table({trial("a", 0, {0.1, 0.01}, 1), trial("b", 0, {0.1, 0.02}, 1)}), {});
   EXPECT_EQ(one.groups.at(0).pairs.at(0).comparison.verdict, Verdict::undecided);
   EXPECT_FALSE(one.series.at(0).recommended_median.interval.exists());
@@ -251,7 +251,7 @@ TEST_F(StudyTest, WorksWithOneInstanceAndWithFailuresAlone) {
   EXPECT_TRUE(make_study(table({}), {}).groups.empty());
 }
 
-TEST(BandSteps, AreTheFirstTheLastAndSomeBetween) {
+TEST(BandSteps, IncludeTheFirstAndTheLast) {
   EXPECT_THAT(band_steps(0), ElementsAre(0));
   EXPECT_THAT(band_steps(3), ElementsAre(0, 1, 2, 3));
   for (const unsigned last : {15U, 16U, 50U, 1000U}) {
@@ -262,7 +262,7 @@ TEST(BandSteps, AreTheFirstTheLastAndSomeBetween) {
   }
 }
 
-TEST(Targets, FallFromATwentiethByAHundred) {
+TEST(Targets, SpanTwoDecades) {
   const std::vector<double> targets = default_targets();
   ASSERT_EQ(targets.size(), 31U);
   EXPECT_DOUBLE_EQ(targets.front(), 0.05);

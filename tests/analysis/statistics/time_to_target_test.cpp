@@ -34,7 +34,7 @@ TEST(TimesToTargets, AreFirstStepsAtOrBelow) {
   EXPECT_THAT(error_text(ErrorKind::internal, [] { times_to_targets({1, 2, 3}, {1}, 1); }), HasSubstr("or the budget"));
 }
 
-TEST(ExpectedSteps, AreAllStepsPerSuccess) {
+TEST(ExpectedSteps, DivideAllStepsBySuccesses) {
   const std::vector<TargetTime> trials = {{3, true}, {20, false}, {7, true}, {20, false}};
   const ExpectedSteps expected = expected_steps(trials);
   EXPECT_EQ(expected.successes, 2U);
@@ -47,8 +47,8 @@ TEST(ExpectedSteps, AreAllStepsPerSuccess) {
   EXPECT_EQ(banded.interval.high, kInfinite);  // 1 of 16 resamples has no success
 }
 
-// A hundred times as many trials: the interval is that of the ratio of two means (delta method), 25 +- 1.96 * 1.36.
-TEST(ExpectedSteps, HaveTheIntervalOfARatio) {
+// With a hundred copies of the trials the interval is that of a ratio of means by the delta method, 25 +- 1.96 * 2.005.
+TEST(ExpectedSteps, MatchTheDeltaMethod) {
   std::vector<TargetTime> trials;
   for (int copy = 0; copy < 100; ++copy) trials.insert(trials.end(), {{3, true}, {20, false}, {7, true}, {20, false}});
   const ExpectedSteps expected = expected_steps(trials, Resampling(400, 2000, 1));
@@ -57,7 +57,7 @@ TEST(ExpectedSteps, HaveTheIntervalOfARatio) {
   EXPECT_NEAR(expected.interval.high, 25 + 1.96 * 2.005, 0.8);
 }
 
-TEST(ExpectedSteps, WithoutTrialsOrSuccesses) {
+TEST(ExpectedSteps, HandleNoTrialsAndNoSuccesses) {
   EXPECT_TRUE(std::isnan(expected_steps(std::vector<TargetTime>{}).steps));
   EXPECT_FALSE(expected_steps({}, Resampling(0, 10, 1)).interval.exists());
   const ExpectedSteps never = expected_steps({{0, false}, {0, false}}, Resampling(2, 10, 1));
@@ -91,11 +91,11 @@ std::vector<TargetTime> trials_of(const nlohmann::json& one) {
 }
 
 void expect_same(double value, double expected) {
-  if (std::isnan(expected)) return;  // SciPy has none where the curve is 1 or 0
+  if (std::isnan(expected)) return;  // SciPy has no value where the curve is 1 or 0
   expect_close(value, expected);
 }
 
-TEST(KaplanMeier, IsThatOfSciPy) {
+TEST(KaplanMeier, MatchesSciPy) {
   for (const auto& one : golden("survival")["cases"]) {
     const std::vector<SurvivalPoint> curve = kaplan_meier(trials_of(one));
     const std::vector<double> at = numbers(one["at"]);
@@ -110,7 +110,7 @@ TEST(KaplanMeier, IsThatOfSciPy) {
   }
 }
 
-TEST(KaplanMeier, IsAsPublished) {
+TEST(KaplanMeier, MatchesFreireichsPublishedTable) {
   const auto file = golden("survival");
   const std::vector<SurvivalPoint> curve = kaplan_meier(trials_of(file["cases"][0]));
   for (const auto& row : file["published"]) {
@@ -140,12 +140,12 @@ TEST(KaplanMeier, CountsCensoredTrialsAsAtRisk) {
   EXPECT_EQ(curve[2].survival, 0);
   EXPECT_TRUE(std::isnan(curve[2].standard_error));
   EXPECT_EQ(curve[2].interval.low, 0);
-  EXPECT_DOUBLE_EQ(curve[2].interval.high, 2.0 / 3 * 0.975);  // of none of one
+  EXPECT_DOUBLE_EQ(curve[2].interval.high, 2.0 / 3 * 0.975);  // upper limit of 0 of 1
 }
 
-// With trials that are all there at the same step, the interval of a median exists from six on: it is that of the order
-// statistics, which hold 1 - 2 / 2^n, 93.8 % of five and 96.9 % of six.
-TEST(KaplanMeier, ClosesWhereAllArriveAtOnce) {
+// If all trials succeed at the same step, the interval of the median is finite from six trials on: it is that of order
+// statistics, whose coverage 1 - 2 / 2^n is 93.8 % for five and 96.9 % for six trials.
+TEST(KaplanMeier, HasAFiniteIntervalIfAllSucceedAtOnce) {
   for (const auto& [n, high] : {std::pair{5, kInfinite}, {6, 3.0}, {100, 3.0}}) {
     const Band median = median_steps(kaplan_meier(std::vector<TargetTime>(n, {3, true})));
     EXPECT_EQ(median.estimate, 3);
@@ -154,13 +154,13 @@ TEST(KaplanMeier, ClosesWhereAllArriveAtOnce) {
   }
 }
 
-TEST(KaplanMeier, ClosesWhereTheLastArriveTogether) {
-  // Of six, four at step 2 and two at 4: 1/3 times 1 - sqrt(0.025) are under one half.
+TEST(KaplanMeier, HasAFiniteIntervalIfTheLastSucceedTogether) {
+  // Four of six at step 2, two at step 4: 1/3 * (1 - sqrt(0.025)) is below one half.
   const Band median = median_steps(kaplan_meier({{2, true}, {2, true}, {2, true}, {2, true}, {4, true}, {4, true}}));
   EXPECT_EQ(median.interval.high, 4);
 }
 
-TEST(KaplanMeier, OfNoneOneAndEqual) {
+TEST(KaplanMeier, HandlesNoneOneAndEqualTrials) {
   EXPECT_THAT(kaplan_meier({}), IsEmpty());
   EXPECT_TRUE(std::isnan(median_steps({}).estimate));
   const Band never = median_steps(kaplan_meier({{5, false}, {5, false}}));

@@ -29,7 +29,7 @@ std::vector<records::StepNumbers> steps() {
   return list;
 }
 
-TEST(Tracks, HaveTheirValues) {
+TEST(Tracks, FollowTheirDefinitions) {
   EXPECT_THAT(track_values(steps(), 0, Track::measured), ElementsAre(0.5, 0.75, 0.25));
   EXPECT_THAT(track_values(steps(), 0, Track::best), ElementsAre(0.5, 0.5, 0.25));
   EXPECT_THAT(track_values(steps(), 0, Track::commanded), ElementsAre(0.5, 0.625, 0.125));
@@ -38,8 +38,8 @@ TEST(Tracks, HaveTheirValues) {
   EXPECT_TRUE(track_values({}, 0, Track::measured).empty());
 }
 
-// The pose of the lowest measured error is judged without noise, and it is not the lowest of those errors.
-TEST(Tracks, RulesJudgeWhereTheMethodStood) {
+// The pose with the lowest measured error is scored noise-free, which need not give the lowest noise-free error.
+TEST(Tracks, ScoreThePoseOfTheRule) {
   std::vector<records::StepNumbers> some = steps();
   some[2].measured = 0.6;
   some[2].glued_mse = 0.04;
@@ -53,13 +53,13 @@ TEST(Tracks, RulesJudgeWhereTheMethodStood) {
   EXPECT_THAT(track_values(some, 0, Track::recommended_best), ElementsAre(0.5, IsNan(), IsNan()));
 }
 
-TEST(Tracks, ExcessNeedsTheInstancesOwnOptimum) {
+TEST(Tracks, ExcessNeedsTheOwnOptimum) {
   EXPECT_THAT(track_values(steps(), kNaN, Track::excess), ElementsAre(IsNan(), IsNan(), IsNan()));
   EXPECT_THAT(track_values(steps(), 0.125 * 0.125, Track::excess),
               ElementsAre(DoubleEq(std::sqrt(0.25 - 0.015625)), DoubleEq(std::sqrt(0.25 - 0.015625)), 0));
 }
 
-TEST(Tracks, NegativeMseIsShownAsZeroAndNaNAsNothing) {
+TEST(Tracks, ClipNegativeMseAndKeepNaN) {
   std::vector<records::StepNumbers> some = steps();
   some[1].recommended_mse = -1e-9;
   some[2].recommended_mse = kNaN;

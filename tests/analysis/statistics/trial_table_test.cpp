@@ -21,7 +21,7 @@ using testing::HasSubstr;
 
 using Table = MadeTable;
 
-TEST_F(Table, HasWhatReportsNeedOfATrial) {
+TEST_F(Table, ReadsTheFieldsOfATrial) {
   records::TrialRecord trial = sample_trial("a", 2);
   trial.steps[2].recommended_seconds = 0.5;
   trial.warnings = {"look", "look", "again"};
@@ -65,13 +65,13 @@ TEST_F(Table, GroupsTrialsIntoSeries) {
   const TrialTable made = table({sample_trial("a"), failed, other, early, sample_trial("e", 5)});
   ASSERT_EQ(made.series.size(), 2U);
   EXPECT_THAT(made.series[0].trials, ElementsAre(0, 4));
-  EXPECT_EQ(made.series[0].failed, 2U) << "a trial without a step counts nowhere";
+  EXPECT_EQ(made.series[0].failed, 2U) << "a trial without steps counts as failed";
   EXPECT_EQ(made.series[0].largest_budget, 5U);
   EXPECT_EQ(made.series_of(made.rows[2]).algorithm, "jumper");
   EXPECT_EQ(made.text(made.rows[1].message), "no");
 }
 
-TEST_F(Table, KeepsWantedTrialsAndTheFirstOfTwo) {
+TEST_F(Table, KeepsWantedTrialsAndFirstRecords) {
   records::TrialRecord again = sample_trial("a");
   again.instance = 99;
   table({sample_trial("a"), sample_trial("b"), sample_trial("c")});
@@ -82,11 +82,11 @@ TEST_F(Table, KeepsWantedTrialsAndTheFirstOfTwo) {
   ASSERT_EQ(read.table.rows.size(), 2U);
   EXPECT_EQ(read.table.rows[0].instance, 7U);
   EXPECT_EQ(read.left_out, 1U);
-  EXPECT_THAT(read.incomplete, ElementsAre("d")) << "b has a whole record as well";
+  EXPECT_THAT(read.incomplete, ElementsAre("d")) << "b has a complete record as well";
 }
 
-// Members in another order, spaces: what a careful hand may do to a file.
-TEST_F(Table, ReadsLinesThatOthersHaveWritten) {
+// Members in another order and extra spaces, as from other JSON writers.
+TEST_F(Table, ReadsReorderedMembers) {
   const TrialTable before = table({sample_trial("a")});
   std::string text, line;
   std::ifstream stream(folder_ / "trials" / "0000.jsonl");
@@ -102,7 +102,7 @@ TEST_F(Table, ReadsLinesThatOthersHaveWritten) {
   EXPECT_EQ(after.rows[0].machine_seconds, before.rows[0].machine_seconds);
 }
 
-TEST_F(Table, NamesTheLineThatIsDamaged) {
+TEST_F(Table, NamesTheDamagedLine) {
   table({sample_trial("a")});
   std::string text = read_file(folder_ / "trials" / "0000.jsonl");
   const std::size_t second = text.find('\n') + 1;

@@ -1,22 +1,21 @@
-// Draws one chart: medians with bands of one group's methods over images or seconds.
+// An interactive chart: medians with bands of the methods of one group, against images or seconds.
 //
-// dygraphs puts series names into the page as HTML. It never sees a real name here: series are
-// called s0, s1, ..., and names are written as text only.
+// dygraphs inserts series names as HTML. To prevent injection, series are called s0, s1, ..., and real names are written as
+// text only.
 'use strict';
 
 const relignCurves = (() => {
-  // Okabe and Ito's colours, told apart by colour-blind readers, without their yellow, which is
-  // invisible on white. Once they are used up, a dash pattern tells the next round apart. The static
-  // figures have the same ones (svg_chart.cpp, page.css).
+  // Colours of Okabe and Ito, distinguishable with colour blindness, without their yellow, which is invisible on white.
+  // They repeat with the next dash pattern. The static figures use the same (chart_csv.cpp, page.css).
   const LIGHT = ['#0072B2', '#D55E00', '#009E73', '#B5598E', '#B97F00', '#2E94CC', '#3A3F47'];
   const DARK = ['#4BA9E6', '#FF8A45', '#2CC79A', '#E39AC4', '#F0B93A', '#9AD4FF', '#D5D9DE'];
   const DASHES = [null, [8, 4], [2, 3], [10, 3, 2, 3], [14, 4], [5, 2, 1, 2, 1, 2]];
   const ORACLE_DASH = [4, 4];
   const LABEL_HEIGHT = 12;
-  const NOISE_FREE = ['recommended', 'commanded', 'recommended_best', 'recommended_current'];  // the tracks that floor and spec speak of
-  const AXIS_TITLES = {step: 'images', machine_seconds: 'machine seconds', algorithm_seconds: 'computing seconds'};
+  const NOISE_FREE = ['recommended', 'commanded', 'recommended_best', 'recommended_current'];  // tracks to which floor and spec apply
+  const AXIS_TITLES = {step: 'images', machine_seconds: 'machine time, s', algorithm_seconds: 'compute time, s'};
 
-  // Colour and dash of every method, the same in all charts.
+  // Colour and dash of each method, the same in all charts.
   function styles(methods, dark) {
     const colours = dark ? DARK : LIGHT;
     return methods.map(({oracle, style}) => oracle
@@ -24,14 +23,14 @@ const relignCurves = (() => {
       : {colour: colours[style % colours.length], dash: DASHES[Math.floor(style / colours.length) % DASHES.length]});
   }
 
-  // A name may be another method under another protocol.
+  // A name may denote different methods under different protocols.
   const curveIn = (group, method) => (method.protocol && method.protocol !== group.protocol ? undefined
     : group.curves.find((curve) => curve.method === method.name));
 
   const stepAt = (curve, i) => (curve.steps ? curve.steps[i] : curve.first_step + i);
   const clockAt = (curve, clock, i) => (clock === 'step' ? stepAt(curve, i) : (curve[clock] || [])[i]);
 
-  // Bands are computed at some steps only: joined between them by straight lines, as drawn.
+  // Bands are computed at some steps only and interpolated between them, linearly in the chart's scale.
   function joined(values, log) {
     const known = [];
     values.forEach((value, i) => { if (value !== null) known.push(i); });
@@ -62,7 +61,7 @@ const relignCurves = (() => {
     return list;
   }
 
-  // Three digits without an exponent where people expect none.
+  // Three significant digits, without an exponent between 1e-4 and 1e6.
   function number(value) {
     if (value === null || value === undefined || !isFinite(value)) return '-';
     if (value === 0) return '0';
@@ -75,12 +74,12 @@ const relignCurves = (() => {
     return value === 0 ? '0' : String(parseFloat(value.toPrecision(3)));
   }
 
-  // There is nothing between two steps, so there is no tick either.
+  // Ticks at whole steps only.
   function wholeSteps(...range) {
     return Dygraph.numericTicks(...range).filter((mark) => Number.isInteger(mark.v));
   }
 
-  // Where labels of equal height go that would like to be at `wanted`: apart, inside, the first ones first.
+  // Positions of labels near `wanted` without overlap, within top and bottom; the first ones have priority.
   function spread(wanted, top, bottom) {
     const room = Math.floor((bottom - top) / LABEL_HEIGHT) + 1;
     const kept = wanted.slice(0, Math.max(0, room)).sort((a, b) => a.y - b.y);
@@ -100,7 +99,7 @@ const relignCurves = (() => {
       this.names = methods.map((_, i) => 's' + i);
       this.ends = Object.assign(document.createElement('div'), {className: 'ends'});
       this.prepare(view);
-      const tell = (event, x, shown, row, name) => {
+      const onHighlight = (event, x, shown, row, name) => {
         const index = this.names.indexOf(name);
         const found = (this.points[index] || []).find((point) => point.x === x);
         onPoint(found ? index : null, found && found.place);
@@ -115,7 +114,7 @@ const relignCurves = (() => {
         highlightCircleSize: 3,
         highlightSeriesOpts: {strokeWidth: 3, highlightCircleSize: 4},
         highlightSeriesBackgroundAlpha: 0.6,
-        highlightCallback: tell,
+        highlightCallback: onHighlight,
         unhighlightCallback: () => onPoint(null),
         underlayCallback: (context, area, graph) => this.drawLevels(context, area, graph),
         drawCallback: (graph) => this.label(graph),
@@ -128,12 +127,12 @@ const relignCurves = (() => {
       this.view = view;
       const curveOf = (method) => curveIn(this.group, method);
       this.points = this.methods.map((method) => points(curveOf(method), view));
-      // dygraphs complains about a logarithmic axis that has nothing on it.
+      // dygraphs logs an error for a logarithmic axis without data.
       this.log = view.log && this.points.some((list, i) => view.visible[i] && list.length > 0);
       this.logx = view.logx && this.log === view.log && this.points.some((list) => list.length > 0);
       const floor = this.group.floor || {};
       this.levels = NOISE_FREE.includes(view.track)
-        ? [[floor.own_optimum, [7, 4], 'the lenses\u2019 own optimum', 'left'], [floor.next_image, [2, 3], 'bound of one more image', 'center'],
+        ? [[floor.own_optimum, [7, 4], 'own optimum', 'left'], [floor.next_image, [2, 3], 'bound of one more image', 'center'],
            [this.group.spec, [10, 3], 'spec', 'right']].filter(([y]) => Number.isFinite(y) && (!this.log || y > 0))
         : [];
     }
@@ -153,7 +152,7 @@ const relignCurves = (() => {
       return table.length > 0 ? table : [[1, ...this.names.map(() => null)]];
     }
 
-    // So that lines of reference show, too, as far as they are near.
+    // Includes reference lines near the data.
     valueRange() {
       let low = Infinity, high = -Infinity;
       const add = (y) => { if (Number.isFinite(y) && (!this.log || y > 0)) { low = Math.min(low, y); high = Math.max(high, y); } };
@@ -209,7 +208,7 @@ const relignCurves = (() => {
       context.restore();
     }
 
-    // Names at the lines' ends. Many methods: as many as have room; the legend has them all.
+    // Names at the ends of the lines, as many as have room; the legend lists all.
     label(graph) {
       const area = graph.getArea(), [from, to] = graph.xAxisRange(), wanted = [];
       this.points.forEach((list, i) => {
@@ -219,7 +218,7 @@ const relignCurves = (() => {
         const y = graph.toDomYCoord(last.middle);
         if (y >= area.y - 1 && y <= area.y + area.h + 1) wanted.push({i, y, end: last.middle});
       });
-      wanted.sort((a, b) => a.end - b.end);  // the best first
+      wanted.sort((a, b) => a.end - b.end);  // best first
       this.ends.replaceChildren(...spread(wanted, area.y + 4, area.y + area.h - 4).map(({i, y}) => {
         const name = Object.assign(document.createElement('bdi'), {textContent: this.methods[i].name, title: this.methods[i].label || this.methods[i].name});
         Object.assign(name.style, {left: area.x + area.w + 5 + 'px', top: y - 8 + 'px', color: this.view.styles[i].colour});
@@ -231,7 +230,7 @@ const relignCurves = (() => {
       const clock = this.clock;
       this.clock = view.clock + view.logx;
       this.prepare(view);
-      // A zoom into images means nothing in seconds.
+      // A zoom does not carry over to another horizontal axis.
       this.graph.updateOptions({...this.options(), file: this.rows(), ...(clock === this.clock ? {} : {dateWindow: null})});
     }
 

@@ -1,5 +1,5 @@
-// Starts everything: tables, replay, and the curves with their controls and legend. Text from the results is
-// only ever written with textContent.
+// Starts the sortable tables, the replay, and the curves with their controls and legend. Text from the results is only
+// written with textContent.
 'use strict';
 
 (() => {
@@ -13,18 +13,18 @@
   // --- Curves ---
   const MOST_METHODS_WITH_BANDS = 6;
   const MOST_CHARTS_DRAWN_AT_ONCE = 12;
-  const NEAR_PX = 600;  // from the screen's edge
+  const NEAR_PX = 600;  // distance from the viewport
   const TRACKS = [
     ['recommended', 'error at the recommended pose'],
-    ['commanded', 'error at the pose commanded last'],
-    ['best', 'best measured so far'],  // what a station is ranked by: the first that it has
+    ['commanded', 'error at the commanded pose'],
+    ['best', 'lowest measured error so far'],  // ranks stations: their first track
     ['measured', 'measured error (with camera noise)'],
-    ['excess', 'error beyond the lens\u2019s own optimum'],
-    ['recommended_best', 'error at the pose of the lowest measured error'],
-    ['recommended_current', 'error at the pose where it stands'],
+    ['excess', 'error in excess of the own optimum'],
+    ['recommended_best', 'error at the pose with the lowest measured error'],
+    ['recommended_current', 'error at the current pose'],
   ];
 
-  const CLOCKS = [['step', 'images'], ['machine_seconds', 'machine seconds'], ['algorithm_seconds', 'computing seconds']];
+  const CLOCKS = [['step', 'images'], ['machine_seconds', 'machine time, s'], ['algorithm_seconds', 'compute time, s']];
 
   const READOUT_HINT = 'Point at a line to read its values.';
 
@@ -32,7 +32,7 @@
     const methods = data.methods;
     if (methods.length === 0) {
       byId('curves-problem').hidden = false;
-      byId('curves-problem').textContent = 'No trial ended well, so there are no curves to draw.';
+      byId('curves-problem').textContent = 'No trial finished, so there are no curves.';
       byId('cards').hidden = true;
       return 0;
     }
@@ -65,7 +65,7 @@
       const seconds = (key, words) => (curve[key] && curve[key][place] !== null ? '; ' + show(curve[key][place]) + ' s ' + words : '');
       line.replaceChildren(make('b', {textContent: methods[index].label || methods[index].name}),
         ' image ' + relignCurves.stepAt(curve, place) + ': ' + show(values.median[place]) + range('95 %', values.lo95, values.hi95) +
-        range('quartiles', values.q25, values.q75) + seconds('machine_seconds', 'of machine') + seconds('algorithm_seconds', 'computing') +
+        range('quartiles', values.q25, values.q75) + seconds('machine_seconds', 'machine time') + seconds('algorithm_seconds', 'compute time') +
         '; ' + (curve.trials === 1 ? '1 instance' : curve.trials + ' instances'));
     }
 
@@ -74,7 +74,7 @@
       const group = data.groups[Number(card.dataset.group)];
       const place = card.querySelector('.chart');
       if (!group.curves.some((curve) => Object.keys(curve.tracks).length > 0)) {
-        place.textContent = 'No trial ended well here.';
+        place.textContent = 'No trial finished in this group.';
         return;
       }
       place.classList.remove('waiting');
@@ -138,7 +138,7 @@
 
     if (cards.length <= MOST_CHARTS_DRAWN_AT_ONCE) {
       cards.forEach(draw);
-    } else {  // many: each when it comes near the screen
+    } else {  // many: each when it comes near the viewport
       let waiting = cards;
       for (const card of cards) card.querySelector('.chart').classList.add('waiting');
       const drawNear = () => {
@@ -167,7 +167,7 @@
     return charts.size;
   }
 
-  // Nothing can be opened on paper. The gallery's many pictures stay closed: the cards show those that matter.
+  // Print with all details open, except the gallery: the cards show the most important pictures.
   const closed = [];
   window.addEventListener('beforeprint', () => {
     for (const part of document.querySelectorAll('details:not([open]):not(.gallery):not(#licences)')) {
@@ -186,7 +186,7 @@
     document.documentElement.dataset.curves = String(drawCurves(data));
   } catch (problem) {
     byId('curves-problem').hidden = false;
-    byId('curves-problem').textContent = 'The curves could not be drawn (' + problem.message + '). The same numbers lie in curves.csv.';
+    byId('curves-problem').textContent = 'The curves could not be drawn (' + problem.message + '); curves.csv has the same numbers.';
     document.documentElement.dataset.curves = 'failed';
   }
 })();

@@ -1,10 +1,10 @@
-// The trial replay: one trial's captures one after the other, with pose and error, then the picture at the recommended
-// pose and the reference. All pictures are in the page already; names are written as text only.
+// The trial replay: the captures of a trial with pose and error, then the image at the final pose and the reference. All
+// pictures are embedded in the page; names are written as text only.
 'use strict';
 
 const relignReplay = (() => {
   const TICK_MS = 700;
-  const WHY = {median: 'median lens', worst: 'worst lens', best: 'best lens'};
+  const WHY = {median: 'median trial', worst: 'worst trial', best: 'best trial'};
   const byId = (id) => document.getElementById(id);
   const make = (tag, properties = {}, ...children) => {
     const element = Object.assign(document.createElement(tag), properties);
@@ -26,32 +26,32 @@ const relignReplay = (() => {
 
   const whole = (picture) => ({...picture, x: 0, y: 0});
 
-  // What can be looked at, in order: the film's captures, the recommended pose, the reference.
-  function scenesOf(trial, reference) {
-    const scenes = trial.frames.map((frame, i) => ({
+  // The pictures in order: captures of the film, final pose, reference.
+  function viewsOf(trial, reference) {
+    const views = trial.frames.map((frame, i) => ({
       label: String(frame.step), title: 'image ' + frame.step, frame,
       place: {picture: trial.picture, x: i * trial.tile, y: 0, width: trial.tile, height: trial.tile}}));
-    if (trial.end) scenes.push({label: 'glued', title: 'at the recommended pose, after image ' + trial.end_step, place: whole(trial.end)});
-    if (reference) scenes.push({label: 'reference', title: 'the reference', place: whole(reference)});
-    return scenes;
+    if (trial.end) views.push({label: 'final', title: 'at the recommended pose, after image ' + trial.end_step, place: whole(trial.end)});
+    if (reference) views.push({label: 'reference', title: 'the reference', place: whole(reference)});
+    return views;
   }
 
   function facts(frame, axes) {
     if (!frame) return [];
     const show = relignCurves.number;
     const errors = make('table', {}, make('tbody', {}, ...[
-      ['error at this pose', frame.commanded, 'noise-free RMSE where the lens is'],
-      ['error if glued now', frame.recommended, 'noise-free RMSE at the pose that the method recommends now'],
-      ['as measured', frame.measured, 'RMSE of this very image, camera noise included'],
+      ['error at this pose', frame.commanded, 'noise-free RMSE at the commanded pose'],
+      ['error at the recommended pose', frame.recommended, 'noise-free RMSE at the pose that the method recommends after this step'],
+      ['measured error', frame.measured, 'RMSE of this image, camera noise included'],
       ['machine time, s', frame.seconds, 'since the start'],
     ].map(([name, value, title]) => make('tr', {title}, make('th', {scope: 'row', textContent: name}), make('td', {className: 'number', textContent: show(value)})))));
     const pose = make('table', {}, make('thead', {}, make('tr', {}, make('th', {textContent: 'axis'}), make('th', {className: 'number', textContent: 'true pose'}),
       make('th', {className: 'number', textContent: 'commanded', title: 'share of the travel'}))),
-    make('tbody', {}, ...frame.told.map((told, i) => {
-      const axis = axes && axes[i], share = frame.true[i];
+    make('tbody', {}, ...frame.commanded_pose.map((commanded, i) => {
+      const axis = axes && axes[i], share = frame.true_pose[i];
       const inUnits = axis && share !== null && share !== undefined ? show(axis[2] + share * (axis[3] - axis[2])) + ' ' + axis[1] : show(share);
       return make('tr', {}, make('th', {scope: 'row', textContent: axis ? axis[0] : 'axis ' + (i + 1)}), make('td', {className: 'number', textContent: inUnits}),
-        make('td', {className: 'number', textContent: show(told)}));
+        make('td', {className: 'number', textContent: show(commanded)}));
     })));
     return [errors, pose];
   }
@@ -61,7 +61,7 @@ const relignReplay = (() => {
     if (trials.length === 0) return;
     const selects = {group: byId('replay-group'), method: byId('replay-method'), why: byId('replay-why')};
     const slider = byId('replay-slider'), play = byId('replay-play'), strip = byId('replay-strip');
-    let trial = trials[0], scenes = [], at = 0, timer = null;
+    let trial = trials[0], views = [], at = 0, timer = null;
 
     const fill = (select, values, text) => {
       const kept = select.value;
@@ -77,13 +77,13 @@ const relignReplay = (() => {
     }
 
     function go(to) {
-      at = Math.max(0, Math.min(scenes.length - 1, to));
-      const scene = scenes[at];
-      show(byId('replay-picture'), scene.place);
-      byId('replay-caption').textContent = scene.title;
-      byId('replay-facts').replaceChildren(...facts(scene.frame, axes[trial.scene]));
+      at = Math.max(0, Math.min(views.length - 1, to));
+      const view = views[at];
+      show(byId('replay-picture'), view.place);
+      byId('replay-caption').textContent = view.title;
+      byId('replay-facts').replaceChildren(...facts(view.frame, axes[trial.scene]));
       slider.value = at;
-      slider.setAttribute('aria-valuetext', scene.title);
+      slider.setAttribute('aria-valuetext', view.title);
       [...strip.children].forEach((tile, i) => tile.setAttribute('aria-current', i === at));
     }
 
@@ -94,23 +94,23 @@ const relignReplay = (() => {
       fill(selects.why, ofMethod.map((one) => one.why), (why) => WHY[why] + ' (instance ' + ofMethod.find((one) => one.why === why).instance + ')');
       trial = ofMethod.find((one) => one.why === selects.why.value);
       const reference = references[trial.scene];
-      scenes = scenesOf(trial, reference);
-      slider.max = scenes.length - 1;
+      views = viewsOf(trial, reference);
+      slider.max = views.length - 1;
       byId('replay-reference').hidden = !reference;
       if (reference) show(byId('replay-reference').querySelector('svg'), whole(reference));
-      strip.replaceChildren(...scenes.map((scene, i) => {
-        const tile = make('button', {type: 'button', title: scene.title}, newPicture(scene.place), make('span', {textContent: scene.label}));
+      strip.replaceChildren(...views.map((view, i) => {
+        const tile = make('button', {type: 'button', title: view.title}, newPicture(view.place), make('span', {textContent: view.label}));
         tile.addEventListener('click', () => { stop(); go(i); });
         return tile;
       }));
-      go(Math.min(at, scenes.length - 1));
+      go(Math.min(at, views.length - 1));
     }
 
     function toggle() {
       if (timer !== null) return stop();
-      if (at === scenes.length - 1) go(0);
+      if (at === views.length - 1) go(0);
       play.textContent = 'Pause';
-      timer = setInterval(() => { if (at < scenes.length - 1) go(at + 1); if (at === scenes.length - 1) stop(); }, TICK_MS);
+      timer = setInterval(() => { if (at < views.length - 1) go(at + 1); if (at === views.length - 1) stop(); }, TICK_MS);
     }
 
     for (const select of Object.values(selects)) select.addEventListener('change', () => { stop(); choose(); });
@@ -118,7 +118,7 @@ const relignReplay = (() => {
     play.addEventListener('click', toggle);
     byId('replay-viewer').addEventListener('keydown', (event) => {
       if (event.target.tagName === 'SELECT') return;
-      const move = {ArrowLeft: at - 1, ArrowRight: at + 1, Home: 0, End: scenes.length - 1}[event.key];
+      const move = {ArrowLeft: at - 1, ArrowRight: at + 1, Home: 0, End: views.length - 1}[event.key];
       if (move !== undefined) { stop(); go(move); } else if (event.key === ' ' && event.target.tagName !== 'BUTTON') toggle();
       else return;
       event.preventDefault();

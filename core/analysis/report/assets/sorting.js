@@ -1,5 +1,5 @@
-// Tables of class "sortable": a click on a column's title sorts each body by it. Rows of class "group" stay on top;
-// what has no value comes last.
+// Tables of class "sortable": a click on a column title sorts each table body. Rows of class "group" stay on top, missing
+// values come last.
 'use strict';
 
 const relignSorting = (() => {
