@@ -3,11 +3,11 @@ from relign_bench.plugin import Optimizer, serve
 
 
 class NullWalker(Optimizer):
-    knows = ("merit", "box")
+    observes = ("merit", "box")
 
-    def run(self, talk):
+    def run(self, trial):
         pose, place = [0.1] * 5, 0.0
-        while talk.step(pose):
+        while trial.step(pose):
             place += 1e-7
             pose[0] = place
 

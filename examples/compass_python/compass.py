@@ -5,20 +5,20 @@ from relign_bench.plugin import Optimizer, parameter, serve
 class Compass(Optimizer):
     first_stride = parameter(0.1, minimum=0.001, maximum=0.5, unit="share of the travel")
 
-    def run(self, talk):
-        best, stride = talk.first, self.first_stride
-        while stride > 1e-4:  # finer moves mean nothing to the stage: finished
+    def run(self, trial):
+        best, stride = trial.first, self.first_stride
+        while stride > 1e-4:  # finer moves are below the stage's resolution: finished
             improved = False
             for axis in range(len(best.pose)):
                 for sign in (+1, -1):
                     candidate = list(best.pose)
                     candidate[axis] += sign * stride
-                    seen = talk.step(talk.box.clamp(candidate))
-                    if seen is None:  # budget spent
+                    observation = trial.step(trial.box.clamp(candidate))
+                    if observation is None:  # budget spent
                         return
-                    if seen.merit < best.merit:  # seen.image: 2-D numpy array
-                        best, improved = seen, True
-                        talk.recommend(best.pose)
+                    if observation.merit < best.merit:  # observation.image: 2-D numpy array
+                        best, improved = observation, True
+                        trial.recommend(best.pose)
                         break
             if not improved:
                 stride /= 2

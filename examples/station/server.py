@@ -1,7 +1,7 @@
-"""Plays a station over TCP: a hexapod that holds a lens in front of a camera, with its loader. See README.md.
+"""Simulates a station over TCP: a hexapod that holds a lens in front of a camera, with its loader. See README.md.
 
-Behind the line protocol stands the simulator: pictures come from `relign-bench render`. How the gripper holds a lens,
-how the hexapod's moves are distorted and how the lens was assembled is drawn here for every lens, and told to nobody.
+Images come from `relign-bench render`. For every lens this program draws how the gripper holds it, how the hexapod's moves
+are distorted and how its elements are offset; no client can ask for these.
 """
 import argparse
 import array
@@ -20,46 +20,46 @@ import tempfile
 
 AXES = ("x", "y", "z", "rx", "ry")
 TRAVEL = (0.5, 0.5, 0.5, 3.5, 3.5)  # mm and degrees, each way from the middle, by the hexapod's encoders
-LOADED_AT = (0.0, 0.0, -0.2, 0.0, 0.0)  # where the hexapod takes a lens: a little away from the camera
+LOADED_AT = (0.0, 0.0, -0.2, 0.0, 0.0)  # where the hexapod takes a lens, slightly away from the camera
 SPEED = 5.0  # mm/s and deg/s
 SETTLING_S, EXPOSURE_S, READOUT_S = 0.040, 0.015, 0.030
 WIDTH = HEIGHT = 200
 COUNTS_AT_1 = 65535  # the camera's count at irradiance 1, where it saturates
 
-# The simulated scene relign_od, which moves further than this hexapod.
+# The simulated scene relign_od, whose travel is longer than the hexapod's.
 SCENE_TRAVEL = (1.0, 1.0, 1.0, 7.0, 7.0)
 ELEMENTS = ("L3", "L4")
-GRIP = 0.2  # share of the scene's travel: the gripper holds a lens this far off at most, per axis
+GRIP = 0.2  # largest offset of a lens in the gripper, per axis, as a share of the scene's travel
 DISTORTION, SHIFT_MM, TILT_DEG = 0.01, 0.0002, 0.4  # standard deviations
 
 
 class Lens:
-    """What nobody is told: one lens in the gripper, and the stage that moves it."""
+    """Ground truth: one lens in the gripper, and the stage that moves it."""
 
     def __init__(self, batch, seed):
-        chance = random.Random("batch %d lens %d" % (batch, seed))
+        rng = random.Random(f"batch {batch} lens {seed}")
         axes = range(len(AXES))
-        self.grip = [chance.uniform(-GRIP, GRIP) for _ in axes]
-        self.distortion = [[float(row == column) + chance.gauss(0, DISTORTION) for column in axes] for row in axes]
+        self.grip = [rng.uniform(-GRIP, GRIP) for _ in axes]
+        self.distortion = [[float(row == column) + rng.gauss(0, DISTORTION) for column in axes] for row in axes]
         self.elements = {
             name: {
-                "shift_mm": [chance.gauss(0, SHIFT_MM) for _ in range(3)],
-                "tilt_deg": [chance.gauss(0, TILT_DEG) for _ in range(2)],
+                "shift_mm": [rng.gauss(0, SHIFT_MM) for _ in range(3)],
+                "tilt_deg": [rng.gauss(0, TILT_DEG) for _ in range(2)],
             }
             for name in ELEMENTS
         }
-        self.chance = chance  # goes on with the camera's noise
+        self.rng = rng  # for the camera's noise
 
     def true_pose(self, position):
-        """The lens as the simulator counts it, 0 to 1 along each axis, from the hexapod's encoders."""
+        """The simulator's true pose, 0 to 1 along each axis, for a position of the hexapod's encoders."""
         share = [value / (2 * travel) for value, travel in zip(position, SCENE_TRAVEL)]
         moved = [sum(entry * value for entry, value in zip(row, share)) for row in self.distortion]
-        # Beyond 0 and 1 stand the mechanical stops.
+        # The mechanical stops are at 0 and 1.
         return [min(max(0.5 + grip + move, 0.0), 1.0) for grip, move in zip(self.grip, moved)]
 
 
 class Camera:
-    """Pictures by `relign-bench render`."""
+    """Images by `relign-bench render`."""
 
     def __init__(self, program, folder):
         self.program = program
@@ -71,10 +71,11 @@ class Camera:
         assembly, picture = self.folder / "assembly.json", self.folder / "picture.npy"
         assembly.write_text(json.dumps({"elements": lens.elements}))
         command = [self.program, "render", "--scene", "relign_od", "--assembly", assembly, "--pose", pose]
-        command += ["--seed", str(lens.chance.getrandbits(63)), "--out", picture]
-        done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        command += ["--seed", str(lens.rng.getrandbits(63)), "--out", picture]
+        done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, check=False)
         if done.returncode != 0:
-            raise RuntimeError("no picture: " + done.stderr.decode(errors="replace").strip().replace("\n", "; "))
+            message = done.stderr.decode(errors="replace").strip().replace("\n", "; ")
+            raise RuntimeError("relign-bench render failed: " + message)
         data = picture.read_bytes()
         (header,) = struct.unpack_from("<H", data, 8)  # .npy: magic, version, length of the header, header, values
         light = array.array("f", data[10 + header :])
@@ -82,7 +83,7 @@ class Camera:
 
 
 class Machine:
-    """The commands. A method's text is the rest of its answer's line; what goes wrong is raised in one sentence."""
+    """The commands. A method returns the rest of the answer's line; it raises errors with one-line messages."""
 
     def __init__(self, camera, batch):
         self.camera = camera
@@ -96,14 +97,14 @@ class Machine:
         }
 
     def answer(self, line):
-        """The answer's line and the bytes behind it."""
+        """The line of the answer, and the bytes that follow it."""
         name, *words = line.split()
         if name not in self.commands:
-            raise ValueError("unknown command '%s'; known: %s" % (name, ", ".join(self.commands)))
+            raise ValueError(f"unknown command '{name}'; commands: {', '.join(self.commands)}")
         try:
             text = self.commands[name](*words)
         except TypeError:
-            raise ValueError("wrong number of words after %s" % name) from None
+            raise ValueError(f"wrong number of arguments for {name}") from None
         text, data = text if isinstance(text, tuple) else (text, b"")
         return "OK " + text, data
 
@@ -111,52 +112,51 @@ class Machine:
         return "relign-bench example station 1"
 
     def next(self, seed):
-        """The loader brings a lens, the hexapod takes it where it always does. Equal seeds, equal lenses: a real
-        loader would count its trays."""
+        """Loads a lens, which the hexapod takes at LOADED_AT. Equal seeds give equal lenses; real loaders count trays."""
         if not seed.isdigit():
-            raise ValueError("NEXT takes a whole number, found '%s'" % seed)
+            raise ValueError(f"NEXT takes a non-negative integer, found '{seed}'")
         self.lens = Lens(self.batch, int(seed))
         self.position = list(LOADED_AT)
         self.limits = [0] * len(AXES)
         return "loaded"
 
     def move(self, *words):
-        """Relative, all axes at once, in mm and degrees; stops each axis at its limit. Tells the seconds it took."""
+        """Moves all axes by mm and degrees; each axis stops at its limit. Returns the duration in seconds."""
         delta = [float(word) for word in words]
         if len(delta) != len(AXES) or not all(math.isfinite(value) for value in delta):
-            raise ValueError("MOVE takes %d finite numbers: %s in mm and degrees" % (len(AXES), " ".join(AXES)))
+            raise ValueError(f"MOVE takes {len(AXES)} finite numbers: {' '.join(AXES)} in mm and degrees")
         before = self.position
-        # The encoders count in nanometres and millionths of a degree.
+        # The encoders' resolution is 1 nm and a millionth of a degree.
         asked = [round(value + change, 6) for value, change in zip(before, delta)]
         self.position = [min(max(value, -travel), travel) for value, travel in zip(asked, TRAVEL)]
         self.limits = [(value > travel) - (value < -travel) for value, travel in zip(asked, TRAVEL)]
         longest = max(abs(after - value) for after, value in zip(self.position, before))
-        return "%.3f" % (longest / SPEED + SETTLING_S)
+        return f"{longest / SPEED + SETTLING_S:.3f}"
 
     def where(self):
-        return " ".join("%.6f" % value for value in self.position)
+        return " ".join(f"{value:.6f}" for value in self.position)
 
     def met(self):
-        """Which limits the last move met: -1 lower, 1 upper, 0 neither."""
-        return " ".join("%d" % value for value in self.limits)
+        """Limits that the last move met: -1 lower, 1 upper, 0 neither."""
+        return " ".join(str(value) for value in self.limits)
 
     def snap(self):
-        """The seconds it took, width and height; then the counts, two bytes each, low byte first."""
+        """Captures. Returns duration in seconds, width and height, then the counts, two bytes each, low byte first."""
         if self.lens is None:
-            raise RuntimeError("there is no lens: NEXT first")
+            raise RuntimeError("no lens is loaded; send NEXT first")
         counts = self.camera.snap(self.lens, self.position)
         if sys.byteorder == "big":
             counts.byteswap()
-        return "%.3f %d %d" % (EXPOSURE_S + READOUT_S, WIDTH, HEIGHT), counts.tobytes()
+        return f"{EXPOSURE_S + READOUT_S:.3f} {WIDTH} {HEIGHT}", counts.tobytes()
 
 
 class Line:
-    """Serves one connection after the other: a machine has one master."""
+    """Serves one connection after the other."""
 
     def __init__(self, machine, drop_at):
         self.machine = machine
-        self.drop_at = drop_at  # the picture in whose middle the connection breaks; 0: never
-        self.pictures = 0
+        self.drop_at = drop_at  # number of the image in whose middle the connection breaks; 0: never
+        self.images = 0
 
     def serve(self, door):
         while True:
@@ -164,11 +164,11 @@ class Line:
             with connection:
                 connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
                 try:
-                    self.talk(connection)
+                    self.serve_client(connection)
                 except OSError as error:
-                    say("connection lost: %s" % error)
+                    say(f"connection lost: {error}")
 
-    def talk(self, connection):
+    def serve_client(self, connection):
         commands = connection.makefile("rb")
         while True:
             line = commands.readline(1000).decode("ascii", errors="replace").strip()
@@ -179,11 +179,11 @@ class Line:
             try:
                 text, data = self.machine.answer(line)
             except (OSError, RuntimeError, ValueError) as error:
-                text, data = "ERR %s" % error, b""
+                text, data = f"ERR {error}", b""
             reply = text.replace("\n", " ").encode() + b"\n" + data
-            self.pictures += bool(data)
-            if data and self.pictures == self.drop_at:
-                say("dropping the connection in the middle of picture %d" % self.pictures)
+            self.images += bool(data)
+            if data and self.images == self.drop_at:
+                say(f"dropping the connection in the middle of image {self.images}")
                 connection.sendall(reply[: len(reply) // 2])
                 return
             connection.sendall(reply)
@@ -194,7 +194,7 @@ def say(text):
 
 
 def find_program():
-    """relign-bench: in PATH, else in the clone that this file lies in."""
+    """Path of relign-bench: in PATH, else in the clone that has this file."""
     clone = pathlib.Path(__file__).resolve().parents[2]
     built = clone / "build" / "release" / "bin" / "relign-bench"
     for place in (shutil.which("relign-bench"), clone / "relign-bench", built):
@@ -204,27 +204,26 @@ def find_program():
 
 
 def main():
-    words = argparse.ArgumentParser(description="Plays a station's hexapod, camera and loader on a local TCP port.")
-    words.add_argument("--port", type=int, default=7001, help="TCP port; 0: any free one, which is printed")
-    words.add_argument("--program", default=find_program(), help="relign-bench [default: in PATH or in this clone]")
-    words.add_argument("--batch", type=int, default=1, help="another number, other lenses")
-    words.add_argument(
-        "--drop-at", type=int, default=0, metavar="N",
-        help="break the connection in the middle of picture N, once, to see what the benchmark says",
-    )
-    given = words.parse_args()
+    parser = argparse.ArgumentParser(description="Simulate a station's hexapod, camera and loader on a local TCP port.")
+    parser.add_argument("--port", type=int, default=7001,
+                        help="TCP port; 0: a free one, which is printed [default: %(default)s]")
+    parser.add_argument("--program", default=find_program(), help="path of relign-bench [default: in PATH or in this clone]")
+    parser.add_argument("--batch", type=int, default=1, help="seed of the lenses [default: %(default)s]")
+    parser.add_argument("--drop-at", type=int, default=0, metavar="N",
+                        help="break the connection once, in the middle of image N, to test how the benchmark handles it")
+    given = parser.parse_args()
     if given.program is None:
-        words.error("relign-bench is neither in PATH nor in this clone; say where it is with --program")
+        parser.error("relign-bench is neither in PATH nor in this clone; name it with --program")
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
     with tempfile.TemporaryDirectory(prefix="station-") as folder:
         camera = Camera(given.program, folder)
         try:
             with socket.create_server(("127.0.0.1", given.port)) as door:
-                camera.snap(Lens(given.batch, 0), LOADED_AT)  # says now what would else fail in the first trial
-                say("listening on 127.0.0.1:%d" % door.getsockname()[1])
+                camera.snap(Lens(given.batch, 0), LOADED_AT)  # reports an error now instead of in the first trial
+                say(f"listening on 127.0.0.1:{door.getsockname()[1]}")
                 Line(Machine(camera, given.batch), given.drop_at).serve(door)
         except (OSError, RuntimeError) as error:
-            sys.exit("%s: %s" % (pathlib.Path(__file__).name, error))
+            sys.exit(f"{pathlib.Path(__file__).name}: {error}")
         except KeyboardInterrupt:
             pass
 

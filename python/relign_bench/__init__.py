@@ -1,4 +1,4 @@
-"""relign-bench for Python.
+"""relign-bench for Python: instances, images, trials and results of the benchmark, and Gymnasium environments.
 
     import gymnasium, relign_bench
     env = gymnasium.make("relign_bench/Alignment-v0", scene="relign_od", noise_level="rho0.25")
@@ -6,51 +6,73 @@
     bench = relign_bench.Bench("relign_od", noise_level="rho0.25")
     trial = bench.run("nlopt-sbplx", instance=3, steps=50)
 
-`relign_bench.plugin` writes algorithms, scenes and noise levels in Python; it needs the standard library alone.
-`relign_bench.environment` has the environments, `relign_bench.bench` the rest; both need numpy and the compiled part.
+`relign_bench.plugin` is for writing algorithms, scenes and noise levels in Python; it needs the standard library only.
+All other modules need numpy and the compiled module `relign_bench._core`; the environments also need gymnasium, and
+`relign_bench.training` needs torch.
 """
+
+from __future__ import annotations
 
 import sys as _sys
 
-_LAZY = {
-    "Batch": "batch",
-    "Bench": "bench",
-    "Trial": "bench",
-    "read_results": "bench",
-    "list_plugins": "bench",
+TYPE_CHECKING = False  # as typing.TYPE_CHECKING, without the time that importing typing takes
+if TYPE_CHECKING:
+    from .batch import Batch
+    from .bench import Bench, Instance, Trial, list_plugins, read_results
+    from .environment import AlignmentEnv
+    from .registration import register
+    from .vector_environment import AlignmentVectorEnv
+
+__all__ = [
+    "AlignmentEnv",
+    "AlignmentVectorEnv",
+    "Batch",
+    "Bench",
+    "Instance",
+    "Trial",
+    "list_plugins",
+    "read_results",
+    "register",
+]
+
+_MODULE_OF = {
     "AlignmentEnv": "environment",
     "AlignmentVectorEnv": "vector_environment",
+    "Batch": "batch",
+    "Bench": "bench",
+    "Instance": "bench",
+    "Trial": "bench",
+    "list_plugins": "bench",
+    "read_results": "bench",
     "register": "registration",
 }
 
-_MODULES = ("batch", "bench", "environment", "plugin", "rewards", "training", "vector_environment")
-
-__all__ = sorted(_LAZY)
+_SUBMODULES = ("batch", "bench", "environment", "plugin", "rewards", "training", "vector_environment")
 
 
-def __getattr__(name):
-    # Plugins in Python import this package a thousand times a study: nothing heavy before it is asked for.
-    if name in _LAZY:
+def __getattr__(name: str) -> object:
+    # Imports are deferred: a study starts thousands of Python plugins, and each of them imports this package.
+    if name in _MODULE_OF:
         from importlib import import_module
 
-        try:  # who asks for these has no plugin's start to pay for
+        try:  # only plugins need a fast start, and they use none of these names
             import_module(".registration", __name__).register()
-        except ImportError:  # no gymnasium: no environment
+        except ImportError:  # without gymnasium there is no environment to register
             pass
-        return getattr(import_module("." + _LAZY[name], __name__), name)
-    if name in _MODULES:
+        return getattr(import_module("." + _MODULE_OF[name], __name__), name)
+    if name in _SUBMODULES:
         from importlib import import_module
 
         return import_module("." + name, __name__)
     raise AttributeError(f"module 'relign_bench' has no attribute '{name}'")
 
 
-def __dir__():
+def __dir__() -> list[str]:
     return sorted(list(globals()) + __all__)
 
 
-# Where gymnasium came first, its environment is there at once; else `register()` adds it. Importing gymnasium here would
-# cost every plugin in Python its start.
+# The environment is registered at once where gymnasium was imported first; otherwise `register()` does it. Importing
+# gymnasium here would slow down the start of every Python plugin.
 if "gymnasium" in _sys.modules:
     from .registration import register as _register
 

@@ -1,29 +1,38 @@
-"""The compiled part and the plugins it may use."""
+"""The compiled module, the plugin catalogue, and parameters in the form that the compiled module takes."""
+
+from __future__ import annotations
 
 import json
 import os
 import pathlib
 import sys
 import threading
+from typing import TYPE_CHECKING, Any
 
 try:
     from . import _core
 except ImportError as problem:
     raise ImportError(
-        "relign_bench's compiled part is missing. From a clone: `pip install ./python`, or build with CMake and put "
-        "BUILD_FOLDER/python on PYTHONPATH. (" + str(problem) + ")"
+        "the compiled module relign_bench._core is missing; from a clone run `pip install ./python`, or build with "
+        f"CMake and put BUILD_FOLDER/python on PYTHONPATH ({problem})"
     ) from problem
 
-# Plugins in Python see what is installed beside this package.
+if TYPE_CHECKING:
+    from ._typing import Parameters
+
+# Plugins in Python run with this interpreter, so that they find the packages installed beside this one.
 os.environ.setdefault("RELIGN_PYTHON", sys.executable or "python3")
 
-_catalog = None
+_catalog: _core.Catalog | None = None
 _lock = threading.Lock()
 
 
-def plugin_roots():
-    """Folders that are searched for plugins: the package's own, the build folder's, then RELIGN_PLUGIN_PATH."""
-    here = pathlib.Path(__file__).parent  # in a build folder: a link among links
+def plugin_roots() -> list[pathlib.Path]:
+    """Existing folders that are searched for plugins, without duplicates.
+
+    In this order: the installed package's own, the build folder's, then those named in RELIGN_PLUGIN_PATH.
+    """
+    here = pathlib.Path(__file__).parent  # in a build folder, __file__ is a symbolic link into the source tree
     package = pathlib.Path(_core.__file__).parent
     roots = [
         package / "lib" / "relign-bench" / "plugins",  # installed by pip
@@ -31,62 +40,83 @@ def plugin_roots():
         here / "lib" / "relign-bench" / "plugins",
     ]
     roots += [pathlib.Path(part) for part in os.environ.get("RELIGN_PLUGIN_PATH", "").split(os.pathsep) if part]
-    seen = []
+    found: list[pathlib.Path] = []
     for root in roots:
-        if root.is_dir() and root.resolve() not in seen:
-            seen.append(root.resolve())
-    return seen
+        if root.is_dir() and root.resolve() not in found:
+            found.append(root.resolve())
+    return found
 
 
-def catalog():
-    """Every plugin that can be used; made once."""
-    global _catalog
+def catalog() -> _core.Catalog:
+    """The catalogue of all plugins, created on first use and shared by all threads."""
+    global _catalog  # noqa: PLW0603
     with _lock:
         if _catalog is None:
             _catalog = _core.Catalog([str(root) for root in plugin_roots()])
         return _catalog
 
 
-def parameters_text(parameters):
-    """A mapping of parameters as the compiled part takes it."""
+def parameters_text(parameters: Parameters | None) -> str:
+    """Parameters as the compiled module takes them: the text of a JSON object, "" for none."""
     return json.dumps(dict(parameters)) if parameters else ""
 
 
-def sized_parameters(scene, parameters, size):
-    """Parameters that give the scene `size` columns; a pixel takes as many samples as ever, and so has as much noise.
+def sized_parameters(scene: str, parameters: Parameters | None, size: int | None) -> dict[str, Any]:
+    """Scene parameters that give the sensor `size` columns.
 
-    Raises ValueError for a scene whose sensor cannot be chosen.
+    The number of samples a pixel does not change with the size, and neither does the noise of a pixel.
+
+    Args:
+        scene: Id, preset or path of the scene.
+        parameters: Other parameters of the scene; they take precedence.
+        size: Columns of the sensor; None leaves the parameters as they are.
+
+    Raises:
+        ValueError: The size is not positive, or the scene has a fixed sensor.
     """
     given = dict(parameters or {})
     if size is None:
         return given
     if int(size) < 1:
-        raise ValueError(f"size={size}: allowed: 1 or more")
+        raise ValueError(f"size must be a positive integer, not {size}")
     if "pixels" not in json.loads(catalog().parameters("scene", str(scene))):
-        raise ValueError(f"size={size}: the sensor of scene '{scene}' cannot be chosen; leave size out")
+        raise ValueError(f"scene '{scene}' has a fixed sensor: size={size} is not supported; leave size out")
     return {"pixels": int(size), **given}
 
 
-def binned_parameters(scene, size):
-    """Parameters that give the scene `size` columns, each pixel with the samples of all the pixels in its place: a
-    picture of half the size has the noise of the whole one binned 2 x 2."""
+def binned_parameters(scene: str, size: int) -> dict[str, Any]:
+    """Scene parameters that give the sensor `size` columns with the noise of binned pixels.
+
+    Each pixel gets the samples of all native pixels that it replaces: an image of half the size has the noise of a native
+    image that was binned 2 x 2.
+
+    Raises:
+        ValueError: The size is not positive, or the scene has a fixed sensor.
+    """
     parameters = sized_parameters(scene, None, size)
-    own = json.loads(catalog().parameters("scene", str(scene)))
-    if "samples" in own:
+    defaults = json.loads(catalog().parameters("scene", str(scene)))
+    if "samples" in defaults:
         native = make_batch(scene, None, "rho0", None, "soft", 1, 1, 1).width
-        parameters["samples"] = max(1, round(own["samples"] * (native / size) ** 2))
+        parameters["samples"] = max(1, round(defaults["samples"] * (native / size) ** 2))
     return parameters
 
 
-def make_batch(scene, scene_parameters, level, level_parameters, clipping, suite_seed, slots, threads):
-    """The compiled part's batch of these names and mappings."""
+def make_batch(scene: str, scene_parameters: Parameters | None, level: str, level_parameters: Parameters | None,
+               clipping: str, suite_seed: int, slots: int, threads: int) -> _core.Batch:
+    """A batch of the compiled module, from names and mappings."""
     return _core.Batch(catalog(), str(scene), parameters_text(scene_parameters), str(level),
                        parameters_text(level_parameters), clipping, suite_seed, slots, threads, _core.cache_folder())
 
 
-def cores():
-    """Cores that this process may use."""
-    try:
+def make_trials(scene: str, scene_parameters: Parameters | None, level: str, level_parameters: Parameters | None,
+                suite_seed: int, threads: int) -> _core.Trials:
+    """A trial runner of the compiled module, from names and mappings."""
+    return _core.Trials(catalog(), str(scene), parameters_text(scene_parameters), str(level),
+                        parameters_text(level_parameters), suite_seed, threads, _core.cache_folder())
+
+
+def available_cores() -> int:
+    """Processor cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
-    except AttributeError:
-        return os.cpu_count() or 1
+    return os.cpu_count() or 1

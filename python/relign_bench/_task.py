@@ -1,102 +1,124 @@
-"""What single and vector environment have in common: a batch of lenses with spaces, scores and rewards."""
+"""What the single and the vector environment share: a batch with spaces, scores, rewards and frame stacks."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from gymnasium import spaces
 
 from . import rewards as _rewards
+from ._errors import check_name
 from .batch import Batch
 from .conventions import LARGEST_MOVE, to_bytes
 
-FLOAT_WHITES = 30.0  # float32 observations: the space's upper bound, in white pixels
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ._typing import AnyArray, BoolArray, Float32Array, Float64Array, Observation, Parameters, Slots
+
+FLOAT_WHITES = 30.0  # upper bound of float32 observations, in white pixels
 
 OBSERVATIONS = ("uint8", "float32")
 ACTIONS = ("unit", "move", "absolute")
 FAMILIES = ("training", "tuning", "benchmark")
-MAX_EPISODE_STEPS = 200  # of the package
+MAX_EPISODE_STEPS = 200  # the package's
+LARGEST_BINNING = 10  # that the message for a wrong observation_size lists
 
 
 class AlignmentTask:
-    """n slots of one scene and noise level; see AlignmentEnv for the arguments."""
+    """`slots` episodes of one scene and noise level; see `AlignmentEnv` for the arguments."""
 
-    def __init__(self, slots, scene="relign_od", noise_level="rho0.25", reward="paper", score="combined",
-                 observation="uint8", size=None, frame_stack=1, include_actions=False, action="unit", clipping="soft",
-                 goal=None, max_episode_steps=MAX_EPISODE_STEPS, noise_free=True, instances="training", suite_seed=1,
-                 scene_parameters=None, noise_level_parameters=None, threads=None, observation_size=None):
-        _rewards.check_name(reward, _rewards.REWARDS, "reward")
-        _rewards.check_name(score, _rewards.SCORES, "score")
-        _rewards.check_name(observation, OBSERVATIONS, "observation")
-        _rewards.check_name(action, ACTIONS, "action")
+    def __init__(self, slots: int, scene: str = "relign_od", noise_level: str = "rho0.25", reward: str = "paper",
+                 score: str = "combined", observation: str = "uint8", size: int | None = None, frame_stack: int = 1,
+                 include_actions: bool = False, action: str = "unit", clipping: str = "soft",
+                 goal: float | None = None, max_episode_steps: int | None = MAX_EPISODE_STEPS, noise_free: bool = True,
+                 instances: str = "training", suite_seed: int = 1, scene_parameters: Parameters | None = None,
+                 noise_level_parameters: Parameters | None = None, threads: int | None = None,
+                 observation_size: int | None = None) -> None:
+        check_name(reward, _rewards.REWARDS, "reward")
+        check_name(score, _rewards.SCORES, "score")
+        check_name(observation, OBSERVATIONS, "observation")
+        check_name(action, ACTIONS, "action")
         if reward == "minus_one_plus" and goal is None:
-            raise ValueError("reward 'minus_one_plus' counts from a goal; give one, such as goal=0.05")
+            raise ValueError("reward 'minus_one_plus' needs a goal, such as goal=0.05")
         if int(frame_stack) < 1:
-            raise ValueError(f"frame_stack={frame_stack}: allowed: 1 or more")
+            raise ValueError(f"frame_stack must be a positive integer, not {frame_stack}")
         if max_episode_steps is not None and int(max_episode_steps) < 1:
-            raise ValueError(f"max_episode_steps={max_episode_steps}: allowed: 1 or more, or None")
-        if instances not in FAMILIES:
-            raise ValueError(f"there are no instances '{instances}'; instances: {', '.join(FAMILIES)}")
+            raise ValueError(f"max_episode_steps must be a positive integer or None, not {max_episode_steps}")
+        check_family(instances)
         self.reward, self.score, self.observation, self.action = reward, score, observation, action
         self.frame_stack, self.include_actions = int(frame_stack), bool(include_actions)
         self.goal = goal
         self.max_episode_steps = np.inf if max_episode_steps is None else int(max_episode_steps)
-        self.noise_free, self.instances = bool(noise_free), instances
+        self.instances = instances
         self.batch = Batch(slots, scene, noise_level, clipping, suite_seed, size, scene_parameters,
                            noise_level_parameters, threads)
-        self.noise_free = self.noise_free and self.batch.tells_truth
+        self.noise_free = bool(noise_free) and self.batch.has_ground_truth
         self.axes, self.white = self.batch.axes, self.batch.white
         self.nominal_pose, self.reference = self.batch.nominal_pose, self.batch.reference
-        self.frames = self.batch.frames  # a view: always the last captures
+        self.frames = self.batch.frames  # a view: always the latest captures
         height, width = self._observed_shape(observation_size)
-        if observation == "uint8":
-            image = spaces.Box(0, 255, (self.frame_stack, height, width), np.uint8)
-        else:
-            image = spaces.Box(0, np.float32(FLOAT_WHITES * self.white), (self.frame_stack, height, width), np.float32)
-        low, high = {"unit": (-1, 1), "move": (-LARGEST_MOVE, LARGEST_MOVE), "absolute": (0, 1)}[action]
+        shape = (self.frame_stack, height, width)
+        image: spaces.Space[Any] = (
+            spaces.Box(0, 255, shape, np.uint8) if observation == "uint8" else
+            spaces.Box(0, float(np.float32(FLOAT_WHITES * self.white)), shape, np.float32))
+        low, high = {"unit": (-1.0, 1.0), "move": (-LARGEST_MOVE, LARGEST_MOVE), "absolute": (0.0, 1.0)}[action]
         self.action_space = spaces.Box(low, high, (self.axes,), np.float32)
         self.observation_space = image
         if self.include_actions:
             past = spaces.Box(low, high, (self.frame_stack * self.axes,), np.float32)
             self.observation_space = spaces.Dict({"image": image, "actions": past})
-        self.stacks = np.zeros((slots, self.frame_stack, height, width), image.dtype)
-        self.past = np.zeros((slots, self.frame_stack, self.axes), np.float32)
-        self.scores = np.zeros(slots)
+        self.stacks: AnyArray = np.zeros((slots, *shape), image.dtype)
+        self.past_actions: Float32Array = np.zeros((slots, self.frame_stack, self.axes), np.float32)
+        self.scores: Float64Array = np.zeros(slots)
         self.steps = np.zeros(slots, np.int64)
         self.numbers = np.zeros(slots, np.int64)  # of the instances
 
-    def _observed_shape(self, columns):
+    def _observed_shape(self, columns: int | None) -> tuple[int, int]:
         height, width = self.reference.shape
         columns = width if columns is None else int(columns)
         if columns < 1 or width % columns or height % (width // columns):
-            raise ValueError(f"observation_size={columns}: captures of {width} x {height} pixels can be binned to "
-                             f"{', '.join(str(width // k) for k in range(1, 11) if width % k == height % k == 0)} columns")
-        self._bin = width // columns
-        return height // self._bin, columns
+            sizes = [str(width // k) for k in range(1, LARGEST_BINNING + 1) if width % k == height % k == 0]
+            raise ValueError(f"observation_size={columns} does not divide captures of {width} x {height} pixels; "
+                             f"possible sizes: {', '.join(sizes)}")
+        self._binning = width // columns
+        return height // self._binning, columns
 
     # ---- episodes ------------------------------------------------------------------------------
 
-    def draw_number(self, random):
-        """The number of another instance, from an episode's own generator."""
+    def draw_number(self, random: np.random.Generator) -> int:
+        """The number of a new instance, drawn from an episode's own generator."""
         return int(random.integers(2**53))
 
-    def reset(self, slots, numbers, domains):
-        """New lenses in these slots. `domains`: "training", "tuning" or "benchmark" per slot."""
-        for domain in sorted(set(domains)):
-            chosen = [k for k, other in enumerate(domains) if other == domain]
-            self.batch.reset([slots[k] for k in chosen], [numbers[k] for k in chosen], domain)
+    def reset(self, slots: Slots, numbers: Sequence[int], families: Sequence[str]) -> None:
+        """Starts an episode in each of these slots, on the instance of this number and family."""
+        for family in sorted(set(families)):
+            chosen = [k for k, other in enumerate(families) if other == family]
+            self.batch.reset([slots[k] for k in chosen], [numbers[k] for k in chosen], family)
         self.stacks[slots] = 0
-        self.past[slots] = 0
+        self.past_actions[slots] = 0
         self.steps[slots] = 0
         self.numbers[slots] = numbers
-        self._look(slots)
+        self._observe(slots)
         self.scores[slots] = self._scores(self.score, slots)
 
-    def step(self, slots, actions):
-        """Moves and captures; returns rewards, terminated and truncated of these slots, shape (len(slots),)."""
+    def step(self, slots: Slots, actions: AnyArray) -> tuple[Float64Array, BoolArray, BoolArray]:
+        """Moves and captures once.
+
+        Args:
+            slots: The slots, n of them.
+            actions: Actions, n x axes values.
+
+        Returns:
+            Rewards, terminated and truncated, each of shape (n,).
+        """
         actions = np.asarray(actions, np.float32).reshape(len(slots), self.axes)
         self.batch.move_by(slots, self.moves(slots, actions))
         self.steps[slots] += 1
-        self.past[slots] = np.roll(self.past[slots], -1, axis=1)
-        self.past[slots, -1] = actions
-        self._look(slots)
+        self.past_actions[slots] = np.roll(self.past_actions[slots], -1, axis=1)
+        self.past_actions[slots, -1] = actions
+        self._observe(slots)
         before, after = self.scores[slots], self._scores(self.score, slots)
         combined = after if self.score == "combined" else self._scores("combined", slots)
         self.scores[slots] = after
@@ -104,55 +126,93 @@ class AlignmentTask:
         reached = np.zeros(len(slots), bool) if self.goal is None else after < self.goal
         return gained, reached, self.steps[slots] >= self.max_episode_steps
 
-    def moves(self, slots, actions):
-        """Commanded moves in shares of the travel, float64, shape (len(slots), axes)."""
-        if self.action == "absolute":  # the stage's own coordinates, which count from the true start
+    def moves(self, slots: Slots, actions: Float32Array) -> Float64Array:
+        """Commanded moves in shares of the travel, shape (n, axes), for actions of the same shape."""
+        if self.action == "absolute":  # in the stage's coordinates, whose origin is the true start
             return actions.astype(np.float64) - self.batch.commanded_poses(slots)
         scale = LARGEST_MOVE if self.action == "unit" else 1.0
         return np.clip(actions.astype(np.float64) * scale, -LARGEST_MOVE, LARGEST_MOVE)
 
-    # ---- what is seen --------------------------------------------------------------------------
+    # ---- observations --------------------------------------------------------------------------
 
-    def _look(self, slots):
+    def _observe(self, slots: Slots) -> None:
         if self.frame_stack > 1:
             self.stacks[slots, :-1] = self.stacks[slots, 1:]
         for slot in slots:
             frame = self.frames[slot]
-            if self._bin > 1:
+            if self._binning > 1:
                 height, width = self.stacks.shape[2:]
-                frame = frame.reshape(height, self._bin, width, self._bin).mean(axis=(1, 3))
+                frame = frame.reshape(height, self._binning, width, self._binning).mean(axis=(1, 3))
             if self.observation == "uint8":
                 self.stacks[slot, -1] = to_bytes(frame, self.white)
             else:
                 np.minimum(frame, FLOAT_WHITES * self.white, out=self.stacks[slot, -1])
 
-    def _scores(self, name, slots):
-        frames = self.frames[slots] if name == "rmse_binary" else ()
-        return _rewards.scores(name, self.batch.measured(slots), self.batch.true_poses(slots), self.nominal_pose,
+    def _scores(self, name: str, slots: Slots) -> Float64Array:
+        frames = self.frames[slots] if name == "rmse_binary" else None
+        return _rewards.scores(name, self.batch.measured_rmse(slots), self.batch.true_poses(slots), self.nominal_pose,
                                frames, self.reference)
 
-    def observation_of(self, slot):
-        """A copy: what was given away never changes."""
+    def observation_of(self, slot: int) -> Observation:
+        """A slot's observation; a copy, which later steps do not change."""
         image = self.stacks[slot].copy()
-        return {"image": image, "actions": self.past[slot].ravel().copy()} if self.include_actions else image
+        if self.include_actions:
+            return {"image": image, "actions": self.past_actions[slot].ravel().copy()}
+        return image
 
-    def infos(self, slots):
-        """One dictionary per slot."""
+    def observations(self) -> Observation:
+        """The observations of all slots, stacked; a copy, which later steps do not change."""
+        images = self.stacks.copy()
+        if self.include_actions:
+            return {"image": images, "actions": self.past_actions.reshape(len(images), -1).copy()}
+        return images
+
+    def infos(self, slots: Slots) -> list[dict[str, Any]]:
+        """The info dictionary of each slot; see `AlignmentEnv`."""
         true_poses, commanded = self.batch.true_poses(slots), self.batch.commanded_poses(slots)
-        measured = self.batch.measured(slots)
+        measured = self.batch.measured_rmse(slots)
+        infos: list[dict[str, Any]] = [{
+            "true_pose": true_poses[k],
+            "commanded_pose": commanded[k],
+            "measured_rmse": float(measured[k]),
+            "score": float(self.scores[slot]),
+            "limits": self.batch.limits(slot),
+            "instance": int(self.numbers[slot]),
+        } for k, slot in enumerate(slots)]
         if self.noise_free:
-            rmse = np.sqrt(np.maximum(0.0, self.batch.truths(slots)[0]))
-        infos = []
-        for k, slot in enumerate(slots):
-            info = {
-                "true_pose": true_poses[k],
-                "commanded_pose": commanded[k],
-                "measured_rmse": float(measured[k]),
-                "score": float(self.scores[slot]),
-                "limits": self.batch.limits(slot),
-                "instance": int(self.numbers[slot]),
-            }
-            if self.noise_free:
+            rmse = np.sqrt(np.maximum(0.0, self.batch.noise_free_mse(slots)[0]))
+            for k, info in enumerate(infos):
                 info["noise_free_rmse"] = float(rmse[k])
-            infos.append(info)
         return infos
+
+
+def check_family(name: str) -> None:
+    """Raises ValueError when `name` is not a family of instances."""
+    if name not in FAMILIES:
+        raise ValueError(f"unknown instances '{name}'; instances: {', '.join(FAMILIES)}")
+
+
+def choose_instance(options: dict[str, Any] | None, task: AlignmentTask, random: np.random.Generator) -> tuple[int, str]:
+    """The instance of an episode: the one that the options name, else one drawn from the generator.
+
+    Args:
+        options: Options of `reset`: instance (a number), instances (a family); both may be missing.
+        task: The task, which has the default family.
+        random: The episode's generator, used where the options name no instance.
+
+    Returns:
+        Number and family.
+
+    Raises:
+        ValueError: An option is unknown, or the number is negative.
+    """
+    options = dict(options or {})
+    family = options.pop("instances", task.instances)
+    number = options.pop("instance", None)
+    if options:
+        raise ValueError(f"unknown reset option {', '.join(map(repr, options))}; options: instance, instances")
+    if number is None:
+        number = task.draw_number(random)
+    if int(number) < 0:
+        raise ValueError(f"instance must be a non-negative integer, not {number}")
+    return int(number), family

@@ -1,81 +1,146 @@
-"""Many lenses of one scene, moved and captured together over all cores: what environments and training stand on."""
+"""Many instances of one scene, moved and captured together on all cores; environments and training are built on it."""
+
+from __future__ import annotations
 
 import json
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import _native
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import numpy.typing as npt
+
+    from ._typing import BoolArray, Float32Array, Float64Array, Parameters, Slots
+
 
 class Batch:
-    """`slots` lenses, each on a stage of its own; slot k keeps its last frame in `frames[k]`.
+    """`slots` instances, each with a stage of its own.
 
-    The numbers that come out do not depend on `threads`. Lists of slots name each slot at most once. Poses are shares
-    of the travel, shape (n, axes) for n slots. Raises ValueError for what cannot be, with the words of the program.
+    Results do not depend on `threads`. Lists of slots name each slot at most once. Poses are in shares of the travel, 0 to
+    1 on every axis, with shape (n, axes) for n slots. Images are in the scene's units.
+
+    Args:
+        slots: How many instances are held at once.
+        scene: Id, preset or path of a scene, as in a suite.
+        noise_level: Id, preset or path of a noise level.
+        clipping: "soft" stops every axis at its own limit, "hard" stops the whole move at the first limit.
+        suite_seed: Seed of the instances, as in a suite.
+        size: Columns of the sensor, for scenes whose sensor can be chosen; None keeps the scene's own.
+        scene_parameters: Parameters of the scene.
+        noise_level_parameters: Parameters of the noise level.
+        threads: Threads that render; None uses all cores.
+
+    Attributes:
+        slots: Number of slots.
+        axes: Number of axes of the stage.
+        threads: Number of threads.
+        description: The scene's description: axes, nominal_pose, image, elements.
+        nominal_pose: Nominal pose, shape (axes,).
+        white: Value of a white pixel, in the scene's units.
+        has_ground_truth: Whether the scene offers noise-free errors.
+        reference: Noise-free image of the perfect lens at the nominal pose, shape (height, width).
+        frames: The latest captures, shape (slots, height, width): a read-only view of the compiled module's memory.
+
+    Raises:
+        ValueError: A name, parameter or size is not valid.
     """
 
-    def __init__(self, slots, scene="relign_od", noise_level="rho0.25", clipping="soft", suite_seed=1, size=None,
-                 scene_parameters=None, noise_level_parameters=None, threads=None):
+    def __init__(self, slots: int, scene: str = "relign_od", noise_level: str = "rho0.25", clipping: str = "soft",
+                 suite_seed: int = 1, size: int | None = None, scene_parameters: Parameters | None = None,
+                 noise_level_parameters: Parameters | None = None, threads: int | None = None) -> None:
         self._core = _native.make_batch(
             scene, _native.sized_parameters(scene, scene_parameters, size), noise_level, noise_level_parameters,
-            clipping, int(suite_seed), int(slots), threads or _native.cores())
+            clipping, int(suite_seed), int(slots), threads or _native.available_cores())
         self.slots, self.axes, self.threads = self._core.slots, self._core.axes, self._core.threads
-        self.description = json.loads(self._core.facts)  # what the scene says of itself
-        self.nominal_pose = np.array(self._core.nominal_pose)
-        self.white = self._core.white  # display value of a lit pixel
-        self.tells_truth = self._core.tells_truth
-        self.reference = np.empty((self._core.height, self._core.width), np.float32)
+        self.description: dict[str, Any] = json.loads(self._core.facts)
+        self.nominal_pose: Float64Array = np.array(self._core.nominal_pose)
+        self.white = self._core.white
+        self.has_ground_truth = self._core.has_ground_truth
+        self.reference: Float32Array = np.empty((self._core.height, self._core.width), np.float32)
         self._core.read_reference(self.reference)
-        # A view of the compiled part's own memory: float32, slots x height x width, always the last captures.
-        self.frames = np.asarray(self._core)
+        self.frames: Float32Array = np.asarray(self._core)
 
-    def reset(self, slots, numbers, instances="training"):
-        """Another lens in each of these slots, by its number in "training", "tuning" or "benchmark"; frame 0."""
+    def reset(self, slots: Slots, numbers: Sequence[int], instances: str = "training") -> None:
+        """Mounts another instance in each of these slots, at its start pose, and captures it.
+
+        Args:
+            slots: The slots.
+            numbers: The number of each slot's instance.
+            instances: Family of the instances: "training", "tuning" or "benchmark".
+        """
         self._core.reset(list(slots), instances, [int(number) for number in numbers])
 
-    def move_by(self, slots, moves):
-        """Commanded moves, shape (n, axes), then a frame each."""
+    def move_by(self, slots: Slots, moves: npt.ArrayLike) -> None:
+        """Moves the stages by commanded moves, shape (n, axes), and captures each slot once."""
         self._core.move_by(list(slots), np.ascontiguousarray(moves, np.float64))
 
-    def capture_at(self, slots, true_poses, seeds):
-        """Frames of the lenses in these slots at true poses in [0, 1]; the stages stay. float32, n x height x width."""
+    def capture_at(self, slots: Slots, true_poses: npt.ArrayLike, seeds: Sequence[int] | npt.NDArray[np.integer[Any]],
+                   ) -> Float32Array:
+        """Captures at given true poses; the stages do not move.
+
+        Args:
+            slots: The slots.
+            true_poses: True poses in [0, 1], shape (n, axes).
+            seeds: Frame seeds, which decide the noise.
+
+        Returns:
+            Images, shape (n, height, width).
+        """
         frames = np.empty((len(slots), *self.reference.shape), np.float32)
         self._core.capture_at(list(slots), np.ascontiguousarray(true_poses, np.float64), list(map(int, seeds)), frames)
         return frames
 
-    def render_at(self, slots, true_poses):
-        """The same without noise. Raises ValueError where the scene offers none."""
+    def render_at(self, slots: Slots, true_poses: npt.ArrayLike) -> Float32Array:
+        """Noise-free images at given true poses, shape (n, height, width); the stages do not move.
+
+        Raises:
+            ValueError: The scene does not render noise-free images.
+        """
         frames = np.empty((len(slots), *self.reference.shape), np.float32)
         self._core.render_at(list(slots), np.ascontiguousarray(true_poses, np.float64), frames)
         return frames
 
-    def true_poses(self, slots):
+    def true_poses(self, slots: Slots) -> Float64Array:
+        """True poses, shape (n, axes)."""
         return np.array(self._core.true_poses(list(slots))).reshape(len(slots), self.axes)
 
-    def commanded_poses(self, slots):
-        """What the encoders tell; they count from the true start."""
+    def commanded_poses(self, slots: Slots) -> Float64Array:
+        """Poses by the stages' encoders, shape (n, axes). At the start they equal the true poses."""
         return np.array(self._core.commanded_poses(list(slots))).reshape(len(slots), self.axes)
 
-    def measured(self, slots):
-        """RMSE of the last frames against the reference, shape (n,)."""
-        return np.array(self._core.measured(list(slots)))
+    def measured_rmse(self, slots: Slots) -> Float64Array:
+        """RMSE of the latest captures against the reference, noise included, shape (n,)."""
+        return np.array(self._core.measured_rmse(list(slots)))
 
-    def truths(self, slots):
-        """Noise-free MSE at the true poses and their standard errors, both of shape (n,)."""
-        mse, error = self._core.truths(list(slots))
+    def noise_free_mse(self, slots: Slots) -> tuple[Float64Array, Float64Array]:
+        """Ground truth: unbiased estimates of the noise-free MSE at the true poses, and their standard errors.
+
+        Returns:
+            Two arrays of shape (n,). An estimate may be slightly negative near an optimum.
+        """
+        mse, error = self._core.noise_free_mse(list(slots))
         return np.array(mse), np.array(error)
 
-    def optima(self, slots):
-        """Per slot (true pose, noise-free MSE) where the lens is best; None where the scene does not look for it."""
+    def optima(self, slots: Slots) -> list[tuple[Float64Array, float] | None]:
+        """Each instance's own optimum: (true pose, noise-free MSE), or None where the scene does not search for it."""
         return [None if found is None else (np.array(found[0]), found[1]) for found in self._core.optima(list(slots))]
 
-    def limits(self, slot):
-        """Which axes met a limit on the last move: bool, shape (axes,)."""
+    def limits(self, slot: int) -> BoolArray:
+        """Which axes met a limit during the latest move, shape (axes,)."""
         low, high = self._core.limits(slot)
         return np.array([bool((low | high) >> axis & 1) for axis in range(self.axes)])
 
-    def instance(self, slot):
-        """What was drawn for the lens in a slot: number, seed, start, distortion, elements, cure_shift."""
+    def instance(self, slot: int) -> dict[str, Any]:
+        """The instance in a slot, with its perturbations.
+
+        Returns:
+            number, seed, start (true pose, shape (axes,)), distortion (true move = distortion @ commanded move, shape
+            (axes, axes)), elements (offsets by element: shift_mm, tilt_deg) and cure_shift (shape (axes,), or empty).
+        """
         drawn = self._core.instance(slot)
         drawn["start"], drawn["cure_shift"] = np.array(drawn["start"]), np.array(drawn["cure_shift"])
         drawn["distortion"] = np.array(drawn["distortion"]).reshape(self.axes, self.axes)

@@ -1,18 +1,39 @@
-"""Scenes, lenses, trials and results without an environment."""
+"""Scenes, instances, trials and results, without a Gymnasium environment."""
+
+from __future__ import annotations
 
 import json
 import operator
+import os
 import pathlib
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import _native
+from ._errors import check_name
 from .batch import Batch
 
+if TYPE_CHECKING:
+    import numpy.typing as npt
+    import pandas
 
-def list_plugins(kind="algorithm"):
-    """Ids and presets of "scene", "noise-level" or "algorithm", sorted."""
+    from ._typing import Float32Array, Float64Array, Parameters
+
+TRACKS = ("recommended", "commanded", "measured")
+TABLES = ("curves", "instances", "steps")
+
+
+def list_plugins(kind: str = "algorithm") -> list[str]:
+    """Ids and presets of the installed plugins of a kind, sorted.
+
+    Args:
+        kind: "scene", "noise-level" or "algorithm".
+
+    Raises:
+        ValueError: There is no such kind.
+    """
     return _native.catalog().ids(kind)
 
 
@@ -20,189 +41,296 @@ class Bench:
     """One scene under one noise level.
 
         bench = Bench("relign_od", noise_level="rho0.25")
-        lens = bench.lens(3)
-        picture = lens.capture([0.5, 0.5, 0.5, 0.5, 0.5])
+        instance = bench.instance(3)
+        image = instance.capture([0.5, 0.5, 0.5, 0.5, 0.5])
         trial = bench.run("nlopt-sbplx", instance=3)
-        trial.table()                        # a pandas.DataFrame, a row per step
+        trial.table()                        # a pandas.DataFrame, one row per step
 
-    suite_seed and the number of an instance mean what they mean in suites: the same lenses, frame by frame.
+    The suite seed and an instance's number mean the same as in suites: equal instances, equal captures.
+
+    Args:
+        scene: Id, preset or path of a scene, as in a suite.
+        noise_level: Id, preset or path of a noise level.
+        suite_seed: Seed of the instances, as in a suite.
+        clipping: "soft" stops every axis at its own limit, "hard" stops the whole move at the first limit.
+        scene_parameters: Parameters of the scene.
+        noise_level_parameters: Parameters of the noise level.
+        size: Columns of the sensor, for scenes whose sensor can be chosen; None keeps the scene's own.
+        threads: Threads that render; None uses all cores. Results do not depend on it.
+
+    Attributes:
+        description: The scene's description: axes, nominal_pose, image, elements.
+        reference: Noise-free image of the perfect lens at the nominal pose, shape (height, width), in the scene's units.
+        axes: Names of the axes.
+        nominal_pose: Nominal pose in shares of the travel, shape (axes,).
+
+    Raises:
+        ValueError: A name, parameter or size is not valid.
     """
 
-    def __init__(self, scene="relign_od", noise_level="rho0.25", suite_seed=1, clipping="soft", scene_parameters=None,
-                 noise_level_parameters=None, size=None, threads=None):
-        self._chosen = dict(scene=scene, noise_level=noise_level, clipping=clipping, suite_seed=suite_seed, size=size,
-                            scene_parameters=scene_parameters, noise_level_parameters=noise_level_parameters)
-        self._threads = threads or _native.cores()
-        self._trials = None
+    def __init__(self, scene: str = "relign_od", noise_level: str = "rho0.25", suite_seed: int = 1,
+                 clipping: str = "soft", scene_parameters: Parameters | None = None,
+                 noise_level_parameters: Parameters | None = None, size: int | None = None,
+                 threads: int | None = None) -> None:
+        self._scene, self._noise_level, self._clipping, self._suite_seed = scene, noise_level, clipping, suite_seed
+        self._scene_parameters, self._noise_level_parameters = scene_parameters, noise_level_parameters
+        self._size = size
+        self._threads = threads or _native.available_cores()
+        self._trials: Any = None  # made by the first run
         batch = self.batch(1)
-        self.description = batch.description  # what the scene says of itself
-        self.reference = batch.reference  # float32, height x width
-        self.axes = [axis["name"] for axis in self.description["axes"]]
+        self.description = batch.description
+        self.reference = batch.reference
+        self.axes: list[str] = [axis["name"] for axis in self.description["axes"]]
         self.nominal_pose = batch.nominal_pose
 
-    def batch(self, slots):
-        """A relign_bench.batch.Batch of this scene and noise level."""
-        return Batch(slots, threads=min(self._threads, slots), **self._chosen)
+    def batch(self, slots: int) -> Batch:
+        """A Batch of this scene and noise level."""
+        return Batch(slots, self._scene, self._noise_level, self._clipping, self._suite_seed, self._size,
+                     self._scene_parameters, self._noise_level_parameters, min(self._threads, slots))
 
-    def lens(self, instance=0, instances="benchmark"):
-        """The lens of an instance on its stage. `instances`: "benchmark", "training" or "tuning"."""
-        return Lens(self.batch(1), instance, instances)
+    def instance(self, number: int = 0, instances: str = "benchmark") -> Instance:
+        """An instance, with its lens on a stage at the start pose.
 
-    def run(self, algorithm, instance=0, steps=50, protocol="paper", merit=None, parameters=None, keep_frames=False):
-        """One trial of an installed algorithm (id, preset or path) on a benchmark instance, as `relign-bench run` makes
-        it. A failure of the algorithm is a trial whose `end` is "failed". Raises ValueError for what cannot be run."""
-        instance, steps = whole(instance, "instance", 0), whole(steps, "steps", 1)
+        Args:
+            number: Number of the instance, as in a suite.
+            instances: Family of the instances: "benchmark", "training" or "tuning".
+
+        Raises:
+            ValueError: The number is not a non-negative integer, or there is no such family.
+        """
+        return Instance(self.batch(1), number, instances)
+
+    def run(self, algorithm: str, instance: int = 0, steps: int = 50, protocol: str = "paper", merit: str | None = None,
+            parameters: Parameters | None = None, keep_frames: bool = False) -> Trial:
+        """Runs one trial on a benchmark instance, as `relign-bench run` does.
+
+        Args:
+            algorithm: Id, preset or path of an algorithm.
+            instance: Number of the benchmark instance.
+            steps: Budget, in steps after the capture at the start pose.
+            protocol: "paper" or "blind".
+            merit: "combined" or "rmse"; None: the protocol's own.
+            parameters: Parameters of the algorithm.
+            keep_frames: Whether the trial keeps its captures.
+
+        Returns:
+            The trial. If the algorithm fails, its `end` is "failed".
+
+        Raises:
+            ValueError: An argument is not valid.
+        """
+        instance, steps = require_integer(instance, "instance", 0), require_integer(steps, "steps", 1)
         if self._trials is None:
-            chosen = self._chosen
-            scene_parameters = _native.sized_parameters(chosen["scene"], chosen["scene_parameters"], chosen["size"])
-            self._trials = _native._core.Trials(
-                _native.catalog(), str(chosen["scene"]), _native.parameters_text(scene_parameters),
-                str(chosen["noise_level"]), _native.parameters_text(chosen["noise_level_parameters"]),
-                int(chosen["suite_seed"]), self._threads, _native._core.cache_folder())
-        lines, frames = self._trials.run(str(algorithm), _native.parameters_text(parameters), instance, protocol,
-                                         merit or "", self._chosen["clipping"], steps, bool(keep_frames))
-        *made, closing, times = [json.loads(line) for line in lines.splitlines()]
-        if frames is not None:
-            frames = np.frombuffer(frames, np.float32).reshape(-1, *self.reference.shape)
-        return Trial(closing, made, times, frames)
+            scene_parameters = _native.sized_parameters(self._scene, self._scene_parameters, self._size)
+            self._trials = _native.make_trials(self._scene, scene_parameters, self._noise_level,
+                                               self._noise_level_parameters, int(self._suite_seed), self._threads)
+        lines, pixels = self._trials.run(str(algorithm), _native.parameters_text(parameters), instance, protocol,
+                                         merit or "", self._clipping, steps, bool(keep_frames))
+        *records, closing, times = [json.loads(line) for line in lines.splitlines()]
+        frames = None if pixels is None else np.frombuffer(pixels, np.float32).reshape(-1, *self.reference.shape)
+        return Trial(closing, records, times, frames)
 
 
-class Lens:
-    """One lens before its sensor, on a stage that stands at the instance's start."""
+class Instance:
+    """One instance: a lens with its element offsets, on a stage at the start pose. `Bench.instance` makes it.
 
-    def __init__(self, batch, instance, instances):
+    Attributes:
+        number: Its number within the family.
+        seed: Its seed.
+        start: True start pose in shares of the travel, shape (axes,).
+        distortion: Movement distortion, shape (axes, axes): true move = distortion @ commanded move.
+        elements: Offsets by element: {"L2": {"shift_mm": [x, y, z], "tilt_deg": [rx, ry]}}.
+    """
+
+    def __init__(self, batch: Batch, number: int, instances: str) -> None:
         self._batch = batch
-        instance = whole(instance, "instance", 0)
-        batch.reset([0], [instance], instances)
+        batch.reset([0], [require_integer(number, "instance", 0)], instances)
         drawn = batch.instance(0)
-        self.number, self.seed = drawn["number"], drawn["seed"]
-        self.start = drawn["start"]  # true pose, shares of the travel
-        self.distortion = drawn["distortion"]  # true move = distortion @ commanded move
-        self.elements = drawn["elements"]
+        self.number: int = drawn["number"]
+        self.seed: int = drawn["seed"]
+        self.start: Float64Array = drawn["start"]
+        self.distortion: Float64Array = drawn["distortion"]
+        self.elements: dict[str, Any] = drawn["elements"]
 
-    def capture(self, true_pose, frame=0):
-        """What the sensor sees with the lens at a true pose in [0, 1]: float32, height x width. Other frames have other
-        noise."""
+    def capture(self, true_pose: npt.ArrayLike, frame: int = 0) -> Float32Array:
+        """A capture with the lens at a true pose; the stage does not move.
+
+        Args:
+            true_pose: Shape (axes,), each value in [0, 1].
+            frame: Number of the frame, which decides the noise.
+
+        Returns:
+            Image in the scene's units, shape (height, width).
+
+        Raises:
+            ValueError: The pose has another shape, or leaves the travel.
+        """
         return self._batch.capture_at([0], self._pose(true_pose), [_frame_seed(self.seed, frame)])[0]
 
-    def render(self, true_pose):
-        """The same without noise. Raises ValueError where the scene offers none."""
+    def render(self, true_pose: npt.ArrayLike) -> Float32Array:
+        """The noise-free image with the lens at a true pose; the stage does not move.
+
+        Args:
+            true_pose: Shape (axes,), each value in [0, 1].
+
+        Returns:
+            Image in the scene's units, shape (height, width).
+
+        Raises:
+            ValueError: The pose has another shape or leaves the travel, or the scene renders no noise-free images.
+        """
         return self._batch.render_at([0], self._pose(true_pose))[0]
 
-    def _pose(self, true_pose):
+    def _pose(self, true_pose: npt.ArrayLike) -> Float64Array:
         pose, axes = np.asarray(true_pose, np.float64), len(self.start)
         if pose.shape != (axes,) or not ((pose >= 0) & (pose <= 1)).all():
-            raise ValueError(f"a true pose is {axes} numbers from 0 to 1, this is {true_pose!r}")
+            raise ValueError(f"a true pose must be {axes} numbers from 0 to 1, not {true_pose!r}")
         return pose[None]
 
-    def move_by(self, move):
-        """Moves the stage as commanded, in shares of the travel, and gives what the sensor sees then."""
+    def move_by(self, move: npt.ArrayLike) -> Float32Array:
+        """Moves the stage by a commanded move in shares of the travel, shape (axes,), and captures.
+
+        Returns:
+            Image in the scene's units, shape (height, width).
+        """
         self._batch.move_by([0], np.asarray(move, np.float64)[None])
         return self._batch.frames[0].copy()
 
     @property
-    def true_pose(self):
+    def true_pose(self) -> Float64Array:
+        """True pose of the stage in shares of the travel, shape (axes,)."""
         return self._batch.true_poses([0])[0]
 
-    def noise_free_mse(self):
-        """Of the picture at the true pose against the reference, and its standard error."""
-        mse, error = self._batch.truths([0])
+    def noise_free_mse(self) -> tuple[float, float]:
+        """Ground truth: noise-free MSE at the true pose, and its standard error.
+
+        The estimate is unbiased and may be slightly negative near an optimum.
+        """
+        mse, error = self._batch.noise_free_mse([0])
         return float(mse[0]), float(error[0])
 
-    def noise_free_rmse(self):
+    def noise_free_rmse(self) -> float:
+        """Ground truth: noise-free RMSE at the true pose; 0 where the estimate of the MSE is negative."""
         return float(np.sqrt(max(0.0, self.noise_free_mse()[0])))
 
-    def own_optimum(self):
-        """(true pose, noise-free RMSE) at which this lens is best; None where the scene does not look for it."""
+    def own_optimum(self) -> tuple[Float64Array, float] | None:
+        """The instance's own optimum: (true pose, noise-free RMSE).
+
+        Returns:
+            None where the scene does not search for it.
+        """
         found = self._batch.optima([0])[0]
         return None if found is None else (found[0], float(np.sqrt(max(0.0, found[1]))))
 
 
-def whole(number, name, least):
-    """A whole number of at least `least`; ValueError with its name for anything else."""
+def require_integer(number: Any, name: str, least: int) -> int:
+    """`number` as an int.
+
+    Raises:
+        ValueError: It is not an integer, or less than `least`, which is 0 or 1; the message has its name.
+    """
     try:
         value = operator.index(number)
     except TypeError:
-        value = None
-    if value is None or value < least:
-        raise ValueError(f"{name}={number!r}: allowed: whole numbers from {least}")
+        value = least - 1
+    if value < least:
+        raise ValueError(f"{name} must be a {'positive' if least else 'non-negative'} integer, not {number!r}")
     return value
 
 
-def _frame_seed(seed, frame):
-    # Any fixed map will do: these frames belong to no trial.
+def _frame_seed(seed: int, frame: int) -> int:
+    # These captures belong to no trial, so any fixed map is as good as another.
     return int(np.random.SeedSequence([int(seed), int(frame)]).generate_state(1, np.uint64)[0])
 
 
 @dataclass
 class Trial:
-    """What a trial recorded: `summary` is its closing line, `steps` a dictionary per step, `frames` the captures."""
+    """The record of a trial; results/README.md has the keys.
 
-    summary: dict
-    steps: list
-    times: dict = field(repr=False)
-    frames: object = field(default=None, repr=False)
+    Attributes:
+        summary: The closing line of the record.
+        steps: One dictionary per step, beginning with step 0, the capture at the start pose.
+        times: Times of the host.
+        frames: Captures in the scene's units, shape (steps + 1, height, width); None unless they were kept.
+    """
+
+    summary: dict[str, Any]
+    steps: list[dict[str, Any]]
+    times: dict[str, Any] = field(repr=False)
+    frames: Float32Array | None = field(default=None, repr=False)
 
     @property
-    def end(self):
-        return self.summary["end"]
+    def end(self) -> str:
+        """How the trial ended: "budget_spent", "finished", "failed" or another word of results/README.md."""
+        return str(self.summary["end"])
 
     @property
-    def message(self):
-        return self.summary.get("message", "")
+    def message(self) -> str:
+        """The error message of a failed trial, else ""."""
+        return str(self.summary.get("message", ""))
 
-    def rmse(self, track="recommended"):
-        """Noise-free RMSE after every step, shape (steps + 1,), of the "recommended" or "commanded" pose; "measured"
-        is that of the captures."""
-        if track not in ("recommended", "commanded", "measured"):
-            raise ValueError(f"there is no track '{track}' of a trial; tracks: recommended, commanded, measured")
+    def rmse(self, track: str = "recommended") -> Float64Array:
+        """RMSE after every step, shape (steps + 1,); NaN where it is unknown.
+
+        Args:
+            track: "recommended" or "commanded": noise-free, at that pose; "measured": of the captures, noise included.
+
+        Raises:
+            ValueError: There is no such track.
+        """
+        check_name(track, TRACKS, "track")
         if track == "measured":
             return np.array([_number(step["measured"]) for step in self.steps])
         return np.sqrt(np.maximum(0.0, [_number(step[track + "_mse"]) for step in self.steps]))
 
-    def table(self):
-        """A pandas.DataFrame, a row per step."""
+    def table(self) -> pandas.DataFrame:
+        """The steps as a pandas.DataFrame, one row per step."""
         import pandas
 
         return pandas.DataFrame(self.steps)
 
 
-def _number(value):
-    return np.nan if value is None else float(value)
+def _number(value: float | None) -> float:
+    return float("nan") if value is None else float(value)
 
 
-def read_results(folder, what="curves"):
-    """A table of a results folder as a pandas.DataFrame: "curves" (medians over instances, a row per step), "instances"
-    (a row per trial) or "steps" (every step of every trial).
+def read_results(folder: str | os.PathLike[str], what: str = "curves") -> pandas.DataFrame:
+    """A table of a results folder as a pandas.DataFrame.
 
-    Raises FileNotFoundError for a folder without results.
+    Args:
+        folder: The results folder.
+        what: "curves" (medians over instances, one row per step), "instances" (one row per trial) or "steps" (every step of
+            every trial).
+
+    Raises:
+        FileNotFoundError: The folder has no results, or not this table.
+        ValueError: There is no such table.
     """
     import pandas
 
     folder = pathlib.Path(folder)
     if not (folder / "manifest.json").is_file():
-        raise FileNotFoundError(f"{folder} holds no results: there is no manifest.json in it")
+        raise FileNotFoundError(f"'{folder}' is not a results folder: it has no manifest.json")
+    check_name(what, TABLES, "table")
     if what in ("curves", "instances"):
         table = folder / (what + ".csv")
         if not table.is_file():
-            raise FileNotFoundError(f"{table} is missing; `relign-bench report {folder}` writes it")
+            raise FileNotFoundError(f"'{table}' does not exist; `relign-bench report {folder}` writes it")
         return pandas.read_csv(table)
-    if what != "steps":
-        raise ValueError(f"there is no table '{what}'; tables: curves, instances, steps")
     if not (folder / "trials").is_dir():
-        raise FileNotFoundError(f"{folder} was published without its raw trials: there is no folder trials in it")
+        raise FileNotFoundError(f"'{folder}' has no folder trials: it was published without its raw trials")
     rows, closing = [], {}
     for path in sorted((folder / "trials").glob("*.jsonl")):
         for line in path.read_text().splitlines():
             try:
                 record = json.loads(line)
             except ValueError:
-                continue  # the half-written end of a run that was killed
+                continue  # the incomplete last line of a run that was killed
             if "end" in record:
                 closing[record["trial"]] = record
             else:
                 rows.append(record)
     keys = ("scene", "noise_level", "protocol", "algorithm", "instance")
-    # A trial counts by its closing line; steps of one that was cut off belong to nothing.
+    # A trial counts once it has a closing line; the steps of interrupted trials are left out.
     return pandas.DataFrame([{**{key: closing[row["trial"]][key] for key in keys}, **row} for row in rows
                              if row["trial"] in closing])

@@ -1,13 +1,31 @@
-"""What environments, training and agents agree on."""
+"""Conventions that environments, training and agents share."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-LARGEST_MOVE = 0.2  # of an agent, per axis and step, shares of the travel (the paper's)
-BYTE_WHITES = 3.0  # pictures as bytes: 255 stands for this many times a white pixel; noise reaches beyond white
+if TYPE_CHECKING:
+    from ._typing import ByteArray, Float32Array
+
+LARGEST_MOVE = 0.2
+"""Largest move of an agent, per axis and step, as a share of the travel (arXiv 2503.02075)."""
+
+BYTE_WHITES = 3.0
+"""Byte 255 of an image stands for this many times the value of a white pixel: noise exceeds white."""
 
 
-def to_bytes(frames, white):
-    """Captures as bytes, any shape: rounded, 255 is BYTE_WHITES times a white pixel and all above."""
+def to_bytes(frames: Float32Array, white: float) -> ByteArray:
+    """Captures as bytes.
+
+    Args:
+        frames: Captures in the scene's units, any shape.
+        white: Value of a white pixel, in the same units.
+
+    Returns:
+        Rounded values, 255 at BYTE_WHITES times white and above; the same shape.
+    """
     scaled = frames * np.float32(255 / (BYTE_WHITES * white))
     scaled += np.float32(0.5)
     return np.minimum(scaled, 255, out=scaled).astype(np.uint8)

@@ -1,114 +1,187 @@
-"""The alignment of one lens at a time as a gymnasium environment."""
+"""The alignment of one lens as a Gymnasium environment."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import numpy as np
 
-from ._task import AlignmentTask
-from .pictures import scene_picture
+from ._errors import check_name
+from ._task import AlignmentTask, choose_instance
+from .rendering import Window, draw_frame
+
+if TYPE_CHECKING:
+    from ._typing import AnyArray, ByteArray, Observation
+
+RENDER_MODES = ("rgb_array", "human")
 
 
-class AlignmentEnv(gymnasium.Env):
-    """Move a lens before its sensor until the picture is right.
+class AlignmentEnv(gymnasium.Env["Observation", "AnyArray"]):
+    """Align a lens in front of its sensor, from images.
 
-    Every episode draws another lens: manufacturing errors, place in the gripper, distortion of the stage. The seed of
-    `reset` decides all of them, and the noise of every frame.
+    ## Action space
 
-    scene, noise_level   id, preset or path, as in suites
-    reward, score        see relign_bench.rewards
-    observation          "uint8": 255 stands for three times a white pixel; "float32": the scene's units
-    size                 columns of the sensor, for scenes whose sensor can be chosen; None: the scene's own. A pixel of any
-                         size has the scene's samples, and so its noise
-    observation_size     columns of an observation: captures, binned; None: as captured. Scores are those of the captures
-    frame_stack          last frames in one observation, zeros before the start; shape (frame_stack, height, width)
-    include_actions      observations become {"image", "actions"}: the last frame_stack actions in one row, the last one
-                         at its end, zeros before the start
-    action               "unit": [-1, 1], 1 is the largest move, 0.2 of the travel (the paper's); "move": shares of the
-                         travel in [-0.2, 0.2]; "absolute": poses in [0, 1] that count from the true start
-    clipping             "soft": every axis stops at its own limit; "hard": the whole move stops at the first one
-    goal                 an episode ends (terminated) once the score is below it; None: never
-    max_episode_steps    then it is truncated, 200 unless given; None: never
-    noise_free           tell info["noise_free_rmse"]; costs some ten captures a step
-    instances            "training", "tuning" or "benchmark": which family of lenses. Suites use "benchmark"; train on
-                         "training", choose checkpoints on "tuning"
-    suite_seed           of those families; suites say 1 unless they say otherwise
-    scene_parameters, noise_level_parameters
-                         as in a suite
-    render_mode          "rgb_array": sensor image, reference and pose; "human": in a window (needs pygame)
+    `Box` of shape (axes,), float32, by the argument `action`:
 
-    reset(options={"instance": 3, "instances": "benchmark"}) chooses the lens.
-    info: true_pose, commanded_pose (both shape (axes,), shares of the travel), measured_rmse, noise_free_rmse, score,
-    limits (which axes met one on the last move), instance (its number).
+    * "unit": moves in [-1, 1]; 1 is the largest move of the paper's agents, 0.2 of the travel.
+    * "move": moves in [-0.2, 0.2], in shares of the travel.
+    * "absolute": poses in [0, 1] in commanded coordinates, whose origin is the true start.
+
+    Each action is one move of the stage and one capture.
+
+    ## Observation space
+
+    `Box` of shape (frame_stack, height, width): the latest captures, zeros before the start. By the argument `observation`:
+
+    * "uint8": 255 is three times the value of a white pixel, because noise exceeds white.
+    * "float32": the scene's units.
+
+    With `include_actions`, `Dict` of "image" and "actions": the latest frame_stack actions in one row, the newest last, zeros
+    before the start.
+
+    ## Rewards
+
+    By name: see `relign_bench.rewards`. The default is the paper's.
+
+    ## Starting state
+
+    Every episode has another instance: manufacturing errors of the lens, start pose in the gripper, distortion of the stage.
+    The seed of `reset` decides the instance and the noise of every capture. `reset(options={"instance": 3, "instances":
+    "benchmark"})` chooses the instance.
+
+    ## Episode end
+
+    Terminated once the score is below `goal`; truncated after `max_episode_steps`.
+
+    ## Information
+
+    `true_pose` and `commanded_pose` (shape (axes,), shares of the travel), `measured_rmse`, `noise_free_rmse`, `score`,
+    `limits` (shape (axes,): which axes met a limit during the latest move) and `instance` (its number).
+
+    Args:
+        scene: Id, preset or path of a scene, as in a suite.
+        noise_level: Id, preset or path of a noise level.
+        render_mode: "rgb_array": sensor image, reference and true pose; "human": the same in a window (needs pygame).
+        reward: Name of the reward.
+        score: Name of the score.
+        observation: "uint8" or "float32".
+        size: Columns of the sensor, for scenes whose sensor can be chosen; None keeps the scene's own. The samples of a pixel,
+            and so its noise, do not depend on the size.
+        frame_stack: How many of the latest captures an observation has.
+        include_actions: Whether observations include the latest actions.
+        action: "unit", "move" or "absolute".
+        clipping: "soft" stops every axis at its own limit, "hard" stops the whole move at the first limit.
+        goal: Score below which an episode terminates; None: never.
+        max_episode_steps: Steps after which an episode is truncated; None: never.
+        noise_free: Whether info has `noise_free_rmse`, which costs about ten captures a step. Switch it off for training.
+        instances: Family of the instances: "training", "tuning" or "benchmark". Suites use "benchmark"; train on "training",
+            choose checkpoints on "tuning".
+        suite_seed: Seed of the families; the default of suites is 1.
+        scene_parameters: Parameters of the scene, as in a suite.
+        noise_level_parameters: Parameters of the noise level, as in a suite.
+        threads: Threads that render; None uses all cores. Results do not depend on it.
+        observation_size: Columns of an observation: captures are binned; None keeps them. Scores are those of the captures.
+
+    Raises:
+        ValueError: An argument is not valid.
+
+    ## Version history
+
+    * v0: first version.
     """
 
-    metadata = {"render_modes": ["rgb_array", "human"], "render_fps": 4}
+    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 4}
 
-    def __init__(self, scene="relign_od", noise_level="rho0.25", render_mode=None, **arguments):
-        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
-            raise ValueError(f"there is no render_mode '{render_mode}'; render modes: rgb_array, human")
+    def __init__(self, scene: str = "relign_od", noise_level: str = "rho0.25", render_mode: str | None = None,
+                 **arguments: Any) -> None:
+        if render_mode is not None:
+            check_name(render_mode, RENDER_MODES, "render mode")
         self.task = AlignmentTask(1, scene=scene, noise_level=noise_level, **arguments)
         self.render_mode = render_mode
         self.observation_space = self.task.observation_space
         self.action_space = self.task.action_space
-        self._window = None
+        self._window: Window | None = None
         self._ready = False
 
-    def reset(self, *, seed=None, options=None):
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None,
+              ) -> tuple[Observation, dict[str, Any]]:
+        """Starts an episode.
+
+        Args:
+            seed: Decides this episode and, without further seeds, all that follow.
+            options: instance (a number) and instances (a family) choose the instance.
+
+        Returns:
+            Observation and info.
+
+        Raises:
+            ValueError: An option is unknown, or its value is not valid.
+        """
         super().reset(seed=seed)
-        number, family = chosen_instance(options, self.task, self.np_random)
+        number, family = choose_instance(options, self.task, self.np_random)
         self.task.reset([0], [number], [family])
         self._ready = True
         if self.render_mode == "human":
             self.render()
         return self.task.observation_of(0), self.task.infos([0])[0]
 
-    def step(self, action):
+    def step(self, action: AnyArray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Moves the stage and captures once.
+
+        Args:
+            action: Shape (axes,); values beyond the action space are clipped.
+
+        Returns:
+            Observation, reward, terminated, truncated and info.
+
+        Raises:
+            ValueError: The action has another shape, or is not finite.
+            gymnasium.error.ResetNeeded: `reset` was not called before.
+        """
         if not self._ready:
             raise gymnasium.error.ResetNeeded("call reset before the first step")
         action = np.asarray(action, np.float32)
         if action.shape != self.action_space.shape or not np.isfinite(action).all():
-            raise ValueError(f"an action is {self.action_space.shape[0]} finite numbers, this is {action!r}")
+            raise ValueError(f"an action must be {self.task.axes} finite numbers, not {action!r}")
         rewards, terminated, truncated = self.task.step([0], action)
         if self.render_mode == "human":
             self.render()
         return (self.task.observation_of(0), float(rewards[0]), bool(terminated[0]), bool(truncated[0]),
                 self.task.infos([0])[0])
 
-    def render(self):
+    def render(self) -> ByteArray | None:  # type: ignore[override]
+        """Shows the current state.
+
+        Returns:
+            An RGB image, shape (height, width, 3), in mode "rgb_array"; None in mode "human".
+
+        Raises:
+            ValueError: The environment has no render_mode.
+            gymnasium.error.ResetNeeded: `reset` was not called before.
+        """
         if self.render_mode is None:
-            raise ValueError('render() needs render_mode="rgb_array" or "human" when the environment is made')
+            raise ValueError('render needs an environment with render_mode="rgb_array" or "human"')
         if not self._ready:
             raise gymnasium.error.ResetNeeded("call reset before render")
-        picture = scene_picture(self.task, 0)
+        picture = draw_frame(self.task, 0)
         if self.render_mode == "rgb_array":
             return picture
-        from .pictures import Window
-
         if self._window is None:
             self._window = Window("relign-bench", self.metadata["render_fps"])
         self._window.show(picture)
         return None
 
-    def close(self):
+    def close(self) -> None:
+        """Closes the window, if there is one; a second call has no effect."""
         if self._window is not None:
             self._window.close()
             self._window = None
 
 
-def made_by_gymnasium(**arguments):
-    """An AlignmentEnv for gymnasium.make, which keeps max_episode_steps for a wrapper of its own: two limits would be the
-    smaller one."""
+def make_single(**arguments: Any) -> AlignmentEnv:
+    """Entry point of gymnasium.make, which applies max_episode_steps in a wrapper.
+
+    A limit in the environment too would make the smaller of the two count.
+    """
     return AlignmentEnv(max_episode_steps=None, **arguments)
-
-
-def chosen_instance(options, task, random):
-    """Number and family of an episode's instance. Options name it; else the generator draws one."""
-    options = dict(options or {})
-    family = options.pop("instances", task.instances)
-    number = options.pop("instance", None)
-    if options:
-        raise ValueError(f"reset knows no option {', '.join(map(repr, options))}; options: instance, instances")
-    if number is None:
-        number = task.draw_number(random)
-    if int(number) < 0:
-        raise ValueError(f"instance={number}: allowed: 0 or more")
-    return int(number), family

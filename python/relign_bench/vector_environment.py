@@ -1,33 +1,52 @@
-"""The alignment of many lenses at once: one call renders all of them over all cores."""
+"""The alignment of many lenses as one Gymnasium vector environment, rendered by one call on all cores."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from ._task import AlignmentTask
-from .environment import AlignmentEnv, chosen_instance
-from .pictures import scene_picture
+from ._errors import check_name
+from ._task import AlignmentTask, choose_instance
+from .environment import AlignmentEnv
+from .rendering import draw_frame
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ._typing import AnyArray, BoolArray, ByteArray, Float64Array, Observation, Slots
 
 
-class AlignmentVectorEnv(VectorEnv):
-    """num_envs environments as AlignmentEnv, bit for bit: what comes out does not depend on the number of threads.
+class AlignmentVectorEnv(VectorEnv["Observation", "AnyArray", "AnyArray"]):
+    """`num_envs` environments equal to `AlignmentEnv`, bit for bit, whatever the number of threads.
 
-    num_envs        how many
-    threads         None: all cores
-    autoreset_mode  gymnasium.vector.AutoresetMode or its name: "NextStep" (gymnasium's default), "SameStep" (the last
-                    observation and info of an episode are in infos["final_obs"], infos["final_info"]) or "Disabled"
-                    (reset(options={"reset_mask": ...}) starts episodes anew)
+    Environment k after reset(seed=s) equals an AlignmentEnv after reset(seed=s + k).
 
-    All other arguments as AlignmentEnv. Environment k of reset(seed=s) is an AlignmentEnv after reset(seed=s + k).
+    Args:
+        num_envs: Number of environments.
+        scene: As for AlignmentEnv.
+        noise_level: As for AlignmentEnv.
+        render_mode: "rgb_array" or None.
+        autoreset_mode: gymnasium.vector.AutoresetMode or its name. "NextStep" (the default) starts the next episode in the step
+            after the last one, whose action is ignored. "SameStep" starts it in the last step: the last observation and info
+            are in infos["final_obs"] and infos["final_info"]. "Disabled" waits for reset(options={"reset_mask": ...}) with a
+            boolean array of shape (num_envs,).
+        **arguments: All other arguments of AlignmentEnv.
+
+    Raises:
+        ValueError: An argument is not valid.
     """
 
-    metadata = dict(AlignmentEnv.metadata)
+    metadata: dict[str, Any] = dict(AlignmentEnv.metadata)
 
-    def __init__(self, num_envs=1, scene="relign_od", noise_level="rho0.25", render_mode=None,
-                 autoreset_mode=AutoresetMode.NEXT_STEP, **arguments):
-        if render_mode not in (None, "rgb_array"):
-            raise ValueError(f"there is no render_mode '{render_mode}' for many environments; render modes: rgb_array")
+    def __init__(self, num_envs: int = 1, scene: str = "relign_od", noise_level: str = "rho0.25",
+                 render_mode: str | None = None, autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+                 **arguments: Any) -> None:
+        if render_mode is not None:
+            check_name(render_mode, ("rgb_array",), "render mode")
         self.num_envs, self.render_mode = int(num_envs), render_mode
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
@@ -36,77 +55,109 @@ class AlignmentVectorEnv(VectorEnv):
         self.single_action_space = self.task.action_space
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
-        self._generators = [None] * self.num_envs
-        self._over = np.zeros(self.num_envs, bool)
+        self._generators: list[np.random.Generator | None] = [None] * self.num_envs
+        self._over: BoolArray = np.zeros(self.num_envs, bool)  # episodes that ended in the latest step
 
-    def reset(self, *, seed=None, options=None):
+    def reset(self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None,
+              ) -> tuple[Observation, dict[str, Any]]:
+        """Starts an episode in every environment, or in those of options["reset_mask"].
+
+        Args:
+            seed: One seed, to which each environment adds its index, or one per environment; None continues the generators.
+            options: reset_mask, and the options of AlignmentEnv.reset.
+
+        Returns:
+            Observations and infos of all environments.
+
+        Raises:
+            ValueError: The number of seeds is not num_envs, or an option is not valid.
+        """
         options = dict(options or {})
         mask = options.pop("reset_mask", None)
         slots = list(range(self.num_envs)) if mask is None else [int(k) for k in np.flatnonzero(mask)]
-        seeds = seed if isinstance(seed, (list, tuple)) else [None if seed is None else seed + k
-                                                              for k in range(self.num_envs)]
+        if seed is None or isinstance(seed, (int, np.integer)):
+            seeds = [None if seed is None else seed + k for k in range(self.num_envs)]
+        else:
+            seeds = list(seed)
         if len(seeds) != self.num_envs:
-            raise ValueError(f"{len(seeds)} seeds for {self.num_envs} environments")
+            raise ValueError(f"expected one seed per environment, found {len(seeds)} seeds for {self.num_envs} environments")
         for slot in slots:
             if seeds[slot] is not None or self._generators[slot] is None:
                 self._generators[slot], _ = gymnasium.utils.seeding.np_random(seeds[slot])
         self._start(slots, options)
-        return self._observations(), self._gathered(slots, self.task.infos(slots))
+        return self.task.observations(), self._gather(slots, self.task.infos(slots))
 
-    def step(self, actions):
+    def step(self, actions: AnyArray) -> tuple[Observation, Float64Array, BoolArray, BoolArray, dict[str, Any]]:
+        """Moves and captures once in every environment.
+
+        Args:
+            actions: Shape (num_envs, axes).
+
+        Returns:
+            Observations, rewards, terminated, truncated and infos, by environment.
+
+        Raises:
+            ValueError: The actions have another shape, or are not finite.
+            gymnasium.error.ResetNeeded: `reset` was not called, or an episode is over and autoreset is disabled.
+        """
         if any(generator is None for generator in self._generators):
             raise gymnasium.error.ResetNeeded("call reset before the first step")
         actions = np.asarray(actions, np.float32)
         if actions.shape != self.action_space.shape or not np.isfinite(actions).all():
-            raise ValueError(f"actions are {self.action_space.shape} finite numbers, these are {actions!r}")
+            raise ValueError(f"actions must be finite numbers of shape {self.action_space.shape}, not {actions!r}")
         if self.autoreset_mode == AutoresetMode.DISABLED and self._over.any():
-            raise gymnasium.error.ResetNeeded(f"episodes {np.flatnonzero(self._over).tolist()} are over; reset them")
-        begin = [int(k) for k in np.flatnonzero(self._over)]  # NextStep: their action is ignored
+            raise gymnasium.error.ResetNeeded(f"episodes {np.flatnonzero(self._over).tolist()} are over: reset them")
+        starting = [int(k) for k in np.flatnonzero(self._over)]  # mode NextStep: their action is ignored
         moving = [k for k in range(self.num_envs) if not self._over[k]]
         rewards = np.zeros(self.num_envs)
         terminated, truncated = np.zeros(self.num_envs, bool), np.zeros(self.num_envs, bool)
         if moving:
             rewards[moving], terminated[moving], truncated[moving] = self.task.step(moving, actions[moving])
-        if begin:
-            self._start(begin, {})
+        if starting:
+            self._start(starting, {})
         self._over = terminated | truncated
         every = list(range(self.num_envs))
         if self.autoreset_mode == AutoresetMode.SAME_STEP and self._over.any():
             ended = [int(k) for k in np.flatnonzero(self._over)]
-            last = self._gathered(ended, self.task.infos(ended))
-            final = np.full(self.num_envs, None, object)
+            final_infos = self._gather(ended, self.task.infos(ended))
+            final_observations = np.full(self.num_envs, None, object)
             for slot in ended:
-                final[slot] = self.task.observation_of(slot)
+                final_observations[slot] = self.task.observation_of(slot)
             self._start(ended, {})
-            infos = self._gathered(every, self.task.infos(every))
-            infos["final_obs"], infos["_final_obs"] = final, terminated | truncated
-            infos["final_info"], infos["_final_info"] = last, terminated | truncated
+            infos = self._gather(every, self.task.infos(every))
+            infos["final_obs"], infos["_final_obs"] = final_observations, terminated | truncated
+            infos["final_info"], infos["_final_info"] = final_infos, terminated | truncated
         else:
-            infos = self._gathered(every, self.task.infos(every))
-        return self._observations(), rewards, terminated, truncated, infos
+            infos = self._gather(every, self.task.infos(every))
+        return self.task.observations(), rewards, terminated, truncated, infos
 
-    def render(self):
+    def render(self) -> tuple[ByteArray, ...]:  # type: ignore[override]
+        """RGB images of all environments, each of shape (height, width, 3).
+
+        Raises:
+            ValueError: The environments have no render_mode.
+        """
         if self.render_mode is None:
-            raise ValueError('render() needs render_mode="rgb_array" when the environments are made')
-        return tuple(scene_picture(self.task, slot) for slot in range(self.num_envs))
+            raise ValueError('render needs environments with render_mode="rgb_array"')
+        return tuple(draw_frame(self.task, slot) for slot in range(self.num_envs))
 
-    def close_extras(self, **_):
-        pass
+    def close_extras(self, **_: Any) -> None:
+        """Nothing to close."""
 
-    def _start(self, slots, options):
-        chosen = [chosen_instance(options, self.task, self._generators[slot]) for slot in slots]
+    def _start(self, slots: Slots, options: dict[str, Any]) -> None:
+        chosen = []
+        for slot in slots:
+            generator = self._generators[slot]
+            assert generator is not None
+            chosen.append(choose_instance(options, self.task, generator))
         self.task.reset(slots, [number for number, _ in chosen], [family for _, family in chosen])
         self._over[slots] = False
 
-    def _observations(self):
-        images = self.task.stacks.copy()
-        return {"image": images, "actions": self.task.past.reshape(self.num_envs, -1).copy()} if self.task.include_actions else images
-
-    def _gathered(self, slots, infos):
-        """One array a key, with the mask "_key" that gymnasium's vector environments have."""
+    def _gather(self, slots: Slots, infos: list[dict[str, Any]]) -> dict[str, Any]:
+        """One array per key, with the mask "_key" that Gymnasium's vector environments add."""
         mask = np.zeros(self.num_envs, bool)
         mask[slots] = True
-        gathered = {}
+        gathered: dict[str, Any] = {}
         for key in infos[0] if infos else ():
             first = np.asarray(infos[0][key])
             values = np.zeros((self.num_envs, *first.shape), first.dtype)

@@ -1,4 +1,4 @@
-// environment::Batch as arrays. Every call that renders lets other Python threads run.
+// environment::Batch with buffers. Calls that render release the GIL.
 #include "environment/batch.h"
 
 #include <algorithm>
@@ -16,7 +16,7 @@ SeedDomain domain_of(const std::string& name) {
   if (name == "training") return SeedDomain::training;
   if (name == "tuning") return SeedDomain::tuning;
   if (name == "benchmark") return SeedDomain::benchmark;
-  throw Error(ErrorKind::bad_input, "there are no instances '" + name + "'; instances: training, tuning, benchmark");
+  throw Error(ErrorKind::bad_input, "unknown instances '" + name + "'; instances: training, tuning, benchmark");
 }
 
 std::unique_ptr<Batch> make_batch(plugin_host::Catalog& catalog, const std::string& scene,
@@ -68,7 +68,8 @@ void render_at(Batch& batch, const Slots& slots, const py::buffer& poses, const 
   batch.render_at(slots, numbers, pixels);
 }
 
-py::tuple truths(Batch& batch, const Slots& slots) {
+// Means and standard errors, one per slot.
+py::tuple noise_free_mse(Batch& batch, const Slots& slots) {
   std::vector<trials::Truth> found;
   {
     const py::gil_scoped_release release;
@@ -103,7 +104,7 @@ std::vector<std::vector<double>> rows(const Batch& batch, const Slots& slots,
   return values;
 }
 
-// The last frames, read-only, as long as the batch lives: slots x height x width.
+// The latest frames, read-only and valid as long as the batch: slots x height x width.
 py::buffer_info frames(Batch& batch) {
   const py::ssize_t height = batch.facts().image_height, width = batch.facts().image_width, size = sizeof(float);
   return {const_cast<float*>(batch.frames()),
@@ -137,7 +138,7 @@ py::dict instance(const Batch& batch, unsigned slot) {
 void bind_batch(py::module_& module) {
   using py::arg;
   py::class_<Batch>(module, "Batch", py::buffer_protocol(),
-                    "Many lenses of one scene, moved and captured together over all cores. A buffer: the last frames.")
+                    "Many instances of one scene, moved and captured together. A buffer: the latest frames.")
       .def(py::init(&make_batch), arg("catalog"), arg("scene"), arg("scene_parameters"), arg("level"),
            arg("level_parameters"), arg("clipping"), arg("suite_seed"), arg("slots"), arg("threads"),
            arg("cache_folder"), py::keep_alive<1, 2>())
@@ -145,7 +146,7 @@ void bind_batch(py::module_& module) {
       .def_property_readonly("axes", [](const Batch& batch) { return batch.facts().axes.size(); })
       .def_property_readonly("nominal_pose", [](const Batch& batch) { return batch.facts().nominal_pose; })
       .def_property_readonly("white", [](const Batch& batch) { return batch.facts().image_white; })
-      .def_property_readonly("tells_truth", [](const Batch& batch) { return batch.facts().truth; })
+      .def_property_readonly("has_ground_truth", [](const Batch& batch) { return batch.facts().truth; })
       .def_property_readonly("slots", &Batch::slots)
       .def_property_readonly("threads", &Batch::threads)
       .def_property_readonly("height", [](const Batch& batch) { return batch.facts().image_height; })
@@ -156,14 +157,14 @@ void bind_batch(py::module_& module) {
       .def("move_by", &move_by, arg("slots"), arg("moves"))
       .def("capture_at", &capture_at, arg("slots"), arg("poses"), arg("seeds"), arg("frames"))
       .def("render_at", &render_at, arg("slots"), arg("poses"), arg("frames"))
-      .def("truths", &truths, arg("slots"))
+      .def("noise_free_mse", &noise_free_mse, arg("slots"))
       .def("optima", &optima, arg("slots"))
       .def("instance", &instance, arg("slot"))
       .def("true_poses",
            [](const Batch& batch, const Slots& slots) { return rows(batch, slots, &Batch::State::true_pose); })
       .def("commanded_poses",
            [](const Batch& batch, const Slots& slots) { return rows(batch, slots, &Batch::State::commanded_pose); })
-      .def("measured",
+      .def("measured_rmse",
            [](const Batch& batch, const Slots& slots) {
              std::vector<double> values;
              for (const unsigned slot : slots) values.push_back(batch.state(slot).measured_rmse);

@@ -1,4 +1,4 @@
-// What the files of the compiled part share.
+// Shared by the files of the compiled module.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -17,11 +17,11 @@ namespace relign::python {
 
 namespace py = pybind11;
 
-// Arrays cross as buffers and lists, never by NumPy's C interface: one build serves NumPy 1 and 2, whatever pybind11
-// the distribution has.
+// Arrays pass as buffers and lists, never by NumPy's C interface: one build then works with NumPy 1 and 2 and with the
+// distribution's pybind11.
 //
-// The C-contiguous numbers behind an object with the buffer protocol. Throws Error(bad_input) naming `what` for another
-// type, shape or layout.
+// The C-contiguous numbers behind an object with the buffer protocol. Throws Error(bad_input), which names `what`, for
+// another type, shape or layout.
 template <class Number>
 Number* numbers_of(const py::buffer& buffer, const std::vector<std::size_t>& shape, bool writable, const char* what) {
   const py::buffer_info info = buffer.request(writable);
@@ -41,13 +41,13 @@ Number* numbers_of(const py::buffer& buffer, const std::vector<std::size_t>& sha
   return static_cast<Number*>(info.ptr);
 }
 
-// Parameters as the package hands them over: the text of a JSON object, or "" for none.
+// Parameters from the text of a JSON object; "" for none.
 Json parameters_of(const std::string& text, const std::string& what);
 
 plugin_host::Choice choose(plugin_host::Catalog& catalog, plugin_host::Kind kind, const std::string& id,
                            const std::string& parameters);
 
-// "soft" or "hard"; Error(bad_input) for another.
+// From "soft" or "hard". Throws Error(bad_input) for another name.
 trials::Limits limits_of(const std::string& name);
 
 void bind_batch(py::module_& module);

@@ -1,5 +1,5 @@
-// relign_bench._core: scenes, instances, frames and trials for Python. Users see the package's classes; this module
-// speaks in ids, JSON text and arrays.
+// relign_bench._core: scenes, instances, frames and trials for Python. The package's classes are its interface; this
+// module takes and returns ids, JSON text and buffers.
 #include <filesystem>
 
 #include "base/error.h"
@@ -9,7 +9,7 @@
 namespace relign::python {
 namespace {
 
-// Messages for people: an Error's own words, as a Python exception that callers would expect.
+// An Error becomes the Python exception that callers expect, with its message.
 void translate(std::exception_ptr thrown) {
   try {
     if (thrown) std::rethrow_exception(thrown);
@@ -32,7 +32,7 @@ plugin_host::Kind kind_of(const std::string& name) {
   if (name == "noise-level") return plugin_host::Kind::noise_level;
   if (name == "algorithm") return plugin_host::Kind::optimizer;
   throw Error(ErrorKind::bad_input,
-              "there are no plugins of kind '" + name + "'; kinds: scene, noise-level, algorithm");
+              "unknown kind '" + name + "'; kinds: scene, noise-level, algorithm");
 }
 
 }  // namespace
@@ -41,14 +41,14 @@ Json parameters_of(const std::string& text, const std::string& what) {
   if (text.empty()) return {};
   Json given = JsonSource::from_text(text, what).root();
   if (!given.is_object())
-    throw Error(ErrorKind::bad_input, what + ": '" + text + "' is no object; allowed: names with values");
+    throw Error(ErrorKind::bad_input, what + ": '" + text + "' must be an object of names with values");
   return given;
 }
 
 trials::Limits limits_of(const std::string& name) {
   if (name == "soft") return trials::Limits::soft;
   if (name == "hard") return trials::Limits::hard;
-  throw Error(ErrorKind::bad_input, "there is no clipping '" + name + "'; clipping: soft, hard");
+  throw Error(ErrorKind::bad_input, "unknown clipping '" + name + "'; clipping: soft, hard");
 }
 
 plugin_host::Choice choose(plugin_host::Catalog& catalog, plugin_host::Kind kind, const std::string& id,
@@ -61,11 +61,11 @@ plugin_host::Choice choose(plugin_host::Catalog& catalog, plugin_host::Kind kind
 PYBIND11_MODULE(_core, module) {
   using namespace relign::python;
   namespace plugin_host = relign::plugin_host;
-  module.doc() = "The compiled part of relign_bench: use the package's own classes.";
+  module.doc() = "The compiled module of relign_bench; use the package's own classes.";
   py::register_exception_translator([](std::exception_ptr thrown) { translate(thrown); });
   module.def("cache_folder", [] { return relign::cache_folder().string(); });
 
-  py::class_<plugin_host::Catalog>(module, "Catalog", "Every plugin that can be used.")
+  py::class_<plugin_host::Catalog>(module, "Catalog", "All plugins below some folders.")
       .def(py::init([](const std::vector<std::string>& roots) {
              auto catalog = std::make_unique<plugin_host::Catalog>();
              for (const std::string& root : roots)

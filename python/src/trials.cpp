@@ -1,4 +1,4 @@
-// Trials of installed algorithms, the same as `relign-bench run` makes them.
+// Trials of installed algorithms, equal to those of `relign-bench run`.
 #include "base/error.h"
 #include "bindings.h"
 #include "records/record.h"
@@ -8,7 +8,7 @@
 namespace relign::python {
 namespace {
 
-// Holds scene and lens from trial to trial.
+// Keeps the scene and the lens between trials.
 class Trials {
  public:
   Trials(plugin_host::Catalog& catalog, const std::string& scene, const std::string& scene_parameters,
@@ -25,7 +25,7 @@ class Trials {
     job_.machine_time = job_.facts.machine_time;
   }
 
-  // The lines of the trial's record, and its captures when they are wanted.
+  // The lines of the trial's record and times, and with keep_frames its captures: float32, frame by frame.
   py::tuple run(const std::string& algorithm, const std::string& parameters, std::uint64_t instance,
                 const std::string& protocol, const std::string& merit, const std::string& limits, unsigned steps,
                 bool keep_frames) {
@@ -35,14 +35,14 @@ class Trials {
     job.id = "python";
     job.instance = instance;
     job.budget = steps;
-    const auto spoken = trials::protocol_from_name(protocol);
-    if (!spoken) throw Error(ErrorKind::bad_input, "there is no protocol '" + protocol + "'; protocols: paper, blind");
-    job.protocol = *spoken;
+    const auto known = trials::protocol_from_name(protocol);
+    if (!known) throw Error(ErrorKind::bad_input, "unknown protocol '" + protocol + "'; protocols: paper, blind");
+    job.protocol = *known;
     job.merit =
         job.protocol == trials::Protocol::paper && !job.facts.owns_stage ? trials::Merit::combined : trials::Merit::rmse;
     if (!merit.empty()) {
       const auto wanted = trials::merit_from_name(merit);
-      if (!wanted) throw Error(ErrorKind::bad_input, "there is no merit '" + merit + "'; merits: combined, rmse");
+      if (!wanted) throw Error(ErrorKind::bad_input, "unknown merit '" + merit + "'; merits: combined, rmse");
       job.merit = *wanted;
     }
     job.limits = limits_of(limits);
@@ -58,7 +58,6 @@ class Trials {
       const runner::TrialOutcome outcome = runner_.run(job, nullptr, on_step);
       lines = records::to_lines(outcome.record) + "\n" + records::to_line(outcome.times);
     }
-    // Bytes of float32, frame by frame.
     py::object captured = py::none();
     if (keep_frames) captured = py::bytes(reinterpret_cast<const char*>(frames.data()), frames.size() * sizeof(float));
     return py::make_tuple(lines, captured);
@@ -74,7 +73,7 @@ class Trials {
 
 void bind_trials(py::module_& module) {
   using py::arg;
-  py::class_<Trials>(module, "Trials", "Trials of algorithms on the lenses of one scene and noise level.")
+  py::class_<Trials>(module, "Trials", "Trials of algorithms on the instances of one scene and noise level.")
       .def(py::init<plugin_host::Catalog&, const std::string&, const std::string&, const std::string&,
                     const std::string&, std::uint64_t, unsigned, const std::string&>(),
            arg("catalog"), arg("scene"), arg("scene_parameters"), arg("level"), arg("level_parameters"),

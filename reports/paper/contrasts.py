@@ -1,8 +1,9 @@
 """The planned contrasts by every recommendation rule: `relign-bench report RESULTS --format json | python3
 reports/paper/contrasts.py > reports/paper/contrasts.csv`.
 
-A row is a contrast of the suite's analysis plan at one protocol, noise level and rule: the median ratio of the two methods' errors on the same
-instances with its 95 % interval, p after Holm's correction over the plan, and the verdict (docs/statistics.md). Standard library only.
+A row is a contrast of the suite's analysis plan at one protocol, noise level and rule: the median ratio of the two methods'
+errors on the same instances with its 95 % interval, p after Holm's correction over the plan, and the verdict
+(docs/statistics.md). Standard library only.
 """
 
 import csv
@@ -33,8 +34,8 @@ def rows(result):
                 pairs = group["pairs"] if rule == result["rule"] else group["rules"][rule]["pairs"]
                 pair = planned(pairs, first, second)
                 if pair:
-                    yield (group["protocol"], group["noise_level"], first, second, rule, pair["n"], f"{pair['ratio']:.6g}", f"{pair['lo95']:.6g}",
-                           f"{pair['hi95']:.6g}", f"{pair['p_planned']:.3g}", pair["verdict"])
+                    yield (group["protocol"], group["noise_level"], first, second, rule, pair["n"], f"{pair['ratio']:.6g}",
+                           f"{pair['lo95']:.6g}", f"{pair['hi95']:.6g}", f"{pair['p_planned']:.3g}", pair["verdict"])
 
 
 def main():

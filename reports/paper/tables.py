@@ -2,7 +2,7 @@
 
     python3 reports/paper/tables.py           prints them
     python3 reports/paper/tables.py --write   puts them into the two pages
-    python3 reports/paper/tables.py --check   says where they are stale
+    python3 reports/paper/tables.py --check   prints the pages whose tables are stale
 
 Standard library only.
 """
@@ -15,7 +15,8 @@ import sys
 HERE = pathlib.Path(__file__).resolve().parent
 TREE = HERE.parent.parent
 PAGES = (TREE / "docs" / "reproduction.md", TREE / "README.md")
-IN_SHORT = ("sensitivity", "imitation-ppo", "through-focus", "nlopt-bobyqa", "ppo-paper", "bo-gp-tuned", "bo-gp", "home", "random")
+IN_SHORT = ("sensitivity", "imitation-ppo", "through-focus", "nlopt-bobyqa", "ppo-paper", "bo-gp-tuned", "bo-gp", "home",
+            "random")
 INSTANCES = "50"
 RULES = ("own", "best", "current")
 LEVELS = ("rho0", "rho0.25", "rho0.5")
@@ -67,12 +68,12 @@ class Study:
         return number(row["recommended_median"]) if row and row["recommended_median"] else 1e9
 
     def at(self, protocol, name, level, step):
-        """The row of a curve at a step; after its last step the last one stands."""
+        """The row of a curve at a step; after its last step, the last row."""
         rows = self.curves.get((protocol, name, level), [])
         return next((row for row in reversed(rows) if int(row["step"]) <= step), None)
 
     def arrival(self, protocol, name, level, target):
-        """First step from which on the median excess stays under the target."""
+        """First step after which the median excess stays below the target."""
         first = None
         for row in self.curves.get((protocol, name, level), []):
             value = number(row["excess_median"])
@@ -84,7 +85,7 @@ class Study:
 
 
 def label(study, protocol, name):
-    """With what differs from the study's usual: an oracle, another number of steps or of instances."""
+    """The name, with what differs from most methods: an oracle, another number of steps or of instances."""
     row = next(study.ranking[protocol, name, level] for level in LEVELS if (protocol, name, level) in study.ranking)
     return (name + (" (oracle)" if row["oracle"] == "true" else "") + ("" if row["step"] == "50" else f", {row['step']} steps")
             + ("" if row["trials"] == INSTANCES else f", {row['trials']} instances"))
@@ -92,20 +93,22 @@ def label(study, protocol, name):
 
 def short(study, protocol):
     """Medians after the last image, of some methods."""
-    return table(("",) + LEVELS,
-                 [(f"`{name}`", *(rounded(number(study.ranking[protocol, name, level]["recommended_median"])) for level in LEVELS))
-                  for name in IN_SHORT])
+    def cell(name, level):
+        return rounded(number(study.ranking[protocol, name, level]["recommended_median"]))
+
+    return table(("",) + LEVELS, [(f"`{name}`", *(cell(name, level) for level in LEVELS)) for name in IN_SHORT])
 
 
 def rules(study, protocol):
-    """Medians after the last image by the three recommendation rules, and how many instances are in specification."""
+    """Medians after the last image by the three recommendation rules, and the share of instances in specification."""
     def cell(name, level):
         row = study.ranking.get((protocol, name, level))
         return NO_VALUE if not row else " / ".join(rounded(number(row[f"{rule}_median"])) for rule in RULES)
 
     def share(name):
         found = [study.ranking[protocol, name, level] for level in LEVELS if (protocol, name, level) in study.ranking]
-        return " / ".join(f"{100 * sum(number(row[f'{rule}_yield']) or 0 for row in found) / len(found):.0f} %" for rule in RULES)
+        shares = [sum(number(row[f"{rule}_yield"]) or 0 for row in found) / len(found) for rule in RULES]
+        return " / ".join(f"{100 * value:.0f} %" for value in shares)
 
     return table(("method",) + LEVELS + ("in specification",),
                  [(label(study, protocol, name), *(cell(name, level) for level in LEVELS), share(name))
@@ -124,12 +127,13 @@ def contrasts(protocol):
             f"{float(row['ratio']):.2f} ({float(row['lo95']):.2f} to {float(row['hi95']):.2f}) {row['verdict']}")
 
     return table(("contrast", "rule") + LEVELS,
-                 [(f"{first} : {second}" if rule == "own" else "", rule, *(cell(first, second, level, rule) for level in LEVELS))
+                 [(f"{first} : {second}" if rule == "own" else "", rule,
+                   *(cell(first, second, level, rule) for level in LEVELS))
                   for first, second in pairs for rule in ("own", "best")])
 
 
 def final(study, protocol):
-    """Noise-free RMSE at the last recommendation: median, its 95 % band, and what the method costs."""
+    """Noise-free RMSE at the last recommendation: median and its 95 % band; and the time of the method per step."""
     def cell(name, level):
         row = study.ranking.get((protocol, name, level))
         if not row or not row["recommended_median"]:
@@ -148,7 +152,7 @@ def final(study, protocol):
 
 
 def curves(study, protocol, level):
-    """Median noise-free RMSE after so many images."""
+    """Median noise-free RMSE after some numbers of images."""
     rows = []
     for name in study.algorithms(protocol):
         at = [study.at(protocol, name, level, step) for step in STEPS]
@@ -158,7 +162,7 @@ def curves(study, protocol, level):
 
 
 def arrivals(study, protocol):
-    """Images from which on half of the lenses are within so much of their own optimum."""
+    """Images after which half of the instances stay within some distances of their own optimum."""
     def cell(name, level):
         return " / ".join(str(NO_VALUE if step is None else step)
                           for step in (study.arrival(protocol, name, level, target) for target in TARGETS))
@@ -168,7 +172,7 @@ def arrivals(study, protocol):
 
 
 def thresholds(study, protocol):
-    """Who meets the thresholds of the package: lenses of all at the start, after one move, ever."""
+    """Instances that meet the package's thresholds at the start, after one move, and ever."""
     def cell(name, level):
         row = study.thresholds.get((protocol, name, level))
         return NO_VALUE if not row else f"{row['met_at_start']} / {row['met_after_1']} / {row['met_ever']} of {row['n']}"
@@ -178,8 +182,10 @@ def thresholds(study, protocol):
 
 
 def trainings():
-    """Reward and error of each training where it ended, and of the usual recipe after as many steps. The reward is the mean of
-    three stretches, over which it wavers."""
+    """Reward and error at the end of each training, and of the usual recipe after as many steps.
+
+    The reward varies from segment to segment, so it is the mean of the last three.
+    """
     runs = {}
     with (HERE / "training.csv").open(newline="") as file:
         for row in csv.DictReader(file):
@@ -222,7 +228,7 @@ def replaced(name, page, made):
     """The page with every `<!-- table NAME -->` ... `<!-- end -->` filled."""
     def fill(match):
         if match["name"] not in made:
-            raise SystemExit(f"{name} asks for the table '{match['name']}'; there are: {', '.join(made)}")
+            raise SystemExit(f"{name}: unknown table '{match['name']}'; tables: {', '.join(made)}")
         return f"<!-- table {match['name']} -->\n\n{made[match['name']]}\n\n<!-- end -->"
 
     return re.sub(r"<!-- table (?P<name>[^>]+?) -->.*?<!-- end -->", fill, page, flags=re.DOTALL)
@@ -240,7 +246,7 @@ def main(arguments):
     stale = [page for page in PAGES if page.read_text() != replaced(page.name, page.read_text(), made)]
     if arguments == ["--check"]:
         for page in stale:
-            print(f"{page}: its tables are not those of {HERE}; python3 reports/paper/tables.py --write mends it")
+            print(f"{page}: the tables differ from {HERE}; python3 reports/paper/tables.py --write updates them")
         return 1 if stale else 0
     for page in stale:
         page.write_text(replaced(page.name, page.read_text(), made))

@@ -1,8 +1,8 @@
-"""How many lenses ever meet the success thresholds of the authors' package, and after how many images: `python3
+"""Instances that meet the success thresholds of the authors' package, and after how many images: `python3
 reports/paper/thresholds.py RESULTS... > reports/paper/thresholds.csv`, from the raw trials of results folders.
 
-The package ends an episode once the measured RMSE (camera noise included) is under a number of the noise level. Standard
-library only.
+The package ends an episode once the measured RMSE (camera noise included) is below a threshold that depends on the noise level.
+Standard library only.
 """
 
 import csv
@@ -11,7 +11,7 @@ import pathlib
 import statistics
 import sys
 
-THRESHOLDS = {"rho0": 0.051, "rho0.25": 0.0555, "rho0.5": 0.060}  # relign 0.1.0, 64 samples a pixel
+THRESHOLDS = {"rho0": 0.051, "rho0.25": 0.0555, "rho0.5": 0.060}  # relign 0.1.0, 64 samples per pixel
 NEVER = float("inf")
 
 

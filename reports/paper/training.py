@@ -1,7 +1,7 @@
-"""Trainings side by side, as the paper's figures of them: `python3 reports/paper/training.py FOLDER... -o
+"""Table and figure that compare trainings, as in the paper: `python3 reports/paper/training.py FOLDER... -o
 reports/paper/training.csv --figure docs/images/training.png`, from the folders of relign-train ppo.
 
-The table has a row for each stretch of each training. The figure needs matplotlib, the table the standard library only.
+The table has a row for each segment of each training. The figure needs matplotlib, the table the standard library only.
 """
 
 import argparse
@@ -9,9 +9,9 @@ import csv
 import json
 import pathlib
 
-RECIPE = ("algorithm", "level", "rate", "entropy", "size", "seed")  # what tells the trainings apart
+RECIPE = ("algorithm", "level", "rate", "entropy", "size", "seed")  # settings in which the trainings differ
 CURVE = ("steps", "hours", "reward", "episode", "success", "rmse_6", "rmse_12")
-# What is shown beside what: title, and the recipes in each panel.
+# Each panel varies one setting of the usual recipe: (setting, label).
 USUAL = {"algorithm": "ppo", "level": 0.25, "rate": 1e-4, "entropy": 1e-3}
 PANELS = (("algorithm", "{}"), ("level", "N = {:g}"), ("rate", "rate {:g}"), ("entropy", "entropy {:g}"))
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9")
@@ -50,7 +50,7 @@ def draw(rows, out):
         compared = max((int(run[-1]["steps"]) for run in alike if run[0][varied] != USUAL[varied]), default=0)
         for colour, run in zip(COLOURS, sorted(alike, key=lambda run: (run[0][varied] != USUAL[varied], run[0][varied]))):
             curve(panel, run, compared, color=colour, marker=".", label=named(label, run[0][varied]))
-        for run in again:  # how far two trainings lie apart that differ by chance alone
+        for run in again:  # other seeds of the usual recipe, for the random variation
             curve(panel, run, compared, color="0.7", zorder=1, label=f"{named(label, USUAL[varied])}, seed {run[0]['seed']}")
         panel.set_xlabel("steps")
         panel.xaxis.set_major_formatter(ticker.EngFormatter(sep=""))

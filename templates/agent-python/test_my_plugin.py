@@ -1,4 +1,4 @@
-"""What my_plugin promises, checked by running trials: python3 test_my_plugin.py (relign-bench must be in PATH)."""
+"""Tests of my_plugin that run trials: python3 test_my_plugin.py (relign-bench must be in PATH)."""
 import json
 import pathlib
 import subprocess
@@ -14,13 +14,13 @@ def trial(*options):
 
 
 class MyPluginTest(unittest.TestCase):
-    def test_some_step_is_better_than_the_start(self):
-        # Sharpness alone also likes a picture that is sharp in the wrong place; a trained policy should end at its best.
+    def test_some_step_improves_on_the_start(self):
+        # An image can be sharp in the wrong place, so the best step need not be the last. With a trained policy it should be.
         steps = trial("--instance", "1", "--steps", "30")
         self.assertLess(min(step["commanded_mse"] for step in steps), steps[0]["commanded_mse"])
         self.assertEqual(steps[-1]["recommendation"], "current")
 
-    def test_same_seed_same_trial(self):
+    def test_same_seed_gives_same_trial(self):
         self.assertEqual(trial("--steps", "10"), trial("--steps", "10"))
 
 

@@ -10,10 +10,10 @@ class MyPlugin(NoiseLevel):
 
     start_range = parameter(
         0.3, minimum=0.0, maximum=0.5, unit="share of the travel",
-        description="Starts lie this far from the middle of the travel at most, per axis",
+        description="Largest distance of a start from the middle of the travel, per axis",
     )
     movement_std = parameter(
-        0.01, minimum=0.0, maximum=0.2, description="Standard deviation of every entry that distorts a move"
+        0.01, minimum=0.0, maximum=0.2, description="Standard deviation of each entry of the movement distortion"
     )
     shift_mm = parameter(
         0.0005, minimum=0.0, maximum=10.0, unit="mm", description="Largest shift of an element along each axis"
@@ -23,7 +23,7 @@ class MyPlugin(NoiseLevel):
     )
 
     def draw(self, seed, scene):
-        """One instance: a pure function of the seed and of what the scene says of itself."""
+        """The perturbations of one instance: a pure function of the seed and the scene's description."""
         axes = len(scene["axes"])
         return {
             "start": self.start(stream(seed, "start"), axes),
@@ -31,27 +31,28 @@ class MyPlugin(NoiseLevel):
             "elements": {name: self.offsets(stream(seed, "element " + name)) for name in scene.get("elements", [])},
         }
 
-    def start(self, chance, axes):
-        """True pose, 0 to 1 along each axis."""
-        return [chance.uniform(0.5 - self.start_range, 0.5 + self.start_range) for _ in range(axes)]
+    def start(self, rng, axes):
+        """True start pose, 0 to 1 along each axis."""
+        return [rng.uniform(0.5 - self.start_range, 0.5 + self.start_range) for _ in range(axes)]
 
-    def distortion(self, chance, axes):
-        """A commanded move times this matrix is the true move."""
+    def distortion(self, rng, axes):
+        """The matrix that turns a commanded move into the true move."""
         return [
-            [float(row == column) + self.movement_std * chance.gauss(0, 1) for column in range(axes)]
+            [float(row == column) + self.movement_std * rng.gauss(0, 1) for column in range(axes)]
             for row in range(axes)
         ]
 
-    def offsets(self, chance):
+    def offsets(self, rng):
+        """Offsets of one element."""
         return {
-            "shift_mm": [chance.uniform(-self.shift_mm, self.shift_mm) for _ in range(3)],
-            "tilt_deg": [chance.uniform(-self.tilt_deg, self.tilt_deg) for _ in range(2)],
+            "shift_mm": [rng.uniform(-self.shift_mm, self.shift_mm) for _ in range(3)],
+            "tilt_deg": [rng.uniform(-self.tilt_deg, self.tilt_deg) for _ in range(2)],
         }
 
 
 def stream(seed, name):
-    """Chance of its own for each part: it keeps its values when another part draws more or fewer of them."""
-    return random.Random("%d %s" % (seed, name))
+    """A separate stream for each part: its values do not depend on how many others draw."""
+    return random.Random(f"{seed} {name}")
 
 
 if __name__ == "__main__":

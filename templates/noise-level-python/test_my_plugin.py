@@ -1,4 +1,4 @@
-"""What my_plugin promises, checked by running trials: python3 test_my_plugin.py (relign-bench must be in PATH)."""
+"""Tests of my_plugin that run trials: python3 test_my_plugin.py (relign-bench must be in PATH)."""
 import json
 import pathlib
 import subprocess
@@ -14,7 +14,7 @@ def trial(*options):
 
 
 class MyPluginTest(unittest.TestCase):
-    def test_starts_lie_near_the_middle_of_the_travel_and_differ(self):
+    def test_starts_differ_and_are_near_the_middle_of_the_travel(self):
         starts = [trial("--instance", str(instance))[0]["true_pose"] for instance in range(5)]
         coordinates = [coordinate for start in starts for coordinate in start]
         self.assertGreaterEqual(min(coordinates), 0.2)

@@ -1,4 +1,4 @@
-"""What my_plugin promises, checked by running trials: python3 test_my_plugin.py (relign-bench must be in PATH)."""
+"""Tests of my_plugin that run trials: python3 test_my_plugin.py (relign-bench must be in PATH)."""
 import json
 import pathlib
 import subprocess
@@ -14,15 +14,15 @@ def trial(*options):
 
 
 class MyPluginTest(unittest.TestCase):
-    def test_what_it_recommends_at_last_is_better_than_the_start_on_most_instances(self):
-        # Chance is in it, and its seeds change with its name: a promise for every single instance would not hold.
+    def test_last_recommendation_improves_on_the_start_for_most_instances(self):
+        # A random search, whose seeds depend on its name, does not improve every instance.
         better = 0
         for instance in range(4):
             steps = trial("--instance", str(instance), "--protocol", "blind", "--steps", "30")
             better += steps[-1]["recommended_mse"] < steps[0]["recommended_mse"]
         self.assertGreaterEqual(better, 2)
 
-    def test_same_seed_same_trial(self):
+    def test_same_seed_gives_same_trial(self):
         self.assertEqual(trial("--steps", "10"), trial("--steps", "10"))
 
 

@@ -1,4 +1,4 @@
-"""A synthetic scene: a point source seen through a lens of two elements, as a round spot that is small in focus."""
+"""A synthetic scene: the image of a point source through a lens of two elements, a round spot that is small in focus."""
 import array
 import math
 import random
@@ -15,7 +15,7 @@ SPOT_PER_DEGREE = 0.02  # mm that the spot moves when an element tilts
 
 
 def render(true_pose, shift_mm):
-    """What an image depends on: where the spot is and how large. Rows of pixels, row 0 on top."""
+    """The noise-free image: rows of pixels, row 0 on top."""
     # True pose 0..1 to mm, 0 is the middle of the travel.
     x, y, z = ((2 * p - 1) * half + shift for p, half, shift in zip(true_pose, TRAVEL_MM.values(), shift_mm))
     radius = math.hypot(SHARP_MM, BLUR_PER_MM * z)
@@ -30,23 +30,21 @@ def render(true_pose, shift_mm):
 
 
 class Spot(Assembly):
-    """One lens as assembled. Images are pure functions of their arguments: equal arguments, equal bits, whatever was
-    asked before."""
+    """One lens with its element offsets. Images are pure functions of their arguments, whatever was rendered before."""
 
     def __init__(self, shift_mm, read_noise):
         self.shift_mm = shift_mm
         self.read_noise = read_noise
 
     def capture(self, true_pose, frame_seed):
-        noise = random.Random(frame_seed)
-        return [[p + self.read_noise * noise.gauss(0, 1) for p in row] for row in render(true_pose, self.shift_mm)]
+        rng = random.Random(frame_seed)
+        return [[p + self.read_noise * rng.gauss(0, 1) for p in row] for row in render(true_pose, self.shift_mm)]
 
-    # The model is exact, so one render has no error and the seed is not needed. A scene that samples would
-    # multiply the differences of two independent renders to two independent references: their noise then
-    # averages out instead of adding to the error, and the standard error says how well.
+    # This model is exact: the render has no error, and the seed is not used. A scene that samples would multiply the
+    # differences of two independent renders to two independent references: their noise then averages out instead of
+    # adding to the error, and the standard error measures what is left.
     def noise_free_mse(self, true_pose, seed):
-        wanted = render(NOMINAL_POSE, [0, 0, 0])
-        pairs = zip(render(true_pose, self.shift_mm), wanted)
+        pairs = zip(render(true_pose, self.shift_mm), render(NOMINAL_POSE, [0, 0, 0]))
         return sum((a - b) ** 2 for row, other in pairs for a, b in zip(row, other)) / PIXELS**2, 0.0
 
     def render_noise_free(self, true_pose):
@@ -59,7 +57,7 @@ class MyPlugin(Scene):
 
     read_noise = parameter(
         0.01, minimum=0.0, maximum=1.0, unit="share of the peak",
-        description="Standard deviation of the noise that every pixel has",
+        description="Standard deviation of the noise of each pixel",
     )
 
     def describe(self):
@@ -73,15 +71,15 @@ class MyPlugin(Scene):
         }
 
     def reference(self):
-        """O*: what the perfect lens shows at the nominal pose, without noise."""
+        """O*: the noise-free image of the perfect lens at the nominal pose."""
         return render(NOMINAL_POSE, [0, 0, 0])
 
     def mount(self, offsets):
-        """One lens: {"L1": {"shift_mm": [x, y, z], "tilt_deg": [rx, ry]}, ...}; {} is the perfect lens."""
+        """Assembles one lens. Offsets: {"L1": {"shift_mm": [x, y, z], "tilt_deg": [rx, ry]}, ...}; {} is the perfect lens."""
         total = [0.0, 0.0, 0.0]
         for element, offset in offsets.items():
             if element not in ("L1", "L2"):
-                raise ValueError("there is no element '%s'" % element)
+                raise ValueError(f"unknown element '{element}'; elements: L1, L2")
             rx, ry = offset.get("tilt_deg", [0, 0])
             moves = [SPOT_PER_DEGREE * ry, -SPOT_PER_DEGREE * rx, 0]
             total = [t + shift + move for t, shift, move in zip(total, offset.get("shift_mm", [0, 0, 0]), moves)]

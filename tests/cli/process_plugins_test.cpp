@@ -207,7 +207,7 @@ TEST(CliProcessPlugins, ProvidesServices) {
   place.write("asks.py", R"("""Uses the host's services."""
 from relign_bench.plugin import Optimizer, serve
 class Asks(Optimizer):
-    knows = ("merit", "images", "level")
+    observes = ("merit", "images", "level")
     def run(self, talk):
         seen, wanted = talk.first, talk.reference
         image = seen.image

@@ -1,10 +1,10 @@
-"""One of our agents inside the authors' LensEnv, beside the same agent in our scenes: noise-free RMSE after each step.
+"""An agent of relign-bench in the authors' LensEnv and in relign-bench's scenes: noise-free RMSE after each step.
 
     RELIGN_BENCH=build/release/bin/relign-bench .peers/bin/python tests/peers/compare_package_env.py results/package_env
 
-Twenty lenses, ten steps: 260 captures of the package, 3 s each on two idle cores. It may be stopped, and goes on in the
-same folder. Two scenes of ours stand beside it: relign_od-package has the reflections that the package's lens has,
-relign_od, which the agents learnt from, has none. curve-AGENT.csv in the folder has what is printed.
+Twenty instances with ten steps are 260 captures of the package, 3 s each on two idle cores. An interrupted comparison resumes
+in the same folder. Two scenes of relign-bench are compared: relign_od-package has the reflections of the package's lens;
+relign_od, on which the agents were trained, has none. The printed values are also in curve-AGENT.csv in the folder.
 """
 
 import argparse
@@ -27,14 +27,14 @@ def run(folder, scene, level, given, instances, seed=1):
         "seed": seed, "scenes": [scene], "noise_levels": [level], "instances": instances, "steps": given.steps,
         "protocol": "blind",
         "algorithms": [{"use": given.agent, "name": "agent", "parameters": {"other_scenes": True}},
-                       # It stands in every suite; one step of it is the least.
+                       # The runner adds it to every suite; one step is the minimum.
                        {"use": "random", "steps": 1}]}))
     program.call("run", suite, "-o", folder)
     return folder
 
 
 def package_log(given, instance):
-    """Poses and elements at every step of the agent's trial; from the folder where they were found before."""
+    """Poses and elements at every step of the agent's trial; from the folder if they are already there."""
     log = given.folder / f"package-{given.agent}-{instance}.jsonl"
     if not log.is_file():
         results, writing = given.folder / "running", log.with_suffix(".part")
@@ -49,13 +49,12 @@ def package_log(given, instance):
         trials.setdefault(line["trial"], []).append(line)
     found = [lines for lines in trials.values() if len(lines) == given.steps + 1]
     if len(found) != 1:
-        raise RuntimeError(f"{log}: {len(found)} trials of {given.steps} steps where there should be one; delete it")
+        raise RuntimeError(f"{log}: expected one trial of {given.steps} steps, found {len(found)}; delete the file")
     return found[0]
 
 
 def in_the_package(given):
-    """The RMSE that relign_od would have at the poses and with the elements that were there: the package cannot tell
-    its own without noise."""
+    """RMSE of relign_od at the package's poses and with its elements: the package has no noise-free images."""
     target = package_images.pattern_file("siemens")
     wanted = program.render(given.folder, [0.5] * 5, {}, target)
     rmse = []
@@ -63,12 +62,12 @@ def in_the_package(given):
         images = [program.render(given.folder, line["pose"], line["elements"], target)
                   for line in package_log(given, instance)]
         rmse.append([np.sqrt(np.mean((image - wanted) ** 2)) for image in images])
-        print(f"package, lens {instance + 1}: {' '.join(f'{value:.4f}' for value in rmse[-1])}", flush=True)
+        print(f"package, instance {instance + 1}: {' '.join(f'{value:.4f}' for value in rmse[-1])}", flush=True)
     return rows("package", np.array(rmse))
 
 
 def rows(where, rmse):
-    """rmse: lenses x steps."""
+    """Quartiles by step; rmse has shape (instances, steps + 1)."""
     return [[where, step, len(rmse), *np.quantile(rmse[:, step], [0.25, 0.5, 0.75])] for step in range(rmse.shape[1])]
 
 
@@ -83,12 +82,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--agent", default="imitation")
-    parser.add_argument("--instances", type=int, default=20, help="lenses of the package")
-    parser.add_argument("--with-reflections", type=int, default=20, help="lenses of relign_od-package")
+    parser.add_argument("--instances", type=int, default=20, help="instances of the package")
+    parser.add_argument("--with-reflections", type=int, default=20, help="instances of relign_od-package")
     parser.add_argument("--steps", type=int, default=10)
     given = parser.parse_args()
     given.folder.mkdir(parents=True, exist_ok=True)
-    os.environ.setdefault("RELIGN_CALL_SECONDS", "600")  # an answer of the package takes its time on a busy machine
+    os.environ.setdefault("RELIGN_CALL_SECONDS", "600")  # the package is slow on a busy machine
     found = (in_our_scene(given, "relign_od", 100) + in_our_scene(given, "relign_od-package", given.with_reflections) +
              in_the_package(given))
     with open(given.folder / f"curve-{given.agent}.csv", "w", newline="") as out:
@@ -97,7 +96,7 @@ def main():
         table.writerows([*row[:3], *(f"{value:.5f}" for value in row[3:])] for row in found)
     print(f"{given.agent}, N = {LEVEL}: median noise-free RMSE (quartiles)")
     for where, step, count, q25, median, q75 in found:
-        print(f"{where}, {count} lenses, step {step}: {median:.4f} ({q25:.4f} - {q75:.4f})")
+        print(f"{where}, {count} instances, step {step}: {median:.4f} ({q25:.4f} - {q75:.4f})")
 
 
 if __name__ == "__main__":

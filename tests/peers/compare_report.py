@@ -1,10 +1,10 @@
-"""Computes a report's numbers again from the raw records, and says where they differ:
+"""Recomputes the numbers of a report from the raw records and prints the differences:
 
     python3 tests/peers/compare_report.py results/quick
 
-Compared are `report --format json` and `csv`, aggregate.csv, curves.csv, curves.json and instances.csv of the folder to 1e-9, and the data in
-its report.html to the digits that it has. `--json FILE` and so on compare other files. Exit code 1 when something differs.
-Needs the program (RELIGN_BENCH, or build/release/bin), NumPy, pandas and SciPy.
+It compares `report --format json` and `csv`, aggregate.csv, curves.csv, curves.json and instances.csv of the folder to 1e-9,
+and the data in its report.html to the printed digits. `--json FILE` and so on compare other files. The exit code is 1 if
+something differs. Needs the program (RELIGN_BENCH, or build/release/bin), NumPy, pandas and SciPy.
 """
 
 import argparse
@@ -20,7 +20,7 @@ import program
 import recompute
 
 TOLERANCE = 1e-9
-# Words, and what says nothing of the trials' errors. Everything else in a group must be computed again.
+# Texts and members that do not follow from the trials' errors. Every other member of a group must be recomputed.
 WORDS = {"label", "training_tag", "station", "knows", "oracle", "name", "unit", "algorithm_seconds", "key", "reason", "leads"}
 ONLY_IN_TABLES = {"n", "mean"}  # of a curve's tracks
 
@@ -30,10 +30,10 @@ class Differences:
         self.tolerance, self.compared, self.found = tolerance, 0, []
 
     def add(self, place, wanted, found):
-        self.found.append(f"{place}: computed again {wanted!r}, found {found!r}")
+        self.found.append(f"{place}: recomputed {wanted!r}, found {found!r}")
 
     def number(self, place, wanted, found, tolerance=None):
-        """Missing is None or NaN on either side; both may be infinite."""
+        """Compares numbers. None and NaN are missing values; both sides may be infinite."""
         self.compared += 1
         wanted, found = (math.nan if value is None else float(value) for value in (wanted, found))
         if math.isnan(wanted) and math.isnan(found) or wanted == found:
@@ -42,7 +42,7 @@ class Differences:
             self.add(place, wanted, found)
 
     def value(self, place, wanted, found):
-        """Of the report's JSON: objects and lists member by member."""
+        """Compares values of the report's JSON; objects and lists member by member."""
         if isinstance(wanted, dict) and isinstance(found, dict):
             for key in sorted((wanted.keys() | found.keys()) - WORDS):
                 if key not in wanted or key not in found:
@@ -66,7 +66,7 @@ class Differences:
 
     @staticmethod
     def all_missing(wanted):
-        """Bands of a track that has none, and a track without values, are left out of the report."""
+        """Whether the report leaves it out: a track without values, or bands of a track that has none."""
         if isinstance(wanted, dict):
             return all(Differences.all_missing(value) for value in wanted.values())
         return isinstance(wanted, list) and all(value is None or math.isnan(value) for value in wanted)
@@ -80,10 +80,11 @@ def report_json(differences, groups, document, folder):
     entry = next((one for one in document["results"] if one["folder"] == str(folder)), document["results"][0])
     wanted, found = by_place(groups), by_place(entry["groups"])
     if wanted.keys() != found.keys():
-        return differences.add("groups", list(wanted), list(found))
+        differences.add("groups", list(wanted), list(found))
+        return
     for place, group in wanted.items():
-        curves = [{**curve, "tracks": {track: {what: values for what, values in of.items() if what not in ONLY_IN_TABLES}
-                                       for track, of in curve["tracks"].items()}} for curve in group["curves"]]
+        curves = [{**curve, "tracks": {track: {what: values for what, values in members.items() if what not in ONLY_IN_TABLES}
+                                       for track, members in curve["tracks"].items()}} for curve in group["curves"]]
         differences.value("report.json: " + ", ".join(place), {**group, "curves": curves}, found[place])
 
 
@@ -96,7 +97,7 @@ AGGREGATE = [name + end for name in ("iqm", "median", "gap", "area") for end in 
 
 
 def aggregate_csv(differences, aggregates, file):
-    table = pd.read_csv(file, float_precision="round_trip", keep_default_na=False, na_values={column: "" for column in AGGREGATE})
+    table = pd.read_csv(file, float_precision="round_trip", keep_default_na=False, na_values=dict.fromkeys(AGGREGATE, ""))
     rows = {(row.protocol, row.algorithm, row.training): row for row in table.itertuples()}
     for entry in aggregates:
         best = entry["methods"][0]["method"] if entry["methods"] else ""
@@ -111,8 +112,9 @@ def aggregate_csv(differences, aggregates, file):
                 wanted = {**{column: numbers.get(column) for column in ("n", *AGGREGATE)}, "failed": numbers["failed"],
                           "strata": method["strata"], "steps": method["steps"]}
                 if not training:
-                    wanted.update({f"iqm_{what}_training": method.get("spread", {}).get(what) for what in ("lowest", "highest")},
-                                  iqm_sd_of_trainings=method.get("spread", {}).get("sd"))
+                    spread = method.get("spread", {})
+                    wanted.update({f"iqm_{what}_training": spread.get(what) for what in ("lowest", "highest")},
+                                  iqm_sd_of_trainings=spread.get("sd"))
                     pair = against.get(method["method"], {})
                     wanted.update(best_improves=pair.get("improvement"), best_improves_lo95=pair.get("lo95"),
                                   best_improves_hi95=pair.get("hi95"))
@@ -123,9 +125,10 @@ def aggregate_csv(differences, aggregates, file):
         differences.add(f"aggregate.csv: {place}", "no such row", "a row")
 
 
-RANKING = {"in_spec": ("yield", "in"), "in_spec_of": ("yield", "n"), "yield": ("yield", "share"), "yield_lo95": ("yield", "lo95"),
-           "yield_hi95": ("yield", "hi95"), "yield_uncured": ("yield", "uncured", "share"),
-           "yield_uncured_lo95": ("yield", "uncured", "lo95"), "yield_uncured_hi95": ("yield", "uncured", "hi95"), "steps_to_spec": ("to_spec", "steps"), "steps_to_spec_lo95": ("to_spec", "lo95"),
+RANKING = {"in_spec": ("yield", "in"), "in_spec_of": ("yield", "n"), "yield": ("yield", "share"),
+           "yield_lo95": ("yield", "lo95"), "yield_hi95": ("yield", "hi95"), "yield_uncured": ("yield", "uncured", "share"),
+           "yield_uncured_lo95": ("yield", "uncured", "lo95"), "yield_uncured_hi95": ("yield", "uncured", "hi95"),
+           "steps_to_spec": ("to_spec", "steps"), "steps_to_spec_lo95": ("to_spec", "lo95"),
            "steps_to_spec_hi95": ("to_spec", "hi95"), "expected_steps_to_spec": ("to_spec", "expected"),
            "seconds_to_spec": ("to_spec", "seconds"), "machine_seconds_median": ("machine_seconds",),
            "algorithm_ms_per_step_median": ("algorithm_ms_per_step",), "mtf_centre_median": ("mtf", "centre", "median"),
@@ -138,7 +141,8 @@ def ranking_csv(differences, groups, text):
     paths = {**RANKING, **{column: tuple(column.split("_", 1)) for column in columns}}
     for rule in recompute.RULES:
         paths.update({f"{rule}_{what}": ("rules", rule, what) for what in ("median", "lo95", "hi95")})
-        paths.update({f"{rule}_yield{end}": ("rules", rule, "yield", what) for end, what in (("", "share"), ("_lo95", "lo95"), ("_hi95", "hi95"))})
+        ends = (("", "share"), ("_lo95", "lo95"), ("_hi95", "hi95"))
+        paths.update({f"{rule}_yield{end}": ("rules", rule, "yield", what) for end, what in ends})
         paths[f"{rule}_steps_to_spec"] = ("rules", rule, "steps")
     table = table.set_index(["scene", "noise_level", "protocol", "algorithm"])
     for place, group in by_place(groups).items():
@@ -164,7 +168,7 @@ def ranking_csv(differences, groups, text):
 
 def curves_csv(differences, groups, file):
     table = pd.read_csv(file, float_precision="round_trip", dtype={"noise_level": str})
-    rows = {key: of for key, of in table.groupby(["scene", "noise_level", "protocol", "algorithm"], sort=False)}
+    rows = dict(list(table.groupby(["scene", "noise_level", "protocol", "algorithm"], sort=False)))
     for place, group in by_place(groups).items():
         for curve in group["curves"]:
             name = "curves.csv: " + ", ".join([*place, curve["method"]])
@@ -172,7 +176,8 @@ def curves_csv(differences, groups, file):
             if found is None or list(found.step) != list(range(len(curve["machine_seconds"]))):
                 differences.add(f"{name}, steps", len(curve["machine_seconds"]), None if found is None else list(found.step))
                 continue
-            wanted = {f"{track}_{what}": values for track, of in curve["tracks"].items() for what, values in of.items() if what != "n"}
+            wanted = {f"{track}_{what}": values for track, members in curve["tracks"].items()
+                      for what, values in members.items() if what != "n"}
             wanted.update(machine_seconds_median=curve["machine_seconds"], n=[curve["trials"]] * len(found))
             for column, values in wanted.items():
                 for step, value, there in zip(found.step, values, found[column]):
@@ -197,7 +202,8 @@ def instances_csv(differences, folder, file):
     table = pd.read_csv(file, float_precision="round_trip", dtype={"trial": str}).set_index("trial")
     trials = recompute.read(folder)[1].set_index("trial")
     if list(table.index) != list(trials.index):
-        return differences.add("instances.csv, trials", len(trials), len(table))
+        differences.add("instances.csv, trials", len(trials), len(table))
+        return
     for trial, row in trials.iterrows():
         for column, values in ((track, row[track]) for track in recompute.TRACKS):
             differences.number(f"instances.csv: {trial}, {column}", values[-1] if row.made else None, table.loc[trial, column])
@@ -207,7 +213,7 @@ def instances_csv(differences, folder, file):
 
 
 def page(differences, groups, file):
-    """What the script of the page draws: five digits, or fewer on a page that had to become smaller."""
+    """The data of the page's script: five digits, or fewer on a page that was made smaller."""
     text = re.search(r'<script type="application/json" id="report-data">(.*?)</script>', file.read_text(), re.DOTALL).group(1)
     data = json.loads(text)
     whole = all("first_step" in curve and len(curve["tracks"]) > 3 for group in data["groups"] for curve in group["curves"])
@@ -223,7 +229,8 @@ def page(differences, groups, file):
                 steps = there.get("steps") or range(there["first_step"], there["first_step"] + len(of["median"]))
                 for what, values in of.items():
                     for step, value in zip(steps, values):
-                        differences.number(f"{name}, step {step}, {track} {what}", curve["tracks"][track][what][step], value, tolerance)
+                        expected = curve["tracks"][track][what][step]
+                        differences.number(f"{name}, step {step}, {track} {what}", expected, value, tolerance)
 
 
 def main():
@@ -231,7 +238,7 @@ def main():
     options.add_argument("folder", type=pathlib.Path)
     for name in ("json", "csv", "curves", "page"):
         options.add_argument(f"--{name}", type=pathlib.Path)
-    options.add_argument("--rule", choices=list(recompute.RULES), help="of the report; tables and page are by it too")
+    options.add_argument("--rule", choices=list(recompute.RULES), help="recommendation rule of report, tables and page")
     chosen = options.parse_args()
     folder = chosen.folder
     by = ["--rule", chosen.rule] if chosen.rule else []

@@ -1,8 +1,8 @@
-"""Our Bayesian optimisation against scikit-optimize, the long form: `python compare_skopt.py FOLDER [--instances 100]`.
+"""Bayesian optimisation against scikit-optimize on many instances: `python compare_skopt.py FOLDER [--instances 100]`.
 
-Resumes in the same folder, which gets one for each noise level; each level has instances of its own, since a search
-draws the same random numbers for an instance at every level. --read runs nothing and prints what is there.
-Not a test; for its times it needs an idle machine.
+An interrupted comparison resumes in the same folder, which has a folder for each noise level. Each level has its own instances,
+since a search draws the same random numbers for an instance at every level. --read only prints the results. Not a test; its
+times need an idle machine.
 """
 
 import argparse
@@ -23,7 +23,7 @@ SEARCHES = {
     "bo-gp": {"use": "bo-gp"},
     "bo-rf": {"use": "bo-rf"},
     "bo-et": {"use": "bo-et"},
-    # Another number of candidates is another stream of random numbers: the difference that chance alone makes.
+    # Another number of candidates gives another random stream: this measures the random variation.
     "bo-gp again": {"use": "bo-gp", "parameters": {"candidates": 9990}},
     "bo-rf again": {"use": "bo-forest", "parameters": {"candidates": 9990}},
 }
@@ -36,7 +36,7 @@ PAIRS = (
     ("bo-rf", "bo-rf again"),
     ("bo-et", "skopt ET"),
     ("bo-et", "package forest"),
-    # Every suite has random poses: is a search better than they are, ours and the original?
+    # Random poses, which every suite has, as a baseline for both.
     ("skopt GP", "random"),
     ("bo-gp", "random"),
     ("skopt RF", "random"),
@@ -47,7 +47,7 @@ PAIRS = (
 
 
 def ratios(trials):
-    """A row for each level, then all together, each pair, measure and number of images."""
+    """One row for each pair, measure and number of images, by level and for all levels together."""
     measures = {
         "lowest merit": paired_search.Trial.lowest_merit,
         "error there": paired_search.Trial.error_at_lowest_merit,
@@ -61,14 +61,14 @@ def ratios(trials):
             for measure, of in measures.items():
                 for step in paired_search.STEPS:
                     both = [
-                        paired_search.values(trials, search, group, lambda trial: of(trial, step))
+                        paired_search.values(trials, search, group, lambda trial, of=of, step=step: of(trial, step))
                         for search in (ours, theirs)
                     ]
                     yield (name, ours, theirs, measure, step, *paired_search.median_ratio(*both))
 
 
 def table(trials):
-    """The same as Markdown: a row for each level, pair and measure."""
+    """The same as Markdown, one row for each level, pair and measure."""
     columns = ["level", "searches", "pairs", "", *(f"{step} images" for step in paired_search.STEPS)]
     lines = ["| " + " | ".join(columns) + " |"]
     lines.append("|" + "---|" * len(columns))
@@ -80,7 +80,7 @@ def table(trials):
 
 
 def rows(trials):
-    """CSV: what each trial had reached after so many images."""
+    """CSV: the values that each trial has reached after some numbers of images."""
     lines = ["noise_level,search,instance,images,lowest_merit,error_there"]
     for trial in sorted(trials, key=lambda trial: (trial.noise_level, trial.algorithm, trial.instance)):
         for step in paired_search.STEPS:
@@ -94,12 +94,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--scene", default="gaussian_spot")
-    parser.add_argument("--noise-levels", nargs="+", default=["rho0"], help="gaussian_spot has rho0 only")
-    parser.add_argument("--instances", type=int, default=100, help="of each noise level")
+    parser.add_argument("--noise-levels", nargs="+", default=["rho0"], help="noise levels [default: rho0]")
+    parser.add_argument("--instances", type=int, default=100, help="instances of each noise level [default: %(default)s]")
     parser.add_argument("--searches", nargs="+", default=["skopt GP", "bo-gp", "bo-gp again"], choices=list(SEARCHES))
     parser.add_argument("--workers", type=int, default=1)
-    parser.add_argument("--read", action="store_true", help="run nothing; print what the folder holds")
-    parser.add_argument("--csv", type=Path, help="write a row for each trial")
+    parser.add_argument("--read", action="store_true", help="run nothing; print the results in the folder")
+    parser.add_argument("--csv", type=Path, help="write a CSV file with a row for each trial")
     asked = parser.parse_args()
 
     searches = {name: SEARCHES[name] for name in asked.searches}

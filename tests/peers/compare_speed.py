@@ -1,7 +1,7 @@
-"""Time per image, the package's beside ours: `python compare_speed.py`. Not a test; give it an idle machine.
+"""Time per image of the paper's package and of relign-bench: `python compare_speed.py`. Not a test; needs an idle machine.
 
-The package: one step of its environment. Ours: one process of `relign-bench render` with all it takes to start, and one
-more step of a running trial, which besides the capture holds the truth, the noise-free error of the true pose.
+The package: one step of its environment. relign-bench: one process of `relign-bench render` with its start, and one more step
+of a running trial, which has a capture and the noise-free error of the true pose.
 """
 
 import os
@@ -31,8 +31,11 @@ def package_seconds():
 def process_seconds(scene):
     with tempfile.TemporaryDirectory() as folder:
         target = package_images.pattern_file("siemens")
-        work = lambda: program.render(folder, [0.5] * 5, {}, target, scene, "--seed", "1")
-        work()  # the first one fills the user's cache
+
+        def work():
+            program.render(folder, [0.5] * 5, {}, target, scene, "--seed", "1")
+
+        work()  # the first call fills the user's cache
         return statistics.median(seconds(work) for _ in range(IMAGES))
 
 
@@ -49,7 +52,7 @@ def main():
     rows = [("relign_od, relign-bench render, whole process", process_seconds("relign_od"))]
     if program.has_scene("relign_od-package"):
         rows.append(("relign_od-package (ghosts), the same", process_seconds("relign_od-package")))
-    rows.append(("relign_od, one more step of a trial, with truth", step_seconds()))
+    rows.append(("relign_od, one more step of a trial, with ground truth", step_seconds()))
     package = package_seconds()
     print(f"seconds per image of 200 x 200; {os.cpu_count()} cores, load average {os.getloadavg()[0]:.1f}")
     print(f"{'package, one step of LensEnv, 64 samples':50s} {package:8.3f} s")

@@ -1,4 +1,4 @@
-"""Nothing here is run by ctest: the peers are downloaded programs, and one of their images takes seconds."""
+"""Set-up of the comparisons. ctest does not run them: the other programs are downloaded, and take seconds for an image."""
 
 import importlib.util
 import sys
@@ -7,10 +7,10 @@ import warnings
 import program
 import pytest
 
-# Plugins in Python import relign_bench.plugin, which the program puts on their path.
+# The program puts relign_bench on the path of its plugins; the tests import these plugins themselves.
 sys.path.append(str(program.ROOT / "python"))
 
-# Numba, under Optiland, warns about its own insides.
+# Numba, which Optiland uses, warns about its internals.
 warnings.filterwarnings("ignore", category=UserWarning, module="numba|optiland")
 
 
@@ -28,7 +28,7 @@ def built_program():
 
 @pytest.fixture(scope="session")
 def figures():
-    """Collects what was found, for the summary: a test that passes still tells its figure."""
+    """Collects figures for the summary, which a test that passes would not print."""
     return FIGURES
 
 

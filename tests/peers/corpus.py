@@ -1,4 +1,4 @@
-"""Every lens file of a folder through import, first-order values, images and checks: one row a file.
+"""Runs every lens file of a folder through import, first-order values, images and checks; writes one row per file.
 
     python tests/peers/corpus.py FOLDER [--sample N --seed S] [--jobs J] [--output DIR] [--program PATH] [--stage STAGE]
 
@@ -28,7 +28,7 @@ def lens_files(folder):
 
 
 def hash_of(program):
-    """Of the program and of what it makes images with."""
+    """Hash of the program and of the libraries that make its images."""
     digest = hashlib.sha256(program.read_bytes())
     plugins = program.resolve().parent.parent / "lib/relign-bench/plugins/lens_system"
     for file in sorted(plugins.rglob("*.so")):
@@ -42,7 +42,7 @@ def examine(file, name, program, program_hash, stage):
 
 
 def stored_rows(table, program_hash, stage):
-    """Of the same program, and looked at as far as is asked for."""
+    """Rows of the same program whose stage is at least the requested one."""
     if not table.is_file():
         return {}
     with table.open(newline="") as file:
@@ -66,7 +66,7 @@ def number_in(row, column):
 
 
 def summary(rows, program_hash):
-    """Markdown of what was found."""
+    """The results as Markdown."""
     verdicts = Counter(row["verdict"] for row in rows)
     order = ("right", "accepted", "refused", "wrong", "script error")
     counted = ", ".join(f"{verdicts[name]} {name}" for name in order if verdicts[name])
@@ -105,13 +105,14 @@ def summary(rows, program_hash):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path, metavar="FOLDER", help="searched with its subfolders")
-    parser.add_argument("--sample", type=int, help="this many files, drawn at random")
-    parser.add_argument("--seed", type=int, default=1, help="of --sample [default: 1]")
-    parser.add_argument("--jobs", type=int, default=1, help="files at a time [default: 1]")
-    parser.add_argument("--output", type=Path, default=Path("results/corpus"), help="[default: results/corpus]")
-    parser.add_argument("--program", type=Path, help="relign-bench [default: RELIGN_BENCH, or build/release/bin]")
+    parser.add_argument("--sample", type=int, help="number of files, drawn at random [default: all]")
+    parser.add_argument("--seed", type=int, default=1, help="seed of --sample [default: 1]")
+    parser.add_argument("--jobs", type=int, default=1, help="parallel files [default: 1]")
+    parser.add_argument("--output", type=Path, default=Path("results/corpus"), help="results [default: results/corpus]")
+    parser.add_argument("--program", type=Path, help="path of relign-bench [default: RELIGN_BENCH, or build/release/bin]")
     parser.add_argument(
-        "--stage", choices=STAGES, default="images", help="how far: refusals alone, import without images, or all"
+        "--stage", choices=STAGES, default="images",
+        help="last stage: refusals only, import without images, or images [default: images]",
     )
     parser.add_argument("--match", default="", help="only files whose path matches this regular expression")
     arguments = parser.parse_args()
@@ -150,7 +151,7 @@ def main():
             print(line[:200], flush=True)
         pool.shutdown()
     except KeyboardInterrupt:
-        print("stopped; the same command resumes", flush=True)
+        print("interrupted; the same command resumes", flush=True)
         pool.shutdown(wait=False, cancel_futures=True)
     report = arguments.output / "corpus.md"
     report.write_text(summary([rows[name] for name in sorted(rows) if name in names], program_hash))

@@ -1,4 +1,4 @@
-"""One lens file of a corpus through import, first-order values, rays and images: the row that corpus.py writes."""
+"""Runs one lens file of a corpus through import, first-order values, rays and images: one row of corpus.py."""
 
 import json
 import math
@@ -16,43 +16,41 @@ import sequential_rays
 import zemax_file
 from corpus_image_checks import Profile, look_at_image
 
-# Limits of `scene new`. The harder ones keep the machine alive and still let the excess be measured.
+# Limits of `scene new`. The hard limits protect the machine and still let an excess be measured.
 TIME_LIMIT_S = 20
 MEMORY_LIMIT_MB = 500
 HARD_TIME_S = 90
 HARD_MEMORY_MB = 6000
-# What `scene new` refuses it refuses within 0.2 s, before it renders anything.
+# `scene new` refuses a file within 0.2 s, before it renders.
 REFUSAL_CPU_S = 2
 STAGES = ("refusals", "import", "images")
-# Two paraxial ray traces in double differ by rounding; the import rounds radii to 13 digits and places to 1e-10 mm.
+# Two paraxial ray traces in double differ by rounding; the import rounds radii to 13 digits and positions to 1e-10 mm.
 FIRST_ORDER_ALLOWED = 1e-6
-# Where a glass of a catalogue is met the index is the one that `lens info` prints, of 6 decimals.
+# The index of a catalogue glass is the one that `lens info` prints, with 6 decimals.
 PRINTED_INDEX_ALLOWED = 2e-5
-# Image points of single rays: the same, relative to the image height; steep aspheres multiply the rounding of places.
+# Image points of single rays: the same, relative to the image height; steep aspheres amplify the rounding of positions.
 IMAGE_POINT_ALLOWED = 1e-6
-# Noise-free images and exact rays: 0.2 % on sound lenses (docs/validation.md); 2 % shows every fault that matters.
+# Noise-free images and exact rays: 0.2 % on correct lenses (docs/validation.md); 2 % detects every relevant fault.
 IRRADIANCE_ALLOWED = 0.02
-# Where nearly everything is vignetted the share is of the brightest place.
+# Relative to the brightest place, where nearly everything is vignetted.
 IRRADIANCE_FLOOR = 0.002
 STANDARD_ERRORS = 3
 FIELD_PLACES = (0.0, 0.3, 0.5, 0.7, 0.85, 0.97)  # of the image height
 MARGIN_OF_SENSOR = 1.3  # `scene new` makes the sensor 1.3 times the image circle (docs/lens_files.md)
 
-COLUMNS = (
-    "file verdict kind reason failed notes seconds cpu_seconds memory_mb capture_seconds faces aspheres f_number "
-    "half_field_deg focal_length_mm first_order_error image_point_error asymmetry ring_error missing_pixels "
-    "irradiance_error irradiance_places stage program"
-).split()
+COLUMNS = ("file", "verdict", "kind", "reason", "failed", "notes", "seconds", "cpu_seconds", "memory_mb", "capture_seconds",
+           "faces", "aspheres", "f_number", "half_field_deg", "focal_length_mm", "first_order_error", "image_point_error",
+           "asymmetry", "ring_error", "missing_pixels", "irradiance_error", "irradiance_places", "stage", "program")
 
 
 class Outcome:
     """A child process with its output, times and peak memory."""
 
     def __init__(self, command, environment, folder, cpu_limit_s=None):
-        limits = lambda: set_limits(cpu_limit_s)
         with tempfile.TemporaryFile(dir=folder) as out, tempfile.TemporaryFile(dir=folder) as error:
             begin = time.monotonic()
-            child = subprocess.Popen(command, stdout=out, stderr=error, env=environment, preexec_fn=limits)
+            child = subprocess.Popen(command, stdout=out, stderr=error, env=environment,
+                                     preexec_fn=lambda: set_limits(cpu_limit_s))  # noqa: PLW1509 (this process has no threads)
             status, usage = wait(child.pid, begin + HARD_TIME_S)
             child.returncode = os.waitstatus_to_exitcode(status)
             self.seconds = time.monotonic() - begin
@@ -90,7 +88,7 @@ def wait(pid, deadline):
 
 class Row(dict):
     def __init__(self, file, program):
-        super().__init__({column: "" for column in COLUMNS})
+        super().__init__(dict.fromkeys(COLUMNS, ""))
         self["file"], self["program"], self["stage"] = file, program, STAGES[0]
         self.failures, self.notes = [], []
 
@@ -106,7 +104,7 @@ class Row(dict):
 
 
 def kind_of(reason):
-    """A reason without what differs from file to file: its place, names and numbers."""
+    """A reason without position, names and numbers, which differ between files."""
     text = re.sub(r"^error: ", "", reason)
     text = re.sub(r"^.*?\.(zmx|seq|lis|json)(:\d+)*:? ?(as lens\.json)?:? ?", "", text, flags=re.IGNORECASE)
     text = re.sub(r"/[a-z_]+(/\d+)?(/[a-z_]+/\d+)?(/[a-z_]+)?: ", "", text)
@@ -133,7 +131,7 @@ class Examination:
     def run(self):
         try:
             self.examine()
-        except Exception as error:  # a fault of this script must not end a night's run, and must be seen
+        except Exception as error:  # a fault of this script is reported and does not end the run
             place = error.__traceback__
             while place.tb_next:
                 place = place.tb_next
@@ -163,14 +161,14 @@ class Examination:
             self.check_image()
 
     def ask_for_refusal(self):
-        """A scene is begun and given up where it would be rendered."""
+        """Starts `scene new` and stops it where it would render."""
         command = [str(self.program), "scene", "new", str(self.file), "-o", str(self.work / "scene")]
         made = Outcome(command, self.environment, self.work, REFUSAL_CPU_S)
         if made.code == -signal.SIGXCPU or not self.refused("scene new", made):
             self.row["verdict"] = "accepted"
 
     def read_design(self):
-        """Our own reading; None for what only the program can read."""
+        """The file by this package's own reader; None where only the program can read it."""
         if self.file.suffix.lower() != ".zmx":
             return None
         try:
@@ -207,7 +205,7 @@ class Examination:
         row = self.row
         row["seconds"], row["cpu_seconds"] = f"{made.seconds:.2f}", f"{made.cpu_seconds:.2f}"
         row["memory_mb"] = f"{made.memory_mb:.0f}"
-        # On a machine that others use the wall's clock counts their work, too.
+        # On a shared machine, wall time includes other work.
         if min(made.seconds, made.cpu_seconds) > TIME_LIMIT_S:
             row.fail("time", f"scene new took {made.seconds:.1f} s, {made.cpu_seconds:.1f} s of processor time")
         if made.memory_mb > MEMORY_LIMIT_MB:
@@ -260,7 +258,7 @@ class Examination:
             deviations["opening of the stop"] = relative(found["focal_length"] / opening, expected.f_number)
         half_field = zemax_file.half_field_deg(self.design, expected) if self.followed() else math.nan
         if half_field > info["half_field_deg"] * 1.005:
-            # With a remark: beyond it no chief ray passes, or the target would have no end.
+            # `scene new` prints a remark: beyond it no chief ray passes, or the target would be infinite.
             row.notes.append(f"half field {info['half_field_deg']:.4g} of {half_field:.4g} degrees")
         elif half_field > 0:
             deviations["half field"] = relative(info["half_field_deg"], half_field)
@@ -268,7 +266,7 @@ class Examination:
             row.notes.append("half field not checked")
         row["first_order_error"] = f"{max(deviations.values()):.1e}"
         for name, deviation in deviations.items():
-            # half_field_deg is written with 6 decimals, the opening with 9.
+            # half_field_deg has 6 decimals, the opening 9.
             allowed = max(self.tolerance, 1e-6 if name == "half field" else 0)
             if not deviation <= allowed:
                 row.fail("first order", f"{name} off by {deviation:.1e}")
@@ -280,16 +278,16 @@ class Examination:
         return next(stop for stop in self.lens_json["stops"] if stop.get("aperture"))
 
     def followed(self):
-        """Whether the reference values are from the file itself."""
+        """Whether the reference values come from the file itself."""
         return self.design is not None and not self.design.unread
 
     def own_first_order(self, indices):
-        """From the file's own text where we can read it, else from lens.json."""
+        """First-order values from the file's own text where the reader understands it, else from lens.json."""
         design = self.design
         if self.followed():
             rows, stop, image_z = zemax_file.faces(design, design.wavelength_um)
             if len(rows) == len(indices):
-                # Model glasses by the program's documented convention, catalogues' by its printed index.
+                # Model glasses by the program's documented convention, catalogue glasses by its printed index.
                 ours = [behind if isinstance(behind, float) else index for (_, _, behind), index in zip(rows, indices)]
                 self.indices = ours
                 self.first = zemax_file.first_order(design, ours)
@@ -316,7 +314,7 @@ class Examination:
     # Single rays -----------------------------------------------------------------------------------------------------
 
     def check_image_points(self):
-        """Chief rays of the field and two rays on the axis: where they meet the design's image plane."""
+        """Compares chief rays of the field and two axial rays on the design's image plane."""
         row, half_field = self.row, self.lens_json["half_field_deg"]
         if row.failures and any("null" in failure or "faces, we read" in failure for failure in row.failures):
             return
@@ -361,7 +359,7 @@ class Examination:
             row["image_point_error"] = f"{max(errors):.1e}"
 
     def lens_of_file(self):
-        """Shapes and places as the file has them; clear radii and stop from lens.json."""
+        """Shapes and positions of the file, with semi-diameters and stop of lens.json."""
         if not self.followed():
             return self.lens
         rows, _, image_z = zemax_file.faces(self.design, self.design.wavelength_um)
@@ -385,7 +383,7 @@ class Examination:
 
     def check_image(self):
         row, scene = self.row, self.scene
-        # So wide that its border is outside of whatever the sensor sees.
+        # So wide that its border is outside the image.
         distance = abs(scene["emitter"]["z_mm"])
         scene["emitter"].update(side_mm=min(20 * distance, 1e7), target="white", texels=2)
         file = self.work / "scene/white.json"
@@ -436,7 +434,7 @@ def relative(found, expected, scale=None):
 
 
 def with_stop(faces, indices, gap, stop_z, first):
-    """The entrance pupil of a stop before face `gap`, for lenses that are read from lens.json."""
+    """The entrance pupil of a stop before face `gap`, for lenses from lens.json."""
 
     def at_stop(y, nu):
         at, before = 0.0, 1.0

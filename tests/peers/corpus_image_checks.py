@@ -1,18 +1,18 @@
-"""Checks of one image of a white target by itself, for corpus.py: symmetry, rings, black pixels."""
+"""Checks of one image of a white target, for corpus.py: symmetry, rings, black pixels."""
 
 import math
 
 import numpy as np
 
-# A lens of bodies of revolution and a square sensor look the same after a turn by 90 degrees; what is left is sampling
-# noise. Block means of sound lenses differ by 0.01 to 0.04.
+# A rotationally symmetric lens and a square sensor are equal to themselves rotated by 90 degrees, up to sampling noise. Block
+# means of correct lenses differ by 0.01 to 0.04.
 ASYMMETRY_ALLOWED = 0.05
-# Blocks against the profile over all rings, which a fault that turns with the sensor does not escape.
+# Blocks against the profile over all rings: this also detects faults with the symmetry of the sensor.
 RING_ALLOWED = 0.05
-# A ring mean is no point: the profile's bend over its width, for cliffs of vignetting.
+# A ring mean is an average over its width: the profile's curvature over it, for steep vignetting.
 RING_WIDTH_PIXELS = 1.0
 BLOCK = 8  # pixels
-# Of the mean: a black pixel, and neighbours that are not. Where the lit disc ends few rays pass, and chance alone makes
+# Relative to the mean: a black pixel, and lit neighbours. At the edge of the lit disc few rays pass, and sampling noise makes
 # single pixels black beside others of 0.15.
 DARK, LIT = 0.02, 0.3
 
@@ -23,7 +23,7 @@ def blocks(values):
 
 
 class Profile:
-    """Mean over rings one pixel wide about the middle of the image."""
+    """Means over rings one pixel wide around the centre of the image."""
 
     def __init__(self, pixels):
         middle = (pixels.shape[0] - 1) / 2
@@ -45,7 +45,7 @@ class Profile:
             (off < 15) | (place < 8)
         )
         values, radii = self.pixels[chosen], self.radius[chosen]
-        # The profile is not even over a ring: a line takes its slope out, and how far it bends is what is left.
+        # The profile is not constant over a ring: a line removes its slope, and its curvature remains.
         line = np.polyfit(radii - place, values, 1) if radii.size > 8 and place > 2 else [0, values.mean()]
         rest = values - np.polyval(line, radii - place)
         i = int(np.clip(np.searchsorted(self.places, place), 2, self.means.size - 3))
@@ -56,14 +56,14 @@ class Profile:
 def look_at_image(pixels, row):
     mean = pixels.mean()
     if not np.isfinite(pixels).all() or not mean > 0:
-        row.fail("image", "black" if np.isfinite(pixels).all() else "pixels that are no numbers")
+        row.fail("image", "black" if np.isfinite(pixels).all() else "pixels that are not finite")
         return
     turned = [np.rot90(pixels, k) for k in (1, 2, 3)]
     asymmetry = np.abs(blocks(pixels - turned[0])).max() / mean
     row["asymmetry"] = f"{asymmetry:.4f}"
     if asymmetry > ASYMMETRY_ALLOWED:
         row.fail("asymmetry", f"{asymmetry:.3f}")
-    # A fault that looks the same after a turn: blocks against their ring, away from the edge of the lit disc.
+    # A fault that is symmetric itself: blocks against their ring, away from the edge of the lit disc.
     profile = Profile(pixels)
     steep = np.abs(np.gradient(profile.means)) * 2 > RING_ALLOWED / 2 * mean
     at_edge = np.interp(profile.radius, profile.places, steep.astype(float)) > 0
@@ -80,4 +80,4 @@ def look_at_image(pixels, row):
     missing |= (pixels < DARK * mean) & (np.min(around, axis=0) > LIT * mean)
     row["missing_pixels"] = int(missing.sum())
     if missing.any():
-        row.fail("black pixels", f"{int(missing.sum())} where their turned or neighbouring ones are lit")
+        row.fail("black pixels", f"{int(missing.sum())} where rotated or neighbouring ones are lit")

@@ -1,4 +1,4 @@
-"""Golden values for plugins/optimizers/bo_forest: trees of scikit-learn, into tests/golden/forest_trees.json.
+"""Writes tests/golden/forest_trees.json: trees of scikit-learn, for plugins/optimizers/bo_forest.
 
     python -m pip install scikit-learn
     python tests/peers/make_forest_golden.py
@@ -23,8 +23,8 @@ def case(name, seed, samples, axes, smallest_leaf, bootstrap):
     tree = DecisionTreeRegressor(min_samples_leaf=smallest_leaf, random_state=0)
     tree.fit(features[kept], targets[kept], sample_weight=copies[kept].astype(float))
     queries = chance.random((600, axes)).astype(numpy.float32)
-    # Two axes may part a node's samples in the same way; then the last bits of the sums choose between them. Only
-    # queries for which that choice does not matter are kept: same answer for samples in any order, barely changed.
+    # Two axes may split a node's samples equally; then the last bits of the sums decide. Only queries that do not depend on it
+    # are kept: equal predictions for samples in any order, with tiny changes.
     agreed = numpy.ones(len(queries), dtype=bool)
     for state in range(100):
         order = chance.permutation(numpy.flatnonzero(kept))

@@ -3,9 +3,8 @@
     pip install opticalglass
     python tests/peers/make_glass_catalogue.py core/simulator/optics/glass_catalogue
 
-opticalglass carries the vendors' own spreadsheets. Every glass is checked: its coefficients must give the printed
-index of the d line within 2e-5, else it is left out and named. core/simulator/optics/glass_catalogue/other.inc is written by
-hand.
+opticalglass contains the vendors' own spreadsheets. The coefficients of every glass must give the printed index of the d line
+within 2e-5; other glasses are left out and printed. core/simulator/optics/glass_catalogue/other.inc is written by hand.
 """
 
 import math
@@ -16,7 +15,7 @@ import opticalglass
 from opticalglass import glassfactory
 
 LINE_D_UM = 0.5875618
-VENDORS = ["Schott", "Ohara", "Hoya", "Hikari", "CDGM", "Sumita"]  # an earlier one keeps a name that two have
+VENDORS = ["Schott", "Ohara", "Hoya", "Hikari", "CDGM", "Sumita"]  # where two have a name, the earlier one keeps it
 SELLMEIER, POLYNOMIAL, LONG_POLYNOMIAL = 2, 1, 13  # numbers of AGF formulas
 FORMULAS = {"Schott": SELLMEIER, "Ohara": SELLMEIER, "Hikari": LONG_POLYNOMIAL}
 
@@ -35,7 +34,7 @@ def rows(vendor, taken):
     for name in sorted({str(name) for name in catalogue.get_glass_names()}):
         try:
             glass = catalogue.create_glass(name, vendor)
-        except ValueError:  # the table has no coefficients for it
+        except ValueError:  # without coefficients in the table
             print(f"left out: {vendor} {name}", file=sys.stderr)
             continue
         c = [float(value) for value in glass.coefs]
@@ -47,16 +46,16 @@ def rows(vendor, taken):
         if any(math.isnan(value) for value in c) or not abs(index(formula, c, LINE_D_UM) - printed) < 2e-5:
             print(f"left out: {vendor} {name}", file=sys.stderr)
             continue
-        name = name.rstrip("*")
         while len(c) > 1 and c[-1] == 0:
             c.pop()
-        key = name.upper()
+        unique = name.rstrip("*")
+        key = unique.upper()
         if key in taken:
             if taken[key] == vendor:
                 continue
-            name += "_" + vendor.upper()
-        taken[name.upper()] = vendor
-        yield f'{{"{name}", {formula}, {{{", ".join(repr(value) for value in c)}}}}},'
+            unique += "_" + vendor.upper()
+        taken[unique.upper()] = vendor
+        yield f'{{"{unique}", {formula}, {{{", ".join(repr(value) for value in c)}}}}},'
 
 
 def main():

@@ -1,7 +1,7 @@
 """Writes tests/golden/gp_likelihood.json: `python make_gp_golden.py > ../golden/gp_likelihood.json`. Needs scikit-learn.
 
 Log marginal likelihood, its gradient and predictions of scikit-learn's Gaussian process with the kernel of scikit-optimize, at
-fixed hyper-parameters. Predictions are of the function without the noise, as scikit-optimize makes them.
+fixed hyperparameters. Predictions are of the noise-free function, as in scikit-optimize.
 """
 
 import json
@@ -21,16 +21,15 @@ def make_case(random, number):
     points = random.random((count, dimensions)).round(6)
     values = (numpy.sin(5 * points).sum(axis=1) + 0.1 * random.standard_normal(count)).round(6)
     queries = random.random((QUERIES, dimensions)).round(6)
-    theta = numpy.log(
-        numpy.concatenate([10 ** random.uniform(-1, 1, 1), 10 ** random.uniform(-1, 1, dimensions), 10 ** random.uniform(-4, 0, 1)])
-    ).round(6)
+    ranges = ((-1, 1, 1), (-1, 1, dimensions), (-4, 0, 1))  # of the decimal logarithms: amplitude, lengths, noise
+    theta = numpy.log(numpy.concatenate([10 ** random.uniform(*limits) for limits in ranges])).round(6)
     name = "rbf" if number % 4 == 3 else "matern52"
     shape = RBF(numpy.ones(dimensions)) if name == "rbf" else Matern(numpy.ones(dimensions), nu=2.5)
     kernel = ConstantKernel() * shape + WhiteKernel()
     process = GaussianProcessRegressor(kernel.clone_with_theta(theta), optimizer=None, normalize_y=True).fit(points, values)
     value, gradient = process.log_marginal_likelihood(theta, eval_gradient=True)
     process.kernel_ = process.kernel_.clone_with_theta(theta)
-    process.kernel_.k2.noise_level = 0  # the Cholesky factor keeps the noise
+    process.kernel_.k2.noise_level = 0  # the Cholesky factor still contains the noise
     mean, deviation = process.predict(queries, return_std=True)
     return {
         "kernel": name,

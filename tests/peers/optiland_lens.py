@@ -1,4 +1,4 @@
-"""The lens in Optiland: every face placed for itself, in the coordinates of the undisturbed lens."""
+"""The lens in Optiland: every face is placed separately, in the coordinates of the perfect lens."""
 
 import numpy as np
 from placed_lens import placed_faces
@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 
 def build(lens, elements, with_stop):
-    """with_stop: first-order values need the aperture stop, single rays go through the glass alone."""
+    """The lens as an Optic; first-order values need the aperture stop (with_stop), single rays do not."""
     from optiland.materials import IdealMaterial
     from optiland.optic import Optic
 
@@ -18,7 +18,7 @@ def build(lens, elements, with_stop):
         if with_stop and stop["z_mm"] < face.vertex_mm[2]:
             optic.surfaces.add(index=index, radius=np.inf, z=stop["z_mm"], is_stop=True)
             index, with_stop = index + 1, False
-        # Optiland turns about x, then y, then z of the fixed axes.
+        # Optiland rotates about the fixed axes x, then y, then z.
         rx, ry, rz = Rotation.from_matrix(face.rotation).as_euler("xyz")
         x, y, z = face.vertex_mm
         placement = {"x": x, "y": y, "z": z, "rx": rx, "ry": ry, "rz": rz}
@@ -34,7 +34,7 @@ def build(lens, elements, with_stop):
 
 
 def trace(lens, ray):
-    """Hits on all faces and on the image plane, in mm."""
+    """Intersections with all faces and the image plane, in mm."""
     from optiland.rays import RealRays
 
     optic = build(lens, ray["elements"], with_stop=False)
@@ -58,7 +58,7 @@ def first_order(lens):
 
 
 def fft_mtf(lens, scene, height_mm, behind_mm, frequencies):
-    """The lower one of tangential and sagittal MTF with diffraction, for an object point so far off the axis; all faces clip."""
+    """The lower of tangential and sagittal MTF with diffraction, for an object point height_mm off the axis; all faces clip."""
     from optiland.materials import IdealMaterial
     from optiland.mtf import FFTMTF
     from optiland.optic import Optic

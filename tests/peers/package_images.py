@@ -1,4 +1,4 @@
-"""Images of the authors' package: its own LensEnv and its own draws, written down as we name them."""
+"""Images of the authors' package by its own LensEnv and its own draws, in the terms of relign-bench."""
 
 import functools
 import importlib.util
@@ -9,12 +9,12 @@ import numpy as np
 import stand_ins
 
 WIDTH = 200
-# The package's names for the elements that its noise moves, and the file whose name says which lens each is.
+# The package's names of the elements that its noise moves, and the file that identifies each lens.
 ELEMENTS = {"lens_0": "L1", "lens_1": "L2", "lens_2": "L3", "lens_3": "L4"}
 
 
 class RecordingRandom:
-    """A NumPy generator that remembers the normal numbers it gave: the tilts and shifts of the elements."""
+    """A NumPy generator that records its normal numbers: the tilts and shifts of the elements."""
 
     def __init__(self, seed):
         self.generator = np.random.default_rng(seed)
@@ -31,7 +31,7 @@ class RecordingRandom:
 
 @dataclass
 class Instance:
-    """What the package rendered, in this project's words: pose in [0, 1], offsets in mm and degrees."""
+    """An image of the package with its pose in [0, 1] and its offsets in mm and degrees."""
 
     pattern: str
     pose: list
@@ -41,7 +41,7 @@ class Instance:
 
 
 def data_folder():
-    """Where the package keeps its files, found without importing it."""
+    """The package's folder, without importing it."""
     return Path(importlib.util.find_spec("relign").submodule_search_locations[0]) / "data"
 
 
@@ -50,7 +50,7 @@ def pattern_file(name):
 
 
 def shipped_reference():
-    """The package's own reference image: its Siemens star at the nominal pose, 65,536 samples a pixel."""
+    """The package's own reference image: its Siemens star at the nominal pose, 65,536 samples per pixel."""
     file = f"gt__spec_od__ref_pattern_siemens__sample_count_65536__{WIDTH}x{WIDTH}.npy"
     return np.load(data_folder() / "LensEnv" / file)[..., 0].astype(float)
 
@@ -59,7 +59,7 @@ def make_environment(pattern, samples, noise, seed):
     stand_ins.install()
     from relign.generator import LensEnv
 
-    # Always the variant that the package chooses on a machine without a GPU.
+    # The variant that the package chooses on a machine without a GPU.
     environment = LensEnv(
         spec="od",
         width=WIDTH,
@@ -75,7 +75,7 @@ def make_environment(pattern, samples, noise, seed):
 
 
 def turned_our_way(tilts_deg):
-    """The package turns left-handed: its angles about x and y are the negatives of ours."""
+    """A pose in the terms of relign-bench: the package's angles about x and y are left-handed."""
     return [-float(tilt) for tilt in tilts_deg]
 
 
@@ -84,7 +84,7 @@ def our_pose(package_pose):
 
 
 def our_elements(environment):
-    """The offsets that reset() has drawn: per element two tilts, then shifts in x and y, in the order of its table."""
+    """The offsets that reset() drew: per element two tilts, then shifts in x and y, in the order of its table."""
     if environment.noise_objects == 0:
         return {}
     elements = {}
@@ -99,21 +99,21 @@ def our_elements(environment):
 
 
 def all_elements_move(environment):
-    """The package shifts two elements by nanometres; here all four by 25 micrometres, by its own function."""
+    """Shifts all four elements by 25 micrometres, by the package's own function; its noise shifts two by nanometres."""
     from relign import noise
 
     move = functools.partial(noise.gaussian_trans_rot, scale_rot=1.5, scale_trans=0.05)
-    environment.config["lens_noise_funcs"] = {name: move for name in ELEMENTS}
+    environment.config["lens_noise_funcs"] = dict.fromkeys(ELEMENTS, move)
 
 
 def start_near_focus(environment):
-    """Half a millimetre of defocus hides everything else: starts keep a third of their travel along the axis."""
+    """Limits starts to a third of the travel along the axis: half a millimetre of defocus would hide everything else."""
     drawn = environment._init_random_starting_position
     environment._init_random_starting_position = lambda: drawn() * np.array([1, 1, 0.3, 1, 1])
 
 
 def drawn_instance(pattern, samples, noise, seed):
-    """reset() draws an assembly and a start pose and renders it; rendered again, so that two noises are independent."""
+    """Draws an assembly and a start pose by reset() and renders them twice, with independent noise."""
     environment = make_environment(pattern, samples, noise, seed)
     all_elements_move(environment)
     start_near_focus(environment)

@@ -1,35 +1,35 @@
 """The search loops of the authors' package (relign 0.1.0, its classes `GP` and `ForestOptimization`) as a plugin.
 
-They leave most of scikit-optimize at its defaults, so that `forest` is extra trees, whatever its docstring says
-(test_skopt.py), and `gp` measures a random pose of its own before scikit-optimize's ten.
+They keep most defaults of scikit-optimize, so that `forest` is extra trees, in spite of its docstring (test_skopt.py), and `gp`
+measures one random pose before scikit-optimize's ten.
 """
 
 import importlib
 import os
 
-# One thread, as ours. Read when numpy is loaded.
+# One thread, as in relign-bench. numpy reads these when it is imported.
 for library in ("OMP", "OPENBLAS", "MKL"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
-from relign_bench.plugin import Optimizer, parameter, serve
+from relign_bench.plugin import Optimizer, parameter, serve  # noqa: E402
 
 
 class BudgetSpent(Exception):
-    """Leaves the package's loop."""
+    """Ends the package's loop."""
 
 
 class Measured:
-    """What the package's loops need of its environment: the number of axes, and the merit at a pose."""
+    """Replaces the package's environment: the number of axes, and the merit at a pose."""
 
-    def __init__(self, talk):
-        self.talk = talk
-        self.n_actions = len(talk.axes)
+    def __init__(self, trial):
+        self.trial = trial
+        self.n_actions = len(trial.axes)
 
     def __call__(self, pose):
-        seen = self.talk.step([float(value) for value in pose])
-        if seen is None:
+        observation = self.trial.step([float(value) for value in pose])
+        if observation is None:
             raise BudgetSpent
-        return seen.merit
+        return observation.merit
 
 
 def loop(name):
@@ -43,24 +43,25 @@ def loop(name):
 
 class PackageSearch(Optimizer):
     id = "package-search"
-    knows = ("merit", "start", "box")
+    observes = ("merit", "start", "box")
     reproducible = "this_cpu"
     license = "Apache-2.0"
 
     search = parameter("gp", allowed=["gp", "forest"], description="The package's GP or ForestOptimization")
 
-    def run(self, talk):
+    def run(self, trial):
         import warnings
 
-        import numpy  # here: asking for the manifest needs neither
+        import numpy  # here, because the manifest does not need it
 
         warnings.filterwarnings("ignore")  # "evaluated at this point before", "did not converge"
-        lower, upper = ({float(value) for value in bound} for bound in (talk.box.lower, talk.box.upper))
+        lower, upper = ({float(value) for value in bound} for bound in (trial.box.lower, trial.box.upper))
         if len(lower) != 1 or len(upper) != 1:
-            raise ValueError(f"the package's loops need the same bounds on every axis, not {talk.box}")
-        numpy.random.seed(talk.seed % 2**32)  # the loops give scikit-optimize no seed
+            raise ValueError("the package's loops need the same bounds on every axis, found "
+                             f"{trial.box.lower} to {trial.box.upper}")
+        numpy.random.seed(trial.seed % 2**32)  # the loops pass no seed to scikit-optimize
         try:
-            loop(self.search)(n_steps=talk.budget, v_min=lower.pop(), v_max=upper.pop()).align(Measured(talk))
+            loop(self.search)(n_steps=trial.budget, v_min=lower.pop(), v_max=upper.pop()).align(Measured(trial))
         except BudgetSpent:
             pass
 

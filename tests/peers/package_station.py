@@ -1,11 +1,12 @@
 """The authors' LensEnv as a station: its own lenses, stage and renderer, driven by relign-bench and its agents.
 
-What the station knows of itself and tells nobody, pose and elements in our words, goes into `log`, a line a capture.
+The file `log` gets its ground truth, one line per capture: pose and elements in the terms of relign-bench.
 """
 
 import json
 
 import package_images
+
 from relign_bench.plugin import Moved, Station, parameter, serve
 
 SAMPLES = 64
@@ -17,7 +18,7 @@ class PackageStation(Station):
     license = "Apache-2.0"
 
     level = parameter(0.25, minimum=0, maximum=1, description="The package's share of noise on the elements")
-    log = parameter("", description="File that gets a line a capture: pose, elements")
+    log = parameter("", description="File for pose and elements, one line per capture")
 
     environment = None
     trials = 0
@@ -38,7 +39,7 @@ class PackageStation(Station):
         self.trials, self.steps = self.trials + 1, 0
 
     def move_by(self, delta):
-        # Its angles are the negatives of ours.
+        # The package's angles are left-handed.
         package = [share if axis < 3 else -share for axis, share in enumerate(delta)]
         self.image = self.environment.step(package)["img"]
         self.steps += 1

@@ -1,21 +1,21 @@
-"""Searches on the same instances: what each reached after so many images, in pairs, and the time of its proposals."""
+"""Searches on the same instances: paired ratios of their results after some numbers of images, and times of their proposals."""
 
 import json
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-
 import program
 
 STEPS = (10, 20, 50)
+MOST_STEPS = max(STEPS)
 SKOPT = str(Path(__file__).with_name("skopt_search.py"))
 PACKAGE = str(Path(__file__).with_name("package_search.py"))
-LEAST_ERROR = 1e-4  # the noise-free RMSE is no surer than that (docs/statistics.md)
+LEAST_ERROR = 1e-4  # resolution of the noise-free RMSE (docs/statistics.md)
 
 
-def suite(scene, noise_level, instances, searches, first_instance=0, steps=max(STEPS)):
-    """searches: {"name": {"use": id or path, "parameters": {...}}}; names are those of the answers below."""
+def suite(scene, noise_level, instances, searches, first_instance=0, steps=MOST_STEPS):
+    """A suite; searches: {"name": {"use": id or path, "parameters": {...}}}, with the names of the results below."""
     return {
         "name": "paired_search",
         "scenes": [scene],
@@ -28,7 +28,7 @@ def suite(scene, noise_level, instances, searches, first_instance=0, steps=max(S
 
 
 def run(folder, given, workers=1):
-    """Resumes what an earlier call left; the trials of read()."""
+    """Runs a suite, or resumes it; returns the trials of read()."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / "suite.json"
@@ -39,25 +39,25 @@ def run(folder, given, workers=1):
 
 @dataclass
 class Trial:
-    """One search on one instance; arrays with a value a step, of which 0 is the free capture at the start."""
+    """One search on one instance; arrays have one value per step, of which 0 is the capture at the start."""
 
     algorithm: str
     noise_level: str
     protocol: str
     instance: int
     poses: np.ndarray  # commanded, shares of the travel, (steps, axes)
-    true_poses: np.ndarray  # where the distorted movement led, (steps, axes)
+    true_poses: np.ndarray  # after the movement distortion, (steps, axes)
     merits: np.ndarray  # measured
     errors: np.ndarray  # noise-free RMSE at the true pose
     seconds: np.ndarray  # from the capture before to the request of this step
-    own_optimum: np.ndarray  # the true pose at which this instance is best, (axes,)
+    own_optimum: np.ndarray  # true pose of the instance's own optimum, (axes,)
 
     def lowest_merit(self, step):
-        """Of the first `step` captures; the free one at the start is not the search's."""
+        """Lowest merit of the first `step` captures, without the one at the start, which the search did not choose."""
         return np.nanmin(self.merits[1 : step + 1])
 
     def error_at_lowest_merit(self, step):
-        """Noise-free RMSE at the pose of lowest_merit: what scikit-optimize returns as its result."""
+        """Noise-free RMSE at the pose of lowest_merit, which is scikit-optimize's result."""
         return max(self.errors[1 + np.nanargmin(self.merits[1 : step + 1])], LEAST_ERROR)
 
 
@@ -107,10 +107,10 @@ def values(trials, algorithm, noise_levels, measure):
 
 
 def median_ratio(ours, theirs, resamples=10000):
-    """Median over the shared pairs of ours / theirs, its 95 % bootstrap interval, and how many pairs these are.
+    """Median ratio ours / theirs over the shared pairs, its 95 % bootstrap interval, and the number of pairs.
 
-    Resampled are instances, with all their levels: a search draws the same random numbers for an instance at every
-    level.
+    The bootstrap resamples instances with all their levels, since a search draws the same random numbers for an instance at
+    every level.
     """
     ratios = {}
     for level, instance in sorted(set(ours) & set(theirs)):

@@ -1,6 +1,6 @@
-"""The lens file as a list of faces, each where an assembly puts it: what both ray tracers are given.
+"""The lens file as a list of faces placed by an assembly, for both ray tracers.
 
-Written from the meaning of the file's keys, not from the program's code.
+Written from the definition of the file's keys, not from the program's code.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Our side: relign-bench called as users call it."""
+"""relign-bench, called as users call it."""
 
 import json
 import os
@@ -13,16 +13,16 @@ LENS_FILE = ROOT / "plugins/scenes/lens_system/relign_od/lens.json"
 
 
 def path():
-    """The program, or None where it was not built."""
+    """Path of the program, or None where it is not built."""
     candidate = Path(os.environ.get("RELIGN_BENCH", ROOT / "build/release/bin/relign-bench"))
     return candidate if candidate.is_file() else None
 
 
 def call(*arguments):
-    # Plugins in Python run with the interpreter that runs this, where their packages are.
+    # Plugins in Python run with this interpreter, which has their packages.
     folders = f"{Path(sys.executable).parent}{os.pathsep}{os.environ.get('PATH', '')}"
     environment = {**os.environ, "PATH": folders}
-    done = subprocess.run([str(path()), *map(str, arguments)], capture_output=True, text=True, env=environment)
+    done = subprocess.run([str(path()), *map(str, arguments)], capture_output=True, text=True, env=environment, check=False)
     if done.returncode != 0:
         raise RuntimeError(f"relign-bench {' '.join(map(str, arguments))}: {done.stderr.strip()}")
     return done.stdout
@@ -38,17 +38,17 @@ def first_order():
 
 
 def trace(rays, folder):
-    """The rays with their hits; [{"start_mm", "direction", "elements"}]."""
+    """Traces rays, [{"start_mm", "direction", "elements"}]; returns them with their intersections."""
     file = Path(folder) / "rays.json"
     file.write_text(json.dumps({"rays": rays}))
     return json.loads(call("lens", "trace", file, "--scene", "relign_od"))["rays"]
 
 
 def has_scene(scene):
-    return knows(scene)
+    return has_plugin(scene)
 
 
-def knows(plugin):
+def has_plugin(plugin):
     try:
         call("describe", plugin)
         return True
@@ -57,7 +57,7 @@ def knows(plugin):
 
 
 def render(folder, pose, elements, target, scene="relign_od", *options):
-    """One image, noise-free unless the options say otherwise; a pose of shares of the travel."""
+    """One image at a pose in shares of the travel, noise-free unless the options change it."""
     assembly = Path(folder) / "assembly.json"
     assembly.write_text(json.dumps({"elements": elements}))
     out = Path(folder) / "image.npy"

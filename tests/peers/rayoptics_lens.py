@@ -1,7 +1,7 @@
-"""The lens in ray-optics: its surfaces and its ray trace, with the way from face to face given by us.
+"""The lens in ray-optics: its surfaces and its ray trace, with transformations from face to face computed here.
 
-Its own decentres turn a face about its own vertex and leave no shift along the axis, so that an element that turns
-about the front of the lens cannot be said in them.
+Its own decentres rotate a face about its own vertex without a shift along the axis, so they cannot express an element that
+rotates about the front of the lens.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ def build(lens, with_stop):
     specification["pupil"] = PupilSpec(specification, key=["object", "epd"], value=lens["entrance_pupil_diameter_mm"])
     specification["fov"] = FieldSpec(specification, key=["object", "angle"], value=lens["half_field_deg"], flds=[0.0])
     specification["wvls"] = WvlSpec([(float(lens["wavelength_nm"]), 1.0)], ref_wl=0)
-    # Far enough that a finite distance shows in no digit that is compared, near enough for double precision.
+    # Far enough not to change a compared digit, near enough for double precision.
     sequence.gaps[0].thi = 1e8
 
     stop = next(stop for stop in lens["stops"] if stop.get("aperture"))
@@ -35,7 +35,7 @@ def build(lens, with_stop):
 
 
 def trace(lens, ray):
-    """Hits on all faces and on the image plane, in mm, in lens coordinates."""
+    """Intersections with all faces and the image plane, in mm, in lens coordinates."""
     from rayoptics.optical import model_constants as mc
     from rayoptics.raytr.raytrace import trace_raw
 
@@ -57,7 +57,7 @@ def trace(lens, ray):
 
 def first_order(lens):
     data = build(lens, with_stop=True)["analysis_results"]["parax_data"].fod
-    # It takes the exit pupil's distance from the image plane for one from the paraxial image.
+    # ray-optics measures the exit pupil's distance from the paraxial image.
     defocus = lens["image_z_mm"] - lens["elements"][-1]["faces"][-1]["z_mm"] - data.img_dist
     return {
         "focal_length": data.efl,

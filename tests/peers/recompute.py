@@ -1,7 +1,7 @@
-"""What a report says of a results folder, computed again from its raw records with pandas and SciPy.
+"""The numbers of a report, recomputed from the raw records of a results folder with pandas and SciPy.
 
-Written from docs/statistics.md and results/README.md alone: nothing here is a translation of core/analysis/statistics. The result has the
-shape of `relign-bench report --format json`; `compare_report.py` holds the two against each other.
+Written from docs/statistics.md and results/README.md, not translated from core/analysis/statistics. The result has the
+structure of `relign-bench report --format json`; `compare_report.py` compares the two.
 """
 
 import json
@@ -18,8 +18,8 @@ TRACKS = ("measured", "best", "commanded", "recommended", "excess", "recommended
 GLUED = {"own": "mtf_", "best": "best_mtf_", "current": "current_mtf_"}  # members of closing lines
 UNCURED = {"own": "uncured_mtf_", "best": "best_uncured_mtf_", "current": "current_uncured_mtf_"}
 MTF = [of + point for of in (*GLUED.values(), *UNCURED.values(), "own_optimum_mtf_") for point in ("centre", "corner")]
-RESOLUTION = 1e-4  # RMSE below it cannot be told apart
-RELEVANT_RATIO = 1.1  # where no analysis plan names another one
+RESOLUTION = 1e-4  # resolution of the RMSE
+RELEVANT_RATIO = 1.1  # unless the analysis plan has another one
 FEWEST_COMPARED = 6
 MOST_COMPARED = 12
 
@@ -38,7 +38,7 @@ def rmse(mse):
 
 
 def read(folder):
-    """The manifest, and a row for each planned trial; a row's tracks are arrays, a value a step."""
+    """The manifest, and one row per planned trial; the tracks of a row are arrays with one value per step."""
     folder = pathlib.Path(folder)
     manifest = json.loads((folder / "manifest.json").read_text())
     planned = set(manifest["order"])
@@ -49,7 +49,8 @@ def read(folder):
             steps.setdefault(line["trial"], []).append(line)
         elif line["trial"] in planned and line["trial"] not in seen:
             seen.add(line["trial"])
-            rows.append({"own_optimum_pose": [], "uncured_mse": np.nan, "method": "", "training": "", **dict.fromkeys(MTF, np.nan), **line, **tracks(steps.get(line["trial"], []), line),
+            rows.append({"own_optimum_pose": [], "uncured_mse": np.nan, "method": "", "training": "",
+                         **dict.fromkeys(MTF, np.nan), **line, **tracks(steps.get(line["trial"], []), line),
                          "host_seconds": seconds.get(line["trial"], [])})
     return manifest, pd.DataFrame(rows)
 
@@ -185,7 +186,8 @@ class Group:
     def row(self, name):
         trials, failed = self.by_method[name]
         recommended = self.last(trials, self.of_rule)
-        row = {"method": name, "class": class_of(self.methods[name]), "merit": self.methods[name]["merit"], "trials": len(trials), "failed": failed, "step": int(trials.budget.max()) if len(trials) else 0,
+        row = {"method": name, "class": class_of(self.methods[name]), "merit": self.methods[name]["merit"],
+               "trials": len(trials), "failed": failed, "step": int(trials.budget.max()) if len(trials) else 0,
                "recommended": self.with_bands(recommended, "medians", "iqm"),
                "commanded": self.with_bands(self.last(trials, "commanded"), "medians")}
         if len(trials) and not row["recommended"]["n"]:
@@ -271,7 +273,8 @@ class Group:
                 values = at(track, step)
                 found = quartiles(values)
                 points.append({"median": np.nan, "q25": np.nan, "q75": np.nan, **found,
-                               "mean": np.mean(values[~np.isnan(values)]) if found["n"] else np.nan, "lo95": np.nan, "hi95": np.nan})
+                               "mean": np.mean(values[~np.isnan(values)]) if found["n"] else np.nan,
+                               "lo95": np.nan, "hi95": np.nan})
                 if step in band_steps(last) and track in self.bands_of:
                     points[-1]["lo95"], points[-1]["hi95"] = band(self.column(trials, values), self.drawn)
             of_tracks[track] = pd.DataFrame(points).to_dict("list")
@@ -292,7 +295,7 @@ class Group:
         return np.maximum(self.last(trials, RULES[rule]), RESOLUTION)
 
     def comparisons(self, rule):
-        """The pairs, better median first, and Friedman's test."""
+        """The pairs, the method with the lower median first, and Friedman's test."""
         scores = {name: self.score(name, rule) for name, (trials, _) in self.by_method.items() if len(trials)}
         scores = {name: score for name, score in scores.items() if not np.isnan(score).all()}
         ranked = sorted(scores, key=lambda name: np.nanmedian(scores[name]))
@@ -321,7 +324,7 @@ class Group:
         return found
 
     def passed(self, name, rule):
-        """Of each lens that the method has a trial of, whether it ended in specification."""
+        """Whether the trials of a method ended in specification, by instance."""
         trials, _ = self.by_method[name]
         all_of_it = self.trials[self.trials.algorithm == name]
         lenses = pd.Series(False, index=sorted(all_of_it.instance.unique()))
@@ -334,7 +337,8 @@ class Group:
         both = pd.concat([self.passed(a, rule), self.passed(b, rule)], axis=1, join="inner").to_numpy(dtype=bool)
         alone = [int((both[:, 0] & ~both[:, 1]).sum()), int((both[:, 1] & ~both[:, 0]).sum())]
         p = stats.binomtest(min(alone), sum(alone)).pvalue if sum(alone) else 1.0
-        return {"n": len(both), "a": int(both[:, 0].sum()), "b": int(both[:, 1].sum()), "a_alone": alone[0], "b_alone": alone[1], "p": p}
+        return {"n": len(both), "a": int(both[:, 0].sum()), "b": int(both[:, 1].sum()), "a_alone": alone[0],
+                "b_alone": alone[1], "p": p}
 
     def pair(self, a, b, scores):
         differences = np.log(scores[a]) - np.log(scores[b])

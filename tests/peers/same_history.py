@@ -1,8 +1,8 @@
-"""The next pose of our searches and of scikit-optimize's after the same captures: `python same_history.py RESULTS...`.
+"""The next poses of relign-bench's searches and of scikit-optimize after equal captures: `python same_history.py RESULTS...`.
 
-Two searches with random numbers of their own soon see other captures, and chance moves what they reach. Here
-scikit-optimize is given the captures of each bo-rf, bo-et and bo-gp trial up to some image, twice, with two seeds.
-Compared are our next pose and that of the second seed, both judged by the model of the first: no trial is run.
+Two searches with different random numbers soon have different captures, and their results vary randomly. Here scikit-optimize
+gets the captures of each bo-rf, bo-et and bo-gp trial up to some image, twice, with two seeds. The model of the first seed
+judges the next pose of relign-bench and that of the second seed. No trial is run.
 """
 
 import argparse
@@ -18,7 +18,7 @@ LOWER, UPPER = 0.2, 0.8  # the box of protocol paper
 
 
 def fitted(estimator, poses, merits, seed):
-    """scikit-optimize's optimizer after these captures, as gp_minimize and forest_minimize make it."""
+    """scikit-optimize's optimizer after these captures, set up as by gp_minimize and forest_minimize."""
     import skopt
 
     optimizer = skopt.Optimizer(
@@ -37,7 +37,7 @@ def fitted(estimator, poses, merits, seed):
 
 
 def improvement(optimizer, poses):
-    """Expected improvement under the optimizer's model, over the best of what it considered."""
+    """Expected improvement under the optimizer's model, relative to the best of its candidates."""
     from skopt.acquisition import gaussian_ei
 
     proposals = np.vstack([optimizer.space.transform(poses), optimizer.next_xs_])
@@ -46,18 +46,18 @@ def improvement(optimizer, poses):
 
 
 def nearest(optimizer, poses):
-    """Distance in the unit cube from the nearest of the three acquisitions' proposals, for each pose."""
+    """Distance of each pose from the nearest of the three acquisitions' proposals, in the unit cube."""
     away = optimizer.space.transform(poses)[:, None] - np.array(optimizer.next_xs_)[None]
     return np.linalg.norm(away, axis=2).min(axis=1)
 
 
 def comparisons(trial):
-    """(images, our value, the second seed's, a random pose's): shares of the improvement, or distances for a GP."""
+    """(images, value of relign-bench, of the second seed, of a random pose): shares of the improvement; for a GP distances."""
     estimator = ESTIMATORS[trial.algorithm]
     chance = np.random.default_rng(trial.instance)
     start = trial.poses[0]
     if estimator != "GP" and np.all((start >= LOWER) & (start <= UPPER)):
-        return  # our forests learn from such a start, too
+        return  # relign-bench's forests also use such a start
     for images in AFTER:
         if images + 1 >= len(trial.poses):
             continue
@@ -85,7 +85,7 @@ def table(trials):
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("results", nargs="+", type=Path)
-    parser.add_argument("--trials", type=int, default=20, help="of each search at most")
+    parser.add_argument("--trials", type=int, default=20, help="largest number of trials of each search [default: %(default)s]")
     asked = parser.parse_args()
     trials = [trial for folder in asked.results for trial in paired_search.read(folder)]
     chosen = [

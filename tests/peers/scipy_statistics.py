@@ -1,6 +1,6 @@
-"""Statistics by SciPy, NumPy and pandas, as docs/statistics.md tells them: what core/analysis/statistics is held against on whole reports.
+"""The statistics of docs/statistics.md by SciPy, NumPy and pandas: a reference for core/analysis/statistics on whole reports.
 
-What SciPy 1.10 lacks is a few lines from the definition: Kaplan and Meier's median, Holm, signed ranks with ties.
+What SciPy 1.10 lacks is written from the definition: Kaplan and Meier's median, Holm, signed ranks with ties.
 """
 
 from collections import Counter
@@ -35,17 +35,17 @@ def philox(counter, resample, seed):
 
 
 def draws(instances, resamples, seed, level=0):
-    """[resample, draw]: the place of the instance that is drawn; at level 1, 2, ... of the training."""
+    """[resample, draw]: the index of the drawn instance; at level 1, 2, ... of the drawn training."""
     resample = np.arange(resamples, dtype=np.uint64) + np.uint64(level << 40)
     words = [word for counter in range((instances + 1) // 2) for word in philox(counter, resample, seed)]
     bits = np.stack([high << np.uint64(32) | low for high, low in zip(words[::2], words[1::2])], axis=1)[:, :instances]
-    # Passed over are values below 2^64 mod n. None is met: their chance is n / 2^64.
+    # The program skips values below 2^64 mod n; none occurs here, at a probability of n / 2^64.
     assert (bits >= np.uint64(2**64 % instances)).all()
     return (bits % np.uint64(instances)).astype(int)
 
 
 def iqm(rows):
-    """Of each row, without NaN: every value four times, then a quarter of those is cut at either end."""
+    """Interquartile mean of each row, without NaN: every value four times, then a quarter of them is cut at either end."""
     rows = np.sort(rows, axis=-1)
     there = (~np.isnan(rows)).sum(axis=-1)
     result = np.full(len(rows), np.nan)
@@ -61,13 +61,13 @@ def medians(rows):
 
 
 def student_t_quantile(degrees):
-    """At 2.5 %. By the beta function: t.ppf of SciPy 1.10 is off by 1e-9, which the ends of a band show."""
+    """Student's t at 2.5 % by the beta function: the error of t.ppf of SciPy 1.10, 1e-9, would change the ends of a band."""
     share = special.betaincinv(degrees / 2, 0.5, 0.05)
     return -np.sqrt(degrees * (1 - share) / share)
 
 
 def band(column, drawn, statistic=medians):
-    """The ends of the expanded percentile interval; column: one value an instance, NaN where there is none."""
+    """The ends of the expanded percentile interval; column: one value per instance, NaN where there is none."""
     n = np.count_nonzero(~np.isnan(column))
     if n < 2:
         return [np.nan, np.nan]
@@ -80,8 +80,10 @@ def band(column, drawn, statistic=medians):
 
 
 def kaplan_meier_median(times, reached):
-    """The median time and Brookmeyer and Crowley's interval, from the log-log interval of the survival; where nobody is
-    left, from the exact limit of none of those at risk."""
+    """The median time and Brookmeyer and Crowley's interval, from the log-log interval of the survival.
+
+    Where the survival is 0, the interval is the exact limit for no survivor among those at risk.
+    """
     at = pd.DataFrame({"time": times, "reached": reached}).groupby("time").reached.agg(["sum", "count"]).sort_index()
     at_risk = len(times) - at["count"].cumsum().shift(fill_value=0)
     survival = (1 - at["sum"] / at_risk).cumprod()
@@ -101,7 +103,7 @@ def kaplan_meier_median(times, reached):
 
 
 def signed_rank_p(differences):
-    """Two-sided; zeros are left out."""
+    """p of the two-sided test; zeros are left out."""
     differences = differences[~np.isnan(differences)]
     differences = differences[differences != 0]
     if not differences.size:
@@ -126,7 +128,7 @@ def holm(p):
 
 
 def friedman(columns):
-    """How many instances all methods have, and p of Iman and Davenport's F."""
+    """The number of instances that all methods have, and p of Iman and Davenport's F."""
     table = np.stack(columns, axis=1)
     table = table[~np.isnan(table).any(axis=1)]
     n, k = table.shape

@@ -1,8 +1,7 @@
-"""A sequential ray tracer of our own in numpy, for the checks of corpus.py: exact irradiance and single rays.
+"""An independent sequential ray tracer in numpy, for the checks of corpus.py: exact irradiance and single rays.
 
-It shares the lens file's keys with the program and nothing else. Where a ray meets a face is found by sampling the way
-through the face's clear disc and bisecting where it changes sides, so that no start value decides which of several
-intersections is taken: it is the first.
+It has only the keys of the lens file in common with the program. It samples a ray's path through a face's clear disc and
+bisects the first change of side: the result is the first intersection and does not depend on a start value.
 """
 
 import math
@@ -12,8 +11,8 @@ import numpy as np
 import zemax_file
 from numpy.polynomial import polynomial
 
-SAMPLES = 48  # along the way of a ray through a clear disc
-BISECTIONS = 14  # of a step of that way; the rest, down to rounding, is Newton's within the step that is left
+SAMPLES = 48  # along a ray's path through a clear disc
+BISECTIONS = 14  # of a step of that path; Newton's method then converges to rounding within the remaining step
 NEWTON_STEPS = 2
 
 
@@ -33,7 +32,7 @@ class Face:
         return self.sag_and_slope(r)[0]
 
     def sag_and_slope(self, r):
-        """z(r) and dz/dr; not a number beyond the end of a conic."""
+        """z(r) and dz/dr; NaN beyond the end of a conic."""
         r2 = r * r
         with np.errstate(invalid="ignore", divide="ignore"):
             root = np.sqrt(1 - (1 + self.conic) * self.curvature**2 * r2)
@@ -101,7 +100,7 @@ def summed(coefficients, family):
 
 @dataclass
 class Stop:
-    gap: int  # the ray before face number `gap` (from 0) is followed to the plane; len(faces): behind the last
+    gap: int  # the stop's plane is met by the ray before face number `gap` (from 0); len(faces): behind the last
     z: float
     radius: float
     face: int = -1  # the stop is this face's own rim
@@ -119,7 +118,7 @@ class Lens:
 
 
 def from_lens_json(lens, printed_indices):
-    """The lens of a lens.json; `printed_indices` serve glasses of catalogues, which only the program knows."""
+    """The lens of a lens.json; `printed_indices` are for catalogue glasses, whose data only the program has."""
     made, numbers, last_of_element = [], iter(printed_indices), []
     for element in lens["elements"]:
         for face in element["faces"]:
@@ -131,7 +130,7 @@ def from_lens_json(lens, printed_indices):
         if "on_face" in stop:
             stops.append(Stop(-1, stop["z_mm"], radius, stop["on_face"] - 1))
             continue
-        # Without "before_face" a stop stands before the first element that ends behind it.
+        # Without "before_face" a stop is before the first element that ends behind it.
         gap = next((i for i, (_, z) in enumerate(last_of_element) if stop["z_mm"] < z), None)
         gap = len(made) if gap is None else last_of_element[gap - 1][0] if gap else 0
         stops.append(Stop(stop["before_face"] - 1 if "before_face" in stop else gap, stop["z_mm"], radius))
@@ -169,9 +168,9 @@ def index_of(face, lens, printed):
 
 
 def intersect(face, radius, p, d):
-    """Way to the face within `radius` of its axis: the first place from p on, or else the nearest behind it; NaN: none.
+    """Distance to the face within `radius` of its axis: the first intersection ahead of p, else the nearest behind; NaN: none.
 
-    Places behind p are virtual: faces may overlap a little near their rims, and design programs follow rays back.
+    Intersections behind p are virtual: faces may overlap slightly near their rims, and design programs trace rays backwards.
     """
     rings = face.sag(np.linspace(0, radius, 400))
     low, high = np.nanmin(rings), np.nanmax(rings)
@@ -219,7 +218,7 @@ def intersect(face, radius, p, d):
 
 
 def refract(face, radius, before, behind, p, d):
-    """(hit, direction, transmittance, passes) of rays that go from index `before` into `behind`."""
+    """(intersection, direction, transmittance, passes) of rays refracted from index `before` into `behind`."""
     t = intersect(face, radius, p, d)
     hit = p + t * d
     r = np.hypot(hit[0], hit[1])
@@ -229,7 +228,7 @@ def refract(face, radius, before, behind, p, d):
         normal = np.array([-towards * hit[0], -towards * hit[1], np.ones_like(r)])
         normal /= np.sqrt((normal**2).sum(axis=0))
         cosine = (normal * d).sum(axis=0)
-        # A ray that meets the face from its other side has gone through it already.
+        # A ray that meets the face from its other side has already passed it.
         right_side = cosine * d[2] > 0
         normal, cosine = normal * np.sign(cosine), np.abs(cosine)
         ratio = before / behind
@@ -247,7 +246,7 @@ def at_plane(p, d, z):
 
 
 def pass_backwards(lens, p, d):
-    """Rays from the sensor to the object side: (which passed, p, d, transmittance); by every clear radius and stop."""
+    """Rays from the sensor to the object side: (passed, p, d, transmittance), clipped by every semi-diameter and stop."""
     which, transmittance = np.arange(p.shape[1]), np.ones(p.shape[1])
 
     def keep(passes):
@@ -278,38 +277,38 @@ def pass_backwards(lens, p, d):
 def irradiance(lens, height, sensor_z, emitter_z, emitter_half, seed=1):
     """(irradiance for radiance 1, its standard error) at a height on the sensor's diagonal.
 
-    Even in the direction cosines, which is what irradiance weighs by. Lens and square emitter are their own mirror images
-    about the plane of the diagonal, so that half of the directions are enough.
+    Rays are uniform in the direction cosines, the weight of irradiance. Lens and square emitter are symmetric about the plane
+    of the diagonal, so half of the directions are enough.
     """
     random = np.random.default_rng(seed)
     last = lens.faces[-1]
     rings = last.z + last.sag(np.linspace(0, last.clear_radius, 400))
     near, far = sensor_z - np.nanmax(rings), sensor_z - np.nanmin(rings)
     if not near > 0:
-        raise ValueError("the sensor lies within the last face")
+        raise ValueError("the sensor is in front of the last face")
     tangents = [(side * last.clear_radius - height) / h for side in (-1, 1) for h in (near, far)]
     widest = last.clear_radius / near
     edges = [t / math.sqrt(1 + t * t + w * w) for t in tangents for w in (0, widest)]
     box = (min(edges), max(edges), 0.0, widest / math.sqrt(1 + widest**2))
 
     def traced(box, columns, rows):
-        """Share of light of each cell; one ray a cell, at a random place in it."""
-        l, m = (random.uniform(size=(rows, columns)) + np.indices((rows, columns))[k] for k in (1, 0))
-        l = (box[0] + (box[1] - box[0]) * l / columns).ravel()
-        m = (box[2] + (box[3] - box[2]) * m / rows).ravel()
-        possible = np.flatnonzero(l * l + m * m < 1)
-        l, m = l[possible], m[possible]
-        d = np.array([l, m, -np.sqrt(1 - l * l - m * m)])
-        p = np.repeat(np.array([[height], [0.0], [sensor_z]]), l.size, axis=1)
+        """Share of light of each cell, by one ray at a random place in it."""
+        across, up = (random.uniform(size=(rows, columns)) + np.indices((rows, columns))[k] for k in (1, 0))
+        dx = (box[0] + (box[1] - box[0]) * across / columns).ravel()
+        dy = (box[2] + (box[3] - box[2]) * up / rows).ravel()
+        possible = np.flatnonzero(dx * dx + dy * dy < 1)
+        dx, dy = dx[possible], dy[possible]
+        d = np.array([dx, dy, -np.sqrt(1 - dx * dx - dy * dy)])
+        p = np.repeat(np.array([[height], [0.0], [sensor_z]]), dx.size, axis=1)
         which, p, d, transmittance = pass_backwards(lens, p, d)
         seen = at_plane(p, d, emitter_z)
-        # The diagonal is the x axis here: the square stands on its corner.
+        # The diagonal is the x axis here, so the square is rotated by 45 degrees.
         lit = (np.abs(seen[0]) + np.abs(seen[1]) < emitter_half * math.sqrt(2)) & (p[2] >= emitter_z)
         light = np.zeros(rows * columns)
         light[possible[which[lit]]] = transmittance[lit]
         return light.reshape(rows, columns)
 
-    # Narrow the box down until what passes fills enough of it.
+    # Shrink the box until the passing rays fill enough of it.
     for _ in range(4):
         columns, rows = 120, 60
         found = traced(box, columns, rows) > 0
@@ -332,7 +331,7 @@ def irradiance(lens, height, sensor_z, emitter_z, emitter_half, seed=1):
 
 
 def image_points(lens, starts, directions, image_z, widened=1.2):
-    """Where single rays from the front meet the image plane; NaN where a ray leaves `widened` times the clear radii."""
+    """Intersections of rays from the front with the image plane; NaN beyond `widened` times the semi-diameters."""
     p, d = np.array(starts, dtype=float).T, np.array(directions, dtype=float).T
     d = d / np.sqrt((d**2).sum(axis=0))
     lost = np.zeros(p.shape[1], dtype=bool)

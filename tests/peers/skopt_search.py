@@ -1,49 +1,49 @@
-"""scikit-optimize's own gp_minimize and forest_minimize as a plugin: the same instances, merits and clock as ours."""
+"""scikit-optimize's gp_minimize and forest_minimize as a plugin: equal instances, merits and clock for all methods."""
 
 import os
 
-# One thread, as ours. Read when numpy is loaded.
+# One thread, as in relign-bench. numpy reads these when it is imported.
 for library in ("OMP", "OPENBLAS", "MKL"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
-from relign_bench.plugin import Optimizer, parameter, serve
+from relign_bench.plugin import Optimizer, parameter, serve  # noqa: E402
 
 
 class BudgetSpent(Exception):
-    """Leaves skopt's loop."""
+    """Ends the loop of scikit-optimize."""
 
 
 class SkoptSearch(Optimizer):
     id = "skopt"
-    knows = ("merit", "start", "box")
+    observes = ("merit", "start", "box")
     reproducible = "this_cpu"
     license = "Apache-2.0"
     presets = {"skopt-gp": {"estimator": "GP"}, "skopt-rf": {"estimator": "RF"}, "skopt-et": {"estimator": "ET"}}
 
     estimator = parameter("GP", allowed=["GP", "RF", "ET"], description="Gaussian process, random forest, extra trees")
 
-    def run(self, talk):
+    def run(self, trial):
         import warnings
 
-        import skopt  # here: asking for the manifest needs no skopt
+        import skopt  # here, because the manifest does not need it
 
         warnings.filterwarnings("ignore")  # "evaluated at this point before", "did not converge"
 
         def merit(pose):
-            seen = talk.step([float(value) for value in pose])
-            if seen is None:
+            observation = trial.step([float(value) for value in pose])
+            if observation is None:
                 raise BudgetSpent
-            return seen.merit
+            return observation.merit
 
         minimize = skopt.gp_minimize if self.estimator == "GP" else skopt.forest_minimize
         other = {} if self.estimator == "GP" else {"base_estimator": self.estimator}
         try:
             minimize(
                 merit,
-                list(zip(map(float, talk.box.lower), map(float, talk.box.upper))),
-                n_calls=talk.budget,
-                n_initial_points=min(10, talk.budget),
-                random_state=talk.seed % 2**32,
+                list(zip(map(float, trial.box.lower), map(float, trial.box.upper))),
+                n_calls=trial.budget,
+                n_initial_points=min(10, trial.budget),
+                random_state=trial.seed % 2**32,
                 n_jobs=1,
                 **other,
             )

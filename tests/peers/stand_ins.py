@@ -1,7 +1,7 @@
-"""Stands in for learning libraries that the package imports and that none of its images needs.
+"""Stand-ins for learning libraries that the package imports but does not need for images.
 
-`import relign` loads PyTorch and libraries on top of it, several GB, for its agents. Rendering uses none of it. Where
-they are not installed, empty modules of the same names make the import possible; where they are, they are used.
+`import relign` loads PyTorch and libraries based on it, several GB, for its agents. Rendering does not use them. Where they are
+not installed, empty modules of the same names make the import possible.
 """
 
 import importlib.util
@@ -21,7 +21,7 @@ class Naming(type):
 
 
 class Unused(metaclass=Naming):
-    """Any class or function of a missing library: may be named, called and inherited from, and does nothing."""
+    """Any class or function of a missing library: can be named, called and inherited from, and does nothing."""
 
     def __init__(self, *arguments, **named):
         pass
@@ -37,7 +37,7 @@ class StandIn(types.ModuleType):
 
 
 class StandInFinder:
-    """Makes the stand-ins when they are imported; stands last, so that what is installed goes first."""
+    """Makes the stand-ins when they are imported; the last finder, so that installed modules take precedence."""
 
     @staticmethod
     def find_spec(name, path=None, target=None):
@@ -56,7 +56,7 @@ class StandInFinder:
 
 
 def install():
-    """The missing libraries that were stood in for."""
+    """Installs the stand-ins; returns the missing libraries."""
     missing = [name for name in NAMES if importlib.util.find_spec(name) is None]
     if missing:
         sys.meta_path.append(StandInFinder)

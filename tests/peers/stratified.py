@@ -1,6 +1,6 @@
-"""The aggregates of a report over all scenes and noise levels, from docs/statistics.md ("One number for a suite") by NumPy.
+"""The aggregates of a report over all scenes and noise levels, from docs/statistics.md, by NumPy.
 
-Every resample is written out as the values that it drew with a weight each; the program walks once over sorted values instead.
+Every resample is written out as the drawn values with a weight each; the program instead walks once over sorted values.
 """
 
 import numpy as np
@@ -35,7 +35,7 @@ def interval(replicates, n):
 
 
 def weighted(values, counts):
-    """All values of a method side by side and, by resample, what each weighs; counts[stratum]: [resample, training, instance]."""
+    """All values of a method in one array, and their weights by resample; counts[stratum]: [resample, training, instance]."""
     there = [~np.isnan(one) for one in values]
     weights = [count[:, known] for count, known in zip(counts, there)]
     drawn = [one.sum(axis=1, keepdims=True) for one in weights]
@@ -73,7 +73,7 @@ class Aggregate:
 
     @staticmethod
     def series(series, instances):
-        """Of one method's or training's trials in a stratum: [instance, (last, area)], failed ones as 1."""
+        """The trials of one method or training in a stratum: [instance, (last, area)], failed ones as 1."""
         failed, good = series[~series.counts], series[series.counts & series.area.notna()]
         if not len(failed) + len(good):
             return None
@@ -86,7 +86,7 @@ class Aggregate:
         return {"values": values, "failed": len(failed), "budget": budget, "by_step": steps}
 
     def counts(self, trainings, level):
-        """How often each cell is in each resample: [stratum] [resample, training, instance]."""
+        """Number of draws of each cell in each resample: [stratum] [resample, training, instance]."""
         drawn = {n: self.counted(n, 0) for n in {len(one) for one in self.instances}}
         rows = self.counted(trainings, level) if trainings > 1 else np.ones((self.resamples, 1), int)
         return [rows[:, :, None] * drawn[len(one)][:, None, :] for one in self.instances]
@@ -128,8 +128,8 @@ class Aggregate:
         rows = self.counted(one, left_level) if one > 1 else np.ones((self.resamples, 1), int)
         columns = self.counted(other, right_level) if other > 1 else np.ones((self.resamples, 1), int)
         shares, estimates, fewest, n = [], [], [], 0
-        for a, b, count in zip(left, right, lens):
-            a, b = a[:, None, :, 0], b[None, :, :, 0]
+        for values, others, count in zip(left, right, lens):
+            a, b = values[:, None, :, 0], others[None, :, :, 0]
             known = ~np.isnan(a) & ~np.isnan(b)
             won = np.where(known, (a < b) + 0.5 * (a == b), 0)
             pairs = rows[:, :, None] * columns[:, None, :]
@@ -153,7 +153,8 @@ class Aggregate:
                       "failed": sum(one["failed"] for of in members for one in of.values())}
             if strata == len(self.strata):
                 values[name] = [np.stack([of[stratum]["values"] for of in members]) for stratum in range(len(self.strata))]
-                method["by_step"] = [np.mean([one["by_step"][min(step, len(one["by_step"]) - 1)] for of in members for one in of.values()])
+                method["by_step"] = [np.mean([one["by_step"][min(step, len(one["by_step"]) - 1)]
+                                              for member in members for one in member.values()])
                                      for step in range(steps + 1)]
             described.append(method)
         iqm = {}
@@ -174,15 +175,19 @@ class Aggregate:
             names = list(self.methods[name])
             if names == [""]:
                 continue
-            method["trainings"] = [{"training": training, "failed": sum(one["failed"] for one in self.methods[name][training].values()),
-                                    **self.bands([of[[place]] for of in values[name]], 0)[0]} for place, training in enumerate(names)]
+            method["trainings"] = [{"training": training,
+                                    "failed": sum(one["failed"] for one in self.methods[name][training].values()),
+                                    **self.bands([of[[place]] for of in values[name]], 0)[0]}
+                                   for place, training in enumerate(names)]
             if several:
                 of_trainings = [one["iqm"] for one in method["trainings"]]
-                method["spread"] = {"lowest": min(of_trainings), "highest": max(of_trainings), "sd": np.std(of_trainings, ddof=1)}
+                method["spread"] = {"lowest": min(of_trainings), "highest": max(of_trainings),
+                                    "sd": np.std(of_trainings, ddof=1)}
         ranked = [method["method"] for method in described if method["method"] in values]
         firsts = ranked if len(ranked) <= MOST_COMPARED else ranked[:1]
         pairs = [{"a": a, "b": b, **self.improvement((values[a], levels[a]), (values[b], levels[b]))}
                  for a in firsts for b in ranked[ranked.index(a) + 1:]]
-        return {"protocol": self.protocol, "resolution": 1e-4, "methods": described, "pairs": pairs, "profile_places": list(PLACES),
+        return {"protocol": self.protocol, "resolution": 1e-4, "methods": described, "pairs": pairs,
+                "profile_places": list(PLACES),
                 "strata": [{"scene": scene, "noise_level": level, "instances": len(of)}
                            for ((scene, level), _), of in zip(self.strata, self.instances)]}

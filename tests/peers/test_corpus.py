@@ -1,4 +1,4 @@
-"""corpus.py on lenses made here, and its own tools against what is known without the program."""
+"""corpus.py on lenses made here, and its tools against known values."""
 
 import csv
 import subprocess
@@ -61,7 +61,7 @@ def rows_of(folder, output, *options):
         return {row["file"]: row for row in csv.DictReader(file)}, said
 
 
-def test_a_sound_asphere_is_right_and_an_image_behind_a_mirror_is_refused(tmp_path, figures):
+def test_correct_asphere_is_right_and_mirror_is_refused(tmp_path, figures):
     lenses = tmp_path / "lenses"
     lenses.mkdir()
     (lenses / "asphere.zmx").write_text(HEAD.format(name="asphere", glass=MODEL_GLASS))
@@ -82,7 +82,7 @@ def test_a_sound_asphere_is_right_and_an_image_behind_a_mirror_is_refused(tmp_pa
     assert again == rows and "2 of them done" in said
 
 
-def test_a_file_that_ends_in_glass_gets_its_image_surface(tmp_path):
+def test_file_that_ends_in_glass_gets_an_image_surface(tmp_path):
     lenses = tmp_path / "lenses"
     lenses.mkdir()
     text = HEAD.format(name="plate", glass=MODEL_GLASS).replace("DISZ 18", "DISZ 10")
@@ -99,14 +99,14 @@ def lit_disc():
     return np.where(np.hypot(x, y) < 90, 0.1 * np.cos(np.hypot(x, y) / 120) ** 4, 0)
 
 
-def test_an_even_disc_passes_the_image_checks(lit_disc):
+def test_uniform_disc_passes_the_image_checks(lit_disc):
     row = corpus_examination.Row("disc", "")
     corpus_image_checks.look_at_image(lit_disc, row)
     assert row.failures == []
 
 
 @pytest.mark.parametrize("places", [1, 4], ids=["one", "the same in every quarter"])
-def test_a_missing_tile_is_found(lit_disc, places):
+def test_missing_tile_is_detected(lit_disc, places):
     for _ in range(places):
         lit_disc[40:56, 60:76] = 0
         lit_disc = np.rot90(lit_disc)
@@ -115,13 +115,13 @@ def test_a_missing_tile_is_found(lit_disc, places):
     assert row.failures != []
 
 
-def test_kinds_leave_out_what_differs_from_file_to_file():
+def test_kinds_have_no_position_name_or_number():
     one = "error: /a/b c.zmx:263: surface 11: unknown glass 'BK7'; give the catalogue that has it with --glass FILE.agf"
     two = "error: other.ZMX:9: surface 4: unknown glass 'PMMA'; give the catalogue that has it with --glass FILE.agf"
     assert corpus_examination.kind_of(one) == corpus_examination.kind_of(two) == "surface N: unknown glass '...'"
 
 
-def test_forbes_polynomials_are_the_published_ones():
+def test_forbes_polynomials_match_the_published_values():
     x = np.linspace(0, 1, 7)
     for made, published in [
         (sequential_rays.q_bfs_series([0, 1]), (13 - 16 * x) / np.sqrt(19)),
@@ -132,7 +132,7 @@ def test_forbes_polynomials_are_the_published_ones():
         assert polynomial.polyval(x, made) == pytest.approx(published, abs=1e-12)
 
 
-def test_slopes_are_the_derivatives_of_every_shape():
+def test_slopes_are_derivatives_of_every_shape():
     face = sequential_rays.Face(0, 0.2, -0.4, 2, 1.5)
     face.even, face.odd = np.array([0, 0.01, -2e-3, 1e-4]), np.array([0, 3e-3, -1e-4])
     face.q_bfs = (2.5, sequential_rays.q_bfs_series([1e-2, -3e-3, 2e-3]))
@@ -142,19 +142,19 @@ def test_slopes_are_the_derivatives_of_every_shape():
     assert face.sag_and_slope(r)[1] == pytest.approx(numeric, abs=1e-8)
 
 
-def test_the_first_place_on_a_face_is_taken():
-    # A ball's front, steep enough that a ray across meets its disc twice; from both sides.
+def test_first_intersection_is_taken():
+    # The front of a ball, so steep that a ray across intersects its disc twice; from both sides.
     face = sequential_rays.Face(0, 1 / 3, 0, 2.9, 1.5)
-    for begin, d in [(-5.0, 0.3), (5.0, -0.3)]:
+    for begin, sideways in [(-5.0, 0.3), (5.0, -0.3)]:
         p = np.array([[0.0], [begin], [0.5 * 3]])
-        d = np.array([[0.0], [d], [0.0]]) + np.array([[0.0], [0.0], [1e-9]])
-        d = d / np.linalg.norm(d)
+        d = np.array([[0.0], [sideways], [1e-9]])
+        d /= np.linalg.norm(d)
         t = sequential_rays.intersect(face, 2.9, p, d)
         assert (p + t * d)[1, 0] == pytest.approx(np.sign(begin) * np.sqrt(9 - 1.5**2), abs=1e-6)
 
 
 def test_irradiance_of_a_plane_plate_is_pi_sine_squared():
-    # Two plane faces of index 1: nothing but a stop, pi sin^2 of its half angle seen from the axis.
+    # Two plane faces of index 1 are only a stop: pi sin^2 of its half angle, seen from the axis.
     faces = [sequential_rays.Face(z, 0, 0, 5, 1.0) for z in (0.0, 1.0)]
     lens = sequential_rays.Lens(faces, [sequential_rays.Stop(0, -1.0, 2.0)])
     found, error = sequential_rays.irradiance(lens, 0.0, 9.0, -100.0, 1000.0)

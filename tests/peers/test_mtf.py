@@ -1,4 +1,4 @@
-"""Our MTF with diffraction against Optiland's FFT MTF of the same lens, aperture by aperture."""
+"""MTF with diffraction against Optiland's FFT MTF of the same lens, aperture by aperture."""
 
 import json
 import warnings
@@ -8,15 +8,15 @@ import numpy as np
 import program
 
 SCENE = program.LENS_FILE.parent / "scene.json"
-# Near the best focus of this object: off it, errors of several waves move frequencies of an FFT over a finite reference
-# sphere by a per cent, which is more than what is compared here.
+# Near the best focus of this object: elsewhere, errors of several waves shift the frequencies of an FFT over a finite reference
+# sphere by one per cent, which is more than the tolerance.
 BEHIND_MM = 0.085
 FREQUENCIES = (20, 50, 100, 200, 300)
 ALLOWED = 0.01
 
 
 def scene_with(side_mm, lp_per_mm, folder):
-    """The paper's scene with a small sensor, so that the corners of its field lie where they are wanted."""
+    """The paper's scene with a small sensor, which places the corners of its field."""
     scene = json.loads(SCENE.read_text())
     scene["lens"] = str(program.LENS_FILE)
     scene["sensor"] = {"z_mm": scene["sensor"]["z_mm"] + BEHIND_MM, "side_mm": side_mm, "pixels": 20}
@@ -27,9 +27,10 @@ def scene_with(side_mm, lp_per_mm, folder):
 
 
 def ours(side_mm, lp_per_mm, folder):
-    """In the middle and in the corner, the lower one of both directions."""
+    """MTF in the centre and in the corner, the lower of both directions."""
     scene_with(side_mm, lp_per_mm, folder)
-    suite = {"name": "mtf", "scenes": ["scene.json"], "noise_levels": ["rho0"], "algorithms": ["random"], "instances": 1, "steps": 1}
+    suite = {"name": "mtf", "scenes": ["scene.json"], "noise_levels": ["rho0"], "algorithms": ["random"], "instances": 1,
+             "steps": 1}
     (folder / "suite.json").write_text(json.dumps(suite))
     said = program.call("validate", folder / "suite.json")
     line = next(line for line in said.splitlines() if line.startswith("MTF"))
@@ -39,14 +40,14 @@ def ours(side_mm, lp_per_mm, folder):
 
 
 def field_mm(side_mm):
-    """Of the corner on the target: 0.8 of its ideal image's way, by Newton's equation."""
+    """Height of the corner on the target: 0.8 of its ideal image's height, by Newton's equation."""
     lens, scene, data = program.lens(), json.loads(SCENE.read_text()), program.first_order()
     object_z = scene["emitter"]["z_mm"] + scene["pivot_behind_first_vertex_mm"]
     image_per_object = data["focal_length"] / (lens["elements"][0]["faces"][0]["z_mm"] + data["front_focal_length"] - object_z)
     return 0.8 * np.hypot(side_mm, side_mm) / 2 / image_per_object
 
 
-def test_mtf_with_diffraction_is_optilands(tmp_path, figures):
+def test_mtf_with_diffraction_matches_optiland(tmp_path, figures):
     conftest.need("optiland")
     import optiland_lens
 
@@ -64,7 +65,7 @@ def test_mtf_with_diffraction_is_optilands(tmp_path, figures):
                 assert deviation < ALLOWED, (height, found, theirs)
 
 
-def test_geometric_mtf_is_another(tmp_path):
+def test_geometric_mtf_differs(tmp_path):
     scene = json.loads(scene_with(0.3, 200, tmp_path).read_text())
     both = ours(0.3, 200, tmp_path)[0]
     del scene["spec"]["mtf"]["diffraction"]

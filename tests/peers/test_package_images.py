@@ -1,7 +1,7 @@
-"""Our images against the authors' package: its LensEnv, at poses and assemblies that it draws itself.
+"""Images against the authors' package: its LensEnv, at poses and assemblies that it draws itself.
 
-Two images of the same scene with independent noises give the mean squared error without noise: the mean of
-(first - ours) (second - ours). No model of the noise is needed; ours has none.
+Two images of the same scene with independent noise give the mean squared error without noise and without a noise model: the
+mean of (first - ours) (second - ours), where ours is noise-free.
 """
 
 import conftest
@@ -21,8 +21,8 @@ INSTANCES = [
     ("siemens", 0.5, 15),
     ("chessboards", 0.5, 16),
 ]
-# relign_od follows no reflections; in the package they, and light scattered by its sensor, lie over the image: a veil
-# of 0.0012 with arcs. Its root mean square, and half as much again for poses where it lies elsewhere.
+# relign_od has no stray light. In the package, reflections and light scattered by the sensor add 0.0012 with arcs. Allowed are
+# its root mean square and half as much again, for poses where it is elsewhere.
 VEIL = 0.0024
 ALLOWED_RMSE = 1.5 * VEIL
 # With ghosts: 0.0018, and 0.0019 without the bright line at the border of the package's bitmap.
@@ -42,7 +42,7 @@ def ours(instance, folder, pose=None, elements=None):
 
 
 def noiseless_mse(instance, image):
-    """The mean squared error without noise, and its standard error."""
+    """Mean squared error without noise, and its standard error."""
     products = (instance.first - image) * (instance.second - image)
     return products.mean(), products.std() / np.sqrt(products.size)
 
@@ -69,7 +69,7 @@ def test_reference_image_at_the_nominal_pose(tmp_path, figures):
 
 
 def test_reference_image_with_ghosts(tmp_path, figures):
-    """All light, and pixel by pixel: the package's image has 0.0011 of noise, ours at most 0.0003."""
+    """Total light, and pixel by pixel: the package's image has noise of 0.0011, relign-bench's at most 0.0003."""
     conftest.need("relign")
     if not program.has_scene("relign_od-package"):
         pytest.skip("this build has no scene relign_od-package")
@@ -97,7 +97,7 @@ def test_poses_and_assemblies_drawn_by_a_seed(index, instances, tmp_path, figure
     assert agrees(instance, image)
 
 
-def test_all_of_them_together(instances, tmp_path, figures):
+def test_all_instances_together(instances, tmp_path, figures):
     found = [noiseless_mse(instance, ours(instance, tmp_path)) for instance in instances]
     mean = np.mean([mse for mse, _ in found])
     error = np.sqrt(np.sum([error**2 for _, error in found])) / len(found)
@@ -106,9 +106,9 @@ def test_all_of_them_together(instances, tmp_path, figures):
 
 
 def test_noise_is_shot_noise_of_two_photons(instances, figures):
-    """Variance 0.0602 x mean - mean^2 / 64, as sampler paper has it; from differences, so that ours is not needed."""
+    """Variance 0.0602 x mean - mean^2 / 64, as of sampler paper; from differences of the package's images only."""
     variance = np.sum([(i.first - i.second) ** 2 / 2 for i in instances])
-    # The product of two independent images is the square of their mean without noise.
+    # The mean product of two independent images is the square of the noise-free image.
     law = np.sum([0.0602 * (i.first + i.second) / 2 - i.first * i.second / SAMPLES for i in instances])
     figures.append(f"variance of the package's noise over the law's: {variance / law:.3f}")
     assert abs(variance / law - 1) < 0.05
@@ -145,6 +145,6 @@ CONVENTIONS = {
 
 
 @pytest.mark.parametrize("convention", CONVENTIONS)
-def test_another_convention_would_not_pass(convention, instances, tmp_path):
+def test_wrong_convention_fails(convention, instances, tmp_path):
     wrong = [agrees(instance, CONVENTIONS[convention](instance, tmp_path)) for instance in instances]
     assert not all(wrong), f"no instance tells '{convention}' from ours; draw others"

@@ -1,4 +1,4 @@
-"""Our rays and first-order values against Optiland and ray-optics, which know nothing of this project."""
+"""Rays and first-order values against Optiland and ray-optics, which are independent of this project."""
 
 import importlib
 
@@ -11,7 +11,7 @@ SEED = 5
 RAYS = 30
 # A few hundred roundings of 20 mm in double precision.
 ALLOWED_MM = 1e-12
-# ray-optics knows no object at infinity, only one at 1e8 mm: 3e-8 mm in the pupils.
+# ray-optics has no object at infinity; at 1e8 mm its pupils deviate by 3e-8 mm.
 ALLOWED_FIRST_ORDER = {"optiland": 1e-10, "rayoptics": 1e-7}
 
 
@@ -22,7 +22,7 @@ def peer(request):
 
 
 def drawn_rays(lens, disturbed):
-    """Rays towards the entrance pupil, up to 35 degrees off the axis; all four elements off as at rho0.5 or perfect."""
+    """Rays towards the entrance pupil, up to 35 degrees off the axis; all four elements offset as at rho0.5, or perfect."""
     random = np.random.default_rng(SEED)
     pupil_z, pupil_radius = program.first_order()["entrance_pupil_z"], lens["entrance_pupil_diameter_mm"] / 2
     rays = []
@@ -53,7 +53,7 @@ def largest_deviation(found, expected):
 
 
 @pytest.mark.parametrize("disturbed", [False, True], ids=["perfect", "all elements off"])
-def test_hits_on_all_faces_and_the_image(peer, disturbed, tmp_path, figures):
+def test_intersections_with_all_faces_and_the_image_plane(peer, disturbed, tmp_path, figures):
     name, module = peer
     lens = program.lens()
     rays = drawn_rays(lens, disturbed)
@@ -65,7 +65,7 @@ def test_hits_on_all_faces_and_the_image(peer, disturbed, tmp_path, figures):
 
 
 def mirrored(elements, key, index):
-    """The same assembly under another convention: one number of the given kind with its sign turned."""
+    """The same assembly with the sign of one number reversed."""
     changed = {name: {kind: list(values) for kind, values in offset.items()} for name, offset in elements.items()}
     for offset in changed.values():
         offset[key][index] *= -1
@@ -73,7 +73,7 @@ def mirrored(elements, key, index):
 
 
 @pytest.mark.parametrize("key, index", [("tilt_deg", 0), ("tilt_deg", 1), ("shift_mm", 0), ("shift_mm", 2)])
-def test_another_sign_is_seen_in_every_ray(peer, key, index, tmp_path):
+def test_wrong_sign_changes_every_ray(peer, key, index, tmp_path):
     name, module = peer
     lens = program.lens()
     rays = drawn_rays(lens, True)[:5]

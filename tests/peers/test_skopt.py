@@ -1,4 +1,4 @@
-"""Our Bayesian optimisation against scikit-optimize itself: the same instances and merits, in pairs."""
+"""Bayesian optimisation against scikit-optimize: equal instances and merits, in pairs."""
 
 import conftest
 import numpy as np
@@ -8,7 +8,7 @@ import program
 import pytest
 import same_history
 
-# compare_skopt.py is the long form, whose whole interval has to lie within 10 %.
+# compare_skopt.py runs more instances: there the whole interval must be within 10 %.
 ALLOWED = 0.10
 FORESTS = {
     "skopt RF": {"use": paired_search.SKOPT, "parameters": {"estimator": "RF"}},
@@ -20,7 +20,7 @@ FORESTS = {
 
 def run(folder, scene, level, instances, searches):
     conftest.need("skopt")
-    missing = [plugin for plugin in ("bo-gp", "bo-rf", scene) if not program.knows(plugin)]
+    missing = [plugin for plugin in ("bo-gp", "bo-rf", scene) if not program.has_plugin(plugin)]
     if missing:
         pytest.skip(f"not built: {', '.join(missing)}")
     return paired_search.run(folder, paired_search.suite(scene, level, instances, searches), workers=2)
@@ -43,25 +43,25 @@ def ratio(trials, ours, theirs, level, measure, step):
 
 
 @pytest.mark.parametrize("step", paired_search.STEPS)
-def test_lowest_merit_is_that_of_skopt(toy, step, figures):
+def test_lowest_merit_matches_skopt(toy, step, figures):
     middle, low, high, count = ratio(toy, "ours", "skopt", "rho0", paired_search.Trial.lowest_merit, step)
     assert count == 6
     figures.append(
         f"bo-gp / skopt GP, gaussian_spot, lowest merit of {step} images, {count} instances: "
         f"{middle:.2f} ({low:.2f} to {high:.2f})"
     )
-    # So few instances cannot show that the difference is small, only that it is not surely large.
+    # So few instances cannot show that the difference is small, only that it is not significantly large.
     assert low <= 1 + ALLOWED and high >= 1 - ALLOWED
 
 
-def test_random_search_would_be_seen(toy):
-    """The same comparison, with what is surely worse in our place."""
+def test_random_search_fails_the_comparison(toy):
+    """The same comparison fails for random search, which is clearly worse."""
     assert ratio(toy, "random", "skopt", "rho0", paired_search.Trial.lowest_merit, 50)[1] > 1 + ALLOWED
 
 
 @pytest.mark.parametrize("ours, theirs", [("bo-rf", "skopt RF"), ("bo-et", "skopt ET")])
 @pytest.mark.parametrize("measure", [paired_search.Trial.lowest_merit, paired_search.Trial.error_at_lowest_merit])
-def test_forests_are_those_of_skopt_on_the_lens(lens, ours, theirs, measure, figures):
+def test_forests_match_skopt_on_the_lens(lens, ours, theirs, measure, figures):
     for step in paired_search.STEPS:
         middle, low, high, count = ratio(lens, ours, theirs, "rho0.25", measure, step)
         assert count == 4
@@ -72,7 +72,7 @@ def test_forests_are_those_of_skopt_on_the_lens(lens, ours, theirs, measure, fig
         assert low <= 1 + ALLOWED and high >= 1 - ALLOWED
 
 
-def test_forests_propose_what_skopt_would_after_the_same_captures(lens, figures):
+def test_forests_propose_poses_as_good_as_skopt_after_equal_captures(lens, figures):
     trials = [trial for trial in lens if trial.algorithm in ("bo-rf", "bo-et")]
     found = np.array([row[1:] for trial in trials for row in same_history.comparisons(trial)])
     found = found[np.all(np.isfinite(found), axis=1)]
@@ -87,7 +87,7 @@ def test_forests_propose_what_skopt_would_after_the_same_captures(lens, figures)
 
 
 class Bowl:
-    """A noisy parabola in three axes, as the package's loops want it; the poses that they asked for."""
+    """A noisy parabola in three axes for the package's loops, and the poses that they requested."""
 
     n_actions = 3
 
@@ -109,11 +109,11 @@ def package_loop():
 BOX = 3 * [(0.2, 0.8)]
 
 
-def test_the_forest_of_the_package_is_extra_trees(package_loop):
+def test_forest_of_the_package_is_extra_trees(package_loop):
     import skopt
 
     theirs = Bowl()
-    np.random.seed(5)  # what scikit-optimize draws from when it is given no seed
+    np.random.seed(5)  # scikit-optimize draws from it without a seed
     package_loop("forest").align(theirs)
     poses = {}
     for estimator in ("ET", "RF"):
@@ -125,7 +125,7 @@ def test_the_forest_of_the_package_is_extra_trees(package_loop):
     assert theirs.poses != poses["RF"]
 
 
-def test_the_gp_of_the_package_is_gp_minimize_after_one_more_random_pose(package_loop):
+def test_gp_of_the_package_is_gp_minimize_after_one_random_pose(package_loop):
     import skopt
 
     theirs, ours = Bowl(), Bowl()
@@ -142,14 +142,14 @@ def test_median_ratio_of_known_numbers():
     ours = {("rho0", instance): 2.0 + 0.2 * instance for instance in range(9)}
     middle, low, high, count = paired_search.median_ratio(ours, theirs)
     assert middle == pytest.approx(1.4) and count == 9
-    # The median of nine is the fifth; its 95 % interval reaches from the second or third to the seventh or eighth.
+    # The median of nine is the fifth value; its 95 % interval is from the second or third to the seventh or eighth.
     assert 1.08 < low < 1.22 and 1.58 < high < 1.72
-    # The same pairs once more, at another level, are no more instances.
+    # Equal pairs at another level do not add instances.
     again = [pairs | {("rho0.5", instance): value for (_, instance), value in pairs.items()} for pairs in (ours, theirs)]
     assert paired_search.median_ratio(*again) == pytest.approx((middle, low, high, 18))
 
 
-def test_measures_leave_the_free_capture_out():
+def test_measures_exclude_the_start_capture():
     merits = np.array([0.01, 0.5, 0.2, 0.3, 0.1])
     errors = np.array([0.001, 0.04, 0.03, 0.02, 0.0])
     nothing = np.zeros((5, 2))

@@ -1,7 +1,7 @@
-"""Where searches look, and what they find there, from the raw trials of results folders: `python
+"""Poses that searches visit, and their errors, from the raw trials of results folders: `python
 tests/peers/visited_poses.py RESULTS... [--noise-level rho0.25] [-o docs/images/visited_poses.png]`.
 
-Prints the numbers as Markdown; -o draws the figure, which needs matplotlib.
+Prints Markdown tables; -o draws the figure, which needs matplotlib.
 """
 
 import argparse
@@ -9,16 +9,16 @@ import argparse
 import numpy as np
 import paired_search
 
-METHODS = ("random", "bo-rf", "bo-gp", "nlopt-bobyqa")  # one drawn over the other, in this order
+METHODS = ("random", "bo-rf", "bo-gp", "nlopt-bobyqa")  # in the order of drawing
 COLOURS = {"random": "#999999", "bo-rf": "#d55e00", "bo-gp": "#0072b2", "nlopt-bobyqa": "#009e73"}
-NOMINAL = 0.5  # the pose on every axis whose distance the merit of protocol paper contains
+NOMINAL = 0.5  # coordinate of the nominal pose, whose distance is in the merit of protocol paper
 REACH = 0.1  # only while it is larger than this
 DOTS = 500  # drawn of each method
 EDGES = (0, 0.04, 0.06, 0.08, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 1.2)  # of the bins of distances
 
 
 def distances(trial, to):
-    """Of the true poses from step 1 on, in shares of the travel."""
+    """Distances of the true poses from step 1 on, in shares of the travel."""
     return np.linalg.norm(trial.true_poses[1:] - to, axis=1)
 
 
@@ -39,7 +39,7 @@ def quartiles(values):
 
 
 def bins(trials):
-    """Noise-free error against the distance from the own optimum: (lower edge, upper edge, poses, quartiles)."""
+    """Noise-free error by distance from the own optimum: (lower edge, upper edge, poses, quartiles)."""
     away, errors = joined(trials, own_distances), joined(trials, lambda trial: trial.errors[1:])
     for lower, upper in zip(EDGES, EDGES[1:]):
         within = errors[(away >= lower) & (away < upper)]
@@ -48,7 +48,7 @@ def bins(trials):
 
 
 def row(method, trials, step):
-    """Medians over the instances after so many images."""
+    """Medians over the instances after some numbers of images."""
     nearest = [[away(trial)[:step].min() for trial in trials] for away in (nominal_distances, own_distances)]
     return (
         method,
@@ -73,12 +73,12 @@ def draw(by_method, level, most, out):
     from matplotlib import pyplot
 
     figure, (merit, error, reached) = pyplot.subplots(1, 3, figsize=(13, 4.3), constrained_layout=True)
-    chance = np.random.default_rng(1)
+    rng = np.random.default_rng(1)
     for method, trials in by_method.items():
         style = {"color": COLOURS.get(method)}
         columns = [joined(trials, what) for what in (nominal_distances, own_distances)]
-        merits, errors = (joined(trials, lambda trial: getattr(trial, key)[1:]) for key in ("merits", "errors"))
-        some = chance.permutation(len(merits))[:DOTS]
+        merits, errors = (joined(trials, lambda trial, key=key: getattr(trial, key)[1:]) for key in ("merits", "errors"))
+        some = rng.permutation(len(merits))[:DOTS]
         dots = {"s": 5, "linewidths": 0, "alpha": 0.7, **style}
         merit.scatter(columns[0][some], merits[some], **dots)
         error.scatter(columns[1][some], errors[some], **dots)

@@ -1,7 +1,7 @@
-"""Zemax files read a second time, for the checks of corpus.py: surfaces, model glasses and first-order values.
+"""An independent reader of Zemax files for the checks of corpus.py: surfaces, model glasses and first-order values.
 
-Written from what the format's keywords mean, not from the program's reader. `Design.unread` names what it does not
-understand; the checks that need it are left out.
+Written from the meaning of the format's keywords, not from the program's reader. `Design.unread` lists what it does not
+understand; checks that need it are left out.
 """
 
 import dataclasses
@@ -33,7 +33,7 @@ class Design:
     aperture: tuple = ("", 0.0)
     field_type: int = 0
     field: float = 0.0
-    unread: list = dataclasses.field(default_factory=list)  # what keeps it from being followed
+    unread: list = dataclasses.field(default_factory=list)  # keywords that are not understood
 
 
 def text_of(path):
@@ -161,7 +161,7 @@ class FirstOrder:
 def faces(design, wavelength_um):
     """[(surface, z from the first face, index behind)], and where stop and image are; faces part two media."""
     z, index, found, stop = 0.0, 1.0, [], None
-    for i, surface in enumerate(design.surfaces[1:-1], 1):
+    for surface in design.surfaces[1:-1]:
         if surface.is_stop:
             stop = (len(found), z)
         behind = 1.0
@@ -182,12 +182,12 @@ def faces(design, wavelength_um):
 
 
 def power_curvature(surface):
-    """A term of r^2 bends light on the axis as a curvature of twice its size does."""
+    """Paraxial curvature: a term of r^2 acts as a curvature of twice its size."""
     return surface.curvature + 2 * surface.even.get(2, 0.0)
 
 
 def first_order(design, indices):
-    """By a paraxial ray from each side; `indices` are those behind the faces."""
+    """First-order values by a paraxial ray from each side; `indices` are those behind the faces."""
     rows, stop, _ = faces(design, design.wavelength_um)
 
     def through(count, y, nu, to_z, from_z=0.0):
@@ -204,7 +204,7 @@ def first_order(design, indices):
     if stop:
         a, _ = through(stop[0], 1.0, 0.0, stop[1])
         b, _ = through(stop[0], 0.0, 1.0, stop[1])
-        # A ray at height y0 and slope u on the first vertex meets the stop at a y0 + b u; the chief ray at 0.
+        # A ray with height y0 and slope u at the first vertex meets the stop at a y0 + b u; the chief ray at 0.
         pupil_z, per_stop = b / a, 1 / a
     else:
         pupil_z, per_stop = math.nan, math.nan
@@ -214,7 +214,7 @@ def first_order(design, indices):
 
 
 def half_field_deg(design, first):
-    """As the file states it; NaN where that needs more than first order."""
+    """Half field of the file in degrees; NaN where it needs more than first order."""
     if design.field_type == 0:
         return design.field
     if design.field_type == 2:
@@ -223,7 +223,7 @@ def half_field_deg(design, first):
 
 
 def counts(design):
-    """Faces and how many of them are aspheres, of any file."""
+    """Number of faces, and of aspheres among them, of any file."""
     rows, _, _ = faces(design, design.wavelength_um or 0.55)
     aspheres = sum(1 for surface, _, _ in rows if surface.even or (surface.conic and surface.curvature))
     return len(rows), aspheres

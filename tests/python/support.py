@@ -1,4 +1,4 @@
-"""What the tests of the package share. Run by ctest; by hand: PYTHONPATH=BUILD/python python3 -m unittest discover tests/python"""
+"""Shared by the tests of the package. By hand: PYTHONPATH=BUILD/python python3 -m unittest discover tests/python"""
 
 import unittest
 
@@ -6,12 +6,12 @@ try:
     import gymnasium
     import numpy as np
 
-    import relign_bench
+    import relign_bench  # noqa: F401
 except ImportError as problem:
-    raise unittest.SkipTest(f"{problem}: these tests need numpy, gymnasium and the compiled part of relign_bench")
+    raise unittest.SkipTest(f"{problem}: these tests need numpy, gymnasium and the compiled module of relign_bench") from None
 
 ID = "relign_bench/Alignment-v0"
-# Small and quick: 20 x 20 pixels of the paper's scene.
+# The paper's scene with 20 x 20 pixels, for speed.
 SMALL = dict(scene="relign_od", noise_level="rho0.25", size=20)
 
 
@@ -25,7 +25,7 @@ def make_vector(count, **arguments):
 
 
 def same(one, other):
-    """Equal observations or infos, whatever they are made of."""
+    """Whether two observations or infos are equal: arrays, numbers or dictionaries."""
     if isinstance(one, dict):
         return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
     return np.array_equal(one, other)

@@ -1,4 +1,4 @@
-"""Bench, lenses, trials and results."""
+"""Bench, instances, trials and results."""
 
 import os
 import pathlib
@@ -11,35 +11,35 @@ from support import SMALL, np, relign_bench
 from relign_bench import Bench
 
 
-class Lenses(unittest.TestCase):
+class Instances(unittest.TestCase):
     def test_captures_are_functions_of_pose_and_frame(self):
-        lens = Bench(**SMALL).lens(2)
+        instance = Bench(**SMALL).instance(2)
         pose = [0.5, 0.5, 0.5, 0.5, 0.5]
-        self.assertEqual(lens.capture(pose).shape, (20, 20))
-        np.testing.assert_array_equal(lens.capture(pose, frame=1), lens.capture(pose, frame=1))
-        self.assertFalse(np.array_equal(lens.capture(pose, frame=1), lens.capture(pose, frame=2)))
+        self.assertEqual(instance.capture(pose).shape, (20, 20))
+        np.testing.assert_array_equal(instance.capture(pose, frame=1), instance.capture(pose, frame=1))
+        self.assertFalse(np.array_equal(instance.capture(pose, frame=1), instance.capture(pose, frame=2)))
         with self.assertRaisesRegex(ValueError, "from 0 to 1"):
-            lens.capture([0.5, 0.5, 1.5, 0.5, 0.5])
+            instance.capture([0.5, 0.5, 1.5, 0.5, 0.5])
 
-    def test_pictures_without_noise_are_the_mean_of_captures(self):
+    def test_noise_free_image_is_the_mean_of_captures(self):
         bench = Bench(**SMALL)
-        lens, pose = bench.lens(2), [0.52, 0.5, 0.5, 0.5, 0.5]
-        clean = lens.render(pose)
-        mean = np.mean([lens.capture(pose, frame) for frame in range(400)], axis=0)
+        instance, pose = bench.instance(2), [0.52, 0.5, 0.5, 0.5, 0.5]
+        clean = instance.render(pose)
+        mean = np.mean([instance.capture(pose, frame) for frame in range(400)], axis=0)
         lit = clean > 0.2 * clean.max()
         self.assertLess(abs(mean[lit].mean() / clean[lit].mean() - 1), 0.02)
         self.assertLess(np.sqrt(np.mean((mean - clean) ** 2)), 0.2 * clean.max())
 
-    def test_the_own_optimum_is_better_than_the_nominal_pose(self):
-        lens = Bench(**SMALL).lens(2)
-        pose, rmse = lens.own_optimum()
+    def test_own_optimum_has_a_lower_error_than_the_nominal_pose(self):
+        instance = Bench(**SMALL).instance(2)
+        pose, rmse = instance.own_optimum()
         self.assertEqual(pose.shape, (5,))
-        move = np.linalg.solve(lens.distortion, 0.5 - lens.true_pose)
-        lens.move_by(move)
-        np.testing.assert_allclose(lens.true_pose, 0.5, atol=1e-12)
-        self.assertLess(rmse, lens.noise_free_rmse())
+        move = np.linalg.solve(instance.distortion, 0.5 - instance.true_pose)
+        instance.move_by(move)
+        np.testing.assert_allclose(instance.true_pose, 0.5, atol=1e-12)
+        self.assertLess(rmse, instance.noise_free_rmse())
 
-    def test_what_there_is(self):
+    def test_axes_and_plugins_are_listed(self):
         bench = Bench(**SMALL)
         self.assertEqual(bench.axes, ["x", "y", "z", "Rx", "Ry"])
         self.assertIn("nlopt-sbplx", relign_bench.list_plugins())
@@ -47,7 +47,7 @@ class Lenses(unittest.TestCase):
 
 
 class Trials(unittest.TestCase):
-    def test_a_trial_is_the_one_that_the_program_makes(self):
+    def test_trial_equals_that_of_the_program(self):
         trial = Bench("gaussian_spot", "rho0").run("nlopt-sbplx", instance=4, steps=6, keep_frames=True)
         self.assertEqual((trial.end, len(trial.steps), trial.frames.shape), ("budget_spent", 7, (7, 50, 50)))
         program = os.environ.get("RELIGN_PROGRAM")
@@ -55,20 +55,20 @@ class Trials(unittest.TestCase):
             self.skipTest("RELIGN_PROGRAM does not name the program")
         import json
 
-        told = subprocess.run([program, "try", "nlopt-sbplx", "--scene", "gaussian_spot", "--noise-level", "rho0",
+        output = subprocess.run([program, "try", "nlopt-sbplx", "--scene", "gaussian_spot", "--noise-level", "rho0",
                                "--instance", "4", "--steps", "6", "--json"], capture_output=True, check=True).stdout
-        for step, other in zip(trial.steps, json.loads(told)["steps"]):
+        for step, other in zip(trial.steps, json.loads(output)["steps"]):
             self.assertEqual(step["commanded_pose"], other["commanded_pose"])
             self.assertEqual(step["measured"], other["measured"])
             self.assertEqual(step["recommended_mse"], other["recommended_mse"])
 
-    def test_tracks(self):
+    def test_rmse_has_a_value_per_step_for_each_track(self):
         trial = Bench("gaussian_spot", "rho0").run("random", steps=4)
         for track in ("recommended", "commanded", "measured"):
             self.assertEqual(trial.rmse(track).shape, (5,))
-        self.assertTrue((trial.rmse() <= trial.rmse()[0] + 1e-12).all(), "the best measured one is recommended")
+        self.assertTrue((trial.rmse() <= trial.rmse()[0] + 1e-12).all(), "the best measured pose is recommended")
 
-    def test_mistakes(self):
+    def test_wrong_arguments_name_those_allowed(self):
         bench = Bench("gaussian_spot", "rho0")
         with self.assertRaisesRegex(ValueError, "did you mean 'nlopt-sbplx'"):
             bench.run("nlopt-sbplq")
@@ -76,14 +76,15 @@ class Trials(unittest.TestCase):
             bench.run("random", protocol="pape")
         with self.assertRaisesRegex(ValueError, "first_stride"):
             bench.run("nlopt-sbplx", parameters={"first_strid": 0.1})
-        for wrong, why in (({"steps": 0}, "steps=0: allowed: whole numbers from 1"), ({"instance": -1}, "instance=-1"),
-                           ({"instance": 1.5}, "instance=1.5")):
+        for wrong, why in (({"steps": 0}, "steps must be a positive integer, not 0"),
+                           ({"instance": -1}, "instance must be a non-negative integer, not -1"),
+                           ({"instance": 1.5}, "instance must be a non-negative integer, not 1.5")):
             with self.assertRaisesRegex(ValueError, why):
                 bench.run("random", **wrong)
-        lens = bench.lens(0)
+        instance = bench.instance(0)
         for pose in ([0.5] * 4, [0.5, 0.5, 0.5, 0.5, float("nan")], [0.5, 0.5, 0.5, 0.5, 1.5]):
-            with self.assertRaisesRegex(ValueError, "a true pose is 5 numbers from 0 to 1"):
-                lens.capture(pose)
+            with self.assertRaisesRegex(ValueError, "a true pose must be 5 numbers from 0 to 1"):
+                instance.capture(pose)
         with self.assertRaisesRegex(ValueError, "tracks: recommended, commanded, measured"):
             bench.run("random", steps=1).rmse("excess")
         with self.assertRaisesRegex(ValueError, "instances: training, tuning, benchmark"):
@@ -91,7 +92,7 @@ class Trials(unittest.TestCase):
 
 
 class Results(unittest.TestCase):
-    def test_tables(self):
+    def test_tables_are_data_frames(self):
         try:
             import pandas  # noqa: F401
         except ImportError:
@@ -108,23 +109,32 @@ class Results(unittest.TestCase):
 
 
 class Imports(unittest.TestCase):
-    def test_the_environment_is_registered_in_either_order(self):
+    def test_environment_is_registered_in_either_order(self):
         for code in ("import gymnasium, relign_bench", "import relign_bench, gymnasium; relign_bench.register()",
                      "from relign_bench import Bench; import gymnasium"):
-            told = subprocess.run([sys.executable, "-c", code + "; print(gymnasium.spec('relign_bench/Alignment-v0').id)"],
-                                  capture_output=True, check=True, text=True).stdout
-            self.assertEqual(told.strip(), "relign_bench/Alignment-v0")
+            output = subprocess.run([sys.executable, "-c", code + "; print(gymnasium.spec('relign_bench/Alignment-v0').id)"],
+                                    capture_output=True, check=True, text=True).stdout
+            self.assertEqual(output.strip(), "relign_bench/Alignment-v0")
 
-    def test_modules_are_there_without_an_import(self):
+    def test_submodules_need_no_import(self):
         code = "import relign_bench; print(relign_bench.rewards.__name__, hasattr(relign_bench, 'reward'))"
-        told = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, text=True).stdout
-        self.assertEqual(told.strip(), "relign_bench.rewards False")
+        output = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, text=True).stdout
+        self.assertEqual(output.strip(), "relign_bench.rewards False")
 
-    def test_plugins_need_neither_numpy_nor_the_compiled_part(self):
+    def test_plugins_import_the_standard_library_only_and_not_typing(self):
+        # -S: without site-packages, whose start-up files import modules of their own.
         code = ("import sys; import relign_bench.plugin; "
-                "print(sorted(set(sys.modules) & {'relign_bench._core', 'gymnasium'}))")
-        told = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, text=True).stdout
-        self.assertEqual(told.strip(), "[]")
+                "print(sorted(set(sys.modules) & {'relign_bench._core', 'gymnasium', 'numpy', 'typing'}))")
+        output = subprocess.run([sys.executable, "-S", "-c", code], capture_output=True, check=True, text=True).stdout
+        self.assertEqual(output.strip(), "[]")
+
+    def test_every_public_name_can_be_imported(self):
+        for name in relign_bench.__all__:
+            self.assertEqual(getattr(relign_bench, name).__name__, name)
+        from relign_bench import plugin
+
+        for name in plugin.__all__:
+            self.assertEqual(getattr(plugin, name).__module__, "relign_bench.plugin")
 
 
 if __name__ == "__main__":

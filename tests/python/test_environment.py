@@ -1,4 +1,4 @@
-"""The environment against gymnasium's rules, and against what the paper's package does."""
+"""The environment: Gymnasium's rules, and the conventions of the paper's package."""
 
 import unittest
 import warnings
@@ -10,7 +10,7 @@ from relign_bench import AlignmentEnv
 
 
 class Rules(unittest.TestCase):
-    def test_passes_the_checker_of_gymnasium_without_a_warning(self):
+    def test_passes_the_checker_of_gymnasium(self):
         from gymnasium.utils.env_checker import check_env
 
         for scene in ("relign_od", "gaussian_spot", "relign_l2", "cooke_triplet"):
@@ -18,11 +18,11 @@ class Rules(unittest.TestCase):
             size = {} if scene == "gaussian_spot" else {"size": 40}
             with self.subTest(scene), warnings.catch_warnings():
                 warnings.simplefilter("error")
-                # The checker opens a window, too, which pygame draws.
+                # The checker also opens a window, which needs pygame.
                 check_env(gymnasium.make(ID, scene=scene, noise_level=level, **size).unwrapped,
                           skip_render_check=find_spec("pygame") is None)
 
-    def test_passes_the_checker_of_stable_baselines3_without_a_warning(self):
+    def test_passes_the_checker_of_stable_baselines3(self):
         try:
             from stable_baselines3.common.env_checker import check_env
         except ImportError:
@@ -32,45 +32,45 @@ class Rules(unittest.TestCase):
                 warnings.simplefilter("error")
                 check_env(make(**{**arguments, "size": 40}), warn=True)
 
-    def test_the_seed_decides_everything_and_the_stream_goes_on(self):
+    def test_seed_decides_this_episode_and_those_that_follow(self):
         one, other = make(), make()
         first = one.reset(seed=7)
         self.assertTrue(same(first[0], other.reset(seed=7)[0]))
         second = one.reset()
         self.assertFalse(same(first[0], second[0]))
-        self.assertTrue(same(second[0], other.reset()[0]), "the next unseeded episode repeats, too")
+        self.assertTrue(same(second[0], other.reset()[0]), "the next episode, without a seed, is equal too")
         self.assertFalse(same(first[0], one.reset(seed=8)[0]))
 
-    def test_options_choose_the_lens(self):
+    def test_options_choose_the_instance(self):
         env = make()
         _, info = env.reset(seed=1, options={"instance": 3, "instances": "benchmark"})
         self.assertEqual(info["instance"], 3)
         from relign_bench import Bench
 
-        lens = Bench(**SMALL).lens(3)
-        np.testing.assert_array_equal(info["true_pose"], lens.start)
+        np.testing.assert_array_equal(info["true_pose"], Bench(**SMALL).instance(3).start)
         with self.assertRaisesRegex(ValueError, "options: instance, instances"):
-            env.reset(options={"instanse": 3})
+            env.reset(options={"number": 3})
         with self.assertRaisesRegex(ValueError, "training, tuning, benchmark"):
             env.reset(options={"instance": 3, "instances": "test"})
 
-    def test_training_tuning_and_benchmark_share_no_lens(self):
+    def test_training_tuning_and_benchmark_share_no_instance(self):
         env = make()
-        seen = [env.reset(options={"instance": 5, "instances": family})[1]["true_pose"].tolist()
-                for family in ("training", "tuning", "benchmark")]
-        self.assertEqual(len(set(map(tuple, seen))), 3)
+        starts = [env.reset(options={"instance": 5, "instances": family})[1]["true_pose"].tolist()
+                  for family in ("training", "tuning", "benchmark")]
+        self.assertEqual(len(set(map(tuple, starts))), 3)
 
-    def test_mistakes_name_what_there_is(self):
+    def test_wrong_arguments_name_those_allowed(self):
         for arguments, words in (
-            ({"reward": "papper"}, "rewards: paper"),
+            ({"reward": "papper"}, "unknown reward 'papper'; did you mean 'paper'\\? rewards: paper"),
             ({"score": "mse"}, "scores: combined"),
             ({"observation": "rgb"}, "observations: uint8, float32"),
             ({"clipping": "none"}, "clipping: soft, hard"),
             ({"scene": "relign_of"}, "did you mean 'relign_od'"),
             ({"noise_level": "rho1"}, "unknown noise level 'rho1'"),
-            ({"scene": "gaussian_spot", "noise_level": "rho0"}, "sensor of scene 'gaussian_spot' cannot be chosen"),
-            ({"reward": "minus_one_plus"}, "give one, such as goal=0.05"),
-            ({"frame_stack": 0}, "allowed: 1 or more"),
+            ({"scene": "gaussian_spot", "noise_level": "rho0"}, "scene 'gaussian_spot' has a fixed sensor"),
+            ({"reward": "minus_one_plus"}, "needs a goal, such as goal=0.05"),
+            ({"frame_stack": 0}, "frame_stack must be a positive integer, not 0"),
+            ({"observation_size": 3}, "does not divide captures of 20 x 20 pixels; possible sizes: 20, 10, 5, 4, 2"),
         ):
             with self.subTest(arguments), self.assertRaisesRegex(ValueError, words):
                 make(**arguments)
@@ -83,15 +83,15 @@ class Rules(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "5 finite numbers"):
             env.step(np.zeros(4, np.float32))
 
-    def test_close_twice_is_no_mistake(self):
+    def test_close_twice_is_allowed(self):
         env = make()
         env.close()
         env.close()
 
 
 class Episodes(unittest.TestCase):
-    def test_moves_and_poses(self):
-        # rho0 has the stage's distortion alone: true move = D x commanded move.
+    def test_true_move_is_the_distorted_commanded_move(self):
+        # rho0 has only the stage's distortion: true move = D x commanded move.
         env = make(noise_level="rho0", action="move")
         _, before = env.reset(seed=3)
         move = np.array([0.1, -0.05, 0.02, 0.0, -0.1], np.float32) * np.sign(0.5 - before["true_pose"])
@@ -113,7 +113,7 @@ class Episodes(unittest.TestCase):
         pose = np.array([0.5, 0.4, 0.6, 0.5, 0.45], np.float32)
         _, _, _, _, info = env.step(pose)
         np.testing.assert_allclose(info["commanded_pose"], pose, atol=1e-12)
-        # Absolute poses mean the same place again, wherever one comes from.
+        # An absolute pose is the same place, wherever the move starts.
         env.step(np.array([0.3, 0.3, 0.3, 0.3, 0.3], np.float32))
         _, _, _, _, again = env.step(pose)
         np.testing.assert_allclose(info["true_pose"], again["true_pose"], atol=1e-12)
@@ -128,20 +128,20 @@ class Episodes(unittest.TestCase):
                 _, _, _, _, info = env.step(toward)
             self.assertTrue(((info["true_pose"] >= 0) & (info["true_pose"] <= 1)).all())
             self.assertTrue(info["limits"].any())
-            if clipping == "soft":  # each axis goes on to its own wall
+            if clipping == "soft":  # each axis continues to its own limit
                 self.assertIn(info["true_pose"][0], (0.0, 1.0))
                 self.assertIn(info["true_pose"][1], (0.0, 1.0))
             else:  # the first wall has stopped both: no step was made in the end
                 np.testing.assert_allclose(info["true_pose"], start, atol=1e-12)
 
-    def test_the_end_of_the_budget_truncates_and_a_goal_terminates(self):
-        # gymnasium.make keeps max_episode_steps for a wrapper of its own, with the same effect.
+    def test_budget_truncates_and_goal_terminates(self):
+        # gymnasium.make applies max_episode_steps in a wrapper, with the same effect.
         for env in (AlignmentEnv(max_episode_steps=3, **SMALL), gymnasium.make(ID, max_episode_steps=3, **SMALL)):
             env.reset(seed=1)
             ends = [env.step(np.zeros(5, np.float32))[2:4] for _ in range(3)]
             self.assertEqual(ends, [(False, False), (False, False), (False, True)])
-        # Longer than the package's 200, too: one limit, not the smaller of two.
-        env = gymnasium.make(ID, max_episode_steps=203, **{**SMALL, "scene": "gaussian_spot", "noise_level": "rho0", "size": None})
+        # More than the default of 200: only the given limit counts.
+        env = gymnasium.make(ID, max_episode_steps=203, scene="gaussian_spot", noise_level="rho0")
         env.reset(seed=1)
         still = np.zeros(env.action_space.shape, np.float32)
         self.assertEqual([env.step(still)[3] for _ in range(203)], [False] * 202 + [True])
@@ -149,7 +149,7 @@ class Episodes(unittest.TestCase):
         env.reset(seed=1)
         self.assertEqual(env.step(np.zeros(5, np.float32))[2:4], (True, False))
 
-    def test_frames_stack_with_zeros_before_the_start(self):
+    def test_frame_stack_has_zeros_before_the_start(self):
         env = make(frame_stack=3, include_actions=True, observation="float32")
         observation, _ = env.reset(seed=1)
         self.assertEqual(observation["image"].shape, (3, 20, 20))
@@ -170,22 +170,21 @@ class Episodes(unittest.TestCase):
         self.assertLessEqual(np.abs(one.astype(int) - expected).max(), 1)
         self.assertGreater(one.max(), 0)
 
-    def test_infos_are_the_truth(self):
+    def test_info_has_measured_and_noise_free_error(self):
         env = make()
         _, info = env.reset(seed=2)
         reference = env.task.reference
         np.testing.assert_allclose(info["measured_rmse"], np.sqrt(np.mean((env.task.frames[0] - reference) ** 2)),
                                    rtol=1e-6)
-        # Captures have noise beyond what blurs them.
+        # Captures also have noise.
         self.assertLess(info["noise_free_rmse"], info["measured_rmse"])
         self.assertNotIn("noise_free_rmse", make(noise_free=False).reset(seed=2)[1])
 
-    def test_pictures(self):
+    def test_render_returns_an_image_of_the_current_state(self):
         env = make(render_mode="rgb_array")
         env.reset(seed=1)
-        picture = env.render()
-        self.assertEqual((picture.ndim, picture.shape[2], picture.dtype), (3, 3, np.uint8))
-        before = picture.copy()
+        before = env.render()
+        self.assertEqual((before.ndim, before.shape[2], before.dtype), (3, 3, np.uint8))
         env.step(np.full(5, 0.5, np.float32))
         self.assertFalse(np.array_equal(before, env.render()))
         with self.assertRaisesRegex(ValueError, "render modes"):

@@ -1,4 +1,4 @@
-"""Scores and rewards by hand."""
+"""Scores and rewards against values computed by hand."""
 
 import unittest
 
@@ -41,19 +41,18 @@ class Rewards(unittest.TestCase):
         np.testing.assert_allclose(self.of("minus_one_edge"), [-1, -1, -2])
         np.testing.assert_allclose(self.of("minus_one_edge_package"), [-2, -2, -2])
 
-    def test_of_an_episode(self):
-        # The same episode under every reward: each must follow from its infos.
-        told = {}
+    def test_rewards_of_an_episode_follow_from_its_infos(self):
+        given = {}
         for name in rewards.REWARDS:
             env = make(reward=name, score="rmse", goal=0.01, noise_free=False)
             _, before = env.reset(seed=4)
             _, reward, _, _, after = env.step(np.full(5, -0.5, np.float32))
-            told[name] = reward
+            given[name] = reward
         distance = np.linalg.norm(after["true_pose"] - 0.5)
-        self.assertAlmostEqual(told["paper"], -(after["measured_rmse"] + (distance if distance > 0.1 else 0)))
-        self.assertAlmostEqual(told["score"], -after["measured_rmse"])
-        self.assertAlmostEqual(told["potential"], before["measured_rmse"] - after["measured_rmse"])
-        self.assertEqual(told["minus_one"], -1)
+        self.assertAlmostEqual(given["paper"], -(after["measured_rmse"] + (distance if distance > 0.1 else 0)))
+        self.assertAlmostEqual(given["score"], -after["measured_rmse"])
+        self.assertAlmostEqual(given["potential"], before["measured_rmse"] - after["measured_rmse"])
+        self.assertEqual(given["minus_one"], -1)
 
 
 if __name__ == "__main__":

@@ -1,23 +1,23 @@
-"""Many environments at once against single ones."""
+"""The vector environment against single environments."""
 
 import unittest
 
 from support import ID, gymnasium, make, make_vector, np, same
 
-from gymnasium.vector import AutoresetMode
+AutoresetMode = gymnasium.vector.AutoresetMode
 
 
 def rollout(env, steps, seed):
-    """Observations, rewards, ends and infos of `steps` steps under actions that depend on nothing else."""
+    """Results of `reset` and of `steps` steps with fixed random actions."""
     random = np.random.default_rng(11)
-    seen = [env.reset(seed=seed)]
+    results = [env.reset(seed=seed)]
     for _ in range(steps):
-        seen.append(env.step(random.uniform(-1, 1, env.action_space.shape).astype(np.float32)))
-    return seen
+        results.append(env.step(random.uniform(-1, 1, env.action_space.shape).astype(np.float32)))
+    return results
 
 
 class Vector(unittest.TestCase):
-    def test_is_the_single_environments_bit_for_bit(self):
+    def test_equals_single_environments_bit_for_bit(self):
         count, seed = 3, 40
         vector = make_vector(count, frame_stack=2)
         singles = [make(frame_stack=2) for _ in range(count)]
@@ -42,7 +42,7 @@ class Vector(unittest.TestCase):
             for a, b in zip(first, second):
                 self.assertTrue(same(a, b))
 
-    def test_the_next_step_starts_anew(self):
+    def test_next_step_mode_starts_in_the_next_step(self):
         env = make_vector(2, max_episode_steps=2)
         self.assertEqual(env.metadata["autoreset_mode"], AutoresetMode.NEXT_STEP)
         _, begin = env.reset(seed=1)
@@ -53,7 +53,7 @@ class Vector(unittest.TestCase):
         self.assertFalse(truncated.any() or terminated.any() or rewards.any())
         self.assertTrue((infos["instance"] != begin["instance"]).all())
 
-    def test_the_same_step_starts_anew_and_keeps_the_last_frame(self):
+    def test_same_step_mode_starts_at_once_and_keeps_the_last_observation(self):
         kept = make_vector(2, max_episode_steps=2, autoreset_mode="SameStep")
         plain = make_vector(2, max_episode_steps=2, autoreset_mode=AutoresetMode.DISABLED)
         still = np.zeros((2, 5), np.float32)
@@ -68,7 +68,7 @@ class Vector(unittest.TestCase):
             self.assertFalse(same(observations[k], last[k]))
         self.assertTrue(same(infos["final_info"]["true_pose"], last_infos["true_pose"]))
 
-    def test_disabled_waits_for_a_reset(self):
+    def test_disabled_mode_waits_for_a_reset(self):
         env = make_vector(2, max_episode_steps=1, autoreset_mode="Disabled")
         env.reset(seed=1)
         still = np.zeros((2, 5), np.float32)
@@ -79,7 +79,7 @@ class Vector(unittest.TestCase):
         env.reset(options={"reset_mask": np.array([True, False])})
         self.assertEqual(env.task.batch.instance(1)["number"], before)
 
-    def test_wrappers_of_gymnasium_work_on_it(self):
+    def test_wrappers_of_gymnasium_work(self):
         env = gymnasium.wrappers.vector.RecordEpisodeStatistics(
             gymnasium.make_vec(ID, num_envs=2, scene="gaussian_spot", noise_level="rho0", max_episode_steps=3))
         env.reset(seed=1)
@@ -87,7 +87,7 @@ class Vector(unittest.TestCase):
             *_, infos = env.step(env.action_space.sample())
         self.assertIn("episode", infos)
 
-    def test_mistakes(self):
+    def test_wrong_arguments_are_refused(self):
         env = make_vector(2)
         with self.assertRaises(gymnasium.error.ResetNeeded):
             env.step(np.zeros((2, 5), np.float32))

@@ -189,7 +189,7 @@ from relign_bench.plugin import Optimizer, serve
 class Loser(Optimizer):
     """Never works."""
 
-    def run(self, talk):
+    def run(self, trial):
         raise RuntimeError("never works")
 
 

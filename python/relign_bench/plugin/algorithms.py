@@ -1,25 +1,45 @@
-"""What authors of algorithms derive from."""
+"""Base classes of algorithms."""
+
+from __future__ import annotations
 
 from .base import Plugin
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from typing import ClassVar
 
-class _Algorithm(Plugin):
-    knows = ()
-
-    def run(self, talk):
-        """Drives one whole trial: returns when talk.step gives None, or earlier to declare itself finished."""
-        raise self._lacks("run(self, talk)")
+    from .trial import Trial
 
 
-class Optimizer(_Algorithm):
-    """Searches. Without a recommendation of its own, the best measured pose counts."""
+class Algorithm(Plugin):
+    """Base of Optimizer and Agent; derive from one of them.
+
+    Attributes:
+        observes: What a trial shows to the algorithm: "images", "merit", "start", "box", "design", "level". Key "knows" of
+            the manifest.
+    """
+
+    observes: ClassVar[Sequence[str]] = ()
+
+    def run(self, trial: Trial) -> None:
+        """Runs one trial. Return when `trial.step` returns None, or earlier to finish the trial.
+
+        Args:
+            trial: The trial.
+        """
+        raise self._missing("run(self, trial)")
+
+
+class Optimizer(Algorithm):
+    """An algorithm that searches. Unless it recommends a pose, the pose with the lowest merit counts."""
 
     kind = "optimizer"
-    knows = ("merit", "start", "box")
+    observes = ("merit", "start", "box")
 
 
-class Agent(_Algorithm):
-    """Has learnt, or owns a model. Without a recommendation of its own, the current pose counts."""
+class Agent(Algorithm):
+    """An algorithm with a trained or given policy. Unless it recommends a pose, the current pose counts."""
 
     kind = "agent"
-    knows = ("images",)
+    observes = ("images",)

@@ -1,53 +1,74 @@
-"""Boxes of poses, and images: numpy arrays when numpy is there."""
+"""Boxes of poses, and images, which are numpy arrays where numpy is installed."""
 
+from __future__ import annotations
 
 import mmap
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+    from types import ModuleType
+    from typing import Any
+
 
 class Box:
-    """Axis-aligned box in commanded coordinates: `lower` and `upper`, one value per axis."""
+    """Axis-aligned box in commanded coordinates.
 
-    def __init__(self, lower, upper):
+    Args:
+        lower: Lower bounds, one per axis.
+        upper: Upper bounds, one per axis.
+    """
+
+    def __init__(self, lower: Iterable[float], upper: Iterable[float]) -> None:
         self.lower = tuple(lower)
         self.upper = tuple(upper)
 
-    def clamp(self, pose):
-        """The pose of the box nearest to `pose`, as a list."""
+    def clamp(self, pose: Iterable[float]) -> list[float]:
+        """The pose of the box that is closest to `pose`."""
         return [low if x < low else high if high < x else x for x, low, high in zip(pose, self.lower, self.upper)]
 
-    def centre(self):
+    def centre(self) -> list[float]:
+        """The centre of the box."""
         return [0.5 * (low + high) for low, high in zip(self.lower, self.upper)]
 
 
 class Image:
-    """Pixels without numpy: image[y, x] and image[y] (a row), float32, read-only, row 0 on top."""
+    """Pixels without numpy: image[y, x], or image[y] for a row. float32, read-only, row 0 on top.
 
-    def __init__(self, data, width, height):
+    Args:
+        data: The bytes, height rows of width values.
+        width: Columns.
+        height: Rows.
+    """
+
+    def __init__(self, data: bytes, width: int, height: int) -> None:
         self._values = memoryview(data).cast("f")
         self.width = width
         self.height = height
         self.shape = (height, width)
 
-    def __len__(self):
+    def __len__(self) -> int:
         return self.height
 
-    def __getitem__(self, place):
+    def __getitem__(self, place: Any) -> Any:
         if isinstance(place, tuple):
             y, x = place
             return self[y][x]
         if not -self.height <= place < self.height:
-            raise IndexError("row %d of %d" % (place, self.height))
+            raise IndexError(f"row {place} of {self.height}")
         first = (place % self.height) * self.width
         return self._values[first : first + self.width]
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[Any]:
         return (self[y] for y in range(self.height))
 
-    def tolist(self):
+    def tolist(self) -> list[list[float]]:
+        """The rows as lists."""
         return [row.tolist() for row in self]
 
 
-def numpy_or_none():
+def numpy_or_none() -> ModuleType | None:
+    """The module numpy, or None where it is not installed."""
     try:
         import numpy
     except ImportError:
@@ -56,29 +77,33 @@ def numpy_or_none():
 
 
 class SharedImage:
-    """An image in the file that the host writes: {"width", "height", "file"} and "offset" in bytes unless it is 0."""
+    """An image in a file that the host writes.
 
-    def __init__(self, place):
-        self._shape = (place["height"], place["width"])
+    Args:
+        place: {"width", "height", "file"}, and "offset" in bytes unless it is 0.
+    """
+
+    def __init__(self, place: dict[str, Any]) -> None:
+        self._height, self._width = place["height"], place["width"]
         self._file = place["file"]
         self._begin = place.get("offset", 0)
-        self._size = 4 * place["height"] * place["width"]
+        self._size = 4 * self._height * self._width
         with open(self._file, "rb") as file:
             self._mapped = mmap.mmap(file.fileno(), self._begin + self._size, access=mmap.ACCESS_READ)
 
-    def image(self):
-        """What lies there now: a copy."""
-        return as_image(self._mapped[self._begin : self._begin + self._size], *self._shape)
+    def image(self) -> Any:
+        """A copy of the image that is there now."""
+        return as_image(self._mapped[self._begin : self._begin + self._size], self._height, self._width)
 
-    def next_image(self):
-        """What lies behind it."""
+    def next_image(self) -> Any:
+        """A copy of the image behind it in the file."""
         with open(self._file, "rb") as file:
             file.seek(self._begin + self._size)
-            return as_image(file.read(self._size), *self._shape)
+            return as_image(file.read(self._size), self._height, self._width)
 
 
-def as_image(data, height, width):
-    """float32 rows as a numpy array, without numpy as an Image; `data` is not copied."""
+def as_image(data: bytes, height: int, width: int) -> Any:
+    """float32 rows as a numpy array, or without numpy as an Image; `data` is not copied."""
     numpy = numpy_or_none()
     if numpy is None:
         return Image(data, width, height)

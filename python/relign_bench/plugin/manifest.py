@@ -1,4 +1,6 @@
-"""The class is the manifest."""
+"""Manifests: the class of a plugin is its manifest."""
+
+from __future__ import annotations
 
 import inspect
 import os
@@ -7,40 +9,61 @@ import sys
 
 from .parameters import Parameter, parameters_of
 
-# What a class says of itself besides its parameters.
-WORDS = ("id", "kind", "summary", "knows", "presets", "license", "citation", "reproducible", "oracle", "training", "prepare")
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+# Class attributes that the manifest has besides parameters, under the same key; "observes" is its key "knows".
+ATTRIBUTES = ("id", "kind", "summary", "observes", "presets", "license", "citation", "reproducible", "oracle", "training",
+              "prepare")
+SUGGESTIONS = {**{name: name for name in ATTRIBUTES}, "knows": "observes"}
 
 
-def refuse_misspelt_words(cls):
-    """A manifest's mistakes are told, and a class is one: `know` for `knows` would change nothing, silently."""
+def refuse_misspelt_attributes(cls: type) -> None:
+    """Refuses attributes whose names are close to those of the manifest.
+
+    Without this check, `observe` in the place of `observes` would silently change nothing.
+
+    Raises:
+        TypeError: An attribute is probably misspelt.
+    """
     for name, value in vars(cls).items():
-        if name.startswith("_") or name in WORDS or callable(value) or isinstance(value, (Parameter, property)):
+        if name.startswith("_") or name in ATTRIBUTES or callable(value) or isinstance(value, (Parameter, property)):
             continue
         from difflib import get_close_matches  # slow to import, and rarely needed
 
-        for meant in get_close_matches(name, WORDS, 1, 0.85):
-            raise TypeError("%s has the attribute '%s'; did you mean '%s'?" % (cls.__name__, name, meant))
+        for meant in get_close_matches(name, SUGGESTIONS, 1, 0.85):
+            raise TypeError(f"{cls.__name__} has the attribute '{name}'; did you mean '{SUGGESTIONS[meant]}'?")
 
 
-def manifest_of(cls):
-    """The manifest that the class is, as a dictionary (see docs/plugins.md). Raises TypeError for what is none."""
-    refuse_misspelt_words(cls)
+def manifest_of(cls: type) -> dict[str, Any]:
+    """The manifest of a plugin class, as docs/plugins.md describes it.
+
+    Args:
+        cls: A class derived from Optimizer, Agent, Scene, Station or NoiseLevel. Its name, in snake case, is the id unless it
+            has an attribute `id`; the first paragraph of its docstring, or of its module's, is the summary.
+
+    Raises:
+        TypeError: The class has no docstring, or a misspelt attribute.
+    """
+    refuse_misspelt_attributes(cls)
     summary = getattr(cls, "summary", None) or cls.__dict__.get("__doc__")
     if not summary:
         summary = getattr(sys.modules.get(cls.__module__), "__doc__", None)
     if not summary:
-        raise TypeError("%s needs a docstring: its first paragraph is the plugin's summary" % cls.__name__)
+        raise TypeError(f"{cls.__name__} needs a docstring: its first paragraph is the plugin's summary")
     words = re.sub(r"(?<=[a-z0-9])([A-Z])|(?<=[A-Z])([A-Z])(?=[a-z])", r"_\1\2", cls.__name__)
-    manifest = {
+    manifest: dict[str, Any] = {
         "id": getattr(cls, "id", None) or words.strip("_").lower(),
-        "kind": cls.kind,
+        "kind": getattr(cls, "kind", None),
         "summary": " ".join(inspect.cleandoc(summary).split("\n\n")[0].split()),
         "parameters": {name: entry.declaration() for name, entry in parameters_of(cls).items()},
     }
-    if hasattr(cls, "knows"):
-        manifest["knows"] = list(cls.knows)
-    if cls.presets:
-        manifest["presets"] = {name: {"parameters": dict(values)} for name, values in cls.presets.items()}
+    if hasattr(cls, "observes"):
+        manifest["knows"] = list(cls.observes)
+    presets = getattr(cls, "presets", None)
+    if presets:
+        manifest["presets"] = {name: {"parameters": dict(values)} for name, values in presets.items()}
     for key in ("license", "citation", "reproducible", "oracle", "training", "prepare"):
         value = getattr(cls, key, None)
         if value is not None:
@@ -48,8 +71,8 @@ def manifest_of(cls):
     return manifest
 
 
-def imported_files():
-    """The modules that the script has imported from its own folder: they are part of the plugin."""
+def imported_files() -> list[str]:
+    """Modules that the script has imported from its own folder, relative to it: they are part of the plugin."""
     folder = os.path.dirname(os.path.realpath(sys.argv[0]))
     found = set()
     for name, module in list(sys.modules.items()):
@@ -58,7 +81,7 @@ def imported_files():
             continue
         path = os.path.relpath(os.path.realpath(file), folder)
         parts = path.split(os.sep)
-        # An environment that lies in the folder is no part of the plugin.
+        # A virtual environment within the folder is not part of the plugin.
         if parts[0] != os.pardir and not {"site-packages", "dist-packages"} & set(parts):
             found.add(path)
     return sorted(found)

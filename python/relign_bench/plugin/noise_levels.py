@@ -1,15 +1,29 @@
-"""What authors of noise levels derive from."""
+"""Base class of noise levels."""
+
+from __future__ import annotations
 
 from .base import Plugin
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
 
 class NoiseLevel(Plugin):
-    """A distribution of the variances: start, movement distortion, element offsets."""
+    """A distribution of the perturbations: start pose, movement distortion, element offsets."""
 
     kind = "noise-level"
 
-    def draw(self, seed, scene):
-        """One draw, a function of its arguments alone; `scene` is the scene's description. Gives {"start": [n values
-        in 0..1], "distortion": [[n x n]], "elements": {"L2": {"shift_mm": [x, y, z], "tilt_deg": [rx, ry]}}}, and
-        where the glue matters "cure_shift": [n shares of the travel]."""
-        raise self._lacks("draw(self, seed, scene)")
+    def draw(self, seed: int, scene: dict[str, Any]) -> dict[str, Any]:
+        """Draws the perturbations of one instance. Must be a pure function of its arguments.
+
+        Args:
+            seed: Seed of the instance.
+            scene: The scene's description.
+
+        Returns:
+            {"start": [true pose, n values in 0..1], "distortion": [[n x n]: true move = distortion @ commanded move],
+            "elements": {"L2": {"shift_mm": [x, y, z], "tilt_deg": [rx, ry]}}} for n axes, and where the lens shifts while
+            its glue cures, "cure_shift": [n shares of the travel].
+        """
+        raise self._missing("draw(self, seed, scene)")

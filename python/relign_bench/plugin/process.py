@@ -1,4 +1,6 @@
-"""The process: messages to and from the host that started it (docs/process_plugins.md)."""
+"""The plugin's process: messages to and from the host that started it (docs/process_plugins.md)."""
+
+from __future__ import annotations
 
 import json
 import os
@@ -9,49 +11,71 @@ import threading
 import time
 import traceback
 
-from .answers import answers_of
+from .handlers import handler_of
 from .manifest import imported_files, manifest_of
 from .parameters import create
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from .base import Plugin
 
 PROTOCOL = 1
 TO_HOST_FD = "RELIGN_TO_HOST_FD"
 FROM_HOST_FD = "RELIGN_FROM_HOST_FD"
-SECONDS_ALONE = 5  # to tidy up, once the host is gone
+GRACE_SECONDS = 5  # for a plugin to clean up once the host is gone
 
 
-class _Host:
-    """Messages to and from the host, one JSON object a line."""
+class Host:
+    """The connection to the host: one JSON object per line.
 
-    def __init__(self, to_host, from_host):
+    Args:
+        to_host: Descriptor that messages are written to.
+        from_host: Descriptor that messages are read from.
+    """
+
+    def __init__(self, to_host: int, from_host: int) -> None:
         os.set_inheritable(to_host, False)
         os.set_inheritable(from_host, False)
         self._to_host = to_host
-        self._from_host = open(from_host, "rb")
-        self.read_line = self._from_host.readline
+        self._from_host = open(from_host, "rb")  # noqa: SIM115 (open until the process ends)
+        self._read_line = self._from_host.readline
 
-    def send(self, line):
+    def send_line(self, line: str) -> None:
+        """Sends one line, which ends with a newline."""
         data = line.encode("utf-8")
         while data:
             data = data[os.write(self._to_host, data) :]
 
-    def tell(self, **message):
-        self.send(json.dumps(message, allow_nan=False, default=_plain) + "\n")
+    def send(self, **message: Any) -> None:
+        """Sends a message."""
+        self.send_line(json.dumps(message, allow_nan=False, default=_plain) + "\n")
 
-    def receive(self):
-        line = self.read_line()
-        if not line.endswith(b"\n"):  # the host is gone, or has had enough
+    def receive(self) -> dict[str, Any]:
+        """Waits for the next message. Ends the process when the host has closed the connection."""
+        line = self._read_line()
+        if not line.endswith(b"\n"):
             raise SystemExit(1)
         return json.loads(line)
 
-    def exchange(self, line):
-        self.send(line)
+    def exchange(self, line: str) -> dict[str, Any]:
+        """Sends one line and waits for the answer."""
+        self.send_line(line)
         return self.receive()
 
-    def ask(self, line):
+    def ask(self, line: str) -> dict[str, Any]:
+        """As `exchange`, but refusals and failures are raised; see `checked`."""
         return self.checked(self.exchange(line))
 
     @staticmethod
-    def checked(answer):
+    def checked(answer: dict[str, Any]) -> dict[str, Any]:
+        """The answer.
+
+        Raises:
+            ValueError: The host refused the request.
+            RuntimeError: The request failed.
+        """
         if answer["message"] == "refused":
             raise ValueError(answer.get("text", "the host refused the request"))
         if answer["message"] == "failed":
@@ -59,46 +83,47 @@ class _Host:
         return answer
 
 
-def _plain(value):
-    """numpy's numbers and arrays in a message."""
+def _plain(value: Any) -> Any:
+    """Numbers and arrays of numpy as JSON takes them."""
     if hasattr(value, "tolist"):
         return value.tolist()
-    raise TypeError("%r cannot be written as JSON: its class is %s" % (value, type(value).__name__))
+    raise TypeError(f"{value!r} cannot be written as JSON: its class is {type(value).__name__}")
 
 
-def _is_own(frame):
+def _is_authors(frame: traceback.FrameSummary) -> bool:
     return os.path.dirname(os.path.abspath(frame.filename)) != os.path.dirname(os.path.abspath(__file__))
 
 
-def _own_traceback(error):
-    """As Python prints it, without the frames of this package."""
-    told = traceback.TracebackException.from_exception(error)
-    told.stack[:] = [frame for frame in told.stack if _is_own(frame)] or told.stack
-    return "".join(told.format())
+def _authors_traceback(error: BaseException) -> str:
+    """The traceback as Python prints it, without the frames of this package."""
+    full = traceback.TracebackException.from_exception(error)
+    full.stack[:] = [frame for frame in full.stack if _is_authors(frame)] or full.stack
+    return "".join(full.format())
 
 
-def _sentence(error):
-    """What went wrong in one line, with the place in the author's file."""
+def _one_line(error: BaseException) -> str:
+    """The error in one line, with its place in the author's file."""
     text = "".join(traceback.format_exception_only(type(error), error)).strip().splitlines()[-1]
     if isinstance(error, SystemExit):
-        text = "it called sys.exit(%r) during the trial" % (error.code,)
-    own = [frame for frame in traceback.extract_tb(error.__traceback__) if _is_own(frame)]
-    if own:
-        text += " (%s, line %d)" % (os.path.basename(own[-1].filename), own[-1].lineno)
+        text = f"it called sys.exit({error.code!r}) during the trial"
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if _is_authors(frame)]
+    if frames:
+        text += f" ({os.path.basename(frames[-1].filename)}, line {frames[-1].lineno})"
     return text
 
 
-def _talk_to_host(cls, host):
+def _serve_host(cls: type[Plugin], host: Host) -> int:
+    """Answers the host's messages until it says bye. Returns the exit status of the process."""
     hello = host.receive()
     manifest = manifest_of(cls)
     if PROTOCOL not in hello.get("protocols", []):
-        host.tell(message="failed", text="it speaks protocol %d, the host %s" % (PROTOCOL, hello.get("protocols")))
+        host.send(message="failed", text=f"relign_bench.plugin has protocol {PROTOCOL}, the host {hello.get('protocols')}")
         return 1
     if hello.get("needs"):
-        host.tell(message="failed", text="the host needs abilities unknown to relign_bench.plugin: %s" % hello["needs"])
+        host.send(message="failed", text=f"the host needs abilities unknown to relign_bench.plugin: {hello['needs']}")
         return 1
-    host.tell(message="hello", protocol=PROTOCOL, id=manifest["id"], needs=[], manifest=manifest)
-    answers = None
+    host.send(message="hello", protocol=PROTOCOL, id=manifest["id"], needs=[], manifest=manifest)
+    handler: Any = None
     while True:
         message = host.receive()
         name = message["message"]
@@ -106,52 +131,61 @@ def _talk_to_host(cls, host):
             return 0
         try:
             if name == "create":
-                answers = answers_of(create(cls, message["parameters"]), host)
+                handler = handler_of(create(cls, message["parameters"]), host)
                 answer = {"message": "created"}
             else:
-                asked = getattr(answers, "on_" + name, None)
-                answer = asked(message) if asked else {"message": "unsupported"}
+                handle = getattr(handler, "on_" + name, None)
+                answer = handle(message) if handle else {"message": "unsupported"}
             sys.stdout.flush()
-            host.tell(**answer)
-        except BaseException as error:  # SystemExit and KeyboardInterrupt too: the host must hear of it
+            host.send(**answer)
+        except BaseException as error:  # SystemExit and KeyboardInterrupt too: the host must get an answer
             if not isinstance(error, SystemExit):
-                print(_own_traceback(error), end="", file=sys.stderr)
+                print(_authors_traceback(error), end="", file=sys.stderr)
             sys.stdout.flush()
             sys.stderr.flush()
-            host.tell(message="failed", text=_sentence(error))
+            host.send(message="failed", text=_one_line(error))
             return 1
 
 
-def _end_after_host(from_host):
-    """Who waits for the host's next message hears that it is gone; an author's endless loop does not, and would stay."""
+def _end_after_host(from_host: int) -> None:
+    """Kills this process some seconds after the host is gone.
+
+    A plugin that waits for a message sees the end of the connection by itself; one in an endless loop does not.
+    """
     gone = select.poll()
-    gone.register(from_host, 0)  # a hang-up is told unasked
+    gone.register(from_host, 0)  # POLLHUP is reported without being requested
     gone.poll()
-    time.sleep(SECONDS_ALONE)
-    if os.getpgrp() == os.getpid():  # as the host starts it: with all that it has started
+    time.sleep(GRACE_SECONDS)
+    if os.getpgrp() == os.getpid():  # as the host starts it: the group has all processes that the plugin started
         os.killpg(0, signal.SIGKILL)
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def serve(cls):
-    """Makes this file a plugin: answers the host that started it. Call it under `if __name__ == "__main__":`."""
+def serve(cls: type[Plugin]) -> None:
+    """Makes a file a plugin: answers the host that started it. Call it under `if __name__ == "__main__":`.
+
+    With --manifest among the arguments it prints the manifest instead.
+
+    Args:
+        cls: The plugin's class.
+    """
     to_host = os.environ.pop(TO_HOST_FD, None)
     from_host = os.environ.pop(FROM_HOST_FD, None)
     if "--manifest" in sys.argv[1:]:
-        if to_host is None:
+        if to_host is None or from_host is None:
             print(json.dumps(manifest_of(cls), indent=2, allow_nan=False))
         else:
-            _Host(int(to_host), int(from_host)).tell(files=imported_files(), **manifest_of(cls))
+            Host(int(to_host), int(from_host)).send(files=imported_files(), **manifest_of(cls))
         return
     if to_host is None or from_host is None:
         script = os.path.relpath(sys.argv[0])
-        print("This is a plugin of relign-bench. Run it with: relign-bench try ./%s" % script, file=sys.stderr)
+        print(f"this is a plugin of relign-bench; run it with: relign-bench try ./{script}", file=sys.stderr)
         sys.exit(2)
     for stream in (sys.stdout, sys.stderr):
-        stream.reconfigure(line_buffering=True)  # what a process that dies has printed is in its log
+        stream.reconfigure(line_buffering=True)  # type: ignore[union-attr]  # the log of a process that dies is complete
     threading.Thread(target=_end_after_host, args=(int(from_host),), daemon=True).start()
     try:
-        status = _talk_to_host(cls, _Host(int(to_host), int(from_host)))
+        status = _serve_host(cls, Host(int(to_host), int(from_host)))
     except BrokenPipeError:
         status = 1
     sys.exit(status)

@@ -1,81 +1,128 @@
-"""What authors of scenes derive from. Pixels are a 2-D numpy array, a list of rows of numbers, or float32 values
-behind the buffer protocol (bytes, array("f")): height rows of width values, row 0 on top."""
+"""Base classes of scenes.
+
+Pixels are a 2-D numpy array, a list of rows of numbers, or float32 values behind the buffer protocol (bytes, array("f")):
+height rows of width values, row 0 on top.
+"""
+
+from __future__ import annotations
 
 from .base import Plugin
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from typing import Any
+
+    Pose = tuple[float, ...]
+    Offsets = Mapping[str, Mapping[str, Sequence[float]]]
+
 
 class Scene(Plugin):
-    """A simulator: turns (assembly, true pose, frame seed) into an image. One object serves a worker's whole run;
-    images and truths are functions of their arguments alone, in every process."""
+    """A simulator that turns (assembly, true pose, frame seed) into an image.
+
+    One object serves all trials of a worker. Images and noise-free errors must be functions of their arguments, in every
+    process.
+    """
 
     kind = "scene"
 
-    def describe(self):
-        """A dictionary: name, axes, nominal_pose, image, elements; as relign_scene_interface::describe in plugin.h."""
-        raise self._lacks("describe(self)")
+    def describe(self) -> dict[str, Any]:
+        """The scene's description: name, axes, nominal_pose, image, elements.
 
-    def reference(self):
-        """O*: the noise-free image of the perfect lens at the nominal pose. Asked once."""
-        raise self._lacks("reference(self)")
+        The keys are those of relign_scene_interface::describe in plugin.h.
+        """
+        raise self._missing("describe(self)")
 
-    def mount(self, offsets):
-        """An Assembly with {"L2": {"shift_mm": [x, y, z], "tilt_deg": [rx, ry]}}; {} is the perfect lens. Raise
-        ValueError for an element that there is not."""
-        raise self._lacks("mount(self, offsets)")
+    def reference(self) -> Any:
+        """Pixels of the reference O*, the noise-free image of the perfect lens at the nominal pose. Called once."""
+        raise self._missing("reference(self)")
+
+    def mount(self, offsets: Offsets) -> Assembly:
+        """Assembles one lens.
+
+        Args:
+            offsets: Offsets by element: {"L2": {"shift_mm": [x, y, z], "tilt_deg": [rx, ry]}}; {} is the perfect lens.
+
+        Raises:
+            ValueError: Raise it for an unknown element.
+        """
+        raise self._missing("mount(self, offsets)")
 
 
 class Assembly:
-    """One lens with its element offsets. `true_pose` is a tuple, 0..1 on every axis of the description; offsets and
-    noise may lead beyond."""
+    """One lens with its element offsets.
 
-    def capture(self, true_pose, frame_seed):
-        """Pixels of a noisy capture; equal arguments, equal pixels."""
-        raise NotImplementedError("%s has no capture(self, true_pose, frame_seed)" % type(self).__name__)
+    True poses are tuples with one value per axis of the description, 0 to 1; offsets and noise may lead beyond.
 
-    def noise_free_mse(self, true_pose, seed):
-        """(mse, standard_error): an unbiased estimate against O*, with random numbers of its own. A scene that says
-        "truth": False is not asked."""
-        raise NotImplementedError("%s has no noise_free_mse(self, true_pose, seed)" % type(self).__name__)
+    Optional methods: `render_noise_free(self, true_pose)` returns pixels. `mtf(self, true_pose, lp_per_mm)` returns
+    (centre, corner), the lens's geometric MTF as relign_scene_mtf in plugin.h defines it; suites whose spec has "mtf" need
+    it.
+    """
 
-    render_noise_free = None  # optional: render_noise_free(self, true_pose) gives pixels
-    # optional: mtf(self, true_pose, lp_per_mm) gives (centre, corner), the lens's geometric MTF as relign_scene_mtf in
-    # plugin.h defines it; suites whose spec has "mtf" need it
-    mtf = None
+    render_noise_free: Any = None
+    mtf: Any = None
+
+    def capture(self, true_pose: Pose, frame_seed: int) -> Any:
+        """Pixels of a noisy capture. Equal arguments must give equal pixels."""
+        raise NotImplementedError(f"{type(self).__name__} has no capture(self, true_pose, frame_seed)")
+
+    def noise_free_mse(self, true_pose: Pose, seed: int) -> tuple[float, float]:
+        """Ground truth: an unbiased estimate of the noise-free MSE against O*, and its standard error.
+
+        Not called for a scene whose description has "truth": False.
+
+        Args:
+            true_pose: True pose.
+            seed: Seed of the estimate's random numbers; they must differ from those of captures.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no noise_free_mse(self, true_pose, seed)")
 
 
 class Station(Scene):
-    """A scene that owns its stage: a hexapod and a camera, or a simulation of them. It is asked for begin, capture,
-    then for move_by, capture at each step. A failure is the trial's outcome; the next one gets a fresh process.
-    Its description gets "owns_stage": True and "truth": False."""
+    """A scene that owns its stage: hardware, such as a hexapod and a camera, or a simulation of it.
 
-    def begin(self, seed):
-        """Brings the station to a start pose; equal seeds ask for the same one. Its time does not count."""
-        raise self._lacks("begin(self, seed)")
+    The host calls `begin` and `capture`, then `move_by` and `capture` for each step. An error ends the trial, and the next
+    trial gets a new process. The description gets "owns_stage": True and "truth": False.
+    """
 
-    def move_by(self, delta):
-        """One move relative to where the stage is by its own encoders, a tuple of shares of the travel. A limit is no
-        failure: stop there and say so. Gives Moved(moved, machine_seconds, limits)."""
-        raise self._lacks("move_by(self, delta)")
+    def begin(self, seed: int) -> None:
+        """Moves the station to a start pose; equal seeds ask for the same one. Its time does not count."""
+        raise self._missing("begin(self, seed)")
 
-    def capture(self):
-        """(pixels, machine_seconds) of one picture from where the stage is."""
-        raise self._lacks("capture(self)")
+    def move_by(self, delta: Pose) -> Moved:
+        """Moves the stage relative to its current pose by its own encoders.
+
+        A limit is not an error: stop there and report it.
+
+        Args:
+            delta: One value per axis, in shares of the travel.
+        """
+        raise self._missing("move_by(self, delta)")
+
+    def capture(self) -> tuple[Any, float]:
+        """Captures at the current pose.
+
+        Returns:
+            (pixels, machine_seconds).
+        """
+        raise self._missing("capture(self)")
 
 
 class Moved:
-    """What a station's encoders tell of one move.
+    """A station's report of one move, by its encoders.
 
-    moved            how far each axis came, in shares of the travel
-    machine_seconds  measured, settling included
-    limits           per axis: -1 met its lower limit, +1 its upper limit, 0 neither; () for none at all
+    Args:
+        moved: How far each axis moved, in shares of the travel.
+        machine_seconds: Measured duration, settling included.
+        limits: Per axis -1 for the lower limit met, +1 for the upper limit, 0 for neither; () for none on any axis.
     """
 
     __slots__ = ("moved", "machine_seconds", "limits")
 
-    def __init__(self, moved, machine_seconds, limits=()):
+    def __init__(self, moved: Sequence[float], machine_seconds: float, limits: Sequence[int] = ()) -> None:
         self.moved = moved
         self.machine_seconds = machine_seconds
         self.limits = limits
 
-    def __repr__(self):
-        return "Moved(moved=%r, machine_seconds=%r, limits=%r)" % (self.moved, self.machine_seconds, self.limits)
+    def __repr__(self) -> str:
+        return f"Moved(moved={self.moved!r}, machine_seconds={self.machine_seconds!r}, limits={self.limits!r})"

@@ -1,1 +1,4 @@
-"""Training of agents: `relign-train imitate`. Needs torch, from the Python index: pip install "relign-bench[train]"."""
+"""Training of policies: `relign-train imitate`, `relign-train ppo` and `relign-train export`.
+
+Needs torch and other packages from the Python index: pip install "./python[train]".
+"""

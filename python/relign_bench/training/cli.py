@@ -1,4 +1,6 @@
-"""relign-train: trains agents on an ordinary computer."""
+"""relign-train: trains policies on an ordinary computer."""
+
+from __future__ import annotations
 
 import argparse
 import dataclasses
@@ -7,27 +9,47 @@ import math
 import os
 import pathlib
 import sys
+from typing import TYPE_CHECKING, Any
 
-EXAMPLE = """examples:
-  relign-train imitate -o training/imitation                       # regression, then DAgger; an agent of its own
+from .._errors import unknown_name
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from typing import TypeVar
+
+    from .._typing import Float64Array
+    from .folder import RunFolder
+    from .imitate import Training
+    from .reinforce import Recipe as PpoRecipe
+    from .reinforce import Reinforcement
+
+    AnyRecipe = TypeVar("AnyRecipe")
+
+EXAMPLES = """examples:
+  relign-train imitate -o training/imitation                       # regression, then DAgger
   relign-train ppo --preset tuned --warm-start training/imitation -o training/ppo
   relign-train ppo --preset paper -o training/ppo-paper            # the paper's recipe
   relign-train export training/ppo -o my_agent.onnx
 
-  The same command goes on where a run was stopped or killed. What was trained is tried by
+  An interrupted run resumes with the same command. To try a trained policy:
   relign-bench try imitation --parameters '{"model": "FILE.onnx"}'
 """
 
-IMITATE = """The folder then holds recipe.json, curve.csv (loss after every pass), tuning.csv (error on lenses that training never
-saw), imitation.onnx and imitation.json.
+IMITATE = """files in the folder:
+  recipe.json                      every setting of the run
+  curve.csv                        loss after every pass over the data
+  tuning.csv                       error on tuning instances, which training never uses, step by step
+  imitation.onnx, imitation.json   the network and its side file
 
 example:
   relign-train imitate -o training/imitation
 """
 
-PPO = """The folder then holds recipe.json, curve.csv and curve.png (reward, success and error on tuning lenses against steps), a
-TensorBoard log where tensorboard is installed, and the network as ppo.onnx with ppo.json: of the stretch that did best on
-tuning lenses.
+PPO = """files in the folder:
+  recipe.json              every setting of the run
+  curve.csv, curve.png     reward, success and error on tuning instances, after every training segment
+  tensorboard              TensorBoard log, where tensorboard is installed
+  ppo.onnx, ppo.json       the network with the best score on tuning instances, and its side file
 
 examples:
   relign-train ppo --preset paper --set level=0.5 -o training/ppo-paper-0.5
@@ -38,11 +60,18 @@ EXPORT = """example:
   relign-train export training/ppo -o my_agent.onnx
 """
 
+RECURRENT = "relign-bench's agents do not run recurrent networks"
 
-NO_MEMORY = "its network has a memory, and relign-bench's agents have none"
 
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs relign-train.
 
-def main(arguments=None):
+    Args:
+        arguments: Arguments; None: those of the process.
+
+    Returns:
+        Exit status: 0, 2 after an error, 130 after an interrupt.
+    """
     given = make_parser().parse_args(arguments)
     try:
         return {"imitate": _imitate, "ppo": _ppo, "export": _export}[given.verb](given)
@@ -50,70 +79,77 @@ def main(arguments=None):
         print(f"error: {problem}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        print(f"Stopped. The same command goes on after what is whole in {given.out}.", file=sys.stderr)
+        hint = "" if given.verb == "export" else f"; the same command resumes the run in {given.out}"
+        print(f"interrupted{hint}", file=sys.stderr)
         return 130
 
 
-def make_parser():
+def make_parser() -> argparse.ArgumentParser:
+    """The parser of the command line."""
     parser = argparse.ArgumentParser(
-        prog="relign-train", description="Train agents that align lenses from their images.",
-        formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EXAMPLE)
+        prog="relign-train", description="Train policies that align a lens from its images.",
+        formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EXAMPLES)
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
 
-    def verb(name, help_text, description, epilog):
+    def verb(name: str, help_text: str, description: str, epilog: str) -> argparse.ArgumentParser:
         made = verbs.add_parser(name, help=help_text, description=description, epilog=epilog,
                                 formatter_class=argparse.RawDescriptionHelpFormatter)
         made.add_argument("--json", action="store_true", help="print the result as JSON")
         return made
 
-    def training(made):
+    def training(made: argparse.ArgumentParser) -> None:
         made.add_argument("-o", "--out", metavar="DIR", required=True, help="folder of the run")
         made.add_argument("--scene", default="relign_od", help="id, preset or path of a scene [default: %(default)s]")
         made.add_argument("--seed", type=int, default=0,
-                          help="decides lenses, poses and weights [default: %(default)s]")
-        made.add_argument("--threads", type=int, metavar="N", help="[default: all cores]")
+                          help="seed of instances, poses and weights [default: %(default)s]")
+        made.add_argument("--threads", type=int, metavar="N", help="threads that render and train [default: all cores]")
         made.add_argument("--set", action="append", default=[], metavar="NAME=VALUE",
-                          help="another value of the recipe, such as --set rate=3e-5; python/README.md lists them; repeatable")
+                          help="set a value of the recipe, such as --set rate=3e-5; repeatable; python/README.md lists them")
 
-    training(verb("imitate", "regression on simulated misalignments, then rounds on what the policy meets",
-                  "Learn from pictures of misaligned lenses where the optimum is; then from what the policy meets.",
-                  IMITATE))
-    ppo = verb("ppo", "reinforcement learning: the paper's recipe, or one that begins with imitation",
-               "Learn from rewards, with Stable-Baselines3.", PPO)
+    training(verb("imitate", "Train by imitation learning: regression, then DAgger",
+                  "Train a policy by imitation learning: regression on images of misaligned lenses whose optimum is known, "
+                  "then DAgger.", IMITATE))
+    ppo = verb("ppo", "Train by reinforcement learning: the paper's recipe, or from imitation",
+               "Train a policy by reinforcement learning with Stable-Baselines3.", PPO)
     training(ppo)
     ppo.add_argument("--preset", choices=("paper", "tuned"), default="tuned",
-                     help="paper: the package's network and settings; tuned: begins with what imitation learnt, for all "
-                          "levels, with a critic that is told the truth [default: %(default)s]")
-    ppo.add_argument("--warm-start", metavar="DIR", help="folder of relign-train imitate; preset tuned needs one")
+                     help="paper: network and settings of the paper's package; tuned: starts from imitation learning, covers "
+                          "all noise levels, with a privileged critic [default: %(default)s]")
+    ppo.add_argument("--warm-start", metavar="DIR", help="folder of a run of relign-train imitate; required by preset tuned")
     ppo.add_argument("--algorithm", default="ppo", choices=("ppo", "a2c", "trpo", "recurrent-ppo"),
-                     help="what the paper compared; the last two need sb3-contrib [default: %(default)s]")
-    ppo.add_argument("--until", type=int, metavar="STRETCHES", help="stop after so many stretches of the recipe")
-    export = verb("export", "writes a training's network as ONNX, with its side file",
-                  "Write the network of a training, as far as it has come, for relign-bench's agents.", EXPORT)
+                     help="algorithms that the paper compares; the last two need sb3-contrib [default: %(default)s]")
+    ppo.add_argument("--until", type=int, metavar="SEGMENTS", help="stop after this many training segments of the run")
+    export = verb("export", "Write the network of a run as ONNX, with its side file",
+                  "Write the network of a run, complete or not, for relign-bench's agents.", EXPORT)
     export.add_argument("folder", metavar="DIR", help="folder of a run")
-    export.add_argument("-o", "--out", metavar="FILE.onnx", required=True)
+    export.add_argument("-o", "--out", metavar="FILE.onnx", required=True, help="file to write; the side file is FILE.json")
     return parser
 
 
-def tell(text):
+def log(text: str) -> None:
+    """Prints a line of progress."""
     print(text, file=sys.stderr, flush=True)
 
 
-def need(module, package):
-    """Raises ImportError that says what to install."""
+def require(module: str, package: str) -> None:
+    """Checks that a module can be imported.
+
+    Raises:
+        ImportError: It cannot; the message has the package to install.
+    """
     try:
         __import__(module)
     except ImportError as problem:
-        raise ImportError(f"training needs {package}, from the Python index: pip install {package} ({problem})") from None
+        raise ImportError(f"training needs {package}: pip install {package} ({problem})") from None
 
 
-def _imitate(given):
-    need("torch", "torch")
-    need("onnx", "onnx")  # torch asks for it at the end only
+def _imitate(given: argparse.Namespace) -> int:
+    require("torch", "torch")
+    require("onnx", "onnx")  # torch would report it only at the end
     from .imitate import Recipe, Training, tuning_rmse
 
-    recipe = changed(Recipe(scene=given.scene, seed=given.seed), given.set)
-    training = Training(recipe, given.out, given.threads, tell)
+    recipe = with_settings(Recipe(scene=given.scene, seed=given.seed), given.set)
+    training = Training(recipe, given.out, given.threads, log)
     training.run()
     rmse = tuning_rmse(recipe, training.net, given.threads)
     medians = write_tuning(training.folder, recipe.levels, rmse)
@@ -121,38 +157,39 @@ def _imitate(given):
                 {"median_rmse_after_12": medians})
 
 
-def _ppo(given):
-    need("torch", "torch")
-    need("onnx", "onnx")  # torch asks for it at the end only
-    need("stable_baselines3", "stable-baselines3")
+def _ppo(given: argparse.Namespace) -> int:
+    require("torch", "torch")
+    require("onnx", "onnx")  # torch would report it only at the end
+    require("stable_baselines3", "stable-baselines3")
     from .reinforce import PRESETS, Reinforcement
 
     recipe = dataclasses.replace(PRESETS[given.preset], scene=given.scene, seed=given.seed, algorithm=given.algorithm)
-    training = Reinforcement(with_goal(changed(recipe, given.set), given.set), given.out, given.warm_start, given.threads, tell)
+    recipe = with_goal(with_settings(recipe, given.set), given.set)
+    training = Reinforcement(recipe, given.out, given.warm_start, given.threads, log)
     training.run(given.until)
     if training.recurrent:
-        tell(f"Not exported: {NO_MEMORY}.")
+        log(f"not exported: {RECURRENT}")
         return 0
     return show(given, export_reinforcement(training, pathlib.Path(given.out) / "ppo"), {"score": training.best})
 
 
-def _export(given):
-    need("torch", "torch")
-    need("onnx", "onnx")  # torch asks for it at the end only
+def _export(given: argparse.Namespace) -> int:
+    require("torch", "torch")
+    require("onnx", "onnx")  # torch would report it only at the end
     folder, out = pathlib.Path(given.folder), pathlib.Path(given.out)
     kept = folder / "recipe.json"
     if not kept.is_file():
-        raise ValueError(f"{folder} holds no training: it has no recipe.json")
+        raise ValueError(f"'{folder}' is not the folder of a run: it has no recipe.json")
     if out.suffix != ".onnx":
-        raise ValueError(f"--out {out}: expected a name that ends with .onnx")
+        raise ValueError(f"--out '{out}' must end with .onnx")
     out.parent.mkdir(parents=True, exist_ok=True)
     recipe = json.loads(kept.read_text())
     if "preset" in recipe:
-        need("stable_baselines3", "stable-baselines3")
-        from .reinforce import Recipe, Reinforcement
+        require("stable_baselines3", "stable-baselines3")
+        from .reinforce import Recipe as PpoRecipe
+        from .reinforce import Reinforcement
 
-        training = Reinforcement.opened(Recipe(**recipe), folder, tell=lambda _: None)  # nothing goes on
-        return show(given, export_reinforcement(training, out), {})
+        return show(given, export_reinforcement(Reinforcement.open(PpoRecipe(**recipe), folder, log=lambda _: None), out), {})
     from .imitate import Recipe, Training
 
     recipe["levels"] = tuple(recipe["levels"])
@@ -161,23 +198,29 @@ def _export(given):
     return show(given, export_imitation(training, out), {})
 
 
-def export_imitation(training, path):
+def export_imitation(training: Training, path: pathlib.Path) -> list[pathlib.Path]:
+    """Writes the network of an imitation run; returns the files."""
     from . import export
 
     recipe = training.recipe
     return export.write(training.net, path, recipe.scene, recipe.size, 1, "way",
-                        trained_of(recipe, training.seconds, training.threads, None),
+                        cost_of(recipe, training.seconds, training.threads, None),
                         f"relign-train imitate --scene {recipe.scene} -o FOLDER")
 
 
-def export_reinforcement(training, path):
+def export_reinforcement(training: Reinforcement, path: pathlib.Path) -> list[pathlib.Path]:
+    """Writes the network with the best score of a reinforcement run; returns the files.
+
+    Raises:
+        ValueError: The policy is recurrent.
+    """
     from . import export
 
     if training.recurrent:
-        raise ValueError(f"{training.folder.path} cannot be exported: {NO_MEMORY}")
+        raise ValueError(f"'{training.folder.path}' cannot be exported: {RECURRENT}")
     recipe = training.recipe
     steps = training.load_best()
-    trained = trained_of(recipe, training.seconds, training.threads, steps)
+    trained = cost_of(recipe, training.seconds, training.threads, steps)
     if training.warm_seconds > 0:
         trained["warm_start"] = {"hours": round(training.warm_seconds / 3600, 3)}
     if recipe.preset == "tuned":
@@ -187,47 +230,59 @@ def export_reinforcement(training, path):
                         trained, f"relign-train ppo --preset paper --scene {recipe.scene} -o FOLDER")
 
 
-def trained_of(recipe, seconds, threads, steps):
-    told = {"recipe": dataclasses.asdict(recipe), "hours": round(seconds / 3600, 3), "threads": threads or os.cpu_count()}
-    return told if steps is None else {**told, "steps": steps}
+def cost_of(recipe: Any, seconds: float, threads: int | None, steps: int | None) -> dict[str, Any]:
+    """Recipe and cost of a run, as the side file has them."""
+    cost = {"recipe": dataclasses.asdict(recipe), "hours": round(seconds / 3600, 3), "threads": threads or os.cpu_count()}
+    return cost if steps is None else {**cost, "steps": steps}
 
 
-def show(given, files, told):
+def show(given: argparse.Namespace, files: list[pathlib.Path], results: dict[str, Any]) -> int:
+    """Prints files and results, as JSON if --json was given; returns the exit status."""
     if given.json:
-        print(json.dumps({"files": [str(path) for path in files], **told}))
+        print(json.dumps({"files": [str(path) for path in files], **results}))
     else:
         print("\n".join(map(str, files)))
     return 0
 
 
-def changed(recipe, settings):
-    """The recipe with NAME=VALUE texts applied. Raises ValueError that says what there is."""
-    fields = {field.name: field for field in dataclasses.fields(recipe)}
-    values = {}
+def with_settings(recipe: AnyRecipe, settings: Sequence[str]) -> AnyRecipe:
+    """A recipe with settings of the form NAME=VALUE applied.
+
+    Raises:
+        ValueError: A name is unknown, or a value is not valid.
+    """
+    names = [field.name for field in dataclasses.fields(recipe)]  # type: ignore[arg-type]
+    values: dict[str, Any] = {}
     for setting in settings:
         name, equals, text = setting.partition("=")
-        if not equals or name not in fields:
-            raise ValueError(f"--set {setting}: allowed: NAME=VALUE with a name of {', '.join(fields)}")
+        if not equals:
+            raise ValueError(f"--set {setting}: expected NAME=VALUE")
+        if name not in names:
+            raise ValueError(f"--set {setting}: {unknown_name('setting', name, names)}")
         kind = type(getattr(recipe, name))
         try:
             values[name] = tuple(float(part) for part in text.split(",")) if kind is tuple else kind(text)
         except ValueError:
-            what = {tuple: "no list of numbers with commas, such as 0,0.25", int: "no whole number", float: "no number"}
-            raise ValueError(f"--set {setting}: '{text}' is {what.get(kind, 'no ' + kind.__name__)}") from None
+            expected = {tuple: "numbers separated by commas, such as 0,0.25", int: "an integer", float: "a number"}
+            raise ValueError(f"--set {setting}: '{text}' must be {expected.get(kind, kind.__name__)}") from None
         check_value(setting, name, values[name])
-    return dataclasses.replace(recipe, **values)
+    return dataclasses.replace(recipe, **values)  # type: ignore[type-var]
 
 
-def with_goal(recipe, settings):
-    """The recipe with the package's goal for its noise level, where one is wanted and none was set. Raises ValueError at
-    levels that the package has no goal for."""
+def with_goal(recipe: PpoRecipe, settings: Sequence[str]) -> PpoRecipe:
+    """A recipe with the package's goal for its noise level, unless the preset has no goal or a setting changed it.
+
+    Raises:
+        ValueError: The package has no goal for the level.
+    """
     from .reinforce import GOALS, PRESETS
 
     if recipe.goal == 0 or recipe.level == PRESETS[recipe.preset].level or any(text.startswith("goal=") for text in settings):
         return recipe
     if recipe.level not in GOALS:
-        raise ValueError(f"--set level={recipe.level:g}: the package has goals for {', '.join(f'{level:g}' for level in GOALS)} "
-                         "alone; add --set goal=SCORE, below which an episode ends (0: never)")
+        raise ValueError(f"--set level={recipe.level:g}: the package has no goal for this level, only for "
+                         f"{', '.join(f'{level:g}' for level in GOALS)}; add --set goal=SCORE, the score below which an "
+                         "episode ends (0: never)")
     return dataclasses.replace(recipe, goal=GOALS[recipe.level])
 
 
@@ -237,30 +292,42 @@ MAY_BE_NEGATIVE = ("first_log_std",)
 SHARES = ("near", "gamma", "gae_lambda")
 
 
-def check_value(setting, name, value):
-    """Raises ValueError for numbers with which no training can go on. The recipe's own classes know the rest."""
+def check_value(setting: str, name: str, value: Any) -> None:
+    """Checks the range of a setting; the classes of the runs check what depends on other settings.
+
+    Raises:
+        ValueError: The value is out of range.
+    """
     for number in value if isinstance(value, tuple) else (value,):
         if isinstance(number, str) or name in MAY_BE_NEGATIVE:
             continue
         if not math.isfinite(number) or number < 0 or (number == 0 and name not in MAY_BE_ZERO):
-            allowed = "0 or more" if name in MAY_BE_ZERO else "more than 0"
-            raise ValueError(f"--set {setting}: allowed: {allowed}")
+            expected = "a non-negative number" if name in MAY_BE_ZERO else "a positive number"
+            raise ValueError(f"--set {setting}: {name} must be {expected}")
         if name in SHARES and number > 1:
-            raise ValueError(f"--set {setting}: allowed: 0 to 1")
+            raise ValueError(f"--set {setting}: {name} must be from 0 to 1")
 
 
-def write_tuning(folder, levels, rmse):
-    """tuning.csv, a row per level and step: median and quartiles of the noise-free RMSE. Returns the medians after the
-    last step."""
+def write_tuning(folder: RunFolder, levels: Sequence[float], rmse: Float64Array) -> list[float]:
+    """Writes tuning.csv: median and quartiles of the noise-free RMSE, one row per level and step.
+
+    Args:
+        folder: Folder of the run.
+        levels: Noise levels N.
+        rmse: Shape (levels, instances, steps + 1).
+
+    Returns:
+        The medians after the last step, by level.
+    """
     import numpy as np
 
     lines = ["level,step,n,median,q25,q75"]
-    for level, lenses in zip(levels, rmse):
-        for step in range(lenses.shape[1]):
-            q25, median, q75 = np.quantile(lenses[:, step], [0.25, 0.5, 0.75])
-            lines.append(f"{level},{step},{len(lenses)},{median:.6f},{q25:.6f},{q75:.6f}")
+    for level, instances in zip(levels, rmse):
+        for step in range(instances.shape[1]):
+            q25, median, q75 = np.quantile(instances[:, step], [0.25, 0.5, 0.75])
+            lines.append(f"{level},{step},{len(instances)},{median:.6f},{q25:.6f},{q75:.6f}")
     folder.keep_text("tuning.csv", "\n".join(lines) + "\n")
-    return [float(np.median(lenses[:, -1])) for lenses in rmse]
+    return [float(np.median(instances[:, -1])) for instances in rmse]
 
 
 if __name__ == "__main__":

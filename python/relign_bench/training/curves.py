@@ -1,25 +1,39 @@
 """Learning curves as CSV and PNG."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from .folder import RunFolder
+
+    Rows = Sequence[Mapping[str, Any]]
+
 COLUMNS = ("steps", "hours", "episodes", "reward", "episode", "success", "rmse_6", "rmse_12", "under_0.01", "score")
 
 
-def write_csv(folder, rows):
-    """curve.csv: a row after every stretch.
+def write_csv(folder: RunFolder, rows: Rows) -> None:
+    """Writes curve.csv, one row per training segment.
 
     steps        of all environments so far
     hours        of training so far
-    episodes     that ended in the stretch; reward a step, steps an episode and share that reached the goal: their means
-    rmse_6, _12  median noise-free RMSE of tuning lenses after so many steps of the policy without exploration
-    under_0.01   share of them below 0.01 after 12
-    score        what chooses the best checkpoint (evaluation.py)
+    episodes     that ended in the segment
+    reward       mean reward per step of these episodes
+    episode      mean length of these episodes, in steps
+    success      share of these episodes that reached the goal
+    rmse_6, _12  median noise-free RMSE on tuning instances after 6 and 12 steps of the policy, without exploration
+    under_0.01   share of tuning instances below 0.01 after 12 steps
+    score        smaller is better; selects the best checkpoint (evaluation.py)
     """
     lines = [",".join(COLUMNS)]
     lines += [",".join(f"{row[name]:.6g}" if name != "steps" else str(row[name]) for name in COLUMNS) for row in rows]
     folder.keep_text("curve.csv", "\n".join(lines) + "\n")
 
 
-def draw(folder, title, rows):
-    """curve.png: reward, success and error against steps, as the paper's figure of its training."""
+def draw(folder: RunFolder, title: str, rows: Rows) -> None:
+    """Writes curve.png: reward, success and error against steps, as in the paper's figure. Needs matplotlib."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -27,13 +41,13 @@ def draw(folder, title, rows):
 
     steps = [row["steps"] for row in rows]
     figure, panels = pyplot.subplots(1, 3, figsize=(12, 3.4), constrained_layout=True)
-    for panel, (name, label) in zip(panels, (("reward", "reward a step, training"),
-                                             ("success", "episodes that reach the goal, training"))):
+    for panel, (name, label) in zip(panels, (("reward", "reward per step (training)"),
+                                             ("success", "episodes that reach the goal (training)"))):
         panel.plot(steps, [row[name] for row in rows], color="#0072b2")
         panel.set_ylabel(label)
     for name, label, style in (("rmse_6", "after 6 steps", "--"), ("rmse_12", "after 12 steps", "-")):
         panels[2].plot(steps, [row[name] for row in rows], style, color="#d55e00", label=label)
-    panels[2].set_ylabel("noise-free RMSE, tuning lenses, median")
+    panels[2].set_ylabel("noise-free RMSE (tuning, median)")
     panels[2].set_yscale("log")
     panels[2].legend(frameon=False)
     for panel in panels:
@@ -42,4 +56,3 @@ def draw(folder, title, rows):
         panel.spines[["top", "right"]].set_visible(False)
     figure.suptitle(title)
     folder.keep("curve.png", lambda out: figure.savefig(out, format="png", dpi=100))
-    pyplot.close(figure)

@@ -1,4 +1,6 @@
-"""Which changes of pose a picture tells well, and which badly."""
+"""Directions in pose space, by how strongly they change the image."""
+
+from __future__ import annotations
 
 import numpy as np
 
@@ -6,14 +8,24 @@ from ..batch import Batch
 
 
 class Directions:
-    """Eigenvectors of J'J, J the derivative of the noise-free picture by the pose at the design's optimum.
+    """Eigenvectors of J'J, with J the derivative of the noise-free image by the pose at the design's optimum.
 
-    vectors (axes, axes): one direction a column, best told first. values: mean squared change of a pixel per squared
-    unit of travel, so that an error e from the optimum costs an MSE of about sum(values * (vectors.T @ e)**2).
-    stiff: the first two, image shift, which a picture tells to a hundredth of what it tells of the others.
+    Args:
+        scene: Id, preset or path of a scene.
+        size: Columns of the image.
+        step: Step of the central differences, as a share of the travel.
+
+    Attributes:
+        vectors: One direction per column, the one with the strongest effect first; shape (axes, axes).
+        values: Mean squared change of a pixel per squared unit of travel, shape (axes,): an error e from the optimum gives an
+            MSE of about sum(values * (vectors.T @ e)**2).
+        stiff: Number of stiff directions, which are the first: image shift, seen a hundred times as precisely as the others.
+
+    Raises:
+        ValueError: The scene is unknown, or renders no noise-free images.
     """
 
-    def __init__(self, scene, size, step=0.01):
+    def __init__(self, scene: str, size: int, step: float = 0.01) -> None:
         batch = Batch(1, scene, "rho", noise_level_parameters={"level": 0.0}, size=size, threads=1)
         batch.reset([0], [0])
         columns = []

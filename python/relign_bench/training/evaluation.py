@@ -1,43 +1,73 @@
-"""How a policy does on lenses that training never saw."""
+"""Evaluation of policies on tuning instances, which training never uses."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .lenses import Lenses
+from .instances import InstanceSet
 
-LOOKS = (6, 12)  # steps after which the truth is asked for
-SLOTS = 100  # lenses, over all levels
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Sequence
+
+    from .._typing import ByteArray, Float64Array
+
+    PolicyFunction = Callable[[ByteArray, int, Any], tuple[Float64Array, Any]]
+    """(frames, step, memory) to (moves, memory): frames are bytes of shape (n, frames, size, size), the newest last; the first
+    step is 1 and its memory None; moves have shape (n, axes), in shares of the travel."""
+
+EVALUATED_STEPS = (6, 12)
+TUNING_INSTANCES = 100  # over all levels
 
 
-def rmse_on_the_way(moves, lenses, frames, looks):
-    """Noise-free RMSE of every lens after so many steps: {step: (n,)} for the steps in `looks`, 0 being the start.
+def rmse_after_steps(policy: PolicyFunction, instances: InstanceSet, frames: int, steps: Collection[int],
+                     ) -> dict[int, Float64Array]:
+    """Noise-free RMSE of the first instances of a family, after some steps of a policy.
 
-    The lenses are the first of their family. moves(bytes (n, frames, size, size), step, memory) -> (moves (n, axes),
-    memory); the first step is 1 and its memory None.
+    Args:
+        policy: The policy.
+        instances: The instances; they are reset.
+        frames: How many of the latest captures the policy observes, zeros before the start.
+        steps: The steps after which the ground truth is evaluated; 0 is the start.
+
+    Returns:
+        RMSE by step, each of shape (n,).
     """
-    lenses.reset(0)
-    seen = lenses.frames()
-    stack = np.zeros((len(seen), frames, *seen.shape[1:]), np.uint8)
+    instances.reset(0)
+    captures = instances.frames()
+    stack = np.zeros((len(captures), frames, *captures.shape[1:]), np.uint8)
     memory, found = None, {}
-    for step in range(max(looks) + 1):
+    for step in range(max(steps) + 1):
         if step > 0:
             stack[:, :-1] = stack[:, 1:]
-            stack[:, -1] = lenses.frames()
-            move, memory = moves(stack, step, memory)
-            lenses.move_by(move)
-        if step in looks:
-            found[step] = np.sqrt(np.maximum(0, lenses.noise_free_mse()))
+            stack[:, -1] = instances.frames()
+            move, memory = policy(stack, step, memory)
+            instances.move_by(move)
+        if step in steps:
+            found[step] = np.sqrt(np.maximum(0, instances.noise_free_mse()))
     return found
 
 
-def evaluate(moves, scene, levels, size, frames, threads=None):
-    """Medians over tuning lenses: {"rmse_6", "rmse_12", "under_0.01", "score"}.
+def evaluate(policy: PolicyFunction, scene: str, levels: Sequence[float], size: int, frames: int,
+             threads: int | None = None) -> dict[str, float]:
+    """Evaluates a policy on tuning instances.
 
-    moves: as in rmse_on_the_way. score: mean noise-free RMSE after 6 and 12 steps, which a few lost lenses spoil;
-    smaller is better.
+    Args:
+        policy: As for `rmse_after_steps`.
+        scene: Id, preset or path of a scene.
+        levels: Noise levels N, in equal parts.
+        size: Columns of the images.
+        frames: As for `rmse_after_steps`.
+        threads: Threads that render; None uses all cores.
+
+    Returns:
+        rmse_6 and rmse_12 (medians after 6 and 12 steps), under_0.01 (share below 0.01 after 12 steps) and score (mean over the
+        instances after 6 and 12 steps, which a few failures raise; smaller is better).
     """
-    lenses = Lenses(scene, levels, SLOTS // len(levels), size, instances="tuning", threads=threads)
-    found = rmse_on_the_way(moves, lenses, frames, LOOKS)
-    told = {f"rmse_{step}": float(np.median(rmse)) for step, rmse in found.items()}
-    told["under_0.01"] = float((found[LOOKS[-1]] < 0.01).mean())
-    told["score"] = float(np.mean([rmse.mean() for rmse in found.values()]))
-    return told
+    instances = InstanceSet(scene, levels, TUNING_INSTANCES // len(levels), size, family="tuning", threads=threads)
+    found = rmse_after_steps(policy, instances, frames, EVALUATED_STEPS)
+    result = {f"rmse_{step}": float(np.median(rmse)) for step, rmse in found.items()}
+    result["under_0.01"] = float((found[EVALUATED_STEPS[-1]] < 0.01).mean())
+    result["score"] = float(np.mean([rmse.mean() for rmse in found.values()]))
+    return result

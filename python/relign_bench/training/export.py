@@ -1,10 +1,13 @@
-"""A trained network as one ONNX file and a side file that says what it is for."""
+"""A trained network as an ONNX file, with a side file that documents and verifies it."""
+
+from __future__ import annotations
 
 import hashlib
 import json
 import os
 import pathlib
 import platform
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
@@ -13,43 +16,50 @@ from torch import nn
 from ..batch import Batch
 from ..conventions import BYTE_WHITES
 
+if TYPE_CHECKING:
+    from .._typing import AnyArray, ByteArray, Float64Array
+
 PARITY_INPUTS = 64
-PARITY_SIDE = 10  # each byte of a parity input is a block of size / 10 pixels
+PARITY_SIDE = 10  # each byte of a parity input is a block of size / PARITY_SIDE pixels
 REFERENCE_BLOCKS = 20
-OPSET = 13  # what OpenCV 4.6 reads
-LARGEST_FILE = 4_000_000
+OPSET = 13  # the newest that OpenCV 4.6 reads
 
 
 class Actor(nn.Module):
-    """The mean action of a Stable-Baselines3 policy, from bytes as floats."""
+    """The mean action of a Stable-Baselines3 policy, from bytes as floats, shape (batch, frames, height, width)."""
 
-    def __init__(self, policy):
+    def __init__(self, policy: Any) -> None:
         super().__init__()
         self.features, self.action = policy.features_extractor, policy.action_net
 
-    def forward(self, pictures):
-        return self.action(self.features(pictures / 255))
+    def forward(self, images: torch.Tensor) -> torch.Tensor:
+        """Actions, shape (batch, axes)."""
+        return self.action(self.features(images / 255))
 
 
-def parity_blocks(frames, count=PARITY_INPUTS):
-    """Inputs whose answers every program that runs the network must give: bytes from a fixed generator."""
+def parity_blocks(frames: int, count: int = PARITY_INPUTS) -> ByteArray:
+    """Inputs whose outputs verify a program that runs the network: bytes from a generator with a fixed seed.
+
+    Returns:
+        Shape (count, frames, PARITY_SIDE, PARITY_SIDE).
+    """
     return np.random.default_rng(20250307).integers(0, 256, (count, frames, PARITY_SIDE, PARITY_SIDE), dtype=np.uint8)
 
 
-def shown(blocks, size):
-    """The same as the network takes them, (count, frames, size, size)."""
+def enlarged(blocks: ByteArray, size: int) -> ByteArray:
+    """Parity inputs at the network's size, shape (count, frames, size, size)."""
     rows = np.arange(size) * PARITY_SIDE // size
     return blocks[:, :, rows][:, :, :, rows]
 
 
-def block_means(picture, blocks):
-    """Means over blocks x blocks equal parts; sides of the picture are multiples of `blocks`."""
-    height, width = picture.shape
-    return picture.astype(np.float64).reshape(blocks, height // blocks, blocks, width // blocks).mean(axis=(1, 3))
+def block_means(image: AnyArray, blocks: int) -> Float64Array:
+    """Means over blocks x blocks equal parts of an image whose sides are multiples of `blocks`."""
+    height, width = image.shape
+    return image.astype(np.float64).reshape(blocks, height // blocks, blocks, width // blocks).mean(axis=(1, 3))
 
 
-def machine():
-    """The processor's name."""
+def machine() -> str:
+    """Name of the processor."""
     try:
         lines = pathlib.Path("/proc/cpuinfo").read_text().splitlines()
         return next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
@@ -57,14 +67,28 @@ def machine():
         return platform.processor() or platform.machine()
 
 
-def write(net, path, scene, size, frames, output, trained, command, reproducible="anywhere"):
-    """PATH.onnx and PATH.json. Returns both paths.
+def write(net: nn.Module, path: str | os.PathLike[str], scene: str, size: int, frames: int, output: str,
+          trained: dict[str, Any], command: str, reproducible: str = "anywhere") -> list[pathlib.Path]:
+    """Writes PATH.onnx and PATH.json.
 
-    The graph takes bytes as float32, 1 x frames x size x size (255: BYTE_WHITES times a white pixel; the newest frame
-    last), and gives per axis, in shares of the travel, the way to the optimum (output "way") or the next move ("move").
-    trained: what the side file tells of recipe and cost. command: trains another one. reproducible: "anywhere" for a
-    graph of portable operators (plugins/policies/README.md), as those of relign-train are; "this_cpu" has OpenCV run
-    another graph, whose last digits depend on the processor.
+    The graph takes bytes as float32, shape (1, frames, size, size), with 255 at BYTE_WHITES times a white pixel and the
+    newest frame last. Per axis, in shares of the travel, it returns the residual to the optimum (output "way") or the next
+    move ("move").
+
+    Args:
+        net: The network.
+        path: Path without or with the suffix.
+        scene: Id, preset or path of the scene.
+        size: Rows and columns of the images.
+        frames: Images in one input.
+        output: "way" or "move".
+        trained: Recipe and cost of the training, for the side file.
+        command: The command that trains such a network.
+        reproducible: "anywhere" for a graph of the operators that relign-bench runs itself (plugins/policies/README.md), as
+            those of relign-train are. OpenCV runs other graphs: "this_cpu", since the last digits then depend on the processor.
+
+    Returns:
+        The two paths.
     """
     path = pathlib.Path(path)
     net = net.eval()
@@ -75,7 +99,7 @@ def write(net, path, scene, size, frames, output, trained, command, reproducible
     os.replace(half, graph)
     blocks = parity_blocks(frames)
     with torch.no_grad():
-        answers = [net(torch.from_numpy(picture[None]).float())[0].tolist() for picture in shown(blocks, size)]
+        answers = [net(torch.from_numpy(image[None]).float())[0].tolist() for image in enlarged(blocks, size)]
     batch = Batch(1, scene, "rho0", threads=1)
     height, width = batch.reference.shape
     about = {
@@ -93,7 +117,7 @@ def write(net, path, scene, size, frames, output, trained, command, reproducible
         "weights_sha256": hashlib.sha256(graph.read_bytes()).hexdigest(),
         "reference": {"blocks": REFERENCE_BLOCKS,
                       "means": [float(f"{mean:.6g}") for mean in block_means(batch.reference, REFERENCE_BLOCKS).ravel()]},
-        "parity": {"inputs": [picture.tobytes().hex() for picture in blocks],
+        "parity": {"inputs": [image.tobytes().hex() for image in blocks],
                    "answers": [[float(f"{value:.7g}") for value in answer] for answer in answers]},
     }
     lines = ",\n".join(f" {json.dumps(name)}: {json.dumps(value)}" for name, value in about.items())

@@ -1,33 +1,54 @@
-"""The folder of one training: files that are there whole or not at all, and a recipe that stays."""
+"""The folder of a training run: atomic file writes, and a recipe that must not change."""
+
+from __future__ import annotations
 
 import json
 import os
 import pathlib
 from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, BinaryIO, Union
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection
+
+    Path = Union[str, os.PathLike[str]]
 
 
 class RunFolder:
-    """Raises ValueError when the folder holds a training by another recipe (a dataclass). The numbers in may_grow may be larger
-    than in the recipe that is there, which is then the new one."""
+    """The folder of a run; it is created, and the recipe is written to recipe.json.
 
-    def __init__(self, path, recipe, may_grow=()):
+    Args:
+        path: The folder.
+        recipe: The recipe, a dataclass.
+        may_grow: Names of integers that may be larger than in the recipe that is already there, which is then replaced.
+
+    Raises:
+        ValueError: The folder has a run with another recipe.
+    """
+
+    def __init__(self, path: Path, recipe: Any, may_grow: Collection[str] = ()) -> None:
         self.path = pathlib.Path(path)
         self.path.mkdir(parents=True, exist_ok=True)
         wanted = json.loads(json.dumps(asdict(recipe)))
-        kept = self.path / "recipe.json"
-        if kept.is_file():
-            there = _read(kept)
-            other = [name for name in {**there, **wanted} if there.get(name) != wanted.get(name)]
-            if not all(name in may_grow and _grew(there.get(name), wanted.get(name)) for name in other):
-                raise ValueError(f"{path} holds a training by another recipe{_told(other, there, wanted)}; give another "
-                                 "folder, or remove it")
+        file = self.path / "recipe.json"
+        if file.is_file():
+            kept = _read(file)
+            changed = [name for name in {**kept, **wanted} if kept.get(name) != wanted.get(name)]
+            if not all(name in may_grow and _grew(kept.get(name), wanted.get(name)) for name in changed):
+                raise ValueError(f"'{path}' has a run with another recipe{_difference(changed, kept, wanted)}; choose another "
+                                 "folder, or remove this one")
         self.keep_text("recipe.json", json.dumps(wanted, indent=1) + "\n")
 
-    def __truediv__(self, name):
+    def __truediv__(self, name: str) -> pathlib.Path:
         return self.path / name
 
-    def keep(self, name, write):
-        """write(binary file) makes the file's content; a crash leaves the one before."""
+    def keep(self, name: str, write: Callable[[BinaryIO], object]) -> None:
+        """Replaces a file atomically: after a crash it has its old content or the new one.
+
+        Args:
+            name: Name of the file.
+            write: Writes the content to a binary file.
+        """
         half = self.path / (name + ".half")
         with open(half, "wb") as out:
             write(out)
@@ -35,25 +56,26 @@ class RunFolder:
             os.fsync(out.fileno())
         os.replace(half, self.path / name)
 
-    def keep_text(self, name, text):
+    def keep_text(self, name: str, text: str) -> None:
+        """As `keep`, for a text in UTF-8."""
         self.keep(name, lambda out: out.write(text.encode()))
 
 
-def _read(kept):
-    """The recipe; an empty one where it cannot be read."""
+def _read(file: pathlib.Path) -> dict[str, Any]:
+    """The recipe; {} if it cannot be read."""
     try:
-        there = json.loads(kept.read_text())
+        recipe = json.loads(file.read_text())
     except ValueError:
         return {}
-    return there if isinstance(there, dict) else {}
+    return recipe if isinstance(recipe, dict) else {}
 
 
-def _grew(before, now):
+def _grew(before: object, now: object) -> bool:
     return isinstance(before, int) and isinstance(now, int) and before < now
 
 
-def _told(names, there, wanted):
-    """" (rate 0.0001 there, 0.0003 here)"; nothing where what is there could not be read."""
-    if not there:
+def _difference(names: list[str], kept: dict[str, Any], wanted: dict[str, Any]) -> str:
+    """" (rate: 0.0001 in the folder, 0.0003 given)"; "" if the recipe in the folder could not be read."""
+    if not kept:
         return ""
-    return " (" + ", ".join(f"{name} {there.get(name)!r} there, {wanted.get(name)!r} here" for name in names) + ")"
+    return " (" + ", ".join(f"{name}: {kept.get(name)!r} in the folder, {wanted.get(name)!r} given" for name in names) + ")"

@@ -1,5 +1,10 @@
-"""Actors and critics that Stable-Baselines3 trains."""
+"""Actors and critics for Stable-Baselines3."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 import torch
 from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
@@ -7,15 +12,25 @@ from torch import nn
 
 from .nets import StridedNet
 
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from gymnasium import spaces
+
+    from .._typing import Float64Array
+
 
 class PackageFeatures(BaseFeaturesExtractor):
-    """The paper's network: three convolutions of stride 2, each with a pooling that halves again, and one layer."""
+    """The network of the paper's package: three convolutions of stride 2, each followed by 2 x 2 pooling, and one layer.
 
-    def __init__(self, observation_space, features_dim=256):
+    Input: shape (batch, frames, height, width), in [0, 1]. Output: shape (batch, features_dim).
+    """
+
+    def __init__(self, observation_space: spaces.Box, features_dim: int = 256) -> None:
         super().__init__(observation_space, features_dim)
         layers, channels = [], observation_space.shape[0]
         for width in (32, 64, 128):
-            # The package's ReLU stands before the pooling: the same numbers at four times the work.
+            # The package has ReLU before the pooling, which gives the same values at four times the cost.
             layers += [nn.Conv2d(channels, width, 3, 2, 1), nn.MaxPool2d(2, 2), nn.ReLU()]
             channels = width
         self.convolutions = nn.Sequential(*layers, nn.Flatten())
@@ -23,61 +38,77 @@ class PackageFeatures(BaseFeaturesExtractor):
             inputs = self.convolutions(torch.zeros(1, *observation_space.shape)).shape[1]
         self.linear = nn.Sequential(nn.Linear(inputs, features_dim), nn.ReLU())
 
-    def forward(self, observations):
-        # Twice as fast on processors.
+    def forward(self, observations: torch.Tensor) -> torch.Tensor:
+        """Features of a batch."""
+        # channels_last is twice as fast on CPUs.
         return self.linear(self.convolutions(observations.contiguous(memory_format=torch.channels_last)))
 
 
-class Seen(BaseFeaturesExtractor):
-    """What the actor makes of the picture: the body of the network that imitation trains."""
+class ActorFeatures(BaseFeaturesExtractor):
+    """Features of the actor: the body of the network that imitation learning trains."""
 
-    def __init__(self, observation_space, net):
+    def __init__(self, observation_space: spaces.Dict, net: StridedNet) -> None:
         super().__init__(observation_space, net.head.in_features)
         self.net = net
 
-    def forward(self, observations):
+    def forward(self, observations: dict[str, torch.Tensor]) -> torch.Tensor:
+        """Features of a batch."""
         return self.net.features(observations["image"])
 
 
-class Told(BaseFeaturesExtractor):
-    """What the critic makes of the truth."""
+class CriticFeatures(BaseFeaturesExtractor):
+    """Features of the critic, from the privileged observation."""
 
-    def __init__(self, observation_space, features_dim):
+    def __init__(self, observation_space: spaces.Dict, features_dim: int) -> None:
         super().__init__(observation_space, features_dim)
-        inputs = observation_space["told"].shape[0]
+        inputs = int(np.prod(observation_space["privileged"].shape or ()))
         self.layers = nn.Sequential(nn.Linear(inputs, 128), nn.Tanh(), nn.Linear(128, features_dim), nn.Tanh())
 
-    def forward(self, observations):
-        return self.layers(observations["told"])
+    def forward(self, observations: dict[str, torch.Tensor]) -> torch.Tensor:
+        """Features of a batch."""
+        return self.layers(observations["privileged"])
 
 
-class GuidedPolicy(ActorCriticPolicy):
-    """A StridedNet as actor, in units of `spread` along its directions, and a critic that is told the truth."""
+class PrivilegedCriticPolicy(ActorCriticPolicy):
+    """A StridedNet as actor and a critic with privileged observations (asymmetric actor-critic: Pinto et al. 2017).
 
-    def __init__(self, observation_space, action_space, schedule, size, directions, spread, **arguments):
-        # Not yet a module: what belongs to it is registered by the features extractors.
-        self.__dict__["_parts"] = lambda: StridedNet(size, action_space.shape[0], directions)
+    Args:
+        observation_space: Of PrivilegedEnv.
+        action_space: Of PrivilegedEnv.
+        schedule: Learning rate by remaining progress.
+        size: Rows and columns of the images.
+        directions: Directions as columns, shape (axes, axes).
+        spread: Unit of the actions along each direction, shape (axes,).
+        **arguments: Further arguments of ActorCriticPolicy.
+    """
+
+    def __init__(self, observation_space: spaces.Dict, action_space: spaces.Box, schedule: Callable[[float], float],
+                 size: int, directions: Float64Array, spread: Float64Array, **arguments: Any) -> None:
+        # Set before nn.Module.__init__; the features extractors register the modules.
+        self.__dict__["_make_net"] = lambda: StridedNet(size, action_space.shape[0], directions)
         self.__dict__["_spread"] = torch.as_tensor(spread, dtype=torch.float32)
         super().__init__(observation_space, action_space, schedule, net_arch=[], ortho_init=False,
                          share_features_extractor=False, normalize_images=False, **arguments)
 
-    def make_features_extractor(self):
-        # Called for the actor, then for the critic.
+    def make_features_extractor(self) -> BaseFeaturesExtractor:
+        """Called by Stable-Baselines3 for the actor, then for the critic."""
         if self.features_extractor is None:
-            return Seen(self.observation_space, self._parts())
-        return Told(self.observation_space, self.features_extractor.features_dim)
+            return ActorFeatures(self.observation_space, self._make_net())
+        return CriticFeatures(self.observation_space, self.features_extractor.features_dim)
 
-    def _build(self, lr_schedule):
+    def _build(self, lr_schedule: Callable[[float], float]) -> None:
         super()._build(lr_schedule)
-        self.action_net = nn.Identity()  # the head is the net's own
+        self.action_net = nn.Identity()  # the net has its own head
         self.optimizer = self.optimizer_class(self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)
 
     @property
-    def net(self):
+    def net(self) -> StridedNet:
+        """The actor's network."""
         return self.pi_features_extractor.net
 
-    def _get_action_dist_from_latent(self, latent_pi):
+    def _get_action_dist_from_latent(self, latent_pi: torch.Tensor) -> Any:
         return self.action_dist.proba_distribution(self.net.head(latent_pi) / self._spread, self.log_std)
 
-    def actor_parameters(self):
+    def actor_parameters(self) -> list[nn.Parameter]:
+        """Parameters that the warm-up of the critic freezes."""
         return [*self.net.parameters(), self.log_std]

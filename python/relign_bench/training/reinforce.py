@@ -1,41 +1,53 @@
-"""Reinforcement learning with Stable-Baselines3: the paper's recipe, and one that begins with what imitation learnt.
+"""Reinforcement learning with Stable-Baselines3: the paper's recipe, and one that starts from imitation learning.
 
-A training is a row of stretches of so many steps. Every stretch begins with fresh lenses, seeded by its number, and
-ends with a look at the policy on tuning lenses and a checkpoint: a run that was killed repeats its last stretch to the
-bit.
+A run consists of training segments. Each starts with fresh instances, seeded by the segment's number, and ends with an
+evaluation on tuning instances and a checkpoint: an interrupted run repeats its last segment bit for bit.
 """
+
+from __future__ import annotations
 
 import hashlib
 import pathlib
 import random
 import time
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
 
+from .._errors import check_name
 from . import curves
 from .evaluation import evaluate
 from .folder import RunFolder
 
-SMALLEST = 64  # columns that the package's network leaves one of
-ALGORITHMS = ("ppo", "a2c", "trpo", "recurrent-ppo")  # those that the paper compared
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Callable
+
+    from .._typing import ByteArray, Float64Array
+
+SMALLEST = 64  # columns: the package's network halves the image six times
+ALGORITHMS = ("ppo", "a2c", "trpo", "recurrent-ppo")  # those that the paper compares
 
 
 @dataclass
 class Recipe:
-    """The preset "paper": the package's network and settings."""
+    """Settings of a run; recipe.json has them under these names, and python/README.md documents them.
+
+    The defaults are the preset "paper": network and settings of the paper's package.
+    """
 
     preset: str = "paper"
     algorithm: str = "ppo"
     scene: str = "relign_od"
-    size: int = 200  # columns of the pictures that the network sees, binned from the scene's
+    size: int = 200  # columns of the images
     level: float = 0.25
-    goal: float = 0.0555  # an episode ends below this score; the package's for N = 0.25
+    goal: float = 0.0555  # score below which an episode ends; the package's for N = 0.25
     episode: int = 200  # steps at most
-    frames: int = 5  # the last pictures, zeros before the start
+    frames: int = 5  # latest images in an observation, zeros before the start
     environments: int = 5
-    steps: int = 100  # of each environment, then the network is fitted
+    steps: int = 100  # of each environment between two updates
     batch: int = 500
     epochs: int = 5
     gamma: float = 0.9
@@ -44,21 +56,21 @@ class Recipe:
     rate: float = 1e-4
     last_rate: float = 1e-4
     entropy: float = 1e-3
-    target_kl: float = 0.0  # 0: no stop
+    target_kl: float = 0.0  # 0: no early stop
     first_log_std: float = -3.0
     total: int = 2_000_000  # steps of all environments
-    stretch: int = 20_000
-    warm_start: str = ""  # hash of the weights
-    optimum_samples: int = 384  # exact optima that labels and rewards are fitted on
-    warm_up: int = 0  # stretches in which the critic alone learns
+    stretch: int = 20_000  # length of a training segment, in steps of all environments
+    warm_start: str = ""  # hash of the initial weights
+    optimum_samples: int = 384
+    warm_up: int = 0  # training segments in which only the critic learns
     seed: int = 0
 
 
-GOALS = {0.0: 0.051, 0.25: 0.0555, 0.5: 0.060}  # of the package, by noise level
+GOALS = {0.0: 0.051, 0.25: 0.0555, 0.5: 0.060}  # the package's, by noise level N
 
 PRESETS = {
     "paper": Recipe(),
-    # One policy for all levels: the network of imitation, which sees one small picture.
+    # One policy for all levels, with the network of imitation learning, which observes one small image.
     "tuned": Recipe(preset="tuned", size=100, level=0.5, goal=0.0, episode=12, frames=1, environments=160, steps=12,
                     batch=960, epochs=4, rate=3e-6, last_rate=0.0, entropy=0.0, target_kl=0.03, first_log_std=-1.0,
                     total=480_000, stretch=19_200, warm_up=1),
@@ -66,128 +78,162 @@ PRESETS = {
 TUNED_LEVELS = (0.0, 0.125, 0.25, 0.375, 0.5)
 
 
-def weights_hash(path):
+def weights_hash(path: str | os.PathLike[str]) -> str:
+    """SHA-256 of a file, with its prefix."""
     return "sha256:" + hashlib.sha256(pathlib.Path(path).read_bytes()).hexdigest()
 
 
 class Reinforcement:
-    """One run in a folder: checkpoint, curve.csv and curve.png after every stretch, best.pt. Goes on where it was stopped
-    or killed."""
+    """A run in a folder: checkpoint, curve.csv and curve.png after every training segment, and best.pt.
+
+    An interrupted run resumes.
+
+    Args:
+        recipe: The recipe.
+        folder: Folder of the run.
+        warm_start: Folder of a run of relign-train imitate, whose network is the initial one; for preset "tuned" only.
+        threads: Threads that render and train; None uses all cores.
+        log: Gets one line about each training segment.
+        opened: Opens a run without its warm start, to export its network.
+
+    Attributes:
+        model: The learner of Stable-Baselines3.
+        done: Training segments that are complete.
+        seconds: Time spent so far, over all sessions of the run.
+        warm_seconds: Time that training the initial weights took.
+        rows: Rows of the learning curve; curves.write_csv documents the columns.
+        best: Lowest score so far, None before the first evaluation.
+
+    Raises:
+        ValueError: The recipe is not valid, or the folder has a run with another one.
+    """
 
     @classmethod
-    def opened(cls, recipe, folder, tell=print):
-        """What is in the folder, without what it began with."""
-        return cls(recipe, folder, tell=tell, opened=True)
+    def open(cls, recipe: Recipe, folder: str | os.PathLike[str], log: Callable[[str], object] = print) -> Reinforcement:
+        """Opens a run without its warm start, to export its network."""
+        return cls(recipe, folder, log=log, opened=True)
 
-    def __init__(self, recipe, folder, warm_start=None, threads=None, tell=print, opened=False):
-        if recipe.algorithm not in ALGORITHMS:
-            raise ValueError(f"there is no algorithm '{recipe.algorithm}'; algorithms: {', '.join(ALGORITHMS)}")
+    def __init__(self, recipe: Recipe, folder: str | os.PathLike[str], warm_start: str | os.PathLike[str] | None = None,
+                 threads: int | None = None, log: Callable[[str], object] = print, opened: bool = False) -> None:
+        check_name(recipe.algorithm, ALGORITHMS, "algorithm")
         if recipe.preset == "paper" and recipe.size < SMALLEST:
-            raise ValueError(f"size={recipe.size}: the package's network, which halves pictures six times, needs "
-                             f"{SMALLEST} columns or more")
-        self._warm = None
+            raise ValueError(f"size={recipe.size} is too small: the package's network halves images six times and needs at "
+                             f"least {SMALLEST} columns")
+        self._warm: pathlib.Path | None = None
         if recipe.preset == "tuned" and not opened:
             if not warm_start:
-                raise ValueError("preset tuned begins with what imitation learnt: --warm-start FOLDER of relign-train imitate")
+                raise ValueError("preset 'tuned' needs --warm-start FOLDER, the folder of a run of relign-train imitate")
             if recipe.algorithm != "ppo":
-                raise ValueError("preset tuned is made for ppo; the others go with --preset paper")
+                raise ValueError(f"preset 'tuned' has no algorithm '{recipe.algorithm}'; use ppo, or --preset paper")
             self._warm = pathlib.Path(warm_start) / "checkpoint.pt"
             if not self._warm.is_file():
-                raise ValueError(f"--warm-start {warm_start}: there is no checkpoint.pt in it; expected a folder of "
+                raise ValueError(f"--warm-start '{warm_start}' has no checkpoint.pt; expected the folder of a run of "
                                  "relign-train imitate")
             recipe = replace(recipe, warm_start=weights_hash(self._warm))
-        self.recipe, self.threads, self.tell = recipe, threads, tell
-        # A rate that falls to the end has another course when the end is another.
+        self.recipe, self.threads, self.log = recipe, threads, log
+        # A longer run has the same beginning only if the learning rate is constant.
         self.folder = RunFolder(folder, recipe, may_grow=("total",) if recipe.rate == recipe.last_rate else ())
         if threads:
             torch.set_num_threads(threads)
-        self.done, self.seconds, self.rows, self.best = 0, 0.0, [], None  # stretches; rows of the curve
-        self.warm_seconds = 0.0  # that the training of its first weights took
+        self.done, self.seconds, self.warm_seconds = 0, 0.0, 0.0
+        self.rows: list[dict[str, Any]] = []
+        self.best: float | None = None
         torch.manual_seed(recipe.seed)
-        (self._make_tuned if recipe.preset == "tuned" else self._make_paper)()
+        if recipe.preset == "tuned":
+            self._make_tuned()
+        else:
+            self._make_paper()
         self._open_log()
         self._load()
 
     @property
-    def recurrent(self):
+    def recurrent(self) -> bool:
+        """Whether the policy has a memory."""
         return self.recipe.algorithm == "recurrent-ppo"
 
     # ---- environment and learner ---------------------------------------------------------------
 
-    def _make_paper(self):
+    def _make_paper(self) -> None:
         from .policies import PackageFeatures
         from .stable_baselines import StableBaselinesEnv
 
         recipe = self.recipe
-        self.frames = 1 if self.recurrent else recipe.frames  # its memory takes the place of the stack
-        self.env = StableBaselinesEnv(
-            recipe.environments, scene=recipe.scene, noise_level="rho",
-            noise_level_parameters={"level": recipe.level}, observation_size=recipe.size, frame_stack=self.frames, action="move",
-            reward="paper", goal=recipe.goal or None, max_episode_steps=recipe.episode, noise_free=False,
-            threads=self.threads)
-        self.levels = (recipe.level,)
-        self.white = self.env.environments.task.white
-        self._learner("CnnLstmPolicy" if self.recurrent else "CnnPolicy",
-                      dict(features_extractor_class=PackageFeatures, log_std_init=recipe.first_log_std, net_arch=[]))
+        self.frames = 1 if self.recurrent else recipe.frames  # a memory replaces the stack
+        self.levels: tuple[float, ...] = (recipe.level,)
+        self.env: Any = StableBaselinesEnv(
+            recipe.environments, scene=recipe.scene, noise_level="rho", noise_level_parameters={"level": recipe.level},
+            observation_size=recipe.size, frame_stack=self.frames, action="move", reward="paper", goal=recipe.goal or None,
+            max_episode_steps=recipe.episode, noise_free=False, threads=self.threads)
+        self._make_learner("CnnLstmPolicy" if self.recurrent else "CnnPolicy",
+                           {"features_extractor_class": PackageFeatures, "log_std_init": recipe.first_log_std, "net_arch": []})
 
-    def _make_tuned(self):
+    def _make_tuned(self) -> None:
         from .directions import Directions
-        from .guided import GuidedEnv
-        from .lenses import OptimumModel
-        from .policies import GuidedPolicy
+        from .instances import OptimumModel
+        from .policies import PrivilegedCriticPolicy
+        from .privileged import PrivilegedEnv
 
         recipe = self.recipe
         self.frames, self.levels = recipe.frames, TUNED_LEVELS
-        self.directions = Directions(recipe.scene, recipe.size)
+        directions = Directions(recipe.scene, recipe.size)
         optimum = OptimumModel(recipe.scene, recipe.size, recipe.optimum_samples, max(self.levels), self.threads)
-        self.env = GuidedEnv(recipe.scene, self.levels, recipe.environments // len(self.levels), recipe.size,
-                             self.directions, optimum, recipe.seed, self.threads)
-        self._learner(GuidedPolicy, dict(size=recipe.size, directions=self.directions.vectors, spread=self.env.spread,
-                                         log_std_init=recipe.first_log_std))
+        self.env = PrivilegedEnv(recipe.scene, self.levels, recipe.environments // len(self.levels), recipe.size, directions,
+                                 optimum, recipe.seed, self.threads)
+        self._make_learner(PrivilegedCriticPolicy, {"size": recipe.size, "directions": directions.vectors,
+                                                    "spread": self.env.spread, "log_std_init": recipe.first_log_std})
         if self._warm:
-            begun_with = torch.load(self._warm, weights_only=True)
-            self.model.policy.net.load_state_dict(begun_with["net"])
-            self.warm_seconds = begun_with.get("seconds", 0.0)
+            imitation = torch.load(self._warm, weights_only=True)
+            self.model.policy.net.load_state_dict(imitation["net"])
+            self.warm_seconds = imitation.get("seconds", 0.0)
 
-    def _learner(self, policy, policy_arguments):
+    def _make_learner(self, policy: Any, policy_arguments: dict[str, Any]) -> None:
         recipe = self.recipe
-        self.model = None  # the rate is asked for while the learner is made
+        self.model: Any = None  # the learner asks for the rate while it is made
 
-        def rate(_):
+        def rate(_: float) -> float:
             done = self.model.num_timesteps / recipe.total if self.model else 0.0
             return recipe.last_rate + (recipe.rate - recipe.last_rate) * max(0.0, 1 - done)
 
-        common = dict(learning_rate=rate, n_steps=recipe.steps, gamma=recipe.gamma, gae_lambda=recipe.gae_lambda,
-                      seed=recipe.seed, device="cpu", policy_kwargs=policy_arguments)
+        arguments = {"learning_rate": rate, "n_steps": recipe.steps, "gamma": recipe.gamma, "gae_lambda": recipe.gae_lambda,
+                     "seed": recipe.seed, "device": "cpu", "policy_kwargs": policy_arguments}
         if recipe.algorithm in ("ppo", "recurrent-ppo"):
-            common.update(batch_size=recipe.batch, n_epochs=recipe.epochs, clip_range=recipe.clip,
-                          ent_coef=recipe.entropy, target_kl=recipe.target_kl or None)
+            arguments.update(batch_size=recipe.batch, n_epochs=recipe.epochs, clip_range=recipe.clip,
+                             ent_coef=recipe.entropy, target_kl=recipe.target_kl or None)
         if recipe.algorithm == "ppo":
             from stable_baselines3 import PPO as Learner
         elif recipe.algorithm == "a2c":
             from stable_baselines3 import A2C as Learner
-            common.update(ent_coef=recipe.entropy)
+            arguments.update(ent_coef=recipe.entropy)
         elif recipe.algorithm == "trpo":
             from sb3_contrib import TRPO as Learner
-            common.update(batch_size=recipe.batch)
+            arguments.update(batch_size=recipe.batch)
         else:
             from sb3_contrib import RecurrentPPO as Learner
-        self.model = Learner(policy, self.env, **common)
+        self.model = Learner(policy, self.env, **arguments)
 
-    def _open_log(self):
+    def _open_log(self) -> None:
         from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
 
         formats = []
         try:
             formats.append(TensorBoardOutputFormat(str(self.folder / "tensorboard")))
         except (AssertionError, ImportError):
-            self.tell("no TensorBoard log: pip install tensorboard")
+            self.log("no TensorBoard log is written; for one: pip install tensorboard")
         self.model.set_logger(Logger(str(self.folder.path), formats))
 
-    # ---- the policy as it will be used -----------------------------------------------------------
+    # ---- the policy as agents run it -----------------------------------------------------------
 
-    def moves(self, frames, step, memory=None):
-        """Moves for bytes (n, frames, height, width) at step 1, 2, ...; second, what the policy remembers."""
+    def moves(self, frames: ByteArray, step: int, memory: Any = None) -> tuple[Float64Array, Any]:
+        """The policy without exploration.
+
+        Args:
+            frames: Bytes, shape (n, frames, height, width), the newest last.
+            step: Number of the step, from 1.
+            memory: Memory of a recurrent policy; None at the first step.
+
+        Returns:
+            Moves in shares of the travel, shape (n, axes), and the memory.
+        """
         from . import policy
 
         if self.recipe.preset == "tuned":
@@ -197,17 +243,26 @@ class Reinforcement:
         actions, memory = self.model.predict(frames, state=memory, episode_start=starts, deterministic=True)
         return actions.astype(np.float64), memory
 
-    # ---- stretches --------------------------------------------------------------------------------
+    # ---- training segments ---------------------------------------------------------------------
 
-    def run(self, until=None):
-        """Trains to the end, or to so many stretches."""
+    def run(self, until: int | None = None) -> Any:
+        """Trains to the end.
+
+        Args:
+            until: Stops after this many training segments of the run.
+
+        Returns:
+            The learner.
+        """
         from stable_baselines3.common.callbacks import BaseCallback
 
         class Episodes(BaseCallback):
-            def _init_callback(self):
-                self.infos = []
+            """Collects the infos of episodes that end."""
 
-            def _on_step(self):
+            def _init_callback(self) -> None:
+                self.infos: list[dict[str, Any]] = []
+
+            def _on_step(self) -> bool:
                 self.infos += [info for info in self.locals["infos"] if "episode" in info]
                 return True
 
@@ -215,12 +270,12 @@ class Reinforcement:
         while self.done < min(last, until or last):
             begun = time.monotonic()
             self._seed(self.done)
-            self._freeze(self.done < self.recipe.warm_up)
+            self._freeze_actor(self.done < self.recipe.warm_up)
             episodes = Episodes()
-            self.model._last_obs = None  # fresh lenses
+            self.model._last_obs = None  # fresh instances
             self.model.learn(self.recipe.stretch, callback=episodes, reset_num_timesteps=False)
             trained = time.monotonic() - begun
-            row = {"steps": self.model.num_timesteps, **self._episodes(episodes.infos)}
+            row: dict[str, Any] = {"steps": self.model.num_timesteps, **episode_means(episodes.infos)}
             row.update(evaluate(self.moves, self.recipe.scene, self.levels, self.recipe.size, self.frames,
                                 self.threads))
             self.seconds += time.monotonic() - begun
@@ -229,37 +284,27 @@ class Reinforcement:
             self.done += 1
             self._save()
             left = (last - self.done) * self.seconds / self.done
-            self.tell(f"{row['steps']} of {self.recipe.total} steps, {self.recipe.stretch / trained:.0f} steps/s, "
-                       f"reward {row['reward']:.4f} a step, episodes of {row['episode']:.0f} steps, tuning RMSE "
-                       f"{row['rmse_6']:.4f} after 6 steps, {row['rmse_12']:.4f} after 12; {left / 60:.0f} min left")
+            self.log(f"{row['steps']} of {self.recipe.total} steps, {self.recipe.stretch / trained:.0f} steps/s; "
+                     f"reward {row['reward']:.4f} per step, {row['episode']:.0f} steps per episode; tuning RMSE "
+                     f"{row['rmse_6']:.4f} after 6 steps, {row['rmse_12']:.4f} after 12; {left / 60:.0f} min left")
         return self.model
 
-    def _seed(self, stretch):
-        seed = self.recipe.seed * 1_000_003 + stretch + 1
+    def _seed(self, segment: int) -> None:
+        seed = self.recipe.seed * 1_000_003 + segment + 1
         torch.manual_seed(seed)
         np.random.seed(seed % 2**32)
         random.seed(seed)
         if self.recipe.preset == "tuned":
-            self.env.begin_with(stretch * 2**20)
+            self.env.start_at(segment * 2**20)
         else:
             self.env.seed(seed * 1000)
 
-    def _freeze(self, frozen):
+    def _freeze_actor(self, frozen: bool) -> None:
         if self.recipe.preset == "tuned":
             for parameter in self.model.policy.actor_parameters():
                 parameter.requires_grad_(not frozen)
 
-    def _episodes(self, infos):
-        """Means over the episodes that ended."""
-        length = sum(info["episode"]["l"] for info in infos)
-        return {
-            "episodes": len(infos),
-            "reward": sum(info["episode"]["r"] for info in infos) / max(1, length),
-            "episode": length / max(1, len(infos)),
-            "success": float(np.mean([info["is_success"] for info in infos])) if infos else 0.0,
-        }
-
-    def _save(self):
+    def _save(self) -> None:
         state = {"policy": self.model.policy.state_dict(), "optimizer": self.model.policy.optimizer.state_dict(),
                  "steps": self.model.num_timesteps, "updates": self.model._n_updates, "done": self.done,
                  "seconds": self.seconds, "warm_seconds": self.warm_seconds, "rows": self.rows, "best": self.best}
@@ -271,7 +316,7 @@ class Reinforcement:
         curves.write_csv(self.folder, self.rows)
         curves.draw(self.folder, f"{self.recipe.algorithm}, preset {self.recipe.preset}, {self.recipe.scene}", self.rows)
 
-    def _load(self, name="checkpoint.pt"):
+    def _load(self, name: str = "checkpoint.pt") -> None:
         path = self.folder / name
         if not path.is_file():
             return
@@ -281,9 +326,24 @@ class Reinforcement:
         self.model.num_timesteps, self.model._n_updates = state["steps"], state["updates"]
         self.done, self.seconds, self.rows, self.best = state["done"], state["seconds"], state["rows"], state["best"]
         self.warm_seconds = state.get("warm_seconds", 0.0)
-        self.tell(f"goes on at step {self.model.num_timesteps}")
+        self.log(f"resuming at step {self.model.num_timesteps}")
 
-    def load_best(self):
-        """The policy of the stretch that did best on tuning lenses, for export. Returns its steps."""
+    def load_best(self) -> int:
+        """Loads the policy with the best score, for export.
+
+        Returns:
+            Its number of steps.
+        """
         self._load("best.pt")
         return self.model.num_timesteps
+
+
+def episode_means(infos: list[dict[str, Any]]) -> dict[str, float]:
+    """Means over the episodes that ended: episodes (their number), reward (per step), episode (length) and success (share)."""
+    length = sum(info["episode"]["l"] for info in infos)
+    return {
+        "episodes": len(infos),
+        "reward": sum(info["episode"]["r"] for info in infos) / max(1, length),
+        "episode": length / max(1, len(infos)),
+        "success": float(np.mean([info["is_success"] for info in infos])) if infos else 0.0,
+    }

@@ -1,82 +1,106 @@
-"""Our environments as Stable-Baselines3's vectors of environments.
+"""The package's environments as Stable-Baselines3's VecEnv.
 
-Stable-Baselines3 begins the next episode in the step that ends one, and tells the last observation in
-info["terminal_observation"]; info["TimeLimit.truncated"] says that time ended it.
+Stable-Baselines3 starts the next episode in the step that ends one. The last observation is then in
+info["terminal_observation"], and info["TimeLimit.truncated"] marks an episode that was truncated.
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from stable_baselines3.common.vec_env import VecEnv
 
 from ..vector_environment import AlignmentVectorEnv
 
+if TYPE_CHECKING:
+    from gymnasium import spaces
 
-class Vector(VecEnv):
-    """What Stable-Baselines3 asks of any vector, and few use of it."""
+    from .._typing import AnyArray, BoolArray, Float32Array, Float64Array, Observation
 
-    def __init__(self, count, observation_space, action_space):
+
+class BatchVecEnv(VecEnv):
+    """Base of VecEnvs that are one batch: the methods for single environments, which a batch does not have.
+
+    Args:
+        count: Number of environments.
+        observation_space: Of one environment.
+        action_space: Of one environment.
+    """
+
+    def __init__(self, count: int, observation_space: spaces.Space[Any], action_space: spaces.Space[Any]) -> None:
         self.render_mode = None
         super().__init__(count, observation_space, action_space)
 
-    def step_async(self, actions):
+    def step_async(self, actions: AnyArray) -> None:
+        """Keeps the actions for `step_wait`."""
         self._actions = actions
 
-    def close(self):
-        pass
+    def close(self) -> None:
+        """Nothing to close."""
 
-    def _chosen(self, indices):
+    def _chosen(self, indices: Any) -> list[int]:
         return list(self._get_indices(indices))
 
-    def get_attr(self, attr_name, indices=None):
+    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+        """The batch's attribute, once per environment."""
         return [getattr(self, attr_name) for _ in self._chosen(indices)]
 
-    def set_attr(self, attr_name, value, indices=None):
-        raise NotImplementedError(f"the lenses of one batch share their settings; '{attr_name}' cannot be set")
+    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+        """Not supported."""
+        raise NotImplementedError(f"cannot set '{attr_name}': the environments of a batch share their settings")
 
-    def env_method(self, method_name, *arguments, indices=None, **named):
-        raise NotImplementedError(f"the lenses of one batch are no objects of their own; there is no '{method_name}'")
+    def env_method(self, method_name: str, *arguments: Any, indices: Any = None, **named: Any) -> list[Any]:
+        """Not supported."""
+        raise NotImplementedError(f"cannot call '{method_name}': the environments of a batch are not separate objects")
 
-    def env_is_wrapped(self, wrapper_class, indices=None):
+    def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
+        """False for every environment."""
         return [False for _ in self._chosen(indices)]
 
 
-class EpisodeSums:
-    """Rewards and lengths of episodes, as Stable-Baselines3's Monitor tells them in info["episode"]."""
+class EpisodeStatistics:
+    """Rewards and lengths of episodes, as Stable-Baselines3's Monitor reports them in info["episode"]."""
 
-    def __init__(self, count):
+    def __init__(self, count: int) -> None:
         self.rewards, self.lengths = np.zeros(count), np.zeros(count, np.int64)
 
-    def add(self, rewards):
+    def add(self, rewards: Float64Array) -> None:
+        """Adds one step of every environment; rewards have shape (count,)."""
         self.rewards += rewards
         self.lengths += 1
 
-    def take(self, slot):
-        told = {"r": float(self.rewards[slot]), "l": int(self.lengths[slot]), "t": 0.0}
+    def take(self, slot: int) -> dict[str, Any]:
+        """The statistics of an episode that ended, "r" and "l"; resets them."""
+        episode = {"r": float(self.rewards[slot]), "l": int(self.lengths[slot]), "t": 0.0}
         self.rewards[slot], self.lengths[slot] = 0, 0
-        return told
+        return episode
 
 
-class StableBaselinesEnv(Vector):
-    """`count` lenses as AlignmentVectorEnv(count, **arguments), for Stable-Baselines3's learners."""
+class StableBaselinesEnv(BatchVecEnv):
+    """AlignmentVectorEnv(count, **arguments) for Stable-Baselines3."""
 
-    def __init__(self, count, **arguments):
+    def __init__(self, count: int, **arguments: Any) -> None:
         self.environments = AlignmentVectorEnv(count, autoreset_mode="SameStep", **arguments)
         super().__init__(count, self.environments.single_observation_space, self.environments.single_action_space)
         self._seed = None
 
-    def reset(self):
-        seeds = [seed for seed in self._seeds] if any(seed is not None for seed in self._seeds) else None
+    def reset(self) -> Observation:
+        """Starts an episode in every environment, with the seeds that `seed` set."""
+        seeds = list(self._seeds) if any(seed is not None for seed in self._seeds) else None
         observations, _ = self.environments.reset(seed=seeds)
         self._reset_seeds()
-        self._sums = EpisodeSums(self.num_envs)
+        self._statistics = EpisodeStatistics(self.num_envs)
         return observations
 
-    def step_wait(self):
-        observations, rewards, terminated, truncated, told = self.environments.step(self._actions)
-        self._sums.add(rewards)
+    def step_wait(self) -> tuple[Observation, Float32Array, BoolArray, list[dict[str, Any]]]:
+        """Moves and captures; see Stable-Baselines3's VecEnv."""
+        observations, rewards, terminated, truncated, gathered = self.environments.step(self._actions)
+        self._statistics.add(rewards)
         over = terminated | truncated
-        infos = [{} for _ in range(self.num_envs)]
-        for slot in np.flatnonzero(over):
-            infos[slot] = {"terminal_observation": told["final_obs"][slot],
+        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        for slot in map(int, np.flatnonzero(over)):
+            infos[slot] = {"terminal_observation": gathered["final_obs"][slot],
                            "TimeLimit.truncated": bool(truncated[slot] and not terminated[slot]),
-                           "is_success": bool(terminated[slot]), "episode": self._sums.take(slot)}
+                           "is_success": bool(terminated[slot]), "episode": self._statistics.take(slot)}
         return observations, rewards.astype(np.float32), over, infos

@@ -36,15 +36,15 @@ from relign_bench.plugin import Optimizer, serve
 class Stumbler(Optimizer):
     """Where a lens starts decides whether this fails, or gives up early."""
 
-    def run(self, talk):
-        dice, start = random.Random(talk.first.pose[0]), talk.first.pose
-        seen = talk.step(talk.box.clamp([0.5 + 0.02 * dice.gauss(0, 1) for _ in start]))
+    def run(self, trial):
+        dice, start = random.Random(trial.first.pose[0]), trial.first.pose
+        seen = trial.step(trial.box.clamp([0.5 + 0.02 * dice.gauss(0, 1) for _ in start]))
         if start[0] < 0.35:
             raise RuntimeError("the gripper let go")
         if start[1] < 0.45:
             return
         while seen is not None:
-            seen = talk.step(talk.box.clamp([share + 0.03 * dice.gauss(0, 1) for share in seen.pose]))
+            seen = trial.step(trial.box.clamp([share + 0.03 * dice.gauss(0, 1) for share in seen.pose]))
 
 
 serve(Stumbler)
@@ -56,7 +56,7 @@ from relign_bench.plugin import Optimizer, serve
 class Loser(Optimizer):
     """Never works."""
 
-    def run(self, talk):
+    def run(self, trial):
         raise RuntimeError("never works")
 
 
@@ -75,15 +75,15 @@ class Trained(Optimizer):
     training = "model"
     model = parameter(type="file", description="JSON: a number")
 
-    def run(self, talk):
-        dice, start = random.Random(talk.first.pose[0]), talk.first.pose
+    def run(self, trial):
+        dice, start = random.Random(trial.first.pose[0]), trial.first.pose
         with open(self.model) as file:
             length = json.load(file)
         if start[0] > 0.65:
             raise RuntimeError("out of its depth")
-        seen = talk.first
+        seen = trial.first
         while seen is not None:
-            seen = talk.step(talk.box.clamp([0.5 + length * dice.gauss(0, 1) for _ in seen.pose]))
+            seen = trial.step(trial.box.clamp([0.5 + length * dice.gauss(0, 1) for _ in seen.pose]))
 
 
 serve(Trained)

@@ -70,8 +70,8 @@ const char* const kWrongAnswers = R"py(
 def capture(self): return self.wrong
 def move_by(self, delta): return self.wrong
 def begin(self, seed):
-    from relign_bench.plugin.answers import StationAnswers
-    asked = StationAnswers(self, None)
+    from relign_bench.plugin.handlers import StationHandler
+    asked = StationHandler(self)
     asked.on_describe({"image_file": "/dev/null"})
     for request, message, wrongs in self.cases():
         for self.wrong in wrongs:
@@ -91,20 +91,20 @@ def cases(self):
     yield "on_move_by", {"delta": [0, 0]}, moved
 )py"));
   Scene(choice(Kind::scene, file), services_).begin(1);
-  EXPECT_THAT(logged_, ElementsAre("capture() gave 1 rows, expected 2 rows of 3 pixels",
+  EXPECT_THAT(logged_, ElementsAre("capture() returned 1 rows, expected 2 rows of 3 pixels",
                                    "row 1 of capture() has 1 pixels, expected 2 rows of 3 pixels",
-                                   "row 1 of capture() is no list of numbers, expected 2 rows of 3 pixels",
-                                   "capture() gave 20 bytes, expected 2 rows of 3 pixels: 24 bytes of float32",
-                                   "capture() gave values of the format 'd', expected float32 ('f')",
-                                   "capture() gave NoneType, expected 2 rows of 3 pixels",
-                                   "capture() gave bytes, expected two values (pixels, machine_seconds)",
+                                   "row 1 of capture() is not a list of numbers, expected 2 rows of 3 pixels",
+                                   "capture() returned 20 bytes, expected 2 rows of 3 pixels: 24 bytes of float32",
+                                   "capture() returned values of the format 'd', expected float32 ('f')",
+                                   "capture() returned NoneType, expected 2 rows of 3 pixels",
+                                   "capture() returned bytes, expected two values (pixels, machine_seconds)",
                                    "machine_seconds of capture() is nan, expected a finite number",
-                                   "machine_seconds of capture() is -1.0, expected 0 or more",
+                                   "machine_seconds of capture() is -1.0, expected a non-negative number",
                                    "machine_seconds of capture() is '1 s', expected a number",
-                                   "move_by() gave tuple, expected Moved(moved, machine_seconds)",
+                                   "move_by() returned tuple, expected Moved(moved, machine_seconds)",
                                    "moved has 1 values, expected one per axis (2)",
                                    "a value of moved is None, expected a number",
-                                   "limits are -1 (lower), 0 or +1 (upper) per axis, found (2, 0)",
+                                   "limits must be -1 (lower), 0 or +1 (upper) per axis, found (2, 0)",
                                    "limits has 1 values, expected one per axis (2)"));
 }
 
@@ -126,8 +126,8 @@ def capture(self):
 )py"))),
               services_);
   scene.begin(1);
-  EXPECT_THAT(logged_, ElementsAre("capture() gave an array of shape (2, 3, 1), expected 2 rows of 3 pixels",
-                                   "capture() gave an array of <U1, expected 2 rows of 3 pixels"));
+  EXPECT_THAT(logged_, ElementsAre("capture() returned an array of shape (2, 3, 1), expected 2 rows of 3 pixels",
+                                   "capture() returned an array of <U1, expected 2 rows of 3 pixels"));
   std::vector<float> pixels(6);
   EXPECT_EQ(scene.capture(pixels.data()), 0.5);
   EXPECT_THAT(pixels, ElementsAre(0, 0.5f, 1, 0.25f, 0.75f, 1.25f)) << "rows, for any memory order of the array";
@@ -194,7 +194,7 @@ TEST_F(ProcessPythonTest, DrawsFromANoiseLevel) {
   const Json drawn = Json::parse(level.draw(2, "{\"axes\":\n [1, 2]}"));
   EXPECT_EQ(drawn["start"], Json::array({2.0 / 3, 2}));
   EXPECT_THAT(test::error_text(ErrorKind::plugin_failed, [&] { level.draw(1, R"({"axes": []})"); }),
-              HasSubstr("plugin 'made' failed in draw: TypeError: draw() gave list, expected a dictionary"));
+              HasSubstr("plugin 'made' failed in draw: TypeError: draw() returned list, expected a dictionary"));
 }
 
 }  // namespace

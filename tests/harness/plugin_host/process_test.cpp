@@ -93,7 +93,7 @@ TEST_F(ProcessTest, CachesTheManifestOfAScript) {
 count = parameter(3)
 mode = parameter("a", allowed=["a", "b"])
 presets = {"guess-wide": {"stride": 0.5}}
-knows = ("merit",))");
+observes = ("merit",))");
   Catalog catalog;
   const Choice choice = catalog.resolve_or_throw(Kind::optimizer, file.string(), {{"count", 4}});
   EXPECT_EQ(choice.id, "guess");
@@ -141,7 +141,7 @@ TEST_F(ProcessTest, HashesImportedModulesOfTheScriptFolder) {
 
 TEST_F(ProcessTest, RejectsManifestThatDiffersFromItsClass) {
   const std::string text =
-      read_file(script("talk.step([0, 0])", "knows = (\"merit\", \"box\")\nstride = parameter(0.25, maximum=1)"));
+      read_file(script("talk.step([0, 0])", "observes = (\"merit\", \"box\")\nstride = parameter(0.25, maximum=1)"));
   const auto refused = [&](const std::string& knows, const std::string& parameters) {
     write("beside/guess.py", text);
     write("beside/relign-plugin.json", R"({"id": "guess", "kind": "optimizer", "summary": "Beside.", "knows": )" +
@@ -177,7 +177,7 @@ TEST_F(ProcessTest, RejectsScriptsThatAreNotPlugins) {
                                   "class Guess(Optimizer):\n    know = ('images',)\n"
                                   "    def run(self, talk): pass\nserve(Guess)\n");
   EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { run(misspelt); }),
-              HasSubstr("Guess has the attribute 'know'; did you mean 'knows'?"));
+              HasSubstr("Guess has the attribute 'know'; did you mean 'observes'?"));
   const fs::path silent = write("silent.py", "print('hello')\n");
   EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { run(silent); }),
               AllOf(HasSubstr("end the file with serve(YourClass)"), HasSubstr("hello")));
@@ -209,7 +209,7 @@ TEST_F(ProcessTest, PassesTheWholeTask) {
   run(script(R"(assert talk.seed == 2**64 - 1 and talk.budget == 4 and talk.largest_move == 0.125
 assert [axis["name"] for axis in talk.axes] == ["a0", "a1"]
 assert talk.box.lower == (-0.5, -0.5) and talk.box.centre() == [0.0, 0.0]
-assert talk.knows == {"merit", "box"}
+assert talk.observes == {"merit", "box"}
 first = talk.first
 assert first.step == 0 and first.pose == (0.0, 0.0) and first.limits == (0, 0) and first.machine_seconds == 0
 seen = talk.move([1/3, -0.1])
@@ -245,7 +245,7 @@ try: unseen.image
 except RuntimeError as error: assert "are gone" in str(error)
 else: assert False
 print("array:", type(image).__module__))";
-  const std::string knows = "knows = (\"merit\", \"box\", \"images\")";
+  const std::string knows = "observes = (\"merit\", \"box\", \"images\")";
   const fs::path file = script(body, knows);
   write("plain/guess.py", read_file(file));
   write("plain/relign-plugin.json",
@@ -265,7 +265,7 @@ try: os.ftruncate(file, 0)
 except OSError: pass
 else: assert False, "a smaller file would kill the host"
 assert talk.step([0.1, 0.2]).image.shape == (8, 8))",
-             R"(knows = ("images",))"));
+             R"(observes = ("images",))"));
   EXPECT_THAT(talk_->steps, SizeIs(1));
 }
 

@@ -52,7 +52,7 @@ class ProcessServices : public test::FolderTest {
                      const std::string& prepare = "None") {
     std::string text =
         "\"\"\"Tries what the test wants.\"\"\"\nimport json, os\n"
-        "from relign_bench.plugin import Optimizer, parameter, serve\nclass Guess(Optimizer):\n    knows = (" +
+        "from relign_bench.plugin import Optimizer, parameter, serve\nclass Guess(Optimizer):\n    observes = (" +
         knows + ",)\n    prepare = " + prepare + "\n    then = parameter(\"" + std::string(RELIGN_TASK_TEST_PLUGINS) +
         "/fake_optimizer\", type=\"algorithm\")\n    def run(self, talk):\n";
     std::istringstream lines(body);
@@ -154,7 +154,7 @@ assert after.step == 4, after)py"),
   EXPECT_EQ(result.message, "");
   EXPECT_THAT(result.steps, SizeIs(5));
   ASSERT_THAT(trial.logged("gone"), SizeIs(1));
-  EXPECT_THAT(trial.logged("gone")[0].get<std::string>(), HasSubstr("the pixels of step 0 are gone (this is step 2)"));
+  EXPECT_THAT(trial.logged("gone")[0].get<std::string>(), HasSubstr("the pixels of step 0 are gone (the current step is 2)"));
   ASSERT_THAT(trial.logged("failed"), SizeIs(1));
 }
 
@@ -194,7 +194,7 @@ assert float(image[0, 0]) > 0.59, "arrays survive later captures")py";
 
 // The host checks messages that a process sends by itself, and the data do not overwrite images or model pixels.
 TEST_F(ProcessServices, PreparedDataHaveTheirOwnBuffer) {
-  const std::string body = R"py(seen, wanted, prepared = talk.first, talk.reference, talk.prepared()
+  const std::string body = R"py(seen, wanted, prepared = talk.first, talk.reference, talk.pretraining()
 lens = talk.model().mount()
 before = float(lens.capture([0.5, 0.5, 0.5], 1)[0, 0])
 def ask(call, **arguments):

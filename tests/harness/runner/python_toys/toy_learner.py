@@ -10,20 +10,20 @@ class ToyLearner(Optimizer):
     bytes = parameter(0, description="Additional bytes to save")
     trips_on = parameter(-1, description="The source on which it fails")
 
-    def run(self, talk):
-        prepared = talk.prepared()
-        before = prepared.load()
-        if not prepared.preparing:
+    def run(self, trial):
+        pretraining = trial.pretraining()
+        before = pretraining.load()
+        if not pretraining.active:
             print("loaded", "nothing" if before is None else before.decode()[:1000])
-            talk.step([0.1] * len(talk.axes))
+            trial.step([0.1] * len(trial.axes))
             return
-        if prepared.source == self.trips_on:
+        if pretraining.source == self.trips_on:
             raise RuntimeError("tripped")
         seen = b"nothing" if before is None else before
-        seen += b"; source %d of %d seed %d" % (prepared.source, prepared.sources, talk.seed)
-        while (observed := talk.step([0.5] * len(talk.axes))) is not None:
+        seen += b"; source %d of %d seed %d" % (pretraining.source, pretraining.sources, trial.seed)
+        while (observed := trial.step([0.5] * len(trial.axes))) is not None:
             seen += b" %f" % observed.merit
-        prepared.save(seen + b"." * self.bytes)
+        pretraining.save(seen + b"." * self.bytes)
 
 
 if __name__ == "__main__":

@@ -29,48 +29,48 @@ def log(what, value):
 
 class ServiceUser(Optimizer):
     id = "service_user_python"
-    knows = ("images", "merit", "start", "box", "design", "level")
+    observes = ("images", "merit", "start", "box", "design", "level")
     script = parameter([], description="A list of what to do: [verb, values...].")
     then = parameter("../fake_optimizer", type="algorithm", description="Runs on the verb run.")
 
-    def run(self, talk):
+    def run(self, trial):
         for verb, *values in self.script:
             try:
-                getattr(self, "on_" + verb)(talk, *values)
+                getattr(self, "on_" + verb)(trial, *values)
             except Exception as error:
                 log("refused", str(error))
 
-    def on_reference(self, talk):
-        image = talk.reference
+    def on_reference(self, trial):
+        image = trial.reference
         height, width = image.shape
         log("reference", [width, height, sum(float(image[y, x]) for y in range(height) for x in range(width))])
 
-    def on_measure(self, talk, name, arguments={}):
-        log("measure", number(talk.measure(name, **arguments)))
+    def on_measure(self, trial, name, arguments={}):
+        log("measure", number(trial.measure(name, **arguments)))
 
-    def on_list(self, talk):
-        log("list", talk.measures())
+    def on_list(self, trial):
+        log("list", trial.measures())
 
-    def on_draw(self, talk, which):
-        log("draw", json.dumps(talk.draw_prior(which), separators=(",", ":"), sort_keys=True))
+    def on_draw(self, trial, which):
+        log("draw", json.dumps(trial.draw_prior(which), separators=(",", ":"), sort_keys=True))
 
-    def on_model(self, talk, offsets, pose, seed):
-        with talk.model().mount(offsets) as lens:
+    def on_model(self, trial, offsets, pose, seed):
+        with trial.model().mount(offsets) as lens:
             noisy, clean = lens.capture(pose, seed), lens.noise_free(pose)
         height, width = noisy.shape
         log("model", [height * width, float(noisy[0, 0]), None if clean is None else float(clean[0, 0])])
 
-    def on_model_nap(self, talk, milliseconds):
-        with talk.model().mount() as lens:
+    def on_model_nap(self, trial, milliseconds):
+        with trial.model().mount() as lens:
             end = time.monotonic() + milliseconds / 1000
             while time.monotonic() < end:
-                lens.capture([0.5] * len(talk.axes), 1)
+                lens.capture([0.5] * len(trial.axes), 1)
 
-    def on_keep_lens(self, talk):
-        self.kept = talk.model().mount()
+    def on_keep_lens(self, trial):
+        self.kept = trial.model().mount()
 
-    def on_run(self, talk, name, steps, parameters={}):
-        outcome = talk.run(name, steps, **parameters)
+    def on_run(self, trial, name, steps, parameters={}):
+        outcome = trial.run(name, steps, **parameters)
         log(
             "run",
             {
@@ -82,18 +82,18 @@ class ServiceUser(Optimizer):
             },
         )
 
-    def on_load(self, talk):
-        data = talk.prepared().load()
-        log("load", [talk.prepared().preparing, None if data is None else data.decode("latin-1")])
+    def on_load(self, trial):
+        data = trial.pretraining().load()
+        log("load", [trial.pretraining().active, None if data is None else data.decode("latin-1")])
 
-    def on_save(self, talk, text):
-        talk.prepared().save(text.encode("latin-1"))
+    def on_save(self, trial, text):
+        trial.pretraining().save(text.encode("latin-1"))
 
-    def on_step(self, talk, pose):
-        log("step", shown(talk.step(pose)))
+    def on_step(self, trial, pose):
+        log("step", shown(trial.step(pose)))
 
-    def on_recommend(self, talk, pose):
-        talk.recommend(pose)
+    def on_recommend(self, trial, pose):
+        trial.recommend(pose)
 
 
 if __name__ == "__main__":

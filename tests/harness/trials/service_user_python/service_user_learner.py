@@ -5,7 +5,7 @@ from service_user import ServiceUser
 
 class ServiceUserLearner(ServiceUser):
     id = "service_user_learner_python"
-    knows = ("merit", "start", "box")
+    observes = ("merit", "start", "box")
     prepare = {"sources": 2, "steps": 4}
 
 

@@ -1,0 +1,212 @@
+"""Handlers of the host's requests, one class for each kind of plugin (docs/process_plugins.md).
+
+The request `name` calls the method `on_name` with the message, and its return value is the answer.
+"""
+
+from __future__ import annotations
+
+import math
+
+from .images import numpy_or_none
+from .pixels import ImageFile, float32_bytes
+from .scenes import Moved, Scene, Station
+from .services import Stopped
+from .trial import Trial
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, Union
+
+    from .algorithms import Algorithm
+    from .base import Plugin
+    from .noise_levels import NoiseLevel
+    from .process import Host
+    from .scenes import Assembly
+
+    Message = dict[str, Any]
+    Handler = Union["AlgorithmHandler", "NoiseLevelHandler", "SimulatorHandler", "StationHandler"]
+
+
+class AlgorithmHandler:
+    """Handles the requests for an Optimizer or Agent."""
+
+    def __init__(self, plugin: Algorithm, host: Host) -> None:
+        self._plugin = plugin
+        self._host = host
+        if "images" in plugin.observes:
+            numpy_or_none()  # slow to import: before the trial's clock starts
+
+    def on_run(self, message: Message) -> Message:
+        try:
+            self._plugin.run(Trial(self._host, message["task"]))
+        except Stopped:  # the end of the run interrupted a service
+            pass
+        return {"message": "done"}
+
+
+class NoiseLevelHandler:
+    """Handles the requests for a NoiseLevel."""
+
+    def __init__(self, plugin: NoiseLevel) -> None:
+        self._plugin = plugin
+
+    def on_draw(self, message: Message) -> Message:
+        drawn = self._plugin.draw(message["seed"], message["scene"])
+        return {"message": "drawn", "drawn": _dictionary(drawn, "draw()")}
+
+
+class _AnySceneHandler:
+    _file: ImageFile
+    _image: Any
+
+    def __init__(self, plugin: Scene) -> None:
+        self._plugin = plugin
+
+    def on_describe(self, message: Message) -> Message:
+        description = _dictionary(self._plugin.describe(), "describe()")
+        if isinstance(self._plugin, Station):
+            description = dict(description, owns_stage=True, truth=False)
+        self._image = description.get("image")
+        self._file = ImageFile(message["image_file"])
+        return {"message": "described", "description": description}
+
+    def on_reference(self, message: Message) -> Message:
+        self._share(self._plugin.reference(), "reference()")
+        return {"message": "ok"}
+
+    def _share(self, pixels: Any, giver: str) -> None:
+        self._file.write(float32_bytes(pixels, int(self._image["height"]), int(self._image["width"]), giver))
+
+
+class SimulatorHandler(_AnySceneHandler):
+    """Handles the requests for a Scene that is a simulator."""
+
+    def __init__(self, plugin: Scene) -> None:
+        super().__init__(plugin)
+        self._mounted: dict[int, Assembly] = {}
+
+    def on_mount(self, message: Message) -> Message:
+        offsets = {
+            element: {kind: [float(value) for value in values] for kind, values in given.items()}
+            for element, given in message["offsets"].items()
+        }
+        assembly = self._plugin.mount(offsets)
+        if not callable(getattr(assembly, "capture", None)):
+            raise TypeError(f"mount() returned {type(assembly).__name__}, expected an Assembly")
+        self._mounted[message["assembly"]] = assembly
+        return {"message": "ok"}
+
+    def on_unmount(self, message: Message) -> Message:
+        del self._mounted[message["assembly"]]
+        return {"message": "ok"}
+
+    def on_capture(self, message: Message) -> Message:
+        assembly = self._mounted[message["assembly"]]
+        self._share(assembly.capture(_pose(message["pose"]), message["seed"]), "capture()")
+        return {"message": "ok"}
+
+    def on_noise_free_mse(self, message: Message) -> Message:
+        assembly = self._mounted[message["assembly"]]
+        returned = assembly.noise_free_mse(_pose(message["pose"]), message["seed"])
+        mse, standard_error = _pair(returned, "noise_free_mse()", "(mse, standard_error)")
+        return {
+            "message": "measured",
+            "mse": _number(mse, "the mse of noise_free_mse()"),
+            "standard_error": _number(standard_error, "the standard_error of noise_free_mse()"),
+        }
+
+    def on_render_noise_free(self, message: Message) -> Message:
+        render = getattr(self._mounted[message["assembly"]], "render_noise_free", None)
+        if render is None:
+            return {"message": "unsupported"}
+        self._share(render(_pose(message["pose"])), "render_noise_free()")
+        return {"message": "ok"}
+
+    def on_mtf(self, message: Message) -> Message:
+        measure = getattr(self._mounted[message["assembly"]], "mtf", None)
+        if measure is None:
+            return {"message": "unsupported"}
+        centre, corner = _pair(measure(_pose(message["pose"]), message["lp_per_mm"]), "mtf()", "(centre, corner)")
+        return {
+            "message": "measured",
+            "centre": _number(centre, "the centre of mtf()"),
+            "corner": _number(corner, "the corner of mtf()"),
+        }
+
+
+class StationHandler(_AnySceneHandler):
+    """Handles the requests for a Station."""
+
+    _plugin: Station
+
+    def on_begin(self, message: Message) -> Message:
+        self._plugin.begin(message["seed"])
+        return {"message": "ok"}
+
+    def on_move_by(self, message: Message) -> Message:
+        delta = _pose(message["delta"])
+        made = self._plugin.move_by(delta)
+        if not isinstance(made, Moved):
+            raise TypeError(f"move_by() returned {type(made).__name__}, expected Moved(moved, machine_seconds)")
+        moved = [_number(value, "a value of moved") for value in made.moved]
+        limits = list(made.limits) or [0] * len(delta)
+        for name, count in (("moved", len(moved)), ("limits", len(limits))):
+            if count != len(delta):
+                raise ValueError(f"{name} has {count} values, expected one per axis ({len(delta)})")
+        if any(limit not in (-1, 0, 1) for limit in limits):
+            raise ValueError(f"limits must be -1 (lower), 0 or +1 (upper) per axis, found {made.limits!r}")
+        return {
+            "message": "moved",
+            "moved": moved,
+            "limits_low": sum(1 << axis for axis, limit in enumerate(limits) if limit == -1),
+            "limits_high": sum(1 << axis for axis, limit in enumerate(limits) if limit == 1),
+            "machine_seconds": _seconds(made.machine_seconds, "move_by()"),
+        }
+
+    def on_capture(self, message: Message) -> Message:
+        pixels, seconds = _pair(self._plugin.capture(), "capture()", "(pixels, machine_seconds)")
+        self._share(pixels, "capture()")
+        return {"message": "captured", "machine_seconds": _seconds(seconds, "capture()")}
+
+
+def handler_of(plugin: Plugin, host: Host) -> Handler:
+    """The handler for a plugin, by its kind."""
+    made: Any = plugin
+    if made.kind == "scene":
+        return StationHandler(made) if isinstance(made, Station) else SimulatorHandler(made)
+    return NoiseLevelHandler(made) if made.kind == "noise-level" else AlgorithmHandler(made, host)
+
+
+def _pose(values: list[float | None]) -> tuple[float, ...]:
+    return tuple(math.nan if value is None else float(value) for value in values)
+
+
+def _dictionary(returned: Any, giver: str) -> Message:
+    if not isinstance(returned, dict):
+        raise TypeError(f"{giver} returned {type(returned).__name__}, expected a dictionary")
+    return returned
+
+
+def _pair(returned: Any, giver: str, names: str) -> tuple[Any, Any]:
+    try:
+        first, second = returned
+    except (TypeError, ValueError):
+        raise TypeError(f"{giver} returned {type(returned).__name__}, expected two values {names}") from None
+    return first, second
+
+
+def _number(value: Any, what: str) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{what} is {value!r}, expected a number") from None
+    if not math.isfinite(number):
+        raise ValueError(f"{what} is {value!r}, expected a finite number")
+    return number
+
+
+def _seconds(value: Any, giver: str) -> float:
+    seconds = _number(value, f"machine_seconds of {giver}")
+    if seconds < 0:
+        raise ValueError(f"machine_seconds of {giver} is {seconds!r}, expected a non-negative number")
+    return seconds
