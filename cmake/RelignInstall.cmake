@@ -58,4 +58,6 @@ install(EXPORT relign-benchTargets NAMESPACE relign:: DESTINATION "${package_fol
 export(EXPORT relign-benchTargets NAMESPACE relign:: FILE "${package_here}/relign-benchTargets.cmake")
 
 file(MAKE_DIRECTORY "${PROJECT_BINARY_DIR}/share/relign-bench")
-file(CREATE_LINK "${PROJECT_SOURCE_DIR}/templates" "${PROJECT_BINARY_DIR}/share/relign-bench/templates" SYMBOLIC)
+foreach(folder templates suites)
+  file(CREATE_LINK "${PROJECT_SOURCE_DIR}/${folder}" "${PROJECT_BINARY_DIR}/share/relign-bench/${folder}" SYMBOLIC)
+endforeach()

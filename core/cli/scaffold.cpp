@@ -7,6 +7,7 @@
 #include "base/files.h"
 #include "base/text.h"
 #include "cli/new_folder.h"
+#include "cli/shared_files.h"
 
 namespace relign::cli {
 namespace fs = std::filesystem;
@@ -56,9 +57,8 @@ void rename_plugin(NewFiles& files, const std::string& name) {
 
 fs::path template_folder() {
   std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  const fs::path folder = program.parent_path().parent_path() / "share" / "relign-bench" / "templates";
-  if (error || !fs::is_directory(folder, error))
+  const fs::path folder = shared_folder("templates");
+  if (!fs::is_directory(folder, error))
     throw Error(ErrorKind::io,
                 "no templates in '" + folder.string() + "'; reinstall this program with 'cmake --install'");
   return folder;

@@ -7,6 +7,7 @@
 #include "base/files.h"
 #include "cli/app.h"
 #include "cli/interrupt.h"
+#include "cli/shared_files.h"
 #include "runner/frozen_plan.h"
 #include "runner/shard_attempt.h"
 
@@ -32,7 +33,7 @@ void refuse_other_files(const fs::path& file) {
 
 int make_plan(Context& context, const PlanArguments& arguments) {
   refuse_other_files(arguments.out);
-  suites::Suite suite = suites::read_suite(arguments.suite, context.catalog());
+  suites::Suite suite = suites::read_suite(suite_file(arguments.suite), context.catalog());
   const runner::PreparedPlan prepared = runner::prepare(
       std::move(suite), cache_folder(), [](const std::string& note) { print_warning(note); }, &watch_for_stop());
   const fs::path folder = fs::absolute(arguments.out).parent_path();

@@ -13,6 +13,7 @@
 #include "cli/progress.h"
 #include "cli/scene_drawing.h"
 #include "cli/shard_job.h"
+#include "cli/shared_files.h"
 #include "records/results_folder.h"
 #include "report/report.h"
 #include "runner/run.h"
@@ -187,7 +188,7 @@ int run_suite(Context& context, const RunArguments& arguments) {
   std::unique_ptr<ShardJob> job;
   if (!arguments.plan.empty()) job = std::make_unique<ShardJob>(arguments.plan, arguments.shard);
   suites::Suite suite =
-      job ? job->read_suite(context.catalog()) : suites::read_suite(arguments.suite, context.catalog());
+      job ? job->read_suite(context.catalog()) : suites::read_suite(suite_file(arguments.suite), context.catalog());
   options.results = arguments.out.empty() ? fs::path("results") / suite.name : fs::path(arguments.out);
   refuse_merged(options.results);
 
@@ -256,7 +257,8 @@ void add_run(CLI::App& app, Context& context) {
                                   "relign-bench run --plan plan.json --shard 3/40",
                                   "validate, try, report, plan, verify"});
   auto arguments = std::make_shared<RunArguments>();
-  verb.add_option("SUITE", arguments->suite, "suite file (JSON); see suites/ for examples")->type_name("FILE");
+  verb.add_option("SUITE", arguments->suite, "suite file (JSON), or the name of an installed one, such as quick")
+      ->type_name("FILE");
   verb.add_option("-o,--out", arguments->out,
                   "results folder; with --plan, the folder of the shards' folders [default: results/NAME, with the "
                   "suite's name]")

@@ -5,6 +5,7 @@
 #include "base/text.h"
 #include "cli/app.h"
 #include "cli/progress.h"
+#include "cli/shared_files.h"
 #include "cli/workbench.h"
 #include "records/specification.h"
 #include "runner/levels.h"
@@ -40,7 +41,7 @@ FrameCost measure(const LoadedScene& scene) {
 }
 
 int validate(Context& context, const std::string& file) {
-  const suites::Suite suite = suites::read_suite(file, context.catalog());
+  const suites::Suite suite = suites::read_suite(suite_file(file), context.catalog());
   const std::size_t instances_per_algorithm = suite.levels.size() * suite.instances;
   std::size_t trials = 0, frames = 0;
   double seconds = 0;
