@@ -77,7 +77,7 @@ bool RayBundle::passes_bore(const optics::Vec3& last, const optics::Vec3& direct
   return x * x + y * y <= barrel->bore_radius_mm * barrel->bore_radius_mm;
 }
 
-Window passing(const RayBundle& bundle, const PupilAim& aim) {
+Window passing_window(const RayBundle& bundle, const PupilAim& aim) {
   const double cell = aim.radius_mm / kCellsPerRadius, reach = aim.reach_mm;
   for (double half = std::min(kFirstWindow * aim.radius_mm, reach);; half = std::min(2 * half, reach)) {
     const int most = static_cast<int>(std::ceil(half / cell));

@@ -52,7 +52,7 @@ struct Window {
 };
 
 // The bounding box of passing rays, plus one cell. Empty (low_u > high_u) if none passes.
-Window passing(const RayBundle& bundle, const PupilAim& aim);
+Window passing_window(const RayBundle& bundle, const PupilAim& aim);
 
 // A low-discrepancy sequence in 0..1 for positions in cells: rays on a regular grid would act as a grating, whose
 // modulation returns for strongly spread light. which: 0 or 1, the dimension.

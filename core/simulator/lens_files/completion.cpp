@@ -16,7 +16,7 @@
 namespace relign::lens_files {
 namespace {
 
-constexpr double kProvisional_mm = 1e-6;  // smallest clear radius and opening a lens file may have
+constexpr double kProvisional_mm = 1e-6;  // smallest semi-diameter and opening that a lens file may have
 
 std::string text_of(const LensDesign& design) { return design.file + " as lens.json"; }
 

@@ -149,9 +149,9 @@ void PassingTable::add_missing(const Vec3& place, std::vector<int>& missing) {
   if (!find_cell(place, cell)) return;
   for (int corner = 0; corner < 8; ++corner) {
     const int node = node_index(cell.ix + (corner & 1), cell.iy + (corner >> 1 & 1), cell.iz + (corner >> 2));
-    char& asked = requested_[static_cast<std::size_t>(node)];
-    if (!asked) missing.push_back(node);
-    asked = 1;
+    char& requested = requested_[static_cast<std::size_t>(node)];
+    if (!requested) missing.push_back(node);
+    requested = 1;
   }
 }
 

@@ -6,6 +6,7 @@
 
 #include "base/files.h"
 #include "report/made_results.h"
+#include "report/page.h"
 #include "report/report.h"
 
 namespace relign::report {
@@ -186,6 +187,12 @@ TEST_F(Page, QuickSuitePageIsUnderAMegabyte) {
   EXPECT_LT(bare, 400'000u) << "and the pictures' limit is 520,000";
   Report(folder_).write_html(folder_ / "report.html");
   EXPECT_EQ(fs::file_size(folder_ / "report.html"), bare);
+}
+
+TEST(PageTemplate, DoesNotExpandInsertedText) {
+  EXPECT_EQ(filled("<{{a}}|{{b}}>", {{"a", "{{b}}"}, {"b", "B"}}), "<{{b}}|B>");
+  EXPECT_THROW(filled("{{unknown}}", {}), std::exception);
+  EXPECT_THROW(filled("{{open", {}), std::exception);
 }
 
 }  // namespace

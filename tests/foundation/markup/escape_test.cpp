@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "markup/html_writer.h"
-#include "report/page.h"
 
 namespace relign {
 namespace {
@@ -58,12 +57,6 @@ TEST(HtmlWriterTest, EscapesTextAndClosesOpenElements) {
   HtmlWriter html;
   html.open("p", {{"title", "a\"b"}}).text("<i>").open("b").text("x");
   EXPECT_EQ(html.take(), "<p title=\"a&quot;b\">&lt;i&gt;<b>x</b></p>\n");
-}
-
-TEST(PageTemplate, DoesNotExpandInsertedText) {
-  EXPECT_EQ(filled("<{{a}}|{{b}}>", {{"a", "{{b}}"}, {"b", "B"}}), "<{{b}}|B>");
-  EXPECT_THROW(filled("{{unknown}}", {}), std::exception);
-  EXPECT_THROW(filled("{{open", {}), std::exception);
 }
 
 }  // namespace
