@@ -60,7 +60,7 @@ TEST_F(CliShards, RejectsInvalidShardsAndPlans) {
   EXPECT_THAT(refused({"run", "suites/tiny.json", "--plan", "plan.json", "--shard", "0/3"}), HasSubstr("SUITE"));
   EXPECT_THAT(refused({"run", "--plan", "suites/tiny.json", "--shard", "0/3"}), HasSubstr("is not a plan"));
   EXPECT_THAT(refused({"plan", "suites/tiny.json", "-o", "suites/tiny.json"}), HasSubstr("is not a plan"));
-  EXPECT_THAT(refused({"plan", "suites/tiny.json", "--shards", "5"}), HasSubstr("1 to 4 parts"));
+  EXPECT_THAT(refused({"plan", "suites/tiny.json", "--shards", "5"}), HasSubstr("1 to 4 shards"));
 }
 
 TEST_F(CliShards, VerifyAndMergeDetectForgedRecords) {
