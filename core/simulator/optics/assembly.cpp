@@ -29,7 +29,7 @@ Assembly::Assembly(const Prescription& lens, const std::map<std::string, Element
                   "the lens '" + lens.name + "' has no element '" + name + "'" + suggestion(name, element_names(lens)));
     Motion& placement = placements_[static_cast<std::size_t>(element - lens.elements.data())];
     const Motion off = about(pivot, offset.tilt_deg, {offset.shift_mm[0], offset.shift_mm[1], offset.shift_mm[2]});
-    placement = placement.is_nothing() ? off : after(off, placement);
+    placement = placement.is_identity() ? off : after(off, placement);
   }
   find_bounds();
 }
@@ -40,7 +40,7 @@ void Assembly::find_bounds() {
     for (std::size_t f = 0; f < element.faces.size(); ++f) {
       const Face& face = element.faces[f];
       if (!face.is_conic())
-        polynomials_.back()[f] = {bounds_of(face, face.clear_radius_mm), bounds_of(face, sound_radius(face))};
+        polynomials_.back()[f] = {bounds_of(face, face.clear_radius_mm), bounds_of(face, valid_radius(face))};
     }
   }
 }
@@ -63,7 +63,8 @@ std::map<std::string, ElementOffset> read_offsets(const JsonSource& source, cons
     offset.shift_mm = one.numbers("shift_mm", 3, offset.shift_mm);
     offset.tilt_deg = one.numbers("tilt_deg", 2, offset.tilt_deg);
     for (const double tilt : offset.tilt_deg)
-      if (!(tilt >= -90 && tilt <= 90)) one.complain("tilt_deg", "tilts are from -90 to 90 degrees");
+      if (!(tilt >= -90 && tilt <= 90))
+        one.complain("tilt_deg", "expected tilts from -90 to 90 degrees, found " + shortest(tilt));
     one.refuse_unknown();
     offsets[name] = offset;
   }

@@ -1,4 +1,4 @@
-// A lens as built: every element sits a little off, as a rigid body.
+// A lens as built: every element is slightly displaced and tilted, as a rigid body.
 #pragma once
 
 #include <map>
@@ -11,8 +11,8 @@
 
 namespace relign::optics {
 
-// p_lens = pivot + Rx(rx) Ry(ry) (p_element - pivot) + shift, right-handed; the pivot is the
-// prescription's, on the axis. Comes on top of the element's own placement in the design.
+// p_lens = pivot + Rx(rx) Ry(ry) (p_element - pivot) + shift, right-handed; the pivot is the prescription's, on the
+// axis. Applied after the element's placement in the design.
 struct ElementOffset {
   std::vector<double> shift_mm = {0, 0, 0};
   std::vector<double> tilt_deg = {0, 0};
@@ -25,21 +25,21 @@ class Assembly {
   // Throws Error(bad_input) for an unknown element.
   Assembly(const Prescription& lens, const std::map<std::string, ElementOffset>& offsets);
 
-  // Each element's placement as given, element coordinates to lens coordinates: what no offset can say.
+  // With the given placements, which map element to lens coordinates: for motions that no ElementOffset describes.
   static Assembly placed(const Prescription& lens, std::vector<Motion> placements);
 
   const Prescription& lens() const { return *lens_; }
-  // Element coordinates (those of the undisturbed lens) to lens coordinates.
+  // Maps element coordinates (those of the undisturbed lens) to lens coordinates.
   const Motion& placement(std::size_t element) const { return placements_[element]; }
-  // Of a polynomial face: within its clear radius (mesh), or as far as its polynomial is sound. Nothing for conics.
+  // Of a polynomial face: within its semi-diameter (Apertures::mesh), else within valid_radius(). Empty for conics.
   const FaceBounds& bounds(std::size_t element, std::size_t face, Apertures apertures) const {
     const PolynomialFace& own = polynomials_[element][face];
-    return apertures == Apertures::mesh ? own.clear : own.sound;
+    return apertures == Apertures::mesh ? own.clear : own.valid;
   }
 
  private:
   struct PolynomialFace {
-    FaceBounds clear, sound;
+    FaceBounds clear, valid;
   };
 
   void find_bounds();

@@ -15,7 +15,7 @@ Op frame_op(const Motion& motion) {
   return op;
 }
 
-// `opening`: of the stop on this face, if there is one.
+// `opening`: radius of the stop on this face; huge without one.
 Op face_op(const Face& face, const FaceBounds& bounds, double index_before, double opening) {
   Op op{};
   op.kind = Op::face;
@@ -41,7 +41,7 @@ Op face_op(const Face& face, const FaceBounds& bounds, double index_before, doub
   op.near_conic_plus_1 = static_cast<float>(face.is_conic() ? 1 + face.conic : bounds.near_conic_plus_1);
   op.rings = bounds.rings.get();
   op.over_root = face.over_root.empty() ? 0 : 1;
-  // A face of Forbes's mild polynomial has no even terms besides: prescriptions refuse both together.
+  // Faces with Q_bfs terms have no even terms: prescriptions reject the combination.
   const std::vector<double>& even = op.over_root ? face.over_root : face.even_asphere;
   double scale = radius2;
   if (!op.over_root) {
@@ -74,15 +74,15 @@ Op stop_op(Op::Kind kind, double radius) {
   return op;
 }
 
-// Builds the list; keeps the current frame as a motion "frame -> lens" so that consecutive frames
-// become one operation, and pure steps along the axis ride on the next face.
+// Builds the list. Keeps the current frame as a motion "frame -> lens", so that consecutive frames become one operation
+// and shifts along the axis are part of the next face.
 class Builder {
  public:
   explicit Builder(std::vector<Op>& ops) : ops_(ops) {}
 
-  // Current frame := `part` with its origin at (0, 0, z) of it. The first call defines the start.
+  // Changes to the frame of `part` with its origin at (0, 0, z). The first call defines the start.
   void enter(const Motion& part, double z, Op op) {
-    const Motion origin{kNoRotation, {0, 0, z}};
+    const Motion origin{kIdentityRotation, {0, 0, z}};
     const Motion frame = after(part, origin);
     if (!started_) {
       started_ = true;
@@ -100,8 +100,8 @@ class Builder {
     z_ = z;
     frame_ = frame;
   }
-  // An operation that leaves rays and frame where they are, at height z of the current part.
-  void look_at(double z, Op op) {
+  // Appends an operation at z of the current part that moves neither rays nor frame.
+  void check_at(double z, Op op) {
     op.vertex_z = static_cast<float>(z - z_);
     ops_.push_back(op);
   }
@@ -111,7 +111,7 @@ class Builder {
     started_ = true;
     part_ = part;
     z_ = z;
-    frame_ = after(part, {kNoRotation, {0, 0, z}});
+    frame_ = after(part, {kIdentityRotation, {0, 0, z}});
     first_ = frame_;
   }
 
@@ -132,11 +132,11 @@ void set_backward_path(BackwardPath& path, const Assembly& assembly, const Motio
   path.highest_transmittance = 1;
   Builder builder(path.ops);
   const Motion unmoved;
-  if (lens.mount) {
-    builder.start_at(unmoved, lens.mount->to_z_mm);
-    builder.look_at(lens.mount->to_z_mm, stop_op(Op::bore, lens.mount->bore_radius_mm));
+  if (lens.barrel) {
+    builder.start_at(unmoved, lens.barrel->to_z_mm);
+    builder.check_at(lens.barrel->to_z_mm, stop_op(Op::bore, lens.barrel->bore_radius_mm));
   }
-  std::size_t number = lens.face_count();  // of the face behind which light is
+  std::size_t number = lens.face_count();  // faces in front of the current gap
   std::vector<const Stop*>& here = path.stops_in_place;
   const auto pass_stops_before = [&](std::size_t face) {
     here.clear();
@@ -170,7 +170,7 @@ void set_backward_path(BackwardPath& path, const Assembly& assembly, const Motio
       pass_stops_before(number);
     }
   }
-  // Of float products over some dozens of faces, and over more.
+  // Rounding of float products, which grows with the number of faces.
   const double rounding = std::max(1e-5, 1e-6 * static_cast<double>(lens.face_count()) / 3);
   path.highest_transmittance = std::min(1.0, path.highest_transmittance * (1 + rounding));
   path.into_first_frame = inverse(after(lens_to_world, builder.first()));

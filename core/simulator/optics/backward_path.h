@@ -1,5 +1,5 @@
-// The way of light taken backwards: from a place on the sensor through the lens to the emitter, as a
-// list of block operations (ray_block.h).
+// Light paths traced backwards, from a point on the sensor through the lens to the emitter, as a list of block
+// operations (ray_block.h).
 #pragma once
 
 #include <memory>
@@ -11,23 +11,23 @@
 
 namespace relign::optics {
 
-// Where the lens is: lens coordinates to world coordinates. World: origin at the pivot of the stage.
+// World coordinates have their origin at the pivot of the stage.
 struct BackwardPath {
   Motion into_first_frame;           // world -> the frame in which `ops` begin
   std::vector<Op> ops;               // sensor side to object side
-  std::size_t through_aperture = 0;  // how many of them lead through the aperture stop
+  std::size_t through_aperture = 0;  // number of operations up to and including the aperture stop
   Motion world_of_last_frame;        // the frame in which `ops` end -> world
-  // No ray's Fresnel transmittance is larger: unpolarised reflection is least at normal incidence (for ratios of
-  // indices up to 2 + sqrt(3); a steeper face counts as clear). A little above the product, for rounding.
+  // Upper bound of every ray's Fresnel transmittance: the product over all faces at normal incidence, where unpolarised
+  // reflection is lowest (for index ratios up to 2 + sqrt(3); faces beyond count as 1), plus a margin for rounding.
   double highest_transmittance = 1;
-  std::vector<std::shared_ptr<const FaceRings>> rings;  // that operations look at
-  std::vector<const Stop*> stops_in_place;              // space to work in
+  std::vector<std::shared_ptr<const FaceRings>> rings;  // referenced by `ops`
+  std::vector<const Stop*> stops_in_place;              // workspace
 };
 
-// `lens_to_world` is the pose. Faces from back to front with the mesh apertures, stops between, the
-// mount's rear rim first. Frames are changed only where an element sits off.
+// `lens_to_world` is the pose. Operations: the barrel's rear rim, then faces from back to front with the mesh apertures
+// and the stops between them. Frames change only at elements that are displaced or tilted.
 BackwardPath backward_path(const Assembly& assembly, const Motion& lens_to_world);
-// The same into a path that may be used again and again; allocates nothing from the second time on.
+// The same into a reusable path; does not allocate from the second call on.
 void set_backward_path(BackwardPath& path, const Assembly& assembly, const Motion& lens_to_world);
 
 // The last operation of an image path: from the last frame to the world, where the emitter's plane is.

@@ -1,5 +1,5 @@
-// The slow path of block_asphere.inc: one ray, in double, compiled once for all instruction sets, so that every one of
-// them gets the same bits.
+// The slow path of block_asphere.inc: one ray, in double, compiled once for all instruction sets, so that all of them
+// give the same bits.
 #include <algorithm>
 #include <cmath>
 
@@ -10,11 +10,11 @@
 namespace relign::optics {
 namespace {
 
-// Sag at r^2, and its slope over r^2; the formulas of face_shape.h, the polynomials over q.
+// Sag at r^2, and its derivative with respect to r^2: the formulas of face_shape.h, with polynomials in q.
 double height(const Op& op, double r2, double& slope) {
   const auto of = [](float value) { return static_cast<double>(value); };
   const double c = of(op.curvature), kappa_c2 = of(op.conic_plus_1) * c * c;
-  constexpr double kLeastRoot2 = 1e-3;  // as the blocks have it
+  constexpr double kLeastRoot2 = 1e-3;  // as in block_asphere.inc
   const double root2 = std::max(1 - kappa_c2 * r2, kLeastRoot2), root = std::sqrt(root2);
   const double per_radius2 = of(op.per_shape_radius2), q = r2 * per_radius2;
   double even = 0, even_slope = 0;
@@ -40,11 +40,11 @@ double height(const Op& op, double r2, double& slope) {
 
 }  // namespace
 
-bool meet_asphere_exactly(const Op& op, const float (&p)[3], const float (&l)[3], float& t) {
+bool intersect_asphere_exactly(const Op& op, const float (&p)[3], const float (&l)[3], float& t) {
   const double x = static_cast<double>(p[0]), y = static_cast<double>(p[1]), z = static_cast<double>(p[2]);
   const double lx = static_cast<double>(l[0]), ly = static_cast<double>(l[1]), lz = static_cast<double>(l[2]);
   const double radius = static_cast<double>(op.shape_radius);
-  // Where the line is within the shape radius, and between the lowest and the highest place of the face.
+  // The part of the line within the shape radius and between the lowest and the highest point of the face.
   const double across = lx * lx + ly * ly, along = x * lx + y * ly, beside = radius * radius - x * x - y * y;
   double low = -1e30, high = 1e30;
   if (across > 0) {

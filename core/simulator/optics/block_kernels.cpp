@@ -86,7 +86,7 @@ void philox(RayBlock& block, const std::uint32_t* pixel, const std::uint32_t* sa
     store_narrow(block.u3 + i, c3);
   }
   RELIGN_LOOP
-  for (int i = 0; i < count; ++i) block.die[i] = fifth_word(block.u0[i], block.u1[i], block.u2[i], block.u3[i]);
+  for (int i = 0; i < count; ++i) block.roulette[i] = fifth_word(block.u0[i], block.u1[i], block.u2[i], block.u3[i]);
 }
 
 // 24 random bits to [0, 1).
@@ -185,12 +185,11 @@ void apply_shift(RayBlock& block, const Op& op, int count) {
   }
 }
 
-// Hit and refraction with the vertex as origin. The way to the sphere c |h|^2 = 2 h_z from p along l is
-// t = F / (b - cosine), F = c |p|^2 - 2 p_z, b = l_z - c (p l), cosine = sqrt(b^2 - c F): the root has the sign of
-// l_z (here negative). Snell: Welford, Aberrations of Optical Systems, chapter 4.
-// Fresnel: T = 1 - (rs^2 + rp^2) / 2 = 2 r c c' (A^2 + B^2) / (A B)^2 with r the ratio of indices after / before,
-// A = c + r c', B = r c + c'.
-// Roots are taken of absolute values: where they matter not, the ray is lost by its margin.
+// Hit and refraction with the vertex as origin. The distance to the sphere c |h|^2 = 2 h_z from p along l is t = F / (b
+// - cosine), F = c |p|^2 - 2 p_z, b = l_z - c (p l), cosine = sqrt(b^2 - c F): the root has the sign of l_z (here
+// negative). Snell: Welford, Aberrations of Optical Systems, chapter 4. Fresnel: T = 1 - (rs^2 + rp^2) / 2 = 2 r c c'
+// (A^2 + B^2) / (A B)^2 with r the ratio of indices after / before, A = c + r c', B = r c + c'. Roots are of absolute
+// values: where the argument is negative, the margin marks the ray as lost.
 inline void transmit(RayBlock& block, int i, float back_ratio, float cosine, float cosine_after) {
   const float a = multiply_add(back_ratio, cosine_after, cosine);
   const float d = multiply_add(back_ratio, cosine, cosine_after);
@@ -199,7 +198,7 @@ inline void transmit(RayBlock& block, int i, float back_ratio, float cosine, flo
 }
 
 template <bool Fresnel>
-void meet_face(RayBlock& block, const Op& op, int count) {
+void intersect_face(RayBlock& block, const Op& op, int count) {
   const float vertex = op.vertex_z, c = op.curvature, minus_c = -op.curvature;
   const float ratio = op.index_ratio, clear2 = op.clear_radius2;
   const float minus_ratio2 = -ratio * ratio;
@@ -236,7 +235,7 @@ void meet_face(RayBlock& block, const Op& op, int count) {
 
 #include "optics/block_asphere.inc"
 
-void meet_stop(RayBlock& block, const Op& op, int count) {
+void intersect_stop(RayBlock& block, const Op& op, int count) {
   const float vertex = op.vertex_z, clear2 = op.clear_radius2;
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
@@ -251,9 +250,9 @@ void meet_stop(RayBlock& block, const Op& op, int count) {
   }
 }
 
-// The mount's rear rim: a ray that starts behind it must enter within the bore, one that starts
-// inside must start within it. Does not move the ray.
-void meet_bore(RayBlock& block, const Op& op, int count) {
+// The barrel's rear rim: a ray that starts behind it must enter within the bore, one that starts inside must start
+// within it. Does not move the ray.
+void intersect_bore(RayBlock& block, const Op& op, int count) {
   const float rim = op.vertex_z, clear2 = op.clear_radius2;
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
@@ -264,9 +263,9 @@ void meet_bore(RayBlock& block, const Op& op, int count) {
   }
 }
 
-// Fresnel's products grow with every face (25-fold for germanium) and must stay finite in float: after so many faces
-// the transmittance so far is written as its quotient.
-constexpr int kFacesAProduct = 12;
+// The Fresnel products grow with every face (25-fold for germanium) and must stay finite in float: after this many
+// faces they are replaced by their quotient.
+constexpr int kFacesPerProduct = 12;
 
 void divide_products(RayBlock& block, int count) {
   RELIGN_LOOP
@@ -280,7 +279,7 @@ void trace(RayBlock& block, const Op* ops, int op_count, bool fresnel, int count
   int faces = 0;
   for (int k = 0; k < op_count; ++k) {
     const Op op = ops[k];
-    if (fresnel && (op.kind == Op::face || op.kind == Op::asphere) && ++faces > kFacesAProduct) {
+    if (fresnel && (op.kind == Op::face || op.kind == Op::asphere) && ++faces > kFacesPerProduct) {
       divide_products(block, count);
       faces = 1;
     }
@@ -293,21 +292,21 @@ void trace(RayBlock& block, const Op* ops, int op_count, bool fresnel, int count
         break;
       case Op::face:
         if (fresnel)
-          meet_face<true>(block, op, count);
+          intersect_face<true>(block, op, count);
         else
-          meet_face<false>(block, op, count);
+          intersect_face<false>(block, op, count);
         break;
       case Op::asphere:
         if (fresnel)
-          meet_asphere<true>(block, op, count);
+          intersect_asphere<true>(block, op, count);
         else
-          meet_asphere<false>(block, op, count);
+          intersect_asphere<false>(block, op, count);
         break;
       case Op::stop:
-        meet_stop(block, op, count);
+        intersect_stop(block, op, count);
         break;
       case Op::bore:
-        meet_bore(block, op, count);
+        intersect_bore(block, op, count);
         break;
     }
   }
@@ -333,13 +332,13 @@ void look_up_texels(RayBlock& block, const EmitterPlane& given, int count) {
     const float y = multiply_add(t, block.ly[i], block.y[i]);
     block.x[i] = x;
     block.y[i] = y;
-    // The ray must go forward, and hit inside the square.
+    // The ray must travel forwards and hit inside the square.
     const float inside =
         smaller(smaller(emitter.half_side - __builtin_fabsf(x), emitter.half_side - __builtin_fabsf(y)), t);
-    const bool seen = smaller(block.margin[i], inside) > 0.0F;
+    const bool hits = smaller(block.margin[i], inside) > 0.0F;
     // Bilinear between texel centres; the border half texel repeats the outermost. NaN goes to 0.
-    const float u = seen ? multiply_add(x + emitter.half_side, emitter.texels_per_mm, emitter.texel_offset) : 0.0F;
-    const float v = seen ? multiply_add(y + emitter.half_side, emitter.texels_per_mm, emitter.texel_offset) : 0.0F;
+    const float u = hits ? multiply_add(x + emitter.half_side, emitter.texels_per_mm, emitter.texel_offset) : 0.0F;
+    const float v = hits ? multiply_add(y + emitter.half_side, emitter.texels_per_mm, emitter.texel_offset) : 0.0F;
     const float uc = smaller(larger(u, 0.0F), last);
     const float vc = smaller(larger(v, 0.0F), last);
     const float u_floor = smaller(static_cast<float>(static_cast<std::int32_t>(uc)), last - 1.0F);
@@ -364,7 +363,7 @@ void look_up_texels(RayBlock& block, const EmitterPlane& given, int count) {
     const float top = multiply_add(fu, b - a, a);
     const float bottom = multiply_add(fu, d - c, c);
     const float value = multiply_add(fv, bottom - top, top);
-    block.radiance[i] = seen ? value : 0.0F;
+    block.radiance[i] = hits ? value : 0.0F;
   }
 }
 
@@ -394,16 +393,16 @@ void count_reached(const std::uint32_t* words, const std::uint32_t* thresholds, 
   }
 }
 
-void play_dice(RayBlock& block, float bound, int count) {
+void play_roulette(RayBlock& block, float bound, int count) {
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
-    const bool survives = unit(block.die[i]) * bound * (block.below[i] * block.below[i]) < block.above[i];
+    const bool survives = unit(block.roulette[i]) * bound * (block.below[i] * block.below[i]) < block.above[i];
     block.radiance[i] = survives ? block.radiance[i] : 0.0F;
   }
 }
 
 void equal_runs(std::uint32_t* owner, std::uint32_t* sample, std::uint32_t first, int length, int count) {
-  // Half a step above the whole number: the quotient is never rounded across the next one.
+  // Half a step above the integer, so that rounding never crosses the next one.
   const double runs = 1.0 / length;
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
@@ -422,7 +421,7 @@ void take_pixels(RayBlock& block, const TileStart& tile, const PixelPlaces& give
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
     const auto at = static_cast<std::int32_t>(owner[i]);
-    // Half a step above the whole number: never rounded across the next one, for boxes of some hundred pixels.
+    // Half a step above the integer, so that rounding never crosses the next one, for boxes of some hundred pixels.
     const auto row = static_cast<std::int32_t>((static_cast<float>(at) + 0.5F) * rows);
     const std::int32_t column = at - row * places.columns;
     block.pixel_x[i] = (static_cast<float>(column) + places.first_column) * pitch_x;
@@ -470,7 +469,7 @@ const BlockKernels& kernels() {
                                          look_up,
                                          apply_transmittance,
                                          count_reached,
-                                         play_dice,
+                                         play_roulette,
                                          equal_runs,
                                          take_pixels,
                                          lattice,

@@ -1,4 +1,4 @@
-// Leads blocks of rays through a lens in place of the block kernels and the prescription's spheres: a lens of meshes.
+// Interface for tracing blocks of rays through a lens by other means than the block kernels: a lens of meshes.
 #pragma once
 
 #include "optics/assembly.h"
@@ -10,10 +10,10 @@ namespace relign::optics {
 class BlockTracer {
  public:
   virtual ~BlockTracer() = default;
-  // The lens as built, at a pose. Not while rays are traced.
+  // Sets the lens as built and its pose. Not while rays are traced.
   virtual void place(const Assembly& assembly, const Motion& lens_to_world, const BackwardPath& path) = 0;
-  // As BlockKernels::trace does with all operations of an image path and with last_frame_to_world: the rays come in
-  // the path's first frame and leave in the world, with transmittance and margin. May be called by several threads.
+  // Does what BlockKernels::trace does with all operations of an image path and last_frame_to_world: rays start in the
+  // path's first frame and end in world coordinates, with transmittance and margin. Thread-safe.
   virtual void trace(RayBlock& block, bool fresnel, int count) const = 0;
 };
 

@@ -1,4 +1,4 @@
-// Elementary functions whose bits do not depend on the C library.
+// Elementary functions whose bits do not depend on the C library, and pi.
 #pragma once
 
 #include <relign/portable_math.hpp>
@@ -7,8 +7,10 @@ namespace relign::optics {
 
 using relign::SineCosine;
 
-// Sine and cosine of an angle in degrees, |angle| <= 360, within 3e-16. Not inline: a copy that a file compiled for a
-// newer instruction set emits must never become everybody's.
+inline constexpr double kPi = 3.14159265358979323846;  // std::numbers::pi from C++20 on
+
+// Sine and cosine of an angle in degrees, |angle| <= 360, within 3e-16. Not inline, so that the linker never picks a
+// copy that was compiled for a newer instruction set.
 SineCosine sine_cosine_of_degrees(double degrees);
 
 }  // namespace relign::optics

@@ -1,4 +1,4 @@
-// What a polynomial face keeps within a distance from the axis: looked at in many places of its profile.
+// Bounds of a polynomial face within a distance from the axis, from samples of its profile.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,11 +10,11 @@ namespace relign::optics {
 namespace {
 
 constexpr int kPlacesARing = 8, kPlaces = kRings * kPlacesARing;
-constexpr double kBetween = 1.1;  // a polynomial of r^32 does not bend much more between 256 places
+constexpr double kBetween = 1.1;  // margin for a polynomial up to r^32 between 256 samples
 
 struct Profile {
   std::vector<double> sags, slopes;  // at kPlaces + 1 places, the first on the axis
-  std::vector<double> bends;         // between them, in any direction: no more than this
+  std::vector<double> bends;         // upper bounds of the second derivative between them, in any direction
 };
 
 Profile profile_of(const Face& face, double radius) {
@@ -50,7 +50,7 @@ FaceRings rings_of(const Profile& profile, double radius) {
   const double step = radius / kPlaces, width = radius / kRings;
   for (std::size_t ring = 0; ring < kRings; ++ring) {
     double low = 1e300, high = -1e300, bent = 0;
-    // A place more to either side: rays are told to be in a ring with rounding.
+    // One sample more on either side: the ring of a ray is found with rounding.
     const std::size_t first = ring * kPlacesARing, last = first + kPlacesARing;
     for (std::size_t i = first; i <= last; ++i) {
       low = std::min(low, profile.sags[i]);
@@ -60,15 +60,15 @@ FaceRings rings_of(const Profile& profile, double radius) {
     }
     for (std::size_t i = first > 0 ? first - 1 : 0; i < std::min<std::size_t>(last + 1, kPlaces); ++i)
       bent = std::max(bent, profile.bends[i]);
-    // Between two places the sag leaves their heights, and the slope its values, by no more than this.
+    // Bounds how far sag and slope deviate between two samples.
     rings.lowest[ring] = low - bent * step * step / 8;
     rings.highest[ring] = high + bent * step * step / 8;
     rings.most_bent[ring] = bent;
     rises[ring].outwards += bent * step;
     rises[ring].inwards += bent * step;
   }
-  // Lines from a place H of a ring to a higher place P: as steep as the face is in between, and no steeper than from
-  // the lowest place of the one ring to the highest of the other over the least distance.
+  // Lines from a point H of a ring to a higher point P are no steeper than the face in between, and no steeper than the
+  // line from the lowest point of the one ring to the highest of the other over the least distance.
   constexpr double kRounding = 1e-3;
   for (std::size_t h = 0; h < kRings; ++h) {
     const double h_from = static_cast<double>(h) * width, h_to = h_from + width;
@@ -80,8 +80,8 @@ FaceRings rings_of(const Profile& profile, double radius) {
       steepest = std::max(steepest, rises[p].outwards);
       const double apart = p_from - h_to;
       outside = std::max(outside, apart > 0 ? std::min(steepest, higher / apart) : steepest);
-      // A ray that leaves the axis at H and was at P before passed a place no farther from the axis than H: P lies
-      // sqrt(P^2 - H^2) off, or more.
+      // A ray that recedes from the axis at H and was at P before has passed a point no farther from the axis than H: P
+      // is at least sqrt(P^2 - H^2) away.
       const double around = steepest * std::sqrt((p_to - h_from) / (p_to + h_from));
       const double off = p_from * p_from - h_to * h_to;
       anywhere = std::max(anywhere, off > 0 ? std::min(around, higher / std::sqrt(off)) : around);
@@ -99,7 +99,7 @@ FaceRings rings_of(const Profile& profile, double radius) {
   return rings;
 }
 
-// The nearer of the face's own conic and of the paraboloid z = a + b r^2 of least squares, even over the area.
+// The closer of the face's own conic and the least-squares paraboloid z = a + b r^2, weighted evenly over the area.
 void find_conic_near(const Face& face, const Profile& profile, FaceBounds& bounds) {
   double n = 0, sum_q = 0, sum_qq = 0, sum_z = 0, sum_qz = 0;
   for (std::size_t i = 1; i <= kPlaces; ++i) {

@@ -1,5 +1,5 @@
-// What a polynomial face keeps within rings of equal width about its axis, out to its clear radius: violent polynomials
-// bend much at the rim and little elsewhere. Without includes, because the block kernels read it.
+// Bounds of a polynomial face in rings of equal width around its axis: steep aspheres bend strongly at the rim and
+// little elsewhere. No includes, because the block kernels read this header.
 #pragma once
 
 namespace relign::optics {
@@ -9,10 +9,10 @@ constexpr int kRings = 32;
 struct FaceRings {
   double lowest[kRings], highest[kRings];  // sag, mm
   double most_bent[kRings];                // second derivative of the sag in any direction, 1/mm
-  // Of all straight lines from a place of the ring up to a higher place of the face, the slope of the steepest, rounded
-  // upwards: a ray that falls towards -z more steeply cannot have met the face before. Over places farther from the
-  // axis alone, which is enough for a ray that comes nearer to the axis; and over those that a ray can have passed
-  // which goes away from it.
+  // Slope of the steepest straight line from a point of the ring to a higher point of the face, rounded up: a ray that
+  // descends towards -z more steeply cannot have hit the face before. rise_outside: over points farther from the axis,
+  // enough for a ray that approaches the axis. rise_anywhere: over all points that a ray receding from the axis can
+  // have passed.
   float rise_outside[kRings], rise_anywhere[kRings];
 };
 

@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "optics/elementary.h"
 #include "optics/first_rise.h"
 
 namespace relign::optics {
 namespace {
 
-// Height, and its slope over r^2.
+// Height, and its derivative with respect to r^2.
 struct Height {
   double z = 0;
   double slope = 0;
@@ -48,7 +49,7 @@ Height height(const Face& face, double r2) {
   return result;
 }
 
-std::optional<FacePoint> meet_conic(const Face& face, const Vec3& m, const Vec3& l) {
+std::optional<FacePoint> intersect_conic(const Face& face, const Vec3& m, const Vec3& l) {
   const double c = face.curvature, kappa = 1 + face.conic;
   // The conic c (x^2 + y^2 + kappa z^2) = 2 z along the ray: a t^2 - 2 b t + f = 0. The root near the vertex has
   // the denominator that does not vanish there.
@@ -66,8 +67,8 @@ std::optional<FacePoint> meet_conic(const Face& face, const Vec3& m, const Vec3&
   return point;
 }
 
-// Where a line m + t l is within a cylinder and a slab: low > high when it never is.
-struct Stretch {
+// The interval of t in which a line m + t l is inside a cylinder and a slab; empty if low > high.
+struct Interval {
   double low = -1e30, high = 1e30;
 
   void keep(double one_end, double other_end) {
@@ -76,21 +77,21 @@ struct Stretch {
   }
 };
 
-Stretch near_face(const FaceBounds& bounds, const Vec3& m, const Vec3& l) {
-  constexpr double kSlack = 1e-9;  // mm: rays that skim the border are not lost by rounding
-  Stretch stretch;
+Interval near_face(const FaceBounds& bounds, const Vec3& m, const Vec3& l) {
+  constexpr double kSlack = 1e-9;  // mm: rounding must not lose rays that graze the border
+  Interval interval;
   const double across = l.x * l.x + l.y * l.y, along = m.x * l.x + m.y * l.y;
   const double beside = bounds.radius * bounds.radius - m.x * m.x - m.y * m.y;
   if (across > 0) {
     const double discriminant = along * along + across * beside;
     if (!(discriminant >= 0)) return {1, -1};
     const double root = std::sqrt(discriminant);
-    stretch.keep((-along - root) / across, (-along + root) / across);
+    interval.keep((-along - root) / across, (-along + root) / across);
   } else if (beside < 0) {
     return {1, -1};
   }
-  if (l.z != 0) stretch.keep((bounds.lowest - kSlack - m.z) / l.z, (bounds.highest + kSlack - m.z) / l.z);
-  return stretch;
+  if (l.z != 0) interval.keep((bounds.lowest - kSlack - m.z) / l.z, (bounds.highest + kSlack - m.z) / l.z);
+  return interval;
 }
 
 // Power series as lists of coefficients, lowest first.
@@ -126,8 +127,8 @@ Series in_powers_of_r(const Series& of_u2, std::size_t first, double radius, dou
 double sag(const Face& face, double radius) { return height(face, radius * radius).z; }
 double slope(const Face& face, double radius) { return 2 * radius * height(face, radius * radius).slope; }
 
-double sound_radius(const Face& face) {
-  constexpr double kKnown_mm = 1e-5;  // smaller clear radii are placeholders
+double valid_radius(const Face& face) {
+  constexpr double kKnown_mm = 1e-5;  // smaller semi-diameters are placeholders
   constexpr double kStep = 1.05, kMostGrowth = 2, kFarthest_mm = 1e6;
   constexpr double kSteepest = 3;       // 72 degrees
   constexpr double kLeastRoot2 = 0.02;  // of the conic
@@ -143,12 +144,12 @@ double sound_radius(const Face& face) {
   return radius;
 }
 
-std::optional<FacePoint> meet(const Face& face, const FaceBounds& bounds, const Vec3& p, const Vec3& l) {
-  // From the place nearest to the vertex, so that far starts cost no digits.
+std::optional<FacePoint> intersect(const Face& face, const FaceBounds& bounds, const Vec3& p, const Vec3& l) {
+  // From the point of the line closest to the vertex, so that distant starts lose no digits.
   const Vec3 m = p - dot(p, l) * l;
-  if (face.is_conic()) return meet_conic(face, m, l);
-  const Stretch stretch = near_face(bounds, m, l);
-  if (!(stretch.low <= stretch.high)) return std::nullopt;
+  if (face.is_conic()) return intersect_conic(face, m, l);
+  const Interval interval = near_face(bounds, m, l);
+  if (!(interval.low <= interval.high)) return std::nullopt;
   const double forwards = l.z < 0 ? -1 : 1;
   double slope_over_r2 = 0;
   const auto behind = [&](double t, double& derivative) {  // how far behind the face, along the light
@@ -159,7 +160,7 @@ std::optional<FacePoint> meet(const Face& face, const FaceBounds& bounds, const 
     return forwards * (at.z - here.z);
   };
   const std::optional<double> t = first_rise_over_rings(behind, RayOverFace(m, l), *bounds.rings, bounds.radius,
-                                                        stretch.low, stretch.high, kRoundingOfDouble);
+                                                        interval.low, interval.high, kRoundingOfDouble);
   if (!t) return std::nullopt;
   FacePoint point;
   point.at = m + *t * l;
@@ -193,7 +194,7 @@ std::vector<double> even_terms_of_q_con(const std::vector<double>& coefficients,
 
 std::optional<std::vector<double>> over_root_terms_on_conic(const std::vector<double>& over_root, double curvature,
                                                             double conic, double reach) {
-  constexpr double kAllowed_mm = 1e-6, kPi = 3.14159265358979323846;
+  constexpr double kAllowed_mm = 1e-6;
   constexpr int kNodes = 64, kPlaces = 500;
   constexpr std::size_t kMostTerms = 16;  // b2 to b32
   const double c2 = curvature * curvature, reach2 = reach * reach;
@@ -204,7 +205,7 @@ std::optional<std::vector<double>> over_root_terms_on_conic(const std::vector<do
     for (std::size_t i = over_root.size(); i-- > 0;) sum = sum * reach2 * x + over_root[i];
     return sum * std::sqrt(1 - conic * c2 * reach2 * x);
   };
-  // Chebyshev series over 0 to 1, cut off where it is near enough, as powers of x.
+  // Chebyshev series over 0 to 1, truncated when accurate enough, in powers of x.
   std::vector<double> chebyshev(kMostTerms);
   for (int node = 0; node < kNodes; ++node) {
     const double angle = (node + 0.5) * kPi / kNodes, value = exact((1 + std::cos(angle)) / 2);

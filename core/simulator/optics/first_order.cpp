@@ -19,7 +19,7 @@ Matrix then(const Matrix& later, const Matrix& earlier) {
 }
 
 // Through the faces from `first` to before `end`, with transfers from from_z and to to_z in the media there; a stop in
-// front of a bulge lies behind the vertex that follows it, which makes a transfer backwards.
+// front of a convex face can be behind its vertex, which makes the transfer negative.
 Matrix through(const std::vector<const Face*>& faces, std::size_t first, std::size_t end, double from_z, double to_z) {
   Matrix system;
   double z = from_z;
@@ -49,7 +49,7 @@ FirstOrder first_order(const Prescription& lens) {
   FirstOrder data;
   data.focal_length = -1 / whole.c;
   data.back_focal_length = -whole.a / whole.c * behind;
-  // The front focal point lies at first + d / c (c < 0: before the lens, as a positive lens alone has it).
+  // The front focal point is at first + d / c (c < 0: before the lens, as a positive lens alone has it).
   data.front_focal_length = whole.d / whole.c;
   data.overall_length = last - first;
   data.image_distance = lens.image_z_mm - last;

@@ -1,5 +1,5 @@
-// The first zero of a function whose second derivative is bounded: how rays meet aspheres, in face_shape.cpp and in the
-// block kernels' slow path.
+// The first upward zero crossing of a function with bounded second derivative: intersects rays with aspheres, in
+// face_shape.cpp and in the block kernels' slow path.
 #pragma once
 
 #include <cmath>
@@ -11,15 +11,15 @@ namespace relign::optics {
 
 constexpr double kRoundingOfDouble = 4e-16;
 
-// The first t in [from, to] at which g passes through 0 from below. `most_bent` bounds |g''|: each step goes as far as
-// the parabola of that bend leaves no zero behind, so that none is stepped over, and the steps converge as Newton's
-// do. g(t, derivative) gives the value and writes the derivative. Empty when there is no such t; a g that only touches
-// 0 has none. `below`: whether g was below 0 before, and afterwards. `rounding`: of t, relative.
+// The first t in [from, to] at which g crosses 0 from below; empty if there is none (touching 0 does not count).
+// `most_bent` bounds |g''|: each step ends where a parabola of that curvature could first be 0, so that no zero is
+// skipped, and steps converge like Newton's. g(t, derivative) returns the value and sets the derivative. `below`:
+// whether g was below 0 before `from`, and on return before the end. `rounding`: of t, relative.
 template <class Function>
 std::optional<double> first_rise(const Function& g, double from, double to, double most_bent, bool& below,
                                  double rounding) {
   constexpr int kMostSteps = 200;
-  constexpr double kOver = 1e-9;  // to the other side of a zero that leads down
+  constexpr double kOver = 1e-9;  // least step beyond a downward zero crossing
   const double bent = std::fmax(most_bent, 1e-9);
   double t = from;
   for (int k = 0; k < kMostSteps && t <= to; ++k) {
@@ -34,7 +34,7 @@ std::optional<double> first_rise(const Function& g, double from, double to, doub
       if (slope > 0 && step <= rounding * (1 + std::fabs(t))) return t;
     } else {
       if (below) return slope > 0 ? t - value / slope : t;  // the last step ended on the zero, but for rounding
-      // On to where value + slope h - bent h^2 / 2 is 0, and a little farther.
+      // To where value + slope h - bent h^2 / 2 is 0, and slightly beyond.
       const double root = std::sqrt(slope * slope + 2 * bent * value);
       const double step = slope < 0 ? 2 * value / (root - slope) : (slope + root) / bent;
       t += std::fmax(step, kOver);
@@ -43,7 +43,7 @@ std::optional<double> first_rise(const Function& g, double from, double to, doub
   return std::nullopt;
 }
 
-// A line p + t l over a face, which has its vertex as origin.
+// A line p + t l in coordinates with the origin at the vertex of a face.
 struct RayOverFace {
   double z, lz;
   double across;   // squared sine of the angle with the axis
@@ -58,8 +58,8 @@ struct RayOverFace {
   }
 };
 
-// The same for g(t), how far the ray is behind the face, ring by ring: each bends as little as it does, and rings that
-// the ray passes before the face are not looked at. The face within `radius`, rays of [from, to].
+// The same for g(t) = distance of the ray behind the face, ring by ring: each ring has its own bound, and rings that
+// the ray crosses in front of the face are skipped. `radius`: of the outermost ring.
 template <class Function>
 std::optional<double> first_rise_over_rings(const Function& g, const RayOverFace& ray, const FaceRings& rings,
                                             double radius, double from, double to, double rounding) {

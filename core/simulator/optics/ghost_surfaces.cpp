@@ -1,4 +1,4 @@
-// The surfaces of a lens as a walk meets them; see ghost_walk.h.
+// Builds the surfaces of a GhostWalk from a lens; see ghost_walk.h.
 #include <algorithm>
 #include <cmath>
 
@@ -66,11 +66,11 @@ void GhostWalk::set(const Assembly& assembly) {
   edges_.clear();
   stops_.clear();
   bodies_.clear();
-  has_mount_ = lens.mount.has_value();
-  if (has_mount_) {
-    bore_radius2_ = square(lens.mount->bore_radius_mm);
-    front_z_ = lens.mount->from_z_mm;
-    rim_z_ = lens.mount->to_z_mm;
+  has_barrel_ = lens.barrel.has_value();
+  if (has_barrel_) {
+    bore_radius2_ = square(lens.barrel->bore_radius_mm);
+    front_z_ = lens.barrel->from_z_mm;
+    rim_z_ = lens.barrel->to_z_mm;
   }
   double passed = -1e300;
   const auto pass_stops_before = [&](double z) {
@@ -92,7 +92,7 @@ void GhostWalk::set(const Assembly& assembly) {
   for (std::size_t e = 0; e < lens.elements.size(); ++e) {
     const Element& element = lens.elements[e];
     const Motion& placement = assembly.placement(e);
-    // As on the way of images: a stop at the height of an element's last vertex or behind lies behind the element.
+    // As for images: a stop at an element's last vertex or behind it comes after the element.
     pass_stops_before(element.faces.back().z_mm);
     double index = 1;
     for (std::size_t f = 0; f < element.faces.size(); ++f) {

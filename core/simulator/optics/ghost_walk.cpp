@@ -22,7 +22,7 @@ double square(double value) { return value * value; }
 }  // namespace
 
 bool GhostWalk::in_bore(const Vec3& at, const Vec3& direction) const {
-  if (!has_mount_) return true;
+  if (!has_barrel_) return true;
   // In front of the rim a place must lie within the bore; behind it, the ray must cross the rim there.
   const double t = at.z > rim_z_ ? (rim_z_ - at.z) / direction.z : 0;
   return square(at.x + t * direction.x) + square(at.y + t * direction.y) < bore_radius2_;
@@ -35,8 +35,8 @@ bool GhostWalk::enter_from_image(const Vec3& at, const Vec3& direction, WalkingR
 
 bool GhostWalk::leaves_to_image(const WalkingRay& ray, const Vec3& at) const { return in_bore(at, ray.direction); }
 
-// The shape of a face is known here, in the next two functions and in arrive. Vertex form, see block_kernels.cpp.
-bool GhostWalk::meet(const Surface& surface, const WalkingRay& ray, double& distance) {
+// Only this function, the next two and arrive() depend on the shape of a face. Vertex form as in block_kernels.cpp.
+bool GhostWalk::intersect(const Surface& surface, const WalkingRay& ray, double& distance) {
   const Vec3 p = ray.at - surface.vertex;
   const double c = surface.curvature;
   const double forward = dot(ray.direction, surface.axis);
@@ -53,8 +53,8 @@ bool GhostWalk::meet(const Surface& surface, const WalkingRay& ray, double& dist
   return dot(hit, hit) - square(dot(hit, surface.axis)) < surface.clear_radius2;
 }
 
-// Inside a hollow face: the other end of the chord, where it lies on the face and not on the rest of its sphere.
-bool GhostWalk::meet_again(const Surface& surface, const WalkingRay& ray, double& distance) {
+// On the concave side of a face: the other end of the chord, if it is on the face and not on the rest of the sphere.
+bool GhostWalk::intersect_again(const Surface& surface, const WalkingRay& ray, double& distance) {
   const double c = surface.curvature;
   if (c == 0) return false;
   const Vec3 p = ray.at - surface.vertex;
@@ -65,7 +65,7 @@ bool GhostWalk::meet_again(const Surface& surface, const WalkingRay& ray, double
   return c * height < 1 && dot(hit, hit) - height * height < surface.clear_radius2;
 }
 
-void GhostWalk::look_at_face(const Surface& surface, int number, const WalkingRay& ray, Found& found) {
+void GhostWalk::nearest_on_face(const Surface& surface, int number, const WalkingRay& ray, Found& found) {
   const Vec3 p = ray.at - surface.vertex;
   const double c = surface.curvature;
   const double forward = dot(ray.direction, surface.axis);
@@ -76,7 +76,7 @@ void GhostWalk::look_at_face(const Surface& surface, int number, const WalkingRa
   if (!(discriminant > 0)) return;
   const double root = std::sqrt(discriminant);
   for (const double below : {forward + root, forward - root}) {
-    const double distance = e + f / below;  // a plane's second is infinite or NaN, and refused
+    const double distance = e + f / below;  // the second of a plane is infinite or NaN, and rejected
     if (!(distance > kNearest && distance < found.distance)) continue;
     const Vec3 hit = p + distance * ray.direction;
     const double height = dot(hit, surface.axis);
@@ -84,11 +84,11 @@ void GhostWalk::look_at_face(const Surface& surface, int number, const WalkingRa
   }
 }
 
-void GhostWalk::look_at_edge(const Edge& edge, int number, const WalkingRay& ray, Found& found) {
+void GhostWalk::nearest_on_edge(const Edge& edge, int number, const WalkingRay& ray, Found& found) {
   const Vec3 p = ray.at - edge.origin;
   const double height = dot(p, edge.axis), forward = dot(ray.direction, edge.axis);
   const Vec3 across = p - height * edge.axis, along = ray.direction - forward * edge.axis;
-  // From the normal `a` to `b`, a share of the way, at a place beside the axis.
+  // Interpolates between the normals `a` and `b`; `radial` is the direction away from the axis.
   const auto between = [&](const Normal& a, const Normal& b, double share, const Vec3& radial) {
     return unit(((1 - share) * a.radial + share * b.radial) * radial +
                 ((1 - share) * a.axial + share * b.axial) * edge.axis);
@@ -116,15 +116,15 @@ void GhostWalk::look_at_edge(const Edge& edge, int number, const WalkingRay& ray
   }
 }
 
-void GhostWalk::look_at_stop(const Surface& stop, const WalkingRay& ray, Found& found) {
+void GhostWalk::nearest_on_stop(const Surface& stop, const WalkingRay& ray, Found& found) {
   const double distance = dot(stop.vertex - ray.at, stop.axis) / dot(ray.direction, stop.axis);
   if (!(distance > kNearest && distance < found.distance)) return;
   const Vec3 crossing = ray.at + distance * ray.direction - stop.vertex;
   if (dot(crossing, crossing) > stop.clear_radius2) found = {distance, kAbsorbed, {}, {}};
 }
 
-void GhostWalk::look_at_mount(const WalkingRay& ray, Found& found) const {
-  if (!has_mount_) return;
+void GhostWalk::nearest_on_barrel(const WalkingRay& ray, Found& found) const {
+  if (!has_barrel_) return;
   const double a = square(ray.direction.x) + square(ray.direction.y);
   const double b = ray.at.x * ray.direction.x + ray.at.y * ray.direction.y;
   const double c = square(ray.at.x) + square(ray.at.y) - bore_radius2_;
@@ -144,14 +144,14 @@ bool GhostWalk::out_of_reach(const Edge& edge, const WalkingRay& ray, double dis
 GhostWalk::Next GhostWalk::search(WalkingRay& ray, AtFace& met) const {
   Found found{kNever, kNothing, {}, {}};
   const int count = static_cast<int>(surfaces_.size());
-  if (ray.glass == 0) look_at_mount(ray, found);
-  for (const int stop : stops_) look_at_stop(surfaces_[static_cast<std::size_t>(stop)], ray, found);
+  if (ray.glass == 0) nearest_on_barrel(ray, found);
+  for (const int stop : stops_) nearest_on_stop(surfaces_[static_cast<std::size_t>(stop)], ray, found);
   for (std::size_t k = 0; k < edges_.size(); ++k) {
     const Edge& edge = edges_[k];
     if (ray.glass != 0 ? ray.glass != edge.gap : out_of_reach(edge, ray, found.distance)) continue;
-    look_at_face(surfaces_[static_cast<std::size_t>(edge.gap - 1)], edge.gap - 1, ray, found);
-    look_at_face(surfaces_[static_cast<std::size_t>(edge.gap)], edge.gap, ray, found);
-    look_at_edge(edge, count + static_cast<int>(k), ray, found);
+    nearest_on_face(surfaces_[static_cast<std::size_t>(edge.gap - 1)], edge.gap - 1, ray, found);
+    nearest_on_face(surfaces_[static_cast<std::size_t>(edge.gap)], edge.gap, ray, found);
+    nearest_on_edge(edge, count + static_cast<int>(k), ray, found);
   }
   if (found.surface == kNothing) {
     if (ray.glass != 0) return Next::lost;
@@ -203,7 +203,7 @@ bool GhostWalk::meets_stop_in_glass(const WalkingRay& ray, double distance) cons
   for (const Edge& edge : edges_) holds_stop |= edge.gap == ray.glass && edge.holds_stop;
   if (!holds_stop) return false;
   Found found{distance, kNothing, {}, {}};
-  for (const int stop : stops_) look_at_stop(surfaces_[static_cast<std::size_t>(stop)], ray, found);
+  for (const int stop : stops_) nearest_on_stop(surfaces_[static_cast<std::size_t>(stop)], ray, found);
   return found.surface == kAbsorbed;
 }
 
@@ -212,7 +212,7 @@ GhostWalk::Next GhostWalk::advance(WalkingRay& ray, AtFace& met) const {
   const int count = static_cast<int>(surfaces_.size());
   const Surface* left = ray.left >= 0 ? &surfaces_[static_cast<std::size_t>(ray.left)] : nullptr;
   double again = kNever;
-  if (left && !meet_again(*left, ray, again)) again = kNever;
+  if (left && !intersect_again(*left, ray, again)) again = kNever;
   while (true) {
     const int number = ray.to_image ? ray.gap : ray.gap - 1;
     if (number < 0 || number >= count)
@@ -220,7 +220,7 @@ GhostWalk::Next GhostWalk::advance(WalkingRay& ray, AtFace& met) const {
     const Surface& surface = surfaces_[static_cast<std::size_t>(number)];
     double distance = 0;
     if (!surface.is_stop) {
-      if (!meet(surface, ray, distance) || again < distance) return search(ray, met);
+      if (!intersect(surface, ray, distance) || again < distance) return search(ray, met);
       if (ray.glass != 0 && meets_stop_in_glass(ray, distance)) return Next::lost;
       return arrive(number, ray, distance, met);
     }
@@ -230,10 +230,10 @@ GhostWalk::Next GhostWalk::advance(WalkingRay& ray, AtFace& met) const {
     const Vec3 crossing = ray.at + distance * ray.direction - surface.vertex;
     const double r2 = dot(crossing, crossing);
     if (!(r2 < surface.clear_radius2)) {
-      // Straight from a face, through nothing wider than it: no edge lies between.
+      // Directly from a face and within its aperture: no edge in between.
       return left && r2 < left->clear_radius2 ? Next::lost : search(ray, met);
     }
-    // Between two surfaces lies one medium, so the ray may stand where it is.
+    // A stop does not change the medium: the ray need not be moved.
     ray.gap += ray.to_image ? 1 : -1;
   }
 }

@@ -1,12 +1,12 @@
-// Light that is reflected on its way: a ray among the elements and stops of a lens, which at each surface goes on
-// refracted or reflected, as the caller decides.
+// Non-sequential tracing of single rays among the elements and stops of a lens: at each surface the caller decides
+// whether the ray is refracted or reflected.
 //
-// What it is for: ghosts. Faces are met in their order, back and forth, so no search structure is needed. A ray
-// that misses the face whose turn it is may meet an element's edge, which refracts: a cylinder as wide as the wider
-// of two faces, closed by a plane ring at the rim of the narrower one. Only such rays are looked for among all
-// surfaces. Edges are shaded as the paper's renderer shades its meshes, whose vertices have one normal each: halfway
-// between both sides at every rim, turning evenly in between. Stops reach out to the mount; both absorb.
-// Scalar double with + - * / and square roots only: the same bits everywhere.
+// Used for ghosts. Faces are visited in order, back and forth, so that no search structure is needed. A ray that misses
+// the next face may hit an element's edge, which refracts: a cylinder with the larger of both semi-diameters, closed by
+// a plane ring at the rim of the smaller face. Only such rays are searched among all surfaces. Edges are shaded like
+// the meshes of the paper's renderer, whose vertices have one normal each: halfway between both sides at every rim,
+// interpolated in between. Stops reach out to the barrel; both absorb. Scalar double with + - * / and square roots
+// only: the same bits everywhere.
 #pragma once
 
 #include <vector>
@@ -21,26 +21,26 @@ namespace relign::optics {
 struct WalkingRay {
   Vec3 at;
   Vec3 direction;         // unit
-  int gap = 0;            // where it is; -1: in the air somewhere beside the elements
-  int glass = 0;          // the gap whose glass it is in; 0: in the air
+  int gap = 0;            // where it is; -1: in air beside the elements
+  int glass = 0;          // the gap whose glass it is in; 0: in air
   bool to_image = false;  // towards surface `gap`, otherwise towards surface `gap` - 1
-  int left = -1;          // the face that it has just left; -1: none
+  int left = -1;          // the face it has just left; -1: none
 };
 
-// A ray on a face or an edge, before it was decided how it goes on.
+// A ray on a face or an edge, before the caller reflects or refracts it.
 struct AtFace {
   int surface = 0;
   bool is_edge = false;
   Vec3 at;
   Vec3 normal;              // unit; of faces towards the image side
-  Vec3 outward;             // of edges: the side on which the air is
-  double cosine = 0;        // direction on normal
+  Vec3 outward;             // of edges: towards the air
+  double cosine = 0;        // of direction and normal
   double cosine_after = 0;  // the same of the refracted ray; 0: total reflection
   double index_ratio = 1;   // before / after
   double reflectance = 1;   // unpolarised; 1: total reflection
 };
 
-// One piece of glass, as far as it reaches: heights along the axis and radius, in the frame of `placement`.
+// The extent of one piece of glass along the axis and its radius, in the frame of `placement`.
 struct GlassBody {
   Motion placement;
   double low_z = 0, high_z = 0, radius = 0;
@@ -48,25 +48,25 @@ struct GlassBody {
 
 class GhostWalk {
  public:
-  // Allocates nothing from the second time on.
+  // Does not allocate from the second call on.
   void set(const Assembly& assembly);
 
-  // A ray that starts behind the lens, towards the object. False when the mount's rear is in its way.
+  // Starts a ray behind the lens, towards the object. False if the barrel's rear rim blocks it.
   bool enter_from_image(const Vec3& at, const Vec3& direction, WalkingRay& ray) const;
-  // The same way back: whether a ray that left towards the image leaves the mount, to a plane that it meets at `at`.
+  // Whether a ray that left the lens towards the image also leaves the barrel, on its way to the point `at`.
   bool leaves_to_image(const WalkingRay& ray, const Vec3& at) const;
 
   enum class Next { face, object_side, image_side, lost };
-  // Finds what a ray meets next. On a face or an edge, `met` says what can happen there.
+  // Advances a ray to the next face or edge, which `met` describes.
   Next advance(WalkingRay& ray, AtFace& met) const;
   void reflect(const AtFace& met, WalkingRay& ray) const;
   void refract(const AtFace& met, WalkingRay& ray) const;
 
-  // All glass: what a ray from behind can meet.
+  // All pieces of glass that a ray from behind can hit.
   const std::vector<GlassBody>& bodies() const { return bodies_; }
 
  private:
-  static constexpr double kNearest = 1e-9;  // mm: nearer meetings are the place that the ray has just left
+  static constexpr double kNearest = 1e-9;  // mm: closer hits are the point that the ray has just left
 
   struct Surface {
     bool is_stop = false;
@@ -86,7 +86,7 @@ class GhostWalk {
     bool ring_faces_image = false;
     Normal cylinder_low, cylinder_high, ring_inner, ring_outer;  // at the ends
     double nearest_z = 0, farthest_z = 0;                        // of this piece of glass, lens coordinates
-    bool holds_stop = false;                                     // a stop stands inside this glass
+    bool holds_stop = false;                                     // a stop is inside this glass
   };
   struct Found {
     double distance;
@@ -97,14 +97,14 @@ class GhostWalk {
   static Normal outward_at_rim(const Face& face, double sign);
   static Normal halfway(const Normal& a, const Normal& b);
   void add_body(const Element& element, std::size_t face, const Motion& placement);
-  // How far a ray is from the face whose turn it is, if it meets it within its clear radius.
-  static bool meet(const Surface& surface, const WalkingRay& ray, double& distance);
-  static bool meet_again(const Surface& surface, const WalkingRay& ray, double& distance);
-  // The nearest meeting of the two that a line has with a face.
-  static void look_at_face(const Surface& surface, int number, const WalkingRay& ray, Found& found);
-  static void look_at_edge(const Edge& edge, int number, const WalkingRay& ray, Found& found);
-  static void look_at_stop(const Surface& stop, const WalkingRay& ray, Found& found);
-  void look_at_mount(const WalkingRay& ray, Found& found) const;
+  // Distance to the next face in sequence; false if the ray misses its clear aperture.
+  static bool intersect(const Surface& surface, const WalkingRay& ray, double& distance);
+  static bool intersect_again(const Surface& surface, const WalkingRay& ray, double& distance);
+  // These keep the nearest hit in `found`; a line has up to two with a face.
+  static void nearest_on_face(const Surface& surface, int number, const WalkingRay& ray, Found& found);
+  static void nearest_on_edge(const Edge& edge, int number, const WalkingRay& ray, Found& found);
+  static void nearest_on_stop(const Surface& stop, const WalkingRay& ray, Found& found);
+  void nearest_on_barrel(const WalkingRay& ray, Found& found) const;
   Next search(WalkingRay& ray, AtFace& met) const;
   static bool out_of_reach(const Edge& edge, const WalkingRay& ray, double distance);
   bool meets_stop_in_glass(const WalkingRay& ray, double distance) const;
@@ -118,8 +118,8 @@ class GhostWalk {
   std::vector<Edge> edges_;
   std::vector<int> stops_;
   std::vector<GlassBody> bodies_;
-  bool has_mount_ = false;
-  double bore_radius2_ = 0, front_z_ = 0, rim_z_ = 0;  // of the mount
+  bool has_barrel_ = false;
+  double bore_radius2_ = 0, front_z_ = 0, rim_z_ = 0;  // of the barrel
 };
 
 }  // namespace relign::optics

@@ -11,8 +11,8 @@
 namespace relign::optics {
 namespace {
 
-// Schott's catalogue of 2017-01-20, Sellmeier 1: B1 C1 B2 C2 B3 C3. SK16 is Hikari's, 2017: Schott has N-SK16 in its
-// place, and the published values of the Cooke triplet are with Hikari's.
+// Schott's catalogue of 2017-01-20, Sellmeier 1: B1 C1 B2 C2 B3 C3. SK16 is Hikari's, 2017: Schott replaced it by
+// N-SK16, and the published values of the Cooke triplet use Hikari's.
 const std::vector<Glass>& built_in() {
   static const std::vector<Glass> glasses = {
       {"F2", 2, {1.34533359, 0.00997743871, 0.209073176, 0.0470450767, 0.937357162, 111.886764}},
@@ -48,7 +48,7 @@ double cauchy(double nd, double vd, double w) {
   return nd + b * (1 / (w * w) - 1 / (kLineD * kLineD));
 }
 
-// w in micrometres; not a number where a formula gives none.
+// w in micrometres; NaN where a formula is undefined.
 double index_at(int formula, const std::vector<double>& c, double w) {
   const double w2 = w * w, w4 = w2 * w2;
   const double p2 = 1 / w2, p4 = p2 * p2;
@@ -158,7 +158,7 @@ const Glass* find_glass_like(const std::string& name) {
       break;
     }
   }
-  // The glasses built in first have Schott's names, whoever melts them; they keep their own coefficients.
+  // The glasses of the shipped lenses have Schott's names, whatever their vendor, and keep their own coefficients.
   for (const Glass& glass : built_in())
     if (letters_of(glass.name) == wanted &&
         (vendor.empty() || vendor == "SCHOTT" || (found && found->name == glass.name)))
@@ -202,11 +202,11 @@ std::optional<Glass> read_glass(const JsonSource& source, const std::string& poi
   if (reader.has("nd") || reader.has("vd")) {
     glass.coefficients = {reader.required_number("nd", 1.0001, 5), reader.required_number("vd", 1, 1000)};
     if (reader.has("agf_formula") || reader.has("coefficients"))
-      reader.complain("", "give either \"nd\" and \"vd\" or \"agf_formula\" and \"coefficients\"");
+      reader.complain("", "give either 'nd' and 'vd' or 'agf_formula' and 'coefficients'");
     for (const char* key : {"agf_formula", "coefficients"}) reader.get(key);
   } else {
     if (!reader.has("agf_formula"))
-      reader.complain("", "the keys \"agf_formula\" and \"coefficients\", or \"nd\" and \"vd\", are missing");
+      reader.complain("", "the keys 'agf_formula' and 'coefficients', or 'nd' and 'vd', are missing");
     glass.agf_formula = static_cast<int>(reader.integer("agf_formula", 1, 1, kAgfFormulas));
     const Json* list = reader.get("coefficients");
     const std::size_t most = coefficient_count(glass.agf_formula);
@@ -214,10 +214,10 @@ std::optional<Glass> read_glass(const JsonSource& source, const std::string& poi
     if (numbers)
       for (const Json& value : *list) numbers = numbers && value.is_number();
     if (!numbers) {
-      reader.complain(list ? "coefficients" : "", "expected \"coefficients\": a list of numbers");
+      reader.complain(list ? "coefficients" : "", "expected 'coefficients' to be a list of numbers");
     } else {
       glass.coefficients = list->get<std::vector<double>>();
-      // Catalogues fill ten places, whatever the formula takes.
+      // Catalogues list ten coefficients, however many the formula has.
       while (glass.coefficients.size() > most && glass.coefficients.back() == 0) glass.coefficients.pop_back();
       if (glass.coefficients.empty() || glass.coefficients.size() > most)
         reader.complain("coefficients", "formula " + std::to_string(glass.agf_formula) + " takes 1 to " +

@@ -19,11 +19,11 @@ constexpr double kRelativeMargin = 0.03;  // of the supports
 // Of tables of direction cosines:
 constexpr int kHalfGrid = 20;          // places from the axis to the end of the range
 constexpr double kSpreadMargin = 0.5;  // of what neighbours differ by
-constexpr int kMostLooks = 6;
-constexpr double kWindowWidening = 1.25, kWiderLook = 1.6;
+constexpr int kMostProbes = 6;
+constexpr double kWindowWidening = 1.25, kProbeWidening = 1.6;
 static_assert(kCoarse * kCoarse == kBlockRays);
 
-// Traces rays from one place to points of the pupil plane.
+// Traces rays from one point to points of the pupil plane.
 class Prober {
  public:
   Prober(const BackwardPath& path, double pupil_z, RayBlock& block) : path_(path), pupil_z_(pupil_z), block_(block) {}
@@ -128,7 +128,7 @@ PassingTable::PassingTable(const Assembly& assembly, const PupilSearch& search)
   low_z_ = range.z_low;
   step_z_ = (range.z_high - range.z_low) / (count_z_ - 1);
   nodes_.resize(static_cast<std::size_t>(count_ * count_ * count_z_));
-  asked_.resize(nodes_.size());
+  requested_.resize(nodes_.size());
 }
 
 bool PassingTable::find_cell(const Vec3& place, Cell& cell) const {
@@ -149,9 +149,9 @@ void PassingTable::add_missing(const Vec3& place, std::vector<int>& missing) {
   if (!find_cell(place, cell)) return;
   for (int corner = 0; corner < 8; ++corner) {
     const int node = node_index(cell.ix + (corner & 1), cell.iy + (corner >> 1 & 1), cell.iz + (corner >> 2));
-    char& asked = asked_[static_cast<std::size_t>(node)];
-    if (!asked) missing.push_back(node);
-    asked = 1;
+    char& requested = requested_[static_cast<std::size_t>(node)];
+    if (!requested) missing.push_back(node);
+    requested = 1;
   }
 }
 
@@ -167,8 +167,8 @@ void PassingTable::fill(int missing, RayBlock& block) {
   node = probe_region(prober, place, search_->reach());
 }
 
-// As probe_region, in direction cosines, and with a window that follows what passes: a lens as built sends light
-// elsewhere than the design.
+// Like probe_region() in direction cosines, with a window that follows the passing rays: a lens as built passes other
+// directions than the design.
 PassingRegion PassingTable::directions_from(const Vec3& place, RayBlock& block) const {
   PassingRegion region;
   const DirectionWindow window = search_->window(place);
@@ -183,7 +183,7 @@ PassingRegion PassingTable::directions_from(const Vec3& place, RayBlock& block) 
   std::array<double, kBlockRays> p{}, q{};
   std::array<bool, kBlockRays> passed{};
   int count = 0;
-  for (int look = 0; look < kMostLooks; ++look) {
+  for (int probe = 0; probe < kMostProbes; ++probe) {
     for (std::size_t i = 0; i < kBlockRays; ++i) {
       const double away = middle[0] + half[0] * (2 * (static_cast<double>(i % kCoarse) + 0.5) / kCoarse - 1);
       const double across = middle[1] + half[1] * (2 * (static_cast<double>(i / kCoarse) + 0.5) / kCoarse - 1);
@@ -203,7 +203,7 @@ PassingRegion PassingTable::directions_from(const Vec3& place, RayBlock& block) 
       }
     }
     if (count == 0) {
-      for (double& side : half) side *= kWiderLook;
+      for (double& side : half) side *= kProbeWidening;
       continue;
     }
     bool holds_all = true;
@@ -211,7 +211,7 @@ PassingRegion PassingTable::directions_from(const Vec3& place, RayBlock& block) 
       if (low[axis] > 0 && high[axis] < kCoarse - 1) continue;
       holds_all = false;
       middle[axis] += half[axis] * ((low[axis] + high[axis] + 1.0) / kCoarse - 1);
-      half[axis] *= kWiderLook;
+      half[axis] *= kProbeWidening;
     }
     if (holds_all) break;
   }
@@ -257,7 +257,7 @@ PassingRegion PassingTable::at(const Vec3& place) const {
   Cell cell;
   if (!find_cell(place, cell)) return result;
 
-  // Weighted over the corners where something passes.
+  // Weighted over the corners where light passes.
   double total = 0;
   std::array<double, kSupports> lowest{}, highest{};
   lowest.fill(1e300);

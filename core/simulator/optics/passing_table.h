@@ -1,14 +1,14 @@
-// Which directions can pass the aperture stop of a lens, as built, from any place near its image: the
-// region that pupil samplers draw from. What lies beyond the stop is left out: it only takes light
-// away, and its edges would make the region change too fast from place to place.
+// The importance regions of a lens as built: for any point near its image, the directions that can pass the aperture
+// stop. Samplers draw from them. Apertures beyond the stop are ignored: they only block light, and their edges would
+// make the region vary too fast from point to point.
 //
-// For places on a grid (lens coordinates) the table holds the passing region as a convex polygon: supports[k] is the
-// largest x cos(phi_k) + y sin(phi_k) over the region, phi_k = 2 pi k / kSupports. x and y are places on a plane (the
-// exit pupil's, or the last vertex's where the pupil is far away) or, where no plane tells regions apart, direction
-// cosines (pupil_search.h). Found by tracing float blocks backwards from each place: first a coarse grid, then
-// bisection along 2 kSupports rays from the region's middle. A margin covers what lies between grid places and between
-// bisection rays; tests trace hundreds of millions of hemisphere rays against it. Regions are found when a pose first
-// needs them: most lenses are looked at from few of the places that the travel allows.
+// For points on a grid (lens coordinates) the table holds the region as a convex polygon: supports[k] is the largest x
+// cos(phi_k) + y sin(phi_k) over the region, phi_k = 2 pi k / kSupports. x and y are positions on a plane (that of the
+// exit pupil, or of the last vertex if the pupil is far away) or, where no plane describes all regions, direction
+// cosines (pupil_search.h). Regions are found by tracing float blocks backwards from each point: first a coarse grid,
+// then bisection along 2 kSupports rays from the region's middle. A margin covers deviations between grid points and
+// between bisection rays; tests check it with hundreds of millions of hemisphere rays. Regions are computed when a pose
+// first needs them, since most lenses need few of the points within the travel.
 #pragma once
 
 #include <array>
@@ -31,22 +31,22 @@ struct PassingRegion {
 
 class PassingTable {
  public:
-  // `search` outlives the table.
+  // `search` must outlive the table.
   PassingTable(const Assembly& assembly, const PupilSearch& search);
 
-  // Before at(place): appends the grid places around it whose region is not known, each once; then fill them
-  // all, different ones by different threads if you like. `block` is space to work in.
+  // Call add_missing() before at(place): it appends the surrounding grid points without a region, each once. Then
+  // fill() all of them; different ones may be filled by different threads. `block` is workspace.
   void add_missing(const Vec3& place, std::vector<int>& missing);
   void fill(int missing, RayBlock& block);
   std::size_t grid_places() const { return nodes_.size(); }
 
   const PupilSearch& search() const { return *search_; }
-  // The region seen from a place: between the grid's places, widened by the margin. Empty outside the
-  // range and where nothing passes.
+  // The region at a point, interpolated between grid points and widened by the margin. Empty outside the range and
+  // where no light passes.
   PassingRegion at(const Vec3& place) const;
 
  private:
-  // The cell of the grid that holds a place, and where in it; false outside the range.
+  // The grid cell that contains a point, and the position in it; false outside the range.
   struct Cell {
     int ix = 0, iy = 0, iz = 0;
     double fu = 0, fv = 0, fw = 0;
@@ -65,7 +65,7 @@ class PassingTable {
   double low_ = 0;  // x and y of node 0
   double low_z_ = 0;
   std::vector<PassingRegion> nodes_;
-  std::vector<char> asked_;  // of each node: known, or among the missing
+  std::vector<char> requested_;  // per node: has a region, or was appended to `missing`
 };
 
 // cos and sin of 2 pi k / n for n = kSupports or 2 kSupports.

@@ -10,11 +10,11 @@
 namespace relign::optics {
 namespace {
 
-bool stands_before(const Stop& stop, const Element& element) { return stop.z_mm < element.faces.back().z_mm; }
+bool lies_before(const Stop& stop, const Element& element) { return stop.z_mm < element.faces.back().z_mm; }
 
 class Reader {
  public:
-  // other_nm: a wavelength in place of the file's.
+  // other_nm: replaces the file's wavelength.
   explicit Reader(const JsonSource& source, std::optional<double> other_nm = std::nullopt)
       : source_(source), other_nm_(other_nm) {}
 
@@ -32,7 +32,7 @@ class Reader {
     if (top.get("glasses")) read_glasses(top.pointer_to("glasses"));
     each(top, "elements", true, [this](const std::string& at) { read_element(at); });
     each(top, "stops", false, [this](const std::string& at) { read_stop(at); });
-    if (top.get("mount")) read_mount(top.pointer_to("mount"));
+    if (top.get("mount")) read_barrel(top.pointer_to("mount"));
     if (const Json* published = top.get("published"); published && published->is_object())
       for (const auto& [name, value] : published->items()) {
         if (value.is_number())
@@ -51,7 +51,7 @@ class Reader {
   void each(ObjectReader& parent, const std::string& key, bool required, Body&& body) {
     const Json* list = parent.get(key);
     if (!list) {
-      if (required) parent.complain("", "the key \"" + key + "\" is missing (a list)");
+      if (required) parent.complain("", "the key '" + key + "' is missing (a list)");
       return;
     }
     if (!list->is_array() || (required && list->empty())) {
@@ -61,11 +61,11 @@ class Reader {
     for (std::size_t i = 0; i < list->size(); ++i) body(parent.pointer_to(key) + "/" + std::to_string(i));
   }
 
-  // Glasses of the file's own; one of them may stand in for a built-in one of the same name.
+  // The file's own glasses, which override built-in ones of the same name.
   void read_glasses(const std::string& at) {
     const Json& all = source_.root().at("glasses");
     ObjectReader glasses(source_, at, problems_);
-    if (!all.is_object()) return;  // the reader has complained
+    if (!all.is_object()) return;  // reported by the reader
     for (const auto& [name, value] : all.items()) {
       if (const std::optional<Glass> glass = read_glass(source_, glasses.pointer_to(name), name, problems_))
         own_glasses_.push_back(*glass);
@@ -76,7 +76,8 @@ class Reader {
   // The index of a named glass; 1 after a mistake.
   double index_of_glass(ObjectReader& face, const std::string& name) {
     if (lens_.wavelength_nm <= 0) {
-      face.complain("glass_after", "a glass needs the lens's wavelength: the key \"wavelength_nm\" is missing");
+      face.complain("glass_after",
+                    "the index of a glass depends on the wavelength, but the key 'wavelength_nm' is missing");
       return 1.5;
     }
     const Glass* glass = nullptr;
@@ -88,10 +89,10 @@ class Reader {
     if (!glass) {
       std::vector<std::string> known = optics::glass_names();
       known.insert(known.end(), glass_names_.begin(), glass_names_.end());
-      // A mistake in the glass itself has been told already.
+      // A mistake in the definition of the glass is reported already.
       if (std::find(glass_names_.begin(), glass_names_.end(), name) == glass_names_.end())
         face.complain("glass_after", "unknown glass '" + name + "'" + suggestion(name, known) +
-                                         "; give it under \"glasses\", or its index as \"index_after\"");
+                                         "; define it under 'glasses', or give its index as 'index_after'");
       return 1.5;
     }
     try {
@@ -107,21 +108,22 @@ class Reader {
     Element element;
     element.name = reader.required_string("name");
     for (const Element& other : lens_.elements)
-      if (other.name == element.name) reader.complain("name", "the name '" + element.name + "' stands twice");
+      if (other.name == element.name) reader.complain("name", "duplicate name '" + element.name + "'");
     reader.string("glass", "");
     each(reader, "faces", true,
          [&](const std::string& face) { element.faces.push_back(read_face(face, element.name)); });
     if (element.faces.size() == 1 && !element.faces.front().mirror)
-      reader.complain("faces", "an element has at least two faces, found 1");
+      reader.complain("faces", "expected at least two faces, found 1");
     if (!element.faces.empty()) {
       if (std::fabs(element.faces.back().index_after) != 1 || !element.faces.back().glass.empty())
         reader.complain("faces",
-                        "the last face has no \"index_after\" or \"glass_after\": the ambient medium follows it");
+                        "the last face must not have 'index_after' or 'glass_after': the ambient medium follows it");
       for (std::size_t i = 0; i + 1 < element.faces.size(); ++i)
         if (std::fabs(element.faces[i].index_after) == 1)
-          problems_.push_back(source_.problem(reader.pointer_to("faces") + "/" + std::to_string(i),
-                                              "the key \"index_after\" is missing (refractive index of the glass), or "
-                                              "\"glass_after\" (its name)"));
+          problems_.push_back(
+              source_.problem(reader.pointer_to("faces") + "/" + std::to_string(i),
+                              "the key 'index_after' (refractive index of the glass) or 'glass_after' (its "
+                              "name) is missing"));
       if (reader.get("placement")) read_placement(reader.pointer_to("placement"), element);
     }
     reader.refuse_unknown();
@@ -137,7 +139,7 @@ class Reader {
     } else {
       const double value = reader.required_number("radius_mm", -1e9, 1e9);
       if (radius && std::fabs(value) < 1e-6)
-        reader.complain("radius_mm", "a radius of " + shortest(value) + " mm; write null for a plane");
+        reader.complain("radius_mm", "found a radius of " + shortest(value) + " mm; write null for a plane");
       else if (radius)
         face.curvature = 1 / value;
     }
@@ -147,16 +149,15 @@ class Reader {
     face.mirror = reader.boolean("mirror", false);
     if (other_nm_ && face.index_after != 1)
       reader.complain("index_after", "an image at several wavelengths needs the glass of " + element +
-                                         ", found its index at one; give \"glass_after\": a name, a code such as "
-                                         "517642, or one of the file's \"glasses\"");
+                                         ", found its index at one; give 'glass_after': a name, a code such as "
+                                         "517642, or one of the file's 'glasses'");
     face.glass = reader.string("glass_after", "");
     if (!face.glass.empty()) {
-      if (reader.has("index_after")) reader.complain("glass_after", "give either \"index_after\" or \"glass_after\"");
+      if (reader.has("index_after")) reader.complain("glass_after", "give either 'index_after' or 'glass_after'");
       face.index_after = index_of_glass(reader, face.glass);
     }
     if (face.mirror && (reader.has("index_after") || reader.has("glass_after")))
-      reader.complain("mirror",
-                      "light stays in the medium before a mirror; take \"index_after\" or \"glass_after\" out");
+      reader.complain("mirror", "a mirror has no medium behind it; remove 'index_after' or 'glass_after'");
     face.index_after = face.mirror ? -index_before_ : std::copysign(face.index_after, index_before_);
     index_before_ = face.index_after;
     face.clear_radius_mm = reader.required_number("clear_radius_mm", 1e-6, 1e6);
@@ -165,12 +166,12 @@ class Reader {
     const double largest = std::max(face.clear_radius_mm, face.listing_clear_radius_mm);
     const double steepest = std::sqrt(std::max(0.0, 1 + face.conic)) * std::fabs(face.curvature);
     if (steepest * largest > 1)
-      reader.complain("clear_radius_mm", "the clear radius " + shortest(largest) + " mm is larger than the " +
+      reader.complain("clear_radius_mm", "the semi-diameter " + shortest(largest) + " mm exceeds the " +
                                              (face.conic == 0 ? "sphere's radius " : "largest radius of the conic ") +
                                              shortest(1 / steepest) + " mm");
     else if (!(std::fabs(sag(face, largest)) < kDeepest_mm))
-      reader.complain("clear_radius_mm", "the polynomial reaches no finite height at the clear radius " +
-                                             shortest(largest) + " mm; check the coefficients and their unit");
+      reader.complain("clear_radius_mm", "the polynomial has no finite sag at the semi-diameter " + shortest(largest) +
+                                             " mm; check the coefficients and their unit");
     reader.refuse_unknown();
     return face;
   }
@@ -217,18 +218,18 @@ class Reader {
     for (std::size_t i = 0; i < q_con.size(); ++i) face.even_asphere[i] += q_con[i];
     face.over_root = read_q_terms(reader, "q_bfs", over_root_terms_of_q_bfs);
     if (!face.over_root.empty() && (face.r2_term != 0 || !face.even_asphere.empty()))
-      reader.complain("q_bfs", "the base of \"q_bfs\" is a sphere or a conic; take the other even polynomials out");
+      reader.complain("q_bfs", "the base of 'q_bfs' must be a sphere or a conic; remove the other even polynomials");
   }
 
-  // With the clear radius known.
+  // Needs the semi-diameter.
   void put_q_bfs_on_conic(ObjectReader& reader, Face& face) {
     if (face.over_root.empty() || face.conic == 0) return;
     const double reach = std::max(q_radius_mm_, std::max(face.clear_radius_mm, face.listing_clear_radius_mm));
     const auto terms = over_root_terms_on_conic(face.over_root, face.curvature, face.conic, reach);
     if (!terms)
-      reader.complain("q_bfs", "terms up to r^32 do not describe these \"q_bfs\" coefficients on a conic of " +
+      reader.complain("q_bfs", "terms up to r^32 cannot represent these 'q_bfs' coefficients on a conic of " +
                                    shortest(face.conic) +
-                                   " to 1e-6 mm; give the face as \"even_asphere\" or \"q_con\"");
+                                   " to 1e-6 mm; describe the face by 'even_asphere' or 'q_con'");
     face.over_root = terms.value_or(std::vector<double>());
   }
 
@@ -238,7 +239,8 @@ class Reader {
     const std::vector<double> tilt = reader.numbers("tilt_deg", 2, {0, 0});
     const std::vector<double> shift = reader.numbers("shift_mm", 3, {0, 0, 0});
     for (const double angle : tilt)
-      if (!(angle >= -90 && angle <= 90)) reader.complain("tilt_deg", "tilts are from -90 to 90 degrees");
+      if (!(angle >= -90 && angle <= 90))
+        reader.complain("tilt_deg", "expected tilts from -90 to 90 degrees, found " + shortest(angle));
     reader.refuse_unknown();
     element.placement = about({0, 0, element.faces.front().z_mm}, tilt, {shift[0], shift[1], shift[2]});
   }
@@ -252,9 +254,9 @@ class Reader {
     stop.in_listing = reader.boolean("in_listing", false);
     stop.aperture = reader.boolean("aperture", false);
     const auto faces = static_cast<std::int64_t>(lens_.face_count());
-    for (const char* key : {"before_face", "on_face"}) reader.get(key);  // known, also where they are not given
+    for (const char* key : {"before_face", "on_face"}) reader.get(key);  // marked as known even if absent
     if (reader.has("before_face") && reader.has("on_face"))
-      reader.complain("on_face", "give either \"before_face\" or \"on_face\"");
+      reader.complain("on_face", "give either 'before_face' or 'on_face'");
     if (reader.has("before_face"))
       stop.before_face = static_cast<std::size_t>(reader.integer("before_face", 1, 1, faces + 1) - 1);
     if (reader.has("on_face")) {
@@ -265,15 +267,17 @@ class Reader {
     lens_.stops.push_back(stop);
   }
 
-  void read_mount(const std::string& at) {
+  void read_barrel(const std::string& at) {
     ObjectReader reader(source_, at, problems_);
-    Mount mount;
-    mount.bore_radius_mm = reader.required_number("bore_radius_mm", 1e-9, 1e6);
-    mount.from_z_mm = reader.required_number("from_z_mm", -1e6, 1e6);
-    mount.to_z_mm = reader.required_number("to_z_mm", -1e6, 1e6);
-    if (mount.to_z_mm <= mount.from_z_mm) reader.complain("to_z_mm", "the mount ends before it begins");
+    Barrel barrel;
+    barrel.bore_radius_mm = reader.required_number("bore_radius_mm", 1e-9, 1e6);
+    barrel.from_z_mm = reader.required_number("from_z_mm", -1e6, 1e6);
+    barrel.to_z_mm = reader.required_number("to_z_mm", -1e6, 1e6);
+    if (barrel.to_z_mm <= barrel.from_z_mm)
+      reader.complain("to_z_mm", "the barrel ends at z = " + shortest(barrel.to_z_mm) +
+                                     " mm, before it begins; it must be larger than 'from_z_mm'");
     reader.refuse_unknown();
-    lens_.mount = mount;
+    lens_.barrel = barrel;
   }
 
   void complain(const std::string& pointer, const std::string& message) {
@@ -281,7 +285,7 @@ class Reader {
   }
 
   void check_whole() {
-    // Faces in order along the axis, and not crossing within the smaller clear radius of a pair.
+    // Faces must be in order along the axis, and must not cross within the smaller semi-diameter of a pair.
     const Face* previous = nullptr;
     for (std::size_t e = 0; e < lens_.elements.size(); ++e)
       for (std::size_t f = 0; f < lens_.elements[e].faces.size(); ++f) {
@@ -291,7 +295,7 @@ class Reader {
         previous = &face;
       }
     if (previous && !comes_after(previous->index_after, previous->z_mm, lens_.image_z_mm))
-      complain("/image_z_mm", "the image plane lies before the last face (z = " + shortest(previous->z_mm) + " mm)");
+      complain("/image_z_mm", "the image plane is in front of the last face (z = " + shortest(previous->z_mm) + " mm)");
     std::size_t apertures = 0;
     for (std::size_t s = 0; s < lens_.stops.size(); ++s) {
       const Stop& stop = lens_.stops[s];
@@ -299,17 +303,18 @@ class Reader {
       if (stop.on_face)
         check_face_of_stop(stop, "/stops/" + std::to_string(s));
       else if (!stop.before_face && lens_.has_mirrors())
-        complain(
-            "/stops/" + std::to_string(s),
-            "in a lens with mirrors the place of a stop does not give its order; give \"before_face\" or \"on_face\"");
+        complain("/stops/" + std::to_string(s),
+                 "in a lens with mirrors the position of a stop does not determine its order; give 'before_face' or "
+                 "'on_face'");
       else if (!stop.before_face)
         for (const Element& element : lens_.elements)
           check_stop(stop, element, "/stops/" + std::to_string(s) + "/z_mm");
-      if (lens_.mount && stop.opening_radius_mm > lens_.mount->bore_radius_mm)
-        complain("/stops/" + std::to_string(s) + "/opening_radius_mm", "the opening is larger than the mount's bore");
+      if (lens_.barrel && stop.opening_radius_mm > lens_.barrel->bore_radius_mm)
+        complain("/stops/" + std::to_string(s) + "/opening_radius_mm",
+                 "the opening is larger than the bore of the barrel");
     }
     if (apertures != 1)
-      complain("/stops", "exactly one stop must say \"aperture\": true, found " + std::to_string(apertures));
+      complain("/stops", "exactly one stop must have \"aperture\": true, found " + std::to_string(apertures));
   }
 
   void check_face_of_stop(const Stop& stop, const std::string& at) {
@@ -322,31 +327,32 @@ class Reader {
       const Face& face = element.faces[before];
       if (std::fabs(stop.z_mm - face.z_mm) > 1e-9)
         complain(at + "/z_mm", "the stop '" + stop.name + "' is the edge of a face of " + element.name +
-                                   " and lies at its vertex, z = " + shortest(face.z_mm) + " mm, found " +
+                                   ": expected the z of that vertex, " + shortest(face.z_mm) + " mm, found " +
                                    shortest(stop.z_mm));
       if (stop.opening_radius_mm > face.clear_radius_mm)
         complain(at + "/opening_radius_mm",
-                 "the opening is larger than the clear radius of its face, " + shortest(face.clear_radius_mm) + " mm");
+                 "the opening is larger than the semi-diameter of its face, " + shortest(face.clear_radius_mm) + " mm");
       return;
     }
   }
 
-  // The stop's rim must be in the air; the plane within its opening may cut the glass that bulges through it.
+  // The stop's rim must be in air; a convex face may protrude through its opening.
   void check_stop(const Stop& stop, const Element& element, const std::string& at) {
     const Face& front = element.faces.front();
     const double behind = stop.z_mm - front.z_mm;
-    if (behind <= 0 || !stands_before(stop, element)) return;
-    const double fallen_back = sag(front, stop.opening_radius_mm);
-    if (behind <= fallen_back) return;
-    complain(at, "the stop '" + stop.name + "' lies inside the glass of " + element.name + ": its plane is " +
+    if (behind <= 0 || !lies_before(stop, element)) return;
+    const double rim_sag = sag(front, stop.opening_radius_mm);
+    if (behind <= rim_sag) return;
+    complain(at, "the stop '" + stop.name + "' is inside the glass of " + element.name + ": its plane is " +
                      significant(behind, 4) + " mm behind the front vertex, and at the rim of its opening, radius " +
-                     significant(stop.opening_radius_mm, 4) + " mm, the glass begins " +
-                     (std::isfinite(fallen_back) ? significant(fallen_back, 4) + " mm behind it" : "nowhere") +
-                     "; move it to a place where its rim is in the air before or behind the glass, or say in which "
-                     "order light meets it with \"before_face\"");
+                     significant(stop.opening_radius_mm, 4) + " mm, " +
+                     (std::isfinite(rim_sag) ? "the glass begins " + significant(rim_sag, 4) + " mm behind it"
+                                             : "the front face has ended") +
+                     "; move it to where its rim is in air in front of or behind the glass, or set its place in the "
+                     "surface order with 'before_face'");
   }
 
-  // Along the light, of which the sign of the index gives the direction.
+  // In the direction of light, which is the sign of the index.
   static bool comes_after(double index, double z_mm, double later_mm) {
     return index < 0 ? later_mm < z_mm : later_mm > z_mm;
   }
@@ -355,7 +361,7 @@ class Reader {
   void check_pair(const Face& before, const Face& face, bool across_air, const std::string& at) {
     const double index = before.index_after;
     if (!comes_after(index, before.z_mm, face.z_mm) && !(across_air && face.z_mm == before.z_mm)) {
-      complain(at + "/z_mm", "the face at z = " + shortest(face.z_mm) + " mm does not come after the one before it (" +
+      complain(at + "/z_mm", "the face at z = " + shortest(face.z_mm) + " mm must come after the previous one (" +
                                  shortest(before.z_mm) + " mm)");
       return;
     }
@@ -365,7 +371,7 @@ class Reader {
     for (int i = kPlaces; i > 0; --i) {
       const double r = radius * i / kPlaces;
       if (!comes_after(index, face.z_mm + sag(face, r), before.z_mm + sag(before, r))) continue;
-      complain(at, "the face crosses the one before it within the clear radius " + shortest(radius) + " mm");
+      complain(at, "the face crosses the previous one within the semi-diameter " + shortest(radius) + " mm");
       return;
     }
   }
@@ -374,10 +380,10 @@ class Reader {
   std::optional<double> other_nm_;
   std::vector<Problem> problems_;
   Prescription lens_;
-  double index_before_ = 1;  // of the face that is read next, signed
-  double q_radius_mm_ = 0;   // of the Q-type terms that were read last
+  double index_before_ = 1;  // of the next face, signed
+  double q_radius_mm_ = 0;   // of the last Q-type terms
   std::vector<Glass> own_glasses_;
-  std::vector<std::string> glass_names_;  // of the file's own, those with mistakes too
+  std::vector<std::string> glass_names_;  // of the file's own, including those with mistakes
 };
 
 }  // namespace
@@ -398,7 +404,7 @@ std::size_t Prescription::faces_before(const Stop& stop) const {
   if (stop.before_face) return *stop.before_face;
   std::size_t before = 0;
   for (const Element& element : elements)
-    if (!stands_before(stop, element)) before += element.faces.size();
+    if (!lies_before(stop, element)) before += element.faces.size();
   return before;
 }
 

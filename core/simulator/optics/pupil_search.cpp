@@ -9,15 +9,15 @@
 namespace relign::optics {
 namespace {
 
-// A pupil farther from the image than so many image distances stands nearly still in angle and swells on its plane
-// with aberrations: what passes is then told on the plane of the last vertex.
+// A pupil farther from the image than this many image distances hardly moves in angle, but grows on its plane with
+// aberrations: regions are then described on the plane of the last vertex.
 constexpr double kFarPupil = 6;
-constexpr double kReachOfLastFace = 1.3;  // clear radii on that plane
-constexpr int kFan = 4 * kBlockRays;      // rays from edge to edge of the half space: f/200 is two of them wide,
-constexpr int kEnoughOfFan = 12;          // and where fewer pass on the axis,
-constexpr int kFinest = 64;               // they lie up to so many times closer
-constexpr int kCoarse = 16;               // places per side of a table's first look (passing_table.cpp)
-constexpr double kLeastPlaces = 3;        // of them, that the widest region takes up on a plane that is of use
+constexpr double kReachOfLastFace = 1.3;  // semi-diameters on that plane
+constexpr int kFan = 4 * kBlockRays;      // rays across the half space: f/200 is two of them wide;
+constexpr int kEnoughOfFan = 12;          // if fewer pass on the axis,
+constexpr int kFinest = 64;               // rays get up to this many times denser
+constexpr int kCoarse = 16;               // points per side of a table's first grid (passing_table.cpp)
+constexpr double kLeastPlaces = 3;        // of them that the widest region must cover for the plane to be useful
 constexpr double kWithinReach = 0.95;
 
 }  // namespace
@@ -40,7 +40,7 @@ PupilSearch::PupilSearch(const Prescription& lens, const PlaceRange& range) : ra
   choose_plane(lens);
   const BackwardPath path = backward_path(Assembly(lens), {});
   const auto block = std::make_unique<RayBlock>();
-  // No place lies inside the lens, whatever the travel says.
+  // No point is inside the lens, whatever the travel.
   constexpr double kLeastGap_mm = 1e-3;
   range_.z_high = std::max(range_.z_high, last_z + kLeastGap_mm);
   const double low = std::max(range_.z_low, last_z + kLeastGap_mm);
@@ -49,16 +49,17 @@ PupilSearch::PupilSearch(const Prescription& lens, const PlaceRange& range) : ra
   samples_.resize(static_cast<std::size_t>(kRadii * kHeights));
   int fineness = 1, arrived = 0;
   const auto on_axis = [&] {
-    look(path, 0, (low + range_.z_high) / 2, fineness, *block, arrived);
+    probe_place(path, 0, (low + range_.z_high) / 2, fineness, *block, arrived);
     return arrived;
   };
   while (fineness < kFinest && on_axis() < kEnoughOfFan) fineness *= 4;
-  on_plane_ = true;  // as if nothing had been looked at
+  on_plane_ = true;  // discards what the probes above found
   widest_[0] = widest_[1] = 0;
   for (int height = 0; height < kHeights; ++height)
     for (int radius = 0; radius < kRadii; ++radius)
-      sample(radius, height) = look(path, radius * radius_step_, low + height * z_step_, fineness, *block, arrived);
-  // Polynomials bend pupils: what passes is told by directions at once.
+      sample(radius, height) =
+          probe_place(path, radius * radius_step_, low + height * z_step_, fineness, *block, arrived);
+  // Polynomials distort pupils: always use directions.
   for (const Element& element : lens.elements)
     for (const Face& face : element.faces) on_plane_ = on_plane_ && face.is_conic();
   for (const double width : widest_) on_plane_ = on_plane_ && width > kLeastPlaces * 2 * reach_ / kCoarse;
@@ -72,7 +73,7 @@ void PupilSearch::choose_plane(const Prescription& lens) {
   const double pupil_from_image = lens.image_z_mm - data.exit_pupil_z;
   if (pupil_from_image > 0 && pupil_from_image < kFarPupil * data.image_distance) {
     plane_z_ = data.exit_pupil_z;
-    // Pupils grow off the axis and with tilts; twice the paraxial radius holds them with room to spare.
+    // Pupils grow off the axis and with tilts; twice the paraxial radius contains them with a margin.
     reach_ = std::fabs(data.exit_pupil_diameter);
   } else {
     plane_z_ = last.z_mm;
@@ -80,12 +81,12 @@ void PupilSearch::choose_plane(const Prescription& lens) {
   }
 }
 
-bool PupilSearch::sees_light() const {
+bool PupilSearch::finds_light() const {
   return std::any_of(samples_.begin(), samples_.end(), [](const DirectionWindow& window) { return !window.empty; });
 }
 
-DirectionWindow PupilSearch::look(const BackwardPath& path, double radius, double z, int fineness, RayBlock& block,
-                                  int& arrived) {
+DirectionWindow PupilSearch::probe_place(const BackwardPath& path, double radius, double z, int fineness,
+                                         RayBlock& block, int& arrived) {
   const Vec3 place{radius, 0, z};
   std::array<double, kBlockRays> p{}, q{};
   std::array<bool, kBlockRays> passed{};
@@ -101,7 +102,7 @@ DirectionWindow PupilSearch::look(const BackwardPath& path, double radius, doubl
       plane[axis][1] = std::max(plane[axis][1], at[axis]);
     }
   };
-  // A fan in the plane of the axis, then fans across through a quarter, half and three quarters of what passes.
+  // A fan in the meridional plane, then sagittal fans at a quarter, half and three quarters of the passing range.
   double low = 1e300, high = -1e300;
   for (int first = 0; first < fan; first += kBlockRays) {
     for (int i = 0; i < kBlockRays; ++i) p[static_cast<std::size_t>(i)] = -1 + step * (first + i + 0.5);
@@ -120,7 +121,7 @@ DirectionWindow PupilSearch::look(const BackwardPath& path, double radius, doubl
   double widest = 0;
   for (const double share : {0.25, 0.5, 0.75}) {
     p.fill(low + share * (high - low));
-    // The other half is its mirror image. Narrow pupils are round: rays far across need not be as close.
+    // The other half is its mirror image. Narrow pupils are round: the fan need not be as wide.
     const int across = fineness == 1 ? fan / 2 : std::min(fan / 2, 16 * arrived + kBlockRays);
     for (int first = 0; first < across; first += kBlockRays) {
       for (int i = 0; i < kBlockRays; ++i) q[static_cast<std::size_t>(i)] = step * (first + i);
@@ -146,7 +147,7 @@ DirectionWindow PupilSearch::look(const BackwardPath& path, double radius, doubl
 DirectionWindow PupilSearch::window(const Vec3& place) const {
   const double u = std::sqrt(place.x * place.x + place.y * place.y) / radius_step_;
   const double w = z_step_ > 0 ? std::clamp((place.z - range_.z_low) / z_step_, 0.0, kHeights - 1.0) : 0;
-  // Of the samples around it, and of the next ones farther in: light ends somewhere between two of them.
+  // The hull of the surrounding samples and of the next ones inwards, since light ends between two samples.
   DirectionWindow hull;
   const int from = std::max(0, static_cast<int>(u) - 1), to = std::min(kRadii - 1, static_cast<int>(u) + 1);
   for (int radius = from; radius <= to; ++radius)

@@ -1,5 +1,5 @@
-// Where to look for the light of a place near the image: which directions pass the aperture stop of the lens as
-// designed, found by looking everywhere, once for a scene. Tables of lenses as built (passing_table.h) start from it.
+// Finds which directions pass the aperture stop of the lens as designed, for points near its image, by an exhaustive
+// scan, once per scene. Tables of lenses as built (passing_table.h) start from it.
 #pragma once
 
 #include <array>
@@ -11,13 +11,13 @@
 
 namespace relign::optics {
 
-// The box of places (lens coordinates, mm) that images may need.
+// The box of points (lens coordinates, mm) that images may need.
 struct PlaceRange {
   double half_width = 0;  // |x|, |y|
   double z_low = 0, z_high = 0;
 };
 
-// A box of direction cosines, seen from a place: away from the axis, and across. Light comes from -z.
+// A box of direction cosines at a point: radial (away from the axis) and tangential. Light comes from -z.
 struct DirectionWindow {
   bool empty = true;
   std::array<double, 2> low{}, high{};
@@ -27,25 +27,26 @@ class PupilSearch {
  public:
   PupilSearch(const Prescription& lens, const PlaceRange& range);
 
-  // Whether one plane tells regions of all places apart: that of the paraxial exit pupil, or of the last vertex where
-  // the pupil is far away. Then every ray that passes crosses the plane within `reach` of the axis. A phone lens has
-  // no such plane: its pupils move and swell with the field, and regions are told in direction cosines.
+  // Whether the regions of all points can be described on one plane: that of the paraxial exit pupil, or of the last
+  // vertex if the pupil is far away. Every passing ray then crosses the plane within `reach` of the axis. A phone lens
+  // has no such plane, since its pupil moves and grows with the field: its regions are in direction cosines.
   bool on_plane() const { return on_plane_; }
   double plane_z() const { return plane_z_; }
   double reach() const { return reach_; }
   const PlaceRange& range() const { return range_; }
-  // Whether anything passes from anywhere: not where the stop is shut, or opens to less than about f/10000.
-  bool sees_light() const;
-  // What passes from places as far from the axis, and some more; empty where nothing passes near by.
+  // Whether any ray passes; false if the stop is closed or smaller than about f/10000.
+  bool finds_light() const;
+  // The directions that pass at points this far from the axis, with a margin; empty if none passes nearby.
   DirectionWindow window(const Vec3& place) const;
 
  private:
   static constexpr int kRadii = 33, kHeights = 3;
 
   void choose_plane(const Prescription& lens);
-  // From the place (radius, 0, z); also whether its rays keep to the plane.
-  // `fineness`: how many times finer than usual rays lie side by side. `arrived`: how many rays of the fan passed.
-  DirectionWindow look(const BackwardPath& path, double radius, double z, int fineness, RayBlock& block, int& arrived);
+  // Scans the directions at (radius, 0, z) and clears on_plane_ if rays exceed the plane's reach. `fineness`: how many
+  // times denser than usual. `arrived`: rays of the fan that passed.
+  DirectionWindow probe_place(const BackwardPath& path, double radius, double z, int fineness, RayBlock& block,
+                              int& arrived);
   DirectionWindow& sample(int radius, int height) {
     return samples_[static_cast<std::size_t>(height * kRadii + radius)];
   }
@@ -58,7 +59,8 @@ class PupilSearch {
   std::vector<DirectionWindow> samples_;
 };
 
-// Whether rays from a place pass everything up to the aperture stop, by direction cosines; `count` a multiple of 16.
+// Whether rays from a point with these direction cosines pass everything up to the aperture stop; `count` a multiple of
+// 16.
 void probe_directions(const BackwardPath& path, const Vec3& place, const double* p, const double* q, int count,
                       bool* passed, RayBlock& block);
 

@@ -1,8 +1,8 @@
 // Blocks of rays for images: float, structure of arrays, one operation at a time over the block.
 //
-// What it is for: millions of rays a second. For golden rays and first-order data use trace.h
-// (double). A ray carries a margin: the smallest distance from any edge it met, as a squared length
-// or a discriminant; it passed everything if and only if its margin stayed positive.
+// For images: millions of rays per second. For golden rays and first-order data use trace.h (double). A ray carries a
+// margin: the smallest distance from any edge so far, as a squared length or a discriminant. A ray passed everything if
+// and only if its margin is positive.
 //
 // This header is compiled for several instruction sets: plain data only, no inline functions.
 #pragma once
@@ -19,10 +19,10 @@ struct alignas(64) RayBlock {
   // Position relative to the current origin (mm) and direction cosines.
   float x[kBlockRays], y[kBlockRays], z[kBlockRays];
   float lx[kBlockRays], ly[kBlockRays], lz[kBlockRays];
-  // Transmittance so far = above / below^2; margin as said above.
+  // Transmittance so far = above / below^2; margin as described above.
   float above[kBlockRays], below[kBlockRays], margin[kBlockRays];
-  // Random 32-bit words that a ray starts from: place in the pixel (two), direction (two), die.
-  std::uint32_t u0[kBlockRays], u1[kBlockRays], u2[kBlockRays], u3[kBlockRays], die[kBlockRays];
+  // Random 32-bit words of a ray: position in the pixel (two), direction (two), Russian roulette.
+  std::uint32_t u0[kBlockRays], u1[kBlockRays], u2[kBlockRays], u3[kBlockRays], roulette[kBlockRays];
   // Lower left corner of each ray's pixel, relative to the tile's centre (mm).
   float pixel_x[kBlockRays], pixel_y[kBlockRays];
   // Result: radiance seen, 0 where the ray was lost.
@@ -31,9 +31,9 @@ struct alignas(64) RayBlock {
 
 constexpr int kEvenTerms = 16, kOddTerms = 8;  // at most: r^2 to r^32, r^3 to r^17
 
-// One thing a ray meets on its way from the sensor to the emitter (it travels towards -z).
+// One operation on rays on their way from the sensor to the emitter (they travel towards -z).
 struct Op {
-  // face: a sphere or plane; asphere: a conic, with or without an even polynomial on top.
+  // face: a sphere or plane; asphere: a conic, with or without a polynomial.
   enum Kind : std::int32_t { frame, shift, face, asphere, stop, bore };
   Kind kind;
   // frame: rotation (row-major) and translation, p' = R p + t. shift: t only.
@@ -47,24 +47,23 @@ struct Op {
   float index_ratio;    // before / after
   float clear_radius2;  // face, stop, bore: square of the radius that lets light through
   // asphere: 1 + k; the polynomial's terms over q = (r / shape radius)^2, in mm: of q, q^2, ... and of q^1.5, q^2.5,
-  // ...; whether the even ones are over the conic's root s (face_shape.h). The terms describe the face up to
-  // shape_radius, where it keeps the bounds of face_shape.h.
+  // ...; whether the even ones are over the conic's root s (face_shape.h). Terms and bounds (face_shape.h) hold up to
+  // shape_radius.
   float conic_plus_1;
   float shape_radius, per_shape_radius2;
   std::int32_t even_terms, odd_terms, over_root;
   float even[kEvenTerms], odd[kOddTerms];
   float lowest, highest, steepest, most_bent;
-  float near_vertex, near_curvature, near_conic_plus_1;  // a conic that steps begin from
-  const FaceRings* rings;                                // of a face with a polynomial; kept by the path
+  float near_vertex, near_curvature, near_conic_plus_1;  // the conic that steps start from
+  const FaceRings* rings;                                // of a face with a polynomial; owned by the path
 };
 
-// How far along its direction a ray first passes through an asphere within its shape radius, as light travels; in
-// double, and sure to find it. False when it does not. p: relative to the vertex. For rays that the kernels' own steps
-// do not settle.
-bool meet_asphere_exactly(const Op& op, const float (&p)[3], const float (&l)[3], float& t);
+// Distance along a ray to its first intersection with an asphere within the shape radius, in double; finds it for
+// certain. False on a miss. p: relative to the vertex. For rays whose Newton steps in the kernels prove nothing.
+bool intersect_asphere_exactly(const Op& op, const float (&p)[3], const float (&l)[3], float& t);
 
-// Uniform directions in an ellipse of direction cosines whose centre moves with the place on the
-// sensor: (p, q) = centre + slope (x, y) + axes (unit disc). p, q along world x, y; light comes from -z.
+// Uniform directions in an ellipse of direction cosines whose centre moves with the position on the sensor: (p, q) =
+// centre + slope (x, y) + axes (unit disc). p, q along world x, y; light comes from -z.
 struct TileStart {
   float pixel_pitch_x, pixel_pitch_y;  // mm, signed as x and y grow with column and row
   float centre[2];
@@ -94,33 +93,34 @@ struct EmitterPlane {
   // first, or two in the second, give the four texels of a bilinear value.
   const std::uint16_t* texels_8_bit;
   const std::uint32_t* texels_16_bit;
-  // Added to a place in texels: -0.5; 0.5 where the bitmap's outermost texels are a frame around the square.
+  // Added to a position in texels: -0.5; 0.5 if the bitmap's outermost texels are a frame around the square.
   float texel_offset = -0.5F;
 };
 
 struct BlockKernels {
   const char* name;
-  // u0..u3 from Philox4x32-10: counter (sample[i], pixel[i], stream, 0), key; die from their lower bytes.
-  // count a multiple of 16, as everywhere here.
+  // u0..u3 from Philox4x32-10: counter (sample[i], pixel[i], stream, 0), key; roulette from their lower bytes. count a
+  // multiple of 16, as everywhere here.
   void (*philox)(RayBlock& block, const std::uint32_t* pixel, const std::uint32_t* sample, std::uint32_t stream,
                  std::uint32_t key0, std::uint32_t key1, int count);
-  // Starts rays on the sensor from u0..u3 (place in the pixel, direction in the ellipse); above = below = 1.
+  // Starts rays on the sensor from u0..u3 (position in the pixel, direction in the ellipse); above = below = 1.
   void (*start_in_ellipse)(RayBlock& block, const TileStart& tile, int count);
   // The same with directions uniform on the whole unit disc (cosine-weighted hemisphere).
   void (*start_in_hemisphere)(RayBlock& block, const TileStart& tile, int count);
   void (*trace)(RayBlock& block, const Op* ops, int op_count, bool fresnel, int count);
-  // Moves rays to the emitter's plane and looks its radiance up; x, y become the hit's.
+  // Moves rays to the emitter's plane and looks up its radiance; x, y become those of the hit.
   void (*look_up)(RayBlock& block, const EmitterPlane& emitter, int count);
   // radiance *= above / below^2.
   void (*apply_transmittance)(RayBlock& block, int count);
-  // counts[i] = how many of the rising thresholds words[i] reaches; count a multiple of 16.
+  // counts[i] = number of the ascending thresholds that words[i] reaches.
   void (*count_reached)(const std::uint32_t* words, const std::uint32_t* thresholds, int levels, std::uint32_t* counts,
                         int count);
-  // Fresnel and roulette by dice: radiance stays where die * below^2 * bound < above (die in [0, 1)).
-  void (*play_dice)(RayBlock& block, float bound, int count);
-  // Rays `first` to first + count of equal runs, one run a pixel: owner = which run, sample = place in it.
+  // Russian roulette on the transmittance: radiance stays where r * below^2 * bound < above, with r in [0, 1) from the
+  // roulette word; else 0.
+  void (*play_roulette)(RayBlock& block, float bound, int count);
+  // Rays `first` to first + count of runs of equal length, one run per pixel: owner = run, sample = position in it.
   void (*equal_runs)(std::uint32_t* owner, std::uint32_t* sample, std::uint32_t first, int length, int count);
-  // pixel_x, pixel_y and the number in the frame, of each ray's owner: a place in a box of pixels, row by row.
+  // pixel_x, pixel_y and the frame's pixel number of each ray's owner, an index into a box of pixels, row by row.
   void (*take_pixels)(RayBlock& block, const TileStart& tile, const PixelPlaces& places, const std::uint32_t* owner,
                       std::uint32_t* number, int count);
   // u0..u3 = shift[k][owner] + sample * step[k]: a lattice, shifted for each pixel.
@@ -141,8 +141,8 @@ namespace avx512 {
 const BlockKernels& kernels();
 }
 
-// The fastest set this processor has. RELIGN_ISA=generic|avx2|avx512 in the environment chooses a
-// slower one (for tests; what the processor lacks is refused).
+// The fastest set this processor has. RELIGN_ISA=generic|avx2|avx512 in the environment chooses a slower one (for
+// tests; throws if the processor lacks it).
 const BlockKernels& block_kernels();
 // By name; null when the processor cannot run it.
 const BlockKernels* block_kernels(const char* name);

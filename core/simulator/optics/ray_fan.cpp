@@ -8,12 +8,12 @@
 namespace relign::optics {
 namespace {
 
-constexpr int kHalfScan = 1000;   // heights looked at on either side of the axis
-constexpr double kScanReach = 3;  // as far as so many of the largest clear radii
+constexpr int kHalfScan = 1000;   // heights scanned on either side of the axis
+constexpr double kScanReach = 3;  // range of the scan, in largest semi-diameters
 constexpr int kBisections = 40;
-constexpr double kFarStart = 1;  // largest clear radii between first vertex and start
+constexpr double kFarStart = 1;  // largest semi-diameters between first vertex and start
 
-// Rays of one object point by the height at which they aim in the pupil's plane.
+// Rays of one object point, by their height in the pupil's plane.
 class Pencil {
  public:
   Pencil(const Assembly& assembly, double field_deg, std::optional<double> object_z_mm)
@@ -32,7 +32,7 @@ class Pencil {
       ray.start.start = {0, -tangent * (pupil_z_ - *object_z_), *object_z_};
       ray.start.direction = Vec3{0, height, pupil_z_} - ray.start.start;
     } else {
-      // Far enough in front for elements that sit tilted.
+      // Far enough in front for tilted elements.
       const double start_z = std::min(pupil_z_, 0.0) - kFarStart * radius_;
       ray.start.start = {0, height - tangent * (pupil_z_ - start_z), start_z};
       ray.start.direction = {0, field_.sine, field_.cosine};
@@ -81,7 +81,7 @@ std::vector<FanRay> ray_fan(const Assembly& assembly, double field_deg, std::opt
   std::vector<FanRay> fan;
   for (int i = 0; i < count; ++i) {
     const double share = count == 1 ? 0.5 : static_cast<double>(i) / (count - 1);
-    // Exact at both ends: what bisection found there passes, its neighbours need not.
+    // Exact at both ends, which pass by bisection; their neighbours need not.
     FanRay ray = pencil.at((1 - share) * low + share * high);
     if (ray.traced.passed) fan.push_back(std::move(ray));
   }

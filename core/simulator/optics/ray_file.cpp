@@ -24,11 +24,11 @@ std::vector<RayRequest> read_rays(const JsonSource& source, const Prescription& 
     ObjectReader reader(source, "/rays/" + std::to_string(i), problems);
     RayRequest request;
     for (const char* key : {"start_mm", "direction"})
-      if (!reader.has(key)) reader.complain("", std::string("the key \"") + key + "\" is missing (three numbers)");
+      if (!reader.has(key)) reader.complain("", std::string("the key '") + key + "' is missing (three numbers)");
     request.ray.start = to_vector(reader.numbers("start_mm", 3, {0, 0, 0}));
     request.ray.direction = to_vector(reader.numbers("direction", 3, {0, 0, 1}));
     if (!(dot(request.ray.direction, request.ray.direction) > 0))
-      reader.complain("direction", "the direction has no length");
+      reader.complain("direction", "the direction must not be zero");
     for (const char* ignored : {"hits_mm", "image_mm", "exit_direction", "lost_at"}) reader.get(ignored);
     if (reader.get("elements")) {
       try {

@@ -17,7 +17,7 @@ struct RayRequest {
   Ray ray;
 };
 
-// Throws Error(bad_input) with every mistake. Members that a traced file has are allowed and ignored.
+// Throws Error(bad_input) that lists every mistake. Ignores the members that traced_to_json() adds.
 std::vector<RayRequest> read_rays(const JsonSource& source, const Prescription& lens);
 
 Json traced_to_json(const RayRequest& request, const TracedRay& traced);

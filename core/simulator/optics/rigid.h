@@ -22,7 +22,7 @@ inline Vec3 unit(const Vec3& a) { return (1 / std::sqrt(dot(a, a))) * a; }
 // Row-major rotation.
 using Rotation = std::array<double, 9>;
 
-inline constexpr Rotation kNoRotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+inline constexpr Rotation kIdentityRotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
 inline Vec3 turn(const Rotation& r, const Vec3& v) {
   return {r[0] * v.x + r[1] * v.y + r[2] * v.z, r[3] * v.x + r[4] * v.y + r[5] * v.z,
@@ -50,13 +50,13 @@ inline Rotation rotation_of_degrees(double rx, double ry, double rz = 0) {
 
 // p_outer = rotation * p_inner + translation.
 struct Motion {
-  Rotation rotation = kNoRotation;
+  Rotation rotation = kIdentityRotation;
   Vec3 translation;
 
   Vec3 point(const Vec3& inner) const { return turn(rotation, inner) + translation; }
   Vec3 direction(const Vec3& inner) const { return turn(rotation, inner); }
-  bool is_shift() const { return rotation == kNoRotation; }
-  bool is_nothing() const { return is_shift() && translation.x == 0 && translation.y == 0 && translation.z == 0; }
+  bool is_shift() const { return rotation == kIdentityRotation; }
+  bool is_identity() const { return is_shift() && translation.x == 0 && translation.y == 0 && translation.z == 0; }
 };
 
 // p_outer = pivot + Rx Ry (p_inner - pivot) + shift, tilt = {rx, ry} in degrees.

@@ -11,8 +11,8 @@
 namespace relign::optics {
 namespace {
 
-// A ray on its way, in lens coordinates.
-struct Travelling {
+// A ray in lens coordinates.
+struct RayState {
   Vec3 at;
   Vec3 direction;  // unit
   double transmittance = 1;
@@ -26,15 +26,15 @@ std::string face_name(const Element& element, std::size_t face) {
   return element.name + " face " + std::to_string(face + 1);
 }
 
-// Returns what stopped the ray, or empty.
-std::string refract(Travelling& ray, const Face& face, const FaceBounds& bounds, double index_before,
+// Returns the reason why the ray is lost, or empty.
+std::string refract(RayState& ray, const Face& face, const FaceBounds& bounds, double index_before,
                     const Motion& placement, Apertures apertures, double stop_radius, Vec3& hit_in_lens) {
   const Motion into = inverse(placement);
   const Vec3 p = into.point(ray.at) - Vec3{0, 0, face.z_mm};
   const Vec3 l = into.direction(ray.direction);
-  const std::optional<FacePoint> met = meet(face, bounds, p, l);
+  const std::optional<FacePoint> met = intersect(face, bounds, p, l);
   if (!met)
-    return apertures == Apertures::mesh && !face.is_conic() ? "misses the face within its clear radius"
+    return apertures == Apertures::mesh && !face.is_conic() ? "misses the face within its clear aperture"
                                                             : "misses the face";
   const Vec3 normal = index_before < 0 ? -1.0 * met->normal : met->normal;  // along the light
   const double cosine = dot(l, normal);
@@ -42,9 +42,9 @@ std::string refract(Travelling& ray, const Face& face, const FaceBounds& bounds,
   const Vec3& hit = met->at;
   if (apertures != Apertures::none) {
     const double clear = face.clear_radius(apertures);
-    if (hit.x * hit.x + hit.y * hit.y > clear * clear) return "outside the clear radius";
+    if (hit.x * hit.x + hit.y * hit.y > clear * clear) return "outside the clear aperture";
   }
-  if (hit.x * hit.x + hit.y * hit.y > stop_radius * stop_radius) return "outside the opening of the stop on it";
+  if (hit.x * hit.x + hit.y * hit.y > stop_radius * stop_radius) return "outside the opening of its stop";
   const double before = std::fabs(index_before), behind = std::fabs(face.index_after), ratio = before / behind;
   const double refracted = 1 - ratio * ratio * (1 - cosine * cosine);
   if (!(refracted > 0)) return "total reflection";
@@ -61,24 +61,24 @@ std::string refract(Travelling& ray, const Face& face, const FaceBounds& bounds,
   return "";
 }
 
-Vec3 at_plane(const Travelling& ray, double z) { return ray.at + ((z - ray.at.z) / ray.direction.z) * ray.direction; }
+Vec3 at_plane(const RayState& ray, double z) { return ray.at + ((z - ray.at.z) / ray.direction.z) * ray.direction; }
 
 }  // namespace
 
 TracedRay trace(const Assembly& assembly, const Ray& start, Apertures apertures) {
   const Prescription& lens = assembly.lens();
   TracedRay result;
-  Travelling ray{start.start, unit(start.direction)};
+  RayState ray{start.start, unit(start.direction)};
   if (!(ray.direction.z > 0)) {
-    result.lost_at = "the start: the ray does not travel towards +z";
+    result.lost_at = "the start: the ray must travel towards +z";
     return result;
   }
-  const auto looked_at = [&](const Stop& stop) {
+  const auto blocks_rays = [&](const Stop& stop) {
     return apertures == Apertures::mesh || (apertures == Apertures::listing && stop.in_listing);
   };
   const auto pass_stops_before = [&](std::size_t face) -> bool {
     for (const Stop& stop : lens.stops) {
-      if (stop.on_face || !looked_at(stop) || lens.faces_before(stop) != face) continue;
+      if (stop.on_face || !blocks_rays(stop) || lens.faces_before(stop) != face) continue;
       const Vec3 hit = at_plane(ray, stop.z_mm);
       if (hit.x * hit.x + hit.y * hit.y > stop.opening_radius_mm * stop.opening_radius_mm) {
         result.lost_at = stop.name + ": outside the opening";
@@ -90,7 +90,7 @@ TracedRay trace(const Assembly& assembly, const Ray& start, Apertures apertures)
   const auto stop_on = [&](std::size_t face) {
     double radius = 1e300;
     for (const Stop& stop : lens.stops)
-      if (stop.on_face && looked_at(stop) && *stop.before_face == face)
+      if (stop.on_face && blocks_rays(stop) && *stop.before_face == face)
         radius = std::min(radius, stop.opening_radius_mm);
     return radius;
   };
@@ -134,10 +134,10 @@ Ray chief_ray(const Prescription& lens, double field_deg) {
 double distortion(const Prescription& lens, double field_deg) {
   const TracedRay traced = trace(Assembly(lens), chief_ray(lens, field_deg), Apertures::none);
   if (!traced.passed)
-    throw Error(ErrorKind::bad_input, "no chief ray passes '" + lens.name + "' at " + shortest(field_deg) +
-                                          " degrees: it is lost at the " + traced.lost_at);
-  // The paraxial chief ray leaves the exit pupil's centre; it meets the focal plane at f tan(field)
-  // and the image plane in proportion to the distances.
+    throw Error(ErrorKind::bad_input, "the chief ray at " + shortest(field_deg) + " degrees does not pass '" +
+                                          lens.name + "': " + traced.lost_at);
+  // The paraxial chief ray leaves the centre of the exit pupil; it crosses the focal plane at f tan(field) and the
+  // image plane in proportion to the distances.
   const FirstOrder data = first_order(lens);
   const SineCosine field = sine_cosine_of_degrees(field_deg);
   const double last = lens.elements.back().faces.back().z_mm;

@@ -1,4 +1,4 @@
-// The float blocks against the double tracer, and every instruction set against the others.
+// The float block kernels against the double tracer, and all instruction sets against each other.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -53,7 +53,7 @@ Returning returning_rays(const Assembly& assembly, const Motion& lens_to_world) 
   return rays;
 }
 
-// Rays of the double tracer, sent back: they must return to where they came from.
+// Rays of the double tracer, reversed: they must return to their start.
 Errors errors_of_return(const Assembly& assembly) {
   const Motion lens_to_world{rotation_of_degrees(3, -2), {0.4, -0.3, 0.2}};
   Returning rays = returning_rays(assembly, lens_to_world);
@@ -68,7 +68,7 @@ Errors errors_of_return(const Assembly& assembly) {
     const double error = std::hypot(block.lx[i] / block.lz[i] - d.x / d.z, block.ly[i] / block.lz[i] - d.y / d.z);
     sum += error * error;
     errors.worst_tangent = std::max(errors.worst_tangent, error);
-    // The ray's line passes the start: its place at the start's height.
+    // The ray's position at the z of the start.
     const Vec3 start = lens_to_world.point(forward.start);
     const double t = (start.z - block.z[i]) / block.lz[i];
     errors.worst_mm = std::max(
@@ -81,27 +81,27 @@ Errors errors_of_return(const Assembly& assembly) {
   return errors;
 }
 
-TEST(BlockKernels, ReturnTheRaysOfTheDoubleTracer) {
+TEST(BlockKernels, MatchDoubleTracer) {
   const Errors errors = errors_of_return(Assembly(relign_od(), some_offsets()));
   EXPECT_LT(errors.rms_tangent, 2e-6) << "object tangent";
   EXPECT_LT(errors.worst_tangent, 1e-5);
   EXPECT_LT(errors.worst_mm, 2e-5);
 }
 
-TEST(BlockKernels, ReturnThemThroughConicsAndAspheres) {
+TEST(BlockKernels, MatchDoubleTracerOnConicsAndAspheres) {
   const Errors errors = errors_of_return(Assembly(aspheric_relign_od(), some_offsets()));
   EXPECT_LT(errors.rms_tangent, 2e-6) << "object tangent";
   EXPECT_LT(errors.worst_tangent, 1e-5);
   EXPECT_LT(errors.worst_mm, 2e-5);
 }
 
-// A stop in front of a convex face, behind its vertex: its rim is in the air, the glass bulges through its opening.
-TEST(BlockKernels, StopTheSameRaysBeforeABulge) {
-  const Prescription lens = read_prescription(JsonSource::from_text(R"({"format": 1, "name": "bulge", "image_z_mm": 52,
+// A stop in front of a convex face but behind its vertex: its rim is in air, the face protrudes through its opening.
+TEST(BlockKernels, StopTheSameRaysInFrontOfConvexFace) {
+  const Prescription lens = read_prescription(JsonSource::from_text(R"({"format": 1, "name": "convex", "image_z_mm": 52,
     "elements": [{"name": "L1", "faces": [{"z_mm": 0, "radius_mm": 50, "index_after": 1.5, "clear_radius_mm": 12},
                                           {"z_mm": 4, "radius_mm": -50, "clear_radius_mm": 12}]}],
     "stops": [{"name": "stop", "z_mm": 0.6, "opening_radius_mm": 8, "aperture": true}]})",
-                                                                    "bulge.json"));
+                                                                    "convex.json"));
   const Assembly assembly(lens);
   const BackwardPath path = backward_path(assembly, {});
   auto block = std::make_unique<RayBlock>();
@@ -130,7 +130,7 @@ TEST(BlockKernels, StopTheSameRaysBeforeABulge) {
   EXPECT_GT(lost, 3);
 }
 
-// Lost rays too: whatever the numbers become, they become the same.
+// Includes lost rays: their values must be the same too.
 TEST(BlockKernels, EveryInstructionSetGivesTheSameBits) {
   const Assembly assembly(aspheric_relign_od(), some_offsets());
   Returning rays = returning_rays(assembly, {});
@@ -164,7 +164,7 @@ TEST(BlockKernels, EveryInstructionSetGivesTheSameBits) {
 }
 
 // Normal incidence on the axis: product of 4 n / (n + 1)^2.
-TEST(BlockKernels, FresnelOnTheAxis) {
+TEST(BlockKernels, MatchFresnelOnTheAxis) {
   const Assembly assembly(relign_od());
   const BackwardPath path = backward_path(assembly, {});
   auto block = std::make_unique<RayBlock>();
@@ -185,7 +185,7 @@ TEST(BlockKernels, FresnelOnTheAxis) {
   EXPECT_NEAR(block->above[0] / (block->below[0] * block->below[0]), expected, 2e-6);
 }
 
-TEST(BlockKernels, PhiloxIsPhilox) {
+TEST(BlockKernels, PhiloxMatchesReference) {
   auto block = std::make_unique<RayBlock>();
   std::uint32_t pixel[kBlockRays], sample[kBlockRays];
   for (std::uint32_t i = 0; i < kBlockRays; ++i) {
@@ -206,7 +206,7 @@ TEST(BlockKernels, PhiloxIsPhilox) {
   }
 }
 
-TEST(BlockKernels, DirectionsFillTheDiscEvenly) {
+TEST(BlockKernels, DirectionsAreUniformOnTheDisc) {
   auto block = std::make_unique<RayBlock>();
   TileStart tile{};
   tile.rotation[0] = tile.rotation[4] = tile.rotation[8] = 1;

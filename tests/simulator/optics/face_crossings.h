@@ -1,4 +1,5 @@
-// Where rays meet polynomial faces, by looking everywhere: what face_shape.h and the block kernels are held against.
+// Intersections of rays with polynomial faces by exhaustive search: the reference for face_shape.h and the block
+// kernels.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -16,7 +17,7 @@
 
 namespace relign::optics {
 
-// The first crossing within the clear radius by looking in `places` of the line, then bisection: nothing but sag().
+// The first crossing within the semi-diameter, by `places` samples of the line and bisection; uses only sag().
 inline std::optional<double> first_crossing(const Face& face, const Vec3& p, const Vec3& l, int places = 2000) {
   const double across = l.x * l.x + l.y * l.y, along = p.x * l.x + p.y * l.y, radius = face.clear_radius_mm;
   const double discriminant = along * along - across * (p.x * p.x + p.y * p.y - radius * radius);
@@ -46,7 +47,7 @@ inline std::optional<double> first_crossing(const Face& face, const Vec3& p, con
 struct Crossings {
   long hits = 0, misses = 0;
   long several = 0;    // rays that pass through the face more than once
-  long grazing = 0;    // hits before what the places showed: in and out between two of them
+  long grazing = 0;    // earlier hits than sampled: entry and exit between two samples
   long shallow = 0;    // hits that rounding of the sag moves by more than 1e-12 mm along the face
   long in_blocks = 0;  // rays that blocks were compared for
 };
@@ -58,7 +59,7 @@ inline void steep_ray(Random& random, const Face& face, double way, Vec3& p, Vec
   p = {random.uniform(-side, side), random.uniform(-side, side), random.uniform(-0.5, 0.5) * face.clear_radius_mm};
 }
 
-// No hit is lost and none is found that is not there, to 1e-12 mm. Stops at the first mistake.
+// Checks that intersect() finds every hit and no others, to 1e-12 mm. Stops at the first mistake.
 inline void compare_with_bisection(const Face& face, int rays, std::uint64_t seed, const std::string& what,
                                    Crossings& sum) {
   const FaceBounds bounds = bounds_of(face, face.clear_radius_mm);
@@ -67,8 +68,8 @@ inline void compare_with_bisection(const Face& face, int rays, std::uint64_t see
     Vec3 p, l;
     steep_ray(random, face, i % 2 == 0 ? 1 : -1, p, l);
     const std::optional<double> expected = first_crossing(face, p, l);
-    const std::optional<FacePoint> met = meet(face, bounds, p, l);
-    // Between two of the places looked at a ray may pass in and out: a hit that is there all the same, and first.
+    const std::optional<FacePoint> met = intersect(face, bounds, p, l);
+    // Between two samples a ray may enter and leave: an additional, earlier hit.
     if (met && (!expected || dot(met->at - p, l) < *expected - 1e-9)) {
       const double r = std::hypot(met->at.x, met->at.y);
       ASSERT_LT(std::fabs(met->at.z - sag(face, r)), 1e-12) << what << ", ray " << i;
@@ -89,14 +90,14 @@ inline void compare_with_bisection(const Face& face, int rays, std::uint64_t see
       ASSERT_LT(apart, 1e-9) << what << ", ray " << i;
       ++sum.shallow;
     }
-    // Backwards along the same line the first crossing is the last of those.
-    const std::optional<FacePoint> last = meet(face, bounds, p, -1.0 * l);
+    // Backwards along the same line the first crossing is the last forwards.
+    const std::optional<FacePoint> last = intersect(face, bounds, p, -1.0 * l);
     sum.several += last && std::fabs(dot(last->at - met->at, l)) > 1e-6 ? 1 : 0;
   }
 }
 
-// The same of a block's operation with the bounds that it was made from, against meet(): what it takes for a hit must
-// be the first one, but for rays that graze the face or its rim as float sees it.
+// The same for a block operation with its bounds, against intersect(): its hits must be the first, except for rays that
+// graze the face or its rim within float precision.
 inline void compare_blocks(const BlockKernels& kernels, const Op& given, const Face& face, const FaceBounds& bounds,
                            int rays, std::uint64_t seed, const std::string& what, Crossings& sum) {
   Op op = given;
@@ -118,30 +119,30 @@ inline void compare_blocks(const BlockKernels& kernels, const Op& given, const F
     }
     kernels.trace(*block, &op, 1, false, kBlockRays);
     for (int i = 0; i < kBlockRays; ++i) {
-      const std::optional<FacePoint> met = meet(face, bounds, starts[i], ways[i]);
+      const std::optional<FacePoint> met = intersect(face, bounds, starts[i], ways[i]);
       const Vec3 at{static_cast<double>(block->x[i]), static_cast<double>(block->y[i]),
                     static_cast<double>(block->z[i])};
       const double rim = 1e-3 * radius;
       const double r = met ? std::hypot(met->at.x, met->at.y) : std::hypot(at.x, at.y);
-      // Coefficients of float move a violent face by up to 1e-4 radii: rays that meet it less deeply only touch it.
+      // Float coefficients shift a steep asphere by up to 1e-4 radii: shallower hits may be misses.
       const int ring = std::min(kRings - 1, static_cast<int>(std::min(1.0, r / radius) * kRings));
       const double grazing = std::max(0.02, std::sqrt(2e-4 * radius * bounds.rings->most_bent[ring]));
       if (met && (-dot(met->normal, ways[i]) < grazing || r > radius - rim)) continue;
       const bool hit = block->margin[i] > 0;
-      if (!met && hit) {  // beyond the rim, or a touch?
+      if (!met && hit) {  // beyond the rim, or grazing?
         const double found = std::hypot(at.x, at.y), slope_here = slope(face, found);
         const Vec3 normal =
             unit({-slope_here * at.x / std::max(found, 1e-12), -slope_here * at.y / std::max(found, 1e-12), 1});
         if (found > radius - rim || std::fabs(dot(normal, ways[i])) < grazing) continue;
       }
       ++sum.in_blocks;
-      ASSERT_EQ(hit, met.has_value()) << what << ", " << kernels.name << ", ray " << first + i << ": from " << starts[i].x
-                                      << ", " << starts[i].y << ", " << starts[i].z << " along " << ways[i].x << ", "
-                                      << ways[i].y << ", " << ways[i].z << ", at " << at.x << ", " << at.y << ", "
-                                      << at.z << ", clear radius " << radius;
+      ASSERT_EQ(hit, met.has_value()) << what << ", " << kernels.name << ", ray " << first + i << ": from "
+                                      << starts[i].x << ", " << starts[i].y << ", " << starts[i].z << " along "
+                                      << ways[i].x << ", " << ways[i].y << ", " << ways[i].z << ", at " << at.x << ", "
+                                      << at.y << ", " << at.z << ", semi-diameter " << radius;
       if (!met) continue;
       const Vec3 off = at - met->at;
-      // Newton's last step begins at 1e-4 radii off the face, which is more along a ray that grazes it.
+      // Newton's last step starts at up to 1e-4 radii from the face, which is more along a grazing ray.
       const double cosine = -dot(met->normal, ways[i]);
       ASSERT_LT(std::sqrt(dot(off, off)) * cosine, 2e-4 * radius)
           << what << ", " << kernels.name << ", ray " << first + i;

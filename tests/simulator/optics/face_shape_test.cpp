@@ -1,4 +1,4 @@
-// Conics and aspheres against what is known of them without tracing.
+// Conics and aspheres against closed forms and exhaustive search.
 #include "optics/face_shape.h"
 
 #include <gtest/gtest.h>
@@ -43,8 +43,8 @@ double worst_height_at_image(const Prescription& lens) {
   return worst;
 }
 
-// Collimated light leaving glass through a hyperboloid, k = -n^2, meets in one point (Descartes).
-TEST(FaceShape, AHyperboloidFocusesPerfectly) {
+// Collimated light that leaves glass through a hyperboloid, k = -n^2, converges to a point (Descartes).
+TEST(FaceShape, HyperboloidFocusesPerfectly) {
   const double n = 1.7;
   Prescription lens = body(conic(0, 0), conic(-8, -n * n), n);
   lens.image_z_mm = 10 + first_order(lens).back_focal_length;
@@ -53,9 +53,9 @@ TEST(FaceShape, AHyperboloidFocusesPerfectly) {
   EXPECT_GT(worst_height_at_image(lens), 0.01) << "a sphere does not";
 }
 
-// Collimated light entering glass through an ellipsoid, k = -1 / n^2, meets at its far focus: outside with a
-// concentric sphere behind.
-TEST(FaceShape, AnEllipsoidFocusesPerfectly) {
+// Collimated light that enters glass through an ellipsoid, k = -1 / n^2, converges to its far focus, also in air behind
+// a concentric sphere.
+TEST(FaceShape, EllipsoidFocusesPerfectly) {
   const double n = 1.6, radius = 9;
   const double focus = radius * n / (n - 1);
   const double back = focus - 10;
@@ -64,8 +64,8 @@ TEST(FaceShape, AnEllipsoidFocusesPerfectly) {
   EXPECT_LT(worst_height_at_image(lens), 1e-12);
 }
 
-// A sphere is a paraboloid and c^3 r^4 / 8 + c^5 r^6 / 16 + ...: the same rays to what the series leaves.
-TEST(FaceShape, APolynomialSaysASphere) {
+// A sphere equals a paraboloid plus c^3 r^4 / 8 + c^5 r^6 / 16 + ...: same rays within the truncation of the series.
+TEST(FaceShape, PolynomialMatchesSphere) {
   Prescription polynomial = relign_od();
   double largest = 0;
   for (Element& element : polynomial.elements)
@@ -96,8 +96,8 @@ TEST(FaceShape, APolynomialSaysASphere) {
   EXPECT_LT(largest, 1e-9);
 }
 
-// The point lies on the face, and the normal is the gradient there, whichever way the ray goes.
-TEST(FaceShape, PointsLieOnTheFace) {
+// The point is on the face and the normal is the gradient there, in either direction of the ray.
+TEST(FaceShape, IntersectionsAreOnTheFace) {
   Random random(8);
   for (const Element& element : aspheric_relign_od().elements)
     for (const Face& face : element.faces)
@@ -105,7 +105,7 @@ TEST(FaceShape, PointsLieOnTheFace) {
         const double way = i % 2 == 0 ? 1 : -1;
         const Vec3 l = unit({random.uniform(-0.4, 0.4), random.uniform(-0.4, 0.4), way});
         const Vec3 through{random.uniform(-1.5, 1.5), random.uniform(-1.5, 1.5), 0};
-        const auto met = meet(face, bounds_of(face, sound_radius(face)), through - 30 * l, l);
+        const auto met = intersect(face, bounds_of(face, valid_radius(face)), through - 30 * l, l);
         ASSERT_TRUE(met);
         const double r = std::hypot(met->at.x, met->at.y);
         EXPECT_NEAR(met->at.z, sag(face, r), 1e-11);
@@ -116,17 +116,17 @@ TEST(FaceShape, PointsLieOnTheFace) {
       }
 }
 
-TEST(FaceShape, MissesWhatIsNotThere) {
-  EXPECT_FALSE(meet(conic(3, 0), {}, {0, 3.1, -1}, {0, 0, 1}));
-  EXPECT_TRUE(meet(conic(3, 0), {}, {0, 2.9, -1}, {0, 0, 1}));
-  EXPECT_TRUE(meet(conic(3, -1), {}, {0, 3.1, -1}, {0, 0, 1})) << "a paraboloid goes on";
-  EXPECT_FALSE(meet(conic(3, 1), {}, {0, 2.9, -1}, {0, 0, 1})) << "an oblate ellipsoid ends before";
+TEST(FaceShape, ReportsMisses) {
+  EXPECT_FALSE(intersect(conic(3, 0), {}, {0, 3.1, -1}, {0, 0, 1}));
+  EXPECT_TRUE(intersect(conic(3, 0), {}, {0, 2.9, -1}, {0, 0, 1}));
+  EXPECT_TRUE(intersect(conic(3, -1), {}, {0, 3.1, -1}, {0, 0, 1})) << "a paraboloid has no end";
+  EXPECT_FALSE(intersect(conic(3, 1), {}, {0, 2.9, -1}, {0, 0, 1})) << "an oblate ellipsoid ends before";
   Face bent = conic(3, 0);
   bent.even_asphere = {1e-3};
-  EXPECT_FALSE(meet(bent, bounds_of(bent, sound_radius(bent)), {0, 3.1, -1}, {0, 0, 1}));
+  EXPECT_FALSE(intersect(bent, bounds_of(bent, valid_radius(bent)), {0, 3.1, -1}, {0, 0, 1}));
 }
 
-// A face as phone lenses have them: steep, bent back at the rim, with a polynomial that means nothing outside.
+// A face of a phone lens: steep, bent back at the rim, with a polynomial that diverges outside.
 Face gull_wing() {
   Face face;
   face.curvature = -0.35;
@@ -151,7 +151,7 @@ Face of_forbes() {
   return face;
 }
 
-// Violent: bent 300 / mm at the rim, hardly in the middle, with waves in between.
+// A steep asphere: a second derivative of 300 / mm at the rim, hardly any in the middle, waves in between.
 Face violent() {
   Face face;
   face.curvature = 0.4;
@@ -161,9 +161,9 @@ Face violent() {
   return face;
 }
 
-// No hit is lost and none is found that is not there: over steep rays from both sides, against bisection. By hand with
-// RELIGN_FULL=1 over ten million rays; 1e-12 mm.
-TEST(FaceShape, FindsTheFirstHitThatThereIs) {
+// Finds every hit and no others, for steep rays from both sides, against bisection; 1e-12 mm. By hand with
+// RELIGN_FULL=1 over ten million rays.
+TEST(FaceShape, FindsTheFirstHit) {
   const bool full = std::getenv("RELIGN_FULL") != nullptr;
   const int rays = full ? 2500000 : 4000;
   Crossings sum;
@@ -177,8 +177,8 @@ TEST(FaceShape, FindsTheFirstHitThatThereIs) {
   EXPECT_GT(sum.several, rays / 1000) << "rays that pass through a face more than once are among them";
 }
 
-// Blocks settle most rays by bounds of the face; none may be taken for a hit that is not the first.
-TEST(FaceShape, BlocksTakeNoLaterHit) {
+// Blocks accept most hits by bounds of the face; each must be the first.
+TEST(FaceShape, BlocksFindTheFirstHit) {
   const int rays = std::getenv("RELIGN_FULL") ? 4000000 : 40000;
   Crossings sum;
   std::uint64_t seed = 5;
@@ -198,8 +198,8 @@ TEST(FaceShape, BlocksTakeNoLaterHit) {
   EXPECT_GT(sum.in_blocks, 2 * rays);
 }
 
-// What rings promise, against their faces' own lines and bends.
-TEST(FaceShape, RingsHoldTheirFace) {
+// Checks the bounds of rings against samples of their faces.
+TEST(FaceShape, RingsBoundTheFace) {
   for (const Face& face : {gull_wing(), with_odd_terms(), of_forbes(), violent()}) {
     const FaceBounds bounds = bounds_of(face, face.clear_radius_mm);
     const FaceRings& rings = *bounds.rings;
@@ -224,7 +224,7 @@ TEST(FaceShape, RingsHoldTheirFace) {
 
 // Forbes's first terms, as he prints them: Q_0 = 1, Q_1 = (13 - 16 x) / sqrt(19), Q_2 = sqrt(2 / 95) (29 - 4 x (25 - 19
 // x)) of the mild ones; 1, -(5 - 6 x), 15 - 14 x (3 - 2 x) of the strong ones, x = u^2.
-TEST(FaceShape, ReadsForbesPolynomials) {
+TEST(FaceShape, ConvertsForbesPolynomials) {
   const double radius = 2.5;
   Face mild;
   mild.curvature = 0.1;
@@ -243,8 +243,8 @@ TEST(FaceShape, ReadsForbesPolynomials) {
 
 // A vendor's aspheric condenser (Thorlabs ASL5040-UV: R = 17.37 mm, k = -0.676, radius of the terms 27 mm, fused silica
 // 29.85 mm thick), which focuses 405 nm 19.687 mm behind its plane back. With Forbes's factor on the conic all rays
-// meet there; without it they miss by 0.2 mm, which shows that design programs have it.
-TEST(FaceShape, QbfsOnAConicFocusesAVendorsLens) {
+// converge there; without it they miss by 0.2 mm, which shows that design programs use it.
+TEST(FaceShape, QbfsOnConicFocusesVendorLens) {
   const double c = 0.05756078762782423, k = -0.6760912064040793, index = 1.4695918;
   const auto over_root =
       over_root_terms_of_q_bfs({-0.8148370167576, -0.32311, 0.10591, -0.05058, 0.00987, -0.0022}, 27);
@@ -275,8 +275,8 @@ TEST(FaceShape, QbfsOnAConicFocusesAVendorsLens) {
   EXPECT_GT(worst, 0.1);
 }
 
-// The vertex's sphere is what first order sees, whatever terms it is written in.
-TEST(FaceShape, FirstOrderSeesTheR2Term) {
+// First order depends on the curvature at the vertex, whatever terms it is made of.
+TEST(FaceShape, FirstOrderIncludesR2Term) {
   Prescription lens = body(conic(20, 0), conic(0, 0), 1.5);
   const double focal_length = first_order(lens).focal_length;
   Face& front = lens.elements[0].faces[0];

@@ -13,7 +13,7 @@
 namespace relign::optics {
 namespace {
 
-TEST(FirstOrder, HoldsEveryPrintedDigit) {
+TEST(FirstOrder, MatchesEveryDigitOfCodeV) {
   const FirstOrder data = first_order(relign_od());
   const double half = 0.5e-4;  // of the last printed digit
   EXPECT_NEAR(data.focal_length, 2.8950, half);
@@ -29,8 +29,8 @@ TEST(FirstOrder, HoldsEveryPrintedDigit) {
   EXPECT_NEAR(data.exit_pupil_from_last, -4.9663, half);
 }
 
-TEST(FirstOrder, AgreesWithTheIndependentDerivation) {
-  // Optiland's values in the scene's notes.
+TEST(FirstOrder, MatchesOptiland) {
+  // Values computed with Optiland, from the notes of the scene.
   const FirstOrder data = first_order(relign_od());
   EXPECT_NEAR(data.focal_length, 2.89501, 0.5e-5);
   EXPECT_NEAR(data.entrance_pupil_diameter, 1.37858, 0.5e-5);
@@ -39,14 +39,14 @@ TEST(FirstOrder, AgreesWithTheIndependentDerivation) {
   EXPECT_NEAR(data.exit_pupil_z - relign_od().image_z_mm, -8.41205, 0.5e-5);
 }
 
-TEST(FirstOrder, ThePublishedValuesInTheLensFileAreTheSame) {
+TEST(FirstOrder, MatchesPublishedValuesOfLensFile) {
   const std::map<std::string, double> ours = named_values(first_order(relign_od()));
   ASSERT_EQ(relign_od().published.size(), ours.size());
   for (const Published& published : relign_od().published)
     EXPECT_NEAR(published.value, ours.at(published.name), 0.5e-4) << published.name;
 }
 
-TEST(Distortion, AtFullField) {
+TEST(Distortion, MatchesCodeVAtFullField) {
   // CODE V prints -27.2 %; Optiland gave -27.18 %.
   EXPECT_NEAR(100 * distortion(relign_od(), 42.05), -27.18, 0.01);
   EXPECT_NEAR(distortion(relign_od(), 0.01), 0, 1e-6);

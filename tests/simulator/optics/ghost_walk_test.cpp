@@ -1,4 +1,4 @@
-// A walk that is refracted everywhere is the sequential trace; reflections obey their law; stops absorb.
+// GhostWalk: refraction at every face equals the sequential trace; reflections obey the law; stops absorb.
 #include "optics/ghost_walk.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ using Next = GhostWalk::Next;
 
 double distance(const Vec3& a, const Vec3& b) { return std::sqrt(dot(a - b, a - b)); }
 
-TEST(GhostWalk, RefractedEverywhereIsTheSequentialTrace) {
+TEST(GhostWalk, MatchesSequentialTraceWithoutReflections) {
   const Prescription& lens = relign_od();
   const Assembly assembly(lens, {{"L2", {{0.01, -0.02, 0.005}, {0.3, -0.2}}}, {"L4", {{0, 0.01, 0}, {-0.4, 0.1}}}});
   GhostWalk walk;
@@ -43,7 +43,7 @@ TEST(GhostWalk, RefractedEverywhereIsTheSequentialTrace) {
   EXPECT_GT(compared, 10);
 }
 
-// Normal incidence: ((n - 1) / (n + 1))^2 at every face, and a ray on the axis comes back the way it went.
+// Normal incidence: reflectance ((n - 1) / (n + 1))^2 at every face; a ray on the axis returns on its path.
 TEST(GhostWalk, ReflectsOnTheAxis) {
   const Prescription& lens = relign_od();
   GhostWalk walk;
@@ -65,8 +65,8 @@ TEST(GhostWalk, ReflectsOnTheAxis) {
   EXPECT_NEAR(ray.direction.z, 1, 1e-15);
 }
 
-// L1's back is nearly half a sphere: a ray that skims it comes back to it before it leaves the hollow.
-TEST(GhostWalk, MeetsAHollowFaceAgain) {
+// L1's back is nearly a hemisphere: a grazing ray hits its concave side again before it leaves.
+TEST(GhostWalk, HitsConcaveFaceTwice) {
   const Prescription& lens = relign_od();
   GhostWalk walk;
   walk.set(Assembly(lens));
@@ -83,15 +83,15 @@ TEST(GhostWalk, MeetsAHollowFaceAgain) {
   EXPECT_LT(met.at.x, 0) << "on the other side of the axis";
 }
 
-TEST(GhostWalk, StopsAndMountAbsorb) {
+TEST(GhostWalk, StopsAndBarrelAbsorb) {
   const Prescription& lens = relign_od();
   GhostWalk walk;
   walk.set(Assembly(lens));
   AtFace met;
-  // Between aperture stop and L1, a little too high for the front stop, which stands in the rim of L1's hollow.
+  // Between aperture stop and L1, slightly too high for the front stop, which is within the depth of L1's concave back.
   WalkingRay at_stop{{2.775, 0, 8}, {0, 0, -1}, 3, 0, false, -1};
   EXPECT_EQ(walk.advance(at_stop, met), Next::lost);
-  // Higher, the stop stands inside L1's glass.
+  // Higher, the stop is inside L1's glass.
   WalkingRay behind_glass{{3.2, 0, 8}, {0, 0, -1}, 3, 0, false, -1};
   ASSERT_EQ(walk.advance(behind_glass, met), Next::face);
   EXPECT_TRUE(met.is_edge);
@@ -105,7 +105,7 @@ TEST(GhostWalk, StopsAndMountAbsorb) {
   EXPECT_FALSE(walk.enter_from_image({5.2, 0, 20.7}, {0, 0, -1}, ray));
 }
 
-// A ray beside the clear aperture meets the ring at L4's rim, and enters the glass there.
+// A ray outside the clear aperture hits the ring at L4's rim and enters the glass there.
 TEST(GhostWalk, EdgesRefract) {
   const Prescription& lens = relign_od();
   GhostWalk walk;

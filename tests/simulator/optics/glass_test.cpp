@@ -28,14 +28,14 @@ std::string complaint(const std::string& text) {
   return all;
 }
 
-TEST(Glass, AtTheSodiumLines) {
+TEST(Glass, MatchesIndexAtTheSodiumLines) {
   const std::map<std::string, double> known = {
       {"N-BK7", 1.51672767}, {"N-SK16", 1.62031788}, {"N-LAK34", 1.72904046}, {"N-LASF44", 1.80404585}};
   for (const auto& [name, index] : known) EXPECT_NEAR(refractive_index(*find_glass(name), 589.3), index, 5e-9) << name;
 }
 
 // nd and Vd as the catalogue prints them, for every built-in glass.
-TEST(Glass, HoldsPrintedIndexAndDispersion) {
+TEST(Glass, MatchesPrintedIndexAndDispersion) {
   const std::map<std::string, std::pair<double, double>> printed = {
       {"F2", {1.62004, 36.37}},      {"K10", {1.50137, 56.41}},     {"LF5", {1.58144, 40.85}},
       {"N-BAF10", {1.67003, 47.11}}, {"N-BK7", {1.51680, 64.17}},   {"N-F2", {1.62005, 36.43}},
@@ -51,7 +51,7 @@ TEST(Glass, HoldsPrintedIndexAndDispersion) {
 }
 
 // nd and Vd as the vendors print them.
-TEST(Glass, HoldsTheVendorsCatalogues) {
+TEST(Glass, MatchesVendorCatalogues) {
   const std::map<std::string, std::pair<double, double>> printed = {
       {"BK7", {1.51680, 64.17}},    {"SF6", {1.80518, 25.43}},   {"S-FPL53", {1.43875, 94.93}},
       {"FCD1", {1.49700, 81.61}},   {"H-K9L", {1.51680, 64.20}}, {"H-LaK51A", {1.69680, 55.53}},
@@ -63,13 +63,13 @@ TEST(Glass, HoldsTheVendorsCatalogues) {
   }
   std::set<std::string> names;
   for (const std::string& name : glass_names()) {
-    EXPECT_TRUE(names.insert(name).second) << name << " stands twice";
+    EXPECT_TRUE(names.insert(name).second) << name << " is a duplicate";
     EXPECT_NO_THROW(refractive_index(*find_glass(name), kD)) << name;
   }
   EXPECT_GT(names.size(), 900U);
 }
 
-TEST(Glass, FindsNamesAsProgramsWriteThem) {
+TEST(Glass, FindsNameVariants) {
   const auto found = [](const std::string& name) {
     const Glass* glass = find_glass_like(name);
     return glass ? glass->name : "none";
@@ -84,7 +84,7 @@ TEST(Glass, FindsNamesAsProgramsWriteThem) {
   EXPECT_EQ(found("SFPL53_OHARA"), "S-FPL53");
   EXPECT_EQ(found("HLAK53A_CDGM"), "H-LaK53A");
   EXPECT_EQ(found("SK16_SCHOTT"), "SK16");
-  // The vendor decides between two glasses of one name; a vendor that has no such glass gives none.
+  // The vendor selects between two glasses of the same name; other vendors give none.
   EXPECT_EQ(found("F2"), "F2");
   EXPECT_EQ(found("F2_CDGM"), "F2_CDGM");
   EXPECT_EQ(found("N-BK7_OHARA"), "none");
@@ -93,8 +93,8 @@ TEST(Glass, FindsNamesAsProgramsWriteThem) {
   EXPECT_EQ(found(""), "none");
 }
 
-// One dispersion written in every formula that can say it: N-BK7's, or a Cauchy law.
-TEST(Glass, FormulasThatSayTheSameAgree) {
+// One dispersion expressed in every formula that can represent it: N-BK7's, or a Cauchy law.
+TEST(Glass, EquivalentFormulasAgree) {
   const Glass bk7 = *find_glass("N-BK7");
   const std::vector<double>& c = bk7.coefficients;
   const Glass six{"6", 6, {c[0], c[1], c[2], c[3], c[4], c[5]}};
@@ -136,7 +136,7 @@ TEST(Glass, FormulasThatSayTheSameAgree) {
               1.4 + 0.01 * l + 0.001 * l * l + 0.0222, 1e-14);
 }
 
-TEST(Glass, CodesAndNdVdGoThroughBoth) {
+TEST(Glass, CodesReproduceNdAndVd) {
   const auto short_code = glass_of_code("517642");
   ASSERT_TRUE(short_code);
   EXPECT_DOUBLE_EQ(refractive_index(*short_code, kD), 1.517);
@@ -149,8 +149,8 @@ TEST(Glass, CodesAndNdVdGoThroughBoth) {
     EXPECT_FALSE(glass_of_code(none)) << none;
 }
 
-// The paper's listing prints what its four fictitious glasses are at 589 nm.
-TEST(Glass, CodesOfThePapersListing) {
+// The paper's listing prints the indices of its four fictitious glasses at 589 nm.
+TEST(Glass, CodesMatchThePapersListing) {
   const std::map<std::string, double> listing = {{"487490.704058", 1.487439},
                                                  {"755201.275795", 1.755004},
                                                  {"754014.287340", 1.753825},
@@ -159,7 +159,7 @@ TEST(Glass, CodesOfThePapersListing) {
     EXPECT_NEAR(refractive_index(*glass_of_code(code), 589), index, 1e-5) << code;
 }
 
-TEST(Glass, MistakesAreNamed) {
+TEST(Glass, ReportsMistakes) {
   EXPECT_EQ(complaint(R"({"nd": 1.5, "vd": 60})"), "accepted");
   EXPECT_EQ(complaint(R"({"agf_formula": 2, "coefficients": [1, 0.01, 0.2, 0.02, 1, 100, 0, 0, 0, 0]})"), "accepted");
   EXPECT_THAT(complaint(R"({})"), HasSubstr("are missing"));

@@ -1,4 +1,4 @@
-// The double tracer against rays that Optiland traced: nominal, and with two elements off.
+// The double tracer against rays traced by Optiland: nominal, and with two displaced elements.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@ double distance(const Json& a, const Json& b) {
   return std::sqrt(sum);
 }
 
-TEST(GoldenRays, AgreeToTenDigits) {
+TEST(GoldenRays, MatchOptilandToTenDigits) {
   const auto source = JsonSource::from_file(std::string(RELIGN_TEST_DATA) + "/golden_rays_relign_od.json");
   const auto requests = read_rays(source, relign_od());
   ASSERT_EQ(requests.size(), 12u);
@@ -36,10 +36,10 @@ TEST(GoldenRays, AgreeToTenDigits) {
   EXPECT_LT(worst, 1e-10) << "mm";
 }
 
-// Lenses of catalogue glass; elements off by the file's own convention: Ry Rx about their front vertices.
+// Lenses of catalogue glass; element offsets in the file's convention: Ry Rx about their front vertices.
 class GoldenRaysOfDesigns : public testing::TestWithParam<std::string> {};
 
-TEST_P(GoldenRaysOfDesigns, AgreeToTenDigits) {
+TEST_P(GoldenRaysOfDesigns, MatchOptilandToTenDigits) {
   const auto source = JsonSource::from_file(std::string(RELIGN_TEST_DATA) + "/golden_rays_relign4.json");
   const Prescription lens =
       read_prescription(std::string(RELIGN_SOURCE_DIR) + "/plugins/scenes/lens_system/" + GetParam() + "/lens.json");
@@ -89,8 +89,8 @@ TEST_P(GoldenRaysOfDesigns, AgreeToTenDigits) {
 INSTANTIATE_TEST_SUITE_P(Designs, GoldenRaysOfDesigns, testing::Values("relign4", "relign4_telecentric"),
                          [](const auto& design) { return design.param; });
 
-TEST(GoldenRays, OffsetsMatter) {
-  // The same rays through the perfect lens must not agree where the golden ray had elements off.
+TEST(GoldenRays, DifferWithoutOffsets) {
+  // The same rays through the perfect lens must differ where the golden ray had displaced elements.
   const auto source = JsonSource::from_file(std::string(RELIGN_TEST_DATA) + "/golden_rays_relign_od.json");
   for (const RayRequest& request : read_rays(source, relign_od())) {
     if (request.elements.empty()) continue;
@@ -100,16 +100,16 @@ TEST(GoldenRays, OffsetsMatter) {
   }
 }
 
-TEST(Trace, SaysWhereARayIsLost) {
+TEST(Trace, ReportsWhereARayIsLost) {
   const Assembly lens(relign_od());
-  EXPECT_EQ(trace(lens, {{0, 4.5, -1}, {0, 0, 1}}, Apertures::listing).lost_at, "L1 front: outside the clear radius");
+  EXPECT_EQ(trace(lens, {{0, 4.5, -1}, {0, 0, 1}}, Apertures::listing).lost_at, "L1 front: outside the clear aperture");
   EXPECT_EQ(trace(lens, {{0, 0.9, -1}, {0, 0, 1}}, Apertures::mesh).lost_at, "aperture stop: outside the opening");
   EXPECT_EQ(trace(lens, {{0, 11, -1}, {0, 0, 1}}, Apertures::none).lost_at, "L1 front: misses the face");
   EXPECT_EQ(trace(lens, {{0, 0, 30}, {0, 0, -1}}, Apertures::none).lost_at,
-            "the start: the ray does not travel towards +z");
+            "the start: the ray must travel towards +z");
 }
 
-TEST(RayFile, NamesWhatIsMissing) {
+TEST(RayFile, ReportsMissingKeys) {
   const auto source =
       JsonSource::from_text(R"({"rays": [{"start_mm": [1, 2], "elements": {"L9": {}}, "colour": 1}]})", "r.json");
   try {

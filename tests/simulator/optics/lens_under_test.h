@@ -1,4 +1,4 @@
-// The paper's lens, as the tests use it, and one with conics and aspheres made from it.
+// The paper's lens for tests, and a variant with conics and aspheres.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@ inline const Prescription& relign_od() {
   return lens;
 }
 
-// A conic, an asphere on a sphere, one on a conic, and a plane that is bent by a polynomial alone.
+// A conic, an asphere on a sphere, one on a conic, and a plane with a polynomial.
 inline const Prescription& aspheric_relign_od() {
   static const Prescription lens = [] {
     Prescription changed = relign_od();

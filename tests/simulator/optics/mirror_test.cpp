@@ -1,4 +1,4 @@
-// Mirrors in line with the axis, against closed forms of conics: a paraboloid, concentric spheres, two mirrors.
+// Mirrors on the axis against closed forms of conics: a paraboloid, concentric spheres, two mirrors.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -27,8 +27,8 @@ const std::string kParaboloid =
     R"({"name": "M1", "faces": [{"z_mm": 0, "radius_mm": -200, "conic": -1, "mirror": true, "clear_radius_mm": 60}]})";
 const std::string kStop = R"("z_mm": 0, "opening_radius_mm": 50, "on_face": 1)";
 
-// Every ray parallel to the axis of a paraboloid meets its focus, on ways of equal length.
-TEST(Mirror, AParaboloidHasOneFocus) {
+// Every ray parallel to the axis of a paraboloid passes its focus, on paths of equal length.
+TEST(Mirror, ParaboloidFocusesPerfectly) {
   const Prescription lens = lens_of(kParaboloid, "-100", kStop);
   const FirstOrder data = first_order(lens);
   EXPECT_DOUBLE_EQ(data.focal_length, 100);
@@ -49,7 +49,7 @@ TEST(Mirror, AParaboloidHasOneFocus) {
 }
 
 // The image of a far point lies at f tan(field) before a paraboloid's own focal plane, up to coma.
-TEST(Mirror, ChiefRaysAndDistortion) {
+TEST(Mirror, ChiefRayAndDistortionMatchClosedForm) {
   const Prescription lens = lens_of(kParaboloid, "-100", kStop);
   const TracedRay ray = trace(Assembly(lens), chief_ray(lens, 0.5), Apertures::none);
   ASSERT_TRUE(ray.passed);
@@ -57,8 +57,8 @@ TEST(Mirror, ChiefRaysAndDistortion) {
   EXPECT_NEAR(distortion(lens, 0.5), 0, 1e-10);
 }
 
-// All faces of a Mangin mirror have one centre: a ray through it comes back on itself, whatever the glass.
-TEST(Mirror, GlassBeforeAMirrorIsPassedTwice) {
+// All faces of a Mangin mirror are concentric: a ray through the centre returns on itself, whatever the glass.
+TEST(Mirror, ManginMirrorIsPassedTwice) {
   const std::string mangin = R"({"name": "L1", "faces": [
       {"z_mm": 0, "radius_mm": -100, "index_after": 1.6, "clear_radius_mm": 50},
       {"z_mm": 10, "radius_mm": -110, "mirror": true, "clear_radius_mm": 55},
@@ -74,7 +74,7 @@ TEST(Mirror, GlassBeforeAMirrorIsPassedTwice) {
   EXPECT_NEAR(ray.transmittance, std::pow(1 - std::pow(0.6 / 2.6, 2), 2), 1e-12);
 }
 
-// 1 / f = 1 / f1 + 1 / f2 - d / (f1 f2), and the focus lies f (f1 - d) / f1 behind the second mirror.
+// 1 / f = 1 / f1 + 1 / f2 - d / (f1 f2), and the focus is f (f1 - d) / f1 behind the second mirror.
 TEST(Mirror, TwoMirrorsFollowTheGaussianFormula) {
   const std::string two = R"({"name": "M1", "faces": [{"z_mm": 0, "radius_mm": -21335.137, "conic": -1.0961,
       "mirror": true, "clear_radius_mm": 2000}]}, {"name": "M2", "faces": [{"z_mm": -7490.46, "radius_mm": -9576.712,
@@ -92,16 +92,16 @@ TEST(Mirror, TwoMirrorsFollowTheGaussianFormula) {
   }
 }
 
-TEST(Mirror, RefusesWhatCannotBe) {
-  EXPECT_THAT(refusal(kParaboloid, "100", kStop), HasSubstr("the image plane lies before the last face"));
+TEST(Mirror, RejectsInvalidMirrors) {
+  EXPECT_THAT(refusal(kParaboloid, "100", kStop), HasSubstr("the image plane is in front of the last face"));
   EXPECT_THAT(refusal(kParaboloid, "-100", R"("z_mm": -10, "opening_radius_mm": 50)"),
-              HasSubstr("give \"before_face\" or \"on_face\""));
+              HasSubstr("give 'before_face' or 'on_face'"));
   std::string glass = kParaboloid;
   glass.replace(glass.find("\"mirror\": true"), 14, R"("mirror": true, "index_after": 1.5)");
-  EXPECT_THAT(refusal(glass, "-100", kStop), HasSubstr("light stays in the medium before a mirror"));
+  EXPECT_THAT(refusal(glass, "-100", kStop), HasSubstr("a mirror has no medium behind it"));
   std::string lens = kParaboloid;
   lens.replace(lens.find("\"mirror\": true"), 14, "\"mirror\": false");
-  EXPECT_THAT(refusal(lens, "-100", kStop), HasSubstr("an element has at least two faces, found 1"));
+  EXPECT_THAT(refusal(lens, "-100", kStop), HasSubstr("expected at least two faces, found 1"));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Fans of rays against what "rim to rim" means: everything between passes, a hair beyond is lost.
+// Ray fans extend from rim to rim: every ray between passes, slightly beyond they are lost.
 #include "optics/ray_fan.h"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 namespace relign::optics {
 namespace {
 
-// The same ray, aimed `by` of the fan's width beyond the last one.
+// The last ray, shifted outwards by the fraction `by` of the fan's width.
 TracedRay beyond(const Assembly& assembly, const FanRay& inner, const FanRay& rim, double by) {
   Ray ray = rim.start;
   ray.start = ray.start + by * (rim.start.start - inner.start.start);
@@ -36,7 +36,7 @@ TEST(RayFan, AxialRaysFillTheApertureStop) {
   const Assembly assembly(relign_od());
   const std::vector<FanRay> fan = ray_fan(assembly, 0, {}, 2);
   ASSERT_EQ(fan.size(), 2U);
-  // The stop is what limits light on the axis; it lies between L1's back and L2's front.
+  // The stop limits light on the axis; it is between L1's back and L2's front.
   for (const FanRay& ray : fan) {
     const Vec3 &before = ray.traced.hits[1], &behind = ray.traced.hits[2];
     const double share = (relign_od().aperture_stop().z_mm - before.z) / (behind.z - before.z);
@@ -45,7 +45,7 @@ TEST(RayFan, AxialRaysFillTheApertureStop) {
   }
 }
 
-TEST(RayFan, ComesFromTheObjectPoint) {
+TEST(RayFan, StartsAtTheObjectPoint) {
   const Assembly assembly(relign_od());
   const std::vector<FanRay> fan = ray_fan(assembly, 20, -100, 5);
   ASSERT_EQ(fan.size(), 5U);
@@ -54,7 +54,7 @@ TEST(RayFan, ComesFromTheObjectPoint) {
     EXPECT_NEAR(ray.start.start.y, -std::tan(20 * M_PI / 180) * (100 + 5.8206), 1e-3);  // published pupil
     EXPECT_GT(ray.traced.image.y, 0);
   }
-  // A single ray lies between the rims.
+  // A single ray is between the rims.
   const std::vector<FanRay> one = ray_fan(assembly, 20, -100, 1);
   ASSERT_EQ(one.size(), 1U);
   EXPECT_GT(one[0].start.direction.y, fan.front().start.direction.y);

@@ -7,7 +7,7 @@
 namespace relign::optics {
 namespace {
 
-TEST(Rigid, RightHanded) {
+TEST(Rigid, RotatesRightHanded) {
   // A quarter turn about x takes y to z; about y takes z to x.
   const Vec3 z = turn(rotation_of_degrees(90, 0), {0, 1, 0});
   EXPECT_NEAR(z.z, 1, 1e-15);
@@ -18,7 +18,7 @@ TEST(Rigid, RightHanded) {
   EXPECT_NEAR(both.x, 1, 1e-15);
 }
 
-TEST(Rigid, InverseUndoes) {
+TEST(Rigid, InverseUndoesMotion) {
   const Motion motion{rotation_of_degrees(12, -34, 5), {1, 2, 3}};
   const Vec3 p{0.3, -4, 7};
   const Vec3 back = inverse(motion).point(motion.point(p));
