@@ -5,7 +5,7 @@
 #include <cstring>
 
 #include "base/error.h"
-#include "imaging/diffracted_truth.h"
+#include "imaging/diffracted_mse.h"
 #include "imaging/ray_source.h"
 #include "imaging/read_out.h"
 #include "imaging/sequences.h"
@@ -13,42 +13,43 @@
 namespace relign::imaging {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
+using optics::kPi;
 
-// Russian roulette of the paper's renderer: 0.95 at each of the last four faces. One die for all
-// dice: a ray survives with the product of all probabilities.
+// Russian roulette of the paper's renderer: survival 0.95 at each of the last four faces. One random number decides for
+// all: a ray survives with the product of the probabilities.
 constexpr double kRouletteSurvival = 0.95 * 0.95 * 0.95 * 0.95;
 
-// Walks meet a face from either side and a second time, which is solved for spheres alone, and stops where they are.
+// GhostWalk intersects faces from either side and repeatedly, which is solved only for spheres, and stops only at their
+// position.
 void refuse_ghosts(const optics::Prescription& lens) {
   for (const optics::Stop& stop : lens.stops)
     if (stop.before_face)
-      throw Error(ErrorKind::bad_input, "lens '" + lens.name + "': the stop '" + stop.name + "' has a \"" +
+      throw Error(ErrorKind::bad_input, "lens '" + lens.name + "': the stop '" + stop.name + "' has '" +
                                             (stop.on_face ? "on_face" : "before_face") +
-                                            "\", and transport ghost follows light among stops in the air only; use "
-                                            "transport fresnel");
+                                            "', but transport 'ghost' supports only stops in air; use transport "
+                                            "'fresnel'");
   for (const optics::Element& element : lens.elements)
     for (std::size_t f = 0; f < element.faces.size(); ++f)
       if (!element.faces[f].is_sphere())
-        throw Error(ErrorKind::bad_input, "lens '" + lens.name + "': face " + std::to_string(f + 1) + " of " +
-                                              element.name +
-                                              " is aspheric, and transport ghost follows light among spheres and "
-                                              "planes only; use transport fresnel");
+        throw Error(ErrorKind::bad_input,
+                    "lens '" + lens.name + "': face " + std::to_string(f + 1) + " of " + element.name +
+                        " is aspheric, but transport 'ghost' supports only spheres and planes; use "
+                        "transport 'fresnel'");
 }
 
-// What is made for one wavelength at a time, and for a scene of several not yet.
+// Features that support only one wavelength.
 void refuse_wavelengths(const SceneFile& scene, const CaptureSettings& settings, bool traced) {
   const std::size_t count = scene.wavelengths.size();
   if (count == 0) return;
-  const std::string several = "scene '" + scene.name + "': the key \"wavelengths\" lists " + std::to_string(count);
+  const std::string several = "scene '" + scene.name + "': 'wavelengths' lists " + std::to_string(count);
   if (traced)
     throw Error(ErrorKind::bad_input,
-                several + ", and a lens of meshes is traced at one; list one, or use lens_system");
+                several + ", but a lens of meshes is traced at one; list one, or use 'lens_system'");
   if (settings.transport == Transport::ghost)
-    throw Error(ErrorKind::bad_input, several + ", and transport ghost follows light of one; use transport fresnel");
+    throw Error(ErrorKind::bad_input, several + ", but transport 'ghost' supports one; use transport 'fresnel'");
 }
 
-constexpr std::uint32_t kStreamsOfAView = 32;  // of a frame seed; the first view has those below, the read-out too
+constexpr std::uint32_t kStreamsPerView = 32;  // of a frame seed; the first view and the read-out use those below
 
 }  // namespace
 
@@ -78,13 +79,13 @@ std::optional<Sampler> sampler_from_name(const std::string& name) {
   return std::nullopt;
 }
 
-// What one thread needs: a block of rays and who owns them.
+// What one thread needs: a block of rays and their owners.
 struct Camera::Workspace {
   RaySource source;
-  optics::RayBlock words;  // of the read-out
+  optics::RayBlock words;  // for the read-out
   float sums[kTilePixels * kTilePixels];
-  double light[kTruthGroups][kTilePixels * kTilePixels];  // all views' together
-  float ghosts[kTruthGroups][kTilePixels * kTilePixels];
+  double light[kMseGroups][kTilePixels * kTilePixels];  // of all views
+  float ghosts[kMseGroups][kTilePixels * kTilePixels];
   GhostImage::Workspace paths;
 };
 
@@ -96,10 +97,10 @@ Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel
     if (i > 0) views_.emplace_back(scene, parallel);
     views_[i].which = i + 1;
     views_[i].weight = scene.wavelengths[i].weight;
-    views_[i].streams = kStreamsOfAView * static_cast<std::uint32_t>(i);
+    views_[i].streams = kStreamsPerView * static_cast<std::uint32_t>(i);
   }
   set_capture(settings.sampler, settings.samples);
-  truth_shares_ = shared_out(kTruthSamples);
+  mse_shares_ = allocate_samples(kMseSamples);
   for (unsigned thread = 0; thread < parallel.threads(); ++thread) workspaces_.push_back(std::make_unique<Workspace>());
   sums_.resize(tiles().size());
   emitter_ = scene.emitter.plane();
@@ -115,17 +116,17 @@ Camera::~Camera() = default;
 void Camera::set_capture(Sampler sampler, int samples) {
   if (samples < static_cast<int>(views_.size()))
     throw Error(ErrorKind::bad_input, "scene '" + scene_->name + "': each of its " + std::to_string(views_.size()) +
-                                          " wavelengths needs a sample of every pixel, found samples " +
-                                          std::to_string(samples) + "; raise \"samples\" or list fewer wavelengths");
+                                          " wavelengths needs a sample per pixel, found 'samples' " +
+                                          std::to_string(samples) + "; raise 'samples' or list fewer wavelengths");
   settings_.sampler = sampler;
   settings_.samples = samples;
-  capture_shares_ = shared_out(samples);
+  capture_shares_ = allocate_samples(samples);
 }
 
-std::vector<int> Camera::shared_out(int samples) const {
+std::vector<int> Camera::allocate_samples(int samples) const {
   std::vector<double> weights;
   for (const View& view : views_) weights.push_back(view.weight);
-  return imaging::shared_out(std::max(samples, static_cast<int>(views_.size())), weights);
+  return imaging::allocate_samples(std::max(samples, static_cast<int>(views_.size())), weights);
 }
 
 void Camera::place(MountedLens& lens, const std::vector<double>& true_pose) {
@@ -166,7 +167,7 @@ void add_to_pixels(const PixelBox& box, const float* sums, double factor, int wi
 
 }  // namespace
 
-RayPath Camera::way(const View& view) const {
+RayPath Camera::ray_path(const View& view) const {
   const bool fresnel = settings_.transport != Transport::refract;
   return {view.ops.data(),
           static_cast<int>(view.ops.size()),
@@ -186,16 +187,16 @@ void Camera::for_tiles(float* pixels, Pixels which, const std::vector<int>& shar
     fill_with_black(tiles()[at].box, width, pixels);
     for (std::size_t i = 0; i < views_.size(); ++i) {
       const Tile& tile = views_[i].tiles.tiles()[at];
-      if (which == Pixels::that_see && tile.blind) continue;
-      const PixelBox& box = which == Pixels::all ? tile.box : tile.seen;
+      if (which == Pixels::lit && tile.unlit) continue;
+      const PixelBox& box = which == Pixels::all ? tile.box : tile.lit;
       work.source.start_tile(*scene_, views_[i].path, tile, box, work.sums);
-      const double scale = body(work.source, way(views_[i]), tile, shares[i]);
+      const double scale = body(work.source, ray_path(views_[i]), tile, shares[i]);
       add_to_pixels(box, work.sums, views_[i].weight * scale, width, pixels);
     }
   });
 }
 
-void Camera::play_ghosts(std::uint64_t seed, float* pixels) {
+void Camera::capture_ghosts(std::uint64_t seed, float* pixels) {
   parallel_->for_each(static_cast<int>(tiles().size()), [&](int index, unsigned thread) {
     const PixelBox& box = tiles()[static_cast<std::size_t>(index)].box;
     GhostImage::Workspace& work = workspaces_[thread]->paths;
@@ -222,10 +223,10 @@ void Camera::add_ghosts(std::uint64_t seed, std::uint32_t group, int samples, fl
 
 void Camera::capture(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, float* pixels) {
   place(lens, true_pose);
-  catch_light(seed, pixels);
+  render_light(seed, pixels);
   add_diffraction(pixels);
   if (!scene_->sensor.electronics) return;
-  const ShotNoise shot_noise = settings_.sampler == Sampler::pupil ? ShotNoise::added : ShotNoise::in_the_light;
+  const ShotNoise shot_noise = settings_.sampler == Sampler::pupil ? ShotNoise::added : ShotNoise::sampled;
   const int width = scene_->sensor.width;
   parallel_->for_each(scene_->sensor.height, [&](int row, unsigned thread) {
     read_out(*scene_->sensor.electronics, shot_noise, seed, row * width, width, pixels + row * width,
@@ -233,31 +234,31 @@ void Camera::capture(MountedLens& lens, const std::vector<double>& true_pose, st
   });
 }
 
-void Camera::catch_light(std::uint64_t seed, float* pixels) {
+void Camera::render_light(std::uint64_t seed, float* pixels) {
   if (ghosts_ && settings_.sampler != Sampler::pupil) {
-    play_ghosts(seed, pixels);
+    capture_ghosts(seed, pixels);
     return;
   }
-  const auto everywhere = [&](RaySource& source, const RayPath& way, const Tile&, int samples) {
-    source.all_directions(way, seed, samples, kRouletteSurvival);
+  const auto everywhere = [&](RaySource& source, const RayPath& path, const Tile&, int samples) {
+    source.all_directions(path, seed, samples, kRouletteSurvival);
     return kPi / samples / kRouletteSurvival;
   };
-  const auto paper = [&](RaySource& source, const RayPath& way, const Tile&, int samples) {
-    source.binomial_directions(way, seed, samples, kRouletteSurvival);
+  const auto paper = [&](RaySource& source, const RayPath& path, const Tile&, int samples) {
+    source.binomial_directions(path, seed, samples, kRouletteSurvival);
     return kPi / samples / kRouletteSurvival;
   };
-  const auto pupil = [&](RaySource& source, const RayPath& way, const Tile& tile, int samples) {
-    source.random_directions(way, seed, samples);
+  const auto pupil = [&](RaySource& source, const RayPath& path, const Tile& tile, int samples) {
+    source.random_directions(path, seed, samples);
     return tile.area / samples;
   };
   if (settings_.sampler == Sampler::hemisphere) {
-    for_tiles(pixels, Pixels::all, capture_shares_, everywhere);  // blind or not: this sampler assumes nothing
+    for_tiles(pixels, Pixels::all, capture_shares_, everywhere);  // all tiles: this sampler assumes nothing
     return;
   }
   if (settings_.sampler == Sampler::paper)
-    for_tiles(pixels, Pixels::that_see, capture_shares_, paper);
+    for_tiles(pixels, Pixels::lit, capture_shares_, paper);
   else
-    for_tiles(pixels, Pixels::that_see, capture_shares_, pupil);
+    for_tiles(pixels, Pixels::lit, capture_shares_, pupil);
   add_ghosts(seed, 0, settings_.samples, pixels);
 }
 
@@ -270,7 +271,7 @@ void Camera::render_noise_free(MountedLens& lens, const std::vector<double>& tru
 
 NoiseFreeResult Camera::render_noise_free(MountedLens& lens, const std::vector<double>& true_pose,
                                           const NoiseFreeRequest& request, float* pixels) {
-  constexpr std::uint32_t kFirstGroup = 256;  // truth and references have those below
+  constexpr std::uint32_t kFirstGroup = 256;  // MSE estimates and references use those below
   place(lens, true_pose);
   const std::size_t count = scene_->sensor.pixels();
   const int batch =
@@ -297,7 +298,7 @@ NoiseFreeResult Camera::render_noise_free(MountedLens& lens, const std::vector<d
     for (std::size_t i = 0; i < count; ++i) variance += std::max(0.0, squares[i] - sum[i] * sum[i] / n) / (n - 1) / n;
     reached = {std::sqrt(variance / static_cast<double>(count)), batches * batch};
     if (request.samples > 0 || reached.standard_error <= request.error || batches >= request.most_batches) break;
-    // As many as this scatter asks for, and a twentieth more: it is an estimate, too.
+    // As many batches as this scatter requires, plus 5 %, since the scatter is an estimate too.
     const double share = reached.standard_error / request.error;
     batches =
         static_cast<long>(std::min(std::ceil(1.05 * n * share * share), static_cast<double>(request.most_batches)));
@@ -312,9 +313,9 @@ void Camera::render_rays(std::uint64_t seed, std::uint32_t group, int samples, i
 }
 
 void Camera::render_straight(std::uint64_t seed, std::uint32_t group, int samples, float* pixels) {
-  for_tiles(pixels, Pixels::that_see, shared_out(samples),
-            [&](RaySource& source, const RayPath& way, const Tile& tile, int share) {
-              source.lattice_directions(way, seed, group, share);
+  for_tiles(pixels, Pixels::lit, allocate_samples(samples),
+            [&](RaySource& source, const RayPath& path, const Tile& tile, int share) {
+              source.lattice_directions(path, seed, group, share);
               return tile.area / share;
             });
 }
@@ -323,11 +324,11 @@ void Camera::add_diffraction(float* pixels) {
   if (diffraction_) diffraction_->blur(pixels, pixels, *parallel_, blurring_);
 }
 
-// What one pixel adds, from one value of each group.
-void Camera::add_truth(const double (&seen)[kTruthGroups], double o1, double o2, TileSum& sum) {
-  constexpr int groups = kTruthGroups;
+// Adds one pixel, from one value of each group.
+void Camera::add_to_mse(const double (&values)[kMseGroups], double o1, double o2, TileSum& sum) {
+  constexpr int groups = kMseGroups;
   double total = 0, crossed = 0;
-  for (const double a : seen) {
+  for (const double a : values) {
     total += a;
     crossed += (a - o1) * (a - o2);
   }
@@ -336,12 +337,12 @@ void Camera::add_truth(const double (&seen)[kTruthGroups], double o1, double o2,
   // Its variance is (d1 + d2)^2 s2 / g + 2 s2^2 / (g (g - 1)) for g groups of variance s2 and differences d1, d2 from
   // the two references. Both terms are products of estimates from two disjoint pairs of groups, hence unbiased however
   // the values scatter: with ghosts they are rare and bright, far from normal.
-  static_assert(kTruthGroups == 4, "pairs of groups are paired off below");
+  static_assert(kMseGroups == 4, "pairs of groups are paired off below");
   constexpr int pairings[3][4] = {{0, 1, 2, 3}, {0, 2, 1, 3}, {0, 3, 1, 2}};
   double linear = 0, square = 0;
   for (const auto& [i, j, k, l] : pairings) {
-    const auto both = [&](int m, int n) { return (2 * seen[m] - o1 - o2) * (2 * seen[n] - o1 - o2); };
-    const auto scatter = [&](int m, int n) { return 0.5 * (seen[m] - seen[n]) * (seen[m] - seen[n]); };
+    const auto both = [&](int m, int n) { return (2 * values[m] - o1 - o2) * (2 * values[n] - o1 - o2); };
+    const auto scatter = [&](int m, int n) { return 0.5 * (values[m] - values[n]) * (values[m] - values[n]); };
     const double one = scatter(i, j), other = scatter(k, l);
     linear += (both(i, j) * other + both(k, l) * one) / 6;
     square += one * other / 3;
@@ -353,18 +354,17 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
                                    const Reference& reference) {
   place(lens, true_pose);
   if (diffraction_) {
-    if (!diffracted_truth_)
-      diffracted_truth_ = std::make_unique<DiffractedTruth>(*diffraction_, scene_->sensor.width, scene_->sensor.height);
-    for (int group = 0; group < kTruthGroups; ++group)
-      render_rays(seed, static_cast<std::uint32_t>(group), kTruthSamples, kTruthGhosts,
-                  diffracted_truth_->group(group));
-    return diffracted_truth_->estimate(reference, *parallel_);
+    if (!diffracted_mse_)
+      diffracted_mse_ = std::make_unique<DiffractedMse>(*diffraction_, scene_->sensor.width, scene_->sensor.height);
+    for (int group = 0; group < kMseGroups; ++group)
+      render_rays(seed, static_cast<std::uint32_t>(group), kMseSamples, kMseGhosts, diffracted_mse_->group(group));
+    return diffracted_mse_->estimate(reference, *parallel_);
   }
   const int width = scene_->sensor.width;
-  constexpr int groups = kTruthGroups;
+  constexpr int groups = kMseGroups;
   if (ghosts_)
     for (int group = 0; group < groups; ++group)
-      render_straight(seed, static_cast<std::uint32_t>(group), kTruthSamples, straight_[group].data());
+      render_straight(seed, static_cast<std::uint32_t>(group), kMseSamples, straight_[group].data());
   parallel_->for_each(static_cast<int>(tiles().size()), [&](int index, unsigned thread) {
     const auto at_tile = static_cast<std::size_t>(index);
     const PixelBox& box = tiles()[at_tile].box;
@@ -372,21 +372,21 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
     for (double(&light)[kTilePixels * kTilePixels] : work.light) std::fill_n(light, box.columns * box.rows, 0.0);
     for (std::size_t i = 0; i < views_.size(); ++i) {
       const Tile& tile = views_[i].tiles.tiles()[at_tile];
-      if (tile.blind || ghosts_) continue;
-      const double scale = views_[i].weight * (tile.area / truth_shares_[i]);
+      if (tile.unlit || ghosts_) continue;
+      const double scale = views_[i].weight * (tile.area / mse_shares_[i]);
       for (int group = 0; group < groups; ++group) {
-        work.source.start_tile(*scene_, views_[i].path, tile, tile.seen, work.sums);
-        work.source.lattice_directions(way(views_[i]), seed, static_cast<std::uint32_t>(group), truth_shares_[i]);
+        work.source.start_tile(*scene_, views_[i].path, tile, tile.lit, work.sums);
+        work.source.lattice_directions(ray_path(views_[i]), seed, static_cast<std::uint32_t>(group), mse_shares_[i]);
         const float* value = work.sums;
-        for (int row = tile.seen.row; row < tile.seen.row + tile.seen.rows; ++row)
-          for (int column = tile.seen.column; column < tile.seen.column + tile.seen.columns; ++column)
+        for (int row = tile.lit.row; row < tile.lit.row + tile.lit.rows; ++row)
+          for (int column = tile.lit.column; column < tile.lit.column + tile.lit.columns; ++column)
             work.light[group][(row - box.row) * box.columns + column - box.column] +=
                 scale * static_cast<double>(*value++);
       }
     }
     if (ghosts_)
       for (int group = 0; group < groups; ++group)
-        ghosts_->ghost_part(box, seed, static_cast<std::uint32_t>(group), kTruthGhosts, straight_[group].data(),
+        ghosts_->ghost_part(box, seed, static_cast<std::uint32_t>(group), kMseGhosts, straight_[group].data(),
                             work.paths, work.ghosts[group]);
     TileSum sum;
     int in_tile = 0;
@@ -394,12 +394,12 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
       for (int column = box.column; column < box.column + box.columns; ++column) {
         const auto at = static_cast<std::size_t>(row * width + column);
         const double o1 = static_cast<double>(reference.first[at]), o2 = static_cast<double>(reference.second[at]);
-        double seen[kTruthGroups];
+        double values[kMseGroups];
         for (int group = 0; group < groups; ++group)
-          seen[group] = ghosts_ ? static_cast<double>(straight_[group][at] + work.ghosts[group][in_tile])
-                                : work.light[group][in_tile];
+          values[group] = ghosts_ ? static_cast<double>(straight_[group][at] + work.ghosts[group][in_tile])
+                                  : work.light[group][in_tile];
         ++in_tile;
-        add_truth(seen, o1, o2, sum);
+        add_to_mse(values, o1, o2, sum);
       }
     sums_[at_tile] = sum;
   });

@@ -1,5 +1,5 @@
-// Many frames in one call: every thread renders whole frames by itself, which scales with the cores where
-// one frame's threads have to wait for each other. The same bits as Camera gives.
+// Many frames in one call: every thread renders whole frames, which scales better than sharing one frame among threads.
+// Same bits as Camera.
 #pragma once
 
 #include <memory>
@@ -10,7 +10,7 @@
 namespace relign::imaging {
 
 struct BatchItem {
-  MountedLens* lens = nullptr;  // may stand in several items
+  MountedLens* lens = nullptr;  // may be shared by several items
   const std::vector<double>* true_pose = nullptr;
   std::uint64_t seed = 0;
   float* pixels = nullptr;  // sensor.pixels() values
@@ -18,7 +18,7 @@ struct BatchItem {
 
 class CameraBatch {
  public:
-  // scene and parallel outlive the batch. Allocates everything; captures allocate nothing.
+  // scene and parallel must outlive the batch. Captures do not allocate.
   CameraBatch(const SceneFile& scene, const CaptureSettings& settings, Parallel& parallel);
   ~CameraBatch();
 
@@ -27,7 +27,7 @@ class CameraBatch {
  private:
   struct OneThread;
   Parallel* parallel_;
-  std::vector<std::unique_ptr<OneThread>> cameras_;  // one a thread
+  std::vector<std::unique_ptr<OneThread>> cameras_;  // one per thread
 };
 
 }  // namespace relign::imaging

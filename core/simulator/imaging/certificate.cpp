@@ -17,7 +17,7 @@ using optics::kBlockRays;
 struct PixelCount {
   int column = 0, row = 0;
   int arrived = 0;  // rays that reach the target
-  int missing = 0;  // of them, those that images leave out
+  int missing = 0;  // of these, outside the directions that images sample
 };
 
 bool holds(const PixelBox& box, int column, int row) {
@@ -27,7 +27,7 @@ bool holds(const PixelBox& box, int column, int row) {
 // Whether an image's rays from (x, y), relative to the tile's centre, include the direction cosines (p, q).
 bool sampled(const Tile& tile, int column, int row, double x, double y, double p, double q) {
   constexpr double kRounding = 1e-4;
-  if (tile.blind || !holds(tile.seen, column, row)) return false;
+  if (tile.unlit || !holds(tile.lit, column, row)) return false;
   if (tile.whole_disc) return true;
   const auto of = [](float value) { return static_cast<double>(value); };
   const optics::TileStart& start = tile.start;
@@ -37,10 +37,11 @@ bool sampled(const Tile& tile, int column, int row, double x, double y, double p
   return a * a + b * b <= 1 + kRounding;
 }
 
-class Look {
+class DirectionCheck {
  public:
-  Look(const SceneFile& scene, const optics::BackwardPath& path, const std::vector<optics::Op>& ops,
-       const optics::PupilSearch& search, const optics::Motion& lens_to_world, const optics::BlockTracer* tracer)
+  DirectionCheck(const SceneFile& scene, const optics::BackwardPath& path, const std::vector<optics::Op>& ops,
+                 const optics::PupilSearch& search, const optics::Motion& lens_to_world,
+                 const optics::BlockTracer* tracer)
       : scene_(scene),
         path_(path),
         ops_(ops),
@@ -89,7 +90,7 @@ class Look {
   }
 
  private:
-  // A direction from about where the design sends light to a place; false where it sends none.
+  // Draws a direction near those in which the design sends light to a point; false if it sends none.
   bool near_light(const optics::Vec3& place, Random& random, double& p, double& q) const {
     constexpr double kWidening = 2;
     const optics::Vec3 at = into_lens_.point(place);
@@ -118,18 +119,18 @@ class Look {
   optics::EmitterPlane emitter_;
 };
 
-[[noreturn]] void disagree(const SceneFile& scene, const PixelCount& pixel, int missing, int arrived,
-                           double wavelength_nm) {
+[[noreturn]] void report_missing_light(const SceneFile& scene, const PixelCount& pixel, int missing, int arrived,
+                                       double wavelength_nm) {
   const optics::Vec3 place = scene.sensor.place(pixel.column + 0.5, pixel.row + 0.5);
   throw Error(ErrorKind::internal,
-              "scene '" + scene.name + "': images of this lens would be too dark, and none is made: of " +
+              "scene '" + scene.name + "': rejected, because images of this lens would miss light: of " +
                   std::to_string(arrived) + " rays in all directions that reach the target" +
                   (wavelength_nm > 0 ? " at " + shortest(wavelength_nm) + " nm, " : ", ") + std::to_string(missing) +
-                  " lie where images do not look; most at column " + std::to_string(pixel.column) + ", row " +
-                  std::to_string(pixel.row) + " (x = " + significant(place.x, 4) +
+                  " are outside the directions that images sample; most at column " + std::to_string(pixel.column) +
+                  ", row " + std::to_string(pixel.row) + " (x = " + significant(place.x, 4) +
                   " mm, y = " + significant(place.y, 4) + " mm on the sensor), " + std::to_string(pixel.missing) +
                   " of " + std::to_string(pixel.arrived) +
-                  "; narrow the travel if the lens meets the sensor within it, else please report the lens file");
+                  "; narrow the travel if the lens hits the sensor within it, otherwise please report the lens file");
 }
 
 }  // namespace
@@ -151,13 +152,13 @@ int certify(const SceneFile& scene, const PupilTiles& tiles, const optics::Backw
   for (int i = 0; i < rays.pixels_a_tile; ++i)
     for (const Tile& tile : all) choose(tile);
 
-  const Look look(scene, path, ops, search, lens_to_world, tracer);
+  const DirectionCheck check(scene, path, ops, search, lens_to_world, tracer);
   std::vector<std::unique_ptr<optics::RayBlock>> blocks;
   for (unsigned thread = 0; thread < parallel.threads(); ++thread)
     blocks.push_back(std::make_unique<optics::RayBlock>());
   parallel.for_each(static_cast<int>(chosen.size()), [&](int index, unsigned thread) {
     auto& [tile, pixel] = chosen[static_cast<std::size_t>(index)];
-    look.at(*tile, pixel, rays.rays, seed, *blocks[thread]);
+    check.at(*tile, pixel, rays.rays, seed, *blocks[thread]);
   });
 
   constexpr int kEnoughInAPixel = 8;
@@ -172,7 +173,7 @@ int certify(const SceneFile& scene, const PupilTiles& tiles, const optics::Backw
   const double allowed = kMostMissing * arrived;
   const bool dark_pixel = worst->missing >= kEnoughInAPixel && 2 * worst->missing > worst->arrived;
   if (dark_pixel || missing > allowed + 4 * std::sqrt(allowed) + 2)
-    disagree(scene, *worst, missing, arrived, wavelength_nm);
+    report_missing_light(scene, *worst, missing, arrived, wavelength_nm);
   return arrived;
 }
 

@@ -1,8 +1,8 @@
-// A check that images hold all light: random pixels are held against rays in all directions.
+// Checks that images miss no light: compares random pixels with rays in all directions.
 //
-// Images trace only directions that were found to pass the lens, from pixels that were found to see the target
-// (pupil_tiles.h). Should either have been missed, an image would be too dark somewhere and look like any other. So
-// whoever opens a scene or mounts a lens has this done first, and a disagreement is an error instead of an image.
+// Images trace only directions found to pass the lens, from pixels found to be lit by the target (pupil_tiles.h). If
+// either search missed something, an image would be too dark somewhere without any other sign. So every new scene and
+// every mounted lens is checked first, and a disagreement is an error instead of an image.
 #pragma once
 
 #include <cstdint>
@@ -17,15 +17,14 @@ namespace relign::imaging {
 struct CertificateRays {
   int pixels_a_tile = 1;  // 0: `pixels` of the whole image
   int pixels = 0;
-  int rays = 1024;  // a pixel, even over the hemisphere; rounded up to whole blocks
+  int rays = 1024;  // per pixel, uniform on the disc of direction cosines; rounded up to whole blocks
 };
 
-// Of the tiles in place at a pose. Rays that start from random places of random pixels, go in any direction and reach
-// the target must lie in their tile's region. A few at its rim may not: kMostMissing of all, beyond what chance makes
-// of the number looked at; or half of those of one pixel. Throws Error(internal) with the place on the sensor, and with
-// the wavelength unless that is 0.
-// Half of the rays go where `search` has seen light, twice as wide: narrow pupils are hit by few others. Returns how
-// many arrived.
+// Checks the fitted tiles of a pose. Rays from random points of random pixels in any direction that reach the target
+// must be in their tile's region, except for a few at its rim: up to kMostMissing of all rays, with a statistical
+// margin, and up to half of those of one pixel. Throws Error(internal) with the position on the sensor, and with the
+// wavelength unless it is 0. Half of the rays are drawn near the directions in which `search` found light, in twice
+// that range, since few others hit narrow pupils. Returns how many rays arrived.
 int certify(const SceneFile& scene, const PupilTiles& tiles, const optics::BackwardPath& path,
             const std::vector<optics::Op>& ops, const optics::PupilSearch& search, const optics::Motion& lens_to_world,
             const optics::BlockTracer* tracer, const CertificateRays& rays, std::uint64_t seed, Parallel& parallel,

@@ -16,22 +16,22 @@ namespace {
 
 constexpr int kRaster = 64;        // cells a side, of a pupil's shape
 constexpr int kBlock = 16;         // pixels a side that share one blended kernel
-constexpr double kCloseTo = 0.01;  // of the transfer, between the frequencies that a kernel has exactly
+constexpr double kCloseTo = 0.01;  // allowed error of the transfer, between the frequencies at which kernels are exact
 constexpr int kRounds = 5;         // of the search for the emitter's place
-constexpr int kCoarse = 9;         // rays a side, of a bundle's middle
+constexpr int kCoarse = 9;         // rays a side, for the middle of a bundle
 
 double cosine_of_turns(double turns) {
   return optics::sine_cosine_of_degrees(360 * (turns - std::floor(turns))).cosine;
 }
 
-// The place of an endless reflected row of `count` pixels.
-int mirrored(int place, int count) {
+// Index into a row of `count` pixels that is continued by reflection.
+int reflected_index(int place, int count) {
   const int period = 2 * count;
   const int in_period = ((place % period) + period) % period;
   return in_period < count ? in_period : period - 1 - in_period;
 }
 
-// The place of the emitter's plane whose light meets the sensor's plane at `wanted`, by rays of the perfect lens.
+// Finds the point of the emitter's plane whose light hits the sensor's plane at `wanted`, by rays of the perfect lens.
 class PlaceFinder {
  public:
   // lens: of the scene, at one of its wavelengths.
@@ -56,11 +56,11 @@ class PlaceFinder {
   RayBundle bundle(const std::array<double, 2>& from) const {
     return RayBundle(scene_, lens_, pose_, from, aim_.z_mm, lens_.lens().wavelength_nm);
   }
-  Window window(const RayBundle& bundle) const { return passing(bundle, aim_); }
+  Window window(const RayBundle& bundle) const { return passing_window(bundle, aim_); }
 
  private:
   std::optional<std::array<double, 2>> meets(const RayBundle& bundle) const {
-    const Window window = passing(bundle, aim_);
+    const Window window = passing_window(bundle, aim_);
     if (!(window.low_u < window.high_u)) return std::nullopt;
     double x = 0, y = 0, count = 0;
     for (int i = 0; i < kCoarse; ++i)
@@ -169,7 +169,7 @@ struct Diffraction::Shape {
   std::vector<double> table;  // lags down from 0, right from -lags
 };
 
-// Of one place: the shapes that light of several wavelengths meets, each with its share of the light.
+// The pupil shapes of one point at several wavelengths, each with its share of the light.
 struct Diffraction::Shapes {
   std::vector<Shape> shapes;
   std::vector<double> shares;
@@ -178,7 +178,7 @@ struct Diffraction::Shapes {
     shares.push_back(weight * shape.light);
     shapes.push_back(std::move(shape));
   }
-  // Alone, or without light: all of what is there.
+  // A single shape, or shapes without light, share equally.
   void settle() {
     double sum = 0;
     for (const double share : shares) sum += share;
@@ -232,7 +232,7 @@ Diffraction::Diffraction(const SceneFile& scene) : width_(scene.sensor.width), h
       const optics::Vec3 place =
           scene.sensor.place(width_ * (zone % kZones) / (kZones - 1.0), height_ * (zone / kZones) / (kZones - 1.0));
       Shapes& shapes = zones[static_cast<std::size_t>(zone)];
-      // Where a zone is dark, the nearest light towards the axis.
+      // If a zone is dark, the nearest lit point towards the axis.
       std::optional<std::array<double, 2>> from;
       for (double share = 1; share >= 0 && !from; share -= 0.25) from = finder.find({share * place.x, share * place.y});
       if (!from) {
@@ -313,15 +313,15 @@ double Diffraction::overlap() const {
 }
 
 void Diffraction::blur(const float* image, float* blurred, Parallel& parallel, Workspace& work) const {
-  // The image with a mirrored border; then, a thread, a kernel.
+  // The image with a reflected border; then one kernel per thread.
   const int side = 2 * radius_ + 1, padded_width = width_ + 2 * radius_ + kBlock;
   const auto padded = static_cast<std::size_t>(padded_width) * static_cast<std::size_t>(height_ + 2 * radius_);
   const auto taps = static_cast<std::size_t>(side * side);
   work.resize(padded + taps * parallel.threads());
   parallel.for_each(height_ + 2 * radius_, [&](int row, unsigned) {
-    const float* from = image + mirrored(row - radius_, height_) * width_;
+    const float* from = image + reflected_index(row - radius_, height_) * width_;
     float* to = work.data() + static_cast<std::ptrdiff_t>(row) * padded_width;
-    for (int column = 0; column < padded_width; ++column) to[column] = from[mirrored(column - radius_, width_)];
+    for (int column = 0; column < padded_width; ++column) to[column] = from[reflected_index(column - radius_, width_)];
   });
   const int across = (width_ + kBlock - 1) / kBlock, down = (height_ + kBlock - 1) / kBlock;
   parallel.for_each(across * down, [&](int block, unsigned thread) {

@@ -1,13 +1,12 @@
-// Diffraction in images ("diffraction" of a scene file): a finished image of rays is convolved with the point spread of
-// the pupil's shape, so that what lines keep is about what they keep by geometry times what a perfect lens with that
-// pupil leaves of them.
+// Diffraction in images ("diffraction" of a scene file): the image of rays is convolved with the point spread function
+// of the pupil's shape, so that its MTF is about the geometric MTF times that of a perfect lens with the same pupil.
 //
 // At kZones x kZones places of the sensor the shape of the pupil is traced (perfect lens, nominal pose; vignetting and
-// obliquity included), and its diffraction-limited transfer is the autocorrelation of that shape. A kernel of
-// (2 R + 1)^2 pixels has exactly this transfer at (2 R + 1)^2 frequencies, so that its sum is 1 and what the point
-// spread has beyond R pixels is not lost; R is the smallest that keeps other frequencies close, too. Kernels are
-// blended between zones. Of several wavelengths, each zone has one kernel: the mean of theirs by weight and light. The
-// light outside the image is taken for its mirror image.
+// obliquity included), and its diffraction-limited transfer is the autocorrelation of that shape. A kernel of (2 R +
+// 1)^2 pixels has exactly this transfer at (2 R + 1)^2 frequencies, so that its sum is 1 and light spread beyond R
+// pixels is kept; R is the smallest radius that is accurate at other frequencies too. Kernels are blended between
+// zones. With several wavelengths each zone has one kernel, their mean by weight and light. Outside its borders the
+// image is continued by reflection.
 #pragma once
 
 #include <vector>
@@ -21,16 +20,16 @@ class Diffraction {
  public:
   explicit Diffraction(const SceneFile& scene);
 
-  // What a call needs, to be kept between calls: nothing is allocated from the second on.
+  // Buffers of blur(); keep them between calls, so that it does not allocate from the second on.
   using Workspace = std::vector<float>;
-  // Both have sensor.pixels() values and may be the same. Bit-equal for any number of threads.
+  // Both have sensor.pixels() values and may be the same buffer. Same bits for any number of threads.
   void blur(const float* image, float* blurred, Parallel& parallel, Workspace& work) const;
 
   int radius() const { return radius_; }  // R
-  // Sum of squares of the autocorrelation of the middle zone's kernel: how much less independent noise varies in
-  // sums of squares after a blur.
+  // Sum of squares of the autocorrelation of the middle zone's kernel: the factor by which a blur reduces the variance
+  // of sums of squares of independent noise.
   double overlap() const;
-  // Of the kernel at a place (in pixels), for tests: what waves of so many cycles a pixel keep.
+  // For tests: transfer of the kernel at a position (pixels) for frequencies in cycles per pixel.
   double transfer(double column, double row, double cycles_x, double cycles_y) const;
 
  private:
@@ -44,7 +43,7 @@ class Diffraction {
   static constexpr int kMostRadius = 12;
   int width_, height_;
   int radius_ = 0;
-  std::vector<Kernel> kernels_;  // of the zones, row by row; the outer ones lie on the image's rim
+  std::vector<Kernel> kernels_;  // of the zones, row by row; the outer ones are on the image's border
 };
 
 }  // namespace relign::imaging

@@ -13,9 +13,9 @@
 namespace relign::imaging {
 namespace {
 
-constexpr int kCells = 100;  // a side, over what passes
+constexpr int kCells = 100;  // a side, over the passing window
 
-// Without the C library's sines and hypot, whose last places differ: records are compared between machines.
+// Avoids the C library's hypot, whose last digits differ between machines: records are compared between them.
 double length_of(double x, double y) { return std::sqrt(x * x + y * y); }
 
 // Sum of light over a wave's phases.
@@ -36,7 +36,7 @@ class Wave {
   WavePupil::Transfer sum_;
 };
 
-// Of waves along the radial direction and across it.
+// For frequencies along the radial direction and across it.
 struct Transfers {
   double light = 0;
   WavePupil::Transfer radial, across;
@@ -81,7 +81,7 @@ std::array<FieldPoint, 5> field_points(const SceneFile& scene) {
   const optics::FirstOrder data = optics::first_order(scene.lens);
   const double first_z = scene.lens.elements.front().faces.front().z_mm;
   const double object_z = scene.emitter.z_mm + scene.pivot_behind_first_vertex_mm;  // lens coordinates
-  // Newton's equation: sizes go as the focal length to the distance from the front focal point. Upside down.
+  // Newton's equation: the magnification is the focal length over the distance from the front focal point. Inverted.
   const double image_per_object = -data.focal_length / (first_z + data.front_focal_length - object_z);
   const Sensor& sensor = scene.sensor;
   const double half_emitter = scene.emitter.side_mm / 2;
@@ -93,8 +93,8 @@ std::array<FieldPoint, 5> field_points(const SceneFile& scene) {
   const auto [low, high] = part(sensor.top_mm, sensor.top_mm - sensor.height * sensor.pitch_mm);
   if (!(left < right && low < high))
     throw Error(ErrorKind::bad_input, "scene '" + scene.name +
-                                          "': the sensor sees no part of the target, so that its "
-                                          "field has neither a centre nor corners");
+                                          "': no part of the target is imaged onto the sensor, so that "
+                                          "the field has no centre and no corners; check sensor and emitter");
   std::array<FieldPoint, 5> points;
   const double x = (left + right) / 2, y = (low + high) / 2;
   points[0] = {x, y, 1, 0};
@@ -117,7 +117,7 @@ Modulation FieldMtfMeter::modulation_at(const FieldPoint& point, const optics::A
                                         const std::vector<double>& true_pose, double lp_per_mm) const {
   if (!scene_->wavelengths.empty()) return of_all_wavelengths(point, assembly, true_pose, lp_per_mm);
   const RayBundle bundle(*scene_, assembly, true_pose, {point.x_mm, point.y_mm}, aim_.z_mm);
-  const Window window = passing(bundle, aim_);
+  const Window window = passing_window(bundle, aim_);
   if (!(window.low_u < window.high_u)) return {};
   if (diffraction_) {
     const WavePupil pupil(bundle, window, fresnel_, {point.radial_x, point.radial_y});
@@ -137,7 +137,7 @@ Modulation FieldMtfMeter::of_all_wavelengths(const FieldPoint& point, const opti
     const double weight = scene_->wavelengths[i].weight;
     const RayBundle bundle(*scene_, lenses[i], true_pose, {point.x_mm, point.y_mm}, aim_.z_mm,
                            scene_->wavelengths[i].lens.wavelength_nm);
-    const Window window = passing(bundle, aim_);
+    const Window window = passing_window(bundle, aim_);
     if (!(window.low_u < window.high_u)) continue;
     if (!diffraction_) {
       const double area = (window.high_u - window.low_u) * (window.high_v - window.low_v);

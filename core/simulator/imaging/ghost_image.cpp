@@ -5,10 +5,10 @@
 namespace relign::imaging {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
+using optics::kPi;
 
-// Streams of one frame seed, see Dice; truth groups follow.
-enum Use : std::uint32_t { kCounts = 1, kPlayed = 2, kShift = 3, kBranches = 4 };
+// Streams of one frame seed, see PathRandom.
+enum Use : std::uint32_t { kCounts = 1, kPaths = 2, kShift = 3, kBranches = 4 };
 
 }  // namespace
 
@@ -17,7 +17,7 @@ DirectionBox GhostImage::directions(const PixelBox& box) const {
   const optics::Vec3 first = sensor.place(box.column, box.row);
   const optics::Vec3 last = sensor.place(box.column + box.columns, box.row + box.rows);
   const DirectionBox found = paths_.towards_lens(first.x, last.x, last.y, first.y);
-  // Corners of the box may stand out of the disc of directions: what is drawn there meets nothing.
+  // Corners of the box may be outside the disc of directions: samples there hit nothing.
   return found.area() < kPi ? found : DirectionBox{};
 }
 
@@ -50,16 +50,16 @@ void GhostImage::capture_within(const DirectionBox& directions, const PixelBox& 
   const int levels = share < 1 ? binomial_thresholds(samples, share, work.thresholds.data()) : 0;
   for_pixels(box, [&](int column, int row, std::uint32_t pixel) {
     int count = share < 1 ? 0 : samples;
-    const std::uint32_t drawn = Dice(seed, pixel, 0, kCounts).word();
+    const std::uint32_t drawn = PathRandom(seed, pixel, 0, kCounts).word();
     while (count < levels && drawn >= work.thresholds[static_cast<std::size_t>(count)]) ++count;
     double sum = 0;
     for (int sample = 0; sample < count; ++sample) {
-      Dice dice(seed, pixel, static_cast<std::uint32_t>(sample), kPlayed);
+      PathRandom random(seed, pixel, static_cast<std::uint32_t>(sample), kPaths);
       double unit[4];
       do
-        for (double& value : unit) value = dice.unit();
+        for (double& value : unit) value = random.unit();
       while (share >= 1 && !start(column, row, directions, unit).is_direction());
-      sum += paths_.play(start(column, row, directions, unit), dice);
+      sum += paths_.trace(start(column, row, directions, unit), random);
     }
     pixels[pixel] = static_cast<float>(kPi / samples * sum);
   });
@@ -69,18 +69,18 @@ void GhostImage::ghost_part(const PixelBox& box, std::uint64_t seed, std::uint32
                             const float* straight, Workspace& work, float* values) const {
   const DirectionBox directions = this->directions(box);
   for_pixels(box, [&](int column, int row, std::uint32_t pixel) {
-    Dice shifts(seed, pixel, group, kShift);
+    PathRandom shifts(seed, pixel, group, kShift);
     std::uint32_t word[4];
     for (std::uint32_t& shift : word) shift = shifts.word();
-    Dice dice(seed, pixel, group, kBranches);
+    PathRandom random(seed, pixel, group, kBranches);
     double sum = 0;
     for (int sample = 0; sample < samples; ++sample) {
       double unit[4];
       for (int k = 0; k < 4; ++k) {
-        unit[k] = Dice::unit(word[k]);
+        unit[k] = PathRandom::unit(word[k]);
         word[k] += kLatticeSteps[k];
       }
-      sum += paths_.ghost_part(start(column, row, directions, unit), dice, straight, work.waiting);
+      sum += paths_.ghost_part(start(column, row, directions, unit), random, straight, work.waiting);
     }
     *values++ = static_cast<float>(directions.area() / samples * sum);
   });

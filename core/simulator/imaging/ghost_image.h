@@ -1,5 +1,4 @@
-// Pixels under transport `ghost`, a box of them at a time.
-// Not part of the room's face; camera.cpp uses it.
+// Renders boxes of pixels under transport `ghost`. Internal to imaging; used by camera.cpp.
 #pragma once
 
 #include <cstdint>
@@ -17,19 +16,20 @@ class GhostImage {
     paths_.place(assembly, lens_to_world);
   }
 
-  // What a thread needs.
+  // Buffers of one thread.
   struct Workspace {
     std::vector<GhostPaths::Branch> waiting;
     std::vector<std::uint32_t> thresholds;
   };
 
-  // A box of pixels of a capture with `samples` directions over the hemisphere. Directions that miss the lens are
-  // counted, not traced: how many of a pixel's directions fall into a box around it is binomial.
+  // Renders a box of pixels of a capture with `samples` directions over the hemisphere. Directions that miss the lens
+  // are not traced: how many of a pixel's directions are in a box around the lens is drawn from a binomial
+  // distribution.
   void capture(const PixelBox& box, std::uint64_t seed, int samples, Workspace& work, float* pixels) const;
-  // The same tracing every direction: the cross-check.
+  // The same, tracing every direction: the cross-check.
   void capture_everywhere(const PixelBox& box, std::uint64_t seed, int samples, Workspace& work, float* pixels) const;
-  // Unbiased estimates of what light that was reflected adds, row by row: `samples` weighted paths a pixel. Groups
-  // are independent. `straight`: the image without that light, all pixels of the sensor, see GhostPaths::ghost_part.
+  // Unbiased estimates of the reflected light, row by row, from `samples` weighted paths per pixel. Groups are
+  // independent. `straight`: the image without that light, all pixels of the sensor, see GhostPaths::ghost_part.
   void ghost_part(const PixelBox& box, std::uint64_t seed, std::uint32_t group, int samples, const float* straight,
                   Workspace& work, float* values) const;
 

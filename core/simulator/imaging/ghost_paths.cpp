@@ -8,10 +8,9 @@ namespace {
 
 using optics::AtFace;
 using optics::GhostWalk;
+using optics::kPi;
 using optics::Vec3;
 using optics::WalkingRay;
-
-constexpr double kPi = 3.14159265358979323846;
 
 // The paper's renderer: from the fifth event on a path survives with its throughput, at most 0.95.
 constexpr int kRouletteFrom = 5;
@@ -73,7 +72,7 @@ bool GhostPaths::start_walk(const Vec3& place, double p, double q, WalkingRay& r
   return walk_.enter_from_image(world_to_lens_.point(place), world_to_lens_.direction({p, q, -std::sqrt(rest)}), ray);
 }
 
-std::optional<GhostPaths::OnSensor> GhostPaths::meet_sensor(const WalkingRay& ray) const {
+std::optional<GhostPaths::OnSensor> GhostPaths::intersect_sensor(const WalkingRay& ray) const {
   const Vec3 at = lens_to_world_.point(ray.at), direction = lens_to_world_.direction(ray.direction);
   if (!(direction.z > 0)) return std::nullopt;
   const Sensor& sensor = scene_->sensor;
@@ -85,11 +84,11 @@ std::optional<GhostPaths::OnSensor> GhostPaths::meet_sensor(const WalkingRay& ra
       hit, static_cast<std::size_t>(row) * static_cast<std::size_t>(sensor.width) + static_cast<std::size_t>(column)};
 }
 
-bool GhostPaths::scatter(const OnSensor& from, WalkingRay& ray, Dice& dice) const {
+bool GhostPaths::scatter(const OnSensor& from, WalkingRay& ray, PathRandom& random) const {
   double p = 0, q = 0;
   do {  // uniform on the disc of direction cosines: light scattered evenly
-    p = 2 * dice.unit() - 1;
-    q = 2 * dice.unit() - 1;
+    p = 2 * random.unit() - 1;
+    q = 2 * random.unit() - 1;
   } while (!(p * p + q * q < 1));
   return start_walk(from.place, p, q, ray);
 }
@@ -102,7 +101,7 @@ double GhostPaths::radiance(const WalkingRay& ray) const {
   return scene_->emitter.radiance_at(at.x + distance * direction.x, at.y + distance * direction.y);
 }
 
-double GhostPaths::play(const PathStart& start, Dice& dice) const {
+double GhostPaths::trace(const PathStart& start, PathRandom& random) const {
   WalkingRay ray;
   if (!start_walk(start, ray)) return 0;
   double weight = 1;
@@ -114,11 +113,12 @@ double GhostPaths::play(const PathStart& start, Dice& dice) const {
       case GhostWalk::Next::object_side:
         return weight * radiance(ray);
       case GhostWalk::Next::image_side:
-        if (const auto hit = albedo_ > 0 ? meet_sensor(ray) : std::nullopt; !hit || !scatter(*hit, ray, dice)) return 0;
+        if (const auto hit = albedo_ > 0 ? intersect_sensor(ray) : std::nullopt; !hit || !scatter(*hit, ray, random))
+          return 0;
         weight *= albedo_;
         break;
       case GhostWalk::Next::face:
-        if (dice.unit() < met.reflectance)
+        if (random.unit() < met.reflectance)
           walk_.reflect(met, ray);
         else
           walk_.refract(met, ray);
@@ -126,20 +126,20 @@ double GhostPaths::play(const PathStart& start, Dice& dice) const {
     }
     if (events >= kRouletteFrom) {
       const double survival = std::min(weight, kRouletteMost);
-      if (!(dice.unit() < survival)) return 0;
+      if (!(random.unit() < survival)) return 0;
       weight /= survival;
     }
   }
   return 0;
 }
 
-double GhostPaths::ghost_part(const PathStart& start, Dice& dice, const float* straight,
+double GhostPaths::ghost_part(const PathStart& start, PathRandom& random, const float* straight,
                               std::vector<Branch>& waiting) const {
   Branch branch;
   if (!start_walk(start, branch.ray)) return 0;
   const auto survives = [&](double& weight) {
     if (weight >= kLeastWeight) return true;
-    if (!(dice.unit() * kLeastWeight < weight)) return false;
+    if (!(random.unit() * kLeastWeight < weight)) return false;
     weight = kLeastWeight;
     return true;
   };
@@ -159,11 +159,11 @@ double GhostPaths::ghost_part(const PathStart& start, Dice& dice, const float* s
       case GhostWalk::Next::image_side:
         branch.weight *= albedo_;
         alive = false;
-        if (const auto hit = branch.weight > 0 ? meet_sensor(branch.ray) : std::nullopt) {
-          // Scattered evenly: the mean radiance that is met is the irradiance over pi.
+        if (const auto hit = branch.weight > 0 ? intersect_sensor(branch.ray) : std::nullopt) {
+          // Lambertian: the mean incident radiance is the irradiance over pi.
           seen += branch.weight * static_cast<double>(straight[hit->pixel]) / kPi;
           branch.reflected = false;
-          alive = survives(branch.weight) && scatter(*hit, branch.ray, dice);
+          alive = survives(branch.weight) && scatter(*hit, branch.ray, random);
         }
         break;
       case GhostWalk::Next::face: {

@@ -6,7 +6,7 @@
 namespace relign::imaging {
 namespace {
 
-// The places that a sensor can take in lens coordinates, over all poses.
+// The positions of the sensor in lens coordinates, over all poses.
 optics::PlaceRange reachable(const SceneFile& scene) {
   const double half = scene.sensor.half_extent_mm();
   const double shift = std::max(scene.travel.shift_mm[0], scene.travel.shift_mm[1]);
@@ -37,18 +37,18 @@ std::vector<optics::Assembly> at_wavelengths(const SceneFile& scene, const optic
   return all;
 }
 
-MountedLens::Look::Look(const optics::Assembly& of, std::shared_ptr<const optics::PupilSearch> how)
+MountedLens::AtWavelength::AtWavelength(const optics::Assembly& of, std::shared_ptr<const optics::PupilSearch> how)
     : assembly(of), search(std::move(how)), table(assembly, *search) {}
 
 MountedLens::MountedLens(const SceneFile& scene, const optics::Assembly& assembly) {
   const auto search = [&](const std::shared_ptr<const optics::PupilSearch>& known, const optics::Prescription& lens) {
     return known ? known : std::make_shared<optics::PupilSearch>(search_pupil(scene, lens));
   };
-  looks_.push_back(std::make_unique<Look>(assembly, search(scene.pupil, scene.lens)));
+  at_wavelengths_.push_back(std::make_unique<AtWavelength>(assembly, search(scene.pupil, scene.lens)));
   const std::vector<optics::Assembly> others = at_wavelengths(scene, assembly);
   for (std::size_t i = 0; i < others.size(); ++i) {
     const SceneWavelength& one = scene.wavelengths[i];
-    looks_.push_back(std::make_unique<Look>(others[i], search(one.pupil, one.lens)));
+    at_wavelengths_.push_back(std::make_unique<AtWavelength>(others[i], search(one.pupil, one.lens)));
   }
 }
 

@@ -13,7 +13,7 @@ namespace {
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
 using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;
 
-// Of a least-squares problem: sums of J^T J, J^T r and r^2.
+// Sums of J^T J, J^T r and r^2 of a least-squares problem.
 struct NormalEquations {
   explicit NormalEquations(std::size_t axes)
       : jtj(Matrix::Zero(static_cast<int>(axes), static_cast<int>(axes))), jtr(Vector::Zero(static_cast<int>(axes))) {}
@@ -22,7 +22,7 @@ struct NormalEquations {
     jtr += residual * slope;
     squares += residual * residual;
   }
-  // A step of Levenberg and Marquardt, cut so that the pose stays inside the travel.
+  // A Levenberg-Marquardt step, clamped to the travel.
   std::vector<double> stepped(const std::vector<double>& pose, double damping) const {
     Matrix damped = jtj;
     damped.diagonal() *= 1 + damping;
@@ -39,11 +39,11 @@ struct NormalEquations {
 };
 
 constexpr int kRaysAPlace = 16;
-constexpr double kRim = 0.9;  // of the tile's ellipse, which is a little larger than the pupil
+constexpr double kRim = 0.9;  // of the tile's ellipse, which is slightly larger than the pupil
 
 }  // namespace
 
-// Rays from the middles of tiles, and where they meet the emitter.
+// Rays from the centres of tiles, and their hits on the emitter.
 class OptimumFinder::Spots {
  public:
   Spots(const SceneFile& scene, Parallel& parallel)
@@ -70,7 +70,7 @@ class OptimumFinder::Spots {
     const optics::BlockKernels& kernels = optics::block_kernels();
     for (std::size_t index = 0; index < tiles_.tiles().size(); ++index) {
       const Tile& tile = tiles_.tiles()[index];
-      if (tile.blind || tile.whole_disc) continue;
+      if (tile.unlit || tile.whole_disc) continue;
       start(tile);
       kernels.trace(*block_, ops_.data(), static_cast<int>(ops_.size()), false, kRaysAPlace);
       kernels.look_up(*block_, emitter_, kRaysAPlace);
@@ -81,7 +81,7 @@ class OptimumFinder::Spots {
     }
   }
 
-  // Of the distances between hits and targets, in shares of the emitter; rays that do not arrive count nothing.
+  // Normal equations of the distances between hits and targets, in emitter sides; rays that do not arrive are ignored.
   NormalEquations equations(MountedLens& lens, const std::vector<double>& pose) {
     constexpr double kStep = 1e-3;
     const std::size_t axes = pose.size();
@@ -144,20 +144,20 @@ class OptimumFinder::Spots {
   std::vector<optics::Op> ops_;
   optics::EmitterPlane emitter_{};
   std::unique_ptr<optics::RayBlock> block_;
-  // Ray by ray where the perfect lens at the nominal pose sees: its aberrations and its focus are wanted as they are.
+  // Hits of the perfect lens at the nominal pose, ray by ray: its aberrations and focus are part of the goal.
   std::vector<Hit> targets_;
   std::vector<Hit> hits_;
-  std::vector<std::vector<Hit>> moved_;  // with each axis a step on
+  std::vector<std::vector<Hit>> moved_;  // with each axis moved by a step
 };
 
-struct OptimumFinder::Straight {
-  Straight(const SceneFile& scene, Parallel& parallel)
+struct OptimumFinder::WithoutGhosts {
+  WithoutGhosts(const SceneFile& scene, Parallel& parallel)
       : camera(scene, {}, parallel), reference(make_reference(scene, {}, parallel, {}, {})) {}
   Camera camera;
   Reference reference;
 };
 
-struct OptimumFinder::Eye {
+struct OptimumFinder::SearchCamera {
   Camera& camera;
   const Reference& reference;
 };
@@ -171,10 +171,10 @@ OptimumFinder::OptimumFinder(const SceneFile& scene, const CaptureSettings& sett
       reference_(&reference),
       spots_(std::make_unique<Spots>(scene, parallel)) {}
 
-OptimumFinder::Eye OptimumFinder::searching_eye() {
+OptimumFinder::SearchCamera OptimumFinder::search_camera() {
   if (transport_ != Transport::ghost) return {*camera_, *reference_};
-  if (!straight_) straight_ = std::make_unique<Straight>(*scene_, *parallel_);
-  return {straight_->camera, straight_->reference};
+  if (!without_ghosts_) without_ghosts_ = std::make_unique<WithoutGhosts>(*scene_, *parallel_);
+  return {without_ghosts_->camera, without_ghosts_->reference};
 }
 
 OptimumFinder::~OptimumFinder() = default;
@@ -199,31 +199,31 @@ std::vector<double> OptimumFinder::by_images(MountedLens& lens, std::vector<doub
   constexpr double kStep = 2e-3;     // of the travel: a fraction of a pixel
   constexpr double kNothing = 1e-8;  // of MSE: a gain that is not worth another round
   const std::size_t count = scene_->sensor.pixels(), axes = pose.size();
-  const Eye eye = searching_eye();
+  const SearchCamera search = search_camera();
   std::vector<float> here(count);
   std::vector<std::vector<float>> there(axes, std::vector<float>(count));
-  double lowest = eye.camera.noise_free_mse(lens, pose, seed, eye.reference).mse;
+  double lowest = search.camera.noise_free_mse(lens, pose, seed, search.reference).mse;
   double damping = 0.01;
   for (int round = 0; round < kRounds; ++round) {
-    eye.camera.render_noise_free(lens, pose, seed, kSamples, here.data());
+    search.camera.render_noise_free(lens, pose, seed, kSamples, here.data());
     std::vector<double> step(axes);
     for (std::size_t axis = 0; axis < axes; ++axis) {
       std::vector<double> moved = pose;
       step[axis] = pose[axis] < 0.5 ? kStep : -kStep;
       moved[axis] += step[axis];
-      eye.camera.render_noise_free(lens, moved, seed, kSamples, there[axis].data());
+      search.camera.render_noise_free(lens, moved, seed, kSamples, there[axis].data());
     }
     NormalEquations sums(axes);
     Vector slope(static_cast<int>(axes));
     for (std::size_t i = 0; i < count; ++i) {
       for (std::size_t axis = 0; axis < axes; ++axis)
         slope[static_cast<int>(axis)] = static_cast<double>(there[axis][i] - here[i]) / step[axis];
-      sums.add(slope, static_cast<double>(here[i] - eye.reference.mean[i]));
+      sums.add(slope, static_cast<double>(here[i] - search.reference.mean[i]));
     }
     double gain = 0;
     for (int attempt = 0; attempt < 4 && gain <= 0; ++attempt) {
       const std::vector<double> next = sums.stepped(pose, damping);
-      const double mse = eye.camera.noise_free_mse(lens, next, seed, eye.reference).mse;
+      const double mse = search.camera.noise_free_mse(lens, next, seed, search.reference).mse;
       if (mse < lowest) {
         gain = lowest - mse;
         lowest = mse;

@@ -1,10 +1,10 @@
-// Where a lens as built is best: the pose with the lowest noise-free MSE, what an ideal algorithm could reach.
+// Finds the pose with the lowest noise-free MSE of a lens as built, which an ideal algorithm would reach.
 //
-// Coarse: least squares over rays. From places on the sensor the rays of the lens's pupil shall meet the emitter where
-// the perfect lens at the nominal pose sees it from there: one Gauss-Newton problem in the pose, smooth and with a wide
-// valley. Fine: Levenberg-Marquardt on the image's own residual, with noise-free renders of one seed, so that
-// differences of images are differences of poses; every step is checked on the noise-free MSE. Under transport ghost
-// the search looks at images without ghosts, which cost a hundredth: a veil does not tell where an image is sharp.
+// Coarse: least squares over rays. Rays from points on the sensor should hit the emitter where those of the perfect
+// lens at the nominal pose do: one Gauss-Newton problem in the pose, smooth, with a wide basin. Fine:
+// Levenberg-Marquardt on the image residual, with noise-free renders of one seed, so that images differ only by pose;
+// every step is checked on the noise-free MSE. Under transport ghost the search uses images without stray light, which
+// cost a hundredth: stray light carries no information on sharpness.
 #pragma once
 
 #include <cstdint>
@@ -17,25 +17,25 @@ namespace relign::imaging {
 
 struct OwnOptimum {
   std::vector<double> true_pose;  // within 0..1
-  MseEstimate error;              // there, by a stream of its own: not the one that chose the pose
+  MseEstimate error;              // there, with another random stream than the search
 };
 
 class OptimumFinder {
  public:
-  // All but settings outlive the finder; `camera` is of the same scene, settings and threads.
+  // Everything but settings must outlive the finder; `camera` has the same scene, settings and threads.
   OptimumFinder(const SceneFile& scene, const CaptureSettings& settings, Camera& camera, Parallel& parallel,
                 const Reference& reference);
   ~OptimumFinder();
 
   // A pure function of lens and seed.
   OwnOptimum find(MountedLens& lens, std::uint64_t seed);
-  // The coarse part alone.
+  // The coarse search alone.
   std::vector<double> by_rays(MountedLens& lens);
 
  private:
   class Spots;
-  struct Eye;  // a camera with its reference
-  Eye searching_eye();
+  struct SearchCamera;  // a camera and its reference
+  SearchCamera search_camera();
   std::vector<double> by_images(MountedLens& lens, std::vector<double> pose, std::uint64_t seed);
 
   const SceneFile* scene_;
@@ -43,8 +43,8 @@ class OptimumFinder {
   Camera* camera_;
   Parallel* parallel_;
   const Reference* reference_;
-  struct Straight;
-  std::unique_ptr<Straight> straight_;  // transport ghost: without ghosts, once they are needed
+  struct WithoutGhosts;
+  std::unique_ptr<WithoutGhosts> without_ghosts_;  // transport ghost: made on first use
   std::unique_ptr<Spots> spots_;
 };
 

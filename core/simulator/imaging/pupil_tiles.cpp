@@ -8,33 +8,33 @@ namespace relign::imaging {
 namespace {
 
 using optics::kBlockRays;
+using optics::kPi;
 using optics::kSupports;
 using optics::Vec3;
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kAxesMargin =
-    0.05;  // for the curvature of regions across a tile: of 2e9 rays, the farthest was 0.02 out
+    0.05;  // for the curvature of regions across a tile: the farthest of 2e9 rays was 0.02 outside
 constexpr int kLeastTilesAcross = 12;
-constexpr double kProbeScale = 0.9;     // probing rays stay inside the passing region
-constexpr double kHullWidening = 0.15;  // of the hull's own size, to each side
-// And of the blur, how far one place's probing rays spread: defocus and low aberrations go on past the probing rays as
-// they began, the high aberrations of a strong blur do not.
+constexpr double kProbeScale = 0.9;     // probe rays stay inside the passing region
+constexpr double kHullWidening = 0.15;  // of the hull's own size, on each side
+// And of the blur, the spread of one corner's probe rays: defocus and low-order aberrations can be extrapolated beyond
+// the probe rays, the high-order aberrations of a strong blur cannot.
 constexpr double kBlurWidening = 0.2;
 constexpr double kStrongBlur = 0.1;  // of the emitter's side
 constexpr double kStrongBlurWidening = 0.75;
-constexpr double kLostBlurWidening = 0.3;  // where some probing rays were lost
+constexpr double kLostBlurWidening = 0.3;  // if some probe rays were lost
 constexpr double kLostStrongBlurWidening = 1;
-constexpr double kBlurryShare = 0.3;        // of the emitter's side: a blur that may carry light anywhere
+constexpr double kBlurryShare = 0.3;        // of the emitter's side: a blur that can carry light anywhere
 constexpr double kHullMarginShare = 0.005;  // of the emitter's side
-constexpr double kSteepMarginShare = 0.1;   // the same where regions are given in direction cosines
+constexpr double kSteepMarginShare = 0.1;   // the same for regions in direction cosines
 constexpr double kAnywhere = 1e300;         // mm: farther than any ray goes
-constexpr int kCellPixels = 3;              // a side: of the steps in which a tile's seen pixels are found
+constexpr int kCellPixels = 3;              // per side: the resolution of a tile's lit pixels
 
 constexpr double kMostSine = 0.999;  // against the axis
 
 double length(double a, double b) { return std::sqrt(a * a + b * b); }
 
-// Where rays met the emitter's plane, as a box.
+// Bounding box of hits on the emitter's plane.
 struct Hull {
   int hits = 0;
   double low_x = 1e300, high_x = -1e300, low_y = 1e300, high_y = -1e300;
@@ -46,8 +46,8 @@ struct Hull {
     low_y = std::min(low_y, y);
     high_y = std::max(high_y, y);
   }
-  // Widened by what lies between the probing rays, and by the blur: lenses with aberrations send rays of the rim
-  // farther out than the probing rays, which stay inside it.
+  // Widened for rays between the probe rays, and by the blur: aberrations send rays at the rim of the region farther
+  // out than the probe rays, which stay inside it.
   bool misses(double half_emitter, double blur_margin) const {
     const double margin = kHullMarginShare * 2 * half_emitter + blur_margin;
     const double wide_x = kHullWidening * (high_x - low_x) + margin, wide_y = kHullWidening * (high_y - low_y) + margin;
@@ -73,8 +73,7 @@ PupilTiles::PupilTiles(const SceneFile& scene, Parallel& parallel) : scene_(&sce
   for (unsigned thread = 0; thread < parallel.threads(); ++thread)
     blocks_.push_back(std::make_unique<optics::RayBlock>());
   const int width = scene.sensor.width, height = scene.sensor.height;
-  // Tiles are small beside the image, whatever the pixels: what their corners see must tell what lies
-  // between.
+  // Tiles are small compared with the image, whatever its resolution, so that corners represent what is between them.
   tile_pixels_ = std::clamp(std::min(width, height) / kLeastTilesAcross, 1, kTilePixels);
   across_ = (width + tile_pixels_ - 1) / tile_pixels_;
   down_ = (height + tile_pixels_ - 1) / tile_pixels_;
@@ -88,7 +87,7 @@ PupilTiles::PupilTiles(const SceneFile& scene, Parallel& parallel) : scene_(&sce
       tile.box.rows = std::min(tile_pixels_, height - tile.box.row);
       tiles_.push_back(tile);
     }
-  sights_.resize(tiles_.size());
+  visibilities_.resize(tiles_.size());
 }
 
 std::array<const PupilTiles::Corner*, 4> PupilTiles::corners_of(const Tile& tile) const {
@@ -103,7 +102,7 @@ Vec3 PupilTiles::corner_place(int tile_column, int tile_row) const {
                       std::min(tile_row * tile_pixels_, sensor.height));
 }
 
-// What passes from the places that this pose needs. Other threads may look through the same lens.
+// Computes the regions that this pose needs. Other threads may use the same lens.
 void PupilTiles::fill_table(MountedLens& lens, std::size_t which, const optics::Motion& lens_to_world) {
   const std::lock_guard<std::mutex> lock(lens.table_mutex());
   optics::PassingTable& table = lens.table(which);
@@ -123,8 +122,8 @@ void PupilTiles::fill_table(MountedLens& lens, std::size_t which, const optics::
 
 namespace {
 
-// Directions (of any length) that hold a region told on a plane: from a place to where the support lines k and k + 1
-// meet.
+// Directions (of any length) whose hull contains a region on a plane: from `place` to the intersections of support
+// lines k and k + 1.
 void directions_on_plane(const optics::PassingRegion& region, const Vec3& place, double plane_z, Vec3* directions) {
   const double one_step = optics::support_direction(1, kSupports)[1];  // sine of the angle between supports
   for (std::size_t k = 0; k < kSupports; ++k) {
@@ -139,8 +138,8 @@ void directions_on_plane(const optics::PassingRegion& region, const Vec3& place,
   }
 }
 
-// The same for a region of direction cosines. Supports widened one by one need not be those of a convex region: the
-// border is where the first support line ends each of twice as many azimuths, a little farther for what lies between.
+// The same for a region of direction cosines. Supports widened one by one need not describe a convex region: the border
+// is where the first support line cuts each of twice as many azimuths, plus a margin for directions in between.
 void directions_of_cosines(const optics::PassingRegion& region, Vec3* directions) {
   constexpr int kAzimuths = 2 * kSupports;
   constexpr double kBetween = 1.005;  // 1 / cos(pi / 32)
@@ -248,20 +247,20 @@ void PupilTiles::probe_emitter(int row, const optics::BackwardPath& path, const 
   if (count > 0) flush();
 }
 
-// How far the probing rays of a corner spread; 0 if all of them miss the emitter.
+// The spread of the probe rays of a corner; 0 if all of them miss the emitter.
 double PupilTiles::blur(const Corner& corner, double half_emitter) {
   Hull hull;
-  bool sees = false;
+  bool lit = false;
   for (std::size_t probe = 0; probe < kProbes; ++probe) {
     if (!corner.hit[probe]) continue;
     const double x = corner.hit_x[probe], y = corner.hit_y[probe];
     hull.add(x, y);
-    sees |= std::fabs(x) < half_emitter && std::fabs(y) < half_emitter;
+    lit |= std::fabs(x) < half_emitter && std::fabs(y) < half_emitter;
   }
-  return sees ? std::max(hull.high_x - hull.low_x, hull.high_y - hull.low_y) : 0;
+  return lit ? std::max(hull.high_x - hull.low_x, hull.high_y - hull.low_y) : 0;
 }
 
-// What to add to a tile's hulls. Lost probing rays tell nothing, though rays beside them may arrive.
+// What to add to a tile's hulls. Lost probe rays are inconclusive, since rays beside them may arrive.
 double PupilTiles::blur_margin(const std::array<const Corner*, 4>& corners, double half_emitter) const {
   double largest = 0;
   bool lost = false;
@@ -270,25 +269,27 @@ double PupilTiles::blur_margin(const std::array<const Corner*, 4>& corners, doub
     largest = std::max(largest, blur(*corner, kAnywhere));
   }
   if (lost && blurry_) return kAnywhere;
-  // Strong aspheres bend light too much between corners and probes for less.
+  // Strong aspheres: light can deviate this much between corners and probe rays.
   if (!table_->search().on_plane()) return lost ? kAnywhere : largest + kSteepMarginShare * 2 * half_emitter;
   const bool strong = largest > kStrongBlur * 2 * half_emitter;
   if (lost) return (strong ? kLostStrongBlurWidening : kLostBlurWidening) * largest;
   return (strong ? kStrongBlurWidening : kBlurWidening) * largest;
 }
 
-PupilTiles::Sight PupilTiles::sight(const Tile& tile, double half_emitter) const {
+PupilTiles::Visibility PupilTiles::visibility(const Tile& tile, double half_emitter) const {
   Hull hull;
   for (const Corner* corner : corners_of(tile))
     for (std::size_t probe = 0; probe < kProbes; ++probe)
       if (corner->hit[probe]) hull.add(corner->hit_x[probe], corner->hit_y[probe]);
-  if (hull.hits == 0) return Sight::unknown;
-  return hull.misses(half_emitter, blur_margin(corners_of(tile), half_emitter)) ? Sight::nothing : Sight::emitter;
+  if (hull.hits == 0) return Visibility::unknown;
+  return hull.misses(half_emitter, blur_margin(corners_of(tile), half_emitter)) ? Visibility::nothing
+                                                                                : Visibility::emitter;
 }
 
-// Between the corners each probing ray's hit is bilinear, as far as culling needs it: the lens does not bend that
-// much over a tile. A probe that arrives from some corners only says nothing, and then all pixels count.
-PixelBox PupilTiles::pixels_that_see(const Tile& tile, double half_emitter) const {
+// Interpolates the hits of each probe ray bilinearly between the corners, which is accurate enough for culling, since
+// the mapping is smooth over a tile. A probe that arrives from some corners only is inconclusive: then all pixels count
+// as lit.
+PixelBox PupilTiles::lit_pixels(const Tile& tile, double half_emitter) const {
   const std::array<const Corner*, 4> corners = corners_of(tile);
   Hull all;
   for (const Corner* corner : corners)
@@ -335,35 +336,35 @@ PixelBox PupilTiles::pixels_that_see(const Tile& tile, double half_emitter) cons
       low_y = std::min(low_y, y);
       high_y = std::max(high_y, y);
     }
-  PixelBox seen;
-  if (high_x < 0) return seen;
+  PixelBox lit;
+  if (high_x < 0) return lit;
   const int end_column = std::min((high_x + 1) * kCellPixels, tile.box.columns);
   const int end_row = std::min((high_y + 1) * kCellPixels, tile.box.rows);
-  seen.column = tile.box.column + low_x * kCellPixels;
-  seen.row = tile.box.row + low_y * kCellPixels;
-  seen.columns = end_column - low_x * kCellPixels;
-  seen.rows = end_row - low_y * kCellPixels;
-  return seen;
+  lit.column = tile.box.column + low_x * kCellPixels;
+  lit.row = tile.box.row + low_y * kCellPixels;
+  lit.columns = end_column - low_x * kCellPixels;
+  lit.rows = end_row - low_y * kCellPixels;
+  return lit;
 }
 
-// A tile from whose corners no probing ray passes the whole lens may still see a sliver of the emitter
-// if a neighbour sees it, or if the image is very blurred.
-void PupilTiles::find_blind_tiles(double half_emitter) {
+// A tile from whose corners no probe ray passes the whole lens may still receive some light of the emitter if a
+// neighbour does, or if the image is very blurred.
+void PupilTiles::find_unlit_tiles(double half_emitter) {
   blurry_ = false;
   for (const Corner& corner : corners_)
     blurry_ = blurry_ || blur(corner, half_emitter) > kBlurryShare * 2 * half_emitter;
-  for (std::size_t i = 0; i < tiles_.size(); ++i) sights_[i] = sight(tiles_[i], half_emitter);
+  for (std::size_t i = 0; i < tiles_.size(); ++i) visibilities_[i] = visibility(tiles_[i], half_emitter);
   for (int row = 0; row < down_; ++row)
     for (int column = 0; column < across_; ++column) {
       const auto at = static_cast<std::size_t>(row * across_ + column);
       bool neighbour = false;
       for (int r = std::max(0, row - 1); r <= std::min(down_ - 1, row + 1); ++r)
         for (int c = std::max(0, column - 1); c <= std::min(across_ - 1, column + 1); ++c)
-          neighbour |= sights_[static_cast<std::size_t>(r * across_ + c)] == Sight::emitter;
+          neighbour |= visibilities_[static_cast<std::size_t>(r * across_ + c)] == Visibility::emitter;
       bool passes = false;
       for (const Corner* corner : corners_of(tiles_[at])) passes |= !corner->empty;
-      tiles_[at].blind =
-          !passes || sights_[at] == Sight::nothing || (sights_[at] == Sight::unknown && !neighbour && !blurry_);
+      tiles_[at].unlit = !passes || visibilities_[at] == Visibility::nothing ||
+                         (visibilities_[at] == Visibility::unknown && !neighbour && !blurry_);
     }
 }
 
@@ -374,17 +375,17 @@ void PupilTiles::fit_tile(Tile& tile, const optics::BackwardPath& path) const {
   const double at_x[4] = {-half_x, half_x, -half_x, half_x};
   const double at_y[4] = {half_y, half_y, -half_y, -half_y};
 
-  int seen = 0;
+  int corners_with_light = 0;
   double centre[2] = {0, 0}, slope[4] = {0, 0, 0, 0};
   for (const Corner* corner : corners) {
     if (corner->empty) continue;
-    ++seen;
+    ++corners_with_light;
     centre[0] += corner->centre_p;
     centre[1] += corner->centre_q;
   }
-  centre[0] /= seen;
-  centre[1] /= seen;
-  if (seen == 4) {
+  centre[0] /= corners_with_light;
+  centre[1] /= corners_with_light;
+  if (corners_with_light == 4) {
     const auto along = [&](double Corner::*member, double* both) {
       const double c0 = corners[0]->*member, c1 = corners[1]->*member, c2 = corners[2]->*member,
                    c3 = corners[3]->*member;
@@ -394,8 +395,8 @@ void PupilTiles::fit_tile(Tile& tile, const optics::BackwardPath& path) const {
     along(&Corner::centre_p, slope);
     along(&Corner::centre_q, slope + 2);
   }
-  // Residuals of all polygon vertices from the moving centre, then the ellipse of their covariance
-  // blown up until it holds them all.
+  // Residuals of all polygon vertices from the moving centre, then the ellipse of their covariance scaled until it
+  // contains them all.
   double pp = 0, pq = 0, qq = 0;
   const auto residual = [&](int j, std::size_t k, double& dp, double& dq) {
     dp = corners[j]->p[k] - (centre[0] + slope[0] * at_x[j] + slope[1] * at_y[j]);
@@ -424,17 +425,17 @@ void PupilTiles::fit_tile(Tile& tile, const optics::BackwardPath& path) const {
       largest = std::max(largest, a * a + b * b);
     }
   }
-  // Corners where nothing passes: what passes in between is not bounded by corners alone.
-  const double scale = std::sqrt(largest) * (1 + kAxesMargin) * (seen == 4 ? 1.0 : 1.3);
+  // If no light passes at some corner, the corners alone do not bound the region: larger margin.
+  const double scale = std::sqrt(largest) * (1 + kAxesMargin) * (corners_with_light == 4 ? 1.0 : 1.3);
   optics::TileStart& start = tile.start;
   const double axes[4] = {scale * l00, 0, scale * l10, scale * l11};
-  // Farthest point of B from the disc's centre, from any place of the tile.
+  // Farthest point of B from the disc's centre, at any point of the tile.
   const double reach = length(centre[0], centre[1]) +
                        length(std::fabs(slope[0]) * half_x + std::fabs(slope[1]) * half_y,
                               std::fabs(slope[2]) * half_x + std::fabs(slope[3]) * half_y) +
                        length(axes[0], length(axes[2], axes[3]));
   tile.area = kPi * axes[0] * axes[3];
-  // Directions that B has beyond the disc are lost like any other: only a large B is worth no ellipse.
+  // Directions of B outside the disc are lost like others: only a large B is replaced by the whole disc.
   tile.whole_disc = tile.area > 0.5 * kPi || (table_->search().on_plane() && !(reach < 0.999));
   if (tile.whole_disc) tile.area = kPi;
 
@@ -453,13 +454,13 @@ void PupilTiles::fit(MountedLens& lens, const optics::Motion& lens_to_world, con
     fit_corners(row, lens_to_world);
     probe_emitter(row, path, ops, emitter, *blocks_[thread]);
   });
-  find_blind_tiles(emitter.half_side);
+  find_unlit_tiles(emitter.half_side);
   parallel_->for_each(static_cast<int>(tiles_.size()), [&](int index, unsigned) {
     Tile& tile = tiles_[static_cast<std::size_t>(index)];
-    if (tile.blind) return;
-    tile.seen = pixels_that_see(tile, emitter.half_side);
-    tile.blind = tile.seen.columns == 0;
-    if (!tile.blind) fit_tile(tile, path);
+    if (tile.unlit) return;
+    tile.lit = lit_pixels(tile, emitter.half_side);
+    tile.unlit = tile.lit.columns == 0;
+    if (!tile.unlit) fit_tile(tile, path);
   });
 }
 

@@ -1,11 +1,10 @@
-// The tiles of a frame: squares of pixels that share one region B of directions to sample.
+// The tiles of a frame: squares of pixels that share one importance region B of directions.
 //
-// For each tile B is an ellipse of direction cosines that covers every direction which can pass the
-// lens from any place of the tile (see optics/passing_table.h). Its centre moves with the place on
-// the sensor, its size does not: so the number of uniform directions out of n that fall into B is
-// binomial with one probability, area / pi, for all places, and the paper's noise can be drawn
-// exactly without tracing the directions that cannot pass. Tiles that see nothing of the emitter
-// are blind.
+// For each tile, B is an ellipse of direction cosines that covers every direction which can pass the lens from any
+// point of the tile (see optics/passing_table.h). Its centre moves with the position on the sensor, its size does not:
+// the number of n uniform directions that fall into B is therefore binomial with the same probability, area / pi,
+// everywhere, and the paper's noise can be drawn exactly without tracing directions that cannot pass. Tiles that
+// receive no light from the emitter are unlit.
 #pragma once
 
 #include <array>
@@ -21,9 +20,9 @@
 
 namespace relign::imaging {
 
-constexpr int kTilePixels = 12;                     // a side, at most
-constexpr int kProbes = 1 + optics::kSupports / 2;  // rays from each corner of tiles that look for the emitter
-constexpr int kMostSamples = 4096;                  // directions a pixel
+constexpr int kTilePixels = 12;                     // per side, at most
+constexpr int kProbes = 1 + optics::kSupports / 2;  // probe rays from each corner of tiles to the emitter
+constexpr int kMostSamples = 4096;                  // directions per pixel
 
 // Pixels [column, column + columns) x [row, row + rows).
 struct PixelBox {
@@ -33,68 +32,69 @@ struct PixelBox {
 
 struct Tile {
   PixelBox box;
-  PixelBox seen;  // holds every pixel of `box` that can see the emitter; undefined in blind tiles
-  bool blind = true;
-  bool whole_disc = false;  // B would leave the unit disc: directions are drawn from all of it
+  PixelBox lit;  // contains every pixel of `box` that the emitter can light; undefined in unlit tiles
+  bool unlit = true;
+  bool whole_disc = false;  // B would leave the unit disc: directions are drawn from the whole disc
   double area = 0;          // of B, direction cosines squared
   optics::TileStart start{};
 };
 
-// Where a tile's rays start: pixel pitch, and the way from the sensor to the path's first frame.
+// Sets where a tile's rays start: pixel pitch, and the motion from the sensor to the path's first frame.
 void set_places(optics::TileStart& start, const SceneFile& scene, const PixelBox& tile,
                 const optics::BackwardPath& path);
 
 class PupilTiles {
  public:
-  // Both outlive the tiles.
+  // Both must outlive the tiles.
   PupilTiles(const SceneFile& scene, Parallel& parallel);
 
-  // Fits all tiles to a lens at a pose, at one of its wavelengths (`which` of MountedLens). Allocates nothing after the
-  // first time.
+  // Fits all tiles to a lens at a pose, at one of its wavelengths (`which` of MountedLens). Does not allocate from the
+  // second call on.
   void fit(MountedLens& lens, const optics::Motion& lens_to_world, const optics::BackwardPath& path,
            const std::vector<optics::Op>& ops, const optics::EmitterPlane& emitter, std::size_t which = 0);
   const std::vector<Tile>& tiles() const { return tiles_; }
 
  private:
-  // What is known at one corner of tiles.
+  // Results at one corner of tiles.
   struct Corner {
     bool empty = true;
     double p[2 * optics::kSupports], q[2 * optics::kSupports];  // vertices of the polygon of passing directions
     double centre_p = 0, centre_q = 0;
-    // Where probing rays met the emitter's plane, and whether they did.
+    // Hits of the probe rays on the emitter's plane.
     int hits = 0;
     std::array<bool, kProbes> hit{};
     std::array<double, kProbes> hit_x{}, hit_y{};
   };
 
   void fill_table(MountedLens& lens, std::size_t which, const optics::Motion& lens_to_world);
-  // Of one row of corners.
+  // Fits one row of corners.
   void fit_corners(int row, const optics::Motion& lens_to_world);
   void probe_emitter(int row, const optics::BackwardPath& path, const std::vector<optics::Op>& ops,
                      const optics::EmitterPlane& emitter, optics::RayBlock& block);
   static double blur(const Corner& corner, double half_emitter);
   double blur_margin(const std::array<const Corner*, 4>& corners, double half_emitter) const;
-  enum class Sight { emitter, nothing, unknown };
-  Sight sight(const Tile& tile, double half_emitter) const;
-  // The pixels of a tile that can see the emitter, from what its corners see; all when that does not tell.
-  PixelBox pixels_that_see(const Tile& tile, double half_emitter) const;
-  void find_blind_tiles(double half_emitter);
+  enum class Visibility { emitter, nothing, unknown };
+  Visibility visibility(const Tile& tile, double half_emitter) const;
+  // The pixels of a tile that the emitter can light, from the hits of its corners; all pixels if these are
+  // inconclusive.
+  PixelBox lit_pixels(const Tile& tile, double half_emitter) const;
+  void find_unlit_tiles(double half_emitter);
   void fit_tile(Tile& tile, const optics::BackwardPath& path) const;
   std::array<const Corner*, 4> corners_of(const Tile& tile) const;  // left and right above, then below
   optics::Vec3 corner_place(int tile_column, int tile_row) const;
 
   const SceneFile* scene_;
-  const optics::PassingTable* table_ = nullptr;  // of the lens in place
+  const optics::PassingTable* table_ = nullptr;  // of the current lens
   Parallel* parallel_;
   int tile_pixels_;         // a side; fewer than kTilePixels when the sensor has few
   int across_, down_;       // tiles
   std::size_t points_ = 0;  // vertices of each corner's polygon
   std::vector<Corner> corners_;
   std::vector<Tile> tiles_;
-  bool blurry_ = false;                                    // over a large part of the emitter
+  bool blurry_ = false;                                    // hits spread over a large part of the emitter
   std::vector<int> missing_;                               // in the table
-  std::vector<Sight> sights_;                              // one a tile
-  std::vector<std::unique_ptr<optics::RayBlock>> blocks_;  // one a thread
+  std::vector<Visibility> visibilities_;                   // one per tile
+  std::vector<std::unique_ptr<optics::RayBlock>> blocks_;  // one per thread
 };
 
 }  // namespace relign::imaging

@@ -9,8 +9,8 @@
 namespace relign::imaging {
 namespace {
 
-constexpr double kReach = 3;        // largest clear radii
-constexpr int kCellsPerRadius = 4;  // of the paraxial pupil, while looking for what passes
+constexpr double kReach = 3;        // largest semi-diameters
+constexpr int kCellsPerRadius = 4;  // of the paraxial pupil, in the search for passing rays
 constexpr double kFirstWindow = 2;  // paraxial radii
 
 }  // namespace
@@ -26,7 +26,7 @@ PupilAim pupil_aim(const SceneFile& scene) {
   double widest = 0;
   for (const optics::Element& element : scene.lens.elements)
     for (const optics::Face& face : element.faces) widest = std::max(widest, face.clear_radius_mm);
-  // A pupil far away, as of a lens that is telecentric in front: rays are told apart at the first vertex.
+  // If the pupil is far away (telecentric in object space), rays are aimed at the plane of the first vertex.
   const double first_z = scene.lens.elements.front().faces.front().z_mm;
   const bool near = std::fabs(data.entrance_pupil_z - first_z) < 10 * (data.overall_length + widest) &&
                     data.entrance_pupil_diameter > 0;
@@ -62,7 +62,7 @@ RayBundle::Light RayBundle::at(double u_mm, double v_mm, bool fresnel) const {
   light.p = out.x;
   light.q = out.y;
   light.path_mm = ray.optical_path_mm - optics::dot(ray.image - ray.hits.back(), ray.exit_direction) + on;
-  // An emitter of one radiance: light goes with the projected solid angle.
+  // An emitter of uniform radiance: light is proportional to the projected solid angle.
   const double length2 = optics::dot(way, way);
   const double off_the_emitter = to_world_.direction(way).z;
   light.weight = std::max(0.0, off_the_emitter) * way.z / (length2 * length2) * (fresnel ? ray.transmittance : 1);
@@ -70,11 +70,11 @@ RayBundle::Light RayBundle::at(double u_mm, double v_mm, bool fresnel) const {
 }
 
 bool RayBundle::passes_bore(const optics::Vec3& last, const optics::Vec3& direction) const {
-  const auto& mount = assembly_.lens().mount;
-  if (!mount) return true;
-  const double on = (mount->to_z_mm - last.z) / direction.z;
+  const auto& barrel = assembly_.lens().barrel;
+  if (!barrel) return true;
+  const double on = (barrel->to_z_mm - last.z) / direction.z;
   const double x = last.x + on * direction.x, y = last.y + on * direction.y;
-  return x * x + y * y <= mount->bore_radius_mm * mount->bore_radius_mm;
+  return x * x + y * y <= barrel->bore_radius_mm * barrel->bore_radius_mm;
 }
 
 Window passing(const RayBundle& bundle, const PupilAim& aim) {

@@ -1,5 +1,5 @@
-// The rays of one place of the emitter through a lens at a pose, in double, by where they aim in the plane of the
-// entrance pupil: what single-ray judgements of a lens (field_mtf.h, wave_pupil.h) are made from.
+// The rays from one point of the emitter through a lens at a pose, in double, parametrised by their target in the plane
+// of the entrance pupil. Basis of field_mtf.h and wave_pupil.h.
 #pragma once
 
 #include <array>
@@ -9,24 +9,25 @@
 
 namespace relign::imaging {
 
-// Where rays aim, lens coordinates; of the design alone.
+// The plane that rays are aimed at, lens coordinates; depends only on the design.
 struct PupilAim {
   double z_mm = 0;       // rays are aimed at this plane
-  double radius_mm = 0;  // of the pupil, as first order has it
-  double reach_mm = 0;   // no ray farther off the axis can pass
+  double radius_mm = 0;  // of the paraxial pupil
+  double reach_mm = 0;   // no ray farther from the axis can pass
 };
 
 PupilAim pupil_aim(const SceneFile& scene);
 
 class RayBundle {
  public:
-  // scene and assembly outlive it. from: a place of the emitter, mm. wavelength_nm: 0 for that of the scene's lens.
+  // scene and assembly must outlive it. from: a point of the emitter, mm. wavelength_nm: 0 for that of the scene's
+  // lens.
   RayBundle(const SceneFile& scene, const optics::Assembly& assembly, const std::vector<double>& true_pose,
             const std::array<double, 2>& from, double pupil_z, double wavelength_nm = 0);
 
   struct Light {
-    double x_mm = 0, y_mm = 0;  // where it meets the sensor's plane, world
-    double weight = 0;          // its light per area of the plane that it aims at; 0: it does not pass
+    double x_mm = 0, y_mm = 0;  // hit on the sensor's plane, world
+    double weight = 0;          // its light per area of the aiming plane; 0: it does not pass
     double p = 0, q = 0;        // its direction cosines there along world x and y
     double path_mm = 0;         // optical path from the emitter to there
   };
@@ -50,11 +51,11 @@ struct Window {
   double low_u = 0, high_u = 0, low_v = 0, high_v = 0;
 };
 
-// What passes, with a cell's width around it. Empty (low_u > high_u) when nothing does.
+// The bounding box of passing rays, plus one cell. Empty (low_u > high_u) if none passes.
 Window passing(const RayBundle& bundle, const PupilAim& aim);
 
-// An even spread of numbers in 0..1 for the places in cells: rays on an even grid would be a grating, whose modulation
-// comes back where the light is spread far. which: 0 or 1.
+// A low-discrepancy sequence in 0..1 for positions in cells: rays on a regular grid would act as a grating, whose
+// modulation returns for strongly spread light. which: 0 or 1, the dimension.
 double scattered(int cell, int which);
 
 }  // namespace relign::imaging

@@ -9,11 +9,10 @@ namespace relign::imaging {
 namespace {
 
 using optics::kBlockRays;
+using optics::kPi;
 
-// Random streams of one frame seed, from RayPath::streams on; they separate the draws that a pixel makes.
+// Random streams of one frame seed, from RayPath::streams on: one for each purpose.
 enum Stream : std::uint32_t { kCounts = 0, kDirections = 1, kLattice = 2 };
-
-constexpr double kPi = 3.14159265358979323846;
 
 std::uint32_t low(std::uint64_t seed) { return static_cast<std::uint32_t>(seed); }
 std::uint32_t high(std::uint64_t seed) { return static_cast<std::uint32_t>(seed >> 32); }
@@ -31,20 +30,19 @@ RaySource::RaySource() {
 }
 
 void RaySource::start_tile(const SceneFile& scene, const optics::BackwardPath& path, const Tile& tile,
-                           const PixelBox& seen, float* sums) {
+                           const PixelBox& lit, float* sums) {
   sums_ = sums;
   start_ = tile.start;
   area_ = tile.area;
   whole_ = tile.whole_disc;
-  pixels_ = seen.columns * seen.rows;
+  pixels_ = lit.columns * lit.rows;
   std::fill_n(sums, pixels_, 0.0F);
-  if (tile.blind) set_places(start_, scene, tile.box, path);  // not fitted; the hemisphere sampler needs no region
+  if (tile.unlit) set_places(start_, scene, tile.box, path);  // not fitted; the hemisphere sampler needs no region
   const auto width = static_cast<std::uint32_t>(scene.sensor.width);
-  places_.columns = seen.columns;
-  places_.first_column =
-      static_cast<float>(seen.column - tile.box.column) - 0.5F * static_cast<float>(tile.box.columns);
-  places_.first_row = static_cast<float>(seen.row - tile.box.row) - 0.5F * static_cast<float>(tile.box.rows);
-  places_.first_number = static_cast<std::uint32_t>(seen.row) * width + static_cast<std::uint32_t>(seen.column);
+  places_.columns = lit.columns;
+  places_.first_column = static_cast<float>(lit.column - tile.box.column) - 0.5F * static_cast<float>(tile.box.columns);
+  places_.first_row = static_cast<float>(lit.row - tile.box.row) - 0.5F * static_cast<float>(tile.box.rows);
+  places_.first_number = static_cast<std::uint32_t>(lit.row) * width + static_cast<std::uint32_t>(lit.column);
   places_.frame_width = width;
 }
 
@@ -56,20 +54,20 @@ void RaySource::draw_words(std::uint64_t seed, std::uint32_t stream, int count) 
   optics::block_kernels().philox(block_, number_, sample_, stream, low(seed), high(seed), count);
 }
 
-void RaySource::trace_and_weigh(const RayPath& way, Weight weight, double bound, int count) {
+void RaySource::trace_and_weigh(const RayPath& path, Weight weight, double bound, int count) {
   const optics::BlockKernels& kernels = optics::block_kernels();
   if (whole_)
     kernels.start_in_hemisphere(block_, start_, count);
   else
     kernels.start_in_ellipse(block_, start_, count);
-  if (way.tracer)
-    way.tracer->trace(block_, way.fresnel, count);
+  if (path.tracer)
+    path.tracer->trace(block_, path.fresnel, count);
   else
-    kernels.trace(block_, way.ops, way.op_count, way.fresnel, count);
-  kernels.look_up(block_, *way.emitter, count);
-  if (weight == Weight::dice)
-    kernels.play_dice(block_, static_cast<float>(bound), count);
-  else if (way.fresnel)
+    kernels.trace(block_, path.ops, path.op_count, path.fresnel, count);
+  kernels.look_up(block_, *path.emitter, count);
+  if (weight == Weight::roulette)
+    kernels.play_roulette(block_, static_cast<float>(bound), count);
+  else if (path.fresnel)
     kernels.apply_transmittance(block_, count);
 }
 
@@ -83,7 +81,7 @@ void RaySource::add_by_owner(int count) {
 }
 
 template <class Words>
-void RaySource::equal_runs(const RayPath& way, int samples, Weight weight, double bound, const Words& words) {
+void RaySource::equal_runs(const RayPath& path, int samples, Weight weight, double bound, const Words& words) {
   const optics::BlockKernels& kernels = optics::block_kernels();
   const int rays = pixels_ * samples;
   const bool even = samples >= 8 && is_power_of_two(samples);
@@ -94,7 +92,7 @@ void RaySource::equal_runs(const RayPath& way, int samples, Weight weight, doubl
     for (int i = count; i < all; ++i) owner_[i] = 0;
     take_pixels(all);
     words(all);
-    trace_and_weigh(way, weight, bound, all);
+    trace_and_weigh(path, weight, bound, all);
     if (!even) {
       add_by_owner(count);
       continue;
@@ -106,32 +104,32 @@ void RaySource::equal_runs(const RayPath& way, int samples, Weight weight, doubl
   }
 }
 
-void RaySource::all_directions(const RayPath& way, std::uint64_t seed, int samples, double survival) {
+void RaySource::all_directions(const RayPath& path, std::uint64_t seed, int samples, double survival) {
   whole_ = true;
-  equal_runs(way, samples, Weight::dice, 1 / survival,
-             [&](int count) { draw_words(seed, way.streams + kDirections, count); });
+  equal_runs(path, samples, Weight::roulette, 1 / survival,
+             [&](int count) { draw_words(seed, path.streams + kDirections, count); });
 }
 
-void RaySource::random_directions(const RayPath& way, std::uint64_t seed, int samples) {
-  equal_runs(way, samples, Weight::transmittance, 1,
-             [&](int count) { draw_words(seed, way.streams + kDirections, count); });
+void RaySource::random_directions(const RayPath& path, std::uint64_t seed, int samples) {
+  equal_runs(path, samples, Weight::transmittance, 1,
+             [&](int count) { draw_words(seed, path.streams + kDirections, count); });
 }
 
-void RaySource::lattice_directions(const RayPath& way, std::uint64_t seed, std::uint32_t group, int samples) {
+void RaySource::lattice_directions(const RayPath& path, std::uint64_t seed, std::uint32_t group, int samples) {
   std::fill_n(sample_, kBlockRays, group);
   for (int from = 0; from < pixels_; from += kBlockRays) {
     const int count = std::min(kBlockRays, pixels_ - from);
     one_each(from, count);
-    draw_words(seed, way.streams + kLattice, padded(count));
+    draw_words(seed, path.streams + kLattice, padded(count));
     const std::uint32_t* const words[4] = {block_.u0, block_.u1, block_.u2, block_.u3};
     for (int k = 0; k < 4; ++k) std::copy_n(words[k], count, shift_[k] + from);
   }
   const std::uint32_t* const shift[4] = {shift_[0], shift_[1], shift_[2], shift_[3]};
-  equal_runs(way, samples, Weight::transmittance, 1,
+  equal_runs(path, samples, Weight::transmittance, 1,
              [&](int count) { optics::block_kernels().lattice(block_, owner_, sample_, shift, kLatticeSteps, count); });
 }
 
-// How many rays each pixel gets: its random word against the distribution function.
+// Draws the number of rays of each pixel: its random word against the distribution function.
 void RaySource::draw_counts(std::uint64_t seed, std::uint32_t streams, int samples, double probability) {
   const optics::BlockKernels& kernels = optics::block_kernels();
   std::uint32_t thresholds[kMostSamples];
@@ -146,17 +144,17 @@ void RaySource::draw_counts(std::uint64_t seed, std::uint32_t streams, int sampl
   if (probability >= 1) std::fill_n(drawn_, pixels_, static_cast<std::uint32_t>(samples));
 }
 
-void RaySource::binomial_directions(const RayPath& way, std::uint64_t seed, int samples, double survival) {
-  const double clearest = survival * way.highest_transmittance;
-  draw_counts(seed, way.streams, samples, area_ / kPi * clearest);
+void RaySource::binomial_directions(const RayPath& path, std::uint64_t seed, int samples, double survival) {
+  const double largest_survival = survival * path.highest_transmittance;
+  draw_counts(seed, path.streams, samples, area_ / kPi * largest_survival);
   const auto flush = [&](int count) {
     for (int i = count; i < padded(count); ++i) owner_[i] = 0;
     take_pixels(padded(count));
-    draw_words(seed, way.streams + kDirections, padded(count));
-    trace_and_weigh(way, Weight::dice, way.highest_transmittance, padded(count));
+    draw_words(seed, path.streams + kDirections, padded(count));
+    trace_and_weigh(path, Weight::roulette, path.highest_transmittance, padded(count));
     add_by_owner(count);
   };
-  constexpr std::uint32_t kAtOnce = 8;  // as many entries are written whatever the count: no branch to mispredict
+  constexpr std::uint32_t kAtOnce = 8;  // always writes this many entries: no branch to mispredict
   static_assert(kAtOnce <= kSpare);
   int filled = 0;
   for (int pixel = 0; pixel < pixels_; ++pixel)

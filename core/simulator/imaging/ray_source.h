@@ -1,5 +1,5 @@
-// Rays of one tile: draws them, traces them block by block, adds what they see to their pixels.
-// Not part of the room's face; camera.cpp uses it.
+// Draws the rays of one tile, traces them block by block and adds their radiance to their pixels. Internal to imaging;
+// used by camera.cpp.
 #pragma once
 
 #include <cstdint>
@@ -17,58 +17,58 @@ struct RayPath {
   const optics::EmitterPlane* emitter;
   bool fresnel;
   double highest_transmittance;                 // of any ray; 1 for transport refract
-  const optics::BlockTracer* tracer = nullptr;  // in place of the operations, if there is one
-  std::uint32_t streams = 0;                    // the first of the frame seed's random streams that are this path's own
+  const optics::BlockTracer* tracer = nullptr;  // used instead of the operations if not null
+  std::uint32_t streams = 0;                    // first random stream of the frame seed that belongs to this path
 };
 
 class RaySource {
  public:
   RaySource();
 
-  // Prepares a tile, of which only the pixels in `seen` get rays. `sums` (one for each of them, row by row) is
-  // set to 0 and collects their radiance.
-  void start_tile(const SceneFile& scene, const optics::BackwardPath& path, const Tile& tile, const PixelBox& seen,
+  // Prepares a tile, of which only the pixels in `lit` get rays. `sums` (one for each of them, row by row) is set to 0
+  // and collects their radiance.
+  void start_tile(const SceneFile& scene, const optics::BackwardPath& path, const Tile& tile, const PixelBox& lit,
                   float* sums);
 
-  // `samples` directions over the whole hemisphere for each pixel, Fresnel and roulette by dice.
-  void all_directions(const RayPath& way, std::uint64_t seed, int samples, double survival);
-  // The same in law, tracing few of them: a binomial draw tells how many of `samples` directions fall into B and
-  // could survive the dice of the clearest ray; the dice of the traced rays make up for the difference.
-  void binomial_directions(const RayPath& way, std::uint64_t seed, int samples, double survival);
+  // `samples` directions over the whole hemisphere for each pixel; Fresnel losses and survival by Russian roulette.
+  void all_directions(const RayPath& path, std::uint64_t seed, int samples, double survival);
+  // Same distribution, tracing few of them: a binomial draw gives how many of `samples` directions fall into B and
+  // would survive at the highest transmittance; the roulette of the traced rays accounts for the difference.
+  void binomial_directions(const RayPath& path, std::uint64_t seed, int samples, double survival);
   // `samples` independent directions in B for each pixel, weighted by transmittance.
-  void random_directions(const RayPath& way, std::uint64_t seed, int samples);
-  // `samples` points of a rank-1 lattice in (place, direction), shifted at random for each pixel and
-  // group, weighted by transmittance: unbiased, and far less scattered than independent rays.
-  void lattice_directions(const RayPath& way, std::uint64_t seed, std::uint32_t group, int samples);
+  void random_directions(const RayPath& path, std::uint64_t seed, int samples);
+  // `samples` points of a rank-1 lattice in (position, direction), randomly shifted for each pixel and group, weighted
+  // by transmittance: unbiased, with far less variance than independent rays.
+  void lattice_directions(const RayPath& path, std::uint64_t seed, std::uint32_t group, int samples);
 
  private:
   static constexpr int kMostPixels = kTilePixels * kTilePixels;
-  static constexpr int kSpare = 16;  // of arrays that are filled some entries at a time
+  static constexpr int kSpare = 16;  // padding of arrays that are filled several entries at a time
 
-  enum class Weight { transmittance, dice };
-  // Of the first `count` rays, a multiple of 16: places from owner_, words from Philox.
+  enum class Weight { transmittance, roulette };
+  // For the first `count` rays, a multiple of 16: positions from owner_, words from Philox.
   void take_pixels(int count);
   void draw_words(std::uint64_t seed, std::uint32_t stream, int count);
-  void trace_and_weigh(const RayPath& way, Weight weight, double bound, int count);
+  void trace_and_weigh(const RayPath& path, Weight weight, double bound, int count);
   void add_by_owner(int count);
-  // The block stands for one ray of each pixel from number `from` on.
+  // One ray for each pixel from number `from` on.
   void one_each(int from, int count);
   // `samples` rays for each pixel, block by block; words(count) draws their words.
   template <class Words>
-  void equal_runs(const RayPath& way, int samples, Weight weight, double bound, const Words& words);
+  void equal_runs(const RayPath& path, int samples, Weight weight, double bound, const Words& words);
   void draw_counts(std::uint64_t seed, std::uint32_t streams, int samples, double probability);
 
   float* sums_ = nullptr;
   optics::TileStart start_{};
   double area_ = 0;     // of B
-  bool whole_ = false;  // directions from the whole disc instead of the ellipse
+  bool whole_ = false;  // draw directions from the whole disc instead of the ellipse
   optics::PixelPlaces places_{};
-  int pixels_ = 0;  // how many get rays
+  int pixels_ = 0;  // number of pixels that get rays
   alignas(64) optics::RayBlock block_;
-  // Of each ray of the block, padded: its pixel, which ray of the pixel's it is, the pixel's number in the frame.
+  // Per ray of the block, padded: its pixel, its number within the pixel, the pixel's number in the frame.
   std::uint32_t owner_[optics::kBlockRays + kSpare], sample_[optics::kBlockRays + kSpare];
   std::uint32_t number_[optics::kBlockRays];
-  // Of each pixel: rays drawn, lattice shifts.
+  // Per pixel: rays drawn, lattice shifts.
   std::uint32_t drawn_[kMostPixels + kSpare];
   std::uint32_t shift_[4][kMostPixels + kSpare];
 };

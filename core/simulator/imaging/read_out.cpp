@@ -14,7 +14,7 @@ std::uint32_t byte_sum(std::uint32_t word) {
 
 constexpr double kMeanOfBytes = 16 * 127.5;
 constexpr double kVarianceOfBytes = 16 * (256.0 * 256.0 - 1) / 12;
-constexpr std::uint32_t kStream = 16;  // of the frame's seed; rays have the streams below
+constexpr std::uint32_t kStream = 16;  // of the frame's seed; rays use the streams below
 
 }  // namespace
 

@@ -1,4 +1,4 @@
-// What a sensor makes of the light on its pixels: electrons with their noise, a well that can be full, grey values.
+// Sensor electronics: converts irradiance to electrons with noise and full well, and to grey values.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 namespace relign::imaging {
 
 enum class ShotNoise {
-  in_the_light,  // the image brings its own: samplers whose rays are drawn like photons
-  added          // the image is (nearly) an expectation
+  sampled,  // already in the image: samplers whose rays are drawn like photons
+  added     // the image is (nearly) an expectation
 };
 
 // In place, for pixels `first` to first + count of a frame (row by row); values stay irradiances.

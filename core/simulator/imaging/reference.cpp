@@ -13,7 +13,7 @@ std::string bytes_of(const std::vector<float>& values) {
   return std::string(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float));
 }
 
-// "relign-reference 1\n", the SHA-256 of what follows, a line feed, both renders.
+// File format: "relign-reference 1\n", the SHA-256 of the renders, a line feed, both renders.
 constexpr char kMagic[] = "relign-reference 1\n";
 
 bool load(const std::filesystem::path& file, std::size_t count, Reference& reference) {
@@ -57,7 +57,7 @@ std::string scene_content_hash(const SceneFile& scene, const CaptureSettings& se
                   {"lens_pivot", scene.lens.pivot_z_mm},
                   {"samples", reference_samples(scene)}};
   for (const optics::Element& element : scene.lens.elements) {
-    if (!element.placement.is_nothing()) {
+    if (!element.placement.is_identity()) {
       const auto& [rotation, shift] = element.placement;
       content["placements"].push_back({element.name, rotation, {shift.x, shift.y, shift.z}});
     }
@@ -72,8 +72,8 @@ std::string scene_content_hash(const SceneFile& scene, const CaptureSettings& se
     content["stops"].push_back({stop.z_mm, stop.opening_radius_mm});
     if (stop.before_face) content["placed_stops"].push_back({content["stops"].size(), *stop.before_face, stop.on_face});
   }
-  if (scene.lens.mount)
-    content["mount"] = {scene.lens.mount->bore_radius_mm, scene.lens.mount->from_z_mm, scene.lens.mount->to_z_mm};
+  if (scene.lens.barrel)
+    content["mount"] = {scene.lens.barrel->bore_radius_mm, scene.lens.barrel->from_z_mm, scene.lens.barrel->to_z_mm};
   for (const SceneWavelength& wavelength : scene.wavelengths) {
     Json indices = Json::array();
     for (const optics::Element& element : wavelength.lens.elements)
@@ -88,21 +88,20 @@ std::string scene_content_hash(const SceneFile& scene, const CaptureSettings& se
 
 namespace {
 
-// With transport ghost: 170 paths a pixel for each of the two renders of 1024 rays.
+// Transport ghost: 170 reflected paths per pixel for each of the two renders of 1024 rays.
 constexpr int kRaysPerReferenceGhost = 6;
 
-// The design, at the nominal pose and at some others. A reference that is found in the cache was made by this renderer
-// of this scene, and after this.
+// Certifies the design at the nominal pose and at some others. Cached references were rendered by the same code after
+// this check.
 void certify(Camera& camera, MountedLens& lens, const SceneFile& scene) {
   constexpr int kPoses = 6, kPixels = 64;
   constexpr std::uint64_t kSeed = 0x63657274;
   std::vector<double> pose(scene.axes(), 0.5);
   if (camera.certify(lens, pose, {}, kSeed) == 0)
-    throw Error(
-        ErrorKind::bad_input,
-        "scene '" + scene.name +
-            "': no light of the target reaches the sensor at the nominal pose; the stop is shut or opens to less "
-            "than about f/10000, or the target, the lens and the sensor are not in line");
+    throw Error(ErrorKind::bad_input,
+                "scene '" + scene.name +
+                    "': no light of the target reaches the sensor at the nominal pose; check that the stop is open (to "
+                    "f/10000 at least) and that target, lens and sensor are in line");
   Random random(kSeed, 1);
   for (int i = 0; i < kPoses; ++i) {
     for (double& value : pose) value = random.uniform();
@@ -135,7 +134,7 @@ Reference make_reference(const SceneFile& scene, const CaptureSettings& settings
       try {
         write_file_atomically(file, kMagic + sha256_hex(body) + "\n" + body);
       } catch (const Error& error) {
-        if (warn) warn(std::string("the reference image is not cached: ") + error.what());
+        if (warn) warn(std::string("cannot cache the reference image: ") + error.what());
       }
     }
   }

@@ -24,7 +24,7 @@ void read_emitter(ObjectReader& reader, const fs::path& folder, const SceneChoic
   if (border != "clamp" && border != "repeat")
     reader.complain("border", "found '" + border + "'; allowed: clamp, repeat");
   scene.emitter.repeats = border == "repeat";
-  // Named by the file, a path counts from the file's folder; chosen by the user, from where they are.
+  // A path in the file is relative to the file's folder, one chosen by the user to the working directory.
   const bool chosen = !choices.target.empty();
   if (chosen) scene.emitter.target = choices.target;
   std::optional<images::Image> drawn;
@@ -66,7 +66,8 @@ std::vector<WeightedWavelength> read_wavelengths(const JsonSource& source, Objec
     one.weight = reader.number("weight", 1, 1e-9, 1e9);
     reader.refuse_unknown();
     for (const WeightedWavelength& other : found)
-      if (other.nm == one.nm) reader.complain("nm", "the wavelength " + shortest(one.nm) + " nm is listed twice");
+      if (other.nm == one.nm)
+        reader.complain("nm", "the wavelength " + shortest(one.nm) + " nm is listed twice; list each once");
     sum += one.weight;
     found.push_back(one);
   }
@@ -79,11 +80,7 @@ void divide_indices(optics::Prescription& lens, double ambient_index) {
     for (std::size_t f = 0; f + 1 < element.faces.size(); ++f) element.faces[f].index_after /= ambient_index;
 }
 
-}  // namespace
-
-namespace {
-
-// At the nominal pose the lens stands between emitter and sensor, and moves along the axis without meeting the emitter.
+// At the nominal pose the lens must be between emitter and sensor, and its travel must not reach the emitter.
 void check_room(const SceneFile& scene, const std::filesystem::path& file) {
   const double front = scene.lens.elements.front().faces.front().z_mm - scene.pivot_behind_first_vertex_mm;
   const double rear = scene.lens.elements.back().faces.back().z_mm - scene.pivot_behind_first_vertex_mm;
@@ -91,12 +88,12 @@ void check_room(const SceneFile& scene, const std::filesystem::path& file) {
     throw Error(ErrorKind::bad_input, file.string() + ": " + message);
   };
   if (scene.emitter.z_mm >= front - scene.travel.shift_mm[2])
-    refuse("the lens reaches the emitter: its first vertex comes to z = " +
-           significant(front - scene.travel.shift_mm[2], 6) + " mm within its travel, the emitter stands at " +
-           significant(scene.emitter.z_mm, 6) + " mm");
+    refuse("the lens reaches the emitter: its first vertex travels to z = " +
+           significant(front - scene.travel.shift_mm[2], 6) +
+           " mm, the emitter is at z = " + significant(scene.emitter.z_mm, 6) + " mm");
   if (scene.sensor.z_mm <= rear)
     refuse("the sensor, at z = " + significant(scene.sensor.z_mm, 6) +
-           " mm, lies inside the lens, of which the last vertex is at " + significant(rear, 6) + " mm");
+           " mm, is inside the lens, whose last vertex is at z = " + significant(rear, 6) + " mm");
 }
 
 }  // namespace
@@ -118,7 +115,7 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
   scene.diffraction = top.boolean("diffraction", false);
   const std::vector<WeightedWavelength> wavelengths = read_wavelengths(source, top, problems);
   for (const char* key : {"sensor", "emitter", "travel"})
-    if (!top.get(key)) top.complain("", std::string("the key \"") + key + "\" is missing (an object)");
+    if (!top.get(key)) top.complain("", std::string("the key '") + key + "' is missing (an object)");
 
   scene.sensor = read_sensor(source, "/sensor", choices.pixels, problems);
 
@@ -129,12 +126,14 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
   travel.refuse_unknown();
   for (std::size_t i = 0; i < 3; ++i) {
     scene.travel.shift_mm[i] = shift[i];
-    if (!(shift[i] >= 0)) travel.complain("shift_mm", "half travels are not negative");
+    if (!(shift[i] >= 0))
+      travel.complain("shift_mm", "expected half travels of 0 or more, found " + shortest(shift[i]));
   }
   for (const double tilt : scene.travel.tilt_deg)
-    if (!(tilt >= 0 && tilt <= 45)) travel.complain("tilt_deg", "half travels are from 0 to 45 degrees");
+    if (!(tilt >= 0 && tilt <= 45))
+      travel.complain("tilt_deg", "expected half travels from 0 to 45 degrees, found " + shortest(tilt));
   if (choices.rotation_z) {
-    if (rz <= 0) travel.complain("", "rotation_z is switched on but \"rotation_z_deg\" gives it no travel");
+    if (rz <= 0) travel.complain("", "parameter 'rotation_z' is on, but 'rotation_z_deg' gives it no travel");
     scene.travel.tilt_deg.push_back(rz);
   }
   if (const Json* value = top.get("machine_time")) {
@@ -166,8 +165,8 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
     scene.lens = optics::read_prescription(lens_source);
   if (scene.lens.has_mirrors())
     throw Error(ErrorKind::bad_input, (folder / lens_name).string() +
-                                          ": the lens has mirrors; images are made of lenses with refracting faces "
-                                          "alone (lens info and lens draw take mirrors)");
+                                          ": the lens has mirrors, which images do not support ('lens info' and "
+                                          "'lens draw' do)");
   scene.ambient_index = choices.ambient_index;
   divide_indices(scene.lens, choices.ambient_index);
   check_room(scene, file);
@@ -184,7 +183,7 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
 
 void Emitter::show(images::Image image) {
   radiance = std::move(image);
-  // A periodic bitmap gets a frame of texels of the opposite border.
+  // A periodic bitmap gets a frame of texels from the opposite border.
   const std::size_t texels = radiance.width, frame = repeats ? 1 : 0, side = texels + 2 * frame;
   const auto scaled = [&](std::size_t x, std::size_t y, float white) {
     return std::clamp(radiance.at((x + texels - frame) % texels, (y + texels - frame) % texels), 0.0F, 1.0F) * white;

@@ -1,4 +1,4 @@
-// A scene file: lens, sensor, emitter and travel of one set-up, as JSON with units in the names.
+// Scene files: lens, sensor, emitter and travel of one set-up, as JSON with units in the names.
 #pragma once
 
 #include <array>
@@ -9,12 +9,12 @@
 #include <vector>
 
 #include "base/json_source.h"
+#include "images/image.h"
 #include "imaging/sensor.h"
 #include "optics/prescription.h"
 #include "optics/pupil_search.h"
 #include "optics/ray_block.h"
 #include "optics/rigid.h"
-#include "images/image.h"
 
 namespace relign::imaging {
 
@@ -23,17 +23,17 @@ struct Emitter {
   double side_mm = 0;      // square
   std::string target;      // a name or the path of an image, see target.h
   images::Image radiance;  // square, 0 to 1; change it through show() only
-  bool repeats = false;    // set before show(): the bitmap goes on periodically outside of the square, see radiance_at
-  // The same for look-ups, see optics::EmitterPlane: with 8 bits where that loses nothing.
+  bool repeats = false;    // periodic bitmap, see radiance_at(); set before show()
+  // The same for look-ups, see optics::EmitterPlane: 8 bits if lossless, else 16.
   std::vector<std::uint16_t> texels_8_bit;
   std::vector<std::uint32_t> texels_16_bit;
 
   void show(images::Image image);
   // The plane as block kernels take it; a view of this.
   optics::EmitterPlane plane() const;
-  // At a place of its plane (mm): bilinear between texel centres, 0 outside of the square. In the half texel at its
-  // border the outermost texel is repeated or, if the bitmap repeats, blended with that of the opposite border, as
-  // renderers do whose textures are periodic. What block kernels see, for single rays.
+  // Radiance at a point of its plane (mm): bilinear between texel centres, 0 outside the square. In the half texel at
+  // the border the outermost texel is repeated or, if the bitmap repeats, blended with that of the opposite border, as
+  // in renderers with periodic textures. The same as in the block kernels, for single rays.
   double radiance_at(double x_mm, double y_mm) const;
 };
 
@@ -45,7 +45,7 @@ struct Travel {
 
 // The scene's lens at one of several wavelengths: the same geometry, other indices.
 struct SceneWavelength {
-  double weight = 0;  // of all, whose sum is 1
+  double weight = 0;  // normalised: the sum over all is 1
   optics::Prescription lens;
   std::shared_ptr<const optics::PupilSearch> pupil;  // as SceneFile's
 };
@@ -56,21 +56,21 @@ struct SceneFile {
   std::string name;
   std::string summary;
   optics::Prescription lens;  // at its own wavelength, or the only one of "wavelengths"
-  // Images and MTF are the weighted sum over these, 2 to kMostWavelengths; empty: of `lens` alone. Field points, poses
-  // of the coarse optimum and everything of first order are those of `lens`.
+  // Images and MTF are weighted sums over these, 2 to kMostWavelengths; empty: only `lens`. Field points, the coarse
+  // optimum and first-order data use `lens`.
   std::vector<SceneWavelength> wavelengths;
   double pivot_behind_first_vertex_mm = 0;  // world origin, on the axis
   Sensor sensor;
   Emitter emitter;
   Travel travel;
-  double ambient_index = 1;  // as chosen; wavelengths are shorter by it
-  Json machine_time;         // as written, null when absent
+  double ambient_index = 1;  // as chosen; divides wavelengths
+  Json machine_time;         // as written, null if absent
   Json spec;
   bool diffraction = false;                  // in images: diffraction.h
   bool diffraction_in_mtf = false;           // "diffraction" of the spec's "mtf": field_mtf.h
-  Json meshes;                               // where scenes of meshes find them; as written, null when absent
-  std::vector<std::filesystem::path> files;  // all that were read
-  // Of this lens, sensor and travel: whoever changes them resets it, and mounted lenses search anew.
+  Json meshes;                               // for scenes of meshes; as written, null if absent
+  std::vector<std::filesystem::path> files;  // all files that were read
+  // Pupil search of this lens, sensor and travel. Reset it after changing them; mounted lenses then search again.
   std::shared_ptr<const optics::PupilSearch> pupil;
 
   std::size_t axes() const { return 3 + travel.tilt_deg.size(); }
@@ -80,13 +80,13 @@ struct SceneFile {
 };
 
 struct SceneChoices {
-  double ambient_index = 1;  // glass indices of the file are divided by it
+  double ambient_index = 1;  // divides the glass indices of the file
   std::string target;        // empty: the scene file's; a name or a path, see target.h
   bool rotation_z = false;   // switches the sixth axis on
   int pixels = 0;            // columns, rows in proportion, over the same area; 0: the scene file's
 };
 
-// Throws Error(bad_input or io) listing every mistake with its place.
+// Throws Error(bad_input or io) that lists every mistake with its position.
 SceneFile read_scene_file(const std::filesystem::path& file, const SceneChoices& choices);
 
 }  // namespace relign::imaging

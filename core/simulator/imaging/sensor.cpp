@@ -4,6 +4,8 @@
 #include <cmath>
 #include <string>
 
+#include "base/text.h"
+
 namespace relign::imaging {
 namespace {
 
@@ -21,20 +23,22 @@ Electronics read_electronics(const JsonSource& source, const std::string& at, st
   return electronics;
 }
 
-// Columns and rows, or nothing if the file says it wrongly.
+// Reads columns and rows; leaves them 0 after a mistake.
 void read_pixels(ObjectReader& reader, Sensor& sensor) {
   const Json* pixels = reader.get("pixels");
   if (pixels && pixels->is_array()) {
     const std::vector<double> both = reader.numbers("pixels", 2, {1, 1});
     const double pitch_um = reader.required_number("pitch_um", 1e-3, 1e6);
-    if (reader.get("side_mm")) reader.complain("side_mm", "columns and rows are given: say \"pitch_um\" instead");
+    if (reader.get("side_mm"))
+      reader.complain("side_mm", "'pixels' lists columns and rows: use 'pitch_um' instead of 'side_mm'");
     for (const double count : both)
       if (!(count >= 1 && count <= kMostPixels && count == std::floor(count))) {
-        reader.complain("pixels", "columns and rows are whole numbers from 1 to " + std::to_string(kMostPixels));
+        reader.complain("pixels", "columns and rows must be integers from 1 to " + std::to_string(kMostPixels) +
+                                      ", found " + shortest(count));
         return;
       }
     if (both[0] * both[1] > kMostInAll) {
-      reader.complain("pixels", "more than 64 million pixels; name a \"region\" of a smaller sensor");
+      reader.complain("pixels", "more than 64 million pixels; use a smaller sensor");
       return;
     }
     sensor.width = static_cast<int>(both[0]);
@@ -46,8 +50,7 @@ void read_pixels(ObjectReader& reader, Sensor& sensor) {
   }
   const double side = reader.required_number("side_mm", 1e-6, 1e6);
   if (reader.get("pitch_um"))
-    reader.complain("pitch_um",
-                    "the side's length gives the pitch; for columns and rows write \"pixels\": [columns, rows]");
+    reader.complain("pitch_um", "'side_mm' determines the pitch; to set 'pitch_um', write \"pixels\": [columns, rows]");
   sensor.width = sensor.height = static_cast<int>(reader.integer("pixels", 200, 1, 4096));
   sensor.pitch_mm = side / sensor.width;
   sensor.left_mm = -side / 2;
@@ -65,8 +68,8 @@ void read_region(ObjectReader& reader, const JsonSource& source, std::vector<Pro
   region.refuse_unknown();
   if (column + columns > sensor.width || row + rows > sensor.height) {
     region.complain("", "the region ends at column " + std::to_string(column + columns) + " and row " +
-                            std::to_string(row + rows) + ", the sensor at " + std::to_string(sensor.width) + " and " +
-                            std::to_string(sensor.height));
+                            std::to_string(row + rows) + ", beyond the sensor's " + std::to_string(sensor.width) +
+                            " columns and " + std::to_string(sensor.height) + " rows");
     return;
   }
   sensor.left_mm += column * sensor.pitch_mm;
@@ -89,7 +92,7 @@ Sensor read_sensor(const JsonSource& source, const std::string& pointer, int col
   read_pixels(reader, sensor);
   if (sensor.width > 0 && reader.get("region")) {
     if (columns > 0)
-      reader.complain("region", "a region counts in the file's own pixels; leave the parameter \"pixels\" at 0");
+      reader.complain("region", "a region counts in the pixels of the file; leave the parameter 'pixels' at 0");
     else
       read_region(reader, source, problems, sensor);
   }

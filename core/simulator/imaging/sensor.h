@@ -1,4 +1,4 @@
-// The image sensor of a scene: which pixels are read out, and what reading them out does to the light.
+// The image sensor of a scene: its pixels and its electronics.
 #pragma once
 
 #include <cstddef>
@@ -11,15 +11,15 @@
 
 namespace relign::imaging {
 
-// What happens between the light on a pixel and its grey value; see read_out.h.
+// From the irradiance of a pixel to its grey value; see read_out.h.
 struct Electronics {
   double saturation = 0;            // irradiance, for an emitter of radiance 1, that fills the well
-  double full_well_electrons = 0;   // how many that are
+  double full_well_electrons = 0;   // electrons of a full well
   double read_noise_electrons = 0;  // standard deviation
   int bits = 0;                     // of the converter; 0: grey values are not rounded
 };
 
-// The part of a sensor that is read out: width x height square pixels. Row 0 lies at the largest world y.
+// The part of a sensor that is read out: width x height square pixels. Row 0 is at the largest world y.
 struct Sensor {
   double z_mm = 0;  // world
   double pitch_mm = 0;
@@ -28,7 +28,7 @@ struct Sensor {
   std::optional<Electronics> electronics;
 
   std::size_t pixels() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
-  // World place at `column`, `row`, counted in pixels from that corner.
+  // World position at `column`, `row`, counted in pixels from that corner.
   optics::Vec3 place(double column, double row) const {
     return {left_mm + column * pitch_mm, top_mm - row * pitch_mm, z_mm};
   }
@@ -36,9 +36,9 @@ struct Sensor {
   double half_extent_mm() const;
 };
 
-// Reads the object "sensor" of a scene file: {"z_mm", "side_mm", "pixels": 200}, or {"z_mm", "pitch_um",
-// "pixels": [columns, rows]}; if wanted with "region": {"column", "row", "columns", "rows"} and "electronics".
-// `columns` over 0 divides the same area into so many columns, and rows in proportion.
+// Reads the object "sensor" of a scene file: {"z_mm", "side_mm", "pixels": 200}, or {"z_mm", "pitch_um", "pixels":
+// [columns, rows]}; optionally with "region": {"column", "row", "columns", "rows"} and "electronics". `columns` above 0
+// divides the same area into that many columns, and rows in proportion.
 Sensor read_sensor(const JsonSource& source, const std::string& pointer, int columns, std::vector<Problem>& problems);
 
 }  // namespace relign::imaging

@@ -7,8 +7,8 @@ namespace relign::imaging {
 
 namespace {
 
-// A positive number with an exponent of its own: the first terms of a long distribution are smaller than any double.
-// Equal to a double's bit for bit where that has room.
+// A positive number with a separate exponent: the first terms of a long distribution are below the range of double.
+// Bit-equal to double within that range.
 class Wide {
  public:
   explicit Wide(double value) : share_(value) { settle(); }
@@ -55,16 +55,16 @@ int binomial_thresholds(int n, double p, std::uint32_t* thresholds) {
   return levels;
 }
 
-std::vector<int> shared_out(int total, const std::vector<double>& weights) {
-  // One after the other to whoever lacks most: nobody gets more than the next whole number above its share.
+std::vector<int> allocate_samples(int total, const std::vector<double>& weights) {
+  // One sample at a time to the largest deficit: no count exceeds its share rounded up.
   std::vector<int> counts(weights.size(), 1);
   for (int given = static_cast<int>(weights.size()); given < total; ++given) {
     std::size_t next = 0;
-    double most = -1e300;
+    double largest = -1e300;
     for (std::size_t i = 0; i < weights.size(); ++i) {
-      const double lacks = total * weights[i] - counts[i];
-      if (lacks <= most) continue;
-      most = lacks;
+      const double deficit = total * weights[i] - counts[i];
+      if (deficit <= largest) continue;
+      largest = deficit;
       next = i;
     }
     ++counts[next];

@@ -7,16 +7,16 @@
 
 #include "base/error.h"
 #include "base/text.h"
+#include "images/image_file.h"
 #include "imaging/target_shapes.h"
 #include "optics/elementary.h"
-#include "images/image_file.h"
 
 namespace relign::imaging {
 namespace {
 
 using Values = std::map<std::string, double>;
 
-// Fields in the middle of which rotated or round shapes stand, row by row.
+// A grid of fields with one shape in the centre of each, row by row.
 template <class Shape>
 void paint_grid(images::Image& bitmap, int per_side, const Shape& shape_at) {
   for (int row = 0; row < per_side; ++row)
@@ -24,7 +24,7 @@ void paint_grid(images::Image& bitmap, int per_side, const Shape& shape_at) {
       paint(bitmap, shape_at({(column + 0.5) / per_side, (row + 0.5) / per_side}));
 }
 
-// Black and white fields in turns; the one in the upper left corner is white.
+// Alternating black and white fields, white in the upper left corner.
 void paint_chessboard(images::Image& bitmap, int fields) {
   const double side = 1.0 / fields;
   for (int row = 0; row < fields; ++row)
@@ -46,9 +46,8 @@ void paint_usaf_bars(images::Image& bitmap, int elements, double coarsest_period
       row_height = 0;
     }
     if (y + height > 1 || x + width > 1)
-      throw Error(ErrorKind::bad_input, "of the target usaf_bars " + std::to_string(element) + " of " +
-                                            std::to_string(elements) +
-                                            " elements have room, the first with a period of " +
+      throw Error(ErrorKind::bad_input, "target 'usaf_bars': only " + std::to_string(element) + " of " +
+                                            std::to_string(elements) + " elements fit with a first period of " +
                                             shortest(coarsest_period) + "; give fewer elements or a smaller period");
     for (int bar = 0; bar < 3; ++bar) {
       paint(bitmap, rectangle(x + bar * period, y, period / 2, height));
@@ -93,7 +92,7 @@ images::Image draw(const std::string& name, const Values& values, int texels) {
   } else {
     negative = true;  // white
   }
-  // Steps that an image file with 8 bits has, too; look-ups of such bitmaps are the fast ones.
+  // The steps of 8-bit image files: look-ups of such bitmaps are fast.
   constexpr float kSteps = 255;
   for (float& value : bitmap.values) {
     const float steps = std::round(std::clamp(value, 0.0F, 1.0F) * kSteps);
@@ -116,7 +115,7 @@ Values read_values(const TargetKind& kind, const std::string& text) {
     values[parameter.name] = parameter.preset;
     names.push_back(parameter.name);
   }
-  const std::string of_target = " of the target " + kind.name;
+  const std::string of_target = " of target '" + kind.name + "'";
   for (std::size_t from = 0; from < text.size();) {
     const std::size_t end = std::min(text.find(',', from), text.size());
     const std::string part = text.substr(from, end - from);
@@ -135,10 +134,10 @@ Values read_values(const TargetKind& kind, const std::string& text) {
     const bool is_number = read.ec == std::errc() && read.ptr == number.data() + number.size();
     if (!is_number || !(value >= parameter->lowest && value <= parameter->highest) ||
         (parameter->whole && value != std::floor(value)))
-      throw Error(ErrorKind::bad_input, "'" + part + "'" + of_target + ": " + parameter->name + " is a " +
-                                            (parameter->whole ? "whole " : "") + "number from " +
+      throw Error(ErrorKind::bad_input, "'" + part + "'" + of_target + ": " + parameter->name + " must be " +
+                                            (parameter->whole ? "an integer" : "a number") + " from " +
                                             shortest(parameter->lowest) + " to " + shortest(parameter->highest) +
-                                            ", as in " + parameter->name + "=" + shortest(parameter->preset));
+                                            ", such as " + parameter->name + "=" + shortest(parameter->preset));
     values[parameter->name] = value;
   }
   return values;
@@ -149,27 +148,26 @@ Values read_values(const TargetKind& kind, const std::string& text) {
 const std::vector<TargetKind>& target_kinds() {
   static const std::vector<TargetKind> kinds = {
       {"siemens_star",
-       "white and black sectors around the centre, the paper's",
-       {{"sectors", 18, 2, 180, true, "white ones, as many black ones between"}}},
+       "white and black sectors around the centre, as in the paper",
+       {{"sectors", 18, 2, 180, true, "number of white sectors, with as many black ones between"}}},
       {"chessboard",
-       "black and white fields in turns, white in the upper left corner",
+       "alternating black and white fields, white in the upper left corner",
        {{"fields", 12, 2, 256, true, "per side"}}},
       {"slanted_edges",
-       "a grid of black squares on white, slightly turned",
-       {{"squares", 7, 1, 64, true, "per side, each half as wide as they are apart"},
+       "a grid of black squares on white, slightly rotated",
+       {{"squares", 7, 1, 64, true, "per side, each half as wide as the grid spacing"},
         {"angle_deg", 5, -45, 45, false, "clockwise"}}},
       {"camera_chart",
-       "slanted_edges with upright crosses between the squares, as camera lines hang up",
-       {{"squares", 9, 2, 64, true, "per side, each half as wide as they are apart"},
+       "slanted_edges with upright crosses between the squares, as on charts of camera lines",
+       {{"squares", 9, 2, 64, true, "per side, each half as wide as the grid spacing"},
         {"angle_deg", 5, -45, 45, false, "clockwise"}}},
       {"usaf_bars",
-       "three vertical and three horizontal white bars, smaller and smaller by the sixth root of 1/2",
-       {{"elements", 24, 1, 48, true, "pairs of three bars"},
-        {"period", 0.06, 0.001, 0.15, false, "of the coarsest bars, in sides of the target"}}},
+       "groups of three vertical and three horizontal white bars, each smaller by the sixth root of 1/2",
+       {{"elements", 24, 1, 48, true, "number of groups"},
+        {"period", 0.06, 0.001, 0.15, false, "of the coarsest bars, as a fraction of the target's side"}}},
       {"point_grid",
        "small white discs on black",
-       {{"points", 15, 1, 256, true, "per side"},
-        {"diameter", 0.1, 0.001, 1, false, "in distances from one to the next"}}},
+       {{"points", 15, 1, 256, true, "per side"}, {"diameter", 0.1, 0.001, 1, false, "as a fraction of the spacing"}}},
       {"white", "white everywhere", {}},
   };
   return kinds;
@@ -184,17 +182,16 @@ std::optional<images::Image> draw_target(const std::string& text, int texels) {
     if (normalised_name(kind.name) != normalised_name(name)) continue;
     return draw(kind.name, read_values(kind, text.substr(std::min(colon + 1, text.size()))), texels);
   }
-  // A slash anywhere, or a dot before the parameters: no name has them.
+  // Paths have a slash, or a dot before the parameters; names have neither.
   if (text.find_first_of("/\\") != std::string::npos || name.find('.') != std::string::npos) return std::nullopt;
   const std::string nearest = nearest_name(name, names);
-  throw Error(ErrorKind::bad_input, "unknown target '" + text + "'" +
-                                        (nearest.empty() ? "" : "; did you mean '" + nearest + "'?") +
-                                        " Allowed: " + allowed_targets());
+  throw Error(ErrorKind::bad_input, "unknown target '" + text + "'" + "; allowed: " + allowed_targets() +
+                                        (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
 }
 
 images::Image siemens_star(int texels, int sectors) {
-  // A place is white if it lies between the two edges of a white sector: left of the first and right
-  // of the second, by cross products (sectors are narrower than a half turn).
+  // A point is white if it is between the two edges of a white sector: left of the first and right of the second, by
+  // cross products (sectors are narrower than a half turn).
   std::vector<optics::SineCosine> edges;
   for (int k = 0; k <= 2 * sectors; ++k) edges.push_back(optics::sine_cosine_of_degrees(180.0 * k / sectors));
   const auto size = static_cast<std::size_t>(texels);
@@ -220,9 +217,9 @@ images::Image target_from_file(const std::filesystem::path& file) {
   const images::Image image = images::read_image(file);
   const std::size_t side = std::max({image.width, image.height, std::size_t{2}});
   if (side > kMostTexels)
-    throw Error(ErrorKind::bad_input, file.string() + ": the target is " + std::to_string(image.width) + " x " +
-                                          std::to_string(image.height) + "; at most " + std::to_string(kMostTexels) +
-                                          " texels a side are used, scale it down");
+    throw Error(ErrorKind::bad_input, file.string() + ": the target has " + std::to_string(image.width) + " x " +
+                                          std::to_string(image.height) + " texels; allowed are up to " +
+                                          std::to_string(kMostTexels) + " a side; scale it down");
   images::Image square(side, side);
   const std::size_t left = (side - image.width) / 2, top = (side - image.height) / 2;
   for (std::size_t y = 0; y < image.height; ++y)

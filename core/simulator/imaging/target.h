@@ -1,8 +1,7 @@
-// Targets: what the emitter shows. A square bitmap of radiance (white 1, black 0), looked up
-// bilinearly, nothing outside.
+// Targets: the bitmap that the emitter shows, a square of radiance (white 1, black 0), sampled bilinearly, 0 outside.
 //
-// A target is named by a text: its name alone ("chessboard"), or with parameters behind a colon
-// ("slanted_edges:squares=5,angle_deg=3"). Everything else is the path of an image file.
+// A target is given as a name ("chessboard"), a name with parameters behind a colon
+// ("slanted_edges:squares=5,angle_deg=3"), or the path of an image file.
 #pragma once
 
 #include <filesystem>
@@ -35,13 +34,13 @@ const std::vector<TargetKind>& target_kinds();
 // texels x texels, each black or white by its centre.
 images::Image siemens_star(int texels, int sectors = 18);
 
-// A named target, texels x texels. Where an edge crosses a texel, it is as grey as the share of it that is white, in
-// steps of 1/255; the star is black or white. Nothing for a text that is to be taken as a path. Throws
-// Error(bad_input) for parameters that cannot be, and for a text that looks like a name, is none and is no file.
+// Draws a named target, texels x texels. A texel on an edge has the grey of its white share, in steps of 1/255; the
+// star is black or white. Empty if the text is a path (has a slash, or a dot in its name). Throws Error(bad_input) for
+// unknown names and invalid parameters.
 std::optional<images::Image> draw_target(const std::string& text, int texels);
 
-// An image file as a target; what is not square gets black borders. At most 8192 texels a side.
-// Throws Error like images::read_image.
+// Reads an image file as a target; images that are not square get black borders. At most 8192 texels a side. Throws
+// Error like images::read_image.
 images::Image target_from_file(const std::filesystem::path& file);
 
 }  // namespace relign::imaging

@@ -9,9 +9,9 @@
 namespace relign::imaging {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
+using optics::kPi;
 
-// Right of the edge from a to b, as displayed with y downwards: positive inside a clockwise polygon.
+// Positive right of the edge from a to b, as displayed with y downwards: inside a clockwise polygon.
 double side_of(const Place& a, const Place& b, const Place& p) {
   return (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x);
 }
@@ -84,7 +84,7 @@ void paint(images::Image& bitmap, const Polygon& shape) {
       piece.clear();
       for (const auto& [right_of, below] : {std::pair{0, 0}, std::pair{1, 0}, std::pair{1, 1}, std::pair{0, 1}})
         piece.push_back({static_cast<double>(x) + right_of, static_cast<double>(y) + below});
-      // Edges that the texel does not reach across leave it whole: most texels are never cut.
+      // Skips edges that do not cross the texel: most texels are never cut.
       for (std::size_t i = 0; i < scaled.size() && !piece.empty(); ++i) {
         const Place &a = scaled[i], &b = scaled[(i + 1) % scaled.size()];
         const bool whole =

@@ -1,6 +1,5 @@
-// White shapes on a black square bitmap, each texel by the share of its area that a shape covers.
-// Not part of the room's face; target.cpp uses it. Lengths are shares of the bitmap's side, x to the right and y
-// downwards from the upper left corner.
+// Draws white shapes on a black square bitmap, each texel by its covered area. Internal to imaging; used by target.cpp.
+// Lengths are fractions of the bitmap's side, x to the right and y downwards from the upper left corner.
 #pragma once
 
 #include <vector>
@@ -17,12 +16,12 @@ struct Place {
 using Polygon = std::vector<Place>;
 
 Polygon rectangle(double left, double top, double width, double height);
-// A square about its centre, turned clockwise as displayed.
+// A square around `centre`, rotated clockwise as displayed.
 Polygon turned_square(const Place& centre, double side, double angle_deg);
 // A disc as a polygon of 72 corners with the disc's area.
 Polygon disc(const Place& centre, double diameter);
 
-// Adds the share of each texel that lies inside. Shapes of one bitmap do not overlap.
+// Adds the covered share of each texel. Shapes of one bitmap must not overlap.
 void paint(images::Image& bitmap, const Polygon& shape);
 
 }  // namespace relign::imaging

@@ -61,7 +61,7 @@ WavePupil::WavePupil(const RayBundle& bundle, const Window& window, bool fresnel
   middle_t_ = (found.low_t + found.high_t) / 2;
   half_ = std::max(found.high_r - found.low_r, found.high_t - found.low_t) / 2;
   fit_aims(rays);
-  // The rim lies up to a cell beyond the outermost ray.
+  // The rim is up to one cell beyond the outermost ray.
   const double rim = 4 * half_ / kFitCells;
   box_ = {found.low_r - rim, found.high_r + rim, found.low_t - rim, found.high_t + rim};
 }
@@ -115,8 +115,8 @@ WavePupil::Sample WavePupil::at(double r, double t) const {
     ray = again;
   }
   sample.intensity = ray.weight * aim.area;
-  // With the wanted direction in place of the ray's own: of the phase at a direction the slope is the place that its
-  // ray meets, so that what is left of the difference enters by its square.
+  // For the wanted direction instead of the ray's own: the slope of the phase with direction is the ray's hit, so that
+  // the remaining difference in direction enters only quadratically.
   sample.path_mm = ray.path_mm - p * (ray.x_mm - x0_mm_) - q * (ray.y_mm - y0_mm_);
   return sample;
 }

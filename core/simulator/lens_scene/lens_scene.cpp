@@ -60,7 +60,7 @@ class LensScene::Mounted final : public relign::Assembly {
     return Optimum{std::move(found.true_pose), {found.error.mse, found.error.standard_error}};
   }
   std::optional<FieldMtf> mtf(const Pose& true_pose, double lp_per_mm) override {
-    if (of_.tracer_) return std::nullopt;  // which leads rays from the sensor to the target only
+    if (of_.tracer_) return std::nullopt;  // it traces rays from the sensor to the target only
     const std::lock_guard<std::mutex> lock(shared_.mutex);
     if (!of_.mtf_)
       of_.mtf_.emplace(of_.scene_, of_.settings_.transport != imaging::Transport::refract,
@@ -70,7 +70,7 @@ class LensScene::Mounted final : public relign::Assembly {
   }
 
  private:
-  // A lens as built sends light elsewhere than the design: its first image is held against rays in all directions.
+  // A lens as built passes other directions than the design: checks its first image against rays in all directions.
   void certify_once(const Pose& true_pose) {
     constexpr int kPixels = 24, kRays = 512;
     constexpr std::uint64_t kSeed = 0x6d6f756e74;
@@ -158,7 +158,7 @@ std::unique_ptr<relign::Assembly> LensScene::mount(std::string_view offsets_json
   return std::make_unique<Mounted>(*this, optics::Assembly(scene_.lens, offsets));
 }
 
-// A lit pixel: the 99th percentile of O*.
+// The level of a lit pixel: the 99th percentile of O*.
 float LensScene::white() const {
   std::vector<float> values = reference_.mean;
   const auto place = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 99 / 100);

@@ -1,5 +1,5 @@
-// What scene plugins of a lens in front of a sensor have in common: a scene file becomes a scene of the harness,
-// whatever leads the rays through the lens.
+// Base of scene plugins with a lens in front of a sensor: turns a scene file into a scene of the harness, with any
+// tracer of rays through the lens.
 #pragma once
 
 #include <filesystem>
@@ -21,8 +21,8 @@ namespace relign::lens_scene {
 struct Parts {
   imaging::CaptureSettings settings;
   imaging::SceneFile scene;
-  std::unique_ptr<optics::BlockTracer> tracer;  // null: the prescription's own spheres
-  std::string tracer_hash;                      // of all that the tracer's images depend on besides the scene
+  std::unique_ptr<optics::BlockTracer> tracer;  // null: the faces of the prescription
+  std::string tracer_hash;                      // of everything that the tracer's images depend on besides the scene
 };
 
 // Settings and scene, from the parameters "transport", "sampler", "samples", "scene", "ambient_index", "target",
@@ -31,7 +31,7 @@ Parts read_parts(const Parameters& given);
 
 class LensScene : public Scene {
  public:
-  // library: the plugin's own file, beside its manifest.
+  // library: file name of the plugin, in the folder of its manifest.
   LensScene(const Parameters& given, Parts parts, const std::string& library);
 
   std::string describe() override;
@@ -40,7 +40,7 @@ class LensScene : public Scene {
 
  private:
   class Mounted;
-  // The scene's camera, used by one assembly at a time: assemblies may have threads of their own.
+  // The scene's camera, used by one assembly at a time, since assemblies may be used by different threads.
   struct SharedCamera {
     imaging::Camera camera;
     imaging::OptimumFinder optimum;
@@ -53,7 +53,7 @@ class LensScene : public Scene {
   std::unique_ptr<optics::BlockTracer> tracer_;
   Parallel parallel_;
   imaging::Reference reference_;
-  std::optional<imaging::FieldMtfMeter> mtf_;  // once it was asked for
+  std::optional<imaging::FieldMtfMeter> mtf_;  // made on first use
   SharedCamera shared_;
 };
 

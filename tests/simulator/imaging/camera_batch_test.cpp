@@ -1,4 +1,4 @@
-// Batches give the camera's own images, and allocate nothing.
+// Batches give the same images as the camera, and do not allocate.
 #include "imaging/camera_batch.h"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ namespace {
 
 constexpr std::size_t kPixels = 200 * 200;
 
-TEST(CameraBatch, GivesTheCamerasImagesWithoutAllocating) {
+TEST(CameraBatch, MatchesCameraWithoutAllocating) {
   const SceneFile& scene = relign_od_scene();
   Random random(9);
   std::vector<std::unique_ptr<MountedLens>> lenses;
@@ -50,7 +50,7 @@ TEST(CameraBatch, GivesTheCamerasImagesWithoutAllocating) {
     EXPECT_EQ(images[i], expected) << i;
   }
 
-  // Each thread has to have rendered once: which one takes which frame is a matter of chance.
+  // Each thread must have rendered once; the assignment of frames to threads is random.
   for (int i = 0; i < 20; ++i) batch.capture(items);
   const long before = allocations;
   for (int i = 0; i < 5; ++i) batch.capture(items);

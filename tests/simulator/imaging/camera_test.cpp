@@ -1,4 +1,4 @@
-// Images are pure functions of pose and seed; memory stays; radiometry and orientation are right.
+// Images are pure functions of pose and seed; captures do not allocate; radiometry and orientation are correct.
 #include "imaging/camera.h"
 
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ TEST(Camera, ImagesDoNotDependOnThreads) {
   }
 }
 
-TEST(Camera, ImagesDoNotDependOnWhatWasRenderedBefore) {
+TEST(Camera, ImagesDoNotDependOnEarlierRenders) {
   Parallel parallel(1);
   Camera camera(relign_od_scene(), {}, parallel);
   MountedLens lens(relign_od_scene());
@@ -51,7 +51,7 @@ TEST(Camera, ImagesDoNotDependOnWhatWasRenderedBefore) {
   EXPECT_EQ(fresh, later);
 }
 
-TEST(Camera, TruthDoesNotDependOnThreads) {
+TEST(Camera, MseDoesNotDependOnThreads) {
   Parallel one(1), two(2);
   const Reference reference = make_reference(relign_od_scene(), {}, two, {}, {});
   Camera a(relign_od_scene(), {}, one);
@@ -62,7 +62,7 @@ TEST(Camera, TruthDoesNotDependOnThreads) {
   EXPECT_EQ(a.noise_free_mse(a_lens, pose, 1, reference).mse, b.noise_free_mse(b_lens, pose, 1, reference).mse);
 }
 
-TEST(Camera, TruthHasNoBiasFarAway) {
+TEST(Camera, MseIsUnbiasedFarFromTheOptimum) {
   Parallel parallel(2);
   const Reference reference = make_reference(relign_od_scene(), {}, parallel, {}, {});
   Camera camera(relign_od_scene(), {}, parallel);
@@ -86,7 +86,7 @@ TEST(Camera, TruthHasNoBiasFarAway) {
   EXPECT_NEAR(error / spread, 1, 0.35);
 }
 
-// Run by the test below, once for each instruction set: prints what it rendered.
+// Run by the test below, once per instruction set: prints a hash of its images.
 TEST(Camera, DISABLED_PrintHash) {
   std::string bytes;
   for (const Sampler sampler : {Sampler::paper, Sampler::pupil}) {
@@ -121,8 +121,8 @@ TEST(Camera, ImagesAreTheSameOnEveryInstructionSet) {
   if (hashes.size() < 2) GTEST_SKIP() << "this processor has one instruction set only";
 }
 
-// The same light on coarser pixels: means over blocks of the fine image.
-TEST(Camera, CoarseSensorsSeeTheSameImage) {
+// The same irradiance on coarser pixels: means over blocks of the fine image.
+TEST(Camera, CoarseSensorsAverageTheFineImage) {
   Parallel parallel(2);
   Camera fine(relign_od_scene(), {}, parallel);
   MountedLens fine_lens(relign_od_scene());
@@ -158,9 +158,9 @@ TEST(Camera, CoarseSensorsSeeTheSameImage) {
   }
 }
 
-// Captures allocate nothing: the heap in use is the same after many (short form of 100,000; set
-// RELIGN_CAPTURES for the long one).
-TEST(Camera, HeapDoesNotGrow) {
+// Captures do not allocate: the heap in use stays the same (short form of 100,000 captures; set RELIGN_CAPTURES for the
+// long one).
+TEST(Camera, CapturesDoNotGrowTheHeap) {
   int captures = 1000;
   if (const char* wish = std::getenv("RELIGN_CAPTURES")) captures = std::atoi(wish);
   Parallel parallel(2);
@@ -180,9 +180,9 @@ TEST(Camera, HeapDoesNotGrow) {
   EXPECT_LE(after, before + 4096) << "bytes in use after " << captures << " captures";
 }
 
-// Light from a lit corner of the emitter lands where the double tracer says: bitmap row 0 at
-// y = -half side, column 0 at x = -half side; image row 0 at y = +half side.
-TEST(Camera, OrientationAgreesWithTheTracer) {
+// Light from a spot on the emitter arrives where the double tracer predicts: bitmap row 0 at y = -half side, column 0
+// at x = -half side; image row 0 at y = +half side.
+TEST(Camera, OrientationMatchesTheTracer) {
   SceneFile scene = relign_od_scene();
   images::Image bitmap(600, 600);
   const std::size_t n = bitmap.width;
@@ -234,7 +234,7 @@ TEST(Camera, OrientationAgreesWithTheTracer) {
 
 // A uniform emitter of radiance 1: irradiance on the axis = projected solid angle of the exit cone,
 // times the transmittance of eight faces (here refract: none is lost).
-TEST(Camera, RadiometryOnTheAxis) {
+TEST(Camera, MatchesSolidAngleOnTheAxis) {
   SceneFile scene = relign_od_scene();
   scene.emitter.show(images::Image(2, 2, 1.0F));
   Parallel parallel(2);
@@ -249,7 +249,7 @@ TEST(Camera, RadiometryOnTheAxis) {
   const double pupil_z = optics::first_order(scene.lens).entrance_pupil_z;
   const double object_z = scene.emitter.z_mm + scene.pivot_behind_first_vertex_mm;
   const auto ending_on_axis = [&](double pupil_height, optics::Apertures apertures) {
-    double low = -20, high = 20;  // the image of higher object points lies lower
+    double low = -20, high = 20;  // the image of higher object points is lower
     optics::TracedRay ray;
     for (int step = 0; step < 60; ++step) {
       const double middle = 0.5 * (low + high);

@@ -82,19 +82,19 @@ void expect_small(const Deviations& found) {
   EXPECT_LT(std::hypot(found.shift_x_px, found.shift_y_px), 0.01);
 }
 
-TEST(Chessboard, CornersLieWhereRaysSay) {
+TEST(Chessboard, CornersMatchRays) {
   const optics::Assembly perfect(chessboard_scene().lens);
   expect_small(deviations(perfect, nominal_pose(), nominal_pose()));
 }
 
-TEST(Chessboard, AlsoWithElementsOffAtAPose) {
+TEST(Chessboard, CornersMatchRaysWithOffsetsAtAPose) {
   Random random(3);
   const optics::Assembly assembly = random_assembly(random);
   const std::vector<double> pose = {0.56, 0.46, 0.5, 0.52, 0.47};
   expect_small(deviations(assembly, pose, pose));
 }
 
-TEST(Chessboard, AComparisonCanFail) {
+TEST(Chessboard, ComparisonDetectsShift) {
   const optics::Assembly perfect(chessboard_scene().lens);
   // 4 micrometres to the right are 0.153 pixels.
   const Deviations found = deviations(perfect, {0.502, 0.5, 0.5, 0.5, 0.5}, nominal_pose());

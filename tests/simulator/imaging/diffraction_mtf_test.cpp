@@ -18,7 +18,7 @@ constexpr double kWavelength_mm = 550e-6;
 
 double circular_pupil_mtf(double s) { return s < 1 ? 2 / kPi * (std::acos(s) - s * std::sqrt(1 - s * s)) : 0; }
 
-TEST(OpticalPath, OfAllRaysOfAPerfectLensIsOne) {
+TEST(OpticalPath, IsEqualForAllRaysOfAPerfectLens) {
   const SceneFile scene = hyperbolic_scene();
   const optics::Assembly lens(scene.lens);
   const double on_axis = kFocus_mm + 10 * kIndex + kFocus_mm;
@@ -33,7 +33,7 @@ TEST(OpticalPath, OfAllRaysOfAPerfectLensIsOne) {
   std::printf("largest difference of paths: %.1e mm\n", largest);
 }
 
-TEST(DiffractionMtf, OfAPerfectLensIsThatOfACircularPupil) {
+TEST(DiffractionMtf, MatchesCircularPupil) {
   const SceneFile scene = hyperbolic_scene();
   const optics::Assembly lens(scene.lens);
   const FieldMtfMeter meter(scene, false, true);
@@ -71,7 +71,7 @@ double defocused_mtf(double off_mm, double lp_per_mm) {
   return std::hypot(cosine, sine) / light;
 }
 
-TEST(DiffractionMtf, OfADefocusedPerfectLensIsTheIntegral) {
+TEST(DiffractionMtf, MatchesIntegralOfDefocusedPupil) {
   SceneFile scene = hyperbolic_scene();
   const optics::Assembly lens(scene.lens);
   double largest = 0;
@@ -88,7 +88,7 @@ TEST(DiffractionMtf, OfADefocusedPerfectLensIsTheIntegral) {
   std::printf("largest deviation from the integral: %.5f\n", largest);
 }
 
-TEST(DiffractionMtf, OfShortWavesIsGeometric) {
+TEST(DiffractionMtf, ApproachesGeometricMtfForShortWaves) {
   SceneFile scene = relign_od_scene();
   scene.lens.wavelength_nm = 1;
   Random random(7);
@@ -109,7 +109,7 @@ TEST(DiffractionMtf, OfShortWavesIsGeometric) {
   std::printf("largest deviation from rays at a wavelength of 1 nm: %.5f\n", largest);
 }
 
-TEST(DiffractionMtf, IsAFunctionOfItsArgumentsAndZeroWithoutLight) {
+TEST(DiffractionMtf, DependsOnlyOnArgumentsAndIsZeroWithoutLight) {
   SceneFile scene = relign_od_scene();
   const optics::Assembly lens(scene.lens);
   const FieldMtfMeter one(scene, true, true), other(scene, true, true);
@@ -124,7 +124,7 @@ TEST(DiffractionMtf, IsAFunctionOfItsArgumentsAndZeroWithoutLight) {
   EXPECT_EQ(dark.corner, 0);
 }
 
-TEST(DiffractionMtf, OfEveryShippedSceneApproachesTheGeometricOne) {
+TEST(DiffractionMtf, ApproachesGeometricMtfOnShippedScenes) {
   for (const std::string& name : shipped_scenes()) {
     SceneFile scene = read_scene_file(scene_folder() + name + "/scene.json", {});
     const double lp_per_mm = 0.125 / scene.sensor.pitch_mm;

@@ -1,5 +1,5 @@
 // Diffraction in images: the kernels against the closed form, the edge of a rendered image against the product of
-// geometric and diffraction-limited MTF, and the truth of blurred scenes.
+// geometric and diffraction-limited MTF, and the noise-free MSE of blurred scenes.
 #include "imaging/diffraction.h"
 
 #include <gtest/gtest.h>
@@ -7,9 +7,9 @@
 #include <cmath>
 
 #include "hyperboloids.h"
+#include "images/measures.h"
 #include "imaging/camera.h"
 #include "imaging/reference.h"
-#include "images/measures.h"
 #include "scene_under_test.h"
 
 namespace relign::imaging {
@@ -65,7 +65,7 @@ TEST(Diffraction, KernelsHaveTheTransferOfACircularPupil) {
   std::printf("largest deviation from the closed form: %.4f\n", largest);
 }
 
-TEST(Diffraction, TheEdgeOfAnImageFallsToTheProduct) {
+TEST(Diffraction, EdgeMtfIsTheProductOfGeometryAndDiffraction) {
   constexpr int kPixels = 96;
   double largest = 0;
   Parallel parallel(2);
@@ -94,7 +94,7 @@ TEST(Diffraction, TheEdgeOfAnImageFallsToTheProduct) {
   std::printf("largest deviation from the product: %.4f\n", largest);
 }
 
-TEST(Diffraction, LeavesAnEvenImageAloneAndEqualsItselfOnAnyThreads) {
+TEST(Diffraction, KeepsUniformImagesAndBitsForAnyThreads) {
   SceneFile scene = relign_od_scene();
   scene.diffraction = true;
   const Diffraction diffraction(scene);
@@ -112,7 +112,7 @@ TEST(Diffraction, LeavesAnEvenImageAloneAndEqualsItselfOnAnyThreads) {
   EXPECT_EQ(first, second);
 }
 
-TEST(Diffraction, TruthIsUnbiasedAndItsErrorIsRight) {
+TEST(Diffraction, MseIsUnbiasedWithCorrectError) {
   SceneFile scene = relign_od_scene_with({1, "", false, 60});
   scene.diffraction = true;
   scene.lens.wavelength_nm = 40000;  // so that much is blurred at these pixels

@@ -1,4 +1,4 @@
-// What single rays in double say of an image: the other way to the same numbers, without blocks, tiles or samplers.
+// Expected values of images from single rays in double: an independent computation without blocks, tiles or samplers.
 #pragma once
 
 #include <algorithm>
@@ -65,8 +65,8 @@ inline optics::Prescription turned_round(const SceneFile& scene) {
 }
 
 // Irradiance of the sensor `height_mm` off the axis for an endless emitter of radiance 1, perfect lens at the nominal
-// pose: the integral of the transmittance over the direction cosines that pass. Apertures leave a region without dents,
-// so that every line from its middle meets its rim once.
+// pose: the integral of the transmittance over the direction cosines that pass. Apertures leave a star-shaped region:
+// every line from its middle crosses its rim once.
 inline double exact_irradiance(const optics::Assembly& turned, double height_mm, optics::Apertures apertures,
                                bool fresnel) {
   const auto share = [&](double p, double q) {
@@ -106,9 +106,9 @@ inline double exact_irradiance(const optics::Assembly& turned, double height_mm,
   return sum * kPi / (kAzimuths * kRings);
 }
 
-// Visits the rays from a place of the emitter through a lens at a pose: visit(where it meets the sensor's plane, world;
-// its light). Light of an emitter of radiance 1 is even in the direction cosines: a ray through dA of a plane
-// parallel to the emitter carries cos^4 dA, that is dA / length^4, times the transmittance.
+// Visits the rays from a place of the emitter through a lens at a pose: visit(hit on the sensor's plane, world; its
+// light). Light of an emitter of radiance 1 is even in the direction cosines: a ray through dA of a plane parallel to
+// the emitter carries cos^4 dA, that is dA / length^4, times the transmittance.
 template <class Visit>
 void for_bundle(const SceneFile& scene, const optics::Assembly& assembly, const std::vector<double>& pose,
                 const optics::Vec3& from, const Visit& visit) {
@@ -137,7 +137,7 @@ inline PixelPlace pixel_of(const Sensor& sensor, const optics::Vec3& world) {
   return {(world.x - sensor.left_mm) / sensor.pitch_mm - 0.5, (sensor.top_mm - world.y) / sensor.pitch_mm - 0.5};
 }
 
-// Where the light of a place of the emitter meets the sensor on average.
+// Mean hit on the sensor of the light from a point of the emitter.
 inline PixelPlace bundle_centroid(const SceneFile& scene, const optics::Assembly& assembly,
                                   const std::vector<double>& pose, const optics::Vec3& from) {
   double sum = 0;

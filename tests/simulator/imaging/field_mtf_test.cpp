@@ -1,4 +1,4 @@
-// The lens's own MTF at points of the field: against a closed form, and against rays that are found in another way.
+// MTF at points of the field, against a closed form and against independently traced rays.
 #include "imaging/field_mtf.h"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ double bessel_j1(double x) {
 
 double disc_mtf(double x) { return x < 1e-9 ? 1 : std::fabs(2 * bessel_j1(x) / x); }
 
-TEST(FieldMtf, PureDefocusIsThatOfAnEvenDisc) {
+TEST(FieldMtf, DefocusMatchesUniformDisc) {
   SceneFile scene = hyperbolic_scene();
   const optics::Assembly lens(scene.lens);
   const double tangent = kStopRadius_mm / kFocus_mm;
@@ -46,7 +46,7 @@ TEST(FieldMtf, PureDefocusIsThatOfAnEvenDisc) {
   std::printf("largest deviation from 2 J1(x) / x: %.5f\n", largest);
 }
 
-TEST(FieldMtf, LightSpreadFarIsNoGrating) {
+TEST(FieldMtf, StrongBlurHasNoGratingArtefact) {
   SceneFile scene = hyperbolic_scene();
   scene.sensor.z_mm += 5;
   const FieldMtfMeter meter(scene, false);
@@ -71,7 +71,7 @@ double modulation(const SceneFile& scene, const optics::Assembly& lens, const st
   return std::min(std::hypot(sums[0][0], sums[0][1]), std::hypot(sums[1][0], sums[1][1])) / light;
 }
 
-TEST(FieldMtf, OfThePapersLensIsThatOfItsRays) {
+TEST(FieldMtf, MatchesRaysOfThePapersLens) {
   const SceneFile& scene = relign_od_scene();
   // Its target reaches as far as the full field of 42.05 degrees, and all of it is imaged.
   const double corner_mm = 0.8 * scene.emitter.side_mm / 2;
@@ -105,7 +105,7 @@ TEST(FieldMtf, OfThePapersLensIsThatOfItsRays) {
   std::printf("largest deviation %.4f\n", largest);
 }
 
-TEST(FieldMtf, IsAFunctionOfItsArguments) {
+TEST(FieldMtf, DependsOnlyOnItsArguments) {
   const SceneFile& scene = relign_od_scene();
   Random random(6);
   const optics::Assembly lens = random_assembly(random);
@@ -120,7 +120,7 @@ TEST(FieldMtf, IsAFunctionOfItsArguments) {
   EXPECT_EQ(first.corner, elsewhere.corner);
 }
 
-TEST(FieldMtf, ATiltIsSeenAtTheCorners) {
+TEST(FieldMtf, TiltLowersTheCorners) {
   const SceneFile& scene = relign_od_scene();
   const FieldMtfMeter meter(scene, true);
   const optics::Assembly lens(scene.lens);
@@ -130,7 +130,7 @@ TEST(FieldMtf, ATiltIsSeenAtTheCorners) {
   EXPECT_GT(tilted.centre, tilted.corner);
 }
 
-TEST(FieldMtf, NoLightIsNoModulation) {
+TEST(FieldMtf, IsZeroWithoutLight) {
   SceneFile scene = relign_od_scene();
   scene.lens.stops.push_back({"lid", scene.lens.elements.front().faces.front().z_mm - 0.1, 1e-6, false, false});
   const FieldMtf found =
@@ -139,12 +139,12 @@ TEST(FieldMtf, NoLightIsNoModulation) {
   EXPECT_EQ(found.corner, 0);
 }
 
-TEST(FieldMtf, OfAPartOfTheSensorIsThatPartsField) {
+TEST(FieldMtf, UsesTheFieldOfTheSensorRegion) {
   SceneFile scene = relign_od_scene();
   scene.sensor.width = 100;  // its left half
   const std::array<FieldPoint, 5> points = field_points(scene);
   const optics::FirstOrder data = optics::first_order(scene.lens);
-  EXPECT_GT(points[0].x_mm, 0) << "images stand upside down";
+  EXPECT_GT(points[0].x_mm, 0) << "images are inverted";
   for (std::size_t corner = 1; corner < 5; ++corner) EXPECT_GT(points[corner].x_mm, 0);
   EXPECT_NEAR(points[0].y_mm, 0, 1e-9);
   EXPECT_GT(data.focal_length, 0);
@@ -152,7 +152,7 @@ TEST(FieldMtf, OfAPartOfTheSensorIsThatPartsField) {
   EXPECT_THROW(field_points(scene), Error);
 }
 
-// What each design carries where it is best, at a quarter of its sensor's limit: all of them see light everywhere.
+// MTF of each design at its optimum at a quarter of its sensor's limit: all have light at every field point.
 TEST(FieldMtf, EveryShippedSceneHasLightAtItsCorners) {
   for (const std::string& name : shipped_scenes()) {
     const SceneFile scene = read_scene_file(scene_folder() + name + "/scene.json", {});

@@ -1,5 +1,5 @@
-// Transport ghost: energy by a case that can be calculated, the levels of the paper's renderer, one mean for all
-// samplers, truth without bias, the same bits for any number of threads.
+// Transport ghost: energy against a closed form, the levels of the paper's renderer, the same mean for all samplers,
+// unbiased MSE, the same bits for any number of threads.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ CaptureSettings ghost(double albedo, Sampler sampler = Sampler::paper) {
   return {Transport::ghost, sampler, 64, albedo};
 }
 
-// A wide plate of glass before a white world.
+// A wide plate of glass in front of a white emitter.
 SceneFile white_world_behind_a_plate(double index) {
   SceneFile scene;
   optics::Face front, back;
@@ -51,7 +51,7 @@ double reflectance(double sine2, double index) {
 
 // Of a plate with reflectance R at both faces pass (1 - R)^2 straight, (1 - R) / (1 + R) in all. Uniform on the disc of
 // directions means uniform in sine squared.
-TEST(Ghosts, PassAPlateAsOftenAsTheyMust) {
+TEST(Ghosts, MatchClosedFormOfAPlate) {
   const double index = 1.8;
   double all = 0, reflected = 0;
   const int steps = 100000;
@@ -67,11 +67,11 @@ TEST(Ghosts, PassAPlateAsOftenAsTheyMust) {
   const int rays = 200000;
   double played = 0, weighed = 0, squares = 0;
   for (std::uint32_t ray = 0; ray < rays; ++ray) {
-    Dice dice(1, 0, ray, 1);
+    PathRandom random(1, 0, ray, 1);
     PathStart start{0, 0, 1, 1};
-    while (!start.is_direction()) start = {0, 0, 2 * dice.unit() - 1, 2 * dice.unit() - 1};
-    played += paths.play(start, dice) / rays;
-    const double value = paths.ghost_part(start, dice, nullptr, waiting);
+    while (!start.is_direction()) start = {0, 0, 2 * random.unit() - 1, 2 * random.unit() - 1};
+    played += paths.play(start, random) / rays;
+    const double value = paths.ghost_part(start, random, nullptr, waiting);
     weighed += value / rays;
     squares += value * value / rays;
   }
@@ -84,7 +84,7 @@ struct Levels {
   double dark = 0, lit = 0, rmse = 0;
 };
 
-// Dark pixels see nothing of the emitter without ghosts, lit ones see it whole.
+// Dark pixels receive no light of the emitter without ghosts, lit ones receive all of it.
 Levels levels(const SceneFile& scene, double albedo, int frames) {
   Parallel parallel(2);
   MountedLens lens(scene);
@@ -117,7 +117,7 @@ Levels levels(const SceneFile& scene, double albedo, int frames) {
 
 // The package: dark pixels 0.00122, 0.00065 with a black sensor; RMSE 0.0337 at the optimum. Over these very pixels its
 // reference image has 0.00120 and 0.1144.
-TEST(Ghosts, LevelsOfThePapersRenderer) {
+TEST(Ghosts, MatchLevelsOfThePapersRenderer) {
   SceneFile scene = package_scene(100);
   const Levels scattering = levels(scene, 0.5, 20);
   EXPECT_NEAR(scattering.dark, 0.00122, 0.0001);
@@ -151,7 +151,7 @@ Estimate repeat(int frames, std::size_t pixels, const Draw& draw) {
   return {sum, (squares - sum * sum) / (frames - 1)};
 }
 
-TEST(Ghosts, AllSamplersAndNoiseFreeImagesHaveOneMean) {
+TEST(Ghosts, SamplersAndNoiseFreeImagesHaveTheSameMean) {
   const SceneFile scene = package_scene(40);
   Parallel parallel(2);
   Random random(5);
@@ -184,7 +184,7 @@ TEST(Ghosts, AllSamplersAndNoiseFreeImagesHaveOneMean) {
   EXPECT_GT(sigmas(paper, straight), 10);
 }
 
-TEST(Ghosts, NoPixelGetsMoreThanTheWorldGives) {
+TEST(Ghosts, NoPixelExceedsTheEmitter) {
   SceneFile scene = package_scene(20);
   scene.emitter.side_mm = 1e5;
   scene.emitter.show(images::Image(2, 2, 1.0F));
@@ -202,7 +202,7 @@ TEST(Ghosts, NoPixelGetsMoreThanTheWorldGives) {
   }
 }
 
-TEST(Ghosts, ImagesAndTruthDoNotDependOnThreads) {
+TEST(Ghosts, ImagesAndMseDoNotDependOnThreads) {
   const SceneFile scene = package_scene(40);
   Parallel one(1), two(2);
   const Reference reference = make_reference(scene, ghost(0.5), two, {}, {});
@@ -221,7 +221,7 @@ TEST(Ghosts, ImagesAndTruthDoNotDependOnThreads) {
   EXPECT_EQ(mse[0], mse[1]);
 }
 
-TEST(Ghosts, TruthIsZeroAtTheOptimumAndKnowsItsError) {
+TEST(Ghosts, MseIsZeroAtTheOptimumWithinItsError) {
   const SceneFile scene = package_scene(40);
   Parallel parallel(2);
   const Reference reference = make_reference(scene, ghost(0.5), parallel, {}, {});
@@ -237,12 +237,12 @@ TEST(Ghosts, TruthIsZeroAtTheOptimumAndKnowsItsError) {
   }
   const double spread = std::sqrt(squares - sum * sum);
   EXPECT_NEAR(sum, 0, 4 * spread / std::sqrt(n) + 1e-7);
-  EXPECT_NEAR(errors / spread, 1, 0.35) << "the standard error says what the spread is";
+  EXPECT_NEAR(errors / spread, 1, 0.35) << "the standard error matches the spread";
 }
 
-// Where the sensor scatters, expected light is taken from the image without reflections; a path that is played meets
-// the emitter itself. Both means agree, scattering twice included.
-TEST(Ghosts, ScatteredLightIsThatOfPlayedPaths) {
+// After sensor scatter, the expected light comes from the image without reflections, whereas traced paths reach the
+// emitter themselves. Both means agree, including double scattering.
+TEST(Ghosts, ScatteredLightMatchesTracedPaths) {
   const SceneFile scene = package_scene(20);
   Parallel parallel(2);
   MountedLens lens(scene);
@@ -264,7 +264,7 @@ TEST(Ghosts, ScatteredLightIsThatOfPlayedPaths) {
   EXPECT_GT(expected.mean - without.mean, 10 * error) << "this light is much more than the comparison's error";
 }
 
-// Of a pixel, root mean square over all of them, from the scatter of images of several seeds.
+// Standard deviation of a pixel, RMS over all pixels, from images of several seeds.
 double spread(const std::vector<std::vector<float>>& images) {
   const auto n = static_cast<double>(images.size());
   double variance = 0;
@@ -280,7 +280,7 @@ double spread(const std::vector<std::vector<float>>& images) {
   return std::sqrt(variance / static_cast<double>(images.front().size()));
 }
 
-TEST(Ghosts, AveragedImagesHaveTheErrorTheyState) {
+TEST(Ghosts, AveragedImagesHaveTheReportedError) {
   const SceneFile scene = package_scene(40);
   Parallel parallel(2);
   MountedLens lens(scene);
@@ -316,7 +316,7 @@ TEST(Ghosts, AveragedImagesHaveTheErrorTheyState) {
 
 // Under 0.0003 a pixel at the shipped 200 x 200 pixels. The larger pixels here have more edges of the star each and
 // 0.00035.
-TEST(Ghosts, TheReferenceIsSharp) {
+TEST(Ghosts, ReferenceHasLittleNoise) {
   const SceneFile scene = package_scene(40);
   ASSERT_EQ(reference_samples(scene), 1024);
   Parallel parallel(2);
@@ -324,13 +324,13 @@ TEST(Ghosts, TheReferenceIsSharp) {
   EXPECT_LT(spread({reference.first, reference.second}) / std::sqrt(2), 0.0004);
 }
 
-TEST(Ghosts, ReferencesOfAnotherAlbedoAreOthers) {
+TEST(Ghosts, ReferencesDependOnAlbedo) {
   const SceneFile scene = package_scene(40);
   EXPECT_NE(scene_content_hash(scene, ghost(0.5)), scene_content_hash(scene, ghost(0)));
   EXPECT_NE(scene_content_hash(scene, ghost(0)), scene_content_hash(scene, {}));
 }
 
-TEST(Ghosts, LensesWithAspheresAreRefused) {
+TEST(Ghosts, RejectAspheres) {
   SceneFile scene = package_scene(20);
   scene.lens.elements[2].faces[1].conic = -0.5;
   Parallel parallel(1);

@@ -1,4 +1,4 @@
-// Measures taken on images of the lens, against what single rays say.
+// Measures of images of the lens, against single rays.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -42,7 +42,7 @@ optics::Vec3 place_on_edge(const SceneFile& scene, double along_mm) {
   return {turn.cosine * half - turn.sine * along_mm, turn.sine * half + turn.cosine * along_mm, scene.emitter.z_mm};
 }
 
-// What the rays from a place of the emitter leave of a wave along (across_x, across_y).
+// Modulation by the rays from a point of the emitter along (across_x, across_y).
 double modulation_of_rays(const SceneFile& scene, const std::vector<double>& pose, const optics::Vec3& from,
                           double across_x, double across_y, double cycles_per_pixel) {
   const optics::Assembly lens(scene.lens);
@@ -75,7 +75,7 @@ double exact_edge_mtf(const SceneFile& scene, const std::vector<double>& pose, d
          modulation_of_rays(scene, pose, place_on_edge(scene, 0), across_x, across_y, cycles_per_pixel);
 }
 
-TEST(ImageMeasures, SlantedEdgeMtfIsThatOfTheRaysAndThePixel) {
+TEST(ImageMeasures, SlantedEdgeMtfMatchesRaysAndPixel) {
   const SceneFile scene = one_square();
   const optics::Assembly lens(scene.lens);
   double largest = 0;
@@ -96,7 +96,7 @@ TEST(ImageMeasures, SlantedEdgeMtfIsThatOfTheRaysAndThePixel) {
   std::printf("largest deviation %.4f\n", largest);
 }
 
-TEST(ImageMeasures, StarContrastByRadiusIsThatOfTheRaysAndThePixel) {
+TEST(ImageMeasures, StarContrastMatchesRaysAndPixel) {
   const SceneFile& scene = relign_od_scene();
   double largest = 0;
   for (const double z : {0.5, 0.52, 0.46}) {
@@ -128,7 +128,7 @@ TEST(ImageMeasures, StarContrastByRadiusIsThatOfTheRaysAndThePixel) {
   std::printf("largest deviation %.4f\n", largest);
 }
 
-TEST(ImageMeasures, ShiftIsThatOfTheRaysAlsoAtThePapersNoise) {
+TEST(ImageMeasures, ShiftMatchesRaysAtThePapersNoise) {
   const SceneFile& scene = relign_od_scene();
   const optics::Assembly lens(scene.lens);
   const images::Image reference = image_of(scene, nominal_pose());
@@ -151,7 +151,7 @@ TEST(ImageMeasures, ShiftIsThatOfTheRaysAlsoAtThePapersNoise) {
   }
 }
 
-TEST(ImageMeasures, RotationOfTheTargetIsSeenMirrored) {
+TEST(ImageMeasures, RotationOfTheTargetIsMirrored) {
   const auto white_square = [](int angle_deg) {
     SceneFile scene = scene_showing("slanted_edges:squares=1,angle_deg=" + std::to_string(angle_deg));
     images::Image negative = scene.emitter.radiance;

@@ -1,4 +1,4 @@
-// What light of several wavelengths does to edges and to fine lines: by exact rays, image and MTF alike.
+// Lateral colour at edges and fine lines, in images and MTF, against exact rays.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -51,7 +51,7 @@ double exact_column(const SceneFile& scene, const optics::Prescription& lens) {
   const PupilAim aim = pupil_aim(scene);
   const optics::Assembly assembly(lens);
   const RayBundle bundle(scene, assembly, nominal_pose(), {kEdge_mm, 0}, aim.z_mm);
-  const Window window = passing(bundle, aim);
+  const Window window = passing_window(bundle, aim);
   constexpr int kRays = 60;
   double sum = 0, light = 0;
   for (int i = 0; i < kRays; ++i)
@@ -64,7 +64,7 @@ double exact_column(const SceneFile& scene, const optics::Prescription& lens) {
   return (sum / light - scene.sensor.left_mm) / scene.sensor.pitch_mm;
 }
 
-TEST(LateralColour, TwoWavelengthsShowAnEdgeTwiceWhereExactRaysMeetTheSensor) {
+TEST(LateralColour, TwoWavelengthsSplitAnEdgeAsExactRaysDo) {
   const SceneFile scene = singlet();
   Parallel parallel(2);
   Camera camera(scene, {}, parallel);
@@ -97,8 +97,8 @@ TEST(LateralColour, TwoWavelengthsShowAnEdgeTwiceWhereExactRaysMeetTheSensor) {
   EXPECT_NEAR(found_second, second, 0.15);
 }
 
-// Lines whose waves of the two colours lie half a period apart lose what the weights say.
-TEST(LateralColour, TakesFromTheMtfWhatThePhasesSay) {
+// Lines whose two colours are half a period apart lose modulation according to the weights.
+TEST(LateralColour, ReducesMtfByPhaseDifference) {
   SceneFile scene = singlet();
   const FieldPoint point{kEdge_mm, 0, 1, 0};
   const optics::Assembly perfect(scene.lens);
@@ -126,8 +126,8 @@ TEST(LateralColour, TakesFromTheMtfWhatThePhasesSay) {
   }
 }
 
-// With hardly any diffraction (a thousandth of the wavelengths, the same indices) waves show what rays do: the phases
-// of wavelengths count from one point.
+// With hardly any diffraction (a thousandth of the wavelengths, the same indices) wave optics agrees with rays: phases
+// of all wavelengths refer to one point.
 TEST(LateralColour, WavesOfShortWavelengthsAgreeWithRays) {
   double largest = 0;
   const auto hold = [&](SceneFile scene, const std::vector<FieldPoint>& points, double lp_per_mm) {
@@ -153,7 +153,7 @@ TEST(LateralColour, WavesOfShortWavelengthsAgreeWithRays) {
 }
 
 // Kernels of diffraction: the mean of those of one wavelength.
-TEST(LateralColour, KernelsOfDiffractionAreMeansOverWavelengths) {
+TEST(LateralColour, DiffractionKernelsAreMeansOverWavelengths) {
   const auto scene_at = [](const std::string& list) {
     SceneFile scene = scene_with_wavelengths("cooke_triplet", list, 40);
     scene.sensor.pitch_mm /= 400;  // 2.6 um

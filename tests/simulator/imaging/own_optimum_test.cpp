@@ -17,7 +17,7 @@ struct Bench {
   Camera camera{relign_od_scene(), settings, parallel};
   OptimumFinder finder{relign_od_scene(), settings, camera, parallel, reference};
 
-  // Mean of many truths: four times as exact as one.
+  // Mean of several MSE estimates, with a fourth of the error.
   double mse(MountedLens& lens, const std::vector<double>& pose) {
     constexpr int kSeeds = 20;
     double sum = 0;
@@ -50,7 +50,7 @@ TEST(OwnOptimum, IsAMinimumOfTheNoiseFreeError) {
     EXPECT_NEAR(found.error.mse, there, 5 * found.error.standard_error);
     EXPECT_LT(std::sqrt(there), 0.004);
     EXPECT_GT(std::sqrt(bench.mse(lens, nominal_pose())), 0.02);
-    // 4 um across, 20 um along the axis, 0.03 degrees: what is farther than that is worse.
+    // Poses more than 4 um across, 20 um along the axis or 0.03 degrees away must be worse.
     const double steps[5] = {0.002, 0.002, 0.01, 0.002, 0.002};
     for (std::size_t axis = 0; axis < 5; ++axis)
       for (const double sign : {-1.0, 1.0}) {
@@ -61,7 +61,7 @@ TEST(OwnOptimum, IsAMinimumOfTheNoiseFreeError) {
   }
 }
 
-TEST(OwnOptimum, IsAFunctionOfLensAndSeed) {
+TEST(OwnOptimum, DependsOnlyOnLensAndSeed) {
   Random random(6);
   const optics::Assembly assembly = random_assembly(random);
   std::vector<double> first;
@@ -69,7 +69,7 @@ TEST(OwnOptimum, IsAFunctionOfLensAndSeed) {
   for (const unsigned threads : {1U, 2U, 3U}) {
     Bench bench(threads);
     MountedLens lens(relign_od_scene(), assembly);
-    if (threads == 2) bench.finder.by_rays(lens);  // what was asked before changes nothing
+    if (threads == 2) bench.finder.by_rays(lens);  // earlier searches must not matter
     const OwnOptimum found = bench.finder.find(lens, 4);
     if (first.empty()) {
       first = found.true_pose;

@@ -1,5 +1,5 @@
-// A lens as phones have it: steep aspheres, a last face that bends back, chief rays of 30 degrees at the sensor. What
-// passes is found in direction cosines here, and many rays meet faces that few Newton steps do not settle.
+// A phone lens: steep aspheres, a last face that bends back, chief rays of 30 degrees at the sensor. Its importance
+// regions are in direction cosines, and for many hits a few Newton steps prove nothing.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -46,13 +46,13 @@ optics::Assembly with_offsets(const SceneFile& scene, Random& random) {
   return optics::Assembly(scene.lens, offsets);
 }
 
-TEST(PhoneLens, IsToldByDirections) {
+TEST(PhoneLens, UsesDirectionCosines) {
   EXPECT_FALSE(phone().pupil->on_plane());
   EXPECT_TRUE(relign_od_scene().pupil->on_plane());
 }
 
-// Symmetric light stays symmetric: tiles that see too little were dark in one quarter and lit in another.
-TEST(PhoneLens, SurvivesATurnBy90Degrees) {
+// Symmetric light stays symmetric; detects tiles that miss light in one quadrant only.
+TEST(PhoneLens, ImageIsSymmetricUnderQuarterTurn) {
   const images::Image image = noise_free(white_phone(), Transport::fresnel, 512);
   constexpr std::size_t kBlock = 8;
   const std::size_t blocks = image.width / kBlock;
@@ -73,10 +73,10 @@ TEST(PhoneLens, SurvivesATurnBy90Degrees) {
   EXPECT_LT(worst, 0.03 * whole);
 }
 
-// Energy and relative illumination against single rays in double, which know nothing of tiles and regions.
-TEST(PhoneLens, HasTheIrradianceOfExactRays) {
+// Energy and relative illumination against single rays in double, without tiles and regions.
+TEST(PhoneLens, MatchesIrradianceOfExactRays) {
   SceneFile scene = white_phone();
-  scene.emitter.side_mm *= 4;  // its border lies outside the image
+  scene.emitter.side_mm *= 4;  // its border is outside the image
   const optics::Prescription turned = turned_round(scene);
   const optics::Assembly behind(turned);
   const images::Image image = noise_free(scene, Transport::refract, 1024);
@@ -106,7 +106,7 @@ TEST(PhoneLens, ImagesAreCertifiedAnywhereInTheTravel) {
   }
 }
 
-// The same bits, whatever the instruction set: the slow path is one for all, and the steps before are as many.
+// Same bits on every instruction set: the slow path is shared, and the number of steps before it is equal.
 TEST(PhoneLens, HasTheSameBitsOnEveryInstructionSet) {
   const SceneFile scene = phone();
   const optics::BackwardPath path = optics::backward_path(optics::Assembly(scene.lens), {});
@@ -140,8 +140,8 @@ TEST(PhoneLens, HasTheSameBitsOnEveryInstructionSet) {
   }
 }
 
-// Blocks pass the rays that the double tracer passes, to where it says, and no others.
-TEST(PhoneLens, BlocksAgreeWithSingleRays) {
+// Blocks pass exactly the rays that the double tracer passes, with the same hits.
+TEST(PhoneLens, BlocksMatchSingleRays) {
   const SceneFile scene = phone();
   const optics::Assembly assembly(scene.lens);
   const optics::BackwardPath path = optics::backward_path(assembly, {});
@@ -184,9 +184,8 @@ TEST(PhoneLens, BlocksAgreeWithSingleRays) {
   EXPECT_LT(farthest, 1e-4);
 }
 
-// Fresnel's factors of many faces: products that overflow are no light. Twenty plates before the sensor take
-// (0.96^2)^20.
-TEST(ManyFaces, TransmitWhatTheyShould) {
+// Fresnel factors of many faces must not overflow. Twenty plates in front of the sensor transmit (0.96^2)^20.
+TEST(ManyFaces, TransmitTheProductOfFresnelFactors) {
   SceneFile scene = read_scene_file(scene_folder() + "cooke_triplet/scene.json", {});
   scene.emitter.show(images::Image(2, 2, 1.0F));
   const auto middle = [](const SceneFile& of) {
@@ -200,7 +199,7 @@ TEST(ManyFaces, TransmitWhatTheyShould) {
   const double without = middle(scene);
   constexpr int kPlates = 20;
   const double last = scene.lens.elements.back().faces.back().z_mm;
-  scene.lens.mount.reset();
+  scene.lens.barrel.reset();
   for (int i = 0; i < kPlates; ++i) {
     optics::Face front, back;
     front.z_mm = last + 3 + i;
@@ -213,9 +212,9 @@ TEST(ManyFaces, TransmitWhatTheyShould) {
   EXPECT_NEAR(middle(scene) / without / std::pow(0.96, 2 * kPlates), 1, 0.02);
 }
 
-// Irradiance falls with the square of the f-number. Pupils that are too narrow to be found everywhere, and a stop that
-// is shut, give an error and no image with black places.
-TEST(SlowLens, IsRightOrRefused) {
+// Irradiance falls with the square of the f-number. Pupils too narrow to be found everywhere, and a closed stop, give
+// an error instead of an image with black areas.
+TEST(SlowLens, IsCorrectOrRejected) {
   const auto stopped_down = [](double factor) {
     SceneFile scene = read_scene_file(scene_folder() + "cooke_triplet/scene.json", {});
     scene.emitter.show(images::Image(2, 2, 1.0F));
@@ -236,8 +235,8 @@ TEST(SlowLens, IsRightOrRefused) {
     EXPECT_THROW(make_reference(stopped_down(factor), {}, parallel, {}, {}), Error) << factor;
 }
 
-// What the certificate is for: regions that were looked for in too narrow a range leave tiles black.
-TEST(Certificate, RefusesImagesThatMissLight) {
+// Regions searched in too narrow a range leave tiles black; the certificate must detect that.
+TEST(Certificate, RejectsImagesThatMissLight) {
   SceneFile scene = white_phone();
   scene.pupil = std::make_shared<optics::PupilSearch>(scene.lens, optics::PlaceRange{0.5, 3.8, 4.2});
   Parallel parallel(1);
@@ -248,7 +247,7 @@ TEST(Certificate, RefusesImagesThatMissLight) {
       camera.certify(lens, nominal_pose(), rays, 1);
       FAIL() << "an image with black tiles";
     } catch (const Error& error) {
-      EXPECT_THAT(error.what(), HasSubstr("images of this lens would be too dark"));
+      EXPECT_THAT(error.what(), HasSubstr("images of this lens would miss light"));
       EXPECT_THAT(error.what(), HasSubstr("mm on the sensor)"));
       EXPECT_EQ(error.kind(), ErrorKind::internal);
     }

@@ -1,5 +1,5 @@
-// Images in numbers of light: what a uniform emitter gives is the integral of the transmittance over the directions
-// that pass, found here by single rays in double that know nothing of tiles, regions and samplers.
+// Absolute irradiance of images: a uniform emitter gives the integral of the transmittance over the passing directions,
+// computed here with single rays in double, without tiles, regions and samplers.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,7 +12,7 @@ namespace {
 
 using optics::Apertures;
 
-// The paper's lens before a white emitter so large that its border lies outside the image.
+// The paper's lens in front of a white emitter so large that its border is outside the image.
 const SceneFile& flat_field() {
   static const SceneFile scene = [] {
     SceneFile flat = relign_od_scene();
@@ -41,7 +41,7 @@ images::Image flat_image(Transport transport) {
   return image;
 }
 
-// Of a pixel's middle, from the axis.
+// Distance of a pixel's centre from the axis.
 double radius_mm(std::size_t x, std::size_t y) {
   const optics::Vec3 middle = flat_field().sensor.place(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);
   return std::hypot(middle.x, middle.y);
@@ -73,7 +73,7 @@ struct Part {
   double deviation() const { return image / exact - 1; }
 };
 
-// What the camera shows of the flat field, and what it should.
+// The flat field rendered by the camera, and the expected one.
 struct FlatField {
   explicit FlatField(Transport transport) : image(flat_image(transport)), exact(transport == Transport::fresnel) {}
   images::Image image;
@@ -90,7 +90,7 @@ void report(const char* name, double share) {
   testing::Test::RecordProperty(name, std::to_string(share));
 }
 
-TEST(Radiometry, RaysRetraceTheirWay) {
+TEST(Radiometry, RaysAreReversible) {
   const optics::Assembly lens(relign_od_scene().lens);
   const optics::Ray ray{{-3, 20, -50}, {3.1, -20.1, 55.82}};
   const optics::TracedRay there = optics::trace(lens, ray, Apertures::mesh);
@@ -107,7 +107,7 @@ TEST(Radiometry, RaysRetraceTheirWay) {
   EXPECT_NEAR(transmittance(lens, ray, there), transmittance(lens_from_behind(), reversed, back), 1e-12);
 }
 
-TEST(Radiometry, OnTheAxisItIsPiTimesTheSineSquared) {
+TEST(Radiometry, MatchesPiSineSquaredOnTheAxis) {
   // Without transmittance the integral has a closed form: the marginal ray's.
   double low = 0, high = 0.5;
   for (int step = 0; step < 40; ++step) {
@@ -122,7 +122,7 @@ class RadiometryOf : public testing::TestWithParam<Transport> {};
 INSTANTIATE_TEST_SUITE_P(Transports, RadiometryOf, testing::Values(Transport::refract, Transport::fresnel),
                          [](const auto& one) { return one.param == Transport::fresnel ? "fresnel" : "refract"; });
 
-TEST_P(RadiometryOf, AUniformEmitterGivesProjectedSolidAngleTimesTransmittance) {
+TEST_P(RadiometryOf, UniformEmitterMatchesIntegralOfTransmittance) {
   const auto& [image, exact] = seen_with(GetParam());
   // Fields of 6 x 6 pixels on the axis, in the field, and towards a corner.
   double largest = 0;
@@ -140,7 +140,7 @@ TEST_P(RadiometryOf, AUniformEmitterGivesProjectedSolidAngleTimesTransmittance) 
   report("uniform_emitter_largest_deviation", largest);
 }
 
-TEST_P(RadiometryOf, AFlatFieldFollowsTheRelativeIlluminationWithoutRings) {
+TEST_P(RadiometryOf, FlatFieldMatchesRelativeIllumination) {
   const auto& [image, exact] = seen_with(GetParam());
   // Rings one pixel wide, out to the corner of the paper's emitter.
   const double pitch = flat_field().sensor.pitch_mm;
@@ -168,7 +168,7 @@ TEST_P(RadiometryOf, AFlatFieldFollowsTheRelativeIlluminationWithoutRings) {
   EXPECT_GT(rings.back().exact / rings.back().pixels / exact.at(0), 0.9) << "the profile reaches to the image's border";
 }
 
-TEST(Radiometry, ListingAperturesKeepThePublishedRelativeIllumination) {
+TEST(Radiometry, ListingAperturesMatchPublishedRelativeIllumination) {
   const auto relative = [](double radius) {
     return exact_irradiance(lens_from_behind(), radius, Apertures::listing, false) /
            exact_irradiance(lens_from_behind(), 0, Apertures::listing, false);

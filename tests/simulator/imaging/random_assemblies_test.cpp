@@ -1,5 +1,5 @@
-// Every shipped scene with lenses drawn far beyond any tolerance: images stay images. RELIGN_ASSEMBLIES says how many
-// lenses a scene gets (200 by hand, under sanitizers too).
+// Every shipped scene with assemblies far beyond any tolerance: images stay valid. RELIGN_ASSEMBLIES: assemblies per
+// scene (200 by hand, also under sanitizers).
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -26,7 +26,7 @@ int assemblies() {
 }
 
 // Noise-free: irradiance of a radiance of at most 1 is at most pi. A capture counts rays, pi / samples each, divided by
-// the survivors' share of the roulette.
+// the survival probability of Russian roulette.
 TEST(RandomAssemblies, ImagesAreFiniteAndNoBrighterThanTheEmitter) {
   constexpr float kMostLight = 3.1415927F;
   const std::vector<fs::path> scenes = shipped_scenes();

@@ -1,4 +1,4 @@
-// The cache of O*: found by content and by the code that rendered it, never trusted when damaged.
+// The cache of O*: indexed by content and rendering code, and verified on reading.
 #include "imaging/reference.h"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ class ReferenceTest : public testing::Test {
                           [this](const std::string& text) { warnings_.push_back(text); });
   }
   std::vector<fs::path> cached() const { return {fs::directory_iterator(folder_), fs::directory_iterator()}; }
-  // Twenty pixels a side are rendered in no time.
+  // Twenty pixels a side are rendered quickly.
   static SceneFile small_scene(double ambient_index = 1) {
     SceneChoices choices;
     choices.pixels = 20;
@@ -40,7 +40,7 @@ class ReferenceTest : public testing::Test {
   std::vector<std::string> warnings_;
 };
 
-TEST_F(ReferenceTest, IsReadBackBitForBit) {
+TEST_F(ReferenceTest, RoundTripsBitForBit) {
   const Reference rendered = make(small_scene(), folder_, "a");
   ASSERT_EQ(cached().size(), 1u);
   const Reference read = make(small_scene(), folder_, "a");
@@ -50,7 +50,7 @@ TEST_F(ReferenceTest, IsReadBackBitForBit) {
   EXPECT_NE(rendered.first, rendered.second) << "the two renders are independent";
 }
 
-TEST_F(ReferenceTest, OtherScenesAndOtherCodeHaveTheirOwn) {
+TEST_F(ReferenceTest, DependsOnSceneAndCode) {
   make(small_scene(), folder_, "a");
   make(small_scene(), folder_, "b");
   EXPECT_EQ(cached().size(), 2u);
@@ -58,7 +58,7 @@ TEST_F(ReferenceTest, OtherScenesAndOtherCodeHaveTheirOwn) {
   EXPECT_EQ(cached().size(), 3u);
 }
 
-TEST_F(ReferenceTest, DamageIsFoundAndMended) {
+TEST_F(ReferenceTest, RendersAgainAfterDamage) {
   const Reference rendered = make(small_scene(), folder_, "a");
   const fs::path file = cached().at(0);
   std::string content = read_file(file);
@@ -70,7 +70,7 @@ TEST_F(ReferenceTest, DamageIsFoundAndMended) {
   EXPECT_EQ(make(small_scene(), folder_, "a").first, rendered.first);
 }
 
-TEST_F(ReferenceTest, AFolderThatCannotBeWrittenIsAWarning) {
+TEST_F(ReferenceTest, WarnsIfTheFolderIsNotWritable) {
   EXPECT_EQ(make(small_scene(), "/proc/relign", "a").first.size(), 400u);
   ASSERT_EQ(warnings_.size(), 1u);
   EXPECT_NE(warnings_[0].find("/proc/relign"), std::string::npos) << warnings_[0];

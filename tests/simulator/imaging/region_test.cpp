@@ -1,6 +1,6 @@
-// No hemisphere ray outside the sampled region B, or in a pixel held to be blind, ever scores.
+// No hemisphere ray outside the importance region B, or in an unlit pixel, ever reaches the emitter.
 //
-// The test suite traces 10^8 rays over 20 poses and assemblies; RELIGN_REGION_RAYS asks for more.
+// Traces 10^8 rays over 20 poses and assemblies; RELIGN_REGION_RAYS sets another number.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -76,9 +76,9 @@ void trace_hemisphere(const SceneFile& scene, const optics::Assembly& assembly, 
         ++count.scored;
         const double column = tile.box.column + (starts->x[i] / start.pixel_pitch_x + 0.5) * tile.box.columns;
         const double row = tile.box.row + (starts->y[i] / start.pixel_pitch_y + 0.5) * tile.box.rows;
-        const bool in_seen = column >= tile.seen.column && column <= tile.seen.column + tile.seen.columns &&
-                             row >= tile.seen.row && row <= tile.seen.row + tile.seen.rows;
-        if (tile.blind || !in_seen) {
+        const bool in_seen = column >= tile.lit.column && column <= tile.lit.column + tile.lit.columns &&
+                             row >= tile.lit.row && row <= tile.lit.row + tile.lit.rows;
+        if (tile.unlit || !in_seen) {
           ++count.in_blind_pixels;
           continue;
         }
@@ -95,7 +95,7 @@ void trace_hemisphere(const SceneFile& scene, const optics::Assembly& assembly, 
   }
 }
 
-TEST(Region, NoRayOutsideScores) {
+TEST(Region, ContainsAllLight) {
   std::uint64_t rays = 100'000'000;
   if (const char* wish = std::getenv("RELIGN_REGION_RAYS")) rays = std::strtoull(wish, nullptr, 10);
   Random random(2025);
@@ -114,7 +114,7 @@ TEST(Region, NoRayOutsideScores) {
 }
 
 // The corners of the travel, where regions are most distorted.
-TEST(Region, HoldsAtTheEndsOfTheTravel) {
+TEST(Region, ContainsAllLightAtTheEndsOfTheTravel) {
   Random random(7);
   Count count;
   for (int corner = 0; corner < 32; ++corner) {
@@ -131,7 +131,7 @@ TEST(Region, HoldsAtTheEndsOfTheTravel) {
 // Every shipped scene, anywhere in its travel, with its elements off by about what its tolerances allow.
 class RegionOfScene : public testing::TestWithParam<std::string> {};
 
-TEST_P(RegionOfScene, NoRayOutsideScores) {
+TEST_P(RegionOfScene, ContainsAllLight) {
   std::uint64_t rays = 20'000'000;
   if (const char* wish = std::getenv("RELIGN_REGION_RAYS")) rays = std::strtoull(wish, nullptr, 10);
   const SceneFile scene = read_scene_file(scene_folder() + GetParam() + "/scene.json", {});
@@ -154,7 +154,7 @@ INSTANTIATE_TEST_SUITE_P(Shipped, RegionOfScene, testing::ValuesIn(shipped_scene
                          [](const auto& scene) { return scene.param; });
 
 // The paper's scene with conics and aspheres in its lens.
-TEST(Region, HoldsForAspheres) {
+TEST(Region, ContainsAllLightOfAspheres) {
   SceneFile scene = relign_od_scene();
   scene.lens.elements[0].faces[1].conic = -0.6;
   scene.lens.elements[1].faces[1].even_asphere = {3e-4, -2e-5, 1e-6};
@@ -170,7 +170,7 @@ TEST(Region, HoldsForAspheres) {
   EXPECT_EQ(count.in_blind_pixels, 0u);
 }
 
-// B is no larger than it must be: most rays drawn from it pass.
+// B is not too large: most rays drawn from it pass.
 TEST(Region, IsTight) {
   Parallel parallel(1);
   const SceneFile& scene = relign_od_scene();
@@ -185,9 +185,9 @@ TEST(Region, IsTight) {
   tiles.fit(lens, lens_to_world, path, ops, emitter);
   double seen = 0, area = 0;
   for (const Tile& tile : tiles.tiles())
-    if (!tile.blind) {
-      seen += tile.seen.columns * tile.seen.rows;
-      area += tile.seen.columns * tile.seen.rows * tile.area;
+    if (!tile.unlit) {
+      seen += tile.lit.columns * tile.lit.rows;
+      area += tile.lit.columns * tile.lit.rows * tile.area;
     }
   EXPECT_LT(seen / 40000, 0.45) << "35 % of the pixels can see the emitter";
   EXPECT_LT(area / seen / 3.14159265, 0.085) << "5.4 % of the hemisphere passes";

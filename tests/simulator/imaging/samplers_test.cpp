@@ -1,5 +1,5 @@
-// The three samplers have one mean; paper and hemisphere have one law; the capture's noise is the
-// shot noise that was measured on the paper's renderer.
+// The three samplers have the same mean; paper and hemisphere have the same distribution; capture noise equals the shot
+// noise measured on the paper's renderer.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -47,7 +47,7 @@ struct Comparison {
 };
 
 Comparison compare(const Pooled& a, const Pooled& b) {
-  // Pixels are pooled in 2 x 2 so that few photons a pixel still look normal.
+  // Pools 2 x 2 pixels, so that few photons per pixel are still approximately normal.
   Comparison result;
   int beyond = 0, seen = 0;
   double difference = 0, variance = 0;
@@ -68,7 +68,7 @@ Comparison compare(const Pooled& a, const Pooled& b) {
   return result;
 }
 
-TEST(Samplers, HaveOneMean) {
+TEST(Samplers, HaveTheSameMean) {
   Parallel parallel(2);
   Random random(11);
   const optics::Assembly assembly = random_assembly(random);
@@ -86,7 +86,7 @@ TEST(Samplers, HaveOneMean) {
   }
 }
 
-TEST(Samplers, AComparisonCanFail) {
+TEST(Samplers, ComparisonDetectsDifferences) {
   Parallel parallel(2);
   Camera camera(relign_od_scene(), {}, parallel);
   MountedLens lens(relign_od_scene());
@@ -97,7 +97,7 @@ TEST(Samplers, AComparisonCanFail) {
 
 // Photon counts (values in units of pi / 64 / 0.95^4 on a black and white target) of the two samplers,
 // pooled over pixels of one brightness: chi-square of two histograms, and the variances.
-TEST(Samplers, PaperAndHemisphereHaveOneLaw) {
+TEST(Samplers, PaperAndHemisphereHaveTheSameDistribution) {
   Parallel parallel(2);
   SceneFile white = relign_od_scene();
   white.emitter.show(images::Image(2, 2, 1.0F));
@@ -140,7 +140,7 @@ TEST(Samplers, PaperAndHemisphereHaveOneLaw) {
 }
 
 // The package: at the optimum RMSE = sqrt(mean(0.06027 O* - O*^2 / 64)), and a lit level of 0.112.
-TEST(Samplers, CaptureNoiseAtTheOptimum) {
+TEST(Samplers, CaptureNoiseMatchesThePackageAtTheOptimum) {
   Parallel parallel(2);
   const Reference reference = make_reference(relign_od_scene(), {}, parallel, {}, {});
   Camera camera(relign_od_scene(), {}, parallel);

@@ -3,15 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "error_text.h"
 #include "base/files.h"
+#include "error_text.h"
 #include "imaging/target.h"
 #include "scene_under_test.h"
 
 namespace relign::imaging {
 namespace {
 
-TEST(SceneFile, ThePapersNumbers) {
+TEST(SceneFile, MatchesThePapersNumbers) {
   const SceneFile& scene = relign_od_scene();
   EXPECT_EQ(scene.name, "relign_od");
   EXPECT_EQ(scene.sensor.z_mm, 12.0166695);
@@ -41,29 +41,29 @@ TEST(SceneFile, AmbientIndexDividesTheGlass) {
   EXPECT_EQ(scene.lens.elements[0].faces[1].index_after, 1);
 }
 
-TEST(SceneFile, ShowsTheTargetThatWasChosen) {
+TEST(SceneFile, ShowsTheChosenTarget) {
   SceneChoices choices;
   choices.target = "chessboard:fields=4";
   const SceneFile scene = relign_od_scene_with(choices);
   EXPECT_EQ(scene.emitter.radiance.values, draw_target("chessboard:fields=4", 1200)->values);
   EXPECT_EQ(scene.emitter.target, "chessboard:fields=4");
-  EXPECT_EQ(scene.files, relign_od_scene().files) << "a drawn target is no file";
+  EXPECT_EQ(scene.files, relign_od_scene().files) << "a drawn target does not add a file";
   choices.target = "chesboard";
   EXPECT_THAT(test::error_text(ErrorKind::bad_input, [&] { read_scene_file(relign_od_file(), choices); }),
               testing::HasSubstr("did you mean 'chessboard'"));
 }
 
-TEST(SceneFile, NamesThePlaceOfATargetThatIsNone) {
+TEST(SceneFile, ReportsUnknownTargetWithPosition) {
   std::string text = read_file(relign_od_file());
   text.replace(text.find("siemens_star"), 12, "white:x=1");
   const std::filesystem::path file = testing::TempDir() + "scene_file_test_target.json";
   write_file_atomically(file, text);
   EXPECT_THAT(test::error_text(ErrorKind::bad_input, [&] { read_scene_file(file, {}); }),
               testing::AllOf(testing::HasSubstr("scene_file_test_target.json:"),
-                             testing::HasSubstr("unknown parameter 'x' of the target white; it has none")));
+                             testing::HasSubstr("unknown parameter 'x' of target 'white'; it has none")));
 }
 
-TEST(SceneFile, WhatASuiteWouldRefuseIsRefusedWithItsPlace) {
+TEST(SceneFile, ReportsWhatSuitesRejectWithPosition) {
   const std::string text = read_file(relign_od_file());
   const std::filesystem::path file = testing::TempDir() + "scene_file_test_keys.json";
   const auto mistake = [&](const char* key, const std::string& value) {

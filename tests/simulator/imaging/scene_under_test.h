@@ -1,4 +1,4 @@
-// The paper's scene and lenses drawn around it, as the tests use them.
+// The paper's scene and displaced lenses for tests.
 #pragma once
 
 #include <algorithm>
@@ -40,7 +40,7 @@ inline const std::vector<double>& nominal_pose() {
   return pose;
 }
 
-// The last two elements off, as at level rho0.5 of the paper's text.
+// The last two elements displaced, as at level rho0.5 of the paper's text.
 inline optics::Assembly random_assembly(Random& random) {
   std::map<std::string, optics::ElementOffset> offsets;
   for (const char* name : {"L3", "L4"}) {

@@ -28,7 +28,7 @@ Sensor read(const std::string& text, int columns = 0) {
   return sensor;
 }
 
-TEST(Sensor, SquareOrColumnsAndRows) {
+TEST(Sensor, ReadsSquareOrColumnsAndRows) {
   const Sensor square = read(R"({"z_mm": 2, "side_mm": 5, "pixels": 100})");
   EXPECT_EQ(square.width, 100);
   EXPECT_EQ(square.height, 100);
@@ -49,7 +49,7 @@ TEST(Sensor, FewerColumnsCoverTheSameArea) {
   EXPECT_NEAR(coarse.place(192, 128).y, -1.92, 1e-12);
 }
 
-TEST(Sensor, ARegionIsAPartOfTheSensor) {
+TEST(Sensor, RegionSelectsPartOfTheSensor) {
   const Sensor part = read(R"({"z_mm": 2, "pitch_um": 10, "pixels": [200, 100],
                                "region": {"column": 150, "row": 20, "rows": 30}})");
   EXPECT_EQ(part.width, 50);
@@ -58,7 +58,7 @@ TEST(Sensor, ARegionIsAPartOfTheSensor) {
   EXPECT_NEAR(part.place(0, 0).y, 0.3, 1e-12);
 }
 
-TEST(Sensor, MistakesAreNamedWithTheirPlace) {
+TEST(Sensor, ReportsMistakesWithPosition) {
   EXPECT_THAT(refusal([] { read(R"({"z_mm": 2, "pitch_um": 3, "pixels": [0, 4]})"); }),
               AllOf(HasSubstr("/sensor/pixels"), HasSubstr("from 1 to 16384")));
   EXPECT_THAT(refusal([] { read(R"({"z_mm": 2, "pixels": [4, 4]})"); }), HasSubstr("pitch_um"));
@@ -70,13 +70,13 @@ TEST(Sensor, MistakesAreNamedWithTheirPlace) {
       refusal([] { read(R"({"z_mm": 2, "side_mm": 1, "pixels": 10, "region": {"column": 8, "columns": 5}})"); }),
       HasSubstr("ends at column 13"));
   EXPECT_THAT(refusal([] { read(R"({"z_mm": 2, "side_mm": 1, "region": {"row": 3}})", 20); }),
-              HasSubstr("the file's own pixels"));
+              HasSubstr("the pixels of the file"));
   EXPECT_THAT(refusal([] { read(R"({"z_mm": 2, "side_mm": 1, "electronics": {"saturation": 0.1, "bits": 20}})"); }),
               AllOf(HasSubstr("full_well_electrons"), HasSubstr("bits")));
 }
 
 // A wide sensor and a region of it see what the paper's sensor sees there.
-TEST(Sensor, PartsOfTheImagePlaneSeeTheSameImage) {
+TEST(Sensor, RegionsMatchTheWholeImage) {
   Parallel parallel(2);
   const auto render = [&](const SceneFile& scene) {
     Camera camera(scene, {}, parallel);
@@ -125,7 +125,7 @@ Moments moments(const std::vector<float>& values) {
   return found;
 }
 
-TEST(ReadOut, NoiseIsShotNoiseAndReadNoise) {
+TEST(ReadOut, AddsShotNoiseAndReadNoise) {
   Electronics electronics;
   electronics.saturation = 0.2;
   electronics.full_well_electrons = 10000;
@@ -135,11 +135,11 @@ TEST(ReadOut, NoiseIsShotNoiseAndReadNoise) {
   const Moments added = moments(read_out_of(0.08F, electronics, ShotNoise::added, 7));
   EXPECT_NEAR(added.mean, 0.08, 4 * std::sqrt(4400.0 / kCount) * unit);
   EXPECT_NEAR(added.variance / (unit * unit), 4400, 4400 * 0.02);
-  const Moments own = moments(read_out_of(0.08F, electronics, ShotNoise::in_the_light, 7));
+  const Moments own = moments(read_out_of(0.08F, electronics, ShotNoise::sampled, 7));
   EXPECT_NEAR(own.variance / (unit * unit), 400, 400 * 0.02);
 }
 
-TEST(ReadOut, TheWellIsFullAtSaturationAndNothingIsNegative) {
+TEST(ReadOut, ClampsToZeroAndFullWell) {
   Electronics electronics;
   electronics.saturation = 0.1;
   electronics.full_well_electrons = 5000;
@@ -150,7 +150,7 @@ TEST(ReadOut, TheWellIsFullAtSaturationAndNothingIsNegative) {
   EXPECT_EQ(lowest, 0);
 }
 
-TEST(ReadOut, AConverterHasTwoToTheBitsGreys) {
+TEST(ReadOut, QuantisesToConverterBits) {
   Electronics electronics;
   electronics.saturation = 1;
   electronics.full_well_electrons = 100;
@@ -165,7 +165,7 @@ TEST(ReadOut, AConverterHasTwoToTheBitsGreys) {
   EXPECT_GT(seen[4], 1000);
 }
 
-TEST(ReadOut, FramesAreAFunctionOfTheirSeed) {
+TEST(ReadOut, DependsOnlyOnTheSeed) {
   SceneFile scene = relign_od_scene();
   scene.sensor.electronics = Electronics{0.15, 8000, 4, 10};
   CaptureSettings settings;

@@ -8,7 +8,7 @@
 namespace relign::imaging {
 namespace {
 
-// Mean and variance of the number that the thresholds stand for; also where (1 - p)^n is far below any double.
+// Mean and variance of the numbers drawn by thresholds, also where (1 - p)^n is far below the range of double.
 TEST(BinomialThresholds, HaveTheMomentsOfTheDistribution) {
   for (const int n : {1, 64, 1024, 4096})
     for (const double p : {0.001, 0.04, 0.3, 0.7, 0.97}) {

@@ -1,5 +1,4 @@
-// The scenes of the library: each lens against published values, its focus, its light, and whether its files fit
-// each other.
+// Shipped scenes: each lens against published values, its focus, its light, and the consistency of its files.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -46,7 +45,7 @@ int decimals_of(const std::string& lens_file, const std::string& name) {
   return static_cast<int>(number.find_last_of("0123456789") - point);
 }
 
-TEST_P(ShippedScene, HoldsThePublishedFirstOrderValues) {
+TEST_P(ShippedScene, MatchesPublishedFirstOrderValues) {
   const optics::Prescription lens = optics::read_prescription(folder() + "lens.json");
   const std::map<std::string, double> ours = optics::named_values(optics::first_order(lens));
   EXPECT_EQ(lens.published.empty(), !corrected()) << "nothing is published of the package's simple lenses";
@@ -98,7 +97,7 @@ TEST_P(ShippedScene, IsInFocusAndStaysOnTheSensor) {
     const Spot found = spot(given, share, share);
     ASSERT_GT(found.rays, 100) << share;
     if (!corrected()) continue;
-    // Also when moved by all the travel there is sideways.
+    // Also at the full sideways travel.
     EXPECT_LT(std::fabs(found.x) + given.travel.shift_mm[0], given.sensor.half_extent_mm());
     EXPECT_LT(found.rms, 0.6 * given.sensor.pitch_mm) << "at " << share << " of the corner";
   }
@@ -148,7 +147,7 @@ TEST_P(ShippedScene, IsLitWhereTheTargetIsWhite) {
 }
 
 // The spec of a shipped scene is the RMSE of an image that is off by one pixel sideways.
-TEST_P(ShippedScene, SpecIsOnePixel) {
+TEST_P(ShippedScene, SpecificationIsRmseOfOnePixelShift) {
   const SceneFile given = scene();
   ASSERT_TRUE(given.spec.is_object() && given.spec.contains("rmse"));
   Parallel parallel(1);

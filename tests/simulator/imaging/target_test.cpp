@@ -7,9 +7,9 @@
 #include <memory>
 
 #include "error_text.h"
+#include "images/measures.h"
 #include "imaging/scene_file.h"
 #include "optics/elementary.h"
-#include "images/measures.h"
 
 namespace relign::imaging {
 namespace {
@@ -26,7 +26,7 @@ std::string refusal(const std::string& text) {
   return test::error_text(ErrorKind::bad_input, [&] { draw_target(text, 100); });
 }
 
-TEST(Target, SiemensStarOfThePaper) {
+TEST(Target, MatchesThePapersSiemensStar) {
   const images::Image star = siemens_star(300);
   // 5 degrees above the row axis, to the right: white; 5 degrees below: black.
   EXPECT_EQ(star.at(280, 149 - 11), 1);
@@ -34,7 +34,7 @@ TEST(Target, SiemensStarOfThePaper) {
   double white = 0;
   for (const float value : star.values) white += static_cast<double>(value);
   EXPECT_NEAR(white / 90000, 0.5, 0.002);
-  // Every ray through the centre meets opposite colours 10 degrees on, the same after 20.
+  // Every direction from the centre has the opposite colour 10 degrees further, the same after 20.
   for (int degrees = 5; degrees < 360; degrees += 10) {
     const auto angle = optics::sine_cosine_of_degrees(degrees);
     const auto x = static_cast<std::size_t>(150 + 100 * angle.cosine);
@@ -43,7 +43,7 @@ TEST(Target, SiemensStarOfThePaper) {
   }
 }
 
-TEST(Target, ChessboardTurnByTurn) {
+TEST(Target, ChessboardAlternates) {
   const images::Image board = drawn("chessboard:fields=8", 400);
   for (std::size_t y = 0; y < 400; ++y)
     for (std::size_t x = 0; x < 400; ++x)
@@ -51,7 +51,7 @@ TEST(Target, ChessboardTurnByTurn) {
   EXPECT_EQ(drawn("chessboard", 1200).values, drawn("chessboard:fields=12", 1200).values);
 }
 
-TEST(Target, TexelsOnAnEdgeAreAsGreyAsTheirWhiteShare) {
+TEST(Target, EdgeTexelsHaveTheGreyOfTheirWhiteShare) {
   // Fields of 10 / 3 texels: the first ends at a third of texel 3.
   const images::Image board = drawn("chessboard:fields=3", 10);
   EXPECT_EQ(board.at(0, 0), 1);
@@ -60,13 +60,13 @@ TEST(Target, TexelsOnAnEdgeAreAsGreyAsTheirWhiteShare) {
   EXPECT_NEAR(board.at(3, 3), 5.0 / 9, 0.5 / 255) << "a corner of two white fields: (1/3)^2 and (2/3)^2";
 }
 
-TEST(Target, SlantedEdgesLeanByTheirAngle) {
+TEST(Target, SlantedEdgesHaveTheirAngle) {
   for (const double angle : {5.0, -8.0}) {
     const images::Image bitmap = drawn("slanted_edges:squares=4,angle_deg=" + std::to_string(angle), 800);
     EXPECT_NEAR(images::mean(bitmap), 0.75, 1e-4) << "squares cover half of the side each way";
     EXPECT_EQ(bitmap.at(0, 0), 1);
-    // The left edge of the square in the second field from the left: where it lies in two rows, from the light on its
-    // left.
+    // The left edge of the square in the second field from the left: its position in two rows, from the white area to
+    // its left.
     const auto edge_in_row = [&](std::size_t y) {
       double place = 200;
       for (std::size_t x = 200; x < 300; ++x) place += static_cast<double>(bitmap.at(x, y));
@@ -94,7 +94,7 @@ TEST(Target, UsafBarsHaveTheirPeriods) {
   EXPECT_NEAR(images::mean(drawn("usaf_bars", 1200)), 2 * 3 * 0.03 * 0.15 * series, 1e-4);
 }
 
-TEST(Target, PointGridOfDiscs) {
+TEST(Target, PointGridHasDiscs) {
   const images::Image grid = drawn("point_grid:points=5,diameter=0.2", 1000);
   // Greys are rounded to 1/255: 25 discs of some 80 texels of border.
   EXPECT_NEAR(images::mean(grid), 3.14159265358979 / 4 * 0.04, 1e-5);
@@ -120,28 +120,28 @@ TEST(Target, EveryDrawingFillsItsBitmapWithStepsOf255) {
     }
 }
 
-TEST(Target, PathsAreNoNames) {
+TEST(Target, TellsPathsFromNames) {
   EXPECT_FALSE(draw_target("chart.png", 10));
   EXPECT_FALSE(draw_target("charts/star", 10));
   EXPECT_FALSE(draw_target("C:\\charts\\star", 10));
   EXPECT_TRUE(draw_target("slanted-edges:angle_deg=2.5", 10)) << "a dot in a number, a dash in a name";
 }
 
-TEST(Target, MistakesSayWhatIsAllowed) {
+TEST(Target, ErrorsListWhatIsAllowed) {
   EXPECT_THAT(
       refusal("chesboard:fields=2.5"),
       testing::AllOf(
-          HasSubstr("unknown target 'chesboard:fields=2.5'; did you mean 'chessboard'?"),
-          HasSubstr("Allowed: siemens_star, chessboard, slanted_edges, camera_chart, usaf_bars, point_grid, white, "
-                    "or the path of an image file")));
-  EXPECT_THAT(refusal("chessboard:sqares=3"), HasSubstr("unknown parameter 'sqares' of the target chessboard"));
+          HasSubstr("unknown target 'chesboard:fields=2.5'; allowed: siemens_star, "),
+          HasSubstr("chessboard, slanted_edges, camera_chart, usaf_bars, point_grid, white, or the path of an image "
+                    "file; did you mean 'chessboard'?")));
+  EXPECT_THAT(refusal("chessboard:sqares=3"), HasSubstr("unknown parameter 'sqares' of target 'chessboard'"));
   EXPECT_THAT(refusal("white:sectors=3"), HasSubstr("it has none"));
   for (const char* value : {"1", "257", "2.5", "x", "", "nan"})
     EXPECT_THAT(refusal(std::string("chessboard:fields=") + value),
-                HasSubstr("fields is a whole number from 2 to 256, as in fields=12"))
+                HasSubstr("fields must be an integer from 2 to 256, such as fields=12"))
         << value;
   EXPECT_THAT(refusal("slanted_edges:angle_deg=50"), HasSubstr("a number from -45 to 45"));
-  EXPECT_THAT(refusal("usaf_bars:elements=48,period=0.15"), HasSubstr("of 48 elements have room"));
+  EXPECT_THAT(refusal("usaf_bars:elements=48,period=0.15"), HasSubstr("of 48 elements fit"));
 }
 
 // A bitmap of 3 x 3 texels on a square of 3 mm, white in the left column alone: the right border's half texel blends

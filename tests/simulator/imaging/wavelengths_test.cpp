@@ -32,7 +32,7 @@ const std::vector<double>& off_pose() {
   return pose;
 }
 
-TEST(Wavelengths, HaveTheIndicesOfTheGlassesAndTheGeometryOfTheLens) {
+TEST(Wavelengths, UseGlassIndicesAndUnchangedGeometry) {
   const SceneFile scene = scene_with_wavelengths("cooke_triplet", kThreeWavelengths);
   ASSERT_EQ(scene.wavelengths.size(), 3u);
   EXPECT_EQ(scene.lens.wavelength_nm, 550);
@@ -50,7 +50,7 @@ TEST(Wavelengths, HaveTheIndicesOfTheGlassesAndTheGeometryOfTheLens) {
   }
 }
 
-TEST(Wavelengths, OneListedEqualsNoList) {
+TEST(Wavelengths, SingleWavelengthEqualsNoList) {
   const SceneFile without = scene_with_wavelengths("cooke_triplet", "", 40);
   const SceneFile with = scene_with_wavelengths("cooke_triplet", R"([{"nm": 550, "weight": 3}])", 40);
   EXPECT_EQ(scene_content_hash(without, {}), scene_content_hash(with, {}));
@@ -69,14 +69,14 @@ TEST(Wavelengths, OneListedEqualsNoList) {
   EXPECT_EQ(truths[0], truths[1]);
 }
 
-TEST(Wavelengths, OneListedIsTheLensThere) {
+TEST(Wavelengths, SingleWavelengthSetsTheLens) {
   const SceneFile scene = scene_with_wavelengths("cooke_triplet", R"([{"nm": 650}])", 40);
   EXPECT_TRUE(scene.wavelengths.empty());
   EXPECT_EQ(scene.lens.wavelength_nm, 650);
   EXPECT_EQ(scene.lens.elements[1].faces[0].index_after, optics::refractive_index(*optics::find_glass("F2"), 650));
 }
 
-TEST(Wavelengths, ImagesAreWeightedSumsOfThoseOfOne) {
+TEST(Wavelengths, ImagesAreWeightedSums) {
   constexpr int kPixels = 60, kSamples = 1024;
   const SceneFile all = scene_with_wavelengths(
       "petzval", R"([{"nm": 430, "weight": 1}, {"nm": 587.56, "weight": 2}, {"nm": 850, "weight": 1.5}])", kPixels);
@@ -97,7 +97,7 @@ TEST(Wavelengths, ImagesAreWeightedSumsOfThoseOfOne) {
     }
     previous = a;
   }
-  // Squares of differences against what each side's two renders differ by themselves.
+  // Squared differences, compared with those between two renders of each side.
   double between = 0, within = 0;
   for (std::size_t p = 0; p < one.size(); ++p) {
     const double ours = 0.5 * static_cast<double>(first[p] + second[p]), theirs = 0.5 * (one[p] + other[p]);
@@ -108,11 +108,11 @@ TEST(Wavelengths, ImagesAreWeightedSumsOfThoseOfOne) {
   const double count = static_cast<double>(one.size());
   std::printf("rms of differences %.2e, of the renders' errors %.2e\n", std::sqrt(between / count),
               std::sqrt(within / count));
-  EXPECT_GT(largest_apart, 10 * std::sqrt(within / count)) << "the wavelengths differ enough to be told apart";
+  EXPECT_GT(largest_apart, 10 * std::sqrt(within / count)) << "the wavelengths differ enough to be distinguished";
   EXPECT_NEAR(between / within, 1, 0.2);
 }
 
-TEST(Wavelengths, CapturesAreUnbiasedAndAsNoisyAsThoseOfOne) {
+TEST(Wavelengths, CapturesAreUnbiasedWithEqualNoise) {
   constexpr int kPixels = 30, kCaptures = 200, kRenders = 8;
   const SceneFile all = scene_with_wavelengths("petzval", kThreeWavelengths, kPixels);
   const SceneFile single = scene_with_wavelengths("petzval", "", kPixels);
@@ -154,7 +154,7 @@ TEST(Wavelengths, CapturesAreUnbiasedAndAsNoisyAsThoseOfOne) {
     }
 }
 
-TEST(Wavelengths, ImagesAndTruthDoNotDependOnThreads) {
+TEST(Wavelengths, ImagesAndMseDoNotDependOnThreads) {
   const SceneFile scene = scene_with_wavelengths("tessar", kThreeWavelengths, 40);
   Parallel one(1);
   const Reference reference = make_reference(scene, {}, one, {}, {});
@@ -176,7 +176,7 @@ TEST(Wavelengths, ImagesAndTruthDoNotDependOnThreads) {
 }
 
 // With more wavelengths than rays of a group, too.
-TEST(Wavelengths, TruthIsUnbiasedAndItsErrorIsRight) {
+TEST(Wavelengths, MseIsUnbiasedWithCorrectError) {
   std::string twelve = "[";
   for (int i = 0; i < 12; ++i)
     twelve += (i ? ", " : "") + std::string(R"({"nm": )") + std::to_string(420 + 25 * i) + R"(, "weight": )" +
@@ -207,7 +207,7 @@ TEST(Wavelengths, TruthIsUnbiasedAndItsErrorIsRight) {
         claimed += found.standard_error / kSeeds;
       }
       const double spread = std::sqrt(squares - sum * sum);
-      std::printf("%zu wavelengths%s: truth %.4e, images %.4e, spread %.1e, claimed %.1e\n", scene.wavelengths.size(),
+      std::printf("%zu wavelengths%s: MSE %.4e, images %.4e, spread %.1e, claimed %.1e\n", scene.wavelengths.size(),
                   diffraction ? ", diffraction" : "", sum, wanted, spread, claimed);
       EXPECT_NEAR(sum, wanted, 4 * spread / std::sqrt(kSeeds));
       EXPECT_NEAR(claimed / spread, 1, 0.35);
@@ -218,7 +218,7 @@ std::string mistake(const std::string& scene, const std::string& wavelengths) {
   return test::error_text(ErrorKind::bad_input, [&] { scene_with_wavelengths(scene, wavelengths); });
 }
 
-TEST(Wavelengths, MistakesAreNamedWithTheirPlace) {
+TEST(Wavelengths, ReportsMistakesWithPosition) {
   EXPECT_THAT(mistake("cooke_triplet", "[]"), AllOf(HasSubstr("/wavelengths"), HasSubstr("1 to 24")));
   EXPECT_THAT(mistake("cooke_triplet", "550"), HasSubstr("/wavelengths"));
   EXPECT_THAT(mistake("cooke_triplet", R"([{"weight": 1}])"), HasSubstr("/wavelengths/0"));
@@ -233,16 +233,16 @@ TEST(Wavelengths, MistakesAreNamedWithTheirPlace) {
               AllOf(HasSubstr("lens.json:"), HasSubstr("/elements/0/faces/0/index_after"), HasSubstr("glass of L1")));
 }
 
-TEST(Wavelengths, RefusesWhatIsMadeForOne) {
+TEST(Wavelengths, RejectsFeaturesForOneWavelength) {
   const SceneFile scene = scene_with_wavelengths("cooke_triplet", kThreeWavelengths, 20);
   Parallel parallel(1);
   EXPECT_THAT(test::error_text(ErrorKind::bad_input, [&] { Camera(scene, {Transport::ghost}, parallel); }),
-              HasSubstr("transport ghost"));
+              HasSubstr("transport 'ghost'"));
   EXPECT_THAT(test::error_text(ErrorKind::bad_input,
                                [&] {
                                  Camera(scene, {Transport::fresnel, Sampler::paper, 2}, parallel);
                                }),
-              AllOf(HasSubstr("3 wavelengths"), HasSubstr("found samples 2")));
+              AllOf(HasSubstr("3 wavelengths"), HasSubstr("found 'samples' 2")));
   class NoTracer final : public optics::BlockTracer {
    public:
     void place(const optics::Assembly&, const optics::Motion&, const optics::BackwardPath&) override {}
@@ -252,7 +252,7 @@ TEST(Wavelengths, RefusesWhatIsMadeForOne) {
               HasSubstr("meshes"));
 }
 
-TEST(Wavelengths, ThePerfectLensIsItsOwnOptimum) {
+TEST(Wavelengths, PerfectLensHasNominalOptimum) {
   const SceneFile scene = scene_with_wavelengths("petzval", kThreeWavelengths, 60);
   Parallel parallel(2);
   const Reference reference = make_reference(scene, {}, parallel, {}, {});
@@ -262,8 +262,8 @@ TEST(Wavelengths, ThePerfectLensIsItsOwnOptimum) {
   EXPECT_LT(best.error.mse, 5 * best.error.standard_error + 1e-7);
 }
 
-// Images hold all light at every wavelength, however far it is from the lens's own.
-TEST(Wavelengths, EveryOneIsHeldAgainstRaysInAllDirections) {
+// Images miss no light at any wavelength, however far from the lens's own.
+TEST(Wavelengths, EachIsCertified) {
   std::string many = "[";
   for (int i = 0; i < 24; ++i) many += (i ? R"(, {"nm": )" : R"({"nm": )") + std::to_string(380 + 30 * i) + "}";
   many += "]";
@@ -278,11 +278,11 @@ TEST(Wavelengths, EveryOneIsHeldAgainstRaysInAllDirections) {
   }
 }
 
-TEST(Sequences, SharesAreTheLargestRemainders) {
-  EXPECT_THAT(shared_out(64, {1}), testing::ElementsAre(64));
-  EXPECT_THAT(shared_out(64, {0.25, 0.5, 0.25}), testing::ElementsAre(16, 32, 16));
-  EXPECT_THAT(shared_out(10, {0.47, 0.24, 0.16, 0.13}), testing::ElementsAre(5, 2, 2, 1));
-  EXPECT_THAT(shared_out(3, {0.998, 0.001, 0.001}), testing::ElementsAre(1, 1, 1));
+TEST(Sequences, AllocatesByLargestRemainders) {
+  EXPECT_THAT(allocate_samples(64, {1}), testing::ElementsAre(64));
+  EXPECT_THAT(allocate_samples(64, {0.25, 0.5, 0.25}), testing::ElementsAre(16, 32, 16));
+  EXPECT_THAT(allocate_samples(10, {0.47, 0.24, 0.16, 0.13}), testing::ElementsAre(5, 2, 2, 1));
+  EXPECT_THAT(allocate_samples(3, {0.998, 0.001, 0.001}), testing::ElementsAre(1, 1, 1));
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 
 namespace relign::imaging {
 
-// A shipped scene with another list of wavelengths (JSON), read from a file of its own.
+// A shipped scene with another list of wavelengths (JSON), read from a temporary file.
 inline SceneFile scene_with_wavelengths(const std::string& name, const std::string& wavelengths, int pixels = 0,
                                         const std::string& target = "") {
   const std::filesystem::path folder = scene_folder() + name;

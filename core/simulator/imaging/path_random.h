@@ -1,4 +1,4 @@
-// Random numbers of one path: a Philox stream of its own, so that no path depends on another's length.
+// Random numbers of one light path, from a Philox stream per path, so that no path depends on the length of another.
 #pragma once
 
 #include <array>
@@ -7,10 +7,10 @@
 
 namespace relign::imaging {
 
-class Dice {
+class PathRandom {
  public:
-  // `use` is not 0: block kernels have that one (ray_block.h), and streams must not meet.
-  Dice(std::uint64_t seed, std::uint32_t pixel, std::uint32_t sample, std::uint32_t use)
+  // `use` must not be 0, which the block kernels use (ray_block.h): streams must not overlap.
+  PathRandom(std::uint64_t seed, std::uint32_t pixel, std::uint32_t sample, std::uint32_t use)
       : key_{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)},
         counter_{0, pixel, sample, use} {}
 

@@ -1,11 +1,11 @@
-#include "imaging/diffracted_truth.h"
+#include "imaging/diffracted_mse.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace relign::imaging {
 
-DiffractedTruth::DiffractedTruth(const Diffraction& diffraction, int width, int height)
+DiffractedMse::DiffractedMse(const Diffraction& diffraction, int width, int height)
     : diffraction_(&diffraction),
       width_(width),
       height_(height),
@@ -16,8 +16,8 @@ DiffractedTruth::DiffractedTruth(const Diffraction& diffraction, int width, int 
       image.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
 }
 
-MseEstimate DiffractedTruth::estimate(const Reference& reference, Parallel& parallel) {
-  constexpr int groups = kTruthGroups;
+MseEstimate DiffractedMse::estimate(const Reference& reference, Parallel& parallel) {
+  constexpr int groups = kMseGroups;
   static_assert(groups == 4, "pairs of groups are paired off below");
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     diffraction_->blur(groups_[g].data(), blurred_[g].data(), parallel, work_);
@@ -37,9 +37,9 @@ MseEstimate DiffractedTruth::estimate(const Reference& reference, Parallel& para
         crossed += (a - o1) * (a - o2);
       }
       sum.product += ((total - groups * o1) * (total - groups * o2) - crossed) / (groups * (groups - 1));
-      // As without diffraction (Camera::add_truth), of the pixels before the blur, which vary independently: a pixel
-      // acts on the mean by what the differences from the references are around it, which is their blur, and squares of
-      // it by the kernel's overlap with itself.
+      // As without diffraction (Camera::add_to_mse), for the pixels before the blur, which vary independently: a pixel
+      // affects the mean in proportion to the blurred differences from the references around it, and its square in
+      // proportion to the autocorrelation of the kernel.
       constexpr int pairings[3][4] = {{0, 1, 2, 3}, {0, 2, 1, 3}, {0, 3, 1, 2}};
       double linear = 0, square = 0;
       for (const auto& [i, j, k, l] : pairings) {

@@ -1,5 +1,5 @@
-// Truth of a scene with diffraction: products of independent renders that were blurred each by itself, which keeps the
-// estimate unbiased, since a blur is linear.
+// Noise-free MSE of scenes with diffraction: products of independent renders, each blurred separately, which keeps the
+// estimate unbiased because blurring is linear.
 #pragma once
 
 #include <array>
@@ -10,18 +10,18 @@
 
 namespace relign::imaging {
 
-class DiffractedTruth {
+class DiffractedMse {
  public:
-  // `diffraction` outlives it. pixels: of an image.
-  DiffractedTruth(const Diffraction& diffraction, int width, int height);
+  // `diffraction` must outlive it. width, height: of an image, pixels.
+  DiffractedMse(const Diffraction& diffraction, int width, int height);
 
-  // Where the render of a group goes, by rays alone; all before estimate().
+  // Buffer for the render of a group, without diffraction. Fill all groups before estimate().
   float* group(int number) { return groups_[static_cast<std::size_t>(number)].data(); }
-  // The reference is of the same scene, blurred already.
+  // The reference is of the same scene and already blurred.
   MseEstimate estimate(const Reference& reference, Parallel& parallel);
 
  private:
-  using Images = std::array<std::vector<float>, kTruthGroups>;
+  using Images = std::array<std::vector<float>, kMseGroups>;
   const Diffraction* diffraction_;
   int width_, height_;
   double overlap_;
