@@ -56,7 +56,7 @@ TEST(CliSceneNew, FromAListingToASuiteThatRuns) {
   json suite = parsed(place, "od/suite.json");
   EXPECT_EQ(suite.at("protocol"), "blind");
   EXPECT_THAT(suite.at("algorithms").dump(), HasSubstr("through-focus-quick"));
-  EXPECT_THAT(made.out, HasSubstr("of a noise-free image off by one pixel sideways"));
+  EXPECT_THAT(made.out, HasSubstr("of a noise-free image shifted sideways by one pixel"));
   suite["instances"] = 1;
   suite["steps"] = 3;
   place.write("od/suite.json", suite.dump());
@@ -187,7 +187,7 @@ TEST(CliSceneNew, MistakesAreNamedAndNothingIsWritten) {
   place.write("odd.zmx", "SURF 0\n  TYPE TOROIDAL\n");
   EXPECT_THAT(refused({"odd.zmx", "-o", "new"}), HasSubstr("odd.zmx:2: surface 0 is of type 'TOROIDAL'"));
   place.write("odd.txt", "no lens\n");
-  EXPECT_THAT(refused({"odd.txt", "-o", "new"}), HasSubstr("odd.txt: this is no lens file that is known here"));
+  EXPECT_THAT(refused({"odd.txt", "-o", "new"}), HasSubstr("odd.txt: unknown lens file format"));
   fs::create_directory(place.path("there"));
   const Outcome there = relign_bench(place, {"scene", "new", lens, "-o", "there"});
   EXPECT_EQ(there.exit_code, 2);

@@ -25,10 +25,10 @@ std::vector<CatalogueGlass> read_agf(std::string_view bytes, const std::string& 
       CatalogueGlass glass;
       glass.line = line.number;
       glass.name = words.size() > 1 ? words[1] : "";
-      if (glass.name.empty()) reading.problem(line.number, "NM: the name of the glass is missing");
+      if (glass.name.empty()) reading.problem(line.number, "NM: missing name of the glass");
       glass.formula = reading.integer(line.number, words.size() > 2 ? words[2] : "", "NM, formula");
       if (glass.formula < 1 || glass.formula > kMostFormula)
-        reading.problem(line.number, "NM: formulas are numbered from 1 to 13, found " + std::to_string(glass.formula));
+        reading.problem(line.number, "NM: expected a formula from 1 to 13, found " + std::to_string(glass.formula));
       glass.nd = words.size() > 4 ? number(4, "NM, nd") : 0;
       glass.vd = words.size() > 5 ? number(5, "NM, Vd") : 0;
       glasses.push_back(glass);
@@ -40,10 +40,11 @@ std::vector<CatalogueGlass> read_agf(std::string_view bytes, const std::string& 
       glasses.back().high_um = number(2, "LD");
     }
   }
-  if (glasses.empty()) reading.problem(0, "no glass (NM) found; is this a glass catalogue (AGF), and is it whole?");
+  if (glasses.empty()) reading.problem(0, "no glass (NM) found; check that this is a complete glass catalogue (AGF)");
   for (const CatalogueGlass& glass : glasses)
     if (glass.coefficients.empty())
-      reading.problem(glass.line, "glass '" + shown(glass.name, 40) + "' has no coefficients (CD); is the file whole?");
+      reading.problem(glass.line, "glass '" + shown(glass.name, 40) +
+                                      "' has no coefficients (CD); check that the file is complete");
   throw_if_any(reading.finish().problems);
   return glasses;
 }

@@ -13,7 +13,7 @@ struct CatalogueGlass {
   int formula = 0;
   std::vector<double> coefficients;
   double nd = 0, vd = 0;
-  double low_um = 0, high_um = 0;  // wavelengths that the formula is for; 0: not told
+  double low_um = 0, high_um = 0;  // wavelength range of the formula; 0: not stated
 };
 
 // Throws Error(bad_input) with file and line of every mistake.

@@ -12,7 +12,7 @@ namespace {
 
 using optics::Vec3;
 
-// The straight line between two hits meets the stop's plane; beside the stop's face it is extended.
+// y at plane z of the straight line through two hits, extended beyond them if needed.
 double height_at(const Vec3& a, const Vec3& b, double z) {
   return std::fabs(b.z - a.z) < 1e-12 ? a.y : a.y + (b.y - a.y) * (z - a.z) / (b.z - a.z);
 }
@@ -26,7 +26,7 @@ double stop_height(const optics::Prescription& lens, const Vec3& start, const op
   return height_at(a, b, z);
 }
 
-// tan(field); the emitter is flat, so that nothing beyond this is ever needed.
+// tan(field), up to 89 degrees: emitters are flat.
 double tangent(double field_deg) {
   constexpr double kSteepest_deg = 89;
   const optics::SineCosine field = optics::sine_cosine_of_degrees(std::clamp(field_deg, 0.0, kSteepest_deg));
@@ -35,10 +35,10 @@ double tangent(double field_deg) {
 
 constexpr int kRays = 1601;
 
-// Files print clear radii of the axial beam with few digits.
+// Files print semi-diameters of the axial beam with few digits.
 constexpr double kRounding = 0.99;
 
-bool within_clear_radii(const optics::Prescription& lens, const optics::TracedRay& ray) {
+bool within_semi_diameters(const optics::Prescription& lens, const optics::TracedRay& ray) {
   std::size_t i = 0;
   for (const optics::Element& element : lens.elements)
     for (const optics::Face& face : element.faces)
@@ -49,12 +49,12 @@ bool within_clear_radii(const optics::Prescription& lens, const optics::TracedRa
   return true;
 }
 
-// Rays spread over the front of the lens; only those that get to the image plane. `step` is their distance.
+// Rays across the front of the lens that reach the image plane. `step`: their distance.
 std::vector<FanRay> fan(const optics::Prescription& lens, double slope, double distance_mm, double& step) {
   const optics::FirstOrder data = optics::first_order(lens);
   const optics::Assembly assembly(lens);
   const optics::Face& front = lens.elements.front().faces.front();
-  // Real entrance pupils of wide lenses lie far from the paraxial one: look over the whole front.
+  // Real entrance pupils of wide-angle lenses are far from the paraxial one: scan the whole front.
   double reach = std::fabs(data.entrance_pupil_z) * slope + 2 * std::fabs(data.entrance_pupil_diameter);
   if (front.curvature != 0) reach = std::min(reach, std::fabs(1 / front.curvature));
   step = 2 * reach / (kRays - 1);
@@ -88,8 +88,8 @@ std::vector<FanRay> beam(const optics::Prescription& lens, double field_deg, dou
   const auto neighbours = [&](std::size_t i) {
     return rays[i + 1].front_height_mm - rays[i].front_height_mm < 1.5 * step;
   };
-  // Rays far off the lens may strike the stop, too: the light is what lies around the chief ray, and of several rays
-  // through the stop's centre that is the one nearest to the paraxial one.
+  // Rays far from the lens may hit the stop, too: the beam is around the chief ray, which of several rays through the
+  // stop's centre is the one closest to the paraxial chief ray.
   std::size_t chief = rays.size();
   for (std::size_t i = 0; i + 1 < rays.size(); ++i) {
     const bool crosses = (rays[i].stop_height_mm <= 0) != (rays[i + 1].stop_height_mm <= 0);
@@ -99,7 +99,7 @@ std::vector<FanRay> beam(const optics::Prescription& lens, double field_deg, dou
       chief = i;
   }
   if (chief == rays.size()) return {};
-  // The two beside the chief ray stay, however narrow the stop.
+  // Keeps the two rays beside the chief ray, however narrow the stop.
   std::size_t first = chief, last = chief + 1;
   const auto inside = [&](std::size_t i) { return std::fabs(rays[i].stop_height_mm) <= opening; };
   while (first > 0 && neighbours(first - 1) && inside(first - 1)) --first;
@@ -109,9 +109,9 @@ std::vector<FanRay> beam(const optics::Prescription& lens, double field_deg, dou
 
 std::optional<double> largest_field(const optics::Prescription& lens, double field_deg, double distance_mm) {
   constexpr int kSteps = 100, kCoarse = 10;
-  constexpr int kLeast = kSteps / 2;  // of the field: with less the file means another lens
+  constexpr int kLeast = kSteps / 2;  // of the field: less indicates a misread file
   const auto passes = [&](int i) { return !beam(lens, field_deg * i / kSteps, distance_mm).empty(); };
-  // Coarsely first: where nothing passes, fine steps only cost time.
+  // Coarse first: where no ray passes, fine steps only cost time.
   int above = kSteps;
   while (above >= kLeast && !passes(above)) above -= kCoarse;
   if (above < kLeast) return std::nullopt;
@@ -121,11 +121,11 @@ std::optional<double> largest_field(const optics::Prescription& lens, double fie
 }
 
 double best_focus_z(const optics::Prescription& lens, double distance_mm) {
-  // Over a round pupil a ring at height h weighs as h: minimise sum |h| (y + s (z - image_z))^2.
+  // In a round pupil a ring at height h has weight h: minimise sum |h| (y + s (z - image_z))^2.
   double weights = 0, mean_y = 0, mean_s = 0;
   std::vector<std::array<double, 3>> lines;
   for (const FanRay& ray : beam(lens, 0, distance_mm)) {
-    if (!within_clear_radii(lens, ray.traced)) continue;
+    if (!within_semi_diameters(lens, ray.traced)) continue;
     const double weight = std::fabs(ray.stop_height_mm);
     const double slope = ray.traced.exit_direction.y / ray.traced.exit_direction.z;
     lines.push_back({weight, ray.traced.image.y, slope});
@@ -140,7 +140,7 @@ double best_focus_z(const optics::Prescription& lens, double distance_mm) {
   }
   if (!(steep > 0))
     throw Error(ErrorKind::bad_input, "no light of a point on the axis, " + shortest(distance_mm) +
-                                          " mm before the first vertex, comes through the stop and meets again");
+                                          " mm in front of the first vertex, passes the stop and converges");
   return lens.image_z_mm - mixed / steep;
 }
 
@@ -155,7 +155,7 @@ double image_height(const optics::Prescription& lens, double field_deg, double d
       return std::fabs(a == b ? height(rays[i])
                               : height(rays[i]) + (height(rays[i + 1]) - height(rays[i])) * a / (a - b));
   }
-  throw Error(ErrorKind::bad_input, "no ray under " + shortest(field_deg) + " degrees comes through the stop's centre");
+  throw Error(ErrorKind::bad_input, "no ray at " + shortest(field_deg) + " degrees passes the centre of the stop");
 }
 
 }  // namespace relign::lens_files

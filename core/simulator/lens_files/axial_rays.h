@@ -1,4 +1,4 @@
-// Rays that scenes made of design files are laid out by: fans through the stop, best focus, the image's size.
+// Rays for laying out scenes from design files: fans through the stop, best focus, image height.
 #pragma once
 
 #include <optional>
@@ -12,23 +12,22 @@ namespace relign::lens_files {
 struct FanRay {
   optics::TracedRay traced;
   double front_height_mm = 0;  // y on the plane of the first vertex
-  double stop_height_mm = 0;   // y where it meets the stop's plane
+  double stop_height_mm = 0;   // y on the stop's plane
 };
 
-// The light of one point through the stop: rays in the y-z plane that come under `field_deg` at the entrance pupil,
-// from an object plane `distance_mm` before the first vertex (0: from infinity), side by side from rim to rim of the
-// stop. Clear radii stop nothing here. Empty where nothing gets to the image plane.
+// The beam of one object point through the stop: rays in the y-z plane with field angle `field_deg` at the entrance
+// pupil, from an object plane `distance_mm` in front of the first vertex (0: infinity), in order from rim to rim of the
+// stop. Ignores semi-diameters. Empty if no ray reaches the image plane.
 std::vector<FanRay> beam(const optics::Prescription& lens, double field_deg, double distance_mm);
 
-// The largest field of at least half of `field_deg` under which a ray comes through the stop's centre; nothing where
-// none does.
+// The largest field from half of `field_deg` up to it with a ray through the stop's centre; empty if there is none.
 std::optional<double> largest_field(const optics::Prescription& lens, double field_deg, double distance_mm);
 
-// z (from the first vertex) where rays of an object point on the axis are narrowest (RMS), of those that the clear
-// radii let through. Throws Error(bad_input) when none passes the stop or they do not meet.
+// z (from the first vertex) of the smallest RMS spot of an object point on the axis, of rays within the semi-diameters.
+// Throws Error(bad_input) if none passes the stop or they do not converge.
 double best_focus_z(const optics::Prescription& lens, double distance_mm);
 
-// Height of the chief ray on the plane z. Throws Error(bad_input) when there is no ray through the stop's centre.
+// Height of the chief ray on the plane z. Throws Error(bad_input) if no ray passes the stop's centre.
 double image_height(const optics::Prescription& lens, double field_deg, double distance_mm, double z_mm);
 
 }  // namespace relign::lens_files

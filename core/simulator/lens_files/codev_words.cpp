@@ -9,8 +9,8 @@
 namespace relign::lens_files {
 
 bool CodeVSystem::take(int line, const std::vector<std::string>& words) {
-  static const std::set<std::string> kWithoutMeaning = {"WTF", "INI", "POL", "RDM", "TEM", "PRE", "PIM", "WTA",
-                                                        "CRA", "PTP", "POR", "PFR", "PUX", "PUY", "PUI"};
+  static const std::set<std::string> kIgnoredWords = {"WTF", "INI", "POL", "RDM", "TEM", "PRE", "PIM", "WTA",
+                                                      "CRA", "PTP", "POR", "PFR", "PUX", "PUY", "PUI"};
   static const std::set<std::string> kVignetting = {"VUX", "VLX", "VUY", "VLY"};
   static const std::set<std::string> kFields = {"XAN", "YAN", "XOB", "YOB", "XIM", "YIM", "XRI", "YRI"};
   constexpr double kShortest_nm = 100, kLongest_nm = 1e5;
@@ -20,7 +20,7 @@ bool CodeVSystem::take(int line, const std::vector<std::string>& words) {
     reading_.aperture(line, keyword, kind, value);
     return true;
   };
-  if (kWithoutMeaning.count(keyword) > 0) return true;
+  if (kIgnoredWords.count(keyword) > 0) return true;
   if (kFields.count(keyword) > 0) return take_fields(line, keyword, words);
   if (keyword == "EPD") return aperture(SystemAperture::entrance_pupil_diameter);
   if (keyword == "FNO") return aperture(SystemAperture::f_number);
@@ -28,19 +28,20 @@ bool CodeVSystem::take(int line, const std::vector<std::string>& words) {
   if (keyword == "NA") return aperture(SystemAperture::image_na);
   if (keyword == "DIM") {
     const std::string unit = upper_case(value);
-    // M, C and I in sequence files; a listing writes them out.
+    // M, C and I in sequence files; listings spell them out.
     const auto factor = millimetres(unit == "M" ? "MM" : unit == "C" ? "CM" : unit == "I" ? "IN" : unit);
-    if (!factor) reading_.problem(line, "DIM: '" + shown(value, 20) + "' is none of M, C, I (mm, cm, inches)");
+    if (!factor)
+      reading_.problem(line, "DIM: unknown unit '" + shown(value, 20) + "'; allowed are M (mm), C (cm), I (inches)");
     unit_mm_ = factor.value_or(1);
-    unit_told_ = true;
+    unit_stated_ = true;
   } else if (keyword == "WL") {
     wavelengths_nm_.clear();
     for (std::size_t i = 1; i < words.size(); ++i)
       wavelengths_nm_.push_back(reading_.number(line, words[i], "WL, nanometres", 1e6));
     for (const double wavelength : wavelengths_nm_)
       if (!(wavelength >= kShortest_nm && wavelength <= kLongest_nm))
-        reading_.problem(line, "WL: a wavelength of " + shortest(wavelength) +
-                                   " nm; WL is in nanometres, 100 to 100000 (green: 550)");
+        reading_.problem(line,
+                         "WL: expected nanometres from 100 to 100000 (green: 550), found " + shortest(wavelength));
     reading_.design.wavelengths_line = line;
   } else if (keyword == "WTW") {
     weights_.clear();
@@ -105,7 +106,7 @@ LensDesign CodeVSystem::finish() {
   design.all_wavelengths_nm = wavelengths_nm_;
   design.wavelength_weights = weights_;
   design.wavelength_weights.resize(wavelengths_nm_.size(), 1);
-  if (!unit_told_) reading_.remark(0, "unit", "assumed: lengths in mm; the file has no DIM");
+  if (!unit_stated_) reading_.remark(0, "unit", "assumed: lengths in mm; the file has no DIM");
   LensDesign result = reading_.finish();
   scale(result, unit_mm_);
   return result;
@@ -147,12 +148,12 @@ bool take_circle(Reading& reading, int line, const std::vector<std::string>& wor
   std::size_t next = 1;
   if (next < words.size() && upper_case(words[next])[0] == 'S') surface = surface_of(reading, words[next++]);
   if (!surface) {
-    reading.problem(line, "CIR: there is no surface '" + (next > 1 ? shown(words[1], 20) : "") + "'");
+    reading.problem(line, "CIR: unknown surface '" + (next > 1 ? shown(words[1], 20) : "") + "'");
     return true;
   }
   if (next < words.size() && upper_case(words[next]) == "CLR") ++next;
-  if (next >= words.size() || !parse_number(words[next])) return false;  // EDG, OBS, HOL: no clear radius
-  surface->clear_radius_mm = reading.number(line, words[next], "CIR, clear radius");
+  if (next >= words.size() || !parse_number(words[next])) return false;  // EDG, OBS, HOL: not the clear aperture
+  surface->clear_radius_mm = reading.number(line, words[next], "CIR, semi-diameter");
   return true;
 }
 
@@ -170,11 +171,11 @@ bool Decentre::take(Reading& reading, int line, const std::string& keyword, cons
 }
 
 void Decentre::apply(Surface& surface) const {
-  // CODE V turns clockwise about x and y, seen against these axes, and counter-clockwise about z.
+  // CODE V: left-handed about x and y, right-handed about z.
   const optics::Motion motion = coordinate_break({x, y, z}, -alpha_deg, -beta_deg, gamma_deg);
   surface.before.reset();
   surface.after.reset();
-  if (motion.is_nothing()) return;
+  if (motion.is_identity()) return;
   surface.before = motion;
   if (returns) surface.after = optics::inverse(motion);
 }
@@ -204,8 +205,8 @@ bool SpecialSurface::take(Reading& reading, const Surface& surface, int line, co
     radius_ =
         words.size() > at + 1 ? reading.number(line, words[at + 1], "SPS " + word(at) + ", normalisation radius") : 0;
     if (kind_ == none)
-      reading.problem(line, "surface " + surface.label + ": SPS " + shown(word(at), 20) +
-                                " is not supported; supported are SPS ODD, SPS QBF and SPS QCN");
+      reading.problem(line, "surface " + surface.label + ": unsupported 'SPS " + shown(word(at), 20) +
+                                "'; supported are SPS ODD, SPS QBF and SPS QCN");
     return true;
   }
   if (keyword != "SCO" || kind_ == none) return false;
@@ -249,9 +250,9 @@ void SpecialSurface::take_q_coefficient(Reading& reading, const Surface& surface
   else if (power >= 4 && power % 2 == 0 && power < 4 + 2 * kMostQTerms)
     terms_[(power - 4) / 2] = {line, value};
   else
-    reading.problem(line, "surface " + surface.label + ": SCO " + shown(name, 20) + " of SPS " +
-                              (kind_ == q_bfs ? "QBF" : "QCN") + " is not supported; supported are K, NRADIUS and " +
-                              letters + "4, " + letters + "6, ... by name");
+    reading.problem(line, "surface " + surface.label + ": unsupported 'SCO " + shown(name, 20) + "' of SPS " +
+                              (kind_ == q_bfs ? "QBF" : "QCN") + "; supported are K, NRADIUS and " + letters + "4, " +
+                              letters + "6, ... by name");
 }
 
 void SpecialSurface::apply_q_type(Reading& reading, Surface& surface) const {
@@ -265,8 +266,9 @@ void SpecialSurface::apply_q_type(Reading& reading, Surface& surface) const {
   if (asphere.coefficients.empty()) return;
   const std::string kind = kind_ == q_bfs ? "QBF" : "QCN", letters = kind_ == q_bfs ? "QB" : "QC";
   if (!(radius_ > 0))
-    reading.problem(line_, "surface " + surface.label + ": SPS " + kind + " with a normalisation radius of " +
-                               shortest(radius_) + "; it must be larger than 0 (SCO NRADIUS)");
+    reading.problem(line_, "surface " + surface.label + ": SPS " + kind +
+                               " needs a normalisation radius above 0, found " + shortest(radius_) +
+                               "; set SCO NRADIUS");
   reading.remark(line_, "SPS " + kind,
                  "surface " + surface.label + ": SPS " + kind + " is read as Forbes's " +
                      (kind_ == q_bfs ? "Q_bfs" : "Q_con") + ", " + letters + "4, " + letters +
@@ -277,7 +279,7 @@ void SpecialSurface::apply_q_type(Reading& reading, Surface& surface) const {
 void SpecialSurface::apply(Reading& reading, Surface& surface) const {
   if (kind_ == none) return;
   if (is_q_type()) {
-    // K as a surface's own word counts where SCO has none.
+    // K as a separate word of the surface applies if SCO has none.
     if (conic_ != 0) surface.conic = conic_;
     apply_q_type(reading, surface);
     return;
@@ -285,13 +287,13 @@ void SpecialSurface::apply(Reading& reading, Surface& surface) const {
   surface.conic = conic_;
   const double radius = radius_ == 0 ? 1 : radius_;  // 0: not normalised
   if (!(radius > 0))
-    reading.problem(line_, "surface " + surface.label + ": a normalisation radius of " + shortest(radius_) +
-                               "; it must be larger than 0, or 0 for none");
+    reading.problem(line_, "surface " + surface.label +
+                               ": expected a normalisation radius above 0, or 0 for none, found " + shortest(radius_));
   for (const auto& [power, term] : terms_) {
     if (term.second == 0) continue;
     if (power == 1)
       reading.problem(term.first, "surface " + surface.label + " has a term of r, " + shortest(term.second) +
-                                      ": its vertex is a cone's tip; only terms from r^2 up are supported");
+                                      " (a cone); supported are terms from r^2 up");
     else if (const double coefficient = term.second / std::pow(radius, power); std::isfinite(coefficient))
       set_term(surface, power, coefficient);
     else if (radius > 0)

@@ -1,4 +1,4 @@
-// What CODE V's sequence files (.seq) and its listings share: system data, glass names, clear apertures.
+// Words that CODE V's sequence files (.seq) and listings share: system data, glass names, clear apertures.
 #pragma once
 
 #include <map>
@@ -14,11 +14,11 @@ class CodeVSystem {
  public:
   explicit CodeVSystem(Reading& reading) : reading_(reading) {}
 
-  // Takes EPD, FNO, NA, NAO, DIM, WL, REF, the fields and what of them changes nothing here. False for other words.
+  // Handles EPD, FNO, NA, NAO, DIM, WL, REF, the fields and related words that are ignored. False for other words.
   bool take(int line, const std::vector<std::string>& words);
-  // 0 where the file has none.
+  // 0 if the file has none.
   double reference_wavelength_nm() const;
-  // After the last line: units and the reference wavelength. Throws like Reading::finish.
+  // Call after the last line: applies units and the reference wavelength.
   LensDesign finish();
 
  private:
@@ -26,41 +26,41 @@ class CodeVSystem {
 
   Reading& reading_;
   double unit_mm_ = 1;
-  bool unit_told_ = false;
+  bool unit_stated_ = false;
   std::vector<double> wavelengths_nm_, weights_;
   int reference_ = 1, reference_line_ = 0;
   std::vector<double> x_fields_, y_fields_;
   std::map<std::string, std::vector<double>> vignetting_;  // VUX, VLX, VUY, VLY of the fields
 };
 
-// The glass of a surface, from a word such as NBK7_SCHOTT (glasses.h finds it), 1.5168:64.17 (nd and Vd), 517642,
-// 517000.642000, AIR, or REFL for a mirror.
+// Sets the glass of a surface from a word such as NBK7_SCHOTT (resolved by glasses.h), 1.5168:64.17 (nd and Vd),
+// 517642, 517000.642000, AIR, or REFL for a mirror.
 void take_glass(Surface& surface, int line, const std::string& word);
 
-// CIR words: [S3] [kind] radius. False when it is another kind than the clear radius.
+// Handles CIR words: [S3] [kind] radius. False if the kind is not the clear aperture.
 bool take_circle(Reading& reading, int line, const std::vector<std::string>& words);
 
-// The surface that a qualifier S3, SO, SI or STO means; null for other words or none.
+// The surface that a qualifier S3, SO or SI refers to; null for other words.
 Surface* surface_of(Reading& reading, const std::string& qualifier);
 
 // Tilt words of CODE V (ADE, BDE left-handed, CDE right-handed) and decentres as a motion.
 struct Decentre {
   double x = 0, y = 0, z = 0, alpha_deg = 0, beta_deg = 0, gamma_deg = 0;
   bool returns = false;  // DAR
-  // Takes XDE, YDE, ZDE, ADE, BDE, CDE; false for other keywords.
+  // Handles XDE, YDE, ZDE, ADE, BDE, CDE; false for other keywords.
   bool take(Reading& reading, int line, const std::string& keyword, const std::string& value);
   void apply(Surface& surface) const;
 };
 
-// The coefficient that K, A ... H, J mean on an asphere: conic or r^4 ... r^18, r^20. False for others.
+// Sets the coefficient of K, A ... H, J on an asphere: conic or r^4 ... r^18, r^20. False for other keywords.
 bool take_asphere(Reading& reading, Surface& surface, int line, const std::string& keyword, const std::string& value);
 
 // Special surfaces (SPS) and their coefficients (SCO): K or C1 is the conic, ARn or C(n+1) the coefficient of r^n,
-// NRADIUS or C33 the radius that r is divided by (SPS ODD). Of SPS QBF and SPS QCN the coefficients are read by name
-// alone: K, NRADIUS, and QB4, QB6, ... or QC4, QC6, ... for a0, a1, ... of Forbes's polynomials.
+// NRADIUS or C33 the radius that r is divided by (SPS ODD). Coefficients of SPS QBF and SPS QCN are read by name only:
+// K, NRADIUS, and QB4, QB6, ... or QC4, QC6, ... for a0, a1, ... of Forbes's polynomials.
 class SpecialSurface {
  public:
-  // Takes SPS, SCO and SCC; the word `at` is the first behind the keyword and the surface. False for other words.
+  // Handles SPS, SCO and SCC; `at`: index of the first word after the keyword and the surface. False for other words.
   bool take(Reading& reading, const Surface& surface, int line, const std::vector<std::string>& words, std::size_t at);
   void apply(Reading& reading, Surface& surface) const;
 

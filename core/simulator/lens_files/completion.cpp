@@ -16,18 +16,18 @@
 namespace relign::lens_files {
 namespace {
 
-constexpr double kProvisional_mm = 1e-6;  // smallest clear radius and opening a lens file may have
+constexpr double kProvisional_mm = 1e-6;  // smallest semi-diameter and opening that a lens file may have
 
 std::string text_of(const LensDesign& design) { return design.file + " as lens.json"; }
 
-// Mistakes that the lens reader finds, told in the words and lines of the user's file.
+// Translates mistakes found by the lens reader to surfaces and lines of the user's file.
 std::string translated(const std::string& errors, const LensDraft& draft, const LensDesign& design) {
   std::string result;
   for (std::size_t begin = 0; begin < errors.size();) {
     const std::size_t end = std::min(errors.find('\n', begin), errors.size());
     std::string line = errors.substr(begin, end - begin);
     begin = end + 1;
-    // The longest pointer of the draft that stands in the line.
+    // The longest pointer of the draft in the line.
     std::size_t at = std::string::npos, longest = 0;
     std::size_t surface = 0;
     for (const auto& [pointer, index] : draft.surface_of)
@@ -66,32 +66,32 @@ class Completion {
 
   CompleteLens run() {
     draft_.json["stops"][0]["opening_radius_mm"] = kProvisional_mm;
-    std::vector<bool> told;
+    std::vector<bool> is_stated;
     bool mirrors = false;
     each_face(draft_.json, [&](OrderedJson& face) {
       mirrors = mirrors || face.contains("mirror");
-      told.push_back(face["clear_radius_mm"].get<double>() > 0);
-      if (!told.back()) face["clear_radius_mm"] = kProvisional_mm;
+      is_stated.push_back(face["clear_radius_mm"].get<double>() > 0);
+      if (!is_stated.back()) face["clear_radius_mm"] = kProvisional_mm;
     });
     if (mirrors)
       assume(
-          "assumed: nothing stands in the light between mirrors; rays meet the surfaces in the order of the file, and "
-          "a secondary mirror or the hole of a primary stops none");
-    keep_faces_apart(told);
+          "assumed: no obstruction between mirrors; rays pass the surfaces in the order of the file, and neither "
+          "a secondary mirror nor the hole of a primary blocks any");
+    keep_faces_apart(is_stated);
     set_image();
     set_field();
-    const bool all_told = std::find(told.begin(), told.end(), false) == told.end();
+    const bool all_stated = std::find(is_stated.begin(), is_stated.end(), false) == is_stated.end();
     set_aperture();
     limit_field();
-    if (std::find(told.begin(), told.end(), false) != told.end()) set_clear_radii(told);
-    if (!all_told)
-      assume("assumed: clear radii of faces where the file tells none, " + shortest(clear_margin_percent_) +
-             " % more than the rays of the field need" +
-             (clear_margin_percent_ < 3 ? "; with more, faces would cross" : ""));
+    if (std::find(is_stated.begin(), is_stated.end(), false) != is_stated.end()) set_clear_radii(is_stated);
+    if (!all_stated)
+      assume("assumed: semi-diameters of faces for which the file states none, " + shortest(clear_margin_percent_) +
+             " % larger than the rays of the field need" +
+             (clear_margin_percent_ < 3 ? "; with a larger margin, faces would cross" : ""));
     check_stop();
-    check_axial_beam(told);
-    tell_plates();
-    return {draft_.json, read_back(draft_, design_), opening_why_};
+    check_axial_beam(is_stated);
+    remark_plane_plates();
+    return {draft_.json, read_back(draft_, design_), opening_reason_};
   }
 
  private:
@@ -101,15 +101,15 @@ class Completion {
     throw Error(ErrorKind::internal, message);
   }
 
-  void keep_faces_apart(const std::vector<bool>& told) {
+  void keep_faces_apart(const std::vector<bool>& is_stated) {
     LensDraft shapes = draft_;
     std::vector<double> stated;
     each_face(shapes.json, [&](OrderedJson& face) {
-      stated.push_back(told[stated.size()] ? face["clear_radius_mm"].get<double>() : 0);
+      stated.push_back(is_stated[stated.size()] ? face["clear_radius_mm"].get<double>() : 0);
       face["clear_radius_mm"] = kProvisional_mm;
     });
     const std::vector<Trim> trims = trim_clear_radii(read_back(shapes, design_), stated);
-    trimmed_.assign(told.size(), false);
+    trimmed_.assign(is_stated.size(), false);
     for (const Trim& trim : trims) trimmed_[trim.face] = true;
     each_surface([&](OrderedJson& face, std::size_t index, std::size_t i) {
       if (!trimmed_[i]) return;
@@ -117,37 +117,37 @@ class Completion {
       const auto last = std::find_if(trims.rbegin(), trims.rend(), [&](const Trim& trim) { return trim.face == i; });
       const Surface& surface = design_.surfaces[index];
       design_.remarks.push_back({surface.line,
-                                 "the clear radius of surface " + surface.label + ", " +
-                                     significant(surface.clear_radius_mm, 6) + " mm, " + last->why + ": trimmed to " +
-                                     significant(stated[i], 6) + " mm",
+                                 "the semi-diameter of surface " + surface.label + ", " +
+                                     significant(surface.clear_radius_mm, 6) + " mm, " + last->reason +
+                                     ": trimmed to " + significant(stated[i], 6) + " mm",
                                  0});
     });
   }
 
-  // Fields are laid out by their chief rays. Where the largest has none, the largest that has one takes its place.
+  // Fields are laid out by chief rays: reduces the field to the largest one that has a chief ray.
   void limit_field() {
     const optics::Prescription lens = read_back(draft_, design_);
     const auto field_deg = largest_field(lens, lens.half_field_deg, design_.beam_distance_mm());
     if (!field_deg || *field_deg == lens.half_field_deg) return;
     draft_.json["half_field_deg"] = std::floor(*field_deg * 1e6) / 1e6;
-    design_.remarks.push_back(
-        {design_.field.line,
-         "no light comes through the stop's centre under the file's half field of " + shortest(lens.half_field_deg) +
-             " degrees; taken is the largest under which it does, " + significant(*field_deg, 4) + " degrees",
-         0});
+    design_.remarks.push_back({design_.field.line,
+                               "no chief ray passes at the file's half field of " + shortest(lens.half_field_deg) +
+                                   " degrees; reduced to the largest at which one does, " + significant(*field_deg, 4) +
+                                   " degrees",
+                               0});
   }
 
   void set_image() {
-    if (draft_.image_told) return;
+    if (draft_.image_stated) return;
     const optics::FirstOrder data = optics::first_order(read_back(draft_, design_));
     // Behind an odd number of mirrors light travels towards -z.
     const double along_light = data.back_focal_length * (draft_.json["image_z_mm"] < data.overall_length ? -1 : 1);
     if (!(along_light > 0) || along_light > 1e5)
-      refuse(0, "the file tells no distance to the image, and the lens has no focus behind its last face");
+      refuse(0, "the file states no distance to the image, and the lens has no focus behind its last face");
     const double z = data.overall_length + data.back_focal_length;
     draft_.json["image_z_mm"] = z;
     assume("assumed: the image plane at the paraxial focus, " + significant(data.back_focal_length, 6) +
-           " mm behind the last face; the file tells no distance");
+           " mm behind the last face; the file states no distance");
   }
 
   void set_field() {
@@ -160,7 +160,9 @@ class Completion {
       return std::atan(height / std::fabs(distance)) * 57.29577951308232;
     };
     if (field.kind == FieldSize::object_height_mm) {
-      if (!object_mm) refuse(field.line, "fields are object heights, but the object is infinitely far");
+      if (!object_mm)
+        refuse(field.line,
+               "fields are object heights, but the object is at infinity; state field angles or an object distance");
       half_deg = angle(field.value, *object_mm + data.entrance_pupil_z);
     } else if (field.kind == FieldSize::image_height_mm) {
       half_deg = angle(field.value, data.focal_length);
@@ -170,15 +172,15 @@ class Completion {
       half_deg = real.value_or(paraxial);
       if (!real)
         assume("assumed: a half field of " + significant(paraxial, 4) +
-               " degrees, the paraxial one; no chief ray meets " + "the image at the real height of " +
+               " degrees, the paraxial one; no chief ray reaches the real image height of " +
                significant(field.value, 4) + " mm");
     } else if (field.kind == FieldSize::none) {
       half_deg = kAssumed_deg;
-      assume("assumed: a half field of 10 degrees; the file tells no field off the axis");
+      assume("assumed: a half field of 10 degrees; the file states no field off the axis");
     }
     half_deg = std::fabs(half_deg);
     if (half_deg >= 180 || !std::isfinite(half_deg))
-      refuse(field.line, "a half field of " + shortest(half_deg) + " degrees; allowed are 0 to 180");
+      refuse(field.line, "expected a half field from 0 to 180 degrees, found " + shortest(half_deg));
     if (half_deg > kWidest_deg) {
       design_.remarks.push_back({field.line,
                                  "not used: the half field beyond " + shortest(kWidest_deg) + " degrees, of " +
@@ -189,7 +191,7 @@ class Completion {
     draft_.json["half_field_deg"] = std::round(half_deg * 1e6) / 1e6;
   }
 
-  // The diameter of the paraxial entrance pupil that the file's system aperture states; 0 where it states none.
+  // The diameter of the paraxial entrance pupil from the file's system aperture; 0 if it states none.
   double stated_pupil(const optics::FirstOrder& data) const {
     constexpr double kWidest_mm = 1e5, kNarrowest_mm = 1e-6;
     const SystemAperture& aperture = design_.aperture;
@@ -207,10 +209,12 @@ class Completion {
         break;
       case SystemAperture::object_na:
         if (!object_mm)
-          refuse(aperture.line, aperture.word + " is an aperture at the object, but the object is infinitely far");
+          refuse(
+              aperture.line,
+              aperture.word + " is an aperture at the object, but the object is at infinity; state an object distance");
         if (aperture.value >= 1)
-          refuse(aperture.line, aperture.word + ": a numerical aperture of " + shortest(aperture.value) +
-                                    "; allowed are numbers below 1");
+          refuse(aperture.line,
+                 aperture.word + ": expected a numerical aperture below 1, found " + shortest(aperture.value));
         pupil_mm = 2 * std::fabs(*object_mm + data.entrance_pupil_z) * aperture.value /
                    std::sqrt(1 - aperture.value * aperture.value);
         break;
@@ -220,7 +224,7 @@ class Completion {
     }
     if (!(pupil_mm >= kNarrowest_mm && pupil_mm <= kWidest_mm))
       refuse(aperture.line,
-             stated() + " makes an entrance pupil of " + shortest(pupil_mm) + " mm; allowed are 1e-6 to 1e5");
+             stated() + " gives an entrance pupil of " + shortest(pupil_mm) + " mm; allowed are 1e-6 to 1e5 mm");
     return pupil_mm;
   }
   std::string stated() const {
@@ -230,8 +234,8 @@ class Completion {
   }
   std::string stated_with_line() const { return stated() + " (line " + std::to_string(design_.aperture.line) + ")"; }
 
-  // The system aperture decides how wide the stop opens, as design programs have it; the stop surface's own
-  // semi-diameter is what they draw. It counts where no aperture is stated, or where the file says that it does.
+  // The system aperture determines the opening of the stop, as in design programs, which use the stop surface's own
+  // semi-diameter only for drawing. The semi-diameter applies if no aperture is stated, or if the file selects it.
   void set_aperture() {
     constexpr double kDiffers = 0.01;
     OrderedJson& stop = draft_.json["stops"][0];
@@ -240,40 +244,42 @@ class Completion {
     const double pupil_mm = stated_pupil(data);
     const double pupil_per_opening = std::fabs(data.entrance_pupil_diameter) / kProvisional_mm;
     double opening = pupil_mm > 0 ? pupil_mm / pupil_per_opening : own;
-    // On a curved face rays keep to the face, not to its vertex's plane: the real marginal ray tells.
+    // On a curved face the real marginal ray determines the opening, since rays hit the face and not the plane of its
+    // vertex.
     if (pupil_mm > 0 && stop.contains("on_face")) opening = marginal_height(pupil_mm / 2).value_or(opening);
     if (!(opening >= kProvisional_mm && opening < 1e6))
       refuse(stop_surface().line,
-             "the file tells neither how wide the stop opens nor a system aperture; write one of "
+             "the file states neither the opening of the stop nor a system aperture; add one of "
              "them (Zemax: ENPD or FNUM, CODE V: EPD or FNO)");
     stop["opening_radius_mm"] = std::round(opening * 1e9) / 1e9;
     open_face_of_stop(stop["opening_radius_mm"].get<double>());
     if (!(pupil_mm > 0)) {
-      opening_why_ = "radius; the stop surface's own, " +
-                     (design_.aperture.kind == SystemAperture::stop_size
-                          ? "as " + design_.aperture.word + " says (line " + std::to_string(design_.aperture.line) + ")"
-                          : "the file states no system aperture");
+      opening_reason_ =
+          "radius; the stop surface's own, since " +
+          (design_.aperture.kind == SystemAperture::stop_size
+               ? design_.aperture.word + " selects it (line " + std::to_string(design_.aperture.line) + ")"
+               : "the file states no system aperture");
       return;
     }
     draft_.json["entrance_pupil_diameter_mm"] = pupil_mm;
-    opening_why_ = "radius; from " + stated_with_line();
+    opening_reason_ = "radius; from " + stated_with_line();
     if (own <= 0 || std::fabs(opening - own) <= kDiffers * own) return;
     const auto f_number = [&](double radius) {
       return "f/" + significant(std::fabs(data.focal_length) / (radius * pupil_per_opening), 3);
     };
-    opening_why_ += ", not " + significant(own, 6) + " mm of the stop surface";
+    opening_reason_ += ", not " + significant(own, 6) + " mm of the stop surface";
     design_.remarks.push_back({stop_surface().line,
-                               "not used: the clear radius of the stop, surface " + stop_surface().label + ", " +
+                               "not used: the semi-diameter of the stop, surface " + stop_surface().label + ", " +
                                    significant(own, 4) + " mm (" + f_number(own) + "), " +
                                    (own < opening ? "narrower" : "wider") + " than " + stated_with_line() +
-                                   " asks for, which opens the stop to " + significant(opening, 4) + " mm (" +
-                                   f_number(opening) + "); if the radius is meant, " +
+                                   " requires, which opens the stop to " + significant(opening, 4) + " mm (" +
+                                   f_number(opening) + "); to use the semi-diameter, " +
                                    (design_.format == "Zemax" ? "write FLOA instead of " + design_.aperture.word
-                                                              : "take the line " + design_.aperture.word + " out"),
+                                                              : "remove the line " + design_.aperture.word),
                                0});
   }
 
-  // Where the axial ray at the rim of the entrance pupil meets the face that is the stop.
+  // The height of the axial ray from the rim of the entrance pupil on the face that is the stop.
   std::optional<double> marginal_height(double pupil_radius_mm) const {
     const optics::Prescription lens = read_back(draft_, design_);
     const double object_mm = design_.beam_distance_mm();
@@ -286,7 +292,7 @@ class Completion {
     return std::hypot(traced.hits[face].x, traced.hits[face].y);
   }
 
-  // A face that is the stop itself is as wide as what it opens to.
+  // A face that is the stop is at least as wide as the opening.
   void open_face_of_stop(double opening) {
     each_surface([&](OrderedJson& face, std::size_t index, std::size_t) {
       if (index != draft_.surface_of.at("/stops/0") || face["clear_radius_mm"].get<double>() >= opening) return;
@@ -294,12 +300,13 @@ class Completion {
     });
   }
 
-  // As wide as rays of the fields through the stop need, and a little more where faces do not cross for it.
-  void set_clear_radii(const std::vector<bool>& told) {
+  // As wide as the rays of all fields through the stop need, plus a margin unless faces would then cross.
+  void set_clear_radii(const std::vector<bool>& is_stated) {
     constexpr double kMargin = 1.03, kLargestPartOfSphere = 0.98;
     const std::vector<double> needed = needed_radii(design_, read_back(draft_, design_));
     for (std::size_t i = 0; i < needed.size(); ++i)
-      if (!told[i] && needed[i] < kProvisional_mm) refuse(0, "no ray of the field comes through the stop to the image");
+      if (!is_stated[i] && needed[i] < kProvisional_mm)
+        refuse(0, "no ray of the field passes the stop and reaches the image");
     std::vector<double> least;  // a face that is the stop is open as wide as the stop
     each_face(draft_.json, [&](OrderedJson& face) { least.push_back(face["clear_radius_mm"].get<double>()); });
     const auto set = [&](double margin) {
@@ -307,7 +314,7 @@ class Completion {
       each_face(draft_.json, [&](OrderedJson& face) {
         const double radius = face["radius_mm"].is_null() ? 1e6 : std::fabs(face["radius_mm"].get<double>());
         const double clear = std::min(margin * needed[i], kLargestPartOfSphere * radius);
-        if (!told[i]) face["clear_radius_mm"] = std::max(least[i], std::round(clear * 1e6) / 1e6);
+        if (!is_stated[i]) face["clear_radius_mm"] = std::max(least[i], std::round(clear * 1e6) / 1e6);
         ++i;
       });
     };
@@ -317,7 +324,7 @@ class Completion {
         read_back(draft_, design_);
         clear_margin_percent_ = std::round(1000 * (margin - 1)) / 10;
         return;
-      } catch (const Error&) {  // told with the margin, where no smaller one helps
+      } catch (const Error&) {  // reported with the largest margin if no smaller one helps
       }
     }
     set(kMargin);
@@ -335,32 +342,32 @@ class Completion {
                significant(opening, 6) + " mm, wider than every face of the lens (" + significant(widest, 6) + " mm)");
   }
 
-  // Clear radii of the file that stop light which its own aperture lets through.
-  void check_axial_beam(const std::vector<bool>& told) {
+  // Finds semi-diameters of the file that block light within its own system aperture.
+  void check_axial_beam(const std::vector<bool>& is_stated) {
     constexpr double kRounding = 0.99;  // files print semi-diameters of the axial beam with few digits
     const optics::Prescription lens = read_back(draft_, design_);
-    std::vector<double> needed(told.size(), 0);
+    std::vector<double> needed(is_stated.size(), 0);
     for (const FanRay& ray : beam(lens, 0, design_.beam_distance_mm()))
       for (std::size_t i = 0; i < needed.size(); ++i) needed[i] = std::max(needed[i], std::fabs(ray.traced.hits[i].y));
     each_surface([&](const OrderedJson& face, std::size_t index, std::size_t i) {
       const double clear = face["clear_radius_mm"].get<double>();
-      if (!told[i] || clear >= kRounding * needed[i]) return;
+      if (!is_stated[i] || clear >= kRounding * needed[i]) return;
       const Surface& surface = design_.surfaces[index];
       if (trimmed_[i])
-        refuse(surface.line, "surface " + surface.label + " crosses its neighbour where light of the axis passes, " +
+        refuse(surface.line, "surface " + surface.label + " crosses its neighbour within the axial beam, " +
                                  significant(clear, 4) + " mm from the axis of the " + significant(needed[i], 4) +
-                                 " mm that the aperture needs; the numbers are no lens that can be made");
+                                 " mm that the aperture needs; such a lens cannot be made");
       design_.remarks.push_back({surface.line,
-                                 "the clear radius of surface " + surface.label + ", " + significant(clear, 4) +
-                                     " mm, stops light on the axis: the beam through the opened stop needs " +
+                                 "the semi-diameter of surface " + surface.label + ", " + significant(clear, 4) +
+                                     " mm, blocks light on the axis: the beam through the stop needs " +
                                      significant(needed[i], 4) + " mm there, so that f/" +
                                      significant(optics::first_order(lens).f_number, 3) + " is not reached",
                                  0});
     });
   }
 
-  // Plates of cover glass and filters usually sit on the sensor; here everything of glass moves with the lens.
-  void tell_plates() {
+  // Cover glasses and filters are usually fixed to the sensor; here all glass moves with the lens.
+  void remark_plane_plates() {
     const OrderedJson& elements = draft_.json["elements"];
     for (std::size_t e = elements.size(); e-- > 1;) {
       const OrderedJson& faces = elements[e]["faces"];
@@ -376,14 +383,14 @@ class Completion {
       design_.remarks.push_back(
           {first.line,
            "surfaces " + first.label + "-" + last.label + " (" + name +
-               ") are a plane plate before the image: it moves with the lens here and has "
-               "tolerances like an element; if it sits on the sensor (cover glass, filter), take " +
-               name + " out of tolerances.json: shifts of a plate change nothing, tilts little",
+               ") are a plane plate in front of the image: it moves with the lens here and has "
+               "tolerances like an element; if it is fixed to the sensor (cover glass, filter), remove " +
+               name + " from tolerances.json: shifts of a plate change nothing, tilts little",
            0});
     }
   }
 
-  // Faces with their surfaces in the design, by number from the front.
+  // Visits faces with their surface in the design, numbered from the front.
   template <class Body>
   void each_surface(Body&& body) {
     std::size_t i = 0;
@@ -398,12 +405,12 @@ class Completion {
 
   LensDesign& design_;
   LensDraft draft_;
-  std::string opening_why_;
+  std::string opening_reason_;
   double clear_margin_percent_ = 3;
   std::vector<bool> trimmed_;  // which faces
 };
 
-// Names of files and titles may hold bytes that are no UTF-8.
+// File names and titles may contain invalid UTF-8.
 std::string dumped(const OrderedJson& value) {
   return value.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
 }
@@ -429,7 +436,7 @@ void write_pretty(const OrderedJson& value, const std::string& indent, std::stri
       text += indent + (value.is_array() ? "]" : "}");
       return;
     }
-    // One line, with a blank behind every comma and colon that is not within a text.
+    // One line, with a space after every comma and colon outside strings.
     bool quoted = false;
     for (std::size_t i = 0; i < one_line.size(); ++i) {
       if (one_line[i] == '"' && (i == 0 || one_line[i - 1] != '\\')) quoted = !quoted;

@@ -12,7 +12,7 @@ constexpr double kShare = 0.999;  // of the radius at which faces meet
 
 double rounded_down(double radius) { return std::floor(radius * 1e6) / 1e6; }
 
-// Where the gap between two faces closes on the way out to `radius`; `radius` where it does not.
+// The distance from the axis at which the gap between two faces closes, up to `radius`.
 double room_between(const optics::Face& before, const optics::Face& behind, double radius) {
   constexpr int kPlaces = 512, kBisections = 40;
   const auto open = [&](double r) {
@@ -51,12 +51,12 @@ std::vector<Trim> trim_clear_radii(const optics::Prescription& lens, std::vector
   }
   for (std::size_t i = 0; i + 1 < faces.size(); ++i) {
     const double radius = std::min(clear_radii[i], clear_radii[i + 1]);
-    // Faces that light meets on the way back from a mirror keep their radii; the lens reader refuses those that cross.
+    // Faces behind a mirror keep their semi-diameters; the lens reader rejects those that cross.
     if (!(radius > 0) || !(faces[i]->z_mm <= faces[i + 1]->z_mm) || faces[i]->index_after < 0) continue;
     const double room = room_between(*faces[i], *faces[i + 1], radius);
     if (room >= radius || room < kLeastRoom * radius) continue;
-    trim(i, rounded_down(kShare * room), "reaches where the next face crosses it");
-    trim(i + 1, rounded_down(kShare * room), "reaches where the face before crosses it");
+    trim(i, rounded_down(kShare * room), "extends beyond where the next face crosses it");
+    trim(i + 1, rounded_down(kShare * room), "extends beyond where the previous face crosses it");
   }
   return trims;
 }

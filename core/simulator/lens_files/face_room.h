@@ -1,5 +1,5 @@
-// Keeps stated clear radii within what faces leave room for: design programs write semi-diameters at which neighbouring
-// faces cross, or a conic has ended, and trace rays all the same.
+// Trims stated semi-diameters to where faces do not cross: design programs write semi-diameters at which neighbouring
+// faces cross, or beyond the end of a conic, and trace rays all the same.
 #pragma once
 
 #include <string>
@@ -12,12 +12,12 @@ namespace relign::lens_files {
 struct Trim {
   std::size_t face = 0;  // from the front, over all elements
   double from_mm = 0, to_mm = 0;
-  std::string why;  // "crosses the face before it", for people
+  std::string reason;  // "is larger than the conic", for readers
 };
 
-// `clear_radii`, one a face, 0 where not stated, are made smaller where that is enough; the shapes are those of `lens`,
-// its clear radii are not looked at. Faces that cross within kLeastRoom of their smaller radius are left alone: such
-// numbers are no lens, and whoever reads them back says so.
+// Trims `clear_radii`, one per face, mm, 0 if not stated; the shapes are those of `lens`, whose semi-diameters are
+// ignored. Faces that cross within kLeastRoom of their smaller semi-diameter are left unchanged: the lens reader
+// rejects them.
 inline constexpr double kLeastRoom = 0.5;
 std::vector<Trim> trim_clear_radii(const optics::Prescription& lens, std::vector<double>& clear_radii);
 

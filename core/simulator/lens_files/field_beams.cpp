@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kDegrees = 57.29577951308232;  // of one radian
 
-// The part of the pupil that light of a field passes, from -1 to 1 along the field's own direction.
+// The part of the pupil that the beam of a field fills, from -1 to 1 along the field's direction.
 struct PupilRange {
   double from = -1, to = 1;
 };
@@ -21,10 +21,10 @@ PupilRange range_of(const FieldBeam& field, bool object_heights) {
     const double most = 1 - std::min({field.cut_left, field.cut_right, field.cut_below, field.cut_above});
     return {-most, most};
   }
-  if (field.x != 0 && field.y != 0) return {};  // rays beside the two planes of symmetry are not traced here
+  if (field.x != 0 && field.y != 0) return {};  // only rays in the two symmetry planes are traced
   const bool upright = field.x == 0;
   const double below = upright ? field.cut_below : field.cut_left, above = upright ? field.cut_above : field.cut_right;
-  // Rays are traced upwards: a negative angle is the same seen upside down, and so is a positive object height.
+  // Rays are traced for positive angles: a negative angle is mirrored, and so is a positive object height.
   const bool turned = ((upright ? field.y : field.x) < 0) != object_heights;
   return turned ? PupilRange{above - 1, 1 - below} : PupilRange{below - 1, 1 - above};
 }
@@ -51,7 +51,7 @@ std::optional<double> field_of_real_height(const LensDesign& design, const optic
     }
     return std::numeric_limits<double>::infinity();  // no chief ray: too far out
   };
-  // Beyond the design's field heights may fall again: the first place counts.
+  // Beyond the design's field heights may decrease again: takes the first crossing.
   const double widest = std::min(1.5 * paraxial_deg, kWidest_deg);
   double low = 0, high = widest;
   for (int i = 1; i <= kMarch; ++i) {
@@ -68,14 +68,14 @@ std::optional<double> field_of_real_height(const LensDesign& design, const optic
 }
 
 std::vector<double> needed_radii(const LensDesign& design, const optics::Prescription& lens) {
-  constexpr double kEdge = 1e-3;  // of the pupil's radius: what lies between two rays of a fan
+  constexpr double kEdge = 1e-3;  // of the pupil's radius: distance between two rays of a fan
   const double distance = design.beam_distance_mm();
   std::vector<double> needed;
   for (const optics::Element& element : lens.elements) needed.resize(needed.size() + element.faces.size());
   const auto add = [&](double field_deg, const PupilRange& range) {
     const std::vector<FanRay> rays = beam(lens, field_deg, distance);
     if (rays.empty()) return;
-    // A stop behind a crossing of the rays is upside down in the entrance pupil.
+    // A stop behind a crossing of the rays appears inverted in the entrance pupil.
     const double sign = rays.back().stop_height_mm < rays.front().stop_height_mm ? -1 : 1;
     const double opening = lens.aperture_stop().opening_radius_mm;
     for (const FanRay& ray : rays) {

@@ -9,8 +9,8 @@
 namespace relign::lens_files {
 namespace {
 
-// Names that an unadorned one may have in the user's catalogues: as it stands, without the vendor that CODE V writes
-// behind "_", and with the hyphen that CODE V leaves out (NBK7).
+// Spellings of a name in the user's catalogues: unchanged, without the vendor that CODE V appends after "_", and with
+// the hyphen that CODE V omits (NBK7).
 std::vector<std::string> spellings(const std::string& name) {
   std::vector<std::string> names = {name};
   if (const std::size_t vendor = name.rfind('_'); vendor != std::string::npos && vendor > 0)
@@ -33,7 +33,7 @@ GlassAlias parse_alias(const std::string& text) {
     alias.to = trimmed(text.substr(equals + 1));
   }
   if (alias.from.empty() || alias.to.empty())
-    throw Error(ErrorKind::bad_input, "--alias: '" + text + "' is not NAME=NAME, such as BK7=N-BK7");
+    throw Error(ErrorKind::bad_input, "--alias: expected NAME=NAME, such as BK7=N-BK7, found '" + text + "'");
   return alias;
 }
 
@@ -48,11 +48,11 @@ bool GlassChoice::from_catalogue(const Surface& surface, const std::string& name
       if (glass.high_um > 0 && (um < glass.low_um || um > glass.high_um))
         design_.remarks.push_back({surface.glass_line,
                                    "glass " + name + ": " + catalogue.file + " gives its dispersion from " +
-                                       shortest(glass.low_um) + " to " + shortest(glass.high_um) + " um, used at " +
-                                       shortest(um) + " um",
+                                       shortest(glass.low_um) + " to " + shortest(glass.high_um) +
+                                       " um, but the lens uses it at " + shortest(um) + " um",
                                    0});
       std::vector<double> coefficients = glass.coefficients;
-      while (coefficients.size() > 1 && coefficients.back() == 0)  // zeros behind say nothing
+      while (coefficients.size() > 1 && coefficients.back() == 0)  // trailing zeros have no effect
         coefficients.pop_back();
       own_[name] = {{"agf_formula", glass.formula}, {"coefficients", coefficients}};
       return true;
@@ -62,19 +62,19 @@ bool GlassChoice::from_catalogue(const Surface& surface, const std::string& name
 
 void GlassChoice::write(const Surface& surface, OrderedJson& face) {
   const bool same_wavelength = std::fabs(wavelength_nm_ - design_.wavelength_nm) < 0.05;
-  const double told = surface.index > 0 && same_wavelength ? surface.index
-                      : surface.nd > 0 && surface.vd == 0  ? surface.nd
-                                                           : 0;
-  if (told > 0 && told < 1) {
+  const double index = surface.index > 0 && same_wavelength ? surface.index
+                       : surface.nd > 0 && surface.vd == 0  ? surface.nd
+                                                            : 0;
+  if (index > 0 && index < 1) {
     problems_.push_back({design_.file, surface.glass_line, 0, "",
-                         "surface " + surface.label + ": an index of " + shortest(told) + "; glasses have 1 or more"});
+                         "surface " + surface.label + ": expected an index of 1 or more, found " + shortest(index)});
     return;
   }
-  if (told > 0) {
-    face["index_after"] = told;
+  if (index > 0) {
+    face["index_after"] = index;
     return;
   }
-  if (surface.nd > 0) {  // a model glass has no name; its numbers make one
+  if (surface.nd > 0) {  // a model glass has no name: make one of its numbers
     const std::string name = "nd" + shortest(surface.nd) + "-Vd" + shortest(surface.vd);
     own_[name] = {{"nd", surface.nd}, {"vd", surface.vd}};
     face["glass_after"] = name;
@@ -96,11 +96,11 @@ void GlassChoice::write(const Surface& surface, OrderedJson& face) {
   problems_.push_back(
       {design_.file, surface.glass_line, 0, "",
        "surface " + surface.label + ": unknown glass '" + shown_name +
-           "'; give the catalogue that has it with --glass FILE.agf, name a glass of the same kind " + "with --alias " +
-           shown_name + "=NAME, or " +
+           "'; give its catalogue with --glass FILE.agf, name an equivalent glass with --alias " + shown_name +
+           "=NAME, or " +
            (surface.stated_nd > 0 ? "use nd " + shortest(surface.stated_nd) + " and Vd " + shortest(surface.stated_vd) +
-                                        " of the file with --glass-from-file"
-                                  : "write its code of nd and Vd, such as 517642, into the lens file")});
+                                        " from the file with --glass-from-file"
+                                  : "replace it by a code of nd and Vd, such as 517642, in the lens file")});
 }
 
 void GlassChoice::remark(const Surface& surface, const std::string& text) {

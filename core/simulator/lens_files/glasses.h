@@ -1,5 +1,5 @@
-// What a surface's glass becomes in a lens file: an index, a name, or a name with its dispersion beside it. A glass is
-// never replaced by another one.
+// Resolves a surface's glass for the lens file: to an index, a name, or a name with its own dispersion. Never replaces
+// a glass by another one.
 #pragma once
 
 #include <functional>
@@ -24,31 +24,32 @@ struct GlassAlias {
 };
 
 struct GlassSources {
-  std::vector<GlassCatalogue> catalogues;            // the user's, looked through first
+  std::vector<GlassCatalogue> catalogues;            // the user's, searched first
   std::function<bool(const std::string&)> is_known;  // built in, and codes such as 517642; may be empty
-  // The built-in glass that a name means with its vendor, in lower case or without hyphens; empty: none. May be empty.
+  // Finds a built-in glass by a name with its vendor, in lower case or without hyphens; returns "" if none. May be
+  // empty.
   std::function<std::string(const std::string&)> known_like;
-  std::vector<GlassAlias> aliases;  // the user's; names count in any case
-  bool from_file = false;           // nd and Vd beside a name in the lens file count where the name is unknown
+  std::vector<GlassAlias> aliases;  // the user's; names are case-insensitive
+  bool from_file = false;           // for unknown names, use nd and Vd stated in the lens file
 };
 
 // "BK7=N-BK7". Throws Error(bad_input) for other texts.
 GlassAlias parse_alias(const std::string& text);
 
-// Decides for one lens at one wavelength.
+// Resolves the glasses of one lens at one wavelength.
 class GlassChoice {
  public:
   GlassChoice(LensDesign& design, const GlassSources& sources, double wavelength_nm);
 
-  // Writes "index_after" or "glass_after" into a face; remembers a problem for a glass that nobody knows.
+  // Writes "index_after" or "glass_after" into a face; adds a problem for an unknown glass.
   void write(const Surface& surface, OrderedJson& face);
-  // The lens file's "glasses": all that came from catalogues and model glasses.
+  // The lens file's "glasses": those from catalogues, and model glasses.
   const OrderedJson& own_glasses() const { return own_; }
   const std::vector<Problem>& problems() const { return problems_; }
 
  private:
   bool from_catalogue(const Surface& surface, const std::string& name);
-  // The name under which lens.json has the glass; empty for an unknown one.
+  // The glass's name in lens.json; empty if unknown.
   std::string resolved(const Surface& surface);
   void remark(const Surface& surface, const std::string& text);
 

@@ -34,11 +34,11 @@ void Reading::not_understood(int line, const std::string& keyword, const std::st
 }
 
 void Reading::problem(int line, const std::string& message) {
-  constexpr std::size_t kMostTold = 20;
-  if (problems_.size() < kMostTold)
+  constexpr std::size_t kMostListed = 20;
+  if (problems_.size() < kMostListed)
     problems_.push_back({design.file, line, 0, "", message});
   else
-    ++untold_problems_;
+    ++omitted_problems_;
 }
 
 double Reading::number(int line, const std::string& word, const std::string& what, double limit) {
@@ -53,7 +53,7 @@ double Reading::number(int line, const std::string& word, const std::string& wha
 int Reading::integer(int line, const std::string& word, const std::string& what) {
   constexpr double kMost = 1e6;
   const double value = number(line, word, what, kMost);
-  if (value != std::floor(value)) problem(line, what + ": expected a whole number, found '" + shown(word, 40) + "'");
+  if (value != std::floor(value)) problem(line, what + ": expected an integer, found '" + shown(word, 40) + "'");
   return static_cast<int>(value);
 }
 
@@ -65,14 +65,14 @@ void Reading::aperture(int line, const std::string& keyword, SystemAperture::Kin
   if (kind == SystemAperture::stop_size) return;
   const std::optional<double> given = parse_number(value);
   known.value = number(line, value, keyword);
-  // What is no number has been told by number() already.
+  // number() reports words that are not numbers.
   if (given && std::isfinite(*given) && *given <= 0)
-    problem(line, keyword + ": an aperture of " + shortest(*given) + "; a system aperture is larger than 0");
+    problem(line, keyword + ": expected a system aperture above 0, found " + shortest(*given));
 }
 
 Surface& Reading::add_surface(int line, const std::string& label) {
   if (design.surfaces.size() >= kMostSurfaces) {
-    problem(line, "more than " + std::to_string(kMostSurfaces) + " surfaces; no lens for this program has so many");
+    problem(line, "more than " + std::to_string(kMostSurfaces) + " surfaces are not supported");
     throw_if_any(finish().problems);
   }
   design.surfaces.emplace_back();
@@ -82,8 +82,8 @@ Surface& Reading::add_surface(int line, const std::string& label) {
 }
 
 LensDesign Reading::finish() {
-  if (untold_problems_ > 0)
-    problems_.push_back({design.file, 0, 0, "", "and " + std::to_string(untold_problems_) + " mistakes more"});
+  if (omitted_problems_ > 0)
+    problems_.push_back({design.file, 0, 0, "", "and " + std::to_string(omitted_problems_) + " more mistakes"});
   design.problems = problems_;
   return std::move(design);
 }

@@ -11,11 +11,11 @@ namespace {
 
 using optics::Motion;
 
-constexpr double kNothing = 1e-9;  // mm, and as a part of one in rotations: rounding of a there and back
+constexpr double kNothing = 1e-9;  // mm, and relative in rotations: rounding of a motion and its inverse
 constexpr double kFlat = 1e-9;     // 1/mm: lens files take radii up to 1e9 mm
 
 double degrees(double radians) { return radians * 57.29577951308232; }
-// Rounding must not write 3.0000000000000004 into files.
+// Rounds, so that files do not contain 3.0000000000000004.
 double tidy(double value) {
   const double rounded = std::round(value * 1e10) / 1e10;
   return rounded == 0 ? 0 : rounded;
@@ -67,7 +67,7 @@ class Writer {
     problems_.push_back({design_.file, surface.line, 0, "", message});
   }
 
-  // All that is wrong with surfaces, and with glasses, which group() has not come to yet.
+  // Throws all problems of surfaces, together with those of glasses, which group() has not processed yet.
   void throw_problems() {
     if (problems_.empty()) return;
     for (const Surface& surface : design_.surfaces) {
@@ -86,32 +86,33 @@ class Writer {
   void check_surfaces() {
     constexpr double kShortest_nm = 100, kLongest_nm = 1e5;
     problems_ = design_.problems;
-    // A wavelength that the file does not state properly is among its problems.
+    // A wavelength that could not be read is among the design's problems.
     if (!(wavelength_nm_ >= kShortest_nm && wavelength_nm_ <= kLongest_nm) && design_.problems.empty())
       problems_.push_back(
-          {design_.file, 0, 0, "", "a wavelength of " + shortest(wavelength_nm_) + " nm; allowed are 100 to 100000"});
+          {design_.file, 0, 0, "", "expected a wavelength from 100 to 100000 nm, found " + shortest(wavelength_nm_)});
     if (design_.surfaces.size() < (has_mirrors() ? 3 : 4)) {
       problems_.push_back({design_.file, 0, 0, "",
-                           "only " + std::to_string(design_.surfaces.size()) +
-                               " surfaces; a lens has an object, two faces or a mirror, and an image at least"});
+                           "found only " + std::to_string(design_.surfaces.size()) +
+                               " surfaces; a lens needs at least an object, two faces or a mirror, and an image"});
       return;
     }
-    if (medium(0) != nullptr) problem(design_.surfaces[0], "the object lies in glass; only lenses in air are read");
+    if (medium(0) != nullptr)
+      problem(design_.surfaces[0], "the object is inside glass; only lenses in air are supported");
     add_missing_image();
     if (const Surface* glass = medium(design_.surfaces.size() - 2)) {
       const std::string last = design_.surfaces.back().label;
-      problem(*glass, "the image lies in the glass behind surface " + glass->label + ", which goes on to surface " +
+      problem(*glass, "the image is inside the glass behind surface " + glass->label + ", which extends to surface " +
                           last + ", the last one; if " + last +
                           " is the back of a plate, add the image surface and the distance to it; if the plate is "
-                          "cemented to the sensor, take it out: the lens moves, and the sensor does not");
+                          "cemented to the sensor, remove it, since the lens moves and the sensor does not");
     }
     std::size_t stops = 0;
     for (std::size_t i = 1; i < design_.surfaces.size(); ++i) {
       Surface& surface = design_.surfaces[i];
       stops += surface.stop ? 1 : 0;
       if (i + 1 < design_.surfaces.size() && std::fabs(surface.thickness_mm) >= kInfinite)
-        problem(surface, "surface " + surface.label + " is infinitely far from the next one");
-      if (surface.clear_radius_mm < 0) problem(surface, "surface " + surface.label + ": a negative clear radius");
+        problem(surface, "surface " + surface.label + " is at infinite distance from the next one");
+      if (surface.clear_radius_mm < 0) problem(surface, "surface " + surface.label + ": negative semi-diameter");
       tidy_asphere(surface);
     }
     if (stops != 1)
@@ -120,8 +121,8 @@ class Writer {
                                "; mark it (Zemax: STOP, CODE V: STO)"});
   }
 
-  // Files of patents often end with the back of the cover glass, of which the distance leads to an image surface that
-  // is not there. (In CODE V that distance is a defocus.)
+  // Files made from patents often end with the back of the cover glass, whose distance leads to a missing image
+  // surface. (In CODE V that distance is a defocus.)
   void add_missing_image() {
     const Surface last = design_.surfaces.back();
     const bool plane = last.curvature == 0 && last.even_asphere.empty() && last.odd_asphere.empty();
@@ -132,14 +133,14 @@ class Writer {
     image.line = last.line;
     image.label = std::to_string(design_.surfaces.size());
     design_.surfaces.push_back(image);
-    design_.remarks.push_back({last.line,
-                               "assumed: an image surface that the file lacks, " + significant(last.thickness_mm, 6) +
-                                   " mm behind surface " + last.label + "; the file ends in glass before surface " +
-                                   last.label + ", of which the distance leads on",
-                               0});
+    design_.remarks.push_back(
+        {last.line,
+         "assumed: a missing image surface, " + significant(last.thickness_mm, 6) + " mm behind surface " + last.label +
+             "; the file ends with glass in front of surface " + last.label + ", which states a further distance",
+         0});
   }
 
-  // A plane or paraboloid with a term of r^2 is a paraboloid; on any other face the term stays one of its own.
+  // A plane or paraboloid with a term of r^2 becomes a paraboloid; on any other face the term is kept.
   void tidy_asphere(Surface& surface) {
     std::vector<double>& terms = surface.even_asphere;
     if (!terms.empty() && terms[0] != 0 && (surface.curvature == 0 || surface.conic == -1)) {
@@ -151,7 +152,7 @@ class Writer {
       while (!list->empty() && list->back() == 0) list->pop_back();
     const bool polynomial = !terms.empty() || !surface.odd_asphere.empty();
     if ((surface.q_bfs || surface.q_con) && (polynomial || (surface.q_bfs && surface.q_con)))
-      problem(surface, "surface " + surface.label + " has Q-type terms and others; one kind of terms is supported");
+      problem(surface, "surface " + surface.label + " mixes Q-type terms with others; use one kind of terms");
   }
 
   bool has_mirrors() const {
@@ -178,11 +179,11 @@ class Writer {
       if (surface.before) frame = after(frame, *surface.before);
       frames_[i] = frame;
       if (surface.after) frame = after(frame, *surface.after);
-      frame = after(frame, Motion{optics::kNoRotation, {0, 0, surface.thickness_mm}});
+      frame = after(frame, Motion{optics::kIdentityRotation, {0, 0, surface.thickness_mm}});
     }
     if (!straight(frames_.back()) || !on_axis(frames_.back()))
       problem(design_.surfaces.back(),
-              "coordinate breaks leave the image tilted or off the axis; they must come back to it (in pairs around "
+              "coordinate breaks leave the image tilted or off the axis; they must return to the axis (in pairs around "
               "an element; CODE V: DAR)");
   }
 
@@ -196,9 +197,8 @@ class Writer {
       if (surface.mirror) {
         direction_ = -direction_;
         if (!straight(frames_[i]) || !on_axis(frames_[i]))
-          problem(surface,
-                  "surface " + surface.label +
-                      " is a mirror that is tilted or off the axis; supported are mirrors in line with the axis");
+          problem(surface, "surface " + surface.label +
+                               " is a mirror that is tilted or off the axis; supported are mirrors on the axis");
       }
       if (before == nullptr) {
         front = &frames_[i];
@@ -215,22 +215,22 @@ class Writer {
       last_z_ = faces.back()["z_mm"].get<double>();
     }
     if (elements.empty()) {
-      problems_.push_back({design_.file, 0, 0, "", "no surface is followed by glass: there is no lens in this file"});
+      problems_.push_back({design_.file, 0, 0, "", "no lens found: no surface is followed by glass"});
       return;
     }
     const double image_z = frames_.back().translation.z - first_z_;
     if (has_mirrors() && direction_ * (image_z - last_z_) < -kNothing)
-      problem(
-          design_.surfaces.back(),
-          "the image lies before the last face, as light goes; distances behind an odd number of mirrors are negative");
+      problem(design_.surfaces.back(),
+              "the image is in front of the last face, along the light; distances behind an odd number of mirrors are "
+              "negative");
   }
 
   OrderedJson face_of(const Surface& surface, const Motion& front, const Motion& frame, const Surface* behind) {
     const Motion within = after(optics::inverse(front), frame);
     if (!straight(within) || !on_axis(within))
       problem(surface, "surface " + surface.label +
-                           " is tilted or decentred against the front of its own element; elements are bodies of "
-                           "revolution here");
+                           " is tilted or decentred relative to the front of its own element; elements must be "
+                           "bodies of revolution");
     OrderedJson face;
     face["z_mm"] = tidy(front.translation.z - first_z_ + within.translation.z);
     face["radius_mm"] = nullptr;
@@ -257,18 +257,18 @@ class Writer {
     write("q_con", surface.q_con);
   }
 
-  // Files that tell a curvature mean a radius: the nearest of 13 digits if it gives the same curvature.
+  // Curvatures in files usually come from a radius: the nearest of 13 digits if it gives the same curvature.
   static double radius_of(double curvature) {
     constexpr int kDigits = 13;
     const double radius = 1 / curvature, nearest = rounded(radius, kDigits);
     return std::fabs(nearest * curvature - 1) < 1e-14 ? nearest : radius;
   }
 
-  // p_lens = front vertex + Rx Ry (p - front vertex) + shift. A turn about the element's own axis changes nothing.
+  // p_lens = front vertex + Rx Ry (p - front vertex) + shift. A rotation about the element's own axis has no effect.
   void write_placement(const Surface& surface, const Motion& front, OrderedJson& element) {
     if (straight(front) && on_axis(front)) return;
     if (front.rotation[8] <= 0) {
-      problem(surface, "surface " + surface.label + " is turned by 90 degrees or more");
+      problem(surface, "surface " + surface.label + " is tilted by 90 degrees or more");
       return;
     }
     const double rx = degrees(std::atan2(-front.rotation[5], front.rotation[8]));
@@ -277,14 +277,15 @@ class Writer {
                             {"shift_mm", {tidy(front.translation.x), tidy(front.translation.y), 0}}};
   }
 
-  // Where light meets the stop is told where its place on the axis does not tell: on a face, inside glass, or in front
-  // of a vertex that comes earlier in the file.
+  // Writes the stop's place in the surface order if its position on the axis does not imply it: on a face, inside
+  // glass, or in front of a vertex that comes earlier in the file.
   void write_stop(const OrderedJson& elements, OrderedJson& stops, LensDraft& draft) {
     for (std::size_t i = 1; i < design_.surfaces.size(); ++i) {
       const Surface& surface = design_.surfaces[i];
       if (!surface.stop) continue;
       if (!straight(frames_[i]) || !on_axis(frames_[i]))
-        problem(surface, "the stop (surface " + surface.label + ") is tilted or off the axis; stops stay on it here");
+        problem(surface,
+                "the stop (surface " + surface.label + ") is tilted or off the axis; stops must be on the axis");
       const double z = tidy(frames_[i].translation.z - first_z_);
       draft.surface_of["/stops/0"] = i;
       OrderedJson stop = {{"name", "aperture stop"},
@@ -317,8 +318,8 @@ class Writer {
     double z = frames_.back().translation.z - first_z_;
     if (design_.format != "Zemax" && std::fabs(design_.surfaces.back().thickness_mm) < kInfinite)
       z += design_.surfaces.back().thickness_mm;
-    draft.image_told = direction_ * (z - last_z_) > kNothing;
-    return draft.image_told ? tidy(z) : last_z_ + direction_;
+    draft.image_stated = direction_ * (z - last_z_) > kNothing;
+    return draft.image_stated ? tidy(z) : last_z_ + direction_;
   }
 
   LensDesign& design_;
@@ -334,8 +335,8 @@ class Writer {
 
 namespace {
 
-// A scene has one wavelength unless it is polychromatic: the file's others change nothing, and who reads on must know.
-void tell_wavelengths(LensDesign& design, double wavelength_nm) {
+// Scenes have one wavelength unless polychromatic: notes that the file's others are not used.
+void remark_unused_wavelengths(LensDesign& design, double wavelength_nm) {
   std::vector<std::string> others;
   for (const double other : design.all_wavelengths_nm) {
     const std::string text = shortest(rounded(other, 9));
@@ -349,10 +350,10 @@ void tell_wavelengths(LensDesign& design, double wavelength_nm) {
   const bool the_files = std::fabs(design.wavelength_nm - wavelength_nm) <= 1e-6 * wavelength_nm;
   design.remarks.push_back({design.wavelengths_line,
                             "not used: the wavelength" + std::string(others.size() > 1 ? "s " : " ") + text +
-                                " nm; images are made with one, " + shortest(rounded(wavelength_nm, 9)) + " nm, " +
-                                (the_files ? "the file's reference (--wavelength takes another, scene new "
+                                " nm; images use one, " + shortest(rounded(wavelength_nm, 9)) + " nm, " +
+                                (the_files ? "the file's reference (--wavelength selects another, scene new "
                                              "--polychromatic all of them)"
-                                           : "of --wavelength"),
+                                           : "from --wavelength"),
                             0});
 }
 
@@ -360,7 +361,7 @@ void tell_wavelengths(LensDesign& design, double wavelength_nm) {
 
 LensDraft draft_lens(LensDesign& design, const GlassSources& sources, const std::string& name, double wavelength_nm,
                      bool polychromatic) {
-  if (!polychromatic) tell_wavelengths(design, wavelength_nm > 0 ? wavelength_nm : design.wavelength_nm);
+  if (!polychromatic) remark_unused_wavelengths(design, wavelength_nm > 0 ? wavelength_nm : design.wavelength_nm);
   return Writer(design, sources, wavelength_nm > 0 ? wavelength_nm : design.wavelength_nm).write(name);
 }
 

@@ -1,5 +1,6 @@
-// From a design to a lens file of ours (lens.json): elements from surfaces, positions from thicknesses and coordinate
-// breaks, glasses. What only rays can tell (missing clear radii, a missing stop opening) is left to completion.h.
+// Converts a design to a lens file (lens.json): elements from surfaces, positions from thicknesses and coordinate
+// breaks, glasses. Values that need ray tracing (missing semi-diameters, a missing stop opening) are left to
+// completion.h.
 #pragma once
 
 #include <map>
@@ -12,14 +13,14 @@ namespace relign::lens_files {
 
 struct LensDraft {
   OrderedJson json;
-  // Which surface of the design stands at a place of the JSON ("/elements/0/faces/1", "/stops/0").
+  // Surface number in the design by pointer into the JSON ("/elements/0/faces/1", "/stops/0").
   std::map<std::string, std::size_t> surface_of;
-  bool image_told = true;  // false: no distance to the image in the file
+  bool image_stated = true;  // false: the file has no distance to the image
 };
 
 // Adds remarks to the design. Throws Error(bad_input) with file and line of every mistake. `wavelength_nm` 0: the
-// design's. polychromatic: the scene will have all wavelengths of the design (scene_layout.h), so that none is left
-// out.
+// design's. polychromatic: the scene will have all wavelengths of the design (scene_layout.h), so that no remark about
+// unused ones is needed.
 LensDraft draft_lens(LensDesign& design, const GlassSources& sources, const std::string& name, double wavelength_nm,
                      bool polychromatic = false);
 

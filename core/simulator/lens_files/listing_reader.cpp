@@ -13,7 +13,7 @@ namespace {
 
 bool is_infinite(const std::string& word) { return upper_case(word).compare(0, 4, "INFI") == 0; }
 
-// Columns CCY, THC and GLC: what the program varies or solves for.
+// Columns CCY, THC and GLC: variables and solves.
 bool is_flag(const std::string& word) {
   const bool number = word.size() <= 3 && word.find_first_not_of("0123456789") == std::string::npos;
   return number || word == "PIM" || word == "HMY" || word == "UMY" || word == "PUY" || word == "ICY" || word == "APY";
@@ -34,10 +34,10 @@ class ListingReader {
     }
     decentre_applied();
     if (reading_.design.surfaces.size() < 3)
-      reading_.problem(0, "no table of surfaces (RDY, THI, ... OBJ: to IMG:) found; is this a CODE V listing?");
+      reading_.problem(0, "no surface table (RDY, THI, ... OBJ: to IMG:) found; check that this is a CODE V listing");
     else if (!image_seen_)
       reading_.problem(reading_.design.surfaces.back().line,
-                       "the row of the image (IMG:) is missing; is the file whole?");
+                       "the row of the image (IMG:) is missing; check that the file is complete");
     take_indices();
     return system_.finish();
   }
@@ -105,8 +105,8 @@ class ListingReader {
     decentre_applied();
     const std::size_t count = reading_.design.surfaces.size();
     if (label == "OBJ" ? count != 0 : count == 0 || (numbered && label != std::to_string(count)))
-      reading_.problem(line_, "surface '" + shown(label, 20) + "' where surface " + std::to_string(count) +
-                                  " comes next; rows are missing or out of order");
+      reading_.problem(line_, "expected surface " + std::to_string(count) + ", found '" + shown(label, 20) +
+                                  "'; rows are missing or out of order");
     if (image_seen_) reading_.problem(line_, "a surface after the image (IMG:)");
     image_seen_ = image_seen_ || label == "IMG";
     Surface& surface = reading_.add_surface(line_, label);
@@ -140,9 +140,10 @@ class ListingReader {
       } else if (keyword == "ASP" || keyword == "CON" || keyword == "SPH" || keyword == "SLB") {
         understood = true;
       } else if (keyword == "CYL" || keyword == "YTO" || keyword == "BEN" || keyword == "REV" || keyword == "SPS") {
-        reading_.problem(line_, "surface " + surface.label + ": " + keyword +
-                                    " is not read; read are spheres, conics, even aspheres and decentres with or "
-                                    "without DAR");
+        reading_.problem(line_,
+                         "surface " + surface.label + ": " + keyword +
+                             " is not supported; supported are spheres, conics, even aspheres and decentres with or "
+                             "without DAR");
         understood = true;
       } else if (has_value && (decentre_.take(reading_, line_, keyword, words[i + 2]) ||
                                take_asphere(reading_, surface, line_, keyword, words[i + 2]))) {
@@ -174,15 +175,15 @@ class ListingReader {
     for (std::size_t i = 1; i < words.size(); ++i)
       row.push_back(reading_.number(line_, words[i], "refractive index", 100));
     if (row.size() != index_wavelengths_.size())
-      reading_.problem(line_, "refractive indices of '" + shown(words[0], 40) + "': found " +
-                                  std::to_string(row.size()) + " for " + std::to_string(index_wavelengths_.size()) +
-                                  " wavelengths");
+      reading_.problem(line_, "refractive indices of '" + shown(words[0], 40) + "': expected " +
+                                  std::to_string(index_wavelengths_.size()) + ", one per wavelength, found " +
+                                  std::to_string(row.size()));
   }
 
   void take_indices() {
     const double wavelength = system_.reference_wavelength_nm();
     for (Surface& surface : reading_.design.surfaces) {
-      // The table writes a catalogue's glass with or without the catalogue.
+      // The table has catalogue glasses with or without the catalogue's name.
       for (const auto& [name, row] : indices_) {
         const std::string own = upper_case(surface.glass);
         if (own.empty() || (name != own && name.substr(0, name.rfind('_')) != own)) continue;

@@ -27,7 +27,7 @@ LensDesign read_design_with_problems(std::string_view bytes, const std::string& 
   if (ends_with(name, ".SEQ")) return read_seq_with_problems(bytes, file, configuration);
   if (ends_with(name, ".ZAR") || ends_with(name, ".ZOS") || ends_with(name, ".LEN"))
     throw Error(ErrorKind::bad_input, file +
-                                          ": archives and binary lens files are not read; save the lens as .zmx "
+                                          ": archives and binary lens files are not supported; save the lens as .zmx "
                                           "(Zemax) or .seq (CODE V)");
   for (const TextLine& line : text_lines(bytes, file)) {
     const std::vector<std::string> words = words_of(line.text);
@@ -44,8 +44,8 @@ LensDesign read_design_with_problems(std::string_view bytes, const std::string& 
       return read_seq_with_problems(bytes, file, configuration);
   }
   throw Error(ErrorKind::bad_input, file +
-                                        ": this is no lens file that is known here; known are Zemax .zmx, CODE V "
-                                        ".seq, and CODE V's listing (with a line RDY THI RMD GLA)");
+                                        ": unknown lens file format; supported are Zemax .zmx, CODE V .seq, and CODE V "
+                                        "listings (with a line RDY THI RMD GLA)");
 }
 
 std::string bytes_of(const std::filesystem::path& file) {

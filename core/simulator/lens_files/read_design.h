@@ -1,4 +1,4 @@
-// Opens a design program's file, whichever of those we know it is.
+// Reads a design program's file of any supported format.
 #pragma once
 
 #include <filesystem>
@@ -8,12 +8,12 @@
 
 namespace relign::lens_files {
 
-// By the name's ending (.zmx, .seq), else by what stands in it. `file` is the name for messages. Throws Error.
+// Detects the format by the extension (.zmx, .seq), else by the content. `file`: name for messages. Throws Error.
 LensDesign read_design(std::string_view bytes, const std::string& file);
-// The same with the mistakes in its surfaces as the design's problems; draft_lens throws them with its own.
-// `configuration`: of a file with several configurations or zoom positions, from 1; 0: as the file stands.
+// The same, but mistakes in surfaces become the design's problems, which draft_lens() throws with its own.
+// `configuration`: number of a configuration or zoom position, from 1; 0: the file's current one.
 LensDesign read_design_with_problems(std::string_view bytes, const std::string& file, int configuration = 0);
-// At most kMostBytes are read. Throws Error(io) when it cannot be.
+// Reads a file of at most kMostBytes. Throws Error(io) if it is unreadable.
 std::string bytes_of(const std::filesystem::path& file);
 
 }  // namespace relign::lens_files

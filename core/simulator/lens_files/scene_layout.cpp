@@ -16,15 +16,16 @@ constexpr int kPixels = 200, kMostPixels = 8000;
 // The paper's scene in shares of its sensor's side: 0.19 sideways and along the axis, 7 degrees.
 constexpr double kMargin = 1.3, kTravelShare = 0.15, kTravelTilt_deg = 7;
 constexpr int kTexels = 1200;
-constexpr double kWidestTarget_deg = 60;  // a flat emitter for wider fields would be without end
+constexpr double kWidestTarget_deg = 60;  // a flat emitter for wider fields would be too large
 
 [[noreturn]] void refuse_sensor(const std::string& text, const std::string& why) {
-  throw Error(ErrorKind::bad_input,
-              "--sensor '" + text + "': " + why +
-                  "; write columns, rows and the pitch in um, 1920x1280@3.45, or the side of a square in mm, 4.8");
+  throw Error(ErrorKind::bad_input, "--sensor '" + text + "': " + why +
+                                        "; write columns, rows and the pitch in um, such as 1920x1280@3.45, or the "
+                                        "side of a square in mm, such as 4.8");
 }
 
-// What makers of lenses of this size hold: 10 um and 3 arcmin at 5 mm of focal length, 100 um and 12 arcmin at 50 mm.
+// Tolerances usual for lenses of this size: 10 um and 3 arcmin at a focal length of 5 mm, 100 um and 12 arcmin at 50
+// mm.
 struct Grade {
   double shift_um = 0, tilt_arcmin = 0;
   std::string text() const { return shortest(shift_um) + " um, " + shortest(tilt_arcmin) + " arcmin"; }
@@ -37,14 +38,14 @@ double nearest_of(const std::vector<double>& friendly, double value) {
 
 Grade grade_of(double focal_length_mm) {
   constexpr double kSmall_mm = 5, kFactor = 10;
-  // 0 for lenses of a few millimetres, 1 from 50 mm on, even in between on a logarithmic scale.
+  // 0 for lenses of a few millimetres, 1 from 50 mm on, logarithmic in between.
   const double size = std::clamp(std::log(focal_length_mm / kSmall_mm) / std::log(kFactor), 0.0, 1.0);
   return {nearest_of({10, 15, 20, 25, 30, 40, 50, 60, 80, 100}, 10 * std::pow(10, size)),
           nearest_of({3, 4, 5, 6, 8, 10, 12}, 3 * std::pow(4, size))};
 }
 
-// How far the lens may tilt and shift along the axis without meeting the sensor: phone lenses end a fraction of a
-// millimetre before it.
+// How far the lens can tilt and shift along the axis without hitting the sensor: phone lenses end a fraction of a
+// millimetre in front of it.
 struct Clearance {
   double along_mm = 0, tilt_deg = 0;
 };
@@ -80,7 +81,7 @@ OrderedJson tolerances_of(const optics::Prescription& lens, const Grade& grade, 
           {"cure_shift", {{"shift_um", {0, 0, 0}}, {"tilt_arcmin", {0, 0}}}}};
 }
 
-// First-order values that the file prints and ours that differ: then something was read that it does not mean.
+// Compares our first-order values with those in the file: a difference means that something was misread.
 void compare_published(LensDesign& design, const optics::Prescription& lens) {
   constexpr double kAllowed = 2e-3;
   const optics::FirstOrder data = optics::first_order(lens);
@@ -91,7 +92,7 @@ void compare_published(LensDesign& design, const optics::Prescription& lens) {
     if (known != design.published.end() && std::fabs(value - known->second) > kAllowed * std::fabs(known->second))
       design.remarks.push_back({0,
                                 std::string("differs: ") + name + " is " + significant(value, 6) +
-                                    " mm here, the file prints " + significant(known->second, 6),
+                                    " mm here, the file states " + significant(known->second, 6),
                                 0});
   }
 }
@@ -100,14 +101,13 @@ void refuse_mirrors(const LensDesign& design) {
   std::vector<Problem> problems;
   for (const Surface& surface : design.surfaces)
     if (surface.mirror)
-      problems.push_back({design.file, surface.line, 0, "",
-                          "surface " + surface.label +
-                              " is a mirror; images are made of lenses with refracting faces alone (lens info and "
-                              "lens draw take mirrors)"});
+      problems.push_back(
+          {design.file, surface.line, 0, "",
+           "surface " + surface.label + " is a mirror, which images do not support ('lens info' and 'lens draw' do)"});
   throw_if_any(problems);
 }
 
-// "wavelengths" of a scene file. A weight of 0 switches a wavelength off; one that stands twice has both weights.
+// "wavelengths" of a scene file. A weight of 0 switches a wavelength off; weights of duplicates are added.
 OrderedJson wavelengths_of(const LensDesign& design) {
   constexpr std::size_t kMost = 24;
   std::vector<std::pair<double, double>> found;
@@ -137,24 +137,24 @@ SensorSize parse_sensor(const std::string& text) {
   const std::size_t cross = text.find('x'), at = text.find('@');
   if (cross == std::string::npos && at == std::string::npos) {
     const auto side = parse_number(text);
-    if (!side || !(*side > 0 && *side <= kLargest_mm)) refuse_sensor(text, "no side from 0 to 1000 mm");
+    if (!side || !(*side > 0 && *side <= kLargest_mm)) refuse_sensor(text, "expected a side of up to 1000 mm");
     sensor.pitch_mm = *side / kPixels;
     return sensor;
   }
   if (cross == std::string::npos || at == std::string::npos || at < cross)
-    refuse_sensor(text, "not COLUMNSxROWS@PITCH");
+    refuse_sensor(text, "expected COLUMNSxROWS@PITCH");
   const auto columns = parse_number(text.substr(0, cross));
   const auto rows = parse_number(text.substr(cross + 1, at - cross - 1));
   const auto pitch_um = parse_number(text.substr(at + 1));
-  if (!columns || !rows || !pitch_um) refuse_sensor(text, "not COLUMNSxROWS@PITCH");
+  if (!columns || !rows || !pitch_um) refuse_sensor(text, "expected COLUMNSxROWS@PITCH");
   for (const double count : {*columns, *rows})
     if (!(count >= 1 && count <= kMostPixels) || count != std::floor(count))
-      refuse_sensor(text, "allowed are 1 to " + std::to_string(kMostPixels) + " pixels a side");
+      refuse_sensor(text, "expected 1 to " + std::to_string(kMostPixels) + " pixels a side");
   sensor.columns = static_cast<int>(*columns);
   sensor.rows = static_cast<int>(*rows);
   sensor.pitch_mm = *pitch_um / 1000;
   const double longest = sensor.pitch_mm * std::max(sensor.columns, sensor.rows);
-  if (!(*pitch_um >= 1e-3 && longest <= kLargest_mm)) refuse_sensor(text, "no sensor of up to 1000 mm");
+  if (!(*pitch_um >= 1e-3 && longest <= kLargest_mm)) refuse_sensor(text, "expected a sensor of up to 1000 mm");
   return sensor;
 }
 
@@ -163,30 +163,29 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
   const optics::Prescription& lens = complete.lens;
   const optics::FirstOrder data = optics::first_order(lens);
   if (!(data.focal_length > 0 && std::isfinite(data.focal_length)))
-    throw Error(ErrorKind::bad_input, design.file + ": the lens has a focal length of " +
-                                          significant(data.focal_length, 6) +
-                                          " mm; only lenses that form an image on "
-                                          "a sensor make a scene");
+    throw Error(ErrorKind::bad_input, design.file + ": found a focal length of " + significant(data.focal_length, 6) +
+                                          " mm; a scene needs a lens that forms an "
+                                          "image on a sensor");
   compare_published(design, lens);
   Layout layout;
   const auto line = [&](const std::string& what, double value, const std::string& unit, const std::string& why) {
     layout.lines.push_back({what, significant(value, 6) + (unit.empty() ? "" : " " + unit), why});
   };
   try {
-    // Where the far image ends; the finite distance moves it a little.
+    // Extent of the image of a distant object; the finite distance moves it slightly.
     double field_deg = lens.half_field_deg;
     const auto keep_chief_ray = [&](double distance_mm) {
       const auto largest = largest_field(lens, field_deg, distance_mm);
       const std::string from =
-          distance_mm > 0 ? "an emitter at " + significant(distance_mm, 6) + " mm" : std::string("far away");
+          distance_mm > 0 ? "an emitter at " + significant(distance_mm, 6) + " mm" : std::string("infinity");
       if (!largest)
-        throw Error(ErrorKind::bad_input, "no ray from " + from + " comes through the stop's centre under " +
+        throw Error(ErrorKind::bad_input, "no ray from " + from + " passes the centre of the stop at " +
                                               significant(field_deg / 2, 4) + " to " + significant(field_deg, 4) +
-                                              " degrees; check the clear radii, the stop's place and the polynomials "
-                                              "of the file, or state a smaller field");
+                                              " degrees; check the semi-diameters, the stop's position and the "
+                                              "polynomials of the file, or state a smaller field");
       if (*largest == field_deg) return;
       design.remarks.push_back({design.field.line,
-                                "no ray from " + from + " comes through the stop's centre under " +
+                                "no ray from " + from + " passes the centre of the stop at " +
                                     significant(field_deg, 4) +
                                     " degrees; the scene is laid out for the largest field "
                                     "with one, " +
@@ -204,11 +203,11 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
 
     const double file_distance = design.object_distance_mm().value_or(0);
     if (file_distance < 0 && !(choices.distance_mm > 0))
-      throw Error(ErrorKind::bad_input, "the object lies " + significant(-file_distance, 6) +
-                                            " mm behind the first vertex (a virtual object); targets stand before the "
-                                            "lens: give a --distance");
+      throw Error(ErrorKind::bad_input, "the object is " + significant(-file_distance, 6) +
+                                            " mm behind the first vertex (a virtual object), but targets must be in "
+                                            "front of the lens; give a --distance");
     const double pitch = side / 50;
-    // The paper's: at the stated distance one fiftieth of the sensor out of focus is three times too little to matter.
+    // The paper's formula with a fiftieth of the sensor as tolerable blur.
     const double by_formula = rounded(3 * (pitch + data.focal_length / data.f_number) * data.focal_length / pitch, 4);
     const bool file_tells = file_distance > 0;
     const double distance = choices.distance_mm > 0 ? choices.distance_mm : file_tells ? file_distance : by_formula;
@@ -216,29 +215,29 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
     const double last = data.overall_length;
     if (!(focus > last))
       throw Error(ErrorKind::bad_input,
-                  "the sharp image of an emitter at " + significant(distance, 6) + " mm lies " +
-                      significant(last - focus, 4) + " mm before the lens's last face; " +
+                  "the sharp image of an emitter at " + significant(distance, 6) + " mm is " +
+                      significant(last - focus, 4) + " mm in front of the lens's last face; " +
                       (-distance >= data.front_focal_length
-                           ? "take a larger --distance, beyond the front focal point"
-                           : "the paraxial focus of far objects lies " + significant(data.back_focal_length, 4) +
-                                 " mm behind it; check the polynomials and the clear radii of the file"));
+                           ? "use a larger --distance, beyond the front focal point"
+                           : "the paraxial focus of distant objects is " + significant(data.back_focal_length, 4) +
+                                 " mm behind it; check the polynomials and the semi-diameters of the file"));
     keep_chief_ray(distance);
     const double height = image_height(lens, field_deg, distance, focus);
     const double pivot = rounded(last / 2, 9);
     const double shown_deg = std::min(field_deg, kWidestTarget_deg);
     const optics::SineCosine field = optics::sine_cosine_of_degrees(shown_deg);
-    // Corners at the full field.
+    // The corners are at the full field.
     const double emitter_side =
         rounded(2 * (distance + data.entrance_pupil_z) * field.sine / field.cosine * std::sqrt(0.5), 6);
     if (!(emitter_side > 0))
       throw Error(ErrorKind::bad_input, "an emitter at " + significant(distance, 6) +
-                                            " mm lies behind the entrance pupil; take a larger --distance");
+                                            " mm is behind the entrance pupil; use a larger --distance");
     const double sideways = rounded(kTravelShare * side, 3);
     const Clearance clearance = clearance_of(lens, focus, sideways);
     const double along = clearance.along_mm, tilt_deg = clearance.tilt_deg;
     if (!(along > 0))
       throw Error(ErrorKind::bad_input, "the last face reaches the sensor at " + significant(focus - last, 4) +
-                                            " mm behind its vertex; a lens needs room to move");
+                                            " mm behind its vertex; the lens needs room to move");
 
     const OrderedJson travel = {{"shift_mm", {sideways, sideways, along}},
                                 {"tilt_deg", {tilt_deg, tilt_deg}},
@@ -279,7 +278,7 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
                     {"instances", 20},
                     {"steps", 40}};
 
-    line("wavelength", lens.wavelength_nm, "nm", "of the file's reference, or --wavelength");
+    line("wavelength", lens.wavelength_nm, "nm", "the file's reference, or --wavelength");
     if (choices.polychromatic) {
       std::string all, weights;
       for (const OrderedJson& one : layout.scene["wavelengths"]) {
@@ -293,7 +292,7 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
     line("f-number", data.f_number, "", "focal length / entrance pupil");
     line("entrance pupil", data.entrance_pupil_diameter, "mm",
          significant(data.entrance_pupil_z, 6) + " mm behind the first vertex");
-    line("stop's opening", lens.aperture_stop().opening_radius_mm, "mm", complete.opening_why);
+    line("stop's opening", lens.aperture_stop().opening_radius_mm, "mm", complete.opening_reason);
     line("exit pupil", data.exit_pupil_diameter, "mm",
          significant(data.exit_pupil_from_last, 6) + " mm from the last vertex");
     line("half field", field_deg, "degrees",
@@ -304,34 +303,34 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
          : file_tells            ? "the file's object distance"
                                  : "3 (p + f / N) f / p with p a fiftieth of the sensor");
     line("emitter side", emitter_side, "mm", "corners at " + significant(shown_deg, 4) + " degrees");
-    line("sensor side", side, "mm", pixels + (choices.sensor ? ", as --sensor says" : ", 1.3 times the image circle"));
+    line("sensor side", side, "mm", pixels + (choices.sensor ? ", from --sensor" : ", 1.3 times the image circle"));
     line("sensor behind last face", focus - last, "mm", "best focus on the axis at that distance");
-    line("design's image plane", lens.image_z_mm - last, "mm", "behind the last face, as the file has it");
+    line("design's image plane", lens.image_z_mm - last, "mm", "behind the last face, as in the file");
     line("half travel, sideways", sideways, "mm", "0.15 of the sensor's shorter side");
-    line("half travel, along the axis", along, "mm", "the same, at most half of the way to the sensor");
+    line("half travel, along the axis", along, "mm", "the same, at most half the distance to the sensor");
     line("half travel, tilts", tilt_deg, "degrees",
-         tilt_deg < kTravelTilt_deg ? "as far as the lens does not meet the sensor" : "the paper's");
+         tilt_deg < kTravelTilt_deg ? "limited by the distance to the sensor" : "the paper's");
     layout.lines.push_back(
         {"tolerances", layout.grade,
          "each element, 3 sigma; by focal length (5 mm: 10 um, 3 arcmin; 50 mm: 100 um, 12 arcmin)"});
     const double design_z = lens.image_z_mm, off = std::fabs(design_z - focus);
-    if (off > along)  // the travel takes at most half of the way to the sensor
+    if (off > along)  // the travel is at most half the distance to the sensor
       design.remarks.push_back({0,
-                                "the design's image plane lies " + significant(design_z - last, 4) +
+                                "the design's image plane is " + significant(design_z - last, 4) +
                                     " mm behind the last face, the best focus of an emitter at " +
                                     significant(distance, 4) + " mm " + significant(focus - last, 4) +
-                                    " mm: the sensor is put there, further off than the travel along the axis, " +
-                                    significant(along, 4) + " mm; is the file's last distance right?",
+                                    " mm: the sensor is placed there, farther away than the travel along the axis, " +
+                                    significant(along, 4) + " mm; check the last distance of the file",
                                 0});
     if (2 * height > side)
       design.remarks.push_back({0,
                                 "the image of the field, " + significant(2 * height, 4) +
-                                    " mm across, is wider than the sensor, " + significant(side, 4) + " mm",
+                                    " mm in diameter, is larger than the sensor, " + significant(side, 4) + " mm",
                                 0});
     if (shown_deg < field_deg)
       design.remarks.push_back({0,
                                 "the emitter ends at " + significant(shown_deg, 4) + " degrees of the lens's " +
-                                    significant(field_deg, 4) + ": a flat one cannot fill so wide a field",
+                                    significant(field_deg, 4) + ": a flat emitter cannot fill such a wide field",
                                 0});
   } catch (const Error& error) {
     throw Error(error.kind(), design.file + ": " + error.what());
@@ -342,12 +341,12 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
 void set_specification(Layout& layout, double rmse) {
   const double limit = rounded(rmse, 2);
   if (!(limit > 0)) {
-    layout.lines.push_back({"spec, RMSE", "none", "a shift by one pixel changes nothing in this image"});
+    layout.lines.push_back({"spec, RMSE", "none", "a shift by one pixel does not change this image"});
     return;
   }
   layout.scene["spec"] = {{"rmse", limit}};
   layout.lines.push_back({"spec, RMSE", shortest(limit),
-                          "of a noise-free image off by one pixel sideways; a place to begin, not your product's"});
+                          "of a noise-free image shifted sideways by one pixel; replace it by your product's"});
 }
 
 std::vector<std::string> remark_lines(const LensDesign& design) {
@@ -364,25 +363,24 @@ std::vector<std::string> remark_lines(const LensDesign& design) {
 std::string readme(const LensDesign& design, const CompleteLens& lens, const LayoutChoices& choices,
                    const Layout& layout) {
   std::string text =
-      "# " + choices.name + "\n\nMade from " + design.file.substr(design.file.find_last_of('/') + 1) + " (" +
+      "# " + choices.name + "\n\nGenerated from " + design.file.substr(design.file.find_last_of('/') + 1) + " (" +
       design.format + ")" + (design.title.empty() ? "" : ": " + shown(design.title, 200)) +
       ".\n\n"
       "* `lens.json`: " +
       std::to_string(lens.lens.elements.size()) +
       " elements and the stop\n"
       "* `scene.json`: sensor, emitter, travel, machine times\n"
-      "* `tolerances.json`: how far elements and start are off, 3 sigma; a grade by the lens's size to begin with "
-      "(" +
+      "* `tolerances.json`: offsets of elements and start, 3 sigma; initially a grade by the lens's size (" +
       layout.grade +
       "): replace it by your suppliers'\n"
-      "* `suite.json`: what is compared\n\n"
+      "* `suite.json`: the methods to compare\n\n"
       "    relign-bench render --scene scene.json -o reference.png\n"
       "    relign-bench validate suite.json\n"
       "    relign-bench run suite.json\n\n"
       "| quantity | value | how |\n|---|---|---|\n";
   for (const LayoutLine& line : layout.lines) text += "| " + line.what + " | " + line.value + " | " + line.why + " |\n";
   const std::vector<std::string> remarks = remark_lines(design);
-  text += remarks.empty() ? "\nEverything in the file was understood.\n" : "\n## Remarks\n\n";
+  text += remarks.empty() ? "\nNo remarks on the file.\n" : "\n## Remarks\n\n";
   for (const std::string& remark : remarks) text += "* " + remark + "\n";
   return text;
 }

@@ -1,4 +1,4 @@
-// A set-up around a lens: sensor, emitter, travel, tolerances and a suite, by rules that docs/lens_files.md states.
+// Lays out a scene around a lens: sensor, emitter, travel, tolerances and a suite, by the rules in docs/lens_files.md.
 #pragma once
 
 #include <optional>
@@ -17,10 +17,10 @@ struct SensorSize {
 
 struct LayoutChoices {
   std::string name;
-  std::string suite_name;               // its results lie under it; empty: name
-  std::optional<SensorSize> sensor;     // absent: one that holds the image
+  std::string suite_name;               // names its results; empty: name
+  std::optional<SensorSize> sensor;     // absent: one that contains the image
   double distance_mm = 0;               // first vertex to emitter; 0: the file's, else by the paper's formula
-  std::string target = "siemens_star";  // as the scene file will name it
+  std::string target = "siemens_star";  // as written in the scene file
   bool target_is_named = true;          // false: a file
   bool polychromatic = false;           // all wavelengths of the design, with its weights
 };
@@ -39,18 +39,18 @@ struct Layout {
   double pitch_mm = 0;  // of the sensor's pixels
 };
 
-// "1920x1280@3.45" (columns, rows, pitch in um) or "4.8" (a square's side in mm, 200 pixels). Throws Error(bad_input)
-// for what a scene cannot be.
+// "1920x1280@3.45" (columns, rows, pitch in um) or "4.8" (side of a square in mm, 200 pixels). Throws Error(bad_input)
+// for sensors that a scene does not allow.
 SensorSize parse_sensor(const std::string& text);
 
-// Adds remarks to the design. Throws Error(bad_input) where no image is formed.
+// Adds remarks to the design. Throws Error(bad_input) if the lens forms no image.
 Layout lay_out(LensDesign& design, const CompleteLens& lens, const LayoutChoices& choices);
 
-// The specification to begin with: the RMSE of a noise-free image that is off by one pixel sideways, which only who can
-// render the scene knows. Two digits of it go into the scene file.
+// Sets an initial specification: the RMSE of a noise-free image shifted sideways by one pixel, which the caller
+// renders. Two digits of it go into the scene file.
 void set_specification(Layout& layout, double rmse);
 
-// README.md of the new folder.
+// The README.md of the new folder.
 std::string readme(const LensDesign& design, const CompleteLens& lens, const LayoutChoices& choices,
                    const Layout& layout);
 

@@ -18,7 +18,7 @@ struct Command {
   std::vector<std::string> words;
 };
 
-// `;` parts commands, `&` at the end goes on in the next line, `!` begins a comment; none of them within quotes.
+// `;` separates commands, `&` at the end continues on the next line, `!` begins a comment; none of them within quotes.
 std::vector<Command> commands_of(const std::vector<TextLine>& lines) {
   std::vector<Command> commands;
   std::string text;
@@ -75,16 +75,17 @@ class SeqReader {
         reading_.not_understood(command.line, keyword, command.text);
     }
     if (reading_.design.surfaces.empty())
-      reading_.problem(0, "no surfaces (SO, S, SI) found; is this a CODE V sequence file, and is it whole?");
+      reading_.problem(0, "no surfaces (SO, S, SI) found; check that this is a complete CODE V sequence file");
     else if (!image_seen_)
-      reading_.problem(reading_.design.surfaces.back().line, "the image surface (SI) is missing; is the file whole?");
+      reading_.problem(reading_.design.surfaces.back().line,
+                       "the image surface (SI) is missing; check that the file is complete");
     finish_surface();
     assume_stop();
     use_private_glasses();
     check_curvatures();
     if (position_ > positions_)
       reading_.problem(
-          0, "there is no zoom position " + std::to_string(position_) + "; the file has " + std::to_string(positions_));
+          0, "unknown zoom position " + std::to_string(position_) + "; the file has " + std::to_string(positions_));
     return system_.finish();
   }
 
@@ -99,7 +100,7 @@ class SeqReader {
     finish_surface();
     if (image_seen_) reading_.problem(command.line, keyword + " after the image surface (SI)");
     if (keyword == "SO" && !reading_.design.surfaces.empty())
-      reading_.problem(command.line, "SO: the object surface is not the first one");
+      reading_.problem(command.line, "SO: the object surface must be the first one");
     image_seen_ = image_seen_ || keyword == "SI";
     if (keyword != "SO" && reading_.design.surfaces.empty())
       reading_.add_surface(command.line, "SO").thickness_mm = kInfinite;
@@ -113,7 +114,7 @@ class SeqReader {
     return true;
   }
 
-  // nd and Vd instead of a name. (A code such as 517642 is one number, and a large one.)
+  // nd and Vd instead of a name. (A code such as 517642 is a single large number.)
   bool take_model_glass(const Command& command, Surface& surface) {
     const auto nd = parse_number(word(command, 3)), vd = parse_number(word(command, 4));
     if (!nd || !vd || !(*nd >= 1 && *nd < 5) || !(*vd > 0)) return false;
@@ -139,13 +140,13 @@ class SeqReader {
     return std::fabs(value) >= kInfinite ? kInfinite : value;
   }
 
-  // A word after a surface, or with the surface told: "STO", "THI SI -0.04".
+  // A word after a surface, or with the surface named: "STO", "THI SI -0.04".
   bool surface_property(const Command& command, const std::string& keyword) {
     if (reading_.design.surfaces.empty()) return false;
     std::size_t at = 1;
     Surface* surface = &reading_.design.surfaces.back();
-    if (Surface* told = surface_of(reading_, word(command, 1))) {
-      surface = told;
+    if (Surface* named = surface_of(reading_, word(command, 1))) {
+      surface = named;
       at = 2;
     }
     const std::string value = word(command, at);
@@ -204,7 +205,7 @@ class SeqReader {
     return true;
   }
 
-  // "THI S5 Z2 12.5" is of one zoom position: without the Z word where that is the one, else of no use.
+  // "THI S5 Z2 12.5" applies to one zoom position: removes the Z word; false for other positions.
   bool is_of_position(Command& command) const {
     for (std::size_t i = 1; i < command.words.size() && i < 3; ++i) {
       const std::string text = upper_case(command.words[i]);
@@ -217,22 +218,22 @@ class SeqReader {
     return true;
   }
 
-  // ZOO 3; ZOO THI S5 1.0 2.0 3.0; ZOO EPD 5 4 3: the value of the position as a command of its own.
+  // ZOO 3; ZOO THI S5 1.0 2.0 3.0; ZOO EPD 5 4 3: executes the value of the position as a command.
   void zoom(const Command& command) {
     static const std::set<std::string> kSupported = {"THI", "RDY", "CUY", "GLA", "K", "A",   "B",   "C",  "D",
                                                      "E",   "F",   "G",   "H",   "J", "EPD", "FNO", "NA", "NAO"};
-    static const std::set<std::string> kWithoutMeaning = {"TIT", "WTF", "WTW", "THC", "CCY", "GLC", "KC",
-                                                          "VUX", "VLX", "VUY", "VLY", "STA", "PFR", "WTZ"};
+    static const std::set<std::string> kIgnoredWords = {"TIT", "WTF", "WTW", "THC", "CCY", "GLC", "KC",
+                                                        "VUX", "VLX", "VUY", "VLY", "STA", "PFR", "WTZ"};
     const std::string operand = upper_case(word(command, 1));
     if (const auto count = parse_number(operand); count && *count >= 1 && *count <= 1000) {
       positions_ = static_cast<int>(*count);
       if (positions_ > 1 && !position_chosen_)
         reading_.remark(command.line, "zoom",
-                        "not used: further zoom positions; the lens is read as its position 1 of " +
-                            std::to_string(positions_) + " (--configuration takes another)");
+                        "not used: further zoom positions; the lens is read at position 1 of " +
+                            std::to_string(positions_) + " (--configuration selects another)");
       return;
     }
-    if (kWithoutMeaning.count(operand) > 0) return;
+    if (kIgnoredWords.count(operand) > 0) return;
     Command own = {command.line, command.text, {operand}};
     std::size_t first = 2;
     if (first < command.words.size() && !parse_number(word(command, first)) && operand != "GLA")
@@ -274,7 +275,7 @@ class SeqReader {
     special_ = SpecialSurface();
   }
 
-  // CODE V itself puts the stop on surface 1 of a new lens.
+  // CODE V puts the stop on surface 1 of a new lens.
   void assume_stop() {
     std::vector<Surface>& surfaces = reading_.design.surfaces;
     for (const Surface& surface : surfaces)
@@ -284,7 +285,8 @@ class SeqReader {
     reading_.remark(0, "stop", "assumed: the stop is surface S1, CODE V's default; the file has no STO");
   }
 
-  // Radii in a file without RDM make spheres smaller than their clear radii, or than the entrance pupil.
+  // Radii read as curvatures (a file without RDM) give spheres smaller than their semi-diameters, or than the entrance
+  // pupil.
   void check_curvatures() {
     if (!assumed_curvatures_) return;
     const SystemAperture& aperture = reading_.design.aperture;
@@ -292,16 +294,16 @@ class SeqReader {
     for (const Surface& surface : reading_.design.surfaces) {
       const double reach = std::max(surface.clear_radius_mm, pupil);
       if (surface.curvature == 0) continue;
-      pupil = 0;  // that is where light enters: only the first curved face is this wide for certain
+      pupil = 0;  // only the first curved face is certain to be this wide
       if (std::fabs(surface.curvature) * reach <= 1 || surface.conic <= -1) continue;
       reading_.problem(surface.line, "surface " + surface.label + ": a curvature of " + shortest(surface.curvature) +
-                                         " is a sphere smaller than the light there; without RDM, values are "
-                                         "curvatures; if these are radii, write RDM before the surfaces");
+                                         " is a sphere smaller than the beam; without RDM, values are curvatures; "
+                                         "if these are radii, write RDM before the surfaces");
       return;
     }
   }
 
-  // A private glass is known where the reference wavelength is among its own; else its name stays, for catalogues.
+  // A private glass applies if the reference wavelength is among its own; else its name is left for catalogues.
   void use_private_glasses() {
     const double wavelength = system_.reference_wavelength_nm();
     std::set<std::string> used;
@@ -320,7 +322,7 @@ class SeqReader {
     for (const auto& [name, own] : private_indices_)
       if (used.count(name) == 0)
         reading_.remark(own.line, "private glass " + name,
-                        "not used: private glass '" + shown(name, 40) + "'; no surface is made of it");
+                        "not used: private glass '" + shown(name, 40) + "'; no surface uses it");
   }
 
   struct PrivateGlass {
@@ -333,7 +335,7 @@ class SeqReader {
   const std::vector<Command> commands_;
   Reading reading_;
   CodeVSystem system_;
-  // CODE V itself starts in curvature mode; most sequence files that it writes begin with RDM.
+  // CODE V starts in curvature mode; most sequence files that it writes begin with RDM.
   bool radius_mode_ = false, mode_stated_ = false, assumed_curvatures_ = false, image_seen_ = false,
        in_private_glasses_ = false;
   Decentre decentre_;

@@ -1,5 +1,5 @@
-// CODE V sequence files (.seq): spheres, conics, even aspheres, decentres (also DAR), stop, clear apertures, private
-// glasses. docs/lens_files.md lists what is read.
+// Reads CODE V sequence files (.seq): spheres, conics, aspheres, decentres (also DAR), stop, clear apertures, private
+// glasses. docs/lens_files.md lists what is supported.
 #pragma once
 
 #include <string_view>
@@ -10,8 +10,8 @@ namespace relign::lens_files {
 
 // Throws Error(bad_input) with file and line of every mistake.
 LensDesign read_seq(std::string_view bytes, const std::string& file);
-// The same with the mistakes as the design's problems, so that those of its glasses can be told with them; of
-// one of its configurations or zoom positions, from 1 (0: as the file stands).
+// The same, but mistakes become the design's problems, to be reported together with those of its glasses.
+// `configuration`: zoom position, from 1; 0: the first.
 LensDesign read_seq_with_problems(std::string_view bytes, const std::string& file, int configuration = 0);
 
 }  // namespace relign::lens_files

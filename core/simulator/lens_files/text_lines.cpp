@@ -71,7 +71,7 @@ std::string decoded(std::string_view bytes) {
   if (starts("\xFF\xFE")) return from_utf16(bytes.substr(2), false);
   if (starts("\xFE\xFF")) return from_utf16(bytes.substr(2), true);
   if (starts("\xEF\xBB\xBF")) bytes.remove_prefix(3);
-  // Every second byte of UTF-16 is zero in these files.
+  // In these files every second byte of UTF-16 is zero.
   const auto zeros = static_cast<std::size_t>(std::count(bytes.begin(), bytes.end(), '\0'));
   if (zeros > bytes.size() / 3) return from_utf16(bytes, bytes[0] == '\0');
   if (is_utf8(bytes)) return std::string(bytes);
@@ -91,7 +91,7 @@ std::vector<TextLine> text_lines(std::string_view bytes, const std::string& file
                                           " MB; lens and glass files have at most " + std::to_string(kMostBytes >> 20));
   const std::string text = decoded(bytes);
   if (text.find('\0') != std::string::npos)
-    throw Error(ErrorKind::bad_input, file + ": this is no text: it holds zero bytes");
+    throw Error(ErrorKind::bad_input, file + ": expected a text file, found zero bytes");
   std::vector<TextLine> lines;
   int number = 1;
   std::string line;
@@ -136,7 +136,7 @@ std::optional<double> parse_number(const std::string& word) {
   if (text.find('.') == std::string::npos && std::count(text.begin(), text.end(), ',') == 1) text[text.find(',')] = '.';
   for (char& letter : text)
     if (letter == 'd' || letter == 'D') letter = 'e';
-  // from_chars reads "inf" and "nan", which no design means.
+  // from_chars accepts "inf" and "nan"; designs do not use them as numbers.
   if (text.find_first_of("0123456789") == std::string::npos) return std::nullopt;
   double value = 0;
   const auto end = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -169,7 +169,7 @@ std::string trimmed(const std::string& text) {
 std::string shown(const std::string& text, std::size_t most) {
   std::string result;
   for (const char letter : trimmed(text)) {
-    // Never cut within a character of several bytes.
+    // Never cut a multi-byte character.
     if (result.size() >= most && (static_cast<unsigned char>(letter) & 0xC0) != 0x80) return result + "...";
     const auto code = static_cast<unsigned char>(letter);
     result += code < 0x20 || code == 0x7F ? '?' : letter;

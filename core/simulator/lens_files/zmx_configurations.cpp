@@ -31,19 +31,19 @@ class Configurations {
     if (wanted == 0) {
       if (count_ > 1)
         reading_.remark(line_, "configurations",
-                        "not used: further configurations; the lens is read as it stands above, configuration " +
+                        "not used: further configurations; the lens is read in the current one, configuration " +
                             std::to_string(active_) + " of " + std::to_string(count_) +
-                            " (--configuration takes another)");
+                            " (--configuration selects another)");
       return;
     }
     if (wanted > count_) {
-      reading_.problem(
-          line_, "there is no configuration " + std::to_string(wanted) + "; the file has " + std::to_string(count_));
+      reading_.problem(line_,
+                       "unknown configuration " + std::to_string(wanted) + "; the file has " + std::to_string(count_));
       return;
     }
     if (operands_.size() > kMostOperands) {
-      reading_.problem(line_, std::to_string(operands_.size()) + " operands of configurations; allowed are " +
-                                  std::to_string(kMostOperands));
+      reading_.problem(line_, "found " + std::to_string(operands_.size()) +
+                                  " operands of configurations; allowed are " + std::to_string(kMostOperands));
       return;
     }
     for (const auto& [key, rows] : operands_) {
@@ -72,13 +72,13 @@ class Configurations {
   }
 
   void apply(const std::string& name, int number, const Operand& row, int wanted) {
-    static const std::set<std::string> kWithoutMeaning = {"LTTL", "MOFF", "MCOM", "CWGT", "FLWT", "WLWT"};
+    static const std::set<std::string> kIgnoredWords = {"LTTL", "MOFF", "MCOM", "CWGT", "FLWT", "WLWT"};
     static const std::map<std::string, std::string> kOfSurface = {
         {"THIC", "DISZ"}, {"CRVT", "CURV"}, {"CONN", "CONI"}, {"SDIA", "DIAM"}};
     static const std::map<std::string, std::string> kOfList = {{"YFIE", "YFLN"}, {"XFIE", "XFLN"}, {"FVCY", "VCYN"},
                                                                {"FVDY", "VDYN"}, {"FVCX", "VCXN"}, {"FVDX", "VDXN"},
                                                                {"FVAN", "VANN"}};
-    bool applied = kWithoutMeaning.count(name) > 0;
+    bool applied = kIgnoredWords.count(name) > 0;
     if (const auto word = kOfSurface.find(name); word != kOfSurface.end())
       applied = set_in_surface(number, word->second, "  " + word->second + " " + row.value, row.line);
     if (const auto word = kOfList.find(name); word != kOfList.end())
@@ -92,10 +92,10 @@ class Configurations {
     if (!applied)
       reading_.problem(row.line, "operand " + shown(name, 20) + " " + std::to_string(number) +
                                      " differs between configuration " + std::to_string(wanted) + " and " +
-                                     std::to_string(active_) + ", as which the file stands; it is not supported");
+                                     std::to_string(active_) + ", the current one; it is not supported");
   }
 
-  // Replaces the line, or adds it behind SURF.
+  // Replaces the line, or inserts it after SURF.
   bool set_in_surface(int surface, const std::string& keyword, const std::string& text, int number) {
     for (std::size_t i = 0; i < lines_.size(); ++i) {
       const std::vector<std::string> words = words_of(lines_[i].text);

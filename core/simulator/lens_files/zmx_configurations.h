@@ -1,4 +1,4 @@
-// Zemax multi-configuration files: the lines of another configuration, from the operands behind MNUM.
+// Selects a configuration of a Zemax multi-configuration file, from the operands after MNUM.
 #pragma once
 
 #include <vector>
@@ -8,8 +8,8 @@
 
 namespace relign::lens_files {
 
-// Changes the lines to what they are in configuration `wanted` (from 1; 0: as the file stands, with a remark where it
-// has several). Operands that differ and are not supported are problems by name.
+// Edits the lines for configuration `wanted` (from 1; 0: the file's current one, with a remark if there are several).
+// Adds a problem for each operand that differs and is not supported.
 void choose_configuration(std::vector<TextLine>& lines, Reading& reading, int wanted);
 
 }  // namespace relign::lens_files

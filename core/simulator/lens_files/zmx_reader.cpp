@@ -13,8 +13,8 @@
 namespace relign::lens_files {
 namespace {
 
-// Lines that change nothing here: display, solves' bookkeeping, coatings, rays' aiming, notes.
-const std::set<std::string>& without_meaning() {
+// Lines without effect here: display, bookkeeping of solves, coatings, ray aiming, notes.
+const std::set<std::string>& ignored_words() {
   static const std::set<std::string> kKeywords = {
       "VERS", "PFIL", "LANG", "NOTE", "ENVD", "GFAC", "RAIM", "PUSH", "SDMA", "ROPD", "PICB", "FWGN", "FWGT", "FWGL",
       "POLS", "GLRS", "GSTD", "NSCD", "COFN", "GCAT", "HIDE", "MIRR", "SLAB", "POPS", "MAZH", "COMM", "WAVN", "WWGN",
@@ -38,13 +38,13 @@ class ZmxReader {
       text_ = line.text;
       words_ = words;
       const std::string keyword = upper_case(words[0]);
-      if (without_meaning().count(keyword) > 0) continue;
+      if (ignored_words().count(keyword) > 0) continue;
       const bool known = keyword == "SURF" ? begin_surface() : system_line(keyword) || surface_line(keyword);
       if (known) continue;
       const bool indented = text_[0] == ' ' || text_[0] == '\t';
       if (surfaces_seen_ && !indented)
         reading_.remark(line_, "after",
-                        "not read: what follows the surfaces (merit function, tolerances, configurations)");
+                        "not used: everything after the surfaces (merit function, tolerances, configurations)");
       else
         reading_.not_understood(line_, keyword, text_);
     }
@@ -62,8 +62,8 @@ class ZmxReader {
     surfaces_seen_ = true;
     const int expected = static_cast<int>(reading_.design.surfaces.size());
     if (reading_.integer(line_, word(1), "SURF") != expected)
-      reading_.problem(line_, "surface '" + shown(word(1), 20) + "' where surface " + std::to_string(expected) +
-                                  " comes next; surfaces are missing or out of order");
+      reading_.problem(line_, "expected surface " + std::to_string(expected) + ", found '" + shown(word(1), 20) +
+                                  "'; surfaces are missing or out of order");
     reading_.add_surface(line_, std::to_string(expected));
     return true;
   }
@@ -77,15 +77,17 @@ class ZmxReader {
     };
     if (keyword == "MODE") {
       if (upper_case(word(1)) != "SEQ")
-        reading_.problem(line_, "mode '" + shown(word(1), 20) + "'; only sequential lenses (MODE SEQ) are read");
+        reading_.problem(
+            line_, "unsupported mode '" + shown(word(1), 20) + "'; only sequential lenses (MODE SEQ) are supported");
     } else if (keyword == "NAME") {
       const std::string text = trimmed(text_);
       design.title = trimmed(text.substr(std::min(text.size(), std::size_t{4})));
     } else if (keyword == "UNIT") {
       const auto unit = millimetres(upper_case(word(1)));
-      if (!unit) reading_.problem(line_, "UNIT: '" + shown(word(1), 20) + "' is none of MM, CM, IN, METER");
+      if (!unit)
+        reading_.problem(line_, "UNIT: unknown unit '" + shown(word(1), 20) + "'; allowed are MM, CM, IN, METER");
       unit_mm_ = unit.value_or(1);
-      unit_told_ = true;
+      unit_stated_ = true;
     } else if (keyword == "ENPD") {
       return aperture(SystemAperture::entrance_pupil_diameter);
     } else if (keyword == "FNUM") {
@@ -125,7 +127,7 @@ class ZmxReader {
     }
   }
 
-  // Decentre and compression of a field's beam, as parts of the pupil; a turned one (VAN) is used as if it were round.
+  // Decentre and compression of a field's beam, as fractions of the pupil; a rotated one (VAN) counts as unvignetted.
   FieldBeam field_beam(std::size_t i, double x, double y) const {
     const auto factor = [&](const char* word) {
       const auto list = vignetting_.find(word);
@@ -147,7 +149,7 @@ class ZmxReader {
     if (numbered) {
       const int index = reading_.integer(line_, word(1), "WAVM");
       if (index < 1 || index > 100) {
-        reading_.problem(line_, "WAVM: wavelengths are counted from 1 to 100, found '" + shown(word(1), 20) + "'");
+        reading_.problem(line_, "WAVM: expected a wavelength number from 1 to 100, found '" + shown(word(1), 20) + "'");
         return;
       }
       wavelengths_um_.resize(std::max(wavelengths_um_.size(), static_cast<std::size_t>(index)));
@@ -164,7 +166,8 @@ class ZmxReader {
     wavelength_weights_.assign(wavelengths_um_.size(), 1);
   }
 
-  // The primary one, and the others that the design is for: WAVM goes up to 24, of which FTYP says how many are used.
+  // Sets the primary wavelength and the others of the design: WAVM lists up to 24, of which FTYP states how many are
+  // used.
   void choose_wavelength() {
     constexpr double kShortest_um = 0.1, kLongest_um = 100;
     LensDesign& design = reading_.design;
@@ -181,8 +184,9 @@ class ZmxReader {
     const double wavelength_um = wavelengths_um_[primary];
     design.wavelengths_line = wavelength_lines_[primary];
     if (!(wavelength_um >= kShortest_um && wavelength_um <= kLongest_um))
-      reading_.problem(design.wavelengths_line, "a wavelength of " + shortest(wavelength_um) +
-                                                    " um; WAVM and WAVL are in micrometres, 0.1 to 100 (green: 0.55)");
+      reading_.problem(
+          design.wavelengths_line,
+          "WAVM, WAVL: expected micrometres from 0.1 to 100 (green: 0.55), found " + shortest(wavelength_um));
     design.wavelength_nm = wavelength_um * 1000;
     const std::size_t used =
         wavelengths_used_ > 0 ? static_cast<std::size_t>(wavelengths_used_) : wavelengths_um_.size();
@@ -236,22 +240,21 @@ class ZmxReader {
     shape_ = ZmxShape();
   }
 
-  // GLAS name kind surface nd Vd. Kind 1 is a model glass of nd and Vd, whatever it is called; kind 2 is picked up from
-  // another surface, and where that is a model glass, the name ends in _BLANK and nd and Vd are its. Beside a
-  // catalogue's name nd and Vd count only with --glass-from-file: Zemax writes 1.5 and 40 where it does not find the
-  // glass.
+  // GLAS name kind surface nd Vd. Kind 1 is a model glass of nd and Vd, whatever its name; kind 2 is picked up from
+  // another surface: if that is a model glass, the name ends in _BLANK and nd and Vd are valid. With a catalogue's name
+  // nd and Vd are used only with --glass-from-file: Zemax writes 1.5 and 40 if it does not find the glass.
   void read_glass(Surface& surface) {
     constexpr double kUnknown_nd = 1.5, kUnknown_vd = 40;
     surface.glass_line = line_;
     surface.glass = word(1);
     surface.mirror = upper_case(surface.glass) == "MIRROR";
-    if (surface.glass.empty()) reading_.problem(line_, "GLAS: the name of the glass is missing");
+    if (surface.glass.empty()) reading_.problem(line_, "GLAS: missing name of the glass");
     if (surface.mirror) {
       surface.glass.clear();
       return;
     }
     const double kind = parse_number(word(2)).value_or(0);
-    constexpr std::string_view kBlank = "_BLANK";  // how names of model glasses end
+    constexpr std::string_view kBlank = "_BLANK";  // suffix of model glasses
     const bool blank = surface.glass.size() > kBlank.size() &&
                        surface.glass.compare(surface.glass.size() - kBlank.size(), kBlank.size(), kBlank) == 0;
     if (kind != 1 && !blank) {
@@ -268,16 +271,16 @@ class ZmxReader {
     surface.nd = number(4, "GLAS, nd of a model glass", 10);
     surface.vd = words_.size() > 5 ? number(5, "GLAS, Vd of a model glass", 1e4) : 0;
     if (surface.nd < 1)
-      reading_.problem(line_, "surface " + surface.label + ": a model glass of index " + shortest(surface.nd) +
-                                  "; glasses have 1 or more");
+      reading_.problem(line_, "surface " + surface.label + ": expected a model glass of index 1 or more, found " +
+                                  shortest(surface.nd));
   }
 
   LensDesign whole() {
     end_surface();
-    if (!surfaces_seen_) reading_.problem(0, "no surfaces (SURF) found; is this a Zemax lens file, and is it whole?");
+    if (!surfaces_seen_) reading_.problem(0, "no surfaces (SURF) found; check that this is a complete Zemax lens file");
     read_fields();
     choose_wavelength();
-    if (!unit_told_) reading_.remark(0, "unit", "assumed: lengths in mm; the file has no UNIT");
+    if (!unit_stated_) reading_.remark(0, "unit", "assumed: lengths in mm; the file has no UNIT");
     LensDesign result = reading_.finish();
     scale(result, unit_mm_);
     return result;
@@ -310,7 +313,7 @@ class ZmxReader {
       default:
         reading_.remark(field.line, "field type",
                         "not used: fields of type " + std::to_string(field_type_) +
-                            " (read are 0 angle, 1 object, 2 paraxial and 3 real image height)");
+                            " (supported are 0 angle, 1 object, 2 paraxial and 3 real image height)");
     }
   }
 
@@ -322,7 +325,7 @@ class ZmxReader {
   bool surfaces_seen_ = false, clear_from_aperture_ = false;
   ZmxShape shape_;
   double unit_mm_ = 1;
-  bool unit_told_ = false;
+  bool unit_stated_ = false;
   int field_type_ = 0, fields_used_ = 0, wavelengths_used_ = 0;
   std::vector<double> x_fields_, y_fields_, wavelengths_um_, wavelength_weights_;
   std::map<std::string, std::vector<double>> vignetting_;  // VDX, VDY, VCX, VCY, VAN of the fields

@@ -1,5 +1,5 @@
-// Zemax / OpticStudio sequential lens files (.zmx): surfaces (zmx_shape.h), system aperture, fields, wavelengths.
-// docs/lens_files.md lists what is read.
+// Reads Zemax / OpticStudio sequential lens files (.zmx): surfaces (zmx_shape.h), system aperture, fields, wavelengths.
+// docs/lens_files.md lists what is supported.
 #pragma once
 
 #include <string_view>
@@ -10,8 +10,8 @@ namespace relign::lens_files {
 
 // Throws Error(bad_input) with file and line of every mistake.
 LensDesign read_zmx(std::string_view bytes, const std::string& file);
-// The same with the mistakes as the design's problems, so that those of its glasses can be told with them; of
-// one of its configurations or zoom positions, from 1 (0: as the file stands).
+// The same, but mistakes become the design's problems, to be reported together with those of its glasses.
+// `configuration`: from 1; 0: the file's current one.
 LensDesign read_zmx_with_problems(std::string_view bytes, const std::string& file, int configuration = 0);
 
 }  // namespace relign::lens_files

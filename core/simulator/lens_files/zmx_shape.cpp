@@ -50,7 +50,7 @@ void ZmxShape::apply(Reading& reading, Surface& surface) const {
     extra = kMostExtendedTerms + 3;
     apply_q_type(reading, surface);
   } else if (type_ != "STANDARD") {
-    reading.problem(line_, "surface " + surface.label + " is of type '" + shown(type_, 20) +
+    reading.problem(line_, "surface " + surface.label + " has unsupported type '" + shown(type_, 20) +
                                "'; supported are STANDARD, EVENASPH, ODDASPHE, XASPHERE, XOSPHERE, QED_TYPE and "
                                "COORDBRK");
     return;
@@ -67,7 +67,7 @@ void ZmxShape::apply_break(Reading& reading, Surface& surface) const {
     if (tilt == parameters_.end()) continue;
     if (std::fabs(tilt->second.value) > 360)
       reading.problem(tilt->second.line,
-                      "a tilt of " + shortest(tilt->second.value) + " degrees; allowed are -360 to 360");
+                      "expected a tilt from -360 to 360 degrees, found " + shortest(tilt->second.value));
     else
       tilt_deg[i] = tilt->second.value;
   }
@@ -85,10 +85,10 @@ void ZmxShape::apply_terms(Reading& reading, Surface& surface, const Entries& en
       unused_line = unused++ == 0 ? entry.line : unused_line;
     } else if (power == 1) {
       reading.problem(entry.line, "surface " + surface.label + " has a term of r, " + shortest(entry.value) +
-                                      ": its vertex is a cone's tip; only terms from r^2 up are supported");
+                                      " (a cone); supported are terms from r^2 up");
     } else if (power > kHighestPower) {
       reading.problem(entry.line, "surface " + surface.label + " has a term of r^" + std::to_string(power) +
-                                      "; terms up to r^" + std::to_string(kHighestPower) + " are supported");
+                                      "; supported are terms up to r^" + std::to_string(kHighestPower));
     } else if (const double coefficient = entry.value / std::pow(radius, power); std::isfinite(coefficient)) {
       set_term(surface, power, coefficient);
     } else {
@@ -107,18 +107,17 @@ void ZmxShape::apply_extended(Reading& reading, Surface& surface, int step) cons
   const double stated = value_of(extra_, 1), terms = std::floor(stated), radius = value_of(extra_, 2);
   const int line = extra_.count(1) > 0 ? extra_.at(1).line : line_;
   if (!is_count(terms, kMostExtendedTerms)) {
-    reading.problem(line, "surface " + surface.label + ": XDAT 1: " + shortest(stated) +
-                              " terms; the count of terms must be a number from 0 to " +
-                              std::to_string(kMostExtendedTerms));
+    reading.problem(line, "surface " + surface.label + ": XDAT 1: expected a number of terms from 0 to " +
+                              std::to_string(kMostExtendedTerms) + ", found " + shortest(stated));
     return;
   }
-  if (terms != stated)  // files of design programs have it
+  if (terms != stated)  // occurs in files of design programs
     reading.remark(line, "count of terms",
                    "surface " + surface.label + ": XDAT 1 states " + shortest(stated) + " terms; " +
                        std::to_string(static_cast<int>(terms)) + " are read");
   if (terms >= 1 && !(radius > 0)) {
-    reading.problem(line, "surface " + surface.label + ": XDAT 2: a normalisation radius of " + shortest(radius) +
-                              "; it must be larger than 0");
+    reading.problem(line, "surface " + surface.label + ": XDAT 2: expected a normalisation radius above 0, found " +
+                              shortest(radius));
     return;
   }
   apply_terms(reading, surface, extra_, 2, static_cast<int>(terms), radius, step);
@@ -130,22 +129,22 @@ void ZmxShape::apply_q_type(Reading& reading, Surface& surface) const {
   QAsphere asphere;
   asphere.radius_mm = value_of(extra_, 3);
   if (kind != 0 && kind != 1) {
-    reading.problem(line_, "surface " + surface.label + ": XDAT 1: Q-type " + shortest(kind) +
-                               "; supported are 0 (Q_bfs) and 1 (Q_con)");
+    reading.problem(line_, "surface " + surface.label + ": XDAT 1: unsupported Q-type '" + shortest(kind) +
+                               "'; supported are 0 (Q_bfs) and 1 (Q_con)");
     return;
   }
   if (!is_count(terms, kMostQTerms)) {
-    reading.problem(extra_.at(2).line, "surface " + surface.label + ": XDAT 2: " + shortest(terms) +
-                                           " terms; the count of terms must be an integer from 0 to " +
-                                           std::to_string(kMostQTerms));
+    reading.problem(extra_.at(2).line, "surface " + surface.label +
+                                           ": XDAT 2: expected an integer number of terms from 0 to " +
+                                           std::to_string(kMostQTerms) + ", found " + shortest(terms));
     return;
   }
   for (int i = 0; i < static_cast<int>(terms); ++i) asphere.coefficients.push_back(value_of(extra_, i + 4));
   while (!asphere.coefficients.empty() && asphere.coefficients.back() == 0) asphere.coefficients.pop_back();
   if (asphere.coefficients.empty()) return;
   if (!(asphere.radius_mm > 0)) {
-    reading.problem(line_, "surface " + surface.label + ": XDAT 3: a normalisation radius of " +
-                               shortest(asphere.radius_mm) + "; it must be larger than 0");
+    reading.problem(line_, "surface " + surface.label + ": XDAT 3: expected a normalisation radius above 0, found " +
+                               shortest(asphere.radius_mm));
     return;
   }
   if (kind == 1) reading.remark(line_, "Q-type 1", "surface " + surface.label + ": Q-type 1 is read as Q_con");

@@ -1,4 +1,4 @@
-// The shape of one Zemax surface: what TYPE, PARM and XDAT mean together is known only when the surface ends.
+// The shape of one Zemax surface. Collects TYPE, PARM and XDAT, whose meanings depend on each other.
 #pragma once
 
 #include <map>
@@ -11,11 +11,11 @@ namespace relign::lens_files {
 class ZmxShape {
  public:
   void set_type(int line, const std::string& name);
-  // PARM and XDAT lines: a number from 1 up and its value. Later ones replace earlier ones.
+  // PARM and XDAT lines: a number from 1 up and its value. Later lines override earlier ones.
   void set_parameter(int line, int number, double value) { parameters_[number] = {line, value}; }
   void set_extra(int line, int number, double value) { extra_[number] = {line, value}; }
 
-  // Fills conic and aspheric terms, or the coordinate break. A type that is not read is a problem.
+  // Sets aspheric terms, or the coordinate break. Adds a problem for an unsupported type.
   void apply(Reading& reading, Surface& surface) const;
 
  private:
@@ -32,7 +32,7 @@ class ZmxShape {
                    int step) const;
   void apply_extended(Reading& reading, Surface& surface, int step) const;
   void apply_q_type(Reading& reading, Surface& surface) const;
-  // Values with a number above `last`, which the type does not use.
+  // Remarks on values numbered above `last`, which the type does not use.
   void list_unused(Reading& reading, const Surface& surface, const char* word, const Entries& entries, int last) const;
 
   std::string type_ = "STANDARD";

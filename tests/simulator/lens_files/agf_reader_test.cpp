@@ -1,4 +1,4 @@
-// Glass catalogues: names, formulas, coefficients, ranges; what is refused.
+// Glass catalogues: names, formulas, coefficients, ranges; errors.
 #include "lens_files/agf_reader.h"
 
 #include <gmock/gmock.h>
@@ -30,12 +30,12 @@ TEST(AgfReader, ReadsGlasses) {
   EXPECT_EQ(glasses[1].vd, 36.366);
 }
 
-TEST(AgfReader, RefusesWithFileAndLine) {
+TEST(AgfReader, RejectsWithFileAndLine) {
   EXPECT_THAT(refusal("CC nothing\n"), HasSubstr("a.agf: no glass (NM) found"));
   EXPECT_THAT(refusal("NM F2 2 620364 1.62 36.4\n"), HasSubstr("a.agf:1: glass 'F2' has no coefficients (CD)"));
-  EXPECT_THAT(refusal("NM F2 99 620364 1.62 36.4\nCD 1\n"), HasSubstr("formulas are numbered from 1 to 13, found 99"));
+  EXPECT_THAT(refusal("NM F2 99 620364 1.62 36.4\nCD 1\n"), HasSubstr("expected a formula from 1 to 13, found 99"));
   EXPECT_THAT(refusal("NM F2 2 620364 1.62 36.4\nCD 1 z\n"), HasSubstr("a.agf:2: CD: expected a number, found 'z'"));
-  EXPECT_THAT(refusal("NM\nCD 1\n"), HasSubstr("a.agf:1: NM: the name of the glass is missing"));
+  EXPECT_THAT(refusal("NM\nCD 1\n"), HasSubstr("a.agf:1: NM: missing name of the glass"));
 }
 
 }  // namespace

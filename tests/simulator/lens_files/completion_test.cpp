@@ -1,4 +1,4 @@
-// What rays add to a design, first-order values of imported lenses, and mistakes told by the design's own lines.
+// Completion of designs by ray tracing, first-order values of imported lenses, and mistakes with lines of the design.
 #include "lens_files/completion.h"
 
 #include <gmock/gmock.h>
@@ -32,7 +32,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   return text.replace(at, from.size(), to);
 }
 
-TEST(Completion, ThePapersLensHoldsEveryPrintedDigit) {
+TEST(Completion, MatchesEveryPrintedDigitOfThePapersLens) {
   LensDesign design = golden_design("relign_od.lis");
   const CompleteLens lens = complete(design);
   const optics::FirstOrder data = optics::first_order(lens.lens);
@@ -61,11 +61,11 @@ void expect_cooke_triplet(LensDesign design) {
   EXPECT_NEAR(data.exit_pupil_z - lens.lens.image_z_mm, -50.961348, half);
 }
 
-TEST(Completion, TheCookeTripletOfEveryFormat) {
+TEST(Completion, ReadsCookeTripletFromEveryFormat) {
   expect_cooke_triplet(golden_design("cooke_triplet_utf16.zmx"));
   expect_cooke_triplet(golden_design("cooke_triplet_utf8.zmx"));
   expect_cooke_triplet(golden_design("cooke_triplet.seq"));
-  // nd and Vd alone know the dispersion less well: a few parts in 1e5 at 550 nm.
+  // nd and Vd alone give the dispersion less accurately: a few parts in 1e5 at 550 nm.
   LensDesign model = golden_design("cooke_triplet_latin1.zmx");
   EXPECT_NEAR(optics::first_order(complete(model).lens).focal_length, 49.9998, 0.01);
 }
@@ -77,7 +77,7 @@ TEST(Completion, AspheresReadBackAndBendRays) {
   EXPECT_GT(std::fabs(best_focus_z(lens, 0) - best_focus_z(sphere, 0)), 0.01);
 }
 
-TEST(Completion, WritesWhatItReads) {
+TEST(Completion, RoundTrips) {
   LensDesign design = golden_design("relign_od.lis");
   const CompleteLens lens = complete(design);
   const optics::Prescription again = optics::read_prescription(JsonSource::from_text(pretty(lens.json), "lens.json"));
@@ -85,7 +85,7 @@ TEST(Completion, WritesWhatItReads) {
   EXPECT_EQ(again.elements[2].faces[1].curvature, 1 / 27.67499);
 }
 
-TEST(Completion, StopFromTheSystemAperture) {
+TEST(Completion, OpensStopBySystemAperture) {
   const std::string no_diameter = replaced(small_zmx(), "  DIAM 5\n", "");
   // Behind the lens the stop is narrower than the entrance pupil of 10 mm.
   const double opening = complete(no_diameter).lens.aperture_stop().opening_radius_mm;
@@ -94,16 +94,17 @@ TEST(Completion, StopFromTheSystemAperture) {
   EXPECT_NEAR(optics::first_order(lens).entrance_pupil_diameter, 10, 1e-6);
   const optics::Prescription fast = complete(replaced(no_diameter, "ENPD 10", "FNUM 4 0")).lens;
   EXPECT_NEAR(optics::first_order(fast).f_number, 4, 1e-6);
-  EXPECT_THAT(refusal(replaced(no_diameter, "ENPD 10\n", "")), HasSubstr("a.zmx:18: the file tells neither how wide"));
+  EXPECT_THAT(refusal(replaced(no_diameter, "ENPD 10\n", "")),
+              HasSubstr("a.zmx:18: the file states neither the opening of the stop"));
 }
 
-// What a lens file says of its aperture, and what its stop makes of it.
+// Apertures stated in lens files, and the resulting opening of the stop.
 double opened_f_number(optics::Prescription lens) {
   lens.entrance_pupil_diameter_mm = 0;
   return optics::first_order(lens).f_number;
 }
 
-TEST(Completion, TheStatedApertureOpensTheStopWhateverTheStopSurfaceSays) {
+TEST(Completion, StatedApertureOverridesStopSurface) {
   for (const std::string own : {"DIAM 5\n", "DIAM 4.5\n", "DIAM 2\n", ""}) {
     LensDesign design = read_zmx(replaced(small_zmx(), "  DIAM 5\n", own.empty() ? "" : "  " + own), "a.zmx");
     const optics::Prescription lens = complete(design).lens;
@@ -113,31 +114,32 @@ TEST(Completion, TheStatedApertureOpensTheStopWhateverTheStopSurfaceSays) {
   // A ray at height 1 is at 0.9536 by the stop: 5 mm against 4.768 mm.
   LensDesign design = read_zmx(small_zmx(), "a.zmx");
   const CompleteLens lens = complete(design);
-  EXPECT_THAT(lens.opening_why, HasSubstr("from ENPD 10 mm (line 3), not 5.00000 mm of the stop surface"));
+  EXPECT_THAT(lens.opening_reason, HasSubstr("from ENPD 10 mm (line 3), not 5.00000 mm of the stop surface"));
   EXPECT_THAT(design.remarks.back().text,
-              HasSubstr("not used: the clear radius of the stop, surface 3, 5.000 mm (f/4.83), wider than ENPD 10 mm "
-                        "(line 3) asks for, which opens the stop to 4.768 mm (f/5.07)"));
+              HasSubstr("not used: the semi-diameter of the stop, surface 3, 5.000 mm (f/4.83), wider than ENPD 10 mm "
+                        "(line 3) requires, which opens the stop to 4.768 mm (f/5.07)"));
   EXPECT_EQ(design.remarks.back().line, 19);
   LensDesign narrow = read_zmx(replaced(small_zmx(), "DIAM 5\n", "DIAM 2\n"), "a.zmx");
   complete(narrow);
-  EXPECT_THAT(narrow.remarks.back().text, HasSubstr("2.000 mm (f/12.1), narrower than ENPD 10 mm (line 3) asks for"));
+  EXPECT_THAT(narrow.remarks.back().text, HasSubstr("2.000 mm (f/12.1), narrower than ENPD 10 mm (line 3) requires"));
   LensDesign fits = read_zmx(replaced(small_zmx(), "DIAM 5\n", "DIAM 4.75\n"), "a.zmx");
   complete(fits);
   EXPECT_TRUE(fits.remarks.empty());
 }
 
-TEST(Completion, TheStopSurfaceDecidesWhereTheFileSaysSoOrStatesNoAperture) {
+TEST(Completion, StopSurfaceAppliesIfSelectedOrNoApertureIsStated) {
   for (const std::string aperture : {"FLOA\n", ""}) {
     LensDesign design = read_zmx(replaced(small_zmx(), "ENPD 10\n", aperture), "a.zmx");
     const CompleteLens lens = complete(design);
     EXPECT_EQ(lens.lens.aperture_stop().opening_radius_mm, 5);
     EXPECT_FALSE(lens.json.contains("entrance_pupil_diameter_mm"));
     EXPECT_TRUE(design.remarks.empty());
-    EXPECT_THAT(lens.opening_why, HasSubstr(aperture.empty() ? "states no system aperture" : "as FLOA says (line 3)"));
+    EXPECT_THAT(lens.opening_reason,
+                HasSubstr(aperture.empty() ? "states no system aperture" : "FLOA selects it (line 3)"));
   }
 }
 
-TEST(Completion, AStopOnAFaceIsOpenedWithIt) {
+TEST(Completion, OpensFaceThatIsTheStop) {
   std::string text = replaced(small_zmx(), "  STOP\n", "");
   text = replaced(replaced(text, "SURF 2\n", "SURF 2\n  STOP\n"), "  DISZ 1\n  DIAM 12\n", "  DISZ 1\n  DIAM 3\n");
   LensDesign design = read_zmx(text, "a.zmx");
@@ -145,7 +147,7 @@ TEST(Completion, AStopOnAFaceIsOpenedWithIt) {
   EXPECT_GT(lens.aperture_stop().opening_radius_mm, 4);
   EXPECT_TRUE(lens.aperture_stop().on_face);
   EXPECT_EQ(lens.elements[0].faces[1].clear_radius_mm, lens.aperture_stop().opening_radius_mm);
-  // As wide as the file's pupil needs: the ray at its rim meets the edge, whatever the face's bend.
+  // As wide as the file's pupil needs: the marginal ray hits the edge, whatever the face's curvature.
   const auto lost_at = [&](double height) {
     return optics::trace(optics::Assembly(lens), {{0, height, -1}, {0, 0, 1}}, optics::Apertures::mesh).lost_at;
   };
@@ -155,14 +157,14 @@ TEST(Completion, AStopOnAFaceIsOpenedWithIt) {
   EXPECT_THAT(design.remarks[0].text, HasSubstr("surface 2, 3.000 mm"));
 }
 
-TEST(Completion, ClearRadiiThatStopTheAxialBeamAreSaid) {
+TEST(Completion, RemarksOnSemiDiametersThatBlockTheAxialBeam) {
   // The axial beam fills 5 mm of the first face, all but; a face that is the stop itself never stops it.
   LensDesign narrow = read_zmx(replaced(small_zmx(), "DIAM 12\n", "DIAM 4.5\n"), "a.zmx");
   complete(narrow);
   ASSERT_EQ(narrow.remarks.size(), 2U);
   EXPECT_EQ(narrow.remarks[1].line, 10);
   EXPECT_THAT(narrow.remarks[1].text,
-              HasSubstr("the clear radius of surface 1, 4.500 mm, stops light on the axis: the beam through the opened "
+              HasSubstr("the semi-diameter of surface 1, 4.500 mm, blocks light on the axis: the beam through the "
                         "stop needs 5.000 mm"));
   EXPECT_THAT(narrow.remarks[1].text, HasSubstr("so that f/5.07 is not reached"));
   LensDesign wide = read_zmx(replaced(small_zmx(), "DIAM 12\n", "DIAM 5\n"), "a.zmx");
@@ -175,7 +177,7 @@ TEST(Completion, ClearRadiiThatStopTheAxialBeamAreSaid) {
   EXPECT_TRUE(floating.remarks.empty());
 }
 
-TEST(Completion, PlanePlatesBeforeTheImageAreSaid) {
+TEST(Completion, RemarksOnPlanePlatesInFrontOfTheImage) {
   const std::string plate =
       "SURF 4\n  DISZ 1\n  GLAS ___BLANK 1 0 1.5 0\n  DIAM 9\nSURF 5\n  DISZ 0.5\n  DIAM 9\nSURF 6\n  DISZ 0\n";
   LensDesign design = read_zmx(replaced(small_zmx(), "SURF 4\n  DISZ 0\n", plate), "a.zmx");
@@ -183,11 +185,12 @@ TEST(Completion, PlanePlatesBeforeTheImageAreSaid) {
   ASSERT_EQ(lens.lens.elements.size(), 2U);
   ASSERT_EQ(design.remarks.size(), 2U);
   EXPECT_EQ(design.remarks[1].line, 23);
-  EXPECT_THAT(design.remarks[1].text, HasSubstr("surfaces 4-5 (L2) are a plane plate before the image: it moves with"));
+  EXPECT_THAT(design.remarks[1].text,
+              HasSubstr("surfaces 4-5 (L2) are a plane plate in front of the image: it moves with"));
 }
 
-// The stop's plane cuts the bulge of the first face, its rim is in the air: at radius r the glass begins r^2 / 100
-// behind the vertex.
+// The stop's plane cuts the convex first face, its rim is in air: at radius r the glass begins r^2 / 100 behind the
+// vertex.
 std::string stop_in_front(const std::string& distance, const std::string& aperture, const std::string& diameter) {
   return "UNIT MM\n" + aperture +
          "\nFTYP 0 0 1 1\nYFLN 5\nWAVM 1 0.55 1\nPWAV 1\nSURF 0\n  DISZ INFINITY\n"
@@ -197,7 +200,7 @@ std::string stop_in_front(const std::string& distance, const std::string& apertu
          "SURF 3\n  CURV -0.02\n  DISZ 48.6\n  DIAM 12\nSURF 4\n  DISZ 0\n";
 }
 
-TEST(Completion, AStopBeforeABulgeMayStandBehindItsVertex) {
+TEST(Completion, StopMayBeBehindTheVertexOfAConvexFace) {
   for (const std::string aperture : {"ENPD 16", "FLOA"}) {
     LensDesign design = read_zmx(stop_in_front("-0.6", aperture, "  DIAM 8\n"), "a.zmx");
     const optics::Prescription lens = complete(design).lens;
@@ -222,8 +225,8 @@ TEST(Completion, AStopBeforeABulgeMayStandBehindItsVertex) {
   }
 }
 
-// As design programs have it: light meets the stop where the file has it, wherever its plane lies.
-TEST(Completion, AStopMayStandAnywhereAlongTheWay) {
+// As in design programs: light passes the stop in the order of the file, wherever its plane is.
+TEST(Completion, StopMayBeAnywhereInSurfaceOrder) {
   const auto stop_of = [](const std::string& text) {
     LensDesign design = read_zmx(text, "a.zmx");
     return complete(design).lens.aperture_stop();
@@ -236,7 +239,7 @@ TEST(Completion, AStopMayStandAnywhereAlongTheWay) {
   }
   const optics::Stop behind = stop_of(replaced(small_zmx(), "  DISZ 1\n", "  DISZ -0.2\n"));
   EXPECT_EQ(behind.before_face, 2u);
-  EXPECT_FALSE(stop_of(small_zmx()).before_face) << "in the air its place says it";
+  EXPECT_FALSE(stop_of(small_zmx()).before_face) << "in air its position determines the order";
   // Within a doublet.
   const std::string inside =
       "UNIT MM\nENPD 10\nFTYP 0 0 1 1\nYFLN 5\nWAVM 1 0.55 1\nPWAV 1\nSURF 0\n  DISZ INFINITY\n"
@@ -246,8 +249,8 @@ TEST(Completion, AStopMayStandAnywhereAlongTheWay) {
   EXPECT_EQ(stop_of(inside).z_mm, 3);
 }
 
-TEST(Completion, TrimsClearRadiiToWhereFacesMeet) {
-  // Both faces of 50 mm radius, 2 mm apart: they meet 9.95 mm from the axis.
+TEST(Completion, TrimsSemiDiametersToWhereFacesCross) {
+  // Both faces have a radius of 50 mm and are 2 mm apart: they cross 9.95 mm from the axis.
   LensDesign crossing = read_zmx(replaced(small_zmx(), "DISZ 4\n", "DISZ 2\n"), "a.zmx");
   const optics::Prescription lens = complete(crossing).lens;
   const double meet = std::sqrt(50 * 50 - 49 * 49);
@@ -259,28 +262,29 @@ TEST(Completion, TrimsClearRadiiToWhereFacesMeet) {
                                    [](const Remark& one) { return one.text.find("trimmed") != std::string::npos; });
   ASSERT_NE(remark, crossing.remarks.end());
   EXPECT_THAT(remark->text,
-              HasSubstr("the clear radius of surface 1, 12.0000 mm, reaches where the next face crosses"));
+              HasSubstr("the semi-diameter of surface 1, 12.0000 mm, extends beyond where the next face crosses"));
   LensDesign wide = read_zmx(replaced(small_zmx(), "DIAM 12", "DIAM 60"), "a.zmx");
   EXPECT_LT(complete(wide).lens.elements[0].faces[0].clear_radius_mm, 50) << "of the sphere";
-  // Where the light of the axis crosses, the numbers are no lens.
+  // Faces that cross within the axial beam are rejected.
   std::string thin = replaced(replaced(small_zmx(), "DISZ 4\n", "DISZ 0.45\n"), "DIAM 12", "DIAM 8");
   EXPECT_THAT(refusal(replaced(thin, "ENPD 10", "ENPD 9.64")),
-              HasSubstr("crosses its neighbour where light of the axis passes"));
+              HasSubstr("crosses its neighbour within the axial beam"));
 }
 
-TEST(Completion, AperturesThatCannotBe) {
+TEST(Completion, RejectsInvalidApertures) {
   EXPECT_THAT(refusal(replaced(small_zmx(), "ENPD 10", "ENPD 0")),
-              HasSubstr("a.zmx:3: ENPD: an aperture of 0; a system aperture is larger than 0"));
-  EXPECT_THAT(refusal(replaced(small_zmx(), "ENPD 10", "FNUM -5 0")), HasSubstr("a.zmx:3: FNUM: an aperture of -5"));
+              HasSubstr("a.zmx:3: ENPD: expected a system aperture above 0, found 0"));
+  EXPECT_THAT(refusal(replaced(small_zmx(), "ENPD 10", "FNUM -5 0")),
+              HasSubstr("a.zmx:3: FNUM: expected a system aperture above 0, found -5"));
   EXPECT_THAT(refusal(replaced(small_zmx(), "ENPD 10", "ENPD nan")), HasSubstr("a.zmx:3: ENPD: expected a number"));
   EXPECT_THAT(refusal(replaced(small_zmx(), "ENPD 10", "ENPD 1e9")),
-              HasSubstr("a.zmx:3: ENPD 1e+09 mm makes an entrance pupil of"));
+              HasSubstr("a.zmx:3: ENPD 1e+09 mm gives an entrance pupil of"));
   EXPECT_THAT(refusal(replaced(small_zmx(), "ENPD 10", "OBNA 0.1")),
-              HasSubstr("a.zmx:3: OBNA is an aperture at the object, but the object is infinitely far"));
+              HasSubstr("a.zmx:3: OBNA is an aperture at the object, but the object is at infinity"));
   EXPECT_THAT(refusal(replaced(small_zmx(), "ENPD 10", "ENPD 40")),
               HasSubstr("a.zmx:3: ENPD 40 mm opens the stop to a radius of 19.07"));
   EXPECT_THAT(error_text(ErrorKind::bad_input, [] { read_design(small_seq("", "FNO -2"), "a.seq"); }),
-              HasSubstr("a.seq:7: FNO: an aperture of -2"));
+              HasSubstr("a.seq:7: FNO: expected a system aperture above 0, found -2"));
   // Of two the last counts, and the other is named.
   const LensDesign two = read_zmx(small_zmx("", "FNUM 4\n"), "a.zmx");
   EXPECT_EQ(two.aperture.kind, SystemAperture::f_number);
@@ -288,20 +292,20 @@ TEST(Completion, AperturesThatCannotBe) {
   EXPECT_EQ(two.remarks[0].text, "not used: ENPD; line 8 states FNUM");
 }
 
-TEST(Completion, ClearRadiiLetTheWholeFieldThrough) {
+TEST(Completion, SemiDiametersTransmitTheWholeField) {
   std::string text = small_zmx();
   for (int i = 0; i < 2; ++i) text = replaced(text, "  DIAM 12\n", "");
   LensDesign design = read_zmx(text, "a.zmx");
   const optics::Prescription lens = complete(design).lens;
   ASSERT_FALSE(design.remarks.empty());
-  EXPECT_THAT(design.remarks.back().text, HasSubstr("assumed: clear radii"));
-  // The beam's radius at the stop plus what 5 degrees move it, and no more than a little.
+  EXPECT_THAT(design.remarks.back().text, HasSubstr("assumed: semi-diameters"));
+  // The beam's radius at the stop plus its shift at 5 degrees, plus a small margin.
   const double front = lens.elements[0].faces[0].clear_radius_mm;
   EXPECT_GT(front, 5);
   EXPECT_LT(front, 7);
 }
 
-TEST(Completion, ImagePlaneAndFieldThatTheFileLacks) {
+TEST(Completion, AssumesMissingImagePlaneAndField) {
   LensDesign design = read_zmx(replaced(replaced(small_zmx(), "DISZ 47.6", "DISZ -1"), "YFLN 5", "YFLN 0"), "a.zmx");
   const CompleteLens lens = complete(design);
   const optics::FirstOrder data = optics::first_order(lens.lens);
@@ -312,7 +316,7 @@ TEST(Completion, ImagePlaneAndFieldThatTheFileLacks) {
   EXPECT_THAT(design.remarks[1].text, HasSubstr("half field of 10 degrees"));
 }
 
-TEST(Completion, FieldsAsHeights) {
+TEST(Completion, ReadsFieldsAsHeights) {
   const auto half_field = [](const std::string& zmx) { return complete(zmx).lens.half_field_deg; };
   const double focal = optics::first_order(complete(small_zmx()).lens).focal_length;
   EXPECT_NEAR(half_field(small_zmx("", "FTYP 2 0 1 1\n")), std::atan(5 / focal) * 57.29577951308232, 1e-6);
@@ -322,9 +326,9 @@ TEST(Completion, FieldsAsHeights) {
   EXPECT_NEAR(half_field(replaced(small_zmx("", "FTYP 1 0 1 1\n"), "INFINITY", "500")), 0.568, 0.002);
 }
 
-TEST(Completion, MistakesAreToldByTheDesignsLines) {
+TEST(Completion, ReportsMistakesWithLinesOfTheDesign) {
   EXPECT_THAT(refusal(replaced(small_zmx(), "DIAM 12", "DIAM 160")),
-              HasSubstr("a.zmx:10: surface 1: the clear radius 160 mm is larger than the sphere's radius 50 mm"));
+              HasSubstr("a.zmx:10: surface 1: the semi-diameter 160 mm exceeds the sphere's radius 50 mm"));
   EXPECT_THAT(refusal(replaced(small_zmx(), "DISZ 4\n", "DISZ 0.2\n")),
               HasSubstr("a.zmx:15: surface 2: the face crosses"));
   EXPECT_THAT(refusal(replaced(small_zmx(), "DISZ 4\n", "DISZ -4\n")),
@@ -371,7 +375,7 @@ double found_radius(const std::string& vignetting, const std::string& field = "1
   return complete_lens(design, draft_lens(design, {}, "a", 0)).lens.elements[0].faces[0].clear_radius_mm;
 }
 
-TEST(Completion, FindsClearRadiiOfVignettedBeams) {
+TEST(Completion, FindsSemiDiametersOfVignettedBeams) {
   const double full = found_radius("");
   // The beam goes upwards: its lower edge is the far one 40 mm before the stop.
   EXPECT_NEAR(full - found_radius("VCYN 0.5\n"), 1.03 * 2.5, 0.05);
@@ -381,7 +385,7 @@ TEST(Completion, FindsClearRadiiOfVignettedBeams) {
   EXPECT_NEAR(full - found_radius("VCYN 0.25\nVDYN -0.25\n", "-10"), 1.03 * 2.5, 0.05);
 }
 
-TEST(Completion, RealImageHeightsAreWhereTheChiefRayMeetsTheImage) {
+TEST(Completion, RealImageHeightsAreThoseOfTheChiefRay) {
   const auto half_field = [](const std::string& type) {
     return complete(replaced(replaced(small_zmx(), "FTYP 0", "FTYP " + type), "YFLN 5", "YFLN 15")).lens.half_field_deg;
   };
@@ -389,11 +393,11 @@ TEST(Completion, RealImageHeightsAreWhereTheChiefRayMeetsTheImage) {
   EXPECT_GT(std::fabs(paraxial - real), 1e-3);
   const optics::Prescription lens = complete(small_zmx()).lens;
   EXPECT_NEAR(image_height(lens, real, 0, lens.image_z_mm), 15, 1e-4);
-  // No chief ray gets that far: the paraxial field, with a remark, and of that what light takes.
+  // No chief ray reaches that height: the paraxial field with a remark, reduced to where light passes.
   LensDesign far = read_zmx(replaced(replaced(small_zmx(), "FTYP 0", "FTYP 3"), "YFLN 5", "YFLN 400"), "a.zmx");
   EXPECT_LT(complete(far).lens.half_field_deg, 82.9);
-  EXPECT_THAT(far.remarks.back().text, HasSubstr("taken is the largest under which it does"));
-  EXPECT_THAT(far.remarks[0].text, HasSubstr("no chief ray meets the image at the real height of 400.0 mm"));
+  EXPECT_THAT(far.remarks.back().text, HasSubstr("reduced to the largest at which one does"));
+  EXPECT_THAT(far.remarks[0].text, HasSubstr("no chief ray reaches the real image height of 400.0 mm"));
 }
 
 }  // namespace

@@ -8,11 +8,11 @@
 #include <set>
 #include <string>
 
-#include "optics/face_crossings.h"
 #include "base/error.h"
 #include "lens_files/completion.h"
 #include "lens_files/read_design.h"
 #include "optics/assembly.h"
+#include "optics/face_crossings.h"
 #include "optics/glass.h"
 
 namespace relign::lens_files {
@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-TEST(CorpusFaces, AreMetAsBisectionMeetsThem) {
+TEST(CorpusFaces, IntersectionsMatchBisection) {
   const char* const folder = std::getenv("RELIGN_CORPUS");
   if (!folder) GTEST_SKIP() << "RELIGN_CORPUS names no folder of lens files";
   const char* const wanted = std::getenv("RELIGN_CORPUS_RAYS");
@@ -41,7 +41,7 @@ TEST(CorpusFaces, AreMetAsBisectionMeetsThem) {
       LensDesign design = read_design_with_problems(bytes_of(file), file.filename().string());
       made = complete_lens(design, draft_lens(design, sources, "lens", 0, false));
     } catch (const Error&) {
-      continue;  // what is refused is met by no ray
+      continue;  // rejected files have no faces to test
     }
     ++read;
     const optics::Assembly assembly(made.lens);

@@ -46,7 +46,7 @@ TEST(ListingReader, ReadsThePapersLens) {
   EXPECT_THAT(lens.remarks[0].text, HasSubstr("vignetting"));
 }
 
-TEST(ListingReader, LinesBelowARow) {
+TEST(ListingReader, ReadsLinesBelowARow) {
   const LensDesign lens = read(edited("    2: ",
                                       "      ASP:\n"
                                       "      K  :  -0.500000   KC :      100\n"
@@ -73,21 +73,21 @@ TEST(ListingReader, SixDigitCodesAreGlassesAndFlagsAreNot) {
   EXPECT_EQ(lens.surfaces[9].glass, "");  // PIM is a solve
 }
 
-TEST(ListingReader, ListsWhatItDoesNotUnderstand) {
+TEST(ListingReader, RemarksOnUnknownWords) {
   const LensDesign lens = read(edited("   WTW ", "   FROBNICATION 3\n   WTW "));
   ASSERT_EQ(lens.remarks.size(), 2U);
   EXPECT_EQ(lens.remarks[0].line, 20);
   EXPECT_EQ(golden_design("relign_od.lis").remarks.size(), 1U);
 }
 
-TEST(ListingReader, RefusesWithFileAndLine) {
-  EXPECT_THAT(refusal("nothing\n"), HasSubstr("a.lis: no table of surfaces"));
+TEST(ListingReader, RejectsWithFileAndLine) {
+  EXPECT_THAT(refusal("nothing\n"), HasSubstr("a.lis: no surface table"));
   const std::string whole = golden_bytes("relign_od.lis");
   EXPECT_THAT(refusal(whole.substr(0, whole.find("    7: "))), HasSubstr("the row of the image (IMG:) is missing"));
-  EXPECT_THAT(refusal(edited("    6: ", "    7: ")), HasSubstr("a.lis:9: surface '7' where surface 6 comes next"));
+  EXPECT_THAT(refusal(edited("    6: ", "    7: ")), HasSubstr("a.lis:9: expected surface 6, found '7'"));
   EXPECT_THAT(refusal(edited("1.500000", "1.5x")), HasSubstr("a.lis:4: thickness: expected a number, found '1.5x'"));
-  EXPECT_THAT(refusal(edited("CIR S9", "CIR S90")), HasSubstr("CIR: there is no surface 'S90'"));
-  EXPECT_THAT(refusal(edited("1.487439", "1.4 1.5")), HasSubstr("found 2 for 1 wavelengths"));
+  EXPECT_THAT(refusal(edited("CIR S9", "CIR S90")), HasSubstr("CIR: unknown surface 'S90'"));
+  EXPECT_THAT(refusal(edited("1.487439", "1.4 1.5")), HasSubstr("expected 1, one per wavelength, found 2"));
 }
 
 }  // namespace

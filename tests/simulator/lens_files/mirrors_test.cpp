@@ -1,4 +1,4 @@
-// Lens files with mirrors: what `lens info` and `lens draw` get of them, and what stays refused.
+// Lens files with mirrors: supported by `lens info` and `lens draw`, rejected for images.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -54,15 +54,15 @@ void expect_telescope(const optics::Prescription& lens) {
   ASSERT_EQ(lens.elements.size(), 2U);
   EXPECT_EQ(lens.elements[0].name, "M1");
   EXPECT_EQ(lens.elements[1].name, "M2");
-  // As wide as the light needs it and a little more.
+  // As wide as the light needs, plus a margin.
   EXPECT_NEAR(lens.elements[0].faces[0].clear_radius_mm, 1.03 * 1981.2, 5);
 }
 
-TEST(Mirrors, TelescopesOfBothPrograms) {
+TEST(Mirrors, ReadsTelescopesOfBothPrograms) {
   LensDesign code_v = read_design(kTelescope, "a.seq"), zemax = read_design(zemax_telescope(), "a.zmx");
   expect_telescope(complete(code_v).lens);
   expect_telescope(complete(zemax).lens);
-  EXPECT_THAT(code_v.remarks, Contains(Field(&Remark::text, HasSubstr("nothing stands in the light between mirrors"))));
+  EXPECT_THAT(code_v.remarks, Contains(Field(&Remark::text, HasSubstr("no obstruction between mirrors"))));
 }
 
 TEST(Mirrors, AManginMirrorIsOneElementOfThreeFaces) {
@@ -83,24 +83,23 @@ TEST(Mirrors, AManginMirrorIsOneElementOfThreeFaces) {
   EXPECT_LT(optics::first_order(made.lens).back_focal_length, 0);
 }
 
-TEST(Mirrors, ImagesAreRefusedWithSurfaceAndLine) {
+TEST(Mirrors, RejectsImagesWithSurfaceAndLine) {
   LensDesign design = read_design(zemax_telescope(), "a.zmx");
   const CompleteLens made = complete(design);
   const std::string text = error_text(ErrorKind::bad_input, [&] { lay_out(design, made, LayoutChoices()); });
-  EXPECT_THAT(text,
-              HasSubstr("a.zmx:12: surface 2 is a mirror; images are made of lenses with refracting faces alone"));
+  EXPECT_THAT(text, HasSubstr("a.zmx:12: surface 2 is a mirror, which images do not support"));
   EXPECT_THAT(text, HasSubstr("a.zmx:18: surface 3 is a mirror"));
 }
 
-TEST(Mirrors, TiltedMirrorsAndWrongSignsAreRefused) {
+TEST(Mirrors, RejectsTiltedMirrorsAndWrongSigns) {
   std::string folded = kTelescope;
   folded.replace(folded.find("CON; K -1.0961"), 14, "ADE 45; DAR");
   EXPECT_THAT(
       refusal(folded, "a.seq"),
-      HasSubstr("a.seq:7: surface S1 is a mirror that is tilted or off the axis; supported are mirrors in line"));
+      HasSubstr("a.seq:7: surface S1 is a mirror that is tilted or off the axis; supported are mirrors on the axis"));
   std::string behind = kTelescope;
   behind.replace(behind.find(" 9441.833"), 9, " -9441.833");
-  EXPECT_THAT(refusal(behind, "a.seq"), HasSubstr("a.seq:11: the image lies before the last face, as light goes"));
+  EXPECT_THAT(refusal(behind, "a.seq"), HasSubstr("a.seq:11: the image is in front of the last face, along the light"));
 }
 
 }  // namespace

@@ -106,7 +106,7 @@ void whole_way(const std::string& bytes, const std::string& name, bool with_rays
   GlassSources any;
   any.is_known = [](const std::string&) { return false; };
   LensDesign design = read_design(bytes, name);
-  // Glasses by name would all end here; the rest of the way is worth the walk.
+  // Unknown glass names would all end here: replaces them, so that later stages are tested too.
   for (Surface& surface : design.surfaces)
     if (!surface.glass.empty() && surface.index == 0) surface.index = 1.6;
   for (Surface& surface : design.surfaces)
@@ -126,7 +126,7 @@ std::uint64_t inputs_wanted() {
   return wanted ? std::strtoull(wanted, nullptr, 10) : 3000;
 }
 
-TEST(MutatedFiles, EndInALensOrAnErrorThatNamesTheFile) {
+TEST(MutatedFiles, GiveALensOrAnErrorThatNamesTheFile) {
   const std::vector<Seed> all = seeds();
   constexpr std::uint64_t kRaysEvery = 20;
   std::uint64_t lenses = 0, errors = 0;
@@ -153,7 +153,7 @@ TEST(MutatedFiles, EndInALensOrAnErrorThatNamesTheFile) {
   EXPECT_GT(errors, inputs_wanted() / 50);
 }
 
-TEST(MutatedFiles, EveryTruncationIsALensOrAnError) {
+TEST(MutatedFiles, TruncationsGiveALensOrAnError) {
   for (const Seed& seed : seeds())
     for (std::size_t length = 0; length < seed.bytes.size(); length += 1 + seed.bytes.size() / 400) try {
         whole_way(seed.bytes.substr(0, length), seed.name, length % 8 == 0);

@@ -34,7 +34,7 @@ LayoutChoices choices_of(const std::string& sensor = "") {
   return choices;
 }
 
-TEST(SceneLayout, ThePapersSensorGivesThePapersEmitter) {
+TEST(SceneLayout, PapersSensorGivesPapersEmitter) {
   // The paper takes the sine of its exit cone for 1 / (2 f-number), hence the difference of half a percent.
   const Made paper = made("relign_od.lis", choices_of("5.22249573"));
   const OrderedJson& scene = paper.layout.scene;
@@ -55,7 +55,7 @@ TEST(SceneLayout, SensorSitsAtBestFocusAndHoldsTheImage) {
   EXPECT_NEAR(one.layout.scene["emitter"]["z_mm"].get<double>(), -208.5708805, 1e-9);
 }
 
-TEST(SceneLayout, ColumnsAndRows) {
+TEST(SceneLayout, WritesColumnsAndRows) {
   const Made one = made("relign_od.lis", choices_of("1920x1280@3.45"));
   EXPECT_EQ(one.layout.scene["sensor"]["pixels"], OrderedJson({1920, 1280}));
   EXPECT_EQ(one.layout.scene["sensor"]["pitch_um"], 3.45);
@@ -100,9 +100,9 @@ TEST(SceneLayout, TolerancesGrowWithTheLens) {
   EXPECT_EQ(first_element(middle)["tilt_arcmin"], OrderedJson({8, 8}));
 }
 
-TEST(SceneLayout, SaysWhatDoesNotFit) {
+TEST(SceneLayout, RemarksOnMismatches) {
   const Made small = made("relign_od.lis", choices_of("2"));
-  EXPECT_THAT(small.design.remarks.back().text, HasSubstr("wider than the sensor, 2.000 mm"));
+  EXPECT_THAT(small.design.remarks.back().text, HasSubstr("larger than the sensor, 2.000 mm"));
   LayoutChoices close = choices_of();
   close.distance_mm = 1e-3;
   EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { made("relign_od.lis", close); }), HasSubstr("relign_od.lis: "));
@@ -120,7 +120,7 @@ bool says(const LensDesign& design, const std::string& text) {
                      [&](const std::string& line) { return line.find(text) != std::string::npos; });
 }
 
-TEST(SceneLayout, AnImagePlaneFarFromBestFocusIsSaid) {
+TEST(SceneLayout, RemarksOnImagePlaneFarFromBestFocus) {
   EXPECT_FALSE(says(laid_out(small_zmx()), "the design's image plane"));
   std::string text = small_zmx();
   text.replace(text.find("DISZ 47.6"), 9, "DISZ 80");
@@ -128,22 +128,22 @@ TEST(SceneLayout, AnImagePlaneFarFromBestFocusIsSaid) {
       says(laid_out(text), "a.zmx: the design's image plane lies 81.00 mm behind the last face, the best focus"));
 }
 
-TEST(SceneLayout, ValuesThatTheFilePrintsAreCompared) {
+TEST(SceneLayout, ComparesPrintedValues) {
   LensDesign design = golden_design("relign_od.lis");
   design.published["focal_length"] = 3.1;
   const CompleteLens lens = complete_lens(design, draft_lens(design, {}, "od", 0));
   lay_out(design, lens, choices_of());
-  EXPECT_THAT(remark_lines(design).back(), HasSubstr("focal_length is 2.89501 mm here, the file prints 3.10000"));
+  EXPECT_THAT(remark_lines(design).back(), HasSubstr("focal_length is 2.89501 mm here, the file states 3.10000"));
 }
 
-TEST(SceneLayout, LensesThatFormNoImageAreRefused) {
+TEST(SceneLayout, RejectsLensesWithoutImage) {
   std::string text = small_zmx();
   text.replace(text.find("CURV 0.02"), 9, "CURV -0.02");
   text.replace(text.find("CURV -0.02", text.find("SURF 2")), 10, "CURV 0.02");
   LensDesign design = read_zmx(text, "a.zmx");
   const CompleteLens lens = complete_lens(design, draft_lens(design, {}, "a", 0));
   EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { lay_out(design, lens, choices_of()); }),
-              HasSubstr("a.zmx: the lens has a focal length of -"));
+              HasSubstr("a.zmx: found a focal length of -"));
 }
 
 OrderedJson wavelengths_of(const LensDesign& read) {
@@ -159,7 +159,7 @@ OrderedJson wavelengths_of(const LensDesign& read) {
   return layout.scene["wavelengths"];
 }
 
-TEST(SceneLayout, HasTheFilesWavelengthsAndWeightsWherePolychromatic) {
+TEST(SceneLayout, PolychromaticSceneHasWavelengthsAndWeights) {
   // FTYP: four are used. One is switched off by its weight, one stands twice, one has no weight.
   std::string zmx = small_zmx("", "WAVM 2 0.6562725 0.5\nWAVM 3 0.55 2\nWAVM 4 0.48 0\nWAVM 5 0.4 1\n");
   zmx.replace(zmx.find("FTYP 0 0 1 1"), 12, "FTYP 0 0 1 4");
@@ -173,7 +173,7 @@ TEST(SceneLayout, HasTheFilesWavelengthsAndWeightsWherePolychromatic) {
               HasSubstr("found 0 wavelengths with a weight above 0 in the file, allowed are 1 to 24"));
 }
 
-TEST(ParseSensor, SizesAndRefusals) {
+TEST(ParseSensor, ParsesSizesAndRejectsOthers) {
   EXPECT_EQ(parse_sensor("640x480@5").rows, 480);
   EXPECT_DOUBLE_EQ(parse_sensor("640x480@5").shorter_side_mm(), 2.4);
   EXPECT_DOUBLE_EQ(parse_sensor("4.8").shorter_side_mm(), 4.8);
@@ -200,8 +200,8 @@ double best_focus_of(const std::string& zmx) {
   return best_focus_z(complete_lens(design, draft_lens(design, {}, "a", 0)).lens, 0);
 }
 
-// Rays that a clear radius stops do not draw the sensor towards their focus.
-TEST(SceneLayout, BestFocusIsOfTheLightThatClearRadiiLetThrough) {
+// Rays outside a semi-diameter must not affect the best focus.
+TEST(SceneLayout, BestFocusUsesLightWithinSemiDiameters) {
   const std::string wide = replaced(small_zmx(), "ENPD 10", "ENPD 20"), clipped = replaced(wide, "DIAM 12", "DIAM 5");
   EXPECT_NEAR(best_focus_of(clipped), best_focus_of(small_zmx()), 0.02);
   EXPECT_GT(best_focus_of(small_zmx()) - best_focus_of(wide), 0.3);

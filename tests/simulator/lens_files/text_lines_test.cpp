@@ -43,10 +43,10 @@ TEST(TextLines, EveryEncodingGivesTheSameText) {
   EXPECT_EQ(text_lines(utf16(u"\U0001F600", false, true), "a.zmx")[0].text, "\U0001F600");
 }
 
-TEST(TextLines, WhatIsNoTextIsRefusedByName) {
+TEST(TextLines, RejectsBinaryFilesByName) {
   EXPECT_EQ(error_text(ErrorKind::bad_input, [] { text_lines("", "a.zmx"); }), "a.zmx: the file is empty");
   EXPECT_THAT(error_text(ErrorKind::bad_input, [] { text_lines(std::string("SURF\0abcdef", 11), "a.zmx"); }),
-              HasSubstr("a.zmx: this is no text"));
+              HasSubstr("a.zmx: expected a text file"));
   const std::string long_text(kMostBytes + 1, ' ');
   EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { text_lines(long_text, "a.zmx"); }), HasSubstr("at most 16"));
 }
@@ -56,7 +56,7 @@ TEST(TextLines, WordsKeepQuotedBlanks) {
               ElementsAre("COFN", "QF", "MY COATING.DAT", "a b", "open"));
 }
 
-TEST(TextLines, Numbers) {
+TEST(TextLines, ParsesNumbers) {
   EXPECT_EQ(parse_number("1.5E+1"), 15.0);
   EXPECT_EQ(parse_number("+0.1D-2"), 0.001);
   EXPECT_EQ(parse_number("1,62041"), 1.62041);

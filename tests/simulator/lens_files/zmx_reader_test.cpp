@@ -39,7 +39,7 @@ TEST(ZmxReader, ReadsTheCookeTriplet) {
   EXPECT_THAT(lens.remarks[0].text, HasSubstr("merit function"));
 }
 
-TEST(ZmxReader, EncodingsAndDecimalCommas) {
+TEST(ZmxReader, ReadsEncodingsAndDecimalCommas) {
   const LensDesign utf8 = golden_design("cooke_triplet_utf8.zmx"), latin = golden_design("cooke_triplet_latin1.zmx");
   EXPECT_EQ(utf8.surfaces[1].glass, "SK16");
   EXPECT_EQ(latin.title, "Cooke-Triplett f\u00fcr \u00dcbungen");
@@ -49,13 +49,13 @@ TEST(ZmxReader, EncodingsAndDecimalCommas) {
   EXPECT_EQ(latin.surfaces[1].clear_radius_mm, 0);
 }
 
-TEST(ZmxReader, ConicsAndEvenAspheres) {
+TEST(ZmxReader, ReadsConicsAndEvenAspheres) {
   const LensDesign lens = read(small_zmx("  TYPE EVENASPH\n  CONI -0.5\n  PARM 1 0\n  PARM 2 1e-5\n  PARM 4 -2E-9\n"));
   EXPECT_EQ(lens.surfaces[1].conic, -0.5);
   EXPECT_THAT(lens.surfaces[1].even_asphere, ElementsAre(0, 1e-5, 0, -2e-9));
 }
 
-TEST(ZmxReader, CoordinateBreaks) {
+TEST(ZmxReader, ReadsCoordinateBreaks) {
   const std::string text =
       "WAVM 1 0.55 1\nSURF 0\n DISZ INFINITY\nSURF 1\n TYPE COORDBRK\n PARM 1 0.1\n PARM 2 -0.2\n PARM 3 1\n PARM 4 2\n"
       " DISZ 0\nSURF 2\n TYPE COORDBRK\n PARM 1 -0.1\n PARM 2 0.2\n PARM 3 -1\n PARM 4 -2\n PARM 6 1\n DISZ 0\n";
@@ -67,7 +67,7 @@ TEST(ZmxReader, CoordinateBreaks) {
   EXPECT_LT(lens.surfaces[1].before->rotation[5], 0);
   // Order 1 with opposite numbers undoes order 0.
   const optics::Motion both = after(*lens.surfaces[1].before, *lens.surfaces[2].before);
-  for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(both.rotation[i], optics::kNoRotation[i], 1e-15);
+  for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(both.rotation[i], optics::kIdentityRotation[i], 1e-15);
   EXPECT_NEAR(both.translation.y, 0, 1e-15);
 }
 
@@ -84,7 +84,7 @@ TEST(ZmxReader, UnitsScaleEveryLength) {
   EXPECT_EQ(lens.surfaces[0].thickness_mm, kInfinite);
 }
 
-TEST(ZmxReader, SystemWords) {
+TEST(ZmxReader, ReadsSystemWords) {
   const auto field = [](const std::string& system) { return read(small_zmx("", system)).field; };
   EXPECT_EQ(field("FTYP 1 0 1 1\n").kind, FieldSize::object_height_mm);
   EXPECT_EQ(field("FTYP 2 0 1 1\n").kind, FieldSize::image_height_mm);
@@ -104,11 +104,11 @@ TEST(ZmxReader, ReadsVignettingOfFields) {
   EXPECT_DOUBLE_EQ(lens.fields[1].cut_above, 0.5985);
   EXPECT_DOUBLE_EQ(lens.fields[1].cut_below, 0.2645);
   EXPECT_EQ(lens.fields[1].cut_left, 0.1);
-  // Other words that begin alike are no vignetting factors.
+  // Words that begin alike are not vignetting factors.
   EXPECT_NO_THROW(read(small_zmx("", "VDSZ 0 -1e10 1e10\nVCON name\n")));
 }
 
-TEST(ZmxReader, ReadsOneOfItsConfigurations) {
+TEST(ZmxReader, SelectsConfiguration) {
   const std::string rest = " 0 0 0 1 1 1 0 0 \"\" 0\n";
   const std::string text = small_zmx() + "MNUM 3 1\nLTTL 0 1 \"far\" 0\nLTTL 0 2 \"near\" 0\nTHIC 0 1 1e10" + rest +
                            "THIC 0 2 300" + rest + "THIC 2 1 1" + rest + "THIC 2 2 2.5" + rest + "CRVT 1 1 0.02" +
@@ -125,14 +125,14 @@ TEST(ZmxReader, ReadsOneOfItsConfigurations) {
   EXPECT_EQ(near.field.value, 4);
   const LensDesign stands = read(text);
   EXPECT_EQ(stands.surfaces[2].thickness_mm, 1);
-  EXPECT_THAT(stands.remarks[0].text, HasSubstr("as it stands above, configuration 1 of 3 (--configuration takes"));
+  EXPECT_THAT(stands.remarks[0].text, HasSubstr("in the current one, configuration 1 of 3 (--configuration selects"));
   const LensDesign third = read_zmx_with_problems(text, "a.zmx", 3);
   ASSERT_EQ(third.problems.size(), 1U);
   EXPECT_THAT(third.problems[0].message, HasSubstr("operand PRAM 1 differs between configuration 3 and 1"));
-  EXPECT_THAT(read_zmx_with_problems(text, "a.zmx", 4).problems[0].message, HasSubstr("there is no configuration 4"));
+  EXPECT_THAT(read_zmx_with_problems(text, "a.zmx", 4).problems[0].message, HasSubstr("unknown configuration 4"));
 }
 
-TEST(ZmxReader, ListsWhatItDoesNotUnderstand) {
+TEST(ZmxReader, RemarksOnUnknownWords) {
   const LensDesign lens = read(small_zmx("  XDAT 1 5\n  XDAT 2 6\n", "VCYN 0 0.3 0.1\nBLAH 1 2\n"));
   ASSERT_EQ(lens.remarks.size(), 3U);
   EXPECT_EQ(lens.remarks[0].text, kVignettingRemark);
@@ -142,7 +142,7 @@ TEST(ZmxReader, ListsWhatItDoesNotUnderstand) {
   EXPECT_EQ(lens.remarks[2].more_lines, 1);
 }
 
-TEST(ZmxReader, SaysWhatUnitItAssumes) {
+TEST(ZmxReader, RemarksOnAssumedUnit) {
   std::string text = small_zmx();
   text.replace(text.find("UNIT MM\n"), 8, "");
   const LensDesign lens = read(text);
@@ -150,28 +150,31 @@ TEST(ZmxReader, SaysWhatUnitItAssumes) {
   EXPECT_EQ(lens.remarks[0].text, "assumed: lengths in mm; the file has no UNIT");
 }
 
-TEST(ZmxReader, RefusesWithFileAndLine) {
+TEST(ZmxReader, RejectsWithFileAndLine) {
   EXPECT_THAT(refusal(small_zmx("", "WAVM 1 550 1\n")),
-              HasSubstr("a.zmx:8: a wavelength of 550 um; WAVM and WAVL are in micrometres, 0.1 to 100 (green: 0.55)"));
-  EXPECT_THAT(refusal("MODE NSC\n" + small_zmx()), HasSubstr("a.zmx:1: mode 'NSC'; only sequential"));
+              HasSubstr("a.zmx:8: WAVM, WAVL: expected micrometres from 0.1 to 100 (green: 0.55), found 550"));
+  EXPECT_THAT(refusal("MODE NSC\n" + small_zmx()), HasSubstr("a.zmx:1: unsupported mode 'NSC'; only sequential"));
   EXPECT_THAT(refusal("hello\n"), HasSubstr("a.zmx: no surfaces (SURF) found"));
   EXPECT_THAT(refusal(small_zmx("  TYPE TOROIDAL\n")),
-              HasSubstr("a.zmx:15: surface 1 is of type 'TOROIDAL'; supported are"));
+              HasSubstr("a.zmx:15: surface 1 has unsupported type 'TOROIDAL'; supported are"));
   EXPECT_THAT(refusal(small_zmx("  CURV x1\n")), HasSubstr("a.zmx:15: CURV: expected a number, found 'x1'"));
-  EXPECT_THAT(refusal(small_zmx("  GLAS ___BLANK 1 0 0.9 50\n")), HasSubstr("a model glass of index 0.9"));
-  EXPECT_THAT(refusal(small_zmx("SURF 7\n")), HasSubstr("surface '7' where surface 2 comes next"));
-  EXPECT_THAT(refusal(small_zmx("", "UNIT FURLONG\n")), HasSubstr("a.zmx:8: UNIT: 'FURLONG' is none of"));
+  EXPECT_THAT(refusal(small_zmx("  GLAS ___BLANK 1 0 0.9 50\n")),
+              HasSubstr("expected a model glass of index 1 or more, found 0.9"));
+  EXPECT_THAT(refusal(small_zmx("SURF 7\n")), HasSubstr("expected surface 2, found '7'"));
+  EXPECT_THAT(refusal(small_zmx("", "UNIT FURLONG\n")),
+              HasSubstr("a.zmx:8: UNIT: unknown unit 'FURLONG'; allowed are"));
   EXPECT_THAT(refusal(small_zmx("", "PWAV 3\n")), HasSubstr("a.zmx:8: PWAV: the primary wavelength is number 3"));
   EXPECT_THAT(refusal("SURF 0\n"), HasSubstr("a.zmx: no wavelength (WAVM) found"));
-  EXPECT_THAT(refusal(small_zmx("  TYPE COORDBRK\n  PARM 3 1e9\n")), HasSubstr("allowed are -360 to 360"));
+  EXPECT_THAT(refusal(small_zmx("  TYPE COORDBRK\n  PARM 3 1e9\n")),
+              HasSubstr("expected a tilt from -360 to 360 degrees"));
 }
 
-TEST(ZmxReader, LimitsAndCutsItsComplaints) {
+TEST(ZmxReader, LimitsNumberAndLengthOfProblems) {
   std::string many = "WAVM 1 0.5 1\n", wrong = small_zmx();
   for (std::size_t i = 0; i <= kMostSurfaces; ++i) many += "SURF " + std::to_string(i) + "\n";
   EXPECT_THAT(refusal(many), HasSubstr("a.zmx:1002: more than 1000 surfaces"));
   for (int i = 0; i < 50; ++i) wrong += "  CURV x\n";
-  EXPECT_THAT(refusal(wrong), HasSubstr("and 30 mistakes more"));
+  EXPECT_THAT(refusal(wrong), HasSubstr("and 30 more mistakes"));
 }
 
 }  // namespace

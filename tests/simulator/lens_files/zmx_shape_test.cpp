@@ -1,4 +1,4 @@
-// Zemax surface types: which number of PARM and XDAT is which term, and what is refused with surface and line.
+// Zemax surface types: terms of PARM and XDAT, and errors with surface and line.
 #include "lens_files/zmx_shape.h"
 
 #include <gmock/gmock.h>
@@ -35,10 +35,10 @@ TEST(ZmxShape, ReadsTermsUpToR32) {
   EXPECT_EQ(surface(lines).even_asphere.back(), 1e-9);
   EXPECT_THAT(surface(lines + "  XDAT 19 0\n").even_asphere.size(), 16U);
   EXPECT_THAT(refusal(lines + "  XDAT 19 1e-9\n"),
-              HasSubstr("a.zmx:19: surface 1 has a term of r^34; terms up to r^32 are supported"));
+              HasSubstr("a.zmx:19: surface 1 has a term of r^34; supported are terms up to r^32"));
 }
 
-TEST(ZmxShape, ReadsABrokenCountOfTermsDownwards) {
+TEST(ZmxShape, RoundsFractionalTermCountDown) {
   const LensDesign lens = read(small_zmx("  TYPE XASPHERE\n  XDAT 1 1.5\n  XDAT 2 1\n  XDAT 3 1e-3\n"));
   EXPECT_THAT(lens.surfaces[1].even_asphere, ElementsAre(1e-3));
   ASSERT_EQ(lens.remarks.size(), 1U);
@@ -53,11 +53,11 @@ TEST(ZmxShape, UsesNoMoreTermsThanStated) {
   EXPECT_EQ(lens.remarks[0].line, 19);
 }
 
-TEST(ZmxShape, RefusesACountOfTermsThatIsNone) {
+TEST(ZmxShape, RejectsInvalidTermCount) {
   EXPECT_THAT(refusal("  TYPE XASPHERE\n  XDAT 1 -2.5\n  XDAT 2 1\n"),
-              HasSubstr("a.zmx:16: surface 1: XDAT 1: -2.5 terms; the count of terms must be a number from 0 to 240"));
+              HasSubstr("a.zmx:16: surface 1: XDAT 1: expected a number of terms from 0 to 240, found -2.5"));
   EXPECT_THAT(refusal("  TYPE QED_TYPE\n  XDAT 1 0\n  XDAT 2 1.5\n  XDAT 3 1\n"),
-              HasSubstr("a.zmx:17: surface 1: XDAT 2: 1.5 terms; the count of terms must be an integer from 0 to 30"));
+              HasSubstr("a.zmx:17: surface 1: XDAT 2: expected an integer number of terms from 0 to 30, found 1.5"));
 }
 
 TEST(ZmxShape, ReadsOddAspheres) {
@@ -79,7 +79,7 @@ TEST(ZmxShape, ReadsQTypeAspheres) {
   EXPECT_EQ(bfs.q_bfs->radius_mm, 27);
   EXPECT_THAT(bfs.q_bfs->coefficients, ElementsAre(-0.8, 0.1));
   EXPECT_TRUE(surface(lines + "  XDAT 1 1\n").q_con.has_value());
-  EXPECT_THAT(refusal(lines + "  XDAT 1 2\n"), HasSubstr("surface 1: XDAT 1: Q-type 2; supported are"));
+  EXPECT_THAT(refusal(lines + "  XDAT 1 2\n"), HasSubstr("surface 1: XDAT 1: unsupported Q-type '2'; supported are"));
 }
 
 TEST(ZmxShape, ScalesTermsWithTheUnit) {
@@ -94,14 +94,15 @@ TEST(ZmxShape, ScalesTermsWithTheUnit) {
   EXPECT_DOUBLE_EQ(read(text).surfaces[1].q_bfs->coefficients[0], 5);
 }
 
-TEST(ZmxShape, RefusesWithSurfaceAndLine) {
+TEST(ZmxShape, RejectsWithSurfaceAndLine) {
   EXPECT_THAT(refusal("  TYPE XASPHERE\n  XDAT 1 2\n  XDAT 2 0\n"),
-              HasSubstr("a.zmx:16: surface 1: XDAT 2: a normalisation radius of 0; it must be larger than 0"));
+              HasSubstr("a.zmx:16: surface 1: XDAT 2: expected a normalisation radius above 0, found 0"));
   EXPECT_THAT(refusal("  TYPE XASPHERE\n  XDAT 1 16\n  XDAT 2 1e-20\n  XDAT 18 1\n"),
               HasSubstr("surface 1: the term of r^32 is too large with a normalisation radius of 1e-20"));
   EXPECT_THAT(refusal("  TYPE XASPHERE\n  XDAT 1 999\n"),
-              HasSubstr("surface 1: XDAT 1: 999 terms; the count of terms must be a number"));
-  EXPECT_THAT(refusal("  TYPE SZERNSAG\n"), HasSubstr("a.zmx:15: surface 1 is of type 'SZERNSAG'; supported are"));
+              HasSubstr("surface 1: XDAT 1: expected a number of terms from 0 to 240, found 999"));
+  EXPECT_THAT(refusal("  TYPE SZERNSAG\n"),
+              HasSubstr("a.zmx:15: surface 1 has unsupported type 'SZERNSAG'; supported are"));
 }
 
 }  // namespace
