@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kFewestCorners = 8;
 constexpr double kDegreesPerRadian = 57.29577951308232;
 
-// The sphere (or plane) that meets the axis at z with normal (lx, ly, lz): unknowns z, curvature, lx, ly.
+// The sphere (or plane) that crosses the axis at z with normal (lx, ly, lz): unknowns z, curvature, lx, ly.
 //
 // With q = p - (0, 0, z) and s = c q.q - 2 q.n, a point's distance from it is s / (1 + sqrt(1 + c s)), which holds for
 // c = 0 as well.
@@ -63,7 +63,7 @@ class SphereFit {
   }
 
  private:
-  // The linear equation c q.q - 2 q.n + e = 0 with a normal of z component 1: near the solution already.
+  // Start value: the linear equation c q.q - 2 q.n + e = 0 with a normal of z component 1.
   void start() {
     Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
     Eigen::Vector4d right = Eigen::Vector4d::Zero();
@@ -111,12 +111,12 @@ FittedFace fit_patch(const Mesh& mesh, const Patches& patches, std::size_t trian
   for (std::size_t v = 0; v < used.size(); ++v)
     if (used[v]) points.push_back(mesh.vertices[v]);
   if (points.size() < kFewestCorners)
-    throw Error(ErrorKind::bad_input, file + ": the smooth surface that the axis meets in " + side + ", at face " +
+    throw Error(ErrorKind::bad_input, file + ": the smooth surface on the axis " + side + ", at face " +
                                           std::to_string(mesh.face_number(triangle)) + ", has " +
                                           std::to_string(points.size()) + " corners; a sphere needs " +
                                           std::to_string(kFewestCorners) +
-                                          ". Is the mesh very coarse? Faces that meet at more than 20 degrees count as "
-                                          "divided by an edge");
+                                          "; use a finer mesh: faces at more than 20 degrees to each other count as "
+                                          "separated by an edge");
   SphereFit fit(std::move(points), z);
   fit.solve();
   return fit.face();
@@ -134,16 +134,15 @@ FittedElement fit_element(const Mesh& mesh, const std::string& file) {
     }
   const Patches patches = smooth_patches(mesh);
   if (first == mesh.triangles.size())
-    throw Error(
-        ErrorKind::bad_input,
-        file + ": the z axis (x = y = 0) does not meet the mesh; lens meshes lie around it, in lens coordinates");
+    throw Error(ErrorKind::bad_input,
+                file + ": the z axis (x = y = 0) misses the mesh; lens meshes must be around it, in lens coordinates");
   if (patches.of_triangle[first] == patches.of_triangle[last])
     throw Error(ErrorKind::bad_input,
-                file + ": the axis enters and leaves the mesh through one smooth surface, from face " +
+                file + ": the axis enters and leaves the mesh through the same smooth surface, from face " +
                     std::to_string(mesh.face_number(first)) + " to face " + std::to_string(mesh.face_number(last)) +
                     ": expected two faces with an edge between them");
-  return {fit_patch(mesh, patches, first, first_z, "front", file),
-          fit_patch(mesh, patches, last, last_z, "the back", file)};
+  return {fit_patch(mesh, patches, first, first_z, "in front", file),
+          fit_patch(mesh, patches, last, last_z, "at the back", file)};
 }
 
 }  // namespace relign::meshes

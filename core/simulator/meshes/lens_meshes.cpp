@@ -12,10 +12,10 @@
 namespace relign::meshes {
 namespace {
 
-// Rays leave a face for another one that is at least so far away: above the rounding of Embree's floats.
+// Least distance between consecutive hits: above the rounding of Embree's floats.
 constexpr double kLeastStep = 1e-4;  // mm
 constexpr std::size_t kMostBodies = 32;
-constexpr int kMostFaces = 64;  // met by one ray; whoever meets more is caught between faces
+constexpr int kMostFaces = 64;  // per ray; a ray with more hits is trapped between faces
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -24,7 +24,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 struct LensMeshes::Body {
   TracedMesh mesh;
   double index = 0;         // 0: absorbs
-  std::size_t element = 0;  // of the prescription; unused by what absorbs
+  std::size_t element = 0;  // of the prescription; unused if absorbing
   optics::Motion into;      // lens to element coordinates
 };
 
@@ -38,8 +38,8 @@ struct LensMeshes::Hit {
 LensMeshes::LensMeshes(const optics::Prescription& lens, const std::map<std::string, Mesh>& meshes)
     : device_(std::make_unique<EmbreeDevice>()), stops_(lens.stops) {
   std::vector<std::string> known;
-  if (lens.mount) {
-    mount_ = *lens.mount;
+  if (lens.barrel) {
+    barrel_ = *lens.barrel;
     has_bore_ = true;
   }
   const auto add = [&](const std::string& name, double index, std::size_t element) {
@@ -53,10 +53,10 @@ LensMeshes::LensMeshes(const optics::Prescription& lens, const std::map<std::str
     const optics::Element& element = lens.elements[e];
     if (element.faces.size() != 2)
       throw Error(ErrorKind::bad_input, "element " + element.name + " has " + std::to_string(element.faces.size()) +
-                                            " faces: lenses of meshes are made of elements with two");
+                                            " faces; lenses of meshes need elements with two");
     check_on_axis(element);
     if (!add(element.name, element.faces[0].index_after, e))
-      throw Error(ErrorKind::bad_input, "there is no mesh of the element " + element.name);
+      throw Error(ErrorKind::bad_input, "missing mesh of element '" + element.name + "'");
   }
   stops_.erase(
       std::remove_if(stops_.begin(), stops_.end(), [&](const optics::Stop& stop) { return add(stop.name, 0, 0); }),
@@ -65,10 +65,10 @@ LensMeshes::LensMeshes(const optics::Prescription& lens, const std::map<std::str
   for (const auto& [name, mesh] : meshes)
     if (std::find(known.begin(), known.end(), name) == known.end())
       throw Error(ErrorKind::bad_input,
-                  "a mesh is named '" + name + "', which is no element or stop of the lens" + suggestion(name, known));
+                  "unknown mesh '" + name + "'; expected an element or stop of the lens" + suggestion(name, known));
   if (bodies_.size() > kMostBodies)
-    throw Error(ErrorKind::bad_input, "the lens has " + std::to_string(bodies_.size()) + " meshes, at most " +
-                                          std::to_string(kMostBodies) + " are traced");
+    throw Error(ErrorKind::bad_input, "the lens has " + std::to_string(bodies_.size()) + " meshes; allowed are up to " +
+                                          std::to_string(kMostBodies));
   place(optics::Assembly(lens), {}, {});
 }
 
@@ -85,7 +85,7 @@ void LensMeshes::place(const optics::Assembly& assembly, const optics::Motion& l
 bool LensMeshes::nearest_hit(const Vec3& at, const Vec3& direction, bool from_start, Hit& hit) const {
   hit = {};
   const double from = from_start ? 0 : kLeastStep;
-  // Nearest box first: most rays ask one tree, not all.
+  // Nearest box first: most rays need one tree only.
   struct Candidate {
     const Body* body;
     double entry;
@@ -115,7 +115,7 @@ bool LensMeshes::nearest_hit(const Vec3& at, const Vec3& direction, bool from_st
   return hit.body != nullptr;
 }
 
-// What the prescription says of stops and mount: planes with an opening, a bore with a rear rim.
+// Stops and barrel of the prescription: planes with an opening, a bore with a rear rim.
 bool LensMeshes::absorbed_before(const Vec3& at, const Vec3& direction, double reach) const {
   const auto radius2 = [&](double t) {
     const double x = at.x + t * direction.x, y = at.y + t * direction.y;
@@ -128,8 +128,8 @@ bool LensMeshes::absorbed_before(const Vec3& at, const Vec3& direction, double r
   for (const optics::Stop& stop : stops_)
     if (beside(stop.z_mm, stop.opening_radius_mm)) return true;
   if (!has_bore_) return false;
-  const double bore2 = mount_.bore_radius_mm * mount_.bore_radius_mm;
-  if (beside(mount_.to_z_mm, mount_.bore_radius_mm)) return true;
+  const double bore2 = barrel_.bore_radius_mm * barrel_.bore_radius_mm;
+  if (beside(barrel_.to_z_mm, barrel_.bore_radius_mm)) return true;
   // Where the line leaves the bore's cylinder.
   const double a = direction.x * direction.x + direction.y * direction.y;
   const double b = at.x * direction.x + at.y * direction.y;
@@ -137,7 +137,7 @@ bool LensMeshes::absorbed_before(const Vec3& at, const Vec3& direction, double r
   if (a <= 0 || discriminant < 0) return false;
   const double t = (-b + std::sqrt(discriminant)) / a;
   const double z = at.z + t * direction.z;
-  return t > 0 && t < reach && z > mount_.from_z_mm && z < mount_.to_z_mm;
+  return t > 0 && t < reach && z > barrel_.from_z_mm && z < barrel_.to_z_mm;
 }
 
 LensMeshes::Passed LensMeshes::trace_ray(const Vec3& start, const Vec3& start_direction, bool fresnel) const {
@@ -181,7 +181,7 @@ void LensMeshes::trace(optics::RayBlock& block, bool fresnel, int count) const {
     const Vec3 along = lens_to_world_.direction(ray.direction);
     optics::put_ray(block, i, lens_to_world_.point(ray.at), along);
     block.above[i] = static_cast<float>(ray.transmittance);
-    // The emitter lies in the direction -z.
+    // The emitter is in the direction -z.
     block.margin[i] = ray.passed && along.z < 0 ? 1.0F : -1.0F;
   }
 }

@@ -1,9 +1,8 @@
-// A lens made of meshes: glass that refracts, stops and mount that absorb. Embree finds the faces.
+// A lens made of meshes: glass refracts, stops and barrel absorb. Traced with Embree.
 //
-// Nothing is assumed about the order of faces: the nearest surface counts, edges refract too, and glass ends where a
-// face looks along the ray. Normals are those of smooth surfaces (smooth.h). No reflections: light that would be
-// totally reflected is lost. Elements are rigid bodies: rays are brought into their coordinates, so that an assembly
-// or a pose costs nothing to set up.
+// Non-sequential: the nearest surface is hit, edges refract too, and a ray leaves glass where a face is oriented along
+// it. Normals are those of smooth surfaces (smooth.h). No reflections: totally reflected light is lost. Elements are
+// rigid bodies: rays are transformed to their coordinates, so that setting an assembly or a pose is cheap.
 #pragma once
 
 #include <map>
@@ -20,10 +19,10 @@ class EmbreeDevice;
 
 class LensMeshes final : public optics::BlockTracer {
  public:
-  // `meshes` by name: every element of the lens; stops and "mount" (optional, they absorb; those without a mesh are the
-  // prescription's planes and bore). Checked ones (mesh_check.h), in lens coordinates. Indices are the prescription's.
-  // Throws Error(bad_input) for a missing element, a name that the lens does not have, an element with more than two
-  // faces.
+  // `meshes` by name: every element of the lens; optionally stops and "mount" (the barrel), which absorb (without a
+  // mesh they are the prescription's planes and bore). Meshes must be checked (mesh_check.h) and in lens coordinates.
+  // Refractive indices are the prescription's. Throws Error(bad_input) for a missing element, an unknown name, an
+  // element with more than two faces.
   LensMeshes(const optics::Prescription& lens, const std::map<std::string, Mesh>& meshes);
   ~LensMeshes() override;
 
@@ -31,12 +30,12 @@ class LensMeshes final : public optics::BlockTracer {
              const optics::BackwardPath& path) override;
   void trace(optics::RayBlock& block, bool fresnel, int count) const override;
 
-  // One ray in lens coordinates, through the lens as placed, in whichever direction; `direction` is a unit vector.
+  // Traces one ray in lens coordinates, in either direction, through the lens as placed; `direction` is a unit vector.
   struct Passed {
     bool passed = false;  // false: absorbed, or lost in total reflection
     Vec3 at, direction;   // after the last face
     double transmittance = 1;
-    int faces = 0;  // met
+    int faces = 0;  // number of faces hit
   };
   Passed trace_ray(const Vec3& start, const Vec3& direction, bool fresnel) const;
 
@@ -48,10 +47,10 @@ class LensMeshes final : public optics::BlockTracer {
 
   std::unique_ptr<EmbreeDevice> device_;
   std::vector<Body> bodies_;
-  // What the prescription says of stops and mount without a mesh.
+  // Stops and barrel of the prescription that have no mesh.
   std::vector<optics::Stop> stops_;
   bool has_bore_ = false;
-  optics::Mount mount_;
+  optics::Barrel barrel_;
   optics::Motion first_frame_to_lens_, lens_to_world_;
 };
 

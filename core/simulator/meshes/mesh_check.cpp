@@ -8,8 +8,8 @@
 namespace relign::meshes {
 namespace {
 
-// Height over longest edge under which a face has no area: above what rounding to float leaves of faces of 0.01 mm
-// that lie 20 mm from the origin.
+// Ratio of height to longest edge below which a face has no area: above the float rounding of faces of 0.01 mm, 20 mm
+// from the origin.
 constexpr double kFlat = 1e-4;
 
 std::string place(const Vec3& v) {
@@ -18,7 +18,7 @@ std::string place(const Vec3& v) {
   return text;
 }
 
-// Mistakes of one kind: how many, and the first one's place.
+// Mistakes of one kind: their number, and the position of the first.
 class Mistakes {
  public:
   void add(const Mesh& mesh, std::size_t triangle, const std::string& detail) {
@@ -31,7 +31,7 @@ class Mistakes {
               const std::string& file) const {
     if (count_ == 0) return;
     const std::string what = count_ == 1 ? one : std::to_string(count_) + " " + several;
-    problems.push_back({file, 0, 0, "", what + "; the first: face " + std::to_string(face_) + ", " + detail_});
+    problems.push_back({file, 0, 0, "", what + "; first: face " + std::to_string(face_) + ", " + detail_});
   }
 
  private:
@@ -72,8 +72,8 @@ void check_edges(const Mesh& mesh, const std::string& file, std::vector<Problem>
   open.report("1 edge has a face on one side only: the mesh has a hole",
               "edges have a face on one side only: the mesh has holes", problems, file);
   crowded.report("1 edge has more than two faces", "edges have more than two faces", problems, file);
-  turned.report("1 edge lies between faces that look to opposite sides: flipped normals",
-                "edges lie between faces that look to opposite sides: flipped normals", problems, file);
+  turned.report("1 edge is between faces that look to opposite sides: flipped normals",
+                "edges are between faces that look to opposite sides: flipped normals", problems, file);
 }
 
 double volume(const Mesh& mesh) {
@@ -87,7 +87,7 @@ double volume(const Mesh& mesh) {
 
 void check_mesh(const Mesh& mesh, Demand demand, const std::string& file) {
   std::vector<Problem> problems;
-  if (mesh.triangles.empty()) throw_if_any({{file, 0, 0, "", "the file has no faces: expected a mesh of triangles"}});
+  if (mesh.triangles.empty()) throw_if_any({{file, 0, 0, "", "expected a mesh of triangles, found no faces"}});
   Mistakes infinite, flat;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     bool finite = true;
@@ -109,9 +109,10 @@ void check_mesh(const Mesh& mesh, Demand demand, const std::string& file) {
   }
   if (problems.empty()) return;
   if (demand == Demand::body)
-    problems.push_back({file, 0, 0, "",
-                        "a lens mesh is one closed surface whose faces look outwards; repair it where it was made, or "
-                        "write one with 'relign-bench lens export-mesh'"});
+    problems.push_back(
+        {file, 0, 0, "",
+         "a lens mesh must be one closed surface whose faces look outwards; repair it where it was made, or "
+         "create one with 'relign-bench lens export-mesh'"});
   throw_if_any(problems);
 }
 

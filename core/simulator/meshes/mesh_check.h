@@ -1,4 +1,4 @@
-// Whether a mesh can be the surface of a piece of glass, and what is wrong with it and where.
+// Checks whether a mesh can be the surface of a piece of glass, and reports what is wrong and where.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 namespace relign::meshes {
 
 enum class Demand {
-  surface,  // faces with finite corners: enough for what absorbs
-  body      // besides closed, every face with an area and looking outwards: glass
+  surface,  // faces with finite corners: sufficient for absorbing parts
+  body      // also closed, with faces of non-zero area that look outwards: glass
 };
 
 // Throws Error(bad_input) that names `file`, the first face of each kind of mistake, and what to do. `mesh` is welded.

@@ -9,7 +9,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
-#include "meshes/file_promise.h"
+#include "meshes/mesh_header.h"
 
 namespace relign::meshes {
 namespace {
@@ -29,18 +29,18 @@ std::string extension_of(const fs::path& file) {
   return text;
 }
 
-FilePromise promise_of(const fs::path& file) {
+HeaderCounts check_header(const fs::path& file) {
   const std::string extension = extension_of(file);
   if (extension != ".ply" && extension != ".stl" && extension != ".obj")
-    refuse(file, "'" + extension + "' is no kind of mesh read here; allowed: .ply, .stl, .obj");
+    refuse(file, "unknown mesh format '" + extension + "'; allowed: .ply, .stl, .obj");
   std::error_code code;
   if (const std::uintmax_t size = fs::file_size(file, code); !code && size > kMostBytes)
-    refuse(file, "the file has " + std::to_string(size) + " bytes, at most " + std::to_string(kMostBytes) +
-                     " are read; use a coarser mesh");
+    refuse(file, "the file has " + std::to_string(size) + " bytes; allowed are up to " + std::to_string(kMostBytes) +
+                     "; use a coarser mesh");
   const std::string content = read_file(file);
   if (content.empty()) refuse(file, "the file is empty");
-  if (extension == ".ply") return promise_of_ply(file.string(), content);
-  if (extension == ".stl") return promise_of_stl(file.string(), content);
+  if (extension == ".ply") return check_ply_header(file.string(), content);
+  if (extension == ".stl") return check_stl_header(file.string(), content);
   return {};
 }
 
@@ -55,11 +55,11 @@ void append(const aiMesh& part, const fs::path& file, Mesh& mesh, std::uint64_t&
     ++faces;
     if (face.mNumIndices < 3)
       refuse(file, "face " + std::to_string(faces) + " has " + std::to_string(face.mNumIndices) +
-                       " corners, expected three or more");
+                       " corners; expected three or more");
     for (unsigned i = 0; i < face.mNumIndices; ++i)
       if (face.mIndices[i] >= part.mNumVertices)
-        refuse(file, "face " + std::to_string(faces) + " names vertex " + std::to_string(face.mIndices[i]) +
-                         ", there are " + std::to_string(part.mNumVertices));
+        refuse(file, "face " + std::to_string(faces) + " refers to vertex " + std::to_string(face.mIndices[i]) +
+                         "; the mesh has " + std::to_string(part.mNumVertices));
     for (unsigned i = 2; i < face.mNumIndices; ++i) {
       const auto at = [&](unsigned corner) { return static_cast<std::uint32_t>(base + face.mIndices[corner]); };
       mesh.triangles.push_back({at(0), at(i - 1), at(i)});
@@ -71,7 +71,7 @@ void append(const aiMesh& part, const fs::path& file, Mesh& mesh, std::uint64_t&
 }  // namespace
 
 Mesh read_mesh(const fs::path& file, Demand demand) {
-  const FilePromise promise = promise_of(file);
+  const HeaderCounts header = check_header(file);
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
   const aiScene* scene = importer.ReadFile(file.string(), 0);
@@ -79,12 +79,12 @@ Mesh read_mesh(const fs::path& file, Demand demand) {
   Mesh mesh;
   std::uint64_t faces = 0;
   for (unsigned m = 0; m < scene->mNumMeshes; ++m) append(*scene->mMeshes[m], file, mesh, faces);
-  if (promise.faces && faces != *promise.faces)
-    refuse(file, "the file is truncated: its header tells of " + std::to_string(*promise.faces) + " faces, found " +
+  if (header.faces && faces != *header.faces)
+    refuse(file, "the file is truncated: its header states " + std::to_string(*header.faces) + " faces, found " +
                      std::to_string(faces));
   if (mesh.triangles.size() > kMostTriangles)
-    refuse(file, "the mesh has " + std::to_string(mesh.triangles.size()) + " triangles, at most " +
-                     std::to_string(kMostTriangles) + " are read; use a coarser one");
+    refuse(file, "the mesh has " + std::to_string(mesh.triangles.size()) + " triangles; allowed are up to " +
+                     std::to_string(kMostTriangles) + "; use a coarser mesh");
   mesh = welded(mesh);
   check_mesh(mesh, demand, file.string());
   return mesh;

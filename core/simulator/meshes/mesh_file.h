@@ -9,8 +9,8 @@
 
 namespace relign::meshes {
 
-// Reads, welds and checks a mesh; polygons become fans of triangles. Throws Error: io when the file cannot be read,
-// bad_input when it is no such file, is truncated or too large, or does not meet `demand` (see mesh_check.h).
+// Reads, welds and checks a mesh; polygons become fans of triangles. Throws Error: io if the file is unreadable,
+// bad_input if it has another format, is truncated or too large, or does not meet `demand` (mesh_check.h).
 Mesh read_mesh(const std::filesystem::path& file, Demand demand);
 
 // Binary PLY, little-endian, float.

@@ -9,13 +9,13 @@
 namespace relign::meshes {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kMostTriangles = 2e7;
 constexpr int kFewestCorners = 48;  // of a rim
 
+using optics::kPi;
 using optics::sag;
 
-// Corners of one ring: the first vertex and how many; one corner is a point on the axis.
+// The vertices of one ring: the first and their number; a single one is on the axis.
 struct Ring {
   std::uint32_t first = 0;
   int corners = 0;
@@ -55,13 +55,13 @@ class Builder {
     return inner;
   }
 
-  // Between two rings around the axis. `outwards`: the faces look to +z if the second ring is the larger one.
+  // Connects two rings around the axis. `turned`: faces look to +z if the second ring is the larger one.
   void connect(const Ring& a, const Ring& b, bool turned) {
     const int steps_a = a.corners == 1 ? 0 : a.corners, steps_b = b.corners;
     int i = 0, j = 0;
     const auto at = [](const Ring& ring, int k) { return ring.first + static_cast<std::uint32_t>(k % ring.corners); };
     while (i < steps_a || j < steps_b) {
-      // The next corner is that of the ring which lags behind.
+      // The next corner belongs to the ring with less progress.
       const bool on_b =
           i == steps_a || (j < steps_b && static_cast<double>(j + 1) / steps_b <= static_cast<double>(i + 1) / steps_a);
       const std::uint32_t third = on_b ? at(b, j + 1) : at(a, i + 1);
@@ -99,34 +99,35 @@ bool cone_fits(const optics::Face& front, const optics::Face& back) {
 }  // namespace
 
 void check_on_axis(const optics::Element& element) {
-  if (!element.placement.is_nothing())
-    throw Error(ErrorKind::bad_input, "the lens file itself decentres or tilts element " + element.name +
-                                          ": lenses of meshes are made of elements on the axis");
+  if (!element.placement.is_identity())
+    throw Error(ErrorKind::bad_input, "the lens file decentres or tilts element " + element.name +
+                                          "; lenses of meshes need elements on the axis");
 }
 
 Mesh element_mesh(const optics::Element& element, double pitch_mm) {
   if (element.faces.size() != 2)
     throw Error(ErrorKind::bad_input, "element " + element.name + " has " + std::to_string(element.faces.size()) +
-                                          " faces: meshes are made of elements with two; give the glasses of a "
-                                          "cemented element as elements of their own");
+                                          " faces; meshes need elements with two: define each glass of a cemented "
+                                          "element as a separate element");
   check_on_axis(element);
   const optics::Face &front = element.faces[0], &back = element.faces[1];
   const double largest = std::max(front.clear_radius_mm, back.clear_radius_mm);
   if (2 * 2 * kPi * largest * largest / (pitch_mm * pitch_mm) > kMostTriangles)
-    throw Error(ErrorKind::bad_input, "a pitch of " + shortest(pitch_mm) + " mm makes too many triangles for element " +
-                                          element.name + " of radius " + shortest(largest) + " mm; allowed: about " +
-                                          std::to_string(static_cast<int>(kMostTriangles)));
+    throw Error(ErrorKind::bad_input, "a pitch of " + shortest(pitch_mm) + " mm gives too many triangles for element " +
+                                          element.name + " of radius " + shortest(largest) + " mm; allowed are about " +
+                                          std::to_string(static_cast<int>(kMostTriangles)) + "; use a larger pitch");
   if (front.z_mm + sag(front, front.clear_radius_mm) >= back.z_mm + sag(back, back.clear_radius_mm))
-    throw Error(ErrorKind::bad_input, "element " + element.name + " has no edge: its faces' rims, at clear radii " +
+    throw Error(ErrorKind::bad_input, "element " + element.name +
+                                          " has no edge: the rims of its faces, at semi-diameters " +
                                           shortest(front.clear_radius_mm) + " and " + shortest(back.clear_radius_mm) +
-                                          " mm, meet or cross; give smaller clear radii");
+                                          " mm, touch or cross; use smaller semi-diameters");
   Builder builder(pitch_mm);
   const int corners = builder.corners_at(largest, kFewestCorners);
   const Ring front_rim = builder.face(front, corners, false);
   const Ring back_rim = builder.face(back, corners, true);
   Ring last = front_rim;
   if (!cone_fits(front, back)) {
-    // At the smaller rim's height out to the larger radius.
+    // A plane ring at the smaller rim's height, out to the larger radius.
     const bool front_larger = front.clear_radius_mm > back.clear_radius_mm;
     const double z =
         front_larger ? back.z_mm + sag(back, back.clear_radius_mm) : front.z_mm + sag(front, front.clear_radius_mm);

@@ -1,4 +1,4 @@
-// The mesh of a lens element: what 'lens export-mesh' writes.
+// Builds the mesh of a lens element, for 'lens export-mesh'.
 #pragma once
 
 #include "meshes/mesh.h"
@@ -6,13 +6,12 @@
 
 namespace relign::meshes {
 
-// A closed mesh in lens coordinates: both faces within their clear radii, in rings `pitch_mm` apart along the face and
-// corners as far apart on each; between the rims a cone, or a cylinder with a plane ring where a cone would cut a face.
-// Throws Error(bad_input) for elements with more than two faces or off the axis, or when the mesh would have too many
-// triangles.
+// A closed mesh in lens coordinates: both faces within their semi-diameters, in rings `pitch_mm` apart along the face
+// with corners as far apart on each; between the rims a cone, or a cylinder with a plane ring if a cone would cut a
+// face. Throws Error(bad_input) for elements with more than two faces or off the axis, and for too many triangles.
 Mesh element_mesh(const optics::Element& element, double pitch_mm);
 
-// Throws Error(bad_input) for elements that the design itself places off the axis.
+// Throws Error(bad_input) for elements that the design places off the axis.
 void check_on_axis(const optics::Element& element);
 
 }  // namespace relign::meshes

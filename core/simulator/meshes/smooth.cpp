@@ -5,7 +5,7 @@
 namespace relign::meshes {
 namespace {
 
-// Sets that are united step by step.
+// Union-find.
 class Sets {
  public:
   explicit Sets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0U); }
@@ -13,7 +13,7 @@ class Sets {
     while (parent_[item] != item) item = parent_[item] = parent_[parent_[item]];
     return item;
   }
-  // The smaller number stands for both: numbers do not depend on the order of calls.
+  // The smaller number represents both, so that results do not depend on the order of calls.
   void unite(std::uint32_t a, std::uint32_t b) {
     a = of(a);
     b = of(b);
@@ -31,7 +31,7 @@ class Sets {
   std::vector<std::uint32_t> parent_;
 };
 
-// Of each triangle: whether it belongs to a flat rim.
+// Per triangle: whether it belongs to a flat rim.
 std::vector<char> flat_rims(const Mesh& mesh, const std::vector<HalfEdge>& edges) {
   std::vector<char> flat(mesh.triangles.size());
   for (std::size_t t = 0; t < flat.size(); ++t) {
@@ -81,7 +81,7 @@ CornerNormals corner_normals(const Mesh& mesh) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     for (std::size_t i = 0; i < 3; ++i) {
       result.corners[t][i] = number[3 * t + i];
-      // Max's weights: the sum over a vertex' faces is exact where vertex and neighbours lie on a sphere.
+      // Max's weights: the sum over the faces of a vertex is exact if the vertex and its neighbours are on a sphere.
       const Vec3 a = mesh.corner(t, (i + 1) % 3) - mesh.corner(t, i);
       const Vec3 b = mesh.corner(t, (i + 2) % 3) - mesh.corner(t, i);
       Vec3& sum = result.normals[number[3 * t + i]];

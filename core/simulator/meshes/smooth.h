@@ -1,4 +1,4 @@
-// Where a closed mesh is smooth and where it has edges: patches, and normals for the corners of faces.
+// Smooth patches of a closed mesh, and normals for the corners of its faces.
 #pragma once
 
 #include <cstdint>
@@ -8,20 +8,20 @@
 
 namespace relign::meshes {
 
-// Faces that meet at a smaller angle belong to one smooth surface. Meshes of lenses turn by less from face to face
-// (pitch over radius of curvature), and rims by more.
+// Faces at a smaller angle to each other belong to one smooth surface. Optical faces of lens meshes turn by less from
+// face to face (pitch over radius of curvature), rims by more.
 inline constexpr double kCreaseDegrees = 20;
-// A flat rim around a face, square to the axis, is a surface of its own however little it turns from the face:
-// triangles whose normals lie so near the z axis, unless they reach the axis.
+// A flat rim around a face, perpendicular to the axis, is a separate surface however small its angle to the face:
+// triangles whose normals are this close to the z axis, unless their surface reaches the axis.
 inline constexpr double kFlatRimRadians = 3e-4;
 
 struct CornerNormals {
   std::vector<Vec3> normals;      // unit, outwards
-  std::vector<Triangle> corners;  // of each triangle: which normal each corner has
+  std::vector<Triangle> corners;  // per triangle: index of the normal of each corner
 };
 
-// Normals as of the smooth surface that the corners lie on: exact for corners on a sphere, up to the rounding of the
-// file. Faces across an edge have no part in them, so that edges stay sharp. `mesh` is a checked body.
+// Normals of the smooth surface through the corners: exact for corners on a sphere, up to the rounding of the file.
+// Faces across an edge do not contribute, so that edges stay sharp. `mesh` must be a checked body.
 CornerNormals corner_normals(const Mesh& mesh);
 
 struct Patches {
@@ -29,7 +29,7 @@ struct Patches {
   std::uint32_t count = 0;
 };
 
-// The smooth surfaces that edges divide the mesh into.
+// Divides the mesh into smooth surfaces at its edges.
 Patches smooth_patches(const Mesh& mesh);
 
 }  // namespace relign::meshes

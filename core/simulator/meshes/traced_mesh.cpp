@@ -13,21 +13,21 @@
 namespace relign::meshes {
 namespace {
 
-// Where a line is inside a box.
-struct Stretch {
+// The interval of a line inside a box.
+struct Interval {
   double near = 0, far = 0;
 };
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Embree's failures, in words.
+// Throws for an error code of Embree.
 [[noreturn]] void embree_failed(RTCError code) {
   throw Error(ErrorKind::internal, "Embree failed with code " + std::to_string(static_cast<int>(code)) +
                                        (code == RTC_ERROR_OUT_OF_MEMORY ? ": out of memory" : ""));
 }
 
-Stretch clip(const Vec3& p, const Vec3& d, const Vec3& low, const Vec3& high) {
-  Stretch box{-kInfinity, kInfinity};
+Interval clip(const Vec3& p, const Vec3& d, const Vec3& low, const Vec3& high) {
+  Interval box{-kInfinity, kInfinity};
   const auto axis = [&](double at, double along, double least, double most) {
     if (along == 0) {
       if (at < least || at > most) box.near = kInfinity;
@@ -60,7 +60,7 @@ TracedMesh::TracedMesh(const EmbreeDevice& device, const Mesh& mesh, bool smooth
     high_ = {std::max(high_.x, v.x), std::max(high_.y, v.y), std::max(high_.z, v.z)};
   }
   middle_ = 0.5 * (low_ + high_);
-  constexpr double kWider = 1e-5;  // than the mesh: a box without depth still has an inside
+  constexpr double kWider = 1e-5;  // than the mesh, so that flat meshes have a box with volume
   low_ = low_ - Vec3{kWider, kWider, kWider};
   high_ = high_ + Vec3{kWider, kWider, kWider};
 
@@ -79,12 +79,12 @@ TracedMesh::TracedMesh(const EmbreeDevice& device, const Mesh& mesh, bool smooth
   std::memcpy(indices, mesh_.triangles.data(), mesh_.triangles.size() * sizeof(Triangle));
   rtcCommitGeometry(geometry);
   scene_ = rtcNewScene(device.handle());
-  rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);  // no ray slips between two triangles
+  rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);  // no ray passes between two adjacent triangles
   rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_HIGH);
   rtcAttachGeometry(scene_, geometry);
   rtcReleaseGeometry(geometry);
   rtcCommitScene(scene_);
-  // Asking for the error clears it.
+  // Reading the error clears it.
   if (const RTCError code = rtcGetDeviceError(device.handle()); code != RTC_ERROR_NONE) embree_failed(code);
 }
 
@@ -101,7 +101,7 @@ TracedMesh::TracedMesh(TracedMesh&& other) noexcept
       scene_(std::exchange(other.scene_, nullptr)) {}
 
 double TracedMesh::box_entry(const Vec3& start, const Vec3& direction) const {
-  const Stretch box = clip(start, direction, low_, high_);
+  const Interval box = clip(start, direction, low_, high_);
   return box.near > box.far || box.far < 0 ? kInfinity : box.near;
 }
 
@@ -145,7 +145,7 @@ bool TracedMesh::nearest(const Vec3& start, const Vec3& direction, double from, 
   const Triangle& corners = normals_.corners[triangle];
   point.normal = unit((1 - u - v) * normals_.normals[corners[0]] + u * normals_.normals[corners[1]] +
                       v * normals_.normals[corners[2]]);
-  // Near grazing the smooth surface may look away where the facet does not.
+  // Near grazing incidence the smooth normal may face the other way than the facet.
   if ((dot(point.normal, direction) < 0) != point.entering) point.normal = unit(facet);
   return true;
 }

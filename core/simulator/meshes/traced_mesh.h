@@ -1,16 +1,16 @@
-// One mesh as rays see it: Embree finds the triangle, the rest is reckoned in double.
+// Ray tracing of one mesh: Embree finds the triangle, the hit is computed in double.
 #pragma once
 
 #include "meshes/mesh.h"
 #include "meshes/smooth.h"
 
-// Embree's own types; its header stays in traced_mesh.cpp.
+// Embree's types; its header is included only by traced_mesh.cpp.
 struct RTCDeviceTy;
 struct RTCSceneTy;
 
 namespace relign::meshes {
 
-// One thread builds the trees: they, and so the images, do not depend on the machine's load.
+// Builds trees with one thread, so that they, and the images, do not depend on the load of the machine.
 class EmbreeDevice {
  public:
   EmbreeDevice();
@@ -25,21 +25,21 @@ class EmbreeDevice {
 
 struct SurfacePoint {
   double distance = 0;    // along the ray, mm
-  bool entering = false;  // the ray goes against the outward side of the facet
-  Vec3 at, normal;        // on the facet; unit, outwards, of the smooth surface. Unset for what is not smooth
+  bool entering = false;  // the ray enters the body
+  Vec3 at, normal;        // hit on the facet; unit outward normal of the smooth surface, unset if not smooth
 };
 
 class TracedMesh {
  public:
-  // `device` outlives the mesh. smooth: points have normals; for meshes that are closed.
+  // `device` must outlive the mesh. smooth: compute normals; for closed meshes.
   TracedMesh(const EmbreeDevice& device, const Mesh& mesh, bool smooth);
   ~TracedMesh();
   TracedMesh(TracedMesh&& other) noexcept;
   TracedMesh& operator=(TracedMesh&& other) = delete;
 
-  // Where the line enters the box around the mesh, perhaps behind its start; infinity where it passes beside.
+  // Distance at which the line enters the box around the mesh, negative behind the start; infinity on a miss.
   double box_entry(const Vec3& start, const Vec3& direction) const;
-  // The nearest point at a distance between `from` and `to` along a unit vector; false without one.
+  // The nearest hit at a distance between `from` and `to` along a unit vector; false without one.
   bool nearest(const Vec3& start, const Vec3& direction, double from, double to, SurfacePoint& point) const;
 
  private:
@@ -48,7 +48,8 @@ class TracedMesh {
 
   Mesh mesh_;
   CornerNormals normals_;
-  Vec3 low_, high_, middle_;  // of the box around it; Embree's copy lies around the middle, where floats are finer
+  Vec3 low_, high_,
+      middle_;  // of the bounding box; Embree's copy is centred on the middle, where floats are more precise
   RTCSceneTy* scene_ = nullptr;
 };
 

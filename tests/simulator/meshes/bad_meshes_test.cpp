@@ -1,4 +1,4 @@
-// What is read as a mesh, and what is refused with which sentence.
+// Which mesh files are accepted, and the errors for others.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -37,9 +37,9 @@ class MeshFileTest : public testing::Test {
   }
   std::string refusal(const std::string& name, const std::string& text, Demand demand = Demand::body) {
     const std::filesystem::path file = write(name, text);
-    const std::string said = error_text(ErrorKind::bad_input, [&] { read_mesh(file, demand); });
-    EXPECT_THAT(said, HasSubstr(file.string()));
-    return said;
+    const std::string message = error_text(ErrorKind::bad_input, [&] { read_mesh(file, demand); });
+    EXPECT_THAT(message, HasSubstr(file.string()));
+    return message;
   }
   std::string refusal(const Mesh& mesh) { return refusal("L1.ply", ply_of(mesh)); }
 
@@ -77,7 +77,7 @@ std::string stl_binary() {
   return bytes;
 }
 
-TEST_F(MeshFileTest, EveryFormatGivesTheSameBody) {
+TEST_F(MeshFileTest, EveryFormatGivesTheSameMesh) {
   for (const auto& [name, text] : {std::pair<std::string, std::string>{"a.ply", ply_of(tetrahedron())},
                                    {"A.PLY", ply_of(tetrahedron())},
                                    {"a.obj", kObj},
@@ -89,78 +89,78 @@ TEST_F(MeshFileTest, EveryFormatGivesTheSameBody) {
   }
 }
 
-TEST_F(MeshFileTest, FacesOfManyCornersBecomeTriangles) {
+TEST_F(MeshFileTest, SplitsPolygonsIntoTriangles) {
   const Mesh cube = read_mesh(write("cube.obj",
                                     "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
                                     "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n"),
                               Demand::body);
   EXPECT_EQ(cube.triangles.size(), 12u);
-  EXPECT_EQ(cube.face_number(11), 6u) << "places are those of the file's faces";
+  EXPECT_EQ(cube.face_number(11), 6u) << "positions are those of the file's faces";
 }
 
-TEST_F(MeshFileTest, HolesAreNamedWithTheirPlace) {
+TEST_F(MeshFileTest, ReportsHolesWithPosition) {
   Mesh open = tetrahedron();
   open.triangles.pop_back();
-  EXPECT_THAT(refusal(open), HasSubstr("3 edges have a face on one side only: the mesh has holes; the first: face 1, "
+  EXPECT_THAT(refusal(open), HasSubstr("3 edges have a face on one side only: the mesh has holes; first: face 1, "
                                        "between (0, 1, 0) mm and (1, 0, 0) mm"));
 }
 
-TEST_F(MeshFileTest, FacesWithoutAreaAreNamed) {
+TEST_F(MeshFileTest, ReportsFacesWithoutArea) {
   Mesh flat = tetrahedron();
   flat.vertices.push_back({0.5, 0.5, 0});
   flat.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 4, 3}, {4, 2, 3}, {1, 2, 4}};
-  EXPECT_THAT(refusal(flat), HasSubstr("1 face has no area; the first: face 6, at (1, 0, 0) mm"));
+  EXPECT_THAT(refusal(flat), HasSubstr("1 face has no area; first: face 6, at (1, 0, 0) mm"));
 }
 
-TEST_F(MeshFileTest, FlippedNormalsAreNamed) {
+TEST_F(MeshFileTest, ReportsFlippedNormals) {
   Mesh one = tetrahedron();
   std::swap(one.triangles[2][0], one.triangles[2][1]);
-  EXPECT_THAT(refusal(one), HasSubstr("3 edges lie between faces that look to opposite sides: flipped normals; the "
-                                      "first: face 1, between"));
+  EXPECT_THAT(refusal(one), HasSubstr("3 edges are between faces that look to opposite sides: flipped normals; first: "
+                                      "face 1, between"));
   Mesh all = tetrahedron();
   for (Triangle& triangle : all.triangles) std::swap(triangle[0], triangle[1]);
   EXPECT_THAT(refusal(all), HasSubstr("all faces look inwards (the volume is -0.1667 mm^3)"));
 }
 
-TEST_F(MeshFileTest, EdgesOfThreeFacesAreNamed) {
+TEST_F(MeshFileTest, ReportsEdgesOfThreeFaces) {
   Mesh mesh = tetrahedron();
   mesh.vertices.push_back({1, 1, 1});
   mesh.triangles.push_back({0, 1, 4});
-  EXPECT_THAT(refusal(mesh), HasSubstr("1 edge has more than two faces; the first: face 1"));
+  EXPECT_THAT(refusal(mesh), HasSubstr("1 edge has more than two faces; first: face 1"));
 }
 
-TEST_F(MeshFileTest, NumbersThatAreNoneAreNamed) {
+TEST_F(MeshFileTest, ReportsNonFiniteNumbers) {
   Mesh mesh = tetrahedron();
   mesh.vertices[3].y = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT(refusal(mesh), HasSubstr("3 faces have corners that are not finite; the first: face 2, corner 3"));
+  EXPECT_THAT(refusal(mesh), HasSubstr("3 faces have corners that are not finite; first: face 2, corner 3"));
   EXPECT_THAT(refusal("stop.ply", ply_of(mesh), Demand::surface), HasSubstr("not finite"))
-      << "what absorbs needs places too";
+      << "absorbing meshes need finite positions too";
 }
 
-TEST_F(MeshFileTest, WhatAbsorbsMayBeOpen) {
+TEST_F(MeshFileTest, AcceptsOpenAbsorbingMesh) {
   Mesh open = tetrahedron();
   open.triangles.pop_back();
   EXPECT_EQ(read_mesh(write("stop.ply", ply_of(open)), Demand::surface).triangles.size(), 3u);
 }
 
-TEST_F(MeshFileTest, TruncatedFilesAreRefusedWhereverTheyEnd) {
+TEST_F(MeshFileTest, RejectsEveryTruncation) {
   const std::string ply = ply_of(element_mesh(optics::relign_od().elements[2], 1.0));
   for (std::size_t size = 1; size < ply.size(); size += 97) {
-    const std::string said = refusal("L3.ply", ply.substr(0, size));
-    EXPECT_EQ(said.find("has holes"), std::string::npos) << "found out before the mesh is looked at, at " << size;
+    const std::string message = refusal("L3.ply", ply.substr(0, size));
+    EXPECT_EQ(message.find("has holes"), std::string::npos) << "rejected before the mesh is checked, at " << size;
   }
   EXPECT_THAT(refusal("L3.ply", ply.substr(0, ply.size() - 1)), HasSubstr("truncated"));
   EXPECT_THAT(refusal("L3.stl", stl_binary().substr(0, 200)),
-              HasSubstr("the file is truncated or no STL: its header tells of 4 faces (284 bytes), found 200 bytes"));
-  EXPECT_THAT(refusal("L3.stl", stl_text().substr(0, 250)), HasSubstr("truncated: the text STL has no \"endsolid\""));
+              HasSubstr("the file is truncated or not an STL: its header states 4 faces (284 bytes), found 200 bytes"));
+  EXPECT_THAT(refusal("L3.stl", stl_text().substr(0, 250)), HasSubstr("truncated: the text STL has no 'endsolid'"));
   EXPECT_THAT(refusal("L3.obj", std::string(kObj).substr(0, sizeof kObj - 9)), HasSubstr("holes"))
-      << "text of an OBJ file tells of no length";
+      << "the text of an OBJ file does not state its length";
 }
 
-TEST_F(MeshFileTest, OtherFilesAreRefused) {
-  EXPECT_THAT(refusal("L1.json", "{}"), HasSubstr("'.json' is no kind of mesh read here; allowed: .ply, .stl, .obj"));
-  EXPECT_THAT(refusal("L1.ply", "what is this"), HasSubstr("does not begin with \"ply\""));
-  EXPECT_THAT(refusal("L1.stl", "what is this"), HasSubstr("is no STL file"));
+TEST_F(MeshFileTest, RejectsOtherFiles) {
+  EXPECT_THAT(refusal("L1.json", "{}"), HasSubstr("unknown mesh format '.json'; allowed: .ply, .stl, .obj"));
+  EXPECT_THAT(refusal("L1.ply", "what is this"), HasSubstr("does not begin with 'ply'"));
+  EXPECT_THAT(refusal("L1.stl", "what is this"), HasSubstr("not an STL file"));
   EXPECT_THAT(refusal("L1.obj", ""), HasSubstr("the file is empty"));
   EXPECT_THAT(refusal("L1.obj", "v 0 0 0\n"), HasSubstr(".obj"));
   EXPECT_THAT(refusal("L1.ply", "ply\nformat ascii 1.0\nelement vertex 0\nelement face 0\nend_header\n"),
@@ -169,32 +169,31 @@ TEST_F(MeshFileTest, OtherFilesAreRefused) {
       refusal("L1.ply",
               "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
               "property float z\nelement face 4000000000\nproperty list uchar int vertex_indices\nend_header\n"),
-      HasSubstr(
-          "truncated: its header tells of 3 vertices and 4000000000 faces, too many for the 0 bytes that follow"));
+      HasSubstr("truncated: its header states 3 vertices and 4000000000 faces, but only 0 bytes follow"));
   EXPECT_THAT(error_text(ErrorKind::io, [&] { read_mesh(folder_ / "none.ply", Demand::body); }), HasSubstr("none.ply"));
 }
 
-// assimp would look for room, or for the end, for ever.
-TEST_F(MeshFileTest, ListsAndHeadersOfTextAreHeldToTheirWord) {
+// assimp would run out of memory, or never return.
+TEST_F(MeshFileTest, RejectsTextThatContradictsItsHeader) {
   const auto ply = [](const std::string& format, const std::string& faces, const std::string& list) {
     return "ply\nformat " + format + " 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n" +
            "element face " + faces + "\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n" +
            list + "\n";
   };
   EXPECT_THAT(refusal("L1.ply", ply("ascii", "1", "2222222222 0 1 2")),
-              HasSubstr("fewer values than its list says in entry 0 of its element \"face\": \"2222222222 0 1 2\""));
-  EXPECT_THAT(refusal("L1.ply", ply("ascii", "1", "4 0 1 2")), HasSubstr("fewer values than its list says"));
-  EXPECT_THAT(refusal("L1.ply", ply("ascii", "1", "3 0 1 2 7")), HasSubstr("more values than its header says"));
-  EXPECT_THAT(refusal("L1.ply", ply("ascii", "1", "\n3 0 1 2")), HasSubstr("fewer values than its header says"));
-  for (const std::string said : {"22222222222222222222222222222222", "3e9", "-3", "three"})
-    EXPECT_THAT(refusal("L1.ply", ply("ascii", "1", said + " 0 1 2")),
-                HasSubstr("expected how many values a list has"));
+              HasSubstr("fewer values than the list states in entry 0 of element 'face': '2222222222 0 1 2'"));
+  EXPECT_THAT(refusal("L1.ply", ply("ascii", "1", "4 0 1 2")), HasSubstr("fewer values than the list states"));
+  EXPECT_THAT(refusal("L1.ply", ply("ascii", "1", "3 0 1 2 7")), HasSubstr("more values than the header states"));
+  EXPECT_THAT(refusal("L1.ply", ply("ascii", "1", "\n3 0 1 2")), HasSubstr("fewer values than the header states"));
+  for (const std::string message : {"22222222222222222222222222222222", "3e9", "-3", "three"})
+    EXPECT_THAT(refusal("L1.ply", ply("ascii", "1", message + " 0 1 2")),
+                HasSubstr("expected the number of values of a list"));
   EXPECT_THAT(refusal("L1.ply", ply("ascii", "1e999", "3 0 1 2")), HasSubstr("expected a number of entries"));
   EXPECT_THAT(refusal("L1.ply", ply(std::string("ascii\0", 6), "1", "3 0 1 2")),
               HasSubstr("allowed: ascii, binary_little_endian, binary_big_endian"));
 }
 
-TEST_F(MeshFileTest, IndicesOutsideAreNamed) {
+TEST_F(MeshFileTest, ReportsIndicesOutOfRange) {
   Mesh mesh = tetrahedron();
   mesh.triangles[3][2] = 17;
   EXPECT_THAT(refusal(mesh), HasSubstr("L1.ply"));

@@ -1,4 +1,4 @@
-// Meshes of a prescription's elements are closed, and give the prescription back.
+// Meshes of a prescription's elements are closed, and fits recover the prescription.
 #include "meshes/lens_fit.h"
 
 #include <gmock/gmock.h>
@@ -48,7 +48,7 @@ TEST(ElementMesh, IsClosedForEveryShape) {
       EXPECT_NO_THROW(check_mesh(element_mesh(made, pitch), Demand::body, made.name));
 }
 
-TEST(ElementMesh, HasThePitchAskedFor) {
+TEST(ElementMesh, HasTheRequestedPitch) {
   const Mesh mesh = element_mesh(relign_od().elements[2], 0.1);
   const Patches patches = smooth_patches(mesh);
   EXPECT_EQ(patches.count, 3u) << "front, edge, back";
@@ -66,17 +66,17 @@ TEST(ElementMesh, HasThePitchAskedFor) {
   EXPECT_LT(longest, 0.16);
 }
 
-TEST(ElementMesh, WhatHasNoMeshIsRefused) {
+TEST(ElementMesh, RejectsUnsupportedElements) {
   optics::Element cemented = shapes()[0];
   cemented.faces.push_back(cemented.faces[1]);
   EXPECT_THAT(test::error_text(ErrorKind::bad_input, [&] { element_mesh(cemented, 0.1); }), HasSubstr("E has 3 faces"));
   EXPECT_THAT(test::error_text(ErrorKind::bad_input, [&] { element_mesh(shapes()[0], 1e-5); }),
-              HasSubstr("makes too many triangles"));
+              HasSubstr("gives too many triangles"));
   EXPECT_THAT(test::error_text(ErrorKind::bad_input, [&] { element_mesh(element(3, 2.5, -3, 2.5, 0.5), 0.1); }),
               HasSubstr("no edge"));
 }
 
-TEST(LensFit, GivesThePrescriptionBack) {
+TEST(LensFit, RecoversThePrescription) {
   for (const optics::Element& made : relign_od().elements) {
     const FittedElement fitted = fit_element(element_mesh(made, 0.1), made.name);
     for (const auto& [face, found] : {std::pair{made.faces[0], fitted.front}, {made.faces[1], fitted.back}}) {
@@ -90,7 +90,7 @@ TEST(LensFit, GivesThePrescriptionBack) {
   }
 }
 
-TEST(LensFit, PlanesAndSteepFaces) {
+TEST(LensFit, FitsPlanesAndSteepFaces) {
   const FittedElement flat = fit_element(element_mesh(shapes()[1], 0.1), "E");
   EXPECT_NEAR(flat.front.curvature, 0, 1e-9);
   EXPECT_NEAR(1 / flat.back.curvature, -5, 1e-7);
@@ -98,8 +98,8 @@ TEST(LensFit, PlanesAndSteepFaces) {
   EXPECT_NEAR(1 / steep.back.curvature, 3.2, 1e-7);
 }
 
-// A face that a flat rim surrounds, turned from it by 3 degrees only: as design programs make elements.
-TEST(LensFit, FlatRimsAreNoPartOfTheFace) {
+// A face surrounded by a flat rim, at only 3 degrees to it, as design programs make elements.
+TEST(LensFit, IgnoresFlatRims) {
   Mesh mesh = element_mesh(element(40, 3, -20, 3, 1), 0.2);
   double rim = 0;  // the ring next to 2 mm
   for (const Vec3& v : mesh.vertices)
@@ -113,13 +113,13 @@ TEST(LensFit, FlatRimsAreNoPartOfTheFace) {
   EXPECT_LT(front.residual_largest_mm, 1e-8);
 }
 
-TEST(LensFit, TellsOfTiltAndOfWhatIsNoSphere) {
+TEST(LensFit, ReportsTiltAndResiduals) {
   Mesh mesh = element_mesh(relign_od().elements[3], 0.1);
   const Mesh straight = mesh;
   const optics::Motion tilt{optics::rotation_of_degrees(0.5, 0, 0), {0, 0, 0}};
   for (Vec3& v : mesh.vertices) v = tilt.point(v);
   const FittedFace front = fit_element(mesh, "tilted").front;
-  // The centre of the sphere lies 15.07 + 5.13 mm from the pivot: seen from there, the axis meets it a little off.
+  // The centre of the sphere is 15.07 + 5.13 mm from the pivot, so that the axis crosses it slightly off the vertex.
   EXPECT_NEAR(1 / front.curvature, 5.12683, 1e-7);
   EXPECT_NEAR(front.tilt_deg[1], -std::asin(20.201453 * std::sin(0.5 * 0.0174532925) / 5.12683) * 57.29578, 1e-4);
 
@@ -131,11 +131,11 @@ TEST(LensFit, TellsOfTiltAndOfWhatIsNoSphere) {
   EXPECT_GT(bent.residual_rms_mm, 1e-4);
 }
 
-TEST(LensFit, RefusesWhatIsNoElement) {
+TEST(LensFit, RejectsMeshesThatAreNotElements) {
   Mesh aside = element_mesh(shapes()[0], 0.5);
   for (Vec3& v : aside.vertices) v.x += 10;
   EXPECT_THAT(test::error_text(ErrorKind::bad_input, [&] { fit_element(aside, "L1.ply"); }),
-              HasSubstr("L1.ply: the z axis (x = y = 0) does not meet the mesh"));
+              HasSubstr("L1.ply: the z axis (x = y = 0) misses the mesh"));
   Mesh cube;
   cube.vertices = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}, {-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}};
   cube.triangles = {{0, 2, 1}, {0, 3, 2}, {4, 5, 6}, {4, 6, 7}, {0, 1, 5}, {0, 5, 4},

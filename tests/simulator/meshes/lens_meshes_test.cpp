@@ -1,4 +1,4 @@
-// Rays through meshes land where those through spheres do, the closer the finer the mesh.
+// Rays through meshes converge to those through spheres with finer meshes.
 #include "meshes/lens_meshes.h"
 
 #include <gmock/gmock.h>
@@ -26,13 +26,13 @@ struct Landing {
   int rays = 0, lost = 0;
 };
 
-// Rays of far object points over field and pupil, traced by both, compared on the image plane.
+// Rays of distant object points over field and pupil, traced by both, compared on the image plane.
 Landing compare(const LensMeshes& meshes, const optics::Assembly& assembly) {
   const optics::Prescription& lens = assembly.lens();
   Landing landing;
   for (const double field : {0.0, 12.0, 25.0, 36.0})
     for (int k = 0; k < 400; ++k) {
-      // A spiral over the entrance pupil: even, and in step with no mesh.
+      // A spiral over the entrance pupil: uniform, and not aligned with any mesh.
       const double radius = 0.68 * std::sqrt((k + 0.5) / 400), angle = 2.399963229728653 * k;
       optics::Ray ray = optics::chief_ray(lens, field);
       ray.start = ray.start + Vec3{radius * std::cos(angle), radius * std::sin(angle), 0};
@@ -83,7 +83,7 @@ TEST(LensMeshes, ElementsMoveAsRigidBodies) {
   EXPECT_GT(compare(meshes, perfect).rms_um, 20) << "the perfect lens is another one";
 }
 
-TEST(LensMeshes, FresnelIsThatOfTheFaces) {
+TEST(LensMeshes, FresnelMatchesPrescription) {
   const optics::Prescription& lens = relign_od();
   const LensMeshes meshes(lens, meshes_of(lens, 0.1));
   double expected = 1;
@@ -100,7 +100,7 @@ TEST(LensMeshes, FresnelIsThatOfTheFaces) {
   EXPECT_EQ(meshes.trace_ray({0.001, 0.002, -1}, {0, 0, 1}, false).transmittance, 1);
 }
 
-TEST(LensMeshes, StopsAndMountAbsorb) {
+TEST(LensMeshes, StopsAndBarrelAbsorb) {
   const optics::Prescription& lens = relign_od();
   const LensMeshes meshes(lens, meshes_of(lens, 0.3));
   EXPECT_FALSE(meshes.trace_ray({1.5, 0, 10.4}, {0, 0, -1}, false).passed) << "beside the aperture stop's opening";
@@ -121,7 +121,7 @@ TEST(LensMeshes, StopsAndMountAbsorb) {
   EXPECT_FALSE(closed.trace_ray({0.6, 0, 10.4}, {0, 0, -1}, false).passed);
 }
 
-TEST(LensMeshes, NamesAreChecked) {
+TEST(LensMeshes, RejectsUnknownNames) {
   const optics::Prescription& lens = relign_od();
   auto meshes = meshes_of(lens, 0.5);
   meshes["apertur stop"] = meshes["L1"];
@@ -130,7 +130,7 @@ TEST(LensMeshes, NamesAreChecked) {
   meshes.erase("apertur stop");
   meshes.erase("L2");
   EXPECT_THAT(test::error_text(ErrorKind::bad_input, [&] { LensMeshes(lens, meshes); }),
-              HasSubstr("there is no mesh of the element L2"));
+              HasSubstr("missing mesh of element 'L2'"));
 }
 
 }  // namespace

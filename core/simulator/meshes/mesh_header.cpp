@@ -1,4 +1,4 @@
-#include "meshes/file_promise.h"
+#include "meshes/mesh_header.h"
 
 #include <algorithm>
 #include <cstdlib>
@@ -37,7 +37,7 @@ struct PlyElement {
   std::vector<bool> lists = {};   // of its properties, which are lists
 };
 
-// Takes what stands before `end` (all, without it) from the front.
+// Removes and returns the text before any of the characters `end` (all of it if there is none).
 std::string_view take_until(std::string_view& rest, const char* end) {
   const std::size_t length = std::min(rest.find_first_of(end), rest.size());
   const std::string_view taken = rest.substr(0, length);
@@ -45,43 +45,43 @@ std::string_view take_until(std::string_view& rest, const char* end) {
   return taken;
 }
 
-// Empty at the line's end.
+// Empty at the end of the line.
 std::string_view take_word(std::string_view& line) {
   line.remove_prefix(std::min(line.find_first_not_of(" \t\r"), line.size()));
   return take_until(line, " \t\r");
 }
 
-// What assimp would read as the same number: digits, and not so many that it does not end.
+// Whether assimp reads the same number: digits only, and not too many.
 bool is_count(std::string_view word) {
   constexpr std::size_t kMostDigits = 10;
   return !word.empty() && word.size() <= kMostDigits && word.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
-// Text: a line for each entry, with as many values as the header says. Where a line has others, assimp loses its place,
-// and takes memory for as many values as the next number that it meets in a list's.
+// Text files: one line per entry, with as many values as the header states. On other lines assimp loses its position,
+// and allocates memory for whatever number it then takes for the length of a list.
 void check_lines(const std::string& file, const std::vector<PlyElement>& elements, std::string_view body) {
   for (const PlyElement& element : elements)
     for (std::uint64_t entry = 0; entry < element.count && !body.empty(); ++entry) {
       std::string_view line = take_until(body, "\n");
       const std::string shown = std::string(line.substr(0, kLongestShown));
       const auto refuse_line = [&](const char* what) {
-        refuse(file, std::string(what) + " in entry " + std::to_string(entry) + " of its element \"" + element.name +
-                         "\": \"" + shown + "\"");
+        refuse(file, std::string(what) + " in entry " + std::to_string(entry) + " of element '" + element.name +
+                         "': '" + shown + "'");
       };
       for (const bool list : element.lists) {
         const std::string_view word = take_word(line);
-        if (word.empty()) refuse_line("fewer values than its header says");
+        if (word.empty()) refuse_line("fewer values than the header states");
         if (!list) continue;
-        if (!is_count(word)) refuse_line("expected how many values a list has");
+        if (!is_count(word)) refuse_line("expected the number of values of a list");
         unsigned long values = std::strtoul(std::string(word).c_str(), nullptr, 10);
         while (values > 0 && !take_word(line).empty()) --values;
-        if (values > 0) refuse_line("fewer values than its list says");
+        if (values > 0) refuse_line("fewer values than the list states");
       }
-      if (!take_word(line).empty()) refuse_line("more values than its header says");
+      if (!take_word(line).empty()) refuse_line("more values than the header states");
     }
 }
 
-// Where the line "end_header" begins. assimp looks for the line, too, and never ends where there is only the word.
+// Position of the line "end_header". assimp searches for the line and never returns if there is only the word.
 std::size_t end_of_header(const std::string& content) {
   const std::string line = "\nend_header";
   const std::size_t found = content.find(line);
@@ -98,11 +98,11 @@ bool is_header_word(const std::string& word) {
 
 }  // namespace
 
-FilePromise promise_of_ply(const std::string& file, const std::string& content) {
-  if (content.compare(0, 3, "ply") != 0) refuse(file, "is no PLY file: it does not begin with \"ply\"");
+HeaderCounts check_ply_header(const std::string& file, const std::string& content) {
+  if (content.compare(0, 3, "ply") != 0) refuse(file, "not a PLY file: it does not begin with 'ply'");
   const std::size_t end = end_of_header(content);
   const std::size_t body = end == std::string::npos ? end : content.find('\n', end);
-  if (body == std::string::npos) refuse(file, "the file is truncated: its header has no line \"end_header\"");
+  if (body == std::string::npos) refuse(file, "the file is truncated: its header has no line 'end_header'");
   std::istringstream header(content.substr(0, end));
   std::vector<PlyElement> elements;
   bool text = false;
@@ -110,39 +110,38 @@ FilePromise promise_of_ply(const std::string& file, const std::string& content) 
     std::istringstream words(line);
     std::string word, first, second, third;
     words >> word >> first >> second >> third;
-    const auto shown = [&] { return "\"" + line.substr(0, kLongestShown) + "\""; };
+    const auto shown = [&] { return "'" + line.substr(0, kLongestShown) + "'"; };
     if (word == "format") {
       text = first == "ascii";
       if (!text && first != "binary_little_endian" && first != "binary_big_endian")
-        refuse(file, "its header says " + shown() + "; allowed: ascii, binary_little_endian, binary_big_endian");
+        refuse(file,
+               "unknown format " + shown() + " in the header; allowed: ascii, binary_little_endian, binary_big_endian");
     }
     if (word == "element") {
-      if (!is_count(second)) refuse(file, "its header says " + shown() + ", expected a number of entries");
+      if (!is_count(second)) refuse(file, "expected a number of entries in the header, found " + shown());
       elements.push_back({first, std::strtoull(second.c_str(), nullptr, 10), 0});
     }
     if (word == "property" && !elements.empty()) {
       const bool list = first == "list", corners = list && elements.back().name == "face";
       if (bytes_of(list ? second : first) == 0 || (list && bytes_of(third) == 0))
-        refuse(file,
-               "a property of its element \"" + elements.back().name + "\" is of no type of PLY: \"" + line + "\"");
+        refuse(file, "unknown type of a property of element '" + elements.back().name + "': '" + line + "'");
       elements.back().lists.push_back(list);
       elements.back().least_bytes +=
           list ? bytes_of(second) + (corners ? kFewestCorners * bytes_of(third) : 0) : bytes_of(first);
     } else if (!is_header_word(word)) {
-      refuse(file, "its header has a line that no PLY has: \"" + line.substr(0, kLongestShown) + "\"");
+      refuse(file, "unknown line in the header: " + shown());
     }
   }
   for (const PlyElement& element : elements)
-    if (element.least_bytes == 0 && element.count > 0)
-      refuse(file, "its element \"" + element.name + "\" has no properties");
+    if (element.least_bytes == 0 && element.count > 0) refuse(file, "element '" + element.name + "' has no properties");
   const auto count_of = [&](const std::string& name) -> std::optional<std::uint64_t> {
     for (const PlyElement& element : elements)
       if (element.name == name) return element.count;
     return std::nullopt;
   };
   const std::optional<std::uint64_t> vertices = count_of("vertex"), faces = count_of("face");
-  if (!vertices || !faces) refuse(file, "the header names no vertices and faces: expected a mesh");
-  // Text: a line for each entry. In double, so that no count overflows.
+  if (!vertices || !faces) refuse(file, "expected a mesh, but the header lists no vertices or no faces");
+  // Text files: one line per entry. In double, so that no count overflows.
   double least = 0;
   for (const PlyElement& element : elements)
     least += static_cast<double>(element.count) * (text ? 1.0 : static_cast<double>(element.least_bytes));
@@ -150,14 +149,14 @@ FilePromise promise_of_ply(const std::string& file, const std::string& content) 
                                 (content.back() == '\n' ? -1 : 0)
                           : static_cast<std::ptrdiff_t>(content.size() - body - 1);
   if (static_cast<double>(found) < least)
-    refuse(file, "the file is truncated: its header tells of " + std::to_string(*vertices) + " vertices and " +
-                     std::to_string(*faces) + " faces, too many for the " + std::to_string(found) +
-                     (text ? " lines" : " bytes") + " that follow");
+    refuse(file, "the file is truncated: its header states " + std::to_string(*vertices) + " vertices and " +
+                     std::to_string(*faces) + " faces, but only " + std::to_string(found) +
+                     (text ? " lines" : " bytes") + " follow");
   if (text) check_lines(file, elements, std::string_view(content).substr(body + 1));
   return {faces};
 }
 
-FilePromise promise_of_stl(const std::string& file, const std::string& content) {
+HeaderCounts check_stl_header(const std::string& file, const std::string& content) {
   constexpr std::size_t kHeader = 84, kFace = 50;
   const bool text = content.compare(0, 5, "solid") == 0;
   if (content.size() >= kHeader) {
@@ -166,12 +165,12 @@ FilePromise promise_of_stl(const std::string& file, const std::string& content) 
     const std::uint64_t size = kHeader + kFace * static_cast<std::uint64_t>(faces);
     if (size == content.size()) return {faces};
     if (!text)
-      refuse(file, "the file is truncated or no STL: its header tells of " + std::to_string(faces) + " faces (" +
+      refuse(file, "the file is truncated or not an STL: its header states " + std::to_string(faces) + " faces (" +
                        std::to_string(size) + " bytes), found " + std::to_string(content.size()) + " bytes");
   }
-  if (!text) refuse(file, "is no STL file: " + std::to_string(content.size()) + " bytes are no header");
+  if (!text) refuse(file, "not an STL file: found " + std::to_string(content.size()) + " bytes, shorter than a header");
   if (content.find("endsolid") == std::string::npos)
-    refuse(file, "the file is truncated: the text STL has no \"endsolid\"");
+    refuse(file, "the file is truncated: the text STL has no 'endsolid'");
   return {};
 }
 
