@@ -1,5 +1,5 @@
-// What pictures for people are drawn with. A drawing is written once and comes out as SVG (svg_canvas.h) or as
-// pixels (raster_canvas.h). Lengths are in pixels of the picture, x to the right, y downwards.
+// Abstract canvas: each drawing is written once and rendered as SVG (svg_canvas.h) or pixels (raster_canvas.h). Lengths
+// in pixels of the picture, x to the right, y downwards.
 #pragma once
 
 #include <cstdint>
@@ -57,11 +57,11 @@ class Canvas {
                        const std::optional<Stroke>& edge) = 0;
   virtual void circle(const Point& centre, double radius, const std::optional<Colour>& fill,
                       const std::optional<Stroke>& edge) = 0;
-  // `at` is the end of the base line that the anchor names.
+  // `at` is the point of the baseline that the anchor selects.
   virtual void text(const Point& at, const std::string& text, const TextStyle& style) = 0;
   virtual void picture(const Rectangle& place, const Raster& picture) = 0;
 
-  // What follows belongs together: a class for scripts and style sheets, and words that a viewer shows to a pointer.
+  // Groups what is drawn until close_group(): `name` is a class for scripts and style sheets, `words` a tooltip.
   virtual void open_group(const std::string& name, const std::string& words) = 0;
   virtual void close_group() = 0;
 
@@ -74,7 +74,7 @@ class Canvas {
   }
 };
 
-// How wide a text will be, roughly: for placing labels. Counts characters, not bytes.
+// Approximate width of a text, for placing labels. Counts characters, not bytes.
 double text_width(const std::string& text, double size);
 
 }  // namespace relign::drawing

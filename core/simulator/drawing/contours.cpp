@@ -9,7 +9,7 @@ std::vector<Segment> contour(const std::vector<double>& values, int columns, int
   };
   for (int row = 0; row + 1 < rows; ++row)
     for (int column = 0; column + 1 < columns; ++column) {
-      // Around the cell; where the level crosses an edge lies a point.
+      // Walks around the cell; a point on each edge that the level crosses.
       const int x[] = {column, column + 1, column + 1, column}, y[] = {row, row, row + 1, row + 1};
       std::vector<Point> crossings;
       for (int k = 0; k < 4; ++k) {
@@ -19,7 +19,7 @@ std::vector<Segment> contour(const std::vector<double>& values, int columns, int
         const double share = (level - a) / (b - a);
         crossings.push_back({x[k] + share * (x[next] - x[k]), y[k] + share * (y[next] - y[k])});
       }
-      // Four of them at a saddle: its middle says which two belong together.
+      // Four points at a saddle: the value in the middle decides which two are connected.
       if (crossings.size() == 4) {
         const double middle = (value(x[0], y[0]) + value(x[1], y[1]) + value(x[2], y[2]) + value(x[3], y[3])) / 4;
         const bool first_is_low = value(x[0], y[0]) < level;

@@ -7,8 +7,8 @@
 
 namespace relign::drawing {
 
-// Where the values, linear between the grid's places, cross `level`: marching squares. `values`: columns x rows, row
-// by row; places are counted in steps of the grid, x along the columns, y along the rows.
+// Segments along which the values, interpolated linearly, equal `level`, by marching squares. `values`: columns x rows,
+// row by row. Coordinates in grid steps, x along the columns, y along the rows.
 std::vector<Segment> contour(const std::vector<double>& values, int columns, int rows, double level);
 
 }  // namespace relign::drawing

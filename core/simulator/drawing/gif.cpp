@@ -6,7 +6,7 @@
 namespace relign::drawing {
 namespace {
 
-constexpr int kCodes = 4096;  // the most that twelve bits tell apart
+constexpr int kCodes = 4096;  // with at most twelve bits
 constexpr int kGreys = 256;
 constexpr int kClear = 256, kEnd = 257, kFirst = 258;
 
@@ -40,7 +40,7 @@ class CodeWriter {
   int count_ = 0;
 };
 
-// Lempel, Ziv and Welch: each code stands for a run of pixels seen before; the next free one for that run and one more.
+// Lempel-Ziv-Welch: each code is a run of earlier pixels; the next free code is that run plus one pixel.
 void compress(const std::vector<std::uint8_t>& pixels, std::string& out) {
   CodeWriter writer(out);
   std::vector<std::int16_t> longer(static_cast<std::size_t>(kCodes) * kGreys, -1);  // run, next pixel -> code
@@ -66,7 +66,7 @@ void compress(const std::vector<std::uint8_t>& pixels, std::string& out) {
     run = pixels[i];
   }
   writer.write(run, bits);
-  // A reader adds one more run for that code, and may need a wider code for the end.
+  // A decoder adds one more run for that code, so that the end code may be one bit wider.
   if (next < kCodes && next == 1 << bits) ++bits;
   writer.write(kEnd, bits);
   writer.finish();
@@ -81,7 +81,7 @@ GreyGif::GreyGif(int width, int height, double frames_per_second)
   number(height);
   bytes_ += std::string("\xf7\0\0", 3);  // a table of 256 colours for all frames
   for (int grey = 0; grey < kGreys; ++grey) bytes_ += std::string(3, static_cast<char>(grey));
-  bytes_ += std::string("\x21\xff\x0bNETSCAPE2.0\x03\x01\0\0\0", 19);  // again and again
+  bytes_ += std::string("\x21\xff\x0bNETSCAPE2.0\x03\x01\0\0\0", 19);  // loop for ever
 }
 
 void GreyGif::number(int value) {
@@ -90,7 +90,7 @@ void GreyGif::number(int value) {
 }
 
 void GreyGif::add(const std::vector<std::uint8_t>& grey) {
-  // Delays are hundredths of a second: rounded so that their sum keeps to the rate.
+  // Delays are in hundredths of a second, rounded so that their sum keeps the rate.
   const auto until = [&](int frames) { return static_cast<int>(std::lround(100.0 * frames / frames_per_second_)); };
   bytes_ += std::string("\x21\xf9\x04\x04", 4);
   number(std::min(until(frames_ + 1) - until(frames_), 65535));

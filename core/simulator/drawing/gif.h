@@ -1,5 +1,5 @@
-// Animated GIFs in 256 greys, our own: the format is older than any library's interface to it, takes a hundred lines,
-// and everything about it is behind this one file. (OpenCV's image codecs write none.)
+// Writes animated GIFs in 256 greys. Own code, since OpenCV's image codecs do not write GIF and the format takes a
+// hundred lines.
 #pragma once
 
 #include <cstdint>
@@ -11,10 +11,10 @@ namespace relign::drawing {
 class GreyGif {
  public:
   static constexpr int kMostSide = 65535;
-  // Viewers slow down what is faster.
+  // Viewers slow down faster animations.
   static constexpr double kMostFramesPerSecond = 50;
 
-  // Sides of 1 to kMostSide pixels. Plays again and again.
+  // Sides of 1 to kMostSide pixels. Loops for ever.
   GreyGif(int width, int height, double frames_per_second);
 
   // width * height values, row 0 on top.

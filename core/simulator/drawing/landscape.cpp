@@ -35,7 +35,7 @@ Range range_of(const Landscape& landscape) {
   return range;
 }
 
-// The values between the grid's places, bilinear, as colours; low values of the upper axis at the bottom.
+// The values, interpolated bilinearly, as colours; low values of the upward axis at the bottom.
 Raster map_of(const LandscapePlane& plane, int points, const Range& range) {
   Raster map{kMapPixels, kMapPixels, {}};
   map.rgb.reserve(3UL * kMapPixels * kMapPixels);
@@ -60,9 +60,9 @@ Point in_panel(const Rectangle& panel, double share_across, double share_up) {
   return {panel.x + share_across * panel.width, panel.y + (1 - share_up) * panel.height};
 }
 
-// Seen on dark and bright ground alike.
+// Visible on dark and bright background.
 void draw_cross(Canvas& canvas, const Point& at) {
-  constexpr double kArm = 4;  // fits into a ring
+  constexpr double kArm = 4;  // fits inside the ring
   const std::vector<Segment> arms = {{{at.x - kArm, at.y}, {at.x + kArm, at.y}},
                                      {{at.x, at.y - kArm}, {at.x, at.y + kArm}}};
   canvas.segments(arms, {kInk, 3.5});
@@ -168,7 +168,7 @@ std::vector<std::pair<std::size_t, std::size_t>> plane_axes(std::size_t axes) {
 
 LandscapeLayout::LandscapeLayout(std::size_t axes) {
   const double side = static_cast<double>(axes - 1) * (kPanel + kGap) - kGap;
-  const bool triangle = axes > 3;  // has a free corner that is large enough
+  const bool triangle = axes > 3;  // has a large enough free corner
   width = kLeft + side + kRight + (triangle ? 0 : 300);
   height = kTop + side + kBottom;
   const Rectangle corner = panel(triangle ? axes - 3 : axes - 2, 1);

@@ -1,4 +1,4 @@
-// The error over a scene's poses, plane by plane: what `scene landscape` shows.
+// Drawing of the error over a scene's poses, plane by plane, for `scene landscape`.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ struct LandscapeAxis {
   double nominal = 0.5;         // share
 };
 
-// All values over two axes; every other axis stays where the planes cut it.
+// The values over two axes; all other axes are at the pose where the planes intersect.
 struct LandscapePlane {
   std::size_t across = 0, up = 1;  // numbers of axes
   std::vector<double> values;      // points x points, row by row, from the axes' lower ends
@@ -33,7 +33,7 @@ struct Landscape {
 // Every pair of axes, in the order of a drawing's rows: (0, 1), (0, 2), (1, 2), ...
 std::vector<std::pair<std::size_t, std::size_t>> plane_axes(std::size_t axes);
 
-// Where the panels lie: a triangle, one row for each axis but the first. The legend has the free corner.
+// Positions of the panels: a triangle, one row for each axis but the first. The legend is in the free corner.
 struct LandscapeLayout {
   explicit LandscapeLayout(std::size_t axes);
   Rectangle panel(std::size_t across, std::size_t up) const;
@@ -44,10 +44,10 @@ struct LandscapeLayout {
 std::string landscape_svg(const Landscape& landscape);
 Raster landscape_raster(const Landscape& landscape, double pixels_per_unit);
 
-// A page that needs nothing else: the drawing, and under the pointer the value and its pose.
+// A self-contained HTML page: the drawing, with a tooltip of value and pose.
 std::string landscape_page(const Landscape& landscape);
 
-// A line for each value: axes, physical values, shares, value.
+// CSV, one line per value: axes, physical values, shares, value.
 std::string landscape_table(const Landscape& landscape);
 
 }  // namespace relign::drawing

@@ -20,7 +20,7 @@ constexpr const char* kScript = R"(
   const data = JSON.parse(document.getElementById('values').textContent);
   const svg = document.querySelector('svg'), words = document.getElementById('words');
   const physical = (axis, k) => axis.lower + (axis.upper - axis.lower) * k / (data.points - 1);
-  const told = (axis, k) => axis.name + ' ' + Number(physical(axis, k).toPrecision(4)) + ' ' + axis.unit;
+  const label = (axis, k) => axis.name + ' ' + Number(physical(axis, k).toPrecision(4)) + ' ' + axis.unit;
   svg.addEventListener('mousemove', (event) => {
     const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
     const plane = data.planes.find((p) => at.x >= p.x && at.x <= p.x + p.side && at.y >= p.y && at.y <= p.y + p.side);
@@ -29,12 +29,12 @@ constexpr const char* kScript = R"(
     const column = Math.round((at.x - plane.x) / plane.side * (data.points - 1));
     const row = Math.round((1 - (at.y - plane.y) / plane.side) * (data.points - 1));
     words.textContent = data.measure + ' ' + plane.values[row * data.points + column].toPrecision(4) + '\n' +
-      told(data.axes[plane.across], column) + '\n' + told(data.axes[plane.up], row);
+      label(data.axes[plane.across], column) + '\n' + label(data.axes[plane.up], row);
     words.style.left = Math.min(event.clientX + 14, window.innerWidth - words.offsetWidth - 8) + 'px';
     words.style.top = Math.min(event.clientY + 14, window.innerHeight - words.offsetHeight - 8) + 'px';
   });
   svg.addEventListener('mouseleave', () => { words.style.display = 'none'; });
-  // Viewers would show the groups' titles over these words.
+  // Titles of groups would cover this tooltip.
   svg.querySelectorAll('title').forEach((title) => title.remove());
 })();
 )";
@@ -63,7 +63,7 @@ Json values_of(const Landscape& landscape) {
 std::string landscape_page(const Landscape& landscape) {
   HtmlWriter head;
   head.element("title", landscape.title);
-  // The page holds nothing of anybody else's that is not escaped: the drawing, and JSON made for scripts.
+  // All text from outside is escaped: in the drawing, and in JSON for scripts.
   return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n" + head.take() + "\n<style>" +
          kStyle + "</style>\n</head>\n<body>\n" + landscape_svg(landscape) + "<div id=\"words\"></div>\n" +
          "<script type=\"application/json\" id=\"values\">" + json_for_script(values_of(landscape)) +

@@ -16,7 +16,7 @@ namespace {
 constexpr int kFacePoints = 25;
 constexpr Colour kGlass{214, 230, 244};
 constexpr Colour kGlassEdge{62, 84, 110};
-constexpr Colour kMount{176, 180, 186};
+constexpr Colour kBarrel{176, 180, 186};
 constexpr Colour kAxis{150, 156, 164};
 
 using optics::Vec3;
@@ -27,15 +27,16 @@ std::vector<Point> on_picture(const LensLayout& layout, const std::vector<Vec3>&
   return points;
 }
 
-// The glass between two faces: the smaller face ends in a flat rim as wide as the larger one, as lenses are ground.
+// Outline of the glass between two faces: the smaller face is extended by a flat rim to the larger semi-diameter, as
+// lenses are ground.
 std::vector<Vec3> glass_outline(const optics::Face& front, const optics::Face& back, const optics::Motion& placement) {
   std::vector<Vec3> outline = face_section(front, placement, kFacePoints);
   std::vector<Vec3> rear = face_section(back, placement, kFacePoints);
   const double radius = std::max(front.clear_radius_mm, back.clear_radius_mm);
-  // Corners in the element's own y-z plane; the sections of faces that are tilted about y end a little off it.
+  // Corners in the element's own y-z plane; sections of faces that are tilted about y end slightly outside it.
   const optics::Motion into = optics::inverse(placement);
   const auto widened = [&](const Vec3& end, double y) { return placement.point({0, y, into.point(end).z}); };
-  std::reverse(rear.begin(), rear.end());  // from the front's top end on
+  std::reverse(rear.begin(), rear.end());  // starting at the front's upper end
   if (front.clear_radius_mm < radius) {
     outline.insert(outline.begin(), widened(outline.front(), -radius));
     outline.push_back(widened(outline.back(), radius));
@@ -63,14 +64,14 @@ void draw_elements(Canvas& canvas, const LensLayout& layout, const optics::Assem
   }
 }
 
-void draw_mount(Canvas& canvas, const LensLayout& layout, const std::optional<optics::Mount>& mount) {
-  if (!mount) return;
-  canvas.open_group("mount", "mount");
+void draw_barrel(Canvas& canvas, const LensLayout& layout, const std::optional<optics::Barrel>& barrel) {
+  if (!barrel) return;
+  canvas.open_group("barrel", "barrel");
   for (const double side : {1.0, -1.0}) {
-    const double inner = side * mount->bore_radius_mm, outer = side * layout.mount_radius_mm;
-    const double from = mount->from_z_mm, to = mount->to_z_mm;
-    canvas.polygon({layout.at(from, inner), layout.at(to, inner), layout.at(to, outer), layout.at(from, outer)}, kMount,
-                   {});
+    const double inner = side * barrel->bore_radius_mm, outer = side * layout.barrel_radius_mm;
+    const double from = barrel->from_z_mm, to = barrel->to_z_mm;
+    canvas.polygon({layout.at(from, inner), layout.at(to, inner), layout.at(to, outer), layout.at(from, outer)},
+                   kBarrel, {});
   }
   canvas.close_group();
 }
@@ -79,9 +80,9 @@ void draw_stops(Canvas& canvas, const LensLayout& layout, const optics::Prescrip
   for (const optics::Stop& stop : lens.stops) {
     canvas.open_group("stop", stop.name);
     for (const double side : {1.0, -1.0})
-      canvas.polyline(
-          {layout.at(stop.z_mm, side * stop.opening_radius_mm), layout.at(stop.z_mm, side * layout.stop_outside(stop))},
-          {kInk, stop.aperture ? 3.5 : 2.0});
+      canvas.polyline({layout.at(stop.z_mm, side * stop.opening_radius_mm),
+                       layout.at(stop.z_mm, side * layout.stop_outer_radius(stop))},
+                      {kInk, stop.aperture ? 3.5 : 2.0});
     canvas.close_group();
   }
 }
@@ -90,10 +91,10 @@ void draw_rays(Canvas& canvas, const LensLayout& layout, const LensPicture& pict
   for (const DrawnFan& fan : picture.fans) {
     canvas.open_group("rays", fan.label);
     for (const optics::FanRay& ray : fan.rays) {
-      std::vector<Vec3> way = {layout.seen_start(ray)};
-      way.insert(way.end(), ray.traced.hits.begin(), ray.traced.hits.end());
-      way.push_back(ray.traced.image);
-      canvas.polyline(on_picture(layout, way), {series_colour(fan.series), 0.9});
+      std::vector<Vec3> points = {layout.drawn_start(ray)};
+      points.insert(points.end(), ray.traced.hits.begin(), ray.traced.hits.end());
+      points.push_back(ray.traced.image);
+      canvas.polyline(on_picture(layout, points), {series_colour(fan.series), 0.9});
     }
     canvas.close_group();
   }
@@ -131,7 +132,7 @@ void draw_heading(Canvas& canvas, const LensLayout& layout, const LensPicture& p
 }
 
 void draw(Canvas& canvas, const LensLayout& layout, const LensPicture& picture) {
-  draw_mount(canvas, layout, picture.assembly->lens().mount);
+  draw_barrel(canvas, layout, picture.assembly->lens().barrel);
   draw_elements(canvas, layout, *picture.assembly);
   draw_stops(canvas, layout, picture.assembly->lens());
   canvas.open_group("axis", "optical axis");
@@ -150,7 +151,8 @@ std::vector<Vec3> face_section(const optics::Face& face, const optics::Motion& p
   std::vector<Vec3> section;
   for (int i = 0; i < points; ++i) {
     const double share = 2.0 * i / (points - 1) - 1;
-    // x of the element at which x of the lens is 0: offsets are small, so that each round leaves a hundredth.
+    // Finds the element's x at which x of the lens is 0; offsets are small, so that each round reduces the error a
+    // hundredfold.
     double x = 0;
     Vec3 place;
     for (int round = 0; round < 12; ++round) {

@@ -1,4 +1,4 @@
-// The cross-section of a lens as built, with rays: what `lens draw` shows.
+// Drawing of the cross-section of a lens as built, with rays, for `lens draw`.
 #pragma once
 
 #include <optional>
@@ -22,17 +22,17 @@ struct LensPicture {
   const optics::Assembly* assembly = nullptr;
   std::string title, subtitle;
   std::vector<DrawnFan> fans;
-  // y of the sensor's edges; without one the image plane reaches as far as the rays.
+  // y of the sensor's edges; without them the image plane extends as far as the rays.
   std::optional<double> sensor_low_mm, sensor_high_mm;
   bool vertical = false;  // light travels downwards instead of to the right
 };
 
-// The picture in the y-z plane: elements cut by it (where they sit, tilted or not), stops, mount, image plane, axis,
-// rays (those that leave the plane are projected), a scale bar. A pure function of what it is given.
+// The picture in the y-z plane: sections of the elements as placed, stops, barrel, image plane, axis, rays (projected
+// onto the plane), a scale bar. A pure function of its argument.
 std::string lens_svg(const LensPicture& picture);
 Raster lens_raster(const LensPicture& picture, double pixels_per_unit);
 
-// The line along which the plane x = 0 cuts a face, in lens coordinates, from -clear radius to +clear radius.
+// The section of a face with the plane x = 0, in lens coordinates, from rim to rim.
 std::vector<optics::Vec3> face_section(const optics::Face& face, const optics::Motion& placement, int points);
 
 }  // namespace relign::drawing

@@ -43,7 +43,7 @@ struct RasterCanvas::Pixels {
   }
   int thickness(double width) const { return std::max(1, static_cast<int>(std::lround(width * scale))); }
 
-  // Paints on a copy and mixes, where a colour lets something through.
+  // Paints on a copy and blends it if the colour is not opaque.
   template <class Paint>
   void mix(const Colour& colour, const Paint& paint) {
     if (colour.opacity >= 1) {
@@ -113,7 +113,7 @@ void RasterCanvas::text(const Point& at, const std::string& text, const TextStyl
   int below = 0;
   const cv::Size size = cv::getTextSize(plain, kFont, font_scale, thickness, &below);
   const int margin = thickness + 2;
-  // The letters' darkness by themselves, so that they can be turned and keep smooth edges.
+  // Draws the text separately as darkness, so that it can be rotated and keeps smooth edges.
   cv::Mat ink(size.height + 2 * below + 2 * margin, size.width + 2 * margin, CV_8U, cv::Scalar(0));
   cv::putText(ink, plain, {margin, size.height + margin}, kFont, font_scale, cv::Scalar(255), thickness, cv::LINE_AA);
   const int shift = style.anchor == Anchor::start ? 0 : style.anchor == Anchor::middle ? size.width / 2 : size.width;

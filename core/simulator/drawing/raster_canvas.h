@@ -1,4 +1,4 @@
-// A canvas of pixels, by OpenCV. Its letters are ASCII: other characters become '?'.
+// A canvas of pixels, drawn with OpenCV. Text is ASCII: other characters become '?'.
 #pragma once
 
 #include <memory>
@@ -9,7 +9,7 @@ namespace relign::drawing {
 
 class RasterCanvas final : public Canvas {
  public:
-  // `scale` pixels for each unit of the drawing.
+  // `scale`: pixels per unit of the drawing.
   RasterCanvas(double width, double height, double scale);
   ~RasterCanvas() override;
 

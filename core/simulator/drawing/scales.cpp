@@ -7,7 +7,7 @@
 namespace relign::drawing {
 namespace {
 
-constexpr double kRounding = 1e-9;  // of a step: what sums of steps lose
+constexpr double kRounding = 1e-9;  // of a step: rounding of sums of steps
 
 }  // namespace
 
@@ -20,7 +20,7 @@ double round_step(double value) {
 
 std::vector<double> ticks(double low, double high, int count) {
   if (!(high > low)) return {low};
-  // The round step above the even one, so that no axis gets many more than wanted.
+  // The next larger round step, so that no axis gets many more ticks than requested.
   const double even = (high - low) / count;
   double step = round_step(even);
   if (step < even * (1 - kRounding)) step = round_step(2.5 * even);

@@ -1,4 +1,4 @@
-// Numbers on axes and bars: round steps, and the texts that fit them.
+// Round steps of axes and scale bars, and the texts of their numbers.
 #pragma once
 
 #include <string>

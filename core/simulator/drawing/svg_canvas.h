@@ -1,4 +1,4 @@
-// A canvas that becomes the text of an SVG file, self-contained: pictures are embedded, fonts are the viewer's.
+// A canvas that writes a self-contained SVG file: pictures are embedded, fonts are the viewer's.
 #pragma once
 
 #include <string>
@@ -30,7 +30,7 @@ class SvgCanvas final : public Canvas {
   HtmlWriter writer_;
 };
 
-// At most two decimals, no zeros behind them; the same in every locale.
+// At most two decimals, without trailing zeros; independent of the locale.
 std::string coordinate(double value);
 
 }  // namespace relign::drawing

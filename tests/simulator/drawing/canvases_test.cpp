@@ -1,4 +1,4 @@
-// Both canvases and the scales, on drawings whose outcome can be told beforehand.
+// Both canvases and the scales, on drawings with known results.
 #include <gmock/gmock.h>
 
 #include "drawing/colours.h"
@@ -31,7 +31,7 @@ TEST(RasterCanvas, PaintsAreasPicturesAndMixedColours) {
   EXPECT_THAT(pixel(raster, 30, 10), ElementsAre(1, 2, 3));
 }
 
-// Columns and rows between which anything dark lies.
+// Bounding box of dark pixels: columns and rows.
 std::vector<int> dark_box(const Raster& raster) {
   std::vector<int> box = {raster.width, raster.height, -1, -1};
   for (int y = 0; y < raster.height; ++y)
@@ -41,7 +41,7 @@ std::vector<int> dark_box(const Raster& raster) {
   return box;
 }
 
-TEST(RasterCanvas, TextStandsOnItsAnchor) {
+TEST(RasterCanvas, PlacesTextAtItsAnchor) {
   const auto box_of = [](Anchor anchor, bool upwards) {
     RasterCanvas canvas(200, 200, 1);
     canvas.text({100, 100}, "HHHH", {20, kInk, anchor, upwards});
@@ -58,7 +58,7 @@ TEST(RasterCanvas, TextStandsOnItsAnchor) {
   EXPECT_GT(middle[3] - middle[1], middle[2] - middle[0]);
 }
 
-TEST(RasterCanvas, TextBeyondTheEdgeIsCutOff) {
+TEST(RasterCanvas, ClipsTextAtTheEdge) {
   RasterCanvas canvas(30, 30, 1);
   canvas.text({-10, 5}, "long words beyond both edges", {20, kInk});
   canvas.text({500, 500}, "nowhere", {20, kInk});
@@ -94,7 +94,7 @@ TEST(Scales, StepsAreRound) {
   EXPECT_EQ(tick_text(20, 5), "20");
 }
 
-TEST(Colours, TheMapRisesInBrightness) {
+TEST(Colours, MapIncreasesInBrightness) {
   double before = -1;
   for (double share = 0; share <= 1; share += 0.05) {
     const Colour colour = map_colour(share);

@@ -1,4 +1,4 @@
-// Animated GIFs, read back by a small reader written after the format's description, not after our writer.
+// Animated GIFs, decoded by a small reader written from the format's specification, independent of our writer.
 #include "drawing/gif.h"
 
 #include <gtest/gtest.h>
@@ -103,7 +103,7 @@ class Reader {
   std::size_t at_ = 0;
 };
 
-TEST(GreyGif, ReadsBackAsItWasWritten) {
+TEST(GreyGif, RoundTripsThroughDecoder) {
   std::mt19937 random(3);
   // Flat, smooth, noisy (the table of runs overflows many times) and short frames.
   for (const auto& [width, height] : std::vector<std::array<int, 2>>{{1, 1}, {2, 1}, {15, 16}, {200, 200}, {257, 3}}) {
@@ -129,7 +129,7 @@ TEST(GreyGif, ReadsBackAsItWasWritten) {
 }
 
 // Every length around the places where codes grow wider: frames of noise hold one code a pixel at first.
-TEST(GreyGif, CodesGrowWhereReadersExpectIt) {
+TEST(GreyGif, CodeWidthGrowsWhereDecodersExpectIt) {
   std::mt19937 random(5);
   for (int length = 240; length < 300; ++length) {
     std::vector<std::uint8_t> grey;
@@ -142,7 +142,7 @@ TEST(GreyGif, CodesGrowWhereReadersExpectIt) {
   }
 }
 
-TEST(GreyGif, DelaysKeepToTheRate) {
+TEST(GreyGif, DelaysKeepTheFrameRate) {
   GreyGif gif(1, 1, 30);
   for (int k = 0; k < 30; ++k) gif.add({0});
   int sum = 0;

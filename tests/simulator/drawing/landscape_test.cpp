@@ -35,7 +35,7 @@ Landscape cone(std::size_t axes, int points) {
   return landscape;
 }
 
-TEST(Contours, LieWhereTheValueIs) {
+TEST(Contours, FollowTheLevel) {
   const int points = 41;
   const Landscape landscape = cone(2, points);
   const std::vector<Segment> lines = contour(landscape.planes[0].values, points, points, 0.2);
@@ -78,7 +78,7 @@ TEST(LandscapeLayout, PanelsAndLegendDoNotOverlap) {
   }
 }
 
-TEST(Landscape, ThePictureIsDarkestAtTheLowestPoint) {
+TEST(Landscape, PictureIsDarkestAtTheMinimum) {
   const Landscape landscape = cone(5, 41);
   const LandscapeLayout layout(5);
   const Raster raster = landscape_raster(landscape, 1);
@@ -95,7 +95,7 @@ TEST(Landscape, ThePictureIsDarkestAtTheLowestPoint) {
   EXPECT_GT(green(at(0.05, 0.93)), green(at(0.3, 0.6)));
 }
 
-TEST(Landscape, ThePageHoldsTheValuesAndNothingOfOthersUnescaped) {
+TEST(Landscape, PageContainsValuesAndEscapesText) {
   const std::string page = landscape_page(cone(3, 3));
   EXPECT_THAT(page, Not(HasSubstr("</script><b>")));
 
@@ -108,7 +108,7 @@ TEST(Landscape, ThePageHoldsTheValuesAndNothingOfOthersUnescaped) {
   EXPECT_NEAR(data.at("planes").at(2).at("values").at(1).get<double>(), 0.25, 1e-6);  // u 0.5, v 0
 }
 
-TEST(Landscape, TheTableHasALineForEachValue) {
+TEST(Landscape, TableHasOneLinePerValue) {
   std::istringstream table(landscape_table(cone(3, 3)));
   std::vector<std::string> lines;
   for (std::string line; std::getline(table, line);) lines.push_back(line);

@@ -1,4 +1,4 @@
-// The drawing of a lens: an approved picture, and rays that are drawn where the trace says. After a wanted change:
+// The drawing of a lens: an approved picture, and rays drawn as traced. After an intended change:
 //   RELIGN_UPDATE_GOLDEN=1 build/release/tests/test_drawing_lens
 #include "drawing/lens_drawing.h"
 
@@ -54,15 +54,15 @@ std::vector<std::vector<Point>> lines_in(const std::string& svg, const std::stri
   return lines;
 }
 
-TEST(LensDrawing, IsAsApproved) {
+TEST(LensDrawing, MatchesApprovedDrawing) {
   const Assembly assembly(relign_od(), {{"L2", {{0, 0.3, 0}, {3, 1}}}});
   const std::string svg = lens_svg(picture_of(assembly, {0, 42}, 3));
   const std::filesystem::path file = std::filesystem::path(RELIGN_TEST_DATA) / "lens_drawing.svg";
   if (std::getenv("RELIGN_UPDATE_GOLDEN") != nullptr) write_file_atomically(file, svg);
-  EXPECT_EQ(svg, read_file(file)) << "approve a wanted change with RELIGN_UPDATE_GOLDEN=1";
+  EXPECT_EQ(svg, read_file(file)) << "approve an intended change with RELIGN_UPDATE_GOLDEN=1";
 }
 
-TEST(LensDrawing, RaysMeetFacesAndImageWhereTheTraceSays) {
+TEST(LensDrawing, RaysMatchTheTrace) {
   const Assembly assembly(relign_od(), {{"L3", {{0, 0.1, 0}, {2, 0}}}});
   for (const bool vertical : {false, true}) {
     LensPicture picture = picture_of(assembly, {0, 20, 42}, 5);
@@ -97,7 +97,7 @@ TEST(LensDrawing, RaysMeetFacesAndImageWhereTheTraceSays) {
   }
 }
 
-TEST(LensDrawing, FacesAreCutWhereTheySit) {
+TEST(LensDrawing, SectionsFollowElementPlacement) {
   const optics::Face& face = relign_od().elements[1].faces[1];
   const Assembly assembly(relign_od(), {{"L2", {{0.2, -0.3, 0.1}, {4, 5}}}});
   const optics::Motion& placement = assembly.placement(1);
@@ -117,7 +117,7 @@ TEST(LensDrawing, FacesAreCutWhereTheySit) {
   EXPECT_GT(optics::inverse(placement).point(section.back()).y, 0.9 * face.clear_radius_mm);
 }
 
-TEST(LensDrawing, EscapesWhatOthersWrote) {
+TEST(LensDrawing, EscapesText) {
   const std::string svg = lens_svg(picture_of(Assembly(relign_od()), {0}, 1));
   EXPECT_THAT(svg, testing::HasSubstr("a &lt;lens&gt;"));
   EXPECT_THAT(svg, testing::Not(testing::HasSubstr("<lens>")));
