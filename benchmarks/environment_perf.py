@@ -1,7 +1,7 @@
-"""Steps a second of the Gymnasium environment: `PYTHONPATH=BUILD/python python benchmarks/environment_perf.py`.
+"""Steps per second of the Gymnasium environment: `PYTHONPATH=BUILD/python python benchmarks/environment_perf.py`.
 
-Sixteen environments in one call, the paper's noise, uniform actions, no noise-free truth. The ratio is to the authors' package
-on two cores of a CPU, 0.32 steps a second.
+Sixteen environments per call, the paper's noise, uniform actions, with and without the noise-free RMSE. The last column is the
+ratio to the authors' package on two CPU cores, 0.32 steps per second.
 """
 
 import time
@@ -14,7 +14,7 @@ PACKAGE = 0.32
 ENVIRONMENTS, STEPS = 16, 100
 
 
-def steps_a_second(size, episode, noise_free=False):
+def steps_per_second(size, episode, noise_free=False):
     env = gymnasium.make_vec("relign_bench/Alignment-v0", num_envs=ENVIRONMENTS, size=size, noise_free=noise_free,
                              max_episode_steps=episode)
     env.reset(seed=1)
@@ -26,11 +26,11 @@ def steps_a_second(size, episode, noise_free=False):
 
 
 def main():
-    print("size  steps an episode  truth  steps/s  times the package")
+    print("size  steps/episode  noise-free RMSE  steps/s  ratio to package")
     for size, episode, noise_free in ((200, 200, False), (200, 10, False), (100, 200, False), (100, 10, False),
                                       (200, 200, True)):
-        rate = steps_a_second(size, episode, noise_free)
-        print(f"{size:4}  {episode:16}  {'yes' if noise_free else 'no':>5}  {rate:7.0f}  {rate / PACKAGE:17.0f}")
+        rate = steps_per_second(size, episode, noise_free)
+        print(f"{size:4}  {episode:13}  {'yes' if noise_free else 'no':>15}  {rate:7.0f}  {rate / PACKAGE:16.0f}")
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
-// Captures, truths and their parts on relign_od. Names carry transport, sampler and threads; counters
-// give rays a second, and for the parts nanoseconds a ray.
+// Captures, noise-free MSE and their parts on relign_od. Names state transport, sampler and threads; counters give rays
+// per second.
 #include <benchmark/benchmark.h>
 
 #include <map>
@@ -26,7 +26,7 @@ const imaging::SceneFile& scene() {
   return file;
 }
 
-// The last two elements tilted: every change of frame has to be made.
+// The last two elements are tilted, so that no change of frame is skipped.
 optics::Assembly tilted() {
   return optics::Assembly(scene().lens, {{"L3", {{0.0002, -0.0001, 0.0001}, {0.4, -0.3}}},
                                          {"L4", {{-0.0001, 0.0002, 0.0001}, {-0.5, 0.2}}}});
@@ -37,7 +37,7 @@ const std::vector<double>& pose() {
   return near_nominal;
 }
 
-constexpr double kSensorAlbedo = 0.5;  // transport ghost alone asks for it
+constexpr double kSensorAlbedo = 0.5;  // used by transport ghost only
 
 void capture(benchmark::State& state, imaging::Sampler sampler, imaging::Transport transport, int samples) {
   relign::Parallel parallel(static_cast<unsigned>(state.range(0)));
@@ -98,12 +98,12 @@ void capture_phone(benchmark::State& state) {
   imaging::MountedLens lens(phone);
   std::vector<float> image(phone.sensor.pixels());
   std::uint64_t seed = 0;
-  camera.capture(lens, pose(), seed, image.data());  // finds what passes the lens
+  camera.capture(lens, pose(), seed, image.data());  // computes the importance regions
   for (auto _ : state) camera.capture(lens, pose(), seed++, image.data());
 }
 BENCHMARK(capture_phone)->Arg(1)->Arg(2)->ArgName("threads")->Unit(benchmark::kMillisecond)->UseRealTime();
 
-// What is found out once for a lens as built, and the check of its first image.
+// Work done once per lens as built: importance regions and the check of its first image.
 void mount_phone(benchmark::State& state) {
   const imaging::SceneFile phone = imaging::read_scene_file(RELIGN_PHONE_SCENE, {});
   relign::Parallel parallel(static_cast<unsigned>(state.range(0)));
@@ -115,7 +115,7 @@ void mount_phone(benchmark::State& state) {
 }
 BENCHMARK(mount_phone)->Arg(1)->Arg(2)->ArgName("threads")->Unit(benchmark::kMillisecond)->UseRealTime();
 
-// The check of a lens's first image, without what it finds out: part of the cost of every trial.
+// The check of a lens's first image, without computing importance regions: part of the cost of every trial.
 void certify(benchmark::State& state) {
   relign::Parallel parallel(1);
   imaging::Camera camera(scene(), {}, parallel);
@@ -124,7 +124,7 @@ void certify(benchmark::State& state) {
 }
 BENCHMARK(certify)->Unit(benchmark::kMillisecond)->UseRealTime();
 
-// The best pose of a lens as built, and its error.
+// The best pose of a lens as built, and its noise-free MSE.
 void own_optimum(benchmark::State& state) {
   relign::Parallel parallel(static_cast<unsigned>(state.range(0)));
   const imaging::Reference reference = imaging::make_reference(scene(), {}, parallel, {}, {});
@@ -201,12 +201,12 @@ BENCHMARK(mount)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
 
-// One block of 256 rays through the whole tilted lens, already in the cache: the bound for everything
-// above. One instruction set each; bits are equal, time is not.
+// One block of 256 rays through the whole tilted lens, already in the cache: the lower bound of everything above. One
+// instruction set each; results have the same bits.
 void trace_block(benchmark::State& state, const char* isa, bool fresnel) {
   const optics::BlockKernels* kernels = optics::block_kernels(isa);
   if (!kernels) {
-    state.SkipWithError("this processor has no such instruction set");
+    state.SkipWithError("this processor lacks the instruction set");
     return;
   }
   const optics::Assembly assembly = tilted();

@@ -1,9 +1,10 @@
-// relign-bench-near: trials that start near the best pose of their lens, where an agent or a robust search would have
-// led. How far do local methods get from there? A suite draws starts from the noise level and cannot be asked this.
+// relign-bench-near: trials that start near the best pose of their instance, where an agent or a global search would
+// have arrived, to measure how close local methods get. Suites cannot do this: they draw starts from the noise level.
 //
 //   relign-bench-near ceres-image nlopt-bobyqa '{"use": "ceres", "parameters": {"difference": 0.03}}'
 //
-// Instances are those of a suite with the same seed, but for the start: own optimum + uniform +- radius on every axis.
+// Instances are those of a suite with the same seed, except for the start: own optimum + uniform +- radius on every
+// axis.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
@@ -50,15 +51,18 @@ Lens draw_near(plugin_host::Scene& scene, const trials::SceneFacts& facts, plugi
   trials::Instance instance = trials::draw_instance(level, facts, given.seed, SeedDomain::benchmark, number);
   plugin_host::MountedAssembly assembly = scene.mount(instance.variances.elements_json);
   const auto optimum = assembly.own_optimum(frame_seed(instance.seed, 0, FrameStream::own_optimum), facts.axes.size());
-  if (!optimum) throw Error(ErrorKind::bad_input, "this scene does not look for the best pose of its lenses");
-  Random random(instance.seed, 0x6e656172);  // a stream of its own
+  if (!optimum)
+    throw Error(ErrorKind::bad_input,
+                "the scene does not provide the best pose of its assemblies; choose another --scene");
+  Random random(instance.seed, 0x6e656172);  // a separate stream
   for (std::size_t axis = 0; axis < facts.axes.size(); ++axis)
     instance.variances.start[axis] =
         std::clamp(optimum->true_pose[axis] + given.radius * random.uniform(-1, 1), 0.0, 1.0);
   return {std::move(instance), std::move(assembly), displayed_rmse(optimum->truth.mse)};
 }
 
-// What gluing after each step would be worse by than the lens's best pose; an early end is carried forward.
+// Excess RMSE of the recommended pose over the instance's best pose after each step; the last value is carried forward
+// after an early end.
 std::vector<double> excess(Lens& lens, const relign_image& reference, const trials::SceneFacts& facts,
                            const Choice& algorithm, const Arguments& given) {
   trials::TrialSetup setup;
@@ -125,7 +129,8 @@ void run(const Arguments& given) {
 
 int main(int count, char** words) {
   relign::Arguments given;
-  CLI::App app{"Trials that start near the best pose of their lens; prints the excess over it, noise-free RMSE."};
+  CLI::App app{
+      "Run trials that start near the best pose of their instance and print the excess noise-free RMSE over it."};
   app.add_option("ALGORITHM", given.algorithms, "id, preset, or JSON with use and parameters")->required();
   app.add_option("--scene", given.scene)->capture_default_str();
   app.add_option("--noise-level", given.level)->capture_default_str();
@@ -133,9 +138,11 @@ int main(int count, char** words) {
   app.add_option("--instances", given.instances)->check(CLI::Range(1, 100000))->capture_default_str();
   app.add_option("--suite-seed", given.seed)->capture_default_str();
   app.add_option("--steps", given.steps)->check(CLI::Range(1, 100000))->capture_default_str();
-  app.add_option("--radius", given.radius, "share of the travel, every axis")->capture_default_str();
+  app.add_option("--radius", given.radius,
+                 "of the start around the best pose, as a fraction of the travel, on every axis")
+      ->capture_default_str();
   app.add_option("--within", given.within, "excess that counts as reached")->capture_default_str();
-  app.add_flag("--every", given.every, "a line for every trial");
+  app.add_flag("--every", given.every, "print a line for every trial");
   CLI11_PARSE(app, count, words);
   try {
     relign::run(given);

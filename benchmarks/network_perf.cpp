@@ -1,4 +1,4 @@
-// One step of the shipped networks: by the portable operators, and by OpenCV.
+// One inference of the shipped networks: with the portable operators, and with OpenCV.
 #include <benchmark/benchmark.h>
 
 #include <fstream>

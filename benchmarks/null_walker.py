@@ -1,4 +1,4 @@
-"""For measurements of the harness: the null walker as a process."""
+"""The null walker as a process, for measuring the overhead of the harness."""
 from relign_bench.plugin import Optimizer, serve
 
 

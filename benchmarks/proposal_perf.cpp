@@ -1,5 +1,5 @@
-// What an optimizer thinks between two captures: trials over a function that costs nothing, in six axes. The time is
-// the processor's, per proposal, from one merit to the next request; random initial points bring the model to its size.
+// Computation of optimizers between two captures: trials on a function that costs nothing, in six axes. Processor time
+// per proposal, from one merit to the next request; random initial points bring the model to its size.
 #include <benchmark/benchmark.h>
 
 #include <ctime>
@@ -13,7 +13,7 @@ using relign::conformance::FakeConversation;
 using relign::conformance::FakeSetup;
 using relign::conformance::Pose;
 
-constexpr unsigned kProposals = 5;  // a trial, once the model has its size
+constexpr unsigned kProposals = 5;  // per trial, once the model has its size
 
 void proposal(benchmark::State& state, const std::string& plugin, const std::string& preset, unsigned points) {
   relign::plugin_host::Catalog catalog;
@@ -22,20 +22,20 @@ void proposal(benchmark::State& state, const std::string& plugin, const std::str
       catalog.resolve_or_throw(relign::plugin_host::Kind::optimizer, preset, {{"initial_points", points - 1}});
   FakeSetup setup;
   setup.axes = 6;
-  setup.budget = points - 1 + kProposals;  // the capture at the start pose is a point, too
+  setup.budget = points - 1 + kProposals;  // the capture at the start pose is a point too
   std::clock_t answered = 0;
-  std::clock_t thought = 0;
+  std::clock_t computed = 0;
   setup.merit = [&](const Pose& pose, std::uint32_t step) {
-    if (step >= points) thought += std::clock() - answered;
+    if (step >= points) computed += std::clock() - answered;
     const double merit = relign::conformance::bowl(pose, Pose(6, 0.1));
     answered = std::clock();
     return merit;
   };
   for (auto _ : state) {
-    thought = 0;
+    computed = 0;
     FakeConversation conversation(setup);
     relign::plugin_host::Algorithm(choice, {}).run(conversation.talk());
-    state.SetIterationTime(static_cast<double>(thought) / CLOCKS_PER_SEC / kProposals);
+    state.SetIterationTime(static_cast<double>(computed) / CLOCKS_PER_SEC / kProposals);
     ++setup.seed;
   }
 }

@@ -1,6 +1,6 @@
-// What a whole run costs beyond scene and algorithm: trials of an algorithm that thinks nothing on a scene that does
-// nothing, through workers, with all records written. The figure is "step", in seconds: "harness_seconds" of times/
-// over the steps. The time of the whole also has the start of plugins and workers, pictures and the files' final order.
+// Overhead of a whole run: trials of an algorithm and a scene without computation, through workers, with all records.
+// The counter "step", in seconds, is "harness_seconds" of times/ divided by the number of steps. The total time also
+// includes the start of plugins and workers, pictures and the final sorting of files.
 #include <benchmark/benchmark.h>
 #include <unistd.h>
 

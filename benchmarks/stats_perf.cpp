@@ -19,7 +19,7 @@ std::vector<std::vector<double>> columns(std::size_t count, std::size_t instance
   return result;
 }
 
-// Bands of a report: 16 steps of 40 algorithms on 100 instances, draws included.
+// Bands of a report: 16 steps of 40 algorithms on 100 instances, including the resampling.
 void report_bands(benchmark::State& state, const OrderStatistic& statistic) {
   const std::vector<std::vector<double>> values = columns(16 * 40, 100);
   for (auto _ : state) {

@@ -1,5 +1,5 @@
-// What the harness adds to a step: whole trials of an algorithm that thinks nothing, over a scene that does nothing,
-// with nothing recorded. The figure is "step", in seconds; a trial's start and end are spread over its steps.
+// Overhead of the harness per step: whole trials of an algorithm and a scene without computation, without records. The
+// counter is "step", in seconds; it includes the start and end of a trial, divided by its steps.
 #include <benchmark/benchmark.h>
 
 #include <filesystem>

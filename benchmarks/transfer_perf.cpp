@@ -1,6 +1,6 @@
-// What transfer-gp thinks between two moves once it has learnt from 10 sources of 100 steps: processor time from the
-// answer to one step until the request for the next, at so many measured points in six axes, through the plugin as the
-// host runs it. The start of a trial (reading what was learnt) is a figure of its own.
+// Computation of transfer-gp between two moves after pretraining on 10 sources of 100 steps: processor time from the
+// response to one step until the request for the next, at a given number of measured points in six axes, through the
+// plugin as the host runs it. The start of a trial (reading the pretraining) is measured separately.
 #include <benchmark/benchmark.h>
 
 #include <ctime>
@@ -64,19 +64,19 @@ void proposal(benchmark::State& state, const std::string& id) {
   for (auto _ : state) {
     FakeSetup setup = setup_on(lens++, preparation);
     setup.budget = points + kWindow - 1;
-    std::clock_t answered = std::clock(), thought = 0;
+    std::clock_t answered = std::clock(), computed = 0;
     setup.merit = [&, merit = setup.merit](const Pose& pose, std::uint32_t step) {
-      if (step >= points) thought += std::clock() - answered;
+      if (step >= points) computed += std::clock() - answered;
       const double value = merit(pose, step);
       answered = std::clock();
       return value;
     };
     run(choice, setup);
-    state.SetIterationTime(static_cast<double>(thought) / CLOCKS_PER_SEC / kWindow);
+    state.SetIterationTime(static_cast<double>(computed) / CLOCKS_PER_SEC / kWindow);
   }
 }
 
-// Reading, checking and factorising what was learnt, and the first proposal.
+// Reading, checking and factorising the pretraining, and the first proposal.
 void start(benchmark::State& state, const std::string& id) {
   const plugin_host::Choice choice = choice_of(id);
   FakePreparation preparation = learnt(id);

@@ -1,4 +1,4 @@
-// An algorithm that thinks nothing, so that what remains is the harness.
+// An algorithm without computation, for measuring the overhead of the harness.
 #include <relign/plugin.hpp>
 
 namespace {
