@@ -70,7 +70,7 @@ TEST(Ghosts, MatchClosedFormOfAPlate) {
     PathRandom random(1, 0, ray, 1);
     PathStart start{0, 0, 1, 1};
     while (!start.is_direction()) start = {0, 0, 2 * random.unit() - 1, 2 * random.unit() - 1};
-    played += paths.play(start, random) / rays;
+    played += paths.trace(start, random) / rays;
     const double value = paths.ghost_part(start, random, nullptr, waiting);
     weighed += value / rays;
     squares += value * value / rays;
