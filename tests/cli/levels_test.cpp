@@ -82,7 +82,7 @@ TEST(CliLevels, ReportsPlaceOfUnknownElementForEveryVerb) {
     // All pairs of the suite that do not fit are reported at once.
     EXPECT_THAT(outcome.err, AllOf(HasSubstr("'limits' cannot be used with scene 'gaussian_spot'"),
                                    HasSubstr("'rho0.25' cannot be used with scene 'gaussian_spot'"),
-                                   HasSubstr("use rho0, which offsets none")));
+                                   HasSubstr("use rho0, which has no offsets")));
   }
 }
 

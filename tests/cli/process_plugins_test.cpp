@@ -128,7 +128,7 @@ TEST(CliProcessPlugins, AcceptsPathsOfScenesStationsAndNoiseLevels) {
   EXPECT_EQ(tried.exit_code, 0) << tried.err;
   const Outcome wrong = relign_bench(place, {"try", "random", "--scene", "toys/toy_level.py"});
   EXPECT_EQ(wrong.exit_code, 2);
-  EXPECT_THAT(wrong.err, HasSubstr("is a plugin of the kind noise-level, expected a scene"));
+  EXPECT_THAT(wrong.err, HasSubstr("is a plugin of the kind noise-level; expected a scene"));
 }
 
 TEST(CliProcessPlugins, ConformanceChecksEveryKind) {

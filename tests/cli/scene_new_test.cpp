@@ -179,13 +179,13 @@ TEST(CliSceneNew, RejectsInvalidInputWithoutWriting) {
               HasSubstr("--wavelength: '50' must be a number from 100 to 100000 nm"));
   EXPECT_THAT(refused({lens, "-o", "new", "--wavelength", "0.55"}), HasSubstr("from 100 to 100000 nm"));
   EXPECT_THAT(refused({lens, "-o", "new", "--distance", "0"}), HasSubstr("from 0.001 to 1000000 mm"));
-  EXPECT_THAT(refused({lens, "-o", "new", "--sensor", "100@5"}), HasSubstr("--sensor '100@5': not COLUMNSxROWS@PITCH"));
+  EXPECT_THAT(refused({lens, "-o", "new", "--sensor", "100@5"}), HasSubstr("--sensor '100@5': expected COLUMNSxROWS@PITCH"));
   EXPECT_THAT(refused({lens, "-o", "new", "--target", "siemens_sta"}), HasSubstr("siemens_sta"));
   EXPECT_THAT(refused({lens, "-o", "new", "--name", "a b"}), HasSubstr("invalid scene name 'a b'"));
   EXPECT_THAT(refused({"missing.zmx", "-o", "new"}), HasSubstr("missing.zmx"));
   EXPECT_THAT(refused({lens, "-o", "new", "--glass", "missing.agf"}), HasSubstr("missing.agf"));
   place.write("odd.zmx", "SURF 0\n  TYPE TOROIDAL\n");
-  EXPECT_THAT(refused({"odd.zmx", "-o", "new"}), HasSubstr("odd.zmx:2: surface 0 is of type 'TOROIDAL'"));
+  EXPECT_THAT(refused({"odd.zmx", "-o", "new"}), HasSubstr("odd.zmx:2: surface 0 has unsupported type 'TOROIDAL'"));
   place.write("odd.txt", "no lens\n");
   EXPECT_THAT(refused({"odd.txt", "-o", "new"}), HasSubstr("odd.txt: unknown lens file format"));
   fs::create_directory(place.path("there"));

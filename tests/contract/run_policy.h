@@ -39,18 +39,20 @@ struct GreyTrial {
 };
 
 // Runs one trial of the agent in this folder of the tree, with that network unless `parameters` name another one.
-inline void run_policy(const std::string& agent, const FakeConversation& conversation,
+inline void run_policy(const std::string& folder, const FakeConversation& conversation,
                        Json parameters = Json::object()) {
   if (!parameters.contains("model"))
     parameters["model"] = std::string(RELIGN_SOURCE_DIR) + "/tests/golden/policies/tiny.onnx";
-  run_plugin(agent, agent, parameters, conversation);
+  std::string id = folder;
+  std::replace(id.begin(), id.end(), '_', '-');
+  run_plugin(folder, id, parameters, conversation);
 }
 
 // The message with which it refuses the trial; empty when it runs.
-inline std::string refusal(const std::string& agent, const FakeConversation& conversation,
+inline std::string refusal(const std::string& folder, const FakeConversation& conversation,
                            const Json& parameters = Json::object()) {
   try {
-    run_policy(agent, conversation, parameters);
+    run_policy(folder, conversation, parameters);
     return "";
   } catch (const Error& error) {
     return error.what();

@@ -34,7 +34,7 @@ TEST(PpoPaper, FollowsEveryMoveInFull) {
   test::GreyTrial trial(0.12);
   trial.setup.budget = 12;
   test::FakeConversation conversation(trial.setup);
-  test::run_policy("ppo-paper", conversation, {{"model", network_of_moves()}});
+  test::run_policy("ppo_paper", conversation, {{"model", network_of_moves()}});
   std::vector<double> moves;
   double before = 0;
   for (const auto& visit : conversation.steps) {
@@ -52,7 +52,7 @@ TEST(PpoPaper, RecommendsPoseOfCaptureNearestToReference) {
     std::fill(pixels, pixels + 1600, static_cast<float>(0.3 * (0.1 + 0.5 * away)));
   };
   test::FakeConversation conversation(trial.setup);
-  test::run_policy("ppo-paper", conversation, {{"model", network_of_moves()}, {"other_scenes", true}});
+  test::run_policy("ppo_paper", conversation, {{"model", network_of_moves()}, {"other_scenes", true}});
   std::vector<double> at = {0};
   for (const auto& visit : conversation.steps) at.push_back(visit.pose[0]);
   ASSERT_GT(at.back(), 0.6) << "must move past the optimum";
@@ -71,7 +71,7 @@ TEST_P(ShippedNetwork, HasFiveAxes) {
   std::string folder = agent;
   std::replace(folder.begin(), folder.end(), '-', '_');
   const std::string shipped = std::string(RELIGN_PLUGIN_DIR) + "/" + folder + "/" + agent + ".onnx";
-  EXPECT_THAT(test::refusal(agent, conversation, {{"model", shipped}}),
+  EXPECT_THAT(test::refusal(folder, conversation, {{"model", shipped}}),
               AllOf(HasSubstr("trained for 5 axes, this scene has 2"), HasSubstr("--scene SCENE")))
       << "the command must not name the network's scene";
 }
