@@ -105,7 +105,7 @@ TEST_F(CatalogTest, ReportsAllMistakesWithTheNearestName) {
           HasSubstr("/parameters/count: count: expected an integer, found \"two\""),
           HasSubstr("/parameters/first_stride: first_stride: expected a number from 0.001 to 0.5, found 7")));
   EXPECT_THAT(problems(Kind::optimizer, "compass", {1, 2}), HasSubstr("/parameters: expected an object"));
-  EXPECT_THAT(problems(Kind::optimizer, "compass", {{"first_stride", 0.1}, {"first-stride", 0.2}}), HasSubstr("twice"));
+  EXPECT_THAT(problems(Kind::optimizer, "compass", {{"first_stride", 0.1}, {"first-stride", 0.2}}), HasSubstr("duplicate parameter"));
   EXPECT_THAT(problems(Kind::noise_level, "rho", {{"a/b", 1}}),
               AllOf(HasSubstr("/parameters/a~1b"), HasSubstr("it has no parameters")));
   EXPECT_THAT(problems(Kind::agent, "policy"), HasSubstr("missing parameter 'model' (the network)"));

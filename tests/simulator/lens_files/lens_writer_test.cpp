@@ -95,8 +95,8 @@ TEST(LensWriter, RemarksOnUnusedWavelengths) {
   draft_lens(design, cooke_glasses(), "cooke", 0);
   EXPECT_EQ(
       design.remarks[1].text,
-      "not used: the wavelengths 480, 650 nm; images are made with one, 550 nm, the file's reference (--wavelength "
-      "takes another, scene new --polychromatic all of them)");
+      "not used: the wavelengths 480, 650 nm; images use one, 550 nm, the file's reference (--wavelength selects "
+            "another, scene new --polychromatic all of them)");
   LensDesign all = golden_design("cooke_triplet_utf8.zmx");
   draft_lens(all, cooke_glasses(), "cooke", 0, true);
   for (const Remark& remark : all.remarks) EXPECT_THAT(remark.text, testing::Not(HasSubstr("wavelength")));
@@ -265,8 +265,8 @@ TEST(LensWriter, AddsMissingImageSurface) {
   EXPECT_EQ(draft.json["elements"][1]["faces"][1]["z_mm"], 25.3);
   ASSERT_FALSE(design.remarks.empty());
   EXPECT_EQ(design.remarks.back().text,
-            "assumed: an image surface that the file lacks, 27.0000 mm behind surface 5; the file ends in glass before "
-            "surface 5, of which the distance leads on");
+            "assumed: a missing image surface, 27.0000 mm behind surface 5; the file ends with glass in front of "
+            "surface 5, which states a further distance");
   EXPECT_EQ(design.remarks.back().line, 27);
 }
 

@@ -125,7 +125,7 @@ TEST(SceneLayout, RemarksOnImagePlaneFarFromBestFocus) {
   std::string text = small_zmx();
   text.replace(text.find("DISZ 47.6"), 9, "DISZ 80");
   EXPECT_TRUE(
-      says(laid_out(text), "a.zmx: the design's image plane lies 81.00 mm behind the last face, the best focus"));
+      says(laid_out(text), "a.zmx: the design's image plane is 81.00 mm behind the last face"));
 }
 
 TEST(SceneLayout, ComparesPrintedValues) {

@@ -45,7 +45,7 @@ TEST(Mirror, ParaboloidFocusesPerfectly) {
     EXPECT_LT(ray.exit_direction.z, 0);
   }
   EXPECT_EQ(trace(Assembly(lens), {{0, 51, -300}, {0, 0, 1}}, Apertures::mesh).lost_at,
-            "M1: outside the opening of the stop on it");
+            "M1: outside the opening of its stop");
 }
 
 // The image of a far point lies at f tan(field) before a paraboloid's own focal plane, up to coma.
