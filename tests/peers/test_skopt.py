@@ -153,6 +153,6 @@ def test_measures_exclude_the_start_capture():
     merits = np.array([0.01, 0.5, 0.2, 0.3, 0.1])
     errors = np.array([0.001, 0.04, 0.03, 0.02, 0.0])
     nothing = np.zeros((5, 2))
-    trial = paired_search.Trial("a", "rho0", 0, nothing, nothing, merits, errors, np.zeros(5), np.zeros(2))
+    trial = paired_search.Trial("a", "rho0", "paper", 0, nothing, nothing, merits, errors, np.zeros(5), np.zeros(2))
     assert trial.lowest_merit(3) == 0.2 and trial.error_at_lowest_merit(3) == 0.03
     assert trial.lowest_merit(4) == 0.1 and trial.error_at_lowest_merit(4) == paired_search.LEAST_ERROR
