@@ -208,7 +208,7 @@ TEST(Prescription, FileGlassesOverrideBuiltIn) {
     read_prescription(JsonSource::from_text(text, "lens.json"));
     FAIL();
   } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("the key 'wavelength_nm' is missing"));
+    EXPECT_THAT(error.what(), HasSubstr("missing key 'wavelength_nm'"));
   }
 }
 
