@@ -1,4 +1,4 @@
-// Files that are installed with the program, in ../share/relign-bench beside it.
+// Finds files that are installed with the program, in share/relign-bench next to its bin folder.
 #pragma once
 
 #include <filesystem>
@@ -9,8 +9,8 @@ namespace relign::cli {
 // share/relign-bench/NAME; the folder may be missing.
 std::filesystem::path shared_folder(const std::string& name);
 
-// The argument as a path; a plain name without an ending that is not a file here is one of the installed suites:
-// "quick".
+// The path of a suite argument. A name without folder and extension that is not a file, such as "quick", is looked up
+// among the installed suites.
 std::filesystem::path suite_file(const std::string& argument);
 
 }  // namespace relign::cli
