@@ -342,7 +342,7 @@ class RecomputeTrainings(unittest.TestCase):
         self.assertEqual(methods["lone"]["training_tag"], "one training")
         self.assertNotIn("training_tag", methods["nlopt-sbplx"])
         page = (self.folder / "report.html").read_text()
-        self.assertIn("its 3 trainings have an IQM from", page)
+        self.assertIn("IQM of 3 trainings", page)
         self.assertIn("one training", page)
         records = recompute.read(self.folder)[1]
         self.assertEqual(set(records[records.method == "net"].training), {"one", "two", "three"})

@@ -127,7 +127,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Deed{"abort", "crashed(SIGABRT)", "SIGABRT", 2}, Deed{"hang", "timeout", "0.3 s", 2},
                     Deed{"eat", "out_of_memory", "400 MB", 3}, Deed{"babble", "protocol_error", "not a message", 6},
                     Deed{"scribble", "protocol_error", "changed by another writer", 0},
-                    Deed{"overspend", "overspent", "100000 times", 6}, Deed{"insist", "overspent", "never returned", 5},
+                    Deed{"overspend", "overspent", "100000 requests", 6}, Deed{"insist", "overspent", "never returned", 5},
                     Deed{"nan", "failed", "finite", 3}, Deed{"leave_bounds", "budget_spent", "", 6},
                     Deed{"floating_point", "budget_spent", "", 6}, Deed{"locale", "budget_spent", "", 6},
                     Deed{"folder", "budget_spent", "", 6}, Deed{"handlers", "budget_spent", "", 6},

@@ -171,7 +171,7 @@ TEST_F(SuiteReaderTest, ReadsAnalysisPlanAndReportsItsMistakes) {
                   {"contrasts", Json::array({Json::array({"bo-gp", "random"})})},
                   {"smallest_relevant_ratio", 1.1},
                   {"yield", nullptr}}));
-  EXPECT_THAT(mistakes(suite_with(R"({"rule": "bset"})")), HasSubstr("/analysis/rule: found \"bset\""));
+  EXPECT_THAT(mistakes(suite_with(R"({"rule": "bset"})")), HasSubstr("/analysis/rule: found 'bset'"));
   EXPECT_THAT(mistakes(suite_with(R"({"contrasts": [["bo-gp", "randm"]]})")),
               HasSubstr("/analysis/contrasts/0/1: unknown algorithm 'randm' in this suite; did you mean 'random'?"));
   EXPECT_THAT(mistakes(suite_with(R"({"contrasts": [["bo-gp", "bo-gp"]]})")), HasSubstr("pairs of different methods"));

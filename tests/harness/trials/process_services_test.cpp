@@ -184,7 +184,7 @@ assert float(image[0, 0]) > 0.59, "arrays survive later captures")py";
   EXPECT_EQ(alone.run().message, "");
   ASSERT_THAT(alone.logged("refused"), SizeIs(4));
   EXPECT_THAT(alone.refusal(2), HasSubstr("16 lenses"));
-  EXPECT_THAT(alone.refusal(3), HasSubstr("not mounted"));
+  EXPECT_THAT(alone.refusal(3), HasSubstr("no longer mounted"));
   ServiceTrial with_images(python("seen = talk.first\nwanted = talk.reference\n" + body +
                                   "\nassert abs(float(seen.image[0, 0]) - talk.measure('mean')) < 1e-6\n"
                                   "assert float(wanted[0, 0]) == 0.5"),

@@ -252,7 +252,7 @@ TEST(Services, EndsInnerRunThatKeepsAsking) {
   ServiceTrial trial(R"([["run", "then", 1, {"script": [["insist", 300000]]}]])");
   const TrialResult result = trial.run();
   EXPECT_EQ(result.end, End::failed);
-  EXPECT_THAT(result.message, HasSubstr("100000 times"));
+  EXPECT_THAT(result.message, HasSubstr("100000 requests"));
 }
 
 // ---- model ------------------------------------------------------------------------------------------------
