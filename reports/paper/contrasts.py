@@ -2,8 +2,8 @@
 reports/paper/contrasts.py > reports/paper/contrasts.csv`.
 
 A row is a contrast of the suite's analysis plan at one protocol, noise level and rule: the ratio of the two methods'
-errors on the same instances (exp of the interquartile mean of log ratios) with its 95 % interval, p after Holm's correction over the plan, and the verdict
-(docs/statistics.md). Standard library only.
+errors on the same instances (exp of the interquartile mean of log ratios) with its 95 % interval, p after Holm's
+correction over the plan, and the verdict (docs/statistics.md). Standard library only.
 """
 
 import csv
