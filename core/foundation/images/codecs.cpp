@@ -12,23 +12,10 @@
 #include <cstring>
 
 #include "base/error.h"
-#include "images/tiff.h"
+#include "images/decoding.h"
 
 namespace relign::images {
 namespace {
-
-[[noreturn]] void damaged(const std::string& reason) {
-  throw Error(ErrorKind::bad_input, "the image cannot be decoded: " + reason);
-}
-
-void refuse_large(std::size_t width, std::size_t height, std::size_t most) {
-  if (width == 0 || height == 0) damaged("it has no pixels");
-  if (height > most / width)
-    throw Error(ErrorKind::bad_input, "the image has " + std::to_string(width) + " x " + std::to_string(height) +
-                                          " pixels; allowed: at most " + std::to_string(most));
-}
-
-float luma(float red, float green, float blue) { return 0.299F * red + 0.587F * green + 0.114F * blue; }
 
 // ---- PNG -----------------------------------------------------------------------------------------
 
@@ -66,7 +53,7 @@ bool read_png_rows(png_structp png, png_infop info, PngSource& source, std::size
   png_set_read_fn(png, &source, png_read);
   png_read_info(png, info);
   const std::size_t width = png_get_image_width(png, info), height = png_get_image_height(png, info);
-  too_large = width == 0 || height > most / width;
+  too_large = is_too_large(width, height, most);
   if (too_large) return false;
   const int type = png_get_color_type(png, info), bits = png_get_bit_depth(png, info);
   sixteen = bits == 16;
@@ -145,7 +132,7 @@ bool read_jpeg_rows(jpeg_decompress_struct& jpeg, JpegErrors& errors, std::strin
   jpeg_create_decompress(&jpeg);
   jpeg_mem_src(&jpeg, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
   jpeg_read_header(&jpeg, TRUE);
-  too_large = jpeg.image_width == 0 || jpeg.image_height > most / jpeg.image_width;
+  too_large = is_too_large(jpeg.image_width, jpeg.image_height, most);
   if (too_large) return false;
   jpeg.out_color_space = JCS_GRAYSCALE;
   jpeg_start_decompress(&jpeg);

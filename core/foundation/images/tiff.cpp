@@ -1,5 +1,3 @@
-#include "images/tiff.h"
-
 #include <tiffio.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <memory>
 
 #include "base/error.h"
+#include "images/decoding.h"
 
 namespace relign::images {
 namespace {
@@ -55,10 +54,6 @@ Tiff open_tiff(Memory& file, const char* mode) {
   TIFFSetWarningHandler(nullptr);
   return {TIFFClientOpen("image", mode, &file, read_some, write_some, seek, close_nothing, size_of, nullptr, nullptr),
           TIFFClose};
-}
-
-[[noreturn]] void damaged(const std::string& reason) {
-  throw Error(ErrorKind::bad_input, "the image cannot be decoded: " + reason);
 }
 
 float sample(const std::uint8_t* row, std::size_t index, int bits) {
@@ -110,9 +105,7 @@ GreyPixels decode_tiff(std::string_view bytes, std::size_t most_pixels) {
   TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_PLANARCONFIG, &layout);
   TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_SAMPLEFORMAT, &format);
   TIFFGetField(tiff.get(), TIFFTAG_PHOTOMETRIC, &meaning);
-  if (width == 0 || height > most_pixels / width)
-    throw Error(ErrorKind::bad_input, "the image has " + std::to_string(width) + " x " + std::to_string(height) +
-                                          " pixels; allowed: at most " + std::to_string(most_pixels));
+  refuse_large(width, height, most_pixels);
   const bool whole = format == SAMPLEFORMAT_UINT && (bits == 8 || bits == 16),
              real = format == SAMPLEFORMAT_IEEEFP && bits == 32;
   const bool grey = meaning == PHOTOMETRIC_MINISBLACK || meaning == PHOTOMETRIC_MINISWHITE,
@@ -129,8 +122,7 @@ GreyPixels decode_tiff(std::string_view bytes, std::size_t most_pixels) {
     for (std::size_t x = 0; x < width; ++x) {
       const std::size_t at = x * channels;
       float value = sample(row.data(), at, bits);
-      if (colour)
-        value = 0.299F * value + 0.587F * sample(row.data(), at + 1, bits) + 0.114F * sample(row.data(), at + 2, bits);
+      if (colour) value = luma(value, sample(row.data(), at + 1, bits), sample(row.data(), at + 2, bits));
       if (meaning == PHOTOMETRIC_MINISWHITE) value = 1 - value;
       out.values[std::size_t{y} * width + x] = value;
     }
