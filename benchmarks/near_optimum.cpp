@@ -49,14 +49,14 @@ Choice choose(plugin_host::Catalog& catalog, const std::string& text) {
 Lens draw_near(plugin_host::Scene& scene, const trials::SceneFacts& facts, plugin_host::NoiseLevel& level,
                const Arguments& given, std::uint64_t number) {
   trials::Instance instance = trials::draw_instance(level, facts, given.seed, SeedDomain::benchmark, number);
-  plugin_host::MountedAssembly assembly = scene.mount(instance.variances.elements_json);
+  plugin_host::MountedAssembly assembly = scene.mount(instance.perturbations.elements_json);
   const auto optimum = assembly.own_optimum(frame_seed(instance.seed, 0, FrameStream::own_optimum), facts.axes.size());
   if (!optimum)
     throw Error(ErrorKind::bad_input,
                 "the scene does not provide the best pose of its assemblies; choose another --scene");
   Random random(instance.seed, 0x6e656172);  // a separate stream
   for (std::size_t axis = 0; axis < facts.axes.size(); ++axis)
-    instance.variances.start[axis] =
+    instance.perturbations.start[axis] =
         std::clamp(optimum->true_pose[axis] + given.radius * random.uniform(-1, 1), 0.0, 1.0);
   return {std::move(instance), std::move(assembly), displayed_rmse(optimum->truth.mse)};
 }

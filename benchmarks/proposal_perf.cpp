@@ -4,13 +4,13 @@
 
 #include <ctime>
 
-#include "conformance/fake_conversation.h"
+#include "conformance/fake_trial.h"
 #include "plugin_host/objects.h"
 
 namespace {
 
-using relign::conformance::FakeConversation;
 using relign::conformance::FakeSetup;
+using relign::conformance::FakeTrial;
 using relign::conformance::Pose;
 
 constexpr unsigned kProposals = 5;  // per trial, once the model has its size
@@ -33,8 +33,8 @@ void proposal(benchmark::State& state, const std::string& plugin, const std::str
   };
   for (auto _ : state) {
     computed = 0;
-    FakeConversation conversation(setup);
-    relign::plugin_host::Algorithm(choice, {}).run(conversation.talk());
+    FakeTrial trial(setup);
+    relign::plugin_host::Algorithm(choice, {}).run(trial.handle());
     state.SetIterationTime(static_cast<double>(computed) / CLOCKS_PER_SEC / kProposals);
     ++setup.seed;
   }

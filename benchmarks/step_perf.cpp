@@ -23,9 +23,9 @@ void trial(benchmark::State& state, const std::string& walker, bool truth, unsig
   const trials::SceneFacts facts = trials::read_scene_facts(scene.describe(), "null-scene");
   const relign::plugin_host::Choice algorithm = catalog.resolve_or_throw(Kind::optimizer, walker);
   trials::Instance instance;
-  instance.variances.start = {0.4, 0.45, 0.5, 0.55, 0.6};
-  for (int i = 0; i < 25; ++i) instance.variances.distortion.push_back(i % 6 == 0 ? 1.0 : 0.01);
-  instance.variances.elements_json = "{}";
+  instance.perturbations.start = {0.4, 0.45, 0.5, 0.55, 0.6};
+  for (int i = 0; i < 25; ++i) instance.perturbations.distortion.push_back(i % 6 == 0 ? 1.0 : 0.01);
+  instance.perturbations.elements_json = "{}";
   relign::plugin_host::MountedAssembly assembly = scene.mount("{}");
   trials::TrialSetup setup;
   setup.assembly = &assembly;

@@ -21,11 +21,11 @@ plugin_host::Choice choice_of(const std::string& id) {
   return catalog.resolve_or_throw(plugin_host::Kind::optimizer, id);
 }
 
-FakeSetup setup_on(std::uint64_t lens, FakePreparation& preparation) {
+FakeSetup setup_on(std::uint64_t lens, FakePretraining& pretraining) {
   FakeSetup setup;
   setup.axes = kAxes;
   setup.seed = lens;
-  setup.preparation = &preparation;
+  setup.pretraining = &pretraining;
   Pose optimum(kAxes);
   relign::Random random(lens, 9);
   for (double& coordinate : optimum) coordinate = 0.1 * random.normal();
@@ -36,33 +36,33 @@ FakeSetup setup_on(std::uint64_t lens, FakePreparation& preparation) {
 }
 
 void run(const plugin_host::Choice& choice, FakeSetup& setup) {
-  FakeConversation conversation(setup);
-  const FakeServices services(choice, conversation);
-  plugin_host::Algorithm(choice, {}).run(conversation.talk());
+  FakeTrial trial(setup);
+  const FakeServices services(choice, trial);
+  plugin_host::Algorithm(choice, {}).run(trial.handle());
 }
 
-const FakePreparation& learnt(const std::string& id) {
-  static std::map<std::string, FakePreparation> known;
-  FakePreparation& preparation = known[id];
-  if (preparation.bytes) return preparation;
-  preparation.preparing = true;
-  preparation.sources = kSources;
-  for (; preparation.source < kSources; ++preparation.source) {
-    FakeSetup setup = setup_on(preparation.source, preparation);
+const FakePretraining& learnt(const std::string& id) {
+  static std::map<std::string, FakePretraining> known;
+  FakePretraining& pretraining = known[id];
+  if (pretraining.bytes) return pretraining;
+  pretraining.active = true;
+  pretraining.sources = kSources;
+  for (; pretraining.source < kSources; ++pretraining.source) {
+    FakeSetup setup = setup_on(pretraining.source, pretraining);
     setup.budget = kSamples;
     run(choice_of(id), setup);
   }
-  preparation.preparing = false;
-  return preparation;
+  pretraining.active = false;
+  return pretraining;
 }
 
 void proposal(benchmark::State& state, const std::string& id) {
   const plugin_host::Choice choice = choice_of(id);
-  FakePreparation preparation = learnt(id);
+  FakePretraining pretraining = learnt(id);
   const auto points = static_cast<std::uint32_t>(state.range(0));
   std::uint64_t lens = kSources;
   for (auto _ : state) {
-    FakeSetup setup = setup_on(lens++, preparation);
+    FakeSetup setup = setup_on(lens++, pretraining);
     setup.budget = points + kWindow - 1;
     std::clock_t answered = std::clock(), computed = 0;
     setup.merit = [&, merit = setup.merit](const Pose& pose, std::uint32_t step) {
@@ -79,8 +79,8 @@ void proposal(benchmark::State& state, const std::string& id) {
 // Reading, checking and factorising the pretraining, and the first proposal.
 void start(benchmark::State& state, const std::string& id) {
   const plugin_host::Choice choice = choice_of(id);
-  FakePreparation preparation = learnt(id);
-  FakeSetup setup = setup_on(kSources, preparation);
+  FakePretraining pretraining = learnt(id);
+  FakeSetup setup = setup_on(kSources, pretraining);
   setup.budget = 0;
   for (auto _ : state) {
     const std::clock_t begin = std::clock();

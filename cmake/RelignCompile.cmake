@@ -7,7 +7,13 @@ set(CMAKE_C_STANDARD 11)
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 set(CMAKE_CXX_VISIBILITY_PRESET hidden)
 set(CMAKE_VISIBILITY_INLINES_HIDDEN ON)
+string(REPLACE "-O3" "-O2" CMAKE_CXX_FLAGS_RELEASE "${CMAKE_CXX_FLAGS_RELEASE}")  # -O3: the block kernels of optics alone
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
+
+# Most of a file's compile time is its headers': several files of a target are compiled as one. The names of a module's
+# unnamed namespaces must therefore be unique. Turn it off where one file changes again and again (the preset "dev" does).
+option(CMAKE_UNITY_BUILD "Compile several source files of a target as one" ON)
+set(CMAKE_UNITY_BUILD_BATCH_SIZE 8)
 
 find_program(RELIGN_CCACHE ccache)
 if(RELIGN_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
@@ -24,6 +30,10 @@ target_compile_options(relign_compile INTERFACE
 # GCC 12 takes inlined std::string operations of C++20 for overlapping copies (GCC bug 105651).
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   target_compile_options(relign_compile INTERFACE -Wno-restrict)
+endif()
+# Files compiled as one are included by a main file: their unnamed namespaces only look like a header's.
+if(CMAKE_UNITY_BUILD AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  target_compile_options(relign_compile INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wno-subobject-linkage>)
 endif()
 if(RELIGN_WARNINGS_AS_ERRORS)
   target_compile_options(relign_compile INTERFACE -Werror)

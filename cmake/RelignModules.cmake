@@ -1,12 +1,16 @@
-# relign_add_module(NAME SOURCES file... [DEPENDS module_or_library...] [PRIVATE_DEPENDS ...])
+# relign_add_module(NAME [KERNELS] SOURCES file... [DEPENDS module_or_library...] [PRIVATE_DEPENDS ...])
 #
 # core/WING/NAME becomes one static library relign_NAME. Headers are included as "NAME/header.h" from core/WING, and the include
 # root of a wing comes with the modules that a target depends on: what does not depend on a wing cannot include its headers.
+# KERNELS: time is spent here. A release optimises such a module fully and the others for a short build.
 function(relign_add_module name)
-  cmake_parse_arguments(MODULE "" "" "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
+  cmake_parse_arguments(MODULE "KERNELS" "" "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
   get_filename_component(wing "${CMAKE_CURRENT_SOURCE_DIR}" DIRECTORY)
   add_library(relign_${name} STATIC ${MODULE_SOURCES})
   target_include_directories(relign_${name} PUBLIC "${wing}")
+  if(NOT MODULE_KERNELS)
+    target_compile_options(relign_${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+  endif()
   target_link_libraries(relign_${name} PUBLIC ${MODULE_DEPENDS} PRIVATE relign_compile ${MODULE_PRIVATE_DEPENDS})
 endfunction()
 

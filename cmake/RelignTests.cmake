@@ -1,7 +1,9 @@
-# relign_add_test(NAME source... [LIBRARIES target...] [LABELS label...] [TIMEOUT seconds])
+# relign_add_test(NAME source... [LIBRARIES target...] [LABELS label...] [TIMEOUT seconds] [DEPENDS target...] [PROGRAM program])
 #
-# One line registers one GoogleTest program. NAME mirrors the place in the tree
-# (base_hash, optics_golden_rays, plugins_rho ...). Tests find files through these macros:
+# One line registers one test for CTest. NAME mirrors the place in the tree (base_hash, optics_golden_rays, plugins_rho ...).
+# All tests of a folder are one GoogleTest program, test_FOLDER (test_harness_trials; test_plugins for all plugins), which
+# is called with the source files whose tests shall run; PROGRAM names
+# another one, for tests that link what others must not. Tests find files through these macros:
 #   RELIGN_TEST_DATA    tests/golden
 #   RELIGN_SOURCE_DIR   the source tree        RELIGN_PROGRAM   the relign-bench binary
 #   RELIGN_PLUGIN_DIR   the folder of built plugins
@@ -26,27 +28,59 @@ function(relign_add_python_file_test name file)
     ENVIRONMENT "RELIGN_BENCH=${CMAKE_BINARY_DIR}/bin/relign-bench;XDG_CACHE_HOME=${CMAKE_BINARY_DIR}/test-cache")
 endfunction()
 
+add_library(relign_test_main STATIC "${PROJECT_SOURCE_DIR}/tests/main.cpp")
+target_link_libraries(relign_test_main PUBLIC relign_compile GTest::gmock GTest::gtest)
+
 function(relign_add_test name)
-  cmake_parse_arguments(TEST "" "TIMEOUT" "LIBRARIES;LABELS;DEPENDS" ${ARGN})
+  cmake_parse_arguments(TEST "" "TIMEOUT;PROGRAM" "LIBRARIES;LABELS;DEPENDS" ${ARGN})
   if(NOT TEST_TIMEOUT)
     set(TEST_TIMEOUT 120)
   endif()
-  add_executable(test_${name} ${TEST_UNPARSED_ARGUMENTS})
-  target_link_libraries(test_${name} PRIVATE relign_compile ${TEST_LIBRARIES} GTest::gmock GTest::gtest_main)
-  target_include_directories(test_${name} PRIVATE "${PROJECT_SOURCE_DIR}/core" "${PROJECT_SOURCE_DIR}/tests")
-  foreach(wing ${RELIGN_WINGS})
-    target_include_directories(test_${name} PRIVATE "${PROJECT_SOURCE_DIR}/core/${wing}" "${PROJECT_SOURCE_DIR}/tests/${wing}")
+  file(RELATIVE_PATH folder "${PROJECT_SOURCE_DIR}" "${CMAKE_CURRENT_SOURCE_DIR}")
+  if(TEST_PROGRAM)
+    set(program ${TEST_PROGRAM})
+  elseif(folder MATCHES "^plugins/")
+    set(program test_plugins)
+  else()
+    string(REPLACE "/" "_" program "${folder}")
+    string(REGEX REPLACE "^tests_" "test_" program "${program}")
+  endif()
+  if(NOT TARGET ${program})
+    relign_add_test_program(${program})
+  endif()
+  set(files "")
+  foreach(source ${TEST_UNPARSED_ARGUMENTS})
+    get_filename_component(source "${source}" ABSOLUTE)
+    get_target_property(sources ${program} SOURCES)
+    if(NOT source IN_LIST sources)
+      target_sources(${program} PRIVATE "${source}")
+    endif()
+    if(source MATCHES "_test.cpp$")
+      file(RELATIVE_PATH file "${PROJECT_SOURCE_DIR}" "${source}")
+      list(APPEND files "${file}")
+    endif()
   endforeach()
-  target_compile_definitions(test_${name} PRIVATE
+  target_link_libraries(${program} PRIVATE ${TEST_LIBRARIES})
+  if(TEST_DEPENDS)
+    add_dependencies(${program} ${TEST_DEPENDS})
+  endif()
+  add_test(NAME ${name} COMMAND ${program} --gtest_brief=1 ${files})
+  set_tests_properties(${name} PROPERTIES TIMEOUT ${TEST_TIMEOUT} LABELS "${TEST_LABELS}"
+    ENVIRONMENT "XDG_CACHE_HOME=${CMAKE_BINARY_DIR}/test-cache")
+endfunction()
+
+function(relign_add_test_program program)
+  add_executable(${program} "${PROJECT_SOURCE_DIR}/tests/error_text.h")
+  target_link_libraries(${program} PRIVATE relign_test_main)
+  target_compile_options(${program} PRIVATE $<$<CONFIG:Release>:-O0>)
+  target_include_directories(${program} PRIVATE "${PROJECT_SOURCE_DIR}/core" "${PROJECT_SOURCE_DIR}/tests")
+  foreach(wing ${RELIGN_WINGS})
+    target_include_directories(${program} PRIVATE "${PROJECT_SOURCE_DIR}/core/${wing}" "${PROJECT_SOURCE_DIR}/tests/${wing}")
+  endforeach()
+  target_compile_definitions(${program} PRIVATE
     RELIGN_TEST_DATA="${PROJECT_SOURCE_DIR}/tests/golden"
     RELIGN_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
     RELIGN_PROGRAM="${CMAKE_BINARY_DIR}/bin/relign-bench"
     RELIGN_PLUGIN_DIR="${RELIGN_PLUGIN_OUTPUT_DIRECTORY}")
-  if(TEST_DEPENDS)
-    add_dependencies(test_${name} ${TEST_DEPENDS})
-  endif()
-  set_target_properties(test_${name} PROPERTIES CXX_STANDARD 20 RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/tests")
-  add_test(NAME ${name} COMMAND test_${name} --gtest_brief=1)
-  set_tests_properties(${name} PROPERTIES TIMEOUT ${TEST_TIMEOUT} LABELS "${TEST_LABELS}"
-    ENVIRONMENT "XDG_CACHE_HOME=${CMAKE_BINARY_DIR}/test-cache")
+  set_target_properties(${program} PROPERTIES CXX_STANDARD 20 RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/tests")
 endfunction()

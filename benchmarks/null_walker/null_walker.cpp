@@ -6,9 +6,9 @@ namespace {
 class NullWalker final : public relign::Optimizer {
  public:
   explicit NullWalker(const relign::Parameters&) {}
-  void run(relign::Conversation& talk) override {
-    relign::Pose pose(talk.axes(), 0.1);
-    for (double place = 0; talk.step(pose); place += 1e-7) pose[0] = place;
+  void run(relign::Trial& trial) override {
+    relign::Pose pose(trial.axes(), 0.1);
+    for (double place = 0; trial.step(pose); place += 1e-7) pose[0] = place;
   }
 };
 

@@ -49,7 +49,7 @@ std::vector<std::vector<double>> read_pose_path(const std::string& path, const t
   std::vector<Problem> problems;
   ObjectReader reader(source, "", problems);
   const Json* listed = reader.get("poses");
-  reader.refuse_unknown();
+  reader.reject_unknown();
   if (listed == nullptr || !listed->is_array() || listed->size() < 2) {
     problems.push_back(source.problem(
         listed == nullptr ? "" : "/poses",

@@ -25,7 +25,7 @@ int exit_code(ErrorKind kind) {
     case ErrorKind::bad_input:
     case ErrorKind::io:
       return kBadInput;
-    case ErrorKind::plugin_refused:
+    case ErrorKind::plugin_rejected:
       return kPluginRefused;
     case ErrorKind::stopped:
       return stop_exit_code();

@@ -26,7 +26,7 @@ class Context {
   std::vector<std::string> command_line;  // as typed; shown in messages on how to resume
   std::function<int()> action;            // set by the chosen verb
 
-  // All plugins: the installed ones and those of --plugin, scanned on first use. Throws Error(plugin_refused).
+  // All plugins: the installed ones and those of --plugin, scanned on first use. Throws Error(plugin_rejected).
   plugin_host::Catalog& catalog();
 
   // Threads, cache folder and log for plugin objects in this process.

@@ -12,7 +12,7 @@ std::string read_assembly(const std::filesystem::path& file, const std::vector<s
   std::vector<Problem> problems;
   ObjectReader reader(source, "", problems);
   const Json* given = reader.get("elements");
-  reader.refuse_unknown();
+  reader.reject_unknown();
   if (given == nullptr) {
     reader.complain_missing("elements", "such as {\"L2\": {\"tilt_deg\": [rx, ry], \"shift_mm\": [x, y, z]}}");
   } else if (!given->is_object()) {
@@ -26,7 +26,7 @@ std::string read_assembly(const std::filesystem::path& file, const std::vector<s
       ObjectReader offset_reader(source, pointer, problems);
       offset_reader.numbers("shift_mm", 3, {0, 0, 0});
       offset_reader.numbers("tilt_deg", 2, {0, 0});
-      offset_reader.refuse_unknown();
+      offset_reader.reject_unknown();
     }
   }
   throw_if_any(problems);

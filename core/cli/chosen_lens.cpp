@@ -34,7 +34,7 @@ ChosenLens choose_lens(Context& context, const LensChoice& choice, const LoadedS
     const plugin_host::Choice level =
         named_choice(context.catalog(), plugin_host::Kind::noise_level, choice.level, "--noise-level");
     lens.instance = draw_instance(level, scene, context.services(1), choice.suite_seed, choice.instance);
-    lens.offsets = lens.instance->variances.elements_json;
+    lens.offsets = lens.instance->perturbations.elements_json;
   }
   if (!choice.assembly.empty()) lens.offsets = read_assembly(choice.assembly, scene.facts.elements);
   return lens;
@@ -46,7 +46,7 @@ std::vector<double> chosen_pose(const std::string& text, const std::string& opti
   if (text == "start") {
     if (!instance)
       throw Error(ErrorKind::bad_input, option + " start: only an instance has a start pose; add --noise-level");
-    return instance->variances.start;
+    return instance->perturbations.start;
   }
   const std::vector<double> pose = parse_numbers(text, option);
   std::vector<std::string> names;

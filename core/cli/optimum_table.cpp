@@ -41,7 +41,7 @@ std::vector<LevelOptima> level_optima(Context& context, const std::string& scene
     std::vector<double> shifts, tilts, own, nominal;
     for (std::uint64_t number = 0; number < instances; ++number) {
       const trials::Instance instance = draw_instance(level, loaded, context.services(1), 1, number);
-      plugin_host::MountedAssembly lens = loaded.scene->mount(instance.variances.elements_json);
+      plugin_host::MountedAssembly lens = loaded.scene->mount(instance.perturbations.elements_json);
       const std::uint64_t seed = frame_seed(instance.seed, 0, FrameStream::own_optimum);
       const auto found = lens.own_optimum(seed, loaded.facts.axes.size());
       if (!found)

@@ -129,10 +129,10 @@ void ProgressPrinter::paint_line() {
 
 // Rate of this phase; 0 until there is an estimate.
 double ProgressPrinter::per_second() const {
-  constexpr std::size_t kLeastForEstimate = 3;
+  constexpr std::size_t kMinForEstimate = 3;
   const std::size_t done_here = progress_.done - std::min(progress_.done, done_at_phase_start_);
   const double elapsed = seconds_since(phase_since_);
-  return done_here >= kLeastForEstimate && elapsed > 0 ? static_cast<double>(done_here) / elapsed : 0;
+  return done_here >= kMinForEstimate && elapsed > 0 ? static_cast<double>(done_here) / elapsed : 0;
 }
 
 std::string ProgressPrinter::outlook_text() const {

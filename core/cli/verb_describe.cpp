@@ -100,7 +100,7 @@ std::string try_command(const Manifest& plugin, const Preset* preset) {
 }
 
 // "10 source instances, 100 steps each ..."; a count that is set by a parameter is shown as the parameter's name.
-std::string preparation_text(const Manifest& plugin) {
+std::string pretraining_text(const Manifest& plugin) {
   const auto shown = [&plugin](const char* count) {
     const Json& stated = plugin.prepare.at(count);
     return stated.is_string() ? "'" + stated.get<std::string>() + "'" : stated.dump();
@@ -115,9 +115,9 @@ std::string page(const Manifest& plugin, const Preset* preset) {
       id + "  (" + plugin_host::kind_name(plugin.kind) + (preset == nullptr ? "" : ", preset of " + plugin.id) + ")\n";
   text += (preset == nullptr || preset->summary.empty() ? plugin.summary : preset->summary) + "\n\n";
   if (plugin_host::is_algorithm(plugin.kind))
-    text += "observes      " + (plugin.knows.empty() ? "nothing" : join(plugin.knows, ", ")) +
+    text += "observes      " + (plugin.observes.empty() ? "nothing" : join(plugin.observes, ", ")) +
             (plugin.oracle ? " (an oracle: observes the true start under every protocol)" : "") + "\n";
-  if (!plugin.prepare.is_null()) text += "pretraining   " + preparation_text(plugin) + "\n";
+  if (!plugin.prepare.is_null()) text += "pretraining   " + pretraining_text(plugin) + "\n";
   text += "reproducible  " +
           std::string(plugin.reproducible == "this_cpu" ? "on the same kind of processor" : "on any machine") + "\n";
   if (!plugin.license.empty()) text += "licence       " + plugin.license + "\n";
@@ -165,7 +165,7 @@ Json to_json(const Manifest& plugin, const Preset* preset) {
           {"plugin", plugin.id},
           {"kind", plugin_host::kind_name(plugin.kind)},
           {"summary", preset == nullptr ? plugin.summary : preset->summary},
-          {"knows", plugin.knows},
+          {"observes", plugin.observes},
           {"prepare", plugin.prepare},
           {"oracle", plugin.oracle},
           {"reproducible", plugin.reproducible},

@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct NewArguments {
+struct NewPluginArguments {
   std::string name;
   std::string kind;
   std::string language = "cpp";
@@ -39,7 +39,7 @@ std::string next_steps(const NewPlugin& made) {
          "\n  cmake --build build\n  ctest --test-dir build\n  " + use + "\n";
 }
 
-int new_plugin(Context& context, const NewArguments& arguments) {
+int new_plugin(Context& context, const NewPluginArguments& arguments) {
   const auto kind = plugin_host::kind_from_name(arguments.kind);
   if (!kind)
     throw Error(ErrorKind::bad_input, "unknown kind '" + arguments.kind + "'" +
@@ -70,7 +70,7 @@ void add_new(CLI::App& plugin, Context& context) {
       {"new",
        "Create a small, complete plugin project: source, README, test and, for C++, manifest and CMakeLists.txt.",
        "relign-bench plugin new --kind optimizer my_search", "plugin check, try, describe"});
-  auto arguments = std::make_shared<NewArguments>();
+  auto arguments = std::make_shared<NewPluginArguments>();
   verb.add_option("NAME", arguments->name, "id of the plugin: letters, digits, '-', '_' or '.'")->required();
   verb.add_option("--kind", arguments->kind, "kind of plugin: optimizer, agent, scene or noise-level; required")
       ->type_name("KIND:{optimizer,agent,scene,noise-level}")

@@ -14,7 +14,7 @@ using conformance::CheckResult;
 using conformance::Inspection;
 using conformance::Verdict;
 
-struct Arguments {
+struct CheckArguments {
   std::vector<std::string> plugins;
   double deadline_s = 60;
   std::string one;    // in a child process: the check to run
@@ -58,7 +58,7 @@ Json to_json(const Inspection& inspection) {
   return entry;
 }
 
-int check(Context& context, const Arguments& arguments) {
+int check(Context& context, const CheckArguments& arguments) {
   conformance::InspectionSetup setup;
   setup.program = std::filesystem::read_symlink("/proc/self/exe");
   setup.deadline_s = arguments.deadline_s;
@@ -75,7 +75,7 @@ int check(Context& context, const Arguments& arguments) {
   return passed ? kDone : kPluginRefused;
 }
 
-int check_one(const Arguments& arguments) {
+int check_one(const CheckArguments& arguments) {
   conformance::run_one_check(arguments.plugins.front(), arguments.one, arguments.report_fd);
   return kDone;
 }
@@ -89,7 +89,7 @@ void add_plugin_check(CLI::App& plugin, Context& context) {
        "Run the conformance checks on plugins, each in a separate process, so that a crash or an endless loop is a "
        "failed check. Exit code 0 if all pass, 5 if a plugin is rejected or a check fails.",
        "relign-bench plugin check ./my_plugin", "list, describe, try"});
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<CheckArguments>();
   verb.add_option("PATH", arguments->plugins,
                   "plugin: folder, library, script or manifest, or the id of an installed plugin")
       ->required();

@@ -5,13 +5,13 @@
 #include "base/error.h"
 #include "cli/app.h"
 #include "cli/interrupt.h"
-#include "cli/prepared_job.h"
-#include "plugin_host/preparation.h"
+#include "cli/pretraining_job.h"
+#include "plugin_host/pretraining.h"
 
 namespace relign::cli {
 namespace {
 
-struct Arguments {
+struct PrepareArguments {
   std::string algorithm;
   std::string parameters;  // JSON; empty: none
   std::string scene = "relign_od";
@@ -20,13 +20,13 @@ struct Arguments {
   bool again = false;
 };
 
-Json to_json(const runner::PreparedEntry& entry) {
+Json to_json(const runner::PretrainingEntry& entry) {
   return {{"plugin", entry.algorithm},   {"sources", entry.sources},     {"steps", entry.steps},
           {"made_now", entry.made_now},  {"seconds", entry.seconds},     {"sha256", entry.data.hash},
           {"file", entry.file.string()}, {"failure", entry.data.failure}};
 }
 
-std::string line_of(const runner::PreparedEntry& entry) {
+std::string line_of(const runner::PretrainingEntry& entry) {
   char made[64] = "already in the cache";
   if (entry.made_now) std::snprintf(made, sizeof made, "pretrained in %.1f s", entry.seconds);
   return entry.algorithm + ": " + std::to_string(entry.sources) + " source instances of " +
@@ -34,7 +34,7 @@ std::string line_of(const runner::PreparedEntry& entry) {
          (entry.file.empty() ? "not kept: no cache folder" : entry.file.string()) + "\n";
 }
 
-int prepare(Context& context, const Arguments& arguments) {
+int prepare_plugin(Context& context, const PrepareArguments& arguments) {
   plugin_host::Catalog& catalog = context.catalog();
   const plugin_host::Choice algorithm = named_choice(catalog, plugin_host::Kind::optimizer, arguments.algorithm,
                                                      "ALGORITHM", read_parameters(arguments.parameters));
@@ -52,10 +52,10 @@ int prepare(Context& context, const Arguments& arguments) {
   const plugin_host::Choice level = named_choice(catalog, plugin_host::Kind::noise_level, level_name, "--noise-level");
   const runner::TrialJob job = job_for(scene, level, algorithm, *trials::protocol_from_name(arguments.protocol));
 
-  runner::Preparer preparer(preparer_options(services, arguments.again));
+  runner::Pretrainer pretrainer(pretrainer_options(services, arguments.again));
   Json all = Json::array();
   std::string failure;
-  for (const auto& [identity, entry] : preparer.prepare(job, runner::data_identity(scene.facts))) {
+  for (const auto& [identity, entry] : pretrainer.prepare(job, runner::data_identity(scene.facts))) {
     all.push_back(to_json(entry));
     if (failure.empty()) failure = entry.data.failure;
     if (!context.json && entry.data.failure.empty()) print_result(line_of(entry));
@@ -66,9 +66,9 @@ int prepare(Context& context, const Arguments& arguments) {
   return kTrialsFailed;
 }
 
-int prepare_or_stop(Context& context, const Arguments& arguments) {
+int prepare_or_stop(Context& context, const PrepareArguments& arguments) {
   try {
-    return prepare(context, arguments);
+    return prepare_plugin(context, arguments);
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::stopped) throw;
     std::fprintf(stderr, "Stopped; nothing was kept. To start again, run the same command:\n  %s\n",
@@ -86,7 +86,7 @@ void add_plugin_prepare(CLI::App& plugin, Context& context) {
        "Pretrain an algorithm on source instances of a scene and noise level, which are never benchmark instances. The "
        "result is kept in the user's cache. run and try pretrain automatically where it is missing.",
        "relign-bench plugin prepare transfer-gp --noise-level rho0.5", "run, try, describe"});
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<PrepareArguments>();
   verb.add_option("ALGORITHM", arguments->algorithm, "algorithm: id, preset or path")->required();
   verb.add_option("--parameters", arguments->parameters,
                   "algorithm parameters as a JSON object, the same as in its trials; listed by describe [default: the "

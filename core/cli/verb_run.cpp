@@ -56,7 +56,7 @@ std::vector<std::pair<std::string, std::string>> parse_only(const std::vector<st
 }
 
 // A scene fails to load because of the user's files or parameters, so its failure is reported as bad input.
-runner::PreparedPlan prepare(suites::Suite suite, const runner::RunOptions& options) {
+runner::PreparedPlan prepared_plan(suites::Suite suite, const runner::RunOptions& options) {
   try {
     return runner::prepare(std::move(suite), options.cache_folder, options.on_message, options.stop);
   } catch (const Error& error) {
@@ -201,7 +201,7 @@ int run_suite(Context& context, const RunArguments& arguments) {
   runner::PreparedPlan prepared;
   std::unique_ptr<runner::ShardAttempt> attempt;
   try {
-    prepared = prepare(std::move(suite), options);
+    prepared = prepared_plan(std::move(suite), options);
     if (job) attempt = job->begin(options.results, prepared, options.on_message);
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::stopped) throw;

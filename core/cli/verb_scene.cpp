@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kPngScale = 2;  // pixels per unit of the drawing
+constexpr double kLandscapePngScale = 2;  // pixels per unit of the drawing
 // The same for all poses, so that neighbouring estimates have nearly the same residual error and the map is smooth.
 constexpr std::uint64_t kTruthSeed = 4;
 
@@ -32,8 +32,8 @@ struct LandscapeArguments {
 };
 
 // Measures the planes through `pose`, one for every pair of axes.
-void measure(drawing::Landscape& landscape, plugin_host::MountedAssembly& assembly, const std::vector<double>& pose,
-             ProgressMode mode) {
+void measure_landscape(drawing::Landscape& landscape, plugin_host::MountedAssembly& assembly,
+                       const std::vector<double>& pose, ProgressMode mode) {
   const std::atomic<bool>& stop = watch_for_stop();
   const auto pairs = drawing::plane_axes(landscape.axes.size());
   const auto points = static_cast<std::size_t>(landscape.points);
@@ -73,13 +73,14 @@ std::vector<std::string> write(const drawing::Landscape& landscape, const fs::pa
   const std::string ending = out.extension().string();
   const bool all = ending.empty();
   if (all || ending == ".png")
-    add(all ? out / "landscape.png" : out, drawing::png_bytes(drawing::landscape_raster(landscape, kPngScale)));
+    add(all ? out / "landscape.png" : out,
+        drawing::png_bytes(drawing::landscape_raster(landscape, kLandscapePngScale)));
   if (all || ending == ".html") add(all ? out / "landscape.html" : out, drawing::landscape_page(landscape));
   if (all || ending == ".csv") add(all ? out / "landscape.csv" : out, drawing::landscape_table(landscape));
   return written;
 }
 
-std::string subtitle_of(const LandscapeArguments& arguments) {
+std::string landscape_subtitle(const LandscapeArguments& arguments) {
   std::string lens = "perfect lens";
   if (!arguments.lens.level.empty())
     lens = "instance " + std::to_string(arguments.lens.instance) + " of " + arguments.lens.level;
@@ -108,7 +109,7 @@ int landscape(Context& context, const LandscapeArguments& arguments) {
 
   drawing::Landscape landscape;
   landscape.title = "Landscape of " + scene.facts.name;
-  landscape.subtitle = subtitle_of(arguments);
+  landscape.subtitle = landscape_subtitle(arguments);
   landscape.measure = "RMSE";
   landscape.points = arguments.points;
   for (std::size_t axis = 0; axis < pose.size(); ++axis) {
@@ -116,7 +117,7 @@ int landscape(Context& context, const LandscapeArguments& arguments) {
     landscape.axes.push_back({known.name, known.unit, known.lower, known.upper, scene.facts.nominal_pose[axis]});
   }
   plugin_host::MountedAssembly assembly = scene.scene->mount(lens.offsets);
-  measure(landscape, assembly, pose, context.progress_mode());
+  measure_landscape(landscape, assembly, pose, context.progress_mode());
   const std::vector<std::string> written = write(landscape, arguments.out);
   if (context.json)
     print_result(Json({{"files", written}, {"planes", landscape.planes.size()}, {"pose", pose}}).dump(2) + "\n");

@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct NewArguments {
+struct NewSceneArguments {
   std::string lens_file;
   std::string out;
   std::string name;
@@ -34,21 +34,21 @@ struct NewArguments {
 };
 
 // "Cooke 50 mm" -> "Cooke_50_mm", because names are used in tables and as folder names. One '_' per UTF-8 character.
-std::string plain_name(const std::string& name) {
+std::string plain_scene_name(const std::string& name) {
   constexpr std::size_t kLongest = 64;
-  std::string plain_name;
+  std::string plain_scene_name;
   for (const char letter : name) {
     const bool plain = (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') ||
                        (letter >= '0' && letter <= '9') || letter == '-' || letter == '.';
     const bool continuation = (static_cast<unsigned char>(letter) & 0xc0U) == 0x80U;
-    if (!continuation && plain_name.size() < kLongest) plain_name += plain ? letter : '_';
+    if (!continuation && plain_scene_name.size() < kLongest) plain_scene_name += plain ? letter : '_';
   }
-  return plain_name;
+  return plain_scene_name;
 }
 
 // The scene's name if none is given: the file's name without trailing replacements.
 std::string name_of_file(const fs::path& file) {
-  std::string name = plain_name(file.stem().string());
+  std::string name = plain_scene_name(file.stem().string());
   while (!name.empty() && name.back() == '_') name.pop_back();
   return name;
 }
@@ -125,10 +125,10 @@ void print_made(Context& context, const fs::path& folder, const lens_files::Lens
                (folder / "scene.json").c_str(), (folder / "scene.json").c_str(), (folder / "suite.json").c_str());
 }
 
-int new_scene(Context& context, const NewArguments& arguments) {
+int new_scene(Context& context, const NewSceneArguments& arguments) {
   lens_files::LayoutChoices choices;
   choices.name = arguments.name.empty() ? name_of_file(arguments.lens_file) : arguments.name;
-  if (choices.name.empty() || choices.name[0] == '.' || choices.name != plain_name(choices.name))
+  if (choices.name.empty() || choices.name[0] == '.' || choices.name != plain_scene_name(choices.name))
     throw Error(ErrorKind::bad_input, "invalid scene name '" + choices.name +
                                           "'; allowed: 1 to 64 letters, digits, '-', '_' or '.', not starting with "
                                           "'.'; choose one with --name");
@@ -137,7 +137,7 @@ int new_scene(Context& context, const NewArguments& arguments) {
   if (!arguments.sensor.empty()) choices.sensor = lens_files::parse_sensor(arguments.sensor);
   const fs::path wanted = arguments.out.empty() ? choices.name : arguments.out;
   // Named after the folder, so that two imports of one lens have different results folders.
-  choices.suite_name = plain_name(fs::absolute(wanted / "").lexically_normal().parent_path().filename().string());
+  choices.suite_name = plain_scene_name(fs::absolute(wanted / "").lexically_normal().parent_path().filename().string());
   if (choices.suite_name[0] == '.' || choices.suite_name[0] == '-') choices.suite_name.clear();
 
   DesignLens made = read_design_lens(arguments.lens_file, arguments.design, choices.name);
@@ -177,8 +177,8 @@ void add_scene_new(CLI::App& scene, Context& context) {
        "relign-bench scene new my_lens.zmx -o my_lens --sensor 1920x1280@3.45\n"
        "relign-bench run my_lens/suite.json",
        "scene landscape, lens info, render, validate, run"});
-  auto arguments = std::make_shared<NewArguments>();
-  NewArguments& given = *arguments;
+  auto arguments = std::make_shared<NewSceneArguments>();
+  NewSceneArguments& given = *arguments;
   verb.add_option("LENSFILE", given.lens_file, "lens file of a design program")->required();
   verb.add_option("-o,--out", given.out, "folder to create; must not exist [default: the scene's name]")
       ->type_name("DIR");

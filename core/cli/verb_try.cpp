@@ -14,9 +14,9 @@
 #include "cli/frames.h"
 #include "cli/guarded_trial.h"
 #include "cli/interrupt.h"
-#include "cli/prepared_job.h"
+#include "cli/pretraining_job.h"
 #include "cli/workbench.h"
-#include "plugin_host/preparation.h"
+#include "plugin_host/pretraining.h"
 #include "trials/trial.h"
 
 namespace relign::cli {
@@ -126,9 +126,9 @@ std::shared_ptr<const trials::PreparedByIdentity> pretraining_of(const LoadedSce
                                                                  trials::Protocol protocol,
                                                                  const plugin_host::HostServices& services) {
   if (!plugin_host::is_prepared(algorithm)) return nullptr;
-  runner::Preparer preparer(preparer_options(services));
+  runner::Pretrainer pretrainer(pretrainer_options(services));
   return runner::data_of(
-      preparer.prepare(job_for(scene, level, algorithm, protocol), runner::data_identity(scene.facts)));
+      pretrainer.prepare(job_for(scene, level, algorithm, protocol), runner::data_identity(scene.facts)));
 }
 
 int run_try(Context& context, TryArguments arguments) {
@@ -154,7 +154,7 @@ int run_try(Context& context, TryArguments arguments) {
                                           "', which has its own lenses, start pose and stage; use none");
   const trials::Instance instance = draw_instance(level, scene, services, arguments.suite_seed, arguments.instance);
   std::optional<plugin_host::MountedAssembly> assembly;
-  if (!scene.facts.owns_stage) assembly.emplace(scene.scene->mount(instance.variances.elements_json));
+  if (!scene.facts.owns_stage) assembly.emplace(scene.scene->mount(instance.perturbations.elements_json));
 
   trials::TrialSetup setup;
   setup.assembly = assembly ? &*assembly : nullptr;
@@ -232,7 +232,7 @@ void add_try(CLI::App& app, Context& context) {
       ->capture_default_str();
   verb.add_option("--steps", arguments->steps, "budget: number of steps (a move and a capture each) after step 0")
       ->type_name("COUNT")
-      ->check(CLI::Range(1U, kMostSteps))
+      ->check(CLI::Range(1U, kMaxSteps))
       ->capture_default_str();
   verb.add_option("--frames", arguments->frames, "write every capture to DIR/step-NNN.png [default: none]")
       ->type_name("DIR");

@@ -21,7 +21,7 @@ plugin_host::Choice named_choice(plugin_host::Catalog& catalog, plugin_host::Kin
   if (own && !own->is_object())
     reader.complain("parameters", std::string("expected an object, found ") + own->type_name());
   if (own && !parameters.empty()) reader.complain("parameters", "also given by --parameters; give them in one place");
-  reader.refuse_unknown();
+  reader.reject_unknown();
   throw_if_any(problems);
   return catalog.resolve_or_throw(kind, use, own ? *own : parameters);
 }

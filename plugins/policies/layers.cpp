@@ -15,7 +15,7 @@ namespace {
 // Limits that keep every count within 64 bits, far above what networks for images need.
 constexpr std::int64_t kLargestStep = 256;        // of strides and pads
 constexpr std::int64_t kLargestKernel = 1024;     // rows, columns
-constexpr std::int64_t kMostOutputs = 1 << 20;    // channels, or numbers of a row
+constexpr std::int64_t kMaxOutputs = 1 << 20;     // channels, or numbers of a row
 constexpr std::int64_t kLargestValue = 64 << 20;  // numbers in weights or padded inputs
 using Inputs = std::vector<LayerInput>;
 using Operands = std::vector<const float*>;
@@ -68,7 +68,7 @@ struct Packed {
   // bias: null for zeros.
   Packed(std::int64_t outputs_, std::int64_t depth_, const OnnxTensor* bias_) : outputs(outputs_), depth(depth_) {
     const std::int64_t padded = (outputs + kLanes - 1) / kLanes * kLanes;
-    if (outputs < 1 || outputs > kMostOutputs || depth < 1 || padded > kLargestValue / depth)
+    if (outputs < 1 || outputs > kMaxOutputs || depth < 1 || padded > kLargestValue / depth)
       throw std::runtime_error("weights of " + std::to_string(outputs) + " x " + std::to_string(depth) +
                                " are not supported");
     weights.assign(static_cast<std::size_t>(padded * depth), 0.0F);

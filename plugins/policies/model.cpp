@@ -14,13 +14,13 @@ namespace relign::policies {
 namespace {
 
 constexpr double kParityTolerance = 1e-4;
-constexpr std::uintmax_t kLargestFile = 256u << 20;
+constexpr std::uintmax_t kMaxNetworkBytes = 256u << 20;
 
 std::string read_whole(const std::string& path) {
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(path, error);
   if (error) throw std::runtime_error(path + ": cannot be read: " + error.message());
-  if (size > kLargestFile) throw std::runtime_error(path + ": larger than 256 MiB, the limit for a network");
+  if (size > kMaxNetworkBytes) throw std::runtime_error(path + ": larger than 256 MiB, the limit for a network");
   std::ifstream file(path, std::ios::binary);
   std::string bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   if (!file) throw std::runtime_error(path + ": cannot be read");

@@ -41,14 +41,14 @@ std::string command_for_another(const SideFile& about) {
 
 }  // namespace
 
-void PolicyAgent::check_scene(const Conversation& talk) const {
+void PolicyAgent::check_scene(const Trial& trial) const {
   const SideFile& about = model_.about();
   const std::string another = "; train a network for this scene: " + command_for_another(about);
-  if (talk.axes() != about.axes.size())
+  if (trial.axes() != about.axes.size())
     throw std::invalid_argument("the network was trained for " + std::to_string(about.axes.size()) +
-                                " axes, this scene has " + std::to_string(talk.axes()) + another);
+                                " axes, this scene has " + std::to_string(trial.axes()) + another);
   if (other_scenes_) return;
-  const ImageView reference = talk.reference();
+  const ImageView reference = trial.reference();
   const auto size = static_cast<std::size_t>(about.size);
   if (reference.width() != reference.height() || reference.width() < size || reference.width() % size != 0)
     throw std::invalid_argument("images of " + std::to_string(reference.width()) + " x " +
@@ -82,42 +82,42 @@ void clamp(Pose& move, double largest) {
 
 }  // namespace
 
-void PolicyAgent::follow_displacements(Conversation& talk) {
-  std::optional<Observation> observation = talk.first();
+void PolicyAgent::follow_displacements(Trial& trial) {
+  std::optional<Observation> observation = trial.first();
   for (unsigned step = 1; observation; ++step) {
     push_frame(observation->image());
     Pose move = model_.answer(frames_);
     for (double& along : move) along *= gain(step, whole_guesses_);
     Pose target = observation->pose;
     for (std::size_t axis = 0; axis < move.size(); ++axis) target[axis] += move[axis];
-    talk.recommend(target);
-    clamp(move, talk.largest_move());
-    observation = talk.move(move);
+    trial.recommend(target);
+    clamp(move, trial.largest_move());
+    observation = trial.move(move);
   }
 }
 
-void PolicyAgent::follow_moves(Conversation& talk) {
-  const ImageView reference = talk.reference();
+void PolicyAgent::follow_moves(Trial& trial) {
+  const ImageView reference = trial.reference();
   double lowest = std::numeric_limits<double>::infinity();
-  std::optional<Observation> observation = talk.first();
+  std::optional<Observation> observation = trial.first();
   while (observation) {
     if (const double measured = rmse(observation->image(), reference); measured < lowest) {
       lowest = measured;
-      talk.recommend(observation->pose);
+      trial.recommend(observation->pose);
     }
     push_frame(observation->image());
     Pose move = model_.answer(frames_);
-    clamp(move, talk.largest_move());
-    observation = talk.move(move);
+    clamp(move, trial.largest_move());
+    observation = trial.move(move);
   }
 }
 
-void PolicyAgent::run(Conversation& talk) {
-  check_scene(talk);
+void PolicyAgent::run(Trial& trial) {
+  check_scene(trial);
   if (model_.about().displacement)
-    follow_displacements(talk);
+    follow_displacements(trial);
   else
-    follow_moves(talk);
+    follow_moves(trial);
 }
 
 }  // namespace relign::policies

@@ -20,13 +20,13 @@ namespace relign::policies {
 class PolicyAgent : public Agent {
  public:
   explicit PolicyAgent(const Parameters& given);
-  void run(Conversation& talk) override;
+  void run(Trial& trial) override;
 
  private:
-  void check_scene(const Conversation& talk) const;
+  void check_scene(const Trial& trial) const;
   void push_frame(const ImageView& image);
-  void follow_displacements(Conversation& talk);
-  void follow_moves(Conversation& talk);
+  void follow_displacements(Trial& trial);
+  void follow_moves(Trial& trial);
 
   Model model_;
   std::int64_t whole_guesses_;

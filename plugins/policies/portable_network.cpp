@@ -9,7 +9,7 @@ namespace relign::policies {
 namespace {
 
 constexpr std::int64_t kFirstOpset = 7;  // earlier versions broadcast operands by attributes
-constexpr std::size_t kMostNumbers = std::size_t{64} << 20;
+constexpr std::size_t kMaxNumbers = std::size_t{64} << 20;
 
 // Appended where a valid network uses an unsupported feature.
 constexpr const char* kOtherwise =
@@ -104,7 +104,7 @@ class PortableNetwork : public Network {
       }
       Layer layer = make(node, inputs);
       numbers_ += layer.shape.count();
-      if (numbers_ > kMostNumbers) throw std::runtime_error("the network has more than 64 Mi intermediate values");
+      if (numbers_ > kMaxNumbers) throw std::runtime_error("the network has more than 64 Mi intermediate values");
       step.run = std::move(layer.run);
       step.output = values_.size();
       steps_.push_back(std::move(step));

@@ -13,10 +13,10 @@ using Json = nlohmann::json;
 
 constexpr int kParitySide = 10;
 constexpr int kLargestSize = 1024;
-constexpr int kMostFrames = 64;
-constexpr int kMostBlocks = 100;
-constexpr std::size_t kMostAxes = 64;
-constexpr std::uintmax_t kLargestFile = 16u << 20;
+constexpr int kMaxFrames = 64;
+constexpr int kMaxBlocks = 100;
+constexpr std::size_t kMaxAxes = 64;
+constexpr std::uintmax_t kMaxSideFileBytes = 16u << 20;
 
 [[noreturn]] void complain(const std::string& what) { throw std::runtime_error(what); }
 
@@ -65,11 +65,11 @@ SideFile parse(const Json& json) {
   if (json.at("format").get<double>() != 1) complain("format: must be 1, found " + json.at("format").dump());
   side.scene = json.at("scene").get<std::string>();
   side.axes = json.at("axes").get<std::vector<std::string>>();
-  if (side.axes.empty() || side.axes.size() > kMostAxes)
+  if (side.axes.empty() || side.axes.size() > kMaxAxes)
     complain("axes: must have 1 to 64 names, found " + std::to_string(side.axes.size()));
   const Json& observation = json.at("observation");
   side.size = integer(observation, "size", kParitySide, kLargestSize);
-  side.frames = integer(observation, "frames", 1, kMostFrames);
+  side.frames = integer(observation, "frames", 1, kMaxFrames);
   side.white = positive(observation, "white");
   side.byte_whites = positive(observation, "byte_whites");
   const auto output = json.at("output").get<std::string>();
@@ -83,7 +83,7 @@ SideFile parse(const Json& json) {
   side.weights_sha256 = json.at("weights_sha256").get<std::string>();
   side.command = json.at("command").get<std::string>();
   const Json& reference = json.at("reference");
-  side.blocks = integer(reference, "blocks", 1, kMostBlocks);
+  side.blocks = integer(reference, "blocks", 1, kMaxBlocks);
   const auto count = static_cast<std::size_t>(side.blocks) * static_cast<std::size_t>(side.blocks);
   side.reference = finite_values(reference.at("means"), count, "reference");
   const Json& parity = json.at("parity");
@@ -116,7 +116,7 @@ SideFile read_side_file(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file)
     throw std::runtime_error(path + ": file not found; relign-train writes it beside the network, keep both together");
-  if (std::filesystem::file_size(path) > kLargestFile)
+  if (std::filesystem::file_size(path) > kMaxSideFileBytes)
     throw std::runtime_error(path + ": larger than 16 MiB, not a side file of relign-train");
   try {
     return parse(Json::parse(file));

@@ -1,5 +1,5 @@
-// Minimises a smooth function in a box by projected L-BFGS. Small, deterministic and silent, unlike the packaged Fortran
-// L-BFGS-B.
+// Minimises a smooth function in a box by projected L-BFGS. Small, deterministic and silent, unlike the packaged
+// Fortran L-BFGS-B.
 #pragma once
 
 #include <functional>

@@ -61,17 +61,17 @@ void GaussianProcess::predict(const Matrix& at, Vector& mean, Vector& deviation,
     const Eigen::Index count = std::min(kBlock, at.cols() - first);
     Matrix covariance = kernel_.between(points_, at.middleCols(first, count));
     Vector means = Vector::Zero(count);
-    Vector variances = Vector::Constant(count, kernel_.amplitude());
+    Vector perturbations = Vector::Constant(count, kernel_.amplitude());
     if (prior) {
       covariance += prior->covariance.middleCols(first, count);
       means = prior->mean.segment(first, count);
-      variances += prior->variance.segment(first, count);
+      perturbations += prior->variance.segment(first, count);
     }
     means += covariance.transpose() * weights_;
     root_.whiten(covariance);
-    variances -= covariance.colwise().squaredNorm().transpose();
+    perturbations -= covariance.colwise().squaredNorm().transpose();
     mean.segment(first, count) = standard_.mean + standard_.scale * means.array();
-    deviation.segment(first, count) = standard_.scale * variances.array().max(0).sqrt();
+    deviation.segment(first, count) = standard_.scale * perturbations.array().max(0).sqrt();
   }
 }
 

@@ -1,7 +1,7 @@
 // Stationary kernels with one length scale per dimension. Points are columns.
 //
 // theta: natural logarithms of amplitude, length 1 .. length d, noise, in scikit-learn's order. Amplitude and noise are
-// variances.
+// perturbations.
 #pragma once
 
 #include <Eigen/Core>

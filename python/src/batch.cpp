@@ -126,10 +126,10 @@ py::dict instance(const Batch& batch, unsigned slot) {
   py::dict dict;
   dict["number"] = instance.number;
   dict["seed"] = instance.seed;
-  dict["start"] = instance.variances.start;
-  dict["distortion"] = instance.variances.distortion;
-  dict["elements"] = instance.variances.elements_json;
-  dict["cure_shift"] = instance.variances.cure_shift;
+  dict["start"] = instance.perturbations.start;
+  dict["distortion"] = instance.perturbations.distortion;
+  dict["elements"] = instance.perturbations.elements_json;
+  dict["cure_shift"] = instance.perturbations.cure_shift;
   return dict;
 }
 

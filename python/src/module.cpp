@@ -31,8 +31,7 @@ plugin_host::Kind kind_of(const std::string& name) {
   if (name == "scene") return plugin_host::Kind::scene;
   if (name == "noise-level") return plugin_host::Kind::noise_level;
   if (name == "algorithm") return plugin_host::Kind::optimizer;
-  throw Error(ErrorKind::bad_input,
-              "unknown kind '" + name + "'; kinds: scene, noise-level, algorithm");
+  throw Error(ErrorKind::bad_input, "unknown kind '" + name + "'; kinds: scene, noise-level, algorithm");
 }
 
 }  // namespace

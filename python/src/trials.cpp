@@ -38,8 +38,8 @@ class Trials {
     const auto known = trials::protocol_from_name(protocol);
     if (!known) throw Error(ErrorKind::bad_input, "unknown protocol '" + protocol + "'; protocols: paper, blind");
     job.protocol = *known;
-    job.merit =
-        job.protocol == trials::Protocol::paper && !job.facts.owns_stage ? trials::Merit::combined : trials::Merit::rmse;
+    job.merit = job.protocol == trials::Protocol::paper && !job.facts.owns_stage ? trials::Merit::combined
+                                                                                 : trials::Merit::rmse;
     if (!merit.empty()) {
       const auto wanted = trials::merit_from_name(merit);
       if (!wanted) throw Error(ErrorKind::bad_input, "unknown merit '" + merit + "'; merits: combined, rmse");

@@ -60,11 +60,11 @@ class MyPlugin final : public relign::Agent {
  public:
   explicit MyPlugin(const relign::Parameters& given) : first_move_(given.number("first_move")) {}
 
-  void run(relign::Conversation& talk) override {
-    Policy policy(talk.axes(), std::min(first_move_, talk.largest_move()));
-    std::optional<relign::Observation> seen = talk.first();  // step 0: the capture at the start pose
-    while (seen && !policy.finished()) seen = talk.move(policy.decide(seen->image()));
-    // No recommendation of its own: an agent would glue where it is. talk.recommend(pose) says otherwise.
+  void run(relign::Trial& trial) override {
+    Policy policy(trial.axes(), std::min(first_move_, trial.largest_move()));
+    std::optional<relign::Observation> seen = trial.first();  // step 0: the capture at the start pose
+    while (seen && !policy.finished()) seen = trial.move(policy.decide(seen->image()));
+    // No recommendation of its own: an agent would glue where it is. trial.recommend(pose) says otherwise.
   }
 
  private:

@@ -29,5 +29,5 @@ endif()
 # Same seed, same trial.
 trial(again ${setting})
 if(NOT again STREQUAL seen)
-  fail("two runs of one trial differ; is all randomness drawn from talk.seed()?")
+  fail("two runs of one trial differ; is all randomness drawn from trial.seed()?")
 endif()

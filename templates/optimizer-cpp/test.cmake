@@ -21,5 +21,5 @@ endif()
 # Same seed, same trial.
 trial(again ${setting} --instance 3)
 if(NOT again STREQUAL found)
-  fail("two runs of one trial differ; is all randomness drawn from talk.seed()?")
+  fail("two runs of one trial differ; is all randomness drawn from trial.seed()?")
 endif()

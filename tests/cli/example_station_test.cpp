@@ -109,9 +109,9 @@ TEST(CliExampleStation, HidesGroundTruthAndFailsOneTrialOnLostConnection) {
   EXPECT_THAT(ends, testing::UnorderedElementsAre("budget_spent", "budget_spent", "budget_spent", "failed"));
 
   EXPECT_THAT(place.read("out/report.html"),
-              AllOf(HasSubstr("Measured only: a station has no ground truth"), HasSubstr("True poses, noise-free errors"),
-                    HasSubstr("lens, start pose and stage are real"), HasSubstr("dropped the connection"),
-                    Not(HasSubstr("were given the same instances"))));
+              AllOf(HasSubstr("Measured only: a station has no ground truth"),
+                    HasSubstr("True poses, noise-free errors"), HasSubstr("lens, start pose and stage are real"),
+                    HasSubstr("dropped the connection"), Not(HasSubstr("were given the same instances"))));
 
   const std::vector<std::string> hidden = hidden_numbers(place);
   EXPECT_EQ(hidden.size(), 4U * (5 + 25 + 2 * 5));

@@ -65,7 +65,7 @@ TEST(CliNames, OfPluginsAreRejectedOrPrintedAsText) {
                              {"summary", name},
                              {"citation", name},
                              {"command", {"python3", "made.py"}},
-                             {"knows", {"box"}}};
+                             {"observes", {"box"}}};
       place.write("made/relign-plugin.json", manifest.dump());
     };
     write(name);

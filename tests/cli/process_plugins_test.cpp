@@ -51,8 +51,8 @@ TEST(CliProcessPlugins, CrashFailsOnlyItsOwnTrials) {
 import os
 from relign_bench.plugin import Optimizer, serve
 class Dies(Optimizer):
-    def run(self, talk):
-        talk.step(talk.box.centre())
+    def run(self, trial):
+        trial.step(trial.box.centre())
         print("goodbye")
         os._exit(7)
 if __name__ == "__main__": serve(Dies)
@@ -77,8 +77,8 @@ TEST(CliProcessPlugins, PluginProcessEndsWithTheKilledProgram) {
 import os, subprocess
 from relign_bench.plugin import Optimizer, serve
 class Loops(Optimizer):
-    def run(self, talk):
-        talk.step(talk.box.centre())
+    def run(self, trial):
+        trial.step(trial.box.centre())
         other = subprocess.Popen(["sleep", "1000"])
         with open("pids.part", "w") as out: print(os.getpid(), other.pid, file=out)
         os.rename("pids.part", "pids")
@@ -142,7 +142,7 @@ TEST(CliProcessPlugins, ConformanceChecksEveryKind) {
     EXPECT_THAT(finding(toys + "toy_scene.py", check), HasSubstr(R"("verdict":"ok")")) << check;
   for (const char* check : {"reference", "stage"})
     EXPECT_THAT(finding(toys + "toy_station.py", check), HasSubstr(R"("verdict":"ok")")) << check;
-  EXPECT_THAT(finding(toys + "toy_level.py", "variances"), HasSubstr(R"("verdict":"ok")"));
+  EXPECT_THAT(finding(toys + "toy_level.py", "perturbations"), HasSubstr(R"("verdict":"ok")"));
   EXPECT_THAT(finding(toys + "toy_level.py", "symbols"), HasSubstr("it runs as a process and has no library"));
   // The start depends on the process, not only on the seed.
   place.write("moody.py", R"("""Draws what depends on its process."""
@@ -166,7 +166,7 @@ TEST(CliProcessPlugins, LogsOutputOfPlugins) {
 import os, sys
 from relign_bench.plugin import Optimizer, serve
 class Prints(Optimizer):
-    def run(self, talk):
+    def run(self, trial):
         for line in range(20): print("line", line, file=sys.stderr if line % 2 else sys.stdout)
         if os.path.exists("die"): os._exit(7)
 if __name__ == "__main__": serve(Prints)
@@ -194,7 +194,7 @@ if __name__ == "__main__": serve(Prints)
   }
   // A new version prints nothing: the trials run again and their old logs are removed.
   const std::string script = place.read("prints.py");
-  place.write("prints.py", script.substr(0, script.find("        for line")) + "        talk.first\n" +
+  place.write("prints.py", script.substr(0, script.find("        for line")) + "        trial.first\n" +
                                script.substr(script.find("if __name__")));
   const Outcome again = relign_bench(place, arguments);
   EXPECT_EQ(again.exit_code, 0) << again.err;
@@ -208,19 +208,19 @@ TEST(CliProcessPlugins, ProvidesServices) {
 from relign_bench.plugin import Optimizer, serve
 class Asks(Optimizer):
     observes = ("merit", "images", "level")
-    def run(self, talk):
-        seen, wanted = talk.first, talk.reference
+    def run(self, trial):
+        seen, wanted = trial.first, trial.reference
         image = seen.image
         height, width = wanted.shape
         assert image.shape == wanted.shape
         squares = sum((float(image[y, x]) - float(wanted[y, x])) ** 2 for y in range(height) for x in range(width))
         print("rmse", (squares / (height * width)) ** 0.5)
-        names = [entry["name"] for entry in talk.measures()]
-        print("measures", names, talk.measure(names[0]))
-        drawn = talk.draw_prior(3)
-        assert drawn == talk.draw_prior(3) != talk.draw_prior(4)
+        names = [entry["name"] for entry in trial.measures()]
+        print("measures", names, trial.measure(names[0]))
+        drawn = trial.draw_prior(3)
+        assert drawn == trial.draw_prior(3) != trial.draw_prior(4)
         print("prior", sorted(drawn))
-        for wrong in (lambda: talk.measure("beauty"), lambda: talk.draw_prior(-1), lambda: talk.box):
+        for wrong in (lambda: trial.measure("beauty"), lambda: trial.draw_prior(-1), lambda: trial.box):
             try: wrong()
             except (ValueError, RuntimeError) as error: print("refused", error)
             else: assert False
@@ -242,10 +242,10 @@ TEST(CliProcessPlugins, TryPrintsOutputOfPlugins) {
   const Workplace place;
   place.write("talks.py", R"("""Prints."""
 from relign_bench.plugin import Optimizer, serve
-class Talks(Optimizer):
-    def run(self, talk):
-        print("start", talk.first.step)
-if __name__ == "__main__": serve(Talks)
+class Drives(Optimizer):
+    def run(self, trial):
+        print("start", trial.first.step)
+if __name__ == "__main__": serve(Drives)
 )");
   place.write("level.py", R"("""Prints too."""
 from relign_bench.plugin import NoiseLevel, serve
@@ -309,10 +309,10 @@ def think(where):
 
 class Hangs(Optimizer):
     def __init__(self): think("create")
-    def run(self, talk):
-        talk.step(talk.box.centre())
+    def run(self, trial):
+        trial.step(trial.box.centre())
         think("run")
-        while talk.step(talk.box.centre()): pass
+        while trial.step(trial.box.centre()): pass
 if __name__ == "__main__": serve(Hangs)
 )";
 

@@ -179,7 +179,8 @@ TEST(CliSceneNew, RejectsInvalidInputWithoutWriting) {
               HasSubstr("--wavelength: '50' must be a number from 100 to 100000 nm"));
   EXPECT_THAT(refused({lens, "-o", "new", "--wavelength", "0.55"}), HasSubstr("from 100 to 100000 nm"));
   EXPECT_THAT(refused({lens, "-o", "new", "--distance", "0"}), HasSubstr("from 0.001 to 1000000 mm"));
-  EXPECT_THAT(refused({lens, "-o", "new", "--sensor", "100@5"}), HasSubstr("--sensor '100@5': expected COLUMNSxROWS@PITCH"));
+  EXPECT_THAT(refused({lens, "-o", "new", "--sensor", "100@5"}),
+              HasSubstr("--sensor '100@5': expected COLUMNSxROWS@PITCH"));
   EXPECT_THAT(refused({lens, "-o", "new", "--target", "siemens_sta"}), HasSubstr("siemens_sta"));
   EXPECT_THAT(refused({lens, "-o", "new", "--name", "a b"}), HasSubstr("invalid scene name 'a b'"));
   EXPECT_THAT(refused({"missing.zmx", "-o", "new"}), HasSubstr("missing.zmx"));

@@ -22,10 +22,10 @@ TEST(CliStation, ReportShowsMeasuredAndUnknownValues) {
   EXPECT_THAT(outcome.out, AllOf(HasSubstr("a station has no ground truth"), HasSubstr("measured only"),
                                  HasSubstr("nlopt-sbplx"), Not(HasSubstr("noise-free"))));
   const std::string page = place.read("results/bench/report.html");
-  EXPECT_THAT(page, AllOf(HasSubstr("lowest median measured error"),
-                          HasSubstr("Measured only: a station has no ground truth"),
-                          HasSubstr("True poses, noise-free errors"),
-                          HasSubstr("cannot be replayed"), HasSubstr("first and last capture")));
+  EXPECT_THAT(
+      page, AllOf(HasSubstr("lowest median measured error"), HasSubstr("Measured only: a station has no ground truth"),
+                  HasSubstr("True poses, noise-free errors"), HasSubstr("cannot be replayed"),
+                  HasSubstr("first and last capture")));
   EXPECT_THAT(place.read("results/bench/curves.csv"), HasSubstr(",,,,,,,,,,,,,,"));  // no ground truth, empty columns
 
   const Outcome again = relign_bench(place, {"run", "bench.json", "--plugin", RELIGN_TOY_STATION});

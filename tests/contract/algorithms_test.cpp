@@ -42,13 +42,13 @@ constexpr std::uint32_t kFewSteps = 20;  // a search with a model draws ten of t
 // Agents that were trained for five axes refuse others.
 bool takes(const Choice& choice, std::uint32_t axes) { return choice.plugin->check.empty() || axes == 5; }
 
-void expect_sound(const FakeConversation& conversation) {
-  EXPECT_FALSE(conversation.refused);
-  EXPECT_EQ(conversation.requests_after_stop, 0u);
-  EXPECT_LE(conversation.steps.size(), conversation.setup.budget);
-  if (!(conversation.setup.knows & RELIGN_KNOWS_BOX)) return;
-  const auto& [lower, upper] = std::tie(conversation.setup.lower, conversation.setup.upper);
-  for (const auto& visit : conversation.steps)
+void expect_sound(const FakeTrial& trial) {
+  EXPECT_FALSE(trial.refused);
+  EXPECT_EQ(trial.requests_after_stop, 0u);
+  EXPECT_LE(trial.steps.size(), trial.setup.budget);
+  if (!(trial.setup.observes & RELIGN_OBSERVES_BOX)) return;
+  const auto& [lower, upper] = std::tie(trial.setup.lower, trial.setup.upper);
+  for (const auto& visit : trial.steps)
     for (std::size_t axis = 0; axis < visit.pose.size(); ++axis) {
       EXPECT_GE(visit.pose[axis], lower[axis]);
       EXPECT_LE(visit.pose[axis], upper[axis]);
@@ -64,10 +64,10 @@ TEST(AlgorithmContract, KeepsToBoxAndBudgetInAnyDimension) {
         FakeSetup setup = setup_for(choice, axes);
         setup.budget = is_slow(choice) ? kFewSteps : 300;
         if (with_noise) setup.merit = noisy(setup.merit);
-        FakeConversation conversation(setup);
-        run_trial(choice, conversation);
-        expect_sound(conversation);
-        EXPECT_GE(conversation.steps.size(), 1u);
+        FakeTrial trial(setup);
+        run_trial(choice, trial);
+        expect_sound(trial);
+        EXPECT_GE(trial.steps.size(), 1u);
       }
 }
 
@@ -78,8 +78,8 @@ TEST(AlgorithmContract, RepeatsStepsForTheSameSeed) {
     setup.merit = noisy(setup.merit);
     setup.seed = 77;
     if (is_slow(choice)) setup.budget = kFewSteps;
-    FakeConversation one(setup);
-    FakeConversation two(setup);
+    FakeTrial one(setup);
+    FakeTrial two(setup);
     run_trial(choice, one);
     run_trial(choice, two);
     ASSERT_EQ(one.steps.size(), two.steps.size());
@@ -97,9 +97,9 @@ TEST(AlgorithmContract, ReturnsWhenStoppedAtAnyRequest) {
       SCOPED_TRACE(choice.id + ", budget " + std::to_string(budget));
       FakeSetup setup = setup_for(choice, 5);
       setup.budget = budget;
-      FakeConversation conversation(setup);
-      run_trial(choice, conversation);
-      expect_sound(conversation);
+      FakeTrial trial(setup);
+      run_trial(choice, trial);
+      expect_sound(trial);
     }
 }
 
@@ -123,9 +123,9 @@ TEST(AlgorithmContract, SurvivesUninformativeMerits) {
         FakeSetup setup = setup_for(choice, axes);
         setup.merit = merit;
         setup.budget = is_slow(choice) ? kFewSteps : 2000;
-        FakeConversation conversation(setup);
-        run_trial(choice, conversation);
-        expect_sound(conversation);
+        FakeTrial trial(setup);
+        run_trial(choice, trial);
+        expect_sound(trial);
       }
 }
 
@@ -137,10 +137,10 @@ TEST(AlgorithmContract, RecommendsPosesInTheBox) {
     if (choice.plugin->kind != Kind::optimizer) continue;
     FakeSetup setup = setup_for(choice, 5);
     if (is_slow(choice)) setup.budget = kFewSteps;
-    FakeConversation conversation(setup);
-    run_trial(choice, conversation);
-    const auto& [lower, upper] = std::tie(conversation.setup.lower, conversation.setup.upper);
-    for (const auto& recommendation : conversation.recommendations)
+    FakeTrial trial(setup);
+    run_trial(choice, trial);
+    const auto& [lower, upper] = std::tie(trial.setup.lower, trial.setup.upper);
+    for (const auto& recommendation : trial.recommendations)
       for (std::size_t axis = 0; axis < recommendation.pose.size(); ++axis) {
         EXPECT_GE(recommendation.pose[axis], lower[axis]);
         EXPECT_LE(recommendation.pose[axis], upper[axis]);
@@ -155,18 +155,17 @@ TEST(AlgorithmContract, RunsConcurrentTrialsIndependently) {
     FakeSetup setup = setup_for(choice, 5);
     setup.merit = noisy(setup.merit);
     if (is_slow(choice)) setup.budget = kFewSteps;
-    FakeConversation alone(setup);
+    FakeTrial alone(setup);
     run_trial(choice, alone);
-    std::vector<std::unique_ptr<FakeConversation>> together;
+    std::vector<std::unique_ptr<FakeTrial>> together;
     std::vector<std::thread> threads;
-    for (int i = 0; i < 4; ++i) together.push_back(std::make_unique<FakeConversation>(setup));
-    for (auto& conversation : together)
-      threads.emplace_back([&choice, &conversation] { run_trial(choice, *conversation); });
+    for (int i = 0; i < 4; ++i) together.push_back(std::make_unique<FakeTrial>(setup));
+    for (auto& trial : together) threads.emplace_back([&choice, &trial] { run_trial(choice, *trial); });
     for (std::thread& thread : threads) thread.join();
-    for (const auto& conversation : together) {
-      ASSERT_EQ(conversation->steps.size(), alone.steps.size());
+    for (const auto& trial : together) {
+      ASSERT_EQ(trial->steps.size(), alone.steps.size());
       for (std::size_t step = 0; step < alone.steps.size(); ++step)
-        EXPECT_EQ(conversation->steps[step].pose, alone.steps[step].pose);
+        EXPECT_EQ(trial->steps[step].pose, alone.steps[step].pose);
     }
   }
 }
@@ -177,11 +176,11 @@ TEST(AlgorithmContract, CompassFindsTheMinimumAndReturns) {
   ASSERT_TRUE(choice.plugin);
   FakeSetup setup = setup_for(choice, 5);
   setup.budget = 2000;
-  FakeConversation conversation(setup);
-  run_trial(choice, conversation);
-  EXPECT_FALSE(conversation.stopped);
-  ASSERT_FALSE(conversation.recommendations.empty());
-  EXPECT_LT(setup.merit(conversation.recommendations.back().pose, 0), 0.01 + 1e-6);
+  FakeTrial trial(setup);
+  run_trial(choice, trial);
+  EXPECT_FALSE(trial.stopped);
+  ASSERT_FALSE(trial.recommendations.empty());
+  EXPECT_LT(setup.merit(trial.recommendations.back().pose, 0), 0.01 + 1e-6);
 }
 
 }  // namespace

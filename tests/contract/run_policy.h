@@ -16,7 +16,7 @@ struct GreyTrial {
   explicit GreyTrial(double brightness, double reference_value = 0) {
     setup.axes = 2;
     setup.budget = 6;
-    setup.knows = RELIGN_KNOWS_IMAGES;
+    setup.observes = RELIGN_OBSERVES_IMAGES;
     setup.largest_move = 0.2;
     setup.image_side = 40;
     setup.merit = [](const Pose&, std::uint32_t) { return 0.0; };
@@ -39,20 +39,18 @@ struct GreyTrial {
 };
 
 // Runs one trial of the agent in this folder of the tree, with that network unless `parameters` name another one.
-inline void run_policy(const std::string& folder, const FakeConversation& conversation,
-                       Json parameters = Json::object()) {
+inline void run_policy(const std::string& folder, const FakeTrial& trial, Json parameters = Json::object()) {
   if (!parameters.contains("model"))
     parameters["model"] = std::string(RELIGN_SOURCE_DIR) + "/tests/golden/policies/tiny.onnx";
   std::string id = folder;
   std::replace(id.begin(), id.end(), '_', '-');
-  run_plugin(folder, id, parameters, conversation);
+  run_plugin(folder, id, parameters, trial);
 }
 
 // The message with which it refuses the trial; empty when it runs.
-inline std::string refusal(const std::string& folder, const FakeConversation& conversation,
-                           const Json& parameters = Json::object()) {
+inline std::string refusal(const std::string& folder, const FakeTrial& trial, const Json& parameters = Json::object()) {
   try {
-    run_policy(folder, conversation, parameters);
+    run_policy(folder, trial, parameters);
     return "";
   } catch (const Error& error) {
     return error.what();

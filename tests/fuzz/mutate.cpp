@@ -8,7 +8,7 @@
 namespace relign::fuzz {
 namespace {
 
-constexpr std::size_t kMostWords = 2000;
+constexpr std::size_t kMaxWords = 2000;
 constexpr std::size_t kLongestWord = 40;
 
 const std::vector<std::string>& numbers() {
@@ -174,7 +174,7 @@ std::vector<std::string> words_of(const std::vector<std::string>& corpus) {
   }
   std::vector<std::string> words;
   for (const auto& [size, word] : found)
-    if (words.size() < kMostWords) words.push_back(word);
+    if (words.size() < kMaxWords) words.push_back(word);
   return words;
 }
 

@@ -5,7 +5,7 @@
 
 #include <optional>
 
-#include "conformance/fake_conversation.h"
+#include "conformance/fake_trial.h"
 #include "plugin_host/objects.h"
 #include "plugin_host/process_algorithm.h"
 #include "plugin_host/process_services.h"
@@ -41,7 +41,7 @@ conformance::FakeSetup setup() {
   conformance::FakeSetup made;
   made.axes = 2;
   made.budget = 3;
-  made.knows = RELIGN_KNOWS_MERIT | RELIGN_KNOWS_BOX | RELIGN_KNOWS_IMAGES;
+  made.observes = RELIGN_OBSERVES_MERIT | RELIGN_OBSERVES_BOX | RELIGN_OBSERVES_IMAGES;
   made.merit = [](const conformance::Pose&, std::uint32_t) { return 0.5; };
   made.service = [](std::string_view id) -> const void* {
     return id == RELIGN_SERVICE_MEASURES ? measures() : nullptr;
@@ -65,8 +65,8 @@ Choice choice(Kind kind, const std::filesystem::path& said) {
 
 void ask_services(const std::string& text) {
   SharedPixels pixels(::memfd_create("pixels", MFD_CLOEXEC));
-  conformance::FakeConversation conversation(setup());
-  ProcessServices services(conversation.talk(), pixels, 256);
+  conformance::FakeTrial trial(setup());
+  ProcessServices services(trial.handle(), pixels, 256);
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t end = std::min(text.find('\n', at), text.size());
     if (const Json request = parsed_json(text.substr(at, end - at)); request.is_object())
@@ -94,8 +94,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     } else if (of_level) {
       NoiseLevel(choice(Kind::noise_level, said), services).draw(1, "{}");
     } else {
-      conformance::FakeConversation conversation(setup());
-      ProcessAlgorithm(choice(Kind::optimizer, said), services).run(conversation.talk());
+      conformance::FakeTrial trial(setup());
+      ProcessAlgorithm(choice(Kind::optimizer, said), services).run(trial.handle());
     }
   });
   return 0;

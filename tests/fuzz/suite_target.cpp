@@ -21,14 +21,14 @@ plugin_host::Catalog& catalog() {
     add_plugin("rho", R"("kind": "noise-level", "summary": "A level.",
       "parameters": {"width": {"type": "number", "default": 0, "minimum": 0, "maximum": 1, "description": "Width."}},
       "presets": {"rho0.5": {"summary": "Half.", "parameters": {"width": 0.5}}})");
-    add_plugin("bo-gp", R"("kind": "optimizer", "summary": "A search.", "knows": ["merit", "box"],
+    add_plugin("bo-gp", R"("kind": "optimizer", "summary": "A search.", "observes": ["merit", "box"],
       "parameters": {"kappa": {"type": "integer", "default": 2, "minimum": 0, "maximum": 10, "description": "Kappa."},
                      "kernel": {"type": "text", "default": "rbf", "allowed": ["rbf", "matern"], "description": "K."},
                      "refine": {"type": "boolean", "default": false, "description": "R."},
                      "inner": {"type": "algorithm", "default": "home", "description": "Inner."},
                      "more": {"type": "json", "default": null, "description": "Anything."}})");
-    add_plugin("home", R"("kind": "optimizer", "summary": "One move.", "knows": ["start"])");
-    add_plugin("random", R"("kind": "optimizer", "summary": "Chance.", "knows": ["box"])");
+    add_plugin("home", R"("kind": "optimizer", "summary": "One move.", "observes": ["start"])");
+    add_plugin("random", R"("kind": "optimizer", "summary": "Chance.", "observes": ["box"])");
     fuzz::write_scratch(fuzz::scratch_folder() / "scene.json", R"({"use": "toy", "name": "a scene"})");
     plugin_host::Catalog found;
     found.scan(fuzz::scratch_folder() / "plugins");

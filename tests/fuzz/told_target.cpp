@@ -11,15 +11,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     "axes": [{"name": "x", "unit": "mm", "lower": -1, "upper": 1}, {"name": "Rx", "unit": "deg", "lower": -1, "upper": 1}],
     "nominal_pose": [0.5, 0.5], "image": {"width": 4, "height": 3, "white": 1}, "elements": ["L1", "L2"],
     "machine_time": {"speed_mm_per_s": 5, "speed_deg_per_s": 5, "settle_ms": 40, "exposure_ms": 15, "readout_ms": 30}})",
-                                                             "toy");
+                                                                 "toy");
   const std::string text = fuzz::text_of(data, size);
   fuzz::accepted([&] {
     const trials::SceneFacts facts = trials::read_scene_facts(text, "made");
     fuzz::demand(!facts.axes.empty() && facts.nominal_pose.size() == facts.axes.size(), "a pose");
   });
   fuzz::accepted([&] {
-    const trials::Variances drawn = trials::read_variances(text, toy, "level");
-    fuzz::demand(drawn.start.size() == 2 && drawn.distortion.size() == 4, "whole variances");
+    const trials::Perturbations drawn = trials::read_perturbations(text, toy, "level");
+    fuzz::demand(drawn.start.size() == 2 && drawn.distortion.size() == 4, "whole perturbations");
   });
   fuzz::accepted([&] { trials::read_offsets(text, toy); });
   return 0;

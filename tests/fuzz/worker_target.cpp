@@ -36,7 +36,7 @@ runner::PreparedPlan plan() {
     "axes": [{"name": "x", "unit": "mm", "lower": -1, "upper": 1}], "nominal_pose": [0.5],
     "image": {"width": 4, "height": 3, "white": 1}, "elements": [],
     "machine_time": {"speed_mm_per_s": 5, "speed_deg_per_s": 5, "settle_ms": 40, "exposure_ms": 15, "readout_ms": 30}})",
-                                               "toy"));
+                                                 "toy"));
   made.scene_identity = {"{}"};
   return made;
 }

@@ -44,7 +44,7 @@ def case(name, seed, samples, axes, smallest_leaf, bootstrap):
         "nodes": int(tree.tree_.node_count),
         "queries": queries.astype(float).round(9).tolist(),
         "means": tree.predict(queries).tolist(),
-        "variances": tree.tree_.impurity[leaves].tolist(),
+        "perturbations": tree.tree_.impurity[leaves].tolist(),
     }
 
 

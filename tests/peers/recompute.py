@@ -127,9 +127,9 @@ def class_of(method):
     """What a method observes; `method` is its entry in the manifest."""
     if method.get("oracle"):
         return "oracle"
-    if "images" in method["knows"]:
-        return "images and design" if {"design", "level"} & set(method["knows"]) else "images"
-    return "merit" if "merit" in method["knows"] else "neither"
+    if "images" in method["observes"]:
+        return "images and design" if {"design", "level"} & set(method["observes"]) else "images"
+    return "merit" if "merit" in method["observes"] else "neither"
 
 
 def band_steps(last):

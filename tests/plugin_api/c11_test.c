@@ -20,9 +20,9 @@ static relign_status create(const relign_host* host, const relign_parameters* pa
   return parameters->number(parameters->context, name, &only_one.stride);
 }
 
-static relign_status run(relign_algorithm* self, const relign_conversation* talk) {
-  relign_text sentence = {"no conversation", 15};
-  (void)talk;
+static relign_status run(relign_algorithm* self, const relign_trial* trial) {
+  relign_text sentence = {"no trial", 15};
+  (void)trial;
   self->host->fail(self->host->context, sentence);
   return RELIGN_FAILED;
 }
@@ -85,7 +85,7 @@ int main(void) {
   REQUIRE(found->create(&host, &parameters, &made) == RELIGN_OK);
   REQUIRE(made != NULL && made->stride == 0.25);
   REQUIRE(found->run(made, NULL) == RELIGN_FAILED);
-  REQUIRE(strcmp(failure, "no conversation") == 0);
+  REQUIRE(strcmp(failure, "no trial") == 0);
   found->destroy(made);
   REQUIRE(made->stride == 0);
   return 0;

@@ -14,7 +14,7 @@ constexpr bool plain() {
   return ((std::is_standard_layout_v<Types> && std::is_trivially_copyable_v<Types>)&&...);
 }
 static_assert(plain<relign_text, relign_text_sink, relign_image, relign_host, relign_parameters, relign_task,
-                    relign_observation, relign_conversation, relign_algorithm_interface, relign_noise_level_interface,
+                    relign_observation, relign_trial, relign_algorithm_interface, relign_noise_level_interface,
                     relign_scene_interface, relign_scene_noise_free, relign_plugin_description>());
 
 TEST(PluginHeader, InterfaceIdsArePartOfTheAbi) {

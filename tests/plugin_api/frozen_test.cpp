@@ -10,7 +10,7 @@
 
 #ifdef RELIGN_HOST_HAS_GROWN
 static_assert(RELIGN_ABI_MINOR == 77 && sizeof(relign_host) == 120 && sizeof(relign_observation) == 96 &&
-                  sizeof(relign_conversation) == 104 && sizeof(relign_task) == 112 && sizeof(relign_image) == 80,
+                  sizeof(relign_trial) == 104 && sizeof(relign_task) == 112 && sizeof(relign_image) == 80,
               "this is to be a host that has grown");
 #endif
 
@@ -54,7 +54,7 @@ struct FrozenTrial {
   }
   TrialResult run() {
     if (facts.owns_stage) return run_trial(setup);
-    plugin_host::MountedAssembly assembly = scene.mount(instance.variances.elements_json);
+    plugin_host::MountedAssembly assembly = scene.mount(instance.perturbations.elements_json);
     setup.assembly = &assembly;
     return run_trial(setup);
   }
@@ -117,7 +117,7 @@ TEST(Frozen, AnAgentGetsEveryService) {
   EXPECT_EQ(result.end, End::finished);
   EXPECT_EQ(result.steps.size(), 3U);
   EXPECT_THAT(trial.log, Contains(HasSubstr("reference 0.5000 mean")));
-  EXPECT_THAT(trial.log, Contains("prior knows the shift"));
+  EXPECT_THAT(trial.log, Contains("prior observes the shift"));
   EXPECT_THAT(trial.log, Contains("model 0.6250"));
 }
 

@@ -4,13 +4,13 @@
 
 #include <relign/plugin.hpp>
 
-#include "contract/fake_conversation.h"
+#include "contract/fake_trial.h"
 
 namespace relign {
 namespace {
 
-using test::FakeConversation;
 using test::FakeSetup;
+using test::FakeTrial;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -54,13 +54,13 @@ struct SmallHost {
 
 // Creates, runs and destroys as a host does; returns the status of what came last.
 template <class Made>
-relign_status run(SmallHost& host, const FakeConversation& conversation) {
+relign_status run(SmallHost& host, const FakeTrial& trial) {
   const auto* table =
       static_cast<const relign_algorithm_interface*>(border::get_interface<Made>(to_text(RELIGN_ALGORITHM_INTERFACE)));
   relign_algorithm* made = nullptr;
   const relign_status created = table->create(&host.host, &host.parameters, &made);
   if (created != RELIGN_OK) return created;
-  const relign_status status = table->run(made, &conversation.talk());
+  const relign_status status = table->run(made, &trial.handle());
   table->destroy(made);
   return status;
 }
@@ -115,7 +115,7 @@ TEST(Box, ClampsAndHasACentre) {
 class Walker : public AskTell<> {
  public:
   explicit Walker(const Parameters&) {}
-  void begin(Conversation& talk) override { told_axes = talk.axes(); }
+  void begin(Trial& trial) override { told_axes = trial.axes(); }
   Pose ask() override { return {-0.1 * ++asked, 0}; }
   void tell(const Observation& seen) override {
     told_steps.push_back(seen.step);
@@ -139,15 +139,15 @@ TEST(AskTell, TellsEveryObservationOnceAndStopsWithTheBudget) {
   Walker::told_merits.clear();
   Walker::finish_below = -1;
   SmallHost host;
-  FakeConversation conversation(line_setup());
-  EXPECT_EQ(run<Walker>(host, conversation), RELIGN_OK);
+  FakeTrial trial(line_setup());
+  EXPECT_EQ(run<Walker>(host, trial), RELIGN_OK);
   EXPECT_EQ(Walker::told_axes, 2u);
   EXPECT_THAT(Walker::told_steps, ElementsAre(0, 1, 2, 3, 4));
-  EXPECT_TRUE(conversation.stopped);
-  EXPECT_EQ(conversation.requests_after_stop, 0u);
-  ASSERT_EQ(conversation.recommendations.size(), 4u);  // after every step but step 0
-  EXPECT_EQ(conversation.recommendations[0].steps_made, 1u);
-  EXPECT_EQ(conversation.recommendations[3].pose, conversation.steps[3].pose);
+  EXPECT_TRUE(trial.stopped);
+  EXPECT_EQ(trial.requests_after_stop, 0u);
+  ASSERT_EQ(trial.recommendations.size(), 4u);  // after every step but step 0
+  EXPECT_EQ(trial.recommendations[0].steps_made, 1u);
+  EXPECT_EQ(trial.recommendations[3].pose, trial.steps[3].pose);
 }
 
 TEST(AskTell, FinishesWhenItSaysSo) {
@@ -155,11 +155,11 @@ TEST(AskTell, FinishesWhenItSaysSo) {
   Walker::told_merits.clear();
   Walker::finish_below = 0.85;
   SmallHost host;
-  FakeConversation conversation(line_setup());
-  EXPECT_EQ(run<Walker>(host, conversation), RELIGN_OK);
-  EXPECT_FALSE(conversation.stopped);
-  EXPECT_EQ(conversation.steps.size(), 2u);
-  EXPECT_EQ(conversation.recommendations.size(), 2u);
+  FakeTrial trial(line_setup());
+  EXPECT_EQ(run<Walker>(host, trial), RELIGN_OK);
+  EXPECT_FALSE(trial.stopped);
+  EXPECT_EQ(trial.steps.size(), 2u);
+  EXPECT_EQ(trial.recommendations.size(), 2u);
 }
 
 // One deed per class, so that each failure is seen alone.
@@ -168,36 +168,36 @@ struct Deeds : Optimizer {
 };
 struct ThrowsInConstructor : Optimizer {
   explicit ThrowsInConstructor(const Parameters& given) { given.number("nonsense"); }
-  void run(Conversation&) override {}
+  void run(Trial&) override {}
 };
 struct ThrowsAnInt : Deeds {
   using Deeds::Deeds;
-  void run(Conversation&) override { throw 7; }
+  void run(Trial&) override { throw 7; }
 };
 struct WrongAxes : Deeds {
   using Deeds::Deeds;
-  void run(Conversation& talk) override { talk.step({0.1}); }
+  void run(Trial& trial) override { trial.step({0.1}); }
 };
 struct NotFinite : Deeds {
   using Deeds::Deeds;
-  void run(Conversation& talk) override { talk.move({0.1, std::numeric_limits<double>::quiet_NaN()}); }
+  void run(Trial& trial) override { trial.move({0.1, std::numeric_limits<double>::quiet_NaN()}); }
 };
 struct WantsImages : Deeds {
   using Deeds::Deeds;
-  void run(Conversation& talk) override { talk.first().image(); }
+  void run(Trial& trial) override { trial.first().image(); }
 };
 struct WantsBox : Deeds {
   using Deeds::Deeds;
-  void run(Conversation& talk) override { talk.box(); }
+  void run(Trial& trial) override { trial.box(); }
 };
 
 template <class Made>
-std::string failure(std::uint32_t knows) {
+std::string failure(std::uint32_t observes) {
   SmallHost host;
   FakeSetup setup = line_setup();
-  setup.knows = knows;
-  FakeConversation conversation(setup);
-  EXPECT_EQ(run<Made>(host, conversation), RELIGN_FAILED);
+  setup.observes = observes;
+  FakeTrial trial(setup);
+  EXPECT_EQ(run<Made>(host, trial), RELIGN_FAILED);
   return host.failure;
 }
 
@@ -212,8 +212,8 @@ TEST(Border, EveryExceptionBecomesAFailureWithItsText) {
 
 struct SeesImages : Deeds {
   using Deeds::Deeds;
-  void run(Conversation& talk) override {
-    const auto seen = talk.step({-0.25, 0});
+  void run(Trial& trial) override {
+    const auto seen = trial.step({-0.25, 0});
     pixel = seen->image().at(7, 7);
     width = seen->image().width();
     merit = seen->merit;
@@ -223,12 +223,12 @@ struct SeesImages : Deeds {
   static inline double merit;
 };
 
-TEST(Conversation, GivesImagesAndMeritsAsGranted) {
+TEST(Trial, GivesImagesAndMeritsAsGranted) {
   SmallHost host;
   FakeSetup setup = line_setup();
-  setup.knows = RELIGN_KNOWS_IMAGES;
-  FakeConversation conversation(setup);
-  EXPECT_EQ(run<SeesImages>(host, conversation), RELIGN_OK);
+  setup.observes = RELIGN_OBSERVES_IMAGES;
+  FakeTrial trial(setup);
+  EXPECT_EQ(run<SeesImages>(host, trial), RELIGN_OK);
   EXPECT_EQ(SeesImages::pixel, 0.75f);
   EXPECT_EQ(SeesImages::width, 8u);
   EXPECT_TRUE(std::isnan(SeesImages::merit));

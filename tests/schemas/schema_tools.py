@@ -102,7 +102,7 @@ def changed(document, place, change):
 
 
 def wrong_versions(schema, document, most=400):
-    """(what is wrong, document): a member that nobody knows, another type, a member that is missing, at every place."""
+    """(what is wrong, document): an unknown member, another type, a member that is missing, at every place."""
     places = list(Walk(schema).places(document))
     stride = max(1, len(places) // most)
     for place, node, value in places[::stride] if len(places) > most else places:

@@ -172,7 +172,7 @@ class Readers(unittest.TestCase):
                 found = re.findall(rf": (/\S*{tools.UNKNOWN}): unknown key '{tools.UNKNOWN}'; allowed: (.*)", said)
                 found = {place: set(known.split(", ")) for place, known in found}
                 self.assertEqual(found.keys(), expected.keys(), said)
-                # Of alternatives a reader knows those that it meets: together the objects of one kind have all.
+                # Of alternatives a reader observes those that it meets: together the objects of one kind have all.
                 for kind in map(frozenset, expected.values()):
                     self.assertEqual(set().union(*(found[place] for place in found if expected[place] == kind)), kind, said)
 

@@ -143,8 +143,8 @@ class TheCheckItself(unittest.TestCase):
         self.assertEqual(self.numbers("a.md", "Nobody\nknows. Beware!\n"), [1, 2])
 
     def test_every_pattern_compiles_and_matches_something(self):
-        samples = """is told; knows of; says which; finds out; goes on; comes of; what came of; lies in; stands in; nobody; is no truth;
-        makes of nothing; how surely; with a word; whole number; held against; one row a trial; once a trial; conversation;
+        samples = """is told; observes of; says which; finds out; goes on; comes of; what came of; lies in; stands in; nobody; is no truth;
+        makes of nothing; how surely; with a word; whole number; held against; one row a trial; once a trial; trial;
         learnt beforehand; glue at; without truth; hopeless lens; beware; rubbish; clear radius; hollow face; dice; veil;
         part of a plan; optimization; color"""
         for pattern, instead in phrases.BANNED:

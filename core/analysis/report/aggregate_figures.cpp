@@ -9,7 +9,7 @@ namespace relign::report {
 namespace {
 
 // A method with several trainings has the style of the first, which has a curve of its own in other charts.
-int style_of(const Json& data, const std::map<std::string, int>& styles, const Json& method) {
+int aggregate_style(const Json& data, const std::map<std::string, int>& styles, const Json& method) {
   if (flag_of(method, "oracle")) return kOracleStyle;
   auto found = styles.find(text_of(method, "method"));
   const Json& trainings = list_of(method, "trainings");
@@ -27,7 +27,7 @@ std::vector<Figure> aggregate_figures(const Json& data, std::size_t index, std::
   for (const Json& method : entry["methods"]) {
     if (profile.series.size() >= most || count_of(method, "n") == 0) continue;
     const std::string name = text_of(method, "method");
-    const int style = style_of(data, styles, method);
+    const int style = aggregate_style(data, styles, method);
     const Json &places = list_of(entry, "profile_places"), &shares = object_of(method, "profile");
     ChartSeries spread = {name, style, Drawn::line, {}}, falling = {name, style, Drawn::steps, {}};
     for (std::size_t i = 0; i < places.size(); ++i)

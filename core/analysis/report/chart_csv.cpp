@@ -11,9 +11,9 @@ namespace {
 
 constexpr int kTableDigits = 7;  // hides rounding errors as of 100 * 0.57
 
-bool finite(double value) { return std::isfinite(value); }
+bool is_finite(double value) { return std::isfinite(value); }
 
-std::string number_field(double value) { return finite(value) ? shortest(rounded(value, kTableDigits)) : ""; }
+std::string number_field(double value) { return is_finite(value) ? shortest(rounded(value, kTableDigits)) : ""; }
 
 }  // namespace
 
@@ -33,14 +33,14 @@ std::string chart_csv(const Chart& chart) {
   std::string csv = "series," + csv_field(chart.x.title) + "," + csv_field(chart.y.title) + ",low,high\n";
   for (const ChartSeries& series : chart.series)
     for (const ChartPoint& point : series.points) {
-      if (!finite(point.x) || !finite(point.y)) continue;
+      if (!is_finite(point.x) || !is_finite(point.y)) continue;
       const bool named = point.x >= 0 && point.x < static_cast<double>(chart.x.categories.size());
       csv += csv_field(series.name) + "," +
              (named ? csv_field(chart.x.categories[static_cast<std::size_t>(point.x)]) : number_field(point.x)) + "," +
              number_field(point.y) + "," + number_field(point.low) + "," + number_field(point.high) + "\n";
     }
   for (const ChartLevel& level : chart.levels)
-    if (finite(level.y)) csv += csv_field(level.label) + ",," + number_field(level.y) + ",,\n";
+    if (is_finite(level.y)) csv += csv_field(level.label) + ",," + number_field(level.y) + ",,\n";
   return csv;
 }
 

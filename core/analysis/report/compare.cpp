@@ -148,7 +148,7 @@ class Comparer {
     if (text_of(a_.manifest, "instance_set") == text_of(b_.manifest, "instance_set")) return;
     const std::string a = side_a_.folder.string(), b = side_b_.folder.string();
     // One may have more instances than the other: common ones are compared.
-    const std::vector<std::string> different = records::different_lenses(a_.manifest, b_.manifest, a, b);
+    const std::vector<std::string> different = records::different_instances(a_.manifest, b_.manifest, a, b);
     if (!different.empty())
       throw Error(ErrorKind::bad_input,
                   "'" + a + "' and '" + b +
@@ -212,7 +212,7 @@ class Comparer {
     const statistics::StudyOptions study = study_options(a_, statistics::Rule::own);
     compared.difference = statistics::compare_paired(
         column_b, column_a, statistics::Resampling(instances.size(), statistics::kResamples, study.seed), paired);
-    if (compared.difference.difference.n < statistics::kFewestCompared)
+    if (compared.difference.difference.n < statistics::kMinCompared)
       compared.difference.verdict = statistics::Verdict::undecided;
     return compared;
   }
@@ -286,10 +286,6 @@ class Comparer {
   std::vector<Pair> pairs_;
   std::vector<std::string> unmatched_;
 };
-
-std::string number(const Json& value, int digits = 3) {
-  return value.is_number() ? significant(value.get<double>(), digits) : "-";
-}
 
 std::string heading(const Json& of) {
   const std::string a = text_of(of, "a"), b = text_of(of, "b");
@@ -400,8 +396,9 @@ std::string rules_line(const Json& pair) {
   for (const statistics::Rule rule : statistics::kRules) {
     if (!rules.contains(statistics::rule_name(rule))) continue;
     const Json& found = rules[statistics::rule_name(rule)];
-    words += (words.empty() ? "  by rule: " : ", ") + std::string(statistics::rule_name(rule)) + " " +
-             (found.is_object() ? text_of(found, "verdict") + " (" + number(found["ratio"]) + ")" : "not recorded");
+    words +=
+        (words.empty() ? "  by rule: " : ", ") + std::string(statistics::rule_name(rule)) + " " +
+        (found.is_object() ? text_of(found, "verdict") + " (" + number_or_dash(found["ratio"]) + ")" : "not recorded");
   }
   return words + (words.empty() ? "" : "\n");
 }
@@ -413,12 +410,12 @@ std::string comparison_text(const Json& comparison) {
   for (const Json& pair : comparison["pairs"]) {
     const std::string track = text_of(comparison, "track"), rule = text_of(comparison, "rule");
     out += heading(pair) + "\n  " + track + (track == "recommended" && rule != "own" ? " (rule " + rule + ")" : "") +
-           " after step " + text_of(pair, "step") + ": median A " + number(pair["median_a"]) + ", B " +
-           number(pair["median_b"]) + "; ratio B / A over " + text_of(pair, "n") + " common instances " +
-           number(pair["ratio"]) + " (95 % CI " + number(pair["lo95"]) + " to " + number(pair["hi95"]) + ")\n  B is " +
-           text_of(pair, "verdict") + "; lower error on " +
-           number(pair["improvement"].is_number() ? Json(100 * pair["improvement"].get<double>()) : Json(), 2) +
-           " % of the instances, p " + number(pair["p"], 2);
+           " after step " + text_of(pair, "step") + ": median A " + number_or_dash(pair["median_a"]) + ", B " +
+           number_or_dash(pair["median_b"]) + "; ratio B / A over " + text_of(pair, "n") + " common instances " +
+           number_or_dash(pair["ratio"]) + " (95 % CI " + number_or_dash(pair["lo95"]) + " to " +
+           number_or_dash(pair["hi95"]) + ")\n  B is " + text_of(pair, "verdict") + "; lower error on " +
+           number_or_dash(pair["improvement"].is_number() ? Json(100 * pair["improvement"].get<double>()) : Json(), 2) +
+           " % of the instances, p " + number_or_dash(pair["p"], 2);
     if (count_of(pair, "failed_a") + count_of(pair, "failed_b") > 0)
       out += "; failed trials: A " + text_of(pair, "failed_a") + ", B " + text_of(pair, "failed_b");
     out += "\n";
@@ -432,7 +429,7 @@ std::string comparison_text(const Json& comparison) {
   for (const Json& name : comparison["unmatched"]) out += "only in A: " + terminal_text(name.get<std::string>()) + "\n";
   for (const Json& gate : comparison["gates"])
     out += std::string(gate["holds"].get<bool>() ? "passed  " : "FAILED  ") + text_of(gate, "gate") + "  " +
-           number(gate["value"], 4) + "  " + heading(gate) + "\n";
+           number_or_dash(gate["value"], 4) + "  " + heading(gate) + "\n";
   return out;
 }
 

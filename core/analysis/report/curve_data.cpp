@@ -13,7 +13,7 @@
 namespace relign::report {
 namespace {
 
-constexpr std::size_t kMostBytes = 2'400'000;
+constexpr std::size_t kMaxCurveBytes = 2'400'000;
 constexpr std::size_t kFewSteps = 16;
 
 // Limits of one stage.
@@ -116,7 +116,7 @@ Json curve_data(const Json& data) {
       for (const Json& curve : group["curves"]) entry["curves"].push_back(thinned(curve, thinning, first_track));
       result["groups"].push_back(std::move(entry));
     }
-    if (result.dump().size() <= kMostBytes) break;
+    if (result.dump().size() <= kMaxCurveBytes) break;
   }
   return result;
 }

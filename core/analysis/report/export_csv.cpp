@@ -12,60 +12,60 @@
 namespace relign::report {
 namespace {
 
-struct Column {
+struct CsvColumn {
   const char* name;
   const char* member;  // of the row, or of one of its objects: "yield/share"
 };
 // After the columns that identify the row. results/README.md describes them.
-constexpr std::array kNumbers = {Column{"recommended_median", "/recommended/median"},
-                                 Column{"recommended_q25", "/recommended/q25"},
-                                 Column{"recommended_q75", "/recommended/q75"},
-                                 Column{"recommended_lo95", "/recommended/lo95"},
-                                 Column{"recommended_hi95", "/recommended/hi95"},
-                                 Column{"recommended_iqm", "/recommended/iqm"},
-                                 Column{"recommended_iqm_lo95", "/recommended/iqm_lo95"},
-                                 Column{"recommended_iqm_hi95", "/recommended/iqm_hi95"},
-                                 Column{"commanded_median", "/commanded/median"},
-                                 Column{"commanded_q25", "/commanded/q25"},
-                                 Column{"commanded_q75", "/commanded/q75"},
-                                 Column{"commanded_lo95", "/commanded/lo95"},
-                                 Column{"commanded_hi95", "/commanded/hi95"},
-                                 Column{"measured_median", "/measured/median"},
-                                 Column{"measured_q25", "/measured/q25"},
-                                 Column{"measured_q75", "/measured/q75"},
-                                 Column{"in_spec", "/yield/in"},
-                                 Column{"in_spec_of", "/yield/n"},
-                                 Column{"yield", "/yield/share"},
-                                 Column{"yield_lo95", "/yield/lo95"},
-                                 Column{"yield_hi95", "/yield/hi95"},
-                                 Column{"yield_uncured", "/yield/uncured/share"},
-                                 Column{"yield_uncured_lo95", "/yield/uncured/lo95"},
-                                 Column{"yield_uncured_hi95", "/yield/uncured/hi95"},
-                                 Column{"steps_to_spec", "/to_spec/steps"},
-                                 Column{"steps_to_spec_lo95", "/to_spec/lo95"},
-                                 Column{"steps_to_spec_hi95", "/to_spec/hi95"},
-                                 Column{"expected_steps_to_spec", "/to_spec/expected"},
-                                 Column{"seconds_to_spec", "/to_spec/seconds"},
-                                 Column{"machine_seconds_median", "/machine_seconds"},
-                                 Column{"algorithm_ms_per_step_median", "/algorithm_ms_per_step"},
-                                 Column{"mtf_centre_median", "/mtf/centre/median"},
-                                 Column{"mtf_corner_median", "/mtf/corner/median"}};
+constexpr std::array kNumbers = {CsvColumn{"recommended_median", "/recommended/median"},
+                                 CsvColumn{"recommended_q25", "/recommended/q25"},
+                                 CsvColumn{"recommended_q75", "/recommended/q75"},
+                                 CsvColumn{"recommended_lo95", "/recommended/lo95"},
+                                 CsvColumn{"recommended_hi95", "/recommended/hi95"},
+                                 CsvColumn{"recommended_iqm", "/recommended/iqm"},
+                                 CsvColumn{"recommended_iqm_lo95", "/recommended/iqm_lo95"},
+                                 CsvColumn{"recommended_iqm_hi95", "/recommended/iqm_hi95"},
+                                 CsvColumn{"commanded_median", "/commanded/median"},
+                                 CsvColumn{"commanded_q25", "/commanded/q25"},
+                                 CsvColumn{"commanded_q75", "/commanded/q75"},
+                                 CsvColumn{"commanded_lo95", "/commanded/lo95"},
+                                 CsvColumn{"commanded_hi95", "/commanded/hi95"},
+                                 CsvColumn{"measured_median", "/measured/median"},
+                                 CsvColumn{"measured_q25", "/measured/q25"},
+                                 CsvColumn{"measured_q75", "/measured/q75"},
+                                 CsvColumn{"in_spec", "/yield/in"},
+                                 CsvColumn{"in_spec_of", "/yield/n"},
+                                 CsvColumn{"yield", "/yield/share"},
+                                 CsvColumn{"yield_lo95", "/yield/lo95"},
+                                 CsvColumn{"yield_hi95", "/yield/hi95"},
+                                 CsvColumn{"yield_uncured", "/yield/uncured/share"},
+                                 CsvColumn{"yield_uncured_lo95", "/yield/uncured/lo95"},
+                                 CsvColumn{"yield_uncured_hi95", "/yield/uncured/hi95"},
+                                 CsvColumn{"steps_to_spec", "/to_spec/steps"},
+                                 CsvColumn{"steps_to_spec_lo95", "/to_spec/lo95"},
+                                 CsvColumn{"steps_to_spec_hi95", "/to_spec/hi95"},
+                                 CsvColumn{"expected_steps_to_spec", "/to_spec/expected"},
+                                 CsvColumn{"seconds_to_spec", "/to_spec/seconds"},
+                                 CsvColumn{"machine_seconds_median", "/machine_seconds"},
+                                 CsvColumn{"algorithm_ms_per_step_median", "/algorithm_ms_per_step"},
+                                 CsvColumn{"mtf_centre_median", "/mtf/centre/median"},
+                                 CsvColumn{"mtf_corner_median", "/mtf/corner/median"}};
 // Members of the group, after those of the row.
-constexpr std::array kSpecMtf = {Column{"spec_mtf_lp_per_mm", "/spec_mtf/lp_per_mm"},
-                                 Column{"spec_mtf_centre", "/spec_mtf/centre"},
-                                 Column{"spec_mtf_corner", "/spec_mtf/corner"}};
+constexpr std::array kSpecMtf = {CsvColumn{"spec_mtf_lp_per_mm", "/spec_mtf/lp_per_mm"},
+                                 CsvColumn{"spec_mtf_centre", "/spec_mtf/centre"},
+                                 CsvColumn{"spec_mtf_corner", "/spec_mtf/corner"}};
 
 // Per recommendation rule, prefixed with its name: own_median, best_yield.
-constexpr std::array kOfRule = {Column{"median", "/median"},
-                                Column{"lo95", "/lo95"},
-                                Column{"hi95", "/hi95"},
-                                Column{"yield", "/yield/share"},
-                                Column{"yield_lo95", "/yield/lo95"},
-                                Column{"yield_hi95", "/yield/hi95"},
-                                Column{"steps_to_spec", "/steps"}};
+constexpr std::array kOfRule = {CsvColumn{"median", "/median"},
+                                CsvColumn{"lo95", "/lo95"},
+                                CsvColumn{"hi95", "/hi95"},
+                                CsvColumn{"yield", "/yield/share"},
+                                CsvColumn{"yield_lo95", "/yield/lo95"},
+                                CsvColumn{"yield_hi95", "/yield/hi95"},
+                                CsvColumn{"steps_to_spec", "/steps"}};
 
 // "never" becomes inf, which pandas and R read as a number.
-std::string number(const Json& object, const char* member) {
+std::string number_text(const Json& object, const char* member) {
   const Json::json_pointer place(member);
   if (!object.contains(place)) return "";
   const Json& value = object[place];
@@ -80,11 +80,11 @@ std::string ranking_csv_head() {
   std::string csv =
       "results,scene,noise_level,protocol,algorithm,rank,ranked_by,oracle,trials,failed,step,"
       "start_median,own_optimum_median,spec_rmse";
-  for (const Column& column : kNumbers) csv += std::string(",") + column.name;
-  for (const Column& column : kSpecMtf) csv += std::string(",") + column.name;
+  for (const CsvColumn& column : kNumbers) csv += std::string(",") + column.name;
+  for (const CsvColumn& column : kSpecMtf) csv += std::string(",") + column.name;
   csv += ",rule,class,merit,method_key";
   for (const statistics::Rule rule : statistics::kRules)
-    for (const Column& column : kOfRule) csv += std::string(",") + statistics::rule_name(rule) + "_" + column.name;
+    for (const CsvColumn& column : kOfRule) csv += std::string(",") + statistics::rule_name(rule) + "_" + column.name;
   return csv + ",trainings\n";
 }
 
@@ -100,16 +100,16 @@ std::string ranking_csv_rows(const Json& data, const std::string& folder) {
       const bool has_result = count_of(score_of(row), "n") > 0;
       csv += place + csv_field(text_of(row, "method")) + ',' + (has_result ? std::to_string(rank) : "") + ',' +
              (row.contains("measured") ? "measured" : "recommended") + ',' +
-             (flag_of(row, "oracle") ? "true" : "false") + ',' + number(row, "/trials") + ',' + number(row, "/failed") +
-             ',' + number(row, "/step") + ',' + number(group, "/start") + ',' + number(group, "/floor/own_optimum") +
-             ',' + number(group, "/spec_rmse");
-      for (const Column& column : kNumbers) csv += ',' + number(row, column.member);
-      for (const Column& column : kSpecMtf) csv += ',' + number(group, column.member);
+             (flag_of(row, "oracle") ? "true" : "false") + ',' + number_text(row, "/trials") + ',' +
+             number_text(row, "/failed") + ',' + number_text(row, "/step") + ',' + number_text(group, "/start") + ',' +
+             number_text(group, "/floor/own_optimum") + ',' + number_text(group, "/spec_rmse");
+      for (const CsvColumn& column : kNumbers) csv += ',' + number_text(row, column.member);
+      for (const CsvColumn& column : kSpecMtf) csv += ',' + number_text(group, column.member);
       csv += ',' + text_of(data, "rule") + ',' + csv_field(text_of(row, "class")) + ',' +
              csv_field(text_of(row, "merit")) + ',' + text_of(row, "key");
       for (const statistics::Rule rule : statistics::kRules) {
         const Json& score = object_of(object_of(row, "rules"), statistics::rule_name(rule));
-        for (const Column& column : kOfRule) csv += ',' + number(score, column.member);
+        for (const CsvColumn& column : kOfRule) csv += ',' + number_text(score, column.member);
       }
       csv += ',' + csv_field(text_of(row, "training_tag")) + '\n';
     }

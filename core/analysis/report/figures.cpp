@@ -13,7 +13,7 @@
 namespace relign::report {
 namespace {
 
-constexpr double kFewestSteps = 0.8;  // start of a logarithmic axis of images
+constexpr double kMinSteps = 0.8;  // start of a logarithmic axis of images
 
 const Json* entry_of(const Json& list, const std::string& method) {
   for (const Json& entry : list)
@@ -103,7 +103,7 @@ std::vector<Figure> curve_figures(const Json& data, std::size_t index) {
       flag_of(group, "measured_only") ? "best" : statistics::track_name(statistics::track_of(rule));
   Chart chart;
   bool has_intervals = false;
-  for (const Json* row : shown_rows(group, kMostMethodsInFigure)) {
+  for (const Json* row : shown_rows(group, kMaxMethodsInFigure)) {
     const std::string method = text_of(*row, "method");
     const Json* curve = entry_of(group["curves"], method);
     if (!curve || object_of(object_of(*curve, "tracks"), track.c_str()).empty()) continue;
@@ -155,7 +155,7 @@ std::vector<Figure> ecdf_figures(const Json& data, std::size_t index, std::size_
   std::stable_sort(chart.series.begin(), chart.series.end(),
                    [](const ChartSeries& a, const ChartSeries& b) { return a.points.back().y > b.points.back().y; });
   chart.title = text_of(group, "label");
-  chart.x = {"images", true, true, {}, kFewestSteps, last};
+  chart.x = {"images", true, true, {}, kMinSteps, last};
   chart.y = {"targets reached, %", false, false, {}, 0, 100};
   chart.height = height_for(chart.series.size());
   return {{"targets-" + group_file(group, index),
@@ -209,7 +209,7 @@ std::vector<Figure> level_figures(const Json& data) {
     for (const Json& group : data["groups"])
       if (text_of(group, "scene") == scene && text_of(group, "protocol") == protocol) groups.push_back(&group);
     Chart yield, images;
-    for (const Json* row : shown_rows(first, kMostMethodsInFigure)) {
+    for (const Json* row : shown_rows(first, kMaxMethodsInFigure)) {
       const std::string method = text_of(*row, "method");
       ChartSeries in_spec = {method, style_of(styles, method, first), Drawn::marked_line, {}}, to_spec = in_spec;
       for (std::size_t k = 0; k < groups.size(); ++k) {

@@ -25,16 +25,16 @@ inline std::string style_key(const std::string& method, const std::string& proto
   return method + "\n" + protocol;
 }
 
-inline constexpr std::size_t kMostMethodsInFigure = 40;  // of a group, the best ones
+inline constexpr std::size_t kMaxMethodsInFigure = 40;  // of a group, the best ones
 
 // Of one group, `index` into data["groups"]; empty if the data are absent.
 std::vector<Figure> curve_figures(const Json& data, std::size_t index);
-std::vector<Figure> ecdf_figures(const Json& data, std::size_t index, std::size_t most = kMostMethodsInFigure);
+std::vector<Figure> ecdf_figures(const Json& data, std::size_t index, std::size_t most = kMaxMethodsInFigure);
 // One per unit.
-std::vector<Figure> residual_figures(const Json& data, std::size_t index, std::size_t most = kMostMethodsInFigure);
+std::vector<Figure> residual_figures(const Json& data, std::size_t index, std::size_t most = kMaxMethodsInFigure);
 
 // Performance profile and convergence of one entry of "aggregate", by its index (aggregate_figures.cpp).
-std::vector<Figure> aggregate_figures(const Json& data, std::size_t index, std::size_t most = kMostMethodsInFigure);
+std::vector<Figure> aggregate_figures(const Json& data, std::size_t index, std::size_t most = kMaxMethodsInFigure);
 
 // Yield and images to specification over the noise levels, per scene and protocol.
 std::vector<Figure> level_figures(const Json& data);

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kMostFailed = 0.05;
+constexpr double kMaxFailed = 0.05;
 
 Json gate(const char* name, bool ok, const std::string& text) { return {{"name", name}, {"ok", ok}, {"text", text}}; }
 
@@ -80,17 +80,17 @@ void add_replay(Json& gates, const LoadedResults& results) {
 }
 
 // Up to three of them: "bo-gp on relign_od rho0 #3 (..)".
-std::string named(const std::vector<std::string>& trials) {
-  constexpr std::size_t kMostNamed = 3;
+std::string quoted_list(const std::vector<std::string>& trials) {
+  constexpr std::size_t kMaxNamed = 3;
   std::string words;
-  for (std::size_t i = 0; i < std::min(trials.size(), kMostNamed); ++i) words += (i ? ", " : "") + trials[i];
-  return words + (trials.size() > kMostNamed ? " and " + std::to_string(trials.size() - kMostNamed) + " more" : "");
+  for (std::size_t i = 0; i < std::min(trials.size(), kMaxNamed); ++i) words += (i ? ", " : "") + trials[i];
+  return words + (trials.size() > kMaxNamed ? " and " + std::to_string(trials.size() - kMaxNamed) + " more" : "");
 }
 
 // Results that are impossible unless something is wrong.
 void add_alarms(Json& gates, const LoadedResults& results) {
   // Both are estimates with a standard error of about 1.4e-7 in MSE, and the optimum is the result of a search.
-  constexpr double kLeastBelow = 1e-6, kShareBelow = 0.1;
+  constexpr double kMinBelow = 1e-6, kShareBelow = 0.1;
   constexpr double kOtherCpu = 1e-6;  // relative: numbers are bit-identical on one type of processor only
   const statistics::TrialTable& table = results.trials;
   std::set<std::string> stations;
@@ -110,7 +110,7 @@ void add_alarms(Json& gates, const LoadedResults& results) {
     const double own = row.own_optimum_mse;  // an unbiased estimate, may be negative
     if (std::any_of(statistics::kRules.begin(), statistics::kRules.end(), [&](statistics::Rule rule) {
           const double rmse = row.last_of(statistics::track_of(rule));
-          return own - rmse * rmse > std::max(kLeastBelow, kShareBelow * own);
+          return own - rmse * rmse > std::max(kMinBelow, kShareBelow * own);
         }))
       below.push_back(label(row));
     if (row.steps == 0 || stations.count(series.scene) > 0) continue;
@@ -124,16 +124,16 @@ void add_alarms(Json& gates, const LoadedResults& results) {
     gates.push_back(gate("optimum", false,
                          "Errors are clearly below the instance's own optimum, so that the error or the optimum is "
                          "wrong: " +
-                             named(below) + "."));
+                             quoted_list(below) + "."));
   if (!starts.empty())
     gates.push_back(gate("start", false,
                          "Step 0 differs between methods on the same instance, although they start at the same pose "
                          "under one protocol: " +
-                             named(starts) + "."));
+                             quoted_list(starts) + "."));
   if (!merit.empty())
-    gates.push_back(
-        gate("merit", false,
-             "A merit is negative or below the measured RMSE, which every merit includes: " + named(merit) + "."));
+    gates.push_back(gate(
+        "merit", false,
+        "A merit is negative or below the measured RMSE, which every merit includes: " + quoted_list(merit) + "."));
 }
 
 }  // namespace
@@ -149,7 +149,7 @@ Json gates_json(const Json& data, const LoadedResults& results) {
                                  : gate("ran", false, "Only " + share + " trials have ended."));
   if (failed > 0 && ended > 0) {
     const double of_all = static_cast<double>(failed) / static_cast<double>(ended);
-    if (of_all > kMostFailed)
+    if (of_all > kMaxFailed)
       gates.push_back(
           gate("failures", false, significant(100 * of_all, 2) + " % of the trials failed; medians exclude them."));
   }

@@ -25,18 +25,14 @@ struct Row {
 };
 
 // A missing value becomes a dash.
-std::string shown(const Json& number, int digits) {
-  return number.is_number() ? significant(number.get<double>(), digits) : "-";
-}
-
 std::string cell(const std::map<std::string, const Json*>& rows, const std::string& level) {
   const auto found = rows.find(level);
   if (found == rows.end()) return "";
   const Json& row = *found->second;
   const Json& error = score_of(row);
   if (error["n"] == 0) return "failed";
-  std::string text = shown(error["median"], 3);
-  if (error["n"] != 1) text += " (" + shown(error["q25"], 3) + " - " + shown(error["q75"], 3) + ")";
+  std::string text = number_or_dash(error["median"], 3);
+  if (error["n"] != 1) text += " (" + number_or_dash(error["q25"], 3) + " - " + number_or_dash(error["q75"], 3) + ")";
   if (const Json& share = object_of(row, "yield").value("share", Json()); share.is_number())
     text += ", " + std::to_string(std::lround(100 * share.get<double>())) + " % in spec";
   if (const std::uint64_t failed = count_of(row, "failed"); failed > 0)
@@ -64,7 +60,7 @@ double slowest_ms(const Row& row) {
   return slowest;
 }
 
-std::string table(const std::vector<const Json*>& groups, const std::string& rule) {
+std::string markdown_table(const std::vector<const Json*>& groups, const std::string& rule) {
   std::vector<std::string> levels;
   std::map<std::string, Row> rows;
   std::string starts;
@@ -76,7 +72,7 @@ std::string table(const std::vector<const Json*>& groups, const std::string& rul
     levels.push_back(level);
     instances.insert(count_of(*group, "instances"));
     measured_only = measured_only || flag_of(*group, "measured_only");
-    starts += (starts.empty() ? "" : ", ") + shown((*group)["start"], 3);
+    starts += (starts.empty() ? "" : ", ") + number_or_dash((*group)["start"], 3);
     for (const Json& values : (*group)["rows"]) {
       Row& row = rows[text_of(values, "method")];
       row.oracle = flag_of(values, "oracle");
@@ -132,7 +128,8 @@ std::string markdown_tables(const Json& data) {
   }
   if (order.empty()) return "No trial has finished, nothing to rank yet.\n";
   std::string out = aggregate_markdown(data);
-  for (const auto& key : order) out += (key == order.front() ? "" : "\n") + table(tables[key], text_of(data, "rule"));
+  for (const auto& key : order)
+    out += (key == order.front() ? "" : "\n") + markdown_table(tables[key], text_of(data, "rule"));
   if (const std::string note = text_of(data, "rules_note"); !note.empty()) out += "\n" + markdown_text(note) + "\n";
   return out;
 }

@@ -175,7 +175,7 @@ Json page_data(const LoadedResults& results, const statistics::Study& study) {
   add_rules(data, results, study);
   add_analysis(data, manifest);
   data["verdict"] = verdict(data);
-  data["beware"] = caveats(data);
+  data["caveats"] = caveats(data);
   return data;
 }
 

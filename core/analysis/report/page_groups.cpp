@@ -50,7 +50,7 @@ Json curve_json(const statistics::Curve& curve) {
 // What the method observed in these trials: as in the manifest, but without the start if the protocol withholds it.
 Json observed(const Json& method, bool start_is_observed) {
   Json names = Json::array();
-  for (const Json& name : method["knows"])
+  for (const Json& name : method["observes"])
     if (name != "start" || start_is_observed || flag_of(method, "oracle")) names.push_back(name);
   return names;
 }
@@ -62,7 +62,7 @@ Json row_json(const statistics::RankingRow& row, const Methods& methods, bool st
                {"class", method["class"]},
                {"merit", method["merit"]},
                {"key", method["key"]},
-               {"knows", observed(method, row.protocol != "blind" && !station)},
+               {"observes", observed(method, row.protocol != "blind" && !station)},
                {"trials", row.trials},
                {"failed", row.failed},
                {"step", row.step},
@@ -129,12 +129,12 @@ Methods::Methods(const LoadedResults& results) {
       for (const statistics::Series& series : results.trials.series)
         if (series.algorithm == name) protocols.insert(series.protocol);
     if (protocols.size() > 1) protocols.erase("");
-    Json method = {{"name", name}, {"known", entry.contains("knows")}};
+    Json method = {{"name", name}, {"known", entry.contains("observes")}};
     for (const char* key : {"id", "kind", "protocol", "merit", "summary", "reproducible", "plugin_hash"})
       method[key] = text_of(entry, key);
-    method["knows"] = Json::array();
-    for (const Json& known : list_of(entry, "knows"))
-      if (known.is_string()) method["knows"].push_back(known);
+    method["observes"] = Json::array();
+    for (const Json& known : list_of(entry, "observes"))
+      if (known.is_string()) method["observes"].push_back(known);
     method["oracle"] = flag_of(entry, "oracle");
     method["steps"] = count_of(entry, "steps");
     method["parameters"] = object_of(entry, "parameters");
@@ -150,7 +150,7 @@ Methods::Methods(const LoadedResults& results) {
          {"id", series.algorithm_id},
          {"protocol", series.protocol},
          {"merit", ""},
-         {"knows", Json::array()},
+         {"observes", Json::array()},
          {"oracle", series.algorithm_id == "home" && series.protocol == "blind"},
          {"steps", series.largest_budget},
          {"parameters", Json::object()}});
@@ -172,7 +172,7 @@ void Methods::add(Json method) {
 std::string class_of(const Json& method) {
   if (flag_of(method, "oracle")) return "oracle";
   if (!flag_of(method, "known")) return "unknown";
-  const Json& observed = list_of(method, "knows");
+  const Json& observed = list_of(method, "observes");
   const auto has = [&observed](const char* what) {
     return std::find(observed.begin(), observed.end(), what) != observed.end();
   };

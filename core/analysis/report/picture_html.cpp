@@ -5,7 +5,7 @@
 namespace relign::report {
 namespace {
 
-void shown(HtmlWriter& html, std::size_t picture, const std::string& view, const std::string& what) {
+void picture_figure(HtmlWriter& html, std::size_t picture, const std::string& view, const std::string& what) {
   html.open("svg", {{"viewBox", view}, {"role", "img"}, {"aria-label", what}});
   html.empty("use", {{"href", "#" + picture_id(picture)}}).close();
 }
@@ -33,7 +33,7 @@ std::string picture_definitions(const Gallery& gallery) {
 void picture(HtmlWriter& html, const Gallery& gallery, const Frame& frame, const std::string& what) {
   html.open("figure", {{"class", "picture"}});
   if (frame.picture)
-    shown(html, *frame.picture, whole(gallery.pictures[*frame.picture]), what);
+    picture_figure(html, *frame.picture, whole(gallery.pictures[*frame.picture]), what);
   else
     html.element("div", {{"class", "nopicture"}}, frame.file.empty() ? "no picture" : "see " + frame.file);
   html.element("figcaption", what).close();
@@ -46,14 +46,14 @@ void start_picture(HtmlWriter& html, const Gallery& gallery, const TrialPictures
   }
   const std::string tile = std::to_string(trial.film.tile);
   html.open("figure", {{"class", "picture"}});
-  shown(html, *trial.film.picture, "0 0 " + tile + " " + tile, what);
+  picture_figure(html, *trial.film.picture, "0 0 " + tile + " " + tile, what);
   html.element("figcaption", what).close();
 }
 
 void film_strip(HtmlWriter& html, const Gallery& gallery, const Film& film, const std::string& what) {
   html.open("div", {{"class", "film"},
                     {"style", "width: min(100%, " + std::to_string(film.tile * film.frames.size()) + "px)"}});
-  shown(html, *film.picture, whole(gallery.pictures[*film.picture]), what);
+  picture_figure(html, *film.picture, whole(gallery.pictures[*film.picture]), what);
   html.open("div", {{"class", "film-steps"}, {"aria-hidden", "true"}});
   for (const FilmFrame& frame : film.frames) html.element("span", std::to_string(frame.step));
   html.close().close();

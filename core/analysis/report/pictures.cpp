@@ -14,11 +14,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostProblems = 10;
-constexpr std::uintmax_t kMostFileBytes = 64'000'000;
+constexpr std::size_t kMaxProblems = 10;
+constexpr std::uintmax_t kMaxFileBytes = 64'000'000;
 
-constexpr std::size_t kMostFilmFrames = 64;
-constexpr std::uint64_t kMostTilePixels = 1024;
+constexpr std::size_t kMaxFilmFrames = 64;
+constexpr std::uint64_t kMaxTilePixels = 1024;
 
 using Read = std::optional<Picture> (*)(const std::string& bytes);
 
@@ -47,7 +47,7 @@ class Loader {
   }
 
   void add_problem(const std::string& problem) {
-    if (gallery_.problems.size() < kMostProblems) gallery_.problems.push_back(problem);
+    if (gallery_.problems.size() < kMaxProblems) gallery_.problems.push_back(problem);
   }
 
  private:
@@ -60,11 +60,11 @@ class Loader {
   std::optional<std::size_t> read(const std::string& file, Read read_picture, const char* format) {
     std::error_code failed;
     const fs::path path = fs::weakly_canonical(folder_ / file, failed);
-    if (failed || !lies_inside(path, folder_ / "pictures")) {
+    if (failed || !is_inside(path, folder_ / "pictures")) {
       add_problem(file + ": rejected, since it is outside pictures/");
       return {};
     }
-    if (!fs::is_regular_file(path, failed) || fs::file_size(path, failed) > kMostFileBytes || failed) {
+    if (!fs::is_regular_file(path, failed) || fs::file_size(path, failed) > kMaxFileBytes || failed) {
       add_problem(file + ": no such picture");
       return {};
     }
@@ -122,7 +122,7 @@ Film film_of(const Json& entry) {
   const Json& frames = list_of(entry, "frames");
   const std::string file = text_of(entry, "file");
   const std::uint64_t tile = count_of(entry, "tile");
-  if (file.empty() || tile == 0 || tile > kMostTilePixels || frames.size() > kMostFilmFrames) return film;
+  if (file.empty() || tile == 0 || tile > kMaxTilePixels || frames.size() > kMaxFilmFrames) return film;
   film.file = "pictures/" + file;
   film.tile = static_cast<unsigned>(tile);
   for (const Json& frame : frames) {

@@ -63,11 +63,11 @@ struct ShownFirst {
   std::string scene, noise_level, protocol, algorithm;
 };
 
-inline constexpr std::size_t kMostPictureBytes = 520'000;  // of the page, to keep that of a quick suite under 1 MB
+inline constexpr std::size_t kMaxPictureBytes = 520'000;  // of the page, to keep that of a quick suite under 1 MB
 
 // Pictures of `first` are embedded before all others. Does not throw for errors inside the folder, which are listed in
 // Gallery::problems.
-Gallery load_gallery(const std::filesystem::path& results, std::size_t most_bytes = kMostPictureBytes,
+Gallery load_gallery(const std::filesystem::path& results, std::size_t most_bytes = kMaxPictureBytes,
                      const std::vector<ShownFirst>& first = {});
 
 }  // namespace relign::report

@@ -15,8 +15,8 @@ namespace {
 constexpr std::array<const char*, 10> kColours = {"#440154", "#482878", "#3e4989", "#31688e", "#26828e",
                                                   "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725"};
 constexpr std::size_t kCells = 4;  // interpolated between neighbouring values, per axis
-constexpr double kLeft = 64, kTop = 10, kSide = 220, kBar = 14, kWidth = 380, kHeight = 280;
-constexpr double kBarLeft = kLeft + kSide + 22;
+constexpr double kMapLeft = 64, kTop = 10, kSide = 220, kBar = 14, kWidth = 380, kHeight = 280;
+constexpr double kBarLeft = kMapLeft + kSide + 22;
 
 struct Grid {
   std::size_t columns, rows;
@@ -89,17 +89,17 @@ void axes(HtmlWriter& html, const Json& plane) {
     return std::make_pair(axis["values"].front().get<double>(), axis["values"].back().get<double>());
   };
   const auto [left, right] = ends(plane["across"]);
-  const ChartScale across(left, right, false, kLeft, kLeft + kSide);
+  const ChartScale across(left, right, false, kMapLeft, kMapLeft + kSide);
   for (const auto& [value, mark] : across.marks(4, false)) {
     line(html, across(value), kTop + kSide, across(value), kTop + kSide + 4);
     text(html, across(value), kTop + kSide + 16, "middle", mark);
   }
-  text(html, kLeft + kSide / 2, kTop + kSide + 34, "middle", title_of(plane["across"]));
+  text(html, kMapLeft + kSide / 2, kTop + kSide + 34, "middle", title_of(plane["across"]));
   const auto [low, high] = ends(plane["up"]);
   const ChartScale up(low, high, false, kTop + kSide, kTop);
   for (const auto& [value, mark] : up.marks(4, false)) {
-    line(html, kLeft - 4, up(value), kLeft, up(value));
-    text(html, kLeft - 7, up(value) + 4, "end", mark);
+    line(html, kMapLeft - 4, up(value), kMapLeft, up(value));
+    text(html, kMapLeft - 7, up(value) + 4, "end", mark);
   }
   const std::string middle = pixels_text(kTop + kSide / 2);
   html.element("text",
@@ -131,7 +131,7 @@ void plane_map(HtmlWriter& html, const Json& plane) {
                     {"role", "img"},
                     {"aria-label",
                      "error over " + text_of(plane["across"], "name") + " and " + text_of(plane["up"], "name")}});
-  html.open("svg", {{"x", pixels_text(kLeft)},
+  html.open("svg", {{"x", pixels_text(kMapLeft)},
                     {"y", pixels_text(kTop)},
                     {"width", pixels_text(kSide)},
                     {"height", pixels_text(kSide)},

@@ -134,7 +134,7 @@ void Report::write_tables() const {
 std::string Report::html() const {
   Gallery gallery;
   const std::size_t parts = content_->parts.size();
-  std::size_t left = kMostPictureBytes;
+  std::size_t left = kMaxPictureBytes;
   for (std::size_t k = 0; k < parts; ++k) {
     const Part& part = *content_->parts[k];
     Gallery one = gallery_of(part.results, part.data, left / (parts - k));  // unused space is available to the others

@@ -112,7 +112,7 @@ std::string differing_leads(const Json& group, const std::vector<std::string>& r
 }  // namespace
 
 std::string rules_note(const Json& data) {
-  constexpr std::size_t kMostGroups = 6;
+  constexpr std::size_t kMaxGroups = 6;
   std::vector<std::string> differing;
   bool all_recorded = true, any = false;
   for (const Json& group : data["groups"]) {
@@ -131,9 +131,9 @@ std::string rules_note(const Json& data) {
                         : "Whether a verdict depends on the recommendation rule is unknown.";
   } else {
     note = "The verdict depends on the recommendation rule. ";
-    for (std::size_t i = 0; i < std::min(differing.size(), kMostGroups); ++i) note += (i ? ". " : "") + differing[i];
+    for (std::size_t i = 0; i < std::min(differing.size(), kMaxGroups); ++i) note += (i ? ". " : "") + differing[i];
     note +=
-        differing.size() > kMostGroups ? "; and in " + std::to_string(differing.size() - kMostGroups) + " more." : ".";
+        differing.size() > kMaxGroups ? "; and in " + std::to_string(differing.size() - kMaxGroups) + " more." : ".";
   }
   if (!all_recorded)
     note +=

@@ -9,16 +9,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uintmax_t kMostBytes = 1'000'000;
-constexpr std::size_t kMostAxes = 16;
+constexpr std::uintmax_t kMaxAxesBytes = 1'000'000;
+constexpr std::size_t kMaxAxes = 16;
 
 std::vector<SceneAxis> axes_of(const fs::path& file) {
   std::vector<SceneAxis> axes;
   std::error_code failed;
-  if (fs::file_size(file, failed) > kMostBytes || failed) return axes;
+  if (fs::file_size(file, failed) > kMaxAxesBytes || failed) return axes;
   const Json description = Json::parse(read_file(file), nullptr, false);
   for (const Json& axis : list_of(description, "axes")) {
-    if (!axis.is_object() || axes.size() >= kMostAxes) continue;
+    if (!axis.is_object() || axes.size() >= kMaxAxes) continue;
     const auto number = [&](const char* key) {
       return axis.contains(key) && axis[key].is_number() ? axis[key].get<double>() : 0.0;
     };
@@ -33,7 +33,7 @@ fs::path scene_file(const fs::path& results, const Json& scene, const std::strin
   const std::string folder = text_of(scene, "folder");
   const fs::path file = results / folder / name;
   std::error_code failed;
-  const bool found = !folder.empty() && lies_inside(file, results / "scenes") && fs::is_regular_file(file, failed);
+  const bool found = !folder.empty() && is_inside(file, results / "scenes") && fs::is_regular_file(file, failed);
   return found ? file : fs::path();
 }
 

@@ -16,18 +16,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostBytes = 300'000;
-constexpr std::size_t kMostDrawingBytes = 300'000;  // of a page
-constexpr std::size_t kMostPoints = 200;            // of a line
-constexpr std::size_t kMostPlanePoints = 50;        // on an axis
-constexpr int kDigits = 4;
+constexpr std::size_t kMaxSceneBytes = 300'000;
+constexpr std::size_t kMaxDrawingBytes = 300'000;  // of a page
+constexpr std::size_t kMaxPoints = 200;            // of a line
+constexpr std::size_t kMaxPlanePoints = 50;        // on an axis
+constexpr int kDataDigits = 4;
 
 // "" if absent or not inside scenes/.
 std::string content(const fs::path& results, const Json& scene, const char* name) {
   const fs::path file = scene_file(results, scene, name);
   if (file.empty()) return "";
   try {
-    return read_file(file, kMostBytes);
+    return read_file(file, kMaxSceneBytes);
   } catch (const Error&) {
     return "";
   }
@@ -41,7 +41,7 @@ const SceneAxis* named(const std::vector<SceneAxis>& axes, const std::string& na
 
 Json rmse(const Json& mse) {
   if (!mse.is_number()) return nullptr;
-  return rounded(displayed_rmse(mse.get<double>()), kDigits);
+  return rounded(displayed_rmse(mse.get<double>()), kDataDigits);
 }
 
 // Shares of the travel in the unit of the axis; empty if one is outside 0 to 1, or if they do not ascend.
@@ -49,7 +49,7 @@ Json in_units(const Json& shares, const SceneAxis& axis) {
   Json values = Json::array();
   for (const Json& share : shares) {
     if (!share.is_number() || share.get<double>() < 0 || share.get<double>() > 1) return Json::array();
-    const double value = rounded(axis.lower + share.get<double>() * (axis.upper - axis.lower), kDigits);
+    const double value = rounded(axis.lower + share.get<double>() * (axis.upper - axis.lower), kDataDigits);
     if (!values.empty() && !(value > values.back().get<double>())) return Json::array();
     values.push_back(value);
   }
@@ -62,7 +62,7 @@ Json plane_of(const Json& plane, const std::vector<SceneAxis>& axes) {
   const Json columns = in_units(list_of(plane, "across_shares"), *across),
              rows = in_units(list_of(plane, "up_shares"), *up);
   const Json& mse = list_of(plane, "mse");
-  if (columns.size() < 2 || rows.size() < 2 || columns.size() > kMostPlanePoints || rows.size() > kMostPlanePoints ||
+  if (columns.size() < 2 || rows.size() < 2 || columns.size() > kMaxPlanePoints || rows.size() > kMaxPlanePoints ||
       mse.size() != columns.size() * rows.size())
     return nullptr;
   Json values = Json::array();
@@ -83,13 +83,13 @@ Json landscape_of(const std::string& text, const std::vector<SceneAxis>& axes) {
   for (const Json& line : list_of(file, "lines")) {
     const SceneAxis* axis = named(axes, text_of(line, "axis"));
     const Json &shares = list_of(line, "shares"), &mse = list_of(line, "mse");
-    if (!axis || shares.empty() || shares.size() > kMostPoints || shares.size() != mse.size()) continue;
+    if (!axis || shares.empty() || shares.size() > kMaxPoints || shares.size() != mse.size()) continue;
     const auto place = static_cast<std::size_t>(axis - axes.data());
     if (place >= pose.size() || !pose[place].is_number()) continue;
     Json away = Json::array(), values = Json::array();
     for (std::size_t k = 0; k < shares.size(); ++k) {
       if (!shares[k].is_number()) continue;
-      away.push_back(rounded(100 * (shares[k].get<double>() - pose[place].get<double>()), kDigits));
+      away.push_back(rounded(100 * (shares[k].get<double>() - pose[place].get<double>()), kDataDigits));
       values.push_back(rmse(mse[k]));
     }
     lines.push_back({{"axis", axis->name}, {"unit", axis->unit}, {"away", away}, {"rmse", values}});
@@ -101,7 +101,7 @@ Json landscape_of(const std::string& text, const std::vector<SceneAxis>& axes) {
 }
 
 // The parameters of simulated machine time: the scene's, with the suite's overrides. Null if unknown.
-Json clock_of(const Json& scene, const Json& manifest) {
+Json clock_data(const Json& scene, const Json& manifest) {
   if (flag_of(scene, "owns_stage")) return nullptr;
   const Json &own = object_of(scene, "machine_time"), &suites = object_of(manifest, "machine_time");
   Json clock;
@@ -127,7 +127,7 @@ Json scene_facts(const fs::path& results, const Json& manifest) {
     const Json& image = object_of(description, "image");
     facts["width"] = count_of(image, "width");
     facts["height"] = count_of(image, "height");
-    if (Json clock = clock_of(scene, manifest); !clock.is_null()) facts["machine_time"] = std::move(clock);
+    if (Json clock = clock_data(scene, manifest); !clock.is_null()) facts["machine_time"] = std::move(clock);
     const auto axes = all_axes.find(name);
     facts["axes"] = Json::array();
     if (axes != all_axes.end()) {
@@ -151,7 +151,7 @@ std::map<std::string, std::string> scene_drawings(const fs::path& results, const
     const std::string svg = content(results, scene, "lens.svg");
     if (svg.compare(0, 4, "<svg") != 0 && svg.compare(0, 5, "<?xml") != 0) continue;
     std::string uri = "data:image/svg+xml;base64," + base64(svg);
-    if ((used += uri.size()) > kMostDrawingBytes) break;
+    if ((used += uri.size()) > kMaxDrawingBytes) break;
     drawings[text_of(scene, "name")] = std::move(uri);
   }
   return drawings;

@@ -13,7 +13,7 @@
 namespace relign::report {
 namespace {
 
-constexpr std::size_t kMostMethods = 12;  // in a figure or the table of pairs
+constexpr std::size_t kMaxAggregateMethods = 12;  // in a figure or the table of pairs
 constexpr std::size_t kFewTrainings = 5;
 constexpr const char* kTo = "\u2013";
 
@@ -70,7 +70,7 @@ void name_cell(HtmlWriter& html, const Json& method) {
   html.close();
 }
 
-void table_row(HtmlWriter& html, const Json& entry, const Json& method, bool failures) {
+void aggregate_row(HtmlWriter& html, const Json& entry, const Json& method, bool failures) {
   const std::string best = text_of(entry["methods"].front(), "method");
   const bool pairs = !entry["pairs"].empty();
   html.open("tr", {{"class", flag_of(method, "oracle") ? "oracle" : "plain"}});
@@ -105,12 +105,12 @@ void table_blocks(HtmlWriter& html, const Json& entry, int columns, bool failure
       html.element("th", {{"colspan", std::to_string(columns)}, {"scope", "rowgroup"}}, class_title(name)).close();
     }
     for (const Json& method : entry["methods"])
-      if (text_of(method, "class") == name) table_row(html, entry, method, failures);
+      if (text_of(method, "class") == name) aggregate_row(html, entry, method, failures);
     html.close();
   }
 }
 
-void table(HtmlWriter& html, const Json& entry) {
+void aggregate_table(HtmlWriter& html, const Json& entry) {
   const std::string best = text_of(entry["methods"].front(), "method");
   const bool failures = std::any_of(entry["methods"].begin(), entry["methods"].end(),
                                     [](const Json& method) { return count_of(method, "failed") > 0; });
@@ -179,7 +179,7 @@ void matrix(HtmlWriter& html, const Json& entry) {
   std::vector<std::string> names;
   for (const Json& method : entry["methods"])
     if (count_of(method, "n") > 0) names.push_back(text_of(method, "method"));
-  if (names.size() < 3 || names.size() > kMostMethods) return;
+  if (names.size() < 3 || names.size() > kMaxAggregateMethods) return;
   html.open("details", {{"class", "pairs"}});
   html.element("summary", "Probability of improvement of every method over every other");
   html.open("div", {{"class", "scroll"}}).open("table").open("thead").open("tr");
@@ -234,18 +234,18 @@ std::string aggregate_section(const Json& data) {
                                     : std::to_string(least) + " to " + counted(most, "instance")) +
                      " each")
         .close();
-    table(html, entry);
+    aggregate_table(html, entry);
     trainings(html, entry);
     matrix(html, entry);
     html.open("div", {{"class", "figures"}});
-    for (const Figure& figure : aggregate_figures(data, index, kMostMethods)) figure_html(html, figure, false);
+    for (const Figure& figure : aggregate_figures(data, index, kMaxAggregateMethods)) figure_html(html, figure, false);
     html.close();
     std::size_t with_numbers = 0;
     for (const Json& method : entry["methods"]) with_numbers += count_of(method, "n") > 0 ? 1 : 0;
-    if (with_numbers > kMostMethods)
+    if (with_numbers > kMaxAggregateMethods)
       html.element("p", {{"class", "quiet"}},
-                   "Figures show the first " + std::to_string(kMostMethods) + " of " + std::to_string(with_numbers) +
-                       " methods; the table lists all.");
+                   "Figures show the first " + std::to_string(kMaxAggregateMethods) + " of " +
+                       std::to_string(with_numbers) + " methods; the table lists all.");
   }
   return html.take();
 }

@@ -8,7 +8,7 @@
 namespace relign::report {
 namespace {
 
-constexpr std::size_t kMostGroupsOpen = 6;
+constexpr std::size_t kMaxGroupsOpen = 6;
 constexpr std::size_t kManyGroups = 12, kMethodsInManyGroups = 20;  // limits the size of the page
 
 void strip(HtmlWriter& html, const Json& group, const TrialPictures& trial, const Gallery& gallery,
@@ -47,8 +47,8 @@ void plots(HtmlWriter& html, const char* summary, const std::vector<Figure>& fig
 std::string curve_cards(const Json& data, const Gallery& gallery) {
   HtmlWriter html;
   std::size_t index = 0;
-  const bool open = data["groups"].size() <= kMostGroupsOpen;
-  const std::size_t most = data["groups"].size() > kManyGroups ? kMethodsInManyGroups : kMostMethodsInFigure;
+  const bool open = data["groups"].size() <= kMaxGroupsOpen;
+  const std::size_t most = data["groups"].size() > kManyGroups ? kMethodsInManyGroups : kMaxMethodsInFigure;
   for (const Json& group : data["groups"]) {
     const std::string number = std::to_string(index);
     html.open("section", {{"class", "card"}, {"id", "group-" + number}, {"data-group", number}});

@@ -10,7 +10,7 @@
 namespace relign::report {
 namespace {
 
-constexpr std::size_t kMostMethodsNamed = 12;  // without pictures
+constexpr std::size_t kMaxMethodsNamed = 12;  // without pictures
 
 }  // namespace
 
@@ -40,7 +40,7 @@ std::string gallery_section(const Json& data, const Gallery& gallery, const std:
     for (const Json& row : group["rows"]) {
       const std::string method = text_of(row, "method");
       const bool none = !pictures_of(gallery, group, method, "median");
-      if (none && group["rows"].size() > kMostMethodsNamed) continue;
+      if (none && group["rows"].size() > kMaxMethodsNamed) continue;
       html.open("div", {{"class", "method"}}).open("h4").element("bdi", method).close();
       bool any = false;
       for (const char* why : {"best", "median", "worst"}) {

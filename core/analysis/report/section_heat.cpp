@@ -63,7 +63,7 @@ double best_of(const Json& group) {
   return best;
 }
 
-void head(HtmlWriter& html, const Json& data) {
+void heat_head(HtmlWriter& html, const Json& data) {
   html.open("thead").open("tr").element("th", {{"scope", "col"}, {"class", "name"}}, "method");
   std::size_t index = 0;
   for (const Json& group : data["groups"])
@@ -90,7 +90,7 @@ std::string heat_section(const Json& data) {
           : "Median error. Strong colours: within 10 % of the best of the column; faint: more than five times the "
             "best. Tooltips show intervals; cells link to the curves.");
   html.open("div", {{"class", "scroll"}}).open("table", {{"class", "heat"}});
-  head(html, data);
+  heat_head(html, data);
   html.open("tbody");
   std::vector<std::map<std::string, const Json*>> rows;
   std::vector<double> best;

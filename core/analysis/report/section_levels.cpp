@@ -6,15 +6,15 @@
 namespace relign::report {
 namespace {
 
-constexpr std::size_t kMostMethods = 10;  // more bars are indistinguishable
+constexpr std::size_t kMaxLevelMethods = 10;  // more bars are indistinguishable
 
 // Series are in ranking order.
 void keep_the_best(Figure& figure) {
   const std::size_t all = figure.chart.series.size();
-  if (all <= kMostMethods) return;
-  figure.chart.series.resize(kMostMethods);
+  if (all <= kMaxLevelMethods) return;
+  figure.chart.series.resize(kMaxLevelMethods);
   figure.caption +=
-      " First " + std::to_string(kMostMethods) + " of " + std::to_string(all) + " methods; the ranking lists all.";
+      " First " + std::to_string(kMaxLevelMethods) + " of " + std::to_string(all) + " methods; the ranking lists all.";
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 namespace relign::report {
 namespace {
 
-constexpr std::size_t kMostPairs = 66;  // of a group (twelve methods); of more, only those of the best method
+constexpr std::size_t kMaxPairs = 66;  // of a group (twelve methods); of more, only those of the best method
 
 void pair_row(HtmlWriter& html, const Json& data, const Json& pair) {
   const auto number = [&](const std::string& text) { html.element("td", {{"class", "number"}}, text); };
@@ -37,7 +37,7 @@ void pair_row(HtmlWriter& html, const Json& data, const Json& pair) {
   html.close();
 }
 
-void head(HtmlWriter& html) {
+void pairs_head(HtmlWriter& html) {
   static constexpr const char* kColumns[][2] = {
       {"a", "First method"},
       {"b", "Second method, on the same instances"},
@@ -72,18 +72,18 @@ std::string pairs_section(const Json& data) {
                    "'practically equal' the whole interval within it.");
     }
     any = true;
-    const bool all = pairs.size() <= kMostPairs;
+    const bool all = pairs.size() <= kMaxPairs;
     html.open("details", {{"class", "pairs"}}).open("summary").element("bdi", text_of(group, "label"));
     html.text(" (" + counted(pairs.size(), "pair") + (all || best.empty() ? "" : "; shown: comparisons with " + best) +
               ")")
         .close();
     html.open("div", {{"class", "scroll"}}).open("table", {{"class", "sortable"}});
-    head(html);
+    pairs_head(html);
     html.open("tbody");
     std::size_t shown = 0;
     for (const Json& pair : pairs) {
       if (!all && text_of(pair, "a") != best && text_of(pair, "b") != best) continue;
-      if (++shown > kMostPairs) break;
+      if (++shown > kMaxPairs) break;
       pair_row(html, data, pair);
     }
     html.close().close().close().close();

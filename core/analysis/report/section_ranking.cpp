@@ -23,13 +23,13 @@ struct Block {
   bool explained = true;  // cells have titles
 };
 
-struct Column {
+struct RankingColumn {
   std::string title, unit, hint;
   const char* kind;  // class of its head and cells
   std::function<void(HtmlWriter&, const Json& row, const Block&)> cell;
 };
 
-constexpr std::size_t kMostRowsExplained = 500;  // limits the size of the page
+constexpr std::size_t kMaxRowsExplained = 500;  // limits the size of the page
 constexpr const char* kTo = "\u2013";
 
 bool has_score(const Json& row) { return score_of(row)["n"] != 0; }
@@ -52,7 +52,7 @@ std::string whole_percent(const Json& share) {
   return share.is_number() ? std::to_string(std::lround(100 * share.get<double>())) : "?";
 }
 
-void yield_cell(HtmlWriter& html, const Json& row, const Block&) {
+void ranking_yield_cell(HtmlWriter& html, const Json& row, const Block&) {
   const Json& yield = object_of(row, "yield");
   if (yield.empty() || !yield.value("share", Json()).is_number())
     return cell_with_interval(html, "number", "", "-", "");
@@ -81,7 +81,7 @@ void images_cell(HtmlWriter& html, const Json& row, const Block&) {
   cell_with_interval(html, "number", sort_value(steps), images_text(steps), interval);
 }
 
-void error_cell(HtmlWriter& html, const Json& row, const Block&) {
+void ranking_error_cell(HtmlWriter& html, const Json& row, const Block&) {
   const Json& error = score_of(row);
   if (!has_score(row)) return cell_with_interval(html, "number error", "", "-", "");
   std::string interval;
@@ -94,7 +94,7 @@ void error_cell(HtmlWriter& html, const Json& row, const Block&) {
 }
 
 // A bar from the lower to the upper quartile with a dot at the median.
-void range_cell(HtmlWriter& html, const Json& row, const Block& block) {
+void ranking_range_cell(HtmlWriter& html, const Json& row, const Block& block) {
   constexpr double kWidth = 150;
   const Json& error = score_of(row);
   html.open("td", {{"class", "range"}, {"data-sort", has_score(row) ? sort_value(error["median"]) : ""}});
@@ -141,14 +141,14 @@ std::string error_unit(const Json& data) {
 }
 
 // Columns without any value are left out, as are those of noise-free errors without ground truth.
-std::vector<Column> columns_of(const Json& data) {
+std::vector<RankingColumn> columns_of(const Json& data) {
   const bool ground_truth = !every_group(data, "measured_only"), spec = any_row(data, "yield");
-  std::vector<Column> columns;
+  std::vector<RankingColumn> columns;
   if (spec)
     columns.push_back(
         {"in spec", "of instances (95 %)",
          "Yield: share of all instances whose final pose meets the specification; failed trials count as missed",
-         "number", yield_cell});
+         "number", ranking_yield_cell});
   if (any_row(data, "to_spec")) {
     const bool mtf = std::any_of(data["groups"].begin(), data["groups"].end(), judges_mtf);
     columns.push_back({"images to spec", "median (95 %)",
@@ -168,7 +168,7 @@ std::vector<Column> columns_of(const Json& data) {
                           " after the last step. Lower is better, 0 is identical"
                     : "Lowest RMSE between an image of the trial and the reference image, camera noise included. Lower "
                       "is better",
-       "number", error_cell});
+       "number", ranking_error_cell});
   if (any_row(data, "mtf"))
     columns.push_back(
         {"MTF", "centre / corner, median",
@@ -183,7 +183,8 @@ std::vector<Column> columns_of(const Json& data) {
                        "number", residual_cell});
   if (!spec) {
     columns.push_back({"", "middle half of the instances",
-                       "Dot: median. Bar: interquartile range. The scale of a block starts at 0", "range", range_cell});
+                       "Dot: median. Bar: interquartile range. The scale of a block starts at 0", "range",
+                       ranking_range_cell});
     if (ground_truth)
       columns.push_back({"last commanded pose", "median error", "Noise-free RMSE at the pose commanded last", "number",
                          [](HtmlWriter& html, const Json& row, const Block&) {
@@ -210,12 +211,13 @@ std::vector<Column> columns_of(const Json& data) {
       {"failed", "trials", "Trials that ended in an error; excluded from the medians", "number", failed_cell});
   columns.push_back({"observes", "", "What the method may observe besides its own moves", "observes",
                      [](HtmlWriter& html, const Json& row, const Block&) {
-                       html.element("td", {{"class", "observes"}}, joined(row["knows"], ", "));
+                       html.element("td", {{"class", "observes"}}, joined(row["observes"], ", "));
                      }});
   return columns;
 }
 
-void table_row(HtmlWriter& html, const std::vector<Column>& columns, const Json& row, bool best, const Block& block) {
+void ranking_row(HtmlWriter& html, const std::vector<RankingColumn>& columns, const Json& row, bool best,
+                 const Block& block) {
   html.open("tr", {{"class", best ? "best" : flag_of(row, "oracle") ? "oracle" : "plain"}});
   html.open("th", {{"scope", "row"}, {"class", "name"}, {"data-sort", text_of(row, "method")}});
   html.element("bdi", text_of(row, "method"));
@@ -223,12 +225,12 @@ void table_row(HtmlWriter& html, const std::vector<Column>& columns, const Json&
   if (const std::string tag = text_of(row, "training_tag"); !tag.empty())
     html.text(" ").element("span", {{"class", "tag"}}, tag);
   html.close();
-  for (const Column& column : columns) column.cell(html, row, block);
+  for (const RankingColumn& column : columns) column.cell(html, row, block);
   html.close();
 }
 
-void table_group(HtmlWriter& html, const std::vector<Column>& columns, const Json& group, const std::string& best,
-                 bool explained) {
+void table_group(HtmlWriter& html, const std::vector<RankingColumn>& columns, const Json& group,
+                 const std::string& best, bool explained) {
   html.open("tbody").open("tr", {{"class", "group"}});
   html.open("th", {{"colspan", std::to_string(columns.size() + 1)}, {"scope", "rowgroup"}});
   const bool station = flag_of(group, "station");
@@ -248,7 +250,7 @@ void table_group(HtmlWriter& html, const std::vector<Column>& columns, const Jso
   const auto ranked = static_cast<std::size_t>(std::count_if(
       classes.begin(), classes.end(), [](const std::string& name) { return name != "oracle" && name != "unknown"; }));
   if (ranked < 2) {
-    for (const Json& row : group["rows"]) table_row(html, columns, row, text_of(row, "method") == best, block);
+    for (const Json& row : group["rows"]) ranking_row(html, columns, row, text_of(row, "method") == best, block);
     html.close();
     return;
   }
@@ -261,7 +263,7 @@ void table_group(HtmlWriter& html, const std::vector<Column>& columns, const Jso
     bool first = name != "oracle";
     for (const Json& row : group["rows"])
       if (text_of(row, "class") == name) {
-        table_row(html, columns, row, first && has_score(row), block);
+        ranking_row(html, columns, row, first && has_score(row), block);
         first = first && !has_score(row);
       }
     html.close();
@@ -275,7 +277,7 @@ std::string ranking_section(const Json& data) {
   HtmlWriter html;
   html.element("h2", "Ranking").open("div", {{"class", "scroll"}}).open("table", {{"class", "ranking sortable"}});
   html.open("thead").open("tr");
-  const std::vector<Column> columns = columns_of(data);
+  const std::vector<RankingColumn> columns = columns_of(data);
   const auto head = [&](const char* kind, const std::string& title, const std::string& unit, const std::string& hint) {
     html.open("th", {{"scope", "col"}, {"class", kind}, {"title", hint}});
     html.element("span", {{"class", "title"}}, title);
@@ -283,12 +285,12 @@ std::string ranking_section(const Json& data) {
     html.close();
   };
   head("name", "method", "", "The name given in the suite");
-  for (const Column& column : columns) head(column.kind, column.title, column.unit, column.hint);
+  for (const RankingColumn& column : columns) head(column.kind, column.title, column.unit, column.hint);
   html.close().close();
   std::size_t index = 0, rows = 0;
   for (const Json& group : data["groups"]) rows += group["rows"].size();
   for (const Json& group : data["groups"])
-    table_group(html, columns, group, text_of(data["verdict"][index++], "best"), rows <= kMostRowsExplained);
+    table_group(html, columns, group, text_of(data["verdict"][index++], "best"), rows <= kMaxRowsExplained);
   html.close().close();
   html.element("p", {{"class", "quiet noprint"}},
                "Click a column title to sort each block. Bold: lowest median of the block, oracles excluded.");

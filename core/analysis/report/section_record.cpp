@@ -7,7 +7,7 @@
 namespace relign::report {
 namespace {
 
-constexpr std::size_t kMostIncompleteNamed = 20;
+constexpr std::size_t kMaxIncompleteNamed = 20;
 
 void fact(HtmlWriter& html, const char* name, const std::string& value) {
   if (value.empty()) return;
@@ -68,9 +68,9 @@ std::string ran_section(const Json& data, const Gallery& gallery) {
   if (!data["failures"].empty()) failures(html, data["failures"]);
   if (!ran["incomplete"].empty()) {
     std::string named;
-    for (std::size_t i = 0; i < ran["incomplete"].size() && i < kMostIncompleteNamed; ++i)
+    for (std::size_t i = 0; i < ran["incomplete"].size() && i < kMaxIncompleteNamed; ++i)
       named += (i > 0 ? ", " : "") + ran["incomplete"][i].get<std::string>();
-    if (ran["incomplete"].size() > kMostIncompleteNamed) named += ", ...";
+    if (ran["incomplete"].size() > kMaxIncompleteNamed) named += ", ...";
     html.element("p", "Interrupted trials: " + named);
   }
   if (count_of(ran, "from_other_plans") > 0)
@@ -120,7 +120,7 @@ std::string methods_section(const Json& data) {
     html.close();
     const std::string kind = text_of(method, "kind"), summary = text_of(method, "summary");
     html.element("td", kind + (kind.empty() || summary.empty() ? "" : ": ") + summary);
-    html.element("td", joined(method["knows"], ", ") + (flag_of(method, "oracle") ? " (oracle)" : ""));
+    html.element("td", joined(method["observes"], ", ") + (flag_of(method, "oracle") ? " (oracle)" : ""));
     html.open("td");
     for (const auto& [key, value] : method["parameters"].items())
       html.element("code", key + " = " + value.dump(-1, ' ', false, Json::error_handler_t::replace)).text(" ");
@@ -135,8 +135,8 @@ std::string methods_section(const Json& data) {
 
 namespace {
 
-constexpr std::size_t kMostSourcesNamed = 50;
-constexpr std::size_t kMostDisagreementsNamed = 20;
+constexpr std::size_t kMaxSourcesNamed = 50;
+constexpr std::size_t kMaxDisagreementsNamed = 20;
 
 // The source folders of a merged one, and trials that differ between them.
 void merged_from(HtmlWriter& html, const Json& data) {
@@ -152,7 +152,7 @@ void merged_from(HtmlWriter& html, const Json& data) {
         .open("ul");
     std::size_t named = 0;
     for (const Json& one : list_of(merge, "disagreements")) {
-      if (++named > kMostDisagreementsNamed) break;
+      if (++named > kMaxDisagreementsNamed) break;
       const Json& difference = object_of(one, "difference");
       html.element(
           "li",
@@ -168,7 +168,7 @@ void merged_from(HtmlWriter& html, const Json& data) {
   for (const char* title : {"folder", "trials", "processor", "program hash"})
     html.element("th", {{"scope", "col"}}, title);
   html.close().close().open("tbody");
-  for (std::size_t index = 0; index < sources.size() && index < kMostSourcesNamed; ++index) {
+  for (std::size_t index = 0; index < sources.size() && index < kMaxSourcesNamed; ++index) {
     const Json& source = sources[index];
     html.open("tr").open("th", {{"scope", "row"}}).element("bdi", text_of(source, "folder")).close();
     html.element("td", {{"class", "number"}}, text_of(source, "trials"));
@@ -176,8 +176,8 @@ void merged_from(HtmlWriter& html, const Json& data) {
     html.open("td").element("code", short_hash_of(text_of(source, "program"))).close().close();
   }
   html.close().close().close();
-  if (sources.size() > kMostSourcesNamed)
-    html.element("p", "... and " + std::to_string(sources.size() - kMostSourcesNamed) + " more; see manifest.json.");
+  if (sources.size() > kMaxSourcesNamed)
+    html.element("p", "... and " + std::to_string(sources.size() - kMaxSourcesNamed) + " more; see manifest.json.");
   html.close();
 }
 

@@ -11,11 +11,11 @@ namespace relign::report {
 namespace {
 
 constexpr const char* kWhys[] = {"median", "worst", "best"};
-constexpr int kDigits = 5;
+constexpr int kReplayDigits = 5;
 
 Json pose_json(const std::vector<double>& pose) {
   Json list = Json::array();
-  for (const double value : pose) list.push_back(rounded(value, kDigits));
+  for (const double value : pose) list.push_back(rounded(value, kReplayDigits));
   return list;
 }
 
@@ -51,10 +51,10 @@ Json replay_data(const Json& data, const Gallery& gallery) {
       frames.push_back({{"step", frame.step},
                         {"commanded_pose", pose_json(frame.commanded_pose)},
                         {"true_pose", pose_json(frame.true_pose)},
-                        {"measured", rounded(frame.measured, kDigits)},
-                        {"commanded", rounded(frame.commanded, kDigits)},
-                        {"recommended", rounded(frame.recommended, kDigits)},
-                        {"seconds", rounded(frame.machine_seconds, kDigits)}});
+                        {"measured", rounded(frame.measured, kReplayDigits)},
+                        {"commanded", rounded(frame.commanded, kReplayDigits)},
+                        {"recommended", rounded(frame.recommended, kReplayDigits)},
+                        {"seconds", rounded(frame.machine_seconds, kReplayDigits)}});
     trials.push_back({{"group", group},
                       {"scene", trial.scene},
                       {"method", trial.algorithm},

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kAlpha = 0.05;
 
-const Json& rule_of(const Json& object, statistics::Rule rule) {
+const Json& rule_entry(const Json& object, statistics::Rule rule) {
   return object_of(object_of(object, "rules"), statistics::rule_name(rule));
 }
 
@@ -88,7 +88,7 @@ std::string target_yield_text(const Json& group, double wanted) {
 
 }  // namespace
 
-constexpr std::size_t kMostRows = 2000;  // of the table, which keeps large pages under 10 MB
+constexpr std::size_t kMaxRows = 2000;  // of the table, which keeps large pages under 10 MB
 
 std::string rules_section(const Json& data) {
   if (!any_row(data, "rules")) return "";
@@ -98,8 +98,8 @@ std::string rules_section(const Json& data) {
     rows += group["rows"].size();
     for (const Json& row : group["rows"])
       for (const statistics::Rule rule : statistics::kRules) {
-        yields = yields || !object_of(rule_of(row, rule), "yield").empty();
-        steps = steps || !member(rule_of(row, rule), "steps").is_null();
+        yields = yields || !object_of(rule_entry(row, rule), "yield").empty();
+        steps = steps || !member(rule_entry(row, rule), "steps").is_null();
       }
   }
   HtmlWriter html;
@@ -108,7 +108,7 @@ std::string rules_section(const Json& data) {
                "The same trials scored at three poses after the last step. own: the pose recommended by the method. "
                "best: the pose with the lowest measured error. current: the current pose. This page uses the rule '" +
                    text_of(data, "rule") + "'; choose another one with 'report --rule'.");
-  if (rows > kMostRows) {
+  if (rows > kMaxRows) {
     html.element("p", {{"class", "quiet"}},
                  "The table of " + std::to_string(rows) +
                      " rows is too large for this page; 'relign-bench report --format csv' writes it.");
@@ -136,7 +136,7 @@ std::string rules_section(const Json& data) {
     html.close().close();
     for (const Json& row : group["rows"]) {
       html.open("tr").open("th", {{"scope", "row"}}).element("bdi", text_of(row, "method")).close();
-      for (const statistics::Rule rule : statistics::kRules) rule_cells(html, rule_of(row, rule), yields, steps);
+      for (const statistics::Rule rule : statistics::kRules) rule_cells(html, rule_entry(row, rule), yields, steps);
       html.close();
     }
     html.close();

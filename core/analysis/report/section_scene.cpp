@@ -9,7 +9,7 @@
 namespace relign::report {
 namespace {
 
-constexpr std::size_t kMostScenesOpen = 3;
+constexpr std::size_t kMaxScenesOpen = 3;
 
 // "x -1 to 1 mm, Rx -7 to 7 deg"
 std::string travel_of(const Json& facts) {
@@ -21,7 +21,7 @@ std::string travel_of(const Json& facts) {
 }
 
 // The model of machine time.
-std::string clock_of(const Json& facts) {
+std::string clock_text(const Json& facts) {
   const Json& clock = object_of(facts, "machine_time");
   const std::pair<const char*, const char*> parts[] = {{"speed_mm_per_s", " mm/s"},
                                                        {"speed_deg_per_s", " degrees/s"},
@@ -71,14 +71,14 @@ std::string scene_section(const Json& data, const Gallery& gallery) {
     if (!is_shown(facts, gallery.drawings)) continue;
     const std::string name = text_of(facts, "scene"), summary = text_of(facts, "summary");
     html.open("details",
-              shown <= kMostScenesOpen ? Attributes{{"class", "scene"}, {"open", ""}} : Attributes{{"class", "scene"}});
+              shown <= kMaxScenesOpen ? Attributes{{"class", "scene"}, {"open", ""}} : Attributes{{"class", "scene"}});
     html.open("summary").element("bdi", name).close();
     if (!summary.empty()) html.element("p", summary);
     std::string quiet;
     if (const std::string travel = travel_of(facts); !travel.empty()) quiet = "Travel: " + travel + ". ";
     if (count_of(facts, "width") > 0)
       quiet += "Images of " + text_of(facts, "width") + " x " + text_of(facts, "height") + " pixels. ";
-    if (const std::string clock = clock_of(facts); !clock.empty()) quiet += "Simulated machine time: " + clock + ".";
+    if (const std::string clock = clock_text(facts); !clock.empty()) quiet += "Simulated machine time: " + clock + ".";
     if (!quiet.empty()) html.element("p", {{"class", "quiet"}}, quiet);
     html.open("div", {{"class", "figures"}});
     const auto found = gallery.drawings.find(name);

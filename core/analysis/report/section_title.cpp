@@ -125,9 +125,9 @@ std::string verdict_section(const Json& data) {
   if (const std::string note = text_of(data, "rules_note"); !note.empty())
     html.element("p", {{"class", "facts"}}, note);
   HtmlWriter rest;
-  if (!data["beware"].empty()) {
+  if (!data["caveats"].empty()) {
     rest.open("ul", {{"class", "caveats"}});
-    for (const Json& text : data["beware"]) rest.element("li", text.get<std::string>());
+    for (const Json& text : data["caveats"]) rest.element("li", text.get<std::string>());
     rest.close();
   }
   return html.take() + analysis_section(data) + rest.take();

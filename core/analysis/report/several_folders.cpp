@@ -101,8 +101,8 @@ class Join {
     label_methods(all_["methods"]);
     if (std::string note = rules_note(all_); !note.empty()) all_["rules_note"] = std::move(note);
     all_["verdict"] = verdict(all_);
-    all_["beware"] = caveats(all_);
-    for (std::string& note : time_notes_) all_["beware"].push_back(std::move(note));
+    all_["caveats"] = caveats(all_);
+    for (std::string& note : time_notes_) all_["caveats"].push_back(std::move(note));
     return std::move(all_);
   }
 

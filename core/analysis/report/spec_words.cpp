@@ -6,22 +6,22 @@
 namespace relign::report {
 namespace {
 
-constexpr int kDigits = 3;
+constexpr int kSpecDigits = 3;
 
-std::string shown(const Json& object, const char* key) {
+std::string number_text_of(const Json& object, const char* key) {
   const Json value = object.value(key, Json());
-  return value.is_number() ? significant(value.get<double>(), kDigits) : "";
+  return value.is_number() ? significant(value.get<double>(), kSpecDigits) : "";
 }
 
 }  // namespace
 
 std::string spec_words(const Json& group) {
   std::string words;
-  if (const std::string rmse = shown(group, "spec_rmse"); !rmse.empty()) words = "RMSE " + rmse;
+  if (const std::string rmse = number_text_of(group, "spec_rmse"); !rmse.empty()) words = "RMSE " + rmse;
   const Json& mtf = object_of(group, "spec_mtf");
-  const std::string centre = shown(mtf, "centre"), corner = shown(mtf, "corner");
+  const std::string centre = number_text_of(mtf, "centre"), corner = number_text_of(mtf, "corner");
   if (centre.empty() && corner.empty()) return words;
-  words += (words.empty() ? "MTF at " : ", MTF at ") + shown(mtf, "lp_per_mm") + " lp/mm ";
+  words += (words.empty() ? "MTF at " : ", MTF at ") + number_text_of(mtf, "lp_per_mm") + " lp/mm ";
   if (!centre.empty()) words += centre + " in the centre";
   if (!corner.empty()) words += (centre.empty() ? "" : " and ") + corner + " in the corners";
   return words;

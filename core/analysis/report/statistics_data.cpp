@@ -165,7 +165,7 @@ void add_to_group(Json& group, const statistics::GroupStudy& found, const statis
   }
   if (spec.limits_anything()) {
     group["cannot_meet_spec"] = found.cannot_meet_spec;
-    group["hopeless"] = found.infeasible;
+    group["infeasible"] = found.infeasible;
   }
   Json pairs = Json::array();
   for (const statistics::PairStudy& pair : found.pairs) pairs.push_back(pair_json(pair, study, relevant));

@@ -10,16 +10,16 @@
 namespace relign::report {
 namespace {
 
-constexpr double kLabelHeight = 12, kCharacter = 6.1, kMostLabelCharacters = 20;
+constexpr double kLabelHeight = 12, kCharacter = 6.1, kMaxLabelCharacters = 20;
 constexpr double kLeft = 54, kBottom = 42, kTitle = 22, kMargin = 8;
 constexpr const char* kInk = "#3a3f47";
 
-bool finite(double value) { return std::isfinite(value); }
+bool drawable(double value) { return std::isfinite(value); }
 
 struct Span {
   double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
   void add(double value, bool positive_only) {
-    if (!finite(value) || (positive_only && value <= 0)) return;
+    if (!drawable(value) || (positive_only && value <= 0)) return;
     low = std::min(low, value);
     high = std::max(high, value);
   }
@@ -52,14 +52,14 @@ Range range_of(const ChartAxis& axis, const std::vector<double>& values, bool ai
     if (!(range.high > range.low)) range.high = range.low + std::max(1.0, std::fabs(range.low));
     if (airy) range.high += 0.05 * (range.high - range.low);
   }
-  if (finite(axis.low) && (!logarithmic || axis.low > 0)) range.low = axis.low;
-  if (finite(axis.high) && axis.high > range.low) range.high = axis.high;
+  if (drawable(axis.low) && (!logarithmic || axis.low > 0)) range.low = axis.low;
+  if (drawable(axis.high) && axis.high > range.low) range.high = axis.high;
   return range;
 }
 
 double last_y(const ChartSeries& series) {
   for (auto point = series.points.rbegin(); point != series.points.rend(); ++point)
-    if (finite(point->x) && finite(point->y)) return point->y;
+    if (drawable(point->x) && drawable(point->y)) return point->y;
   return std::numeric_limits<double>::quiet_NaN();
 }
 
@@ -76,7 +76,7 @@ class Drawing {
       longest = std::max(longest, static_cast<double>(columns(series.name)));
     }
     for (const ChartLevel& level : chart.levels) ys.push_back(level.y);
-    right_ = chart.width - kMargin - 8 - kCharacter * std::min(longest, kMostLabelCharacters);
+    right_ = chart.width - kMargin - 8 - kCharacter * std::min(longest, kMaxLabelCharacters);
     top_ = kMargin + (use == ChartUse::alone ? kTitle : 0);
     bottom_ = chart.height - kBottom;
     const Range x = range_of(chart.x, xs, false), y = range_of(chart.y, ys, true);
@@ -188,7 +188,7 @@ class Drawing {
     if (has_marks(series)) return;
     std::string upper, lower;
     for (const ChartPoint& point : series.points) {
-      if (!finite(point.low) || !finite(point.high)) continue;
+      if (!drawable(point.low) || !drawable(point.high)) continue;
       const std::string x = pixels_text((*x_)(point.x));
       upper += (upper.empty() ? "M" : "L") + x + " " + pixels_text((*y_)(point.high));
       lower.insert(0, "L" + x + " " + pixels_text((*y_)(point.low)));
@@ -204,7 +204,7 @@ class Drawing {
     double before = 0;
     bool pen_down = false;
     for (const ChartPoint& point : series.points) {
-      if (!finite(point.x) || !finite(point.y)) {
+      if (!drawable(point.x) || !drawable(point.y)) {
         pen_down = false;
         continue;
       }
@@ -233,10 +233,10 @@ class Drawing {
     if (has_marks(series)) {
       std::string bars;
       for (const ChartPoint& point : series.points) {
-        if (!finite(point.y)) continue;
+        if (!drawable(point.y)) continue;
         const std::string x = pixels_text(place(point, index));
         html_.empty("circle", {{"cx", x}, {"cy", pixels_text((*y_)(point.y))}, {"r", "3"}, {"fill", "currentColor"}});
-        if (finite(point.low) && finite(point.high))
+        if (drawable(point.low) && drawable(point.high))
           bars += "M" + x + " " + pixels_text((*y_)(point.low)) + "V" + pixels_text((*y_)(point.high));
       }
       if (!bars.empty()) path(bars, {{"stroke", "currentColor"}, {"stroke-width", "1.4"}});
@@ -245,14 +245,14 @@ class Drawing {
   }
 
   void draw_level(const ChartLevel& level) {
-    if (!finite(level.y)) return;
+    if (!drawable(level.y)) return;
     const double y = (*y_)(level.y);
     group("axis", kInk);
     path("M" + pixels_text(kLeft) + " " + pixels_text(y) + "H" + pixels_text(right_),
          {{"stroke", "currentColor"}, {"stroke-dasharray", level.dotted ? "1.5 3" : "7 4"}});
     // Below its line if another line is close above, whose label is between the two.
     const bool crowded = std::any_of(chart_.levels.begin(), chart_.levels.end(), [&](const ChartLevel& other) {
-      const double gap = finite(other.y) ? y - (*y_)(other.y) : 0;
+      const double gap = drawable(other.y) ? y - (*y_)(other.y) : 0;
       return gap > 0 && gap < kLabelHeight;
     });
     text(kLeft + 4, crowded ? y + 10 : y - 3, level.label, "start", {{"font-size", "10"}});
@@ -264,12 +264,12 @@ class Drawing {
     for (const ChartSeries& series : chart_.series) wanted.push_back((*y_)(last_y(series)));
     const std::vector<double> places = spread_labels(wanted, top_ + 4, bottom_, kLabelHeight);
     for (std::size_t i = 0; i < places.size(); ++i) {
-      if (!finite(places[i])) continue;
+      if (!drawable(places[i])) continue;
       series_group(chart_.series[i]);
       path("M" + pixels_text(right_ + 1) + " " + pixels_text(wanted[i]) + "L" + pixels_text(right_ + 6) + " " +
                pixels_text(places[i]),
            {{"stroke", "currentColor"}, {"stroke-opacity", "0.6"}});
-      text(right_ + 8, places[i] + 3.5, clipped(chart_.series[i].name, static_cast<std::size_t>(kMostLabelCharacters)),
+      text(right_ + 8, places[i] + 3.5, clipped(chart_.series[i].name, static_cast<std::size_t>(kMaxLabelCharacters)),
            "start");
       html_.close();
     }

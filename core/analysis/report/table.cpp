@@ -17,17 +17,13 @@
 namespace relign::report {
 namespace {
 
-constexpr std::size_t kMostColumns = 90;
-constexpr std::size_t kFewestNameColumns = 10;
+constexpr std::size_t kMaxColumns = 90;
+constexpr std::size_t kMinNameColumns = 10;
 
 std::string padded(const std::string& text, std::size_t width, bool right) {
   const std::size_t used = columns(text);
   const std::string gap(used < width ? width - used : 0, ' ');
   return right ? gap + text : text + gap;
-}
-
-std::string shown(const Json& number, int digits) {
-  return number.is_number() ? significant(number.get<double>(), digits) : "-";
 }
 
 using Cells = std::vector<std::string>;
@@ -37,7 +33,7 @@ struct Extra {
   bool yield = false, instances = false, steps = false;
 };
 
-std::string yield_text(const Json& row) {
+std::string yield_cell_text(const Json& row) {
   const Json& share = object_of(row, "yield").value("share", Json());
   return share.is_number() ? std::to_string(std::lround(100 * share.get<double>())) + " %" : "-";
 }
@@ -54,13 +50,15 @@ Cells row_cells(const Json& row, const Extra& extra) {
   const bool finished = error["n"] != 0;
   Cells cells = {terminal_text(text_of(row, "method"))};
   cells.insert(cells.end(),
-               {finished ? shown(error["median"], 3) : "-",
-                finished && error["n"] != 1 ? "(" + shown(error["q25"], 3) + " - " + shown(error["q75"], 3) + ")" : "",
-                shown(row["machine_seconds"], 3), shown(row["algorithm_ms_per_step"], 2)});
+               {finished ? number_or_dash(error["median"], 3) : "-",
+                finished && error["n"] != 1
+                    ? "(" + number_or_dash(error["q25"], 3) + " - " + number_or_dash(error["q75"], 3) + ")"
+                    : "",
+                number_or_dash(row["machine_seconds"], 3), number_or_dash(row["algorithm_ms_per_step"], 2)});
   // There is room for one of these columns.
   if (!extra.yield && !extra.instances)
-    cells.insert(cells.begin() + 3, finished ? shown(row["commanded"].value("median", Json()), 3) : "-");
-  if (extra.yield) cells.push_back(yield_text(row));
+    cells.insert(cells.begin() + 3, finished ? number_or_dash(row["commanded"].value("median", Json()), 3) : "-");
+  if (extra.yield) cells.push_back(yield_cell_text(row));
   if (extra.instances) cells.push_back(std::to_string(count_of(error, "n")));
   if (extra.steps) cells.push_back(std::to_string(count_of(row, "step")));
   cells.push_back(std::to_string(count_of(row, "failed")));
@@ -95,16 +93,16 @@ std::string group_lines(const Json& group, bool show_steps) {
   // Long names are clipped, numbers never.
   std::size_t others = 2;
   for (std::size_t i = 1; i < widths.size(); ++i) others += widths[i] + (i == 2 ? 1 : 2);
-  const std::size_t name_room = std::max(kFewestNameColumns, kMostColumns - std::min(kMostColumns, others));
+  const std::size_t name_room = std::max(kMinNameColumns, kMaxColumns - std::min(kMaxColumns, others));
   widths[0] = std::min(widths[0], name_room);
 
   const std::uint64_t instances = count_of(group, "instances");
   std::string out = terminal_text(text_of(group, "scene")) + ", " + terminal_text(text_of(group, "noise_level")) +
                     ", " + terminal_text(text_of(group, "protocol")) + ", " + std::to_string(instances) +
                     (instances == 1 ? " instance" : " instances");
-  if (group["start"].is_number()) out += ", median error at the start " + shown(group["start"], 3);
+  if (group["start"].is_number()) out += ", median error at the start " + number_or_dash(group["start"], 3);
   if (flag_of(group, "measured_only")) out += ", measured only";
-  out = clipped(out, kMostColumns) + "\n";
+  out = clipped(out, kMaxColumns) + "\n";
   for (std::size_t k = 0; k < lines.size(); ++k) {
     const Cells& line = lines[k];
     std::string text = "  " + padded(clipped(line[0], name_room - columns(marks[k])) + marks[k], widths[0], false);
@@ -116,7 +114,7 @@ std::string group_lines(const Json& group, bool show_steps) {
     out += "  * one training: another training of the method may give other results\n";
   if (extra.instances) out += "  medians are over different instances: not a ranking until all methods have the same\n";
   if (const std::string spec = spec_words(group); extra.yield && !spec.empty())
-    out += clipped("  spec: " + terminal_text(spec), kMostColumns) + "\n";
+    out += clipped("  spec: " + terminal_text(spec), kMaxColumns) + "\n";
   return out;
 }
 

@@ -66,8 +66,8 @@ const Json* best_untrained(const Json& group, const Trainings& trained) {
   return best;
 }
 
-Json break_even(const Json& data, const std::string& method, const std::string& protocol, double hours,
-                const Trainings& trained) {
+Json break_even_data(const Json& data, const std::string& method, const std::string& protocol, double hours,
+                     const Trainings& trained) {
   Json list = Json::array();
   for (std::size_t index = 0; index < data["groups"].size(); ++index) {
     const Json& group = data["groups"][index];
@@ -107,7 +107,7 @@ Json training_data(const Json& data, const Json& manifest) {
     if (found.is_null()) continue;
     Json entry = found;
     entry["method"] = text_of(method, "label");
-    entry["pays_after"] = break_even(data, name, protocol, number_in(entry, "hours"), trained);
+    entry["pays_after"] = break_even_data(data, name, protocol, number_in(entry, "hours"), trained);
     list.push_back(std::move(entry));
   }
   return list;

@@ -17,21 +17,18 @@
 namespace relign::report {
 namespace {
 
-constexpr int kDigits = 3;
 constexpr std::uint64_t kFewInstances = 60;
-
-std::string shown(const Json& number) { return number.is_number() ? significant(number.get<double>(), kDigits) : "-"; }
 
 bool has_interval(const Json& score) { return score.contains("lo95") && score["lo95"].is_number(); }
 
 // "0.0110 (95 % CI 0.0090 to 0.0130) over 60 instances", or with quartiles if there is no interval.
 std::string median_text(const Json& score) {
   const std::uint64_t n = score["n"].get<std::uint64_t>();
-  if (n == 1) return shown(score["median"]) + " on a single instance";
-  const std::string spread = has_interval(score)
-                                 ? " (95 % CI " + shown(score["lo95"]) + " to " + shown(score["hi95"]) + ")"
-                                 : " (quartiles " + shown(score["q25"]) + " to " + shown(score["q75"]) + ")";
-  return shown(score["median"]) + spread + " over " + counted(n, "instance");
+  if (n == 1) return number_or_dash(score["median"]) + " on a single instance";
+  const std::string spread =
+      has_interval(score) ? " (95 % CI " + number_or_dash(score["lo95"]) + " to " + number_or_dash(score["hi95"]) + ")"
+                          : " (quartiles " + number_or_dash(score["q25"]) + " to " + number_or_dash(score["q75"]) + ")";
+  return number_or_dash(score["median"]) + spread + " over " + counted(n, "instance");
 }
 
 // The paired comparison of first and second as a sentence; empty without one.
@@ -66,7 +63,7 @@ std::string yield_text(const Json& group, const Json& row) {
       text += "; " + std::to_string(once) + " met it at some step";
     text += std::string(", half of all instances") + (judges_mtf(group) ? " by RMSE" : "") + " within " +
             counted(static_cast<std::uint64_t>(std::ceil(steps.get<double>())), "step") +
-            (arrival["seconds"].is_number() ? " and " + shown(arrival["seconds"]) + " s of machine time" : "");
+            (arrival["seconds"].is_number() ? " and " + number_or_dash(arrival["seconds"]) + " s of machine time" : "");
   }
   if (const Json& uncured = object_of(yield, "uncured"); !uncured.empty())
     text +=
@@ -112,7 +109,7 @@ std::string oracle_text(const Ranked& ranked) {
   std::string text;
   for (const Json* oracle : ranked.oracles)
     text += "The oracle " + text_of(*oracle, "method") + ", which is given the design pose, reaches " +
-            shown(score_of(*oracle)["median"]) + ". ";
+            number_or_dash(score_of(*oracle)["median"]) + ". ";
   return text;
 }
 
@@ -138,13 +135,14 @@ std::string sentence(const Json& group, const Ranked& ranked, double relevant, b
   std::string text = text_of(best, "method") + " has the lowest ";
   text += (score["n"] == 1 ? error : "median " + error) + ", " + median_text(score);
   text += failures_of(best);
-  if (whole && group["start"].is_number()) text += "; the median error at the start is " + shown(group["start"]);
+  if (whole && group["start"].is_number())
+    text += "; the median error at the start is " + number_or_dash(group["start"]);
   text += ". " + yield_text(group, best) + highest_yield_text(ranked);
   if (ranked.methods.size() > 1) {
     const Json& next = *ranked.methods[1];
-    const bool equal = shown(score_of(next)["median"]) == shown(score["median"]);
+    const bool equal = number_or_dash(score_of(next)["median"]) == number_or_dash(score["median"]);
     text += "Second is " + text_of(next, "method") + " with " +
-            (equal ? "the same median" : shown(score_of(next)["median"]));
+            (equal ? "the same median" : number_or_dash(score_of(next)["median"]));
     text += failures_of(next) + ". ";
     const std::string words = comparison(group, text_of(best, "method"), text_of(next, "method"), relevant);
     if (!words.empty()) text += words + ". ";
@@ -158,13 +156,13 @@ std::string sentence(const Json& group, const Ranked& ranked, double relevant, b
 
 // " (instances 3, 17)"
 std::string infeasible_names(const Json& group) {
-  constexpr std::size_t kMostNamed = 10;
+  constexpr std::size_t kMaxNamed = 10;
   std::vector<std::string> names;
-  for (const Json& instance : list_of(group, "hopeless"))
-    if (names.size() < kMostNamed && instance.is_number()) names.push_back(instance.dump());
+  for (const Json& instance : list_of(group, "infeasible"))
+    if (names.size() < kMaxNamed && instance.is_number()) names.push_back(instance.dump());
   if (names.empty()) return "";
   return std::string(names.size() == 1 ? " (instance " : " (instances ") + join(names, ", ") +
-         (list_of(group, "hopeless").size() > kMostNamed ? ", ..." : "") + ")";
+         (list_of(group, "infeasible").size() > kMaxNamed ? ", ..." : "") + ")";
 }
 
 double relevant_ratio(const Json& data) {
@@ -199,7 +197,8 @@ Json verdict(const Json& data) {
       text += class_title(name) + ": " + words + " ";
     }
     std::string rest = oracle_text(ranked) + measured_only_text(group);
-    if (group["start"].is_number()) rest = "The median error at the start is " + shown(group["start"]) + ". " + rest;
+    if (group["start"].is_number())
+      rest = "The median error at the start is " + number_or_dash(group["start"]) + ". " + rest;
     text += rest;
     if (!rest.empty()) entry["rest"] = rest.substr(0, rest.size() - 1);
     entry["text"] = text.substr(0, text.size() - 1);
@@ -209,11 +208,11 @@ Json verdict(const Json& data) {
 }
 
 std::string computing_time_note(const Json& data) {
-  constexpr double kMostHarness = 0.05;           // share of the scene's time
+  constexpr double kMaxHarness = 0.05;            // share of the scene's time
   constexpr double kFewHarnessMicroseconds = 50;  // per step: negligible for any scene
   const Json& harness = object_of(data["ran"], "harness");
   const Json& share = member(harness, "share_of_scene_time");
-  if (!share.is_number() || share.get<double>() <= kMostHarness ||
+  if (!share.is_number() || share.get<double>() <= kMaxHarness ||
       harness["microseconds_per_step"].get<double>() <= kFewHarnessMicroseconds)
     return "";
   return "Harness overhead was " + significant(100 * share.get<double>(), 2) +

@@ -10,7 +10,7 @@ namespace relign::report {
 // title, best, text}] and rest. `best` is "" if nothing can be ranked.
 Json verdict(const Json& data);
 
-// Caveats that a reader needs before relying on the ranking: a list of sentences ("beware" in page_data).
+// Caveats that a reader needs before relying on the ranking: a list of sentences ("caveats" in page_data).
 Json caveats(const Json& data);
 
 // A sentence if compute times of this folder are unreliable, else empty.

@@ -54,7 +54,7 @@ VerdictCase case_of(const Json& pair, double smallest_relevant_ratio) {
   if (word == "worse") return VerdictCase::worse;
   if (word == "practically equal") return VerdictCase::practically_equal;
   const double low = number_in(pair, "lo95"), high = number_in(pair, "hi95");
-  if (count_of(pair, "n") < statistics::kFewestCompared) return VerdictCase::too_few_instances;
+  if (count_of(pair, "n") < statistics::kMinCompared) return VerdictCase::too_few_instances;
   if (std::isnan(low) || std::isnan(high)) return VerdictCase::no_interval;
   const bool may_be_better = low<1 / smallest_relevant_ratio, may_be_worse = high> smallest_relevant_ratio;
   return may_be_better && may_be_worse ? VerdictCase::may_be_either
@@ -66,7 +66,7 @@ std::string undecided_reason(const Json& pair, double smallest_relevant_ratio) {
   const std::uint64_t n = count_of(pair, "n");
   std::string text = sentences_of(case_of(pair, smallest_relevant_ratio)).reason;
   text = filled_in(text, "n", std::to_string(n));
-  text = filled_in(text, "needed", std::to_string(statistics::kFewestCompared));
+  text = filled_in(text, "needed", std::to_string(statistics::kMinCompared));
   text = filled_in(text, "low", significant(1 / smallest_relevant_ratio, 3));
   return filled_in(text, "high", significant(smallest_relevant_ratio, 3));
 }

@@ -11,7 +11,7 @@ enum class VerdictCase {
   better,
   worse,
   practically_equal,
-  too_few_instances,  // fewer than statistics::kFewestCompared in common
+  too_few_instances,  // fewer than statistics::kMinCompared in common
   no_interval,
   may_be_better,  // the interval crosses the limit below which the first is better
   may_be_worse,   // the interval crosses the limit above which the first is worse

@@ -11,7 +11,7 @@
 namespace relign::statistics {
 namespace {
 
-constexpr std::size_t kReplicateBytes = 64'000'000;
+constexpr std::size_t kPairedReplicateBytes = 64'000'000;
 
 std::vector<SortedSample> sort_columns(const std::vector<std::vector<double>>& columns, std::size_t first,
                                        std::size_t count, std::size_t instances) {
@@ -113,7 +113,8 @@ Interval expanded_percentile(const Replicates& replicates, std::size_t n, double
 
 std::vector<Band> bands(const Resampling& resampling, const std::vector<std::vector<double>>& columns,
                         const OrderStatistic& statistic, double confidence) {
-  const std::size_t at_a_time = std::max<std::size_t>(1, kReplicateBytes / sizeof(double) / resampling.resamples());
+  const std::size_t at_a_time =
+      std::max<std::size_t>(1, kPairedReplicateBytes / sizeof(double) / resampling.resamples());
   std::vector<Band> result;
   for (std::size_t first = 0; first < columns.size(); first += at_a_time) {
     const std::size_t count = std::min(at_a_time, columns.size() - first);

@@ -300,7 +300,7 @@ std::vector<PairStudy> compare_methods(const TrialTable& table, const Draws& dra
   if (rule == options.rule) group.friedman = friedman(of_all);
   PairedOptions paired;
   paired.smallest_relevant = std::log(options.smallest_relevant_ratio);
-  const std::size_t firsts = ranked.size() <= kMostComparedMethods ? ranked.size() : 1;
+  const std::size_t firsts = ranked.size() <= kMaxComparedMethods ? ranked.size() : 1;
   std::vector<Passes> passes(table.series.size());
   std::vector<Passes> of_ranked = passes_of(table, ranked, group.spec, rule);
   for (std::size_t i = 0; i < ranked.size(); ++i) passes[ranked[i]] = std::move(of_ranked[i]);
@@ -317,7 +317,7 @@ std::vector<PairStudy> compare_methods(const TrialTable& table, const Draws& dra
       if (first >= firsts && !pair.planned && !in_class) continue;
       pair.yields = compare_passes(passes[pair.first], passes[pair.second]);
       pair.comparison = compare_paired(columns[pair.first], columns[pair.second], draws.resampling, paired);
-      if (pair.comparison.difference.n < kFewestCompared) pair.comparison.verdict = Verdict::undecided;
+      if (pair.comparison.difference.n < kMinCompared) pair.comparison.verdict = Verdict::undecided;
       pairs.push_back(std::move(pair));
     }
   }
@@ -358,8 +358,8 @@ Study make_study(const TrialTable& table, StudyOptions options) {
   if (options.targets.empty()) options.targets = default_targets();
   study.resamples = options.resamples;
   study.rule = options.rule;
-  constexpr unsigned kMostThreads = 8;
-  const unsigned threads = options.threads > 0 ? options.threads : std::min(core_count(), kMostThreads);
+  constexpr unsigned kMaxThreads = 8;
+  const unsigned threads = options.threads > 0 ? options.threads : std::min(core_count(), kMaxThreads);
   options.most_bytes /= threads;
   Parallel parallel(threads);
   study.groups = groups_of(table);

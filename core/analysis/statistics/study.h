@@ -27,9 +27,9 @@ inline constexpr std::size_t kManyTrials = 10'000;
 inline constexpr std::size_t kResamplesOfMany = 1'000;
 // Up to this many methods all pairs are compared; beyond it the best method with every other, and the best of each
 // observation class with the others of its class.
-inline constexpr std::size_t kMostComparedMethods = 12;
+inline constexpr std::size_t kMaxComparedMethods = 12;
 // With fewer common instances no test can reach p < 0.05, and the comparison is undecided.
-inline constexpr std::size_t kFewestCompared = 6;
+inline constexpr std::size_t kMinCompared = 6;
 
 struct StudyOptions {
   std::uint64_t seed = 0;  // of the bootstrap
@@ -42,7 +42,7 @@ struct StudyOptions {
   // Planned contrasts: pairs of method names, chosen before the run. Skipped in groups that lack one of the two.
   std::vector<std::pair<std::string, std::string>> contrasts;
   // By method name and protocol: its observation class. The best method of a class is compared with all others of the
-  // class, regardless of kMostComparedMethods. Methods without an entry belong to no class.
+  // class, regardless of kMaxComparedMethods. Methods without an entry belong to no class.
   std::map<std::pair<std::string, std::string>, std::string> classes;
   std::size_t most_bytes = kCurveBytes;  // limit for all threads together
   unsigned threads = 0;                  // 0: one per core. Results do not depend on it

@@ -192,7 +192,7 @@ class ProtocolAggregates {
         places.push_back(&result.methods[at].members[training - 1].bands);
       }
     std::vector<std::pair<std::size_t, std::size_t>> pairs;
-    const std::size_t firsts = ranked <= kMostComparedMethods ? ranked : 1;
+    const std::size_t firsts = ranked <= kMaxComparedMethods ? ranked : 1;
     for (std::size_t first = 0; first < firsts; ++first)
       for (std::size_t second = first + 1; second < ranked; ++second) pairs.emplace_back(first, second);
     const StratifiedResampling resampling(instances_, options_.resamples, options_.seed);

@@ -12,7 +12,7 @@
 namespace relign::statistics {
 namespace {
 
-constexpr std::size_t kMostInfeasibleListed = 20;
+constexpr std::size_t kMaxInfeasibleListed = 20;
 
 }  // namespace
 
@@ -73,7 +73,7 @@ void find_infeasible(const TrialTable& table, GroupStudy& group, Rule rule) {
   for (const std::uint64_t instance : met) found.erase(instance);
   group.cannot_meet_spec = found.size();
   for (const std::uint64_t instance : found)
-    if (group.infeasible.size() < kMostInfeasibleListed) group.infeasible.push_back(instance);
+    if (group.infeasible.size() < kMaxInfeasibleListed) group.infeasible.push_back(instance);
 }
 
 }  // namespace relign::statistics

@@ -33,10 +33,10 @@ std::string Problem::to_string() const {
 void throw_if_any(const std::vector<Problem>& problems) {
   if (problems.empty()) return;
   std::string text;
-  for (std::size_t i = 0; i < std::min(problems.size(), kMostProblems); ++i)
+  for (std::size_t i = 0; i < std::min(problems.size(), kMaxProblems); ++i)
     text += (i > 0 ? "\n" : "") + problems[i].to_string();
-  if (problems.size() > kMostProblems)
-    text += "\nand " + std::to_string(problems.size() - kMostProblems) + " more mistakes";
+  if (problems.size() > kMaxProblems)
+    text += "\nand " + std::to_string(problems.size() - kMaxProblems) + " more mistakes";
   throw Error(ErrorKind::bad_input, text);
 }
 

@@ -12,16 +12,16 @@
 namespace relign {
 
 enum class ErrorKind {
-  bad_input,       // invalid arguments, suite or data file: exit code 2
-  plugin_refused,  // a plugin was not found, could not be loaded or failed a check: exit code 5
-  plugin_failed,   // a plugin failed while it ran: a trial outcome, outside trials exit code 1
-  io,              // a file or folder cannot be read or written: exit code 2
-  stopped,         // stopped by the user or a signal: exit code 75 or 130
-  internal         // a bug in this program: exit code 1
+  bad_input,        // invalid arguments, suite or data file: exit code 2
+  plugin_rejected,  // a plugin was not found, could not be loaded or failed a check: exit code 5
+  plugin_failed,    // a plugin failed while it ran: a trial outcome, outside trials exit code 1
+  io,               // a file or folder cannot be read or written: exit code 2
+  stopped,          // stopped by the user or a signal: exit code 75 or 130
+  internal          // a bug in this program: exit code 1
 };
 
 inline constexpr std::size_t kLongestError = 100'000;  // bytes
-inline constexpr std::size_t kMostProblems = 100;
+inline constexpr std::size_t kMaxProblems = 100;
 
 // Messages quote untrusted files: what() is UTF-8 without control characters other than line ends and tabs, and is
 // truncated to kLongestError bytes.
@@ -46,7 +46,7 @@ struct Problem {
   std::string to_string() const;
 };
 
-// Throws one Error(bad_input) that lists the problems, one per line: the first kMostProblems and the number of further
+// Throws one Error(bad_input) that lists the problems, one per line: the first kMaxProblems and the number of further
 // ones. Does nothing if `problems` is empty.
 void throw_if_any(const std::vector<Problem>& problems);
 

@@ -29,6 +29,10 @@ constexpr std::size_t kBufferBytes = 1 << 16;
 
 }  // namespace
 
+void throw_cannot_write(const fs::path& path, const std::error_code& code) {
+  throw Error(ErrorKind::io, "cannot write '" + path.string() + "': " + code.message());
+}
+
 AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)), temporary_(path_.string() + ".tmp-XXXXXX") {
   std::error_code code;
   if (path_.has_parent_path()) fs::create_directories(path_.parent_path(), code);

@@ -4,14 +4,18 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 namespace relign {
 
-inline constexpr std::size_t kMostFileBytes = std::size_t{1} << 30;
+inline constexpr std::size_t kMaxFileBytes = std::size_t{1} << 30;
 
 // The file's bytes. Throws Error: io if unreadable; bad_input if there are more than `most` bytes, of which no more are
 // read, because an untrusted file may name an endless device.
-std::string read_file(const std::filesystem::path& path, std::size_t most = kMostFileBytes);
+std::string read_file(const std::filesystem::path& path, std::size_t most = kMaxFileBytes);
+
+// Throws Error(io): cannot write 'path': reason.
+[[noreturn]] void throw_cannot_write(const std::filesystem::path& path, const std::error_code& code);
 
 // Writes a file piece by piece to a temporary file in the same folder; commit() flushes it to disk and renames it.
 // Without commit() the temporary file is removed. Creates missing folders. Throws Error(io).

@@ -4,7 +4,7 @@
 
 namespace relign {
 
-bool lies_inside(const std::filesystem::path& path, const std::filesystem::path& folder) {
+bool is_inside(const std::filesystem::path& path, const std::filesystem::path& folder) {
   std::error_code path_failed, folder_failed;
   const std::filesystem::path inner = std::filesystem::weakly_canonical(path, path_failed);
   const std::filesystem::path outer = std::filesystem::weakly_canonical(folder, folder_failed);

@@ -7,6 +7,6 @@ namespace relign {
 
 // True if `path` is inside `folder` after symbolic links are resolved. `path` need not exist. False if links cannot be
 // resolved.
-bool lies_inside(const std::filesystem::path& path, const std::filesystem::path& folder);
+bool is_inside(const std::filesystem::path& path, const std::filesystem::path& folder);
 
 }  // namespace relign

@@ -1,5 +1,7 @@
 #include "base/json_members.h"
 
+#include "base/text.h"
+
 namespace relign {
 
 const Json& member(const Json& object, const char* key) {
@@ -35,6 +37,10 @@ const Json& object_of(const Json& object, const char* key) {
   static const Json kNone = Json::object();
   const Json& found = member(object, key);
   return found.is_object() ? found : kNone;
+}
+
+std::string number_or_dash(const Json& value, int digits) {
+  return value.is_number() ? significant(value.get<double>(), digits) : "-";
 }
 
 }  // namespace relign

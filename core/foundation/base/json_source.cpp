@@ -113,8 +113,8 @@ class Builder : public nlohmann::json_sax<Json> {
     return true;
   }
   bool open(Json fresh) {
-    if (levels_.size() >= kDeepestJson) {
-      error = "nested deeper than " + std::to_string(kDeepestJson) + " levels";
+    if (levels_.size() >= kMaxJsonDepth) {
+      error = "nested deeper than " + std::to_string(kMaxJsonDepth) + " levels";
       error_offset = previous_end_;
       return false;
     }
@@ -145,7 +145,7 @@ struct JsonSource::Places {
 };
 
 Json parsed_json(std::string_view text, std::size_t deepest) {
-  deepest = std::min(deepest, kDeepestJson);
+  deepest = std::min(deepest, kMaxJsonDepth);
   std::size_t depth = 0;
   bool in_text = false;
   for (std::size_t i = 0; i < text.size(); ++i) {

@@ -18,16 +18,16 @@ namespace relign {
 using Json = nlohmann::json;
 
 // Deeper nesting is rejected, because code that walks over a value recurses once per level.
-inline constexpr std::size_t kDeepestJson = 200;
+inline constexpr std::size_t kMaxJsonDepth = 200;
 
-// The parsed value; a discarded one (is_discarded()) if the text is not JSON or is nested deeper than kDeepestJson or
+// The parsed value; a discarded one (is_discarded()) if the text is not JSON or is nested deeper than kMaxJsonDepth or
 // `deepest`.
-Json parsed_json(std::string_view text, std::size_t deepest = kDeepestJson);
+Json parsed_json(std::string_view text, std::size_t deepest = kMaxJsonDepth);
 
 class JsonSource {
  public:
   // Reads and parses; the root may have any type. Throws Error: io if unreadable; bad_input with file:line:column for
-  // invalid JSON, nesting deeper than kDeepestJson and duplicate keys, and for files larger than 256 MB.
+  // invalid JSON, nesting deeper than kMaxJsonDepth and duplicate keys, and for files larger than 256 MB.
   static JsonSource from_file(const std::filesystem::path& path);
   static JsonSource from_text(std::string text, std::string file_name);
 
@@ -67,7 +67,7 @@ class ObjectReader {
   void complain(const std::string& key, const std::string& message);           // empty key: at the object itself
   void complain_missing(const std::string& key, const std::string& expected);  // "missing key 'KEY' (EXPECTED)"
   // Call last: every member that was not read is a problem ("$schema" is allowed).
-  void refuse_unknown();
+  void reject_unknown();
 
  private:
   const Json* member(const std::string& key, const char* type, bool required);

@@ -5,6 +5,6 @@ namespace relign {
 
 // Steps of a trial, in suites, on the command line and in records. In records it bounds the memory that a report takes
 // for an untrusted file.
-inline constexpr unsigned kMostSteps = 100'000;
+inline constexpr unsigned kMaxSteps = 100'000;
 
 }  // namespace relign

@@ -142,7 +142,7 @@ std::vector<double> ObjectReader::numbers(const std::string& key, std::size_t co
   return value->get<std::vector<double>>();
 }
 
-void ObjectReader::refuse_unknown() {
+void ObjectReader::reject_unknown() {
   if (!object_) return;
   std::vector<std::string> once;  // a key may have been read twice
   for (const std::string& key : known_)

@@ -8,7 +8,7 @@
 namespace relign {
 
 // Training, tuning (choice of checkpoints), pretraining (source instances) and benchmark instances never share a seed.
-enum class SeedDomain : std::uint32_t { benchmark = 0, training = 1, tuning = 2, preparation = 3 };
+enum class SeedDomain : std::uint32_t { benchmark = 0, training = 1, tuning = 2, pretraining = 3 };
 
 // Seed of the perturbations of instance `number`. It is the same at every noise level, so that levels
 // differ by their distribution only.

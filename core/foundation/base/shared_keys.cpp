@@ -26,7 +26,7 @@ MachineTimeKeys read_machine_time(const JsonSource& source, const std::string& p
   found.settle_ms = number("settle_ms", 0);
   found.exposure_ms = number("exposure_ms", 0);
   found.readout_ms = number("readout_ms", 0);
-  reader.refuse_unknown();
+  reader.reject_unknown();
   return found;
 }
 
@@ -40,9 +40,9 @@ void check_specification(const JsonSource& source, const std::string& pointer, s
     mtf.number("centre", 0, 0, 1);
     mtf.number("corner", 0, 0, 1);
     mtf.boolean("diffraction", false);
-    mtf.refuse_unknown();
+    mtf.reject_unknown();
   }
-  reader.refuse_unknown();
+  reader.reject_unknown();
 }
 
 }  // namespace relign

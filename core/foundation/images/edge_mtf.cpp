@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -10,8 +11,6 @@
 namespace relign::images {
 namespace {
 
-constexpr double kNotMeasurable = std::numeric_limits<double>::quiet_NaN();
-constexpr double kPi = 3.14159265358979323846;
 constexpr int kBinsPerPixel = 4;
 
 // The region, transposed if needed so that the edge runs from top to bottom.
@@ -106,7 +105,7 @@ std::vector<Bin> profile_of(const Patch& patch, const Line& line, double half_le
   return profile;
 }
 
-double sinc(double x) { return x == 0 ? 1.0 : std::sin(kPi * x) / (kPi * x); }
+double sinc(double x) { return x == 0 ? 1.0 : std::sin(std::numbers::pi * x) / (std::numbers::pi * x); }
 
 }  // namespace
 
@@ -137,9 +136,9 @@ double edge_mtf(const View& image, const Region& region, double cycles_per_pixel
   for (std::size_t k = 0; k + 1 < profile.size(); ++k) {
     const double place = (profile[k].place_px + profile[k + 1].place_px) / 2;
     const double share = std::fabs(place) / half_length;
-    const double taper = share <= 0.5 ? 1.0 : 0.5 + 0.5 * std::cos(2 * kPi * (std::min(share, 1.0) - 0.5));
+    const double taper = share <= 0.5 ? 1.0 : 0.5 + 0.5 * std::cos(2 * std::numbers::pi * (std::min(share, 1.0) - 0.5));
     const double rise = taper * (profile[k + 1].value - profile[k].value);
-    const double phase = 2 * kPi * cycles_per_pixel * place;
+    const double phase = 2 * std::numbers::pi * cycles_per_pixel * place;
     // A difference averages the derivative over the distance between its ends.
     const double blur = sinc(cycles_per_pixel * (profile[k + 1].place_px - profile[k].place_px));
     real += rise * std::cos(phase) / blur;

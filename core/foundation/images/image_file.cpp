@@ -15,8 +15,8 @@
 namespace relign::images {
 namespace {
 
-constexpr std::size_t kMostPixels = 100'000'000;
-constexpr std::size_t kMostBytes = std::size_t{256} << 20;
+constexpr std::size_t kMaxPixels = 100'000'000;
+constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
 
 // Values times `scale`, rounded to nearest, ties to even, and clipped to the samples' range.
 template <class Sample>
@@ -52,9 +52,9 @@ std::string npy_bytes(const Image& image) {
 }  // namespace
 
 Image read_image(const std::filesystem::path& path) {
-  const std::string bytes = read_file(path, kMostBytes);
+  const std::string bytes = read_file(path, kMaxBytes);
   try {
-    GreyPixels decoded = decode_grey(bytes, kMostPixels);
+    GreyPixels decoded = decode_grey(bytes, kMaxPixels);
     Image image(decoded.width, decoded.height);
     image.values = std::move(decoded.values);
     return image;

@@ -8,8 +8,6 @@
 namespace relign::images {
 namespace {
 
-constexpr double kNotMeasurable = std::numeric_limits<double>::quiet_NaN();
-
 double border_median(const View& image) {
   std::vector<float> border;
   for (std::size_t x = 0; x < image.width; ++x) {

@@ -7,10 +7,13 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 
 #include "images/image.h"
 
 namespace relign::images {
+
+inline constexpr double kNotMeasurable = std::numeric_limits<double>::quiet_NaN();
 
 // A non-owning view of an image: row-major, no padding, row 0 at the top.
 struct View {

@@ -4,13 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <vector>
 
 namespace relign::images {
 namespace {
-
-constexpr double kNotMeasurable = std::numeric_limits<double>::quiet_NaN();
-constexpr double kPi = 3.14159265358979323846;
 
 // Binomial blur with a standard deviation of 1 pixel, applied to both images: it preserves shifts, reduces noise and
 // makes linear interpolation between pixels accurate.
@@ -137,10 +135,10 @@ System compare(const Level& at, const Fit& fit) {
 
 // Iterates until the fit has converged.
 void refine(const Level& at, Fit& fit) {
-  constexpr int kMostSteps = 30;
-  constexpr double kFurthest_px = 4, kMostTurn = 0.1, kConverged_px = 1e-3;
+  constexpr int kMaxSteps = 30;
+  constexpr double kFurthest_px = 4, kMaxTurn = 0.1, kConverged_px = 1e-3;
   const double reach = std::max(at.middle_x, at.middle_y);
-  for (int step = 0; step <= kMostSteps; ++step) {
+  for (int step = 0; step <= kMaxSteps; ++step) {
     System system = compare(at, fit);
     const double pixels = static_cast<double>(at.image.width * at.image.height);
     const double variance = system.squares - system.sum * system.sum / std::max(system.count, 1.0);
@@ -156,7 +154,7 @@ void refine(const Level& at, Fit& fit) {
     if (step == 0) continue;
     const double x = std::clamp(steps[kShiftX], -kFurthest_px, kFurthest_px);
     const double y = std::clamp(steps[kShiftY], -kFurthest_px, kFurthest_px);
-    const double turn = std::clamp(steps[kRotation], -kMostTurn, kMostTurn);
+    const double turn = std::clamp(steps[kRotation], -kMaxTurn, kMaxTurn);
     fit.shift_x += x;
     fit.shift_y += y;
     // Rotation by approximately `turn`, without the C library's sine.
@@ -174,15 +172,15 @@ double angle_deg(double cosine, double sine) {
   for (int halving = 0; halving < 3; ++halving) t /= 1 + std::sqrt(1 + t * t);
   double sum = 0;
   for (int power = 15; power >= 1; power -= 2) sum = (power % 4 == 1 ? 1.0 : -1.0) / power + t * t * sum;
-  return 16 * t * sum * 180 / kPi;
+  return 16 * t * sum * 180 / std::numbers::pi;
 }
 
 std::vector<Level> pyramid(const View& image, const View& reference) {
-  constexpr std::size_t kMostLevels = 4, kSmallest = 24;
+  constexpr std::size_t kMaxLevels = 4, kSmallest = 24;
   std::vector<Level> levels;
   levels.push_back({smoothed(image), smoothed(reference), static_cast<double>(image.width - 1) / 2,
                     static_cast<double>(image.height - 1) / 2});
-  while (levels.size() < kMostLevels &&
+  while (levels.size() < kMaxLevels &&
          std::min(levels.back().image.width, levels.back().image.height) >= 2 * kSmallest) {
     const Level& fine = levels.back();
     levels.push_back({smoothed(halved(fine.image)), smoothed(halved(fine.reference)), (fine.middle_x - 0.5) / 2,
@@ -194,7 +192,7 @@ std::vector<Level> pyramid(const View& image, const View& reference) {
 }  // namespace
 
 Registration registration(const View& image, const View& reference) {
-  constexpr double kLeastExplained = 0.25;
+  constexpr double kMinExplained = 0.25;
   const Registration none{kNotMeasurable, kNotMeasurable, kNotMeasurable};
   if (image.width != reference.width || image.height != reference.height || image.width < 8 || image.height < 8)
     return none;
@@ -217,7 +215,7 @@ Registration registration(const View& image, const View& reference) {
     best.shift_y *= 2;
     refine(levels[finer - 1], best);
   }
-  if (!(best.left_over < 1 - kLeastExplained) || !best.determined[kContrast] || !(best.contrast > 0)) return none;
+  if (!(best.left_over < 1 - kMinExplained) || !best.determined[kContrast] || !(best.contrast > 0)) return none;
   return {best.determined[kShiftX] ? best.shift_x : kNotMeasurable,
           best.determined[kShiftY] ? best.shift_y : kNotMeasurable,
           best.determined[kRotation] ? angle_deg(best.cosine, best.sine) : kNotMeasurable};

@@ -25,27 +25,26 @@ const double kInfinity = std::numeric_limits<double>::infinity();
 // Runs one trial. After the first RELIGN_STOP `watchdog` ends the process with `when_late`.
 // Returns the failure that the plugin reports, or an empty string. A failure after a refused pose counts only if the
 // caller asks for it, because the check "poses" covers that case.
-std::string watched_trial(const Choice& choice, FakeConversation& conversation, Watchdog& watchdog,
-                          const Finding& when_late) {
+std::string watched_trial(const Choice& choice, FakeTrial& trial, Watchdog& watchdog, const Finding& when_late) {
   bool told = false;
-  conversation.setup.on_stop = [&told, &watchdog, when_late] {
+  trial.setup.on_stop = [&told, &watchdog, when_late] {
     if (!told) watchdog.start(kStopCpu_s, kStopWall_s, when_late);
     told = true;
   };
   watchdog.start(kThinkCpu_s, 10 * kThinkCpu_s, failed("it computes for more than 40 s without a request"));
   std::string failure;
   try {
-    run_trial(choice, conversation);
+    run_trial(choice, trial);
   } catch (const Error& error) {
-    if (!conversation.refused) failure = error.what();
+    if (!trial.refused) failure = error.what();
   }
   watchdog.stop();
-  conversation.setup.on_stop = nullptr;
+  trial.setup.on_stop = nullptr;
   return failure;
 }
 
 // The first difference between two trials, as text; empty when they are equal bit for bit.
-std::string first_difference(const FakeConversation& one, const FakeConversation& other) {
+std::string first_difference(const FakeTrial& one, const FakeTrial& other) {
   const std::size_t common = std::min(one.steps.size(), other.steps.size());
   for (std::size_t step = 0; step < common; ++step)
     if (one.steps[step].pose != other.steps[step].pose) return "at step " + std::to_string(step + 1);
@@ -72,9 +71,9 @@ const Finding kStoppedLate = skipped("it does not return after RELIGN_STOP");
 
 Finding check_runs(const Subject& subject) {
   Watchdog watchdog;
-  FakeConversation conversation(noisy_setup(subject.choice(), 5, 30));
+  FakeTrial trial(noisy_setup(subject.choice(), 5, 30));
   // The next two checks cover the time after RELIGN_STOP, and invalid poses.
-  const std::string failure = watched_trial(subject.choice(), conversation, watchdog, ok());
+  const std::string failure = watched_trial(subject.choice(), trial, watchdog, ok());
   return failure.empty() ? ok() : failed(failure);
 }
 
@@ -87,13 +86,13 @@ Finding check_stop(const Subject& subject) {
   for (std::uint32_t budget = 0; budget <= kLast; budget += process ? std::max(1U, budget / 2) : 1) {
     const std::string where = "stopped at request " + std::to_string(budget + 1);
     at(where);
-    FakeConversation conversation(noisy_setup(subject.choice(), 5, budget));
+    FakeTrial trial(noisy_setup(subject.choice(), 5, budget));
     const std::string failure =
-        watched_trial(subject.choice(), conversation, watchdog,
+        watched_trial(subject.choice(), trial, watchdog,
                       failed(where + ", it did not return within " + shortest(kStopCpu_s) +
                              " s of processor time; run must return after RELIGN_STOP (an empty step in C++)"));
     if (!failure.empty()) return failed(where + ": " + failure);
-    more_requests = std::max(more_requests, conversation.requests_after_stop);
+    more_requests = std::max(more_requests, trial.requests_after_stop);
   }
   if (more_requests > 0)
     return warning("it requests up to " + std::to_string(more_requests) + " more steps after RELIGN_STOP");
@@ -105,10 +104,10 @@ Finding check_poses(const Subject& subject) {
   for (const bool with_noise : {true, false}) {
     FakeSetup setup = noisy_setup(subject.choice(), 5, 60);
     if (!with_noise) setup.merit = setup_for(subject.choice(), 5).merit;
-    FakeConversation conversation(setup);
-    watched_trial(subject.choice(), conversation, watchdog, kStoppedLate);
-    if (conversation.refused)
-      return failed("after " + std::to_string(conversation.steps.size()) +
+    FakeTrial trial(setup);
+    watched_trial(subject.choice(), trial, watchdog, kStoppedLate);
+    if (trial.refused)
+      return failed("after " + std::to_string(trial.steps.size()) +
                     " steps it sent an invalid pose (not finite, or the wrong number of axes), or requested step 0 "
                     "again too late");
   }
@@ -119,11 +118,11 @@ Finding check_presets(const Subject& subject) {
   Watchdog watchdog;
   for (const Choice& choice : subject.choices) {
     at("'" + choice.id + "'");
-    FakeConversation conversation(noisy_setup(choice, 5, 20));
+    FakeTrial trial(noisy_setup(choice, 5, 20));
     const std::string failure =
-        watched_trial(choice, conversation, watchdog, failed("'" + choice.id + "' does not return after RELIGN_STOP"));
+        watched_trial(choice, trial, watchdog, failed("'" + choice.id + "' does not return after RELIGN_STOP"));
     if (!failure.empty()) return failed("'" + choice.id + "': " + failure);
-    if (conversation.refused) return failed("'" + choice.id + "' sent a pose that is not finite");
+    if (trial.refused) return failed("'" + choice.id + "' sent a pose that is not finite");
   }
   return ok();
 }
@@ -133,9 +132,9 @@ Finding check_dimensions(const Subject& subject) {
   std::vector<std::string> refused;
   for (const std::uint32_t axes : {1u, 2u, 5u, 6u, 10u}) {
     at("with " + std::to_string(axes) + " axes");
-    FakeConversation conversation(noisy_setup(subject.choice(), axes, 60));
-    const std::string failure = watched_trial(subject.choice(), conversation, watchdog, kStoppedLate);
-    if (conversation.refused)
+    FakeTrial trial(noisy_setup(subject.choice(), axes, 60));
+    const std::string failure = watched_trial(subject.choice(), trial, watchdog, kStoppedLate);
+    if (trial.refused)
       return failed("with " + std::to_string(axes) + " axes it sent a pose that is not finite or has the wrong length");
     if (!failure.empty()) refused.push_back(std::to_string(axes) + " axes: " + failure);
   }
@@ -146,15 +145,15 @@ Finding check_dimensions(const Subject& subject) {
 }
 
 Finding check_box(const Subject& subject) {
-  if (!(subject.manifest->knows_bits() & RELIGN_KNOWS_BOX)) return skipped("it does not observe the box");
+  if (!(subject.manifest->observed_bits() & RELIGN_OBSERVES_BOX)) return skipped("it does not observe the box");
   Watchdog watchdog;
   for (const std::uint32_t axes : {2u, 5u}) {
-    FakeConversation conversation(noisy_setup(subject.choice(), axes, 100));
-    watched_trial(subject.choice(), conversation, watchdog, kStoppedLate);
-    const FakeSetup& setup = conversation.setup;
-    for (std::size_t step = 0; step < conversation.steps.size(); ++step)
+    FakeTrial trial(noisy_setup(subject.choice(), axes, 100));
+    watched_trial(subject.choice(), trial, watchdog, kStoppedLate);
+    const FakeSetup& setup = trial.setup;
+    for (std::size_t step = 0; step < trial.steps.size(); ++step)
       for (std::size_t axis = 0; axis < axes; ++axis) {
-        const double value = conversation.steps[step].pose[axis];
+        const double value = trial.steps[step].pose[axis];
         if (value >= setup.lower[axis] && value <= setup.upper[axis]) continue;
         return warning("step " + std::to_string(step + 1) + " commands " + shortest(value) + " on axis " +
                        std::to_string(axis) + ", outside the box from " + shortest(setup.lower[axis]) + " to " +
@@ -169,14 +168,14 @@ Finding check_same_trace(const Subject& subject) {
   Watchdog watchdog;
   FakeSetup setup = noisy_setup(choice, 5, 50);
   setup.seed = 77;
-  FakeConversation alone(setup);
+  FakeTrial alone(setup);
   watched_trial(choice, alone, watchdog, kStoppedLate);
 
   FakeSetup other_setup = noisy_setup(choice, 2, 15);
   other_setup.seed = 78;
-  FakeConversation between(other_setup);
+  FakeTrial between(other_setup);
   watched_trial(choice, between, watchdog, kStoppedLate);
-  FakeConversation again(setup);
+  FakeTrial again(setup);
   watched_trial(choice, again, watchdog, kStoppedLate);
   if (const std::string where = first_difference(alone, again); !where.empty())
     return failed("two trials with the same seed and the same merits differ " + where +
@@ -186,7 +185,7 @@ Finding check_same_trace(const Subject& subject) {
   FakeSetup interrupted_setup = setup;
   interrupted_setup.merit = [&, merit = setup.merit](const Pose& pose, std::uint32_t step) {
     if (step == 3) {
-      FakeConversation inner(other_setup);
+      FakeTrial inner(other_setup);
       try {
         run_trial(choice, inner);
       } catch (const Error&) {  // reported by another check
@@ -194,7 +193,7 @@ Finding check_same_trace(const Subject& subject) {
     }
     return merit(pose, step);
   };
-  FakeConversation interrupted(interrupted_setup);
+  FakeTrial interrupted(interrupted_setup);
   watched_trial(choice, interrupted, watchdog, kStoppedLate);
   if (const std::string where = first_difference(alone, interrupted); !where.empty())
     return failed("a trial changes when another one runs at the same time: they differ " + where +
@@ -203,11 +202,11 @@ Finding check_same_trace(const Subject& subject) {
 }
 
 Finding check_merits(const Subject& subject) {
-  struct Kind {
+  struct MeritKind {
     const char* name;
     std::function<double(const Pose&, std::uint32_t)> merit;
   };
-  const std::vector<Kind> kinds = {
+  const std::vector<MeritKind> kinds = {
       {"constant", [](const Pose&, std::uint32_t) { return 0.03; }},
       {"zero", [](const Pose&, std::uint32_t) { return 0.0; }},
       {"NaN", [](const Pose&, std::uint32_t) { return kNaN; }},
@@ -220,17 +219,17 @@ Finding check_merits(const Subject& subject) {
        [](const Pose& pose, std::uint32_t step) { return step % 3 == 1 ? kNaN : pose[0] * pose[0]; }},
   };
   Watchdog watchdog;
-  for (const Kind& kind : kinds) {
+  for (const MeritKind& kind : kinds) {
     const std::string where = std::string("with merits that are ") + kind.name;
     at(where);
     FakeSetup setup = setup_for(subject.choice(), 5);
     setup.merit = kind.merit;
     setup.budget = 200;
-    FakeConversation conversation(setup);
-    const std::string failure = watched_trial(subject.choice(), conversation, watchdog,
-                                              failed(where + " it does not return after RELIGN_STOP"));
+    FakeTrial trial(setup);
+    const std::string failure =
+        watched_trial(subject.choice(), trial, watchdog, failed(where + " it does not return after RELIGN_STOP"));
     if (!failure.empty()) return failed(where + " it fails: " + failure);
-    if (conversation.refused) return failed(where + " it sends non-finite poses");
+    if (trial.refused) return failed(where + " it sends non-finite poses");
   }
   return ok();
 }

@@ -89,14 +89,14 @@ const std::vector<Check>& all_checks() {
       {"travel", "survives poses at and beyond the ends of the travel", {"same-pixels"}, scene, check_travel},
       {"stage", "as a station, starts, moves, stops at limits and captures", {"reference"}, scene, check_stage},
 
-      {"variances",
+      {"perturbations",
        "draws usable perturbations for 5 and 6 axes, with every preset",
        {"creates"},
        level,
-       check_variances},
+       check_perturbations},
       {"same-draw",
        "draws the same for the same seed, and differently for others",
-       {"variances"},
+       {"perturbations"},
        level,
        check_same_draw},
 

@@ -44,7 +44,7 @@ Finding check_box(const Subject& subject);
 Finding check_same_trace(const Subject& subject);
 Finding check_merits(const Subject& subject);
 
-// preparation_checks.cpp
+// pretraining_checks.cpp
 Finding check_prepared(const Subject& subject);
 
 // scene_checks.cpp
@@ -59,7 +59,7 @@ Finding check_travel(const Subject& subject);
 Finding check_stage(const Subject& subject);
 
 // noise_level_checks.cpp
-Finding check_variances(const Subject& subject);
+Finding check_perturbations(const Subject& subject);
 Finding check_same_draw(const Subject& subject);
 
 }  // namespace relign::conformance

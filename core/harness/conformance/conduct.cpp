@@ -16,7 +16,7 @@
 #include "base/json_source.h"
 #include "conformance/fake_services.h"
 #include "conformance/synthetic.h"
-#include "plugin_host/preparation.h"
+#include "plugin_host/pretraining.h"
 
 extern char** environ;
 
@@ -36,8 +36,8 @@ constexpr unsigned kMaxSourceSteps = 20;
 FakeSetup setup_for(const Choice& choice, std::uint32_t axes) {
   FakeSetup setup;
   setup.axes = axes;
-  setup.knows = choice.plugin->knows_bits();
-  const bool stage_coordinates = setup.knows & RELIGN_KNOWS_START;
+  setup.observes = choice.plugin->observed_bits();
+  const bool stage_coordinates = setup.observes & RELIGN_OBSERVES_START;
   setup.start.assign(axes, 0.0);
   for (std::uint32_t axis = 0; axis < axes; ++axis) setup.start[axis] = stage_coordinates ? 0.35 + 0.03 * axis : 0.0;
   setup.lower.assign(axes, stage_coordinates ? 0.2 : -0.5);
@@ -56,36 +56,36 @@ std::function<double(const Pose&, std::uint32_t)> noisy(std::function<double(con
   };
 }
 
-FakePreparation prepare(const Choice& choice, std::uint32_t axes,
+FakePretraining prepare(const Choice& choice, std::uint32_t axes,
                         const std::function<double(const Pose&, std::uint32_t)>& merit) {
-  const auto wanted = plugin_host::preparation(*choice.plugin, choice.parameters);
-  FakePreparation preparation;
-  if (!wanted) return preparation;
-  preparation.preparing = true;
-  preparation.sources = std::min(wanted->sources, kMaxSources);
-  for (; preparation.source < preparation.sources; ++preparation.source) {
+  const auto wanted = plugin_host::pretraining(*choice.plugin, choice.parameters);
+  FakePretraining pretraining;
+  if (!wanted) return pretraining;
+  pretraining.active = true;
+  pretraining.sources = std::min(wanted->sources, kMaxSources);
+  for (; pretraining.source < pretraining.sources; ++pretraining.source) {
     FakeSetup setup = setup_for(choice, axes);
     Pose optimum = setup.start;
-    Random random(preparation.source, 7);
+    Random random(pretraining.source, 7);
     for (double& coordinate : optimum) coordinate += 0.2 * (random.uniform() - 0.5);
     setup.merit = merit ? merit : noisy([optimum](const Pose& pose, std::uint32_t) { return bowl(pose, optimum); });
-    setup.seed = preparation.source;
+    setup.seed = pretraining.source;
     setup.budget = std::min(wanted->steps, kMaxSourceSteps);
-    setup.preparation = &preparation;
-    FakeConversation conversation(setup);
-    run_trial(choice, conversation);
+    setup.pretraining = &pretraining;
+    FakeTrial trial(setup);
+    run_trial(choice, trial);
   }
-  preparation.preparing = false;
-  return preparation;
+  pretraining.active = false;
+  return pretraining;
 }
 
 namespace {
 
 // Pretrained data, cached in this process by choice and number of axes: most checks run many trials, some concurrently.
-FakePreparation cached_preparation(const Choice& choice, std::uint32_t axes) {
+FakePretraining cached_pretraining(const Choice& choice, std::uint32_t axes) {
   static std::mutex mutex;
   const std::lock_guard<std::mutex> hold(mutex);
-  static std::map<std::string, FakePreparation> known;
+  static std::map<std::string, FakePretraining> known;
   const std::string key = std::to_string(axes) + choice.identity;
   if (!known.count(key)) known[key] = prepare(choice, axes);
   return known[key];
@@ -93,23 +93,23 @@ FakePreparation cached_preparation(const Choice& choice, std::uint32_t axes) {
 
 }  // namespace
 
-void run_trial(const Choice& choice, FakeConversation& conversation) {
-  FakePreparation preparation;
-  const bool own = conversation.setup.preparation != nullptr;
+void run_trial(const Choice& choice, FakeTrial& trial) {
+  FakePretraining pretraining;
+  const bool own = trial.setup.pretraining != nullptr;
   if (!own && !choice.plugin->prepare.is_null()) {
-    preparation = cached_preparation(choice, conversation.setup.axes);
-    conversation.setup.preparation = &preparation;
+    pretraining = cached_pretraining(choice, trial.setup.axes);
+    trial.setup.pretraining = &pretraining;
   }
-  const FakeServices services(choice, conversation);
+  const FakeServices services(choice, trial);
   plugin_host::Algorithm algorithm(choice, check_services());
   struct Restore {
     FakeSetup& setup;
     bool own;
     ~Restore() {
-      if (!own) setup.preparation = nullptr;
+      if (!own) setup.pretraining = nullptr;
     }
-  } restore{conversation.setup, own};
-  algorithm.run(conversation.talk());
+  } restore{trial.setup, own};
+  algorithm.run(trial.handle());
 }
 
 namespace {
@@ -138,8 +138,8 @@ void exercise(const Choice& choice) {
     if (plugin_host::is_algorithm(choice.plugin->kind)) {
       FakeSetup setup = setup_for(choice, 5);
       setup.budget = 40;
-      FakeConversation conversation(setup);
-      run_trial(choice, conversation);
+      FakeTrial trial(setup);
+      run_trial(choice, trial);
     } else if (choice.plugin->kind == Kind::noise_level) {
       plugin_host::NoiseLevel(choice, check_services()).draw(1, synthetic_scene(5));
     } else {

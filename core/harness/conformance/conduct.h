@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "conformance/fake_conversation.h"
+#include "conformance/fake_trial.h"
 #include "conformance/subject.h"
 
 namespace relign::conformance {
@@ -20,12 +20,12 @@ std::function<double(const Pose&, std::uint32_t)> noisy(std::function<double(con
 
 // The data that an algorithm with pretraining (relign.prepared/1) saves on a few short synthetic sources; a function of
 // choice and number of axes. `merit`, if any, replaces that of the sources. Throws Error(plugin_failed).
-FakePreparation prepare(const plugin_host::Choice& choice, std::uint32_t axes,
+FakePretraining prepare(const plugin_host::Choice& choice, std::uint32_t axes,
                         const std::function<double(const Pose&, std::uint32_t)>& merit = {});
 
 // Runs one trial in a new object, with services. Pretrains an algorithm that asks for it, unless the setup has data.
 // Throws Error(plugin_failed).
-void run_trial(const plugin_host::Choice& choice, FakeConversation& conversation);
+void run_trial(const plugin_host::Choice& choice, FakeTrial& trial);
 
 // Uses the plugin once: runs a trial, or draws, or captures and scores. Ignores reported failures, which other checks
 // find.

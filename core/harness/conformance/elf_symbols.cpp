@@ -16,7 +16,7 @@ namespace {
 template <class Struct>
 Struct at(const std::string& bytes, std::uint64_t offset) {
   if (offset > bytes.size() || sizeof(Struct) > bytes.size() - offset)
-    throw Error(ErrorKind::plugin_refused, "its symbol table is outside the file");
+    throw Error(ErrorKind::plugin_rejected, "its symbol table is outside the file");
   Struct value;
   std::memcpy(&value, bytes.data() + offset, sizeof value);
   return value;
@@ -33,7 +33,7 @@ bool is_exported(const Elf64_Sym& symbol) {
 
 std::vector<std::string> exported_symbols(const std::filesystem::path& library) {
   if (const std::string problem = plugin_host::check_shared_library(library); !problem.empty())
-    throw Error(ErrorKind::plugin_refused, problem);
+    throw Error(ErrorKind::plugin_rejected, problem);
   const std::string bytes = read_file(library);
   const auto header = at<Elf64_Ehdr>(bytes, 0);
   std::vector<std::string> names;
@@ -47,11 +47,11 @@ std::vector<std::string> exported_symbols(const std::filesystem::path& library) 
       const auto symbol = at<Elf64_Sym>(bytes, table.sh_offset + entry);
       if (!is_exported(symbol)) continue;
       const std::uint64_t name = strings.sh_offset + symbol.st_name;
-      if (name >= bytes.size()) throw Error(ErrorKind::plugin_refused, "its symbol names are outside the file");
+      if (name >= bytes.size()) throw Error(ErrorKind::plugin_rejected, "its symbol names are outside the file");
       names.emplace_back(bytes.data() + name, ::strnlen(bytes.data() + name, bytes.size() - name));
     }
   }
-  if (!found) throw Error(ErrorKind::plugin_refused, "it has no table of exported symbols");
+  if (!found) throw Error(ErrorKind::plugin_rejected, "it has no table of exported symbols");
   std::sort(names.begin(), names.end());
   names.erase(std::unique(names.begin(), names.end()), names.end());
   return names;

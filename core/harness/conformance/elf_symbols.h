@@ -7,7 +7,7 @@
 
 namespace relign::conformance {
 
-// Names that the library defines and exports, sorted. Throws Error(plugin_refused) unless the file is a complete
+// Names that the library defines and exports, sorted. Throws Error(plugin_rejected) unless the file is a complete
 // shared library for this machine.
 std::vector<std::string> exported_symbols(const std::filesystem::path& library);
 

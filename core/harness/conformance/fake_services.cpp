@@ -38,14 +38,12 @@ double sum_of_numbers(const Json& value) {
 
 }  // namespace
 
-FakeServices::FakeServices(const plugin_host::Choice& choice, FakeConversation& conversation)
-    : choice_(choice),
-      conversation_(conversation),
-      scene_(trials::read_scene_facts(synthetic_scene(conversation.setup.axes), "synthetic")) {
-  conversation_.setup.service = [this](std::string_view id) { return get(id); };
+FakeServices::FakeServices(const plugin_host::Choice& choice, FakeTrial& trial)
+    : choice_(choice), trial_(trial), scene_(trials::read_scene_facts(synthetic_scene(trial.setup.axes), "synthetic")) {
+  trial_.setup.service = [this](std::string_view id) { return get(id); };
 }
 
-FakeServices::~FakeServices() { conversation_.setup.service = nullptr; }
+FakeServices::~FakeServices() { trial_.setup.service = nullptr; }
 
 // Runs the body of one function; `why` gets the message of an Error.
 template <class Body>
@@ -68,29 +66,29 @@ relign_status FakeServices::tell_why(void* context, const relign_text_sink* sent
 }
 
 const void* FakeServices::get(std::string_view id) {
-  const std::uint32_t knows = conversation_.setup.knows;
-  if (id == RELIGN_SERVICE_REFERENCE && knows & RELIGN_KNOWS_IMAGES) return reference();
-  if (id == RELIGN_SERVICE_MEASURES && knows & RELIGN_KNOWS_IMAGES) return measures();
-  if (id == RELIGN_SERVICE_PRIOR && knows & RELIGN_KNOWS_LEVEL) return prior();
-  if (id == RELIGN_SERVICE_MODEL && knows & RELIGN_KNOWS_DESIGN) return model();
-  if (id == RELIGN_SERVICE_PREPARED && conversation_.setup.preparation) return prepared();
+  const std::uint32_t observes = trial_.setup.observes;
+  if (id == RELIGN_SERVICE_REFERENCE && observes & RELIGN_OBSERVES_IMAGES) return reference();
+  if (id == RELIGN_SERVICE_MEASURES && observes & RELIGN_OBSERVES_IMAGES) return measures();
+  if (id == RELIGN_SERVICE_PRIOR && observes & RELIGN_OBSERVES_LEVEL) return prior();
+  if (id == RELIGN_SERVICE_MODEL && observes & RELIGN_OBSERVES_DESIGN) return model();
+  if (id == RELIGN_SERVICE_PREPARED && trial_.setup.pretraining) return prepared();
   if (id == RELIGN_SERVICE_RUN && !choice_.algorithms.empty()) return run();
   return nullptr;
 }
 
 void FakeServices::look() {
-  if (conversation_.last().struct_size != 0) return;
+  if (trial_.last().struct_size != 0) return;
   relign_observation seen{};
   seen.struct_size = sizeof seen;
-  conversation_.talk().first(conversation_.talk().context, &seen);
+  trial_.handle().first(trial_.handle().context, &seen);
 }
 
 const void* FakeServices::reference() {
   look();
-  const FakeSetup& setup = conversation_.setup;
+  const FakeSetup& setup = trial_.setup;
   reference_pixels_.assign(std::size_t{setup.image_side} * setup.image_side, 0.0F);
   if (setup.paint) setup.paint(0, reference_pixels_.data());
-  reference_image_ = conversation_.last_image();
+  reference_image_ = trial_.last_image();
   reference_image_.pixels = reference_pixels_.data();
   reference_.struct_size = sizeof reference_;
   reference_.image = &reference_image_;
@@ -108,7 +106,7 @@ const void* FakeServices::measures() {
     return services.answer([&]() -> relign_status {
       if (!value) return services.refuse("'value' is null");
       services.reference();  // also makes sure that there is a capture
-      const relign_image &seen = services.conversation_.last_image(), &wanted = services.reference_image_;
+      const relign_image &seen = services.trial_.last_image(), &wanted = services.reference_image_;
       *value = trials::measure({seen.pixels, seen.width, seen.height}, {wanted.pixels, wanted.width, wanted.height},
                                text_of(name), text_of(arguments_json));
       return RELIGN_OK;
@@ -121,10 +119,10 @@ const void* FakeServices::measures() {
 std::string FakeServices::draw(std::uint64_t number) const {
   Random random(number, 1);
   Json start = Json::array(), rows = Json::array();
-  for (std::uint32_t row = 0; row < conversation_.setup.axes; ++row) {
+  for (std::uint32_t row = 0; row < trial_.setup.axes; ++row) {
     start.push_back(0.3 + 0.4 * random.uniform());
     Json values = Json::array();
-    for (std::uint32_t column = 0; column < conversation_.setup.axes; ++column)
+    for (std::uint32_t column = 0; column < trial_.setup.axes; ++column)
       values.push_back((row == column ? 1.0 : 0.0) + 0.05 * (random.uniform() - 0.5));
     rows.push_back(std::move(values));
   }
@@ -172,28 +170,28 @@ relign_status FakeServices::walk(relign_text parameter, relign_text parameters_j
   if (!changes.empty() && !JsonSource::from_text(changes, "parameters").root().is_object())
     return refuse("expected an object of parameters");
   look();
-  const relign_conversation& talk = conversation_.talk();
-  const std::uint32_t axes = conversation_.setup.axes;
+  const relign_trial& trial = trial_.handle();
+  const std::uint32_t axes = trial_.setup.axes;
   const auto remember = [&] {
-    best_ = conversation_.last();
+    best_ = trial_.last();
     best_pose_.assign(best_.pose, best_.pose + axes);
   };
   remember();
-  const auto left = static_cast<std::uint32_t>(conversation_.setup.budget - conversation_.steps.size());
+  const auto left = static_cast<std::uint32_t>(trial_.setup.budget - trial_.steps.size());
   const std::uint32_t own_end = 2 * axes;
   const std::uint32_t steps = std::min({most_steps, std::max(1U, left), own_end});
   for (std::uint32_t step = 0; step < steps; ++step) {
     const std::uint32_t axis = step / 2 % axes;
-    const FakeSetup& setup = conversation_.setup;
-    Pose pose(conversation_.last().pose, conversation_.last().pose + axes);
+    const FakeSetup& setup = trial_.setup;
+    Pose pose(trial_.last().pose, trial_.last().pose + axes);
     pose[axis] += step % 2 ? -kStride : kStride;
     pose[axis] = std::max(setup.lower[axis], std::min(setup.upper[axis], pose[axis]));
     relign_observation seen{};
     seen.struct_size = sizeof seen;
-    if (talk.step(talk.context, pose.data(), axes, &seen) != RELIGN_OK) return RELIGN_STOP;  // no steps left
+    if (trial.step(trial.context, pose.data(), axes, &seen) != RELIGN_OK) return RELIGN_STOP;  // no steps left
     if (seen.merit < best_.merit) remember();
   }
-  last_ = conversation_.last();
+  last_ = trial_.last();
   best_.pose = best_pose_.data();
   if (best_.step != last_.step) best_.image = nullptr;
   recommendation_ = best_pose_;
@@ -202,7 +200,7 @@ relign_status FakeServices::walk(relign_text parameter, relign_text parameters_j
   told.steps = steps;
   told.end = steps == own_end && steps < std::min(most_steps, left) ? RELIGN_RUN_FINISHED : RELIGN_RUN_STEPS_SPENT;
   told.last = &last_;
-  told.best = conversation_.setup.knows & RELIGN_KNOWS_MERIT ? &best_ : nullptr;
+  told.best = trial_.setup.observes & RELIGN_OBSERVES_MERIT ? &best_ : nullptr;
   told.recommendation = recommendation_.data();
   std::memcpy(outcome, &told, told.struct_size);
   return RELIGN_OK;
@@ -213,7 +211,7 @@ relign_status FakeServices::picture(relign_model_lens* lens, const double* true_
   const auto found = std::find_if(lenses_.begin(), lenses_.end(),
                                   [&](const Lens& known) { return static_cast<const void*>(&known) == lens; });
   if (found == lenses_.end()) return refuse("this lens is not mounted");
-  if (!true_pose || axes != conversation_.setup.axes ||
+  if (!true_pose || axes != trial_.setup.axes ||
       !std::all_of(true_pose, true_pose + axes, [](double value) { return std::isfinite(value); }))
     return refuse("invalid pose; expected one finite number per axis");
   if (!pixels) return refuse("'pixels' is null");
@@ -224,22 +222,22 @@ relign_status FakeServices::picture(relign_model_lens* lens, const double* true_
 }
 
 const void* FakeServices::prepared() {
-  const FakePreparation& preparation = *conversation_.setup.preparation;
+  const FakePretraining& pretraining = *trial_.setup.pretraining;
   prepared_.struct_size = sizeof prepared_;
   prepared_.context = this;
-  prepared_.preparing = preparation.preparing ? 1 : 0;
-  prepared_.source = preparation.preparing ? preparation.source : 0;
-  prepared_.sources = preparation.preparing ? preparation.sources : 0;
+  prepared_.active = pretraining.active ? 1 : 0;
+  prepared_.source = pretraining.active ? pretraining.source : 0;
+  prepared_.sources = pretraining.active ? pretraining.sources : 0;
   prepared_.load = [](void* context, const relign_text_sink* data) {
     FakeServices& services = self(context);
     services.why_ = "no pretrained data";
-    const std::optional<std::string>& bytes = services.conversation_.setup.preparation->bytes;
+    const std::optional<std::string>& bytes = services.trial_.setup.pretraining->bytes;
     return bytes ? write_text(data, *bytes) : RELIGN_UNSUPPORTED;
   };
   prepared_.save = [](void* context, relign_text data) {
     FakeServices& services = self(context);
-    FakePreparation& kept = *services.conversation_.setup.preparation;
-    if (!kept.preparing) return services.refuse("cannot save in a benchmark trial, only in pretraining");
+    FakePretraining& kept = *services.trial_.setup.pretraining;
+    if (!kept.active) return services.refuse("cannot save in a benchmark trial, only in pretraining");
     kept.bytes = text_of(data);
     return relign_status{RELIGN_OK};
   };

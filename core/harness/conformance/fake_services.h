@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "conformance/fake_conversation.h"
+#include "conformance/fake_trial.h"
 #include "plugin_host/catalog.h"
 #include "trials/scene_facts.h"
 
@@ -16,8 +16,8 @@ namespace relign::conformance {
 
 class FakeServices {
  public:
-  // Installs itself in `conversation` for its lifetime. Both arguments must outlive it.
-  FakeServices(const plugin_host::Choice& choice, FakeConversation& conversation);
+  // Installs itself in `trial` for its lifetime. Both arguments must outlive it.
+  FakeServices(const plugin_host::Choice& choice, FakeTrial& trial);
   ~FakeServices();
   FakeServices(const FakeServices&) = delete;
   FakeServices& operator=(const FakeServices&) = delete;
@@ -48,7 +48,7 @@ class FakeServices {
   relign_status picture(relign_model_lens* lens, const double* true_pose, std::uint32_t axes, float* pixels);
 
   const plugin_host::Choice& choice_;
-  FakeConversation& conversation_;
+  FakeTrial& trial_;
   trials::SceneFacts scene_;
   std::string why_;
 
@@ -59,7 +59,7 @@ class FakeServices {
   relign_prior_service prior_{};
   relign_run_service run_{};
   relign_model_service model_{};
-  relign_prepared_service prepared_{};
+  relign_pretraining_service prepared_{};
   std::list<Lens> lenses_;  // a list, because the addresses are the handles
   // What the last outcome points to.
   relign_observation last_{};

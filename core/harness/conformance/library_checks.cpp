@@ -35,11 +35,11 @@ const relign_plugin_description& raw_entry(const Manifest& manifest) {
   }
   if (!library) {
     const char* reason = ::dlerror();
-    throw Error(ErrorKind::plugin_refused,
+    throw Error(ErrorKind::plugin_rejected,
                 std::string("the system cannot load the library: ") + (reason ? reason : "unknown reason"));
   }
   const void* entry = ::dlsym(library, RELIGN_PLUGIN_ENTRY_SYMBOL);
-  if (!entry) throw Error(ErrorKind::plugin_refused, "the library does not export " RELIGN_PLUGIN_ENTRY_SYMBOL);
+  if (!entry) throw Error(ErrorKind::plugin_rejected, "the library does not export " RELIGN_PLUGIN_ENTRY_SYMBOL);
   return *static_cast<const relign_plugin_description*>(entry);
 }
 

@@ -15,14 +15,15 @@ namespace relign::conformance {
 using plugin_host::Choice;
 using plugin_host::NoiseLevel;
 
-Finding check_variances(const Subject& subject) {
+Finding check_perturbations(const Subject& subject) {
   for (const Choice& choice : subject.choices) {
     NoiseLevel level(choice, check_services());
     for (const unsigned axes : {5u, 6u}) {
       at("'" + choice.id + "' with " + std::to_string(axes) + " axes");
       const std::string scene = synthetic_scene(axes);
       const trials::SceneFacts facts = trials::read_scene_facts(scene, "synthetic");
-      for (std::uint64_t seed = 0; seed < 20; ++seed) trials::read_variances(level.draw(seed, scene), facts, choice.id);
+      for (std::uint64_t seed = 0; seed < 20; ++seed)
+        trials::read_perturbations(level.draw(seed, scene), facts, choice.id);
     }
   }
   return ok();

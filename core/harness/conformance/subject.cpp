@@ -53,7 +53,7 @@ Subject open_subject(const std::filesystem::path& plugin) {
     std::string mistakes;
     for (const Problem& problem : problems) mistakes += "\n  " + problem.to_string();
     if (!choice.plugin)
-      throw Error(ErrorKind::plugin_refused, "preset '" + preset.id + "' of '" + manifest.id + "':" + mistakes);
+      throw Error(ErrorKind::plugin_rejected, "preset '" + preset.id + "' of '" + manifest.id + "':" + mistakes);
     subject.choices.push_back(std::move(choice));
   }
   return subject;

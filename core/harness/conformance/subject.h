@@ -23,7 +23,7 @@ struct Subject {
   const plugin_host::Choice& choice() const { return choices.front(); }
 };
 
-// Throws Error(plugin_refused) when the plugin does not exist or its manifest has mistakes.
+// Throws Error(plugin_rejected) when the plugin does not exist or its manifest has mistakes.
 Subject open_subject(const std::filesystem::path& plugin);
 
 // Services for objects under check: the program's cache and a few threads, no log.

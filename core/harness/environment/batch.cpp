@@ -139,7 +139,7 @@ void Batch::reset(const std::vector<Draw>& draws) {
     slot.searched = false;
     slot.state = State();
     slot.state.instance = std::move(instances[k]);
-    const trials::Variances& drawn = slot.state.instance.variances;
+    const trials::Perturbations& drawn = slot.state.instance.perturbations;
     slot.assembly.emplace(in.scenes[named[k] % in.scenes.size()]->mount(drawn.elements_json));
     slot.stage.emplace(in.facts, drawn, drawn.start, in.setup.limits);
     in.capture(named[k]);

@@ -13,30 +13,29 @@ namespace {
 // exceptions from unwinding through the plugin's frames.
 class ShieldedTrial {
  public:
-  ShieldedTrial(const relign_conversation& trial, const FloatingPointState& host_state)
+  ShieldedTrial(const relign_trial& trial, const FloatingPointState& host_state)
       : trial_(trial), callbacks_(host_state) {
     shield_.struct_size = sizeof shield_;
     shield_.context = this;
     shield_.task = trial.task;
     shield_.first = [](void* context, relign_observation* observation) {
-      return self(context).shielded(
-          [&](const relign_conversation& inner) { return inner.first(inner.context, observation); });
+      return self(context).shielded([&](const relign_trial& inner) { return inner.first(inner.context, observation); });
     };
     shield_.step = [](void* context, const double* pose, std::uint32_t axes, relign_observation* observation) {
       return self(context).shielded(
-          [&](const relign_conversation& inner) { return inner.step(inner.context, pose, axes, observation); });
+          [&](const relign_trial& inner) { return inner.step(inner.context, pose, axes, observation); });
     };
     shield_.move = [](void* context, const double* delta, std::uint32_t axes, relign_observation* observation) {
       return self(context).shielded(
-          [&](const relign_conversation& inner) { return inner.move(inner.context, delta, axes, observation); });
+          [&](const relign_trial& inner) { return inner.move(inner.context, delta, axes, observation); });
     };
     shield_.recommend = [](void* context, const double* pose, std::uint32_t axes) {
       return self(context).shielded(
-          [&](const relign_conversation& inner) { return inner.recommend(inner.context, pose, axes); });
+          [&](const relign_trial& inner) { return inner.recommend(inner.context, pose, axes); });
     };
     shield_.get_service = [](void* context, relign_text id) -> const void* {
       const void* service = nullptr;
-      self(context).shielded([&](const relign_conversation& inner) -> relign_status {
+      self(context).shielded([&](const relign_trial& inner) -> relign_status {
         if (inner.get_service)
           service = self(context).services_.shielded({id.data, static_cast<std::size_t>(id.size)},
                                                      inner.get_service(inner.context, id));
@@ -48,7 +47,7 @@ class ShieldedTrial {
   ShieldedTrial(const ShieldedTrial&) = delete;
   ShieldedTrial& operator=(const ShieldedTrial&) = delete;
 
-  const relign_conversation* shield() const { return &shield_; }
+  const relign_trial* shield() const { return &shield_; }
   std::exception_ptr thrown() const { return callbacks_.thrown(); }
 
  private:
@@ -59,10 +58,10 @@ class ShieldedTrial {
     return callbacks_.call([&] { return body(trial_); });
   }
 
-  const relign_conversation& trial_;
+  const relign_trial& trial_;
   CallbackShield callbacks_;
   ShieldedServices services_{callbacks_};
-  relign_conversation shield_{};
+  relign_trial shield_{};
 };
 
 const relign_algorithm_interface& algorithm_table(const Manifest& manifest) {
@@ -76,7 +75,7 @@ class LibraryAlgorithm {
   LibraryAlgorithm(const Choice& choice, const HostServices& services)
       : object_(choice, services, algorithm_table(*choice.plugin)) {}
 
-  void run(const relign_conversation& trial) {
+  void run(const relign_trial& trial) {
     std::exception_ptr thrown;
     const auto body = [&](const FloatingPointState& host_state) {
       ShieldedTrial shielded(trial, host_state);
@@ -111,7 +110,7 @@ Algorithm::Algorithm(const Choice& choice, const HostServices& services)
 
 Algorithm::~Algorithm() = default;
 
-void Algorithm::run(const relign_conversation& trial) {
+void Algorithm::run(const relign_trial& trial) {
   if (implementation_->process) return implementation_->process->run(trial);
   implementation_->library->run(trial);
 }

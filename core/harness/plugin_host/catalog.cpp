@@ -28,7 +28,7 @@ std::string namespace_name(Kind kind) {
   return kind == Kind::scene ? "scene" : "noise level";
 }
 
-[[noreturn]] void refuse(const std::string& message) { throw Error(ErrorKind::plugin_refused, message); }
+[[noreturn]] void reject(const std::string& message) { throw Error(ErrorKind::plugin_rejected, message); }
 
 fs::path absolute_path(const fs::path& path) { return fs::absolute(path).lexically_normal(); }
 
@@ -40,16 +40,16 @@ bool same_file(const fs::path& a, const fs::path& b) {
 // The manifest of a plugin given by its folder, library or manifest.
 fs::path manifest_of(const fs::path& plugin) {
   std::error_code error;
-  if (!fs::exists(plugin, error)) refuse(plugin.string() + " does not exist");
+  if (!fs::exists(plugin, error)) reject(plugin.string() + " does not exist");
   if (fs::is_directory(plugin, error)) {
     const fs::path manifest = plugin / kManifestName;
-    if (!fs::exists(manifest, error)) refuse(plugin.string() + " is not a plugin folder: it has no " + kManifestName);
+    if (!fs::exists(manifest, error)) reject(plugin.string() + " is not a plugin folder: it has no " + kManifestName);
     return manifest;
   }
   if (plugin.extension() != ".so") return plugin;  // a manifest, or a script that contains one
   const fs::path manifest = plugin.parent_path() / kManifestName;
   if (!fs::exists(manifest, error))
-    refuse(plugin.string() + " is not a plugin: there is no " + kManifestName + " beside it");
+    reject(plugin.string() + " is not a plugin: there is no " + kManifestName + " beside it");
   return manifest;
 }
 
@@ -131,10 +131,10 @@ std::shared_ptr<const Manifest> Catalog::add_plugin(const fs::path& plugin) {
       std::make_shared<const Manifest>(is_plugin_script(file) ? read_script_manifest(file) : read_manifest(file));
   std::error_code error;
   if (!fs::exists(manifest->library, error))
-    refuse(file.string() + ": its library " + manifest->library.string() +
+    reject(file.string() + ": its library " + manifest->library.string() +
            " does not exist; build the plugin, or correct 'library'");
   if (plugin.extension() == ".so" && !same_file(manifest->library, absolute_path(plugin)))
-    refuse(plugin.string() + " is not the library named in " + file.string() + " (" + manifest->library.string() + ")");
+    reject(plugin.string() + " is not the library named in " + file.string() + " (" + manifest->library.string() + ")");
 
   std::vector<std::string> names = {manifest->id};
   for (const Preset& preset : manifest->presets) names.push_back(preset.id);
@@ -142,7 +142,7 @@ std::shared_ptr<const Manifest> Catalog::add_plugin(const fs::path& plugin) {
     if (!same_namespace(known->kind, manifest->kind)) continue;
     for (const std::string& name : names)
       if (normalised_name(known->id) == normalised_name(name) || known->preset(name))
-        refuse(file.string() + ": the " + namespace_name(manifest->kind) + " '" + name + "' already exists in " +
+        reject(file.string() + ": the " + namespace_name(manifest->kind) + " '" + name + "' already exists in " +
                known->folder.string() + "; rename one of them ('-' equals '_')");
   }
   plugins_.push_back(manifest);
@@ -244,7 +244,7 @@ Catalog::Found Catalog::find(Kind kind, const std::string& id_or_path, const fs:
       try {
         found = find(kind, use.get<std::string>(), path.parent_path(), false);
       } catch (const Error& problem) {
-        if (problem.kind() == ErrorKind::plugin_refused) throw;
+        if (problem.kind() == ErrorKind::plugin_rejected) throw;
         complain(problem.what());
       }
       if (found.plugin->document.empty()) complain("'" + found.plugin->id + "' does not take documents");

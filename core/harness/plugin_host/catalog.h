@@ -29,7 +29,7 @@ Choice with_changes(const Choice& choice, const Json& changes);
 
 class Catalog {
  public:
-  // Adds a plugin: its folder, library, Python script or manifest. Throws Error(plugin_refused), also
+  // Adds a plugin: its folder, library, Python script or manifest. Throws Error(plugin_rejected), also
   // when an id or preset of the same namespace (scenes; noise levels; algorithms) exists already.
   // Adding the same folder again has no effect.
   std::shared_ptr<const Manifest> add(const std::filesystem::path& plugin);
@@ -55,7 +55,7 @@ class Catalog {
   Choice resolve(Kind kind, const std::string& id_or_path, const Json& given, const std::filesystem::path& relative_to,
                  std::vector<Problem>& problems);
 
-  // The same outside of a suite; throws Error(bad_input or plugin_refused).
+  // The same outside of a suite; throws Error(bad_input or plugin_rejected).
   Choice resolve_or_throw(Kind kind, const std::string& id_or_path, const Json& given = {});
 
   // The plugin that resolve() would choose, for any parameters; null after a mistake, which resolve() reports.

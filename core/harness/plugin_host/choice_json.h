@@ -8,7 +8,8 @@ namespace relign::plugin_host {
 
 Json to_json(const Choice& choice);
 
-// Throws Error(plugin_refused) when the manifest cannot be read, Error(internal) when `json` did not come from to_json.
+// Throws Error(plugin_rejected) when the manifest cannot be read, Error(internal) when `json` did not come from
+// to_json.
 Choice choice_from_json(const Json& json);
 
 // The effective parameters as results record them, equal on every machine: a file is given by its name (relative to the

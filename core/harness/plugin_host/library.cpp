@@ -22,9 +22,9 @@ std::string abi_text(std::uint32_t major, std::uint32_t minor) {
 
 const std::string kSupported = abi_text(RELIGN_ABI_MAJOR, RELIGN_ABI_MINOR);
 
-[[noreturn]] void refuse(const Manifest& manifest, const std::string& why, const std::string& built_for,
-                         const std::string& what_to_do, const std::string& supported = kSupported) {
-  throw Error(ErrorKind::plugin_refused,
+[[noreturn]] void reject_library(const Manifest& manifest, const std::string& why, const std::string& built_for,
+                                 const std::string& what_to_do, const std::string& supported = kSupported) {
+  throw Error(ErrorKind::plugin_rejected,
               "plugin '" + manifest.id + "' refused: " + why + "\n  library:    " + manifest.library.string() +
                   "\n  built for:  " + built_for + "\n  supported:  " + supported + "\n  what to do: " + what_to_do);
 }
@@ -38,32 +38,33 @@ std::string build_text(const relign_plugin_description& entry) {
 // Checks a plugin's description, in an order that never reads beyond struct_size.
 void check_description(const Manifest& manifest, const relign_plugin_description& entry) {
   if (!RELIGN_HAS_MEMBER(&entry, min_host_minor))
-    refuse(manifest, "its description has only " + std::to_string(entry.struct_size) + " bytes", "unknown",
-           "rebuild it with relign_add_plugin and RELIGN_PLUGIN");
+    reject_library(manifest, "its description has only " + std::to_string(entry.struct_size) + " bytes", "unknown",
+                   "rebuild it with relign_add_plugin and RELIGN_PLUGIN");
   const bool fits = entry.abi_major == RELIGN_ABI_MAJOR && entry.min_host_minor <= RELIGN_ABI_MINOR;
   if (!fits) {
     const bool newer = entry.abi_major > RELIGN_ABI_MAJOR ||
                        (entry.abi_major == RELIGN_ABI_MAJOR &&
                         std::max(entry.abi_minor, entry.min_host_minor) > static_cast<std::uint32_t>(RELIGN_ABI_MINOR));
-    refuse(manifest, "it was built for another version of the plugin interface",
-           build_text(entry) + ", needs a host of at least " + std::to_string(entry.abi_major) + "." +
-               std::to_string(entry.min_host_minor),
-           newer ? "update relign-bench, or rebuild the plugin with the relign/plugin.h of this version"
-                 : "rebuild the plugin with the relign/plugin.h of this version");
+    reject_library(manifest, "it was built for another version of the plugin interface",
+                   build_text(entry) + ", needs a host of at least " + std::to_string(entry.abi_major) + "." +
+                       std::to_string(entry.min_host_minor),
+                   newer ? "update relign-bench, or rebuild the plugin with the relign/plugin.h of this version"
+                         : "rebuild the plugin with the relign/plugin.h of this version");
   }
   if (!RELIGN_HAS_MEMBER(&entry, get_interface) || !entry.manifest_json || !entry.get_interface)
-    refuse(manifest, "its description is incomplete (" + std::to_string(entry.struct_size) + " bytes)",
-           build_text(entry), "rebuild it with relign_add_plugin and RELIGN_PLUGIN");
+    reject_library(manifest, "its description is incomplete (" + std::to_string(entry.struct_size) + " bytes)",
+                   build_text(entry), "rebuild it with relign_add_plugin and RELIGN_PLUGIN");
   if (manifest.text != entry.manifest_json)
-    refuse(manifest, "the manifest in " + manifest.folder.string() + " differs from the one inside the library",
-           build_text(entry), "build the plugin again: relign_add_plugin embeds the manifest and copies it beside",
-           kSupported + ", with both manifests equal byte for byte");
+    reject_library(manifest, "the manifest in " + manifest.folder.string() + " differs from the one inside the library",
+                   build_text(entry),
+                   "build the plugin again: relign_add_plugin embeds the manifest and copies it beside",
+                   kSupported + ", with both manifests equal byte for byte");
 }
 
 const relign_plugin_description* open_library(const Manifest& manifest, const std::filesystem::path& file) {
   if (const std::string problem = check_shared_library(file); !problem.empty())
-    refuse(manifest, problem, "unknown", "build or copy the library again",
-           "shared libraries (ELF) for this machine's processor");
+    reject_library(manifest, problem, "unknown", "build or copy the library again",
+                   "shared libraries (ELF) for this machine's processor");
   void* library = nullptr;
   {
     const FloatingPointGuard guard(manifest.id);  // loading a library linked with -ffast-math changes the state
@@ -73,15 +74,15 @@ const relign_plugin_description* open_library(const Manifest& manifest, const st
     const char* reason = ::dlerror();
     const std::string text = reason ? reason : "no reason given";
     const bool symbol = text.find("undefined symbol") != std::string::npos;
-    refuse(manifest, "the system cannot load the library: " + text, "unknown",
-           symbol ? "link the library that defines the symbol into the plugin (LIBRARIES of relign_add_plugin)"
-                  : "install the library it needs, or build the plugin again on this machine");
+    reject_library(manifest, "the system cannot load the library: " + text, "unknown",
+                   symbol ? "link the library that defines the symbol into the plugin (LIBRARIES of relign_add_plugin)"
+                          : "install the library it needs, or build the plugin again on this machine");
   }
   // Never closed, even if refused: code of the library may still be referenced.
   const void* symbol = ::dlsym(library, RELIGN_PLUGIN_ENTRY_SYMBOL);
   if (!symbol)
-    refuse(manifest, "the library does not export " RELIGN_PLUGIN_ENTRY_SYMBOL, "unknown",
-           "end its main file with RELIGN_PLUGIN(YourClass) and build it with relign_add_plugin");
+    reject_library(manifest, "the library does not export " RELIGN_PLUGIN_ENTRY_SYMBOL, "unknown",
+                   "end its main file with RELIGN_PLUGIN(YourClass) and build it with relign_add_plugin");
   return static_cast<const relign_plugin_description*>(symbol);
 }
 
@@ -94,8 +95,8 @@ const relign_plugin_description& load_library(const Manifest& manifest) {
   std::error_code error;
   const std::filesystem::path file = std::filesystem::canonical(manifest.library, error);
   if (error)
-    refuse(manifest, "cannot find its library (" + error.message() + ")", "unknown",
-           "build the plugin, or correct 'library' in its manifest");
+    reject_library(manifest, "cannot find its library (" + error.message() + ")", "unknown",
+                   "build the plugin, or correct 'library' in its manifest");
   const std::lock_guard<std::mutex> lock(mutex);
   const auto known = loaded->find(file);
   const relign_plugin_description* entry = known != loaded->end() ? known->second : open_library(manifest, file);
@@ -115,25 +116,25 @@ const void* plugin_interface(const Manifest& manifest, const char* interface_id,
     }
   }
   if (!table)
-    refuse(manifest,
-           std::string("the manifest has the kind ") + kind_name(manifest.kind) + ", but the library offers no " +
-               interface_id,
-           build_text(entry), "derive the class in RELIGN_PLUGIN from the base of its kind, or correct 'kind'",
-           interface_id);
+    reject_library(manifest,
+                   std::string("the manifest has the kind ") + kind_name(manifest.kind) +
+                       ", but the library offers no " + interface_id,
+                   build_text(entry), "derive the class in RELIGN_PLUGIN from the base of its kind, or correct 'kind'",
+                   interface_id);
   std::uint32_t size = 0;
   std::memcpy(&size, table, sizeof size);
   if (size < required_size)
-    refuse(manifest,
-           std::string("its table ") + interface_id + " has " + std::to_string(size) + " bytes; expected at least " +
-               std::to_string(required_size),
-           build_text(entry), "rebuild the plugin with the relign/plugin.h of this version");
+    reject_library(manifest,
+                   std::string("its table ") + interface_id + " has " + std::to_string(size) +
+                       " bytes; expected at least " + std::to_string(required_size),
+                   build_text(entry), "rebuild the plugin with the relign/plugin.h of this version");
   return table;
 }
 
 void require_function(const Manifest& manifest, const char* interface_id, const char* name, bool present) {
   if (present) return;
-  refuse(manifest, std::string("its table ") + interface_id + " has no function '" + name + "'",
-         build_text(load_library(manifest)), "set every function that plugin.h does not mark as optional");
+  reject_library(manifest, std::string("its table ") + interface_id + " has no function '" + name + "'",
+                 build_text(load_library(manifest)), "set every function that plugin.h does not mark as optional");
 }
 
 std::string check_shared_library(const std::filesystem::path& file) {

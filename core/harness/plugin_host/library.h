@@ -13,14 +13,14 @@
 namespace relign::plugin_host {
 
 // The library's description. Loads the library at the first call; it is never unloaded. Throws
-// Error(plugin_refused). Thread-safe.
+// Error(plugin_rejected). Thread-safe.
 const relign_plugin_description& load_library(const Manifest& manifest);
 
 // The table of functions of one interface, of which the plugin must have filled at least `required_size` bytes.
-// Throws Error(plugin_refused).
+// Throws Error(plugin_rejected).
 const void* plugin_interface(const Manifest& manifest, const char* interface_id, std::size_t required_size);
 
-// Throws Error(plugin_refused) when a mandatory function of the interface is missing.
+// Throws Error(plugin_rejected) when a mandatory function of the interface is missing.
 void require_function(const Manifest& manifest, const char* interface_id, const char* name, bool present);
 
 // Why the file cannot be a complete shared library for this machine; empty if it can. The system's loader does not

@@ -13,7 +13,7 @@
 
 namespace relign::plugin_host {
 
-// The table of functions of one interface, complete up to `destroy`. Throws Error(plugin_refused).
+// The table of functions of one interface, complete up to `destroy`. Throws Error(plugin_rejected).
 template <class Table>
 const Table& table_of(const Manifest& manifest, const char* interface_id) {
   const auto* table = static_cast<const Table*>(

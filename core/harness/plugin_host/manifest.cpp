@@ -10,7 +10,7 @@
 
 #include "base/inside.h"
 #include "base/text.h"
-#include "plugin_host/preparation.h"
+#include "plugin_host/pretraining.h"
 #include "plugin_host/training.h"
 
 namespace relign::plugin_host {
@@ -38,9 +38,9 @@ struct NamedKnowledge {
   std::uint32_t bit;
   const char* name;
 };
-constexpr NamedKnowledge kKnowledge[] = {{RELIGN_KNOWS_IMAGES, "images"}, {RELIGN_KNOWS_MERIT, "merit"},
-                                         {RELIGN_KNOWS_START, "start"},   {RELIGN_KNOWS_BOX, "box"},
-                                         {RELIGN_KNOWS_DESIGN, "design"}, {RELIGN_KNOWS_LEVEL, "level"}};
+constexpr NamedKnowledge kObservations[] = {{RELIGN_OBSERVES_IMAGES, "images"}, {RELIGN_OBSERVES_MERIT, "merit"},
+                                            {RELIGN_OBSERVES_START, "start"},   {RELIGN_OBSERVES_BOX, "box"},
+                                            {RELIGN_OBSERVES_DESIGN, "design"}, {RELIGN_OBSERVES_LEVEL, "level"}};
 
 template <class Table>
 std::vector<std::string> names_of(const Table& table) {
@@ -58,9 +58,9 @@ std::string check_id(const std::string& id) {
       !id.empty() && id.size() <= 64 && plain(id[0]) && std::all_of(id.begin(), id.end(), [&](char letter) {
         return plain(letter) || letter == '-' || letter == '_' || letter == '.';
       });
-  return fits ? ""
-              : "expected 1 to 64 letters, digits, '-', '_' or '.', starting with a letter or digit, found '" + id +
-                    "'";
+  return fits
+             ? ""
+             : "expected 1 to 64 letters, digits, '-', '_' or '.', starting with a letter or digit, found '" + id + "'";
 }
 
 std::vector<std::string> read_texts(ObjectReader& reader, const std::string& key, bool may_repeat = false) {
@@ -108,7 +108,7 @@ Parameter read_one_parameter(const JsonSource& source, const std::string& pointe
   parameter.unit = reader.string("unit", "");
   parameter.description = reader.string("description", "");
   if (const Json* value = reader.get("default")) parameter.default_value = *value;
-  reader.refuse_unknown();
+  reader.reject_unknown();
   if (problems.size() == problems_before && !parameter.default_value.is_null())
     if (const std::string wrong = check_parameter(parameter, parameter.default_value); !wrong.empty())
       reader.complain("default", wrong);
@@ -183,25 +183,25 @@ void read_presets(const JsonSource& source, ObjectReader& reader, Manifest& mani
     preset.id = id;
     preset.summary = one.string("summary", "");
     preset.parameters = read_preset_parameters(one, manifest, pointer, source, problems);
-    one.refuse_unknown();
+    one.reject_unknown();
     manifest.presets.push_back(std::move(preset));
   }
 }
 
 void read_knowledge(ObjectReader& reader, Manifest& manifest) {
-  const bool named = reader.has("knows");
-  manifest.knows = read_texts(reader, "knows");
+  const bool named = reader.has("observes");
+  manifest.observes = read_texts(reader, "observes");
   manifest.oracle = reader.boolean("oracle", false);
-  for (const std::string& entry : manifest.knows)
-    if (std::none_of(std::begin(kKnowledge), std::end(kKnowledge),
+  for (const std::string& entry : manifest.observes)
+    if (std::none_of(std::begin(kObservations), std::end(kObservations),
                      [&](const NamedKnowledge& known) { return entry == known.name; }))
-      reader.complain("knows", "unknown entry '" + entry + "'" + suggestion(entry, names_of(kKnowledge)));
+      reader.complain("observes", "unknown entry '" + entry + "'" + suggestion(entry, names_of(kObservations)));
   if (!is_algorithm(manifest.kind)) {
-    if (named) reader.complain("knows", "only optimizers and agents declare observations");
+    if (named) reader.complain("observes", "only optimizers and agents declare observations");
     if (manifest.oracle) reader.complain("oracle", "only optimizers and agents can be oracles");
   } else if (manifest.oracle &&
-             std::find(manifest.knows.begin(), manifest.knows.end(), "start") == manifest.knows.end()) {
-    reader.complain("oracle", "an oracle gets the true start; add \"start\" to \"knows\"");
+             std::find(manifest.observes.begin(), manifest.observes.end(), "start") == manifest.observes.end()) {
+    reader.complain("oracle", "an oracle gets the true start; add \"start\" to \"observes\"");
   }
 }
 
@@ -215,7 +215,7 @@ void read_way_to_run(ObjectReader& reader, Manifest& manifest) {
   const std::string library = reader.string("library", manifest.id + ".so");
   if (library.empty()) reader.complain("library", "expected the library's file name");
   manifest.library = (manifest.folder / library).lexically_normal();
-  if (!library.empty() && !lies_inside(manifest.library, manifest.folder))
+  if (!library.empty() && !is_inside(manifest.library, manifest.folder))
     reader.complain("library", "found '" + library + "'" + kOneFolder);
   if (!reader.has("command")) return;
   if (manifest.command.empty()) reader.complain("command", "expected a program and its arguments");
@@ -230,7 +230,7 @@ void read_way_to_run(ObjectReader& reader, Manifest& manifest) {
     // The program itself may be outside of the folder: "/usr/bin/python3".
     const bool is_systems = std::exchange(is_program, false) && !word.empty() && word.front() == '/';
     if (!is_file || is_systems) continue;
-    if (!lies_inside(file, manifest.folder)) reader.complain("command", "found '" + word + "'" + kOneFolder);
+    if (!is_inside(file, manifest.folder)) reader.complain("command", "found '" + word + "'" + kOneFolder);
     if (!std::exchange(found, true)) manifest.library = file;
   }
 }
@@ -290,10 +290,10 @@ Manifest read_checked(const JsonSource& source, const std::filesystem::path& fil
     else
       manifest.document = parameter->name;
   }
-  read_preparation(source, reader, manifest, problems);
+  read_pretraining(source, reader, manifest, problems);
   check_training(source, reader, manifest, problems);
   manifest.check = read_check(reader, manifest);
-  reader.refuse_unknown();
+  reader.reject_unknown();
   return manifest;
 }
 
@@ -323,10 +323,10 @@ const Preset* Manifest::preset(const std::string& wanted) const {
   return nullptr;
 }
 
-std::uint32_t Manifest::knows_bits() const {
+std::uint32_t Manifest::observed_bits() const {
   std::uint32_t bits = 0;
-  for (const NamedKnowledge& known : kKnowledge)
-    if (std::find(knows.begin(), knows.end(), known.name) != knows.end()) bits |= known.bit;
+  for (const NamedKnowledge& known : kObservations)
+    if (std::find(observes.begin(), observes.end(), known.name) != observes.end()) bits |= known.bit;
   return bits;
 }
 
@@ -341,7 +341,7 @@ Manifest read_or_refuse(const std::filesystem::path& file, Read&& read) {
     throw_if_any(problems);
     return manifest;
   } catch (const Error& error) {
-    throw Error(ErrorKind::plugin_refused, error.what());
+    throw Error(ErrorKind::plugin_rejected, error.what());
   }
 }
 

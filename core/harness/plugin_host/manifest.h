@@ -3,7 +3,7 @@
 //
 // {
 //   "id": "compass", "kind": "optimizer", "summary": "One sentence.",
-//   "knows": ["merit", "box"],
+//   "observes": ["merit", "box"],
 //   "parameters": {"first_stride": {"type": "number", "default": 0.1, "minimum": 0.001, "maximum": 0.5,
 //                                   "unit": "share of the travel", "description": "..."}},
 //   "presets": {"compass-wide": {"summary": "...", "parameters": {"first_stride": 0.3}}},
@@ -63,12 +63,12 @@ struct Manifest {
   std::string summary;
   std::vector<Parameter> parameters;
   std::vector<Preset> presets;
-  std::vector<std::string> knows;  // images, merit, start, box, design, level
+  std::vector<std::string> observes;  // images, merit, start, box, design, level
   bool oracle = false;
   std::string reproducible = "anywhere";  // or "this_cpu"
   std::string license;
   std::string citation;
-  Json prepare;          // {"sources": ..., "steps": ...}, checked; null: no pretraining (preparation.h)
+  Json prepare;          // {"sources": ..., "steps": ...}, checked; null: no pretraining (pretraining.h)
   Json check;            // object of parameters, only for the conformance checks
   std::string document;  // name of the file parameter that a path with "use" fills; empty: none
 
@@ -81,10 +81,10 @@ struct Manifest {
 
   const Parameter* parameter(const std::string& name) const;  // null when there is none
   const Preset* preset(const std::string& id) const;          // `-` equals `_`
-  std::uint32_t knows_bits() const;                           // RELIGN_KNOWS_*
+  std::uint32_t observed_bits() const;                        // RELIGN_OBSERVES_*
 };
 
-// Reads and checks a manifest file. Throws Error(plugin_refused) that lists every mistake.
+// Reads and checks a manifest file. Throws Error(plugin_rejected) that lists every mistake.
 Manifest read_manifest(const std::filesystem::path& file);
 // The same for the text of a manifest; `file` is its place in messages.
 Manifest read_manifest_text(const std::string& text, const std::filesystem::path& file);

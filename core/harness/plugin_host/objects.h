@@ -46,7 +46,7 @@ class PluginEnded : public Error {
 class Algorithm {
  public:
   // Loads the library if needed and creates the object; or starts the plugin's process. Throws Error:
-  // plugin_refused when the library cannot be loaded, its ABI or manifest does not match, or the command
+  // plugin_rejected when the library cannot be loaded, its ABI or manifest does not match, or the command
   // cannot be started; plugin_failed when the handshake or create fails.
   Algorithm(const Choice& choice, const HostServices& services);
   ~Algorithm();
@@ -56,7 +56,7 @@ class Algorithm {
   // Runs one whole trial. Throws Error(plugin_failed) when the plugin reports a failure. An exception
   // from a function of `trial` does not pass through the plugin: the plugin gets RELIGN_STOP, and the
   // exception is rethrown here. Functions of `trial` run with the host's floating-point state.
-  void run(const relign_conversation& trial);
+  void run(const relign_trial& trial);
 
  private:
   struct Implementation;

@@ -13,19 +13,19 @@ struct NamedBit {
   std::uint32_t bit;
   const char* name;
 };
-constexpr NamedBit kKnowledge[] = {{RELIGN_KNOWS_IMAGES, "images"}, {RELIGN_KNOWS_MERIT, "merit"},
-                                   {RELIGN_KNOWS_START, "start"},   {RELIGN_KNOWS_BOX, "box"},
-                                   {RELIGN_KNOWS_DESIGN, "design"}, {RELIGN_KNOWS_LEVEL, "level"}};
+constexpr NamedBit kObservationNames[] = {{RELIGN_OBSERVES_IMAGES, "images"}, {RELIGN_OBSERVES_MERIT, "merit"},
+                                          {RELIGN_OBSERVES_START, "start"},   {RELIGN_OBSERVES_BOX, "box"},
+                                          {RELIGN_OBSERVES_DESIGN, "design"}, {RELIGN_OBSERVES_LEVEL, "level"}};
 
 // Not by a JSON library: doubles need their canonical text here, and a step should cost microseconds.
 std::string run_line(const relign_task& task) {
   Json known = Json::array();
-  for (const NamedBit& entry : kKnowledge)
-    if (task.knows & entry.bit) known.push_back(entry.name);
+  for (const NamedBit& entry : kObservationNames)
+    if (task.observes & entry.bit) known.push_back(entry.name);
   std::string line = R"({"message":"run","task":{"axes":)";
   line.append(task.axes_json.data, static_cast<std::size_t>(task.axes_json.size));
   line += ",\"budget\":" + std::to_string(task.budget) + ",\"seed\":" + std::to_string(task.seed) +
-          ",\"knows\":" + known.dump() + ",\"largest_move\":";
+          ",\"observes\":" + known.dump() + ",\"largest_move\":";
   append_number(line, task.largest_move);
   if (task.box_lower && task.box_upper) {
     line += ",\"box\":{\"lower\":";
@@ -45,7 +45,7 @@ std::string run_line(const relign_task& task) {
 ProcessAlgorithm::ProcessAlgorithm(const Choice& choice, const HostServices& services)
     : plugin_(choice, services), pixels_(plugin_.pixel_file()) {}
 
-void ProcessAlgorithm::begin(const relign_conversation& trial) {
+void ProcessAlgorithm::begin(const relign_trial& trial) {
   const relign_task& task = *trial.task;
   axes_ = task.axes;
   image_bytes_ = std::size_t{task.image_width} * task.image_height * sizeof(float);
@@ -54,7 +54,7 @@ void ProcessAlgorithm::begin(const relign_conversation& trial) {
   plugin_.send_line(run_line(task), kRun);
 }
 
-void ProcessAlgorithm::run(const relign_conversation& trial) {
+void ProcessAlgorithm::run(const relign_trial& trial) {
   begin(trial);
   Deadline stop_deadline;
   std::string late = "it did not return in time after a stop";
@@ -69,7 +69,7 @@ void ProcessAlgorithm::run(const relign_conversation& trial) {
   }
 }
 
-relign_status ProcessAlgorithm::answer(const Json& request, const relign_conversation& trial) {
+relign_status ProcessAlgorithm::answer(const Json& request, const relign_trial& trial) {
   const std::string& name = request["message"].get_ref<const std::string&>();
   relign_observation observation{};
   observation.struct_size = sizeof observation;
@@ -126,7 +126,7 @@ void ProcessAlgorithm::send_observation(const relign_observation& observation) {
 }
 
 // Places O* behind the image of the latest observation.
-relign_status ProcessAlgorithm::share_reference(const relign_conversation& trial) {
+relign_status ProcessAlgorithm::share_reference(const relign_trial& trial) {
   const relign_text id = {RELIGN_SERVICE_REFERENCE, std::strlen(RELIGN_SERVICE_REFERENCE)};
   const void* service = image_bytes_ > 0 && trial.get_service ? trial.get_service(trial.context, id) : nullptr;
   if (!service) return RELIGN_UNSUPPORTED;

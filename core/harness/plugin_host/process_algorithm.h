@@ -21,14 +21,14 @@ class ProcessAlgorithm {
   ProcessAlgorithm& operator=(const ProcessAlgorithm&) = delete;
 
   // Throws Error(plugin_failed), or what a function of `trial` threw.
-  void run(const relign_conversation& trial);
+  void run(const relign_trial& trial);
 
  private:
-  void begin(const relign_conversation& trial);
+  void begin(const relign_trial& trial);
   // Answers one request. Returns the status of the trial's function.
-  relign_status answer(const Json& request, const relign_conversation& trial);
+  relign_status answer(const Json& request, const relign_trial& trial);
   void send_observation(const relign_observation& observation);
-  relign_status share_reference(const relign_conversation& trial);
+  relign_status share_reference(const relign_trial& trial);
   void share(const relign_image& image, std::size_t offset_bytes);
 
   ProcessPlugin plugin_;

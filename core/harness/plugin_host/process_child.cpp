@@ -37,8 +37,8 @@ constexpr std::size_t kMaxOutputLineBytes = 1 << 16;         // passed on in one
 
 [[noreturn]] void cannot_start(const std::vector<std::string>& command, int code) {
   const std::string name = command.empty() ? "" : command.front();
-  throw Error(ErrorKind::plugin_refused, "cannot start '" + name + "': " + std::strerror(code) +
-                                             (code == ENOENT ? "; install it, or correct \"command\"" : ""));
+  throw Error(ErrorKind::plugin_rejected, "cannot start '" + name + "': " + std::strerror(code) +
+                                              (code == ENOENT ? "; install it, or correct \"command\"" : ""));
 }
 
 // A close-on-exec copy whose number does not collide with those of the child.

@@ -55,7 +55,7 @@ class ChildProcess {
     double seconds_after_stop = 5;
     std::function<void(const std::string& line)> on_output;  // each line of its stdout and stderr; may be empty
   };
-  // Throws Error(plugin_refused) when the system cannot start the command.
+  // Throws Error(plugin_rejected) when the system cannot start the command.
   explicit ChildProcess(Options options);
   ~ChildProcess();  // kills the rest of the group
   ChildProcess(const ChildProcess&) = delete;

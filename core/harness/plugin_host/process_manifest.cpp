@@ -47,8 +47,8 @@ Json hashes_of(const Json& names, const fs::path& folder) {
 // Runs the script for its manifest: a JSON object on one line.
 std::string run_for_manifest(const fs::path& script) {
   const auto refuse = [&](const std::string& message) {
-    throw Error(ErrorKind::plugin_refused, script.string() + " is not a plugin: `" + interpreter() + " " +
-                                               script.filename().string() + " --manifest` failed: " + message);
+    throw Error(ErrorKind::plugin_rejected, script.string() + " is not a plugin: `" + interpreter() + " " +
+                                                script.filename().string() + " --manifest` failed: " + message);
   };
   ChildProcess::Options options;
   options.command = {interpreter(), script.filename().string(), "--manifest"};
@@ -105,9 +105,9 @@ std::string cached_text(const fs::path& kept, const fs::path& folder) {
   }
 }
 
-// Sorted, because the order of "knows" has no meaning.
+// Sorted, because the order of "observes" has no meaning.
 Json knowledge(const Json& manifest) {
-  Json words = manifest.value("knows", Json::array());
+  Json words = manifest.value("observes", Json::array());
   if (words.is_array()) std::sort(words.begin(), words.end());
   return words;
 }
@@ -130,7 +130,7 @@ std::string manifest_difference(const Manifest& stated, const Json& sent) {
            " in the class" + advice;
   };
   if (kind_of(manifest) != kind_of(sent)) return differ("'kind'", member(manifest, "kind"), member(sent, "kind"));
-  if (knowledge(manifest) != knowledge(sent)) return differ("'knows'", knowledge(manifest), knowledge(sent));
+  if (knowledge(manifest) != knowledge(sent)) return differ("'observes'", knowledge(manifest), knowledge(sent));
   const Json ours = manifest.value("parameters", Json::object());
   const Json theirs = sent.value("parameters", Json::object());
   if (!theirs.is_object()) return "expected an object 'parameters' in its manifest, found " + theirs.dump();
@@ -165,7 +165,7 @@ Manifest read_script_manifest(const fs::path& script) {
   try {
     content = read_file(script) + relign_bench_text();
   } catch (const Error& error) {
-    throw Error(ErrorKind::plugin_refused, error.what());
+    throw Error(ErrorKind::plugin_rejected, error.what());
   }
   const fs::path cache = cache_folder();
   const fs::path kept =

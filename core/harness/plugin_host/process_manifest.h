@@ -13,7 +13,7 @@ bool is_plugin_script(const std::filesystem::path& path);
 
 // Runs the script for its manifest, or reads it from the cache folder, where it is stored under the hash of the file
 // and of relign_bench. A cached manifest is valid while the modules that the script imported from its own folder are
-// unchanged. Their hashes are part of the manifest's text, and therefore of plugin_hash. Throws Error(plugin_refused).
+// unchanged. Their hashes are part of the manifest's text, and therefore of plugin_hash. Throws Error(plugin_rejected).
 Manifest read_script_manifest(const std::filesystem::path& script);
 
 // The same from the text that the script printed, which is Manifest::text of such a plugin; runs nothing.

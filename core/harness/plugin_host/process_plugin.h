@@ -35,8 +35,8 @@ std::vector<std::string> process_environment();
 
 class ProcessPlugin {
  public:
-  // Starts the command, performs the handshake and sends the parameters. Throws Error: plugin_refused when it cannot be
-  // started, plugin_failed when the handshake or create fails.
+  // Starts the command, performs the handshake and sends the parameters. Throws Error: plugin_rejected when it cannot
+  // be started, plugin_failed when the handshake or create fails.
   ProcessPlugin(const Choice& choice, const HostServices& services);
   ~ProcessPlugin();  // sends "bye" unless it failed, and ends the process
   ProcessPlugin(const ProcessPlugin&) = delete;

@@ -92,7 +92,7 @@ Json to_json(const relign_observation* observation, std::uint32_t axes) {
 
 }  // namespace
 
-ProcessServices::ProcessServices(const relign_conversation& trial, SharedPixels& pixels, std::size_t image_bytes)
+ProcessServices::ProcessServices(const relign_trial& trial, SharedPixels& pixels, std::size_t image_bytes)
     : trial_(trial), pixels_(pixels), image_bytes_(image_bytes) {}
 
 Json ProcessServices::answer(const Json& request) {
@@ -104,7 +104,7 @@ Json ProcessServices::answer(const Json& request) {
   if (asked && id == RELIGN_SERVICE_RUN) return ask_run(request, *static_cast<const relign_run_service*>(asked));
   if (asked && id == RELIGN_SERVICE_MODEL) return ask_model(request, *static_cast<const relign_model_service*>(asked));
   if (asked && id == RELIGN_SERVICE_PREPARED)
-    return ask_prepared(request, *static_cast<const relign_prepared_service*>(asked));
+    return ask_prepared(request, *static_cast<const relign_pretraining_service*>(asked));
   return unsupported("'" + id + "'");
 }
 
@@ -202,11 +202,11 @@ Json ProcessServices::ask_lens(const Json& request, const relign_model_service& 
 // ---- prepared ---------------------------------------------------------------------------------
 
 // The data (any bytes) are in the shared file behind the model's pixels, so that neither overwrites the other.
-Json ProcessServices::ask_prepared(const Json& request, const relign_prepared_service& prepared) {
+Json ProcessServices::ask_prepared(const Json& request, const relign_pretraining_service& prepared) {
   const std::string call = text_of(request, "call");
   if (call == "source")
     return {{"message", "result"},
-            {"preparing", prepared.preparing != 0},
+            {"active", prepared.active != 0},
             {"source", prepared.source},
             {"sources", prepared.sources}};
   if (call != "load" && call != "room" && call != "save") return unsupported("'" + call + "'");
@@ -228,7 +228,7 @@ Json ProcessServices::ask_prepared(const Json& request, const relign_prepared_se
   const auto bytes = whole_number(request, "bytes");
   if (!bytes) return no_whole_number("bytes");
   if (call == "room") {
-    if (!prepared.preparing) return refused("cannot save in a benchmark trial, only in pretraining");
+    if (!prepared.active) return refused("cannot save in a benchmark trial, only in pretraining");
     if (*bytes > kMaxDataBytes) return refused("found " + std::to_string(*bytes) + " bytes; expected at most 1 GiB");
     if (!pixels_.grow(offset + *bytes)) return {{"message", "failed"}, {"text", kNoMemoryForData}};
     data_room_ = *bytes;

@@ -19,7 +19,7 @@ class ProcessServices {
  public:
   // `image_bytes`: size of the latest image at the beginning of `pixels`, and of the reference behind it; 0 when the
   // algorithm does not observe images. `trial` and `pixels` must outlive this object.
-  ProcessServices(const relign_conversation& trial, SharedPixels& pixels, std::size_t image_bytes);
+  ProcessServices(const relign_trial& trial, SharedPixels& pixels, std::size_t image_bytes);
   ProcessServices(const ProcessServices&) = delete;
   ProcessServices& operator=(const ProcessServices&) = delete;
 
@@ -31,10 +31,10 @@ class ProcessServices {
   Json ask_run(const Json& request, const relign_run_service& run);
   Json ask_model(const Json& request, const relign_model_service& model);
   Json ask_lens(const Json& request, const relign_model_service& model, const std::string& call);
-  Json ask_prepared(const Json& request, const relign_prepared_service& prepared);
+  Json ask_prepared(const Json& request, const relign_pretraining_service& prepared);
   const void* service(const char* id) const;  // null when not offered
 
-  const relign_conversation& trial_;
+  const relign_trial& trial_;
   SharedPixels& pixels_;
   std::size_t image_bytes_;
   std::map<std::uint64_t, relign_model_lens*> lenses_;  // by the number that the process uses

@@ -56,9 +56,9 @@ const void* ShieldedServices::shielded(std::string_view id, const void* service)
     return &model_.outer;
   }
   if (id == RELIGN_SERVICE_PREPARED) {
-    using Table = relign_prepared_service;
+    using Table = relign_pretraining_service;
     fill(prepared_, service);
-    prepared_.outer.preparing = prepared_.inner->preparing;
+    prepared_.outer.active = prepared_.inner->active;
     prepared_.outer.source = prepared_.inner->source;
     prepared_.outer.sources = prepared_.inner->sources;
     prepared_.outer.load = pass<Table, &Table::load, const relign_text_sink*>;

@@ -66,7 +66,7 @@ class ShieldedServices {
   Pair<relign_prior_service> prior_;
   Pair<relign_run_service> run_;
   Pair<relign_model_service> model_;
-  Pair<relign_prepared_service> prepared_;
+  Pair<relign_pretraining_service> prepared_;
 };
 
 }  // namespace relign::plugin_host

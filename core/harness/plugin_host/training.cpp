@@ -10,7 +10,7 @@
 namespace relign::plugin_host {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 constexpr std::size_t kMaxSideFileBytes = std::size_t{16} << 20;
 constexpr std::size_t kMaxMachineLength = 200;
 
@@ -99,10 +99,10 @@ void check_training(const JsonSource& source, ObjectReader& reader, const Manife
     return;
   }
   ObjectReader facts(source, "/training", problems);
-  facts.number("hours", 0, 0, kInfinity);
+  facts.number("hours", 0, 0, kUnlimited);
   facts.integer("steps", 0, 0, std::numeric_limits<std::int64_t>::max());
   facts.string("machine", "");
-  facts.refuse_unknown();
+  facts.reject_unknown();
 }
 
 }  // namespace relign::plugin_host

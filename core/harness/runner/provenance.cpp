@@ -142,7 +142,7 @@ Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, co
   Json algorithms = Json::array();
   for (const suites::AlgorithmEntry& entry : suite.algorithms) {
     Json algorithm = common(entry.name, entry.choice);
-    algorithm["knows"] = entry.choice.plugin->knows;
+    algorithm["observes"] = entry.choice.plugin->observes;
     algorithm["oracle"] = suites::is_oracle(entry);
     algorithm["protocol"] = entry.protocol;
     algorithm["merit"] = suites::effective_merit(entry);

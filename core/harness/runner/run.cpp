@@ -15,7 +15,7 @@
 #include "records/results_folder.h"
 #include "runner/bounds.h"
 #include "runner/pictures.h"
-#include "runner/plan_preparation.h"
+#include "runner/plan_pretraining.h"
 #include "runner/provenance.h"
 #include "runner/thread_worker.h"
 #include "runner/trial_queue.h"
@@ -40,14 +40,14 @@ class Run {
         selected_(select_trials(prepared.plan, options.only)),
         writer_(options.results),
         hashes_(hash_libraries(suite_)),
-        learnt_(prepared, preparer_options(), options.worker_program.empty() ? nullptr : in_a_worker()) {}
+        learnt_(prepared, pretrainer_options(), options.worker_program.empty() ? nullptr : in_a_worker()) {}
 
   RunSummary execute() {
     if (writer_.repaired() > 0)
       notify("the previous run ended while writing; half-written trials are dropped and run again");
     // First, because trials made with other pretrained data run again.
     learnt_.prepare(selected_, [this](const std::string& algorithm) { report_progress("pretraining " + algorithm); });
-    preparing_worker_.reset();
+    pretraining_worker_.reset();
     drop_outdated();
     Json manifest = make_manifest(prepared_, hashes_, options_.command, learnt_.to_json());
     const Json before = writer_.read_manifest();
@@ -98,8 +98,8 @@ class Run {
     if (options_.on_progress) options_.on_progress(progress_);
   }
 
-  Preparer::Options preparer_options() {
-    Preparer::Options options;
+  Pretrainer::Options pretrainer_options() {
+    Pretrainer::Options options;
     options.threads = core_count();
     options.cache_folder = options_.cache_folder;
     options.on_message = [this](const std::string& message) { notify(message); };
@@ -108,10 +108,10 @@ class Run {
   }
 
   // Pretrains in one worker process, so that faults of a plugin affect only its own trials.
-  PlanPreparation::Make in_a_worker() {
+  PlanPretraining::Make in_a_worker() {
     return [this](const suites::PlannedTrial& trial) {
-      if (!preparing_worker_) preparing_worker_ = process_worker(core_count(), options_.stop);
-      return preparing_worker_->prepare(trial);
+      if (!pretraining_worker_) pretraining_worker_ = process_worker(core_count(), options_.stop);
+      return pretraining_worker_->prepare(trial);
     };
   }
 
@@ -375,8 +375,8 @@ class Run {
   std::vector<std::size_t> selected_;
   records::ResultsWriter writer_;
   LibraryHashes hashes_;
-  std::unique_ptr<ProcessWorker> preparing_worker_;
-  PlanPreparation learnt_;
+  std::unique_ptr<ProcessWorker> pretraining_worker_;
+  PlanPretraining learnt_;
   std::atomic<bool> halt_{false};
   std::mutex notify_mutex_;
   std::mutex progress_mutex_;  // also guards summary_, failure_ and workers_done_ while workers run

@@ -21,7 +21,7 @@ TrialRunner::Options runner_options(const WorkerOptions& options) {
 ThreadWorker::ThreadWorker(const PreparedPlan& plan, WorkerOptions options)
     : plan_(plan), options_(std::move(options)), runner_(runner_options(options_)) {}
 
-WorkedTrial ThreadWorker::run(const suites::PlannedTrial& trial, const Preparer::Entries* prepared) {
+WorkedTrial ThreadWorker::run(const suites::PlannedTrial& trial, const Pretrainer::Entries* prepared) {
   TrialJob job = make_job(plan_, trial);
   if (prepared) job.prepared = data_of(*prepared);
   const trials::SceneFacts& scene = plan_.scenes[trial.scene];

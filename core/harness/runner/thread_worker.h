@@ -9,7 +9,7 @@ namespace relign::runner {
 class ThreadWorker final : public TrialWorker {
  public:
   ThreadWorker(const PreparedPlan& plan, WorkerOptions options);
-  WorkedTrial run(const suites::PlannedTrial& trial, const Preparer::Entries* prepared) override;
+  WorkedTrial run(const suites::PlannedTrial& trial, const Pretrainer::Entries* prepared) override;
 
  private:
   const PreparedPlan& plan_;

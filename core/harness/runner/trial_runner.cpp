@@ -27,7 +27,7 @@ double plugin_seconds(const records::TrialTimes& times) {
   return seconds;
 }
 
-records::MtfRecord to_record(const std::optional<plugin_host::MountedAssembly::FieldMtf>& mtf) {
+records::MtfRecord mtf_record(const std::optional<plugin_host::MountedAssembly::FieldMtf>& mtf) {
   return mtf ? records::MtfRecord{mtf->centre, mtf->corner} : records::MtfRecord();
 }
 
@@ -36,7 +36,7 @@ std::string key_of(const plugin_host::Choice& choice) {
   return choice.plugin->library.string() + "\n" + choice.identity;
 }
 
-SeedDomain domain_of(const TrialJob& job) { return job.preparing ? SeedDomain::preparation : SeedDomain::benchmark; }
+SeedDomain domain_of(const TrialJob& job) { return job.pretraining ? SeedDomain::pretraining : SeedDomain::benchmark; }
 
 }  // namespace
 
@@ -125,7 +125,7 @@ struct TrialRunner::Bench {
 
   const records::MtfRecord& optimum_mtf(const Optimum& at, double lp_per_mm) {
     if (own_optimum_mtf.first != lp_per_mm)
-      own_optimum_mtf = {lp_per_mm, to_record(assembly->mtf(at.true_pose, lp_per_mm))};
+      own_optimum_mtf = {lp_per_mm, mtf_record(assembly->mtf(at.true_pose, lp_per_mm))};
     return own_optimum_mtf.second;
   }
 
@@ -184,11 +184,11 @@ TrialRunner::Placed TrialRunner::place(const TrialJob& job) {
     bench_->instance = trials::draw_instance(*bench_->level, job.facts, job.suite_seed, domain, job.instance);
     if (!job.facts.owns_stage) {
       bench_->assembly =
-          std::make_unique<plugin_host::MountedAssembly>(on.mount(bench_->instance.variances.elements_json));
+          std::make_unique<plugin_host::MountedAssembly>(on.mount(bench_->instance.perturbations.elements_json));
     }
     bench_->mounted_key = mounted_key;
   }
-  const bool known = bench_->assembly && job.facts.truth && !job.preparing;
+  const bool known = bench_->assembly && job.facts.truth && !job.pretraining;
   return {bench_->instance, bench_->assembly.get(), on.reference(),
           [bench = bench_.get(), known, axes = job.facts.axes.size()] {
             return known ? bench->optimum(axes) : std::nullopt;
@@ -220,7 +220,7 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
     setup.instance = &placed.instance;
     setup.algorithm = &job.algorithm;
     setup.prepared = job.prepared.get();
-    setup.preparing = job.preparing;
+    setup.pretraining = job.pretraining;
     setup.services = services(job.algorithm_name, 1, true);
     setup.protocol = job.protocol;
     setup.merit = job.merit;
@@ -246,12 +246,12 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
       record.glued_mse.push_back(truth.mse);
       record.glued_mse_error.push_back(truth.standard_error);
     }
-    record.mtf = to_record(result.mtf.glued);
-    record.uncured_mtf = to_record(result.mtf.uncured);
-    record.best_mtf = to_record(result.best_mtf.glued);
-    record.best_uncured_mtf = to_record(result.best_mtf.uncured);
-    record.current_mtf = to_record(result.current_mtf.glued);
-    record.current_uncured_mtf = to_record(result.current_mtf.uncured);
+    record.mtf = mtf_record(result.mtf.glued);
+    record.uncured_mtf = mtf_record(result.mtf.uncured);
+    record.best_mtf = mtf_record(result.best_mtf.glued);
+    record.best_uncured_mtf = mtf_record(result.best_mtf.uncured);
+    record.current_mtf = mtf_record(result.current_mtf.glued);
+    record.current_uncured_mtf = mtf_record(result.current_mtf.uncured);
     for (const std::string& change : result.environment_changes)
       record.warnings.push_back(job.algorithm.id + ": " + change);
     add_steps(result.steps, outcome);

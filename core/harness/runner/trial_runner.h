@@ -15,7 +15,7 @@
 #include "runner/run.h"
 #include "runner/trial_log.h"
 #include "trials/instance.h"
-#include "trials/prepared_service.h"
+#include "trials/pretraining_service.h"
 #include "trials/trial.h"
 
 namespace relign::runner {
@@ -36,8 +36,8 @@ struct TrialJob {
   std::uint64_t suite_seed = 1;
   std::uint64_t instance = 0;
   std::shared_ptr<const trials::PreparedByIdentity> prepared = nullptr;  // pretrained data of its algorithms
-  // Not null: pretraining on `instance`, a source instance (preparation.h).
-  trials::Preparing* preparing = nullptr;
+  // Not null: pretraining on `instance`, a source instance (pretraining.h).
+  trials::PretrainingState* pretraining = nullptr;
 };
 
 // The record of a trial before its first step: names, numbers, budget.

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "records/record.h"
-#include "runner/preparation.h"
+#include "runner/pretraining.h"
 #include "runner/run.h"
 
 namespace relign::runner {
@@ -33,7 +33,7 @@ class TrialWorker {
   // `prepared`: pretrained data of the trial's algorithm; may be null. Faults of plugins are in the record; throws
   // Error for failures that concern more than this trial (a library that cannot be loaded, a worker that cannot be
   // started).
-  virtual WorkedTrial run(const suites::PlannedTrial& trial, const Preparer::Entries* prepared) = 0;
+  virtual WorkedTrial run(const suites::PlannedTrial& trial, const Pretrainer::Entries* prepared) = 0;
 };
 
 struct WorkerOptions {

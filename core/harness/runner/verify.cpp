@@ -12,7 +12,7 @@
 #include "base/error.h"
 #include "base/machine.h"
 #include "records/results_folder.h"
-#include "runner/plan_preparation.h"
+#include "runner/plan_pretraining.h"
 #include "runner/provenance.h"
 #include "runner/trial_queue.h"
 #include "runner/trial_runner.h"
@@ -36,7 +36,7 @@ class Replay {
         suite_(prepared.plan.suite),
         recorded_plugins_(std::move(plugins)),
         hashes_(hash_libraries(suite_)),
-        learnt_(prepared, preparer_options()),
+        learnt_(prepared, pretrainer_options()),
         other_cpu_(made_on_another_processor(manifest)) {}
 
   // `places[i]` is the position of trials[i] in the plan.
@@ -65,8 +65,8 @@ class Replay {
   }
 
  private:
-  Preparer::Options preparer_options() const {
-    Preparer::Options options;
+  Pretrainer::Options pretrainer_options() const {
+    Pretrainer::Options options;
     options.threads = core_count();
     options.cache_folder = options_.cache_folder;
     options.on_message = options_.on_message;
@@ -86,7 +86,7 @@ class Replay {
     of(suite_.scenes[trial.scene].choice, found->second.scene);
     of(suite_.levels[trial.level].choice, found->second.noise_level);
     of(suite_.algorithms[trial.algorithm].choice, found->second.algorithm);
-    const Preparer::Entries* entries = learnt_.of(trial);
+    const Pretrainer::Entries* entries = learnt_.of(trial);
     compare("pretrained data of " + suite_.algorithms[trial.algorithm].name, found->second.prepared,
             entries ? runner::hash_of(*entries) : "");
   }
@@ -125,7 +125,7 @@ class Replay {
   void replay(TrialRunner& runner, const ChosenTrial& chosen, const suites::PlannedTrial& trial, std::size_t index,
               VerifySummary& summary, const std::function<void()>& on_done) {
     TrialJob job = make_job(prepared_, trial);
-    if (const Preparer::Entries* entries = learnt_.of(trial)) job.prepared = data_of(*entries);
+    if (const Pretrainer::Entries* entries = learnt_.of(trial)) job.prepared = data_of(*entries);
     const auto show = [&](const trials::Step& step, const float* pixels) {
       if (options_.on_step) options_.on_step(job.facts, step, pixels);
     };
@@ -163,7 +163,7 @@ class Replay {
   const suites::Suite& suite_;
   std::map<std::string, records::PluginHashes> recorded_plugins_;
   LibraryHashes hashes_;
-  PlanPreparation learnt_;
+  PlanPretraining learnt_;
   bool other_cpu_;
   std::mutex mutex_;  // guards the members below and the summary
   std::vector<std::optional<ReplayDifference>> found_;

@@ -66,7 +66,7 @@ struct VerifySummary {
 };
 
 // Throws Error: bad_input for a folder that is not a results folder, newer or damaged, a suite that can no longer be
-// read, and a trial that does not exist or cannot be replayed; plugin_refused; io.
+// read, and a trial that does not exist or cannot be replayed; plugin_rejected; io.
 VerifySummary verify(const VerifyOptions& options, plugin_host::Catalog& catalog);
 
 }  // namespace relign::runner

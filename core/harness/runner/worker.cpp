@@ -23,7 +23,7 @@
 
 #include "plugin_host/process_session.h"
 #include "runner/pictures.h"
-#include "runner/preparation.h"
+#include "runner/pretraining.h"
 #include "runner/trial_journal.h"
 #include "runner/trial_runner.h"
 #include "runner/worker_plan.h"
@@ -188,13 +188,13 @@ class Worker {
                        {"own_optimum_pose", record.own_optimum_pose},
                        {"own_optimum_mtf", std::isfinite(mtf.centre) ? Json{mtf.centre, mtf.corner} : Json()}}}});
     };
-    Preparer::Options preparing;
-    preparing.threads = options.threads;
-    preparing.cache_folder = options.cache_folder;
-    preparing.on_message = options.on_message;
-    preparing.on_source = [this] { channel_.send({{"source", true}}); };
-    preparing.stop = options.stop;
-    preparer_.emplace(std::move(preparing));
+    Pretrainer::Options pretrainer_options;
+    pretrainer_options.threads = options.threads;
+    pretrainer_options.cache_folder = options.cache_folder;
+    pretrainer_options.on_message = options.on_message;
+    pretrainer_options.on_source = [this] { channel_.send({{"source", true}}); };
+    pretrainer_options.stop = options.stop;
+    pretrainer_.emplace(std::move(pretrainer_options));
     runner_.emplace(std::move(options));
     limit_resources(setup.at("memory_bytes").get<std::size_t>());
     channel_.send({{"ready", true}});
@@ -210,8 +210,8 @@ class Worker {
   void prepare(const Json& request) {
     const suites::PlannedTrial trial = planned_trial_from_json(request.at("trial"));
     plan_.check_libraries(trial);
-    const Preparer::Entries& entries =
-        preparer_->prepare(make_job(plan_.prepared, trial), request.at("scene_data").get<std::string>());
+    const Pretrainer::Entries& entries =
+        pretrainer_->prepare(make_job(plan_.prepared, trial), request.at("scene_data").get<std::string>());
     journal_.write_text(to_json(entries).dump(-1, ' ', false, Json::error_handler_t::replace));
     channel_.send({{"entries", {{"size", journal_.size()}, {"digest", journal_.digest()}}}});
   }
@@ -252,7 +252,7 @@ class Worker {
   std::filesystem::path results_;
   std::map<Group, std::shared_ptr<const trials::PreparedByIdentity>> prepared_;
   std::optional<TrialRunner> runner_;
-  std::optional<Preparer> preparer_;
+  std::optional<Pretrainer> pretrainer_;
 };
 
 }  // namespace

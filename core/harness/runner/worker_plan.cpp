@@ -23,7 +23,7 @@ void check(const plugin_host::Choice& choice, WorkerPlan& plan) {
   const std::string& library = choice.plugin->library.string();
   if (plan.checked.insert(library).second && plugin_host::plugin_hash(*choice.plugin) != plan.hashes.at(library))
     throw Error(
-        ErrorKind::plugin_refused,
+        ErrorKind::plugin_rejected,
         library + " has changed during this run; run the same command again, which repeats the affected trials");
   for (const auto& [name, inner] : choice.algorithms) check(*inner, plan);
 }

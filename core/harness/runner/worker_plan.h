@@ -18,7 +18,7 @@ struct WorkerPlan {
   LibraryHashes hashes;
   std::set<std::string> checked;  // unchanged libraries
 
-  // Throws Error(plugin_refused) when a library that the trial loads has changed since the run began.
+  // Throws Error(plugin_rejected) when a library that the trial loads has changed since the run began.
   void check_libraries(const suites::PlannedTrial& trial);
 };
 

@@ -27,7 +27,7 @@ constexpr double kStopPollSeconds = 0.1;
 constexpr double kMemoryPollSeconds = 1;
 constexpr int kMaxLosses = 3;
 
-double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+double elapsed(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
 std::size_t session_bytes(pid_t session) {
   std::size_t bytes = 0;
@@ -64,8 +64,8 @@ struct ProcessWorker::Attempt {
   WorkedTrial worked;
   Fate fate = Fate::finished;
   bool begun = false;
-  bool preparing = false;  // pretraining for `trial` instead of running it
-  std::optional<Preparer::Entries> entries;
+  bool pretraining = false;  // pretraining for `trial` instead of running it
+  std::optional<Pretrainer::Entries> entries;
   bool malformed_line = false;             // received a line that is not a message
   Clock::time_point clock = Clock::now();  // start of the limited time: first of mounting the lens, then of the trial
   Clock::time_point memory_checked = Clock::now();
@@ -73,7 +73,7 @@ struct ProcessWorker::Attempt {
   double sent_at = 0;  // by clock_seconds
 
   std::string after_steps() const {
-    if (preparing) return "";
+    if (pretraining) return "";
     return worked.steps == 0 ? " before the end of step 0" : " after step " + std::to_string(worked.steps - 1);
   }
 };
@@ -137,7 +137,7 @@ void ProcessWorker::send(const Json& message) {
   child_->send(message.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n", in_seconds(kSecondsToStart));
 }
 
-void ProcessWorker::send_prepared(const suites::PlannedTrial& trial, const Preparer::Entries* prepared) {
+void ProcessWorker::send_prepared(const suites::PlannedTrial& trial, const Pretrainer::Entries* prepared) {
   if (!prepared || !sent_.insert({trial.scene, trial.level, trial.algorithm}).second) return;
   send({{"prepared",
          {{"scene", trial.scene},
@@ -146,7 +146,7 @@ void ProcessWorker::send_prepared(const suites::PlannedTrial& trial, const Prepa
           {"entries", runner::to_json(*prepared)}}}});
 }
 
-WorkedTrial ProcessWorker::run(const suites::PlannedTrial& trial, const Preparer::Entries* prepared) {
+WorkedTrial ProcessWorker::run(const suites::PlannedTrial& trial, const Pretrainer::Entries* prepared) {
   int losses = 0;
   while (true) {
     if (!child_) start();
@@ -167,12 +167,12 @@ WorkedTrial ProcessWorker::run(const suites::PlannedTrial& trial, const Preparer
   }
 }
 
-Preparer::Entries ProcessWorker::prepare(const suites::PlannedTrial& trial) {
+Pretrainer::Entries ProcessWorker::prepare(const suites::PlannedTrial& trial) {
   for (int losses = 0;; ++losses) {
     if (!child_) start();
     Attempt attempt;
     attempt.trial = &trial;
-    attempt.preparing = true;
+    attempt.pretraining = true;
     clear_journal(child_->pixel_file());
     send({{"prepare", {{"trial", to_json(trial)}, {"scene_data", plan_.scene_identity[trial.scene]}}}});
     ++trials_;
@@ -190,7 +190,7 @@ bool ProcessWorker::holds_too_much() const {
   return limits_.spare_bytes > 0 && plugin_host::resident_bytes(child_->process()) > limits_.spare_bytes;
 }
 
-ProcessWorker::Attempt ProcessWorker::attempt(const suites::PlannedTrial& trial, const Preparer::Entries* prepared) {
+ProcessWorker::Attempt ProcessWorker::attempt(const suites::PlannedTrial& trial, const Pretrainer::Entries* prepared) {
   Attempt attempt;
   attempt.trial = &trial;
   attempt.worked.record = begin_record(make_job(plan_, trial));
@@ -234,22 +234,22 @@ std::optional<Json> ProcessWorker::receive(Attempt& attempt) {
       attempt.stop_sent = Clock::now();
       child_->send("{\"stop\":true}\n", in_seconds(1));
     }
-    if (attempt.stop_sent && seconds_since(*attempt.stop_sent) > kSecondsAfterStop) {
+    if (attempt.stop_sent && elapsed(*attempt.stop_sent) > kSecondsAfterStop) {
       attempt.worked.stopped = true;
       attempt.fate = Fate::stopped;
       stop_worker(0);
       return std::nullopt;
     }
-    if (seconds_since(attempt.clock) > limits_.trial_seconds) {
+    if (elapsed(attempt.clock) > limits_.trial_seconds) {
       end_by(attempt, "timeout",
-             std::string(attempt.preparing ? "one source"
-                         : attempt.begun   ? "the trial"
-                                           : "mounting the lens") +
+             std::string(attempt.pretraining ? "one source"
+                         : attempt.begun     ? "the trial"
+                                             : "mounting the lens") +
                  " took longer than " + shortest(limits_.trial_seconds) + " s ('trial_seconds' of the suite)");
       attempt.fate = Fate::finished;  // a new worker would not be faster
       return std::nullopt;
     }
-    if (limits_.memory_bytes > 0 && seconds_since(attempt.memory_checked) > kMemoryPollSeconds) {
+    if (limits_.memory_bytes > 0 && elapsed(attempt.memory_checked) > kMemoryPollSeconds) {
       attempt.memory_checked = Clock::now();
       if (session_bytes(child_->process()) > limits_.memory_bytes) {
         end_by(attempt, "out_of_memory", "");
@@ -276,11 +276,11 @@ bool ProcessWorker::take(const Json& message, Attempt& attempt) {
       attempt.clock = Clock::now();
       return false;
     }
-    if (attempt.preparing && message.contains("source")) {
+    if (attempt.pretraining && message.contains("source")) {
       attempt.clock = Clock::now();
       return false;
     }
-    if (attempt.preparing && message.contains("entries")) {
+    if (attempt.pretraining && message.contains("entries")) {
       const JournalText prepared = read_journal_text(child_->pixel_file());
       if (message["entries"].at("size") != prepared.text.size() || message["entries"].at("digest") != prepared.digest)
         throw Error(ErrorKind::bad_input, "");

@@ -34,10 +34,10 @@ class ProcessWorker final : public TrialWorker {
   ProcessWorker(const PreparedPlan& plan, const LibraryHashes& hashes, std::vector<std::string> program, Limits limits,
                 WorkerOptions options);
   ~ProcessWorker() override;
-  WorkedTrial run(const suites::PlannedTrial& trial, const Preparer::Entries* prepared) override;
+  WorkedTrial run(const suites::PlannedTrial& trial, const Pretrainer::Entries* prepared) override;
   // Pretrained data of the trial's algorithm: from the cache, or made in the worker with a trial's limits for each
-  // source. If the worker ends, the entries have a failure. Throws Error as Preparer::prepare does.
-  Preparer::Entries prepare(const suites::PlannedTrial& trial);
+  // source. If the worker ends, the entries have a failure. Throws Error as Pretrainer::prepare does.
+  Pretrainer::Entries prepare(const suites::PlannedTrial& trial);
 
  private:
   enum class Fate { finished, blamed, lost, stopped };
@@ -48,8 +48,8 @@ class ProcessWorker final : public TrialWorker {
   bool started();
   void stop_worker(double timeout_seconds);
   void send(const Json& message);
-  void send_prepared(const suites::PlannedTrial& trial, const Preparer::Entries* prepared);
-  Attempt attempt(const suites::PlannedTrial& trial, const Preparer::Entries* prepared);
+  void send_prepared(const suites::PlannedTrial& trial, const Pretrainer::Entries* prepared);
+  Attempt attempt(const suites::PlannedTrial& trial, const Pretrainer::Entries* prepared);
   bool take(const Json& message, Attempt& attempt);  // true: the trial has ended
   void take_done(const Json& done, Attempt& attempt);
   void end_by(Attempt& attempt, const std::string& end, const std::string& message);

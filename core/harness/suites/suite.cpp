@@ -94,7 +94,7 @@ class SuiteReader {
     suite.instances = static_cast<unsigned>(top_.integer("instances", 100, 1, kMaxInstances));
     suite.first_instance =
         static_cast<unsigned>(top_.integer("first_instance", 0, 0, std::numeric_limits<std::int32_t>::max()));
-    defaults_.steps = static_cast<unsigned>(top_.integer("steps", 50, 1, kMostSteps));
+    defaults_.steps = static_cast<unsigned>(top_.integer("steps", 50, 1, kMaxSteps));
     defaults_.protocols = read_protocols(top_, defaults_.protocols);
     suite.limits = one_of(top_, "limits", kLimits, "soft");
     for (Entry& entry : entries("scenes", plugin_host::Kind::scene))
@@ -122,7 +122,7 @@ class SuiteReader {
     suite.spec = spec();
     suite.targets = targets();
     suite.analysis = analysis(suite);
-    top_.refuse_unknown();
+    top_.reject_unknown();
     std::stable_sort(problems_.begin(), problems_.end(), [](const Problem& a, const Problem& b) {
       return std::tie(a.file, a.line, a.column) < std::tie(b.file, b.line, b.column);
     });
@@ -185,9 +185,9 @@ class SuiteReader {
       trainings = reader.get("trainings");
       entry.protocols = read_protocols(reader, defaults_.protocols);
       entry.merit = one_of(reader, "merit", kMerits, "");
-      entry.steps = static_cast<unsigned>(reader.integer("steps", defaults_.steps, 1, kMostSteps));
+      entry.steps = static_cast<unsigned>(reader.integer("steps", defaults_.steps, 1, kMaxSteps));
     }
-    reader.refuse_unknown();
+    reader.reject_unknown();
     if (((parameters && !parameters->empty()) || trainings) && !entry.named)
       complain(pointer, std::string(trainings ? "a list of trainings needs" : "changed parameters need") +
                             " a 'name' for tables");
@@ -364,7 +364,7 @@ class SuiteReader {
           }
       }
     }
-    reader.refuse_unknown();
+    reader.reject_unknown();
     return problems_.size() == mistakes ? analysis_json(written) : Json();
   }
 

@@ -62,7 +62,7 @@ Json read_elements(const JsonSource& source, ObjectReader& top, const SceneFacts
     ObjectReader element(source, all.pointer_to(name), problems);
     const std::vector<double> shift_mm = element.numbers("shift_mm", 3, {0, 0, 0});
     const std::vector<double> tilt_deg = element.numbers("tilt_deg", 2, {0, 0});
-    element.refuse_unknown();
+    element.reject_unknown();
     elements[name] = {{"shift_mm", shift_mm}, {"tilt_deg", tilt_deg}};
   }
   for (const auto& [name, value] : given->items())
@@ -71,23 +71,23 @@ Json read_elements(const JsonSource& source, ObjectReader& top, const SceneFacts
   return elements;
 }
 
-Variances read(const JsonSource& source, const SceneFacts& scene) {
+Perturbations read(const JsonSource& source, const SceneFacts& scene) {
   std::vector<Problem> problems;
   ObjectReader top(source, "", problems);
   throw_if_any(problems);
-  Variances variances;
-  variances.start = read_start(top, scene.axes.size());
-  variances.distortion = read_distortion(top, scene.axes.size());
-  variances.elements_json = canonical_json(read_elements(source, top, scene, problems));
-  variances.cure_shift = top.numbers("cure_shift", scene.axes.size(), {});
-  top.refuse_unknown();
+  Perturbations perturbations;
+  perturbations.start = read_start(top, scene.axes.size());
+  perturbations.distortion = read_distortion(top, scene.axes.size());
+  perturbations.elements_json = canonical_json(read_elements(source, top, scene, problems));
+  perturbations.cure_shift = top.numbers("cure_shift", scene.axes.size(), {});
+  top.reject_unknown();
   throw_if_any(problems);
-  return variances;
+  return perturbations;
 }
 
 }  // namespace
 
-Variances read_variances(const std::string& drawn, const SceneFacts& scene, const std::string& level_id) {
+Perturbations read_perturbations(const std::string& drawn, const SceneFacts& scene, const std::string& level_id) {
   try {
     return read(JsonSource::from_text(drawn, "perturbations"), scene);
   } catch (const Error& error) {
@@ -111,7 +111,7 @@ Instance draw_instance(plugin_host::NoiseLevel& level, const SceneFacts& scene, 
   Instance instance;
   instance.number = number;
   instance.seed = instance_seed(suite_seed, domain, number);
-  instance.variances = read_variances(level.draw(instance.seed, scene.text), scene, "");
+  instance.perturbations = read_perturbations(level.draw(instance.seed, scene.text), scene, "");
   return instance;
 }
 

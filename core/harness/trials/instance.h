@@ -11,7 +11,7 @@
 
 namespace relign::trials {
 
-struct Variances {
+struct Perturbations {
   std::vector<double> start;       // true start pose, n values in [0, 1]
   std::vector<double> distortion;  // n x n, row-major: true move = distortion * commanded move
   std::string elements_json;       // offsets of the elements as canonical JSON, as mount takes them
@@ -22,7 +22,7 @@ struct Variances {
 struct Instance {
   std::uint64_t number = 0;
   std::uint64_t seed = 0;
-  Variances variances;
+  Perturbations perturbations;
 };
 
 // Draws instance `number`. Throws Error(plugin_failed) when the noise level returns unusable perturbations
@@ -37,7 +37,7 @@ Instance draw_instance(const plugin_host::Choice& level, const std::string& leve
                        std::uint64_t suite_seed, std::uint64_t number);
 
 // Reads and checks the JSON that a noise level returned; draw_instance uses it.
-Variances read_variances(const std::string& drawn, const SceneFacts& scene, const std::string& level_id);
+Perturbations read_perturbations(const std::string& drawn, const SceneFacts& scene, const std::string& level_id);
 
 // Converts offsets from an algorithm or a user ({"L1": {"shift_mm": [x, y, z]}}) to the form that mount takes. Throws
 // Error(bad_input) that lists every mistake.

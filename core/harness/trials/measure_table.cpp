@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -11,7 +12,6 @@
 namespace relign::trials {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kUnbounded = std::numeric_limits<double>::max();
 
 struct Images {
@@ -34,7 +34,7 @@ double star_contrast(const Images& images, ObjectReader& arguments) {
   if (arguments.has("cycles_per_pixel") == arguments.has("radius_px"))
     arguments.complain("", "expected either 'cycles_per_pixel' or 'radius_px'");
   else if (arguments.has("cycles_per_pixel"))
-    circle.radius_px = circle.cycles / (2 * kPi * cycles_per_pixel);
+    circle.radius_px = circle.cycles / (2 * std::numbers::pi * cycles_per_pixel);
   const images::Moments middle = images::moments(images.capture);
   circle.x_px = arguments.number("x_px", middle.centroid_x_px, -kUnbounded, kUnbounded);
   circle.y_px = arguments.number("y_px", middle.centroid_y_px, -kUnbounded, kUnbounded);
@@ -140,7 +140,7 @@ double measure(const images::View& image, const images::View& reference, const s
     ObjectReader arguments(source, "", problems);
     throw_if_any(problems);
     const double value = known.of({image, reference}, arguments);
-    arguments.refuse_unknown();
+    arguments.reject_unknown();
     throw_if_any(problems);
     return value;
   }

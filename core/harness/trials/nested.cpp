@@ -19,14 +19,14 @@ NestedTrial::NestedTrial(TrialHost& host, TrialView& outer, const plugin_host::C
     : host_(&host), outer_(&outer), inner_(&inner), services_(host, *this) {
   const relign_task& outer_task = *outer.table().task;
   task_ = outer_task;
-  task_.knows = outer_task.knows & inner.plugin->knows_bits();
+  task_.observes = outer_task.observes & inner.plugin->observed_bits();
 
   relign_observation here{};
   here.struct_size = sizeof here;
   outer.write_observation(&here);
   origin_.assign(outer_task.axes, 0.0);
   // Without the start, coordinates are relative to the pose at which the inner algorithm starts.
-  if (!(task_.knows & RELIGN_KNOWS_START)) origin_.assign(here.pose, here.pose + outer_task.axes);
+  if (!(task_.observes & RELIGN_OBSERVES_START)) origin_.assign(here.pose, here.pose + outer_task.axes);
   describe_task(seed, budget, largest_move);
   best_.merit = std::numeric_limits<double>::infinity();
   take_outer_observation();
@@ -40,9 +40,9 @@ void NestedTrial::describe_task(std::uint64_t seed, unsigned budget, double larg
   task_.largest_move = std::min(largest_move, outer_task.largest_move);
   task_.box_lower = nullptr;
   task_.box_upper = nullptr;
-  if (task_.knows & RELIGN_KNOWS_BOX) {
+  if (task_.observes & RELIGN_OBSERVES_BOX) {
     // The outer box, except where it would reveal the start to an algorithm that may not observe it.
-    const bool would_reveal_start = outer_task.knows & ~task_.knows & RELIGN_KNOWS_START;
+    const bool would_reveal_start = outer_task.observes & ~task_.observes & RELIGN_OBSERVES_START;
     for (std::size_t i = 0; i < origin_.size(); ++i) {
       box_lower_.push_back(would_reveal_start ? -kHalfBox : outer_task.box_lower[i] - origin_[i]);
       box_upper_.push_back(would_reveal_start ? kHalfBox : outer_task.box_upper[i] - origin_[i]);
@@ -50,7 +50,7 @@ void NestedTrial::describe_task(std::uint64_t seed, unsigned budget, double larg
     task_.box_lower = box_lower_.data();
     task_.box_upper = box_upper_.data();
   }
-  if (!(task_.knows & RELIGN_KNOWS_IMAGES)) task_.image_width = task_.image_height = 0;
+  if (!(task_.observes & RELIGN_OBSERVES_IMAGES)) task_.image_width = task_.image_height = 0;
 
   table_.struct_size = sizeof table_;
   table_.context = this;
@@ -90,8 +90,8 @@ void NestedTrial::take_outer_observation() {
   observation_ = latest;
   observation_.step = steps_;
   observation_.pose = pose_.data();
-  if (!(task_.knows & RELIGN_KNOWS_MERIT)) observation_.merit = std::numeric_limits<double>::quiet_NaN();
-  if (!(task_.knows & RELIGN_KNOWS_IMAGES)) observation_.image = nullptr;
+  if (!(task_.observes & RELIGN_OBSERVES_MERIT)) observation_.merit = std::numeric_limits<double>::quiet_NaN();
+  if (!(task_.observes & RELIGN_OBSERVES_IMAGES)) observation_.image = nullptr;
 }
 
 void NestedTrial::write_observation(relign_observation* observation) const {
@@ -102,7 +102,7 @@ void NestedTrial::write_observation(relign_observation* observation) const {
 
 relign_status NestedTrial::request(const double* values, std::uint32_t axes, bool relative,
                                    relign_observation* observation) {
-  const relign_conversation& outer = outer_->table();
+  const relign_trial& outer = outer_->table();
   if (steps_ >= task_.budget) {
     stopped_ = true;
     return host_->refuse(RELIGN_STOP);

@@ -22,7 +22,7 @@ class NestedTrial final : public TrialView {
   NestedTrial(TrialHost& host, TrialView& outer, const plugin_host::Choice& inner, unsigned budget, std::uint64_t seed,
               double largest_move);
 
-  const relign_conversation& table() const override { return table_; }
+  const relign_trial& table() const override { return table_; }
   const plugin_host::Choice& algorithm() const override { return *inner_; }
   unsigned steps_left() const override { return task_.budget - steps_; }
   void write_observation(relign_observation* observation) const override;
@@ -49,7 +49,7 @@ class NestedTrial final : public TrialView {
   std::vector<double> origin_;  // of the inner coordinates, in outer coordinates
   std::vector<double> box_lower_, box_upper_;
   relign_task task_{};
-  relign_conversation table_{};
+  relign_trial table_{};
   relign_observation observation_{};  // as the inner algorithm gets it
   std::vector<double> pose_;
   relign_observation best_{};  // as the outer algorithm gets it

@@ -23,8 +23,8 @@ namespace relign::trials {
 double next_image_excess(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& weights);
 
 // Models the variance of each pixel as a constant plus a part proportional to the signal (EMVA Standard 1288): fits a
-// line to the measured variances, which from few captures are too rough to serve as weights. At least a thousandth of
-// the mean variance.
+// line to the measured perturbations, which from few captures are too rough to serve as weights. At least a thousandth
+// of the mean variance.
 Eigen::VectorXd noise_law(const Eigen::VectorXd& mean, const Eigen::VectorXd& variance);
 
 // For a mounted lens at the true pose `optimum`: J from differences of noise-free images, the noise law from kCaptures

@@ -38,19 +38,19 @@ Rules make_rules(Protocol protocol, const plugin_host::Manifest& algorithm, cons
   const std::size_t axes = scene.axes.size();
   const bool agent = algorithm.kind == plugin_host::Kind::agent;
   Rules rules;
-  rules.knows = algorithm.knows_bits();
-  if (protocol == Protocol::blind) rules.knows &= ~std::uint32_t{RELIGN_KNOWS_START};
+  rules.observes = algorithm.observed_bits();
+  if (protocol == Protocol::blind) rules.observes &= ~std::uint32_t{RELIGN_OBSERVES_START};
   if (algorithm.oracle) {
     if (scene.owns_stage)
       throw Error(
           ErrorKind::bad_input,
           "'" + algorithm.id + "' requires the true start pose, which is unknown on the station '" + scene.name + "'");
-    rules.knows |= RELIGN_KNOWS_START;
+    rules.observes |= RELIGN_OBSERVES_START;
   }
-  if (scene.owns_stage) rules.knows &= ~std::uint32_t{RELIGN_KNOWS_START};
+  if (scene.owns_stage) rules.observes &= ~std::uint32_t{RELIGN_OBSERVES_START};
 
-  if (rules.knows & RELIGN_KNOWS_START) {
-    rules.commanded_start = instance.variances.start;
+  if (rules.observes & RELIGN_OBSERVES_START) {
+    rules.commanded_start = instance.perturbations.start;
     rules.box_lower.assign(axes, kBoxLower);
     rules.box_upper.assign(axes, kBoxUpper);
   } else {

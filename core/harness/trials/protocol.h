@@ -30,9 +30,9 @@ std::optional<Merit> merit_from_name(const std::string& name);
 
 // The rules of one trial, derived from protocol, algorithm and instance.
 struct Rules {
-  std::uint32_t knows = 0;              // granted RELIGN_KNOWS_* bits
+  std::uint32_t observes = 0;           // granted RELIGN_OBSERVES_* bits
   std::vector<double> commanded_start;  // coordinates of the start pose
-  std::vector<double> box_lower;        // commanded coordinates; always filled, granted by knows
+  std::vector<double> box_lower;        // commanded coordinates; always filled, granted by observes
   std::vector<double> box_upper;
   double largest_move = 0;  // infinity when unlimited
   Merit merit = Merit::combined;

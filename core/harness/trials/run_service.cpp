@@ -99,7 +99,7 @@ relign_status RunService::run_inner(const plugin_host::Choice& inner, std::uint3
   last_.struct_size = sizeof last_;
   outer.write_observation(&last_);
   outcome.last = &last_;
-  if (outer.table().task->knows & RELIGN_KNOWS_MERIT && !nested.best_pose().empty()) {
+  if (outer.table().task->observes & RELIGN_OBSERVES_MERIT && !nested.best_pose().empty()) {
     best_pose_ = nested.best_pose();
     best_ = nested.best();
     best_.pose = best_pose_.data();

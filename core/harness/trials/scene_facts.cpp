@@ -23,7 +23,7 @@ std::vector<Axis> read_axes(const JsonSource& source, ObjectReader& top, std::ve
     axis.unit = reader.required_string("unit");
     axis.lower = reader.required_number("lower", -kInfinity, kInfinity);
     axis.upper = reader.required_number("upper", -kInfinity, kInfinity);
-    reader.refuse_unknown();
+    reader.reject_unknown();
     if (reader.has("name") && axis.name.empty())
       reader.complain("name", "expected the name of the axis, found an empty string");
     if (reader.has("unit") && axis.unit != "mm" && axis.unit != "deg")
@@ -72,8 +72,7 @@ SceneFacts read(const JsonSource& source) {
   facts.nominal_pose =
       top.numbers("nominal_pose", facts.axes.size(),
                   facts.owns_stage ? std::vector<double>(facts.axes.size(), 0.5) : std::vector<double>{});
-  if (!top.has("nominal_pose") && !facts.owns_stage)
-    top.complain_missing("nominal_pose", "one number per axis");
+  if (!top.has("nominal_pose") && !facts.owns_stage) top.complain_missing("nominal_pose", "one number per axis");
   for (const double value : facts.nominal_pose)
     if (!(value >= 0 && value <= 1)) top.complain("nominal_pose", "every value must be from 0 to 1");
 
@@ -87,7 +86,7 @@ SceneFacts read(const JsonSource& source) {
     facts.image_width = static_cast<unsigned>(image.integer("width", 1, 1, largest_side));
     facts.image_height = static_cast<unsigned>(image.integer("height", 1, 1, largest_side));
     facts.image_white = image.number("white", 1, 1e-12, 1e12);
-    image.refuse_unknown();
+    image.reject_unknown();
   }
 
   facts.elements = read_texts(top, "elements", !facts.owns_stage);

@@ -6,7 +6,7 @@
 #include "base/json_source.h"
 #include "trials/measure_table.h"
 #include "trials/model_service.h"
-#include "trials/prepared_service.h"
+#include "trials/pretraining_service.h"
 #include "trials/run_service.h"
 #include "trials/service_answer.h"
 #include "trials/trial_host.h"
@@ -39,14 +39,14 @@ const void* Services::get(std::string_view id) {
 }
 
 const void* Services::reference() {
-  if (!shared_.grants(RELIGN_KNOWS_IMAGES)) return nullptr;
+  if (!shared_.grants(RELIGN_OBSERVES_IMAGES)) return nullptr;
   reference_.struct_size = sizeof reference_;
   reference_.image = &shared_.host.reference_image();
   return &reference_;
 }
 
 const void* Services::measures() {
-  if (!shared_.grants(RELIGN_KNOWS_IMAGES)) return nullptr;
+  if (!shared_.grants(RELIGN_OBSERVES_IMAGES)) return nullptr;
   measures_.struct_size = sizeof measures_;
   measures_.context = &shared_;
   measures_.list = [](void* context, const relign_text_sink* sink) {
@@ -70,15 +70,16 @@ const void* Services::measures() {
 namespace {
 
 // The JSON form in which a noise level returns W.
-std::string variances_json(const Variances& variances) {
-  const std::size_t axes = variances.start.size();
+std::string perturbations_json(const Perturbations& perturbations) {
+  const std::size_t axes = perturbations.start.size();
   Json rows = Json::array();
   for (std::size_t row = 0; row < axes; ++row) {
-    const auto first = variances.distortion.begin() + static_cast<std::ptrdiff_t>(row * axes);
+    const auto first = perturbations.distortion.begin() + static_cast<std::ptrdiff_t>(row * axes);
     rows.push_back(std::vector<double>(first, first + static_cast<std::ptrdiff_t>(axes)));
   }
-  Json json = {{"start", variances.start}, {"distortion", rows}, {"elements", Json::parse(variances.elements_json)}};
-  if (!variances.cure_shift.empty()) json["cure_shift"] = variances.cure_shift;
+  Json json = {
+      {"start", perturbations.start}, {"distortion", rows}, {"elements", Json::parse(perturbations.elements_json)}};
+  if (!perturbations.cure_shift.empty()) json["cure_shift"] = perturbations.cure_shift;
   return canonical_json(json);
 }
 
@@ -86,7 +87,7 @@ std::string variances_json(const Variances& variances) {
 
 const void* Services::prior() {
   const TrialSetup& setup = shared_.host.setup();
-  if (!shared_.grants(RELIGN_KNOWS_LEVEL) || !setup.level || setup.scene->owns_stage) return nullptr;
+  if (!shared_.grants(RELIGN_OBSERVES_LEVEL) || !setup.level || setup.scene->owns_stage) return nullptr;
   prior_.struct_size = sizeof prior_;
   prior_.context = &shared_;
   prior_.draw = [](void* context, std::uint64_t number, const relign_text_sink* drawn) {
@@ -95,8 +96,8 @@ const void* Services::prior() {
       // The training domain shares no seed with benchmark instances, whatever the number.
       const TrialSetup& trial = shared.host.setup();
       const std::uint64_t seed = instance_seed(0, SeedDomain::training, number);
-      return write_text(drawn,
-                        variances_json(read_variances(trial.level->draw(seed, trial.scene->text), *trial.scene, "")));
+      return write_text(
+          drawn, perturbations_json(read_perturbations(trial.level->draw(seed, trial.scene->text), *trial.scene, "")));
     });
   };
   prior_.why = tell_why;
@@ -111,14 +112,14 @@ const void* Services::run() {
 
 const void* Services::model() {
   const TrialSetup& setup = shared_.host.setup();
-  if (!shared_.grants(RELIGN_KNOWS_DESIGN) || !setup.design || setup.scene->owns_stage) return nullptr;
+  if (!shared_.grants(RELIGN_OBSERVES_DESIGN) || !setup.design || setup.scene->owns_stage) return nullptr;
   if (!model_) model_ = std::make_unique<ModelService>(shared_);
   return model_->table();
 }
 
 const void* Services::prepared() {
   if (shared_.view.algorithm().plugin->prepare.is_null()) return nullptr;
-  if (!prepared_) prepared_ = std::make_unique<PreparedService>(shared_);
+  if (!prepared_) prepared_ = std::make_unique<PretrainingService>(shared_);
   return prepared_->table();
 }
 

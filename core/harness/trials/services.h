@@ -15,7 +15,7 @@ namespace relign::trials {
 
 class TrialHost;
 class ModelService;
-class PreparedService;
+class PretrainingService;
 class RunService;
 
 // State that the functions of one view's services share.
@@ -34,7 +34,7 @@ struct ServiceContext {
     return RELIGN_BAD_ARGUMENT;
   }
   bool is_pose(const double* values, std::uint32_t axes) const;
-  bool grants(std::uint32_t bits) const { return (view.table().task->knows & bits) == bits; }
+  bool grants(std::uint32_t bits) const { return (view.table().task->observes & bits) == bits; }
 
   TrialHost& host;
   TrialView& view;
@@ -67,7 +67,7 @@ class Services {
   relign_prior_service prior_{};
   std::unique_ptr<RunService> run_;
   std::unique_ptr<ModelService> model_;
-  std::unique_ptr<PreparedService> prepared_;
+  std::unique_ptr<PretrainingService> prepared_;
 };
 
 }  // namespace relign::trials

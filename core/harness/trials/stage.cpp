@@ -16,7 +16,7 @@ class SimulatedStage final : public Stage {
  public:
   SimulatedStage(const TrialSetup& setup, const Rules& rules)
       : setup_(setup),
-        motion_(*setup.scene, setup.instance->variances, rules.commanded_start, setup.limits, setup.machine_time) {}
+        motion_(*setup.scene, setup.instance->perturbations, rules.commanded_start, setup.limits, setup.machine_time) {}
 
   Arrival start() override { return {motion_.commanded_pose(), motion_.true_pose(), 0, 0, 0}; }
 
@@ -37,14 +37,14 @@ class SimulatedStage final : public Stage {
   VirtualMove would_reach(const std::vector<double>& commanded) const override {
     StageMotion::Arrival arrival = motion_.would_reach(commanded);
     const double settle = arrival.travel_seconds > 0 ? setup_.machine_time.settle_ms / 1000 : 0;
-    const bool shifts = !setup_.instance->variances.cure_shift.empty();
+    const bool shifts = !setup_.instance->perturbations.cure_shift.empty();
     std::vector<double> uncured = shifts ? arrival.true_pose : std::vector<double>();
     return {cured(std::move(arrival.true_pose)), arrival.travel_seconds + settle, std::move(uncured)};
   }
 
   std::vector<double> cured(std::vector<double> true_pose) const override {
     // The stage's limits do not stop the glue, but a scene accepts only poses within the travel.
-    const std::vector<double>& cure_shift = setup_.instance->variances.cure_shift;
+    const std::vector<double>& cure_shift = setup_.instance->perturbations.cure_shift;
     for (std::size_t i = 0; i < cure_shift.size(); ++i)
       true_pose[i] = std::clamp(true_pose[i] + cure_shift[i], 0.0, 1.0);
     return true_pose;

@@ -35,14 +35,14 @@ std::vector<double> inverse(const std::vector<double>& matrix, std::size_t n) {
 
 }  // namespace
 
-StageMotion::StageMotion(const SceneFacts& scene, const Variances& variances, std::vector<double> commanded_start,
-                         Limits limits)
-    : StageMotion(scene, variances, std::move(commanded_start), limits, scene.machine_time) {}
+StageMotion::StageMotion(const SceneFacts& scene, const Perturbations& perturbations,
+                         std::vector<double> commanded_start, Limits limits)
+    : StageMotion(scene, perturbations, std::move(commanded_start), limits, scene.machine_time) {}
 
-StageMotion::StageMotion(const SceneFacts& scene, const Variances& variances, std::vector<double> commanded_start,
-                         Limits limits, const MachineTime& machine_time)
-    : start_(variances.start),
-      distortion_(variances.distortion),
+StageMotion::StageMotion(const SceneFacts& scene, const Perturbations& perturbations,
+                         std::vector<double> commanded_start, Limits limits, const MachineTime& machine_time)
+    : start_(perturbations.start),
+      distortion_(perturbations.distortion),
       commanded_start_(std::move(commanded_start)),
       limits_(limits),
       true_pose_(start_),

@@ -20,10 +20,11 @@ enum class Limits { soft, hard };
 class StageMotion {
  public:
   // commanded_start: coordinates of the start pose (the true start, or zeros for coordinates relative to it).
-  StageMotion(const SceneFacts& scene, const Variances& variances, std::vector<double> commanded_start, Limits limits);
+  StageMotion(const SceneFacts& scene, const Perturbations& perturbations, std::vector<double> commanded_start,
+              Limits limits);
   // With machine times other than the scene's own.
-  StageMotion(const SceneFacts& scene, const Variances& variances, std::vector<double> commanded_start, Limits limits,
-              const MachineTime& machine_time);
+  StageMotion(const SceneFacts& scene, const Perturbations& perturbations, std::vector<double> commanded_start,
+              Limits limits, const MachineTime& machine_time);
 
   struct Arrival {
     std::vector<double> true_pose;

@@ -58,8 +58,8 @@ enum class End {
 };
 const char* end_name(End end);  // "budget_spent", ...
 
-struct PreparedData;
-struct Preparing;
+struct PretrainingData;
+struct PretrainingState;
 
 struct TrialSetup {
   plugin_host::MountedAssembly* assembly = nullptr;  // of the instance's elements; null on a station
@@ -70,9 +70,9 @@ struct TrialSetup {
   const plugin_host::Choice* algorithm = nullptr;
   plugin_host::Scene* design = nullptr;      // the scene, for the service "model"; null: not offered
   plugin_host::NoiseLevel* level = nullptr;  // for the service "prior"; null: not offered
-  // For the service "prepared" (prepared_service.h). By Choice::identity; null: none.
-  const std::map<std::string, PreparedData>* prepared = nullptr;
-  Preparing* preparing = nullptr;  // not null: pretraining of the algorithm, without ground truth
+  // For the service "prepared" (pretraining_service.h). By Choice::identity; null: none.
+  const std::map<std::string, PretrainingData>* prepared = nullptr;
+  PretrainingState* pretraining = nullptr;  // not null: pretraining of the algorithm, without ground truth
   plugin_host::HostServices services;
   Protocol protocol = Protocol::paper;
   std::optional<Merit> merit;  // overrides the protocol's; a station allows only rmse
@@ -117,7 +117,7 @@ struct TrialResult {
 };
 
 // Runs the trial in this thread. Throws Error only for failures of the scene or the host, and
-// plugin_refused when the algorithm's library cannot be used; an algorithm's failure is part of the result.
+// plugin_rejected when the algorithm's library cannot be used; an algorithm's failure is part of the result.
 TrialResult run_trial(const TrialSetup& setup);
 
 }  // namespace relign::trials

@@ -36,9 +36,7 @@ std::vector<float> packed(const relign_image& image) {
 
 // Stops the algorithm's clock for the time of one answer.
 struct TrialHost::Answer {
-  explicit Answer(TrialHost& conversation) : host(conversation) {
-    host.algorithm_seconds_ += seconds_since(host.left_host_);
-  }
+  explicit Answer(TrialHost& trial) : host(trial) { host.algorithm_seconds_ += seconds_since(host.left_host_); }
   ~Answer() { host.left_host_ = Clock::now(); }
   Answer(const Answer&) = delete;
   Answer& operator=(const Answer&) = delete;
@@ -68,13 +66,13 @@ void TrialHost::describe_task() {
   for (const Axis& axis : scene.axes)
     axes.push_back({{"name", axis.name}, {"unit", axis.unit}, {"travel", axis.travel()}});
   axes_json_ = axes.dump();
-  const bool sees_images = rules_.knows & RELIGN_KNOWS_IMAGES;
-  const bool has_box = rules_.knows & RELIGN_KNOWS_BOX;
+  const bool sees_images = rules_.observes & RELIGN_OBSERVES_IMAGES;
+  const bool has_box = rules_.observes & RELIGN_OBSERVES_BOX;
 
   task_.struct_size = sizeof task_;
   task_.axes = static_cast<std::uint32_t>(scene.axes.size());
   task_.budget = setup_->budget;
-  task_.knows = rules_.knows;
+  task_.observes = rules_.observes;
   task_.seed = setup_->algorithm_seed;
   task_.box_lower = has_box ? rules_.box_lower.data() : nullptr;
   task_.box_upper = has_box ? rules_.box_upper.data() : nullptr;
@@ -178,10 +176,10 @@ void TrialHost::write_observation(relign_observation* observation) const {
   all.struct_size = static_cast<std::uint32_t>(std::min<std::size_t>(observation->struct_size, sizeof all));
   all.step = pending_.number;
   all.pose = pending_.commanded_pose.data();
-  all.merit = rules_.knows & RELIGN_KNOWS_MERIT ? pending_.merit : std::numeric_limits<double>::quiet_NaN();
+  all.merit = rules_.observes & RELIGN_OBSERVES_MERIT ? pending_.merit : std::numeric_limits<double>::quiet_NaN();
   all.limits_low = pending_.limits_low;
   all.limits_high = pending_.limits_high;
-  all.image = rules_.knows & RELIGN_KNOWS_IMAGES ? &image_ : nullptr;
+  all.image = rules_.observes & RELIGN_OBSERVES_IMAGES ? &image_ : nullptr;
   all.machine_seconds = pending_.machine_seconds;
   std::memcpy(observation, &all, all.struct_size);
 }
@@ -261,7 +259,7 @@ void TrialHost::choose_recommendation() {
 // Evaluates each true pose once: an unchanged recommendation costs nothing and keeps its value.
 Truth TrialHost::truth_at(const std::vector<double>& true_pose, unsigned step, FrameStream stream) {
   const std::uint64_t seed = frame_seed(setup_->instance->seed, step, stream);
-  if (setup_->preparing) return {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
+  if (setup_->pretraining) return {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
   if (!stage_->has_ground_truth()) return stage_->truth_at(true_pose, seed);
   if (const auto known = truths_.find(true_pose); known != truths_.end()) return known->second;
   return truths_[true_pose] = stage_->truth_at(true_pose, seed);
@@ -274,7 +272,7 @@ Truth TrialHost::uncured_truth() {
 
 std::vector<Truth> TrialHost::glued_truths() {
   std::vector<Truth> truths;
-  if (uncured_true_pose_.empty() || setup_->preparing || !stage_->has_ground_truth()) return truths;
+  if (uncured_true_pose_.empty() || setup_->pretraining || !stage_->has_ground_truth()) return truths;
   for (const Step& step : steps_)
     truths.push_back(truth_at(glued_true_pose(step), step.number, FrameStream::truth_recommended));
   return truths;

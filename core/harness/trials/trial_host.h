@@ -1,4 +1,4 @@
-// The host's side of one trial: answers an algorithm's requests (relign_conversation), keeps budget,
+// The host's side of one trial: answers an algorithm's requests (relign_trial), keeps budget,
 // clocks and ground truth, and completes a record of every step.
 //
 // A step's record is completed when the algorithm asks for the next step, or when the trial ends: until then the
@@ -38,7 +38,7 @@ class TrialHost final : public TrialView {
 
   // Give the table to the algorithm between the two calls below. The time between them, minus that of our answers, is
   // the algorithm's.
-  const relign_conversation& table() const override { return table_; }
+  const relign_trial& table() const override { return table_; }
   void algorithm_starts() { left_host_ = Clock::now(); }
   void algorithm_ended();
 
@@ -108,7 +108,7 @@ class TrialHost final : public TrialView {
   // The structs that the algorithm gets pointers to.
   std::string axes_json_;
   relign_task task_{};
-  relign_conversation table_{};
+  relign_trial table_{};
   relign_image image_{};
   relign_image reference_image_{};
   Services services_{*this, *this};

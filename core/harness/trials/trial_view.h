@@ -12,7 +12,7 @@ class TrialView {
  public:
   virtual ~TrialView() = default;
   // The host's own table, unguarded.
-  virtual const relign_conversation& table() const = 0;
+  virtual const relign_trial& table() const = 0;
   virtual const plugin_host::Choice& algorithm() const = 0;
   virtual unsigned steps_left() const = 0;
   // Writes the last step as this algorithm may observe it, up to struct_size of `observation`.

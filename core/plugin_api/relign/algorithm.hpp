@@ -3,16 +3,16 @@
 #define RELIGN_ALGORITHM_HPP
 
 #include <optional>
-#include <relign/conversation.hpp>
+#include <relign/trial.hpp>
 
 namespace relign {
 
-// An algorithm drives its trial: it returns when the conversation gives no more steps, or earlier
+// An algorithm drives its trial: it returns when the trial gives no more steps, or earlier
 // to declare itself finished. One object runs one trial.
 class Algorithm {
  public:
   virtual ~Algorithm() = default;
-  virtual void run(Conversation& talk) = 0;
+  virtual void run(Trial& trial) = 0;
 };
 
 // Searches. Without a recommendation of its own, the best measured pose counts.
@@ -25,20 +25,20 @@ class Agent : public Algorithm {};
 template <class Base = Optimizer>
 class AskTell : public Base {
  public:
-  virtual void begin(Conversation& /*talk*/) {}
+  virtual void begin(Trial& /*trial*/) {}
   virtual Pose ask() = 0;                          // the next commanded pose
   virtual void tell(const Observation& seen) = 0;  // step 0 included
   virtual std::optional<Pose> recommendation() { return std::nullopt; }
   virtual bool finished() const { return false; }
 
-  void run(Conversation& talk) final {
-    begin(talk);
-    std::optional<Observation> seen = talk.first();
+  void run(Trial& trial) final {
+    begin(trial);
+    std::optional<Observation> seen = trial.first();
     while (seen) {
       tell(*seen);
-      if (const auto pose = recommendation()) talk.recommend(*pose);
+      if (const auto pose = recommendation()) trial.recommend(*pose);
       if (finished()) return;
-      seen = talk.step(ask());
+      seen = trial.step(ask());
     }
   }
 };

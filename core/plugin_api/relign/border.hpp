@@ -78,11 +78,11 @@ const relign_algorithm_interface* algorithm_interface() {
       sizeof(relign_algorithm_interface),
       0,
       create<Made, Algorithm, relign_algorithm>,
-      [](relign_algorithm* self, const relign_conversation* talk) -> relign_status {
+      [](relign_algorithm* self, const relign_trial* calls) -> relign_status {
         auto* mine = handle<Algorithm>(self);
         return guard(mine->host, [&] {
-          Conversation conversation(talk);
-          mine->object->run(conversation);
+          Trial trial(calls);
+          mine->object->run(trial);
           return RELIGN_OK;
         });
       },

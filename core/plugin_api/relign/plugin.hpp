@@ -15,12 +15,12 @@
 #include <relign/algorithm.hpp>      // IWYU pragma: export
 #include <relign/basics.hpp>         // IWYU pragma: export
 #include <relign/border.hpp>         // IWYU pragma: export
-#include <relign/conversation.hpp>   // IWYU pragma: export
 #include <relign/noise_level.hpp>    // IWYU pragma: export
 #include <relign/portable_math.hpp>  // IWYU pragma: export
 #include <relign/random.hpp>         // IWYU pragma: export
 #include <relign/scene.hpp>          // IWYU pragma: export
 #include <relign/services.hpp>       // IWYU pragma: export
+#include <relign/trial.hpp>          // IWYU pragma: export
 
 // The manifest's bytes; relign_add_plugin generates their definition.
 extern "C" const char relign_manifest_text[];

@@ -59,7 +59,7 @@ class Scene {
   virtual std::unique_ptr<Assembly> mount(std::string_view offsets_json) = 0;
 };
 
-// A scene that owns its stage: a real machine, of which nobody knows start, distortion and truth. Its
+// A scene that owns its stage: a real machine, whose start, distortion and ground truth are unknown. Its
 // describe says "owns_stage": true and "truth": false. See relign_scene_stage for the order of calls.
 // One object drives one station; what throws ends the trial, and the host makes a new object.
 class Station : public Scene {

@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <relign/conversation.hpp>
+#include <relign/trial.hpp>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -170,17 +170,18 @@ class Model {
 
 // "relign.prepared/1": what was learnt beforehand, on source instances that are no trial's. A host that does not offer
 // it is one that never prepares and has nothing to load.
-class Prepared {
+class Pretraining {
  public:
-  explicit Prepared(const relign_prepared_service* service) : service_(service) {}
+  explicit Pretraining(const relign_pretraining_service* service) : service_(service) {}
 
-  // This conversation is on a source instance: sample it, and save.
-  bool preparing() const { return service_ && service_->preparing != 0; }
+  // This trial is on a source instance: sample it, and save.
+  // On a source instance, where save() is possible.
+  bool active() const { return service_ && service_->active != 0; }
   std::uint32_t source() const { return service_ ? service_->source : 0; }
   std::uint32_t sources() const { return service_ ? service_->sources : 0; }
 
-  // In a trial the prepared data, while preparing what the sources before left. Nothing when there is none; throws
-  // when the preparation failed. The bytes come from a file that anybody may have touched: check them.
+  // In a trial the prepared data, on a source instance what the sources before left. Nothing when there is none; throws
+  // when the pretraining failed. The bytes come from a file that anybody may have touched: check them.
   std::optional<std::string> load() const {
     if (!service_) return std::nullopt;
     border::Collector data;
@@ -189,14 +190,14 @@ class Prepared {
     border::check_service(service_, status, "load prepared data");
     return data.text();
   }
-  // Any bytes, in the place of what was there. Only while preparing.
+  // Any bytes, in the place of what was there. Only on a source instance.
   void save(std::string_view data) const {
-    if (!service_) throw std::logic_error("this host prepares nothing: ask preparing() first");
+    if (!service_) throw std::logic_error("this host pretrains nothing: ask active() first");
     border::check_service(service_, service_->save(service_->context, to_text(data)), "save prepared data");
   }
 
  private:
-  const relign_prepared_service* service_;
+  const relign_pretraining_service* service_;
 };
 
 // What another algorithm did with some of my steps. Poses are mine to use.
@@ -209,35 +210,36 @@ struct RunOutcome {
 };
 
 template <class Service>
-const Service* Conversation::offered(const char* id, std::uint32_t needed, const char* word) const {
+const Service* Trial::offered(const char* id, std::uint32_t needed, const char* word) const {
   if (const void* table = service(id)) return static_cast<const Service*>(table);
   const std::string who = std::string("the service ") + id;
-  if (needed != 0 && !knows(needed))
-    throw std::logic_error(who + " is not granted: declare \"" + word + "\" under \"knows\" in the manifest");
+  if (needed != 0 && !observes(needed))
+    throw std::logic_error(who + " is not granted: declare \"" + word + "\" under \"observes\" in the manifest");
   throw std::logic_error(who + " is not offered by this host or scene");
 }
 
-inline ImageView Conversation::reference() const {
-  return ImageView(*offered<relign_reference_service>(RELIGN_SERVICE_REFERENCE, RELIGN_KNOWS_IMAGES, "images")->image);
+inline ImageView Trial::reference() const {
+  return ImageView(
+      *offered<relign_reference_service>(RELIGN_SERVICE_REFERENCE, RELIGN_OBSERVES_IMAGES, "images")->image);
 }
 
-inline Measures Conversation::measures() const {
-  return Measures(offered<relign_measures_service>(RELIGN_SERVICE_MEASURES, RELIGN_KNOWS_IMAGES, "images"));
+inline Measures Trial::measures() const {
+  return Measures(offered<relign_measures_service>(RELIGN_SERVICE_MEASURES, RELIGN_OBSERVES_IMAGES, "images"));
 }
 
-inline Prior Conversation::prior() const {
-  return Prior(offered<relign_prior_service>(RELIGN_SERVICE_PRIOR, RELIGN_KNOWS_LEVEL, "level"));
+inline Prior Trial::prior() const {
+  return Prior(offered<relign_prior_service>(RELIGN_SERVICE_PRIOR, RELIGN_OBSERVES_LEVEL, "level"));
 }
 
-inline Model Conversation::model() const {
-  return Model(offered<relign_model_service>(RELIGN_SERVICE_MODEL, RELIGN_KNOWS_DESIGN, "design"), run_);
+inline Model Trial::model() const {
+  return Model(offered<relign_model_service>(RELIGN_SERVICE_MODEL, RELIGN_OBSERVES_DESIGN, "design"), run_);
 }
 
-inline Prepared Conversation::prepared() const {
-  return Prepared(static_cast<const relign_prepared_service*>(service(RELIGN_SERVICE_PREPARED)));
+inline Pretraining Trial::pretraining() const {
+  return Pretraining(static_cast<const relign_pretraining_service*>(service(RELIGN_SERVICE_PREPARED)));
 }
 
-inline RunOutcome Conversation::run(std::string_view parameter, unsigned most_steps, std::string_view parameters_json) {
+inline RunOutcome Trial::run(std::string_view parameter, unsigned most_steps, std::string_view parameters_json) {
   const auto* service = static_cast<const relign_run_service*>(this->service(RELIGN_SERVICE_RUN));
   if (!service)
     throw std::logic_error("the service " RELIGN_SERVICE_RUN

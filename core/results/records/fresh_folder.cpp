@@ -5,16 +5,13 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/files.h"
 #include "records/results_folder.h"
 
 namespace relign::records {
 namespace fs = std::filesystem;
 
 namespace {
-
-[[noreturn]] void fail(const fs::path& path, const std::error_code& code) {
-  throw Error(ErrorKind::io, "cannot write '" + path.string() + "': " + code.message());
-}
 
 // The entries of a folder except for these names.
 std::vector<fs::path> others(const fs::path& folder, const std::set<std::string>& names) {
@@ -39,12 +36,12 @@ FreshFolder::FreshFolder(const fs::path& out)
   }
   refuse_foreign();
   fs::create_directories(fresh_, code);
-  if (code) fail(fresh_, code);
+  if (code) throw_cannot_write(fresh_, code);
   lock_.emplace(fresh_);
   for (const fs::path& path : others(fresh_, {ResultsLock::kFileName})) fs::remove_all(path, code);
   for (const char* name : {"trials", "times"}) {
     fs::create_directories(fresh_ / name, code);
-    if (code) fail(fresh_ / name, code);
+    if (code) throw_cannot_write(fresh_ / name, code);
   }
 }
 
@@ -62,10 +59,10 @@ void FreshFolder::put_in_place() {
     const ResultsLock lock(out_);
     fs::remove_all(old_, code);
     fs::rename(out_, old_, code);
-    if (code) fail(out_, code);
+    if (code) throw_cannot_write(out_, code);
   }
   fs::rename(fresh_, out_, code);
-  if (code) fail(out_, code);
+  if (code) throw_cannot_write(out_, code);
   in_place_ = true;
   fs::remove(out_ / ResultsLock::kFileName, code);
   keep_foreign_files();
@@ -89,7 +86,7 @@ void FreshFolder::keep_foreign_files() const {
   std::error_code code;
   for (const fs::path& foreign : others(old_, ours)) {
     fs::rename(foreign, out_ / foreign.filename(), code);
-    if (code) fail(foreign, code);
+    if (code) throw_cannot_write(foreign, code);
   }
   fs::remove_all(old_, code);
 }

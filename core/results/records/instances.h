@@ -19,7 +19,7 @@ std::vector<std::string> different_scenes_and_levels(const Json& a, const Json& 
                                                      const std::string& in_b);
 
 // Messages on why instances of equal numbers differ; empty when they are the same, however many each folder has.
-std::vector<std::string> different_lenses(const Json& a, const Json& b, const std::string& in_a,
-                                          const std::string& in_b);
+std::vector<std::string> different_instances(const Json& a, const Json& b, const std::string& in_a,
+                                             const std::string& in_b);
 
 }  // namespace relign::records

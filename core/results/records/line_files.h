@@ -17,7 +17,7 @@ namespace relign::records {
 inline constexpr std::size_t kTrialsPerFile = 1000;
 
 // Largest file that is read whole. A thousand trials of 100,000 steps take 60 GB, and can be read where memory allows.
-inline constexpr std::size_t kMostRecordBytes = std::size_t{100} << 30;
+inline constexpr std::size_t kMaxRecordBytes = std::size_t{100} << 30;
 
 std::string line_file_name(std::size_t number);  // 0 -> "0000.jsonl"
 

@@ -17,19 +17,15 @@ namespace fs = std::filesystem;
 
 namespace {
 
-[[noreturn]] void fail(const fs::path& path, const std::error_code& code) {
-  throw Error(ErrorKind::io, "cannot write '" + path.string() + "': " + code.message());
-}
-
 // Copies `file` from a source's folder `root`. Ignores files outside of it, whether by name or behind a link.
 void copy_once(const fs::path& root, const fs::path& file, const fs::path& to) {
   std::error_code code;
   const fs::path from = root / file;
-  if (!lies_inside(from, root) || !lies_inside(to / file, to)) return;
+  if (!is_inside(from, root) || !is_inside(to / file, to)) return;
   if (!fs::is_regular_file(from, code) || fs::exists(to / file, code)) return;
   fs::create_directories((to / file).parent_path(), code);
-  if (code) fail((to / file).parent_path(), code);
-  if (!fs::copy_file(from, to / file, code) && code) fail(to / file, code);
+  if (code) throw_cannot_write((to / file).parent_path(), code);
+  if (!fs::copy_file(from, to / file, code) && code) throw_cannot_write(to / file, code);
 }
 
 struct Pictured {
@@ -94,7 +90,7 @@ class PictureJoin {
     check_format(pictures, (folder / "index.json").string());
     for (const Json& reference : list_of(pictures, "references")) {
       const std::string file = text_of(reference, "file");
-      if (file.empty() || !lies_inside(folder / file, folder)) continue;
+      if (file.empty() || !is_inside(folder / file, folder)) continue;
       copy_once(folder, file, out_ / "pictures");
       if (std::find(references_.begin(), references_.end(), reference) == references_.end())
         references_.push_back(reference);

@@ -62,7 +62,7 @@ std::vector<TrialRecord> read_trials(const fs::path& folder,
   std::vector<TrialRecord> trials;
   std::set<std::string> seen;
   for (const fs::path& file : line_files(folder / "trials")) {
-    const std::string text = read_file(file, kMostRecordBytes);
+    const std::string text = read_file(file, kMaxRecordBytes);
     const Blocks split = split_trials(text, file.string());
     for (const Block& block : split.blocks)
       if (seen.insert(block.trial).second) trials.push_back(read_block(block, file.string()));
@@ -84,7 +84,7 @@ std::vector<TrialTimes> read_times(const fs::path& folder) {
   std::vector<TrialTimes> times;
   std::map<std::string, std::size_t> place;  // of a trial that ran again, the last line is the valid one
   for (const fs::path& file : line_files(folder / "times")) {
-    const std::string text = read_file(file, kMostRecordBytes);
+    const std::string text = read_file(file, kMaxRecordBytes);
     for (const Block& block : split_times(text, file.string()).blocks) {
       TrialTimes read = read_times_line(block.text, file.string() + ":" + std::to_string(block.line));
       const auto [found, fresh] = place.emplace(block.trial, times.size());

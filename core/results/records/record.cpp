@@ -104,9 +104,9 @@ std::uint64_t read_seed(const std::string& digits) {
 
 unsigned read_steps(const Json& value) {
   const auto steps = read_whole<unsigned>(value);
-  if (steps > kMostSteps)
+  if (steps > kMaxSteps)
     throw Error(ErrorKind::bad_input,
-                "found step " + std::to_string(steps) + "; a trial has at most " + std::to_string(kMostSteps));
+                "found step " + std::to_string(steps) + "; a trial has at most " + std::to_string(kMaxSteps));
   return steps;
 }
 

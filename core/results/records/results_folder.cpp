@@ -12,10 +12,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-[[noreturn]] void fail(const fs::path& path, const std::error_code& code) {
-  throw Error(ErrorKind::io, "cannot write '" + path.string() + "': " + code.message());
-}
-
 // A results folder starts with the lock, then the manifest. A folder without a manifest that holds anything else is
 // not ours to write into.
 void refuse_foreign(const fs::path& folder) {
@@ -48,12 +44,12 @@ void recover_swap(const fs::path& folder) {
   std::error_code code;
   if (!fs::exists(folder, code) && fs::exists(fresh, code)) {
     fs::rename(fresh, folder, code);
-    if (code) fail(folder, code);
+    if (code) throw_cannot_write(folder, code);
   }
   fs::remove_all(fresh, code);
   fs::remove_all(folder.string() + ".old", code);
   fs::create_directories(folder, code);
-  if (code) fail(folder, code);
+  if (code) throw_cannot_write(folder, code);
 }
 
 void swap_in(const fs::path& folder) {
@@ -62,7 +58,7 @@ void swap_in(const fs::path& folder) {
   fs::remove_all(old, code);
   fs::rename(folder, old, code);
   if (!code) fs::rename(folder.string() + ".new", folder, code);
-  if (code) fail(folder, code);
+  if (code) throw_cannot_write(folder, code);
   fs::remove_all(old, code);
 }
 
@@ -77,7 +73,7 @@ struct Collected {
 Collected collect(const fs::path& folder, Splitter split) {
   Collected all;
   for (const fs::path& file : line_files(folder)) {
-    const std::string text = read_file(file, kMostRecordBytes);
+    const std::string text = read_file(file, kMaxRecordBytes);
     for (const Block& block : split(text, file.string()).blocks) {
       const auto [found, fresh] = all.text.insert_or_assign(block.trial, std::string(block.text));
       if (fresh) all.order.push_back(block.trial);
@@ -105,7 +101,7 @@ void arrange(const fs::path& folder, Splitter split, const std::vector<std::stri
   const fs::path fresh = folder.string() + ".new";
   std::error_code code;
   fs::create_directories(fresh, code);
-  if (code) fail(fresh, code);
+  if (code) throw_cannot_write(fresh, code);
   for (const auto& [number, text] : files) write_file_atomically(fresh / line_file_name(number), text);
   swap_in(folder);
 }
@@ -119,7 +115,7 @@ bool repair(const fs::path& file, const std::string& text, const Blocks& split) 
 
 void remove_blocks(const fs::path& folder, Splitter split, const std::set<std::string>& trials) {
   for (const fs::path& file : line_files(folder)) {
-    const std::string text = read_file(file, kMostRecordBytes);
+    const std::string text = read_file(file, kMaxRecordBytes);
     std::string kept;
     for (const Block& block : split(text, file.string()).blocks)
       if (!trials.count(block.trial)) kept += block.text;
@@ -127,7 +123,7 @@ void remove_blocks(const fs::path& folder, Splitter split, const std::set<std::s
     std::error_code code;
     if (kept.empty()) {
       fs::remove(file, code);
-      if (code) fail(file, code);
+      if (code) throw_cannot_write(file, code);
     } else {
       write_file_atomically(file, kept);
     }
@@ -140,7 +136,7 @@ ResultsWriter::ResultsWriter(fs::path folder) : folder_(prepared(std::move(folde
   recover_swap(folder_ / "trials");
   recover_swap(folder_ / "times");
   for (const fs::path& file : line_files(folder_ / "trials")) {
-    const std::string text = read_file(file, kMostRecordBytes);
+    const std::string text = read_file(file, kMaxRecordBytes);
     const Blocks split = split_trials(text, file.string());
     for (const Block& block : split.blocks) {
       const TrialRecord trial = read_trial_line(block.closing, file.string()).trial;
@@ -150,7 +146,7 @@ ResultsWriter::ResultsWriter(fs::path folder) : folder_(prepared(std::move(folde
     if (repair(file, text, split)) ++repaired_;
   }
   for (const fs::path& file : line_files(folder_ / "times")) {
-    const std::string text = read_file(file, kMostRecordBytes);
+    const std::string text = read_file(file, kMaxRecordBytes);
     const Blocks split = split_times(text, file.string());
     for (const Block& block : split.blocks)
       if (const auto found = finished_.find(block.trial); found != finished_.end())
@@ -209,7 +205,7 @@ void ResultsWriter::write_log(const std::string& trial, const std::string& text)
   if (!text.empty())
     write_file_atomically(file, text);
   else if (!fs::remove(file, code) && code)
-    fail(file, code);
+    throw_cannot_write(file, code);
 }
 
 void ResultsWriter::drop(const std::set<std::string>& trials) {
@@ -240,7 +236,7 @@ void ResultsWriter::finish(const std::vector<std::string>& order) {
 void replace_closing_lines(const fs::path& folder, const std::map<std::string, TrialRecord>& records) {
   const ResultsLock lock(folder);
   for (const fs::path& file : line_files(folder / "trials")) {
-    const std::string text = read_file(file, kMostRecordBytes);
+    const std::string text = read_file(file, kMaxRecordBytes);
     std::string written;
     std::size_t copied = 0;  // bytes of `text`
     for (const Block& block : split_trials(text, file.string()).blocks) {

@@ -44,7 +44,7 @@ bool take(fast::object& object, const char* key, double& number) {
 bool take_all(fast::object object, StepNumbers& step) {
   std::uint64_t number = 0;
   if (object.find_field("step").get_uint64().get(number)) return false;
-  if (number > kMostSteps) return false;
+  if (number > kMaxSteps) return false;
   step.step = static_cast<unsigned>(number);
   if (!take(object, "merit", step.merit) || !take(object, "measured", step.measured) ||
       !take(object, "machine_seconds", step.machine_seconds))

@@ -75,7 +75,7 @@ void compress(const std::vector<std::uint8_t>& pixels, std::string& out) {
 }  // namespace
 
 GreyGif::GreyGif(int width, int height, double frames_per_second)
-    : width_(width), height_(height), frames_per_second_(std::min(frames_per_second, kMostFramesPerSecond)) {
+    : width_(width), height_(height), frames_per_second_(std::min(frames_per_second, kMaxFramesPerSecond)) {
   bytes_ = "GIF89a";
   number(width);
   number(height);

@@ -10,11 +10,11 @@ namespace relign::drawing {
 
 class GreyGif {
  public:
-  static constexpr int kMostSide = 65535;
+  static constexpr int kMaxSide = 65535;
   // Viewers slow down faster animations.
-  static constexpr double kMostFramesPerSecond = 50;
+  static constexpr double kMaxFramesPerSecond = 50;
 
-  // Sides of 1 to kMostSide pixels. Loops for ever.
+  // Sides of 1 to kMaxSide pixels. Loops for ever.
   GreyGif(int width, int height, double frames_per_second);
 
   // width * height values, row 0 on top.

@@ -97,15 +97,13 @@ void SvgCanvas::polygon(const std::vector<Point>& points, const std::optional<Co
 
 void SvgCanvas::circle(const Point& centre, double radius, const std::optional<Colour>& fill,
                        const std::optional<Stroke>& edge) {
-  const Attributes place = {
-      {"cx", coordinate(centre.x)}, {"cy", coordinate(centre.y)}, {"r", coordinate(radius)}};
+  const Attributes place = {{"cx", coordinate(centre.x)}, {"cy", coordinate(centre.y)}, {"r", coordinate(radius)}};
   writer_.empty("circle", with(place, paint(fill, edge))).text("\n");
 }
 
 void SvgCanvas::text(const Point& at, const std::string& text, const TextStyle& style) {
   const std::string x = coordinate(at.x), y = coordinate(at.y);
-  Attributes attributes = {
-      {"x", x}, {"y", y}, {"font-size", coordinate(style.size)}, {"fill", hex(style.colour)}};
+  Attributes attributes = {{"x", x}, {"y", y}, {"font-size", coordinate(style.size)}, {"fill", hex(style.colour)}};
   if (style.anchor != Anchor::start)
     attributes.emplace_back("text-anchor", style.anchor == Anchor::middle ? "middle" : "end");
   if (style.bold) attributes.emplace_back("font-weight", "600");

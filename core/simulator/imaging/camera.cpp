@@ -276,11 +276,11 @@ NoiseFreeResult Camera::render_noise_free(MountedLens& lens, const std::vector<d
   const std::size_t count = scene_->sensor.pixels();
   const int batch =
       request.samples > 0
-          ? static_cast<int>(std::clamp<long>((request.samples + kLeastBatches - 1) / kLeastBatches, 1, request.batch))
+          ? static_cast<int>(std::clamp<long>((request.samples + kMinBatches - 1) / kMinBatches, 1, request.batch))
           : request.batch;
   std::vector<double> sum(count), squares(count);
   NoiseFreeResult reached;
-  long batches = kLeastBatches;
+  long batches = kMinBatches;
   if (request.samples > 0) batches = std::max<long>(batches, (request.samples + batch - 1) / batch);
   for (long done = 0; done < batches;) {
     for (; done < batches; ++done) {

@@ -44,7 +44,7 @@ std::optional<Sampler> sampler_from_name(const std::string& name);
 struct CaptureSettings {
   Transport transport = Transport::fresnel;
   Sampler sampler = Sampler::paper;
-  int samples = 64;  // 1 to kMostSamples directions per pixel: over the hemisphere, or the importance region (pupil)
+  int samples = 64;  // 1 to kMaxSamples directions per pixel: over the hemisphere, or the importance region (pupil)
   double sensor_albedo = 0;  // transport ghost: share of light scattered by the sensor, Lambertian; 0 to 1
 };
 
@@ -98,10 +98,10 @@ class Camera {
   // path per `rays_per_ghost` rays.
   void render_noise_free(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, int samples,
                          float* pixels, int rays_per_ghost = kRaysPerGhost);
-  // At least kLeastBatches batches. Allocates.
+  // At least kMinBatches batches. Allocates.
   NoiseFreeResult render_noise_free(MountedLens& lens, const std::vector<double>& true_pose,
                                     const NoiseFreeRequest& request, float* pixels);
-  static constexpr int kLeastBatches = 4;
+  static constexpr int kMinBatches = 4;
   // MSE against the reference: mean over pixels of products of independent renders minus independent references.
   // kMseGroups renders of kMseSamples rays per pixel each.
   MseEstimate noise_free_mse(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,

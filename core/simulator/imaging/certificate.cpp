@@ -170,7 +170,7 @@ int certify(const SceneFile& scene, const PupilTiles& tiles, const optics::Backw
     if (!worst || pixel.missing > worst->missing) worst = &pixel;
   }
   if (!worst || missing == 0) return arrived;
-  const double allowed = kMostMissing * arrived;
+  const double allowed = kMaxMissing * arrived;
   const bool dark_pixel = worst->missing >= kEnoughInAPixel && 2 * worst->missing > worst->arrived;
   if (dark_pixel || missing > allowed + 4 * std::sqrt(allowed) + 2)
     report_missing_light(scene, *worst, missing, arrived, wavelength_nm);

@@ -21,7 +21,7 @@ struct CertificateRays {
 };
 
 // Checks the fitted tiles of a pose. Rays from random points of random pixels in any direction that reach the target
-// must be in their tile's region, except for a few at its rim: up to kMostMissing of all rays, with a statistical
+// must be in their tile's region, except for a few at its rim: up to kMaxMissing of all rays, with a statistical
 // margin, and up to half of those of one pixel. Throws Error(internal) with the position on the sensor, and with the
 // wavelength unless it is 0. Half of the rays are drawn near the directions in which `search` found light, in twice
 // that range, since few others hit narrow pupils. Returns how many rays arrived.
@@ -30,6 +30,6 @@ int certify(const SceneFile& scene, const PupilTiles& tiles, const optics::Backw
             const optics::BlockTracer* tracer, const CertificateRays& rays, std::uint64_t seed, Parallel& parallel,
             double wavelength_nm = 0);
 
-inline constexpr double kMostMissing = 0.002;
+inline constexpr double kMaxMissing = 0.002;
 
 }  // namespace relign::imaging

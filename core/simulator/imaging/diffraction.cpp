@@ -255,12 +255,12 @@ Diffraction::Diffraction(const SceneFile& scene) : width_(scene.sensor.width), h
     }
     return miss;
   };
-  for (radius_ = 1; radius_ <= kMostRadius; ++radius_) {
+  for (radius_ = 1; radius_ <= kMaxRadius; ++radius_) {
     double miss = 0;
     for (const Shapes& shapes : zones) miss = std::max(miss, largest_miss(shapes, shapes.kernel(radius_)));
     if (miss <= kCloseTo) break;
   }
-  radius_ = std::min(radius_, kMostRadius);
+  radius_ = std::min(radius_, kMaxRadius);
   for (const Shapes& shapes : zones) kernels_.push_back(shapes.kernel(radius_));
 }
 

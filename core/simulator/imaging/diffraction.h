@@ -40,7 +40,7 @@ class Diffraction {
   void blend(double column, double row, float* kernel) const;
 
   static constexpr int kZones = 5;
-  static constexpr int kMostRadius = 12;
+  static constexpr int kMaxRadius = 12;
   int width_, height_;
   int radius_ = 0;
   std::vector<Kernel> kernels_;  // of the zones, row by row; the outer ones are on the image's border

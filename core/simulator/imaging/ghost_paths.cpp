@@ -105,7 +105,7 @@ double GhostPaths::trace(const PathStart& start, PathRandom& random) const {
   WalkingRay ray;
   if (!start_walk(start, ray)) return 0;
   double weight = 1;
-  for (int events = 1; events <= kMostEvents; ++events) {
+  for (int events = 1; events <= kMaxEvents; ++events) {
     AtFace met;
     switch (walk_.advance(ray, met)) {
       case GhostWalk::Next::lost:
@@ -138,15 +138,15 @@ double GhostPaths::ghost_part(const PathStart& start, PathRandom& random, const 
   Branch branch;
   if (!start_walk(start, branch.ray)) return 0;
   const auto survives = [&](double& weight) {
-    if (weight >= kLeastWeight) return true;
-    if (!(random.unit() * kLeastWeight < weight)) return false;
-    weight = kLeastWeight;
+    if (weight >= kMinWeight) return true;
+    if (!(random.unit() * kMinWeight < weight)) return false;
+    weight = kMinWeight;
     return true;
   };
   double seen = 0;
   waiting.clear();
   for (bool more = true; more;) {
-    bool alive = ++branch.events <= kMostEvents;
+    bool alive = ++branch.events <= kMaxEvents;
     AtFace met;
     switch (alive ? walk_.advance(branch.ray, met) : GhostWalk::Next::lost) {
       case GhostWalk::Next::lost:

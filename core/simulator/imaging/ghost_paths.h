@@ -38,7 +38,7 @@ class GhostPaths {
   // event on. Returns the radiance at the end of the path, weighted for roulette and sensor.
   double trace(const PathStart& start, PathRandom& random) const;
   // The expected value of trace() without the unreflected path: follows both branches at each face, weighted. Little
-  // noise: Russian roulette applies only to weights below kLeastWeight. Where the sensor scatters a path, the light
+  // noise: Russian roulette applies only to weights below kMinWeight. Where the sensor scatters a path, the light
   // that arrives there directly through the lens is taken from `straight`, the irradiances of all pixels at this pose,
   // row by row (unbiased if `straight` is), since a path would have to hit the lens's small pupil to find it. Light
   // that is reflected or scattered again is traced further. `waiting` is workspace.
@@ -52,9 +52,9 @@ class GhostPaths {
                     std::vector<Branch>& waiting) const;
 
   // Minimises variance times time, measured in relign_od-package from 0.0002 to 0.05.
-  static constexpr double kLeastWeight = 0.005;
+  static constexpr double kMinWeight = 0.005;
   // Paths end after this many events, with on average at most 0.95^60 of their initial weight.
-  static constexpr int kMostEvents = 64;
+  static constexpr int kMaxEvents = 64;
 
  private:
   bool start_walk(const PathStart& start, optics::WalkingRay& ray) const;

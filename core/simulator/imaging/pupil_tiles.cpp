@@ -14,7 +14,7 @@ using optics::Vec3;
 
 constexpr double kAxesMargin =
     0.05;  // for the curvature of regions across a tile: the farthest of 2e9 rays was 0.02 outside
-constexpr int kLeastTilesAcross = 12;
+constexpr int kMinTilesAcross = 12;
 constexpr double kProbeScale = 0.9;     // probe rays stay inside the passing region
 constexpr double kHullWidening = 0.15;  // of the hull's own size, on each side
 // And of the blur, the spread of one corner's probe rays: defocus and low-order aberrations can be extrapolated beyond
@@ -30,7 +30,7 @@ constexpr double kSteepMarginShare = 0.1;   // the same for regions in direction
 constexpr double kAnywhere = 1e300;         // mm: farther than any ray goes
 constexpr int kCellPixels = 3;              // per side: the resolution of a tile's lit pixels
 
-constexpr double kMostSine = 0.999;  // against the axis
+constexpr double kMaxSine = 0.999;  // against the axis
 
 double length(double a, double b) { return std::sqrt(a * a + b * b); }
 
@@ -54,7 +54,7 @@ struct Hull {
     return low_x - wide_x > half_emitter || high_x + wide_x < -half_emitter || low_y - wide_y > half_emitter ||
            high_y + wide_y < -half_emitter;
   }
-  bool lies_inside(double half_emitter) const {
+  bool is_inside(double half_emitter) const {
     return low_x > -half_emitter && high_x < half_emitter && low_y > -half_emitter && high_y < half_emitter;
   }
 };
@@ -74,7 +74,7 @@ PupilTiles::PupilTiles(const SceneFile& scene, Parallel& parallel) : scene_(&sce
     blocks_.push_back(std::make_unique<optics::RayBlock>());
   const int width = scene.sensor.width, height = scene.sensor.height;
   // Tiles are small compared with the image, whatever its resolution, so that corners represent what is between them.
-  tile_pixels_ = std::clamp(std::min(width, height) / kLeastTilesAcross, 1, kTilePixels);
+  tile_pixels_ = std::clamp(std::min(width, height) / kMinTilesAcross, 1, kTilePixels);
   across_ = (width + tile_pixels_ - 1) / tile_pixels_;
   down_ = (height + tile_pixels_ - 1) / tile_pixels_;
   corners_.resize(static_cast<std::size_t>((across_ + 1) * (down_ + 1)));
@@ -152,7 +152,7 @@ void directions_of_cosines(const optics::PassingRegion& region, Vec3* directions
       if (along > 1e-6) reach = std::min(reach, region.supports[static_cast<std::size_t>(j)] / along);
     }
     double a = region.middle[0] + kBetween * reach * azimuth[0], b = region.middle[1] + kBetween * reach * azimuth[1];
-    const double shrink = std::min(1.0, kMostSine / std::max(length(a, b), 1e-12));
+    const double shrink = std::min(1.0, kMaxSine / std::max(length(a, b), 1e-12));
     a *= shrink;
     b *= shrink;
     directions[k] = {a, b, -std::sqrt(1 - a * a - b * b)};
@@ -295,7 +295,7 @@ PixelBox PupilTiles::lit_pixels(const Tile& tile, double half_emitter) const {
   for (const Corner* corner : corners)
     for (std::size_t probe = 0; probe < kProbes; ++probe)
       if (corner->hit[probe]) all.add(corner->hit_x[probe], corner->hit_y[probe]);
-  if (all.hits == 0 || all.lies_inside(half_emitter)) return tile.box;
+  if (all.hits == 0 || all.is_inside(half_emitter)) return tile.box;
   const int cells_x = (tile.box.columns + kCellPixels - 1) / kCellPixels;
   const int cells_y = (tile.box.rows + kCellPixels - 1) / kCellPixels;
   std::array<double, (kTilePixels / kCellPixels + 2) * (kTilePixels / kCellPixels + 2)> grid_x{}, grid_y{};

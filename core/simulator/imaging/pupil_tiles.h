@@ -22,7 +22,7 @@ namespace relign::imaging {
 
 constexpr int kTilePixels = 12;                     // per side, at most
 constexpr int kProbes = 1 + optics::kSupports / 2;  // probe rays from each corner of tiles to the emitter
-constexpr int kMostSamples = 4096;                  // directions per pixel
+constexpr int kMaxSamples = 4096;                   // directions per pixel
 
 // Pixels [column, column + columns) x [row, row + rows).
 struct PixelBox {

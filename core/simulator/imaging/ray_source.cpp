@@ -132,7 +132,7 @@ void RaySource::lattice_directions(const RayPath& path, std::uint64_t seed, std:
 // Draws the number of rays of each pixel: its random word against the distribution function.
 void RaySource::draw_counts(std::uint64_t seed, std::uint32_t streams, int samples, double probability) {
   const optics::BlockKernels& kernels = optics::block_kernels();
-  std::uint32_t thresholds[kMostSamples];
+  std::uint32_t thresholds[kMaxSamples];
   const int levels = probability < 1 ? binomial_thresholds(samples, probability, thresholds) : 0;
   std::fill_n(sample_, kBlockRays, 0U);
   for (int from = 0; from < pixels_; from += kBlockRays) {

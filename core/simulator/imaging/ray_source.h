@@ -42,7 +42,7 @@ class RaySource {
   void lattice_directions(const RayPath& path, std::uint64_t seed, std::uint32_t group, int samples);
 
  private:
-  static constexpr int kMostPixels = kTilePixels * kTilePixels;
+  static constexpr int kMaxPixels = kTilePixels * kTilePixels;
   static constexpr int kSpare = 16;  // padding of arrays that are filled several entries at a time
 
   enum class Weight { transmittance, roulette };
@@ -69,8 +69,8 @@ class RaySource {
   std::uint32_t owner_[optics::kBlockRays + kSpare], sample_[optics::kBlockRays + kSpare];
   std::uint32_t number_[optics::kBlockRays];
   // Per pixel: rays drawn, lattice shifts.
-  std::uint32_t drawn_[kMostPixels + kSpare];
-  std::uint32_t shift_[4][kMostPixels + kSpare];
+  std::uint32_t drawn_[kMaxPixels + kSpare];
+  std::uint32_t shift_[4][kMaxPixels + kSpare];
 };
 
 }  // namespace relign::imaging

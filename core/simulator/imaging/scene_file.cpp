@@ -53,8 +53,8 @@ std::vector<WeightedWavelength> read_wavelengths(const JsonSource& source, Objec
   std::vector<WeightedWavelength> found;
   const Json* list = top.get("wavelengths");
   if (!list) return found;
-  if (!list->is_array() || list->empty() || list->size() > kMostWavelengths) {
-    top.complain("wavelengths", "expected a list of 1 to " + std::to_string(kMostWavelengths) +
+  if (!list->is_array() || list->empty() || list->size() > kMaxWavelengths) {
+    top.complain("wavelengths", "expected a list of 1 to " + std::to_string(kMaxWavelengths) +
                                     " wavelengths, each {\"nm\": ..., \"weight\": ...}");
     return found;
   }
@@ -64,7 +64,7 @@ std::vector<WeightedWavelength> read_wavelengths(const JsonSource& source, Objec
     WeightedWavelength one;
     one.nm = reader.required_number("nm", 1, 1e6);
     one.weight = reader.number("weight", 1, 1e-9, 1e9);
-    reader.refuse_unknown();
+    reader.reject_unknown();
     for (const WeightedWavelength& other : found)
       if (other.nm == one.nm)
         reader.complain("nm", "the wavelength " + shortest(one.nm) + " nm is listed twice; list each once");
@@ -123,7 +123,7 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
   const std::vector<double> shift = travel.numbers("shift_mm", 3, {1, 1, 1});
   scene.travel.tilt_deg = travel.numbers("tilt_deg", 2, {0, 0});
   const double rz = travel.number("rotation_z_deg", 0, 0, 180);
-  travel.refuse_unknown();
+  travel.reject_unknown();
   for (std::size_t i = 0; i < 3; ++i) {
     scene.travel.shift_mm[i] = shift[i];
     if (!(shift[i] >= 0))
@@ -153,8 +153,8 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
     read_emitter(emitter, folder, choices, scene);
   else
     for (const char* key : {"z_mm", "side_mm", "target", "texels", "border"}) emitter.get(key);
-  emitter.refuse_unknown();
-  top.refuse_unknown();
+  emitter.reject_unknown();
+  top.reject_unknown();
   throw_if_any(problems);
 
   scene.files.push_back(folder / lens_name);

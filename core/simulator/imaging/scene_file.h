@@ -50,13 +50,13 @@ struct SceneWavelength {
   std::shared_ptr<const optics::PupilSearch> pupil;  // as SceneFile's
 };
 
-inline constexpr std::size_t kMostWavelengths = 24;
+inline constexpr std::size_t kMaxWavelengths = 24;
 
 struct SceneFile {
   std::string name;
   std::string summary;
   optics::Prescription lens;  // at its own wavelength, or the only one of "wavelengths"
-  // Images and MTF are weighted sums over these, 2 to kMostWavelengths; empty: only `lens`. Field points, the coarse
+  // Images and MTF are weighted sums over these, 2 to kMaxWavelengths; empty: only `lens`. Field points, the coarse
   // optimum and first-order data use `lens`.
   std::vector<SceneWavelength> wavelengths;
   double pivot_behind_first_vertex_mm = 0;  // world origin, on the axis

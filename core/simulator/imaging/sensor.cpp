@@ -9,8 +9,8 @@
 namespace relign::imaging {
 namespace {
 
-constexpr int kMostPixels = 16384;         // a side
-constexpr double kMostInAll = 64.0 * 1e6;  // an image of 256 MB
+constexpr int kMaxPixels = 16384;         // a side
+constexpr double kMaxInAll = 64.0 * 1e6;  // an image of 256 MB
 
 Electronics read_electronics(const JsonSource& source, const std::string& at, std::vector<Problem>& problems) {
   ObjectReader reader(source, at, problems);
@@ -19,7 +19,7 @@ Electronics read_electronics(const JsonSource& source, const std::string& at, st
   electronics.full_well_electrons = reader.required_number("full_well_electrons", 1, 1e12);
   electronics.read_noise_electrons = reader.number("read_noise_electrons", 0, 0, 1e9);
   electronics.bits = static_cast<int>(reader.integer("bits", 0, 0, 16));
-  reader.refuse_unknown();
+  reader.reject_unknown();
   return electronics;
 }
 
@@ -32,12 +32,12 @@ void read_pixels(ObjectReader& reader, Sensor& sensor) {
     if (reader.get("side_mm"))
       reader.complain("side_mm", "'pixels' lists columns and rows: use 'pitch_um' instead of 'side_mm'");
     for (const double count : both)
-      if (!(count >= 1 && count <= kMostPixels && count == std::floor(count))) {
-        reader.complain("pixels", "columns and rows must be integers from 1 to " + std::to_string(kMostPixels) +
+      if (!(count >= 1 && count <= kMaxPixels && count == std::floor(count))) {
+        reader.complain("pixels", "columns and rows must be integers from 1 to " + std::to_string(kMaxPixels) +
                                       ", found " + shortest(count));
         return;
       }
-    if (both[0] * both[1] > kMostInAll) {
+    if (both[0] * both[1] > kMaxInAll) {
       reader.complain("pixels", "more than 64 million pixels; use a smaller sensor");
       return;
     }
@@ -65,7 +65,7 @@ void read_region(ObjectReader& reader, const JsonSource& source, std::vector<Pro
   const int column = number("column", 0, 0, sensor.width - 1), row = number("row", 0, 0, sensor.height - 1);
   const int columns = number("columns", sensor.width - column, 1, sensor.width);
   const int rows = number("rows", sensor.height - row, 1, sensor.height);
-  region.refuse_unknown();
+  region.reject_unknown();
   if (column + columns > sensor.width || row + rows > sensor.height) {
     region.complain("", "the region ends at column " + std::to_string(column + columns) + " and row " +
                             std::to_string(row + rows) + ", beyond the sensor's " + std::to_string(sensor.width) +
@@ -106,7 +106,7 @@ Sensor read_sensor(const JsonSource& source, const std::string& pointer, int col
   }
   if (reader.get("electronics"))
     sensor.electronics = read_electronics(source, reader.pointer_to("electronics"), problems);
-  reader.refuse_unknown();
+  reader.reject_unknown();
   return sensor;
 }
 

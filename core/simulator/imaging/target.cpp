@@ -213,13 +213,13 @@ images::Image siemens_star(int texels, int sectors) {
 }
 
 images::Image target_from_file(const std::filesystem::path& file) {
-  constexpr std::size_t kMostTexels = 8192;
+  constexpr std::size_t kMaxTexels = 8192;
   const images::Image image = images::read_image(file);
   const std::size_t side = std::max({image.width, image.height, std::size_t{2}});
-  if (side > kMostTexels)
+  if (side > kMaxTexels)
     throw Error(ErrorKind::bad_input, file.string() + ": the target has " + std::to_string(image.width) + " x " +
                                           std::to_string(image.height) + " texels; allowed are up to " +
-                                          std::to_string(kMostTexels) + " a side; scale it down");
+                                          std::to_string(kMaxTexels) + " a side; scale it down");
   images::Image square(side, side);
   const std::size_t left = (side - image.width) / 2, top = (side - image.height) / 2;
   for (std::size_t y = 0; y < image.height; ++y)

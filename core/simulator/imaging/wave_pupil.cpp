@@ -10,7 +10,7 @@ namespace relign::imaging {
 namespace {
 
 constexpr int kFitCells = 32;      // a side, of the rays that aims are fitted to
-constexpr int kCells = 80;         // a side, of autocorrelations
+constexpr int kPupilCells = 80;    // a side, of autocorrelations
 constexpr int kLargestDegree = 7;  // of the fit
 constexpr double kClose = 1e-5;    // of the pupil's half width: an aim that is good enough
 
@@ -124,14 +124,14 @@ WavePupil::Sample WavePupil::at(double r, double t) const {
 double WavePupil::light() const {
   if (of_u_.empty()) return 0;
   double sum = 0;
-  for (int i = 0; i < kCells; ++i)
-    for (int j = 0; j < kCells; ++j) {
-      const int cell = i * kCells + j;
-      sum += at(box_.low_r + (box_.high_r - box_.low_r) * (i + scattered(cell, 0)) / kCells,
-                box_.low_t + (box_.high_t - box_.low_t) * (j + scattered(cell, 1)) / kCells)
+  for (int i = 0; i < kPupilCells; ++i)
+    for (int j = 0; j < kPupilCells; ++j) {
+      const int cell = i * kPupilCells + j;
+      sum += at(box_.low_r + (box_.high_r - box_.low_r) * (i + scattered(cell, 0)) / kPupilCells,
+                box_.low_t + (box_.high_t - box_.low_t) * (j + scattered(cell, 1)) / kPupilCells)
                  .intensity;
     }
-  return sum * (box_.high_r - box_.low_r) * (box_.high_t - box_.low_t) / (kCells * kCells);
+  return sum * (box_.high_r - box_.low_r) * (box_.high_t - box_.low_t) / (kPupilCells * kPupilCells);
 }
 
 WavePupil::Overlap WavePupil::overlap(double lp_per_mm, Axis axis) const {
@@ -141,11 +141,11 @@ WavePupil::Overlap WavePupil::overlap(double lp_per_mm, Axis axis) const {
   const double low_t = box_.low_t + dt, side_t = box_.high_t - dt - low_t;
   if (!(side_r > 0 && side_t > 0)) return {};
   double cosine = 0, sine = 0;
-  for (int i = 0; i < kCells; ++i)
-    for (int j = 0; j < kCells; ++j) {
-      const int cell = i * kCells + j;
-      const double r = low_r + side_r * (i + scattered(cell, 0)) / kCells;
-      const double t = low_t + side_t * (j + scattered(cell, 1)) / kCells;
+  for (int i = 0; i < kPupilCells; ++i)
+    for (int j = 0; j < kPupilCells; ++j) {
+      const int cell = i * kPupilCells + j;
+      const double r = low_r + side_r * (i + scattered(cell, 0)) / kPupilCells;
+      const double t = low_t + side_t * (j + scattered(cell, 1)) / kPupilCells;
       const Sample one = at(r + dr, t + dt);
       if (!(one.intensity > 0)) continue;
       const Sample other = at(r - dr, t - dt);
@@ -162,13 +162,13 @@ WavePupil::Overlap WavePupil::overlap(double lp_per_mm, Axis axis) const {
 double WavePupil::modulation(double lp_per_mm, Axis axis, double light) const {
   if (!(light > 0)) return 0;
   const auto [cosine, sine, side_r, side_t] = overlap(lp_per_mm, axis);
-  const double sum = std::sqrt(cosine * cosine + sine * sine) * side_r * side_t / (kCells * kCells);
+  const double sum = std::sqrt(cosine * cosine + sine * sine) * side_r * side_t / (kPupilCells * kPupilCells);
   return std::min(1.0, sum / light);
 }
 
 WavePupil::Transfer WavePupil::transfer(double lp_per_mm, Axis axis) const {
   const auto [cosine, sine, side_r, side_t] = overlap(lp_per_mm, axis);
-  const double cell = side_r * side_t / (kCells * kCells);
+  const double cell = side_r * side_t / (kPupilCells * kPupilCells);
   return {cosine * cell, sine * cell};
 }
 

@@ -6,8 +6,8 @@
 namespace relign::lens_files {
 
 std::vector<CatalogueGlass> read_agf(std::string_view bytes, const std::string& file) {
-  constexpr std::size_t kMostGlasses = 20000;
-  constexpr int kMostFormula = 13;
+  constexpr std::size_t kMaxGlasses = 20000;
+  constexpr int kMaxFormula = 13;
   Reading reading(file, "AGF");
   std::vector<CatalogueGlass> glasses;
   for (const TextLine& line : text_lines(bytes, file)) {
@@ -18,8 +18,8 @@ std::vector<CatalogueGlass> read_agf(std::string_view bytes, const std::string& 
       return reading.number(line.number, i < words.size() ? words[i] : "", what);
     };
     if (keyword == "NM") {
-      if (glasses.size() == kMostGlasses) {
-        reading.problem(line.number, "more than " + std::to_string(kMostGlasses) + " glasses");
+      if (glasses.size() == kMaxGlasses) {
+        reading.problem(line.number, "more than " + std::to_string(kMaxGlasses) + " glasses");
         break;
       }
       CatalogueGlass glass;
@@ -27,7 +27,7 @@ std::vector<CatalogueGlass> read_agf(std::string_view bytes, const std::string& 
       glass.name = words.size() > 1 ? words[1] : "";
       if (glass.name.empty()) reading.problem(line.number, "NM: missing name of the glass");
       glass.formula = reading.integer(line.number, words.size() > 2 ? words[2] : "", "NM, formula");
-      if (glass.formula < 1 || glass.formula > kMostFormula)
+      if (glass.formula < 1 || glass.formula > kMaxFormula)
         reading.problem(line.number, "NM: expected a formula from 1 to 13, found " + std::to_string(glass.formula));
       glass.nd = words.size() > 4 ? number(4, "NM, nd") : 0;
       glass.vd = words.size() > 5 ? number(5, "NM, Vd") : 0;

@@ -109,12 +109,12 @@ std::vector<FanRay> beam(const optics::Prescription& lens, double field_deg, dou
 
 std::optional<double> largest_field(const optics::Prescription& lens, double field_deg, double distance_mm) {
   constexpr int kSteps = 100, kCoarse = 10;
-  constexpr int kLeast = kSteps / 2;  // of the field: less indicates a misread file
+  constexpr int kMin = kSteps / 2;  // of the field: less indicates a misread file
   const auto passes = [&](int i) { return !beam(lens, field_deg * i / kSteps, distance_mm).empty(); };
   // Coarse first: where no ray passes, fine steps only cost time.
   int above = kSteps;
-  while (above >= kLeast && !passes(above)) above -= kCoarse;
-  if (above < kLeast) return std::nullopt;
+  while (above >= kMin && !passes(above)) above -= kCoarse;
+  if (above < kMin) return std::nullopt;
   for (int i = std::min(above + kCoarse - 1, kSteps); i > above; --i)
     if (passes(i)) return field_deg * i / kSteps;
   return field_deg * above / kSteps;

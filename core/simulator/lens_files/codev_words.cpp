@@ -210,7 +210,7 @@ bool SpecialSurface::take(Reading& reading, const Surface& surface, int line, co
     return true;
   }
   if (keyword != "SCO" || kind_ == none) return false;
-  constexpr int kMostTerms = 30, kRadius = 33;
+  constexpr int kMaxTerms = 30, kRadius = 33;
   const std::string name = word(at);
   const double value = reading.number(line, word(at + 1), "SCO " + shown(name, 20));
   if (is_q_type()) {
@@ -230,7 +230,7 @@ bool SpecialSurface::take(Reading& reading, const Surface& surface, int line, co
     conic_ = reading.number(line, word(at + 1), "SCO K", 1e6);
   else if (number == kRadius)
     radius_ = value;
-  else if (number >= 2 && number <= kMostTerms + 1)
+  else if (number >= 2 && number <= kMaxTerms + 1)
     terms_[number - 1] = {line, value};
   else
     reading.not_understood(line, "SCO", keyword + " " + name);
@@ -247,7 +247,7 @@ void SpecialSurface::take_q_coefficient(Reading& reading, const Surface& surface
     conic_ = reading.number(line, shortest(value), "SCO K", 1e6);
   else if (name == "NRADIUS")
     radius_ = value;
-  else if (power >= 4 && power % 2 == 0 && power < 4 + 2 * kMostQTerms)
+  else if (power >= 4 && power % 2 == 0 && power < 4 + 2 * kMaxQTerms)
     terms_[(power - 4) / 2] = {line, value};
   else
     reading.problem(line, "surface " + surface.label + ": unsupported 'SCO " + shown(name, 20) + "' of SPS " +

@@ -344,14 +344,14 @@ class Completion {
 
   // Finds semi-diameters of the file that block light within its own system aperture.
   void check_axial_beam(const std::vector<bool>& is_stated) {
-    constexpr double kRounding = 0.99;  // files print semi-diameters of the axial beam with few digits
+    constexpr double kPrintedRounding = 0.99;  // files print semi-diameters of the axial beam with few digits
     const optics::Prescription lens = read_back(draft_, design_);
     std::vector<double> needed(is_stated.size(), 0);
     for (const FanRay& ray : beam(lens, 0, design_.beam_distance_mm()))
       for (std::size_t i = 0; i < needed.size(); ++i) needed[i] = std::max(needed[i], std::fabs(ray.traced.hits[i].y));
     each_surface([&](const OrderedJson& face, std::size_t index, std::size_t i) {
       const double clear = face["clear_radius_mm"].get<double>();
-      if (!is_stated[i] || clear >= kRounding * needed[i]) return;
+      if (!is_stated[i] || clear >= kPrintedRounding * needed[i]) return;
       const Surface& surface = design_.surfaces[index];
       if (trimmed_[i])
         refuse(surface.line, "surface " + surface.label + " crosses its neighbour within the axial beam, " +

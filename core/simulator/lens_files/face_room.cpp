@@ -45,7 +45,7 @@ std::vector<Trim> trim_clear_radii(const optics::Prescription& lens, std::vector
   };
   for (std::size_t i = 0; i < faces.size(); ++i) {
     const double steepest = std::sqrt(std::max(0.0, 1 + faces[i]->conic)) * std::fabs(faces[i]->curvature);
-    if (steepest * clear_radii[i] > kShare && steepest * clear_radii[i] < 1 / kLeastRoom)
+    if (steepest * clear_radii[i] > kShare && steepest * clear_radii[i] < 1 / kMinRoom)
       trim(i, rounded_down(kShare / steepest),
            faces[i]->conic == 0 ? "is larger than the sphere's radius" : "is larger than the conic");
   }
@@ -54,7 +54,7 @@ std::vector<Trim> trim_clear_radii(const optics::Prescription& lens, std::vector
     // Faces behind a mirror keep their semi-diameters; the lens reader rejects those that cross.
     if (!(radius > 0) || !(faces[i]->z_mm <= faces[i + 1]->z_mm) || faces[i]->index_after < 0) continue;
     const double room = room_between(*faces[i], *faces[i + 1], radius);
-    if (room >= radius || room < kLeastRoom * radius) continue;
+    if (room >= radius || room < kMinRoom * radius) continue;
     trim(i, rounded_down(kShare * room), "extends beyond where the next face crosses it");
     trim(i + 1, rounded_down(kShare * room), "extends beyond where the previous face crosses it");
   }

@@ -16,9 +16,9 @@ struct Trim {
 };
 
 // Trims `clear_radii`, one per face, mm, 0 if not stated; the shapes are those of `lens`, whose semi-diameters are
-// ignored. Faces that cross within kLeastRoom of their smaller semi-diameter are left unchanged: the lens reader
+// ignored. Faces that cross within kMinRoom of their smaller semi-diameter are left unchanged: the lens reader
 // rejects them.
-inline constexpr double kLeastRoom = 0.5;
+inline constexpr double kMinRoom = 0.5;
 std::vector<Trim> trim_clear_radii(const optics::Prescription& lens, std::vector<double>& clear_radii);
 
 }  // namespace relign::lens_files

@@ -34,8 +34,8 @@ void Reading::not_understood(int line, const std::string& keyword, const std::st
 }
 
 void Reading::problem(int line, const std::string& message) {
-  constexpr std::size_t kMostListed = 20;
-  if (problems_.size() < kMostListed)
+  constexpr std::size_t kMaxListed = 20;
+  if (problems_.size() < kMaxListed)
     problems_.push_back({design.file, line, 0, "", message});
   else
     ++omitted_problems_;
@@ -71,8 +71,8 @@ void Reading::aperture(int line, const std::string& keyword, SystemAperture::Kin
 }
 
 Surface& Reading::add_surface(int line, const std::string& label) {
-  if (design.surfaces.size() >= kMostSurfaces) {
-    problem(line, "more than " + std::to_string(kMostSurfaces) + " surfaces are not supported");
+  if (design.surfaces.size() >= kMaxSurfaces) {
+    problem(line, "more than " + std::to_string(kMaxSurfaces) + " surfaces are not supported");
     throw_if_any(finish().problems);
   }
   design.surfaces.emplace_back();

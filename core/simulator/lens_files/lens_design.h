@@ -14,10 +14,10 @@ namespace relign::lens_files {
 
 // From here on values mean a plane or an object at infinity: design programs write 1e10, 1e13 or INFINITY.
 constexpr double kInfinite = 1e10;
-constexpr std::size_t kMostSurfaces = 1000;
-constexpr std::size_t kMostBytes = 16 << 20;
+constexpr std::size_t kMaxSurfaces = 1000;
+constexpr std::size_t kMaxBytes = 16 << 20;
 constexpr int kHighestPower = 32;  // of an asphere's polynomial
-constexpr int kMostQTerms = 30;
+constexpr int kMaxQTerms = 30;
 
 // Terms of Forbes's orthogonal polynomials, Q_bfs or Q_con; coefficients in mm.
 struct QAsphere {

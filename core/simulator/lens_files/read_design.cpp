@@ -51,9 +51,9 @@ LensDesign read_design_with_problems(std::string_view bytes, const std::string& 
 std::string bytes_of(const std::filesystem::path& file) {
   std::error_code error;
   const auto size = std::filesystem::file_size(file, error);
-  if (!error && size > kMostBytes)
+  if (!error && size > kMaxBytes)
     throw Error(ErrorKind::bad_input, file.string() + ": the file has " + std::to_string(size >> 20) +
-                                          " MB; lens and glass files have at most " + std::to_string(kMostBytes >> 20));
+                                          " MB; lens and glass files have at most " + std::to_string(kMaxBytes >> 20));
   return read_file(file);
 }
 

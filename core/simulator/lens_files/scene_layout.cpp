@@ -12,7 +12,7 @@
 namespace relign::lens_files {
 namespace {
 
-constexpr int kPixels = 200, kMostPixels = 8000;
+constexpr int kPixels = 200, kMaxPixels = 8000;
 // The paper's scene in shares of its sensor's side: 0.19 sideways and along the axis, 7 degrees.
 constexpr double kMargin = 1.3, kTravelShare = 0.15, kTravelTilt_deg = 7;
 constexpr int kTexels = 1200;
@@ -148,8 +148,8 @@ SensorSize parse_sensor(const std::string& text) {
   const auto pitch_um = parse_number(text.substr(at + 1));
   if (!columns || !rows || !pitch_um) refuse_sensor(text, "expected COLUMNSxROWS@PITCH");
   for (const double count : {*columns, *rows})
-    if (!(count >= 1 && count <= kMostPixels) || count != std::floor(count))
-      refuse_sensor(text, "expected 1 to " + std::to_string(kMostPixels) + " pixels a side");
+    if (!(count >= 1 && count <= kMaxPixels) || count != std::floor(count))
+      refuse_sensor(text, "expected 1 to " + std::to_string(kMaxPixels) + " pixels a side");
   sensor.columns = static_cast<int>(*columns);
   sensor.rows = static_cast<int>(*rows);
   sensor.pitch_mm = *pitch_um / 1000;

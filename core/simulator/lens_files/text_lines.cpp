@@ -86,9 +86,9 @@ bool is_blank(char letter) { return letter == ' ' || letter == '\t' || letter ==
 
 std::vector<TextLine> text_lines(std::string_view bytes, const std::string& file) {
   if (bytes.empty()) throw Error(ErrorKind::bad_input, file + ": the file is empty");
-  if (bytes.size() > kMostBytes)
+  if (bytes.size() > kMaxBytes)
     throw Error(ErrorKind::bad_input, file + ": the file has " + std::to_string(bytes.size() >> 20) +
-                                          " MB; lens and glass files have at most " + std::to_string(kMostBytes >> 20));
+                                          " MB; lens and glass files have at most " + std::to_string(kMaxBytes >> 20));
   const std::string text = decoded(bytes);
   if (text.find('\0') != std::string::npos)
     throw Error(ErrorKind::bad_input, file + ": expected a text file, found zero bytes");

@@ -8,7 +8,7 @@
 namespace relign::lens_files {
 namespace {
 
-constexpr std::size_t kMostOperands = 1000;
+constexpr std::size_t kMaxOperands = 1000;
 
 // One row: operand, surface or field or wavelength, configuration, value.
 struct Operand {
@@ -41,9 +41,9 @@ class Configurations {
                        "unknown configuration " + std::to_string(wanted) + "; the file has " + std::to_string(count_));
       return;
     }
-    if (operands_.size() > kMostOperands) {
+    if (operands_.size() > kMaxOperands) {
       reading_.problem(line_, "found " + std::to_string(operands_.size()) +
-                                  " operands of configurations; allowed are " + std::to_string(kMostOperands));
+                                  " operands of configurations; allowed are " + std::to_string(kMaxOperands));
       return;
     }
     for (const auto& [key, rows] : operands_) {

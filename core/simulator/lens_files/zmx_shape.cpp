@@ -8,8 +8,8 @@
 namespace relign::lens_files {
 namespace {
 
-constexpr int kPolynomialTerms = 8;      // PARM 1 to 8 of EVENASPH and ODDASPHE
-constexpr int kMostExtendedTerms = 240;  // of XASPHERE and XOSPHERE
+constexpr int kPolynomialTerms = 8;     // PARM 1 to 8 of EVENASPH and ODDASPHE
+constexpr int kMaxExtendedTerms = 240;  // of XASPHERE and XOSPHERE
 
 bool is_count(double value, int most) { return value >= 0 && value <= most && value == std::floor(value); }
 
@@ -44,10 +44,10 @@ void ZmxShape::apply(Reading& reading, Surface& surface) const {
     parameters = kPolynomialTerms;
     apply_terms(reading, surface, parameters_, 0, kPolynomialTerms, 1, type_ == "EVENASPH" ? 2 : 1);
   } else if (type_ == "XASPHERE" || type_ == "XOSPHERE") {
-    extra = kMostExtendedTerms + 2;
+    extra = kMaxExtendedTerms + 2;
     apply_extended(reading, surface, type_ == "XASPHERE" ? 2 : 1);
   } else if (type_ == "QED_TYPE") {
-    extra = kMostExtendedTerms + 3;
+    extra = kMaxExtendedTerms + 3;
     apply_q_type(reading, surface);
   } else if (type_ != "STANDARD") {
     reading.problem(line_, "surface " + surface.label + " has unsupported type '" + shown(type_, 20) +
@@ -106,9 +106,9 @@ void ZmxShape::apply_terms(Reading& reading, Surface& surface, const Entries& en
 void ZmxShape::apply_extended(Reading& reading, Surface& surface, int step) const {
   const double stated = value_of(extra_, 1), terms = std::floor(stated), radius = value_of(extra_, 2);
   const int line = extra_.count(1) > 0 ? extra_.at(1).line : line_;
-  if (!is_count(terms, kMostExtendedTerms)) {
+  if (!is_count(terms, kMaxExtendedTerms)) {
     reading.problem(line, "surface " + surface.label + ": XDAT 1: expected a number of terms from 0 to " +
-                              std::to_string(kMostExtendedTerms) + ", found " + shortest(stated));
+                              std::to_string(kMaxExtendedTerms) + ", found " + shortest(stated));
     return;
   }
   if (terms != stated)  // occurs in files of design programs
@@ -133,10 +133,10 @@ void ZmxShape::apply_q_type(Reading& reading, Surface& surface) const {
                                "'; supported are 0 (Q_bfs) and 1 (Q_con)");
     return;
   }
-  if (!is_count(terms, kMostQTerms)) {
+  if (!is_count(terms, kMaxQTerms)) {
     reading.problem(extra_.at(2).line, "surface " + surface.label +
                                            ": XDAT 2: expected an integer number of terms from 0 to " +
-                                           std::to_string(kMostQTerms) + ", found " + shortest(terms));
+                                           std::to_string(kMaxQTerms) + ", found " + shortest(terms));
     return;
   }
   for (int i = 0; i < static_cast<int>(terms); ++i) asphere.coefficients.push_back(value_of(extra_, i + 4));

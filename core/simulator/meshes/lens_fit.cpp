@@ -10,7 +10,7 @@
 namespace relign::meshes {
 namespace {
 
-constexpr std::size_t kFewestCorners = 8;
+constexpr std::size_t kMinFittedCorners = 8;
 constexpr double kDegreesPerRadian = 57.29577951308232;
 
 // The sphere (or plane) that crosses the axis at z with normal (lx, ly, lz): unknowns z, curvature, lx, ly.
@@ -23,9 +23,9 @@ class SphereFit {
 
   void solve() {
     start();
-    constexpr int kMostSteps = 50;
+    constexpr int kMaxSteps = 50;
     double before = std::numeric_limits<double>::infinity();
-    for (int step = 0; step < kMostSteps; ++step) {
+    for (int step = 0; step < kMaxSteps; ++step) {
       Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
       Eigen::Vector4d right = Eigen::Vector4d::Zero();
       double sum = 0;
@@ -110,11 +110,11 @@ FittedFace fit_patch(const Mesh& mesh, const Patches& patches, std::size_t trian
   std::vector<Vec3> points;
   for (std::size_t v = 0; v < used.size(); ++v)
     if (used[v]) points.push_back(mesh.vertices[v]);
-  if (points.size() < kFewestCorners)
+  if (points.size() < kMinFittedCorners)
     throw Error(ErrorKind::bad_input, file + ": the smooth surface on the axis " + side + ", at face " +
                                           std::to_string(mesh.face_number(triangle)) + ", has " +
                                           std::to_string(points.size()) + " corners; a sphere needs " +
-                                          std::to_string(kFewestCorners) +
+                                          std::to_string(kMinFittedCorners) +
                                           "; use a finer mesh: faces at more than 20 degrees to each other count as "
                                           "separated by an edge");
   SphereFit fit(std::move(points), z);

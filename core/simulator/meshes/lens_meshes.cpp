@@ -13,9 +13,9 @@ namespace relign::meshes {
 namespace {
 
 // Least distance between consecutive hits: above the rounding of Embree's floats.
-constexpr double kLeastStep = 1e-4;  // mm
-constexpr std::size_t kMostBodies = 32;
-constexpr int kMostFaces = 64;  // per ray; a ray with more hits is trapped between faces
+constexpr double kMinStep = 1e-4;  // mm
+constexpr std::size_t kMaxBodies = 32;
+constexpr int kMaxFaces = 64;  // per ray; a ray with more hits is trapped between faces
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -66,9 +66,9 @@ LensMeshes::LensMeshes(const optics::Prescription& lens, const std::map<std::str
     if (std::find(known.begin(), known.end(), name) == known.end())
       throw Error(ErrorKind::bad_input,
                   "unknown mesh '" + name + "'; expected an element or stop of the lens" + suggestion(name, known));
-  if (bodies_.size() > kMostBodies)
+  if (bodies_.size() > kMaxBodies)
     throw Error(ErrorKind::bad_input, "the lens has " + std::to_string(bodies_.size()) + " meshes; allowed are up to " +
-                                          std::to_string(kMostBodies));
+                                          std::to_string(kMaxBodies));
   place(optics::Assembly(lens), {}, {});
 }
 
@@ -84,14 +84,14 @@ void LensMeshes::place(const optics::Assembly& assembly, const optics::Motion& l
 
 bool LensMeshes::nearest_hit(const Vec3& at, const Vec3& direction, bool from_start, Hit& hit) const {
   hit = {};
-  const double from = from_start ? 0 : kLeastStep;
+  const double from = from_start ? 0 : kMinStep;
   // Nearest box first: most rays need one tree only.
   struct Candidate {
     const Body* body;
     double entry;
     Vec3 start, direction;  // in element coordinates
   };
-  Candidate candidates[kMostBodies];
+  Candidate candidates[kMaxBodies];
   std::size_t count = 0;
   for (const Body& body : bodies_) {
     const Vec3 start = body.into.point(at), along = body.into.direction(direction);
@@ -144,7 +144,7 @@ LensMeshes::Passed LensMeshes::trace_ray(const Vec3& start, const Vec3& start_di
   Passed ray;
   ray.at = start;
   ray.direction = start_direction;
-  for (; ray.faces < kMostFaces; ++ray.faces) {
+  for (; ray.faces < kMaxFaces; ++ray.faces) {
     Hit hit;
     const bool met = nearest_hit(ray.at, ray.direction, ray.faces == 0, hit);
     if (absorbed_before(ray.at, ray.direction, hit.distance)) return ray;

@@ -16,10 +16,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uintmax_t kMostBytes = 1ULL << 30;
-constexpr std::size_t kMostTriangles = 20000000;
+constexpr std::uintmax_t kMaxBytes = 1ULL << 30;
+constexpr std::size_t kMaxTriangles = 20000000;
 
-[[noreturn]] void refuse(const fs::path& file, const std::string& message) {
+[[noreturn]] void reject_mesh(const fs::path& file, const std::string& message) {
   throw Error(ErrorKind::bad_input, file.string() + ": " + message);
 }
 
@@ -32,13 +32,13 @@ std::string extension_of(const fs::path& file) {
 HeaderCounts check_header(const fs::path& file) {
   const std::string extension = extension_of(file);
   if (extension != ".ply" && extension != ".stl" && extension != ".obj")
-    refuse(file, "unknown mesh format '" + extension + "'; allowed: .ply, .stl, .obj");
+    reject_mesh(file, "unknown mesh format '" + extension + "'; allowed: .ply, .stl, .obj");
   std::error_code code;
-  if (const std::uintmax_t size = fs::file_size(file, code); !code && size > kMostBytes)
-    refuse(file, "the file has " + std::to_string(size) + " bytes; allowed are up to " + std::to_string(kMostBytes) +
-                     "; use a coarser mesh");
+  if (const std::uintmax_t size = fs::file_size(file, code); !code && size > kMaxBytes)
+    reject_mesh(file, "the file has " + std::to_string(size) + " bytes; allowed are up to " +
+                          std::to_string(kMaxBytes) + "; use a coarser mesh");
   const std::string content = read_file(file);
-  if (content.empty()) refuse(file, "the file is empty");
+  if (content.empty()) reject_mesh(file, "the file is empty");
   if (extension == ".ply") return check_ply_header(file.string(), content);
   if (extension == ".stl") return check_stl_header(file.string(), content);
   return {};
@@ -54,12 +54,12 @@ void append(const aiMesh& part, const fs::path& file, Mesh& mesh, std::uint64_t&
     const aiFace& face = part.mFaces[f];
     ++faces;
     if (face.mNumIndices < 3)
-      refuse(file, "face " + std::to_string(faces) + " has " + std::to_string(face.mNumIndices) +
-                       " corners; expected three or more");
+      reject_mesh(file, "face " + std::to_string(faces) + " has " + std::to_string(face.mNumIndices) +
+                            " corners; expected three or more");
     for (unsigned i = 0; i < face.mNumIndices; ++i)
       if (face.mIndices[i] >= part.mNumVertices)
-        refuse(file, "face " + std::to_string(faces) + " refers to vertex " + std::to_string(face.mIndices[i]) +
-                         "; the mesh has " + std::to_string(part.mNumVertices));
+        reject_mesh(file, "face " + std::to_string(faces) + " refers to vertex " + std::to_string(face.mIndices[i]) +
+                              "; the mesh has " + std::to_string(part.mNumVertices));
     for (unsigned i = 2; i < face.mNumIndices; ++i) {
       const auto at = [&](unsigned corner) { return static_cast<std::uint32_t>(base + face.mIndices[corner]); };
       mesh.triangles.push_back({at(0), at(i - 1), at(i)});
@@ -75,16 +75,16 @@ Mesh read_mesh(const fs::path& file, Demand demand) {
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
   const aiScene* scene = importer.ReadFile(file.string(), 0);
-  if (!scene) refuse(file, std::string("the file cannot be read as a mesh: ") + importer.GetErrorString());
+  if (!scene) reject_mesh(file, std::string("the file cannot be read as a mesh: ") + importer.GetErrorString());
   Mesh mesh;
   std::uint64_t faces = 0;
   for (unsigned m = 0; m < scene->mNumMeshes; ++m) append(*scene->mMeshes[m], file, mesh, faces);
   if (header.faces && faces != *header.faces)
-    refuse(file, "the file is truncated: its header states " + std::to_string(*header.faces) + " faces, found " +
-                     std::to_string(faces));
-  if (mesh.triangles.size() > kMostTriangles)
-    refuse(file, "the mesh has " + std::to_string(mesh.triangles.size()) + " triangles; allowed are up to " +
-                     std::to_string(kMostTriangles) + "; use a coarser mesh");
+    reject_mesh(file, "the file is truncated: its header states " + std::to_string(*header.faces) + " faces, found " +
+                          std::to_string(faces));
+  if (mesh.triangles.size() > kMaxTriangles)
+    reject_mesh(file, "the mesh has " + std::to_string(mesh.triangles.size()) + " triangles; allowed are up to " +
+                          std::to_string(kMaxTriangles) + "; use a coarser mesh");
   mesh = welded(mesh);
   check_mesh(mesh, demand, file.string());
   return mesh;

@@ -13,7 +13,7 @@
 namespace relign::meshes {
 namespace {
 
-[[noreturn]] void refuse(const std::string& file, const std::string& message) {
+[[noreturn]] void reject_header(const std::string& file, const std::string& message) {
   throw Error(ErrorKind::bad_input, file + ": " + message);
 }
 
@@ -26,7 +26,7 @@ std::uint64_t bytes_of(const std::string& type) {
   return found == kBytes.end() ? 0 : found->second;
 }
 
-constexpr std::uint64_t kFewestCorners = 3;
+constexpr std::uint64_t kMinCorners = 3;
 constexpr std::size_t kLongestShown = 60;
 
 // One element of the header: "element face 20" and the properties under it.
@@ -53,8 +53,8 @@ std::string_view take_word(std::string_view& line) {
 
 // Whether assimp reads the same number: digits only, and not too many.
 bool is_count(std::string_view word) {
-  constexpr std::size_t kMostDigits = 10;
-  return !word.empty() && word.size() <= kMostDigits && word.find_first_not_of("0123456789") == std::string_view::npos;
+  constexpr std::size_t kMaxDigits = 10;
+  return !word.empty() && word.size() <= kMaxDigits && word.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
 // Text files: one line per entry, with as many values as the header states. On other lines assimp loses its position,
@@ -65,8 +65,8 @@ void check_lines(const std::string& file, const std::vector<PlyElement>& element
       std::string_view line = take_until(body, "\n");
       const std::string shown = std::string(line.substr(0, kLongestShown));
       const auto refuse_line = [&](const char* what) {
-        refuse(file, std::string(what) + " in entry " + std::to_string(entry) + " of element '" + element.name +
-                         "': '" + shown + "'");
+        reject_header(file, std::string(what) + " in entry " + std::to_string(entry) + " of element '" + element.name +
+                                "': '" + shown + "'");
       };
       for (const bool list : element.lists) {
         const std::string_view word = take_word(line);
@@ -99,10 +99,10 @@ bool is_header_word(const std::string& word) {
 }  // namespace
 
 HeaderCounts check_ply_header(const std::string& file, const std::string& content) {
-  if (content.compare(0, 3, "ply") != 0) refuse(file, "not a PLY file: it does not begin with 'ply'");
+  if (content.compare(0, 3, "ply") != 0) reject_header(file, "not a PLY file: it does not begin with 'ply'");
   const std::size_t end = end_of_header(content);
   const std::size_t body = end == std::string::npos ? end : content.find('\n', end);
-  if (body == std::string::npos) refuse(file, "the file is truncated: its header has no line 'end_header'");
+  if (body == std::string::npos) reject_header(file, "the file is truncated: its header has no line 'end_header'");
   std::istringstream header(content.substr(0, end));
   std::vector<PlyElement> elements;
   bool text = false;
@@ -114,33 +114,34 @@ HeaderCounts check_ply_header(const std::string& file, const std::string& conten
     if (word == "format") {
       text = first == "ascii";
       if (!text && first != "binary_little_endian" && first != "binary_big_endian")
-        refuse(file,
-               "unknown format " + shown() + " in the header; allowed: ascii, binary_little_endian, binary_big_endian");
+        reject_header(file, "unknown format " + shown() +
+                                " in the header; allowed: ascii, binary_little_endian, binary_big_endian");
     }
     if (word == "element") {
-      if (!is_count(second)) refuse(file, "expected a number of entries in the header, found " + shown());
+      if (!is_count(second)) reject_header(file, "expected a number of entries in the header, found " + shown());
       elements.push_back({first, std::strtoull(second.c_str(), nullptr, 10), 0});
     }
     if (word == "property" && !elements.empty()) {
       const bool list = first == "list", corners = list && elements.back().name == "face";
       if (bytes_of(list ? second : first) == 0 || (list && bytes_of(third) == 0))
-        refuse(file, "unknown type of a property of element '" + elements.back().name + "': '" + line + "'");
+        reject_header(file, "unknown type of a property of element '" + elements.back().name + "': '" + line + "'");
       elements.back().lists.push_back(list);
       elements.back().least_bytes +=
-          list ? bytes_of(second) + (corners ? kFewestCorners * bytes_of(third) : 0) : bytes_of(first);
+          list ? bytes_of(second) + (corners ? kMinCorners * bytes_of(third) : 0) : bytes_of(first);
     } else if (!is_header_word(word)) {
-      refuse(file, "unknown line in the header: " + shown());
+      reject_header(file, "unknown line in the header: " + shown());
     }
   }
   for (const PlyElement& element : elements)
-    if (element.least_bytes == 0 && element.count > 0) refuse(file, "element '" + element.name + "' has no properties");
+    if (element.least_bytes == 0 && element.count > 0)
+      reject_header(file, "element '" + element.name + "' has no properties");
   const auto count_of = [&](const std::string& name) -> std::optional<std::uint64_t> {
     for (const PlyElement& element : elements)
       if (element.name == name) return element.count;
     return std::nullopt;
   };
   const std::optional<std::uint64_t> vertices = count_of("vertex"), faces = count_of("face");
-  if (!vertices || !faces) refuse(file, "expected a mesh, but the header lists no vertices or no faces");
+  if (!vertices || !faces) reject_header(file, "expected a mesh, but the header lists no vertices or no faces");
   // Text files: one line per entry. In double, so that no count overflows.
   double least = 0;
   for (const PlyElement& element : elements)
@@ -149,9 +150,9 @@ HeaderCounts check_ply_header(const std::string& file, const std::string& conten
                                 (content.back() == '\n' ? -1 : 0)
                           : static_cast<std::ptrdiff_t>(content.size() - body - 1);
   if (static_cast<double>(found) < least)
-    refuse(file, "the file is truncated: its header states " + std::to_string(*vertices) + " vertices and " +
-                     std::to_string(*faces) + " faces, but only " + std::to_string(found) +
-                     (text ? " lines" : " bytes") + " follow");
+    reject_header(file, "the file is truncated: its header states " + std::to_string(*vertices) + " vertices and " +
+                            std::to_string(*faces) + " faces, but only " + std::to_string(found) +
+                            (text ? " lines" : " bytes") + " follow");
   if (text) check_lines(file, elements, std::string_view(content).substr(body + 1));
   return {faces};
 }
@@ -165,12 +166,14 @@ HeaderCounts check_stl_header(const std::string& file, const std::string& conten
     const std::uint64_t size = kHeader + kFace * static_cast<std::uint64_t>(faces);
     if (size == content.size()) return {faces};
     if (!text)
-      refuse(file, "the file is truncated or not an STL: its header states " + std::to_string(faces) + " faces (" +
-                       std::to_string(size) + " bytes), found " + std::to_string(content.size()) + " bytes");
+      reject_header(file, "the file is truncated or not an STL: its header states " + std::to_string(faces) +
+                              " faces (" + std::to_string(size) + " bytes), found " + std::to_string(content.size()) +
+                              " bytes");
   }
-  if (!text) refuse(file, "not an STL file: found " + std::to_string(content.size()) + " bytes, shorter than a header");
+  if (!text)
+    reject_header(file, "not an STL file: found " + std::to_string(content.size()) + " bytes, shorter than a header");
   if (content.find("endsolid") == std::string::npos)
-    refuse(file, "the file is truncated: the text STL has no 'endsolid'");
+    reject_header(file, "the file is truncated: the text STL has no 'endsolid'");
   return {};
 }
 

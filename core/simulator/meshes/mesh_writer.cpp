@@ -9,8 +9,8 @@
 namespace relign::meshes {
 namespace {
 
-constexpr double kMostTriangles = 2e7;
-constexpr int kFewestCorners = 48;  // of a rim
+constexpr double kMaxWrittenTriangles = 2e7;
+constexpr int kMinRimCorners = 48;  // of a rim
 
 using optics::kPi;
 using optics::sag;
@@ -112,17 +112,18 @@ Mesh element_mesh(const optics::Element& element, double pitch_mm) {
   check_on_axis(element);
   const optics::Face &front = element.faces[0], &back = element.faces[1];
   const double largest = std::max(front.clear_radius_mm, back.clear_radius_mm);
-  if (2 * 2 * kPi * largest * largest / (pitch_mm * pitch_mm) > kMostTriangles)
+  if (2 * 2 * kPi * largest * largest / (pitch_mm * pitch_mm) > kMaxWrittenTriangles)
     throw Error(ErrorKind::bad_input, "a pitch of " + shortest(pitch_mm) + " mm gives too many triangles for element " +
                                           element.name + " of radius " + shortest(largest) + " mm; allowed are about " +
-                                          std::to_string(static_cast<int>(kMostTriangles)) + "; use a larger pitch");
+                                          std::to_string(static_cast<int>(kMaxWrittenTriangles)) +
+                                          "; use a larger pitch");
   if (front.z_mm + sag(front, front.clear_radius_mm) >= back.z_mm + sag(back, back.clear_radius_mm))
     throw Error(ErrorKind::bad_input, "element " + element.name +
                                           " has no edge: the rims of its faces, at semi-diameters " +
                                           shortest(front.clear_radius_mm) + " and " + shortest(back.clear_radius_mm) +
                                           " mm, touch or cross; use smaller semi-diameters");
   Builder builder(pitch_mm);
-  const int corners = builder.corners_at(largest, kFewestCorners);
+  const int corners = builder.corners_at(largest, kMinRimCorners);
   const Ring front_rim = builder.face(front, corners, false);
   const Ring back_rim = builder.face(back, corners, true);
   Ring last = front_rim;

@@ -18,7 +18,7 @@ struct Interval {
   double near = 0, far = 0;
 };
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNowhere = std::numeric_limits<double>::infinity();
 
 // Throws for an error code of Embree.
 [[noreturn]] void embree_failed(RTCError code) {
@@ -27,10 +27,10 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 }
 
 Interval clip(const Vec3& p, const Vec3& d, const Vec3& low, const Vec3& high) {
-  Interval box{-kInfinity, kInfinity};
+  Interval box{-kNowhere, kNowhere};
   const auto axis = [&](double at, double along, double least, double most) {
     if (along == 0) {
-      if (at < least || at > most) box.near = kInfinity;
+      if (at < least || at > most) box.near = kNowhere;
       return;
     }
     const double a = (least - at) / along, b = (most - at) / along;
@@ -53,8 +53,8 @@ EmbreeDevice::~EmbreeDevice() { rtcReleaseDevice(handle_); }
 
 TracedMesh::TracedMesh(const EmbreeDevice& device, const Mesh& mesh, bool smooth) : mesh_(mesh) {
   if (smooth) normals_ = corner_normals(mesh_);
-  low_ = {kInfinity, kInfinity, kInfinity};
-  high_ = {-kInfinity, -kInfinity, -kInfinity};
+  low_ = {kNowhere, kNowhere, kNowhere};
+  high_ = {-kNowhere, -kNowhere, -kNowhere};
   for (const Vec3& v : mesh_.vertices) {
     low_ = {std::min(low_.x, v.x), std::min(low_.y, v.y), std::min(low_.z, v.z)};
     high_ = {std::max(high_.x, v.x), std::max(high_.y, v.y), std::max(high_.z, v.z)};
@@ -102,7 +102,7 @@ TracedMesh::TracedMesh(TracedMesh&& other) noexcept
 
 double TracedMesh::box_entry(const Vec3& start, const Vec3& direction) const {
   const Interval box = clip(start, direction, low_, high_);
-  return box.near > box.far || box.far < 0 ? kInfinity : box.near;
+  return box.near > box.far || box.far < 0 ? kNowhere : box.near;
 }
 
 bool TracedMesh::nearest_triangle(const Vec3& start, const Vec3& direction, double from, double to,

@@ -65,10 +65,10 @@ std::map<std::string, ElementOffset> read_offsets(const JsonSource& source, cons
     for (const double tilt : offset.tilt_deg)
       if (!(tilt >= -90 && tilt <= 90))
         one.complain("tilt_deg", "expected tilts from -90 to 90 degrees, found " + shortest(tilt));
-    one.refuse_unknown();
+    one.reject_unknown();
     offsets[name] = offset;
   }
-  all.refuse_unknown();
+  all.reject_unknown();
   throw_if_any(problems);
   return offsets;
 }

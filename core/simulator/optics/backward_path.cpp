@@ -58,7 +58,7 @@ Op face_op(const Face& face, const FaceBounds& bounds, double index_before, doub
   op.odd_terms = static_cast<std::int32_t>(face.odd_asphere.size());
   return op;
 }
-static_assert(kEvenTerms == kMostEvenTerms + 1 && kOddTerms == kMostOddTerms);
+static_assert(kEvenTerms == kMaxEvenTerms + 1 && kOddTerms == kMaxOddTerms);
 
 // At normal incidence.
 double highest_transmittance(double index_before, double index_after) {

@@ -14,8 +14,8 @@ namespace {
 double height(const Op& op, double r2, double& slope) {
   const auto of = [](float value) { return static_cast<double>(value); };
   const double c = of(op.curvature), kappa_c2 = of(op.conic_plus_1) * c * c;
-  constexpr double kLeastRoot2 = 1e-3;  // as in block_asphere.inc
-  const double root2 = std::max(1 - kappa_c2 * r2, kLeastRoot2), root = std::sqrt(root2);
+  constexpr double kMinRoot2 = 1e-3;  // as in block_asphere.inc
+  const double root2 = std::max(1 - kappa_c2 * r2, kMinRoot2), root = std::sqrt(root2);
   const double per_radius2 = of(op.per_shape_radius2), q = r2 * per_radius2;
   double even = 0, even_slope = 0;
   for (int k = op.even_terms - 1; k >= 0; --k) {

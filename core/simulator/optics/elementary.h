@@ -1,13 +1,16 @@
 // Elementary functions whose bits do not depend on the C library, and pi.
 #pragma once
 
+#include <numbers>
 #include <relign/portable_math.hpp>
 
 namespace relign::optics {
 
 using relign::SineCosine;
 
-inline constexpr double kPi = 3.14159265358979323846;  // std::numbers::pi from C++20 on
+inline constexpr double kPi = std::numbers::pi;
+
+inline double square(double value) { return value * value; }
 
 // Sine and cosine of an angle in degrees, |angle| <= 360, within 3e-16. Not inline, so that the linker never picks a
 // copy that was compiled for a newer instruction set.

@@ -129,16 +129,16 @@ double slope(const Face& face, double radius) { return 2 * radius * height(face,
 
 double valid_radius(const Face& face) {
   constexpr double kKnown_mm = 1e-5;  // smaller semi-diameters are placeholders
-  constexpr double kStep = 1.05, kMostGrowth = 2, kFarthest_mm = 1e6;
-  constexpr double kSteepest = 3;       // 72 degrees
-  constexpr double kLeastRoot2 = 0.02;  // of the conic
+  constexpr double kStep = 1.05, kMaxGrowth = 2, kFarthest_mm = 1e6;
+  constexpr double kSteepest = 3;     // 72 degrees
+  constexpr double kMinRoot2 = 0.02;  // of the conic
   const double clear = std::max(face.clear_radius_mm, face.listing_clear_radius_mm);
-  const double farthest = clear > kKnown_mm ? kMostGrowth * clear : kFarthest_mm;
+  const double farthest = clear > kKnown_mm ? kMaxGrowth * clear : kFarthest_mm;
   const double kappa_c2 = (1 + face.conic) * face.curvature * face.curvature;
   double radius = clear;
   while (radius * kStep <= farthest) {
     const double next = radius * kStep;
-    if (!(1 - kappa_c2 * next * next > kLeastRoot2) || !(std::fabs(slope(face, next)) < kSteepest)) break;
+    if (!(1 - kappa_c2 * next * next > kMinRoot2) || !(std::fabs(slope(face, next)) < kSteepest)) break;
     radius = next;
   }
   return radius;
@@ -196,7 +196,7 @@ std::optional<std::vector<double>> over_root_terms_on_conic(const std::vector<do
                                                             double conic, double reach) {
   constexpr double kAllowed_mm = 1e-6;
   constexpr int kNodes = 64, kPlaces = 500;
-  constexpr std::size_t kMostTerms = 16;  // b2 to b32
+  constexpr std::size_t kMaxTerms = 16;  // b2 to b32
   const double c2 = curvature * curvature, reach2 = reach * reach;
   if (!(1 - conic * c2 * reach2 > 0)) return std::nullopt;
   // Of x = (r / reach)^2, without the factor r^2.
@@ -206,14 +206,14 @@ std::optional<std::vector<double>> over_root_terms_on_conic(const std::vector<do
     return sum * std::sqrt(1 - conic * c2 * reach2 * x);
   };
   // Chebyshev series over 0 to 1, truncated when accurate enough, in powers of x.
-  std::vector<double> chebyshev(kMostTerms);
+  std::vector<double> chebyshev(kMaxTerms);
   for (int node = 0; node < kNodes; ++node) {
     const double angle = (node + 0.5) * kPi / kNodes, value = exact((1 + std::cos(angle)) / 2);
-    for (std::size_t n = 0; n < kMostTerms; ++n)
+    for (std::size_t n = 0; n < kMaxTerms; ++n)
       chebyshev[n] += (n == 0 ? 1.0 : 2.0) / kNodes * value * std::cos(static_cast<double>(n) * angle);
   }
   Series sum, before{1}, here{-1, 2};
-  for (std::size_t n = 0; n < kMostTerms; ++n) {
+  for (std::size_t n = 0; n < kMaxTerms; ++n) {
     add_scaled(sum, chebyshev[n], before);
     Series next = times_linear(here, -2, 4);
     add_scaled(next, -1, before);

@@ -18,11 +18,11 @@ constexpr double kRoundingOfDouble = 4e-16;
 template <class Function>
 std::optional<double> first_rise(const Function& g, double from, double to, double most_bent, bool& below,
                                  double rounding) {
-  constexpr int kMostSteps = 200;
+  constexpr int kMaxSteps = 200;
   constexpr double kOver = 1e-9;  // least step beyond a downward zero crossing
   const double bent = std::fmax(most_bent, 1e-9);
   double t = from;
-  for (int k = 0; k < kMostSteps && t <= to; ++k) {
+  for (int k = 0; k < kMaxSteps && t <= to; ++k) {
     double slope = 0;
     const double value = g(t, slope);
     if (value < 0 || (value == 0 && slope > 0)) {

@@ -2,12 +2,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "optics/elementary.h"
 #include "optics/ghost_walk.h"
 
 namespace relign::optics {
 namespace {
-
-double square(double value) { return value * value; }
 
 double sag_of_rim(const Face& face) {
   const double c = face.curvature, r2 = face.clear_radius_mm * face.clear_radius_mm;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "optics/elementary.h"
+
 namespace relign::optics {
 namespace {
 
@@ -16,8 +18,6 @@ double unpolarised_reflectance(double cosine, double cosine_after, double ratio)
   const double below = s_below * p_below;
   return 0.5 * (s * s + p * p) / (below * below);
 }
-
-double square(double value) { return value * value; }
 
 }  // namespace
 

@@ -225,7 +225,7 @@ std::optional<Glass> read_glass(const JsonSource& source, const std::string& poi
                                             std::to_string(glass.coefficients.size()));
     }
   }
-  reader.refuse_unknown();
+  reader.reject_unknown();
   if (problems.size() > before) return std::nullopt;
   return glass;
 }

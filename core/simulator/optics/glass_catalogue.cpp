@@ -6,12 +6,12 @@
 namespace relign::optics {
 namespace {
 
-constexpr std::size_t kMostCoefficients = 9;
+constexpr std::size_t kMaxCoefficients = 9;
 
 struct Row {
   const char* name;
   int agf_formula;
-  double coefficients[kMostCoefficients];
+  double coefficients[kMaxCoefficients];
 };
 
 constexpr Row kSchott[] = {
@@ -46,7 +46,7 @@ template <std::size_t count>
 void add(std::vector<PublishedGlass>& glasses, const char* vendor, const Row (&rows)[count]) {
   for (const Row& row : rows) {
     std::vector<double> coefficients(std::begin(row.coefficients), std::end(row.coefficients));
-    coefficients.resize(std::min(kMostCoefficients, coefficient_count(row.agf_formula)));
+    coefficients.resize(std::min(kMaxCoefficients, coefficient_count(row.agf_formula)));
     glasses.push_back({vendor, {row.name, row.agf_formula, std::move(coefficients)}});
   }
 }

@@ -14,12 +14,12 @@ constexpr int kAzimuths = 2 * kSupports;
 constexpr int kBisections = 10;
 constexpr double kGridStep = 0.5;         // mm between places, for a lens whose pupil is so far from its image:
 constexpr double kPupilOfGridStep = 8.5;  // mm
-constexpr int kLeastHeights = 5;
+constexpr int kMinHeights = 5;
 constexpr double kRelativeMargin = 0.03;  // of the supports
 // Of tables of direction cosines:
 constexpr int kHalfGrid = 20;          // places from the axis to the end of the range
 constexpr double kSpreadMargin = 0.5;  // of what neighbours differ by
-constexpr int kMostProbes = 6;
+constexpr int kMaxProbes = 6;
 constexpr double kWindowWidening = 1.25, kProbeWidening = 1.6;
 static_assert(kCoarse * kCoarse == kBlockRays);
 
@@ -118,10 +118,10 @@ PassingTable::PassingTable(const Assembly& assembly, const PupilSearch& search)
     while (step_ / kGridStep < distance / kPupilOfGridStep) step_ *= 2;
     while (step_ / kGridStep >= 2 * distance / kPupilOfGridStep) step_ /= 2;
     half = static_cast<int>(std::ceil(range.half_width / step_));
-    count_z_ = std::max(kLeastHeights, 1 + static_cast<int>(std::ceil((range.z_high - range.z_low) / (2 * step_))));
+    count_z_ = std::max(kMinHeights, 1 + static_cast<int>(std::ceil((range.z_high - range.z_low) / (2 * step_))));
   } else {
     step_ = range.half_width / half;
-    count_z_ = kLeastHeights;
+    count_z_ = kMinHeights;
   }
   count_ = 2 * half + 1;
   low_ = -half * step_;
@@ -183,7 +183,7 @@ PassingRegion PassingTable::directions_from(const Vec3& place, RayBlock& block) 
   std::array<double, kBlockRays> p{}, q{};
   std::array<bool, kBlockRays> passed{};
   int count = 0;
-  for (int probe = 0; probe < kMostProbes; ++probe) {
+  for (int probe = 0; probe < kMaxProbes; ++probe) {
     for (std::size_t i = 0; i < kBlockRays; ++i) {
       const double away = middle[0] + half[0] * (2 * (static_cast<double>(i % kCoarse) + 0.5) / kCoarse - 1);
       const double across = middle[1] + half[1] * (2 * (static_cast<double>(i / kCoarse) + 0.5) / kCoarse - 1);

@@ -40,7 +40,7 @@ class Reader {
         else
           problems_.push_back(source_.problem("/published/" + name, "expected a number"));
       }
-    top.refuse_unknown();
+    top.reject_unknown();
     if (problems_.empty()) check_whole();
     throw_if_any(problems_);
     return lens_;
@@ -124,7 +124,7 @@ class Reader {
                                               "'glass_after' (its name)"));
       if (reader.get("placement")) read_placement(reader.pointer_to("placement"), element);
     }
-    reader.refuse_unknown();
+    reader.reject_unknown();
     lens_.elements.push_back(element);
   }
 
@@ -167,14 +167,14 @@ class Reader {
       reader.complain("clear_radius_mm", "the semi-diameter " + shortest(largest) + " mm exceeds the " +
                                              (face.conic == 0 ? "sphere's radius " : "largest radius of the conic ") +
                                              shortest(1 / steepest) + " mm");
-    else if (!(std::fabs(sag(face, largest)) < kDeepest_mm))
+    else if (!(std::fabs(sag(face, largest)) < kMaxDepth_mm))
       reader.complain("clear_radius_mm", "the polynomial has no finite sag at the semi-diameter " + shortest(largest) +
                                              " mm; check the coefficients and their unit");
-    reader.refuse_unknown();
+    reader.reject_unknown();
     return face;
   }
 
-  static constexpr double kDeepest_mm = 1e6;
+  static constexpr double kMaxDepth_mm = 1e6;
 
   // Trailing zeros change nothing and are dropped.
   std::vector<double> read_terms(ObjectReader& reader, const std::string& key, std::size_t most,
@@ -202,15 +202,15 @@ class Reader {
     q_radius_mm_ = radius;
     if (!reader.get("coefficients")) reader.complain_missing("coefficients", "a list of numbers");
     const std::vector<double> coefficients =
-        read_terms(reader, "coefficients", kMostQTerms, "Forbes's a0, a1, ... in mm");
-    reader.refuse_unknown();
+        read_terms(reader, "coefficients", kMaxQTerms, "Forbes's a0, a1, ... in mm");
+    reader.reject_unknown();
     return radius > 0 ? convert(coefficients, radius) : std::vector<double>();
   }
 
   void read_polynomials(ObjectReader& reader, Face& face) {
     face.r2_term = reader.number("r2", 0, -1e6, 1e6);
-    face.even_asphere = read_terms(reader, "even_asphere", kMostEvenTerms, "the coefficients of r^4, r^6, ... in mm");
-    face.odd_asphere = read_terms(reader, "odd_asphere", kMostOddTerms, "the coefficients of r^3, r^5, ... in mm");
+    face.even_asphere = read_terms(reader, "even_asphere", kMaxEvenTerms, "the coefficients of r^4, r^6, ... in mm");
+    face.odd_asphere = read_terms(reader, "odd_asphere", kMaxOddTerms, "the coefficients of r^3, r^5, ... in mm");
     const std::vector<double> q_con = read_q_terms(reader, "q_con", even_terms_of_q_con);
     face.even_asphere.resize(std::max(face.even_asphere.size(), q_con.size()));
     for (std::size_t i = 0; i < q_con.size(); ++i) face.even_asphere[i] += q_con[i];
@@ -239,7 +239,7 @@ class Reader {
     for (const double angle : tilt)
       if (!(angle >= -90 && angle <= 90))
         reader.complain("tilt_deg", "expected tilts from -90 to 90 degrees, found " + shortest(angle));
-    reader.refuse_unknown();
+    reader.reject_unknown();
     element.placement = about({0, 0, element.faces.front().z_mm}, tilt, {shift[0], shift[1], shift[2]});
   }
 
@@ -261,7 +261,7 @@ class Reader {
       stop.on_face = true;
       stop.before_face = static_cast<std::size_t>(reader.integer("on_face", 1, 1, faces) - 1);
     }
-    reader.refuse_unknown();
+    reader.reject_unknown();
     lens_.stops.push_back(stop);
   }
 
@@ -274,7 +274,7 @@ class Reader {
     if (barrel.to_z_mm <= barrel.from_z_mm)
       reader.complain("to_z_mm", "the barrel ends at z = " + shortest(barrel.to_z_mm) +
                                      " mm, before it begins; it must be larger than 'from_z_mm'");
-    reader.refuse_unknown();
+    reader.reject_unknown();
     lens_.barrel = barrel;
   }
 

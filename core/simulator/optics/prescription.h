@@ -17,9 +17,9 @@ namespace relign::optics {
 // (comparisons with it), or none (first-order and golden rays).
 enum class Apertures { mesh, listing, none };
 
-inline constexpr std::size_t kMostEvenTerms = 15;  // r^4 to r^32
-inline constexpr std::size_t kMostOddTerms = 8;    // r^3 to r^17
-inline constexpr std::size_t kMostQTerms = 14;     // of Forbes's sums, so that no power exceeds r^32
+inline constexpr std::size_t kMaxEvenTerms = 15;  // r^4 to r^32
+inline constexpr std::size_t kMaxOddTerms = 8;    // r^3 to r^17
+inline constexpr std::size_t kMaxQTerms = 14;     // of Forbes's sums, so that no power exceeds r^32
 
 struct Face {
   double z_mm = 0;       // vertex

@@ -16,8 +16,8 @@ constexpr double kReachOfLastFace = 1.3;  // semi-diameters on that plane
 constexpr int kFan = 4 * kBlockRays;      // rays across the half space: f/200 is two of them wide;
 constexpr int kEnoughOfFan = 12;          // if fewer pass on the axis,
 constexpr int kFinest = 64;               // rays get up to this many times denser
-constexpr int kCoarse = 16;               // points per side of a table's first grid (passing_table.cpp)
-constexpr double kLeastPlaces = 3;        // of them that the widest region must cover for the plane to be useful
+constexpr int kCoarsePoints = 16;         // points per side of a table's first grid (passing_table.cpp)
+constexpr double kMinPlaces = 3;          // of them that the widest region must cover for the plane to be useful
 constexpr double kWithinReach = 0.95;
 
 }  // namespace
@@ -41,9 +41,9 @@ PupilSearch::PupilSearch(const Prescription& lens, const PlaceRange& range) : ra
   const BackwardPath path = backward_path(Assembly(lens), {});
   const auto block = std::make_unique<RayBlock>();
   // No point is inside the lens, whatever the travel.
-  constexpr double kLeastGap_mm = 1e-3;
-  range_.z_high = std::max(range_.z_high, last_z + kLeastGap_mm);
-  const double low = std::max(range_.z_low, last_z + kLeastGap_mm);
+  constexpr double kMinGap_mm = 1e-3;
+  range_.z_high = std::max(range_.z_high, last_z + kMinGap_mm);
+  const double low = std::max(range_.z_low, last_z + kMinGap_mm);
   radius_step_ = 1.4143 * range_.half_width / (kRadii - 1);
   z_step_ = (range_.z_high - low) / (kHeights - 1);
   samples_.resize(static_cast<std::size_t>(kRadii * kHeights));
@@ -62,7 +62,7 @@ PupilSearch::PupilSearch(const Prescription& lens, const PlaceRange& range) : ra
   // Polynomials distort pupils: always use directions.
   for (const Element& element : lens.elements)
     for (const Face& face : element.faces) on_plane_ = on_plane_ && face.is_conic();
-  for (const double width : widest_) on_plane_ = on_plane_ && width > kLeastPlaces * 2 * reach_ / kCoarse;
+  for (const double width : widest_) on_plane_ = on_plane_ && width > kMinPlaces * 2 * reach_ / kCoarsePoints;
   if (on_plane_) return;
   range_.z_low = low;
 }

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kHalfScan = 1000;   // heights scanned on either side of the axis
 constexpr double kScanReach = 3;  // range of the scan, in largest semi-diameters
-constexpr int kBisections = 40;
+constexpr int kFanBisections = 40;
 constexpr double kFarStart = 1;  // largest semi-diameters between first vertex and start
 
 // Rays of one object point, by their height in the pupil's plane.
@@ -44,7 +44,7 @@ class Pencil {
 
   // The last height that passes between one that does and one that does not.
   double rim(double inside, double outside) const {
-    for (int i = 0; i < kBisections; ++i) {
+    for (int i = 0; i < kFanBisections; ++i) {
       const double middle = (inside + outside) / 2;
       (passes(middle) ? inside : outside) = middle;
     }

@@ -37,7 +37,7 @@ std::vector<RayRequest> read_rays(const JsonSource& source, const Prescription& 
         reader.complain("elements", error.what());
       }
     }
-    reader.refuse_unknown();
+    reader.reject_unknown();
     requests.push_back(request);
   }
   throw_if_any(problems);

@@ -19,12 +19,12 @@ using testing::HasSubstr;
 
 TEST(Imitation, FollowsResidualGainSchedule) {
   test::GreyTrial trial(0.12);
-  test::FakeConversation conversation(trial.setup);
-  test::run_policy("imitation", conversation, {{"whole_guesses", 3}});
-  ASSERT_EQ(conversation.steps.size(), 6u);
+  test::FakeTrial trial(trial.setup);
+  test::run_policy("imitation", trial, {{"whole_guesses", 3}});
+  ASSERT_EQ(trial.steps.size(), 6u);
   std::vector<double> first_axis, second_axis;
   test::Pose before(2, 0.0);
-  for (const auto& visit : conversation.steps) {
+  for (const auto& visit : trial.steps) {
     first_axis.push_back(visit.pose[0] - before[0]);
     second_axis.push_back(visit.pose[1] - before[1]);
     before = visit.pose;
@@ -37,22 +37,22 @@ TEST(Imitation, FollowsResidualGainSchedule) {
 
 TEST(Imitation, ClampsMovesButNotRecommendations) {
   test::GreyTrial trial(0.8);
-  test::FakeConversation conversation(trial.setup);
-  test::run_policy("imitation", conversation);
-  EXPECT_NEAR(conversation.steps[0].pose[0], 0.2, 1e-12);
-  ASSERT_EQ(conversation.recommendations.size(), 7u);  // from step 0 on
-  EXPECT_NEAR(conversation.recommendations[0].pose[0], 0.8, 0.002);
-  EXPECT_EQ(conversation.recommendations[0].steps_made, 0u);
-  EXPECT_NEAR(conversation.recommendations[1].pose[0], 1.0, 0.002);
+  test::FakeTrial trial(trial.setup);
+  test::run_policy("imitation", trial);
+  EXPECT_NEAR(trial.steps[0].pose[0], 0.2, 1e-12);
+  ASSERT_EQ(trial.recommendations.size(), 7u);  // from step 0 on
+  EXPECT_NEAR(trial.recommendations[0].pose[0], 0.8, 0.002);
+  EXPECT_EQ(trial.recommendations[0].steps_made, 0u);
+  EXPECT_NEAR(trial.recommendations[1].pose[0], 1.0, 0.002);
 }
 
 TEST(Imitation, RejectsOtherSceneWithTrainingCommand) {
   test::GreyTrial brighter(0.1, 0.001);
-  test::FakeConversation conversation(brighter.setup);
-  EXPECT_THAT(test::refusal("imitation", conversation),
+  test::FakeTrial trial(brighter.setup);
+  EXPECT_THAT(test::refusal("imitation", trial),
               AllOf(HasSubstr("this scene has another reference image"), HasSubstr("relign-train imitate")));
-  EXPECT_TRUE(conversation.steps.empty());
-  test::FakeConversation allowed(brighter.setup);
+  EXPECT_TRUE(trial.steps.empty());
+  test::FakeTrial allowed(brighter.setup);
   EXPECT_EQ(test::refusal("imitation", allowed, {{"other_scenes", true}}), "");
   EXPECT_EQ(allowed.steps.size(), 6u);
 }
@@ -60,21 +60,21 @@ TEST(Imitation, RejectsOtherSceneWithTrainingCommand) {
 TEST(Imitation, RejectsOtherAxesAndImageSizes) {
   test::GreyTrial trial(0.1);
   trial.setup.axes = 3;
-  test::FakeConversation three(trial.setup);
+  test::FakeTrial three(trial.setup);
   EXPECT_THAT(test::refusal("imitation", three, {{"other_scenes", true}}),
               HasSubstr("trained for 2 axes, this scene has 3"));
   test::GreyTrial odd(0.1);
   odd.image.width = odd.image.height = 30;
-  test::FakeConversation thirty(odd.setup);
+  test::FakeTrial thirty(odd.setup);
   EXPECT_THAT(test::refusal("imitation", thirty),
               AllOf(HasSubstr("30 x 30 pixels cannot be binned"), HasSubstr("relign-train imitate")));
 }
 
 TEST(Imitation, ShippedNetworkHasFiveAxes) {
   test::GreyTrial trial(0.1);
-  test::FakeConversation conversation(trial.setup);
+  test::FakeTrial trial(trial.setup);
   const std::string shipped = std::string(RELIGN_PLUGIN_DIR) + "/imitation/imitation.onnx";
-  EXPECT_THAT(test::refusal("imitation", conversation, {{"model", shipped}}),
+  EXPECT_THAT(test::refusal("imitation", trial, {{"model", shipped}}),
               HasSubstr("trained for 5 axes, this scene has 2"));
 }
 

@@ -33,11 +33,11 @@ std::string network_of_moves() {
 TEST(PpoPaper, FollowsEveryMoveInFull) {
   test::GreyTrial trial(0.12);
   trial.setup.budget = 12;
-  test::FakeConversation conversation(trial.setup);
-  test::run_policy("ppo_paper", conversation, {{"model", network_of_moves()}});
+  test::FakeTrial trial(trial.setup);
+  test::run_policy("ppo_paper", trial, {{"model", network_of_moves()}});
   std::vector<double> moves;
   double before = 0;
-  for (const auto& visit : conversation.steps) {
+  for (const auto& visit : trial.steps) {
     moves.push_back(visit.pose[0] - before);
     before = visit.pose[0];
   }
@@ -51,27 +51,27 @@ TEST(PpoPaper, RecommendsPoseOfCaptureNearestToReference) {
   trial.setup.paint = [](double away, float* pixels) {  // moves of at least 0.1; equal to the reference at 0.3
     std::fill(pixels, pixels + 1600, static_cast<float>(0.3 * (0.1 + 0.5 * away)));
   };
-  test::FakeConversation conversation(trial.setup);
-  test::run_policy("ppo_paper", conversation, {{"model", network_of_moves()}, {"other_scenes", true}});
+  test::FakeTrial trial(trial.setup);
+  test::run_policy("ppo_paper", trial, {{"model", network_of_moves()}, {"other_scenes", true}});
   std::vector<double> at = {0};
-  for (const auto& visit : conversation.steps) at.push_back(visit.pose[0]);
+  for (const auto& visit : trial.steps) at.push_back(visit.pose[0]);
   ASSERT_GT(at.back(), 0.6) << "must move past the optimum";
   const double nearest = *std::min_element(
       at.begin(), at.end(), [](double one, double other) { return std::fabs(one - 0.3) < std::fabs(other - 0.3); });
-  EXPECT_EQ(conversation.recommendations.front().steps_made, 0u);
-  EXPECT_EQ(conversation.recommendations.back().pose[0], nearest);
+  EXPECT_EQ(trial.recommendations.front().steps_made, 0u);
+  EXPECT_EQ(trial.recommendations.back().pose[0], nearest);
 }
 
 class ShippedNetwork : public testing::TestWithParam<const char*> {};
 
 TEST_P(ShippedNetwork, HasFiveAxes) {
   test::GreyTrial trial(0.1);
-  test::FakeConversation conversation(trial.setup);
+  test::FakeTrial trial(trial.setup);
   const std::string agent = GetParam();
   std::string folder = agent;
   std::replace(folder.begin(), folder.end(), '-', '_');
   const std::string shipped = std::string(RELIGN_PLUGIN_DIR) + "/" + folder + "/" + agent + ".onnx";
-  EXPECT_THAT(test::refusal(folder, conversation, {{"model", shipped}}),
+  EXPECT_THAT(test::refusal(folder, trial, {{"model", shipped}}),
               AllOf(HasSubstr("trained for 5 axes, this scene has 2"), HasSubstr("--scene SCENE")))
       << "the command must not name the network's scene";
 }

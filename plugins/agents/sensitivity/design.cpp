@@ -13,7 +13,7 @@ constexpr double kChange = 0.07;        // image change per stride, as a share o
 constexpr double kShortest = 0.0005, kLongest = 0.04;  // strides, share of the travel
 constexpr double kMotionBlur = 2;      // pixels: differences of neighbours approximate derivatives only after a blur
 constexpr double kInsensitive = 3e-5;  // eigenvalues below this share of the largest are noise of the renderer
-constexpr double kLeastNoise = 1e-6;   // share of the reference's mean square
+constexpr double kMinNoise = 1e-6;     // share of the reference's mean square
 constexpr int kNoiseCaptures = 8;
 
 // Central differences along the columns of `ways` (axes x ways), divided by their lengths. Returns pixels x ways.
@@ -114,7 +114,7 @@ Design study(const Simulator& simulator, const Vector& nominal, const Picture& r
     design.noise += static_cast<double>(noise.squaredNorm()) / (pixels * kNoiseCaptures);
   }
   const double power = static_cast<double>(reference.squaredNorm()) / pixels;
-  design.noise = std::max({design.noise, kLeastNoise * power, 1e-20});
+  design.noise = std::max({design.noise, kMinNoise * power, 1e-20});
   const Vector none = Vector::Zero(design.axes());
   for (double blur = first_blur * static_cast<double>(std::min(width, height)); blur >= 1; blur /= 2)
     design.levels.push_back(make_level(design.jacobian, width, height, blur, none));

@@ -10,10 +10,10 @@ namespace {
 constexpr double kNear = 0.25;
 constexpr Eigen::Index kFinestBin = 2;  // of Jacobians far from the nominal pose: finer ones need too many captures
 constexpr Eigen::Index kGoodBin = 4;    // fine enough to end a registration whose pose will move anyway
-constexpr Eigen::Index kFewestBins = 10;
-constexpr double kBinBlur = 1.25;  // in bins
-constexpr double kLongest = 0.15;  // share of the travel: stride of differences
-constexpr double kStride = 0.7;    // image shift of a stride, as a share of the blur
+constexpr Eigen::Index kMinBins = 10;
+constexpr double kBinBlur = 1.25;       // in bins
+constexpr double kLongestShift = 0.15;  // share of the travel: stride of differences
+constexpr double kStride = 0.7;         // image shift of a stride, as a share of the blur
 
 constexpr double kFinestBlur = 0.5;  // pixels: counts as the blur of the level without blur
 constexpr double kFarthest = 0.5;    // share of the travel: longest step
@@ -21,16 +21,16 @@ constexpr double kTrust = 1.5;       // largest image shift of a step, in units 
 constexpr double kShifted = 0.05;    // pixels: smaller shifts are not interpolated
 constexpr double kSettled = 0.3;     // a step has converged if its image shift is below this share of the blur
 constexpr double kStill = 0.02;      // share of the travel
-constexpr int kMostAtOneLevel = 3;
+constexpr int kMaxAtOneLevel = 3;
 
 // Nonlinearity: a step that shifts the image by the width of the blur changes it by this share otherwise than the
 // Jacobian predicts, in an unknown direction. Without this term the fit attributes large shifts to defocus.
 constexpr double kBend = 0.3;
 // Share of the squared residual above the noise that any one direction may explain by mistake.
 constexpr double kExcess = 0.005;
-constexpr double kFits = 1.02;      // misfits up to here are explained by noise
-constexpr double kWorse = 0.02;     // differences of misfits up to here are noise
-constexpr double kLeastLeft = 0.3;  // lower limit of the noise as a share of the nominal image's, for dark images
+constexpr double kFits = 1.02;    // misfits up to here are explained by noise
+constexpr double kWorse = 0.02;   // differences of misfits up to here are noise
+constexpr double kMinLeft = 0.3;  // lower limit of the noise as a share of the nominal image's, for dark images
 
 // Standard deviation of the image's position in pixels, both directions together.
 double pixels_off(const Design& design, const Matrix& covariance) {
@@ -71,7 +71,7 @@ Level Registration::linearise(const Vector& away, double blur) const {
   const Eigen::Index n = away.size();
   Eigen::Index bin = kFinestBin;
   while (1.5 * kBinBlur * static_cast<double>(bin) < blur &&
-         2 * bin * kFewestBins <= std::min(design.width, design.height))
+         2 * bin * kMinBins <= std::min(design.width, design.height))
     bin *= 2;
   const Eigen::Index columns = design.width / bin, rows = design.height / bin;
   const int each = std::max(1, captures / static_cast<int>(2 * bin));
@@ -81,7 +81,7 @@ Level Registration::linearise(const Vector& away, double blur) const {
   Matrix ways(n, n);
   for (Eigen::Index k = 0; k < n; ++k) {
     const double moves = std::sqrt(std::max(eigen.eigenvalues()[k], 1e-12));
-    const double stride = std::min(kLongest, kStride * kBinBlur * static_cast<double>(bin) / moves);
+    const double stride = std::min(kLongestShift, kStride * kBinBlur * static_cast<double>(bin) / moves);
     Vector ahead = away + stride * eigen.eigenvectors().col(k), behind = away - stride * eigen.eigenvectors().col(k);
     const Picture one = render(ahead, each).mean, other = render(behind, each).mean;
     ways.col(k) = ahead - behind;
@@ -103,7 +103,7 @@ Estimate Registration::compare(const Picture& capture, const Belief& before, con
   const int many = std::max(2, finest ? captures : captures / 4);
   const Rendering shown = render ? render(estimate.linearised, many) : Rendering{design.reference, design.noise};
   Picture residual = capture - shown.mean;
-  const double least = kLeastLeft * design.noise, noise = std::max(shown.noise, least);
+  const double least = kMinLeft * design.noise, noise = std::max(shown.noise, least);
   const double unavoidable = render ? noise * (1 + 1.0 / many) : noise;
   const auto pixels = static_cast<double>(std::max<Eigen::Index>(residual.size(), 1));
   const double left = std::max(static_cast<double>(residual.squaredNorm()) / pixels, least);
@@ -166,7 +166,7 @@ Estimate Registration::operator()(const Picture& capture, const Belief& before, 
     if (finest && settled && (fits || still)) break;
     if (far && here.bin <= kGoodBin && estimate.moved < here.blur && (fits || (still && here.bin == kFinestBin))) break;
     if (!render && next <= level) break;
-    if (next > level || settled || ++tries >= kMostAtOneLevel) {
+    if (next > level || settled || ++tries >= kMaxAtOneLevel) {
       level = std::min(level + 1, design.levels.size() - 1);
       tries = 0;
     }

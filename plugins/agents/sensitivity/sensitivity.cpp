@@ -19,12 +19,12 @@ using sensitivity::Picture;
 using sensitivity::Registration;
 using sensitivity::Vector;
 
-constexpr std::size_t kMostSide = 256;          // larger images are binned
-constexpr double kLost = 1.12;                  // misfit above which a registration from scratch is tried
-constexpr int kMostFirst = 12, kMostLater = 5;  // comparisons per capture, first and later ones
-constexpr std::uint64_t kDesignSeed = 0x5E45;   // noise of the design's images: the same in every trial
-constexpr std::size_t kMostDesigns = 4;         // cached for later trials
-constexpr int kCapturesForClean = 64;           // averaged if a scene has no noise-free images
+constexpr std::size_t kMaxSide = 256;          // larger images are binned
+constexpr double kLost = 1.12;                 // misfit above which a registration from scratch is tried
+constexpr int kMaxFirst = 12, kMaxLater = 5;   // comparisons per capture, first and later ones
+constexpr std::uint64_t kDesignSeed = 0x5E45;  // noise of the design's images: the same in every trial
+constexpr std::size_t kMaxDesigns = 4;         // cached for later trials
+constexpr int kCapturesForClean = 64;          // averaged if a scene has no noise-free images
 
 // An image of the model.
 struct ModelPixels {
@@ -81,20 +81,20 @@ class Sensitivity final : public relign::Agent {
         captures_(static_cast<int>(given.integer("model_captures"))),
         trusted_(given.number("trusted_distance")) {}
 
-  void run(relign::Conversation& talk) override {
-    relign::Observation observation = talk.first();
-    const relign::Model model = talk.model();
-    const relign::ImageView reference = talk.reference();
+  void run(relign::Trial& trial) override {
+    relign::Observation observation = trial.first();
+    const relign::Model model = trial.model();
+    const relign::ImageView reference = trial.reference();
     if (model.width() != reference.width() || model.height() != reference.height())
       throw std::runtime_error("the model's images have " + std::to_string(model.width()) + " x " +
                                std::to_string(model.height()) + " pixels, the reference image has " +
                                std::to_string(reference.width()) + " x " + std::to_string(reference.height()) +
                                "; must be equal");
-    const pictures::Binning binning(reference.width(), reference.height(), kMostSide);
+    const pictures::Binning binning(reference.width(), reference.height(), kMaxSide);
     const ModelledLens lens(model, binning);
-    const auto design = study(model.scene_json(), binning, binning(reference), lens, talk.axes());
+    const auto design = study(model.scene_json(), binning, binning(reference), lens, trial.axes());
 
-    relign::Random random(talk.seed());
+    relign::Random random(trial.seed());
     // Scenes with images large enough to be binned are slow, and binning reduces their noise.
     const int captures = std::max(2, captures_ / static_cast<int>(binning.bin()));
     Registration registration{*design, {}, captures};
@@ -111,9 +111,9 @@ class Sensitivity final : public relign::Agent {
     for (bool first = true;; first = false) {
       const Vector here = to_vector(observation.pose);
       update(registration, binning(observation.image()), here, first, memory);
-      const Vector next = within_a_move(here, memory.best().mean(), talk.largest_move());
-      talk.recommend(to_pose(next));
-      auto moved = talk.step(to_pose(next));
+      const Vector next = within_a_move(here, memory.best().mean(), trial.largest_move());
+      trial.recommend(to_pose(next));
+      auto moved = trial.step(to_pose(next));
       if (!moved) return;
       observation = std::move(*moved);
     }
@@ -125,10 +125,10 @@ class Sensitivity final : public relign::Agent {
               Memory& memory) const {
     const Belief& best = memory.best();
     const Belief away{best.information, best.information * (here - best.mean())};
-    Estimate estimate = registration(capture, away, first ? kMostFirst : kMostLater);
+    Estimate estimate = registration(capture, away, first ? kMaxFirst : kMaxLater);
     if (!first && relinearise_ && estimate.misfit > kLost) {
       const Belief anything = Belief::around(Vector::Zero(here.size()), Memory::Errors().spread);
-      const Estimate anew = registration(capture, anything, kMostFirst);
+      const Estimate anew = registration(capture, anything, kMaxFirst);
       if (anew.misfit < estimate.misfit) {
         estimate = anew;
         memory.reset(here);
@@ -145,7 +145,7 @@ class Sensitivity final : public relign::Agent {
     const sensitivity::Simulator simulator{
         [&](const Vector& pose) { return lens.clean(pose); },
         [&](const Vector& pose, std::uint64_t k) { return lens.capture(pose, kDesignSeed + k); }};
-    static pictures::LearntOnce<Design> designs(kMostDesigns);
+    static pictures::LearntOnce<Design> designs(kMaxDesigns);
     return designs(origin, [&] {
       return sensitivity::study(simulator, nominal, reference, binning.width(), binning.height(), first_blur_);
     });

@@ -9,8 +9,8 @@
 namespace relign {
 namespace {
 
-using test::FakeConversation;
 using test::FakeSetup;
+using test::FakeTrial;
 using test::Pose;
 
 constexpr std::uint32_t kSide = toy::kSide;
@@ -29,7 +29,7 @@ struct Trial {
     setup.axes = axes;
     setup.budget = budget;
     setup.seed = seed;
-    setup.knows = RELIGN_KNOWS_IMAGES | RELIGN_KNOWS_DESIGN;
+    setup.observes = RELIGN_OBSERVES_IMAGES | RELIGN_OBSERVES_DESIGN;
     setup.image_side = kSide;
     setup.largest_move = 0.2;
     setup.merit = [this](const Pose& commanded, std::uint32_t step) {
@@ -85,8 +85,8 @@ struct Trial {
   }
 
   Trial& run(const std::string& id = "sensitivity", const Json& parameters = {}) {
-    conversation = std::make_unique<FakeConversation>(setup);
-    test::run_plugin("sensitivity", id, parameters, *conversation);
+    trial = std::make_unique<FakeTrial>(setup);
+    test::run_plugin("sensitivity", id, parameters, *trial);
     return *this;
   }
 
@@ -97,14 +97,14 @@ struct Trial {
       worst = std::max(worst, std::fabs(start[axis] + commanded[axis] - optimum[axis]));
     return worst;
   }
-  double last_miss() const { return miss(conversation->recommendations.back().pose); }
+  double last_miss() const { return miss(trial->recommendations.back().pose); }
 
   Pose start, optimum;
   double noise = 0.05;
   bool dark = false, renders = true;
   int captures = 0, renderings = 0, stop_at = -1;
   FakeSetup setup;
-  std::unique_ptr<FakeConversation> conversation;
+  std::unique_ptr<FakeTrial> trial;
 
  private:
   std::vector<float> reference_pixels, shown;
@@ -127,7 +127,7 @@ TEST(Sensitivity, ImprovesByAveraging) {
     Trial trial(5, seed, 30);
     trial.noise = 0.1;
     trial.run();
-    for (const auto& one : trial.conversation->recommendations) {
+    for (const auto& one : trial.trial->recommendations) {
       if (one.steps_made == 6) soon += trial.miss(one.pose);
       if (one.steps_made == 30) late += trial.miss(one.pose);
     }
@@ -146,15 +146,15 @@ TEST(Sensitivity, RecommendsPoseOfNextMoveAtEveryStep) {
   for (const char* id : {"sensitivity", "sensitivity-linear"}) {
     Trial trial(5, 3, 12);
     trial.run(id);
-    ASSERT_EQ(trial.conversation->recommendations.size(), 13u);
+    ASSERT_EQ(trial.trial->recommendations.size(), 13u);
     Pose here(5, 0.0);
     for (std::size_t made = 0; made <= 12; ++made) {
-      const auto& one = trial.conversation->recommendations[made];
+      const auto& one = trial.trial->recommendations[made];
       EXPECT_EQ(one.steps_made, made);
       for (std::size_t axis = 0; axis < 5; ++axis) EXPECT_LE(std::fabs(one.pose[axis] - here[axis]), 0.2 + 1e-12);
       here = one.pose;
       if (made == 12) break;
-      EXPECT_EQ(trial.conversation->steps[made].pose, here);
+      EXPECT_EQ(trial.trial->steps[made].pose, here);
     }
   }
 }
@@ -162,9 +162,9 @@ TEST(Sensitivity, RecommendsPoseOfNextMoveAtEveryStep) {
 TEST(Sensitivity, AcceptsAnyNumberOfAxesAndBudgetOfOne) {
   for (const std::uint32_t axes : {1u, 2u, 3u, 6u, 10u}) {
     Trial trial(axes, 2, 8);
-    EXPECT_LT(trial.run().miss(trial.conversation->recommendations.back().pose), axes > 5 ? 1 : 0.03) << axes;
+    EXPECT_LT(trial.run().miss(trial.trial->recommendations.back().pose), axes > 5 ? 1 : 0.03) << axes;
     Trial once(axes, 2, 1);
-    EXPECT_EQ(once.run().conversation->recommendations.size(), 2u);
+    EXPECT_EQ(once.run().trial->recommendations.size(), 2u);
   }
 }
 
@@ -183,7 +183,7 @@ TEST(Sensitivity, CachedDesignGivesTheSameSteps) {
   second.run("sensitivity", parameters);
   EXPECT_GT(first.renderings, 10);
   EXPECT_EQ(second.renderings, 0);
-  for (std::size_t k = 0; k < 5; ++k) EXPECT_EQ(first.conversation->steps[k].pose, second.conversation->steps[k].pose);
+  for (std::size_t k = 0; k < 5; ++k) EXPECT_EQ(first.trial->steps[k].pose, second.trial->steps[k].pose);
 }
 
 TEST(Sensitivity, AlignsWithoutNoise) {
@@ -196,8 +196,8 @@ TEST(Sensitivity, SendsValidPosesForDarkCaptures) {
   Trial trial(5, 7, 10);
   trial.dark = true;
   trial.run();
-  EXPECT_FALSE(trial.conversation->refused);
-  EXPECT_EQ(trial.conversation->steps.size(), 10u);
+  EXPECT_FALSE(trial.trial->refused);
+  EXPECT_EQ(trial.trial->steps.size(), 10u);
 }
 
 TEST(Sensitivity, ReturnsWhenStoppedInTheModel) {

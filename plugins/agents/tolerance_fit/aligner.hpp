@@ -39,7 +39,7 @@ class Aligner {
     if (sites_.empty() || sites_.back().commanded != commanded) {
       sites_.push_back(
           {commanded, observation.limits_low, observation.limits_high, 0, std::vector<double>(width * height)});
-      if (sites_.size() > kMostSites) sites_.erase(sites_.begin());
+      if (sites_.size() > kMaxSites) sites_.erase(sites_.begin());
     }
     Site& site = sites_.back();
     ++site.count;
@@ -73,7 +73,7 @@ class Aligner {
   double distance() const { return known_->distance(joined(best_ - here(), Vector::Zero(layout_.state(x_).size()))); }
 
  private:
-  static constexpr std::size_t kMostSites = 12;
+  static constexpr std::size_t kMaxSites = 12;
 
   std::vector<const Site*> last(std::size_t count, double farthest) const {
     std::vector<const Site*> chosen;

@@ -41,7 +41,7 @@ class Derivatives {
       if (place == joined(pose, state)) return picture;
     ++made_;
     recent_.emplace_front(joined(pose, state), pictures_.look(pose, state, detail_));
-    if (recent_.size() > kMostKept) recent_.pop_back();
+    if (recent_.size() > kMaxKept) recent_.pop_back();
     return recent_.front().second;
   }
 
@@ -53,13 +53,13 @@ class Derivatives {
     Known made = nearest(place, look(pose, state));
     if (made.slopes.size() == 0 || (made.distance > rules_.reach && made_ + place.size() <= last_))
       made = differenced(pose, state);
-    if (known_at_.size() >= kMostKept) known_at_.pop_back();
+    if (known_at_.size() >= kMaxKept) known_at_.pop_back();
     known_at_.push_front(std::move(made));
     return known_at_.front().slopes;
   }
 
  private:
-  static constexpr std::size_t kMostKept = 8;
+  static constexpr std::size_t kMaxKept = 8;
   static constexpr double kLongestMove = 0.15, kLongestState = 1;
 
   struct Known {

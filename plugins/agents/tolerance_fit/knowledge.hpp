@@ -21,13 +21,13 @@ struct Knowledge {
   Matrix combinations;
   // Information about (pose, state) at the nominal pose of the design: one fine capture plus the level as prior.
   Matrix directions;   // eigenvectors, one per column
-  Vector information;  // eigenvalues, in noise variances per squared unit
+  Vector information;  // eigenvalues, in noise perturbations per squared unit
   Matrix optimum_by_state;
   Detail fine, middle, coarse;
   std::vector<Vector> far_poses, far_pictures;  // coarse
 
   Eigen::Index axes() const { return nominal.size(); }
-  // Variances of a capture's bins.
+  // Perturbations of a capture's bins.
   Vector variance(const Vector& picture, Detail detail) const {
     const auto pixels = static_cast<double>(detail.bin * detail.bin);
     return ((gain * picture).cwiseMax(0).array() + dark).cwiseMax(floor) / pixels;
@@ -176,7 +176,7 @@ struct KnowledgeSetup {
 
 // Sets `pictures` to the combinations found.
 inline Knowledge learn(Level level, const KnowledgeSetup& setup, Pictures& pictures) {
-  constexpr std::size_t kMostLookedAt = 12;
+  constexpr std::size_t kMaxLookedAt = 12;
   Knowledge known;
   known.nominal = setup.nominal;
   const std::size_t side = std::max(pictures.size().width, pictures.size().height);
@@ -188,7 +188,7 @@ inline Knowledge learn(Level level, const KnowledgeSetup& setup, Pictures& pictu
 
   pictures.set_offsets({}, Vector(), Matrix::Zero(0, 0));
   detail::learn_noise(known, pictures);
-  detail::screen_offsets(level, known, pictures, kMostLookedAt);
+  detail::screen_offsets(level, known, pictures, kMaxLookedAt);
   pictures.set_offsets(level.offsets, level.offset_mean, level.offset_std.asDiagonal());
   const detail::Sensitivity sensitivity(known, pictures);
   const Matrix by_pose = sensitivity.by_pose(), by_offsets = sensitivity.by_offsets();

@@ -47,12 +47,12 @@ TEST(Level, SummarisesDraws) {
   EXPECT_EQ(written["L2"]["shift_mm"], (nlohmann::json{0.5, 0.5, 0.5}));
 }
 
-std::shared_ptr<const tolerance_fit::Knowledge> learnt(Conversation& talk, tolerance_fit::Pictures& pictures) {
+std::shared_ptr<const tolerance_fit::Knowledge> learnt(Trial& trial, tolerance_fit::Pictures& pictures) {
   std::vector<std::string> draws;
-  for (std::uint64_t k = 0; k < 400; ++k) draws.push_back(talk.prior().draw(k));
-  const auto axes = static_cast<Eigen::Index>(talk.axes());
+  for (std::uint64_t k = 0; k < 400; ++k) draws.push_back(trial.prior().draw(k));
+  const auto axes = static_cast<Eigen::Index>(trial.axes());
   return std::make_shared<const tolerance_fit::Knowledge>(tolerance_fit::learn(
-      tolerance_fit::summarise(draws, talk.axes()), {Vector::Constant(axes, 0.5), 6, 200}, pictures));
+      tolerance_fit::summarise(draws, trial.axes()), {Vector::Constant(axes, 0.5), 6, 200}, pictures));
 }
 
 TEST(Aligner, EstimatesOffsetOfTheLens) {
@@ -61,19 +61,19 @@ TEST(Aligner, EstimatesOffsetOfTheLens) {
     test::ToyTrial::Setup setup;
     setup.instance = instance;
     test::ToyTrial trial(setup);
-    Conversation talk(&trial.conversation->talk());
-    tolerance_fit::Pictures pictures(talk.model());
-    const auto known = learnt(talk, pictures);
+    Trial trial(&trial.trial->handle());
+    tolerance_fit::Pictures pictures(trial.model());
+    const auto known = learnt(trial, pictures);
     EXPECT_NEAR(known->dark, 4e-4, 1e-4);  // noise is the same in every pixel
     ASSERT_EQ(known->combinations.cols(), 1);
-    const ImageView reference = talk.reference();
+    const ImageView reference = trial.reference();
     const std::vector<double> wanted(reference.row(0), reference.row(0) + pictures.size().pixels());
-    tolerance_fit::Aligner aligner(known, talk.model(), wanted, 40);
-    auto observation = std::optional<Observation>(talk.first());
+    tolerance_fit::Aligner aligner(known, trial.model(), wanted, 40);
+    auto observation = std::optional<Observation>(trial.first());
     for (int step = 0; step < 5; ++step) {
       aligner.add(*observation);
       aligner.update();
-      observation = talk.step(tolerance_fit::to_pose(aligner.target()));
+      observation = trial.step(tolerance_fit::to_pose(aligner.target()));
     }
     squares += trial.offset() * trial.offset();
     errors += std::pow(aligner.offsets()[0] - trial.offset(), 2);
@@ -87,9 +87,9 @@ TEST(JointFit, UsesLimitSwitches) {
   setup.axes = 1;
   setup.noise = 1e3;  // images contain no information
   test::ToyTrial trial(setup);
-  Conversation talk(&trial.conversation->talk());
-  tolerance_fit::Pictures pictures(talk.model());
-  const auto known = learnt(talk, pictures);
+  Trial trial(&trial.trial->handle());
+  tolerance_fit::Pictures pictures(trial.model());
+  const auto known = learnt(trial, pictures);
   const tolerance_fit::Layout layout(*known);
   tolerance_fit::Derivatives derivatives(*known, pictures, known->fine, {});
   const auto pose_after = [&](double commanded, std::uint64_t low, std::uint64_t high) {

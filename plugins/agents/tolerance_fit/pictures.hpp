@@ -70,7 +70,7 @@ inline double noise_left(Detail detail) {
 // Renders lenses that differ from the design along a few combinations of offsets; `state` has their coefficients.
 class Pictures {
  public:
-  static constexpr std::size_t kMostMounted = 12;  // the host allows 16
+  static constexpr std::size_t kMaxMounted = 12;  // the host allows 16
 
   explicit Pictures(relign::Model model) : model_(std::move(model)), size_{model_.width(), model_.height()} {}
 
@@ -115,7 +115,7 @@ class Pictures {
         lenses_.splice(lenses_.begin(), lenses_, lens);
         return lenses_.front().second;
       }
-    if (lenses_.size() >= kMostMounted) lenses_.pop_back();
+    if (lenses_.size() >= kMaxMounted) lenses_.pop_back();
     const Vector values = combinations_.cols() > 0 ? Vector(mean_ + combinations_ * state) : mean_;
     lenses_.emplace_front(state, model_.mount(offsets_json(offsets_, values)));
     return lenses_.front().second;

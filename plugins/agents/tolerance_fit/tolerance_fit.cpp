@@ -20,48 +20,48 @@ class ToleranceFit final : public relign::Agent {
         pictures_(static_cast<int>(given.integer("pictures"))),
         settled_(given.number("settled")) {}
 
-  void run(relign::Conversation& talk) override {
-    const relign::ImageView reference = talk.reference();
-    relign::Model model = talk.model();
+  void run(relign::Trial& trial) override {
+    const relign::ImageView reference = trial.reference();
+    relign::Model model = trial.model();
     if (reference.width() != model.width() || reference.height() != model.height())
       throw std::runtime_error("the model's images have " + std::to_string(model.width()) + " x " +
                                std::to_string(model.height()) + " pixels, the reference image has " +
                                std::to_string(reference.width()) + " x " + std::to_string(reference.height()) +
                                "; must be equal");
-    const auto known = knowledge(talk);
+    const auto known = knowledge(trial);
     std::vector<double> wanted;
     for (std::size_t y = 0; y < reference.height(); ++y)
       wanted.insert(wanted.end(), reference.row(y), reference.row(y) + reference.width());
     Aligner aligner(known, std::move(model), wanted, pictures_);
-    const double reach = talk.largest_move();
-    for (std::optional<relign::Observation> observation = talk.first(); observation;) {
+    const double reach = trial.largest_move();
+    for (std::optional<relign::Observation> observation = trial.first(); observation;) {
       aligner.add(*observation);
       aligner.update();
       Vector target = aligner.target();
       if (!target.allFinite()) target = tolerance_fit::to_vector(observation->pose);
-      talk.recommend(tolerance_fit::to_pose(target));
+      trial.recommend(tolerance_fit::to_pose(target));
       // Near the target stay at the pose: further captures there are as informative as slightly displaced ones, and are
       // averaged before the fit.
       Vector move = Vector::Zero(target.size());
       if (aligner.distance() > settled_)
         move = (target - tolerance_fit::to_vector(observation->pose)).cwiseMax(-reach).cwiseMin(reach);
-      observation = talk.move(tolerance_fit::to_pose(move));
+      observation = trial.move(tolerance_fit::to_pose(move));
     }
   }
 
  private:
   // The same for every trial of a scene and noise level: computed once per process.
-  std::shared_ptr<const Knowledge> knowledge(relign::Conversation& talk) const {
+  std::shared_ptr<const Knowledge> knowledge(relign::Trial& trial) const {
     constexpr std::uint64_t kDraws = 512;
-    constexpr std::size_t kMostKept = 8;
-    const relign::Prior prior = talk.prior();
+    constexpr std::size_t kMaxKept = 8;
+    const relign::Prior prior = trial.prior();
     std::vector<std::string> draws;
     for (std::uint64_t k = 0; k < kDraws; ++k) draws.push_back(prior.draw(k));
 
-    tolerance_fit::Pictures pictures(talk.model());
+    tolerance_fit::Pictures pictures(trial.model());
     tolerance_fit::KnowledgeSetup setup;
-    const std::string scene = talk.model().scene_json();
-    setup.nominal = pictures::nominal_pose(scene, talk.axes());
+    const std::string scene = trial.model().scene_json();
+    setup.nominal = pictures::nominal_pose(scene, trial.axes());
     setup.most_offsets = most_offsets_;
     setup.far_pictures = far_pictures_;
 
@@ -71,9 +71,9 @@ class ToleranceFit final : public relign::Agent {
     pictures.set_offsets({}, Vector(), tolerance_fit::Matrix::Zero(0, 0));
     for (const int captures : {0, 1}) origin.add(pictures.pixels(setup.nominal, Vector::Zero(0), captures));
 
-    static pictures::LearntOnce<Knowledge> kept(kMostKept);
+    static pictures::LearntOnce<Knowledge> kept(kMaxKept);
     return kept(origin,
-                [&] { return tolerance_fit::learn(tolerance_fit::summarise(draws, talk.axes()), setup, pictures); });
+                [&] { return tolerance_fit::learn(tolerance_fit::summarise(draws, trial.axes()), setup, pictures); });
   }
 
   std::size_t most_offsets_, far_pictures_;

@@ -11,10 +11,10 @@ namespace {
 using test::ToyTrial;
 
 void run(ToyTrial& trial, const Json& parameters = {}) {
-  test::run_plugin("tolerance_fit", "tolerance-fit", parameters, *trial.conversation);
+  test::run_plugin("tolerance_fit", "tolerance-fit", parameters, *trial.trial);
 }
 
-double last_miss(const ToyTrial& trial) { return trial.miss(trial.conversation->recommendations.back().pose); }
+double last_miss(const ToyTrial& trial) { return trial.miss(trial.trial->recommendations.back().pose); }
 
 TEST(ToleranceFit, FindsBestPoseOfLensWithOffsets) {
   double own_way = 0, worst = 0;
@@ -35,14 +35,14 @@ TEST(ToleranceFit, RecommendsAtEveryStepWithinLargestMove) {
   setup.largest_move = 0.05;
   ToyTrial trial(setup);
   run(trial);
-  const auto& conversation = *trial.conversation;
-  ASSERT_EQ(conversation.steps.size(), setup.budget);
+  const auto& trial = *trial.trial;
+  ASSERT_EQ(trial.steps.size(), setup.budget);
   for (std::size_t made = 0; made <= setup.budget; ++made)
-    EXPECT_TRUE(std::any_of(conversation.recommendations.begin(), conversation.recommendations.end(),
-                            [&](const auto& one) { return one.steps_made == made; }))
-        << made;
+    EXPECT_TRUE(std::any_of(trial.recommendations.begin(), trial.recommendations.end(), [&](const auto& one) {
+      return one.steps_made == made;
+    })) << made;
   std::vector<double> before(setup.axes, 0.0);
-  for (const auto& visit : conversation.steps) {
+  for (const auto& visit : trial.steps) {
     for (std::size_t axis = 0; axis < before.size(); ++axis)
       EXPECT_LE(std::fabs(visit.pose[axis] - before[axis]), 0.05 + 1e-12);
     before = visit.pose;
@@ -58,7 +58,7 @@ TEST(ToleranceFit, ImprovesWithCapturesUnderHeavyNoise) {
     setup.budget = 12;
     ToyTrial trial(setup);
     run(trial);
-    for (const auto& one : trial.conversation->recommendations)
+    for (const auto& one : trial.trial->recommendations)
       if (one.steps_made == 1) early += trial.miss(one.pose);
     late += last_miss(trial);
   }
@@ -93,9 +93,9 @@ TEST(ToleranceFit, CachedKnowledgeGivesTheSameSteps) {
   run(one);
   run(between);
   run(two);
-  ASSERT_EQ(one.conversation->steps.size(), two.conversation->steps.size());
-  for (std::size_t step = 0; step < one.conversation->steps.size(); ++step)
-    EXPECT_EQ(one.conversation->steps[step].pose, two.conversation->steps[step].pose);
+  ASSERT_EQ(one.trial->steps.size(), two.trial->steps.size());
+  for (std::size_t step = 0; step < one.trial->steps.size(); ++step)
+    EXPECT_EQ(one.trial->steps[step].pose, two.trial->steps[step].pose);
 }
 
 TEST(ToleranceFit, ReturnsWhenStoppedAtAnyStep) {
@@ -104,8 +104,8 @@ TEST(ToleranceFit, ReturnsWhenStoppedAtAnyStep) {
     setup.budget = budget;
     ToyTrial trial(setup);
     run(trial);
-    EXPECT_EQ(trial.conversation->steps.size(), budget);
-    EXPECT_EQ(trial.conversation->requests_after_stop, 0u);
+    EXPECT_EQ(trial.trial->steps.size(), budget);
+    EXPECT_EQ(trial.trial->requests_after_stop, 0u);
   }
 }
 

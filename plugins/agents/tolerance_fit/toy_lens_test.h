@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-#include "conformance/fake_conversation.h"
+#include "conformance/fake_trial.h"
 
 namespace relign::test {
 
@@ -42,7 +42,7 @@ class ToyTrial {
     conformance::FakeSetup fake;
     fake.axes = given.axes;
     fake.budget = given.budget;
-    fake.knows = RELIGN_KNOWS_IMAGES | RELIGN_KNOWS_DESIGN | RELIGN_KNOWS_LEVEL;
+    fake.observes = RELIGN_OBSERVES_IMAGES | RELIGN_OBSERVES_DESIGN | RELIGN_OBSERVES_LEVEL;
     fake.image_side = kSide;
     fake.largest_move = given.largest_move;
     fake.merit = [this](const Pose& commanded, std::uint32_t step) {
@@ -57,7 +57,7 @@ class ToyTrial {
       if (id == RELIGN_SERVICE_MODEL) return &model_;
       return nullptr;
     };
-    conversation = std::make_unique<conformance::FakeConversation>(fake);
+    trial = std::make_unique<conformance::FakeTrial>(fake);
   }
   ToyTrial(const ToyTrial&) = delete;
   ToyTrial& operator=(const ToyTrial&) = delete;
@@ -83,7 +83,7 @@ class ToyTrial {
   // Distance of the lens's own best pose from the nominal one, on axis 0.
   double own_way() const { return std::fabs(best_pose(0, offset_) - 0.5); }
 
-  std::unique_ptr<conformance::FakeConversation> conversation;
+  std::unique_ptr<conformance::FakeTrial> trial;
   std::size_t most_mounted = 0;
 
  private:

@@ -14,7 +14,7 @@ using relign::Problem;
 
 constexpr double kLargestShiftUm = 1e6;
 constexpr double kLargestTiltArcmin = 45 * 60;
-constexpr std::size_t kMostAxes = 64;
+constexpr std::size_t kMaxAxes = 64;
 
 template <class Value>
 struct Named {
@@ -47,7 +47,7 @@ Value one_of(ObjectReader& reader, const std::string& key, const Table& table, V
 std::vector<double> limits(ObjectReader& reader, const std::string& key, std::size_t count, double largest) {
   const Json* list = reader.get(key);
   if (!list) return std::vector<double>(count, 0.0);
-  if (count == 0 && list->is_array()) count = std::min(list->size(), kMostAxes);
+  if (count == 0 && list->is_array()) count = std::min(list->size(), kMaxAxes);
   const std::vector<double> values = reader.numbers(key, count, {});
   for (const double value : values)
     if (!(value >= 0 && value <= largest))
@@ -63,7 +63,7 @@ ElementLimits read_element(const relign::JsonSource& source, const std::string& 
   element.shift_um = limits(reader, "shift_um", 3, kLargestShiftUm);
   element.tilt_arcmin = limits(reader, "tilt_arcmin", 2, kLargestTiltArcmin);
   element.pivot = one_of(reader, "pivot", kPivots, Pivot::own_front);
-  reader.refuse_unknown();
+  reader.reject_unknown();
   return element;
 }
 
@@ -75,7 +75,7 @@ PoseLimits read_pose(const relign::JsonSource& source, const std::string& key, L
   pose.shift_um = limits(reader, "shift_um", 0, kLargestShiftUm);
   pose.tilt_arcmin = limits(reader, "tilt_arcmin", 0, kLargestTiltArcmin);
   pose.law = one_of(reader, "law", kLaws, law);
-  reader.refuse_unknown();
+  reader.reject_unknown();
   return pose;
 }
 
@@ -129,9 +129,9 @@ Tolerances read_tolerances(const relign::JsonSource& source) {
     read.cross_talk = movement.number("cross_talk", 0, 0, 0.5);
     refuse_unless_zero(movement, "backlash_um", "backlash");
     refuse_unless_zero(movement, "repeatability_um", "a random error of every move");
-    movement.refuse_unknown();
+    movement.reject_unknown();
   }
-  top.refuse_unknown();
+  top.reject_unknown();
   relign::throw_if_any(problems);
   return read;
 }

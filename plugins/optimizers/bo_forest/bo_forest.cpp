@@ -38,12 +38,12 @@ class BoForest final : public relign::Optimizer {
         relative_xi_(given.boolean("relative_xi")),
         min_variance_(given.number("min_variance")) {}
 
-  void run(relign::Conversation& talk) override {
-    const relign::Box box = talk.box();
+  void run(relign::Trial& trial) override {
+    const relign::Box box = trial.box();
     box_ = surrogates::UnitBox(box);
-    seed_ = talk.seed();
-    learnt_.axes = talk.axes();
-    const relign::Observation first = talk.first();
+    seed_ = trial.seed();
+    learnt_.axes = trial.axes();
+    const relign::Observation first = trial.first();
     // The capture at the start pose is free, but counts only if the start is inside the box.
     if (std::isfinite(first.merit) && box.clamp(first.pose) == first.pose) take(first);
     relign::Random initial(seed_, kInitialStream);
@@ -53,10 +53,10 @@ class BoForest final : public relign::Optimizer {
       if (step < initial_points_ || !fit()) {
         next = surrogates::uniform_point(initial, learnt_.axes);
       } else {
-        talk.recommend(visited_[lowest_visited()]);
+        trial.recommend(visited_[lowest_visited()]);
         next = propose(candidates);
       }
-      const auto observation = talk.step(box_.to_pose(next));
+      const auto observation = trial.step(box_.to_pose(next));
       if (!observation) return;
       take(*observation);
     }

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "base/error.h"
-#include "contract/fake_conversation.h"
+#include "contract/fake_trial.h"
 #include "plugin_host/objects.h"
 
 namespace relign {
@@ -15,8 +15,8 @@ namespace {
 
 using plugin_host::Algorithm;
 using plugin_host::Kind;
-using test::FakeConversation;
 using test::FakeSetup;
+using test::FakeTrial;
 using test::Pose;
 
 const double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -30,9 +30,9 @@ plugin_host::Catalog& catalog() {
   return *catalog;
 }
 
-void run(const std::string& id, const FakeConversation& conversation, const Json& parameters = {}) {
+void run(const std::string& id, const FakeTrial& trial, const Json& parameters = {}) {
   Algorithm algorithm(catalog().resolve_or_throw(Kind::optimizer, id, parameters), {});
-  algorithm.run(conversation.talk());
+  algorithm.run(trial.handle());
 }
 
 FakeSetup branin() {
@@ -79,10 +79,10 @@ double mean_best(const std::string& id, FakeSetup setup, unsigned calls, unsigne
   setup.budget = calls;
   for (unsigned seed = 0; seed < seeds; ++seed) {
     setup.seed = seed;
-    FakeConversation conversation(setup);
-    run(id, conversation);
+    FakeTrial trial(setup);
+    run(id, trial);
     double best = std::numeric_limits<double>::infinity();
-    for (const auto& visit : conversation.steps) best = std::min(best, visit.merit);
+    for (const auto& visit : trial.steps) best = std::min(best, visit.merit);
     sum += best;
   }
   return sum / seeds;
@@ -110,11 +110,11 @@ TEST(BoForest, MatchesPublishedResultsOnBranin) {
 }
 
 std::vector<Pose> poses(const std::string& id, const FakeSetup& setup, const Json& parameters = {}) {
-  FakeConversation conversation(setup);
-  run(id, conversation, parameters);
-  EXPECT_TRUE(conversation.stopped);
+  FakeTrial trial(setup);
+  run(id, trial, parameters);
+  EXPECT_TRUE(trial.stopped);
   std::vector<Pose> poses;
-  for (const auto& visit : conversation.steps) poses.push_back(visit.pose);
+  for (const auto& visit : trial.steps) poses.push_back(visit.pose);
   return poses;
 }
 
@@ -188,17 +188,16 @@ TEST(BoForest, RecommendationIsRobustToOutliers) {
     setup.budget = 60;
     const Pose valley{0.2, -0.1};
     setup.merit = [&](const Pose& pose, std::uint32_t step) { return step == 5 ? 0 : test::bowl(pose, valley); };
-    FakeConversation conversation(setup);
-    run(id, conversation);
-    ASSERT_EQ(conversation.recommendations.size(), 51u);  // one per step after the initial points
-    for (const auto& recommended : conversation.recommendations) {
+    FakeTrial trial(setup);
+    run(id, trial);
+    ASSERT_EQ(trial.recommendations.size(), 51u);  // one per step after the initial points
+    for (const auto& recommended : trial.recommendations) {
       const auto is_it = [&](const auto& visit) { return visit.pose == recommended.pose; };
-      EXPECT_TRUE(std::any_of(conversation.steps.begin(), conversation.steps.end(), is_it) ||
-                  recommended.pose == conversation.setup.start);
+      EXPECT_TRUE(std::any_of(trial.steps.begin(), trial.steps.end(), is_it) || recommended.pose == trial.setup.start);
     }
-    const double lucky = test::bowl(conversation.steps[4].pose, valley);
-    EXPECT_EQ(conversation.best_pose(), conversation.steps[4].pose);
-    EXPECT_LT(test::bowl(conversation.recommendations.back().pose, valley), 0.5 * lucky) << id;
+    const double lucky = test::bowl(trial.steps[4].pose, valley);
+    EXPECT_EQ(trial.best_pose(), trial.steps[4].pose);
+    EXPECT_LT(test::bowl(trial.recommendations.back().pose, valley), 0.5 * lucky) << id;
   }
 }
 

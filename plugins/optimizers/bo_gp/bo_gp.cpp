@@ -45,23 +45,23 @@ class BoGp final : public relign::Optimizer {
   explicit BoGp(const relign::Parameters& given)
       : recipe_(recipe_from(given)), use_start_(given.boolean("use_start")) {}
 
-  void run(relign::Conversation& talk) override {
-    box_ = surrogates::UnitBox(talk.box());
-    const relign::Observation first = talk.first();
-    bo_gp::Proposer proposer(talk.axes(), recipe_, talk.seed());
-    if (use_start_) take(talk, proposer, first);
+  void run(relign::Trial& trial) override {
+    box_ = surrogates::UnitBox(trial.box());
+    const relign::Observation first = trial.first();
+    bo_gp::Proposer proposer(trial.axes(), recipe_, trial.seed());
+    if (use_start_) take(trial, proposer, first);
     relign::Pose pose = box_.to_pose(proposer.ask());
-    while (const auto observation = talk.step(pose)) {
-      take(talk, proposer, *observation);
+    while (const auto observation = trial.step(pose)) {
+      take(trial, proposer, *observation);
       // No proposal is needed after the last step.
-      if (observation->step < talk.budget()) pose = box_.to_pose(proposer.ask());
+      if (observation->step < trial.budget()) pose = box_.to_pose(proposer.ask());
     }
   }
 
  private:
-  void take(relign::Conversation& talk, bo_gp::Proposer& proposer, const relign::Observation& observation) const {
+  void take(relign::Trial& trial, bo_gp::Proposer& proposer, const relign::Observation& observation) const {
     proposer.tell(box_.to_unit(observation.pose), observation.merit);
-    if (const auto& optimum = proposer.optimum()) talk.recommend(box_.to_pose(*optimum));
+    if (const auto& optimum = proposer.optimum()) trial.recommend(box_.to_pose(*optimum));
   }
 
   bo_gp::Recipe recipe_;

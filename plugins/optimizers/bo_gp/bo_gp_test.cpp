@@ -3,14 +3,14 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "contract/fake_conversation.h"
+#include "contract/fake_trial.h"
 #include "plugin_host/objects.h"
 
 namespace relign {
 namespace {
 
-using test::FakeConversation;
 using test::FakeSetup;
+using test::FakeTrial;
 using test::Pose;
 using Function = std::function<double(const Pose&)>;
 
@@ -26,9 +26,9 @@ plugin_host::Catalog& catalog() {
   return *catalog;
 }
 
-void run(const std::string& id, const FakeConversation& conversation, const Json& parameters = {}) {
+void run(const std::string& id, const FakeTrial& trial, const Json& parameters = {}) {
   plugin_host::Algorithm algorithm(catalog().resolve_or_throw(plugin_host::Kind::optimizer, id, parameters), {});
-  algorithm.run(conversation.talk());
+  algorithm.run(trial.handle());
 }
 
 // The published runs with RELIGN_FULL=1, otherwise with fewer seeds.
@@ -92,15 +92,14 @@ Outcome outcome_of(const std::string& id, FakeSetup setup, const Function& funct
   Outcome outcome;
   double squares = 0;
   for (setup.seed = 1; setup.seed <= seeds; ++setup.seed) {
-    FakeConversation conversation(setup);
-    run(id, conversation, parameters);
+    FakeTrial trial(setup);
+    run(id, trial, parameters);
     double best = std::numeric_limits<double>::infinity();
-    for (const auto& visit : conversation.steps) best = std::min(best, visit.merit);
+    for (const auto& visit : trial.steps) best = std::min(best, visit.merit);
     const double share = 1 / static_cast<double>(seeds);
     outcome.measured += best * share;
     squares += best * best * share;
-    if (!conversation.recommendations.empty())
-      outcome.recommended += function(conversation.recommendations.back().pose) * share;
+    if (!trial.recommendations.empty()) outcome.recommended += function(trial.recommendations.back().pose) * share;
   }
   outcome.spread = std::sqrt(std::max(0.0, squares - outcome.measured * outcome.measured));
   std::printf("  %-12s best measured %.4f +- %.4f, recommended %.4f (%d seeds)\n", id.c_str(), outcome.measured,
@@ -174,11 +173,11 @@ TEST(BoGp, TunedRecommendsBetterThanBestMeasuredPoseUnderHeavyNoise) {
   double luckiest = 0;
   double defaults = 0;
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
-    FakeConversation careful(noisy_bowl(3, 0.3, seed));
+    FakeTrial careful(noisy_bowl(3, 0.3, seed));
     run("bo-gp-tuned", careful);
     tuned += test::bowl(careful.recommendations.back().pose, Pose(3, 0.2));
     luckiest += test::bowl(careful.best_pose(), Pose(3, 0.2));
-    FakeConversation plain(noisy_bowl(3, 0.3, seed));
+    FakeTrial plain(noisy_bowl(3, 0.3, seed));
     run("bo-gp", plain);
     defaults += test::bowl(plain.recommendations.back().pose, Pose(3, 0.2));
   }
@@ -187,18 +186,18 @@ TEST(BoGp, TunedRecommendsBetterThanBestMeasuredPoseUnderHeavyNoise) {
 }
 
 TEST(BoGp, RecommendsAtEveryStepAfterFirstModel) {
-  FakeConversation conversation(noisy_bowl(5));
-  run("bo-gp", conversation, {{"initial_points", 6}});
-  ASSERT_EQ(conversation.steps.size(), 35u);
-  ASSERT_EQ(conversation.recommendations.size(), 30u);
-  for (std::size_t i = 0; i < 30; ++i) EXPECT_EQ(conversation.recommendations[i].steps_made, 6 + i);
+  FakeTrial trial(noisy_bowl(5));
+  run("bo-gp", trial, {{"initial_points", 6}});
+  ASSERT_EQ(trial.steps.size(), 35u);
+  ASSERT_EQ(trial.recommendations.size(), 30u);
+  for (std::size_t i = 0; i < 30; ++i) EXPECT_EQ(trial.recommendations[i].steps_made, 6 + i);
 }
 
 TEST(BoGp, UsesStartOnRequest) {
-  FakeConversation conversation(noisy_bowl(2));
-  run("bo-gp", conversation, {{"initial_points", 6}, {"use_start", true}});
-  ASSERT_FALSE(conversation.recommendations.empty());
-  EXPECT_EQ(conversation.recommendations[0].steps_made, 5u);
+  FakeTrial trial(noisy_bowl(2));
+  run("bo-gp", trial, {{"initial_points", 6}, {"use_start", true}});
+  ASSERT_FALSE(trial.recommendations.empty());
+  EXPECT_EQ(trial.recommendations[0].steps_made, 5u);
 }
 
 // Merits are standardised, so with xi = 0 their unit must not matter. It does matter with scikit-optimize's xi of 0.01.
@@ -208,10 +207,10 @@ TEST(BoGp, TunedIsIndependentOfUnitOfMerit) {
     setup.budget = 16;
     const auto usual = setup.merit;
     setup.merit = [=](const Pose& pose, std::uint32_t step) { return offset + scale * usual(pose, step); };
-    FakeConversation conversation(setup);
-    run(id, conversation);
+    FakeTrial trial(setup);
+    run(id, trial);
     std::vector<Pose> visited;
-    for (const auto& visit : conversation.steps) visited.push_back(visit.pose);
+    for (const auto& visit : trial.steps) visited.push_back(visit.pose);
     return visited;
   };
   const auto distance = [](const std::vector<Pose>& a, const std::vector<Pose>& b) {
@@ -243,11 +242,11 @@ TEST(BoGp, AcceptsNonFiniteAndConstantMerits) {
                                    step % 3 ? usual : 1e300};
           return merits[kind];
         };
-        FakeConversation conversation(setup);
-        run(id, conversation, {{"noise", 1e-10}, {"candidates", 200}});
-        EXPECT_EQ(conversation.steps.size(), 25u);
-        EXPECT_FALSE(conversation.refused);
-        EXPECT_EQ(conversation.requests_after_stop, 0u);
+        FakeTrial trial(setup);
+        run(id, trial, {{"noise", 1e-10}, {"candidates", 200}});
+        EXPECT_EQ(trial.steps.size(), 25u);
+        EXPECT_FALSE(trial.refused);
+        EXPECT_EQ(trial.requests_after_stop, 0u);
       }
 }
 
@@ -256,10 +255,10 @@ TEST(BoGp, UsesApproximationsInLongTrials) {
     SCOPED_TRACE(id);
     FakeSetup setup = noisy_bowl(2);
     setup.budget = 160;
-    FakeConversation conversation(setup);
-    run(id, conversation, {{"exact_points", 20}});
-    ASSERT_EQ(conversation.steps.size(), 160u);
-    EXPECT_LT(test::bowl(conversation.recommendations.back().pose, Pose(2, 0.2)), 0.01 + 0.03);
+    FakeTrial trial(setup);
+    run(id, trial, {{"exact_points", 20}});
+    ASSERT_EQ(trial.steps.size(), 160u);
+    EXPECT_LT(test::bowl(trial.recommendations.back().pose, Pose(2, 0.2)), 0.01 + 0.03);
   }
 }
 
@@ -269,10 +268,10 @@ TEST(BoGp, AcceptsBoxWithoutWidthAlongAnAxis) {
     setup.lower = {0.1, -0.5};
     setup.upper = {0.1, 0.5};
     setup.budget = 15;
-    FakeConversation conversation(setup);
-    run(id, conversation);
-    ASSERT_EQ(conversation.steps.size(), 15u);
-    for (const auto& visit : conversation.steps) EXPECT_EQ(visit.pose[0], 0.1);
+    FakeTrial trial(setup);
+    run(id, trial);
+    ASSERT_EQ(trial.steps.size(), 15u);
+    for (const auto& visit : trial.steps) EXPECT_EQ(visit.pose[0], 0.1);
   }
 }
 

@@ -20,7 +20,7 @@ constexpr int kPolishIterations = 20;
 // With more than exact_points.
 constexpr std::size_t kThriftyCandidates = 1000;
 constexpr std::size_t kPointsBetweenFits = 10;
-constexpr std::size_t kMostPoints = 120;  // at least
+constexpr std::size_t kMaxPoints = 120;  // at least
 
 // One point per stratum of each axis.
 std::vector<Vector> latin_hypercube(relign::Random& random, std::size_t dimensions, std::size_t count) {
@@ -114,7 +114,7 @@ Proposer::Data Proposer::data() const {
   std::vector<std::size_t> kept(points_.size());
   std::iota(kept.begin(), kept.end(), std::size_t{0});
   const auto merit = [&](std::size_t i) { return merits[static_cast<Eigen::Index>(i)]; };
-  const std::size_t most = std::max(kMostPoints, recipe_.exact_points);
+  const std::size_t most = std::max(kMaxPoints, recipe_.exact_points);
   if (kept.size() > most) {  // half of them the best, half the newest
     const auto old = kept.end() - static_cast<std::ptrdiff_t>(most / 2);
     std::stable_sort(kept.begin(), old, [&](std::size_t a, std::size_t b) { return merit(a) < merit(b); });

@@ -17,7 +17,7 @@ namespace ceres_plugin {
 class Captures {
  public:
   explicit Captures(const relign::ImageView& reference)
-      : binned_(reference.width(), reference.height(), kMostSide), reference_(binned_(reference)) {}
+      : binned_(reference.width(), reference.height(), kMaxSide), reference_(binned_(reference)) {}
 
   void add(const relign::ImageView& image) {
     raw_.push_back(binned_(image) - reference_);
@@ -45,7 +45,7 @@ class Captures {
   }
 
  private:
-  static constexpr std::size_t kMostSide = 256;  // larger images are binned
+  static constexpr std::size_t kMaxSide = 256;  // larger images are binned
 
   void add_blurred() {
     blurred_.push_back(blur(raw_[blurred_.size()]));

@@ -35,22 +35,22 @@ class Ceres final : public relign::Optimizer {
                                   "', must be at most 'first_blur', " + std::to_string(first_blur_));
   }
 
-  void run(relign::Conversation& talk) override {
-    const relign::Box box = talk.box();
+  void run(relign::Trial& trial) override {
+    const relign::Box box = trial.box();
     lower_ = to_vector(box.lower);
     upper_ = to_vector(box.upper);
     if (by_image_)
-      search_by_image(talk);
+      search_by_image(trial);
     else
-      search_by_merit(talk);
+      search_by_merit(trial);
   }
 
  private:
   Vector strides() const { return Vector::Constant(lower_.size(), difference_); }
 
   // One residual, the merit: searches for its zero.
-  void search_by_merit(relign::Conversation& talk) const {
-    const relign::Observation first = talk.first();
+  void search_by_merit(relign::Trial& trial) const {
+    const relign::Observation first = trial.first();
     const double unit = std::isfinite(first.merit) && first.merit > 0 ? first.merit : 1;
     std::vector<double> residuals;
     double worst = 1;
@@ -62,35 +62,35 @@ class Ceres final : public relign::Optimizer {
     };
     take(first.merit);
     const auto evaluate = [&](const Vector& x) {
-      const auto observation = talk.step(to_pose(x));
+      const auto observation = trial.step(to_pose(x));
       if (observation) take(observation->merit);
       return observation.has_value();
     };
     const auto all = [&]() -> Matrix {
       return Eigen::Map<const Matrix>(residuals.data(), 1, static_cast<Eigen::Index>(residuals.size()));
     };
-    SecantSolver solver({lower_, upper_, evaluate, all}, to_vector(talk.box().clamp(first.pose)));
+    SecantSolver solver({lower_, upper_, evaluate, all}, to_vector(trial.box().clamp(first.pose)));
     // Makes no recommendation: the best measured pose, which the host uses, may be one of the differences.
     solver.search(strides(), kSmallestShare);
   }
 
-  void search_by_image(relign::Conversation& talk) const {
-    Captures captures(talk.reference());
+  void search_by_image(relign::Trial& trial) const {
+    Captures captures(trial.reference());
     captures.set_blur(first_blur_);
-    const relign::Observation first = talk.first();
+    const relign::Observation first = trial.first();
     captures.add(first.image());
     const auto evaluate = [&](const Vector& x) {
-      const auto observation = talk.step(to_pose(x));
+      const auto observation = trial.step(to_pose(x));
       if (observation) captures.add(observation->image());
       return observation.has_value();
     };
     const auto all = [&]() -> Matrix { return ceres_plugin::coordinates(captures.products()); };
-    SecantSolver solver({lower_, upper_, evaluate, all}, to_vector(talk.box().clamp(first.pose)));
-    if (approach(talk, captures, solver)) refine(talk, captures, solver, evaluate);
+    SecantSolver solver({lower_, upper_, evaluate, all}, to_vector(trial.box().clamp(first.pose)));
+    if (approach(trial, captures, solver)) refine(trial, captures, solver, evaluate);
   }
 
   // Coarse-to-fine steps with Broyden's Jacobian, down to last_blur. Returns false when stopped.
-  bool approach(relign::Conversation& talk, Captures& captures, SecantSolver& solver) const {
+  bool approach(relign::Trial& trial, Captures& captures, SecantSolver& solver) const {
     if (!solver.difference(strides())) return false;
     const int most_evaluations = 2 * static_cast<int>(lower_.size());
     double blur = first_blur_, radius = 30;
@@ -98,7 +98,7 @@ class Ceres final : public relign::Optimizer {
       const SecantSolver::Step made = solver.step(radius, 1e-5);
       if (made == SecantSolver::Step::stopped) return false;
       const bool lower = made == SecantSolver::Step::lower;
-      if (lower) talk.recommend(to_pose(solver.best()));
+      if (lower) trial.recommend(to_pose(solver.best()));
       radius = lower ? std::min(radius * 3, 1e4) : radius / 4;
       failures = lower ? 0 : failures + 1;
       const bool settled =
@@ -116,8 +116,7 @@ class Ceres final : public relign::Optimizer {
   // Probes around the optimum of the local model, which is updated after every capture. Probes go both ways along the
   // principal directions of the Jacobian, each as far as changes the image by `probe_`.
   template <class Evaluate>
-  void refine(relign::Conversation& talk, Captures& captures, const SecantSolver& solver,
-              const Evaluate& evaluate) const {
+  void refine(relign::Trial& trial, Captures& captures, const SecantSolver& solver, const Evaluate& evaluate) const {
     captures.set_blur(last_blur_);
     std::vector<Vector> points = solver.points();
     Vector at = solver.best();
@@ -131,7 +130,7 @@ class Ceres final : public relign::Optimizer {
       const LocalModel model =
           fit_locally(points, captures.products(), noise, at, solver.combinations(), near, lower_, upper_);
       at = model.optimum;
-      talk.recommend(to_pose(at));
+      trial.recommend(to_pose(at));
       near.metric = (model.squares / (probe_ * probe_) + Matrix::Identity(n, n) / (kLongestProbe * kLongestProbe)) /
                     (kTimesProbe * kTimesProbe);
       const Eigen::Index direction = n - 1 - k / 2 % n;
@@ -142,7 +141,7 @@ class Ceres final : public relign::Optimizer {
       if (!evaluate(points.back())) return;
     }
     at = fit_locally(points, captures.products(), noise, at, solver.combinations(), near, lower_, upper_).optimum;
-    talk.recommend(to_pose(at));
+    trial.recommend(to_pose(at));
   }
 
   bool by_image_;

@@ -16,8 +16,8 @@ using ceres_plugin::SecantSolver;
 using ceres_plugin::Vector;
 using plugin_host::Algorithm;
 using plugin_host::Kind;
-using test::FakeConversation;
 using test::FakeSetup;
+using test::FakeTrial;
 using test::Pose;
 
 // ---- the solver on published least-squares problems ----------------------------------------------
@@ -149,7 +149,7 @@ struct Trial {
     FakeSetup setup;
     setup.axes = axes;
     setup.budget = budget;
-    setup.knows = RELIGN_KNOWS_MERIT | RELIGN_KNOWS_BOX | RELIGN_KNOWS_IMAGES;
+    setup.observes = RELIGN_OBSERVES_MERIT | RELIGN_OBSERVES_BOX | RELIGN_OBSERVES_IMAGES;
     setup.image_side = kSide;
     setup.merit = [this, noise, seed](const Pose& pose, std::uint32_t step) {
       shown = Picture::paint(pose, optimum);
@@ -165,12 +165,10 @@ struct Trial {
     setup.service = [this](std::string_view id) -> const void* {
       return id == RELIGN_SERVICE_REFERENCE ? &service : nullptr;
     };
-    conversation = std::make_unique<FakeConversation>(setup);
+    trial = std::make_unique<FakeTrial>(setup);
   }
 
-  void run(const std::string& id, const Json& parameters = {}) {
-    test::run_plugin("ceres", id, parameters, *conversation);
-  }
+  void run(const std::string& id, const Json& parameters = {}) { test::run_plugin("ceres", id, parameters, *trial); }
 
   // Largest distance of a pose from the optimum over the axes.
   double miss(const Pose& pose) const {
@@ -179,13 +177,13 @@ struct Trial {
       worst = std::max(worst, std::fabs(pose[axis] - optimum[axis]));
     return worst;
   }
-  double last_miss() const { return miss(conversation->recommendations.back().pose); }
+  double last_miss() const { return miss(trial->recommendations.back().pose); }
 
   Pose optimum;
   std::vector<float> wanted, shown;
   relign_image reference{};
   relign_reference_service service{};
-  std::unique_ptr<FakeConversation> conversation;
+  std::unique_ptr<FakeTrial> trial;
 };
 
 TEST(CeresImage, FindsOptimumInAnyDimension) {
@@ -193,7 +191,7 @@ TEST(CeresImage, FindsOptimumInAnyDimension) {
     SCOPED_TRACE(axes);
     Trial trial(axes, 0, 1, 40);
     trial.run("ceres-image");
-    ASSERT_FALSE(trial.conversation->recommendations.empty());
+    ASSERT_FALSE(trial.trial->recommendations.empty());
     EXPECT_LT(trial.last_miss(), 0.015);
   }
 }
@@ -204,7 +202,7 @@ TEST(CeresImage, ProbesAverageOutNoise) {
     Trial trial(5, 0.2, seed, 40);
     trial.run("ceres-image");
     recommended += trial.last_miss() / 10;
-    measured_best += trial.miss(trial.conversation->best_pose()) / 10;
+    measured_best += trial.miss(trial.trial->best_pose()) / 10;
   }
   EXPECT_LT(recommended, 0.06);
   EXPECT_LT(recommended, 0.7 * measured_best);
@@ -214,7 +212,7 @@ TEST(CeresImage, RecommendsAtEveryStepAfterFirstModel) {
   Trial trial(5, 0.05, 1, 40);
   trial.run("ceres-image");
   for (std::size_t made = 14; made < 40; ++made)
-    EXPECT_TRUE(std::any_of(trial.conversation->recommendations.begin(), trial.conversation->recommendations.end(),
+    EXPECT_TRUE(std::any_of(trial.trial->recommendations.begin(), trial.trial->recommendations.end(),
                             [&](const auto& one) { return one.steps_made == made; }))
         << made;
 }
@@ -222,8 +220,8 @@ TEST(CeresImage, RecommendsAtEveryStepAfterFirstModel) {
 TEST(CeresImage, FinishesBeforeTheBudgetIsSpent) {
   Trial trial(2, 0.01, 1, 100000);
   trial.run("ceres-image");
-  EXPECT_FALSE(trial.conversation->stopped);
-  EXPECT_LT(trial.conversation->steps.size(), 60u);
+  EXPECT_FALSE(trial.trial->stopped);
+  EXPECT_LT(trial.trial->steps.size(), 60u);
 }
 
 TEST(CeresScalar, MinimisesQuadratic) {
@@ -234,11 +232,11 @@ TEST(CeresScalar, MinimisesQuadratic) {
     setup.budget = 200;
     const Pose optimum(axes, 0.17);
     setup.merit = [&](const Pose& pose, std::uint32_t) { return test::bowl(pose, optimum); };
-    setup.knows = RELIGN_KNOWS_MERIT | RELIGN_KNOWS_BOX | RELIGN_KNOWS_IMAGES;
+    setup.observes = RELIGN_OBSERVES_MERIT | RELIGN_OBSERVES_BOX | RELIGN_OBSERVES_IMAGES;
     Trial trial(axes, 0, 1, 200);
-    trial.conversation = std::make_unique<FakeConversation>(setup);
+    trial.trial = std::make_unique<FakeTrial>(setup);
     trial.run("ceres-scalar");
-    EXPECT_LT(setup.merit(trial.conversation->best_pose(), 0), 0.01 + 5e-3);
+    EXPECT_LT(setup.merit(trial.trial->best_pose(), 0), 0.01 + 5e-3);
   }
 }
 

@@ -11,9 +11,9 @@ using cma_es::Vector;
 using pictures::to_pose;
 using pictures::to_vector;
 
-constexpr int kMostRestarts = 9;  // as Auger and Hansen; each doubles the population
-constexpr int kLeastPopulation = 4;
-constexpr int kMostPopulation = 4096;
+constexpr int kMaxRestarts = 9;  // as Auger and Hansen; each doubles the population
+constexpr int kMinPopulation = 4;
+constexpr int kMaxPopulation = 4096;
 constexpr int kFlatGenerations = 5;
 constexpr double kWorstCondition = 1e14;
 
@@ -23,23 +23,23 @@ class CmaEs final : public relign::Optimizer {
       : stride_(given.number("first_stride")),
         tolerance_(given.number("tolerance")),
         population_(static_cast<int>(given.integer("population"))) {
-    if (population_ != 0 && population_ < kLeastPopulation)
+    if (population_ != 0 && population_ < kMinPopulation)
       throw std::invalid_argument("parameter 'population': found '" + std::to_string(population_) +
                                   "', must be 0 (the default population) or at least 4");
   }
 
-  void run(relign::Conversation& talk) override {
-    talk_ = &talk;
-    box_ = talk.box();
-    const int axes = static_cast<int>(talk.axes());
-    relign::Random random(talk.seed());
+  void run(relign::Trial& trial) override {
+    trial_ = &trial;
+    box_ = trial.box();
+    const int axes = static_cast<int>(trial.axes());
+    relign::Random random(trial.seed());
     int population = population_ > 0 ? population_ : cma_es::Constants::usual_population(axes);
-    Vector start = to_vector(box_.clamp(talk.first().pose));
-    for (int restart = 0; restart <= kMostRestarts; ++restart) {
-      if (!search(start, std::min(population, kMostPopulation), random)) return;
+    Vector start = to_vector(box_.clamp(trial.first().pose));
+    for (int restart = 0; restart <= kMaxRestarts; ++restart) {
+      if (!search(start, std::min(population, kMaxPopulation), random)) return;
       for (int axis = 0; axis < axes; ++axis) start[axis] = random.uniform(box_.lower[axis], box_.upper[axis]);
       population *= 2;
-      if (population > kMostPopulation) return;
+      if (population > kMaxPopulation) return;
     }
   }
 
@@ -71,7 +71,7 @@ class CmaEs final : public relign::Optimizer {
       std::vector<Vector> ranked;
       for (const Drawn& drawn : generation) ranked.push_back(drawn.point);
       evolution.learn(ranked);
-      if (!confirmed_) talk_->recommend(box_.clamp(to_pose(evolution.mean())));
+      if (!confirmed_) trial_->recommend(box_.clamp(to_pose(evolution.mean())));
     }
     return confirm(box_.clamp(to_pose(evolution.mean())));
   }
@@ -80,7 +80,7 @@ class CmaEs final : public relign::Optimizer {
     drawn.point = evolution.draw(random);
     const relign::Pose pose = box_.clamp(to_pose(drawn.point));
     drawn.away2 = (drawn.point - to_vector(pose)).cwiseQuotient(stride).squaredNorm();
-    const auto observation = talk_->step(pose);
+    const auto observation = trial_->step(pose);
     if (!observation) return false;
     drawn.merit = observation->merit;
     return true;
@@ -112,12 +112,12 @@ class CmaEs final : public relign::Optimizer {
 
   // Measures the end of a search; of several searches the one with the lowest end is recommended.
   bool confirm(const relign::Pose& end) {
-    const auto observation = talk_->step(end);
+    const auto observation = trial_->step(end);
     if (!observation) return false;
     if (std::isfinite(observation->merit) && (!confirmed_ || observation->merit < lowest_end_)) {
       lowest_end_ = observation->merit;
       confirmed_ = true;
-      talk_->recommend(end);
+      trial_->recommend(end);
     }
     return true;
   }
@@ -125,7 +125,7 @@ class CmaEs final : public relign::Optimizer {
   double stride_;     // share of the travel
   double tolerance_;  // share of the travel
   int population_;    // 0: the default
-  relign::Conversation* talk_ = nullptr;
+  relign::Trial* trial_ = nullptr;
   relign::Box box_;
   bool confirmed_ = false;  // a search has ended at lowest_end_
   double lowest_end_ = 0;

@@ -3,7 +3,7 @@
 
 #include "base/error.h"
 #include "cma.h"
-#include "contract/fake_conversation.h"
+#include "contract/fake_trial.h"
 #include "plugin_host/objects.h"
 
 namespace relign {
@@ -15,8 +15,8 @@ using cma_es::Matrix;
 using cma_es::Vector;
 using plugin_host::Algorithm;
 using plugin_host::Kind;
-using test::FakeConversation;
 using test::FakeSetup;
+using test::FakeTrial;
 using test::Pose;
 
 // Values of pycma 4.5.0 without negative weights, where it uses the tutorial's formulas.
@@ -104,9 +104,9 @@ plugin_host::Catalog& catalog() {
   return *catalog;
 }
 
-void run(const FakeConversation& conversation, const Json& parameters = {}) {
+void run(const FakeTrial& trial, const Json& parameters = {}) {
   Algorithm algorithm(catalog().resolve_or_throw(Kind::optimizer, "cma-es", parameters), {});
-  algorithm.run(conversation.talk());
+  algorithm.run(trial.handle());
 }
 
 FakeSetup bowl_setup(std::uint32_t axes) {
@@ -123,26 +123,26 @@ TEST(CmaEs, MinimisesQuadraticInAnyDimension) {
     SCOPED_TRACE(axes);
     FakeSetup setup = bowl_setup(axes);
     setup.budget = 1000;
-    FakeConversation conversation(setup);
-    run(conversation);
-    ASSERT_FALSE(conversation.recommendations.empty());
-    EXPECT_LT(setup.merit(conversation.recommendations.back().pose, 0), 0.01 + 5e-5);
+    FakeTrial trial(setup);
+    run(trial);
+    ASSERT_FALSE(trial.recommendations.empty());
+    EXPECT_LT(setup.merit(trial.recommendations.back().pose, 0), 0.01 + 5e-5);
   }
 }
 
 TEST(CmaEs, RecommendsMeanAfterEveryGeneration) {
-  FakeConversation conversation(bowl_setup(5));
-  run(conversation);
-  ASSERT_EQ(conversation.recommendations.size(), 6u);  // 50 steps, 8 per generation
-  for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(conversation.recommendations[i].steps_made, 8 * (i + 1));
+  FakeTrial trial(bowl_setup(5));
+  run(trial);
+  ASSERT_EQ(trial.recommendations.size(), 6u);  // 50 steps, 8 per generation
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(trial.recommendations[i].steps_made, 8 * (i + 1));
   // The first one: the weighted mean of the four best of eight, all inside the box.
-  std::vector<FakeConversation::Visit> best(conversation.steps.begin(), conversation.steps.begin() + 8);
+  std::vector<FakeTrial::Visit> best(trial.steps.begin(), trial.steps.begin() + 8);
   std::sort(best.begin(), best.end(), [](const auto& a, const auto& b) { return a.merit < b.merit; });
   const Constants k(5, 8);
   for (std::size_t axis = 0; axis < 5; ++axis) {
     double mean = 0;
     for (int i = 0; i < k.mu; ++i) mean += k.weights[i] * best[std::size_t(i)].pose[axis];
-    EXPECT_NEAR(conversation.recommendations[0].pose[axis], mean, 1e-14);
+    EXPECT_NEAR(trial.recommendations[0].pose[axis], mean, 1e-14);
   }
 }
 
@@ -162,10 +162,10 @@ Excess noisy_excess(int population) {
     };
     setup.seed = seed;
     setup.budget = 400;
-    FakeConversation conversation(setup);
-    run(conversation, {{"population", population}});
-    excess.recommended += (clean(conversation.recommendations.back().pose, 0) - 0.01) / 20;
-    excess.measured_best += (clean(conversation.best_pose(), 0) - 0.01) / 20;
+    FakeTrial trial(setup);
+    run(trial, {{"population", population}});
+    excess.recommended += (clean(trial.recommendations.back().pose, 0) - 0.01) / 20;
+    excess.measured_best += (clean(trial.best_pose(), 0) - 0.01) / 20;
   }
   return excess;
 }
@@ -184,14 +184,14 @@ TEST(CmaEs, FindsOptimumInCornerOfTheBox) {
   setup.start = {0.9, 0, 3};  // outside
   setup.budget = 600;
   setup.merit = [](const Pose& pose, std::uint32_t) { return pose[0] - pose[1] + pose[2]; };
-  FakeConversation conversation(setup);
-  run(conversation);
-  for (const auto& visit : conversation.steps)
+  FakeTrial trial(setup);
+  run(trial);
+  for (const auto& visit : trial.steps)
     for (std::size_t axis = 0; axis < 3; ++axis) {
       EXPECT_GE(visit.pose[axis], setup.lower[axis]);
       EXPECT_LE(visit.pose[axis], setup.upper[axis]);
     }
-  EXPECT_NEAR(setup.merit(conversation.recommendations.back().pose, 0), 0.2 - 0.5 + 2, 0.005);
+  EXPECT_NEAR(setup.merit(trial.recommendations.back().pose, 0), 0.2 - 0.5 + 2, 0.005);
 }
 
 TEST(CmaEs, RestartsLeaveLocalMinimum) {
@@ -203,11 +203,11 @@ TEST(CmaEs, RestartsLeaveLocalMinimum) {
     const double there = std::pow(pose[0] - 0.4, 2) + std::pow(pose[1] + 0.4, 2);
     return std::min(0.2 + 10 * here, 0.1 + 5 * there);
   };
-  FakeConversation conversation(setup);
-  run(conversation, {{"first_stride", 0.01}});
-  ASSERT_FALSE(conversation.recommendations.empty());
-  EXPECT_NEAR(setup.merit(conversation.recommendations.front().pose, 0), 0.2, 0.02);
-  EXPECT_NEAR(setup.merit(conversation.recommendations.back().pose, 0), 0.1, 1e-4);
+  FakeTrial trial(setup);
+  run(trial, {{"first_stride", 0.01}});
+  ASSERT_FALSE(trial.recommendations.empty());
+  EXPECT_NEAR(setup.merit(trial.recommendations.front().pose, 0), 0.2, 0.02);
+  EXPECT_NEAR(setup.merit(trial.recommendations.back().pose, 0), 0.1, 1e-4);
 }
 
 TEST(CmaEs, ConstantMeritsEndTheTrialWithoutRecommendation) {
@@ -215,11 +215,11 @@ TEST(CmaEs, ConstantMeritsEndTheTrialWithoutRecommendation) {
   for (const double level : {0.03, std::numeric_limits<double>::quiet_NaN()}) {
     setup.merit = [level](const Pose&, std::uint32_t) { return level; };
     setup.budget = 1000000;
-    FakeConversation conversation(setup);
-    run(conversation);
-    EXPECT_FALSE(conversation.stopped);
-    EXPECT_LT(conversation.steps.size(), 60000u);
-    for (const auto& recommendation : conversation.recommendations) EXPECT_EQ(recommendation.pose, Pose(5, 0.0));
+    FakeTrial trial(setup);
+    run(trial);
+    EXPECT_FALSE(trial.stopped);
+    EXPECT_LT(trial.steps.size(), 60000u);
+    for (const auto& recommendation : trial.recommendations) EXPECT_EQ(recommendation.pose, Pose(5, 0.0));
   }
 }
 

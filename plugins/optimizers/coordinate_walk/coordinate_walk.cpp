@@ -50,14 +50,14 @@ class CoordinateWalk final : public relign::Optimizer {
       throw std::invalid_argument("parameter 'points': found '1', must be 0 (from the budget) or at least 2");
   }
 
-  void run(relign::Conversation& talk) override {
-    const relign::Box box = talk.box();
-    const std::size_t axes = talk.axes();
-    pose_ = box.clamp(talk.first().pose);
+  void run(relign::Trial& trial) override {
+    const relign::Box box = trial.box();
+    const std::size_t axes = trial.axes();
+    pose_ = box.clamp(trial.first().pose);
     // A parabola needs 3 points, a choice 2; a smaller budget ends within the first sweeps.
-    if (points_ == 0) points_ = std::clamp<std::size_t>(talk.budget() / (axes * rounds_), parabola_ ? 3 : 2, 1001);
+    if (points_ == 0) points_ = std::clamp<std::size_t>(trial.budget() / (axes * rounds_), parabola_ ? 3 : 2, 1001);
     if (random_start_) {
-      relign::Random random(talk.seed());
+      relign::Random random(trial.seed());
       for (std::size_t axis = 0; axis < axes; ++axis)
         pose_[axis] = place(box.lower[axis], box.upper[axis], random.below(points_));
     }
@@ -72,7 +72,7 @@ class CoordinateWalk final : public relign::Optimizer {
               std::clamp(pose_[axis] - half, box.lower[axis], std::max(box.lower[axis], box.upper[axis] - 2 * half));
           upper = std::min(lower + 2 * half, box.upper[axis]);
         }
-        if (!sweep(talk, axis, lower, upper)) return;
+        if (!sweep(trial, axis, lower, upper)) return;
       }
   }
 
@@ -85,12 +85,12 @@ class CoordinateWalk final : public relign::Optimizer {
 
   // Returns false when the trial is over. An unfinished sweep is not recommended, because it may have missed the
   // minimum.
-  bool sweep(relign::Conversation& talk, std::size_t axis, double lower, double upper) {
+  bool sweep(relign::Trial& trial, std::size_t axis, double lower, double upper) {
     std::vector<Sample> samples;
     relign::Pose candidate = pose_;
     for (std::size_t index = 0; index < points_; ++index) {
       candidate[axis] = place(lower, upper, index);
-      const auto observation = talk.step(candidate);
+      const auto observation = trial.step(candidate);
       if (!observation) return false;
       if (std::isfinite(observation->merit)) samples.push_back({candidate[axis], observation->merit});
     }
@@ -102,7 +102,7 @@ class CoordinateWalk final : public relign::Optimizer {
     if (parabola_)
       if (const auto lowest = vertex(samples, 0.5 * (lower + upper), 0.5 * (upper - lower)))
         pose_[axis] = std::clamp(*lowest, lower, upper);
-    talk.recommend(pose_);
+    trial.recommend(pose_);
     return true;
   }
 

@@ -8,24 +8,24 @@ class HandOver final : public relign::Optimizer {
   explicit HandOver(const relign::Parameters& given)
       : first_steps_(static_cast<unsigned>(given.integer("first_steps"))), from_(given.text("from")) {}
 
-  void run(relign::Conversation& talk) override {
-    const unsigned budget = talk.budget();
+  void run(relign::Trial& trial) override {
+    const unsigned budget = trial.budget();
     if (budget == 0) return;  // `run` needs at least one step
     const unsigned granted = std::min(first_steps_, budget);
-    const relign::RunOutcome first = talk.run("first", granted);
+    const relign::RunOutcome first = trial.run("first", granted);
     if (!first.last) return;  // stopped
     const bool stopped = !first.finished && first.steps < granted;
     // The first recommendation is not forwarded here: it would stay in force until the second algorithm returns.
     // Without one the host uses the best measured pose.
-    if (stopped || first.steps >= budget) return forward(talk, first);
+    if (stopped || first.steps >= budget) return forward(trial, first);
 
     unsigned used = first.steps;
-    if (const relign::Pose pose = start_of_second(first, talk.box()); pose != first.last->pose) {
-      if (!talk.step(pose)) return;
+    if (const relign::Pose pose = start_of_second(first, trial.box()); pose != first.last->pose) {
+      if (!trial.step(pose)) return;
       ++used;
     }
-    if (used >= budget) return forward(talk, first);
-    forward(talk, talk.run("then", budget - used));
+    if (used >= budget) return forward(trial, first);
+    forward(trial, trial.run("then", budget - used));
   }
 
  private:
@@ -35,8 +35,8 @@ class HandOver final : public relign::Optimizer {
     return first.last->pose;
   }
 
-  static void forward(relign::Conversation& talk, const relign::RunOutcome& outcome) {
-    if (outcome.recommendation) talk.recommend(*outcome.recommendation);
+  static void forward(relign::Trial& trial, const relign::RunOutcome& outcome) {
+    if (outcome.recommendation) trial.recommend(*outcome.recommendation);
   }
 
   unsigned first_steps_;

@@ -3,7 +3,7 @@
 
 #include "base/error.h"
 #include "conformance/conduct.h"
-#include "contract/fake_conversation.h"
+#include "contract/fake_trial.h"
 #include "plugin_host/objects.h"
 
 namespace relign {
@@ -12,8 +12,8 @@ namespace {
 using plugin_host::Algorithm;
 using plugin_host::Choice;
 using plugin_host::Kind;
-using test::FakeConversation;
 using test::FakeSetup;
+using test::FakeTrial;
 using test::Pose;
 
 plugin_host::Catalog& catalog() {
@@ -38,7 +38,7 @@ struct Script {
 
 // A trial with three axes whose merit is the squared distance to (0.3, 0.3, 0.3), with scripted algorithms.
 struct ScriptedTrial {
-  ScriptedTrial() : conversation(make_setup()) {
+  ScriptedTrial() : trial(make_setup()) {
     service.struct_size = sizeof service;
     service.context = this;
     service.run = [](void* self, relign_text parameter, relign_text, std::uint32_t steps, relign_run_outcome* outcome) {
@@ -53,18 +53,18 @@ struct ScriptedTrial {
 
   void run(const Json& parameters) {
     Algorithm algorithm(choice(parameters), {});
-    algorithm.run(conversation.talk());
+    algorithm.run(trial.handle());
   }
 
   std::vector<Pose> visited() const {
     std::vector<Pose> poses;
-    for (const auto& visit : conversation.steps) poses.push_back(visit.pose);
+    for (const auto& visit : trial.steps) poses.push_back(visit.pose);
     return poses;
   }
 
   std::map<std::string, Script> scripts;
   std::vector<std::string> calls;  // "first 10"
-  FakeConversation conversation;
+  FakeTrial trial;
 
  private:
   FakeSetup make_setup() {
@@ -86,18 +86,18 @@ struct ScriptedTrial {
     calls.push_back(name + " " + std::to_string(most));
     const Script& script = scripts[name];
     if (script.fails) return RELIGN_FAILED;
-    const relign_conversation& talk = conversation.talk();
-    const std::size_t before = conversation.steps.size();
+    const relign_trial& trial = trial.handle();
+    const std::size_t before = trial.steps.size();
     for (std::size_t i = 0; i < std::min<std::size_t>(most, script.visits.size()); ++i) {
       relign_observation observation{};
       observation.struct_size = sizeof observation;
-      if (talk.step(talk.context, script.visits[i].data(), 3, &observation) != RELIGN_OK) break;
+      if (trial.step(trial.context, script.visits[i].data(), 3, &observation) != RELIGN_OK) break;
     }
-    outcome.steps = std::uint32_t(conversation.steps.size() - before);
-    outcome.end = outcome.steps < most && !conversation.stopped ? RELIGN_RUN_FINISHED : RELIGN_RUN_STEPS_SPENT;
-    last_ = conversation.last();
+    outcome.steps = std::uint32_t(trial.steps.size() - before);
+    outcome.end = outcome.steps < most && !trial.stopped ? RELIGN_RUN_FINISHED : RELIGN_RUN_STEPS_SPENT;
+    last_ = trial.last();
     best_ = last_;
-    best_pose_ = conversation.best_pose();
+    best_pose_ = trial.best_pose();
     best_.pose = best_pose_.data();
     outcome.last = &last_;
     outcome.best = &best_;
@@ -152,9 +152,9 @@ TEST(HandOver, ForwardsRecommendationOfSecondOnly) {
   trial.scripts["first"] = {{kFar, kNear}, kMiddle};
   trial.scripts["then"] = {{kFar, kFar}, kAdvice};
   trial.run({{"first_steps", 2}});
-  ASSERT_EQ(trial.conversation.recommendations.size(), 1u);
-  EXPECT_EQ(trial.conversation.recommendations[0].pose, kAdvice);
-  EXPECT_EQ(trial.conversation.recommendations[0].steps_made, 5u);
+  ASSERT_EQ(trial.trial.recommendations.size(), 1u);
+  EXPECT_EQ(trial.trial.recommendations[0].pose, kAdvice);
+  EXPECT_EQ(trial.trial.recommendations[0].steps_made, 5u);
 }
 
 TEST(HandOver, ForwardsRecommendationOfFirstThatSpendsTheBudget) {
@@ -163,9 +163,9 @@ TEST(HandOver, ForwardsRecommendationOfFirstThatSpendsTheBudget) {
     trial.scripts["first"] = {std::vector<Pose>(20, kFar), kAdvice};
     trial.run({{"first_steps", first_steps}});
     EXPECT_EQ(trial.calls, std::vector<std::string>{"first 10"});
-    ASSERT_EQ(trial.conversation.recommendations.size(), 1u);
-    EXPECT_EQ(trial.conversation.recommendations[0].pose, kAdvice);
-    EXPECT_FALSE(trial.conversation.stopped);
+    ASSERT_EQ(trial.trial.recommendations.size(), 1u);
+    EXPECT_EQ(trial.trial.recommendations[0].pose, kAdvice);
+    EXPECT_FALSE(trial.trial.stopped);
   }
 }
 
@@ -175,7 +175,7 @@ TEST(HandOver, LastStepMayBeTheMoveBetween) {
   trial.run({{"first_steps", 9}});
   EXPECT_EQ(trial.calls, std::vector<std::string>{"first 9"});
   EXPECT_EQ(trial.visited().back(), kAdvice);
-  EXPECT_EQ(trial.conversation.recommendations.size(), 1u);
+  EXPECT_EQ(trial.trial.recommendations.size(), 1u);
 }
 
 TEST(HandOver, FailureOfEitherFailsTheTrial) {

@@ -7,9 +7,9 @@ class Home final : public relign::Optimizer {
  public:
   explicit Home(const relign::Parameters&) {}
 
-  void run(relign::Conversation& talk) override {
-    const relign::Pose nominal(talk.axes(), 0.5);  // in coordinates of the stage, because the start is observed
-    if (talk.step(nominal)) talk.recommend(nominal);
+  void run(relign::Trial& trial) override {
+    const relign::Pose nominal(trial.axes(), 0.5);  // in coordinates of the stage, because the start is observed
+    if (trial.step(nominal)) trial.recommend(nominal);
   }
 };
 

@@ -48,10 +48,10 @@ class NloptSearch final : public relign::Optimizer {
         tolerance_(given.number("tolerance")),
         population_(static_cast<std::size_t>(given.integer("population"))) {}
 
-  void run(relign::Conversation& talk) override {
-    talk_ = &talk;
-    box_ = talk.box();
-    const relign::Observation first = talk.first();
+  void run(relign::Trial& trial) override {
+    trial_ = &trial;
+    box_ = trial.box();
+    const relign::Observation first = trial.first();
     best_pose_ = box_.clamp(first.pose);
     // The capture at the start pose is free, but counts only if the start is inside the box.
     if (std::isfinite(first.merit)) {
@@ -71,11 +71,11 @@ class NloptSearch final : public relign::Optimizer {
   // One run of NLopt. Its result is ignored, because some methods return a point that is not the best.
   void search() {
     nlopt::opt search = prepare(method_);
-    search.set_maxeval(static_cast<int>(std::min<unsigned>(talk_->budget(), 1u << 30)) + 1);
+    search.set_maxeval(static_cast<int>(std::min<unsigned>(trial_->budget(), 1u << 30)) + 1);
     if (method_.algorithm == nlopt::G_MLSL_LDS) search.set_local_optimizer(prepare(local_));
     if (const std::size_t poses = population()) search.set_population(static_cast<unsigned>(poses));
     // NLopt has one generator per thread, and the search runs in this thread, so other trials do not affect it.
-    nlopt::srand(relign::Random(talk_->seed()).bits());
+    nlopt::srand(relign::Random(trial_->seed()).bits());
     search.set_min_objective(evaluate, this);
     evaluations_ = 0;
     relign::Pose pose = box_.clamp(best_pose_);
@@ -112,7 +112,7 @@ class NloptSearch final : public relign::Optimizer {
     const std::size_t axes = best_pose_.size();
     if (population_ == 0) {
       const std::size_t usual = usual_population(method_.algorithm, axes);
-      return std::min(usual, std::max<std::size_t>(talk_->budget() / 3, axes + 2));
+      return std::min(usual, std::max<std::size_t>(trial_->budget() / 3, axes + 2));
     }
     if (method_.algorithm == nlopt::GN_CRS2_LM && population_ < axes + 1)
       throw std::invalid_argument("parameter 'population': found '" + std::to_string(population_) +
@@ -135,7 +135,7 @@ class NloptSearch final : public relign::Optimizer {
     if (evaluations_++ == 0 && pose == best_pose_ && std::isfinite(best_merit_)) return best_merit_;
     try {
       if (!stopped_)
-        if (const auto observation = talk_->step(pose)) return take(*observation);
+        if (const auto observation = trial_->step(pose)) return take(*observation);
     } catch (...) {
       failure_ = std::current_exception();
     }
@@ -151,7 +151,7 @@ class NloptSearch final : public relign::Optimizer {
     if (observation.merit < best_merit_) {
       best_merit_ = observation.merit;
       best_pose_ = observation.pose;
-      talk_->recommend(best_pose_);
+      trial_->recommend(best_pose_);
     }
     return observation.merit;
   }
@@ -161,7 +161,7 @@ class NloptSearch final : public relign::Optimizer {
   double stride_;           // share of the travel
   double tolerance_;        // share of the travel
   std::size_t population_;  // 0: from the budget
-  relign::Conversation* talk_ = nullptr;
+  relign::Trial* trial_ = nullptr;
   relign::Box box_;
   relign::Pose best_pose_;
   double best_merit_ = std::numeric_limits<double>::infinity();

@@ -15,8 +15,8 @@ namespace relign {
 namespace {
 
 using test::bowl_setup;
-using test::FakeConversation;
 using test::FakeSetup;
+using test::FakeTrial;
 using test::nlopt_local_presets;
 using test::nlopt_presets;
 using test::Pose;
@@ -33,10 +33,10 @@ TEST(Nlopt, GlobalMethodsSpendBudgetOnConstantAndNonFiniteMerits) {
         FakeSetup setup = bowl_setup(axes);
         setup.merit = [merit](const Pose&, std::uint32_t) { return merit; };
         setup.budget = 500;
-        FakeConversation conversation(setup);
-        run_nlopt(id, conversation);
-        EXPECT_EQ(conversation.steps.size(), 500u);
-        EXPECT_TRUE(conversation.recommendations.empty());
+        FakeTrial trial(setup);
+        run_nlopt(id, trial);
+        EXPECT_EQ(trial.steps.size(), 500u);
+        EXPECT_TRUE(trial.recommendations.empty());
       }
   }
 }
@@ -80,10 +80,10 @@ TEST(Nlopt, EveryMethodSolvesNloptTestFunctions) {
       for (std::size_t axis = 0; axis < 2; ++axis)
         setup.start.push_back(
             (function.start[axis] - function.lower[axis]) / (function.upper[axis] - function.lower[axis]) - 0.5);
-      FakeConversation conversation(setup);
-      run_nlopt(id, conversation, {{"tolerance", 0.00001}});
-      EXPECT_NEAR(value_at(conversation.best_pose()), function.lowest, 0.02);
-      EXPECT_GE(value_at(conversation.best_pose()), function.lowest - 1e-9);
+      FakeTrial trial(setup);
+      run_nlopt(id, trial, {{"tolerance", 0.00001}});
+      EXPECT_NEAR(value_at(trial.best_pose()), function.lowest, 0.02);
+      EXPECT_GE(value_at(trial.best_pose()), function.lowest - 1e-9);
     }
 }
 
@@ -97,10 +97,10 @@ std::vector<Pose> steps_of(
     between();
     return bowl(pose, step);
   };
-  FakeConversation conversation(setup);
-  run_nlopt(id, conversation, {{"population", 20}});
+  FakeTrial trial(setup);
+  run_nlopt(id, trial, {{"population", 20}});
   std::vector<Pose> poses;
-  for (const auto& visit : conversation.steps) poses.push_back(visit.pose);
+  for (const auto& visit : trial.steps) poses.push_back(visit.pose);
   return poses;
 }
 
@@ -157,10 +157,10 @@ TEST(Nlopt, AcceptsNarrowBox) {
     FakeSetup setup = bowl_setup(3);
     setup.lower = {-0.5, 0.1, -0.001};
     setup.upper = {0.5, 0.1, 0.001};
-    FakeConversation conversation(setup);
-    run_nlopt(id, conversation);
-    EXPECT_FALSE(conversation.steps.empty());
-    for (const auto& visit : conversation.steps)
+    FakeTrial trial(setup);
+    run_nlopt(id, trial);
+    EXPECT_FALSE(trial.steps.empty());
+    for (const auto& visit : trial.steps)
       for (std::size_t axis = 0; axis < 3; ++axis) {
         EXPECT_GE(visit.pose[axis], setup.lower[axis]);
         EXPECT_LE(visit.pose[axis], setup.upper[axis]);
@@ -169,9 +169,9 @@ TEST(Nlopt, AcceptsNarrowBox) {
 }
 
 TEST(Nlopt, RejectsTooSmallPopulation) {
-  FakeConversation conversation(bowl_setup(5));
+  FakeTrial trial(bowl_setup(5));
   try {
-    run_nlopt("nlopt-crs2", conversation, {{"population", 5}});
+    run_nlopt("nlopt-crs2", trial, {{"population", 5}});
     FAIL() << "no exception";
   } catch (const std::exception& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("at least 6"));

@@ -11,8 +11,8 @@ namespace relign {
 namespace {
 
 using test::bowl_setup;
-using test::FakeConversation;
 using test::FakeSetup;
+using test::FakeTrial;
 using test::nlopt_local_presets;
 using test::nlopt_presets;
 using test::Pose;
@@ -24,26 +24,26 @@ TEST(Nlopt, MinimisesQuadraticInAnyDimension) {
       SCOPED_TRACE(id + ", " + std::to_string(axes) + " axes");
       FakeSetup setup = bowl_setup(axes);
       setup.budget = 400;
-      FakeConversation conversation(setup);
-      run_nlopt(id, conversation);
-      EXPECT_LT(setup.merit(conversation.best_pose(), 0), 0.01 + 5e-5);
+      FakeTrial trial(setup);
+      run_nlopt(id, trial);
+      EXPECT_LT(setup.merit(trial.best_pose(), 0), 0.01 + 5e-5);
     }
 }
 
 TEST(Nlopt, RecommendsEveryImprovement) {
   for (const std::string& id : nlopt_presets()) {
     SCOPED_TRACE(id);
-    FakeConversation conversation(bowl_setup(5));
-    run_nlopt(id, conversation);
-    double best = conversation.setup.merit(conversation.setup.start, 0);
+    FakeTrial trial(bowl_setup(5));
+    run_nlopt(id, trial);
+    double best = trial.setup.merit(trial.setup.start, 0);
     std::vector<Pose> expected;
-    for (const auto& visit : conversation.steps)
+    for (const auto& visit : trial.steps)
       if (visit.merit < best) {
         best = visit.merit;
         expected.push_back(visit.pose);
       }
-    ASSERT_EQ(conversation.recommendations.size(), expected.size());
-    for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_EQ(conversation.recommendations[i].pose, expected[i]);
+    ASSERT_EQ(trial.recommendations.size(), expected.size());
+    for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_EQ(trial.recommendations[i].pose, expected[i]);
   }
 }
 
@@ -52,10 +52,10 @@ TEST(Nlopt, DoesNotMeasureStartAgain) {
     SCOPED_TRACE(id);
     FakeSetup setup = bowl_setup(5);
     setup.budget = 1;
-    FakeConversation conversation(setup);
-    run_nlopt(id, conversation);
-    ASSERT_EQ(conversation.steps.size(), 1u);
-    EXPECT_NE(conversation.steps[0].pose, setup.start);
+    FakeTrial trial(setup);
+    run_nlopt(id, trial);
+    ASSERT_EQ(trial.steps.size(), 1u);
+    EXPECT_NE(trial.steps[0].pose, setup.start);
   }
 }
 
@@ -64,14 +64,14 @@ TEST(Nlopt, ClampsStartToTheBox) {
     SCOPED_TRACE(id);
     FakeSetup setup = bowl_setup(3);
     setup.start = {0.9, -0.7, 0};
-    FakeConversation conversation(setup);
-    run_nlopt(id, conversation);
-    for (const auto& visit : conversation.steps)
+    FakeTrial trial(setup);
+    run_nlopt(id, trial);
+    for (const auto& visit : trial.steps)
       for (const double value : visit.pose) {
         EXPECT_GE(value, -0.5);
         EXPECT_LE(value, 0.5);
       }
-    EXPECT_LT(setup.merit(conversation.best_pose(), 0), 0.35);  // 0.7 at the nearest corner
+    EXPECT_LT(setup.merit(trial.best_pose(), 0), 0.35);  // 0.7 at the nearest corner
   }
 }
 
@@ -80,9 +80,9 @@ TEST(Nlopt, RestartsUntilStrideIsBelowTolerance) {
     SCOPED_TRACE(id);
     FakeSetup setup = bowl_setup(2);
     setup.budget = 100000;
-    FakeConversation coarse(setup);
+    FakeTrial coarse(setup);
     run_nlopt(id, coarse, {{"tolerance", 0.05}});
-    FakeConversation fine(setup);
+    FakeTrial fine(setup);
     run_nlopt(id, fine, {{"tolerance", 0.0001}});
     EXPECT_FALSE(coarse.stopped);
     EXPECT_FALSE(fine.stopped);
@@ -98,11 +98,11 @@ TEST(Nlopt, LocalMethodsFinishOnConstantMerits) {
       FakeSetup setup = bowl_setup(axes);
       setup.merit = [](const Pose&, std::uint32_t) { return 0.03; };
       setup.budget = 1000000;
-      FakeConversation conversation(setup);
-      run_nlopt(id, conversation);
-      EXPECT_FALSE(conversation.stopped);
-      EXPECT_TRUE(conversation.recommendations.empty());
-      EXPECT_LT(conversation.steps.size(), 20000u);
+      FakeTrial trial(setup);
+      run_nlopt(id, trial);
+      EXPECT_FALSE(trial.stopped);
+      EXPECT_TRUE(trial.recommendations.empty());
+      EXPECT_LT(trial.steps.size(), 20000u);
     }
 }
 
@@ -111,10 +111,10 @@ TEST(Nlopt, FirstMoveHasLengthOfFirstStride) {
     SCOPED_TRACE(id);
     FakeSetup setup = bowl_setup(5);
     setup.budget = 1;
-    FakeConversation conversation(setup);
-    run_nlopt(id, conversation, {{"first_stride", 0.04}});
+    FakeTrial trial(setup);
+    run_nlopt(id, trial, {{"first_stride", 0.04}});
     double length = 0;
-    for (const double value : conversation.steps.at(0).pose) length += value * value;
+    for (const double value : trial.steps.at(0).pose) length += value * value;
     EXPECT_NEAR(std::sqrt(length), 0.04, 1e-9);
   }
 }
@@ -127,14 +127,14 @@ TEST(Nlopt, PropagatesFailureOfTheHost) {
       if (step == 7) throw Error(ErrorKind::plugin_failed, "the scene is broken");
       return 1.0 / (1 + step);
     };
-    FakeConversation conversation(setup);
+    FakeTrial trial(setup);
     try {
-      run_nlopt(id, conversation);
+      run_nlopt(id, trial);
       FAIL() << "no exception";
     } catch (const Error& error) {
       EXPECT_STREQ(error.what(), "the scene is broken");
     }
-    EXPECT_EQ(conversation.steps.size(), 6u);
+    EXPECT_EQ(trial.steps.size(), 6u);
   }
 }
 

@@ -26,9 +26,9 @@ inline std::vector<std::string> nlopt_presets() {
 inline const std::vector<std::string> nlopt_local_presets = {"nlopt-sbplx", "nlopt-bobyqa", "nlopt-cobyla",
                                                              "nlopt-neldermead"};
 
-inline void run_nlopt(const std::string& id, const FakeConversation& conversation, const Json& parameters = {}) {
+inline void run_nlopt(const std::string& id, const FakeTrial& trial, const Json& parameters = {}) {
   plugin_host::Algorithm algorithm(nlopt_catalog().resolve_or_throw(plugin_host::Kind::optimizer, id, parameters), {});
-  algorithm.run(conversation.talk());
+  algorithm.run(trial.handle());
 }
 
 }  // namespace relign::test

@@ -7,14 +7,14 @@ class RandomSearch final : public relign::Optimizer {
  public:
   explicit RandomSearch(const relign::Parameters&) {}
 
-  void run(relign::Conversation& talk) override {
-    const relign::Box box = talk.box();
-    relign::Random random(talk.seed());
-    relign::Pose pose(talk.axes());
+  void run(relign::Trial& trial) override {
+    const relign::Box box = trial.box();
+    relign::Random random(trial.seed());
+    relign::Pose pose(trial.axes());
     do {
       for (std::size_t axis = 0; axis < pose.size(); ++axis)
         pose[axis] = std::min(random.uniform(box.lower[axis], box.upper[axis]), box.upper[axis]);
-    } while (talk.step(pose));
+    } while (trial.step(pose));
   }
 };
 

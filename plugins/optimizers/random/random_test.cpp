@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "contract/fake_conversation.h"
+#include "contract/fake_trial.h"
 #include "plugin_host/objects.h"
 
 namespace relign {
@@ -19,16 +19,16 @@ TEST(RandomSearch, IsUniformInTheBoxWithoutRecommendations) {
   setup.budget = 20000;
   setup.seed = 5;
   setup.merit = [](const test::Pose& pose, std::uint32_t) { return pose[0]; };
-  test::FakeConversation conversation(setup);
+  test::FakeTrial trial(setup);
   plugin_host::Algorithm algorithm(catalog.resolve_or_throw(plugin_host::Kind::optimizer, "random"), {});
-  algorithm.run(conversation.talk());
-  ASSERT_EQ(conversation.steps.size(), setup.budget);
-  EXPECT_TRUE(conversation.stopped);
-  EXPECT_TRUE(conversation.recommendations.empty());
+  algorithm.run(trial.handle());
+  ASSERT_EQ(trial.steps.size(), setup.budget);
+  EXPECT_TRUE(trial.stopped);
+  EXPECT_TRUE(trial.recommendations.empty());
   for (std::size_t axis = 0; axis < 3; ++axis) {
     double sum = 0;
     double squares = 0;
-    for (const auto& visit : conversation.steps) {
+    for (const auto& visit : trial.steps) {
       const double share = (visit.pose[axis] - setup.lower[axis]) / (setup.upper[axis] - setup.lower[axis]);
       ASSERT_GE(share, 0);
       ASSERT_LE(share, 1);
@@ -49,10 +49,10 @@ TEST(RandomSearch, StepsDependOnSeed) {
     test::FakeSetup setup;
     setup.seed = seed;
     setup.merit = [](const test::Pose&, std::uint32_t) { return 0.0; };
-    test::FakeConversation conversation(setup);
+    test::FakeTrial trial(setup);
     plugin_host::Algorithm algorithm(catalog.resolve_or_throw(plugin_host::Kind::optimizer, "random"), {});
-    algorithm.run(conversation.talk());
-    first_step[seed] = conversation.steps.at(0).pose;
+    algorithm.run(trial.handle());
+    first_step[seed] = trial.steps.at(0).pose;
   }
   EXPECT_NE(first_step[0], first_step[1]);
 }

@@ -66,32 +66,32 @@ class Scan final : public relign::Optimizer {
         ends_(given.text("placement") == "ends"),
         start_counts_(given.boolean("start_counts")) {}
 
-  void run(relign::Conversation& talk) override {
-    box_ = talk.box();
-    const relign::Observation first = talk.first();
-    if (start_counts_ && box_.clamp(first.pose) == first.pose) take(talk, first);
-    if (points_ == 0) points_ = points_for(talk.budget(), talk.axes());
+  void run(relign::Trial& trial) override {
+    box_ = trial.box();
+    const relign::Observation first = trial.first();
+    if (start_counts_ && box_.clamp(first.pose) == first.pose) take(trial, first);
+    if (points_ == 0) points_ = points_for(trial.budget(), trial.axes());
     const Ladder ladder = coarse_first_ ? coarse_first(points_) : rows(points_);
     for (std::size_t level = 0; level < ladder.ends.size(); ++level)
-      if (!visit(talk, ladder, level)) return;
+      if (!visit(trial, ladder, level)) return;
   }
 
  private:
   // Visits the points of a level that were not part of the previous level. Returns false when the trial is over. Every
   // point that is skipped was a step before, so skipping never dominates the time of a trial.
-  bool visit(relign::Conversation& talk, const Ladder& ladder, std::size_t level) {
+  bool visit(relign::Trial& trial, const Ladder& ladder, std::size_t level) {
     const std::size_t known = level == 0 ? 0 : ladder.ends[level - 1];
-    std::vector<std::size_t> places(talk.axes(), 0);  // index into ladder.order per axis
-    relign::Pose pose(talk.axes());
+    std::vector<std::size_t> places(trial.axes(), 0);  // index into ladder.order per axis
+    relign::Pose pose(trial.axes());
     while (true) {
       bool fresh = false;
       for (const std::size_t place : places) fresh = fresh || place >= known;
       if (fresh) {
         for (std::size_t axis = 0; axis < pose.size(); ++axis)
           pose[axis] = coordinate(axis, ladder.order[places[axis]]);
-        const auto observation = talk.step(pose);
+        const auto observation = trial.step(pose);
         if (!observation) return false;
-        take(talk, *observation);
+        take(trial, *observation);
       }
       std::size_t axis = places.size();  // next point, the last axis fastest
       while (axis > 0 && ++places[axis - 1] == ladder.ends[level]) places[--axis] = 0;
@@ -111,10 +111,10 @@ class Scan final : public relign::Optimizer {
   }
 
   // Recommends the pose if its merit is finite and lower than all before.
-  void take(relign::Conversation& talk, const relign::Observation& observation) {
+  void take(relign::Trial& trial, const relign::Observation& observation) {
     if (!std::isfinite(observation.merit) || observation.merit >= best_merit_) return;
     best_merit_ = observation.merit;
-    talk.recommend(observation.pose);
+    trial.recommend(observation.pose);
   }
 
   std::size_t points_;

@@ -18,25 +18,25 @@ class Spsa final : public relign::Optimizer {
         gradients_(static_cast<unsigned>(given.integer("gradients"))),
         average_(given.text("recommend") == "average") {}
 
-  void run(relign::Conversation& talk) override {
-    box_ = talk.box();
-    iterate_ = box_.clamp(talk.first().pose);
-    relign::Random random(talk.seed());
-    const unsigned iterations = std::max(1u, talk.budget() / gradients_ / 2);
+  void run(relign::Trial& trial) override {
+    box_ = trial.box();
+    iterate_ = box_.clamp(trial.first().pose);
+    relign::Random random(trial.seed());
+    const unsigned iterations = std::max(1u, trial.budget() / gradients_ / 2);
     const double offset = stability_ * iterations;
     for (unsigned k = 0; k < iterations; ++k) {
       const double c = perturbation_ * decay(k + 1.0, gamma_);
-      if (!measure_gradient(talk, random, c)) return;
+      if (!measure_gradient(trial, random, c)) return;
       // a_k = a / (A + k + 1)^alpha, with `a` such that an average slope moves the first iterate by the stride.
       const double gain = stride_ * decay((offset + k + 1) / (offset + 1), alpha_);
       advance(gain);
-      recommend(talk, k + 1, iterations);
+      recommend(trial, k + 1, iterations);
     }
   }
 
  private:
   // Writes the mean of `gradients_` two-sided differences to gradient_. Returns false when the trial is over.
-  bool measure_gradient(relign::Conversation& talk, relign::Random& random, double c) {
+  bool measure_gradient(relign::Trial& trial, relign::Random& random, double c) {
     const std::size_t axes = iterate_.size();
     gradient_.assign(axes, 0);
     relign::Pose centre = iterate_;
@@ -56,10 +56,10 @@ class Spsa final : public relign::Optimizer {
         ahead[axis] = centre[axis] + sign[axis] * reach[axis];
         behind[axis] = centre[axis] - sign[axis] * reach[axis];
       }
-      const auto high = talk.step(box_.clamp(ahead));  // the sums may leave the box by rounding
+      const auto high = trial.step(box_.clamp(ahead));  // the sums may leave the box by rounding
       if (!high) return false;
       const double high_merit = high->merit;
-      const auto low = talk.step(box_.clamp(behind));
+      const auto low = trial.step(box_.clamp(behind));
       if (!low) return false;
       const double slope = (high_merit - low->merit) / (2 * c);
       if (!std::isfinite(slope)) continue;
@@ -91,16 +91,16 @@ class Spsa final : public relign::Optimizer {
     }
   }
 
-  void recommend(relign::Conversation& talk, unsigned made, unsigned iterations) {
+  void recommend(relign::Trial& trial, unsigned made, unsigned iterations) {
     if (!average_ || made <= iterations / 2) {
-      talk.recommend(iterate_);
+      trial.recommend(iterate_);
       return;
     }
     // Polyak-Ruppert averaging over the second half of the iterates.
     if (averaged_ == 0) mean_.assign(iterate_.size(), 0);
     ++averaged_;
     for (std::size_t axis = 0; axis < mean_.size(); ++axis) mean_[axis] += (iterate_[axis] - mean_[axis]) / averaged_;
-    talk.recommend(box_.clamp(mean_));
+    trial.recommend(box_.clamp(mean_));
   }
 
   static constexpr unsigned scale_slopes = 4;

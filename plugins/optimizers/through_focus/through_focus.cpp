@@ -11,7 +11,7 @@ using through_focus::metrics_of;
 
 // The axis order of all scenes: two lateral axes, focus, two tilts, rotation. A stage with fewer axes lacks the later
 // ones, except that a single axis is the focus. Further axes are not moved.
-constexpr std::size_t kAcross = 2, kFirstTilt = 3, kMostTilts = 2, kTurn = 5;
+constexpr std::size_t kAcross = 2, kFirstTilt = 3, kMaxTilts = 2, kTurn = 5;
 constexpr int kLongestSearch = 40;  // images; the trial ends if the target is not found
 constexpr int kLongestSweep = 12;   // images; the trial ends if no focus is found
 constexpr double kTolerance = 1.3;  // ratio of smoothed mean squares explained by noise
@@ -24,12 +24,12 @@ class ThroughFocus final : public relign::Optimizer {
         tilt_probe_(given.number("tilt_probe")),
         rounds_(given.integer("rounds")) {}
 
-  void run(relign::Conversation& talk) override {
-    talk_ = &talk;
-    box_ = talk.box();
-    centring_.emplace(talk.axes(), probe_);
-    focus_axis_ = talk.axes() > 1 ? kAcross : 0;
-    const relign::Observation first = talk.first();
+  void run(relign::Trial& trial) override {
+    trial_ = &trial;
+    box_ = trial.box();
+    centring_.emplace(trial.axes(), probe_);
+    focus_axis_ = trial.axes() > 1 ? kAcross : 0;
+    const relign::Observation first = trial.first();
     take(first);
     if (box_.clamp(first.pose) != first.pose && !go(first.pose)) return;  // moves into the box
     if (find_target() && learn_centring() && turn_upright() && sweep() && probe_tilts()) level();
@@ -37,16 +37,16 @@ class ThroughFocus final : public relign::Optimizer {
 
  private:
   std::size_t tilts() const {
-    const std::size_t axes = talk_->axes();
-    return axes > kFirstTilt ? std::min(axes - kFirstTilt, kMostTilts) : 0;
+    const std::size_t axes = trial_->axes();
+    return axes > kFirstTilt ? std::min(axes - kFirstTilt, kMaxTilts) : 0;
   }
 
   void take(const relign::Observation& observation) {
-    const relign::Measures measures = talk_->measures();
+    const relign::Measures measures = trial_->measures();
     const relign::ImageView image = observation.image();
-    Capture capture{observation.pose, metrics_of(image, talk_->reference(), measures.measure("shift_x_px"),
+    Capture capture{observation.pose, metrics_of(image, trial_->reference(), measures.measure("shift_x_px"),
                                                  measures.measure("shift_y_px"))};
-    if (talk_->axes() > kTurn) capture.metrics.rotation = measures.measure("rotation_deg");
+    if (trial_->axes() > kTurn) capture.metrics.rotation = measures.measure("rotation_deg");
     at_limit_ = (observation.limits_low | observation.limits_high) != 0;
     if (now_ && !at_limit_) centring_->learn(*now_, capture);
     now_ = std::move(capture);
@@ -54,13 +54,13 @@ class ThroughFocus final : public relign::Optimizer {
     if (std::isfinite(difference) && difference < best_difference_ && box_.clamp(now_->pose) == now_->pose) {
       best_difference_ = difference;
       best_ = now_->pose;
-      if (!solved_) talk_->recommend(best_);
+      if (!solved_) trial_->recommend(best_);
     }
   }
 
   // One move and one capture; false when the trial is over.
   bool go(const Pose& pose) {
-    const auto observation = talk_->step(box_.clamp(pose));
+    const auto observation = trial_->step(box_.clamp(pose));
     if (observation) take(*observation);
     return observation.has_value();
   }
@@ -149,7 +149,7 @@ class ThroughFocus final : public relign::Optimizer {
 
   // Measures the effect of the rotation axis by a small move; from then on centred() keeps the image upright.
   bool turn_upright() {
-    if (talk_->axes() <= kTurn || !std::isfinite(now_->metrics.rotation)) return true;
+    if (trial_->axes() <= kTurn || !std::isfinite(now_->metrics.rotation)) return true;
     const Capture before = *now_;
     Pose pose = now_->pose;
     pose[kTurn] += inward(kTurn, tilt_probe_);
@@ -164,7 +164,7 @@ class ThroughFocus final : public relign::Optimizer {
 
   // Steps through focus in equal strides until the sharpest image is between two others. Returns false without a focus.
   bool sweep() {
-    if (talk_->axes() <= focus_axis_ || !now_->metrics.sound) return false;
+    if (trial_->axes() <= focus_axis_ || !now_->metrics.sound) return false;
     std::vector<Capture> captures = {*now_};  // in order of z
     bool upwards = inward(focus_axis_, defocus_) > 0;
     for (int image = 0; image < kLongestSweep; ++image) {
@@ -254,7 +254,7 @@ class ThroughFocus final : public relign::Optimizer {
       if (captures.empty() || round == rounds_) {
         if (!verify(solution, &captures)) return;
       } else if (solved_) {
-        talk_->recommend(centred_by(captures, solution));
+        trial_->recommend(centred_by(captures, solution));
       }
       if (round < rounds_ && !capture_both_sides(solution, &captures)) return;
     }
@@ -273,13 +273,13 @@ class ThroughFocus final : public relign::Optimizer {
     if (!now_->metrics.sound) return false;
     captures->push_back(*now_);
     solved_ = now_->metrics.difference <= best_difference_ * kTolerance;
-    talk_->recommend(solved_ ? centred_by(*captures, now_->pose) : best_);
+    trial_->recommend(solved_ ? centred_by(*captures, now_->pose) : best_);
     return true;
   }
 
   double probe_, defocus_, tilt_probe_;  // share of the travel
   std::int64_t rounds_;
-  relign::Conversation* talk_ = nullptr;
+  relign::Trial* trial_ = nullptr;
   relign::Box box_;
   std::size_t focus_axis_ = kAcross;
   std::optional<Capture> now_;

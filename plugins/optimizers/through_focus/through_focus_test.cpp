@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "contract/fake_conversation.h"
+#include "contract/fake_trial.h"
 #include "plugin_host/objects.h"
 
 namespace relign {
@@ -43,7 +43,7 @@ class ToyStation {
   test::FakeSetup setup() {
     test::FakeSetup setup;
     setup.axes = static_cast<std::uint32_t>(pose_.size());
-    setup.knows = RELIGN_KNOWS_IMAGES | RELIGN_KNOWS_START | RELIGN_KNOWS_BOX;
+    setup.observes = RELIGN_OBSERVES_IMAGES | RELIGN_OBSERVES_START | RELIGN_OBSERVES_BOX;
     setup.image_side = kSide;
     setup.merit = [this](const test::Pose& pose, std::uint32_t step) {
       pose_ = pose;
@@ -102,16 +102,16 @@ class ToyStation {
   relign_measures_service measures_{};
 };
 
-void run(const test::FakeConversation& conversation) {
+void run(const test::FakeTrial& trial) {
   plugin_host::Catalog catalog;
   catalog.add(std::string(RELIGN_PLUGIN_DIR) + "/through_focus");
   plugin_host::Algorithm algorithm(catalog.resolve_or_throw(plugin_host::Kind::optimizer, "through-focus"), {});
-  algorithm.run(conversation.talk());
+  algorithm.run(trial.handle());
 }
 
-void expect_at_optimum(const test::FakeConversation& conversation, const ToyStation& toy) {
-  ASSERT_FALSE(conversation.recommendations.empty());
-  const test::Pose& pose = conversation.recommendations.back().pose;
+void expect_at_optimum(const test::FakeTrial& trial, const ToyStation& toy) {
+  ASSERT_FALSE(trial.recommendations.empty());
+  const test::Pose& pose = trial.recommendations.back().pose;
   for (std::size_t axis = 0; axis < pose.size(); ++axis)
     EXPECT_NEAR(pose[axis], toy.optimum_[axis], axis < 2 ? 0.015 : 0.02) << axis;
 }
@@ -120,11 +120,11 @@ TEST(ThroughFocus, AlignsAllAxes) {
   for (const std::uint32_t axes : {1u, 3u, 4u, 5u, 6u}) {
     SCOPED_TRACE(axes);
     ToyStation toy(axes);
-    test::FakeConversation conversation(toy.setup());
-    run(conversation);
-    EXPECT_FALSE(conversation.stopped);
-    EXPECT_LE(conversation.steps.size(), 40u);
-    expect_at_optimum(conversation, toy);
+    test::FakeTrial trial(toy.setup());
+    run(trial);
+    EXPECT_FALSE(trial.stopped);
+    EXPECT_LE(trial.steps.size(), 40u);
+    expect_at_optimum(trial, toy);
   }
 }
 
@@ -134,10 +134,10 @@ TEST(ThroughFocus, SearchesForTargetOutsideTheImage) {
   test::FakeSetup setup = toy.setup();
   setup.start = {-0.45, 0.45, -0.4, 0.4, -0.45};
   setup.budget = 80;
-  test::FakeConversation conversation(setup);
-  run(conversation);
-  EXPECT_FALSE(conversation.stopped);
-  expect_at_optimum(conversation, toy);
+  test::FakeTrial trial(setup);
+  run(trial);
+  EXPECT_FALSE(trial.stopped);
+  expect_at_optimum(trial, toy);
 }
 
 // The tilts shift the image too far for the lateral axes alone: all four must move.
@@ -148,9 +148,9 @@ TEST(ThroughFocus, CentresWithTiltsAtTheLimits) {
   setup.lower.assign(5, -0.4);
   setup.upper.assign(5, 0.4);
   setup.budget = 80;
-  test::FakeConversation conversation(setup);
-  run(conversation);
-  expect_at_optimum(conversation, toy);
+  test::FakeTrial trial(setup);
+  run(trial);
+  expect_at_optimum(trial, toy);
 }
 
 TEST(ThroughFocus, EndsAtOnceWithRecommendationForAnyBudget) {
@@ -161,12 +161,12 @@ TEST(ThroughFocus, EndsAtOnceWithRecommendationForAnyBudget) {
     setup.budget = budget;
     setup.lower.assign(5, -0.12);
     setup.upper.assign(5, 0.12);
-    test::FakeConversation conversation(setup);
-    run(conversation);
-    EXPECT_EQ(conversation.requests_after_stop, 0u);
-    ASSERT_FALSE(conversation.recommendations.empty());
-    for (const double value : conversation.recommendations.back().pose) EXPECT_LE(std::fabs(value), 0.12);
-    for (const auto& visit : conversation.steps)
+    test::FakeTrial trial(setup);
+    run(trial);
+    EXPECT_EQ(trial.requests_after_stop, 0u);
+    ASSERT_FALSE(trial.recommendations.empty());
+    for (const double value : trial.recommendations.back().pose) EXPECT_LE(std::fabs(value), 0.12);
+    for (const auto& visit : trial.steps)
       for (const double value : visit.pose) EXPECT_LE(std::fabs(value), 0.12);
   }
 }
@@ -176,10 +176,10 @@ TEST(ThroughFocus, DarkImagesEndTheTrial) {
   toy.lit = -1;
   test::FakeSetup setup = toy.setup();
   setup.budget = 100000;
-  test::FakeConversation conversation(setup);
-  run(conversation);
-  EXPECT_FALSE(conversation.stopped);
-  EXPECT_EQ(conversation.steps.size(), 40u);
+  test::FakeTrial trial(setup);
+  run(trial);
+  EXPECT_FALSE(trial.stopped);
+  EXPECT_EQ(trial.steps.size(), 40u);
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "conformance/fake_conversation.h"
+#include "conformance/fake_trial.h"
 #include "plugin_host/objects.h"
 #include "search.hpp"
 #include "source_fit.hpp"
@@ -112,7 +112,7 @@ double regret_of_bo_gp(std::uint64_t seed, std::uint32_t steps) {
   catalog.add(RELIGN_BO_GP);
   conformance::FakeSetup setup;
   setup.axes = 6;
-  setup.knows = RELIGN_KNOWS_MERIT | RELIGN_KNOWS_BOX | RELIGN_KNOWS_START;
+  setup.observes = RELIGN_OBSERVES_MERIT | RELIGN_OBSERVES_BOX | RELIGN_OBSERVES_START;
   setup.lower.assign(6, 0.0);
   setup.upper.assign(6, 1.0);
   setup.budget = steps;
@@ -128,9 +128,9 @@ double regret_of_bo_gp(std::uint64_t seed, std::uint32_t steps) {
     lowest = std::min(lowest, merit);
     return merit;
   };
-  conformance::FakeConversation conversation(setup);
-  plugin_host::Algorithm(catalog.resolve_or_throw(plugin_host::Kind::optimizer, "bo-gp"), {}).run(conversation.talk());
-  if (!conversation.recommendations.empty()) best = conversation.recommendations.back().pose;
+  conformance::FakeTrial trial(setup);
+  plugin_host::Algorithm(catalog.resolve_or_throw(plugin_host::Kind::optimizer, "bo-gp"), {}).run(trial.handle());
+  if (!trial.recommendations.empty()) best = trial.recommendations.back().pose;
   return target(at(best)) - target.lowest();
 }
 

@@ -27,20 +27,20 @@ class TransferGp final : public relign::Optimizer {
     setup_.candidates = static_cast<std::size_t>(given.integer("candidates"));
   }
 
-  void run(relign::Conversation& talk) override {
-    const relign::Prepared prepared = talk.prepared();
-    const std::optional<std::string> bytes = prepared.load();
+  void run(relign::Trial& trial) override {
+    const relign::Pretraining pretraining = trial.pretraining();
+    const std::optional<std::string> bytes = pretraining.load();
     SourceData data;
     if (bytes) data = SourceData::from_bytes(*bytes);
-    if (!bytes) data.dimensions = talk.axes();
+    if (!bytes) data.dimensions = trial.axes();
     if (!bytes) data.compress = compress_;
-    if (data.dimensions != talk.axes())
+    if (data.dimensions != trial.axes())
       throw std::runtime_error("the pretraining data have " + std::to_string(data.dimensions) +
-                               " axes, this trial has " + std::to_string(talk.axes()));
-    if (prepared.preparing()) {
-      sample(talk, data);
-      if (prepared.source() + 1 == prepared.sources()) finish(data);
-      prepared.save(data.to_bytes());
+                               " axes, this trial has " + std::to_string(trial.axes()));
+    if (pretraining.active()) {
+      sample(trial, data);
+      if (pretraining.source() + 1 == pretraining.sources()) finish(data);
+      pretraining.save(data.to_bytes());
       return;
     }
     if (!bytes) log_.warn("no pretraining data: using a Gaussian process without sources");
@@ -48,21 +48,21 @@ class TransferGp final : public relign::Optimizer {
       throw std::runtime_error(
           "the pretraining data are incomplete; recreate them with relign-bench plugin "
           "prepare transfer-gp --again");
-    search(talk, std::move(data));
+    search(trial, std::move(data));
   }
 
  private:
   // Samples a source: the start, a Latin hypercube over the box, and the remaining steps around the best pose so far at
   // decreasing distances, where later searches need the model to be accurate.
-  void sample(relign::Conversation& talk, SourceData& data) const {
-    const surrogates::UnitBox box(talk.box());
-    relign::Random random(talk.seed());
-    const auto spread = static_cast<Eigen::Index>(std::ceil((1 - near_) * talk.budget()));
-    Matrix places = latin_hypercube(random, talk.axes(), static_cast<std::size_t>(spread));
-    places.conservativeResize(places.rows(), static_cast<Eigen::Index>(talk.budget()));
-    std::vector<double> merits = {talk.first().merit};
-    Matrix points(static_cast<Eigen::Index>(talk.axes()), places.cols() + 1);
-    points.col(0) = box.to_unit(talk.first().pose);
+  void sample(relign::Trial& trial, SourceData& data) const {
+    const surrogates::UnitBox box(trial.box());
+    relign::Random random(trial.seed());
+    const auto spread = static_cast<Eigen::Index>(std::ceil((1 - near_) * trial.budget()));
+    Matrix places = latin_hypercube(random, trial.axes(), static_cast<std::size_t>(spread));
+    places.conservativeResize(places.rows(), static_cast<Eigen::Index>(trial.budget()));
+    std::vector<double> merits = {trial.first().merit};
+    Matrix points(static_cast<Eigen::Index>(trial.axes()), places.cols() + 1);
+    points.col(0) = box.to_unit(trial.first().pose);
     Eigen::Index made = 1;
     for (Eigen::Index i = 0; i < places.cols(); ++i) {
       if (i >= spread) {
@@ -73,7 +73,7 @@ class TransferGp final : public relign::Optimizer {
         for (double& coordinate : places.col(i))
           coordinate = std::clamp(coordinate + radius * random.normal(), 0.0, 1.0);
       }
-      const auto observation = talk.step(box.to_pose(places.col(i)));
+      const auto observation = trial.step(box.to_pose(places.col(i)));
       if (!observation) break;
       points.col(made++) = places.col(i);
       merits.push_back(observation->merit);
@@ -90,17 +90,17 @@ class TransferGp final : public relign::Optimizer {
     data.candidates = make_candidates(model, surrogates::uniform_points(random, data.dimensions, setup_.candidates));
   }
 
-  void search(relign::Conversation& talk, SourceData data) const {
-    const relign::Box limits = talk.box();
+  void search(relign::Trial& trial, SourceData data) const {
+    const relign::Box limits = trial.box();
     const surrogates::UnitBox box(limits);
-    Search search(std::move(data), setup_, talk.seed());
-    std::optional<relign::Observation> observation = talk.first();
+    Search search(std::move(data), setup_, trial.seed());
+    std::optional<relign::Observation> observation = trial.first();
     Vector unit = box.to_unit(observation->pose);
     while (observation) {
       search.tell(unit, observation->merit);
-      talk.recommend(limits.clamp(box.to_pose(search.best())));
+      trial.recommend(limits.clamp(box.to_pose(search.best())));
       unit = search.ask();
-      observation = talk.step(limits.clamp(box.to_pose(unit)));
+      observation = trial.step(limits.clamp(box.to_pose(unit)));
     }
   }
 

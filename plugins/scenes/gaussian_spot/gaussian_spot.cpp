@@ -18,7 +18,7 @@ relign::Pose nominal_pose() { return {0.5, 0.5, 0.5, 0.5, 0.5}; }
 // which is correctly rounded, so pixels are the same on every machine.
 std::vector<float> render(const relign::Pose& true_pose) {
   const double x_mm = 2 * true_pose[0] - 1, y_mm = 2 * true_pose[1] - 1;
-  const double along = 0.05 + true_pose[2] * true_pose[2] / 5;  // variances along the spot's principal axes, mm^2
+  const double along = 0.05 + true_pose[2] * true_pose[2] / 5;  // perturbations along the spot's principal axes, mm^2
   const double across = 0.05 + true_pose[3] * true_pose[3] / 5;
   const relign::SineCosine angle = relign::portable_sine_cosine(90 * true_pose[4]);
   const double peak = 1 / (kTwoPi * std::sqrt(along * across));

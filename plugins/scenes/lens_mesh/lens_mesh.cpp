@@ -74,7 +74,7 @@ Source source_of_file(const fs::path& file) {
     if (files->is_object())
       for (const auto& item : files->items()) found.names[item.key()] = names.required_string(item.key());
   }
-  reader.refuse_unknown();
+  reader.reject_unknown();
   relign::throw_if_any(problems);
   return found;
 }

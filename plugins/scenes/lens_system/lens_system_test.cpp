@@ -150,7 +150,8 @@ TEST_F(LensSystemTest, ErrorsNameTheBadInput) {
   EXPECT_THAT(failure("relign_od", {{"transport", "frensel"}}), HasSubstr("fresnel"));
   const auto folder = std::filesystem::temp_directory_path() / "relign-lens-system-test";
   write_file_atomically(folder / "text.png", "this is no image");
-  EXPECT_THAT(failure("relign_od", {{"target", (folder / "text.png").string()}}), HasSubstr("not an image that can be read"));
+  EXPECT_THAT(failure("relign_od", {{"target", (folder / "text.png").string()}}),
+              HasSubstr("not an image that can be read"));
   write_file_atomically(folder / "scene.json", R"({"use": "lens_system", "name": "x", "lens": "missing.json",
     "pivot_behind_first_vertex_mm": 1, "sensor": {"z_mm": 5, "side_mm": 1}, "emitter": {"z_mm": -5, "side_mm": 1},
     "travel": {}})");

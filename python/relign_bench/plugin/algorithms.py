@@ -16,7 +16,7 @@ class Algorithm(Plugin):
     """Base of Optimizer and Agent; derive from one of them.
 
     Attributes:
-        observes: What a trial shows to the algorithm: "images", "merit", "start", "box", "design", "level". Key "knows" of
+        observes: What a trial shows to the algorithm: "images", "merit", "start", "box", "design", "level". Key "observes" of
             the manifest.
     """
 

@@ -13,10 +13,10 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-# Class attributes that the manifest has besides parameters, under the same key; "observes" is its key "knows".
+# Class attributes that the manifest has besides parameters, under the same key; "observes" is its key "observes".
 ATTRIBUTES = ("id", "kind", "summary", "observes", "presets", "license", "citation", "reproducible", "oracle", "training",
               "prepare")
-SUGGESTIONS = {**{name: name for name in ATTRIBUTES}, "knows": "observes"}
+SUGGESTIONS = {**{name: name for name in ATTRIBUTES}, "observes": "observes"}
 
 
 def refuse_misspelt_attributes(cls: type) -> None:
@@ -60,7 +60,7 @@ def manifest_of(cls: type) -> dict[str, Any]:
         "parameters": {name: entry.declaration() for name, entry in parameters_of(cls).items()},
     }
     if hasattr(cls, "observes"):
-        manifest["knows"] = list(cls.observes)
+        manifest["observes"] = list(cls.observes)
     presets = getattr(cls, "presets", None)
     if presets:
         manifest["presets"] = {name: {"parameters": dict(values)} for name, values in presets.items()}

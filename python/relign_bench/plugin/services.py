@@ -143,7 +143,7 @@ class Pretraining:
         self._trial = trial
         answer = trial._answer(self.SERVICE, "source", {})
         self._offered = answer["message"] != "unsupported"
-        self.active: bool = answer["preparing"] if self._offered else False
+        self.active: bool = answer["active"] if self._offered else False
         self.source: int = answer["source"] if self._offered else 0
         self.sources: int = answer["sources"] if self._offered else 0
 

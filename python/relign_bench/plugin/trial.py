@@ -83,7 +83,7 @@ class Trial:
         self.axes: list[dict[str, Any]] = task["axes"]
         self.budget: int = task["budget"]
         self.seed: int = task["seed"]
-        self.observes: frozenset[str] = frozenset(task["knows"])
+        self.observes: frozenset[str] = frozenset(task["observes"])
         largest_move = task.get("largest_move")
         self.largest_move: float = math.inf if largest_move is None else largest_move
         box = task.get("box")

@@ -47,11 +47,11 @@ class AggregateReport : public MadeResults {
       }
     write(trials);
     const Json cost = {{"hours", 1.0}, {"steps", 10}, {"machine", ""}};
-    Json algorithms = {{{"name", "search"}, {"knows", {"merit"}}},
-                       {{"name", "lone"}, {"knows", {"images"}}, {"training", cost}}};
+    Json algorithms = {{{"name", "search"}, {"observes", {"merit"}}},
+                       {{"name", "lone"}, {"observes", {"images"}}, {"training", cost}}};
     for (const char* training : {"one", "two"}) {
       algorithms.push_back({{"name", std::string("net (") + training + ")"},
-                            {"knows", {"images"}},
+                            {"observes", {"images"}},
                             {"training", cost},
                             {"of_list", {{"method", "net"}, {"training", training}}}});
     }

@@ -151,9 +151,9 @@ TEST_F(Gates, HarnessOverheadIsACaveatAndNoFailedGate) {
     return page_data(load_results(folder_));
   };
   const auto warns = Contains(HasSubstr("Harness overhead was 25 % of the scene's time"));
-  EXPECT_THAT(with_harness(0.0001)["beware"].get<std::vector<std::string>>(), Not(warns));
+  EXPECT_THAT(with_harness(0.0001)["caveats"].get<std::vector<std::string>>(), Not(warns));
   const Json busy = with_harness(0.001);  // a quarter of the scene's four milliseconds
-  EXPECT_THAT(busy["beware"].get<std::vector<std::string>>(), warns);
+  EXPECT_THAT(busy["caveats"].get<std::vector<std::string>>(), warns);
   for (const Json& one : busy["gates"]) EXPECT_EQ(one["ok"], true) << one;
 }
 

@@ -79,7 +79,7 @@ TEST(PageData, VerdictExcludesOraclesAndHasCaveats) {
   EXPECT_EQ(data["verdict"][0]["best"], "compass") << "oracles are not ranked";
   EXPECT_THAT(all_text(data["verdict"]), HasSubstr("The oracle home, which is given the design pose, reaches 0.00400"));
   EXPECT_THAT(all_text(data["verdict"]), HasSubstr("1 of its 3 trials failed, excluded from the median"));
-  const std::string caveats = all_text(data["beware"]);
+  const std::string caveats = all_text(data["caveats"]);
   EXPECT_THAT(caveats, HasSubstr("with only 3 instances intervals are wide"));
   EXPECT_THAT(caveats, HasSubstr("2 of 15 trials have not finished"));
   EXPECT_THAT(caveats, HasSubstr("home is an oracle"));
@@ -134,7 +134,7 @@ TEST_F(Verdict, StatesYieldAndInfeasibleInstances) {
       all_text(data()["verdict"]),
       HasSubstr("Yield: 3 of 4 instances (95 % CI 30 to 95 %) meet the specification (RMSE 0.0200), half of all "
                 "instances within 1 step and 0.500 s of machine time."));
-  EXPECT_THAT(all_text(data()["beware"]),
+  EXPECT_THAT(all_text(data()["caveats"]),
               HasSubstr("rho0: 1 infeasible instance (instance 3): even the own optimum misses the specification."));
 }
 
@@ -178,8 +178,9 @@ TEST_F(Verdict, StatesTheSpecificationOfMtf) {
   EXPECT_THAT(all_text(data["verdict"]),
               HasSubstr("Yield: 2 of 4 instances (95 % CI 15 to 85 %) meet the specification (RMSE 0.0200, MTF at 80.0 "
                         "lp/mm 0.500 in the centre and 0.350 in the corners)"));
-  EXPECT_THAT(all_text(data["beware"]), HasSubstr("1 infeasible instance (instance 3): neither the own optimum nor the "
-                                                  "final pose of any method meets the specification."));
+  EXPECT_THAT(all_text(data["caveats"]),
+              HasSubstr("1 infeasible instance (instance 3): neither the own optimum nor the "
+                        "final pose of any method meets the specification."));
   EXPECT_THAT(data["spec_text"].get<std::string>(),
               HasSubstr("0.350 in the corners at the final pose; MTF of the lens, geometric, evaluated"));
   const Json& row = data["groups"][0]["rows"][0];
@@ -217,7 +218,7 @@ TEST_F(Verdict, HasNoIntervalForOneInstance) {
   write({trial("a", 0, {0.1, 0.01}), trial("b", 0, {0.1, 0.02})});
   EXPECT_THAT(all_text(data()["verdict"]), HasSubstr("on a single instance"));
   EXPECT_THAT(all_text(data()["verdict"]), Not(HasSubstr("quartile")));
-  EXPECT_THAT(all_text(data()["beware"]), HasSubstr("Results on a single instance do not generalise"));
+  EXPECT_THAT(all_text(data()["caveats"]), HasSubstr("Results on a single instance do not generalise"));
 }
 
 TEST_F(Verdict, RanksNothingIfAllTrialsFailed) {
@@ -235,7 +236,7 @@ TEST_F(Verdict, RanksByMeasuredErrorWithoutGroundTruth) {
   EXPECT_EQ(data()["verdict"][0]["best"], "b");
   EXPECT_THAT(all_text(data()["verdict"]),
               testing::AllOf(HasSubstr("lowest measured error, 0.120"), HasSubstr("Measured only")));
-  EXPECT_THAT(all_text(data()["beware"]), HasSubstr("True poses, noise-free errors"));
+  EXPECT_THAT(all_text(data()["caveats"]), HasSubstr("True poses, noise-free errors"));
   EXPECT_EQ(data()["groups"][0]["measured_only"], true);
   EXPECT_EQ(data()["groups"][0]["rows"][0]["recommended"]["n"], 0);
   EXPECT_TRUE(data()["groups"][0]["curves"][0]["tracks"].contains("measured"));
@@ -246,13 +247,13 @@ TEST_F(Verdict, StationsHaveNoNoiseLevelAndHideTheStart) {
   records::TrialRecord simulated = trial("a", 0, {0.1, 0.05});
   write({on_station("a", {0.2, 0.15}), simulated});
   add_to_manifest({{"scenes", {{{"name", "bench"}, {"owns_stage", true}}, {{"name", "relign_od"}}}},
-                   {"algorithms", {{{"name", "a"}, {"knows", {"merit", "start"}}}}}});
+                   {"algorithms", {{{"name", "a"}, {"observes", {"merit", "start"}}}}}});
   const Json groups = data()["groups"];
   EXPECT_EQ(groups[0]["label"], "bench, blind");
-  EXPECT_EQ(groups[0]["rows"][0]["knows"], Json({"merit"}));
+  EXPECT_EQ(groups[0]["rows"][0]["observes"], Json({"merit"}));
   EXPECT_EQ(groups[1]["label"], "relign_od, rho0, paper");
-  EXPECT_EQ(groups[1]["rows"][0]["knows"], Json({"merit", "start"}));
-  EXPECT_EQ(data()["methods"][0]["knows"], Json({"merit", "start"})) << "the declaration is unchanged";
+  EXPECT_EQ(groups[1]["rows"][0]["observes"], Json({"merit", "start"}));
+  EXPECT_EQ(data()["methods"][0]["observes"], Json({"merit", "start"})) << "the declaration is unchanged";
 }
 
 TEST_F(Verdict, GroupsEqualFailures) {

@@ -1,4 +1,6 @@
 // The page as text: escaping, policy, missing parts, size. browser_test.cpp tests it in a browser.
+#include "report/page.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -6,7 +8,6 @@
 
 #include "base/files.h"
 #include "report/made_results.h"
-#include "report/page.h"
 #include "report/report.h"
 
 namespace relign::report {
@@ -92,7 +93,7 @@ TEST_F(Page, EscapesAllText) {
                              {"id", kHostile},
                              {"kind", kHostile},
                              {"summary", kHostile},
-                             {"knows", {kHostile}},
+                             {"observes", {kHostile}},
                              {"parameters", {{kHostile, kHostile}}},
                              {"plugin_hash", kHostile}}};
   write_file_atomically(folder_ / "manifest.json", manifest.dump());

@@ -138,7 +138,7 @@ TEST_F(Rules, ThePageShowsAllRules) {
 }
 
 Json method(const std::string& name, const std::string& protocol, const Json& observed, bool oracle = false) {
-  return {{"name", name},     {"id", name},          {"protocol", protocol},        {"knows", observed},
+  return {{"name", name},     {"id", name},          {"protocol", protocol},        {"observes", observed},
           {"oracle", oracle}, {"merit", "combined"}, {"parameters", Json::object()}};
 }
 

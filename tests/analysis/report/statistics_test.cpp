@@ -186,7 +186,7 @@ TEST_F(Statistics, LargePagesAreUnderTenMegabytes) {
     small["groups"].push_back(one);
   }
   const std::size_t size = html(with_statistics(small)).size();
-  EXPECT_LT(size + kMostPictureBytes, 10'000'000u);
+  EXPECT_LT(size + kMaxPictureBytes, 10'000'000u);
   EXPECT_GT(size, 3'000'000u) << "thinned more than necessary";
 }
 

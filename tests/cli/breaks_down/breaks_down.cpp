@@ -10,8 +10,8 @@ namespace {
 class BreaksDown final : public relign::Optimizer {
  public:
   explicit BreaksDown(const relign::Parameters& given) : how_(given.text("how")) {}
-  void run(relign::Conversation& talk) override {
-    talk.step(talk.box().centre());
+  void run(relign::Trial& trial) override {
+    trial.step(trial.box().centre());
     std::printf("the gripper slips\n");
     if (how_ == "exit") std::exit(0);
     if (how_ == "crash") std::abort();

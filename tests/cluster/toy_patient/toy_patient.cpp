@@ -10,17 +10,17 @@ class ToyPatient final : public relign::Optimizer {
  public:
   explicit ToyPatient(const relign::Parameters& given) : gate_(given.text("gate")) {}
 
-  void run(relign::Conversation& talk) override {
+  void run(relign::Trial& trial) override {
     while (!gate_.empty() && ::access(gate_.c_str(), F_OK) != 0) ::usleep(20000);
-    relign::Random random(talk.seed());
-    const relign::Box box = talk.box();
-    relign::Pose pose = talk.first().pose;
+    relign::Random random(trial.seed());
+    const relign::Box box = trial.box();
+    relign::Pose pose = trial.first().pose;
     while (true) {
       for (double& coordinate : pose) coordinate += 0.1 * random.normal();
       pose = box.clamp(pose);
-      const auto seen = talk.step(pose);
+      const auto seen = trial.step(pose);
       if (!seen) return;
-      talk.recommend(seen->pose);
+      trial.recommend(seen->pose);
     }
   }
 

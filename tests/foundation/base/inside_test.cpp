@@ -18,15 +18,15 @@ TEST(LiesInside, ResolvesParentsAndLinks) {
   fs::create_symlink("below/file.txt", folder / "stays.txt");
   fs::create_symlink("../folder-beside/file.txt", folder / "leaves.txt");
   fs::create_directory_symlink(root / "folder-beside", folder / "door");
-  EXPECT_TRUE(lies_inside(folder / "below/file.txt", folder));
-  EXPECT_TRUE(lies_inside(folder / "below/../stays.txt", folder));
-  EXPECT_TRUE(lies_inside(folder / "not/yet/there", folder));
-  EXPECT_TRUE(lies_inside(folder, folder));
-  EXPECT_FALSE(lies_inside(folder / "leaves.txt", folder));
-  EXPECT_FALSE(lies_inside(folder / "door/file.txt", folder));
-  EXPECT_FALSE(lies_inside(folder / "door/not_there.txt", folder));
-  EXPECT_FALSE(lies_inside(folder / "../folder-beside/file.txt", folder));
-  EXPECT_FALSE(lies_inside("/etc/passwd", folder));
+  EXPECT_TRUE(is_inside(folder / "below/file.txt", folder));
+  EXPECT_TRUE(is_inside(folder / "below/../stays.txt", folder));
+  EXPECT_TRUE(is_inside(folder / "not/yet/there", folder));
+  EXPECT_TRUE(is_inside(folder, folder));
+  EXPECT_FALSE(is_inside(folder / "leaves.txt", folder));
+  EXPECT_FALSE(is_inside(folder / "door/file.txt", folder));
+  EXPECT_FALSE(is_inside(folder / "door/not_there.txt", folder));
+  EXPECT_FALSE(is_inside(folder / "../folder-beside/file.txt", folder));
+  EXPECT_FALSE(is_inside("/etc/passwd", folder));
   fs::remove_all(root);
 }
 

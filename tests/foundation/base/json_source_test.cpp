@@ -80,7 +80,7 @@ TEST(JsonSource, LocatesManyMistakesWithoutRescanning) {
   std::vector<Problem> problems;
   ObjectReader reader(source, "", problems);
   reader.get("known");
-  reader.refuse_unknown();
+  reader.reject_unknown();
   EXPECT_EQ(problems.size(), 50'000u);
 }
 
@@ -88,8 +88,8 @@ TEST(ParsedJson, RejectsInvalidAndDeeplyNestedJson) {
   const auto nested = [](std::size_t deep) { return std::string(deep, '[') + std::string(deep, ']'); };
   EXPECT_EQ(parsed_json("{\"a\": [1]}")["a"][0], 1);
   EXPECT_TRUE(parsed_json("{").is_discarded());
-  EXPECT_FALSE(parsed_json(nested(kDeepestJson)).is_discarded());
-  EXPECT_TRUE(parsed_json(nested(kDeepestJson + 1)).is_discarded());
+  EXPECT_FALSE(parsed_json(nested(kMaxJsonDepth)).is_discarded());
+  EXPECT_TRUE(parsed_json(nested(kMaxJsonDepth + 1)).is_discarded());
   EXPECT_TRUE(parsed_json(nested(11), 10).is_discarded());
   EXPECT_FALSE(parsed_json("\"" + nested(5000) + "\\\"[\"").is_discarded()) << "brackets in a string";
 }
@@ -105,7 +105,7 @@ TEST(ObjectReader, CollectsEveryMistake) {
   EXPECT_EQ(reader.boolean("flag", true), true);
   EXPECT_EQ(reader.integer("instances", 100, 1, 1000), 100);
   EXPECT_EQ(reader.required_string("name"), "");
-  reader.refuse_unknown();
+  reader.reject_unknown();
   ASSERT_EQ(problems.size(), 6u);
   EXPECT_EQ(problems[0].to_string(), "s.json:1:12: /number: expected a number from 0 to 1, found \"x\"");
   EXPECT_THAT(problems[4].to_string(), HasSubstr("missing key 'name'"));
@@ -119,7 +119,7 @@ TEST(ObjectReader, ListsEachAllowedKeyOnce) {
   reader.number("a", 0, 0, 1);
   reader.get("a");
   reader.get("b");
-  reader.refuse_unknown();
+  reader.reject_unknown();
   ASSERT_EQ(problems.size(), 1u);
   EXPECT_EQ(problems[0].message, "unknown key 'other'; allowed: a, b");
 }

@@ -70,7 +70,7 @@ TEST(Seeds, DifferForEveryArgument) {
   std::set<std::uint64_t> seeds;
   for (std::uint64_t number = 0; number < 1000; ++number)
     for (const SeedDomain domain :
-         {SeedDomain::benchmark, SeedDomain::training, SeedDomain::tuning, SeedDomain::preparation})
+         {SeedDomain::benchmark, SeedDomain::training, SeedDomain::tuning, SeedDomain::pretraining})
       seeds.insert(instance_seed(1, domain, number));
   EXPECT_EQ(seeds.size(), 4000u) << "training, tuning, source and benchmark instances are disjoint";
   for (std::uint32_t step = 0; step < 100; ++step)

@@ -50,14 +50,14 @@ TEST(ErrorText, IsPrintableAndTruncated) {
 }
 
 TEST(ErrorText, ListsTheFirstMistakesAndCountsTheOthers) {
-  std::vector<Problem> problems(kMostProblems + 7);
+  std::vector<Problem> problems(kMaxProblems + 7);
   for (Problem& problem : problems) problem.message = "wrong";
   try {
     throw_if_any(problems);
     FAIL();
   } catch (const Error& error) {
     const std::string text = error.what();
-    EXPECT_EQ(static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n')), kMostProblems);
+    EXPECT_EQ(static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n')), kMaxProblems);
     EXPECT_EQ(text.substr(text.rfind('\n') + 1), "and 7 more mistakes");
   }
 }

@@ -80,7 +80,7 @@ const Misdeed kMisdeeds[] = {
     {"station_afraid", "stage", kFailed, "it met a limit"},
     {"station_dark", "stage", kFailed, "non-finite or missing pixels"},
     {"noise_level_remembers", "same-draw", kFailed, "when called again with seed"},
-    {"noise_level_outside", "variances", kFailed, "start"},
+    {"noise_level_outside", "perturbations", kFailed, "start"},
 };
 
 void PrintTo(const Misdeed& misdeed, std::ostream* out) { *out << misdeed.plugin; }

@@ -37,15 +37,15 @@ void expect_equal(const Frame& one, const Frame& other) {
   EXPECT_EQ(one.truth.standard_error, other.truth.standard_error);
 }
 
-std::vector<FakeConversation::Visit> steps_of(const Subject& subject) {
+std::vector<FakeTrial::Visit> steps_of(const Subject& subject) {
   FakeSetup setup = setup_for(subject.choice(), 5);
   setup.merit = noisy(setup.merit);
-  FakeConversation conversation(setup);
-  run_trial(subject.choice(), conversation);
-  return conversation.steps;
+  FakeTrial trial(setup);
+  run_trial(subject.choice(), trial);
+  return trial.steps;
 }
 
-void expect_equal(const std::vector<FakeConversation::Visit>& one, const std::vector<FakeConversation::Visit>& other) {
+void expect_equal(const std::vector<FakeTrial::Visit>& one, const std::vector<FakeTrial::Visit>& other) {
   ASSERT_GT(one.size(), 10U);
   ASSERT_EQ(one.size(), other.size());
   for (std::size_t step = 0; step < one.size(); ++step) {

@@ -55,7 +55,7 @@ TEST_F(BatchOf, MatchesFramesPosesAndGroundTruthOfATrial) {
   const trials::SceneFacts facts = trials::facts_of(scene, "relign_od");
   plugin_host::NoiseLevel level(same.level, services);
   const trials::Instance instance = trials::draw_instance(level, facts, 1, SeedDomain::benchmark, 5);
-  plugin_host::MountedAssembly assembly = scene.mount(instance.variances.elements_json);
+  plugin_host::MountedAssembly assembly = scene.mount(instance.perturbations.elements_json);
   const plugin_host::Choice random = catalog_.resolve_or_throw(Kind::optimizer, "random");
   trials::TrialSetup trial;
   trial.assembly = &assembly;

@@ -105,7 +105,8 @@ TEST_F(CatalogTest, ReportsAllMistakesWithTheNearestName) {
           HasSubstr("/parameters/count: count: expected an integer, found \"two\""),
           HasSubstr("/parameters/first_stride: first_stride: expected a number from 0.001 to 0.5, found 7")));
   EXPECT_THAT(problems(Kind::optimizer, "compass", {1, 2}), HasSubstr("/parameters: expected an object"));
-  EXPECT_THAT(problems(Kind::optimizer, "compass", {{"first_stride", 0.1}, {"first-stride", 0.2}}), HasSubstr("duplicate parameter"));
+  EXPECT_THAT(problems(Kind::optimizer, "compass", {{"first_stride", 0.1}, {"first-stride", 0.2}}),
+              HasSubstr("duplicate parameter"));
   EXPECT_THAT(problems(Kind::noise_level, "rho", {{"a/b", 1}}),
               AllOf(HasSubstr("/parameters/a~1b"), HasSubstr("it has no parameters")));
   EXPECT_THAT(problems(Kind::agent, "policy"), HasSubstr("missing parameter 'model' (the network)"));
@@ -203,7 +204,7 @@ TEST_F(CatalogTest, ResolvesPathsToPlugins) {
   EXPECT_THAT(problems(Kind::scene, "elsewhere/probe"), HasSubstr("of the kind optimizer; expected a scene"));
   write("elsewhere/probe/second.so", "x");
   Catalog fresh;
-  EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { fresh.add(folder / "second.so"); }),
+  EXPECT_THAT(test::error_text(ErrorKind::plugin_rejected, [&] { fresh.add(folder / "second.so"); }),
               HasSubstr("is not the library named in"));
   write("loose.so", "x");
   EXPECT_THAT(problems(Kind::optimizer, "./loose.so"), HasSubstr("there is no relign-plugin.json beside it"));
@@ -247,7 +248,7 @@ TEST_F(CatalogTest, ResolvesDocumentsToTheirPlugin) {
 TEST_F(CatalogTest, RejectsDuplicates) {
   const auto refused = [&](const char* folder, const std::string& manifest) {
     const auto path = plugin(folder, manifest, "x.so");
-    return test::error_text(ErrorKind::plugin_refused, [&] { catalog_.add(path); });
+    return test::error_text(ErrorKind::plugin_rejected, [&] { catalog_.add(path); });
   };
   EXPECT_THAT(refused("d1", R"({"id": "compass", "kind": "agent", "summary": "s", "library": "x.so"})"),
               AllOf(HasSubstr("'compass' already exists in"), HasSubstr("roots/compass")));
@@ -286,7 +287,7 @@ TEST_F(CatalogTest, ResolveOrThrowKeepsTheKindOfError) {
                                }),
               HasSubstr("/parameters/count"));
   write("bad/relign-plugin.json", "{");
-  test::error_text(ErrorKind::plugin_refused,
+  test::error_text(ErrorKind::plugin_rejected,
                    [&] { catalog_.resolve_or_throw(Kind::optimizer, (folder_ / "bad").string()); });
 }
 

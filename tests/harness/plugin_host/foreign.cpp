@@ -24,7 +24,7 @@ relign_status create(const relign_host*, const relign_parameters*, [[maybe_unuse
   return RELIGN_OK;
 }
 
-[[maybe_unused]] relign_status run(relign_algorithm*, const relign_conversation*) {
+[[maybe_unused]] relign_status run(relign_algorithm*, const relign_trial*) {
 #if defined(FOREIGN_THROWS)
   throw 7;
 #elif defined(FOREIGN_NO_REASON)

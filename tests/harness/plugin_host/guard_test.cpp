@@ -10,15 +10,15 @@
 #include <limits>
 #include <locale>
 
-#include "contract/fake_conversation.h"
+#include "contract/fake_trial.h"
 #include "plugin_host/objects.h"
 #include "test_folder.h"
 
 namespace relign::plugin_host {
 namespace {
 
-using test::FakeConversation;
 using test::FakeSetup;
+using test::FakeTrial;
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -47,8 +47,8 @@ std::vector<std::string> changes_by(const std::string& deed) {
   const Choice choice = misbehaving(deed);
   EnvironmentWatch watch;
   Algorithm algorithm(choice, {});
-  FakeConversation conversation(plain_setup());
-  algorithm.run(conversation.talk());
+  FakeTrial trial(plain_setup());
+  algorithm.run(trial.handle());
   return watch.changes();
 }
 
@@ -67,11 +67,11 @@ TEST(Guard, RestoresFloatingPointModeAndNamesThePlugin) {
 
 TEST(Guard, KeepsFloatingPointModesOfHostAndPluginApart) {
   const Choice choice = misbehaving("flush to zero and step");
-  FakeConversation conversation(plain_setup());
+  FakeTrial trial(plain_setup());
   Algorithm algorithm(choice, {});
-  algorithm.run(conversation.talk());  // fails if the plugin loses its mode
-  ASSERT_EQ(conversation.steps.size(), 1u);
-  EXPECT_EQ(conversation.steps[0].merit, 1.0);  // the host computed with subnormal numbers
+  algorithm.run(trial.handle());  // fails if the plugin loses its mode
+  ASSERT_EQ(trial.steps.size(), 1u);
+  EXPECT_EQ(trial.steps[0].merit, 1.0);  // the host computed with subnormal numbers
   EXPECT_GT(half_of_smallest(), 0);
 }
 
@@ -120,9 +120,8 @@ TEST(Guard, ReportsEachChangeOnce) {
 
 TEST(Guard, TurnsExceptionsIntoFailuresWithTheirText) {
   const auto failure = [](const std::string& deed) {
-    FakeConversation conversation(plain_setup());
-    return test::error_text(ErrorKind::plugin_failed,
-                            [&] { Algorithm(misbehaving(deed), {}).run(conversation.talk()); });
+    FakeTrial trial(plain_setup());
+    return test::error_text(ErrorKind::plugin_failed, [&] { Algorithm(misbehaving(deed), {}).run(trial.handle()); });
   };
   EXPECT_EQ(failure("throw"), "plugin 'misbehaving' failed in run: thrown on purpose");
   EXPECT_EQ(failure("throw an int"), "plugin 'misbehaving' failed in run: an exception that is no std::exception");
@@ -132,9 +131,9 @@ TEST(Guard, TurnsExceptionsIntoFailuresWithTheirText) {
 TEST(Guard, PassesHostExceptionsAroundThePlugin) {
   FakeSetup setup = plain_setup();
   setup.merit = [](const test::Pose&, std::uint32_t) -> double { throw std::out_of_range("of the host"); };
-  FakeConversation conversation(setup);
+  FakeTrial trial(setup);
   Algorithm algorithm(misbehaving("flush to zero and step"), {});
-  EXPECT_THROW(algorithm.run(conversation.talk()), std::out_of_range);
+  EXPECT_THROW(algorithm.run(trial.handle()), std::out_of_range);
   EXPECT_GT(half_of_smallest(), 0);
 }
 

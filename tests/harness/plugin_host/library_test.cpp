@@ -37,7 +37,7 @@ class LibraryTest : public test::FolderTest {
   }
   std::string refusal(const std::string& library_bytes, const std::string& manifest = kForeignManifest) {
     const Choice choice = choice_of(library_bytes, manifest);
-    const std::string text = test::error_text(ErrorKind::plugin_refused, [&] {
+    const std::string text = test::error_text(ErrorKind::plugin_rejected, [&] {
       if (choice.plugin->kind == Kind::optimizer)
         Algorithm made(choice, {});
       else
@@ -57,9 +57,9 @@ TEST_F(LibraryTest, RunsPluginsOfOtherCompilersAndNewerMinorVersions) {
     SCOPED_TRACE(variant);
     const Choice choice = choice_of(bytes_of(variant));
     Algorithm algorithm(choice, {});
-    relign_conversation talk{};
-    talk.struct_size = sizeof talk;
-    algorithm.run(talk);
+    relign_trial trial{};
+    trial.struct_size = sizeof trial;
+    algorithm.run(trial);
     EXPECT_EQ(&load_library(*choice.plugin), &load_library(*choice.plugin));
   }
 }
@@ -127,7 +127,7 @@ TEST_F(LibraryTest, RejectsOtherFiles) {
 TEST_F(LibraryTest, RejectsMissingLibraries) {
   const Choice choice = choice_of(bytes_of("sound"));
   fs::remove(choice.plugin->library);
-  EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { Algorithm made(choice, {}); }),
+  EXPECT_THAT(test::error_text(ErrorKind::plugin_rejected, [&] { Algorithm made(choice, {}); }),
               HasSubstr("cannot find its library"));
 }
 
@@ -141,11 +141,10 @@ TEST_F(LibraryTest, LoadsTheSameLibraryFromSeveralThreads) {
 }
 
 TEST_F(LibraryTest, ReportsFailuresOfObjectsAsPluginFailed) {
-  const relign_conversation talk{
-      sizeof(relign_conversation), 0, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr};
+  const relign_trial trial{sizeof(relign_trial), 0, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr};
   const auto failure = [&](const char* variant) {
     const Choice choice = choice_of(bytes_of(variant));
-    return test::error_text(ErrorKind::plugin_failed, [&] { Algorithm(choice, {}).run(talk); });
+    return test::error_text(ErrorKind::plugin_failed, [&] { Algorithm(choice, {}).run(trial); });
   };
   EXPECT_EQ(failure("throws").find("plugin 'foreign' failed in run: an exception escaped from the library"), 0u);
   EXPECT_THAT(failure("no_object"), HasSubstr("failed in create: it returned no object"));

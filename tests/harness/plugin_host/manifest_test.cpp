@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <relign/plugin.h>
 
-#include "plugin_host/preparation.h"
+#include "plugin_host/pretraining.h"
 #include "test_folder.h"
 
 namespace relign::plugin_host {
@@ -17,7 +17,7 @@ class ManifestTest : public test::FolderTest {
  protected:
   std::string refusal(const std::string& manifest) {
     const auto file = write("relign-plugin.json", manifest);
-    return test::error_text(ErrorKind::plugin_refused, [&] { read_manifest(file); });
+    return test::error_text(ErrorKind::plugin_rejected, [&] { read_manifest(file); });
   }
   // A valid optimizer with one more member.
   std::string refusal_with(const std::string& member) {
@@ -26,7 +26,7 @@ class ManifestTest : public test::FolderTest {
 };
 
 const char* const kFull = R"({
-  "$schema": "ignored", "id": "full", "kind": "agent", "summary": "All of it.", "knows": ["images", "start"],
+  "$schema": "ignored", "id": "full", "kind": "agent", "summary": "All of it.", "observes": ["images", "start"],
   "oracle": true, "reproducible": "this_cpu", "license": "MIT", "citation": "somebody", "library": "other.so",
   "document": "model",
   "parameters": {
@@ -45,7 +45,7 @@ TEST_F(ManifestTest, ReadsEverything) {
   const Manifest manifest = read_manifest(write("relign-plugin.json", kFull));
   EXPECT_EQ(manifest.id, "full");
   EXPECT_EQ(manifest.kind, Kind::agent);
-  EXPECT_EQ(manifest.knows_bits(), std::uint32_t{RELIGN_KNOWS_IMAGES | RELIGN_KNOWS_START});
+  EXPECT_EQ(manifest.observed_bits(), std::uint32_t{RELIGN_OBSERVES_IMAGES | RELIGN_OBSERVES_START});
   EXPECT_TRUE(manifest.oracle);
   EXPECT_EQ(manifest.reproducible, "this_cpu");
   EXPECT_EQ(manifest.library, folder_ / "other.so");
@@ -76,14 +76,14 @@ TEST_F(ManifestTest, UsesDefaultsOfAMinimalManifest) {
 
 TEST_F(ManifestTest, ReportsEveryMistakeWithItsPosition) {
   const std::string text = refusal(R"({
-  "id": "bad id", "kind": "optimiser", "knows": ["image"],
+  "id": "bad id", "kind": "optimiser", "observes": ["image"],
   "parameters": {"x": {"type": "number", "default": "much"}},
   "preset": {}
 })");
   EXPECT_THAT(text, HasSubstr("relign-plugin.json:2:9: /id: expected 1 to 64 letters"));
   EXPECT_THAT(text, HasSubstr("/kind: unknown kind 'optimiser'; did you mean 'optimizer'?"));
   EXPECT_THAT(text, HasSubstr("missing key 'summary'"));
-  EXPECT_THAT(text, HasSubstr("/knows: unknown entry 'image'; did you mean 'images'?"));
+  EXPECT_THAT(text, HasSubstr("/observes: unknown entry 'image'; did you mean 'images'?"));
   EXPECT_THAT(text, HasSubstr("3:53: /parameters/x/default: expected a number, found \"much\""));
   EXPECT_THAT(text, HasSubstr("unknown key 'preset'; did you mean 'presets'?"));
 }
@@ -91,10 +91,10 @@ TEST_F(ManifestTest, ReportsEveryMistakeWithItsPosition) {
 TEST_F(ManifestTest, RejectsInvalidValues) {
   EXPECT_THAT(refusal("[1]"), HasSubstr("expected an object"));
   EXPECT_THAT(refusal("{"), HasSubstr("invalid JSON"));
-  EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { read_manifest(folder_ / "none.json"); }),
+  EXPECT_THAT(test::error_text(ErrorKind::plugin_rejected, [&] { read_manifest(folder_ / "none.json"); }),
               HasSubstr("none.json"));
   EXPECT_THAT(refusal_with(R"("reproducible": "maybe")"), HasSubstr("this_cpu"));
-  EXPECT_THAT(refusal_with(R"("oracle": true)"), HasSubstr("add \"start\" to \"knows\""));
+  EXPECT_THAT(refusal_with(R"("oracle": true)"), HasSubstr("add \"start\" to \"observes\""));
   EXPECT_THAT(refusal_with(R"("document": "scene")"), HasSubstr("parameter of type file"));
   EXPECT_THAT(refusal_with(R"("library": "")"), HasSubstr("/library"));
   for (const char* outside : {"../other/other.so", "/usr/lib/other.so", "deep/../../other.so", ".."})
@@ -104,7 +104,7 @@ TEST_F(ManifestTest, RejectsInvalidValues) {
   std::filesystem::create_symlink("/bin/true", folder_ / "link.so");
   EXPECT_THAT(refusal_with(R"("library": "link.so")"), HasSubstr("outside the plugin's folder"));
   EXPECT_THAT(refusal_with(R"("command": ["python3", "/etc/passwd"])"), HasSubstr("outside the plugin's folder"));
-  EXPECT_THAT(refusal(R"({"id": "a", "kind": "scene", "summary": "One.", "knows": ["box"]})"),
+  EXPECT_THAT(refusal(R"({"id": "a", "kind": "scene", "summary": "One.", "observes": ["box"]})"),
               HasSubstr("only optimizers and agents"));
   EXPECT_THAT(refusal_with(R"("parameters": [])"), HasSubstr("expected an object"));
   EXPECT_THAT(refusal_with(R"("parameters": {"x": 1})"), HasSubstr("expected an object with 'type'"));
@@ -169,9 +169,9 @@ TEST_F(ManifestTest, ReadsPretrainingFromNumbersOrParameters) {
         R"({"id": "a", "kind": "optimizer", "summary": "One.", "prepare": )" + prepare + ", " + parameters + "}"));
   };
   const Manifest named = read(R"({"sources": 10, "steps": "much"})");
-  EXPECT_EQ(preparation(named, {{"much", 5}, {"any", 1}})->sources, 10U);
-  EXPECT_EQ(preparation(named, {{"much", 5}, {"any", 1}})->steps, 5U);
-  EXPECT_FALSE(preparation(read_manifest(write("relign-plugin.json", kFull)), {}));
+  EXPECT_EQ(pretraining(named, {{"much", 5}, {"any", 1}})->sources, 10U);
+  EXPECT_EQ(pretraining(named, {{"much", 5}, {"any", 1}})->steps, 5U);
+  EXPECT_FALSE(pretraining(read_manifest(write("relign-plugin.json", kFull)), {}));
   const auto refused = [&](const std::string& prepare) { return refusal_with("\"prepare\": " + prepare); };
   EXPECT_THAT(refused(R"({"sources": 0, "steps": 1})"), HasSubstr("sources"));
   EXPECT_THAT(refused(R"({"sources": 1})"), HasSubstr("missing key 'steps'"));
@@ -179,13 +179,13 @@ TEST_F(ManifestTest, ReadsPretrainingFromNumbersOrParameters) {
   EXPECT_THAT(refused(R"({"sources": 1, "steps": 1, "step": 1})"), HasSubstr("step"));
   EXPECT_THAT(refused("7"), HasSubstr("expected an object"));
   EXPECT_EQ(
-      preparation(read(R"({"sources": 3, "steps": 1}, "command": ["python3", "a.py"])"), {{"much", 7}, {"any", 7}})
+      pretraining(read(R"({"sources": 3, "steps": 1}, "command": ["python3", "a.py"])"), {{"much", 7}, {"any", 7}})
           ->sources,
       3U)
       << "processes have pretraining, too";
   EXPECT_THAT(refusal(R"({"id": "a", "kind": "scene", "summary": "One.", "prepare": {"sources": 1, "steps": 1}})"),
               HasSubstr("only optimizers and agents have pretraining"));
-  EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { read(R"({"sources": "any", "steps": 1})"); }),
+  EXPECT_THAT(test::error_text(ErrorKind::plugin_rejected, [&] { read(R"({"sources": "any", "steps": 1})"); }),
               HasSubstr("with a minimum and a maximum"));
 }
 

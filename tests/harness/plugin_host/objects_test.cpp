@@ -76,7 +76,7 @@ TEST(SceneObject, RejectsAlgorithmAsScene) {
   Catalog catalog;
   catalog.add(std::string(RELIGN_TEST_PLUGINS) + "/misbehaving");
   const Choice choice = catalog.resolve_or_throw(Kind::optimizer, "misbehaving");
-  EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { Scene scene(choice, {}); }),
+  EXPECT_THAT(test::error_text(ErrorKind::plugin_rejected, [&] { Scene scene(choice, {}); }),
               HasSubstr("offers no relign.scene/1"));
 }
 

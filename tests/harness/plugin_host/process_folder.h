@@ -31,7 +31,7 @@ class ProcessFolderTest : public FolderTest {
     write("raw/raw.py", std::string(kRaw) + body);
     write("raw/relign-plugin.json", R"({"id": "raw", "kind": ")" + kind +
                                         R"(", "summary": "Without relign_bench.", "command": ["python3", "raw.py"])" +
-                                        (kind == "optimizer" ? R"(, "knows": ["merit", "box"]})" : "}"));
+                                        (kind == "optimizer" ? R"(, "observes": ["merit", "box"]})" : "}"));
     return folder_ / "raw";
   }
 

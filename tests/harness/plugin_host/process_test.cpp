@@ -9,7 +9,7 @@
 
 #include "base/files.h"
 #include "base/hash.h"
-#include "contract/fake_conversation.h"
+#include "contract/fake_trial.h"
 #include "process_folder.h"
 
 namespace relign::plugin_host {
@@ -33,26 +33,26 @@ class ProcessTest : public test::ProcessFolderTest {
     setup_.merit = [](const test::Pose& pose, std::uint32_t) { return test::bowl(pose, {0.3, -0.2}); };
   }
 
-  // A script with relign_bench: the body of run(self, talk).
+  // A script with relign_bench: the body of run(self, trial).
   fs::path script(const std::string& body, const std::string& members = "") {
     return write("guess.py",
                  "\"\"\"Tries what the test wants.\"\"\"\nimport os, sys, time\n"
                  "from relign_bench.plugin import Optimizer, parameter, serve\n"
                  "class Guess(Optimizer):\n" +
-                     indented(members, 4) + "    def run(self, talk):\n" + indented(body, 8) +
+                     indented(members, 4) + "    def run(self, trial):\n" + indented(body, 8) +
                      "if __name__ == '__main__': serve(Guess)\n");
   }
   void run(const fs::path& plugin, const Json& parameters = {}) {
-    talk_ = std::make_unique<test::FakeConversation>(setup_);
+    trial_ = std::make_unique<test::FakeTrial>(setup_);
     Algorithm algorithm(choice(Kind::optimizer, plugin, parameters), services_);
-    algorithm.run(talk_->talk());
+    algorithm.run(trial_->handle());
   }
   std::string failure(const fs::path& plugin) {
     return test::error_text(ErrorKind::plugin_failed, [&] { run(plugin); });
   }
 
   test::FakeSetup setup_;
-  std::unique_ptr<test::FakeConversation> talk_;
+  std::unique_ptr<test::FakeTrial> trial_;
 };
 
 #ifdef RELIGN_COMPASS
@@ -64,15 +64,15 @@ TEST_F(ProcessTest, CompassIsTheSameInBothLanguages) {
     return test::bowl(pose, {0.31, -0.2, 0.1, 1.0 / 3, -0.45}) + 1e-3 * std::sin(1e3 * step);
   };
   run(examples / "compass_python" / "compass.py", {{"first_stride", 0.07}});
-  const auto python = std::move(talk_);
+  const auto python = std::move(trial_);
   run(RELIGN_COMPASS, {{"first_stride", 0.07}});
   ASSERT_GT(python->steps.size(), 50U);
-  ASSERT_EQ(python->steps.size(), talk_->steps.size());
-  for (std::size_t i = 0; i < python->steps.size(); ++i) EXPECT_EQ(python->steps[i].pose, talk_->steps[i].pose) << i;
-  ASSERT_EQ(python->recommendations.size(), talk_->recommendations.size());
+  ASSERT_EQ(python->steps.size(), trial_->steps.size());
+  for (std::size_t i = 0; i < python->steps.size(); ++i) EXPECT_EQ(python->steps[i].pose, trial_->steps[i].pose) << i;
+  ASSERT_EQ(python->recommendations.size(), trial_->recommendations.size());
   for (std::size_t i = 0; i < python->recommendations.size(); ++i) {
-    EXPECT_EQ(python->recommendations[i].pose, talk_->recommendations[i].pose);
-    EXPECT_EQ(python->recommendations[i].steps_made, talk_->recommendations[i].steps_made);
+    EXPECT_EQ(python->recommendations[i].pose, trial_->recommendations[i].pose);
+    EXPECT_EQ(python->recommendations[i].steps_made, trial_->recommendations[i].steps_made);
   }
 }
 #endif
@@ -100,7 +100,7 @@ observes = ("merit",))");
   EXPECT_EQ(choice.plugin->summary, "Tries what the test wants.");
   EXPECT_EQ(choice.parameters, Json::parse(R"({"count": 4, "mode": "a", "stride": 0.25})"));
   EXPECT_EQ(catalog.resolve_or_throw(Kind::optimizer, "guess_wide").parameters["stride"], 0.5);
-  EXPECT_EQ(choice.plugin->knows, std::vector<std::string>{"merit"});
+  EXPECT_EQ(choice.plugin->observes, std::vector<std::string>{"merit"});
 
   // The second time from the cache, whatever its content.
   const fs::path kept = fs::directory_iterator(folder_ / "cache/relign-bench/manifests")->path();
@@ -141,17 +141,17 @@ TEST_F(ProcessTest, HashesImportedModulesOfTheScriptFolder) {
 
 TEST_F(ProcessTest, RejectsManifestThatDiffersFromItsClass) {
   const std::string text =
-      read_file(script("talk.step([0, 0])", "observes = (\"merit\", \"box\")\nstride = parameter(0.25, maximum=1)"));
-  const auto refused = [&](const std::string& knows, const std::string& parameters) {
+      read_file(script("trial.step([0, 0])", "observes = (\"merit\", \"box\")\nstride = parameter(0.25, maximum=1)"));
+  const auto refused = [&](const std::string& observes, const std::string& parameters) {
     write("beside/guess.py", text);
-    write("beside/relign-plugin.json", R"({"id": "guess", "kind": "optimizer", "summary": "Beside.", "knows": )" +
-                                           knows + R"(, "parameters": {)" + parameters +
+    write("beside/relign-plugin.json", R"({"id": "guess", "kind": "optimizer", "summary": "Beside.", "observes": )" +
+                                           observes + R"(, "parameters": {)" + parameters +
                                            R"(}, "command": ["python3", "guess.py"]})");
     return failure(folder_ / "beside");
   };
   const std::string stride = R"("stride": {"type": "number", "default": 0.25, "maximum": 1)";
   EXPECT_THAT(refused(R"(["merit", "images"])", stride + "}"),
-              AllOf(HasSubstr(R"('knows' is ["images","merit"] in the manifest and ["box","merit"] in the class)"),
+              AllOf(HasSubstr(R"('observes' is ["images","merit"] in the manifest and ["box","merit"] in the class)"),
                     HasSubstr("remove the manifest and use the Python file")));
   EXPECT_THAT(refused(R"(["box", "merit"])", R"("stride": {"type": "number", "default": 0.5, "maximum": 1})"),
               HasSubstr("'default' of parameter 'stride' is 0.5 in the manifest and 0.25 in the class"));
@@ -160,40 +160,40 @@ TEST_F(ProcessTest, RejectsManifestThatDiffersFromItsClass) {
               HasSubstr("parameter 'count' is"));
   // Descriptions may differ.
   write("beside/relign-plugin.json",
-        R"({"id": "guess", "kind": "optimizer", "summary": "Beside.", "knows": ["box", "merit"],
+        R"({"id": "guess", "kind": "optimizer", "summary": "Beside.", "observes": ["box", "merit"],
       "parameters": {)" +
             stride + R"(, "description": "How far"}}, "command": ["python3", "guess.py"]})");
   run(folder_ / "beside");
-  EXPECT_THAT(talk_->steps, SizeIs(1));
+  EXPECT_THAT(trial_->steps, SizeIs(1));
 }
 
 TEST_F(ProcessTest, RejectsScriptsThatAreNotPlugins) {
   const fs::path broken = write("broken.py", "raise RuntimeError('no config file')\n");
-  EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { run(broken); }),
+  EXPECT_THAT(test::error_text(ErrorKind::plugin_rejected, [&] { run(broken); }),
               AllOf(HasSubstr("broken.py is not a plugin"), HasSubstr("failed: RuntimeError: no config file"),
                     HasSubstr("status 1"), Not(HasSubstr("serve(YourClass)"))));
   const fs::path misspelt = write("misspelt.py",
                                   "\"\"\"Says know.\"\"\"\nfrom relign_bench.plugin import Optimizer, serve\n"
                                   "class Guess(Optimizer):\n    know = ('images',)\n"
-                                  "    def run(self, talk): pass\nserve(Guess)\n");
-  EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { run(misspelt); }),
+                                  "    def run(self, trial): pass\nserve(Guess)\n");
+  EXPECT_THAT(test::error_text(ErrorKind::plugin_rejected, [&] { run(misspelt); }),
               HasSubstr("Guess has the attribute 'know'; did you mean 'observes'?"));
   const fs::path silent = write("silent.py", "print('hello')\n");
-  EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { run(silent); }),
+  EXPECT_THAT(test::error_text(ErrorKind::plugin_rejected, [&] { run(silent); }),
               AllOf(HasSubstr("end the file with serve(YourClass)"), HasSubstr("hello")));
   write("lost/relign-plugin.json",
         R"({"id": "lost", "kind": "optimizer", "summary": "Lost.", "command": ["no-such-program-here"]})");
-  EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { run(folder_ / "lost"); }),
+  EXPECT_THAT(test::error_text(ErrorKind::plugin_rejected, [&] { run(folder_ / "lost"); }),
               AllOf(HasSubstr("'lost'"), HasSubstr("cannot start 'no-such-program-here'")));
   write("both/relign-plugin.json", R"({"id": "both", "kind": "scene", "summary": "Both.", "library": "both.so",
                                        "command": ["sh"]})");
-  EXPECT_THAT(test::error_text(ErrorKind::plugin_refused, [&] { run(folder_ / "both"); }), HasSubstr("not both"));
+  EXPECT_THAT(test::error_text(ErrorKind::plugin_rejected, [&] { run(folder_ / "both"); }), HasSubstr("not both"));
 }
 
 TEST_F(ProcessTest, RunsWithAnotherPython) {
   const fs::path guess = write("guess.py",
                                "\"\"\"Ends at once.\"\"\"\nfrom relign_bench.plugin import Optimizer, serve\n"
-                               "class Guess(Optimizer):\n    def run(self, talk): pass\nserve(Guess)\n");
+                               "class Guess(Optimizer):\n    def run(self, trial): pass\nserve(Guess)\n");
   const fs::path own =
       write("own_python", "#!/bin/sh\necho \"$1\" >> '" + (folder_ / "asked").string() + "'\nexec python3 \"$@\"\n");
   fs::permissions(own, fs::perms::owner_all);
@@ -206,31 +206,31 @@ TEST_F(ProcessTest, RunsWithAnotherPython) {
 TEST_F(ProcessTest, PassesTheWholeTask) {
   setup_.seed = ~std::uint64_t{0};
   setup_.largest_move = 0.125;
-  run(script(R"(assert talk.seed == 2**64 - 1 and talk.budget == 4 and talk.largest_move == 0.125
-assert [axis["name"] for axis in talk.axes] == ["a0", "a1"]
-assert talk.box.lower == (-0.5, -0.5) and talk.box.centre() == [0.0, 0.0]
-assert talk.observes == {"merit", "box"}
-first = talk.first
+  run(script(R"(assert trial.seed == 2**64 - 1 and trial.budget == 4 and trial.largest_move == 0.125
+assert [axis["name"] for axis in trial.axes] == ["a0", "a1"]
+assert trial.box.lower == (-0.5, -0.5) and trial.box.centre() == [0.0, 0.0]
+assert trial.observes == {"merit", "box"}
+first = trial.first
 assert first.step == 0 and first.pose == (0.0, 0.0) and first.limits == (0, 0) and first.machine_seconds == 0
-seen = talk.move([1/3, -0.1])
+seen = trial.move([1/3, -0.1])
 assert seen.pose == (0.125, -0.1) and seen.step == 1, seen
 try: seen.image
 except RuntimeError as error: assert "images" in str(error)
 else: assert False
 for bad in ([1], [0, float("nan")], [0, float("inf")], ["x", "y"]):
-    try: talk.step(bad)
+    try: trial.step(bad)
     except ValueError: pass
     else: assert False, bad
-while talk.step([0, 0]): pass)"));
-  EXPECT_TRUE(talk_->stopped);
-  EXPECT_FALSE(talk_->refused);
-  EXPECT_THAT(talk_->steps, SizeIs(4));
+while trial.step([0, 0]): pass)"));
+  EXPECT_TRUE(trial_->stopped);
+  EXPECT_FALSE(trial_->refused);
+  EXPECT_THAT(trial_->steps, SizeIs(4));
 }
 
 TEST_F(ProcessTest, PassesPixelsWithAndWithoutNumpy) {
-  setup_.knows |= RELIGN_KNOWS_IMAGES;
+  setup_.observes |= RELIGN_OBSERVES_IMAGES;
   const std::string body = R"(for target in ([0.1, 0.2], [0.3, 0.1]):
-    seen = talk.step(target)
+    seen = trial.step(target)
     image = seen.image
     assert image.shape == (8, 8) and len(image) == 8
     assert abs(image[7, 7] - seen.merit) < 1e-6 and abs(image[0][3] - seen.merit) < 1e-6
@@ -238,18 +238,18 @@ TEST_F(ProcessTest, PassesPixelsWithAndWithoutNumpy) {
     except (TypeError, ValueError): pass
     else: assert False, "pixels are read-only"
 kept = seen.image
-unseen = talk.step([0, 0])
-talk.step([0.1, 0])
+unseen = trial.step([0, 0])
+trial.step([0.1, 0])
 assert abs(kept[0, 0] - seen.merit) < 1e-6, "arrays may be kept"
 try: unseen.image
 except RuntimeError as error: assert "are gone" in str(error)
 else: assert False
 print("array:", type(image).__module__))";
-  const std::string knows = "observes = (\"merit\", \"box\", \"images\")";
-  const fs::path file = script(body, knows);
+  const std::string observes = "observes = (\"merit\", \"box\", \"images\")";
+  const fs::path file = script(body, observes);
   write("plain/guess.py", read_file(file));
   write("plain/relign-plugin.json",
-        R"({"id": "guess", "kind": "optimizer", "summary": "No site packages.", "knows": ["merit", "box", "images"],
+        R"({"id": "guess", "kind": "optimizer", "summary": "No site packages.", "observes": ["merit", "box", "images"],
             "command": ["python3", "-S", "guess.py"]})");
   run(folder_ / "plain");
   EXPECT_THAT(logged_, Contains("array: relign_bench.plugin"));
@@ -259,14 +259,14 @@ print("array:", type(image).__module__))";
 }
 
 TEST_F(ProcessTest, PreventsShrinkingOfSharedPixels) {
-  setup_.knows |= RELIGN_KNOWS_IMAGES;
+  setup_.observes |= RELIGN_OBSERVES_IMAGES;
   run(script(R"(file = os.open("/proc/self/fd/5", os.O_RDWR)
 try: os.ftruncate(file, 0)
 except OSError: pass
 else: assert False, "a smaller file would kill the host"
-assert talk.step([0.1, 0.2]).image.shape == (8, 8))",
+assert trial.step([0.1, 0.2]).image.shape == (8, 8))",
              R"(observes = ("images",))"));
-  EXPECT_THAT(talk_->steps, SizeIs(1));
+  EXPECT_THAT(trial_->steps, SizeIs(1));
 }
 
 TEST_F(ProcessTest, AcceptsAnyAmountOfOutput) {
@@ -276,8 +276,8 @@ for i in range(20000):
 print("y" * 1000)
 os.write(1, b'{"message":"done"}\n')
 assert sys.stdin.read() == ""
-talk.step([0.1, 0.1]))"));
-  EXPECT_THAT(talk_->steps, SizeIs(1));
+trial.step([0.1, 0.1]))"));
+  EXPECT_THAT(trial_->steps, SizeIs(1));
   ASSERT_FALSE(logged_.empty());
   EXPECT_EQ(logged_.front(), "here I am");
   EXPECT_EQ(std::count(logged_.begin(), logged_.end(), std::string(50, 'x')), 20000);
@@ -285,10 +285,10 @@ talk.step([0.1, 0.1]))"));
 }
 
 TEST_F(ProcessTest, ReportsExceptionsWithLine) {
-  const std::string text = failure(script("talk.step([0, 0])\nraise KeyError('the third lens')"));
+  const std::string text = failure(script("trial.step([0, 0])\nraise KeyError('the third lens')"));
   EXPECT_THAT(text, AllOf(HasSubstr("plugin 'guess' failed in run: KeyError: 'the third lens' (guess.py, line 7)"),
                           HasSubstr("ended with exit status 1"), HasSubstr("Traceback")));
-  EXPECT_THAT(talk_->steps, SizeIs(1)) << "completed steps are kept";
+  EXPECT_THAT(trial_->steps, SizeIs(1)) << "completed steps are kept";
   EXPECT_THAT(failure(script("pass", "def __init__(self): raise ValueError('no model')")),
               AllOf(HasSubstr("failed in create"), HasSubstr("ValueError: no model")));
 }
@@ -300,7 +300,7 @@ TEST_F(ProcessTest, ReportsCrashes) {
               AllOf(HasSubstr("failed in run"), HasSubstr("killed by SIGSEGV"), HasSubstr("\n  last words")));
   EXPECT_THAT(failure(raw("begin(); os._exit(0)")),
               AllOf(HasSubstr("closed the connection"), HasSubstr("ended with exit status 0")));
-  EXPECT_THAT(failure(script("talk.step([0, 0]); sys.exit(0)")), HasSubstr("it called sys.exit(0) during the trial"));
+  EXPECT_THAT(failure(script("trial.step([0, 0]); sys.exit(0)")), HasSubstr("it called sys.exit(0) during the trial"));
   EXPECT_THAT(failure(raw("begin(); say('{\"message\":\"st'); os._exit(3)")),
               AllOf(HasSubstr("in the middle of a message"), HasSubstr("exit status 3")));
 }
@@ -332,7 +332,7 @@ say('{"message":"step","pose":[1,null]}\n'); assert hear()["message"] == "refuse
 say('{"message":"service","id":"crystal ball"}\n'); assert hear()["message"] == "unsupported"
 say('{"message":"step","pose":[0.5,0.25]}\n'); assert hear()["pose"] == [0.5, 0.25]
 say('{"message":"done"}\n'))"));
-  EXPECT_THAT(talk_->steps, SizeIs(1));
+  EXPECT_THAT(trial_->steps, SizeIs(1));
 }
 
 TEST_F(ProcessTest, KillsHangingProcessWithItsGroup) {
@@ -343,14 +343,14 @@ TEST_F(ProcessTest, KillsHangingProcessWithItsGroup) {
   ::setenv("RELIGN_STOP_SECONDS", "0.4", 1);
   EXPECT_THAT(failure(raw("begin(); say('{\"mess'); time.sleep(100)")),
               HasSubstr("an incomplete message and then nothing more"));
-  EXPECT_THAT(failure(script("while talk.step([0, 0]): pass\n"
+  EXPECT_THAT(failure(script("while trial.step([0, 0]): pass\n"
                              "import subprocess\n"
                              "child = subprocess.Popen(['sleep', '100'])\n"
                              "print('child', child.pid)\n"
                              "time.sleep(100)")),
               HasSubstr("it did not return in time after a stop"));
   // The most common mistake: a loop that ignores the result of step.
-  EXPECT_THAT(failure(script("while True: talk.step([0.5, 0.5])")),
+  EXPECT_THAT(failure(script("while True: trial.step([0.5, 0.5])")),
               AllOf(HasSubstr("stops (step() returns None when there are no more steps)"), HasSubstr("was killed")));
   ASSERT_THAT(logged_, Contains(HasSubstr("child ")));
   const std::string process = logged_.back().substr(6);
@@ -378,8 +378,8 @@ read -r seen <&4; echo '{"message":"done"}' >&3; read -r bye <&4)");
   const auto before = descriptors();
   for (int trial = 0; trial < 200; ++trial) {
     run(folder_ / "tiny");
-    ASSERT_THAT(talk_->steps, SizeIs(1));
-    ASSERT_EQ(talk_->steps[0].pose, (test::Pose{0.25, -0.5}));
+    ASSERT_THAT(trial_->steps, SizeIs(1));
+    ASSERT_EQ(trial_->steps[0].pose, (test::Pose{0.25, -0.5}));
   }
   EXPECT_EQ(descriptors(), before);
   EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1) << "a child is left";
@@ -390,7 +390,7 @@ TEST_F(ProcessTest, PropagatesHostExceptionsUnchanged) {
     if (step == 2) throw Error(ErrorKind::io, "the camera is unplugged");
     return 0.5;
   };
-  EXPECT_EQ(test::error_text(ErrorKind::io, [&] { run(script("while talk.step([0, 0]): pass")); }),
+  EXPECT_EQ(test::error_text(ErrorKind::io, [&] { run(script("while trial.step([0, 0]): pass")); }),
             "the camera is unplugged");
 }
 
@@ -399,16 +399,16 @@ TEST_F(ProcessTest, PrintsTheCostOfAStep) {
   setup_.budget = 5000;
   setup_.axes = 5;
   setup_.merit = [](const test::Pose&, std::uint32_t step) { return 1.0 / (1 + step); };
-  run(script(R"py(talk.step([0.1] * 5)
+  run(script(R"py(trial.step([0.1] * 5)
 costs = []
 for batch in range(40):
     start = time.perf_counter()
-    for i in range(100): talk.step([0.1, 0.2, 0.3, 0.4, i * 1e-5])
+    for i in range(100): trial.step([0.1, 0.2, 0.3, 0.4, i * 1e-5])
     costs.append((time.perf_counter() - start) / 100 * 1e6)
 costs.sort()
 print("cost %.1f microseconds (median of 40 batches; quickest %.1f)" % (costs[20], costs[0]))
 )py"));
-  ASSERT_THAT(talk_->steps, SizeIs(4001));
+  ASSERT_THAT(trial_->steps, SizeIs(4001));
   ASSERT_FALSE(logged_.empty());
   std::printf("             a step across processes: %s\n", logged_.back().c_str() + 5);
 }

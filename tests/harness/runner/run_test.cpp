@@ -143,7 +143,7 @@ TEST_F(RunTest, ManifestRecordsSuiteAndPlugins) {
   EXPECT_EQ(manifest["machine_time"], Json({{"settle_ms", 7}}));
   EXPECT_EQ(manifest["algorithms"][2]["name"], "short-walker");
   EXPECT_EQ(manifest["algorithms"][2]["steps"], 3);
-  EXPECT_EQ(manifest["algorithms"][0]["knows"], Json({"merit", "box"}));
+  EXPECT_EQ(manifest["algorithms"][0]["observes"], Json({"merit", "box"}));
   EXPECT_EQ(manifest["algorithms"][0]["plugin_hash"].get<std::string>().size(), 64U);
   EXPECT_EQ(manifest["program"]["hash"].get<std::string>().size(), 64U);
   EXPECT_FALSE(manifest["program"]["compiler"].get<std::string>().empty());
@@ -196,7 +196,7 @@ TEST_F(RunTest, RejectsUnloadableLibraryBeforeAnyTrial) {
   for (const char* plugin : {"toy_scene", "toy_level"}) catalog.add(fs::path(RELIGN_RUNNER_TEST_PLUGINS) / plugin);
   catalog.add(folder_ / "torn");
   const auto suite = suites::read_suite(JsonSource::from_text(suite_text("\"toy-walker\""), "toy.json"), ".", catalog);
-  EXPECT_THAT(error_text(ErrorKind::plugin_refused, [&] { prepare(suite, {}); }), HasSubstr("toy_walker.so"));
+  EXPECT_THAT(error_text(ErrorKind::plugin_rejected, [&] { prepare(suite, {}); }), HasSubstr("toy_walker.so"));
 }
 
 }  // namespace

@@ -127,13 +127,13 @@ INSTANTIATE_TEST_SUITE_P(
                     Deed{"abort", "crashed(SIGABRT)", "SIGABRT", 2}, Deed{"hang", "timeout", "0.3 s", 2},
                     Deed{"eat", "out_of_memory", "400 MB", 3}, Deed{"babble", "protocol_error", "not a message", 6},
                     Deed{"scribble", "protocol_error", "changed by another writer", 0},
-                    Deed{"overspend", "overspent", "100000 requests", 6}, Deed{"insist", "overspent", "never returned", 5},
-                    Deed{"nan", "failed", "finite", 3}, Deed{"leave_bounds", "budget_spent", "", 6},
-                    Deed{"floating_point", "budget_spent", "", 6}, Deed{"locale", "budget_spent", "", 6},
-                    Deed{"folder", "budget_spent", "", 6}, Deed{"handlers", "budget_spent", "", 6},
-                    Deed{"print", "budget_spent", "", 6}, Deed{"exit", "crashed(exit 0)", "exit status 0", 2},
-                    Deed{"leak", "budget_spent", "", 6}, Deed{"start_process", "budget_spent", "", 6},
-                    Deed{"kill", "crashed(SIGKILL)", "3 times", 2}),
+                    Deed{"overspend", "overspent", "100000 requests", 6},
+                    Deed{"insist", "overspent", "never returned", 5}, Deed{"nan", "failed", "finite", 3},
+                    Deed{"leave_bounds", "budget_spent", "", 6}, Deed{"floating_point", "budget_spent", "", 6},
+                    Deed{"locale", "budget_spent", "", 6}, Deed{"folder", "budget_spent", "", 6},
+                    Deed{"handlers", "budget_spent", "", 6}, Deed{"print", "budget_spent", "", 6},
+                    Deed{"exit", "crashed(exit 0)", "exit status 0", 2}, Deed{"leak", "budget_spent", "", 6},
+                    Deed{"start_process", "budget_spent", "", 6}, Deed{"kill", "crashed(SIGKILL)", "3 times", 2}),
     [](const testing::TestParamInfo<Deed>& deed) { return std::string(deed.param.name); });
 
 TEST_F(WorkerProcessTest, WritesTheSameAsThreads) {
@@ -185,7 +185,7 @@ TEST_F(WorkerProcessTest, RejectsChangedLibrary) {
   WorkerOptions with;
   with.results = folder_ / "none";
   ProcessWorker worker(plan, hashes, {RELIGN_PROGRAM, "worker"}, {}, with);
-  EXPECT_THAT(error_text(ErrorKind::plugin_refused, [&] { worker.run(plan.plan.trials.front(), nullptr); }),
+  EXPECT_THAT(error_text(ErrorKind::plugin_rejected, [&] { worker.run(plan.plan.trials.front(), nullptr); }),
               testing::AllOf(HasSubstr("toy_walker.so"), HasSubstr("has changed during this run")));
 }
 

@@ -28,10 +28,10 @@ class SuiteReaderTest : public testing::Test {
       "parameters": {"width": {"type": "number", "default": 0, "minimum": 0, "maximum": 1, "description": "Width."}},
       "presets": {"rho0": {"summary": "None.", "parameters": {"width": 0}},
                   "rho0.5": {"summary": "Half.", "parameters": {"width": 0.5}}}})");
-    plugin("bo", R"({"id": "bo-gp", "kind": "optimizer", "summary": "A search.", "knows": ["merit", "box"],
+    plugin("bo", R"({"id": "bo-gp", "kind": "optimizer", "summary": "A search.", "observes": ["merit", "box"],
       "parameters": {"kappa": {"type": "number", "default": 2, "minimum": 0, "maximum": 10, "description": "Kappa."}}})");
-    plugin("home", R"({"id": "home", "kind": "optimizer", "summary": "One move.", "knows": ["start"]})");
-    plugin("random", R"({"id": "random", "kind": "optimizer", "summary": "Chance.", "knows": ["box"]})");
+    plugin("home", R"({"id": "home", "kind": "optimizer", "summary": "One move.", "observes": ["start"]})");
+    plugin("random", R"({"id": "random", "kind": "optimizer", "summary": "Chance.", "observes": ["box"]})");
     catalog_.scan(folder_ / "plugins");
     ASSERT_THAT(catalog_.refused(), testing::IsEmpty());
   }
@@ -44,7 +44,7 @@ class SuiteReaderTest : public testing::Test {
   }
   // An agent with a trained model, and three models.
   void add_trained() {
-    plugin("net", R"({"id": "net", "kind": "agent", "summary": "Learnt.", "knows": ["images"], "training": "model",
+    plugin("net", R"({"id": "net", "kind": "agent", "summary": "Learnt.", "observes": ["images"], "training": "model",
       "parameters": {"model": {"type": "file", "description": "A model."},
                      "gain": {"type": "number", "default": 1, "minimum": 0, "maximum": 1, "description": "Gain."}}})");
     for (const char* file : {"a/one.onnx", "a/two.onnx", "b/one.onnx"}) write_file_atomically(folder_ / file, file);

@@ -33,47 +33,47 @@ class FakeAlgorithm final : public relign::FAKE_BASE {
     if (script_ == "refuse_to_be_made") throw std::runtime_error("no model file");
   }
 
-  void run(relign::Conversation& talk) override {
-    Json task = {{"axes", talk.axes()}, {"budget", talk.budget()}, {"seed", talk.seed()}};
-    task["knows"] = 0;
+  void run(relign::Trial& trial) override {
+    Json task = {{"axes", trial.axes()}, {"budget", trial.budget()}, {"seed", trial.seed()}};
+    task["observes"] = 0;
     for (int bit = 0; bit < 6; ++bit)
-      if (talk.knows(1u << bit)) task["knows"] = task["knows"].get<int>() | 1 << bit;
-    task["largest_move"] = std::isinf(talk.largest_move()) ? Json("unlimited") : Json(talk.largest_move());
+      if (trial.observes(1u << bit)) task["observes"] = task["observes"].get<int>() | 1 << bit;
+    task["largest_move"] = std::isinf(trial.largest_move()) ? Json("unlimited") : Json(trial.largest_move());
     try {
-      task["box"] = {talk.box().lower, talk.box().upper};
+      task["box"] = {trial.box().lower, trial.box().upper};
     } catch (const std::logic_error&) {
       task["box"] = nullptr;
     }
-    task["service"] = talk.service("reference") != nullptr;
+    task["service"] = trial.service("reference") != nullptr;
     log("task", task);
-    for (const Json& action : script_) act(talk, action);
+    for (const Json& action : script_) act(trial, action);
   }
 
  private:
-  void act(relign::Conversation& talk, const Json& action) {
+  void act(relign::Trial& trial, const Json& action) {
     const std::string verb = action.at(0);
     try {
       if (verb == "first") {
-        show(talk.first());
+        show(trial.first());
       } else if (verb == "step" || verb == "move") {
-        const auto seen = verb == "step" ? talk.step(numbers(action)) : talk.move(numbers(action));
+        const auto seen = verb == "step" ? trial.step(numbers(action)) : trial.move(numbers(action));
         if (seen)
           show(*seen);
         else
           log("answer", "stop");
       } else if (verb == "recommend") {
-        talk.recommend(numbers(action));
+        trial.recommend(numbers(action));
       }
     } catch (const std::invalid_argument&) {
       log("answer", "bad argument");
       return;
     }
     if (verb == "insist") {
-      for (std::int64_t i = action.at(1); i > 0; --i) talk.step(relign::Pose(talk.axes(), 0.5));
+      for (std::int64_t i = action.at(1); i > 0; --i) trial.step(relign::Pose(trial.axes(), 0.5));
     } else if (verb == "insist_badly") {
       for (std::int64_t i = action.at(1); i > 0; --i) {
         try {
-          talk.step({});
+          trial.step({});
         } catch (const std::invalid_argument&) {
         }
       }

@@ -23,16 +23,16 @@ inline plugin_host::Choice fake(plugin_host::Kind kind, const std::string& folde
 
 // One trial of a scripted algorithm (see fake_algorithm.cpp) on the fake scene. Tests may change every part before it
 // runs and read it afterwards.
-struct FakeTrial {
-  explicit FakeTrial(const std::string& script_json, const std::string& algorithm_folder = "fake_optimizer",
-                     const Json& scene_parameters = Json::object()) {
+struct TrialFixture {
+  explicit TrialFixture(const std::string& script_json, const std::string& algorithm_folder = "fake_optimizer",
+                        const Json& scene_parameters = Json::object()) {
     services.log = [this](int, const std::string& message) { scene_log.push_back(message); };
     scene =
         std::make_unique<plugin_host::Scene>(fake(plugin_host::Kind::scene, "fake_scene", scene_parameters), services);
     facts = read_scene_facts(scene->describe(), "fake-scene");
     instance.number = 3;
     instance.seed = 77;
-    instance.variances = {{0.3, 0.58, 0.5}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, "{}"};
+    instance.perturbations = {{0.3, 0.58, 0.5}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, "{}"};
     algorithm = fake(plugin_host::Kind::optimizer, algorithm_folder, {{"script", Json::parse(script_json)}});
     setup.services.log = [this](int, const std::string& message) { algorithm_log.push_back(message); };
     setup.budget = 4;
@@ -40,7 +40,7 @@ struct FakeTrial {
   }
 
   TrialResult run() {
-    plugin_host::MountedAssembly assembly = scene->mount(instance.variances.elements_json);
+    plugin_host::MountedAssembly assembly = scene->mount(instance.perturbations.elements_json);
     setup.assembly = &assembly;
     setup.reference = scene->reference();
     setup.scene = &facts;
@@ -80,9 +80,9 @@ struct FakeTrial {
 };
 
 // A trial with every service that the host offers, for the algorithm in `folder`.
-struct TrialWithServices : FakeTrial {
+struct TrialWithServices : TrialFixture {
   TrialWithServices(const std::string& folder, const Json& parameters, const Json& scene_parameters)
-      : FakeTrial("[]", "fake_optimizer", scene_parameters),
+      : TrialFixture("[]", "fake_optimizer", scene_parameters),
         level(fake(plugin_host::Kind::noise_level, "fake_level"), services) {
     algorithm = fake(plugin_host::Kind::optimizer, folder, parameters);
     setup.design = scene.get();

@@ -24,27 +24,28 @@ SceneFacts two_axes() {
   return scene;
 }
 
-TEST(Variances, ReadsDrawOfNoiseLevel) {
-  const Variances variances = read_variances(
+TEST(Perturbations, ReadsDrawOfNoiseLevel) {
+  const Perturbations perturbations = read_perturbations(
       R"({"start": [0, 1], "distortion": [[1.5, 0.25], [0, 1]],
           "elements": {"L2": {"tilt_deg": [1, -2]}, "L1": {"shift_mm": [0.1, 0, 3]}}})",
       two_axes(), "level");
-  EXPECT_THAT(variances.start, ElementsAre(0, 1));
-  EXPECT_THAT(variances.distortion, ElementsAre(1.5, 0.25, 0, 1));
-  EXPECT_EQ(Json::parse(variances.elements_json), Json::parse(R"({"L1": {"shift_mm": [0.1, 0, 3], "tilt_deg": [0, 0]},
+  EXPECT_THAT(perturbations.start, ElementsAre(0, 1));
+  EXPECT_THAT(perturbations.distortion, ElementsAre(1.5, 0.25, 0, 1));
+  EXPECT_EQ(Json::parse(perturbations.elements_json),
+            Json::parse(R"({"L1": {"shift_mm": [0.1, 0, 3], "tilt_deg": [0, 0]},
                             "L2": {"shift_mm": [0, 0, 0], "tilt_deg": [1, -2]}})"));
-  EXPECT_EQ(variances.elements_json, canonical_json(Json::parse(variances.elements_json)));
-  EXPECT_THAT(variances.cure_shift, testing::IsEmpty());
-  EXPECT_THAT(read_variances(R"({"start": [0, 1], "distortion": [[1, 0], [0, 1]], "elements": {},
+  EXPECT_EQ(perturbations.elements_json, canonical_json(Json::parse(perturbations.elements_json)));
+  EXPECT_THAT(perturbations.cure_shift, testing::IsEmpty());
+  EXPECT_THAT(read_perturbations(R"({"start": [0, 1], "distortion": [[1, 0], [0, 1]], "elements": {},
                                  "cure_shift": [0.01, -0.02]})",
-                             two_axes(), "level")
+                                 two_axes(), "level")
                   .cure_shift,
               ElementsAre(0.01, -0.02));
 }
 
 std::string refusal(const std::string& drawn) {
   try {
-    read_variances(drawn, two_axes(), "my-level");
+    read_perturbations(drawn, two_axes(), "my-level");
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), ErrorKind::plugin_failed);
     EXPECT_THAT(error.what(), HasSubstr("noise level 'my-level' drew unusable perturbations"));
@@ -57,7 +58,7 @@ std::string draw(const std::string& start, const std::string& distortion, const 
   return R"({"start": )" + start + R"(, "distortion": )" + distortion + R"(, "elements": )" + elements + "}";
 }
 
-TEST(Variances, RejectsMalformedDraws) {
+TEST(Perturbations, RejectsMalformedDraws) {
   const std::string start = "[0.5, 0.5]", identity = "[[1, 0], [0, 1]]";
   ASSERT_EQ(refusal(draw(start, identity, "{}")), "no error");
   EXPECT_THAT(refusal(""), HasSubstr("invalid JSON"));
@@ -101,14 +102,15 @@ TEST_F(DrawTest, IsAPureFunctionOfSeedDomainAndNumber) {
   const Instance one = draw_instance(level, facts_, 9, SeedDomain::benchmark, 4);
   EXPECT_EQ(one.number, 4u);
   EXPECT_EQ(one.seed, instance_seed(9, SeedDomain::benchmark, 4));
-  EXPECT_NEAR(one.variances.start[0], Random(one.seed).uniform(), 1e-6) << "the noise level gets the instance's seed";
-  EXPECT_EQ(Json::parse(one.variances.elements_json)["L1"]["shift_mm"][0], 0.1);
+  EXPECT_NEAR(one.perturbations.start[0], Random(one.seed).uniform(), 1e-6)
+      << "the noise level gets the instance's seed";
+  EXPECT_EQ(Json::parse(one.perturbations.elements_json)["L1"]["shift_mm"][0], 0.1);
 
   draw_instance(level, facts_, 9, SeedDomain::benchmark, 5);
   const Instance again = draw_instance(level, facts_, 9, SeedDomain::benchmark, 4);
-  EXPECT_EQ(again.variances.start, one.variances.start);
-  EXPECT_NE(draw_instance(level, facts_, 9, SeedDomain::training, 4).variances.start, one.variances.start);
-  EXPECT_NE(draw_instance(level, facts_, 8, SeedDomain::benchmark, 4).variances.start, one.variances.start);
+  EXPECT_EQ(again.perturbations.start, one.perturbations.start);
+  EXPECT_NE(draw_instance(level, facts_, 9, SeedDomain::training, 4).perturbations.start, one.perturbations.start);
+  EXPECT_NE(draw_instance(level, facts_, 8, SeedDomain::benchmark, 4).perturbations.start, one.perturbations.start);
 }
 
 TEST_F(DrawTest, ReportsUnusableDrawAsPluginFailure) {

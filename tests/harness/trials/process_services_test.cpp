@@ -7,7 +7,7 @@
 
 #include "plugin_host/test_folder.h"
 #include "trials/fakes.h"
-#include "trials/prepared_service.h"
+#include "trials/pretraining_service.h"
 
 namespace relign::trials {
 namespace {
@@ -47,14 +47,14 @@ class ProcessServices : public test::FolderTest {
     if (std::system("python3 -c 'import sys; sys.exit(sys.version_info < (3, 9))' >/dev/null 2>&1") != 0)
       GTEST_SKIP() << "python3 (3.9 or later) is not installed";
   }
-  // A Python plugin with this body of run(self, talk).
-  std::string python(const std::string& body, const std::string& knows = R"("images", "merit", "design")",
+  // A Python plugin with this body of run(self, trial).
+  std::string python(const std::string& body, const std::string& observes = R"("images", "merit", "design")",
                      const std::string& prepare = "None") {
     std::string text =
         "\"\"\"Tries what the test wants.\"\"\"\nimport json, os\n"
         "from relign_bench.plugin import Optimizer, parameter, serve\nclass Guess(Optimizer):\n    observes = (" +
-        knows + ",)\n    prepare = " + prepare + "\n    then = parameter(\"" + std::string(RELIGN_TASK_TEST_PLUGINS) +
-        "/fake_optimizer\", type=\"algorithm\")\n    def run(self, talk):\n";
+        observes + ",)\n    prepare = " + prepare + "\n    then = parameter(\"" +
+        std::string(RELIGN_TASK_TEST_PLUGINS) + "/fake_optimizer\", type=\"algorithm\")\n    def run(self, trial):\n";
     std::istringstream lines(body);
     for (std::string line; std::getline(lines, line);) text += "        " + line + "\n";
     return write("guess.py", text + "if __name__ == '__main__': serve(Guess)\n");
@@ -126,7 +126,7 @@ TEST_F(ProcessServices, RunsInnerAlgorithmsInEitherLanguage) {
 }
 
 TEST_F(ProcessServices, ReportsDeathOfInnerProcessToTheCaller) {
-  const std::string dies = python("talk.step([0.5, 0.5, 0.5])\nos._exit(7)", R"("merit", "start")");
+  const std::string dies = python("trial.step([0.5, 0.5, 0.5])\nos._exit(7)", R"("merit", "start")");
   ServiceTrial trial(kLibrary,
                      {{"script", Json::parse(R"([["run", "then", 2], ["step", [0.6, 0.5, 0.5]]])")}, {"then", dies}});
   const TrialResult result = trial.run();
@@ -136,31 +136,32 @@ TEST_F(ProcessServices, ReportsDeathOfInnerProcessToTheCaller) {
 }
 
 TEST_F(ProcessServices, ServesOnlyTheImagesOfTheCurrentStep) {
-  ServiceTrial trial(python(R"py(before = talk.first
+  ServiceTrial trial(python(R"py(before = trial.first
 mean = lambda image: float(image[1, 2])
-half = talk.run("then", 2, script=[["move", 0.1, 0, 0], ["move", 0.1, 0, 0]])
-assert abs(mean(half.last.image) - talk.measure("mean")) < 1e-6
+half = trial.run("then", 2, script=[["move", 0.1, 0, 0], ["move", 0.1, 0, 0]])
+assert abs(mean(half.last.image) - trial.measure("mean")) < 1e-6
 assert half.best.step == 2 and mean(half.best.image) == mean(half.last.image)
 try: before.image
 except RuntimeError as error: print("gone", json.dumps(str(error)))
-try: talk.run("then", 2, script=[["move", -0.2, 0, 0], ["fail"]])
+try: trial.run("then", 2, script=[["move", -0.2, 0, 0], ["fail"]])
 except RuntimeError as error: print("failed", json.dumps(str(error)))
 else: assert False
 half.last.image  # looked at before: kept
-after = talk.step([0, 0.1, 0])
+after = trial.step([0, 0.1, 0])
 assert after.step == 4, after)py"),
                      Json::object());
   const TrialResult result = trial.run();
   EXPECT_EQ(result.message, "");
   EXPECT_THAT(result.steps, SizeIs(5));
   ASSERT_THAT(trial.logged("gone"), SizeIs(1));
-  EXPECT_THAT(trial.logged("gone")[0].get<std::string>(), HasSubstr("the pixels of step 0 are gone (the current step is 2)"));
+  EXPECT_THAT(trial.logged("gone")[0].get<std::string>(),
+              HasSubstr("the pixels of step 0 are gone (the current step is 2)"));
   ASSERT_THAT(trial.logged("failed"), SizeIs(1));
 }
 
 TEST_F(ProcessServices, ModelHasItsOwnPixelBuffer) {
-  const std::string body = R"py(model = talk.model()
-assert model is talk.model()
+  const std::string body = R"py(model = trial.model()
+assert model is trial.model()
 assert (model.width, model.height) == (3, 2) and model.scene["elements"] == ["L1", "L2"]
 lens = model.mount({"L1": {"shift_mm": [0.1, 0, 0]}})
 image = lens.capture([0.5, 0.5, 0.5], 1)
@@ -185,8 +186,8 @@ assert float(image[0, 0]) > 0.59, "arrays survive later captures")py";
   ASSERT_THAT(alone.logged("refused"), SizeIs(4));
   EXPECT_THAT(alone.refusal(2), HasSubstr("16 lenses"));
   EXPECT_THAT(alone.refusal(3), HasSubstr("no longer mounted"));
-  ServiceTrial with_images(python("seen = talk.first\nwanted = talk.reference\n" + body +
-                                  "\nassert abs(float(seen.image[0, 0]) - talk.measure('mean')) < 1e-6\n"
+  ServiceTrial with_images(python("seen = trial.first\nwanted = trial.reference\n" + body +
+                                  "\nassert abs(float(seen.image[0, 0]) - trial.measure('mean')) < 1e-6\n"
                                   "assert float(wanted[0, 0]) == 0.5"),
                            Json::object());
   EXPECT_EQ(with_images.run().message, "");
@@ -194,11 +195,11 @@ assert float(image[0, 0]) > 0.59, "arrays survive later captures")py";
 
 // The host checks messages that a process sends by itself, and the data do not overwrite images or model pixels.
 TEST_F(ProcessServices, PreparedDataHaveTheirOwnBuffer) {
-  const std::string body = R"py(seen, wanted, prepared = talk.first, talk.reference, talk.pretraining()
-lens = talk.model().mount()
+  const std::string body = R"py(seen, wanted, prepared = trial.first, trial.reference, trial.pretraining()
+lens = trial.model().mount()
 before = float(lens.capture([0.5, 0.5, 0.5], 1)[0, 0])
 def ask(call, **arguments):
-    try: return talk._service("relign.prepared/1", call, **arguments)
+    try: return trial._service("relign.prepared/1", call, **arguments)
     except ValueError as error: print("refused", json.dumps(str(error)))
 ask("save", bytes=5)
 ask("room", bytes=(1 << 30) + 1)
@@ -206,7 +207,7 @@ ask("room", bytes=-1)
 ask("room")
 prepared.save(bytes(range(256)) * 1000)
 assert prepared.load() == bytes(range(256)) * 1000
-assert float(seen.image[0, 0]) == float(talk.first.image[0, 0]) and float(talk.reference[0, 0]) == 0.5
+assert float(seen.image[0, 0]) == float(trial.first.image[0, 0]) and float(trial.reference[0, 0]) == 0.5
 assert float(lens.capture([0.5, 0.5, 0.5], 1)[0, 0]) == before
 assert prepared.load() == bytes(range(256)) * 1000
 ask("save", bytes=256001)
@@ -214,21 +215,21 @@ prepared.save(memoryview(b""))
 assert prepared.load() == b""
 prepared.save(b"last"))py";
   ServiceTrial trial(python(body, R"("images", "design")", R"({"sources": 3, "steps": 4})"), Json::object());
-  Preparing preparing;
-  preparing.sources = 3;
-  trial.setup.preparing = &preparing;
+  PretrainingState state;
+  state.sources = 3;
+  trial.setup.pretraining = &state;
   EXPECT_EQ(trial.run().message, "");
   ASSERT_THAT(trial.logged("refused"), SizeIs(5));
   EXPECT_THAT(trial.refusal(0), HasSubstr("request 'room' first"));
   EXPECT_THAT(trial.refusal(1), HasSubstr("at most 1 GiB"));
   EXPECT_THAT(trial.refusal(2), HasSubstr("integer 'bytes'"));
   EXPECT_THAT(trial.refusal(4), HasSubstr("request 'room' first"));
-  ASSERT_TRUE(preparing.bytes);
-  EXPECT_EQ(*preparing.bytes, "last");
+  ASSERT_TRUE(state.bytes);
+  EXPECT_EQ(*state.bytes, "last");
 }
 
 TEST_F(ProcessServices, NamesMissingManifestKeys) {
-  ServiceTrial trial(python(R"py(for ask in (talk.model, lambda: talk.draw_prior(1)):
+  ServiceTrial trial(python(R"py(for ask in (trial.model, lambda: trial.draw_prior(1)):
     try: ask()
     except RuntimeError as error: print("refused", json.dumps(str(error)))
     else: assert False)py",
@@ -266,7 +267,7 @@ TEST_F(ProcessServices, DocumentedExamplesMakeTheSameTrial) {
   const TrialResult result = library.run();
   expect_equal(result, python.run());
   EXPECT_THAT(result.steps, SizeIs(3));
-  EXPECT_EQ(library.algorithm.plugin->knows, python.algorithm.plugin->knows);
+  EXPECT_EQ(library.algorithm.plugin->observes, python.algorithm.plugin->observes);
   for (const std::string& line : library.algorithm_log)
     if (line.rfind("a typical lens", 0) != 0) {
       EXPECT_THAT(python.algorithm_log, Contains(line));

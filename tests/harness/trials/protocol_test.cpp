@@ -17,10 +17,10 @@ using testing::Each;
 using testing::ElementsAre;
 using testing::SizeIs;
 
-constexpr std::uint32_t kImages = RELIGN_KNOWS_IMAGES;
-constexpr std::uint32_t kMerit = RELIGN_KNOWS_MERIT;
-constexpr std::uint32_t kStart = RELIGN_KNOWS_START;
-constexpr std::uint32_t kBox = RELIGN_KNOWS_BOX;
+constexpr std::uint32_t kImages = RELIGN_OBSERVES_IMAGES;
+constexpr std::uint32_t kMerit = RELIGN_OBSERVES_MERIT;
+constexpr std::uint32_t kStart = RELIGN_OBSERVES_START;
+constexpr std::uint32_t kBox = RELIGN_OBSERVES_BOX;
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
 struct Row {
@@ -42,14 +42,14 @@ TEST_P(ProtocolTable, GrantsObservationsOfTheTable) {
   SceneFacts scene;
   scene.axes.resize(2);
   Instance instance;
-  instance.variances.start = {0.1, 0.9};
+  instance.perturbations.start = {0.1, 0.9};
   Manifest manifest;
   manifest.kind = row.kind;
   manifest.oracle = row.oracle;
-  manifest.knows = row.declares;
+  manifest.observes = row.declares;
 
   const Rules rules = make_rules(row.protocol, manifest, instance, scene);
-  EXPECT_EQ(rules.knows, row.granted);
+  EXPECT_EQ(rules.observes, row.granted);
   EXPECT_EQ(rules.largest_move, row.largest_move);
   EXPECT_EQ(rules.merit, row.protocol == Protocol::paper ? Merit::combined : Merit::rmse);
   EXPECT_EQ(rules.recommend_current, row.kind == Kind::agent);
@@ -156,13 +156,13 @@ TEST(Rules, StationsHideTheStartUnderBothProtocols) {
   station.owns_stage = true;
   station.truth = false;
   Instance instance;
-  instance.variances.start = {0.5, 0.5};
+  instance.perturbations.start = {0.5, 0.5};
   Manifest manifest;
   manifest.kind = Kind::optimizer;
-  manifest.knows = {"merit", "start", "box"};
+  manifest.observes = {"merit", "start", "box"};
   for (const Protocol protocol : {Protocol::paper, Protocol::blind}) {
     const Rules rules = make_rules(protocol, manifest, instance, station);
-    EXPECT_EQ(rules.knows, kMerit | kBox);
+    EXPECT_EQ(rules.observes, kMerit | kBox);
     EXPECT_EQ(rules.merit, Merit::rmse);
     EXPECT_THAT(rules.commanded_start, ElementsAre(0, 0));
     EXPECT_THAT(rules.box_lower, Each(-0.5));

@@ -33,10 +33,10 @@ class ServiceUser final : public relign::Optimizer {
   explicit ServiceUser(const relign::Parameters& given)
       : host_(given), script_(Json::parse(given.json()).at("script")) {}
 
-  void run(relign::Conversation& talk) override {
+  void run(relign::Trial& trial) override {
     for (const Json& action : script_) {
       try {
-        act(talk, action);
+        act(trial, action);
       } catch (const std::exception& error) {
         log("refused", error.what());
       }
@@ -44,50 +44,50 @@ class ServiceUser final : public relign::Optimizer {
   }
 
  private:
-  void act(relign::Conversation& talk, const Json& action) {
+  void act(relign::Trial& trial, const Json& action) {
     const std::string verb = action.at(0);
     if (verb == "reference") {
-      const relign::ImageView image = talk.reference();
+      const relign::ImageView image = trial.reference();
       double sum = 0;
       for (std::size_t y = 0; y < image.height(); ++y)
         for (std::size_t x = 0; x < image.width(); ++x) sum += static_cast<double>(image.at(x, y));
       log(verb, {image.width(), image.height(), sum});
     } else if (verb == "measure") {
       const std::string name = action.at(1);
-      log(verb, number(talk.measures().measure(name, action.size() > 2 ? action.at(2).dump() : "")));
+      log(verb, number(trial.measures().measure(name, action.size() > 2 ? action.at(2).dump() : "")));
     } else if (verb == "list") {
-      log(verb, Json::parse(talk.measures().list()));
+      log(verb, Json::parse(trial.measures().list()));
     } else if (verb == "draw") {
-      log(verb, talk.prior().draw(action.at(1)));  // as text: numbers would be read in the plugin's rounding mode
+      log(verb, trial.prior().draw(action.at(1)));  // as text: numbers would be read in the plugin's rounding mode
     } else if (verb == "run") {
-      const relign::RunOutcome outcome = talk.run(action.at(1).get<std::string>(), action.at(2).get<unsigned>(),
-                                                  action.size() > 3 ? action.at(3).dump() : "");
+      const relign::RunOutcome outcome = trial.run(action.at(1).get<std::string>(), action.at(2).get<unsigned>(),
+                                                   action.size() > 3 ? action.at(3).dump() : "");
       Json told = {{"steps", outcome.steps}, {"finished", outcome.finished}};
       told["last"] = shown(outcome.last);
       told["best"] = shown(outcome.best);
       told["recommendation"] = outcome.recommendation ? Json(*outcome.recommendation) : Json(nullptr);
       log(verb, told);
     } else if (verb == "model") {
-      const relign::ModelLens lens = talk.model().mount(action.at(1).dump());
+      const relign::ModelLens lens = trial.model().mount(action.at(1).dump());
       const relign::Pose pose = action.at(2);
       const auto noisy = lens.capture(pose, action.at(3).get<std::uint64_t>());
       const auto clean = lens.noise_free(pose);
       log(verb, {noisy.size(), noisy.front(), clean ? Json(clean->front()) : Json(nullptr)});
     } else if (verb == "model_nap") {
-      const relign::ModelLens lens = talk.model().mount("{}");
+      const relign::ModelLens lens = trial.model().mount("{}");
       const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(action.at(1).get<int>());
-      while (std::chrono::steady_clock::now() < end) lens.capture(relign::Pose(talk.axes(), 0.5), 1);
+      while (std::chrono::steady_clock::now() < end) lens.capture(relign::Pose(trial.axes(), 0.5), 1);
     } else if (verb == "keep_lens") {
-      kept_.emplace(talk.model().mount("{}"));
+      kept_.emplace(trial.model().mount("{}"));
     } else if (verb == "step") {
-      log(verb, shown(talk.step(action.at(1).get<relign::Pose>())));
+      log(verb, shown(trial.step(action.at(1).get<relign::Pose>())));
     } else if (verb == "recommend") {
-      talk.recommend(action.at(1).get<relign::Pose>());
+      trial.recommend(action.at(1).get<relign::Pose>());
     } else if (verb == "load") {
-      const auto loaded = talk.prepared().load();
-      log(verb, {talk.prepared().preparing(), loaded ? Json(*loaded) : Json(nullptr)});
+      const auto loaded = trial.pretraining().load();
+      log(verb, {trial.pretraining().active(), loaded ? Json(*loaded) : Json(nullptr)});
     } else if (verb == "save") {
-      talk.prepared().save(action.at(1).get<std::string>());
+      trial.pretraining().save(action.at(1).get<std::string>());
     } else if (verb == "round_up") {
       std::fesetround(FE_UPWARD);
     } else if (verb == "rounding") {

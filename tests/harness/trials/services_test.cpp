@@ -82,7 +82,7 @@ TEST(Services, RejectsInvalidMeasuresWithMessage) {
   EXPECT_THAT(trial.answer("refused", 5).get<std::string>(), HasSubstr("3 x 2 pixels"));
 }
 
-// ---- knows ----------------------------------------------------------------------------------------
+// ---- observes ----------------------------------------------------------------------------------------
 
 TEST(Services, RequireDeclaredObservations) {
   ServiceTrial trial(
@@ -206,7 +206,7 @@ TEST(Services, InnerRunObservesTheIntersectionInItsOwnCoordinates) {
                      "service_user_images");
   const TrialResult result = trial.run();
   ASSERT_THAT(result.steps, SizeIs(3));
-  EXPECT_EQ(trial.answer("task")["knows"], RELIGN_KNOWS_IMAGES);
+  EXPECT_EQ(trial.answer("task")["observes"], RELIGN_OBSERVES_IMAGES);
   EXPECT_EQ(trial.answer("task")["box"], nullptr);
   EXPECT_EQ(trial.answer("seen")["pose"], Json({0.0, 0.0, 0.0}));
   EXPECT_EQ(trial.answer("seen")["merit"], nullptr);
@@ -263,8 +263,8 @@ TEST(Services, ModelIsIndependentOfTheInstance) {
   const Json noisy = {{"noise", 0.05}};
   ServiceTrial trial(script, "service_user", noisy), other(script, "service_user", noisy);
   other.instance.seed = 78;
-  other.instance.variances.elements_json = R"({"L1":{"shift_mm":[0.2,0,0],"tilt_deg":[0,0]}})";
-  other.instance.variances.start = {0.1, 0.2, 0.3};
+  other.instance.perturbations.elements_json = R"({"L1":{"shift_mm":[0.2,0,0],"tilt_deg":[0,0]}})";
+  other.instance.perturbations.start = {0.1, 0.2, 0.3};
   const TrialResult result = trial.run();
   other.run();
   ASSERT_THAT(trial.logged("model"), SizeIs(3));

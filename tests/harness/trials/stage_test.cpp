@@ -25,7 +25,7 @@ SceneFacts scene_with(std::size_t axes) {
   return scene;
 }
 
-Variances variances(std::vector<double> start, std::vector<double> distortion) {
+Perturbations perturbations(std::vector<double> start, std::vector<double> distortion) {
   return {std::move(start), std::move(distortion), "{}"};
 }
 
@@ -35,7 +35,7 @@ const std::vector<double> kIdentity = {1, 0, 0, 1};
 
 TEST(StageMotion, DistortsMovesAsComputedByHand) {
   // true = start + D (c - c_start): (0.3, 0.6) + [[1.1, 0.2], [-0.1, 0.9]] (0.2, -0.1) = (0.5, 0.49)
-  StageMotion stage(scene_with(2), variances({0.3, 0.6}, {1.1, 0.2, -0.1, 0.9}), {0, 0}, Limits::soft);
+  StageMotion stage(scene_with(2), perturbations({0.3, 0.6}, {1.1, 0.2, -0.1, 0.9}), {0, 0}, Limits::soft);
   EXPECT_THAT(stage.true_pose(), ElementsAre(0.3, 0.6));
   EXPECT_THAT(stage.commanded_pose(), ElementsAre(0, 0));
   const StageMotion::Arrival arrival = stage.step_to({0.2, -0.1});
@@ -52,12 +52,12 @@ TEST(StageMotion, DistortsMovesAsComputedByHand) {
 
 TEST(StageMotion, AcceptsCoordinatesOfTheStage) {
   // The same distortion with coordinates of the stage: a move to the nominal pose 0.5 misses it by the distortion only.
-  StageMotion stage(scene_with(2), variances({0.3, 0.6}, {1.1, 0.2, -0.1, 0.9}), {0.3, 0.6}, Limits::soft);
+  StageMotion stage(scene_with(2), perturbations({0.3, 0.6}, {1.1, 0.2, -0.1, 0.9}), {0.3, 0.6}, Limits::soft);
   EXPECT_THAT(stage.step_to({0.5, 0.5}).true_pose, near({0.5, 0.49}));
 }
 
 TEST(StageMotion, SoftLimitsStopEachAxisSeparately) {
-  StageMotion stage(scene_with(2), variances({0.5, 0.5}, kIdentity), {0, 0}, Limits::soft);
+  StageMotion stage(scene_with(2), perturbations({0.5, 0.5}, kIdentity), {0, 0}, Limits::soft);
   const StageMotion::Arrival arrival = stage.step_to({0.8, -0.2});
   EXPECT_THAT(arrival.true_pose, near({1.0, 0.3}));
   EXPECT_EQ(arrival.limits_high, 1u);
@@ -72,14 +72,14 @@ TEST(StageMotion, SoftLimitsStopEachAxisSeparately) {
 TEST(StageMotion, SoftLimitsUnderDistortionKeepTheLinearMap) {
   // Target (0.5, 0.5) + [[1, 0.5], [0, 1]] (0.4, 0.4) = (1.1, 0.9), clipped to (1, 0.9): the reached
   // commanded pose solves D c = (0.5, 0.4): c = (0.3, 0.4).
-  StageMotion stage(scene_with(2), variances({0.5, 0.5}, {1, 0.5, 0, 1}), {0, 0}, Limits::soft);
+  StageMotion stage(scene_with(2), perturbations({0.5, 0.5}, {1, 0.5, 0, 1}), {0, 0}, Limits::soft);
   EXPECT_THAT(stage.step_to({0.4, 0.4}).true_pose, near({1.0, 0.9}));
   EXPECT_THAT(stage.reached_pose(), near({0.3, 0.4}));
   EXPECT_THAT(stage.move_by({-0.1, 0.0}).true_pose, near({0.9, 0.9}));
 }
 
 TEST(StageMotion, HardLimitsStopTheWholeMoveAtTheFirstLimit) {
-  StageMotion stage(scene_with(2), variances({0.5, 0.5}, kIdentity), {0, 0}, Limits::hard);
+  StageMotion stage(scene_with(2), perturbations({0.5, 0.5}, kIdentity), {0, 0}, Limits::hard);
   // From (0.5, 0.5) by (1.0, 0.4): x meets its limit after half of the move.
   const StageMotion::Arrival arrival = stage.step_to({1.0, 0.4});
   EXPECT_THAT(arrival.true_pose, near({1.0, 0.7}));
@@ -88,7 +88,7 @@ TEST(StageMotion, HardLimitsStopTheWholeMoveAtTheFirstLimit) {
 }
 
 TEST(StageMotion, HardLimitsAllowMovesAlongAndAway) {
-  StageMotion stage(scene_with(2), variances({0.5, 0.5}, kIdentity), {0, 0}, Limits::hard);
+  StageMotion stage(scene_with(2), perturbations({0.5, 0.5}, kIdentity), {0, 0}, Limits::hard);
   stage.step_to({0.7, 0.0});
   ASSERT_EQ(stage.true_pose()[0], 1.0);
   // Along the limit.
@@ -107,7 +107,7 @@ TEST(StageMotion, HardLimitsAllowMovesAlongAndAway) {
 }
 
 TEST(StageMotion, HardLimitsReportBothLimitsInACorner) {
-  StageMotion stage(scene_with(2), variances({0.5, 0.5}, kIdentity), {0, 0}, Limits::hard);
+  StageMotion stage(scene_with(2), perturbations({0.5, 0.5}, kIdentity), {0, 0}, Limits::hard);
   const StageMotion::Arrival arrival = stage.step_to({-1.0, 1.0});
   EXPECT_THAT(arrival.true_pose, ElementsAre(0.0, 1.0));
   EXPECT_EQ(arrival.limits_low, 1u);
@@ -118,7 +118,7 @@ TEST(StageMotion, TravelTakesAsLongAsTheSlowestAxis) {
   SceneFacts scene = scene_with(4);  // 2 mm at 5 mm/s: 0.4 s per travel; 14 deg at 10 deg/s: 1.4 s
   scene.machine_time.speed_deg_per_s = 10;
   const std::vector<double> identity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-  StageMotion stage(scene, variances({0.5, 0.5, 0.5, 0.5}, identity), {0, 0, 0, 0}, Limits::soft);
+  StageMotion stage(scene, perturbations({0.5, 0.5, 0.5, 0.5}, identity), {0, 0, 0, 0}, Limits::soft);
   EXPECT_DOUBLE_EQ(stage.step_to({0.3, -0.1, 0, 0.05}).travel_seconds, 0.12);
   EXPECT_DOUBLE_EQ(stage.step_to({0.3, -0.1, 0, 0.25}).travel_seconds, 0.28);
   EXPECT_EQ(stage.step_to({0.3, -0.1, 0, 0.25}).travel_seconds, 0);
@@ -127,12 +127,12 @@ TEST(StageMotion, TravelTakesAsLongAsTheSlowestAxis) {
 
   MachineTime slow;
   slow.speed_mm_per_s = 0.5;
-  StageMotion slow_stage(scene, variances({0.5, 0.5, 0.5, 0.5}, identity), {0, 0, 0, 0}, Limits::soft, slow);
+  StageMotion slow_stage(scene, perturbations({0.5, 0.5, 0.5, 0.5}, identity), {0, 0, 0, 0}, Limits::soft, slow);
   EXPECT_DOUBLE_EQ(slow_stage.step_to({0.3, 0, 0, 0}).travel_seconds, 1.2);
 }
 
 TEST(StageMotion, WouldReachDoesNotMove) {
-  StageMotion stage(scene_with(2), variances({0.5, 0.5}, kIdentity), {0, 0}, Limits::soft);
+  StageMotion stage(scene_with(2), perturbations({0.5, 0.5}, kIdentity), {0, 0}, Limits::soft);
   stage.step_to({0.1, 0.1});
   const StageMotion::Arrival arrival = stage.would_reach({2, 2});
   EXPECT_THAT(arrival.true_pose, ElementsAre(1, 1));
@@ -142,7 +142,7 @@ TEST(StageMotion, WouldReachDoesNotMove) {
 
 TEST(StageMotion, ExtremePosesStayFinite) {
   for (const Limits limits : {Limits::soft, Limits::hard}) {
-    StageMotion stage(scene_with(2), variances({0.5, 0.5}, {1, -0.9, -0.9, 1}), {0, 0}, limits);
+    StageMotion stage(scene_with(2), perturbations({0.5, 0.5}, {1, -0.9, -0.9, 1}), {0, 0}, limits);
     stage.step_to({1.7e308, 1.7e308});
     stage.move_by({-1.7e308, 1.7e308});
     for (const double value : stage.true_pose()) {
@@ -154,8 +154,8 @@ TEST(StageMotion, ExtremePosesStayFinite) {
 }
 
 TEST(StageMotion, RejectsWrongNumberOfAxes) {
-  EXPECT_THROW(StageMotion(scene_with(3), variances({0.5, 0.5}, kIdentity), {0, 0}, Limits::soft), Error);
-  StageMotion stage(scene_with(2), variances({0.5, 0.5}, kIdentity), {0, 0}, Limits::soft);
+  EXPECT_THROW(StageMotion(scene_with(3), perturbations({0.5, 0.5}, kIdentity), {0, 0}, Limits::soft), Error);
+  StageMotion stage(scene_with(2), perturbations({0.5, 0.5}, kIdentity), {0, 0}, Limits::soft);
   EXPECT_THROW(stage.step_to({0.1}), Error);
   EXPECT_THROW(stage.move_by({0.1, 0, 0}), Error);
 }
@@ -172,7 +172,7 @@ struct RandomStage {
       commanded_start[i] = random.uniform() < 0.5 ? 0 : start[i];
       for (std::size_t j = 0; j < axes; ++j) distortion[i * axes + j] = (i == j) + 0.03 * random.normal();
     }
-    drawn = variances(start, distortion);
+    drawn = perturbations(start, distortion);
     stage.emplace(scene, drawn, commanded_start, limits);
   }
   std::vector<double> pose(double spread) {
@@ -182,7 +182,7 @@ struct RandomStage {
   }
   Random random;
   SceneFacts scene;
-  Variances drawn;
+  Perturbations drawn;
   std::optional<StageMotion> stage;
 };
 
@@ -238,7 +238,7 @@ TEST(StageProperty, MovesAlongALimitFreely) {
       Random random(seed);
       const std::vector<double> start = {random.uniform(), random.uniform()};
       const double stretch = random.uniform(0.9, 1.1);
-      StageMotion stage(scene_with(2), variances(start, {stretch, 0, 0, 1}), {0, 0}, limits);
+      StageMotion stage(scene_with(2), perturbations(start, {stretch, 0, 0, 1}), {0, 0}, limits);
       stage.step_to({-2 * random.uniform(1, 2), 0});  // x meets its lower limit
       ASSERT_EQ(stage.true_pose()[0], 0.0);
       for (int i = 0; i < 5; ++i) {

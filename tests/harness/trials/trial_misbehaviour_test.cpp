@@ -17,7 +17,7 @@ using testing::IsEmpty;
 using testing::SizeIs;
 
 TEST(Misbehaviour, RejectsUnusablePosesAtNoCost) {
-  FakeTrial trial(
+  TrialFixture trial(
       R"([["step", "nan", 0.5, 0.5],
           ["step", 0.5, "inf", 0.5],
           ["step", 0.5, 0.5],
@@ -37,14 +37,14 @@ TEST(Misbehaviour, RejectsUnusablePosesAtNoCost) {
 }
 
 TEST(Misbehaviour, RejectsFirstAfterTheFirstStep) {
-  FakeTrial trial(R"([["first"], ["first"], ["step", 0.5, 0.5, 0.5], ["first"]])");
+  TrialFixture trial(R"([["first"], ["first"], ["step", 0.5, 0.5, 0.5], ["first"]])");
   trial.run();
   EXPECT_THAT(trial.logged("seen"), SizeIs(3));
   EXPECT_EQ(trial.logged("answer"), std::vector<Json>{"bad argument"}) << "its image was overwritten";
 }
 
 TEST(Misbehaviour, StopsAtTheBudget) {
-  FakeTrial trial(R"([["insist", 1000], ["step", 0.5, 0.5, 0.5]])");
+  TrialFixture trial(R"([["insist", 1000], ["step", 0.5, 0.5, 0.5]])");
   const TrialResult result = trial.run();
   EXPECT_THAT(result.steps, SizeIs(5));
   EXPECT_THAT(trial.seeds("capture"), SizeIs(5));
@@ -53,13 +53,13 @@ TEST(Misbehaviour, StopsAtTheBudget) {
 }
 
 TEST(Misbehaviour, EndsTrialThatKeepsAsking) {
-  FakeTrial trial(R"([["insist", 1000000]])");
+  TrialFixture trial(R"([["insist", 1000000]])");
   const TrialResult result = trial.run();
   EXPECT_EQ(result.end, End::overspent);
   EXPECT_THAT(result.message, HasSubstr("steps beyond the end of the trial"));
   EXPECT_THAT(result.steps, SizeIs(5));
 
-  FakeTrial bad(R"([["insist_badly", 1000000]])");
+  TrialFixture bad(R"([["insist_badly", 1000000]])");
   const TrialResult refused = bad.run();
   EXPECT_EQ(refused.end, End::failed);
   EXPECT_THAT(refused.message, HasSubstr("bad arguments"));
@@ -67,7 +67,7 @@ TEST(Misbehaviour, EndsTrialThatKeepsAsking) {
 }
 
 TEST(Misbehaviour, FailureKeepsTheStepsSoFar) {
-  FakeTrial trial(R"([["step", 0.5, 0.5, 0.5], ["fail"]])");
+  TrialFixture trial(R"([["step", 0.5, 0.5, 0.5], ["fail"]])");
   const TrialResult result = trial.run();
   EXPECT_EQ(result.end, End::failed);
   EXPECT_THAT(result.message, HasSubstr("fake_optimizer"));
@@ -77,14 +77,14 @@ TEST(Misbehaviour, FailureKeepsTheStepsSoFar) {
 }
 
 TEST(Misbehaviour, FailureAfterTheLastStepIsAFailure) {
-  FakeTrial trial(R"([["insist", 5], ["fail"]])");
+  TrialFixture trial(R"([["insist", 5], ["fail"]])");
   const TrialResult result = trial.run();
   EXPECT_THAT(result.steps, SizeIs(5));
   EXPECT_EQ(result.end, End::failed);
 }
 
 TEST(Misbehaviour, FailureToCreateTheAlgorithmLeavesStepZero) {
-  FakeTrial trial(R"("refuse_to_be_made")");
+  TrialFixture trial(R"("refuse_to_be_made")");
   const TrialResult result = trial.run();
   EXPECT_EQ(result.end, End::failed);
   EXPECT_THAT(result.message, HasSubstr("no model file"));
@@ -93,10 +93,10 @@ TEST(Misbehaviour, FailureToCreateTheAlgorithmLeavesStepZero) {
 
 TEST(Misbehaviour, HostKeepsItsRoundingMode) {
   const char* const moves = R"([["step", 0.41, 0.52, 0.53], ["rounding"], ["move", 0.1, 0.1, 0.1]])";
-  FakeTrial trial(moves);
+  TrialFixture trial(moves);
   const TrialResult expected = trial.run();
 
-  FakeTrial rounding(std::string(R"([["round_up"], )") + (moves + 1));
+  TrialFixture rounding(std::string(R"([["round_up"], )") + (moves + 1));
   const TrialResult result = rounding.run();
   EXPECT_EQ(std::fegetround(), FE_TONEAREST);
   EXPECT_EQ(rounding.logged("rounding"), std::vector<Json>{"up"}) << "the algorithm keeps its mode while it runs";
@@ -111,7 +111,7 @@ TEST(Misbehaviour, HostKeepsItsRoundingMode) {
 
 TEST(Misbehaviour, ReportsAndRevertsChangesOfTheEnvironment) {
   const auto folder = std::filesystem::current_path();
-  FakeTrial trial(R"([["leave_folder"]])");
+  TrialFixture trial(R"([["leave_folder"]])");
   const TrialResult result = trial.run();
   EXPECT_THAT(result.environment_changes, ElementsAre(HasSubstr("working directory")));
   EXPECT_EQ(std::filesystem::current_path(), folder);
@@ -120,7 +120,7 @@ TEST(Misbehaviour, ReportsAndRevertsChangesOfTheEnvironment) {
 
 TEST(Stopping, StoppedTrialDoesNotCount) {
   std::atomic<bool> stop{false};
-  FakeTrial trial(R"([["step", 0.5, 0.5, 0.5], ["step", 0.5, 0.5, 0.6], ["step", 0.5, 0.5, 0.7], ["fail"]])");
+  TrialFixture trial(R"([["step", 0.5, 0.5, 0.5], ["step", 0.5, 0.5, 0.6], ["step", 0.5, 0.5, 0.7], ["fail"]])");
   trial.setup.stop = &stop;
   trial.setup.on_step = [&](const Step& step, const float*) { stop = step.number == 1; };
   const TrialResult result = trial.run();
@@ -130,18 +130,18 @@ TEST(Stopping, StoppedTrialDoesNotCount) {
 
 TEST(Stopping, CompleteTrialCountsDespiteStop) {
   std::atomic<bool> stop{true};
-  FakeTrial trial(R"([["step", 0.5, 0.5, 0.5]])");
+  TrialFixture trial(R"([["step", 0.5, 0.5, 0.5]])");
   trial.setup.stop = &stop;
   trial.setup.budget = 0;
   EXPECT_EQ(trial.run().end, End::budget_spent);
-  FakeTrial idle("[]");
+  TrialFixture idle("[]");
   idle.setup.stop = &stop;
   EXPECT_EQ(idle.run().end, End::finished);
 }
 
 // The error that run_trial throws.
 template <class Expected = Error>
-std::string thrown_by(FakeTrial& trial) {
+std::string thrown_by(TrialFixture& trial) {
   try {
     trial.run();
   } catch (const Expected& error) {
@@ -151,30 +151,30 @@ std::string thrown_by(FakeTrial& trial) {
 }
 
 TEST(SceneFailure, IsNotAttributedToTheAlgorithm) {
-  FakeTrial at_start("[]", "fake_optimizer", {{"fail_at", 0}});
+  TrialFixture at_start("[]", "fake_optimizer", {{"fail_at", 0}});
   EXPECT_THAT(thrown_by(at_start), HasSubstr("the lamp is out"));
-  FakeTrial later(R"([["step", 0.5, 0.5, 0.5], ["step", 0.5, 0.5, 0.5]])", "fake_optimizer", {{"fail_at", 2}});
+  TrialFixture later(R"([["step", 0.5, 0.5, 0.5], ["step", 0.5, 0.5, 0.5]])", "fake_optimizer", {{"fail_at", 2}});
   EXPECT_THAT(thrown_by(later), HasSubstr("fake_scene"));
-  FakeTrial and_algorithm(R"([["step", 0.5, 0.5, 0.5], ["fail"]])", "fake_optimizer", {{"fail_at", 1}});
+  TrialFixture and_algorithm(R"([["step", 0.5, 0.5, 0.5], ["fail"]])", "fake_optimizer", {{"fail_at", 1}});
   EXPECT_THAT(thrown_by(and_algorithm), HasSubstr("the lamp is out"));
 }
 
 TEST(SceneFailure, ReportsNonFinitePixels) {
-  FakeTrial trial(R"([["step", 0.5, 0.5, 0.5]])", "fake_optimizer", {{"bad_pixel_at", 1}});
+  TrialFixture trial(R"([["step", 0.5, 0.5, 0.5]])", "fake_optimizer", {{"bad_pixel_at", 1}});
   EXPECT_THAT(thrown_by(trial), HasSubstr("step 1 has non-finite pixels"));
 }
 
 TEST(SceneFailure, RejectsReferenceOfAnotherSize) {
-  FakeTrial trial("[]");
+  TrialFixture trial("[]");
   trial.facts.image_width = 4;
   EXPECT_THAT(thrown_by(trial), HasSubstr("3 x 2 pixels; expected 4 x 2"));
 }
 
 TEST(HostFailure, PropagatesExceptionsOfOnStep) {
-  FakeTrial trial(R"([["step", 0.5, 0.5, 0.5]])");
+  TrialFixture trial(R"([["step", 0.5, 0.5, 0.5]])");
   trial.setup.on_step = [](const Step&, const float*) { throw Error(ErrorKind::io, "the disk is full"); };
   EXPECT_EQ(thrown_by(trial), "the disk is full");
-  FakeTrial other(R"([["step", 0.5, 0.5, 0.5]])");
+  TrialFixture other(R"([["step", 0.5, 0.5, 0.5]])");
   other.setup.on_step = [](const Step&, const float*) { throw std::length_error("too long"); };
   EXPECT_EQ(thrown_by<std::length_error>(other), "too long");
 }

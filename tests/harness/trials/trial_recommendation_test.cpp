@@ -14,7 +14,7 @@ using testing::ElementsAre;
 using testing::SizeIs;
 
 TEST(Recommendation, StaysUntilReplacedAndBelongsToTheStepBefore) {
-  FakeTrial trial(
+  TrialFixture trial(
       R"([["step", 0.4, 0.5, 0.5],
           ["step", 0.45, 0.5, 0.5],
           ["recommend", 0.44, 0.5, 0.5],
@@ -41,8 +41,8 @@ TEST(Recommendation, StaysUntilReplacedAndBelongsToTheStepBefore) {
 TEST(Recommendation, IsScoredAfterCuring) {
   const char* const script = R"([["step", 0.4, 0.5, 0.5], ["recommend", 0.45, 0.5, 0.5], ["step", 0.98, 0.5, 0.5],
                                  ["recommend", 0.98, 0.5, 0.5]])";
-  FakeTrial without(script), with(script);
-  with.instance.variances.cure_shift = {0.05, -0.01, 0};
+  TrialFixture without(script), with(script);
+  with.instance.perturbations.cure_shift = {0.05, -0.01, 0};
   const TrialResult before = without.run(), after = with.run();
   ASSERT_THAT(after.steps, SizeIs(3));
   for (std::size_t k = 0; k < after.steps.size(); ++k) {
@@ -65,21 +65,21 @@ TEST(Recommendation, IsScoredAfterCuring) {
 // Recommendation rules other than the method's own are scored at commanded poses, each pose once.
 TEST(Recommendation, ScoresEveryStepAfterCuring) {
   const char* const script = R"([["step", 0.4, 0.5, 0.5], ["recommend", 0.4, 0.5, 0.5], ["step", 0.98, 0.5, 0.5]])";
-  FakeTrial without(script), with(script);
-  with.instance.variances.cure_shift = {0.05, -0.01, 0};
+  TrialFixture without(script), with(script);
+  with.instance.perturbations.cure_shift = {0.05, -0.01, 0};
   EXPECT_THAT(without.run().glued_truths, SizeIs(0)) << "equals commanded_truth";
   const TrialResult result = with.run();
   ASSERT_THAT(result.glued_truths, SizeIs(3));
   EXPECT_EQ(result.glued_truths[1].mse, result.steps[2].recommended_truth.mse) << "the recommended pose";
   EXPECT_NE(result.glued_truths[2].mse, result.steps[2].commanded_truth.mse);
-  FakeTrial there(R"([["step", 0.4, 0.5, 0.5], ["recommend", 0.4, 0.5, 0.5], ["step", 0.98, 0.5, 0.5],
+  TrialFixture there(R"([["step", 0.4, 0.5, 0.5], ["recommend", 0.4, 0.5, 0.5], ["step", 0.98, 0.5, 0.5],
                       ["recommend", 0.98, 0.5, 0.5]])");
-  there.instance.variances.cure_shift = with.instance.variances.cure_shift;
+  there.instance.perturbations.cure_shift = with.instance.perturbations.cure_shift;
   EXPECT_EQ(there.run().steps[2].recommended_truth.mse, result.glued_truths[2].mse);
 }
 
 TEST(Recommendation, MayComeAfterTheBudgetIsSpent) {
-  FakeTrial trial(R"([["step", 0.4, 0.5, 0.5], ["step", 0.3, 0.5, 0.5], ["recommend", 0.5, 0.5, 0.5]])");
+  TrialFixture trial(R"([["step", 0.4, 0.5, 0.5], ["step", 0.3, 0.5, 0.5], ["recommend", 0.5, 0.5, 0.5]])");
   trial.setup.budget = 1;
   const TrialResult result = trial.run();
   ASSERT_THAT(result.steps, SizeIs(2));
@@ -91,7 +91,7 @@ TEST(Recommendation, MayComeAfterTheBudgetIsSpent) {
 }
 
 TEST(Recommendation, MayComeBeforeAnyStep) {
-  FakeTrial trial(R"([["recommend", 0.5, 0.5, 0.5]])");
+  TrialFixture trial(R"([["recommend", 0.5, 0.5, 0.5]])");
   const TrialResult result = trial.run();
   ASSERT_THAT(result.steps, SizeIs(1));
   EXPECT_EQ(result.steps[0].recommendation_source, RecommendationSource::own);
@@ -99,7 +99,7 @@ TEST(Recommendation, MayComeBeforeAnyStep) {
 }
 
 TEST(Recommendation, DefaultsToBestMeasuredPoseForOptimizers) {
-  FakeTrial trial(R"([["step", 0.45, 0.5, 0.5], ["step", 0.52, 0.5, 0.5], ["step", 0.7, 0.5, 0.5]])");
+  TrialFixture trial(R"([["step", 0.45, 0.5, 0.5], ["step", 0.52, 0.5, 0.5], ["step", 0.7, 0.5, 0.5]])");
   const TrialResult result = trial.run();
   ASSERT_THAT(result.steps, SizeIs(4));
   EXPECT_EQ(result.steps[0].recommended_pose, result.steps[0].commanded_pose);
@@ -110,16 +110,16 @@ TEST(Recommendation, DefaultsToBestMeasuredPoseForOptimizers) {
 }
 
 TEST(Recommendation, PrefersTheFirstOfEqualMeasurements) {
-  FakeTrial trial(R"([["step", 0.25, 0.5, 0.5], ["step", 0.75, 0.5, 0.5]])");
+  TrialFixture trial(R"([["step", 0.25, 0.5, 0.5], ["step", 0.75, 0.5, 0.5]])");
   trial.setup.merit = Merit::rmse;
-  trial.instance.variances.start = {0.125, 0.5, 0.5};
+  trial.instance.perturbations.start = {0.125, 0.5, 0.5};
   const TrialResult result = trial.run();
   ASSERT_EQ(result.steps[1].merit, result.steps[2].merit);
   EXPECT_EQ(result.steps[2].recommended_pose[0], 0.25);
 }
 
 TEST(Recommendation, DefaultsToCurrentPoseForAgents) {
-  FakeTrial trial(R"([["move", 0.2, 0, 0], ["move", 0.2, 0, 0]])", "fake_agent");
+  TrialFixture trial(R"([["move", 0.2, 0, 0], ["move", 0.2, 0, 0]])", "fake_agent");
   const TrialResult result = trial.run();
   ASSERT_THAT(result.steps, SizeIs(3));
   for (const Step& step : result.steps) {
@@ -134,10 +134,10 @@ TEST(Recommendation, DefaultsToCurrentPoseForAgents) {
 
 TEST(Recommendation, CurrentPoseIsExactAtALimit) {
   for (const Limits limits : {Limits::soft, Limits::hard}) {
-    FakeTrial trial(R"([["move", 0.7, 0.1, 0.2], ["move", 0.7, 0.1, -0.1]])", "fake_agent");
+    TrialFixture trial(R"([["move", 0.7, 0.1, 0.2], ["move", 0.7, 0.1, -0.1]])", "fake_agent");
     trial.setup.protocol = Protocol::blind;
     trial.setup.limits = limits;
-    trial.instance.variances.distortion = {1.01, 0.02, -0.01, 0.03, 0.98, 0.01, 0, -0.02, 1.02};
+    trial.instance.perturbations.distortion = {1.01, 0.02, -0.01, 0.03, 0.98, 0.01, 0, -0.02, 1.02};
     const TrialResult result = trial.run();
     ASSERT_NE(result.steps[2].limits_high, 0u);
     EXPECT_EQ(result.steps[2].recommended_true_pose, result.steps[2].true_pose);
@@ -146,14 +146,14 @@ TEST(Recommendation, CurrentPoseIsExactAtALimit) {
 }
 
 TEST(Recommendation, RejectsUnusableRecommendationAndKeepsThePrevious) {
-  FakeTrial trial(R"([["recommend", 0.5, 0.5, 0.5], ["recommend", "nan", 0, 0], ["recommend", 0.1]])");
+  TrialFixture trial(R"([["recommend", 0.5, 0.5, 0.5], ["recommend", "nan", 0, 0], ["recommend", 0.1]])");
   const TrialResult result = trial.run();
   EXPECT_EQ(trial.logged("answer"), (std::vector<Json>{"bad argument", "bad argument"}));
   EXPECT_THAT(result.steps[0].recommended_pose, ElementsAre(0.5, 0.5, 0.5));
 }
 
 TEST(OnStep, RunsOncePerCompleteStepWithItsCapture) {
-  FakeTrial trial(R"([["first"], ["step", 0.5, 0.58, 0.5], ["recommend", 0.5, 0.5, 0.5], ["step", 0.5, 0.5, 0.6]])");
+  TrialFixture trial(R"([["first"], ["step", 0.5, 0.58, 0.5], ["recommend", 0.5, 0.5, 0.5], ["step", 0.5, 0.5, 0.6]])");
   std::vector<unsigned> numbers;
   std::vector<std::size_t> captures_before;
   trial.setup.on_step = [&](const Step& step, const float* pixels) {

@@ -22,7 +22,7 @@ const double kDistance[] = {std::sqrt(0.04 + 0.0064), 0.08, std::sqrt(0.0064 + 0
 constexpr double kFloat = 1e-7;                                                           // captures are float32
 
 TEST(Trial, RecordsPosesScoresAndEnd) {
-  FakeTrial trial(kTwoSteps);
+  TrialFixture trial(kTwoSteps);
   const TrialResult result = trial.run();
   EXPECT_EQ(result.end, End::finished);
   EXPECT_EQ(result.message, "");
@@ -42,7 +42,7 @@ TEST(Trial, RecordsPosesScoresAndEnd) {
 }
 
 TEST(Trial, MeritCanBeOverridden) {
-  FakeTrial trial(kTwoSteps);
+  TrialFixture trial(kTwoSteps);
   trial.setup.merit = Merit::rmse;
   const TrialResult result = trial.run();
   EXPECT_EQ(result.steps[0].merit, result.steps[0].measured_rmse);
@@ -51,7 +51,7 @@ TEST(Trial, MeritCanBeOverridden) {
 
 TEST(Trial, MatchesMachineTimeByHand) {
   // 5 mm/s over 2 mm: 0.4 s a travel; 5 deg/s over 14 deg: 2.8 s. Settle 40, exposure 15, readout 30 ms.
-  FakeTrial trial(kTwoSteps);
+  TrialFixture trial(kTwoSteps);
   const TrialResult result = trial.run();
   EXPECT_NEAR(result.steps[0].machine_seconds, 0.045, 1e-12);
   EXPECT_NEAR(result.steps[1].machine_seconds, 0.045 + 0.08 + 0.085, 1e-12);
@@ -64,7 +64,7 @@ TEST(Trial, MatchesMachineTimeByHand) {
 }
 
 TEST(Trial, UsesMachineTimeOfTheSetup) {
-  FakeTrial trial(kTwoSteps);
+  TrialFixture trial(kTwoSteps);
   trial.machine_time = MachineTime{1, 14, 0, 100, 0};
   const TrialResult result = trial.run();
   EXPECT_NEAR(result.steps[1].machine_seconds, 0.1 + 0.4 + 0.1, 1e-12);
@@ -74,7 +74,7 @@ TEST(Trial, UsesMachineTimeOfTheSetup) {
 double truth_noise(std::uint64_t seed) { return 1e-6 * Random(seed).uniform(); }
 
 TEST(Trial, MatchesGroundTruthByHand) {
-  FakeTrial trial(R"([["step", 0.5, 0.58, 0.5], ["recommend", 0.5, 0.5, 0.6], ["step", 0.5, 0.5, 0.6], ["first"]])");
+  TrialFixture trial(R"([["step", 0.5, 0.58, 0.5], ["recommend", 0.5, 0.5, 0.6], ["step", 0.5, 0.5, 0.6], ["first"]])");
   const TrialResult result = trial.run();
   ASSERT_THAT(result.steps, SizeIs(3));
   const auto noise = [](unsigned step, FrameStream stream) { return truth_noise(frame_seed(77, step, stream)); };
@@ -95,8 +95,8 @@ TEST(Trial, MatchesGroundTruthByHand) {
 }
 
 TEST(Trial, AppliesStageMotionToTheRecommendation) {
-  FakeTrial trial(R"([["recommend", 0.5, 0.5, 1.5]])");
-  trial.instance.variances.distortion = {1, 0, 0, 0, 2, 0, 0, 0, 1};
+  TrialFixture trial(R"([["recommend", 0.5, 0.5, 1.5]])");
+  trial.instance.perturbations.distortion = {1, 0, 0, 0, 2, 0, 0, 0, 1};
   const TrialResult result = trial.run();
   // y: 0.58 + 2 (0.5 - 0.58) = 0.42; Rx meets its limit.
   EXPECT_THAT(result.steps[0].recommended_true_pose,
@@ -106,8 +106,8 @@ TEST(Trial, AppliesStageMotionToTheRecommendation) {
 }
 
 TEST(Trial, AllAlgorithmsOfAnInstanceGetTheSameNoise) {
-  FakeTrial one(kTwoSteps);
-  FakeTrial other(R"([["move", 0.1, 0, 0], ["move", 0.1, 0, 0]])", "fake_agent");
+  TrialFixture one(kTwoSteps);
+  TrialFixture other(R"([["move", 0.1, 0, 0], ["move", 0.1, 0, 0]])", "fake_agent");
   other.setup.algorithm_seed = 99;
   one.run();
   other.run();
@@ -119,12 +119,12 @@ TEST(Trial, AllAlgorithmsOfAnInstanceGetTheSameNoise) {
 
 TEST(Trial, IsDeterministic) {
   const auto run = [] {
-    FakeTrial trial(R"([["move", 0.1, 0.2, 0.3],
+    TrialFixture trial(R"([["move", 0.1, 0.2, 0.3],
           ["step", 0.4, 0.41, 0.42],
           ["move", 5, 0, 0],
           ["move", -0.1, 0, 0]])",
-                    "fake_optimizer", {{"noise", 0.3}});
-    trial.instance.variances.distortion = {1.01, 0.02, -0.01, 0.03, 0.98, 0.01, 0, -0.02, 1.02};
+                       "fake_optimizer", {{"noise", 0.3}});
+    trial.instance.perturbations.distortion = {1.01, 0.02, -0.01, 0.03, 0.98, 0.01, 0, -0.02, 1.02};
     return trial.run();
   };
   const TrialResult one = run(), two = run();
@@ -143,13 +143,14 @@ TEST(Trial, IsDeterministic) {
 }
 
 TEST(Trial, ShowsAnOptimizerTheObservationsOfThePaper) {
-  FakeTrial trial(kTwoSteps);
+  TrialFixture trial(kTwoSteps);
   trial.run();
   const Json task = trial.logged("task").at(0);
   EXPECT_EQ(task["axes"], 3);
   EXPECT_EQ(task["budget"], 4);
   EXPECT_EQ(task["seed"], 5);
-  EXPECT_EQ(task["knows"], RELIGN_KNOWS_IMAGES | RELIGN_KNOWS_MERIT | RELIGN_KNOWS_START | RELIGN_KNOWS_BOX);
+  EXPECT_EQ(task["observes"],
+            RELIGN_OBSERVES_IMAGES | RELIGN_OBSERVES_MERIT | RELIGN_OBSERVES_START | RELIGN_OBSERVES_BOX);
   EXPECT_EQ(task["largest_move"], "unlimited");
   EXPECT_EQ(task["box"], (Json{{0.2, 0.2, 0.2}, {0.8, 0.8, 0.8}}));
   EXPECT_EQ(task["service"], false);
@@ -162,11 +163,11 @@ TEST(Trial, ShowsAnOptimizerTheObservationsOfThePaper) {
 }
 
 TEST(Trial, BlindCoordinatesAreRelativeToTheStart) {
-  FakeTrial trial(R"([["first"], ["step", 0.2, 0, 0], ["move", 0.6, -0.6, 0]])");
+  TrialFixture trial(R"([["first"], ["step", 0.2, 0, 0], ["move", 0.6, -0.6, 0]])");
   trial.setup.protocol = Protocol::blind;
   const TrialResult result = trial.run();
   const Json task = trial.logged("task").at(0);
-  EXPECT_EQ(task["knows"], RELIGN_KNOWS_IMAGES | RELIGN_KNOWS_MERIT | RELIGN_KNOWS_BOX);
+  EXPECT_EQ(task["observes"], RELIGN_OBSERVES_IMAGES | RELIGN_OBSERVES_MERIT | RELIGN_OBSERVES_BOX);
   EXPECT_EQ(task["box"], (Json{{-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}}));
   const auto seen = trial.logged("seen");
   EXPECT_EQ(seen[0]["pose"], (Json{0.0, 0.0, 0.0}));
@@ -181,7 +182,7 @@ TEST(Trial, BlindCoordinatesAreRelativeToTheStart) {
 }
 
 TEST(Trial, AgentGetsOnlyImagesAndShortMoves) {
-  FakeTrial trial(R"([["first"], ["move", 0.5, -0.1, -7], ["step", -0.1, 0, 0]])", "fake_agent");
+  TrialFixture trial(R"([["first"], ["move", 0.5, -0.1, -7], ["step", -0.1, 0, 0]])", "fake_agent");
   const TrialResult result = trial.run();
   EXPECT_EQ(trial.logged("task").at(0)["largest_move"], 0.2);
   EXPECT_EQ(trial.logged("task").at(0)["box"], nullptr);
@@ -196,8 +197,8 @@ TEST(Trial, AgentGetsOnlyImagesAndShortMoves) {
 }
 
 TEST(Trial, PassesPixelsWithoutCopying) {
-  FakeTrial trial(R"([["show_buffers"], ["first"], ["step", 0.5, 0.58, 0.5], ["step", 0.5, 0.58, 0.55]])",
-                  "fake_agent");
+  TrialFixture trial(R"([["show_buffers"], ["first"], ["step", 0.5, 0.58, 0.5], ["step", 0.5, 0.58, 0.55]])",
+                     "fake_agent");
   std::vector<std::uint64_t> recorded;
   trial.setup.on_step = [&](const Step&, const float* pixels) {
     recorded.push_back(reinterpret_cast<std::uintptr_t>(pixels));
@@ -212,7 +213,7 @@ TEST(Trial, PassesPixelsWithoutCopying) {
 }
 
 TEST(Trial, OracleGetsTheStartUnderEveryProtocol) {
-  FakeTrial trial(R"([["first"]])", "fake_oracle");
+  TrialFixture trial(R"([["first"]])", "fake_oracle");
   trial.setup.protocol = Protocol::blind;
   trial.run();
   EXPECT_EQ(trial.logged("seen").at(0)["pose"], (Json{0.3, 0.58, 0.5}));
@@ -220,7 +221,7 @@ TEST(Trial, OracleGetsTheStartUnderEveryProtocol) {
 }
 
 TEST(Trial, AppliesHardLimits) {
-  FakeTrial trial(R"([["step", 1.7, 0.58, 0.9]])");
+  TrialFixture trial(R"([["step", 1.7, 0.58, 0.9]])");
   trial.setup.limits = Limits::hard;
   const TrialResult result = trial.run();
   EXPECT_THAT(result.steps[1].true_pose,
@@ -228,7 +229,7 @@ TEST(Trial, AppliesHardLimits) {
 }
 
 TEST(Trial, RelativeMovesContinueFromTheLimit) {
-  FakeTrial trial(R"([["move", 5, 0, 0], ["move", -0.25, 0, 0]])");
+  TrialFixture trial(R"([["move", 5, 0, 0], ["move", -0.25, 0, 0]])");
   const TrialResult result = trial.run();
   EXPECT_EQ(result.steps[1].true_pose[0], 1.0);
   EXPECT_NEAR(result.steps[2].true_pose[0], 0.75, 1e-12);
@@ -236,15 +237,15 @@ TEST(Trial, RelativeMovesContinueFromTheLimit) {
 }
 
 TEST(Trial, LargestMoveIsMeasuredFromTheLimit) {
-  FakeTrial trial(R"([["move", 0.2, 0, 0], ["move", 0.2, 0, 0], ["step", 0, 0, 0]])", "fake_agent");
-  trial.instance.variances.start = {0.75, 0.5, 0.5};  // the second move is stopped at 0.25 of 0.4
+  TrialFixture trial(R"([["move", 0.2, 0, 0], ["move", 0.2, 0, 0], ["step", 0, 0, 0]])", "fake_agent");
+  trial.instance.perturbations.start = {0.75, 0.5, 0.5};  // the second move is stopped at 0.25 of 0.4
   const TrialResult result = trial.run();
   ASSERT_EQ(result.steps[2].true_pose[0], 1.0);
   EXPECT_NEAR(result.steps[3].commanded_pose[0], 0.05, 1e-12);
 }
 
 TEST(Trial, TimesAlgorithmAndSimulationSeparately) {
-  FakeTrial trial(R"([["nap", 30], ["step", 0.5, 0.5, 0.5], ["step", 0.5, 0.5, 0.6], ["nap", 20]])");
+  TrialFixture trial(R"([["nap", 30], ["step", 0.5, 0.5, 0.5], ["step", 0.5, 0.5, 0.6], ["nap", 20]])");
   const TrialResult result = trial.run();
   EXPECT_EQ(result.steps[0].algorithm_seconds, 0);
   EXPECT_GE(result.steps[1].algorithm_seconds, 0.030);
@@ -257,7 +258,7 @@ TEST(Trial, TimesAlgorithmAndSimulationSeparately) {
 }
 
 TEST(Trial, KeepsStepZeroWhenStoppedAtOnce) {
-  FakeTrial trial(R"([["step", 0.5, 0.5, 0.5]])");
+  TrialFixture trial(R"([["step", 0.5, 0.5, 0.5]])");
   trial.setup.budget = 0;
   const TrialResult result = trial.run();
   EXPECT_THAT(result.steps, SizeIs(1));

@@ -28,7 +28,7 @@ int assemblies() {
 // Noise-free: irradiance of a radiance of at most 1 is at most pi. A capture counts rays, pi / samples each, divided by
 // the survival probability of Russian roulette.
 TEST(RandomAssemblies, ImagesAreFiniteAndNoBrighterThanTheEmitter) {
-  constexpr float kMostLight = 3.1415927F;
+  constexpr float kMaxLight = 3.1415927F;
   const std::vector<fs::path> scenes = shipped_scenes();
   ASSERT_FALSE(scenes.empty());
   Parallel parallel(2);
@@ -53,10 +53,9 @@ TEST(RandomAssemblies, ImagesAreFiniteAndNoBrighterThanTheEmitter) {
       for (const Sampler sampler : {Sampler::paper, Sampler::pupil}) {
         Camera camera(scene, {Transport::fresnel, sampler, 64}, parallel);
         camera.capture(lens, pose, static_cast<std::uint64_t>(number), image.data());
-        for (const float value : image)
-          ASSERT_TRUE(value >= 0 && value <= kMostLight / 0.8F) << number << ": " << value;
+        for (const float value : image) ASSERT_TRUE(value >= 0 && value <= kMaxLight / 0.8F) << number << ": " << value;
         camera.render_noise_free(lens, pose, 1, 16, image.data());
-        for (const float value : image) ASSERT_TRUE(value >= 0 && value <= kMostLight) << number << ": " << value;
+        for (const float value : image) ASSERT_TRUE(value >= 0 && value <= kMaxLight) << number << ": " << value;
       }
       for (const float value : image) lit += value > 0 ? 1 : 0;
     }

@@ -96,7 +96,7 @@ TEST(Samplers, ComparisonDetectsDifferences) {
 }
 
 // Photon counts (values in units of pi / 64 / 0.95^4 on a black and white target) of the two samplers,
-// pooled over pixels of one brightness: chi-square of two histograms, and the variances.
+// pooled over pixels of one brightness: chi-square of two histograms, and the perturbations.
 TEST(Samplers, PaperAndHemisphereHaveTheSameDistribution) {
   Parallel parallel(2);
   SceneFile white = relign_od_scene();

@@ -93,9 +93,8 @@ TEST(LensWriter, RemarksOnWavelengthsOutsideCatalogueRange) {
 TEST(LensWriter, RemarksOnUnusedWavelengths) {
   LensDesign design = golden_design("cooke_triplet_utf8.zmx");
   draft_lens(design, cooke_glasses(), "cooke", 0);
-  EXPECT_EQ(
-      design.remarks[1].text,
-      "not used: the wavelengths 480, 650 nm; images use one, 550 nm, the file's reference (--wavelength selects "
+  EXPECT_EQ(design.remarks[1].text,
+            "not used: the wavelengths 480, 650 nm; images use one, 550 nm, the file's reference (--wavelength selects "
             "another, scene new --polychromatic all of them)");
   LensDesign all = golden_design("cooke_triplet_utf8.zmx");
   draft_lens(all, cooke_glasses(), "cooke", 0, true);

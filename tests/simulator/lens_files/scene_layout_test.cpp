@@ -124,8 +124,7 @@ TEST(SceneLayout, RemarksOnImagePlaneFarFromBestFocus) {
   EXPECT_FALSE(says(laid_out(small_zmx()), "the design's image plane"));
   std::string text = small_zmx();
   text.replace(text.find("DISZ 47.6"), 9, "DISZ 80");
-  EXPECT_TRUE(
-      says(laid_out(text), "a.zmx: the design's image plane is 81.00 mm behind the last face"));
+  EXPECT_TRUE(says(laid_out(text), "a.zmx: the design's image plane is 81.00 mm behind the last face"));
 }
 
 TEST(SceneLayout, ComparesPrintedValues) {

@@ -47,7 +47,7 @@ TEST(TextLines, RejectsBinaryFilesByName) {
   EXPECT_EQ(error_text(ErrorKind::bad_input, [] { text_lines("", "a.zmx"); }), "a.zmx: the file is empty");
   EXPECT_THAT(error_text(ErrorKind::bad_input, [] { text_lines(std::string("SURF\0abcdef", 11), "a.zmx"); }),
               HasSubstr("a.zmx: expected a text file"));
-  const std::string long_text(kMostBytes + 1, ' ');
+  const std::string long_text(kMaxBytes + 1, ' ');
   EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { text_lines(long_text, "a.zmx"); }), HasSubstr("at most 16"));
 }
 

@@ -171,7 +171,7 @@ TEST(ZmxReader, RejectsWithFileAndLine) {
 
 TEST(ZmxReader, LimitsNumberAndLengthOfProblems) {
   std::string many = "WAVM 1 0.5 1\n", wrong = small_zmx();
-  for (std::size_t i = 0; i <= kMostSurfaces; ++i) many += "SURF " + std::to_string(i) + "\n";
+  for (std::size_t i = 0; i <= kMaxSurfaces; ++i) many += "SURF " + std::to_string(i) + "\n";
   EXPECT_THAT(refusal(many), HasSubstr("a.zmx:1002: more than 1000 surfaces"));
   for (int i = 0; i < 50; ++i) wrong += "  CURV x\n";
   EXPECT_THAT(refusal(wrong), HasSubstr("and 30 more mistakes"));

@@ -74,7 +74,7 @@ TEST(FaceShape, PolynomialMatchesSphere) {
       face.conic = -1;
       face.even_asphere.clear();
       double term = c / 2;  // binomial series of (1 - sqrt(1 - c^2 r^2)) / c
-      for (std::size_t i = 2; i < 2 + kMostEvenTerms; ++i) {
+      for (std::size_t i = 2; i < 2 + kMaxEvenTerms; ++i) {
         const auto order = static_cast<double>(i);
         term *= c * c * (2 * order - 3) / (2 * order);
         face.even_asphere.push_back(term);

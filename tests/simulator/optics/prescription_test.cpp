@@ -46,8 +46,7 @@ TEST(Prescription, ReadsThePapersLens) {
 TEST(Prescription, ReportsEveryMistakeWithPosition) {
   EXPECT_THAT(complaint("\"index_after\": 1.487439", "\"index_after\": 0.9"),
               HasSubstr("lens.json:12:58: /elements/0/faces/0/index_after: expected a number from 1 to 5, found 0.9"));
-  EXPECT_THAT(complaint("\"index_after\": 1.487439, ", ""),
-              HasSubstr("missing key 'index_after'"));
+  EXPECT_THAT(complaint("\"index_after\": 1.487439, ", ""), HasSubstr("missing key 'index_after'"));
   EXPECT_THAT(complaint("\"radius_mm\": 2.95545", "\"radius_mm\": 2.8"), HasSubstr("exceeds the sphere's radius 2.8"));
   EXPECT_THAT(complaint("\"radius_mm\": 2.95545", "\"radius_mm\": 0"), HasSubstr("write null for a plane"));
   EXPECT_THAT(complaint("\"z_mm\": 12.577042", "\"z_mm\": 10.6"), HasSubstr("must come after the previous one"));

@@ -5,9 +5,7 @@ namespace {
 
 class Saboteur final : public saboteur::Sound {
   using Sound::Sound;
-  void before_step(relign::Conversation&, const relign::Observation&, relign::Pose& pose) override {
-    pose.resize(5, 0.0);
-  }
+  void before_step(relign::Trial&, const relign::Observation&, relign::Pose& pose) override { pose.resize(5, 0.0); }
 };
 
 }  // namespace

@@ -8,10 +8,10 @@ namespace {
 class Saboteur final : public saboteur::Sound {
   using Sound::Sound;
 
-  void before_first(relign::Conversation& talk) override {
-    const relign::Prepared prepared = talk.prepared();
-    const std::string known = prepared.load().value_or("");
-    if (prepared.preparing()) prepared.save(known + "x");
+  void before_first(relign::Trial& trial) override {
+    const relign::Pretraining pretraining = trial.pretraining();
+    const std::string known = pretraining.load().value_or("");
+    if (pretraining.active()) pretraining.save(known + "x");
   }
 };
 

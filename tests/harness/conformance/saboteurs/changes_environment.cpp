@@ -7,7 +7,7 @@ namespace {
 
 class Saboteur final : public saboteur::Sound {
   using Sound::Sound;
-  void before_first(relign::Conversation&) override { ::setenv("OMP_NUM_THREADS", "1", 1); }
+  void before_first(relign::Trial&) override { ::setenv("OMP_NUM_THREADS", "1", 1); }
 };
 
 }  // namespace

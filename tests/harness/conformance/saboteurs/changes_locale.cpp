@@ -7,7 +7,7 @@ namespace {
 
 class Saboteur final : public saboteur::Sound {
   using Sound::Sound;
-  void before_first(relign::Conversation&) override { std::setlocale(LC_ALL, "C.UTF-8"); }
+  void before_first(relign::Trial&) override { std::setlocale(LC_ALL, "C.UTF-8"); }
 };
 
 }  // namespace

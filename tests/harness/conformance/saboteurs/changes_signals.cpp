@@ -7,7 +7,7 @@ namespace {
 
 class Saboteur final : public saboteur::Sound {
   using Sound::Sound;
-  void before_first(relign::Conversation&) override { std::signal(SIGUSR2, SIG_IGN); }
+  void before_first(relign::Trial&) override { std::signal(SIGUSR2, SIG_IGN); }
 };
 
 }  // namespace

@@ -7,7 +7,7 @@ namespace {
 
 class Saboteur final : public saboteur::Sound {
   using Sound::Sound;
-  void before_step(relign::Conversation&, const relign::Observation& seen, relign::Pose&) override {
+  void before_step(relign::Trial&, const relign::Observation& seen, relign::Pose&) override {
     if (seen.step == 5) std::exit(0);
   }
 };

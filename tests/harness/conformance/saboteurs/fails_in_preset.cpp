@@ -8,7 +8,7 @@ class Saboteur final : public saboteur::Sound {
   explicit Saboteur(const relign::Parameters& given) : Sound(given), moody_(given.integer("mood") == 2) {}
 
  private:
-  void after_last(relign::Conversation&) override {
+  void after_last(relign::Trial&) override {
     if (moody_) throw std::runtime_error("not in this mood");
   }
   bool moody_;

@@ -5,8 +5,8 @@ namespace {
 
 class Saboteur final : public saboteur::Sound {
   using Sound::Sound;
-  void before_first(relign::Conversation& talk) override {
-    if (talk.axes() != 5) throw std::invalid_argument("it supports only five axes");
+  void before_first(relign::Trial& trial) override {
+    if (trial.axes() != 5) throw std::invalid_argument("it supports only five axes");
   }
 };
 

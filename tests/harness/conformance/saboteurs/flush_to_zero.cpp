@@ -7,7 +7,7 @@ namespace {
 
 class Saboteur final : public saboteur::Sound {
   using Sound::Sound;
-  void before_first(relign::Conversation&) override { _mm_setcsr(_mm_getcsr() | 0x8040); }
+  void before_first(relign::Trial&) override { _mm_setcsr(_mm_getcsr() | 0x8040); }
 };
 
 }  // namespace

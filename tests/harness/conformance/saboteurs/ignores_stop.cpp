@@ -5,7 +5,7 @@ namespace {
 
 class Saboteur final : public saboteur::Sound {
   using Sound::Sound;
-  void after_last(relign::Conversation&) override {
+  void after_last(relign::Trial&) override {
     volatile bool busy = true;
     while (busy) {
     }

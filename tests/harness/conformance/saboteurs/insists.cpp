@@ -5,8 +5,8 @@ namespace {
 
 class Saboteur final : public saboteur::Sound {
   using Sound::Sound;
-  void after_last(relign::Conversation& talk) override {
-    for (int i = 0; i < 3; ++i) talk.step(relign::Pose(talk.axes(), 0.0));
+  void after_last(relign::Trial& trial) override {
+    for (int i = 0; i < 3; ++i) trial.step(relign::Pose(trial.axes(), 0.0));
   }
 };
 

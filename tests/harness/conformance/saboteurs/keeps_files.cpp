@@ -7,7 +7,7 @@ namespace {
 
 class Saboteur final : public saboteur::Sound {
   using Sound::Sound;
-  void before_first(relign::Conversation&) override {
+  void before_first(relign::Trial&) override {
     if (::open("/dev/null", O_RDONLY) < 0) throw std::runtime_error("open");
   }
 };

@@ -5,7 +5,7 @@ namespace {
 
 class Saboteur final : public saboteur::Sound {
   using Sound::Sound;
-  void after_last(relign::Conversation&) override { kept = new char[4000]; }
+  void after_last(relign::Trial&) override { kept = new char[4000]; }
   static inline char* volatile kept = nullptr;
 };
 

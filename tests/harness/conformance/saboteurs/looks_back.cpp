@@ -5,8 +5,8 @@ namespace {
 
 class Saboteur final : public saboteur::Sound {
   using Sound::Sound;
-  void before_step(relign::Conversation& talk, const relign::Observation& seen, relign::Pose&) override {
-    if (seen.step == 3) talk.first();
+  void before_step(relign::Trial& trial, const relign::Observation& seen, relign::Pose&) override {
+    if (seen.step == 3) trial.first();
   }
 };
 

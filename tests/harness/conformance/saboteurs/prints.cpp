@@ -7,7 +7,7 @@ namespace {
 
 class Saboteur final : public saboteur::Sound {
   using Sound::Sound;
-  void before_first(relign::Conversation&) override { std::puts("best so far: 0.01"); }
+  void before_first(relign::Trial&) override { std::puts("best so far: 0.01"); }
 };
 
 }  // namespace

@@ -5,7 +5,7 @@ namespace {
 
 class Saboteur final : public saboteur::Sound {
   using Sound::Sound;
-  void before_step(relign::Conversation&, const relign::Observation&, relign::Pose& pose) override {
+  void before_step(relign::Trial&, const relign::Observation&, relign::Pose& pose) override {
     pose[0] = 0.5 * pose[0] + 1e-6 * static_cast<double>(++steps_of_all_trials);
   }
   static inline std::uint64_t steps_of_all_trials = 0;

@@ -7,7 +7,7 @@ namespace {
 
 class Saboteur final : public saboteur::Sound {
   using Sound::Sound;
-  void before_step(relign::Conversation&, const relign::Observation& seen, relign::Pose& pose) override {
+  void before_step(relign::Trial&, const relign::Observation& seen, relign::Pose& pose) override {
     if (seen.step == 7) pose[0] = std::nan("");
   }
 };

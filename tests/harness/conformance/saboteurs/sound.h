@@ -11,26 +11,26 @@ class Sound : public relign::Optimizer {
  public:
   explicit Sound(const relign::Parameters&) {}
 
-  void run(relign::Conversation& talk) override {
-    before_first(talk);
-    const relign::Box box = talk.box();
-    std::optional<relign::Observation> seen = talk.first();
+  void run(relign::Trial& trial) override {
+    before_first(trial);
+    const relign::Box box = trial.box();
+    std::optional<relign::Observation> seen = trial.first();
     for (std::uint64_t step = 1; seen; ++step) {
-      relign::Random random(talk.seed(), step);
-      relign::Pose pose(talk.axes());
+      relign::Random random(trial.seed(), step);
+      relign::Pose pose(trial.axes());
       for (std::size_t axis = 0; axis < pose.size(); ++axis)
         pose[axis] = box.lower[axis] + (box.upper[axis] - box.lower[axis]) * random.uniform();
-      before_step(talk, *seen, pose);
+      before_step(trial, *seen, pose);
       if (stopped_) break;
-      seen = talk.step(pose);
+      seen = trial.step(pose);
     }
-    after_last(talk);
+    after_last(trial);
   }
 
  protected:
-  virtual void before_first(relign::Conversation&) {}
-  virtual void before_step(relign::Conversation&, const relign::Observation&, relign::Pose&) {}
-  virtual void after_last(relign::Conversation&) {}
+  virtual void before_first(relign::Trial&) {}
+  virtual void before_step(relign::Trial&, const relign::Observation&, relign::Pose&) {}
+  virtual void after_last(relign::Trial&) {}
   bool stopped_ = false;  // set by subclasses that have received a stop
 };
 

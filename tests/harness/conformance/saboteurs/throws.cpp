@@ -5,7 +5,7 @@ namespace {
 
 class Saboteur final : public saboteur::Sound {
   using Sound::Sound;
-  void after_last(relign::Conversation&) override { throw std::runtime_error("thrown on purpose"); }
+  void after_last(relign::Trial&) override { throw std::runtime_error("thrown on purpose"); }
 };
 
 }  // namespace

@@ -22,11 +22,11 @@ class Misbehaving final : public relign::Optimizer {
     if (deed_ == "flush to zero in create") flush_to_zero();
   }
 
-  void run(relign::Conversation& talk) override {
+  void run(relign::Trial& trial) override {
     if (deed_ == "flush to zero") flush_to_zero();
     if (deed_ == "flush to zero and step") {
       flush_to_zero();
-      talk.step(talk.box().centre());
+      trial.step(trial.box().centre());
       if (!(_mm_getcsr() & kFlushToZero)) throw std::runtime_error("the host took my floating-point mode");
     }
     if (deed_ == "rounding") std::fesetround(FE_UPWARD);

@@ -19,22 +19,22 @@ class ToyLearner final : public relign::Optimizer {
         hangs_on_(given.integer("hangs_on")),
         bytes_(static_cast<std::size_t>(given.integer("bytes"))) {}
 
-  void run(relign::Conversation& talk) override {
-    const relign::Prepared prepared = talk.prepared();
-    const std::string before = prepared.load().value_or("nothing");
-    if (!prepared.preparing()) {
+  void run(relign::Trial& trial) override {
+    const relign::Pretraining pretraining = trial.pretraining();
+    const std::string before = pretraining.load().value_or("nothing");
+    if (!pretraining.active()) {
       host_.warn("loaded " + before.substr(0, 1000));
-      talk.step(relign::Pose(talk.axes(), 0.1));
+      trial.step(relign::Pose(trial.axes(), 0.1));
       return;
     }
-    if (static_cast<int>(prepared.source()) == trips_on_) throw std::runtime_error("tripped");
-    if (static_cast<int>(prepared.source()) == crashes_on_) std::abort();
-    while (static_cast<int>(prepared.source()) == hangs_on_) std::this_thread::sleep_for(std::chrono::seconds(1));
-    std::string seen = before + "; source " + std::to_string(prepared.source()) + " of " +
-                       std::to_string(prepared.sources()) + " seed " + std::to_string(talk.seed());
-    relign::Pose pose(talk.axes(), 0.5);
-    while (const auto observed = talk.step(pose)) seen += " " + std::to_string(observed->merit);
-    if (!forgets_) prepared.save(seen + std::string(bytes_, '.'));
+    if (static_cast<int>(pretraining.source()) == trips_on_) throw std::runtime_error("tripped");
+    if (static_cast<int>(pretraining.source()) == crashes_on_) std::abort();
+    while (static_cast<int>(pretraining.source()) == hangs_on_) std::this_thread::sleep_for(std::chrono::seconds(1));
+    std::string seen = before + "; source " + std::to_string(pretraining.source()) + " of " +
+                       std::to_string(pretraining.sources()) + " seed " + std::to_string(trial.seed());
+    relign::Pose pose(trial.axes(), 0.5);
+    while (const auto observed = trial.step(pose)) seen += " " + std::to_string(observed->merit);
+    if (!forgets_) pretraining.save(seen + std::string(bytes_, '.'));
   }
 
  private:

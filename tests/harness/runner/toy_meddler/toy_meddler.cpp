@@ -7,8 +7,8 @@ namespace {
 class ToyMeddler final : public relign::Optimizer {
  public:
   explicit ToyMeddler(const relign::Parameters&) {}
-  void run(relign::Conversation& talk) override {
-    talk.first();
+  void run(relign::Trial& trial) override {
+    trial.first();
     if (::chdir("/") != 0) throw std::runtime_error("cannot even meddle");
   }
 };

@@ -22,19 +22,19 @@ class ToySaboteur final : public relign::Optimizer {
  public:
   explicit ToySaboteur(const relign::Parameters& given) : deed_(given.text("deed")) {}
 
-  void run(relign::Conversation& talk) override {
-    relign::Pose pose = talk.first().pose;
+  void run(relign::Trial& trial) override {
+    relign::Pose pose = trial.first().pose;
     for (int step = 0; step < 2; ++step) {
       pose[0] += 0.01;
-      talk.step(pose);
+      trial.step(pose);
     }
-    act(talk, pose);
-    while (talk.step(pose)) {
+    act(trial, pose);
+    while (trial.step(pose)) {
     }
   }
 
  private:
-  void act(relign::Conversation& talk, relign::Pose& pose) {
+  void act(relign::Trial& trial, relign::Pose& pose) {
     if (deed_ == "crash") ::raise(SIGSEGV);
     if (deed_ == "abort") std::abort();
     if (deed_ == "hang")
@@ -44,11 +44,11 @@ class ToySaboteur final : public relign::Optimizer {
     if (deed_ == "babble") write_to(3, "I am the worker, believe me\n");
     if (deed_ == "scribble") write_to(5, "S{}\n");
     if (deed_ == "overspend")
-      while (true) talk.step(pose);
+      while (true) trial.step(pose);
     if (deed_ == "insist") {
       while (true) {
         try {
-          talk.step(pose);
+          trial.step(pose);
         } catch (const std::exception&) {
         }
       }

@@ -10,18 +10,18 @@ class ToyWalker final : public relign::Optimizer {
  public:
   explicit ToyWalker(const relign::Parameters&) {}
 
-  void run(relign::Conversation& talk) override {
-    relign::Random random(talk.seed());
-    const relign::Box box = talk.box();
-    relign::Observation best = talk.first();
+  void run(relign::Trial& trial) override {
+    relign::Random random(trial.seed());
+    const relign::Box box = trial.box();
+    relign::Observation best = trial.first();
     while (true) {
       relign::Pose candidate = best.pose;
       for (double& coordinate : candidate) coordinate += TOY_WALKER_STRIDE * random.normal();
-      const auto seen = talk.step(box.clamp(candidate));
+      const auto seen = trial.step(box.clamp(candidate));
       if (!seen) return;
       if (seen->merit < best.merit) {
         best = *seen;
-        talk.recommend(best.pose);
+        trial.recommend(best.pose);
       }
     }
   }

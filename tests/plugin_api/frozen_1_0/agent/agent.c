@@ -14,11 +14,11 @@ static relign_status create(const relign_host* host, const relign_parameters* pa
   return RELIGN_OK;
 }
 
-static relign_status ask_images(const relign_host* host, const relign_conversation* talk) {
+static relign_status ask_images(const relign_host* host, const relign_trial* trial) {
   const relign_reference_service* wanted =
-      (const relign_reference_service*)talk->get_service(talk->context, text_of(RELIGN_SERVICE_REFERENCE));
+      (const relign_reference_service*)trial->get_service(trial->context, text_of(RELIGN_SERVICE_REFERENCE));
   const relign_measures_service* measures =
-      (const relign_measures_service*)talk->get_service(talk->context, text_of(RELIGN_SERVICE_MEASURES));
+      (const relign_measures_service*)trial->get_service(trial->context, text_of(RELIGN_SERVICE_MEASURES));
   collected words;
   const relign_text_sink sink = sink_into(&words);
   double mean = 0;
@@ -36,20 +36,20 @@ static relign_status ask_images(const relign_host* host, const relign_conversati
   return RELIGN_OK;
 }
 
-static relign_status ask_level(const relign_host* host, const relign_conversation* talk) {
+static relign_status ask_level(const relign_host* host, const relign_trial* trial) {
   const relign_prior_service* prior =
-      (const relign_prior_service*)talk->get_service(talk->context, text_of(RELIGN_SERVICE_PRIOR));
+      (const relign_prior_service*)trial->get_service(trial->context, text_of(RELIGN_SERVICE_PRIOR));
   collected words;
   const relign_text_sink sink = sink_into(&words);
   if (!prior) return RELIGN_OK; /* on a station */
   if (prior->draw(prior->context, 7, &sink) != RELIGN_OK) return fail(host, "the prior draws nothing");
-  tell(host, strstr(words.text, "0.03125") ? "prior knows the shift" : words.text);
+  tell(host, strstr(words.text, "0.03125") ? "prior observes the shift" : words.text);
   return RELIGN_OK;
 }
 
-static relign_status ask_design(const relign_host* host, const relign_conversation* talk) {
+static relign_status ask_design(const relign_host* host, const relign_trial* trial) {
   const relign_model_service* model =
-      (const relign_model_service*)talk->get_service(talk->context, text_of(RELIGN_SERVICE_MODEL));
+      (const relign_model_service*)trial->get_service(trial->context, text_of(RELIGN_SERVICE_MODEL));
   const double pose[FROZEN_AXES] = {0.625, 0.5};
   float noisy[24], clean[24];
   relign_model_lens* lens = NULL;
@@ -68,19 +68,19 @@ static relign_status ask_design(const relign_host* host, const relign_conversati
   return RELIGN_OK;
 }
 
-static relign_status run(relign_algorithm* self, const relign_conversation* talk) {
-  const uint32_t knows = talk->task->knows;
+static relign_status run(relign_algorithm* self, const relign_trial* trial) {
+  const uint32_t observes = trial->task->observes;
   const double delta[FROZEN_AXES] = {0.125, -0.125};
   relign_observation seen;
   relign_status status = RELIGN_OK;
   memset(&seen, 0, sizeof seen);
   seen.struct_size = sizeof seen;
-  if (talk->first(talk->context, &seen) != RELIGN_OK) return fail(self->host, "there is no step 0");
-  if ((knows & RELIGN_KNOWS_IMAGES) && seen.image->pixels[0] <= 0) return fail(self->host, "it is dark");
-  if (knows & RELIGN_KNOWS_IMAGES) status = ask_images(self->host, talk);
-  if (status == RELIGN_OK && (knows & RELIGN_KNOWS_LEVEL)) status = ask_level(self->host, talk);
-  if (status == RELIGN_OK && (knows & RELIGN_KNOWS_DESIGN)) status = ask_design(self->host, talk);
-  for (int i = 0; status == RELIGN_OK && i < 2; ++i) status = talk->move(talk->context, delta, FROZEN_AXES, &seen);
+  if (trial->first(trial->context, &seen) != RELIGN_OK) return fail(self->host, "there is no step 0");
+  if ((observes & RELIGN_OBSERVES_IMAGES) && seen.image->pixels[0] <= 0) return fail(self->host, "it is dark");
+  if (observes & RELIGN_OBSERVES_IMAGES) status = ask_images(self->host, trial);
+  if (status == RELIGN_OK && (observes & RELIGN_OBSERVES_LEVEL)) status = ask_level(self->host, trial);
+  if (status == RELIGN_OK && (observes & RELIGN_OBSERVES_DESIGN)) status = ask_design(self->host, trial);
+  for (int i = 0; status == RELIGN_OK && i < 2; ++i) status = trial->move(trial->context, delta, FROZEN_AXES, &seen);
   return status == RELIGN_STOP ? RELIGN_OK : status;
 }
 

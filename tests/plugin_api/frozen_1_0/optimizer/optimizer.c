@@ -37,31 +37,31 @@ static void keep_best(best* kept, const relign_observation* seen) {
   memcpy(kept->pose, seen->pose, sizeof kept->pose);
 }
 
-static relign_status run(relign_algorithm* self, const relign_conversation* talk) {
-  const relign_task* task = talk->task;
+static relign_status run(relign_algorithm* self, const relign_trial* trial) {
+  const relign_task* task = trial->task;
   double pose[FROZEN_AXES] = {0, 0};
   best kept = {1e300, {0, 0}};
   relign_observation seen;
   relign_status status;
   memset(&seen, 0, sizeof seen);
   seen.struct_size = sizeof seen;
-  if (task->axes != FROZEN_AXES || !task->box_lower || !(task->knows & RELIGN_KNOWS_MERIT))
+  if (task->axes != FROZEN_AXES || !task->box_lower || !(task->observes & RELIGN_OBSERVES_MERIT))
     return fail(self->host, "another task than it was made for");
-  if (talk->first(talk->context, &seen) != RELIGN_OK) return fail(self->host, "there is no step 0");
+  if (trial->first(trial->context, &seen) != RELIGN_OK) return fail(self->host, "there is no step 0");
   keep_best(&kept, &seen);
   memcpy(pose, seen.pose, sizeof pose);
   pose[0] += self->stride;
-  if (talk->step(talk->context, pose, task->axes + 1, &seen) != RELIGN_BAD_ARGUMENT)
+  if (trial->step(trial->context, pose, task->axes + 1, &seen) != RELIGN_BAD_ARGUMENT)
     return fail(self->host, "three axes were taken for two");
-  status = talk->step(talk->context, pose, task->axes, &seen);
+  status = trial->step(trial->context, pose, task->axes, &seen);
   if (status == RELIGN_OK) {
     const double down[FROZEN_AXES] = {0, -self->stride};
     keep_best(&kept, &seen);
-    status = talk->move(talk->context, down, task->axes, &seen);
+    status = trial->move(trial->context, down, task->axes, &seen);
   }
   if (status == RELIGN_OK) {
     const relign_run_service* runner =
-        (const relign_run_service*)talk->get_service(talk->context, text_of(RELIGN_SERVICE_RUN));
+        (const relign_run_service*)trial->get_service(trial->context, text_of(RELIGN_SERVICE_RUN));
     relign_run_outcome outcome;
     memset(&outcome, 0, sizeof outcome);
     outcome.struct_size = sizeof outcome;
@@ -83,9 +83,9 @@ static relign_status run(relign_algorithm* self, const relign_conversation* talk
   }
   for (int sign = 1; status == RELIGN_OK; sign = -sign) {
     pose[0] += sign * self->stride;
-    status = talk->step(talk->context, pose, task->axes, &seen);
+    status = trial->step(trial->context, pose, task->axes, &seen);
     if (status == RELIGN_OK) keep_best(&kept, &seen);
-    if (talk->recommend(talk->context, kept.pose, task->axes) != RELIGN_OK)
+    if (trial->recommend(trial->context, kept.pose, task->axes) != RELIGN_OK)
       return fail(self->host, "no recommendation");
   }
   return status == RELIGN_STOP ? RELIGN_OK : fail(self->host, "a step was refused");

@@ -121,12 +121,12 @@ typedef struct relign_parameters {
 
 /* What an algorithm may be shown. The manifest declares it, the host gives no more. */
 enum {
-  RELIGN_KNOWS_IMAGES = 1 << 0, /* pixels of each capture */
-  RELIGN_KNOWS_MERIT = 1 << 1,  /* a scalar per capture, smaller is better */
-  RELIGN_KNOWS_START = 1 << 2,  /* the true start pose: commanded coordinates are the stage's own, nominal pose 0.5 */
-  RELIGN_KNOWS_BOX = 1 << 3,    /* the box to search */
-  RELIGN_KNOWS_DESIGN = 1 << 4, /* the scene's design */
-  RELIGN_KNOWS_LEVEL = 1 << 5   /* the noise level's distribution */
+  RELIGN_OBSERVES_IMAGES = 1 << 0, /* pixels of each capture */
+  RELIGN_OBSERVES_MERIT = 1 << 1,  /* a scalar per capture, smaller is better */
+  RELIGN_OBSERVES_START = 1 << 2, /* the true start pose: commanded coordinates are the stage's own, nominal pose 0.5 */
+  RELIGN_OBSERVES_BOX = 1 << 3,   /* the box to search */
+  RELIGN_OBSERVES_DESIGN = 1 << 4, /* the scene's design */
+  RELIGN_OBSERVES_LEVEL = 1 << 5   /* the noise level's distribution */
 };
 
 /* The frame of one trial. Valid during run. */
@@ -134,32 +134,32 @@ typedef struct relign_task {
   uint32_t struct_size;
   uint32_t axes;           /* degrees of freedom, 1 to 64 */
   uint32_t budget;         /* steps granted after step 0 */
-  uint32_t knows;          /* RELIGN_KNOWS_* bits that this trial grants */
+  uint32_t observes;       /* RELIGN_OBSERVES_* bits that this trial grants */
   uint64_t seed;           /* the algorithm's own seed: same seed, same trial */
-  const double* box_lower; /* axes values each, commanded coordinates; null unless RELIGN_KNOWS_BOX */
+  const double* box_lower; /* axes values each, commanded coordinates; null unless RELIGN_OBSERVES_BOX */
   const double* box_upper;
   double largest_move;  /* per axis and step, share of the travel; infinity when unlimited. Longer moves are cut */
-  uint32_t image_width; /* pixels; 0 unless RELIGN_KNOWS_IMAGES */
+  uint32_t image_width; /* pixels; 0 unless RELIGN_OBSERVES_IMAGES */
   uint32_t image_height;
   relign_text axes_json; /* [{"name": "x", "unit": "mm", "travel": 2.0}, ...]: travel = length of [0, 1] */
 } relign_task;
 
 /* One step: a move and the capture after it. Filled by the host; pointers are valid until the
- * next first, step or move of the same conversation. */
+ * next first, step or move of the same trial. */
 typedef struct relign_observation {
   uint32_t struct_size;
   uint32_t step;             /* 0 = the capture at the start pose */
   const double* pose;        /* commanded pose, task->axes values. Counts from the start pose (all 0)
-                                unless RELIGN_KNOWS_START */
-  double merit;              /* NaN unless RELIGN_KNOWS_MERIT */
+                                unless RELIGN_OBSERVES_START */
+  double merit;              /* NaN unless RELIGN_OBSERVES_MERIT */
   uint64_t limits_low;       /* bit i: axis i met its lower limit during this move */
   uint64_t limits_high;      /* bit i: axis i met its upper limit */
-  const relign_image* image; /* null unless RELIGN_KNOWS_IMAGES */
+  const relign_image* image; /* null unless RELIGN_OBSERVES_IMAGES */
   double machine_seconds;    /* simulated machine time since the start */
 } relign_observation;
 
 /* The host's side of one trial. Use from the thread that called run, during run. */
-typedef struct relign_conversation {
+typedef struct relign_trial {
   uint32_t struct_size;
   uint32_t reserved;
   void* context;
@@ -174,7 +174,7 @@ typedef struct relign_conversation {
   relign_status (*recommend)(void* context, const double* pose, uint32_t axes);
   /* Optional services by string id, null when not offered: RELIGN_SERVICE_* below. */
   const void* (*get_service)(void* context, relign_text id);
-} relign_conversation;
+} relign_trial;
 
 typedef struct relign_algorithm relign_algorithm;
 
@@ -185,24 +185,24 @@ typedef struct relign_algorithm_interface {
   relign_status (*create)(const relign_host* host, const relign_parameters* parameters, relign_algorithm** made);
   /* Drives one whole trial. Called once per object. Returning RELIGN_OK before a RELIGN_STOP was
    * seen declares the trial finished: the recommendation is carried forward. */
-  relign_status (*run)(relign_algorithm* self, const relign_conversation* talk);
+  relign_status (*run)(relign_algorithm* self, const relign_trial* trial);
   void (*destroy)(relign_algorithm* self);
   const void* (*get_extension)(relign_algorithm* self, relign_text id); /* may be null */
 } relign_algorithm_interface;
 
-/* ---- services of a conversation ------------------------------------------------------------- */
+/* ---- services of a trial ------------------------------------------------------------- */
 
-/* What more a trial offers to its algorithm, by id through relign_conversation::get_service. Null when
- * the host does not offer it, or when the manifest does not declare what it needs ("knows").
+/* What more a trial offers to its algorithm, by id through relign_trial::get_service. Null when
+ * the host does not offer it, or when the manifest does not declare what it needs ("observes").
  *  - Call from the thread that called run, during run, in any order. The tables, `context` and every
  *    pointer they give are valid until run returns, unless the function says less.
  *  - Services cost no step but in relign.run/1. Time spent in them is the algorithm's own time.
  *  - RELIGN_BAD_ARGUMENT and RELIGN_FAILED: `why` has the sentence, until the next call of a service of
- *    the same conversation.
+ *    the same trial.
  *  - draw, run and the model's mount, capture and noise_free return RELIGN_STOP once the user stopped the
  *    run: nothing was done, return promptly. */
 
-/* relign.reference/1, needs RELIGN_KNOWS_IMAGES: O*, the image to be reached. */
+/* relign.reference/1, needs RELIGN_OBSERVES_IMAGES: O*, the image to be reached. */
 #define RELIGN_SERVICE_REFERENCE "relign.reference/1"
 typedef struct relign_reference_service {
   uint32_t struct_size;
@@ -210,7 +210,7 @@ typedef struct relign_reference_service {
   const relign_image* image; /* of the size that relign_task tells */
 } relign_reference_service;
 
-/* relign.measures/1, needs RELIGN_KNOWS_IMAGES: what the last capture says of its own sharpness. */
+/* relign.measures/1, needs RELIGN_OBSERVES_IMAGES: what the last capture says of its own sharpness. */
 #define RELIGN_SERVICE_MEASURES "relign.measures/1"
 typedef struct relign_measures_service {
   uint32_t struct_size;
@@ -225,7 +225,7 @@ typedef struct relign_measures_service {
   relign_status (*why)(void* context, const relign_text_sink* sentence);
 } relign_measures_service;
 
-/* relign.prior/1, needs RELIGN_KNOWS_LEVEL: draws from the noise level's distribution, of the training seeds:
+/* relign.prior/1, needs RELIGN_OBSERVES_LEVEL: draws from the noise level's distribution, of the training seeds:
  * never the instance of this trial nor of any benchmark. */
 #define RELIGN_SERVICE_PRIOR "relign.prior/1"
 typedef struct relign_prior_service {
@@ -245,7 +245,7 @@ enum {
   RELIGN_RUN_STEPS_SPENT = 0, /* it used the steps it was granted, or the trial's last ones */
   RELIGN_RUN_FINISHED = 1     /* it returned before */
 };
-/* Poses are commanded poses of the caller's own conversation. Pointers are valid until the next call of
+/* Poses are commanded poses of the caller's own trial. Pointers are valid until the next call of
  * step, move or run. */
 typedef struct relign_run_outcome {
   uint32_t struct_size;
@@ -254,9 +254,9 @@ typedef struct relign_run_outcome {
   uint32_t reserved;
   const relign_observation* last; /* where the stage is now, as the caller would have seen it */
   const relign_observation* best; /* lowest merit of those steps and of the pose before them, without image unless
-                                     it is the last; null unless the caller is granted RELIGN_KNOWS_MERIT */
+                                     it is the last; null unless the caller is granted RELIGN_OBSERVES_MERIT */
   const double* recommendation;   /* what it would glue at; null when it gave none. It counts only when the
-                                     caller repeats it by relign_conversation::recommend */
+                                     caller repeats it by relign_trial::recommend */
 } relign_run_outcome;
 
 typedef struct relign_run_service {
@@ -264,7 +264,7 @@ typedef struct relign_run_service {
   uint32_t reserved;
   void* context;
   /* parameter: name of the caller's parameter that chose the algorithm. parameters_json: an object of changes to the
-   * chosen one's parameters, empty text for none. The other algorithm drives a conversation of its own: its step 0
+   * chosen one's parameters, empty text for none. The other algorithm drives a trial of its own: its step 0
    * is the last capture, its budget most_steps or what is left, its commanded coordinates count from where the
    * stage is unless both know the start, and it is granted only what both manifests know. Stage, clocks and
    * records are the caller's. RELIGN_STOP: no step was left, nothing was run. RELIGN_FAILED: the other
@@ -274,8 +274,8 @@ typedef struct relign_run_service {
   relign_status (*why)(void* context, const relign_text_sink* sentence);
 } relign_run_service;
 
-/* relign.model/1, needs RELIGN_KNOWS_DESIGN: a simulator of the scene's design with the algorithm's own offsets and
- * seeds. It knows nothing of the instance: the same offsets, pose and seed are the same pixels in every trial.
+/* relign.model/1, needs RELIGN_OBSERVES_DESIGN: a simulator of the scene's design with the algorithm's own offsets and
+ * seeds. It is independent of the instance: the same offsets, pose and seed are the same pixels in every trial.
  * Not offered where the scene is no simulator. */
 #define RELIGN_SERVICE_MODEL "relign.model/1"
 typedef struct relign_model_lens relign_model_lens;
@@ -310,7 +310,7 @@ typedef struct relign_noise_level_interface {
   uint32_t struct_size;
   uint32_t reserved;
   relign_status (*create)(const relign_host* host, const relign_parameters* parameters, relign_noise_level** made);
-  /* One draw of the variances W, a pure function of its arguments. scene_json is what the scene's
+  /* One draw of the perturbations W, a pure function of its arguments. scene_json is what the scene's
    * describe wrote. Writes {"start": [n values in 0..1], "distortion": [[n x n]],
    * "elements": {"L2": {"shift_mm": [x, y, z], "tilt_deg": [rx, ry]}}}. */
   relign_status (*draw)(relign_noise_level* self, uint64_t seed, relign_text scene_json, const relign_text_sink* drawn);
@@ -365,7 +365,7 @@ typedef struct relign_scene_noise_free {
 } relign_scene_noise_free;
 
 /* Optional ability of a scene: it owns its stage. Such a scene is a station: its own hexapod and
- * camera, whose distortion and start nobody knows. It says so in what describe writes:
+ * camera, whose distortion and start are unknown. It says so in what describe writes:
  *   "owns_stage": true   offers this table; "nominal_pose" and "elements" may then be left out
  *   "truth": false       noise_free_mse is RELIGN_UNSUPPORTED (also allowed without a stage of one's own;
  *                        a station must say it)

@@ -36,7 +36,7 @@ static relign_status describe(relign_scene* self, const relign_text_sink* descri
 }
 
 static relign_status reference(relign_scene* self, relign_image* image) {
-  /* Never more than there is room for, never more than this version knows. */
+  /* Never more than there is room for, never more than this version observes. */
   const relign_image mine = {sizeof mine,     RELIGN_SAMPLE_FLOAT32, WIDTH, HEIGHT, 1, 0,
                              self->reference, WIDTH * sizeof(float)};
   if (image->struct_size < sizeof mine) return RELIGN_BAD_ARGUMENT;

@@ -23,8 +23,8 @@ namespace relign::conformance {
 using Pose = std::vector<double>;
 
 // State of relign.prepared/1: what it reports, and the saved data.
-struct FakePreparation {
-  bool preparing = false;
+struct FakePretraining {
+  bool active = false;  // on a source instance
   std::uint32_t source = 0;
   std::uint32_t sources = 0;
   std::optional<std::string> bytes;
@@ -33,7 +33,7 @@ struct FakePreparation {
 struct FakeSetup {
   std::uint32_t axes = 5;
   std::uint32_t budget = 50;
-  std::uint32_t knows = RELIGN_KNOWS_MERIT | RELIGN_KNOWS_BOX;
+  std::uint32_t observes = RELIGN_OBSERVES_MERIT | RELIGN_OBSERVES_BOX;
   std::uint64_t seed = 1;
   Pose start;  // commanded; empty: zeros
   Pose lower;  // empty: -0.5
@@ -44,7 +44,7 @@ struct FakeSetup {
   std::uint32_t image_side = 8;                             // pixels
   std::function<void(double merit, float* pixels)> paint;   // of a capture; empty: every pixel is the merit
   std::function<const void*(std::string_view id)> service;  // empty: none
-  FakePreparation* preparation = nullptr;                   // for relign.prepared/1; null: not offered
+  FakePretraining* pretraining = nullptr;                   // for relign.prepared/1; null: not offered
 };
 
 // A bowl with its minimum (merit 0.01) at `optimum`; axes differ in steepness, and neighbours are coupled.
@@ -58,7 +58,7 @@ inline double bowl(const Pose& pose, const Pose& optimum) {
   return 0.01 + sum;
 }
 
-class FakeConversation {
+class FakeTrial {
  public:
   struct Visit {
     Pose pose;
@@ -69,7 +69,7 @@ class FakeConversation {
     Pose pose;
   };
 
-  explicit FakeConversation(FakeSetup given) : setup(std::move(given)) {
+  explicit FakeTrial(FakeSetup given) : setup(std::move(given)) {
     if (!setup.merit) throw std::logic_error("FakeSetup.merit must be set");
     if (setup.start.empty()) setup.start.assign(setup.axes, 0.0);
     if (setup.lower.empty()) setup.lower.assign(setup.axes, -0.5);
@@ -78,12 +78,12 @@ class FakeConversation {
       axes_json_ +=
           std::string(axis ? "," : "[") + R"({"name":"a)" + std::to_string(axis) + R"(","unit":"mm","travel":2})";
     axes_json_ += "]";
-    const bool box = setup.knows & RELIGN_KNOWS_BOX;
-    const bool images = setup.knows & RELIGN_KNOWS_IMAGES;
+    const bool box = setup.observes & RELIGN_OBSERVES_BOX;
+    const bool images = setup.observes & RELIGN_OBSERVES_IMAGES;
     task_.struct_size = sizeof task_;
     task_.axes = setup.axes;
     task_.budget = setup.budget;
-    task_.knows = setup.knows;
+    task_.observes = setup.observes;
     task_.seed = setup.seed;
     task_.box_lower = box ? setup.lower.data() : nullptr;
     task_.box_upper = box ? setup.upper.data() : nullptr;
@@ -91,26 +91,28 @@ class FakeConversation {
     task_.image_width = images ? setup.image_side : 0;
     task_.image_height = images ? setup.image_side : 0;
     task_.axes_json = {axes_json_.data(), axes_json_.size()};
-    talk_.struct_size = sizeof talk_;
-    talk_.context = this;
-    talk_.task = &task_;
-    talk_.first = [](void* self, relign_observation* seen) { return of(self).first(seen); };
-    talk_.step = [](void* self, const double* pose, std::uint32_t axes, relign_observation* seen) {
+    trial_.struct_size = sizeof trial_;
+    trial_.context = this;
+    trial_.task = &task_;
+    trial_.first = [](void* self, relign_observation* seen) { return of(self).first(seen); };
+    trial_.step = [](void* self, const double* pose, std::uint32_t axes, relign_observation* seen) {
       return of(self).go(pose, axes, false, seen);
     };
-    talk_.move = [](void* self, const double* delta, std::uint32_t axes, relign_observation* seen) {
+    trial_.move = [](void* self, const double* delta, std::uint32_t axes, relign_observation* seen) {
       return of(self).go(delta, axes, true, seen);
     };
-    talk_.recommend = [](void* self, const double* pose, std::uint32_t axes) { return of(self).recommend(pose, axes); };
-    talk_.get_service = [](void* self, relign_text id) -> const void* {
+    trial_.recommend = [](void* self, const double* pose, std::uint32_t axes) {
+      return of(self).recommend(pose, axes);
+    };
+    trial_.get_service = [](void* self, relign_text id) -> const void* {
       const FakeSetup& offered = of(self).setup;
       return offered.service && id.data ? offered.service({id.data, static_cast<std::size_t>(id.size)}) : nullptr;
     };
   }
-  FakeConversation(const FakeConversation&) = delete;
-  FakeConversation& operator=(const FakeConversation&) = delete;
+  FakeTrial(const FakeTrial&) = delete;
+  FakeTrial& operator=(const FakeTrial&) = delete;
 
-  const relign_conversation& talk() const { return talk_; }
+  const relign_trial& handle() const { return trial_; }
 
   FakeSetup setup;
   std::vector<Visit> steps;  // after step 0
@@ -135,7 +137,7 @@ class FakeConversation {
   }
 
  private:
-  static FakeConversation& of(void* context) { return *static_cast<FakeConversation*>(context); }
+  static FakeTrial& of(void* context) { return *static_cast<FakeTrial*>(context); }
 
   relign_status first(relign_observation* seen) {
     if (!steps.empty()) {
@@ -196,8 +198,8 @@ class FakeConversation {
     last_.struct_size = sizeof last_;
     last_.step = static_cast<std::uint32_t>(steps.size());
     last_.pose = shown_pose_->data();
-    last_.merit = setup.knows & RELIGN_KNOWS_MERIT ? merit : std::numeric_limits<double>::quiet_NaN();
-    last_.image = setup.knows & RELIGN_KNOWS_IMAGES ? shown_image_.get() : nullptr;
+    last_.merit = setup.observes & RELIGN_OBSERVES_MERIT ? merit : std::numeric_limits<double>::quiet_NaN();
+    last_.image = setup.observes & RELIGN_OBSERVES_IMAGES ? shown_image_.get() : nullptr;
     last_.machine_seconds = 0.1 * static_cast<double>(steps.size());
     // A plugin built with an older header has a smaller struct.
     const std::uint32_t room = std::min<std::uint32_t>(seen->struct_size, sizeof last_);
@@ -207,7 +209,7 @@ class FakeConversation {
 
   std::string axes_json_;
   relign_task task_{};
-  relign_conversation talk_{};
+  relign_trial trial_{};
   relign_observation last_{};
   std::unique_ptr<Pose> shown_pose_;
   std::unique_ptr<std::vector<float>> shown_pixels_;

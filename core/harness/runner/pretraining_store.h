@@ -9,21 +9,21 @@
 #include <string>
 
 #include "base/json_source.h"
-#include "trials/prepared_service.h"
+#include "trials/pretraining_service.h"
 
 namespace relign::runner {
 
-class PreparedStore {
+class PretrainingStore {
  public:
   // With an empty `cache` nothing is stored. `plugin`: its id, which is the folder's name.
-  PreparedStore(const std::filesystem::path& cache, const std::string& plugin, Json key);
+  PretrainingStore(const std::filesystem::path& cache, const std::string& plugin, Json key);
 
   // Null bytes when there are none. `problem`: what is wrong with existing files; else empty.
-  trials::PreparedData read(std::string& problem) const;
+  trials::PretrainingData read(std::string& problem) const;
 
   // Atomic: another process reads the old pair or the new one, or detects a mix. Throws Error(io). `made` is
   // provenance: date, duration, program.
-  void write(const trials::PreparedData& data, const Json& made) const;
+  void write(const trials::PretrainingData& data, const Json& made) const;
 
   bool keeps() const { return !data_file_.empty(); }
   const std::filesystem::path& data_file() const { return data_file_; }

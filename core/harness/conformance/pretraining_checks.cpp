@@ -16,8 +16,8 @@ namespace {
 constexpr std::uint32_t kAxes = 5;
 constexpr double kCpu_s = 40, kWall_s = 400;  // for one trial, or for all sources
 
-// Runs one trial with the data of `preparation`. Returns the message of its failure, or an empty string.
-std::string trial_with(const Choice& choice, FakePreparation preparation, std::uint32_t axes,
+// Runs one trial with the data of `pretraining`. Returns the message of its failure, or an empty string.
+std::string trial_with(const Choice& choice, FakePretraining pretraining, std::uint32_t axes,
                        const std::string& where) {
   at(where);
   Watchdog watchdog;
@@ -25,16 +25,16 @@ std::string trial_with(const Choice& choice, FakePreparation preparation, std::u
   FakeSetup setup = setup_for(choice, axes);
   setup.merit = noisy(setup.merit);
   setup.budget = 15;
-  setup.preparation = &preparation;
-  FakeConversation conversation(setup);
+  setup.pretraining = &pretraining;
+  FakeTrial trial(setup);
   std::string failure;
   try {
-    run_trial(choice, conversation);
+    run_trial(choice, trial);
   } catch (const Error& error) {
     failure = error.what();
   }
   watchdog.stop();
-  if (conversation.refused) throw Error(ErrorKind::plugin_failed, where + ", it sends a non-finite pose");
+  if (trial.refused) throw Error(ErrorKind::plugin_failed, where + ", it sends a non-finite pose");
   return failure;
 }
 
@@ -45,10 +45,10 @@ std::string random_bytes(std::size_t count) {
   return bytes;
 }
 
-FakePreparation holding(std::string bytes) {
-  FakePreparation preparation;
-  preparation.bytes = std::move(bytes);
-  return preparation;
+FakePretraining holding(std::string bytes) {
+  FakePretraining pretraining;
+  pretraining.bytes = std::move(bytes);
+  return pretraining;
 }
 
 }  // namespace
@@ -60,7 +60,7 @@ Finding check_prepared(const Subject& subject) {
   watchdog.start(kCpu_s, kWall_s,
                  failed("its pretraining takes more than 40 s of processor time with 3 sources of 20 steps"));
   at("during pretraining");
-  const FakePreparation learnt = prepare(choice, kAxes);
+  const FakePretraining learnt = prepare(choice, kAxes);
   if (!learnt.bytes) return failed("it saves no data during pretraining");
   if (prepare(choice, kAxes).bytes != learnt.bytes)
     return failed(

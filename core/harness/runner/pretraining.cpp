@@ -1,4 +1,4 @@
-#include "runner/preparation.h"
+#include "runner/pretraining.h"
 
 #include <chrono>
 #include <ctime>
@@ -6,17 +6,17 @@
 
 #include "base/hash.h"
 #include "base/text.h"
-#include "plugin_host/preparation.h"
-#include "runner/prepared_store.h"
+#include "plugin_host/pretraining.h"
+#include "runner/pretraining_store.h"
 #include "runner/provenance.h"
 
 namespace relign::runner {
 namespace {
 
 // Part of every key: increase it when pretraining with the same key would give other data.
-constexpr int kPreparationVersion = 1;
+constexpr int kPretrainingVersion = 1;
 // A constant, because pretraining does not depend on the suite.
-constexpr std::uint64_t kPreparationSeed = 0;
+constexpr std::uint64_t kPretrainingSeed = 0;
 
 Json identity_json(const std::string& identity) {
   Json parsed = Json::parse(identity, nullptr, false);
@@ -36,16 +36,16 @@ std::string place_of(const TrialJob& job) {
   return job.scene_name + ", " + job.level_name + ", " + trials::protocol_name(job.protocol);
 }
 
-void check_stop(const std::atomic<bool>* stop) {
+void check_pretraining_stop(const std::atomic<bool>* stop) {
   if (stop && stop->load()) throw Error(ErrorKind::stopped, "stopped during pretraining");
 }
 
 }  // namespace
 
-Preparer::Preparer(Options options) : options_(std::move(options)) {}
-Preparer::~Preparer() = default;
+Pretrainer::Pretrainer(Options options) : options_(std::move(options)) {}
+Pretrainer::~Pretrainer() = default;
 
-const Preparer::Entries& Preparer::prepare(const TrialJob& job, const std::string& scene_data) {
+const Pretrainer::Entries& Pretrainer::prepare(const TrialJob& job, const std::string& scene_data) {
   const std::string key = canonical_json(key_of(job.algorithm, job, scene_data));
   if (const auto known = answers_.find(key); known != answers_.end()) return known->second;
   Entries entries;
@@ -54,25 +54,25 @@ const Preparer::Entries& Preparer::prepare(const TrialJob& job, const std::strin
 }
 
 // Inner algorithms first, because the outer one may run them during its pretraining.
-void Preparer::prepare_one(const plugin_host::Choice& algorithm, const TrialJob& job, const std::string& scene_data,
-                           Entries& entries) {
+void Pretrainer::prepare_one(const plugin_host::Choice& algorithm, const TrialJob& job, const std::string& scene_data,
+                             Entries& entries) {
   for (const auto& [parameter, inner] : algorithm.algorithms) prepare_one(*inner, job, scene_data, entries);
-  const auto wanted = plugin_host::preparation(*algorithm.plugin, algorithm.parameters);
+  const auto wanted = plugin_host::pretraining(*algorithm.plugin, algorithm.parameters);
   if (!wanted) return;
   const Json key = key_of(algorithm, job, scene_data);
-  PreparedEntry& entry = finished_[canonical_json(key)];
+  PretrainingEntry& entry = finished_[canonical_json(key)];
   if (entry.algorithm.empty()) entry = make(algorithm, job, key, entries);
   entries[algorithm.identity] = entry;
 }
 
-PreparedEntry Preparer::make(const plugin_host::Choice& algorithm, const TrialJob& job, const Json& key,
-                             const Entries& inner) {
+PretrainingEntry Pretrainer::make(const plugin_host::Choice& algorithm, const TrialJob& job, const Json& key,
+                                  const Entries& inner) {
   const auto report = [this](const std::string& message) {
     if (options_.on_message) options_.on_message(message);
   };
-  const auto wanted = *plugin_host::preparation(*algorithm.plugin, algorithm.parameters);
-  const PreparedStore store(options_.cache_folder, algorithm.plugin->id, key);
-  PreparedEntry entry;
+  const auto wanted = *plugin_host::pretraining(*algorithm.plugin, algorithm.parameters);
+  const PretrainingStore store(options_.cache_folder, algorithm.plugin->id, key);
+  PretrainingEntry entry;
   entry.algorithm = algorithm.plugin->id;
   entry.sources = wanted.sources;
   entry.steps = wanted.steps;
@@ -92,36 +92,36 @@ PreparedEntry Preparer::make(const plugin_host::Choice& algorithm, const TrialJo
     runner_ = std::make_unique<TrialRunner>(
         TrialRunner::Options{options_.threads, options_.cache_folder, options_.on_message, options_.stop});
   const auto begin = std::chrono::steady_clock::now();
-  trials::Preparing preparing;
-  preparing.sources = wanted.sources;
+  trials::PretrainingState state;
+  state.sources = wanted.sources;
   TrialJob source = job;
   source.id.clear();
   source.algorithm = algorithm;
   source.algorithm_name = algorithm.plugin->id;  // seeds do not depend on the name in a suite
   source.budget = wanted.steps;
-  source.suite_seed = kPreparationSeed;
-  source.preparing = &preparing;
+  source.suite_seed = kPretrainingSeed;
+  source.pretraining = &state;
   source.prepared = data_of(inner);
-  for (preparing.source = 0; preparing.source < wanted.sources; ++preparing.source) {
-    check_stop(options_.stop);
-    source.instance = preparing.source;
+  for (state.source = 0; state.source < wanted.sources; ++state.source) {
+    check_pretraining_stop(options_.stop);
+    source.instance = state.source;
     const TrialOutcome outcome = runner_->run(source, options_.stop);
-    check_stop(options_.stop);
+    check_pretraining_stop(options_.stop);
     if (options_.on_source) options_.on_source();
     if (!outcome.stopped && !records::ended_well(outcome.record.end)) {
-      entry.data.failure = "pretraining " + entry.algorithm + " failed on source " + std::to_string(preparing.source) +
+      entry.data.failure = "pretraining " + entry.algorithm + " failed on source " + std::to_string(state.source) +
                            ": " + outcome.record.message;
       return entry;
     }
   }
   entry.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  if (!preparing.bytes) {
+  if (!state.bytes) {
     entry.data.failure = "pretraining " + entry.algorithm + " failed: it saved no data on any source";
     return entry;
   }
   entry.made_now = true;
-  entry.data.bytes = preparing.bytes;
-  entry.data.hash = sha256_hex(*preparing.bytes);
+  entry.data.bytes = state.bytes;
+  entry.data.hash = sha256_hex(*state.bytes);
   try {
     store.write(entry.data, {{"sources", wanted.sources},
                              {"steps", wanted.steps},
@@ -137,19 +137,19 @@ PreparedEntry Preparer::make(const plugin_host::Choice& algorithm, const TrialJo
   return entry;
 }
 
-const std::string& Preparer::hash_of(const plugin_host::Choice& choice) {
+const std::string& Pretrainer::hash_of(const plugin_host::Choice& choice) {
   std::string& hash = hashes_[choice.plugin->library.string()];
   if (hash.empty()) hash = plugin_host::plugin_hash(*choice.plugin);
   return hash;
 }
 
-Json Preparer::key_of(const plugin_host::Choice& algorithm, const TrialJob& job, const std::string& scene_data) {
+Json Pretrainer::key_of(const plugin_host::Choice& algorithm, const TrialJob& job, const std::string& scene_data) {
   const std::function<Json(const plugin_host::Choice&)> identified = [&](const plugin_host::Choice& choice) {
     Json entry = {{"hash", hash_of(choice)}, {"identity", identity_json(choice.identity)}};
     for (const auto& [parameter, inner] : choice.algorithms) entry["runs"][parameter] = identified(*inner);
     return entry;
   };
-  return {{"preparation", kPreparationVersion},
+  return {{"pretraining", kPretrainingVersion},
           {"algorithm", identified(algorithm)},
           {"scene", identified(job.scene)},
           {"scene_data", identity_json(scene_data)},
@@ -160,7 +160,7 @@ Json Preparer::key_of(const plugin_host::Choice& algorithm, const TrialJob& job,
           {"machine_time", machine_time_json(job.machine_time)}};
 }
 
-Json to_json(const Preparer::Entries& entries) {
+Json to_json(const Pretrainer::Entries& entries) {
   Json list = Json::array();
   for (const auto& [identity, entry] : entries)
     list.push_back({{"identity", identity},
@@ -176,10 +176,10 @@ Json to_json(const Preparer::Entries& entries) {
   return list;
 }
 
-Preparer::Entries entries_from_json(const Json& json) {
-  Preparer::Entries entries;
+Pretrainer::Entries entries_from_json(const Json& json) {
+  Pretrainer::Entries entries;
   for (const Json& one : json) {
-    PreparedEntry& entry = entries[one.at("identity").get<std::string>()];
+    PretrainingEntry& entry = entries[one.at("identity").get<std::string>()];
     entry.algorithm = one.at("algorithm").get<std::string>();
     if (const Json& bytes = one.at("bytes"); !bytes.is_null())
       entry.data.bytes = std::make_shared<const std::string>(from_hex(bytes.get_ref<const std::string&>()));
@@ -194,11 +194,11 @@ Preparer::Entries entries_from_json(const Json& json) {
   return entries;
 }
 
-Preparer::Entries without_data(const plugin_host::Choice& algorithm, const std::string& failure) {
-  Preparer::Entries entries;
+Pretrainer::Entries without_data(const plugin_host::Choice& algorithm, const std::string& failure) {
+  Pretrainer::Entries entries;
   for (const auto& [parameter, inner] : algorithm.algorithms) entries.merge(without_data(*inner, failure));
-  if (const auto wanted = plugin_host::preparation(*algorithm.plugin, algorithm.parameters)) {
-    PreparedEntry& entry = entries[algorithm.identity];
+  if (const auto wanted = plugin_host::pretraining(*algorithm.plugin, algorithm.parameters)) {
+    PretrainingEntry& entry = entries[algorithm.identity];
     entry.algorithm = algorithm.plugin->id;
     entry.sources = wanted->sources;
     entry.steps = wanted->steps;
@@ -207,14 +207,14 @@ Preparer::Entries without_data(const plugin_host::Choice& algorithm, const std::
   return entries;
 }
 
-std::shared_ptr<const trials::PreparedByIdentity> data_of(const Preparer::Entries& entries) {
+std::shared_ptr<const trials::PreparedByIdentity> data_of(const Pretrainer::Entries& entries) {
   if (entries.empty()) return nullptr;
   auto data = std::make_shared<trials::PreparedByIdentity>();
   for (const auto& [identity, entry] : entries) (*data)[identity] = entry.data;
   return data;
 }
 
-std::string hash_of(const Preparer::Entries& entries) {
+std::string hash_of(const Pretrainer::Entries& entries) {
   std::string hashes;
   for (const auto& [identity, entry] : entries) hashes += entry.data.hash;
   return entries.size() > 1 ? sha256_hex(hashes) : hashes;

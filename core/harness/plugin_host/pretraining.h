@@ -10,19 +10,19 @@
 namespace relign::plugin_host {
 
 // The extent of an algorithm's pretraining: the number of source instances, and of steps on each.
-struct Preparation {
+struct Pretraining {
   unsigned sources = 0;
   unsigned steps = 0;
 };
 
 // The pretraining with these effective parameters; nothing for a plugin without "prepare".
-std::optional<Preparation> preparation(const Manifest& manifest, const Json& parameters);
+std::optional<Pretraining> pretraining(const Manifest& manifest, const Json& parameters);
 
 // Whether this algorithm, or one that it runs, has pretraining.
 bool is_prepared(const Choice& choice);
 
 // Reads the key "prepare" into the manifest, whose parameters must have been read; mistakes become problems.
-void read_preparation(const JsonSource& source, ObjectReader& reader, Manifest& manifest,
+void read_pretraining(const JsonSource& source, ObjectReader& reader, Manifest& manifest,
                       std::vector<Problem>& problems);
 
 }  // namespace relign::plugin_host

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "cli/workbench.h"
-#include "runner/preparation.h"
+#include "runner/pretraining.h"
 
 namespace relign::cli {
 
@@ -13,7 +13,7 @@ runner::TrialJob job_for(const LoadedScene& scene, const plugin_host::Choice& le
                          const plugin_host::Choice& algorithm, trials::Protocol protocol);
 
 // Options that print progress to stderr.
-runner::Preparer::Options preparer_options(const plugin_host::HostServices& services, bool again = false);
+runner::Pretrainer::Options pretrainer_options(const plugin_host::HostServices& services, bool again = false);
 
 // Parses the value of --parameters; null for an empty text. Throws Error(bad_input).
 Json read_parameters(const std::string& text);

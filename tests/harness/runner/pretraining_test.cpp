@@ -1,11 +1,11 @@
 // Pretraining of algorithms: on which instances, once, reproducibly, and the data that trials load.
-#include "runner/preparation.h"
+#include "runner/pretraining.h"
 
 #include <fstream>
 
 #include "base/hash.h"
 #include "base/seeds.h"
-#include "runner/prepared_store.h"
+#include "runner/pretraining_store.h"
 #include "toy_suites.h"
 
 namespace relign::runner {
@@ -17,7 +17,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-class PreparationTest : public ToyTest {
+class PretrainingTest : public ToyTest {
  protected:
   PreparedPlan plan(const std::string& algorithms, const std::string& more = "") {
     plugin_host::Catalog catalog;
@@ -36,25 +36,25 @@ class PreparationTest : public ToyTest {
     given.worker_program = {RELIGN_PROGRAM, "worker"};
     return given;
   }
-  Preparer preparer(bool again = false) {
-    Preparer::Options given;
+  Pretrainer pretrainer(bool again = false) {
+    Pretrainer::Options given;
     given.cache_folder = folder_ / "cache";
     given.on_message = [this](const std::string& message) { messages_.push_back(message); };
     given.again = again;
-    return Preparer(std::move(given));
+    return Pretrainer(std::move(given));
   }
-  PreparedEntry only_entry(Preparer& preparer, const PreparedPlan& of, std::size_t trial = 0) {
-    const Preparer::Entries& entries =
-        preparer.prepare(make_job(of, of.plan.trials.at(trial)), of.scene_identity.at(0));
+  PretrainingEntry only_entry(Pretrainer& pretrainer, const PreparedPlan& of, std::size_t trial = 0) {
+    const Pretrainer::Entries& entries =
+        pretrainer.prepare(make_job(of, of.plan.trials.at(trial)), of.scene_identity.at(0));
     EXPECT_THAT(entries, SizeIs(1));
-    return entries.empty() ? PreparedEntry() : entries.begin()->second;
+    return entries.empty() ? PretrainingEntry() : entries.begin()->second;
   }
 };
 
-TEST_F(PreparationTest, RunsOnceAndReproducesLostData) {
+TEST_F(PretrainingTest, RunsOnceAndReproducesLostData) {
   const PreparedPlan of = plan(R"("toy-learner")");
-  Preparer first = preparer();
-  const PreparedEntry made = only_entry(first, of);
+  Pretrainer first = pretrainer();
+  const PretrainingEntry made = only_entry(first, of);
   EXPECT_TRUE(made.made_now);
   EXPECT_EQ(made.sources, 2U);
   EXPECT_EQ(made.steps, 3U);
@@ -67,23 +67,23 @@ TEST_F(PreparationTest, RunsOnceAndReproducesLostData) {
   only_entry(first, of, 1);
   EXPECT_THAT(messages_, SizeIs(1)) << "another instance needs no pretraining";
 
-  Preparer second = preparer();
+  Pretrainer second = pretrainer();
   EXPECT_FALSE(only_entry(second, of).made_now);
   EXPECT_EQ(only_entry(second, of).data.hash, made.data.hash);
   EXPECT_THAT(messages_, SizeIs(1));
   fs::remove_all(folder_ / "cache");
-  Preparer third = preparer();
+  Pretrainer third = pretrainer();
   EXPECT_TRUE(only_entry(third, of).made_now);
   EXPECT_EQ(only_entry(third, of).data.hash, made.data.hash) << "lost data are reproduced";
-  Preparer fourth = preparer(true);
+  Pretrainer fourth = pretrainer(true);
   EXPECT_TRUE(only_entry(fourth, of).made_now);
 }
 
-TEST_F(PreparationTest, DependsOnLevelProtocolAndParametersButNotOnTheSuiteSeed) {
+TEST_F(PretrainingTest, DependsOnLevelProtocolAndParametersButNotOnTheSuiteSeed) {
   const PreparedPlan of = plan(
       R"("toy-learner", {"use": "toy-learner", "name": "blind", "protocol": "blind"},
          {"use": "toy-learner", "name": "more", "parameters": {"sources": 3}}, {"use": "toy-learner", "name": "again"})");
-  Preparer all = preparer();
+  Pretrainer all = pretrainer();
   std::map<std::string, std::string> files;
   for (const suites::PlannedTrial& trial : of.plan.trials) {
     if (of.plan.suite.algorithms[trial.algorithm].added || trial.instance > 0) continue;
@@ -99,16 +99,16 @@ TEST_F(PreparationTest, DependsOnLevelProtocolAndParametersButNotOnTheSuiteSeed)
   EXPECT_THAT(different, SizeIs(6));
 
   const PreparedPlan other_seed = plan(R"("toy-learner")", R"(, "seed": 5)");
-  Preparer other = preparer();
+  Pretrainer other = pretrainer();
   EXPECT_EQ(only_entry(other, other_seed).file.filename(), files["toy-level toy-learner"]);
 }
 
 // No source has the seed of an instance, or its draw. All seeds are first halves of one bijection of (domain, number)
 // under a key, so that within a suite different inputs give different blocks; checked here for a large sample.
-TEST_F(PreparationTest, UsesNoBenchmarkInstanceAsSource) {
+TEST_F(PretrainingTest, UsesNoBenchmarkInstanceAsSource) {
   std::set<std::uint64_t> sources;
   for (std::uint64_t number = 0; number < 1000; ++number)
-    sources.insert(instance_seed(0, SeedDomain::preparation, number));
+    sources.insert(instance_seed(0, SeedDomain::pretraining, number));
   EXPECT_THAT(sources, SizeIs(1000));
   for (const std::uint64_t suite_seed : {0, 1, 2, 5, 42})
     for (std::uint64_t number = 0; number < 200000; ++number)
@@ -120,32 +120,32 @@ TEST_F(PreparationTest, UsesNoBenchmarkInstanceAsSource) {
   TrialRunner runner({1, {}, {}});
   TrialJob job = make_job(of, of.plan.trials[0]);
   job.suite_seed = 0;
-  trials::Preparing preparing;
-  preparing.sources = 1;
+  trials::PretrainingState state;
+  state.sources = 1;
   for (std::uint64_t number = 0; number < 4; ++number) {
     job.instance = number;
-    job.preparing = nullptr;
+    job.pretraining = nullptr;
     const trials::Instance trial = runner.place(job).instance;
-    job.preparing = &preparing;
+    job.pretraining = &state;
     const trials::Instance source = runner.place(job).instance;
-    EXPECT_EQ(source.seed, instance_seed(0, SeedDomain::preparation, number));
+    EXPECT_EQ(source.seed, instance_seed(0, SeedDomain::pretraining, number));
     EXPECT_NE(source.seed, trial.seed);
-    EXPECT_NE(source.variances.start, trial.variances.start);
+    EXPECT_NE(source.perturbations.start, trial.perturbations.start);
   }
 }
 
-TEST_F(PreparationTest, ReplacesDamagedAndForeignFiles) {
+TEST_F(PretrainingTest, ReplacesDamagedAndForeignFiles) {
   const PreparedPlan of = plan(R"("toy-learner")");
-  Preparer first = preparer();
-  const PreparedEntry made = only_entry(first, of);
+  Pretrainer first = pretrainer();
+  const PretrainingEntry made = only_entry(first, of);
   fs::path sidecar = made.file;
   sidecar.replace_extension(".json");
   const std::string good = read_file(sidecar);
   const auto spoil = [&](const fs::path& file, const std::string& text, const char* sentence) {
     std::ofstream(file) << text;
     messages_.clear();
-    Preparer next = preparer();
-    const PreparedEntry entry = only_entry(next, of);
+    Pretrainer next = pretrainer();
+    const PretrainingEntry entry = only_entry(next, of);
     EXPECT_TRUE(entry.made_now) << sentence;
     EXPECT_EQ(entry.data.hash, made.data.hash);
     EXPECT_THAT(messages_, Contains(HasSubstr(sentence)));
@@ -161,19 +161,19 @@ TEST_F(PreparationTest, ReplacesDamagedAndForeignFiles) {
   spoil(made.file, *made.data.bytes, ".json");
 }
 
-TEST_F(PreparationTest, WorksWithoutACache) {
+TEST_F(PretrainingTest, WorksWithoutACache) {
   const PreparedPlan of = plan(R"("toy-learner")");
-  Preparer nothing_kept{Preparer::Options{}};
-  const PreparedEntry entry = only_entry(nothing_kept, of);
+  Pretrainer nothing_kept{Pretrainer::Options{}};
+  const PretrainingEntry entry = only_entry(nothing_kept, of);
   EXPECT_TRUE(entry.data.bytes);
   EXPECT_TRUE(entry.file.empty());
 }
 
-TEST_F(PreparationTest, TrialsLoadTheDataAndRecordTheirHash) {
+TEST_F(PretrainingTest, TrialsLoadTheDataAndRecordTheirHash) {
   const PreparedPlan of = plan(R"("toy-learner")");
   run(of, with_cache("a"));
   EXPECT_THAT(messages_, Contains(HasSubstr("pretraining toy-learner for toy-scene, toy-level")));
-  Preparer known = preparer();
+  Pretrainer known = pretrainer();
   const std::string hash = only_entry(known, of).data.hash;
   const Json manifest = Json::parse(read_file(folder_ / "a/manifest.json"));
   ASSERT_THAT(manifest.at("prepared"), SizeIs(2)) << "two levels";
@@ -195,12 +195,12 @@ TEST_F(PreparationTest, TrialsLoadTheDataAndRecordTheirHash) {
   EXPECT_EQ(contents("b"), before);
 }
 
-TEST_F(PreparationTest, RunsTrialsAgainAfterTheDataChanged) {
+TEST_F(PretrainingTest, RunsTrialsAgainAfterTheDataChanged) {
   const PreparedPlan of = plan(R"("toy-learner")");
   run(of, with_cache("a"));
   // Simulates data from another machine, with different last digits.
-  Preparer known = preparer();
-  const PreparedEntry entry = only_entry(known, of);
+  Pretrainer known = pretrainer();
+  const PretrainingEntry entry = only_entry(known, of);
   fs::path sidecar = entry.file;
   sidecar.replace_extension(".json");
   Json told = Json::parse(read_file(sidecar));
@@ -213,7 +213,7 @@ TEST_F(PreparationTest, RunsTrialsAgainAfterTheDataChanged) {
   EXPECT_EQ(summary.reused, of.plan.trials.size() - 6);
 }
 
-TEST_F(PreparationTest, FailureFailsTheTrialsWithItsReason) {
+TEST_F(PretrainingTest, FailureFailsTheTrialsWithItsReason) {
   const PreparedPlan of = plan(R"({"use": "toy-learner", "name": "trips", "parameters": {"trips_on": 1}},
                                   {"use": "toy-learner", "name": "forgets", "parameters": {"forgets": true}})");
   const RunSummary summary = run(of, with_cache("a"));
@@ -224,7 +224,7 @@ TEST_F(PreparationTest, FailureFailsTheTrialsWithItsReason) {
   EXPECT_FALSE(fs::exists(folder_ / "cache/prepared/toy-learner")) << "incomplete data are not stored";
 }
 
-TEST_F(PreparationTest, IsTheSameInAWorkerProcess) {
+TEST_F(PretrainingTest, IsTheSameInAWorkerProcess) {
   const PreparedPlan of = plan(R"("toy-learner", "toy-walker")");
   run(of, options("thread"));
   RunOptions process = in_processes("process");
@@ -238,7 +238,7 @@ TEST_F(PreparationTest, IsTheSameInAWorkerProcess) {
   EXPECT_TRUE(fs::exists(folder_ / "cache/prepared/toy-learner"));
 }
 
-TEST_F(PreparationTest, AcceptsLargeDataFromAWorkerProcess) {
+TEST_F(PretrainingTest, AcceptsLargeDataFromAWorkerProcess) {
   const PreparedPlan of =
       plan(R"({"use": "toy-learner", "name": "collects", "parameters": {"bytes": 3000000, "sources": 1}})");
   EXPECT_EQ(run(of, in_processes("process")).failed, 0U);
@@ -246,7 +246,7 @@ TEST_F(PreparationTest, AcceptsLargeDataFromAWorkerProcess) {
   EXPECT_EQ(contents("process"), contents("thread"));
 }
 
-TEST_F(PreparationTest, CrashFailsOnlyTheAlgorithmsTrials) {
+TEST_F(PretrainingTest, CrashFailsOnlyTheAlgorithmsTrials) {
   ::setenv("ASAN_OPTIONS", "handle_abort=0", 1);
   const PreparedPlan of = plan(R"({"use": "toy-learner", "name": "crashes", "parameters": {"crashes_on": 1}},
                                   "toy-walker", "toy-learner")");
@@ -259,7 +259,7 @@ TEST_F(PreparationTest, CrashFailsOnlyTheAlgorithmsTrials) {
     EXPECT_EQ(records::ended_well(trial.end), trial.algorithm != "crashes") << trial.message;
 }
 
-TEST_F(PreparationTest, LimitsTheTimeOfASource) {
+TEST_F(PretrainingTest, LimitsTheTimeOfASource) {
   const PreparedPlan of =
       plan(R"({"use": "toy-learner", "name": "hangs", "parameters": {"hangs_on": 1}}, "toy-walker")",
            R"(, "trial_seconds": 0.5)");
@@ -269,13 +269,13 @@ TEST_F(PreparationTest, LimitsTheTimeOfASource) {
   EXPECT_THAT(summary.failures.at(0), HasSubstr("timeout, one source took longer than 0.5 s"));
 }
 
-TEST_F(PreparationTest, StoresNothingAfterAStop) {
+TEST_F(PretrainingTest, StoresNothingAfterAStop) {
   const PreparedPlan of = plan(R"("toy-learner")");
   const std::atomic<bool> stop{true};
-  Preparer::Options given;
+  Pretrainer::Options given;
   given.cache_folder = folder_ / "cache";
   given.stop = &stop;
-  Preparer stopped(std::move(given));
+  Pretrainer stopped(std::move(given));
   test::error_text(ErrorKind::stopped, [&] { stopped.prepare(make_job(of, of.plan.trials[0]), of.scene_identity[0]); });
   EXPECT_FALSE(fs::exists(folder_ / "cache/prepared/toy-learner"));
   RunOptions run_options = with_cache("a");

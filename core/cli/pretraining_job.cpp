@@ -1,4 +1,4 @@
-#include "cli/prepared_job.h"
+#include "cli/pretraining_job.h"
 
 #include <cstdio>
 
@@ -25,8 +25,8 @@ runner::TrialJob job_for(const LoadedScene& scene, const plugin_host::Choice& le
   return job;
 }
 
-runner::Preparer::Options preparer_options(const plugin_host::HostServices& services, bool again) {
-  runner::Preparer::Options options;
+runner::Pretrainer::Options pretrainer_options(const plugin_host::HostServices& services, bool again) {
+  runner::Pretrainer::Options options;
   options.threads = services.threads;
   options.cache_folder = services.cache_folder;
   options.on_message = [](const std::string& message) { std::fprintf(stderr, "%s\n", printable(message).c_str()); };

@@ -1,5 +1,5 @@
-// relign/conversation.hpp: the trial as an algorithm meets it: a step's observation, and the conversation that gives
-// them. Comes with relign/plugin.hpp; the rules stand in relign/plugin.h at relign_conversation.
+// relign/trial.hpp: the trial as an algorithm meets it: a step's observation, and the trial that gives
+// them. Comes with relign/plugin.hpp; the rules stand in relign/plugin.h at relign_trial.
 #ifndef RELIGN_CONVERSATION_HPP
 #define RELIGN_CONVERSATION_HPP
 
@@ -18,7 +18,7 @@
 namespace relign {
 
 // One step as an algorithm sees it. A value: pose and merit may be kept; image() is a view that
-// is valid until the next step of the conversation.
+// is valid until the next step of the trial.
 struct Observation {
   unsigned step = 0;                                        // 0 = the capture at the start pose
   Pose pose;                                                // commanded
@@ -28,7 +28,7 @@ struct Observation {
   double machine_seconds = 0;
 
   ImageView image() const {
-    if (!image_) throw std::logic_error("no image was granted: declare \"images\" under \"knows\" in the manifest");
+    if (!image_) throw std::logic_error("no image was granted: declare \"images\" under \"observes\" in the manifest");
     return ImageView(*image_);
   }
 
@@ -38,59 +38,59 @@ struct Observation {
 class Measures;
 class Prior;
 class Model;
-class Prepared;
+class Pretraining;
 struct RunOutcome;
 
-// The host's side of one trial. See relign_conversation for the rules.
-class Conversation {
+// The host's side of one trial. See relign_trial for the rules.
+class Trial {
  public:
-  explicit Conversation(const relign_conversation* talk) : talk_(talk) {}
+  explicit Trial(const relign_trial* trial) : trial_(trial) {}
 
-  std::size_t axes() const { return talk_->task->axes; }
-  unsigned budget() const { return talk_->task->budget; }
-  std::uint64_t seed() const { return talk_->task->seed; }
-  bool knows(std::uint32_t bits) const { return (talk_->task->knows & bits) == bits; }
-  double largest_move() const { return talk_->task->largest_move; }
+  std::size_t axes() const { return trial_->task->axes; }
+  unsigned budget() const { return trial_->task->budget; }
+  std::uint64_t seed() const { return trial_->task->seed; }
+  bool observes(std::uint32_t bits) const { return (trial_->task->observes & bits) == bits; }
+  double largest_move() const { return trial_->task->largest_move; }
 
   // The box to search, in commanded coordinates, under every protocol.
   Box box() const {
-    const relign_task* task = talk_->task;
+    const relign_task* task = trial_->task;
     if (!task->box_lower || !task->box_upper)
-      throw std::logic_error("no box was granted: declare \"box\" under \"knows\" in the manifest");
+      throw std::logic_error("no box was granted: declare \"box\" under \"observes\" in the manifest");
     return {Pose(task->box_lower, task->box_lower + task->axes), Pose(task->box_upper, task->box_upper + task->axes)};
   }
 
   // Step 0: the capture at the start pose. Costs nothing.
   Observation first() {
     relign_observation seen = empty();
-    check(talk_->first(talk_->context, &seen), "first");
+    check(trial_->first(trial_->context, &seen), "first");
     return convert(seen);
   }
 
   // One move to an absolute commanded pose and one capture; nothing once the budget is spent.
-  std::optional<Observation> step(const Pose& pose) { return request(talk_->step, pose, "step"); }
+  std::optional<Observation> step(const Pose& pose) { return request(trial_->step, pose, "step"); }
 
   // The same for a move relative to where the stage is.
-  std::optional<Observation> move(const Pose& delta) { return request(talk_->move, delta, "move"); }
+  std::optional<Observation> move(const Pose& delta) { return request(trial_->move, delta, "move"); }
 
   // "I would glue here now."
   void recommend(const Pose& pose) {
-    check(talk_->recommend(talk_->context, pose.data(), static_cast<std::uint32_t>(pose.size())), "recommend");
+    check(trial_->recommend(trial_->context, pose.data(), static_cast<std::uint32_t>(pose.size())), "recommend");
   }
 
   // Services: what more a trial offers (relign/services.hpp). Each throws std::logic_error when the host does not offer
   // it, and says what is missing in the manifest.
-  ImageView reference() const;  // O*; needs "images". Valid during run
-  Measures measures() const;    // MTF, contrast, centroid, ... of the last capture; needs "images"
-  Prior prior() const;          // draws from the noise level; needs "level"
-  Model model() const;          // a simulator of the scene's design; needs "design"
-  Prepared prepared() const;    // what was learnt beforehand; needs "prepare". Never throws: older hosts have none
+  ImageView reference() const;      // O*; needs "images". Valid during run
+  Measures measures() const;        // MTF, contrast, centroid, ... of the last capture; needs "images"
+  Prior prior() const;              // draws from the noise level; needs "level"
+  Model model() const;              // a simulator of the scene's design; needs "design"
+  Pretraining pretraining() const;  // what was learnt beforehand; needs "prepare". Never throws: older hosts have none
   // Hand-over: runs the algorithm that `parameter` (of type "algorithm") names for at most so many of my steps.
   RunOutcome run(std::string_view parameter, unsigned most_steps, std::string_view parameters_json = {});
 
   // Any service by its id; null when the host does not offer it.
   const void* service(std::string_view id) const {
-    return talk_->get_service ? talk_->get_service(talk_->context, to_text(id)) : nullptr;
+    return trial_->get_service ? trial_->get_service(trial_->context, to_text(id)) : nullptr;
   }
 
  private:
@@ -103,7 +103,7 @@ class Conversation {
   }
   std::optional<Observation> request(Request ask, const Pose& pose, const char* what) {
     relign_observation seen = empty();
-    const relign_status status = ask(talk_->context, pose.data(), static_cast<std::uint32_t>(pose.size()), &seen);
+    const relign_status status = ask(trial_->context, pose.data(), static_cast<std::uint32_t>(pose.size()), &seen);
     if (status == RELIGN_STOP) return std::nullopt;
     check(status, what);
     return convert(seen);
@@ -128,7 +128,7 @@ class Conversation {
   }
   template <class Service>
   const Service* offered(const char* id, std::uint32_t needed, const char* word) const;
-  const relign_conversation* talk_;
+  const relign_trial* trial_;
   std::shared_ptr<char> run_ = std::make_shared<char>();  // lives as long as run: what is kept longer can tell
 };
 

@@ -1,4 +1,4 @@
-#include "plugin_host/preparation.h"
+#include "plugin_host/pretraining.h"
 
 #include <algorithm>
 
@@ -20,16 +20,16 @@ std::string check_range(const Parameter* parameter, const Count& count) {
   return *parameter->minimum >= 1 && *parameter->maximum <= count.most ? "" : wanted;
 }
 
-unsigned value_of(const Json& stated, const Json& parameters) {
+unsigned stated_value(const Json& stated, const Json& parameters) {
   return stated.is_string() ? parameters.at(stated.get<std::string>()).get<unsigned>() : stated.get<unsigned>();
 }
 
 }  // namespace
 
-std::optional<Preparation> preparation(const Manifest& manifest, const Json& parameters) {
+std::optional<Pretraining> pretraining(const Manifest& manifest, const Json& parameters) {
   if (manifest.prepare.is_null()) return std::nullopt;
-  return Preparation{value_of(manifest.prepare.at("sources"), parameters),
-                     value_of(manifest.prepare.at("steps"), parameters)};
+  return Pretraining{stated_value(manifest.prepare.at("sources"), parameters),
+                     stated_value(manifest.prepare.at("steps"), parameters)};
 }
 
 bool is_prepared(const Choice& choice) {
@@ -37,7 +37,7 @@ bool is_prepared(const Choice& choice) {
                                                           [](const auto& entry) { return is_prepared(*entry.second); });
 }
 
-void read_preparation(const JsonSource& source, ObjectReader& reader, Manifest& manifest,
+void read_pretraining(const JsonSource& source, ObjectReader& reader, Manifest& manifest,
                       std::vector<Problem>& problems) {
   const Json* stated = reader.get("prepare");
   if (!stated) return;
@@ -64,7 +64,7 @@ void read_preparation(const JsonSource& source, ObjectReader& reader, Manifest& 
       checked[count.name] = parameter->name;
     }
   }
-  counts.refuse_unknown();
+  counts.reject_unknown();
   manifest.prepare = std::move(checked);
 }
 

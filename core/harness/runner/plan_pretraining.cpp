@@ -1,11 +1,11 @@
-#include "runner/plan_preparation.h"
+#include "runner/plan_pretraining.h"
 
 #include "base/error.h"
-#include "plugin_host/preparation.h"
+#include "plugin_host/pretraining.h"
 
 namespace relign::runner {
 
-void PlanPreparation::prepare(const std::vector<std::size_t>& places,
+void PlanPretraining::prepare(const std::vector<std::size_t>& places,
                               const std::function<void(const std::string&)>& on_begin) {
   const suites::Suite& suite = plan_.plan.suite;
   try {
@@ -16,19 +16,19 @@ void PlanPreparation::prepare(const std::vector<std::size_t>& places,
       if (groups_.count(group) || !plugin_host::is_prepared(algorithm.choice)) continue;
       on_begin(algorithm.name);
       groups_[group] =
-          make_ ? make_(trial) : preparer_.prepare(make_job(plan_, trial), plan_.scene_identity[trial.scene]);
+          make_ ? make_(trial) : pretrainer_.prepare(make_job(plan_, trial), plan_.scene_identity[trial.scene]);
     }
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::stopped) throw;
   }
 }
 
-const Preparer::Entries* PlanPreparation::of(const suites::PlannedTrial& trial) const {
+const Pretrainer::Entries* PlanPretraining::of(const suites::PlannedTrial& trial) const {
   const auto found = groups_.find({trial.scene, trial.level, trial.algorithm});
   return found == groups_.end() ? nullptr : &found->second;
 }
 
-Json PlanPreparation::to_json() const {
+Json PlanPretraining::to_json() const {
   const suites::Suite& suite = plan_.plan.suite;
   Json list = Json::array();
   for (const auto& [group, entries] : groups_) {

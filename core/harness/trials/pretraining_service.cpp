@@ -1,4 +1,4 @@
-#include "trials/prepared_service.h"
+#include "trials/pretraining_service.h"
 
 #include "trials/service_answer.h"
 #include "trials/trial_host.h"
@@ -10,11 +10,11 @@ constexpr std::uint64_t kMaxBytes = std::uint64_t{1} << 30;
 
 }  // namespace
 
-PreparedService::PreparedService(ServiceContext& shared) : shared_(&shared) {
+PretrainingService::PretrainingService(ServiceContext& shared) : shared_(&shared) {
   table_.struct_size = sizeof table_;
   table_.context = this;
-  if (const Preparing* now = preparing()) {
-    table_.preparing = 1;
+  if (const PretrainingState* now = state()) {
+    table_.active = 1;
     table_.source = now->source;
     table_.sources = now->sources;
   }
@@ -29,12 +29,12 @@ PreparedService::PreparedService(ServiceContext& shared) : shared_(&shared) {
   };
 }
 
-Preparing* PreparedService::preparing() const {
-  return &shared_->view == &shared_->host ? shared_->host.setup().preparing : nullptr;
+PretrainingState* PretrainingService::state() const {
+  return &shared_->view == &shared_->host ? shared_->host.setup().pretraining : nullptr;
 }
 
-relign_status PreparedService::load(const relign_text_sink* data) {
-  if (const Preparing* now = preparing()) {
+relign_status PretrainingService::load(const relign_text_sink* data) {
+  if (const PretrainingState* now = state()) {
     shared_->why = "no data: no earlier source instance has saved any";
     return now->bytes ? write_text(data, *now->bytes) : RELIGN_UNSUPPORTED;
   }
@@ -51,8 +51,8 @@ relign_status PreparedService::load(const relign_text_sink* data) {
   return RELIGN_UNSUPPORTED;
 }
 
-relign_status PreparedService::save(relign_text data) {
-  Preparing* now = preparing();
+relign_status PretrainingService::save(relign_text data) {
+  PretrainingState* now = state();
   if (!now) return shared_->refuse("cannot save in a benchmark trial, only in pretraining on a source instance");
   if (data.size > kMaxBytes)
     return shared_->refuse("found " + std::to_string(data.size) + " bytes; expected at most 1 GiB");

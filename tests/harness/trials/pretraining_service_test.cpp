@@ -1,5 +1,5 @@
 // "relign.prepared/1" within one trial: what is loaded, who may save, and what an inner algorithm gets.
-#include "trials/prepared_service.h"
+#include "trials/pretraining_service.h"
 
 #include <gmock/gmock.h>
 
@@ -33,7 +33,7 @@ struct LearnerTrial : TrialWithServices {
 };
 
 // The same algorithm as a library and as a process.
-class PreparedService : public testing::TestWithParam<const char*> {
+class PretrainingService : public testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
     if (std::string(GetParam()).find("python") != std::string::npos &&
@@ -42,11 +42,11 @@ class PreparedService : public testing::TestWithParam<const char*> {
   }
 };
 
-INSTANTIATE_TEST_SUITE_P(Learners, PreparedService,
+INSTANTIATE_TEST_SUITE_P(Learners, PretrainingService,
                          testing::Values("service_user_learner", "service_user_python/service_user_learner.py"),
                          [](const auto& learner) { return learner.index == 0 ? "Library" : "Process"; });
 
-TEST_P(PreparedService, TrialLoadsButDoesNotSave) {
+TEST_P(PretrainingService, TrialLoadsButDoesNotSave) {
   const std::string bytes("a\0b", 3);
   LearnerTrial trial(R"([["load"], ["save", "mine"], ["load"]])", GetParam());
   trial.give(trial.algorithm, bytes);
@@ -57,7 +57,7 @@ TEST_P(PreparedService, TrialLoadsButDoesNotSave) {
   EXPECT_EQ(trial.answer("load", 1), Json({false, bytes}));
 }
 
-TEST_P(PreparedService, ReportsFailureButNotMissingData) {
+TEST_P(PretrainingService, ReportsFailureButNotMissingData) {
   LearnerTrial nothing(R"([["load"]])", GetParam());
   nothing.run();
   EXPECT_EQ(nothing.answer("load"), Json({false, nullptr}));
@@ -71,7 +71,7 @@ TEST_P(PreparedService, ReportsFailureButNotMissingData) {
   EXPECT_THAT(failed.answer("refused").get<std::string>(), HasSubstr("source 3 failed"));
 }
 
-TEST_P(PreparedService, RequiresDeclarationInTheManifest) {
+TEST_P(PretrainingService, RequiresDeclarationInTheManifest) {
   const bool library = std::string(GetParam()) == "service_user_learner";
   LearnerTrial trial(R"([["load"], ["save", "x"]])", library ? "service_user" : "service_user_python/service_user.py");
   trial.give(trial.algorithm, "not for it");
@@ -80,37 +80,37 @@ TEST_P(PreparedService, RequiresDeclarationInTheManifest) {
   EXPECT_THAT(trial.answer("refused").get<std::string>(), HasSubstr("this host prepares nothing"));
 }
 
-TEST_P(PreparedService, PretrainingLoadsSavedDataAndNeedsNoGroundTruth) {
+TEST_P(PretrainingService, PretrainingLoadsSavedDataAndNeedsNoGroundTruth) {
   LearnerTrial trial(R"([["load"], ["save", "one"], ["load"], ["step", [0.5, 0.5, 0.5]], ["save", "two"]])",
                      GetParam());
   trial.give(trial.algorithm, "of trials");
-  Preparing preparing;
-  preparing.sources = 2;
-  trial.setup.preparing = &preparing;
+  PretrainingState state;
+  state.sources = 2;
+  trial.setup.pretraining = &state;
   const TrialResult result = trial.run();
   EXPECT_EQ(result.message, "");
   EXPECT_EQ(trial.answer("load"), Json({true, nullptr}));
   EXPECT_EQ(trial.answer("load", 1), Json({true, "one"}));
-  ASSERT_TRUE(preparing.bytes);
-  EXPECT_EQ(*preparing.bytes, "two");
+  ASSERT_TRUE(state.bytes);
+  EXPECT_EQ(*state.bytes, "two");
   EXPECT_TRUE(std::isnan(result.steps.back().commanded_truth.mse));
   EXPECT_TRUE(trial.seeds("truth").empty()) << "ground truth is costly and not needed here";
 }
 
-TEST_P(PreparedService, InnerAlgorithmLoadsItsOwnDataAndNeverSaves) {
+TEST_P(PretrainingService, InnerAlgorithmLoadsItsOwnDataAndNeverSaves) {
   const std::string inner =
       R"({"use": "../service_user_learner", "parameters": {"script": [["load"], ["save", "x"]]}})";
   LearnerTrial trial(R"([["run", "then", 1], ["load"]])", GetParam(), Json::parse(inner));
   ASSERT_EQ(trial.algorithm.algorithms.size(), 1U);
   trial.give(*trial.algorithm.algorithms.at("then"), "inner");
-  Preparing preparing;
-  preparing.sources = 1;
-  trial.setup.preparing = &preparing;
+  PretrainingState state;
+  state.sources = 1;
+  trial.setup.pretraining = &state;
   trial.run();
   EXPECT_EQ(trial.answer("load"), Json({false, "inner"})) << "the inner algorithm is not pretrained here";
   EXPECT_THAT(trial.answer("refused").get<std::string>(), HasSubstr("cannot save in a benchmark trial"));
   EXPECT_EQ(trial.answer("load", 1), Json({true, nullptr}));
-  EXPECT_FALSE(preparing.bytes);
+  EXPECT_FALSE(state.bytes);
 }
 
 }  // namespace
