@@ -53,10 +53,13 @@ def found_pythons():
     return pythons
 
 
-def compile_module(build, python, package):
-    """Puts the compiled module for one Python beside the package's sources."""
+def compile_module(build, python, package, built):
+    """Puts the compiled module for one Python beside the package's sources; `built`: takes the build folder's own."""
     query = "import sysconfig as s; print(s.get_paths()['include']); print(s.get_config_var('EXT_SUFFIX'))"
     include, suffix = run(python, "-c", query, capture_output=True, text=True).stdout.split()
+    if built:
+        shutil.copy2(build / "python" / "relign_bench" / f"_core{suffix}", package)
+        return
     import pybind11
 
     run("cmake", build, f"-DRELIGN_WHEEL_PYTHON_INCLUDE={include}", f"-DRELIGN_WHEEL_PYTHON_SUFFIX={suffix}",
@@ -134,6 +137,7 @@ def main():
     parser.add_argument("-o", "--out", type=pathlib.Path, default=pathlib.Path("dist"))
     parser.add_argument("--python", action="append",
                         help="interpreter to compile the module for; repeatable [default: those found]")
+    parser.add_argument("--built-module", action="store_true", help="take the module that the build folder has, for its Python alone")
     given = parser.parse_args()
     build = given.build.resolve()
     pythons = sorted(given.python or found_pythons(), key=version_of)
@@ -149,7 +153,7 @@ def main():
         for unused in ("include", "share/cmake", "share/doc", "share/bash-completion", "share/fish", "share/zsh"):
             shutil.rmtree(package / unused, ignore_errors=True)
         for python in pythons:
-            compile_module(build, python, package)
+            compile_module(build, python, package, given.built_module)
         stripped(package)
         info = tree / f"relign_bench-{version}.dist-info"
         info.mkdir()

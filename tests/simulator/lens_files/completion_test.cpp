@@ -365,7 +365,7 @@ TEST(Pretty, ReadsBackAndKeepsQuotes) {
   EXPECT_THAT(pretty(json), HasSubstr("\"a\": [1, 2.5, null],\n"));
 }
 
-// Clear radius of the first face, far before the stop: found by the importer.
+// Semi-diameter of the first face, far before the stop: found by the importer.
 double found_radius(const std::string& vignetting, const std::string& field = "10") {
   const std::string text =
       "UNIT MM\nENPD 10\nFTYP 0 0 1 1\nYFLN " + field + "\nWAVM 1 0.55 1\nPWAV 1\n" + vignetting +
