@@ -17,8 +17,10 @@ CLEAN = [
     "CHANGELOG.md",
     "CONTRIBUTING.md",
     "README.md",
+    "SECURITY.md",
     "core/README.md",
     "docs/**/*.md",
+    "docs/site/*.py",
     "examples/**/*.md",
     "examples/**/*.py",
     "examples/compass/*",
@@ -34,12 +36,17 @@ CLEAN = [
     "results/README.md",
     "templates/**/*.md",
     "templates/**/*.py",
+    "tests/format/*.py",
+    "tests/licences/*.py",
     "tests/peers/*.py",
     "tests/peers/README.md",
     "tests/plugin_api/frozen_1_0/README.md",
+    "tests/plugin_api/*.py",
     "tests/python/*.py",
     "tests/python_style/*.py",
+    "tests/release/*.py",
     "tests/style/*.py",
+    "tests/workflows/*.py",
 ]
 NOT_YET = {"docs/commands.md", "tests/style/phrases.py"}
 
