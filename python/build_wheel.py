@@ -23,7 +23,8 @@ SUPPORTED = ((3, 9), (3, 13))  # oldest and newest minor version of Python
 # Libraries of every Linux system, not bundled; auditwheel would leave out those of a desktop, too.
 SYSTEM = re.compile(r"(ld-linux-x86-64|lib(c|m|dl|rt|pthread|gcc_s|stdc\+\+|z))\.so(\.\d+)*$")
 # Debian packages whose headers are compiled into the program, or whose files are embedded in it.
-EMBEDDED = ("libboost-dev", "libceres-dev", "libcli11-dev", "libeigen3-dev", "libjs-dygraphs", "nlohmann-json3-dev", "pybind11-dev")
+EMBEDDED = ("libboost-dev", "libceres-dev", "libcli11-dev", "libeigen3-dev", "libjs-dygraphs", "nlohmann-json3-dev",
+            "pybind11-dev")
 ENTRY_POINTS = """[console_scripts]
 relign-bench = relign_bench.program:main
 relign-train = relign_bench.training.cli:main
@@ -94,7 +95,7 @@ def bundle_desktop_libraries(libraries):
 
 
 def bundle_licences(libraries, folder):
-    """Writes into `folder` the copyright file of every Debian package that the wheel has code of, and the licences named there."""
+    """Writes into `folder` the copyright files of the Debian packages that the wheel has code of, and the licences they name."""
     folder.mkdir(parents=True, exist_ok=True)
     packages = {package for package in EMBEDDED if pathlib.Path("/usr/share/doc", package, "copyright").is_file()}
     for library in sorted(libraries.iterdir()):

@@ -1,7 +1,7 @@
 """C and C++ sources are formatted by clang-format (.clang-format).
 
-The version is that of requirements.txt, because versions differ; `./quickstart test` installs it into .python/. Debian 12 has the
-same in its package clang-format.
+The version is that of requirements.txt, because versions differ; `./quickstart test` installs it into .python/. The package
+clang-format of Debian 12 has the same version.
 """
 
 import functools
