@@ -95,7 +95,7 @@ def bundle_desktop_libraries(libraries):
 
 
 def bundle_licences(libraries, folder):
-    """Writes into `folder` the copyright files of the Debian packages that the wheel has code of, and the licences they name."""
+    """Writes the copyright files of the Debian packages that the wheel has code of, and the licences that they name."""
     folder.mkdir(parents=True, exist_ok=True)
     packages = {package for package in EMBEDDED if pathlib.Path("/usr/share/doc", package, "copyright").is_file()}
     for library in sorted(libraries.iterdir()):
