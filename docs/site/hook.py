@@ -84,8 +84,9 @@ def doxygen(folder):
 
 def interface_page():
     """The page that leads to Doxygen's."""
-    headers = sorted(path.name for path in (ROOT / "core" / "plugin_api" / "relign").iterdir())
-    rows = [f"| [relign/{name}](cpp/{name.replace('_', '__').replace('.', '_8')}.html) |" for name in headers]
+    folder = ROOT / "core" / "plugin_api"
+    rows = [f"| [{path.relative_to(folder)}](cpp/{path.name.replace('_', '__').replace('.', '_8')}.html) |"
+            for path in sorted(folder.rglob("*.h*"))]
     return "\n".join(["# Plugin interface in C and C++", "", "All [files](cpp/files.html), [classes](cpp/annotated.html) and "
                       "[C functions, constants and types](cpp/globals.html).", "", "| header |", "|---|", *rows, ""])
 

@@ -17,7 +17,22 @@ FROZEN = HERE / "frozen_1_0" / "relign" / "plugin.h"
 CURRENT = HERE.parents[1] / "core" / "plugin_api" / "relign" / "plugin.h"
 
 COMMENT = re.compile(r"/\*.*?\*/", re.S)
+INCLUDE = re.compile(r'^#include "(.+)"$', re.M)
 STRUCT = re.compile(r"typedef struct (relign_\w+) \{(.*?)\n\} \1;", re.S)
+
+
+def text_of(header, seen=None):
+    """The text of a header, with the headers of its own folder that it includes."""
+    seen = seen if seen is not None else {header}
+
+    def included(found):
+        file = (header.parent / found[1]).resolve()
+        if file in seen:
+            return ""
+        seen.add(file)
+        return text_of(file, seen)
+
+    return INCLUDE.sub(included, header.read_text())
 
 
 def uses_of(header):
@@ -67,23 +82,23 @@ def compare(frozen, current):
 
 class Abi(unittest.TestCase):
     def test_current_header_keeps_the_layout_of_version_1_0(self):
-        status, output = compare(FROZEN.read_text(), CURRENT.read_text())
+        status, output = compare(text_of(FROZEN), text_of(CURRENT))
         self.assertEqual(status, 0, output)
 
     def test_every_struct_that_may_grow_has_a_size(self):
-        structs = dict(STRUCT.findall(COMMENT.sub("", CURRENT.read_text())))
+        structs = dict(STRUCT.findall(COMMENT.sub("", text_of(CURRENT))))
         without = [name for name, body in structs.items() if not body.lstrip().startswith("uint32_t struct_size;")]
         self.assertEqual(without, ["relign_text"])
 
 
 class TheCheckItself(unittest.TestCase):
     def compare_changed(self, old, new):
-        frozen = FROZEN.read_text()
+        frozen = text_of(FROZEN)
         self.assertEqual(frozen.count(old), 1, f"choose a line that occurs once: {old}")
         return compare(frozen, frozen.replace(old, new))[0]
 
     def test_uses_all_structs_and_constants(self):
-        frozen = FROZEN.read_text()
+        frozen = text_of(FROZEN)
         source, structs = uses_of(frozen)
         self.assertEqual(len(structs), COMMENT.sub("", frozen).count("typedef struct relign_") - len(
             re.findall(r"^typedef struct (relign_\w+) \1;", frozen, re.M)))
