@@ -60,7 +60,7 @@ def on_files(files, config):
     found = sorted({path for pattern in PAGES + IMAGES for path in ROOT.glob(pattern)})
     for path in found:
         kept.append(File(path.relative_to(ROOT).as_posix(), str(ROOT), config.site_dir, config.use_directory_urls))
-    html = doxygen(pathlib.Path(config.site_dir).with_name("doxygen"))
+    html = doxygen(ROOT / "build" / "doxygen")
     for path in sorted(html.iterdir()):
         kept.append(File.generated(config, f"reference/cpp/{path.name}", abs_src_path=str(path)))
     kept.append(File.generated(config, INTERFACE, content=interface_page()))
