@@ -43,7 +43,8 @@ def on_config(config):
         elif "#" not in target:  # a part of a page that another row has
             page = page_of(posixpath.normpath(posixpath.join("docs", target)))
             entries = next(iter(sections[-1].values()))
-            entries.append(page if title.endswith(".md") or "/" in title else {title: page})
+            if page != "README.md":  # the start
+                entries.append(page if title.endswith(".md") or "/" in title else {title: page})
     config.markdown_extensions.insert(0, TwoSpaces())
     config.nav = [{"Start": ["README.md", "docs/README.md"]}, *sections, {"Reference": [INTERFACE, PYTHON]}]
     return config
@@ -74,7 +75,7 @@ def doxygen(folder):
         raise PluginError("doxygen was not found (Debian and Ubuntu: doxygen)")
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    settings = (ROOT / "docs" / "site" / "Doxyfile").read_text() + f"OUTPUT_DIRECTORY = {folder}\n"
+    settings = (ROOT / "docs" / "site" / "Doxyfile").read_text() + f"OUTPUT_DIRECTORY = \"{folder}\"\n"
     done = subprocess.run(["doxygen", "-"], input=settings, cwd=ROOT, text=True, check=False, stdout=subprocess.DEVNULL,
                           stderr=subprocess.PIPE)
     if done.returncode != 0:
