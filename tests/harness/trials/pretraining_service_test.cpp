@@ -77,7 +77,7 @@ TEST_P(PretrainingService, RequiresDeclarationInTheManifest) {
   trial.give(trial.algorithm, "not for it");
   trial.run();
   EXPECT_EQ(trial.answer("load"), Json({false, nullptr}));
-  EXPECT_THAT(trial.answer("refused").get<std::string>(), HasSubstr("this host prepares nothing"));
+  EXPECT_THAT(trial.answer("refused").get<std::string>(), HasSubstr("this host pretrains nothing"));
 }
 
 TEST_P(PretrainingService, PretrainingLoadsSavedDataAndNeedsNoGroundTruth) {
