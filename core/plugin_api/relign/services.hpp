@@ -1,5 +1,5 @@
 // relign/services.hpp: what a trial offers besides moving and looking, as C++ classes. Comes with
-// relign/plugin.hpp; the rules stand in relign/plugin.h at each service.
+// relign/plugin.hpp; the rules are in the C header of each service, relign/services/.
 //
 // All of it is valid during run, in the thread of run. Failures are thrown as std::exception with the host's sentence;
 // prior and model throw Stopped once the user stopped the run.
