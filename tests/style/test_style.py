@@ -42,7 +42,6 @@ CLEAN = [
     "reports/README.md",
     "reports/paper/*.py",
     "results/README.md",
-<<<<<<< HEAD
     "templates/**/*",
     "tests/**/*.cpp",
     "tests/**/*.h",
@@ -50,21 +49,6 @@ CLEAN = [
     "tests/**/CMakeLists.txt",
     "tests/peers/README.md",
     "tests/plugin_api/frozen_1_0/README.md",
-=======
-    "templates/**/*.md",
-    "templates/**/*.py",
-    "tests/format/*.py",
-    "tests/licences/*.py",
-    "tests/peers/*.py",
-    "tests/peers/README.md",
-    "tests/plugin_api/frozen_1_0/README.md",
-    "tests/plugin_api/*.py",
-    "tests/python/*.py",
-    "tests/python_style/*.py",
-    "tests/release/*.py",
-    "tests/style/*.py",
-    "tests/workflows/*.py",
->>>>>>> maint
 ]
 NOT_YET = {"docs/commands.md", "tests/plugin_api/frozen_1_0/abi_layout.h", "tests/plugin_api/frozen_1_0/relign/plugin.h",
            "tests/style/phrases.py"}
