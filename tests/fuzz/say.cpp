@@ -1,4 +1,5 @@
-// A plugin's or worker's process that sends the contents of a file whatever it receives, and reads until its input ends.
+// A plugin's or worker's process that sends the contents of a file whatever it receives, and reads until its input
+// ends.
 #include <fcntl.h>
 #include <sys/socket.h>
 #include <unistd.h>

@@ -2,8 +2,8 @@
 // nothing else. Pictures are separate (pictures.h).
 //
 // {suite_name, suite_file, suite_text, seed, command, scenes, noise_levels, protocols, steps [least, most], instances,
-// ran {planned, finished, failed, missing, incomplete, from_other_plans}, methods [...], groups [...], verdict, beware
-// [caveats], failures, warnings, program, machine, of a merged folder sources [{folder, trials, cpu, program}] and
+// ran {planned, finished, failed, missing, incomplete, from_other_plans}, methods [...], groups [...], verdict, caveats
+// [texts], failures, warnings, program, machine, of a merged folder sources [{folder, trials, cpu, program}] and
 // merge}. A group has comparable results, of one scene, noise level and protocol: {scene, noise_level, protocol, label,
 // instances, same_instances, start, rows, curves, measured_only and station (if true)}.
 //
