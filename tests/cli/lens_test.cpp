@@ -10,7 +10,7 @@
 
 #include "cli/program.h"
 
-namespace relign::cli_test {
+namespace relign::cli_test::lens {
 namespace {
 
 using nlohmann::json;
@@ -232,4 +232,4 @@ TEST(CliLens, ReportsInvalidMeshes) {
 #endif
 
 }  // namespace
-}  // namespace relign::cli_test
+}  // namespace relign::cli_test::lens

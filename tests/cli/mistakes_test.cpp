@@ -40,15 +40,15 @@ TEST(CliMistakes, ReportsUnknownPluginsPresetsAndParameters) {
   const Workplace place;
   expect_mistake(place, {"try", "nlopt-sblpx"}, 2, HasSubstr("did you mean 'nlopt-sbplx'?"));
   expect_mistake(place, {"try", "random", "--noise-level", "rho0.26"}, 2, HasSubstr("rho0.25"));
-  const auto with_parameters = [](const char* json) {
-    return std::vector<std::string>{"try", "nlopt-sbplx", "--parameters", json};
+  const auto with_parameters = [](const char* text) {
+    return std::vector<std::string>{"try", "nlopt-sbplx", "--parameters", text};
   };
   expect_mistake(place, with_parameters(R"({"first_strid": 0.2})"), 2, HasSubstr("did you mean 'first_stride'?"));
   expect_mistake(place, with_parameters(R"({"first_stride": 90})"), 2, HasSubstr("from 1e-04 to 0.5"));
   expect_mistake(place, with_parameters("[0.2]"), 2, HasSubstr("--parameters: expected a JSON object"));
   expect_mistake(place, with_parameters("{first_stride: 0.2}"), 2, HasSubstr("--parameters:1:"));
-  const auto with_level = [](const char* json) {
-    return std::vector<std::string>{"try", "random", "--noise-level", json};
+  const auto with_level = [](const char* text) {
+    return std::vector<std::string>{"try", "random", "--noise-level", text};
   };
   expect_mistake(place, with_level(R"({"use": "rho", "parameters": {"lvel": 1}})"), 2,
                  HasSubstr("did you mean 'level'?"));

@@ -8,7 +8,7 @@
 
 #include "cli/program.h"
 
-namespace relign::cli_test {
+namespace relign::cli_test::run_verb {
 namespace {
 
 namespace fs = std::filesystem;
@@ -198,4 +198,4 @@ TEST(CliRun, TryReportsPluginsThatExitOrCrash) {
 }
 
 }  // namespace
-}  // namespace relign::cli_test
+}  // namespace relign::cli_test::run_verb

@@ -3,7 +3,7 @@
 
 #include "cli/program.h"
 
-namespace relign::cli_test {
+namespace relign::cli_test::station {
 namespace {
 
 using testing::AllOf;
@@ -60,4 +60,4 @@ TEST(CliStation, VerbsHandleStations) {
 }
 
 }  // namespace
-}  // namespace relign::cli_test
+}  // namespace relign::cli_test::station

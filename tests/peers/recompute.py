@@ -384,10 +384,10 @@ class Group:
             misses = counting.own_optimum_mtf_centre.notna() & ~self.mtf_met(counting, "own_optimum_mtf_")
             if self.spec is not None:
                 misses |= counting.own > self.spec
-            hopeless = set(counting[misses].instance)
-            if self.limits:  # the least error need not be the sharpest: what a method brought into spec is not hopeless
-                hopeless -= set(counting[self.met(counting, ends_of(counting, self.rule), GLUED[self.rule])].instance)
-            group.update(cannot_meet_spec=len(hopeless), hopeless=sorted(int(lens) for lens in hopeless)[:20])
+            infeasible = set(counting[misses].instance)
+            if self.limits:  # the least error need not be the sharpest: what a method brought into spec is not infeasible
+                infeasible -= set(counting[self.met(counting, ends_of(counting, self.rule), GLUED[self.rule])].instance)
+            group.update(cannot_meet_spec=len(infeasible), infeasible=sorted(int(lens) for lens in infeasible)[:20])
         return group
 
 

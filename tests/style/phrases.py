@@ -3,7 +3,7 @@
 BANNED = [
     # Personification: name the actor and what it does.
     (r"\b(is|are|was|were|be|been|being) told\b", "'observes', 'receives', 'is given'"),
-    (r"\bobserves? of\b", "'has access to', 'observes'"),
+    (r"\bknows? of\b", "'has access to', 'observes'"),
     (r"\b(tells?|says?) (which|what|how|whether|where|by|so)\b", "'prints', 'reports', 'states', 'shows'"),
     (r"\bfinds? out\b", "'determines', 'detects'"),
     (r"\b(goes|go|went) on\b", "'resumes', 'continues'"),

@@ -143,15 +143,15 @@ class TheCheckItself(unittest.TestCase):
         self.assertEqual(self.numbers("a.md", "Nobody\nknows. Beware!\n"), [1, 2])
 
     def test_every_pattern_compiles_and_matches_something(self):
-        samples = """is told; observes of; says which; finds out; goes on; comes of; what came of; lies in; stands in; nobody; is no truth;
-        makes of nothing; how surely; with a word; whole number; held against; one row a trial; once a trial; trial;
+        samples = """is told; knows of; says which; finds out; goes on; comes of; what came of; lies in; stands in; nobody; is no truth;
+        makes of nothing; how surely; with a word; whole number; held against; one row a trial; once a trial; conversation;
         learnt beforehand; glue at; without truth; hopeless lens; beware; rubbish; clear radius; hollow face; dice; veil;
         part of a plan; optimization; color"""
         for pattern, instead in phrases.BANNED:
             self.assertRegex(samples, re.compile(pattern, re.I), instead)
 
     def test_ignores_code(self):
-        self.assertEqual(self.numbers("a.md", "```\nnobody\n```\nThe key `hopeless` and [x](nobody.md).\n"), [])
+        self.assertEqual(self.numbers("a.md", "```\nnobody\n```\nThe key `infeasible` and [x](nobody.md).\n"), [])
         self.assertEqual(self.numbers("a.cpp", 'const char* kText = "nobody // nobody";\n'), [])
         self.assertEqual(self.numbers("a.py", 'nobody = "is told"\nprint("nobody")\n'), [])
 

@@ -11,7 +11,7 @@
 //   targets        RMSE levels of the suite, descending; spec {rmse, mtf} of the suite; spec_text, a sentence, if all
 //                  groups have the same specification
 //   group.spec_rmse, group.spec_mtf {lp_per_mm, centre, corner, diffraction}: the specification of the group
-//   group.cannot_meet_spec, group.hopeless: number of infeasible instances, and the first of them
+//   group.cannot_meet_spec, group.infeasible: number of infeasible instances, and the first of them
 //   gates          [{name, ok, text}] (gates.h)
 //   group.floor    {own_optimum, next_image}: median RMSE at the instances' own optima; Cramer-Rao bound of one more
 //   image group.rows[i]  recommended, commanded {n, median, q25, q75, lo95, hi95, iqm, iqm_lo95, iqm_hi95}; yield {in,

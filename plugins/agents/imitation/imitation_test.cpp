@@ -18,8 +18,8 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 TEST(Imitation, FollowsResidualGainSchedule) {
-  test::GreyTrial trial(0.12);
-  test::FakeTrial trial(trial.setup);
+  test::GreyTrial grey(0.12);
+  test::FakeTrial trial(grey.setup);
   test::run_policy("imitation", trial, {{"whole_guesses", 3}});
   ASSERT_EQ(trial.steps.size(), 6u);
   std::vector<double> first_axis, second_axis;
@@ -36,8 +36,8 @@ TEST(Imitation, FollowsResidualGainSchedule) {
 }
 
 TEST(Imitation, ClampsMovesButNotRecommendations) {
-  test::GreyTrial trial(0.8);
-  test::FakeTrial trial(trial.setup);
+  test::GreyTrial grey(0.8);
+  test::FakeTrial trial(grey.setup);
   test::run_policy("imitation", trial);
   EXPECT_NEAR(trial.steps[0].pose[0], 0.2, 1e-12);
   ASSERT_EQ(trial.recommendations.size(), 7u);  // from step 0 on
@@ -58,9 +58,9 @@ TEST(Imitation, RejectsOtherSceneWithTrainingCommand) {
 }
 
 TEST(Imitation, RejectsOtherAxesAndImageSizes) {
-  test::GreyTrial trial(0.1);
-  trial.setup.axes = 3;
-  test::FakeTrial three(trial.setup);
+  test::GreyTrial grey(0.1);
+  grey.setup.axes = 3;
+  test::FakeTrial three(grey.setup);
   EXPECT_THAT(test::refusal("imitation", three, {{"other_scenes", true}}),
               HasSubstr("trained for 2 axes, this scene has 3"));
   test::GreyTrial odd(0.1);
@@ -71,8 +71,8 @@ TEST(Imitation, RejectsOtherAxesAndImageSizes) {
 }
 
 TEST(Imitation, ShippedNetworkHasFiveAxes) {
-  test::GreyTrial trial(0.1);
-  test::FakeTrial trial(trial.setup);
+  test::GreyTrial grey(0.1);
+  test::FakeTrial trial(grey.setup);
   const std::string shipped = std::string(RELIGN_PLUGIN_DIR) + "/imitation/imitation.onnx";
   EXPECT_THAT(test::refusal("imitation", trial, {{"model", shipped}}),
               HasSubstr("trained for 5 axes, this scene has 2"));

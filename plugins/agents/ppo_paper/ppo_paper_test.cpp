@@ -31,9 +31,9 @@ std::string network_of_moves() {
 }
 
 TEST(PpoPaper, FollowsEveryMoveInFull) {
-  test::GreyTrial trial(0.12);
-  trial.setup.budget = 12;
-  test::FakeTrial trial(trial.setup);
+  test::GreyTrial grey(0.12);
+  grey.setup.budget = 12;
+  test::FakeTrial trial(grey.setup);
   test::run_policy("ppo_paper", trial, {{"model", network_of_moves()}});
   std::vector<double> moves;
   double before = 0;
@@ -46,12 +46,12 @@ TEST(PpoPaper, FollowsEveryMoveInFull) {
 }
 
 TEST(PpoPaper, RecommendsPoseOfCaptureNearestToReference) {
-  test::GreyTrial trial(0, 0.03F);
-  trial.setup.merit = [](const std::vector<double>& pose, std::uint32_t) { return std::fabs(pose[0] - 0.3); };
-  trial.setup.paint = [](double away, float* pixels) {  // moves of at least 0.1; equal to the reference at 0.3
+  test::GreyTrial grey(0, 0.03F);
+  grey.setup.merit = [](const std::vector<double>& pose, std::uint32_t) { return std::fabs(pose[0] - 0.3); };
+  grey.setup.paint = [](double away, float* pixels) {  // moves of at least 0.1; equal to the reference at 0.3
     std::fill(pixels, pixels + 1600, static_cast<float>(0.3 * (0.1 + 0.5 * away)));
   };
-  test::FakeTrial trial(trial.setup);
+  test::FakeTrial trial(grey.setup);
   test::run_policy("ppo_paper", trial, {{"model", network_of_moves()}, {"other_scenes", true}});
   std::vector<double> at = {0};
   for (const auto& visit : trial.steps) at.push_back(visit.pose[0]);
@@ -65,8 +65,8 @@ TEST(PpoPaper, RecommendsPoseOfCaptureNearestToReference) {
 class ShippedNetwork : public testing::TestWithParam<const char*> {};
 
 TEST_P(ShippedNetwork, HasFiveAxes) {
-  test::GreyTrial trial(0.1);
-  test::FakeTrial trial(trial.setup);
+  test::GreyTrial grey(0.1);
+  test::FakeTrial trial(grey.setup);
   const std::string agent = GetParam();
   std::string folder = agent;
   std::replace(folder.begin(), folder.end(), '-', '_');

@@ -16,8 +16,8 @@ using test::Pose;
 constexpr std::uint32_t kSide = toy::kSide;
 
 // The lens is the toy with another best pose; the model is the toy as designed.
-struct Trial {
-  Trial(std::uint32_t axes, std::uint64_t seed, unsigned budget) : start(axes), optimum(axes) {
+struct SensitivityTrial {
+  SensitivityTrial(std::uint32_t axes, std::uint64_t seed, unsigned budget) : start(axes), optimum(axes) {
     Random random(seed);
     for (double& coordinate : start) coordinate = random.uniform(0.15, 0.85);
     for (double& coordinate : optimum) coordinate = random.uniform(0.45, 0.55);
@@ -66,17 +66,17 @@ struct Trial {
     model.unmount = [](void*, relign_model_lens*) { return relign_status{RELIGN_OK}; };
     model.capture = [](void* self, relign_model_lens*, const double* pose, std::uint32_t count, std::uint64_t seed,
                        float* pixels) {
-      auto& trial = *static_cast<Trial*>(self);
-      if (++trial.captures == trial.stop_at) return relign_status{RELIGN_STOP};
+      auto& toy = *static_cast<SensitivityTrial*>(self);
+      if (++toy.captures == toy.stop_at) return relign_status{RELIGN_STOP};
       std::vector<float> made = toy::paint(Pose(pose, pose + count));
-      toy::add_noise(trial.noise, seed, made);
+      toy::add_noise(toy.noise, seed, made);
       std::copy(made.begin(), made.end(), pixels);
       return relign_status{RELIGN_OK};
     };
     model.noise_free = [](void* self, relign_model_lens*, const double* pose, std::uint32_t count, float* pixels) {
-      auto& trial = *static_cast<Trial*>(self);
-      ++trial.renderings;
-      if (!trial.renders) return relign_status{RELIGN_UNSUPPORTED};
+      auto& toy = *static_cast<SensitivityTrial*>(self);
+      ++toy.renderings;
+      if (!toy.renders) return relign_status{RELIGN_UNSUPPORTED};
       const std::vector<float> made = toy::paint(Pose(pose, pose + count));
       std::copy(made.begin(), made.end(), pixels);
       return relign_status{RELIGN_OK};
@@ -84,7 +84,7 @@ struct Trial {
     model.why = [](void*, const relign_text_sink*) { return relign_status{RELIGN_OK}; };
   }
 
-  Trial& run(const std::string& id = "sensitivity", const Json& parameters = {}) {
+  SensitivityTrial& run(const std::string& id = "sensitivity", const Json& parameters = {}) {
     trial = std::make_unique<FakeTrial>(setup);
     test::run_plugin("sensitivity", id, parameters, *trial);
     return *this;
@@ -116,20 +116,20 @@ struct Trial {
 
 TEST(Sensitivity, FindsBestPoseInSixMoves) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    Trial trial(5, seed, 6);
-    EXPECT_LT(trial.run().last_miss(), 0.03) << seed;
+    SensitivityTrial toy(5, seed, 6);
+    EXPECT_LT(toy.run().last_miss(), 0.03) << seed;
   }
 }
 
 TEST(Sensitivity, ImprovesByAveraging) {
   double soon = 0, late = 0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
-    Trial trial(5, seed, 30);
-    trial.noise = 0.1;
-    trial.run();
-    for (const auto& one : trial.trial->recommendations) {
-      if (one.steps_made == 6) soon += trial.miss(one.pose);
-      if (one.steps_made == 30) late += trial.miss(one.pose);
+    SensitivityTrial toy(5, seed, 30);
+    toy.noise = 0.1;
+    toy.run();
+    for (const auto& one : toy.trial->recommendations) {
+      if (one.steps_made == 6) soon += toy.miss(one.pose);
+      if (one.steps_made == 30) late += toy.miss(one.pose);
     }
   }
   EXPECT_LT(late, 0.7 * soon);
@@ -137,48 +137,48 @@ TEST(Sensitivity, ImprovesByAveraging) {
 
 TEST(Sensitivity, LinearPresetConverges) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    Trial trial(5, seed, 40);
-    EXPECT_LT(trial.run("sensitivity-linear").last_miss(), 0.05) << seed;
+    SensitivityTrial toy(5, seed, 40);
+    EXPECT_LT(toy.run("sensitivity-linear").last_miss(), 0.05) << seed;
   }
 }
 
 TEST(Sensitivity, RecommendsPoseOfNextMoveAtEveryStep) {
   for (const char* id : {"sensitivity", "sensitivity-linear"}) {
-    Trial trial(5, 3, 12);
-    trial.run(id);
-    ASSERT_EQ(trial.trial->recommendations.size(), 13u);
+    SensitivityTrial toy(5, 3, 12);
+    toy.run(id);
+    ASSERT_EQ(toy.trial->recommendations.size(), 13u);
     Pose here(5, 0.0);
     for (std::size_t made = 0; made <= 12; ++made) {
-      const auto& one = trial.trial->recommendations[made];
+      const auto& one = toy.trial->recommendations[made];
       EXPECT_EQ(one.steps_made, made);
       for (std::size_t axis = 0; axis < 5; ++axis) EXPECT_LE(std::fabs(one.pose[axis] - here[axis]), 0.2 + 1e-12);
       here = one.pose;
       if (made == 12) break;
-      EXPECT_EQ(trial.trial->steps[made].pose, here);
+      EXPECT_EQ(toy.trial->steps[made].pose, here);
     }
   }
 }
 
 TEST(Sensitivity, AcceptsAnyNumberOfAxesAndBudgetOfOne) {
   for (const std::uint32_t axes : {1u, 2u, 3u, 6u, 10u}) {
-    Trial trial(axes, 2, 8);
-    EXPECT_LT(trial.run().miss(trial.trial->recommendations.back().pose), axes > 5 ? 1 : 0.03) << axes;
-    Trial once(axes, 2, 1);
+    SensitivityTrial toy(axes, 2, 8);
+    EXPECT_LT(toy.run().miss(toy.trial->recommendations.back().pose), axes > 5 ? 1 : 0.03) << axes;
+    SensitivityTrial once(axes, 2, 1);
     EXPECT_EQ(once.run().trial->recommendations.size(), 2u);
   }
 }
 
 TEST(Sensitivity, AveragesCapturesWithoutNoiseFreeImages) {
-  Trial trial(5, 4, 8);
-  trial.renders = false;
+  SensitivityTrial toy(5, 4, 8);
+  toy.renders = false;
   // A first_blur that no other test uses, so that the design is not cached.
-  EXPECT_LT(trial.run("sensitivity", {{"first_blur", 0.11}}).last_miss(), 0.05);
-  EXPECT_GT(trial.captures, 1000);
+  EXPECT_LT(toy.run("sensitivity", {{"first_blur", 0.11}}).last_miss(), 0.05);
+  EXPECT_GT(toy.captures, 1000);
 }
 
 TEST(Sensitivity, CachedDesignGivesTheSameSteps) {
   const Json parameters = {{"first_blur", 0.12}};
-  Trial first(5, 5, 5), second(5, 5, 5);
+  SensitivityTrial first(5, 5, 5), second(5, 5, 5);
   first.run("sensitivity", parameters);
   second.run("sensitivity", parameters);
   EXPECT_GT(first.renderings, 10);
@@ -187,33 +187,33 @@ TEST(Sensitivity, CachedDesignGivesTheSameSteps) {
 }
 
 TEST(Sensitivity, AlignsWithoutNoise) {
-  Trial trial(5, 6, 8);
-  trial.noise = 0;
-  EXPECT_LT(trial.run("sensitivity", {{"first_blur", 0.13}}).last_miss(), 0.01);
+  SensitivityTrial toy(5, 6, 8);
+  toy.noise = 0;
+  EXPECT_LT(toy.run("sensitivity", {{"first_blur", 0.13}}).last_miss(), 0.01);
 }
 
 TEST(Sensitivity, SendsValidPosesForDarkCaptures) {
-  Trial trial(5, 7, 10);
-  trial.dark = true;
-  trial.run();
-  EXPECT_FALSE(trial.trial->refused);
-  EXPECT_EQ(trial.trial->steps.size(), 10u);
+  SensitivityTrial toy(5, 7, 10);
+  toy.dark = true;
+  toy.run();
+  EXPECT_FALSE(toy.trial->refused);
+  EXPECT_EQ(toy.trial->steps.size(), 10u);
 }
 
 TEST(Sensitivity, ReturnsWhenStoppedInTheModel) {
-  Trial trial(5, 8, 10);
-  trial.stop_at = 30;
-  EXPECT_NO_THROW(trial.run());
-  EXPECT_EQ(trial.captures, 30);
+  SensitivityTrial toy(5, 8, 10);
+  toy.stop_at = 30;
+  EXPECT_NO_THROW(toy.run());
+  EXPECT_EQ(toy.captures, 30);
 }
 
 TEST(Sensitivity, RejectsSceneWithoutModel) {
-  Trial trial(5, 9, 10);
-  trial.setup.service = [service = trial.setup.service](std::string_view id) -> const void* {
+  SensitivityTrial toy(5, 9, 10);
+  toy.setup.service = [service = toy.setup.service](std::string_view id) -> const void* {
     return id == RELIGN_SERVICE_MODEL ? nullptr : service(id);
   };
   try {
-    trial.run();
+    toy.run();
     FAIL() << "no exception";
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("relign.model/1 is not offered"));

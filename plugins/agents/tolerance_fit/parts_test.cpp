@@ -60,8 +60,8 @@ TEST(Aligner, EstimatesOffsetOfTheLens) {
   for (std::uint64_t instance = 1; instance <= 4; ++instance) {
     test::ToyTrial::Setup setup;
     setup.instance = instance;
-    test::ToyTrial trial(setup);
-    Trial trial(&trial.trial->handle());
+    test::ToyTrial toy(setup);
+    Trial trial(&toy.trial->handle());
     tolerance_fit::Pictures pictures(trial.model());
     const auto known = learnt(trial, pictures);
     EXPECT_NEAR(known->dark, 4e-4, 1e-4);  // noise is the same in every pixel
@@ -75,8 +75,8 @@ TEST(Aligner, EstimatesOffsetOfTheLens) {
       aligner.update();
       observation = trial.step(tolerance_fit::to_pose(aligner.target()));
     }
-    squares += trial.offset() * trial.offset();
-    errors += std::pow(aligner.offsets()[0] - trial.offset(), 2);
+    squares += toy.offset() * toy.offset();
+    errors += std::pow(aligner.offsets()[0] - toy.offset(), 2);
   }
   EXPECT_GT(squares, 1);
   EXPECT_LT(errors, 0.02 * squares);
@@ -86,8 +86,8 @@ TEST(JointFit, UsesLimitSwitches) {
   test::ToyTrial::Setup setup;
   setup.axes = 1;
   setup.noise = 1e3;  // images contain no information
-  test::ToyTrial trial(setup);
-  Trial trial(&trial.trial->handle());
+  test::ToyTrial toy(setup);
+  Trial trial(&toy.trial->handle());
   tolerance_fit::Pictures pictures(trial.model());
   const auto known = learnt(trial, pictures);
   const tolerance_fit::Layout layout(*known);

@@ -10,21 +10,21 @@ namespace {
 
 using test::ToyTrial;
 
-void run(ToyTrial& trial, const Json& parameters = {}) {
-  test::run_plugin("tolerance_fit", "tolerance-fit", parameters, *trial.trial);
+void run(ToyTrial& toy, const Json& parameters = {}) {
+  test::run_plugin("tolerance_fit", "tolerance-fit", parameters, *toy.trial);
 }
 
-double last_miss(const ToyTrial& trial) { return trial.miss(trial.trial->recommendations.back().pose); }
+double last_miss(const ToyTrial& toy) { return toy.miss(toy.trial->recommendations.back().pose); }
 
 TEST(ToleranceFit, FindsBestPoseOfLensWithOffsets) {
   double own_way = 0, worst = 0;
   for (std::uint64_t instance = 1; instance <= 8; ++instance) {
     ToyTrial::Setup setup;
     setup.instance = instance;
-    ToyTrial trial(setup);
-    run(trial);
-    own_way += trial.own_way() / 8;
-    worst = std::max(worst, last_miss(trial));
+    ToyTrial toy(setup);
+    run(toy);
+    own_way += toy.own_way() / 8;
+    worst = std::max(worst, last_miss(toy));
   }
   EXPECT_GT(own_way, 0.03);  // otherwise the nominal pose would be good enough
   EXPECT_LT(worst, 0.003);
@@ -33,9 +33,9 @@ TEST(ToleranceFit, FindsBestPoseOfLensWithOffsets) {
 TEST(ToleranceFit, RecommendsAtEveryStepWithinLargestMove) {
   ToyTrial::Setup setup;
   setup.largest_move = 0.05;
-  ToyTrial trial(setup);
-  run(trial);
-  const auto& trial = *trial.trial;
+  ToyTrial toy(setup);
+  run(toy);
+  const auto& trial = *toy.trial;
   ASSERT_EQ(trial.steps.size(), setup.budget);
   for (std::size_t made = 0; made <= setup.budget; ++made)
     EXPECT_TRUE(std::any_of(trial.recommendations.begin(), trial.recommendations.end(), [&](const auto& one) {
@@ -56,11 +56,11 @@ TEST(ToleranceFit, ImprovesWithCapturesUnderHeavyNoise) {
     setup.instance = instance;
     setup.noise = 0.4;
     setup.budget = 12;
-    ToyTrial trial(setup);
-    run(trial);
-    for (const auto& one : trial.trial->recommendations)
-      if (one.steps_made == 1) early += trial.miss(one.pose);
-    late += last_miss(trial);
+    ToyTrial toy(setup);
+    run(toy);
+    for (const auto& one : toy.trial->recommendations)
+      if (one.steps_made == 1) early += toy.miss(one.pose);
+    late += last_miss(toy);
   }
   EXPECT_LT(late, 0.6 * early);
 }
@@ -71,19 +71,19 @@ TEST(ToleranceFit, AcceptsAnyNumberOfAxesAndModelsWithoutNoiseFreeImages) {
     ToyTrial::Setup setup;
     setup.axes = axes;
     setup.noise_free = axes != 3;
-    ToyTrial trial(setup);
-    run(trial);
-    EXPECT_LT(last_miss(trial), axes == 3 ? 0.03 : 0.01);
-    EXPECT_LE(trial.most_mounted, 16u);
+    ToyTrial toy(setup);
+    run(toy);
+    EXPECT_LT(last_miss(toy), axes == 3 ? 0.03 : 0.01);
+    EXPECT_LE(toy.most_mounted, 16u);
   }
 }
 
 TEST(ToleranceFit, AlignsLensWithoutOffsets) {
   ToyTrial::Setup setup;
   setup.offset_std = 0;
-  ToyTrial trial(setup);
-  run(trial);
-  EXPECT_LT(last_miss(trial), 0.003);
+  ToyTrial toy(setup);
+  run(toy);
+  EXPECT_LT(last_miss(toy), 0.003);
 }
 
 TEST(ToleranceFit, CachedKnowledgeGivesTheSameSteps) {
@@ -102,10 +102,10 @@ TEST(ToleranceFit, ReturnsWhenStoppedAtAnyStep) {
   for (unsigned budget = 0; budget <= 6; ++budget) {
     ToyTrial::Setup setup;
     setup.budget = budget;
-    ToyTrial trial(setup);
-    run(trial);
-    EXPECT_EQ(trial.trial->steps.size(), budget);
-    EXPECT_EQ(trial.trial->requests_after_stop, 0u);
+    ToyTrial toy(setup);
+    run(toy);
+    EXPECT_EQ(toy.trial->steps.size(), budget);
+    EXPECT_EQ(toy.trial->requests_after_stop, 0u);
   }
 }
 

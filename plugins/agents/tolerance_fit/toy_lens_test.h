@@ -89,7 +89,7 @@ class ToyTrial {
  private:
   static constexpr std::uint64_t kUnseen = 1u << 20;  // numbers of draws that the agent does not request
   struct Lens {
-    ToyTrial* trial;
+    ToyTrial* toy;
     double offset;
   };
 
@@ -159,13 +159,13 @@ class ToyTrial {
     model_.scene_json = {scene_json_.data(), scene_json_.size()};
     model_.image_width = model_.image_height = kSide;
     model_.mount = [](void* context, relign_text offsets, relign_model_lens** made) {
-      ToyTrial& trial = of(context);
-      if (trial.lenses_.size() >= 16) return relign_status{RELIGN_BAD_ARGUMENT};
+      ToyTrial& toy = of(context);
+      if (toy.lenses_.size() >= 16) return relign_status{RELIGN_BAD_ARGUMENT};
       const auto json = nlohmann::json::parse(std::string(offsets.data, offsets.size));
       const double offset = json.contains("L2") ? json["L2"]["tilt_deg"][0].get<double>() : 0.0;
-      trial.lenses_.push_back({&trial, offset});
-      trial.most_mounted = std::max(trial.most_mounted, trial.lenses_.size());
-      *made = reinterpret_cast<relign_model_lens*>(&trial.lenses_.back());
+      toy.lenses_.push_back({&toy, offset});
+      toy.most_mounted = std::max(toy.most_mounted, toy.lenses_.size());
+      *made = reinterpret_cast<relign_model_lens*>(&toy.lenses_.back());
       return relign_status{RELIGN_OK};
     };
     model_.capture = [](void*, relign_model_lens* lens, const double* pose, std::uint32_t axes, std::uint64_t seed,
@@ -180,7 +180,7 @@ class ToyTrial {
     };
     model_.why = prior_.why;
   }
-  static ToyTrial& of(relign_model_lens* lens) { return *reinterpret_cast<Lens*>(lens)->trial; }
+  static ToyTrial& of(relign_model_lens* lens) { return *reinterpret_cast<Lens*>(lens)->toy; }
 
   relign_status picture(relign_model_lens* lens, const double* pose, std::uint32_t axes, const std::uint64_t* seed,
                         float* pixels) const {

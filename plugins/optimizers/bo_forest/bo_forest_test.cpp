@@ -10,7 +10,7 @@
 #include "contract/fake_trial.h"
 #include "plugin_host/objects.h"
 
-namespace relign {
+namespace relign::bo_forest_tests {
 namespace {
 
 using plugin_host::Algorithm;
@@ -213,4 +213,4 @@ TEST(BoForest, RejectsBadParametersByName) {
 }
 
 }  // namespace
-}  // namespace relign
+}  // namespace relign::bo_forest_tests

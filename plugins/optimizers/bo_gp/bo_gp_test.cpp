@@ -6,7 +6,7 @@
 #include "contract/fake_trial.h"
 #include "plugin_host/objects.h"
 
-namespace relign {
+namespace relign::bo_gp_tests {
 namespace {
 
 using test::FakeSetup;
@@ -282,4 +282,4 @@ TEST(BoGp, RejectsBadParameters) {
 }
 
 }  // namespace
-}  // namespace relign
+}  // namespace relign::bo_gp_tests

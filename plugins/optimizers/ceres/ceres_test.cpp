@@ -7,7 +7,7 @@
 #include "local_model.h"
 #include "secant_solver.h"
 
-namespace relign {
+namespace relign::ceres_tests {
 namespace {
 
 using ceres_plugin::Captures;
@@ -139,8 +139,8 @@ struct Picture {
   }
 };
 
-struct Trial {
-  explicit Trial(std::uint32_t axes, double noise, std::uint64_t seed, unsigned budget) {
+struct CeresTrial {
+  explicit CeresTrial(std::uint32_t axes, double noise, std::uint64_t seed, unsigned budget) {
     for (std::uint32_t axis = 0; axis < axes; ++axis) optimum.push_back(axis % 2 ? -0.09 : 0.08);
     wanted = Picture::paint(optimum, optimum);
     reference = {sizeof(relign_image), RELIGN_SAMPLE_FLOAT32, kSide, kSide, 1, 0, wanted.data(), kSide * sizeof(float)};
@@ -189,7 +189,7 @@ struct Trial {
 TEST(CeresImage, FindsOptimumInAnyDimension) {
   for (const std::uint32_t axes : {1u, 2u, 3u, 5u}) {
     SCOPED_TRACE(axes);
-    Trial trial(axes, 0, 1, 40);
+    CeresTrial trial(axes, 0, 1, 40);
     trial.run("ceres-image");
     ASSERT_FALSE(trial.trial->recommendations.empty());
     EXPECT_LT(trial.last_miss(), 0.015);
@@ -199,7 +199,7 @@ TEST(CeresImage, FindsOptimumInAnyDimension) {
 TEST(CeresImage, ProbesAverageOutNoise) {
   double recommended = 0, measured_best = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    Trial trial(5, 0.2, seed, 40);
+    CeresTrial trial(5, 0.2, seed, 40);
     trial.run("ceres-image");
     recommended += trial.last_miss() / 10;
     measured_best += trial.miss(trial.trial->best_pose()) / 10;
@@ -209,7 +209,7 @@ TEST(CeresImage, ProbesAverageOutNoise) {
 }
 
 TEST(CeresImage, RecommendsAtEveryStepAfterFirstModel) {
-  Trial trial(5, 0.05, 1, 40);
+  CeresTrial trial(5, 0.05, 1, 40);
   trial.run("ceres-image");
   for (std::size_t made = 14; made < 40; ++made)
     EXPECT_TRUE(std::any_of(trial.trial->recommendations.begin(), trial.trial->recommendations.end(),
@@ -218,7 +218,7 @@ TEST(CeresImage, RecommendsAtEveryStepAfterFirstModel) {
 }
 
 TEST(CeresImage, FinishesBeforeTheBudgetIsSpent) {
-  Trial trial(2, 0.01, 1, 100000);
+  CeresTrial trial(2, 0.01, 1, 100000);
   trial.run("ceres-image");
   EXPECT_FALSE(trial.trial->stopped);
   EXPECT_LT(trial.trial->steps.size(), 60u);
@@ -233,7 +233,7 @@ TEST(CeresScalar, MinimisesQuadratic) {
     const Pose optimum(axes, 0.17);
     setup.merit = [&](const Pose& pose, std::uint32_t) { return test::bowl(pose, optimum); };
     setup.observes = RELIGN_OBSERVES_MERIT | RELIGN_OBSERVES_BOX | RELIGN_OBSERVES_IMAGES;
-    Trial trial(axes, 0, 1, 200);
+    CeresTrial trial(axes, 0, 1, 200);
     trial.trial = std::make_unique<FakeTrial>(setup);
     trial.run("ceres-scalar");
     EXPECT_LT(setup.merit(trial.trial->best_pose(), 0), 0.01 + 5e-3);
@@ -241,7 +241,7 @@ TEST(CeresScalar, MinimisesQuadratic) {
 }
 
 TEST(Ceres, RejectsLastBlurAboveFirstBlur) {
-  Trial trial(2, 0, 1, 10);
+  CeresTrial trial(2, 0, 1, 10);
   try {
     trial.run("ceres", {{"first_blur", 0.01}, {"last_blur", 0.02}});
     FAIL() << "no exception";
@@ -285,4 +285,4 @@ TEST(Captures, EstimatesNoiseFromTwoCapturesAtOnePose) {
 }
 
 }  // namespace
-}  // namespace relign
+}  // namespace relign::ceres_tests

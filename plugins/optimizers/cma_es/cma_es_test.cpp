@@ -6,7 +6,7 @@
 #include "contract/fake_trial.h"
 #include "plugin_host/objects.h"
 
-namespace relign {
+namespace relign::cma_es_tests {
 namespace {
 
 using cma_es::Constants;
@@ -233,4 +233,4 @@ TEST(CmaEs, RejectsTooSmallPopulation) {
 }
 
 }  // namespace
-}  // namespace relign
+}  // namespace relign::cma_es_tests

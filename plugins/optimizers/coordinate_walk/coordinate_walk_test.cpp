@@ -4,7 +4,7 @@
 
 #include "contract/run_on_bowl.h"
 
-namespace relign {
+namespace relign::coordinate_walk {
 namespace {
 
 using test::bowl_setup;
@@ -157,4 +157,4 @@ TEST(CoordinateWalk, RejectsOnePoint) {
 }
 
 }  // namespace
-}  // namespace relign
+}  // namespace relign::coordinate_walk

@@ -6,7 +6,7 @@
 #include "contract/fake_trial.h"
 #include "plugin_host/objects.h"
 
-namespace relign {
+namespace relign::hand_over {
 namespace {
 
 using plugin_host::Algorithm;
@@ -86,12 +86,12 @@ struct ScriptedTrial {
     calls.push_back(name + " " + std::to_string(most));
     const Script& script = scripts[name];
     if (script.fails) return RELIGN_FAILED;
-    const relign_trial& trial = trial.handle();
+    const relign_trial& handle = trial.handle();
     const std::size_t before = trial.steps.size();
     for (std::size_t i = 0; i < std::min<std::size_t>(most, script.visits.size()); ++i) {
       relign_observation observation{};
       observation.struct_size = sizeof observation;
-      if (trial.step(trial.context, script.visits[i].data(), 3, &observation) != RELIGN_OK) break;
+      if (handle.step(handle.context, script.visits[i].data(), 3, &observation) != RELIGN_OK) break;
     }
     outcome.steps = std::uint32_t(trial.steps.size() - before);
     outcome.end = outcome.steps < most && !trial.stopped ? RELIGN_RUN_FINISHED : RELIGN_RUN_STEPS_SPENT;
@@ -214,4 +214,4 @@ TEST(HandOver, RejectsUnknownAlgorithmAndZeroSteps) {
 }
 
 }  // namespace
-}  // namespace relign
+}  // namespace relign::hand_over

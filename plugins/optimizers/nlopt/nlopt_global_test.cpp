@@ -11,7 +11,7 @@
 
 #include "nlopt_test.h"
 
-namespace relign {
+namespace relign::nlopt_global {
 namespace {
 
 using test::bowl_setup;
@@ -179,4 +179,4 @@ TEST(Nlopt, RejectsTooSmallPopulation) {
 }
 
 }  // namespace
-}  // namespace relign
+}  // namespace relign::nlopt_global

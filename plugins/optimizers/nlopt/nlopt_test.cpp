@@ -7,7 +7,7 @@
 
 #include "base/error.h"
 
-namespace relign {
+namespace relign::nlopt_tests {
 namespace {
 
 using test::bowl_setup;
@@ -139,4 +139,4 @@ TEST(Nlopt, PropagatesFailureOfTheHost) {
 }
 
 }  // namespace
-}  // namespace relign
+}  // namespace relign::nlopt_tests

@@ -5,7 +5,7 @@
 
 #include "contract/run_on_bowl.h"
 
-namespace relign {
+namespace relign::scan {
 namespace {
 
 using test::bowl_setup;
@@ -121,4 +121,4 @@ TEST(Scan, RecommendsBestFiniteMerit) {
 }
 
 }  // namespace
-}  // namespace relign
+}  // namespace relign::scan

@@ -6,7 +6,7 @@
 #include "contract/fake_trial.h"
 #include "plugin_host/objects.h"
 
-namespace relign {
+namespace relign::through_focus {
 namespace {
 
 constexpr std::uint32_t kSide = 64;
@@ -183,4 +183,4 @@ TEST(ThroughFocus, DarkImagesEndTheTrial) {
 }
 
 }  // namespace
-}  // namespace relign
+}  // namespace relign::through_focus

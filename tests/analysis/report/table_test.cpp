@@ -9,7 +9,7 @@
 #include "report/made_results.h"
 #include "report/report.h"
 
-namespace relign::report {
+namespace relign::report::table_tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -96,4 +96,4 @@ TEST_F(MarkdownReportOf, EscapesNames) {
 }
 
 }  // namespace
-}  // namespace relign::report
+}  // namespace relign::report::table_tests

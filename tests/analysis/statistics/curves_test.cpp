@@ -12,7 +12,7 @@
 #include "statistics/made_table.h"
 #include "statistics/study.h"
 
-namespace relign::statistics {
+namespace relign::statistics::curve_tests {
 namespace {
 
 using test::error_text;
@@ -177,4 +177,4 @@ TEST_F(Ranking, PutsTheBestMedianFirstWithinItsGroup) {
 }
 
 }  // namespace
-}  // namespace relign::statistics
+}  // namespace relign::statistics::curve_tests

@@ -5,7 +5,7 @@
 #include "error_text.h"
 #include "statistics/golden.h"
 
-namespace relign::statistics {
+namespace relign::statistics::paired_tests {
 namespace {
 
 using test::error_text;
@@ -126,4 +126,4 @@ TEST(Paired, HandlesNoneOneAndEqualColumns) {
 }
 
 }  // namespace
-}  // namespace relign::statistics
+}  // namespace relign::statistics::paired_tests

@@ -5,7 +5,7 @@
 #include "error_text.h"
 #include "statistics/golden.h"
 
-namespace relign::statistics {
+namespace relign::statistics::rank_tests {
 namespace {
 
 using test::error_text;
@@ -84,4 +84,4 @@ TEST(Holm, MatchesHandCalculation) {
 }
 
 }  // namespace
-}  // namespace relign::statistics
+}  // namespace relign::statistics::rank_tests

@@ -7,7 +7,7 @@
 #include "statistics/golden.h"
 #include "statistics/survival.h"
 
-namespace relign::statistics {
+namespace relign::statistics::time_to_target_tests {
 namespace {
 
 using test::error_text;
@@ -175,4 +175,4 @@ TEST(KaplanMeier, HandlesNoneOneAndEqualTrials) {
 }
 
 }  // namespace
-}  // namespace relign::statistics
+}  // namespace relign::statistics::time_to_target_tests

@@ -7,7 +7,7 @@
 #include <functional>
 #include <relign/random.hpp>
 
-namespace relign::images {
+namespace relign::images::registration_tests {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -121,4 +121,4 @@ TEST(Registration, IsNanForDifferentContent) {
 }
 
 }  // namespace
-}  // namespace relign::images
+}  // namespace relign::images::registration_tests

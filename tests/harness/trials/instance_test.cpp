@@ -8,7 +8,7 @@
 
 #include "trials/fakes.h"
 
-namespace relign::trials {
+namespace relign::trials::instance_tests {
 namespace {
 
 using testing::AllOf;
@@ -125,4 +125,4 @@ TEST_F(DrawTest, ReportsUnusableDrawAsPluginFailure) {
 }
 
 }  // namespace
-}  // namespace relign::trials
+}  // namespace relign::trials::instance_tests

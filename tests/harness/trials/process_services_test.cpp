@@ -9,7 +9,7 @@
 #include "trials/fakes.h"
 #include "trials/pretraining_service.h"
 
-namespace relign::trials {
+namespace relign::trials::process_services {
 namespace {
 
 namespace fs = std::filesystem;
@@ -275,4 +275,4 @@ TEST_F(ProcessServices, DocumentedExamplesMakeTheSameTrial) {
 }
 
 }  // namespace
-}  // namespace relign::trials
+}  // namespace relign::trials::process_services

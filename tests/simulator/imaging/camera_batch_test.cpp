@@ -21,7 +21,7 @@ void* operator new(std::size_t size) {
 void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
-namespace relign::imaging {
+namespace relign::imaging::camera_batch {
 namespace {
 
 constexpr std::size_t kPixels = 200 * 200;
@@ -58,4 +58,4 @@ TEST(CameraBatch, MatchesCameraWithoutAllocating) {
 }
 
 }  // namespace
-}  // namespace relign::imaging
+}  // namespace relign::imaging::camera_batch

@@ -18,14 +18,14 @@
 namespace relign::imaging {
 namespace {
 
-constexpr std::size_t kPixels = 200 * 200;
+constexpr std::size_t kFramePixels = 200 * 200;
 
 std::vector<float> image_with(unsigned threads, Sampler sampler, const std::vector<double>& pose, std::uint64_t seed) {
   Parallel parallel(threads);
   Random random(3);
   Camera camera(relign_od_scene(), {Transport::fresnel, sampler, 64}, parallel);
   MountedLens lens(relign_od_scene(), random_assembly(random));
-  std::vector<float> image(kPixels, -1.0F);
+  std::vector<float> image(kFramePixels, -1.0F);
   camera.capture(lens, pose, seed, image.data());
   return image;
 }
@@ -44,7 +44,7 @@ TEST(Camera, ImagesDoNotDependOnEarlierRenders) {
   Parallel parallel(1);
   Camera camera(relign_od_scene(), {}, parallel);
   MountedLens lens(relign_od_scene());
-  std::vector<float> fresh(kPixels), later(kPixels);
+  std::vector<float> fresh(kFramePixels), later(kFramePixels);
   camera.capture(lens, nominal_pose(), 5, fresh.data());
   camera.capture(lens, {0.9, 0.1, 0.2, 0.9, 0.1}, 6, later.data());
   camera.capture(lens, nominal_pose(), 5, later.data());
@@ -68,11 +68,11 @@ TEST(Camera, MseIsUnbiasedFarFromTheOptimum) {
   Camera camera(relign_od_scene(), {}, parallel);
   MountedLens lens(relign_od_scene());
   const std::vector<double> pose = {0.6, 0.4, 0.7, 0.45, 0.6};
-  std::vector<float> image(kPixels);
+  std::vector<float> image(kFramePixels);
   camera.render_noise_free(lens, pose, 77, 1024, image.data());
   double direct = 0;
-  for (std::size_t i = 0; i < kPixels; ++i)
-    direct += std::pow(static_cast<double>(image[i]) - static_cast<double>(reference.mean[i]), 2) / kPixels;
+  for (std::size_t i = 0; i < kFramePixels; ++i)
+    direct += std::pow(static_cast<double>(image[i]) - static_cast<double>(reference.mean[i]), 2) / kFramePixels;
   const int n = 50;
   double sum = 0, squares = 0, error = 0;
   for (std::uint64_t seed = 0; seed < n; ++seed) {
@@ -96,7 +96,7 @@ TEST(Camera, DISABLED_PrintHash) {
   Parallel parallel(1);
   Camera camera(relign_od_scene(), {}, parallel);
   MountedLens lens(relign_od_scene());
-  std::vector<float> image(kPixels);
+  std::vector<float> image(kFramePixels);
   camera.render_noise_free(lens, nominal_pose(), 3, 8, image.data());
   bytes.append(reinterpret_cast<const char*>(image.data()), image.size() * sizeof(float));
   std::printf("hash %s\n", sha256_hex(bytes).c_str());
@@ -126,7 +126,7 @@ TEST(Camera, CoarseSensorsAverageTheFineImage) {
   Parallel parallel(2);
   Camera fine(relign_od_scene(), {}, parallel);
   MountedLens fine_lens(relign_od_scene());
-  std::vector<float> expected(kPixels);
+  std::vector<float> expected(kFramePixels);
   const std::vector<double> pose = {0.55, 0.45, 0.5, 0.52, 0.5};
   fine.render_noise_free(fine_lens, pose, 1, 64, expected.data());
   for (const int pixels : {100, 50, 20, 10, 3}) {
@@ -139,7 +139,7 @@ TEST(Camera, CoarseSensorsAverageTheFineImage) {
     coarse.render_noise_free(coarse_lens, pose, 1, 2048, image.data());
     double ours = 0, theirs = 0;
     for (const float value : image) ours += static_cast<double>(value) / image.size();
-    for (const float value : expected) theirs += static_cast<double>(value) / kPixels;
+    for (const float value : expected) theirs += static_cast<double>(value) / kFramePixels;
     EXPECT_NEAR(ours, theirs, 0.01 * theirs) << pixels;
     if (200 % pixels != 0) continue;
     const int block = 200 / pixels;
@@ -166,7 +166,7 @@ TEST(Camera, CapturesDoNotGrowTheHeap) {
   Parallel parallel(2);
   Camera camera(relign_od_scene(), {}, parallel);
   MountedLens lens(relign_od_scene());
-  std::vector<float> image(kPixels);
+  std::vector<float> image(kFramePixels);
   Random random(1);
   std::vector<double> pose(5);
   const auto capture = [&](int i) {
@@ -196,7 +196,7 @@ TEST(Camera, OrientationMatchesTheTracer) {
   Camera camera(scene, {}, parallel);
   MountedLens lens(scene);
   const std::vector<double> pose = {0.56, 0.47, 0.5, 0.54, 0.48};
-  std::vector<float> image(kPixels);
+  std::vector<float> image(kFramePixels);
   camera.render_noise_free(lens, pose, 1, 256, image.data());
   double sum = 0, x_mm = 0, y_mm = 0;
   for (std::size_t row = 0; row < 200; ++row)
@@ -240,7 +240,7 @@ TEST(Camera, MatchesSolidAngleOnTheAxis) {
   Parallel parallel(2);
   Camera camera(scene, {Transport::refract, Sampler::paper, 64}, parallel);
   MountedLens lens(scene);
-  std::vector<float> image(kPixels);
+  std::vector<float> image(kFramePixels);
   camera.render_noise_free(lens, nominal_pose(), 1, 1024, image.data());
   // The cone of directions at the sensor's centre: light that ends there, found by turning the lens
   // around. The double tracer runs object to image, so aim by bisection: for each pupil height the object

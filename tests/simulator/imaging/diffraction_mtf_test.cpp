@@ -9,7 +9,7 @@
 #include "optics/trace.h"
 #include "scene_under_test.h"
 
-namespace relign::imaging {
+namespace relign::imaging::diffraction_mtf {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -147,4 +147,4 @@ TEST(DiffractionMtf, ApproachesGeometricMtfOnShippedScenes) {
 }
 
 }  // namespace
-}  // namespace relign::imaging
+}  // namespace relign::imaging::diffraction_mtf

@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<fs::path> shipped_scenes() {
+std::vector<fs::path> scene_folders() {
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(std::string(RELIGN_SOURCE_DIR) + "/plugins/scenes/lens_system"))
     if (fs::exists(entry.path() / "scene.json")) files.push_back(entry.path() / "scene.json");
@@ -29,7 +29,7 @@ int assemblies() {
 // the survival probability of Russian roulette.
 TEST(RandomAssemblies, ImagesAreFiniteAndNoBrighterThanTheEmitter) {
   constexpr float kMaxLight = 3.1415927F;
-  const std::vector<fs::path> scenes = shipped_scenes();
+  const std::vector<fs::path> scenes = scene_folders();
   ASSERT_FALSE(scenes.empty());
   Parallel parallel(2);
   for (const fs::path& file : scenes) {

@@ -6,7 +6,7 @@
 #include "error_text.h"
 #include "golden_lens.h"
 
-namespace relign::lens_files {
+namespace relign::lens_files::agf_reader {
 namespace {
 
 using test::error_text;
@@ -39,4 +39,4 @@ TEST(AgfReader, RejectsWithFileAndLine) {
 }
 
 }  // namespace
-}  // namespace relign::lens_files
+}  // namespace relign::lens_files::agf_reader

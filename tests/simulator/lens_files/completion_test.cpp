@@ -12,7 +12,7 @@
 #include "lens_files/axial_rays.h"
 #include "optics/first_order.h"
 
-namespace relign::lens_files {
+namespace relign::lens_files::completion {
 namespace {
 
 using test::error_text;
@@ -403,4 +403,4 @@ TEST(Completion, RealImageHeightsAreThoseOfTheChiefRay) {
 }
 
 }  // namespace
-}  // namespace relign::lens_files
+}  // namespace relign::lens_files::completion

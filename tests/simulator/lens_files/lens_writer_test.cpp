@@ -8,7 +8,7 @@
 #include "lens_files/seq_reader.h"
 #include "optics/assembly.h"
 
-namespace relign::lens_files {
+namespace relign::lens_files::lens_writer {
 namespace {
 
 using test::error_text;
@@ -287,4 +287,4 @@ TEST(LensWriter, RejectsWithFileAndLine) {
 }
 
 }  // namespace
-}  // namespace relign::lens_files
+}  // namespace relign::lens_files::lens_writer

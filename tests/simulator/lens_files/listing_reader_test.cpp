@@ -6,7 +6,7 @@
 #include "error_text.h"
 #include "golden_lens.h"
 
-namespace relign::lens_files {
+namespace relign::lens_files::listing_reader {
 namespace {
 
 using test::error_text;
@@ -91,4 +91,4 @@ TEST(ListingReader, RejectsWithFileAndLine) {
 }
 
 }  // namespace
-}  // namespace relign::lens_files
+}  // namespace relign::lens_files::listing_reader

@@ -6,7 +6,7 @@
 #include "error_text.h"
 #include "golden_lens.h"
 
-namespace relign::lens_files {
+namespace relign::lens_files::seq_reader {
 namespace {
 
 using test::error_text;
@@ -201,4 +201,4 @@ TEST(SeqReader, RejectsWithFileAndLine) {
 }
 
 }  // namespace
-}  // namespace relign::lens_files
+}  // namespace relign::lens_files::seq_reader

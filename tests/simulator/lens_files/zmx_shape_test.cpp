@@ -6,7 +6,7 @@
 #include "error_text.h"
 #include "golden_lens.h"
 
-namespace relign::lens_files {
+namespace relign::lens_files::zmx_shape {
 namespace {
 
 using test::error_text;
@@ -106,4 +106,4 @@ TEST(ZmxShape, RejectsWithSurfaceAndLine) {
 }
 
 }  // namespace
-}  // namespace relign::lens_files
+}  // namespace relign::lens_files::zmx_shape
