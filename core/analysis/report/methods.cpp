@@ -9,6 +9,24 @@
 namespace relign::report {
 namespace {
 
+struct ClassWords {
+  ObservationClass of_class;
+  const char *name, *title;
+};
+constexpr ClassWords kClassWords[] = {
+    {ObservationClass::merit, "merit", "Methods that observe the merit alone"},
+    {ObservationClass::images, "images", "Methods that observe images"},
+    {ObservationClass::images_and_design, "images and design", "Methods that observe images and the design"},
+    {ObservationClass::neither, "neither", "Methods that observe neither images nor the merit"},
+    {ObservationClass::oracle, "oracle", "Oracles"},
+    {ObservationClass::unknown, "unknown", "Methods whose observations the manifest does not list"}};
+
+const ClassWords& words_of(ObservationClass of_class) {
+  for (const ClassWords& words : kClassWords)
+    if (words.of_class == of_class) return words;
+  return std::end(kClassWords)[-1];
+}
+
 ObservationClass class_of(const std::vector<std::string>& observes) {
   const auto has = [&](const char* what) {
     return std::find(observes.begin(), observes.end(), what) != observes.end();
@@ -39,41 +57,9 @@ Method described(const Json& entry) {
 
 }  // namespace
 
-const char* class_name(ObservationClass of_class) {
-  switch (of_class) {
-    case ObservationClass::merit:
-      return "merit";
-    case ObservationClass::images:
-      return "images";
-    case ObservationClass::images_and_design:
-      return "images and design";
-    case ObservationClass::neither:
-      return "neither";
-    case ObservationClass::oracle:
-      return "oracle";
-    case ObservationClass::unknown:
-      break;
-  }
-  return "unknown";
-}
+const char* class_name(ObservationClass of_class) { return words_of(of_class).name; }
 
-std::string class_title(ObservationClass of_class) {
-  switch (of_class) {
-    case ObservationClass::merit:
-      return "Methods that observe the merit alone";
-    case ObservationClass::images:
-      return "Methods that observe images";
-    case ObservationClass::images_and_design:
-      return "Methods that observe images and the design";
-    case ObservationClass::neither:
-      return "Methods that observe neither images nor the merit";
-    case ObservationClass::oracle:
-      return "Oracles";
-    case ObservationClass::unknown:
-      break;
-  }
-  return "Methods whose observations the manifest does not list";
-}
+std::string class_title(ObservationClass of_class) { return words_of(of_class).title; }
 
 Methods::Methods(const LoadedResults& results) {
   const std::map<std::string, std::string> tags = training_tags(results.manifest);

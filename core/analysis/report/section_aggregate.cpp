@@ -42,18 +42,10 @@ std::string improvement_text(const AggregatePair* pair) {
          (interval.exists() ? " (" + whole_percent(interval.low) + kTo + whole_percent(interval.high) + ")" : "");
 }
 
-void name_cell(HtmlWriter& html, const AggregateMethod& method) {
-  html.open("th", {{"scope", "row"}, {"class", "name"}, {"data-sort", method.method}});
-  html.element("bdi", method.method);
-  tag(html, method.oracle() ? "oracle" : "");
-  tag(html, method.training_tag);
-  html.close();
-}
-
 void aggregate_row(HtmlWriter& html, const Aggregate& entry, const AggregateMethod& method, bool failures) {
   const bool pairs = !entry.pairs.empty();
   html.open("tr", {{"class", method.oracle() ? "oracle" : "plain"}});
-  name_cell(html, method);
+  method_cell(html, method.method, method.oracle(), method.training_tag);
   if (!method.has_numbers()) {
     html.element("td", {{"colspan", pairs ? "6" : "5"}, {"class", "quiet"}},
                  "results in " + std::to_string(method.strata) + " of " + std::to_string(entry.strata.size()) +
@@ -96,25 +88,22 @@ void aggregate_table(HtmlWriter& html, const Aggregate& entry) {
   const bool pairs = !entry.pairs.empty();
   html.open("div", {{"class", "scroll"}}).open("table", {{"class", "ranking sortable aggregate"}}).open("thead");
   html.open("tr");
-  const auto head = [&html](const char* kind, const std::string& title, const char* unit, const char* hint) {
-    html.open("th", {{"scope", "col"}, {"class", kind}, {"title", hint}}).element("span", {{"class", "title"}}, title);
-    if (*unit) html.text(" ").element("span", {{"class", "unit"}}, unit);
-    html.close();
-  };
-  head("name", "method", "", "The name given in the suite");
-  head("number", "normalised error", "IQM (95 %)",
-       "Interquartile mean: the mean of the middle half of all instances, with equal weights of the strata");
-  head("range", "", "0 to 1", "Interquartile mean and its interval on a scale from 0 to 1");
-  head("number", "median", "(95 %)", "Median over all instances, with equal weights of the strata");
-  head("number", "optimality gap", "mean (95 %)", "Mean normalised error, which includes outliers");
-  head("number", "error-curve area", "mean over images (95 %)",
-       "Normalised error, averaged over the images of the budget and over the instances: low for methods that converge "
-       "fast");
+  column_head(html, "name", "method", "", "The name given in the suite");
+  column_head(html, "number", "normalised error", "IQM (95 %)",
+              "Interquartile mean: the mean of the middle half of all instances, with equal weights of the strata");
+  column_head(html, "range", "", "0 to 1", "Interquartile mean and its interval on a scale from 0 to 1");
+  column_head(html, "number", "median", "(95 %)", "Median over all instances, with equal weights of the strata");
+  column_head(html, "number", "optimality gap", "mean (95 %)", "Mean normalised error, which includes outliers");
+  column_head(
+      html, "number", "error-curve area", "mean over images (95 %)",
+      "Normalised error, averaged over the images of the budget and over the instances: low for methods that converge "
+      "fast");
   if (pairs)
-    head("number", "P(" + best + " better)", "of instances (95 %)",
-         "Probability of improvement of the first method over this one: share of instances with a lower error; ties "
-         "count half");
-  if (failures) head("number", "failed", "trials", "Failed trials count as error 1");
+    column_head(
+        html, "number", "P(" + best + " better)", "of instances (95 %)",
+        "Probability of improvement of the first method over this one: share of instances with a lower error; ties "
+        "count half");
+  if (failures) column_head(html, "number", "failed", "trials", "Failed trials count as error 1");
   html.close().close();
   table_blocks(html, entry, 6 + (pairs ? 1 : 0) + (failures ? 1 : 0), failures);
   html.close().close();
@@ -140,8 +129,8 @@ void trainings(HtmlWriter& html, const Aggregate& entry) {
           .close();
     html.close().close().open("tbody");
     for (const AggregateTraining& training : method.trainings) {
-      html.open("tr").open("th", {{"scope", "row"}, {"class", "name"}, {"data-sort", training.name}});
-      html.element("bdi", training.name).close();
+      html.open("tr");
+      method_cell(html, training.name, false, "");
       band_cell(html, training.bands.iqm);
       range_cell(html, training.bands.iqm);
       band_cell(html, training.bands.gap);

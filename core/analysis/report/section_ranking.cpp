@@ -187,11 +187,7 @@ std::vector<RankingColumn> columns_of(const PageModel& page) {
 void ranking_row(HtmlWriter& html, const std::vector<RankingColumn>& columns, const Row& row, bool best,
                  const Block& block) {
   html.open("tr", {{"class", best ? "best" : row.oracle() ? "oracle" : "plain"}});
-  html.open("th", {{"scope", "row"}, {"class", "name"}, {"data-sort", row.method}});
-  html.element("bdi", row.method);
-  tag(html, row.oracle() ? "oracle" : "");
-  tag(html, row.training_tag);
-  html.close();
+  method_cell(html, row.method, row.oracle(), row.training_tag);
   for (const RankingColumn& column : columns) column.cell(html, row, block);
   html.close();
 }
@@ -245,14 +241,8 @@ std::string ranking_section(const PageModel& page) {
   html.element("h2", "Ranking").open("div", {{"class", "scroll"}}).open("table", {{"class", "ranking sortable"}});
   html.open("thead").open("tr");
   const std::vector<RankingColumn> columns = columns_of(page);
-  const auto head = [&](const char* kind, const std::string& title, const std::string& unit, const std::string& hint) {
-    html.open("th", {{"scope", "col"}, {"class", kind}, {"title", hint}});
-    html.element("span", {{"class", "title"}}, title);
-    if (!unit.empty()) html.text(" ").element("span", {{"class", "unit"}}, unit);
-    html.close();
-  };
-  head("name", "method", "", "The name given in the suite");
-  for (const RankingColumn& column : columns) head(column.kind, column.title, column.unit, column.hint);
+  column_head(html, "name", "method", "", "The name given in the suite");
+  for (const RankingColumn& column : columns) column_head(html, column.kind, column.title, column.unit, column.hint);
   html.close().close();
   std::size_t index = 0, rows = 0;
   for (const Group& group : page.groups) rows += group.rows.size();

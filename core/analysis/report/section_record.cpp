@@ -17,10 +17,9 @@ std::string short_hash_of(const std::string& hash) { return hash.substr(0, 16); 
 
 void failures(HtmlWriter& html, const std::vector<Failure>& list) {
   bool any_log = false;
-  html.open("div", {{"class", "scroll"}}).open("table").open("thead").open("tr");
-  for (const char* title : {"method", "trials", "message", "for example"})
-    html.element("th", {{"scope", "col"}}, title);
-  html.close().close().open("tbody");
+  html.open("div", {{"class", "scroll"}}).open("table");
+  table_head(html, {"method", "trials", "message", "for example"});
+  html.open("tbody");
   for (const Failure& failure : list) {
     html.open("tr").open("th", {{"scope", "row"}}).element("bdi", failure.method).close();
     html.element("td", {{"class", "number"}}, std::to_string(failure.count));
@@ -100,10 +99,8 @@ std::string methods_section(const PageModel& page) {
   if (page.methods.empty()) return "";
   HtmlWriter html;
   html.element("h2", "Methods").open("div", {{"class", "scroll"}}).open("table", {{"class", "methods"}});
-  html.open("thead").open("tr");
-  for (const char* title : {"method", "description", "observes", "parameters", "reproducible", "plugin hash"})
-    html.element("th", {{"scope", "col"}}, title);
-  html.close().close().open("tbody");
+  table_head(html, {"method", "description", "observes", "parameters", "reproducible", "plugin hash"});
+  html.open("tbody");
   for (const Method& method : page.methods) {
     html.open("tr").open("th", {{"scope", "row"}}).element("bdi", method.label);
     if (!method.id.empty() && method.id != method.name) html.element("span", {{"class", "quiet"}}, " " + method.id);
@@ -141,10 +138,8 @@ void merged_from(HtmlWriter& html, const Provenance& from) {
     html.close();
   }
   html.open("details").element("summary", "The folders").open("div", {{"class", "scroll"}}).open("table");
-  html.open("thead").open("tr");
-  for (const char* title : {"folder", "trials", "processor", "program hash"})
-    html.element("th", {{"scope", "col"}}, title);
-  html.close().close().open("tbody");
+  table_head(html, {"folder", "trials", "processor", "program hash"});
+  html.open("tbody");
   for (std::size_t index = 0; index < sources.size() && index < kMaxSourcesNamed; ++index) {
     const Source& source = sources[index];
     html.open("tr").open("th", {{"scope", "row"}}).element("bdi", source.folder).close();

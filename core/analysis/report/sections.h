@@ -2,6 +2,7 @@
 // without scripts, which add sorting, zoomable curves and the replay. A section without data is empty.
 #pragma once
 
+#include <initializer_list>
 #include <map>
 #include <string>
 
@@ -39,6 +40,16 @@ Json curve_data(const PageModel& page);
 
 // A name's tag: "oracle", "one training"; nothing if empty.
 void tag(HtmlWriter& html, const std::string& text);
+
+// The head of a table's column: `kind` is its class, `hint` its tooltip.
+void column_head(HtmlWriter& html, const char* kind, const std::string& title, const std::string& unit,
+                 const std::string& hint);
+
+// The whole head of a plain table.
+void table_head(HtmlWriter& html, std::initializer_list<const char*> titles);
+
+// The first cell of a row: a method with its tags.
+void method_cell(HtmlWriter& html, const std::string& method, bool oracle, const std::string& training_tag);
 
 // A table cell with the estimate in bold and its interval, both perhaps absent.
 void interval_cell(HtmlWriter& html, const std::string& kind, const std::string& sort, const std::string& value,

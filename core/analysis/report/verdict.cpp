@@ -1,7 +1,6 @@
 #include "report/verdict.h"
 
 #include <algorithm>
-#include <functional>
 #include <set>
 
 #include "base/text.h"
@@ -185,10 +184,6 @@ std::size_t fewest_instances(const PageModel& page) {
   return fewest;
 }
 
-bool has_intervals(const PageModel& page) {
-  return any_row(page, [](const Row& row) { return row.score().interval.exists(); });
-}
-
 bool budgets_differ(const Group& group) {
   return std::any_of(group.rows.begin(), group.rows.end(),
                      [&](const Row& row) { return row.step != group.rows.front().step; });
@@ -205,92 +200,82 @@ std::string infeasible_names(const Group& group) {
          (group.infeasible.size() > kMaxNamed ? ", ..." : "") + ")";
 }
 
-// A caveat with the condition under which it applies. Both see the whole page.
-struct Caveat {
-  bool (*applies)(const PageModel&);
-  std::string (*text)(const PageModel&);
-};
+using Texts = std::vector<std::string>;
 
-// In the order of the page.
-const Caveat kBeforeOracles[] = {
-    {[](const PageModel& page) { return page.ran.missing > 0; },
-     [](const PageModel& page) {
-       return "Partial results: " + std::to_string(page.ran.missing) + " of " + counted(page.ran.planned, "trial") +
-              " have not finished, and all numbers below may change.";
-     }},
-    {[](const PageModel& page) { return page.ran.failed > 0; },
-     [](const PageModel& page) {
-       return counted(page.ran.failed, "trial") +
-              " failed. Failed trials are excluded from medians and curves, which favours methods that fail on hard "
-              "instances; the ranking lists their number.";
-     }},
-    {[](const PageModel& page) { return !computing_time_note(page.ran).empty(); },
-     [](const PageModel& page) { return computing_time_note(page.ran); }},
-    {[](const PageModel& page) { return !every_group(page, &Group::same_instances); },
-     [](const PageModel&) -> std::string {
-       return "Not every method has finished the same instances, so some medians are over different instances.";
-     }},
-    {[](const PageModel& page) { return any_group(page, budgets_differ); },
-     [](const PageModel&) -> std::string { return "Methods have different step budgets; see the column 'steps'."; }},
-};
-
-const Caveat kAfterOracles[] = {
-    {[](const PageModel& page) { return any_group(page, &Group::measured_only); },
-     [](const PageModel&) -> std::string {
-       return "Measured only: the error is the lowest measured RMSE, camera noise included. As a minimum over all "
-              "images it favours methods that take many. True poses, noise-free errors and the result of fixing the "
-              "lens at the recommended pose are unknown.";
-     }},
-    {[](const PageModel& page) { return any_group(page, &Group::station); },
-     [](const PageModel&) -> std::string {
-       return "Trials on a station cannot be replayed: its lenses, start poses and stage vary from trial to trial in "
-              "unknown ways. home, which needs the true start pose, is left out.";
-     }},
-    {[](const PageModel& page) {
-       return any_row(page, [](const Row& row) { return row.method == "home" && !row.oracle(); });
-     },
-     [](const PageModel&) -> std::string {
-       return "home makes a single move to the nominal pose, which the paper protocol lets it observe: near the "
-              "optimum if lens and stage are nearly perfect, far from it otherwise.";
-     }},
-    {[](const PageModel& page) { return page.ran.finished > 0; },
-     [](const PageModel& page) -> std::string {
-       const std::size_t fewest = fewest_instances(page);
-       if (fewest == 1) return "Results on a single instance do not generalise to other instances.";
-       if (!has_intervals(page))
-         return "Brackets are quartiles (the middle half of the instances), not confidence intervals.";
-       return "95 % intervals (CI) are bootstrap confidence intervals over instances. 'Better' requires the whole "
-              "interval of the error ratio to be beyond the smallest relevant ratio of " +
-              significant(page.smallest_relevant_ratio, 3) +
-              (fewest < kFewInstances ? "; with only " + std::to_string(fewest) + " instances intervals are wide."
-                                      : ".");
-     }},
-};
-
-}  // namespace
-
-std::vector<std::string> caveats(const PageModel& page) {
-  std::vector<std::string> list;
-  const auto add = [&](const auto& table) {
-    for (const Caveat& caveat : table)
-      if (caveat.applies(page)) list.push_back(caveat.text(page));
-  };
-  add(kBeforeOracles);
+Texts oracle_caveats(const PageModel& page) {
   std::set<std::string> oracles;
   for (const Group& group : page.groups)
     for (const Row& row : group.rows)
       if (row.oracle()) oracles.insert(label_of(page.methods, row.method, group.protocol));
+  Texts texts;
   for (const std::string& oracle : oracles)
-    list.push_back(oracle + " is an oracle: it is given the design pose, which no method may observe under the blind " +
-                   "protocol. It shows the value of this information and is not ranked.");
-  add(kAfterOracles);
+    texts.push_back(oracle +
+                    " is an oracle: it is given the design pose, which no method may observe under the blind " +
+                    "protocol. It shows the value of this information and is not ranked.");
+  return texts;
+}
+
+Texts infeasible_caveats(const PageModel& page) {
+  Texts texts;
   for (const Group& group : page.groups)
-    if (group.cannot_meet_spec > 0 && page.ran.finished > 0)
-      list.push_back(group.label + ": " + counted(group.cannot_meet_spec, "infeasible instance") +
-                     infeasible_names(group) +
-                     (group.spec.limits_mtf()
-                          ? ": neither the own optimum nor the final pose of any method meets the specification."
-                          : ": even the own optimum misses the specification."));
+    if (group.cannot_meet_spec > 0)
+      texts.push_back(group.label + ": " + counted(group.cannot_meet_spec, "infeasible instance") +
+                      infeasible_names(group) +
+                      (group.spec.limits_mtf()
+                           ? ": neither the own optimum nor the final pose of any method meets the specification."
+                           : ": even the own optimum misses the specification."));
+  return texts;
+}
+
+std::string brackets_text(const PageModel& page) {
+  const std::size_t fewest = fewest_instances(page);
+  if (fewest == 1) return "Results on a single instance do not generalise to other instances.";
+  if (!any_row(page, [](const Row& row) { return row.score().interval.exists(); }))
+    return "Brackets are quartiles (the middle half of the instances), not confidence intervals.";
+  return "95 % intervals (CI) are bootstrap confidence intervals over instances. 'Better' requires the whole interval "
+         "of the error ratio to be beyond the smallest relevant ratio of " +
+         significant(page.smallest_relevant_ratio, 3) +
+         (fewest < kFewInstances ? "; with only " + std::to_string(fewest) + " instances intervals are wide." : ".");
+}
+
+bool home_observes_the_start(const Row& row) { return row.method == "home" && !row.oracle(); }
+
+}  // namespace
+
+std::vector<std::string> caveats(const PageModel& page) {
+  const RunState& ran = page.ran;
+  const struct {
+    bool applies;
+    Texts texts;
+  } table[] = {
+      {ran.missing > 0,
+       {"Partial results: " + std::to_string(ran.missing) + " of " + counted(ran.planned, "trial") +
+        " have not finished, and all numbers below may change."}},
+      {ran.failed > 0,
+       {counted(ran.failed, "trial") +
+        " failed. Failed trials are excluded from medians and curves, which favours methods that fail on hard "
+        "instances; the ranking lists their number."}},
+      {!computing_time_note(ran).empty(), {computing_time_note(ran)}},
+      {!every_group(page, &Group::same_instances),
+       {"Not every method has finished the same instances, so some medians are over different instances."}},
+      {any_group(page, budgets_differ), {"Methods have different step budgets; see the column 'steps'."}},
+      {true, oracle_caveats(page)},
+      {any_group(page, &Group::measured_only),
+       {"Measured only: the error is the lowest measured RMSE, camera noise included. As a minimum over all images it "
+        "favours methods that take many. True poses, noise-free errors and the result of fixing the lens at the "
+        "recommended pose are unknown."}},
+      {any_group(page, &Group::station),
+       {"Trials on a station cannot be replayed: its lenses, start poses and stage vary from trial to trial in "
+        "unknown ways. home, which needs the true start pose, is left out."}},
+      {any_row(page, home_observes_the_start),
+       {"home makes a single move to the nominal pose, which the paper protocol lets it observe: near the optimum if "
+        "lens and stage are nearly perfect, far from it otherwise."}},
+      {ran.finished > 0, {brackets_text(page)}},
+      {ran.finished > 0, infeasible_caveats(page)},
+  };
+  Texts list;
+  for (const auto& [applies, texts] : table)
+    if (applies) list.insert(list.end(), texts.begin(), texts.end());
   return list;
 }
 
